@@ -13,6 +13,16 @@ NO_NUMBER = re.compile(
 )  # Python's
 
 
+POINTER = b"version https://git-lfs"  # first bytes of the note that Git keeps where a large file is stored elsewhere
+
+
+def refuse_pointer(path: Path) -> None:
+    """Raise ValueError where a file is a pointer of Git LFS in place of the file itself."""
+    with open(path, "rb") as opened:
+        if opened.read(len(POINTER)) == POINTER:
+            raise ValueError(f"{path.name} is a pointer of Git LFS, not the file itself; fetch it with: git lfs pull")
+
+
 @contextmanager
 def reading(path: Path, kind: str, advice: str) -> Iterator[None]:
     """Context in which a file is read: errors become a ValueError that names the file, what it should be, and advice.

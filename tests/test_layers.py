@@ -46,7 +46,7 @@ ALLOWED = {
         "rotations",
         "reading",
     },
-    "advice": {"dynamics", "integrate", "reduction", "fem", "mesh", "system", "body", "rotations"},
+    "advice": {"dynamics", "deployment", "integrate", "reduction", "fem", "mesh", "system", "body", "rotations"},
     "pipeline": EVERYTHING - {"cli", "studies", "view"},
     "cli": EVERYTHING,
     "__init__": EVERYTHING,

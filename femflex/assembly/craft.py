@@ -37,6 +37,7 @@ from femflex.system import (
     with_wheel,
     without_axial_inertia,
 )
+from femflex.system.segments import carrier, place_at, with_carrier
 from femflex.system.wheel import UNLIMITED
 
 Acting = Effector | Controller
@@ -88,10 +89,8 @@ def build_craft(case: Case, parts: Mapping[str, Part]) -> Craft:
     for name, spring in case.separations.items():
         ends = ((spring.parent, spring.parent_marker), (spring.body, spring.marker))
         effectors.append(made(f"separations.{name}", separation_spring, name, ends, spring.stiffness, spring.length))
-    varying = {}
-    for body in dict.fromkeys(held.body for held in case.tanks.values() if held.body in bodies):
-        tanks = {k: (t.marker, t.propellant, t.gyration) for k, t in case.tanks.items() if t.body == body}
-        varying[body] = made("tanks", emptied, bodies[body], tanks)
+    tanks = {name: held for name, held in case.tanks.items() if held.body in bodies}
+    varying = (made("tanks", emptied, bodies, tanks) or {}) if not problems else {}
     if problems:
         raise CaseError(case.path.name, problems)
     return Craft(tuple(e for e in effectors if e is not None), bodies, varying)
@@ -100,7 +99,10 @@ def build_craft(case: Case, parts: Mapping[str, Part]) -> Craft:
 def whole(part: Part) -> FlexibleBody:
     """The body, where it is not cut into segments. Raises ValueError."""
     if not isinstance(part, FlexibleBody):
-        raise ValueError("wheels and tanks cannot be mounted on a body cut into segments; mount them on another body")
+        raise ValueError(
+            "found a strain sensor on a body cut into segments, whose strain is not known at one point of the whole; "
+            "leave the segments out, or report the stress (`femflex stress`)"
+        )
     return part
 
 
@@ -119,22 +121,32 @@ def build_wheel(name: str, table: WheelTable) -> Effector:
     return reaction_wheel(name, table.body, table.inertia, **command, **limits, **own)
 
 
-def carrying(part: Part, table: WheelTable, wheel: Effector) -> FlexibleBody:
-    """The body that carries a wheel, with or less what the table says. Raises ValueError."""
+def carrying(part: Part, table: WheelTable, wheel: Effector) -> Part:
+    """The body that carries a wheel, with or less what the table says. Raises ValueError, and KeyError for a marker."""
+    body = carrier(part, table.marker)
     if table.inertia_in_body == "contained":
-        return without_axial_inertia(whole(part), wheel)
-    return with_wheel(whole(part), wheel, table.mass or 0.0, table.transverse_inertia or 0.0)
+        made = without_axial_inertia(body, wheel)
+    else:
+        made = with_wheel(body, wheel, table.mass or 0.0, table.transverse_inertia or 0.0)
+    return with_carrier(part, table.marker, made)
 
 
-def filled(part: Part, table: TankTable) -> FlexibleBody:
-    """The body that carries a tank, with its propellant. Raises ValueError."""
+def filled(part: Part, table: TankTable) -> Part:
+    """The body that carries a tank, with its propellant. Raises ValueError, and KeyError for a marker."""
     own = table.propellant * table.gyration**2 * np.eye(3)
-    return with_attached(whole(part), table.marker, table.propellant, own)
+    made = with_attached(carrier(part, table.marker), table.marker, table.propellant, own)
+    return with_carrier(part, table.marker, made)
 
 
-def emptied(part: Part, tanks: Mapping[str, tuple[str, float, float]]) -> Variation:
-    """How the mass of a body falls as its tanks empty: marker, propellant, gyration of each. Raises ValueError."""
-    return tank_variation(whole(part), tanks)
+def emptied(parts: Mapping[str, Part], tanks: Mapping[str, TankTable]) -> dict[str, Variation]:
+    """How the mass of every body, or segment, with tanks falls as these empty. Raises ValueError."""
+    held: dict[str, dict[str, tuple[str, float, float]]] = {}
+    carriers: dict[str, FlexibleBody] = {}
+    for name, table in tanks.items():
+        place = place_at(parts, table.body, table.marker)
+        carriers[place] = carrier(parts[table.body], table.marker)
+        held.setdefault(place, {})[name] = (table.marker, table.propellant, table.gyration)
+    return {place: tank_variation(carriers[place], own) for place, own in held.items()}
 
 
 def build_gyro(name: str, table: GyroTable) -> Effector:

@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import json
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from femflex.case.body import FlexibleTable
 from femflex.case.case import Case
@@ -16,6 +21,8 @@ from femflex.case.support import DIRECTIONS, SkewSupport
 from femflex.decks import Deck, read_deck
 from femflex.fem import Member, Support
 from femflex.fem.support import GLOBAL
+from femflex.mesh import Mesh
+from femflex.mesh.refine import refined_values
 
 IN_FORCE = "supports"  # in a clamp: the supports that the deck's case control chooses
 HELD_BY_ITSELF = "autospc"
@@ -94,6 +101,29 @@ def deck_members(deck: Deck, own: list[Member]) -> list[Member]:
             continue
         kept.append(member)
     return [*kept, *own]
+
+
+def refined_members(mesh: Mesh, members: Iterable[Member]) -> list[Member]:
+    """The members on a mesh that may have been refined since: values by element are those of their children."""
+    found = []
+    for member in members:
+        own = mesh.cell_groups.get(member.group, {})
+        options = {name: _refined(value, own) for name, value in member.options.items()}
+        found.append(replace(member, options=options))
+    return found
+
+
+def _refined(value: Any, cells: Mapping[str, NDArray[np.int64]]) -> Any:
+    if isinstance(value, tuple):
+        return tuple(_refined(one, cells) for one in value)
+    if not isinstance(value, Mapping):
+        return value
+    found = {}
+    for kind, given in value.items():
+        while len(given) < len(cells.get(kind, ())):
+            given = refined_values(kind, given)
+        found[kind] = given
+    return found
 
 
 def left_out_text(deck: Deck) -> tuple[str, ...]:

@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from femflex.assembly.acting_loads import ActingLoads
-from femflex.assembly.decks import deck_members, deck_of, left_out_text, with_deck
+from femflex.assembly.decks import deck_members, deck_of, left_out_text, refined_members, with_deck
 from femflex.assembly.sections import build_material, build_section, build_solid_material
 from femflex.assembly.shared import shared_parts
 from femflex.case.body import FlexibleTable, MemberTable
@@ -117,7 +117,8 @@ def build_structure_of(case: Case, name: str, table: FlexibleTable, mesh: Mesh) 
         return build_structure(mesh, members, masses, supports, connections_of(table), springs)
     joined = [*deck.connections, *connections_of(table)]
     masses, springs = [*deck.point_masses, *masses], [*deck.bushings, *springs]
-    structure = build_structure(mesh, deck_members(deck, members), masses, supports, joined, springs)
+    own = refined_members(mesh, deck_members(deck, members))
+    structure = build_structure(mesh, own, masses, supports, joined, springs)
     for text in doubts(deck, structure):
         warnings.warn(f"bodies.{name}.deck: {text}", PhysicsWarning, stacklevel=2)
     return replace(structure, notes=(*structure.notes, *left_out_text(deck)))

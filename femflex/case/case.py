@@ -95,6 +95,7 @@ class Case(Table):
     _path: Path = PrivateAttr(default=Path("case.toml"))
     _text: str | None = PrivateAttr(default="")
     _raw: dict[str, Any] = PrivateAttr(default_factory=dict)
+    _parts: dict[str, Any] = PrivateAttr(default_factory=dict)  # the tables as they were read: copies may hold others
 
     @model_validator(mode="after")
     def _orbits_need_an_orbit(self) -> Case:
@@ -118,6 +119,16 @@ class Case(Table):
 
             self._text = toml_text(self._raw)
         return self._text
+
+    @property
+    def tables(self) -> Mapping[str, Any]:
+        """The tables of the case file as TOML gives them."""
+        return self._raw
+
+    @property
+    def parts(self) -> Mapping[str, Any]:
+        """The checked tables of the case file by name, as they were read."""
+        return self._parts
 
     def with_values(self, values: Mapping[str, Any]) -> Case:
         """A checked copy with other values: `case.with_values({"bodies.hub.mass": 410.0})`. See `case.read`."""

@@ -47,6 +47,15 @@ def changed_tables(tables: Mapping[str, Any], values: Mapping[str, Any], name: s
     return raw
 
 
+def written_keys(tables: Any, folder: str = "") -> list[str]:
+    """Key paths of everything that stands in the tables of a case, tables and lists included."""
+    if isinstance(tables, Mapping):
+        parts = [(str(key), part) for key, part in tables.items()]
+    else:
+        parts = [(str(k), part) for k, part in enumerate(tables)] if isinstance(tables, list) else []
+    return [path for key, part in parts for path in (f"{folder}{key}", *written_keys(part, f"{folder}{key}."))]
+
+
 def _copied(value: Any) -> Any:
     """Tables and lists anew; what stands in them cannot be changed."""
     if isinstance(value, Mapping):

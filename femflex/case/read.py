@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -43,14 +44,17 @@ def parse_case(text: str, path: Path = Path("case.toml")) -> Case:
     return _checked(_toml(text, path), path, text)
 
 
-def _checked(raw: dict[str, Any], path: Path, text: str | None = None) -> Case:
-    """The case of tables, and the text in which they stand, if any. Raises CaseError with all their problems."""
+def _checked(raw: dict[str, Any], path: Path, text: str | None = None, known: Mapping[str, Any] | None = None) -> Case:
+    """The case of tables, and the text in which they stand, if any. Raises CaseError with all their problems.
+
+    known: the same tables, with those that were read before as they are.
+    """
     if deep := too_deep(raw):
         raise CaseError(path.name, [deep])
     problems: list[Problem] = []
     case = None
     try:
-        case = Case.model_validate(raw)
+        case = _validated(raw, known)
     except ValidationError as error:
         problems += schema_problems(Case, raw, error)
     parts = outline(raw) if case is None else outline_of(case, raw)
@@ -59,9 +63,17 @@ def _checked(raw: dict[str, Any], path: Path, text: str | None = None) -> Case:
         problems += _mesh_problems(parts, path.parent)
         raise CaseError(path.name, problems)
     case._path, case._text, case._raw = path, text, raw
+    case._parts = {key: getattr(case, key) for key in raw if hasattr(case, key)}
     warn_of_doubtful_numbers(raw, case)
     warn_of_doubtful_magnitudes(case)
     return case
+
+
+def _validated(raw: dict[str, Any], known: Mapping[str, Any] | None) -> Case:
+    if known is not None:
+        with suppress(ValidationError):  # with its places, from the tables as they are written
+            return Case.model_validate(known)
+    return Case.model_validate(raw)
 
 
 def with_values(case: Case, values: Mapping[str, Any]) -> Case:
@@ -71,13 +83,25 @@ def with_values(case: Case, values: Mapping[str, Any]) -> Case:
     ("loads.0.force"). The whole case is checked anew.
     Raises CaseError for a path that leads nowhere, and for every problem of the changed case.
     """
-    if not case._raw:
+    if not case.tables:
         raise ValueError("this case was not read from a file or a text, so it has no keys to change by their path")
     try:
-        raw = changed_tables(case._raw, values, case.path.name)
+        raw = changed_tables(case.tables, values, case.path.name)
     except ValueError as error:
         raise CaseError(case.path.name, [Problem("", str(error))]) from None
-    return _checked(raw, case.path)
+    return _checked(raw, case.path, known=_unchanged(case, raw, values))
+
+
+def _unchanged(case: Case, raw: Mapping[str, Any], paths: Iterable[str]) -> dict[str, Any]:
+    """The tables of a case in which these key paths are changed, those that hold none of them as they were read."""
+    heads = {tuple(path.split(".")[:2]) for path in paths}
+    changed = {head[0] for head in heads}
+    out = {key: value if key in changed else case.parts.get(key, value) for key, value in raw.items()}
+    if "bodies" in changed and isinstance(raw.get("bodies"), dict):
+        new = {head[1] for head in heads if head[0] == "bodies" and len(head) > 1}
+        read = case.parts["bodies"]
+        out["bodies"] = {name: table if name in new else read.get(name, table) for name, table in raw["bodies"].items()}
+    return out
 
 
 def _mesh_problems(parts: Outline, folder: Path) -> list[Problem]:

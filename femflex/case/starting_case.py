@@ -1,4 +1,4 @@
-"""A commented case to start from: a hub with a boom from beam theory, or with a body made of a mesh."""
+"""A commented case to start from: a hub with a boom from beam theory, or with a body of a mesh or a deck."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from contextlib import suppress
 
 import numpy as np
 
+from femflex.case.starting_deck import DeckFacts, deck_tables, scale_of
 from femflex.mesh import Mesh
 from femflex.mesh.cells import CELL_TYPES
 
@@ -25,8 +26,8 @@ HEAD = """\
 title = {title}
 
 [run]
-duration = "60 s"          # or orbits = 2, with an [orbit]
-output_step = "0.05 s"     # time between rows of output
+duration = "{duration}"          # or orbits = 2, with an [orbit]
+output_step = "{step}"     # time between rows of output
 
 [attitude]
 frame = "inertial"         # "orbital" with an [orbit]; its angles are then pitch, roll and yaw
@@ -37,18 +38,25 @@ frame = "inertial"         # "orbital" with an [orbit]; its angles are then pitc
 
 [bodies.hub]
 kind = "rigid"
-mass = "200 kg"
-inertia = ["80 kg m^2", "80 kg m^2", "80 kg m^2"]    # about the hub's origin
-shapes = [{{ kind = "box", size = ["1 m", "1 m", "1 m"] }}]    # only for pictures
+mass = "{mass}"
+inertia = ["{inertia}", "{inertia}", "{inertia}"]    # about the hub's origin
+shapes = [{{ kind = "box", size = ["{size}", "{size}", "{size}"] }}]    # only for pictures
 
 [bodies.hub.markers.side]  # a point where something is attached; its axes are those of the hub
-position = ["0.5 m", 0, 0]
+position = ["{half}", 0, 0]
+"""
 
+METAL = """
 [materials.metal]
 E = "70 GPa"
 nu = 0.33
 density = "2700 kg/m^3"
 """
+
+SCALE = {
+    "duration": "60 s", "step": "0.05 s", "mass": "200 kg", "inertia": "80 kg m^2", "size": "1 m", "half": "0.5 m",
+    "torque": "4", "middle": "5 s", "end": "10 s",
+}  # fmt: skip
 
 BEAM = """
 [bodies.boom]              # a uniform beam along x, without a mesh
@@ -75,11 +83,11 @@ TAIL = """
 [[loads]]                  # a torque pulse on the hub, there and back
 name = "slew"
 body = "hub"
-times = ["0 s", "5 s", "5 s", "10 s"]
-torque = [[0, 0, 4], [0, 0, 4], [0, 0, -4], [0, 0, -4]]    # N m, axes of the hub
+times = ["0 s", "{middle}", "{middle}", "{end}"]
+torque = [[0, 0, {torque}], [0, 0, {torque}], [0, 0, -{torque}], [0, 0, -{torque}]]    # N m, axes of the hub
 
 [pictures]
-times = ["5 s"]
+times = ["{middle}"]
 plots = ["bodies/hub/rate", "attitude/angles"]
 # movie = true
 # modes = [{body}]
@@ -91,7 +99,7 @@ plots = ["bodies/hub/rate", "attitude/angles"]
 # of = "mean"
 # channel = "attitude/angles"
 # component = "z"
-# start = "10 s"
+# start = "{end}"
 # value = "1 rad"
 # relative_tolerance = 1e-2
 """
@@ -105,20 +113,32 @@ SECTIONS = {
 
 
 def starting_case(
-    name: str, mesh: Mesh | None = None, mesh_file: str = "", schema: str = "case.schema.json"
+    name: str,
+    mesh: Mesh | None = None,
+    mesh_file: str = "",
+    schema: str = "case.schema.json",
+    deck: DeckFacts | None = None,
 ) -> tuple[str, list[str]]:
     """Text of a case called `name`, and what in it is to be looked at first.
 
     mesh, mesh_file  a mesh for the flexible body, and its path from the case
     schema           path or address of the JSON Schema, for editors
+    deck             facts of a deck for the flexible body, in place of a mesh
     Raises ValueError for a mesh without groups of cells.
     """
     title = name.removesuffix(".toml").replace("_", " ").capitalize()
-    head = HEAD.format(name=name, title=json.dumps(title), schema=schema)
+    scale = SCALE if deck is None else scale_of(deck)
+    head = HEAD.format(name=name, title=json.dumps(title), schema=schema, **scale)
+    if deck is not None:
+        end = "tip" if deck.tip != deck.root else "root"
+        tail = TAIL.format(body='"flexible"', channel=f"markers/flexible.{end}/deflection", **scale)
+        return head + deck_tables(deck) + tail, list(deck.notes)
+    head += METAL
     if mesh is None:
-        return head + BEAM + TAIL.format(body='"boom"', channel="markers/boom.tip/deflection"), []
+        return head + BEAM + TAIL.format(body='"boom"', channel="markers/boom.tip/deflection", **scale), []
     text, marker, notes = _meshed(mesh, mesh_file)
-    return head + text + TAIL.format(body='"flexible"', channel=f"markers/flexible.{marker}/deflection"), notes
+    tail = TAIL.format(body='"flexible"', channel=f"markers/flexible.{marker}/deflection", **scale)
+    return head + text + tail, notes
 
 
 def _meshed(mesh: Mesh, mesh_file: str) -> tuple[str, str, list[str]]:

@@ -34,6 +34,12 @@ def campbell(
     orders: Annotated[
         str | None, typer.Option("--orders", help="Multiples of the speed whose crossings are listed: 1,2,3.")
     ] = None,
+    vary: Annotated[
+        str | None,
+        typer.Option(
+            "--vary", help="KEY=FIRST:LAST:NUMBER of another value than the speed: joints.0.stiffness=1:9:17."
+        ),
+    ] = None,
     at: Annotated[
         str | None,
         typer.Option("--at", help="Time at which loads that vary are taken: seconds, or a text such as '2 min'."),
@@ -51,6 +57,8 @@ def campbell(
     At every speed the equilibrium is sought from the one before and the equations linearised about it; branches are
     followed by the likeness of their shapes, with speeds in between where shapes change fast. Frequencies are those
     seen in the spinning frame. Ctrl-C keeps what there is (exit code 130); so does a speed without equilibrium (3).
+    With --vary, or where the case has a \\[stability] of one value and no \\[campbell], frequencies of its equilibrium
+    are followed over that value.
     """
     files = outputs(output or (), {TABLE: (".csv",), PICTURE: DIAGRAM_SUFFIXES})
     wanted, time = CampbellOutputs(files.get(TABLE), files.get(PICTURE), theme, force), read_seconds(at, "--at")
@@ -58,7 +66,15 @@ def campbell(
     with Patience("reading the case"):
         from femflex.case import read_case
 
-        read = with_options(read_case(case), speeds, modes, orders)
+        read = read_case(case)
+        if (over := axis_over(read, vary, speeds)) is not None:
+            if orders is not None or at is not None:
+                raise ValueError(
+                    f"found {'--orders' if orders else '--at'}, which goes with speeds and not with {over[0]}"
+                )
+            tell_over_value(read, over, modes, wanted, as_json)
+            return
+        read = with_options(read, speeds, modes, orders)
         from femflex.studies.campbell import axis_of, decided_of
 
         axis_of(read)  # reported before the bodies are built
@@ -68,6 +84,58 @@ def campbell(
     found, stopped = computed_diagram(read, time, decided)
     if found is not None:
         wanted.report(read, found, {"bodies": strain_data(decided)} if as_json else None)
+    if stopped is not None:
+        raise stopped
+
+
+Over = tuple[str, dict[str, Any]]
+
+
+def axis_over(case: Case, vary: str | None, speeds: str | None) -> Over | None:
+    """Key path and range that a diagram is over; None for that over the speed."""
+    from femflex.cli.stability import one_axis
+
+    if vary is not None:
+        if speeds is not None:
+            raise ValueError("found --vary and --speeds; a diagram is over one of them")
+        return one_axis(vary)
+    table = case.stability
+    if speeds is not None or case.campbell is not None or table is None or len(table.vary) != 1:
+        return None
+    key, axis = next(iter(table.vary.items()))
+    return key, {"between": axis.between, "points": axis.points}
+
+
+def tell_over_value(case: Case, over: Over, modes: int | None, wanted: CampbellOutputs, as_json: bool) -> None:
+    """Print and write the diagram over a value of the case; what there is when it is broken off."""
+    import numpy as np
+
+    from femflex.case.stability import stability_table
+    from femflex.dynamics.equilibria.equilibrium import EquilibriumError
+    from femflex.studies.campbell import assembled_diagram, over_value, value_motions
+    from femflex.studies.campbell.over_value import MODES
+
+    key, axis = over
+    table = stability_table({"vary": {key: axis}}, "--vary").vary[key]
+    first, last, unit = table.numbers()
+    modes, found, stopped = modes or MODES, [], None
+    with Bar("varying", last - first, unit=unit or "1") as bar:
+        try:
+            for step in value_motions(
+                case, key, np.linspace(first, last, table.points).tolist(), unit, modes, lambda v: bar(v - first)
+            ):
+                found.append(step)
+        except (KeyboardInterrupt, EquilibriumError) as error:
+            stopped = error
+    if found:
+        diagram = over_value(assembled_diagram(found, modes, (), case.title, stopped is None), key, unit)
+        if as_json:
+            print_json(diagram.to_dict())
+        else:
+            print_campbell(diagram, 1.0, unit)
+        for name, path in wanted.files(diagram, 1.0, unit):
+            if not as_json:
+                print(f"{name:11} {path}")
     if stopped is not None:
         raise stopped
 

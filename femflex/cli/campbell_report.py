@@ -27,18 +27,21 @@ def print_campbell(found: Campbell, scale: float, unit: str) -> None:
         rows = [
             [f"{found.speeds[k] / scale:.6g}", *(_cell(branch, k, cell) for branch in found.branches)] for k in asked
         ]
-        print_table([unit, *names], rows, title)
+        print_table([f"{found.value} {unit}".strip(), *names], rows, title)
 
-    table("frequency in the spinning frame, Hz (* unstable)", "frequencies")
+    frame = "" if found.value else " in the spinning frame"
+    table(f"frequency{frame}, Hz (* unstable)", "frequencies")
     ratios = np.array([branch.damping_ratios[asked] for branch in found.branches])
     if np.nanmax(np.abs(ratios), initial=0.0) > TOLD:
         table("damping ratio of oscillating modes (* unstable)", "damping_ratios")
+    what = "values" if found.value else "speeds"
     if between := int((~found.asked).sum()):
-        print(f"followed    through {between} additional speeds, where mode shapes change fast")
+        print(f"followed    through {between} additional {what}, where mode shapes change fast")
     for branch in found.branches:
         if branch.becomes:
             print(f"branch      {branch.name} ends as {branch.becomes}")
-    print_crossings(found, scale, unit)
+    if found.orders:
+        print_crossings(found, scale, unit)
     for branch in found.branches:
         grows = np.flatnonzero(branch.growing)
         if len(grows):
@@ -46,7 +49,7 @@ def print_campbell(found: Campbell, scale: float, unit: str) -> None:
             fastest = f"fastest at {found.speeds[k] / scale:.6g} {unit}, by a factor e in {time:.4g} s"
             print(f"unstable    {branch.name} grows from {found.speeds[grows[0]] / scale:.6g} {unit} on, {fastest}")
     if not any(branch.growing.any() for branch in found.branches):
-        print("stability   stable: no motion grows at any of these speeds")
+        print(f"stability   stable: no motion grows at any of these {what}")
     print(f"growth      {growth_rule()}")
     if found.rigid:
         print(f"rigid       {', '.join(found.rigid)}: neither grow nor decay, and are no branches")
@@ -80,7 +83,15 @@ def write_table(found: Campbell, path: Path, force: bool) -> None:
 
     from femflex.view.output import placed
 
-    heads = ["speed [rad/s]", "asked", "branch", "frequency [Hz]", "damping ratio", "growth [1/s]"]
+    over = f"{found.value} [{found.unit}]" if found.unit else found.value
+    heads = [
+        over if found.value else "speed [rad/s]",
+        "asked",
+        "branch",
+        "frequency [Hz]",
+        "damping ratio",
+        "growth [1/s]",
+    ]
     with placed(path, force) as part, part.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow([*heads, "stable", "character"])

@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from femflex.cli.progress import Patience
+from femflex.cli.tables import print_folded
 from femflex.cli.verb import verb
 
 
@@ -35,7 +36,7 @@ def info(
             if file.suffix.lower() in MATRICES or _has_matrices(file)
             else _mesh_or_deck(file, units)
         )
-    print(text)
+    print_folded(text)
 
 
 MATRICES = (".npz", ".mat", ".op4", ".op2", ".pch", ".dmig", ".asm", ".mtx", ".sti", ".mas", ".dof")  # suffixes

@@ -8,14 +8,21 @@ from typing import Annotated
 
 import typer
 
+from femflex.cli.progress import Patience
 from femflex.cli.verb import verb
 
 
-@verb("femflex new my_craft.toml --mesh boom.msh")
+@verb("femflex new my_craft.toml --deck wing.bdf --units mm-t-s")
 def new(
     name: Annotated[Path, typer.Argument(help="Case file to write, such as my_craft.toml.", show_default=False)],
     mesh: Annotated[
         Path | None, typer.Option("--mesh", help="Mesh of the flexible body. Default: a boom from beam theory.")
+    ] = None,
+    deck: Annotated[
+        Path | None, typer.Option("--deck", help="Nastran or Abaqus deck of the flexible body.", show_default=False)
+    ] = None,
+    units: Annotated[
+        str | None, typer.Option("--units", help="Units of the deck, such as mm-t-s. Default: a guess.")
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing case.")] = False,
 ) -> None:
@@ -29,13 +36,22 @@ def new(
     if target.suffix != ".toml":
         raise ValueError(f"{target.name}: found the suffix {target.suffix!r}; a case ends in .toml")
     check_destination(target, force)
-    found, file = None, ""
+    if deck is not None and mesh is not None:
+        raise ValueError("found --mesh and --deck; give one of them")
+    if units is not None and deck is None:
+        raise ValueError("found --units without --deck; it is the set of units of a deck")
+    found, file, facts = None, "", None
     if mesh is not None:
         from femflex.mesh import read_mesh
 
         found, file = read_mesh(mesh), Path(os.path.relpath(mesh, target.parent)).as_posix()
+    if deck is not None:
+        from femflex.assembly.deck_facts import deck_facts
+
+        with Patience(f"reading {deck.name}"):
+            facts = deck_facts(deck, units, Path(os.path.relpath(deck, target.parent)).as_posix())
     schema = target.with_name("case.schema.json")
-    text, notes = starting_case(target.name, found, file, schema.name)
+    text, notes = starting_case(target.name, found, file, schema.name, facts)
     with placed(target, force) as part:
         part.write_text(text, encoding="utf-8")
     print(f"case        {target}")
@@ -43,6 +59,10 @@ def new(
         with placed(schema) as part:
             part.write_text(schema_text(), encoding="utf-8")
         print(f"schema      {schema}, for editors")
+    if facts is not None:
+        print(f"deck        {facts.file}, {facts.solver}, {facts.units}: {facts.mass:.4g} kg, {facts.extent:.4g} m")
+        if facts.frequencies:
+            print(f"modes       {', '.join(f'{f:.4g}' for f in facts.frequencies)} Hz")
     for note in notes:
         print(f"look at     {note}")
     print(f"next        femflex check {target}")

@@ -173,8 +173,10 @@ def tank_lines(run: Run) -> list[str]:
 
 def reach_lines(run: Run, system: System) -> list[str]:
     """How far a craft with free lengths reached in orbit, and what the gradient of the attraction leaves out there."""
-    from femflex.system.attraction import LARGE, free_members, reach
+    from femflex.system.attraction import LARGE, free_members, is_integrated, reach
 
+    if is_integrated(system):
+        return []
     lengths = {name: float(run[f"bodies/{name}/length"].max()) for name in free_members(system)}
     found = reach(system, lengths) if lengths else None
     if found is None or found.ratio <= LARGE:

@@ -144,6 +144,13 @@ def print_locus(locus: Locus) -> None:
         for k in range(0, len(locus.values), every)
     ]
     print_table([f"{locus.name} {locus.unit}".strip(), "growth, 1/s", "stability"], rows)
+    names = list(dict.fromkeys(name for name in locus.names if name))
+    if names:
+        print(f"branches    {', '.join(names)}, as they begin")
+    if locus.trivial:
+        count = len(locus.trivial)
+        print(f"trivial     {count} multipliers are 1: {', '.join(locus.trivial)}")
+        print(f"split       all eigenvalues give them to {locus.split:.2g}: rounding splits double ones")
     changes = ", ".join(f"{value:.8g}" for value in locus.critical) or "nowhere"
     print(f"changes     {changes} {locus.unit}".rstrip())
 
@@ -183,6 +190,8 @@ def _plain(one: Locus | Chart) -> dict[str, Any]:
     if isinstance(one, Locus):
         parts = [[[float(z.real), float(z.imag)] for z in row] for row in one.branches]
         return {"of": one.of, "name": one.name, "unit": one.unit, "values": one.values.tolist(), "branches": parts,
+                "names": list(one.names),
+                "trivial": list(one.trivial), "split": one.split,
                 "critical": list(one.critical), **kinds}  # fmt: skip
     lines = [{"between": [KINDS[a], KINDS[b]], "points": points.tolist()} for a, b, points in one.boundaries]
     return {"names": list(one.names), "units": list(one.units), "first": one.first.tolist(),
@@ -196,7 +205,8 @@ def write_table(one: Locus | Chart, path: Path, force: bool) -> None:
 
     if isinstance(one, Locus):
         n = one.branches.shape[1]
-        head = [one.name, "kind", "growth", *(f"{part}_{k + 1}" for k in range(n) for part in ("real", "imag"))]
+        own = [f"{k + 1} {name}".strip() for k, name in enumerate(one.names or ("",) * n)]
+        head = [one.name, "kind", "growth", *(f"{part}_{label}" for label in own for part in ("real", "imag"))]
         rows = [
             [value, int(one.kinds[i]), one.growth[i], *(v for z in one.branches[i] for v in (z.real, z.imag))]
             for i, value in enumerate(one.values)

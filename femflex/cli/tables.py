@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
+from textwrap import wrap
 from typing import Any
 
 WIDTH = 80  # columns where standard output is no terminal, and the least width of one
@@ -26,6 +28,26 @@ def print_table(heads: Sequence[str], rows: Iterable[Sequence[str]], title: str 
         lines += ["  ".join(aligned_cell(row[k], widths[k], left[k]) for k in group).rstrip() for row in cells]
         lines += [""]
     print("\n".join(lines))
+
+
+def print_folded(text: str) -> None:
+    """Print lines, those that are wider than the terminal folded under the text behind their first word."""
+    print("\n".join(part for line in text.split("\n") for part in folded_line(line, screen_width())))
+
+
+def folded_line(line: str, width: int) -> list[str]:
+    """A line in parts of at most `width` columns, but for longer words.
+
+    >>> folded_line("note      one two three", 20)
+    ['note      one two', '          three']
+    """
+    if len(line) <= width:
+        return [line]
+    label = re.match(r"\s*\S.*?\s{2,}", line)
+    indent = " " * (len(label[0]) if label and len(label[0]) <= width / 2 else 4)
+    return wrap(
+        line, width, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False, drop_whitespace=True
+    )
 
 
 def folded_columns(widths: Sequence[int], keys: int, width: int) -> list[list[int]]:

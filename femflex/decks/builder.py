@@ -15,6 +15,8 @@ from femflex.mesh import Mesh
 
 Array = NDArray[np.float64]
 
+ALIKE = 1e-9  # part by which values of cells differ that count as one
+
 
 @dataclass
 class _Gathered:
@@ -26,6 +28,7 @@ class _Gathered:
     material: Any
     options: Mapping[str, Any]
     rows: dict[str, list[int]] = field(default_factory=dict)
+    fields: dict[str, list[Mapping[str, Any]]] = field(default_factory=dict)  # by cell type, one for each cell
 
 
 class Builder:
@@ -69,8 +72,13 @@ class Builder:
         options: Mapping[str, Any] | None = None,
         groups: Iterable[str] = (),
         number: int | None = None,
+        fields: Mapping[str, Any] | None = None,
     ) -> None:
-        """Add a cell to the member of a key, which is made when it is first named; `name` is that of its property."""
+        """Add a cell to the member of a key, which is made when it is first named; `name` is that of its property.
+
+        options belong to the member; fields are values of this cell, by option: a number, one for each corner, or a
+        direction (axis). All cells of a member have the same ones.
+        """
         cells = self.cells.setdefault(kind, [])
         row = len(cells)
         cells.append(rows)
@@ -78,6 +86,7 @@ class Builder:
             k = self._names[name] = self._names.get(name, 0) + 1
             self._members[key] = _Gathered(f"{name}-part{k}", family, section, material, options or {})
         self._members[key].rows.setdefault(kind, []).append(row)
+        self._members[key].fields.setdefault(kind, []).append(fields or {})
         for group in (name, *groups):
             self.cell_groups.setdefault(group, {}).setdefault(kind, []).append(row)
         if number is not None:
@@ -98,7 +107,10 @@ class Builder:
 
     def members(self) -> list[Member]:
         """The members, in the order of their first cells."""
-        return [Member(self._group(g), g.family, g.section, g.material, g.options) for g in self._members.values()]
+        return [
+            Member(self._group(g), g.family, g.section, g.material, {**g.options, **_field_options(g.fields)})
+            for g in self._members.values()
+        ]
 
     def families(self) -> set[str]:
         """Names of the families that are used."""
@@ -108,6 +120,22 @@ class Builder:
         """The group of a member: that of its property where it is the only part of it."""
         name, _, part = one.name.rpartition("-part")
         return name if part == "1" and self._names[name] == 1 else one.name
+
+
+def _field_options(fields: Mapping[str, Sequence[Mapping[str, Any]]]) -> dict[str, Any]:
+    """Options of values by cell: one value where all are alike, else values by cell type; an axis by its components."""
+    found: dict[str, Any] = {}
+    for name in next(iter(fields.values()))[0]:
+        values = {kind: np.array([cell[name] for cell in cells], float) for kind, cells in fields.items()}
+        if name == "axis":
+            axes = np.concatenate(list(values.values()))
+            alike = np.abs(axes - axes[0]).max() <= ALIKE
+            parts = tuple({kind: own[:, c] for kind, own in values.items()} for c in range(3))
+            found[name] = tuple(float(c) for c in axes[0]) if alike else parts
+            continue
+        every = np.concatenate([own.ravel() for own in values.values()])
+        found[name] = float(every[0]) if np.ptp(every) <= ALIKE * np.abs(every).max() else values
+    return found
 
 
 def direction_key(v: ArrayLike, digits: int = 9) -> tuple[float, ...]:

@@ -36,6 +36,7 @@ class Deck:
     points_of_ids    number of a node in the deck -> row of mesh.points; a node without a row is used by nothing
     units            that the deck was declared to be in
     moduli, densities  of its materials, Young's [Pa] and [kg/m^3], by which the units are judged
+    materials        names by which overrides name its materials
     used             kind of card -> how many were used
     unused           cards the structure is made without, with the consequence of each
     notes            sentences on what was decided in reading
@@ -54,6 +55,7 @@ class Deck:
     units: Units = field(default_factory=Units)
     moduli: tuple[float, ...] = ()
     densities: tuple[float, ...] = ()
+    materials: tuple[str, ...] = ()
     used: Mapping[str, int] = field(default_factory=dict)
     unused: tuple[UnusedCard, ...] = ()
     notes: tuple[str, ...] = ()

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+import json
 from collections import Counter
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 SHOWN = 20  # problems of a deck that are written out
+
+
+def toml_key(name: str) -> str:
+    """A name as a key of a case file, in quotation marks where it needs them."""
+    return name if name.replace("_", "").replace("-", "").isalnum() and name.isascii() else json.dumps(name)
 
 
 @dataclass(frozen=True)
@@ -89,6 +96,14 @@ class Findings:
         """Something that was decided in reading and that may matter."""
         if text not in self.notes:
             self.notes.append(text)
+
+    def note_no_mass(self, densities: Iterable[float], names: Sequence[str], where: object) -> None:
+        """Say that no material has a density; names: by which overrides name them, where: the first one stands."""
+        if names and not any(rho > 0 for rho in densities):
+            self.note(
+                f"no material has a density (the first is {names[0]}, {where}): its elements have no mass. Give one in "
+                f"the deck, or overrides = {{ {toml_key(names[0])} = {{ density = ... }} }}"
+            )
 
     @property
     def left_out(self) -> tuple[UnusedCard, ...]:

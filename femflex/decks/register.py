@@ -9,7 +9,7 @@ from typing import Any
 
 from femflex.decks.deck import Deck
 from femflex.decks.units import Units, units_of
-from femflex.reading import reading
+from femflex.reading import reading, refuse_pointer
 
 HEAD = 65536  # bytes of a file by which its solver is recognised
 ADVICE = "It may be cut short, damaged or of another solver; write it again from its source."
@@ -53,6 +53,7 @@ def read_deck(path: str | Path, units: str | Units = "m-kg-s", overrides: Overri
     if not path.is_file():
         near = sorted(p.name for p in path.parent.glob(f"*{path.suffix}")) if path.parent.is_dir() else []
         raise ValueError(f"deck {path} does not exist; {path.parent} holds {near or 'no such files'}.")
+    refuse_pointer(path)
     reader = reader_of(path)
     with reading(path, f"{reader.solver} deck", ADVICE):
         return reader.read(path, units_of(units), overrides or {})

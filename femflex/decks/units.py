@@ -20,6 +20,7 @@ COMMON = ("m-kg-s", "mm-t-s", "mm-kg-ms", "mm-g-ms", "cm-g-s", "in-lbf-s", "ft-l
 MODULI = (1e3, 2e12)  # [Pa] Young's moduli of materials, foams and diamond included
 DENSITIES = (1.0, 25e3)  # [kg/m^3] of materials, foams and platinum included
 EXTENTS = (1e-3, 2e3)  # [m] of a body
+METALS, SOLIDS, SIZES = (1e9, 5e11), (500.0, 2e4), (0.05, 100.0)  # [Pa], [kg/m^3], [m] of most structures
 MASS_RANGE = (1e-6, 1e8)  # [kg] of a body
 
 
@@ -111,6 +112,31 @@ def implausible(
     fits = [other for other in COMMON if other != units.name and _usual(units, units_of(other), E, rho, extent)]
     hint = f" In {' or '.join(fits)} its materials and its size are usual." if fits else ""
     return [f"read in {units.name} it has {' and '.join(found)}; check the declared units.{hint}"]
+
+
+def likely_units(moduli: Iterable[float], densities: Iterable[float], extent: float) -> tuple[str, str]:
+    """The common set of units in which the numbers of a deck are most usual, and why: Young's moduli, densities and
+    extent as they stand in the deck."""
+    E, rho = sorted(value for value in moduli if value > 0), sorted(value for value in densities if value > 0)
+    if not E:
+        return COMMON[0], "assumed: the deck has no Young's modulus to judge by"
+    e, r = E[len(E) // 2], rho[len(rho) // 2] if rho else None
+
+    def distance(name: str) -> float:
+        u = units_of(name)
+        far = [_off(e * u.pressure, *METALS)] + ([_off(r * u.density, *SOLIDS)] if r else [])
+        return sum(far) + 0.5 * _off(extent * u.length, *SIZES)
+
+    best = min(COMMON, key=distance)
+    u = units_of(best)
+    dense = f", a density of {r * u.density:.4g} kg/m^3" if r else ""
+    why = f"a guess: in these E is {e * u.pressure / 1e9:.4g} GPa{dense}, and it spans {extent * u.length:.4g} m"
+    return best, why
+
+
+def _off(value: float, least: float, most: float) -> float:
+    """Decades that a positive value lies outside a range."""
+    return max(math.log10(least / value), math.log10(value / most), 0.0) if value > 0 else 0.0
 
 
 def _usual(units: Units, other: Units, E: list[float], rho: list[float], extent: float) -> bool:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from femflex.body import FlexibleBody
 from femflex.deployment.drawn import skin_of
 from femflex.deployment.line import DeployingLine, LineFunctions, LineShapes
+from femflex.deployment.moving_points import moving_points
 from femflex.deployment.parts import Strain, exit_marker, member_parts, resting_rates
 from femflex.deployment.reel import Reel
 from femflex.deployment.sections import sections_of
@@ -176,6 +177,7 @@ def _deployed(shapes: MemberShapes, length: Profile | Reel, options: Options) ->
         "at_tip": at_tip,
         "bounds": (least, most),
     }
+    more["points"] = moving_points(shapes, total, at_tip)
     density = shapes.member_mass / shapes.reference
     more["sections"] = sections_of(shapes, whole, at_tip, markers, lambda sigma: density * one(sigma), one)
     if isinstance(length, Reel):

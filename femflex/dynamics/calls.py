@@ -16,7 +16,7 @@ class SecondOrderCalls:
     """The second-order calls over a model's own arrays.
 
     reduced  whether terms of the ledger are left out (see femflex.dynamics.terms.reduced)
-    free     bodies whose length is free, which implicit methods cannot correct
+    free     bodies whose length is free
     """
 
     n_q: int
@@ -40,12 +40,16 @@ class SecondOrderCalls:
 
     @property
     def correct(self) -> Any:
-        """The call of signature CORRECT; ValueError with free lengths."""
+        """The call of signature CORRECT; ValueError with free lengths where terms are left out."""
         if self.free:
-            raise ValueError(
-                f"body {self.free[0]!r} has a free length, and implicit integrators need lengths that are functions "
-                "of time; set integrator = 'dop853'"
-            )
+            if self.reduced:
+                raise ValueError(
+                    f"body {self.free[0]!r} has a free length, and terms of its equations are left out (`without`), "
+                    "which implicit integrators cannot do; set integrator = 'dop853'"
+                )
+            from femflex.dynamics.motion.free_correction import correct as free_correct
+
+            return free_correct
         if self.reduced:
             from femflex.dynamics.terms.reduced_correction import reduced_correct
 

@@ -12,6 +12,8 @@ from femflex.matrices.contents import Contents, Entries, numbered, register, who
 
 Array = NDArray[np.float64]
 
+INNER = 1_000_000_000  # from which degrees of freedom within elements are numbered, ten for each of nodes -1, -2, ...
+
 
 def _mtx(path: Path) -> Contents:
     with open(path, "rb") as opened:
@@ -34,16 +36,29 @@ def _abaqus(path: Path) -> Contents:
     if values.shape[1] == 3:
         return _one(path, Entries(_coordinate(values)))
     pairs = np.concatenate([values[:, :2], values[:, 2:4]]).astype(np.int64)
+    inner = pairs[:, 0] < 1  # degrees of freedom within elements (B33): no node has them
+    pairs[inner] = np.column_stack([INNER - 10 * pairs[inner, 0] + pairs[inner, 1], np.zeros(inner.sum(), np.int64)])
     dofs, number = numbered(pairs)
     n = len(values)
-    return _one(path, Entries(whole(number[:n], number[n:], values[:, 4], len(dofs)), dofs))
+    scalars = {int(node) for node in np.unique(pairs[inner, 0])}
+    entries = Entries(whole(number[:n], number[n:], values[:, 4], len(dofs)), dofs)
+    return Contents(matrices={path.stem: entries}, scalars=scalars)
 
 
 def _coordinate(values: Array) -> sparse.csr_array:
+    values = _without_counts(values)
     i, j = values[:, 0].astype(np.int64), values[:, 1].astype(np.int64)
     if min(i.min(), j.min()) < 1:
         raise ValueError("it has a row or column number below 1; rows and columns count from 1")
     return whole(i - 1, j - 1, values[:, 2], int(max(i.max(), j.max())))
+
+
+def _without_counts(values: Array) -> Array:
+    """The rows without a first one of MatrixMarket's counts (rows, columns, entries), of a file without its banner."""
+    n, m, entries = values[0]
+    rest = values[1:]
+    counts = n == m and entries == len(rest) and len(rest) and rest[:, :2].max() <= n
+    return rest if counts and (n >= 2 or len(rest) == 1) else values
 
 
 def _lines(path: Path) -> list[str]:

@@ -81,7 +81,7 @@ def read_matrices(
         raise ValueError(f"names has {unknown}; the matrices are {', '.join(ROLES)}")
     read = {name: read_contents(folder / name) for _, name in sources.files}
     main = read[str(sources.file)] if sources.file is not None else None
-    label = Path(str(sources.file or sources.mass or "matrices")).name
+    label = Path(str(sources.file or sources.mass or sources.stiffness or "matrices")).name
     entries, names = _roles(sources, read, main, label)
     nodes = read[str(sources.nodes)] if sources.nodes is not None else main
     contents = [*([main] if main else []), *(part for part in read.values() if part is not main)]

@@ -156,8 +156,9 @@ def _by_instance(keywords: list[Keyword]) -> tuple[list[Scoped], dict[str, Place
     scope = ""
     if not any(keyword.name == "INSTANCE" for keyword in rest):  # parts alone: each in place
         for name, own in parts.items():
-            placements[name] = Placement()
-            scoped += [Scoped(name, keyword) for keyword in own]
+            scope = name if len(parts) > 1 else ""  # the numbers of one part are those of the deck
+            placements[scope] = Placement()
+            scoped += [Scoped(scope, keyword) for keyword in own]
     for keyword in rest:
         if keyword.name == "INSTANCE":
             scope = keyword.parameter("name")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -47,7 +48,7 @@ class Keyword:
             return int(word)
         except ValueError:
             number = _float(word)
-            if number is not None and number == int(number):
+            if number is not None and math.isfinite(number) and number == int(number):
                 return int(number)
             raise ValueError(
                 f"{self.place(row)}: *{self.name} has {word!r} where {what} belongs; it is no whole number."

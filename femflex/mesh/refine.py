@@ -80,6 +80,19 @@ def refined(mesh: Mesh) -> Mesh:
     return Mesh(points, {kind: np.concatenate(own) for kind, own in cells.items()}, cell_groups, point_groups)
 
 
+def refined_values(cell: str, values: Array) -> Array:
+    """Values of the children of cells by those of the cells, (e,) or (e, corners), in the order of a refined group.
+
+    Values at corners are interpolated. Of cells whose children are of one type and are cut alike.
+    """
+    kind = CELL_TYPES[cell]
+    (children,) = _cuts(kind)
+    if values.ndim == 1:
+        return np.repeat(values, len(children))
+    at = np.stack([CELL_TYPES[kind.corner].interpolation(corners) for corners in children])  # child, corner, parent's
+    return np.asarray(np.einsum("nck,ek->enc", at, values).reshape(-1, at.shape[1]))
+
+
 def _of_parents(by_type: Mapping[str, Index], born: dict[str, list[tuple[str, int, int]]]) -> dict[str, Index]:
     """Rows of the children of a group of cells, by their type."""
     found: dict[str, list[Index]] = {}

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from femflex.advice.deployed import SlackWatch
+from femflex.advice.deployed_bending import AxialForceWatch
 from femflex.advice.stiffening import StiffeningWatch
 from femflex.advice.tension import TensionWatch
 from femflex.pipeline.guard import MotionGuard, Singularities, first_overflow, warn_of_passage
@@ -45,7 +46,7 @@ def integrate(
     model, known = prepared.model.for_run(), prepared.decided.known
     guard, singularities = MotionGuard(model, known, prepared.decided.notes), Singularities(model)
     stiffening, tension = StiffeningWatch(model, known), TensionWatch(model, known)
-    slack = SlackWatch(model)
+    slack, axial = SlackWatch(model), AxialForceWatch(model)
     if model.constraints is not None:
         model.constraints.forget_passage()
     stresses = prepared.recovered
@@ -71,6 +72,7 @@ def integrate(
                     stiffening.watch(seen)
                     tension.watch(times, seen)
                     slack.watch(times, seen)
+                    axial.watch(times, seen)
                     written = float(times[-1])
                 if error is not None:
                     raise error
@@ -91,6 +93,7 @@ def integrate(
     stiffening.warn()
     tension.warn()
     slack.warn()
+    axial.warn()
 
 
 @contextmanager

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from femflex.dynamics.equilibria.equilibrium import Equilibrium, EquilibriumError, equilibrium
 from femflex.dynamics.equilibria.frozen import frozen_system
+from femflex.dynamics.equilibria.states import resting_state
 from femflex.dynamics.equilibria.system_modes import without_variation
 from femflex.dynamics.model import Model
 from femflex.system import Load, System
@@ -55,10 +56,4 @@ def silent(load: Load) -> Load:
 
 def rest_state(about: Equilibrium, model: Model) -> Array:
     """The state (n_x,) [SI] of the model at the equilibrium, rotors as they start."""
-    found = dict(
-        zip([name for name, _ in about.model.system.state_names()], about.model.parts(about.x)[2], strict=True)
-    )
-    x = model.at_rest(about.q)
-    for k, (name, _) in enumerate(model.system.state_names()):
-        x[model.n_q + model.n_u + k] = found.get(name, x[model.n_q + model.n_u + k])
-    return x
+    return resting_state(about.model, about.x, model)

@@ -3,8 +3,11 @@
 A small departure (dxi, du, dz) from a motion of period T comes back as Phi (dxi, du, dz); the motion is stable where no
 eigenvalue of Phi lies outside of the unit circle. dxi are increments of the coordinates, so that quaternions keep their
 length and either sign is the same attitude, and angles count modulo 2 pi. Phi comes from central differences of motions
-that begin a little apart, in both directions. Multipliers at 1 of drift and of the motion's own phase are double: they
-split by the root of the error.
+that begin a little apart, in both directions.
+
+Multipliers at 1 of drift and of the motion's own phase are double, and those computed split by the root of the error.
+Departures that come back as they are, and those that come back with more of these (drift), are found as null spaces of
+Phi - 1 first; the other multipliers are those of Phi over what is orthogonal to them, and keep their digits.
 """
 
 from __future__ import annotations
@@ -28,14 +31,19 @@ RTOL = 1e-11  # of the integration
 CLOSED = 1e-6  # largest gap of a motion that counts as periodic, in usual sizes
 TRIES, SHOT = 12, 1e-9  # steps of Newton's method, and the gap in usual sizes at which it ends
 FREE = 1e-7  # of the largest singular value of 1 - Phi: directions along which the motion may begin anywhere
+BACK = 1e-6  # singular value of Phi - 1 in usual sizes up to which a departure comes back as it is
+ALIKE = 0.999  # cosine between a departure and the space of those that come back, as one of them
 OUTSIDE = 1e-6  # beyond the unit circle from which on a multiplier grows
 
 
 @dataclass(frozen=True, eq=False)
 class Floquet:
-    """Multipliers (n,) by falling size of the motion of a period [s] that begins at x (n_x,).
+    """Multipliers (n,) by falling size of the motion of a period [s] that begins at x (n_x,), trivial ones exactly 1.
 
     monodromy  (n, n);  names (n,) of the departures;  gap  largest departure of the motion from itself after a period
+    trivial    names of the trivial multipliers, one for each: "phase", "rotation x", "drift" of one of them, "neutral"
+    split      largest distance from 1 of the trivial ones among the eigenvalues of the whole matrix: the root of its
+               error where they are double
     """
 
     multipliers: Complex
@@ -44,6 +52,8 @@ class Floquet:
     period: float
     x: Array
     gap: float
+    trivial: tuple[str, ...] = ()
+    split: float = 0.0
 
     @property
     def stable(self) -> bool:
@@ -78,8 +88,73 @@ def floquet(system: System, period: float, state: Array | None = None) -> Floque
             "start. Check the period, or start on the periodic motion"
         )
     Phi = monodromy(model, x, period, places, sizes)
-    values = np.asarray(np.linalg.eigvals(Phi / sizes[:, None] * sizes), complex)
-    return Floquet(values[np.argsort(-np.abs(values), kind="stable")], Phi, names, period, x, gap)
+    scaled = Phi / sizes[:, None] * sizes
+    steps = coming_back(scaled)
+    R = np.hstack([np.zeros((len(sizes), 0)), *steps])
+    S = np.linalg.qr(R, mode="complete")[0][:, R.shape[1] :]
+    others = np.asarray(np.linalg.eigvals(S.T @ scaled @ S), complex)
+    values = np.concatenate([others, np.ones(R.shape[1])])
+    whole = np.abs(np.linalg.eigvals(scaled) - 1.0)
+    split = float(np.sort(whole)[: R.shape[1]].max(initial=0.0))
+    trivial = _trivial(model, x, steps, [place for place, _ in places], sizes)
+    order = np.argsort(-np.abs(values), kind="stable")
+    return Floquet(values[order], Phi, names, period, x, gap, trivial, split)
+
+
+def coming_back(Phi: Array) -> list[Array]:
+    """Departures (n, k) that come back as they are, then (n, m) those that come back with more of the ones before.
+
+    Phi (n, n): in usual sizes. Orthonormal columns, over all steps.
+    """
+    found: list[Array] = []
+    R = np.zeros((len(Phi), 0))
+    while R.shape[1] < len(Phi):
+        S = np.linalg.qr(R, mode="complete")[0][:, R.shape[1] :]
+        _, sigma, Vt = np.linalg.svd(S.T @ Phi @ S - np.eye(S.shape[1]))
+        more = S @ Vt[int((sigma > BACK).sum()) :].T
+        if not more.shape[1]:
+            break
+        found.append(more)
+        R = np.hstack([R, more])
+    return found
+
+
+def _trivial(model: Model, x: Array, steps: list[Array], places: list[int], sizes: Array) -> tuple[str, ...]:
+    """Names of the departures that come back: those that are known, as many more as there are, and their drift."""
+    if not steps:
+        return ()
+    back, names, R = steps[0], list[str](), np.zeros((len(sizes), 0))
+    for name, field in _symmetries(model, x, places):
+        one = field / sizes
+        left = one - R @ (R.T @ one)
+        size = float(np.linalg.norm(one))
+        if size > 0 and np.linalg.norm(back.T @ one) > ALIKE * size and np.linalg.norm(left) > (1 - ALIKE) * size:
+            names.append(name)
+            R = np.column_stack([R, left / np.linalg.norm(left)])
+    names += ["neutral"] * (back.shape[1] - len(names))
+    return tuple(names) + ("drift",) * sum(step.shape[1] for step in steps[1:])
+
+
+def _symmetries(model: Model, x: Array, places: list[int]) -> list[tuple[str, Array]]:
+    """Departures (n,) [SI] that make the same motion later, or at another place or attitude of the base frame."""
+    from femflex.dynamics.equilibria.body_motions import body_motions
+    from femflex.dynamics.equilibria.rigid_motions import rigid_fields
+
+    u = model.parts(x)[1]
+    rate = model.state_rate(0.0, x)
+    fields, there = rigid_fields(model, body_motions(model, x), np.eye(3))
+    frame = model.system.frame
+    spin = -frame.rate if frame.kind == "spinning" else np.zeros(3)
+    found = []
+    for kind, first in (("translation", 0), ("rotation", 3)):
+        own = fields[:, first : first + 3]
+        turned = own @ np.cross(spin, np.eye(3)).T  # what stays in inertial axes moves in those that spin
+        for k, axis in enumerate("xyz"):
+            if there[first + k]:
+                state = np.concatenate([own[:, k], turned[:, k], np.zeros(model.n_z)])
+                found.append((f"{kind} {axis}", state[places]))
+    found.append(("phase", np.concatenate([u, rate[model.n_q :]])[places]))
+    return found
 
 
 def monodromy(model: Model, x: Array, period: float, places: list[tuple[int, str]], sizes: Array) -> Array:

@@ -40,6 +40,7 @@ from femflex.system.law import Friction, Law
 from femflex.system.length_table import LengthTable
 from femflex.system.load import Load
 from femflex.system.loop import Closure, closure
+from femflex.system.moving_points import MovingPoints
 from femflex.system.orbit import EARTH_RADIUS, MU_EARTH, Frame, Orbit
 from femflex.system.profile import Profile
 from femflex.system.segments import Part, Segments
@@ -74,6 +75,7 @@ __all__ = [
     "Law",
     "LengthTable",
     "Load",
+    "MovingPoints",
     "Nonholonomic",
     "Orbit",
     "Part",

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from femflex.body import FlexibleBody
 from femflex.body.mass_points import points_of_moments
 from femflex.system.length_table import LengthTable
+from femflex.system.moving_points import MovingPoints
 from femflex.system.system import System
 
 Array = NDArray[np.float64]
@@ -82,15 +83,17 @@ def free_members(system: System) -> list[str]:
 def is_integrated(system: System) -> bool:
     """Whether a system's central attraction is integrated over points of mass.
 
-    Automatically it is for craft beyond LARGE whose flexible bodies have points of mass, as those of meshes do. With
-    "exact" bodies without points have six from their moments, which do not follow their shapes: energy is then kept to
-    the second order alone. Bodies whose mass varies with time have no points that move with it: with them it is not,
-    and ValueError is raised where it is requested.
+    Automatically it is for craft beyond LARGE whose flexible bodies have points of mass, as those of meshes do, and
+    uniform members that deploy; free lengths count up to their stock. With "exact" bodies without points have six from
+    their moments, which do not follow their shapes: energy is then kept to the second order alone. Other bodies whose
+    mass varies with time have no points that move with it: with them it is not, and ValueError is raised where it is
+    requested.
     """
-    found = reach(system)
+    found = reach(system, {name: _stock(system, name) for name in free_members(system)})
     if found is None or system.environment.attraction == "gradient":
         return False
-    moving = sorted(name for name, variation in system.varying.items() if "mass" in variation.acting)
+    acting = {name: variation for name, variation in system.varying.items() if "mass" in variation.acting}
+    moving = sorted(name for name in acting if moving_points_of(system, name) is None)
     if moving:
         if system.environment.attraction == "exact":
             raise ValueError(
@@ -101,5 +104,22 @@ def is_integrated(system: System) -> bool:
     if system.environment.attraction == "exact":
         return True
     # six points stand for the moments of a body without points of mass; they do not follow its shapes
-    known = all(body.mass_points is not None for body in system.bodies.values() if body.n_modes)
+    known = all(
+        body.mass_points is not None or moving_points_of(system, name) is not None
+        for name, body in system.bodies.items()
+        if body.n_modes
+    )
     return known and found.ratio > LARGE
+
+
+def moving_points_of(system: System, name: str) -> MovingPoints | None:
+    """The points of mass that follow the length of a body; None of one that has no length, or none that are known."""
+    variation = system.varying.get(name)
+    if variation is None or "mass" not in variation.acting:
+        return None
+    return variation.write.points if isinstance(variation.write, LengthTable) else None
+
+
+def _stock(system: System, name: str) -> float:
+    table = system.varying[name].write
+    return (table.stock or table.bounds[1]) if isinstance(table, LengthTable) else 0.0

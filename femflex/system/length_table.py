@@ -19,6 +19,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.system.moving_points import MovingPoints
 from femflex.system.profile import Profile
 
 Array = NDArray[np.float64]
@@ -66,6 +67,7 @@ class LengthTable:
     at_tip      whether the drum moves with the tip, not with the root
     bounds      (2,) lengths between which the table is made [m]
     sections    where forces inside the member are reported; None: nowhere
+    points      its points of mass, for an attraction that is integrated over them; None: they are not known
     error       largest error of its numbers relative to the size of each kind, 0 where it is exact
     """
 
@@ -80,6 +82,7 @@ class LengthTable:
     error: float = 0.0
     drum_mass: float = 0.0
     sections: Sections | None = None
+    points: MovingPoints | None = None
 
     @cached_property
     def terms(self) -> list[Term]:

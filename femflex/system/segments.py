@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody, Marker
 from femflex.system.constraint import Nonholonomic
+from femflex.system.effector import Effector
 from femflex.system.joint import Joint
 from femflex.system.kinds import weld
 from femflex.system.load import Load
@@ -66,6 +67,12 @@ class Segments:
         j = self.holder(near_marker)
         bodies = list(self.bodies)
         bodies[j] = replace(bodies[j], markers={**bodies[j].markers, name: marker})
+        return Segments(tuple(bodies))
+
+    def with_body(self, marker: str, body: FlexibleBody) -> Segments:
+        """A copy in which the segment that holds a marker is another body."""
+        bodies = list(self.bodies)
+        bodies[self.holder(marker)] = body
         return Segments(tuple(bodies))
 
 
@@ -131,6 +138,28 @@ def at_segments(tie: Tie, parts: Mapping[str, Part]) -> Tie:
         if isinstance(part := parts.get(name), Segments):
             moved[key] = segment_name(name, part.holder(getattr(tie, marker)))
     return replace(tie, **moved)
+
+
+def acting_at_segments(acting: Effector, parts: Mapping[str, Part]) -> Effector:
+    """An effector at the segments that hold its markers, in place of cut bodies."""
+    markers = tuple((place_at(parts, body, marker), marker) for body, marker in acting.markers)
+    return acting if markers == acting.markers else replace(acting, markers=markers)
+
+
+def place_at(parts: Mapping[str, Part], body: str, marker: str) -> str:
+    """Name of the body that holds a marker: a segment's, where the body is cut into segments. Raises KeyError."""
+    part = parts.get(body)
+    return segment_name(body, part.holder(marker)) if isinstance(part, Segments) else body
+
+
+def carrier(part: Part, marker: str) -> FlexibleBody:
+    """The body that holds a marker: the whole, or a segment. Raises KeyError."""
+    return part.bodies[part.holder(marker)] if isinstance(part, Segments) else part
+
+
+def with_carrier(part: Part, marker: str, body: FlexibleBody) -> Part:
+    """The part in which the body that holds a marker is another one."""
+    return part.with_body(marker, body) if isinstance(part, Segments) else body
 
 
 def welds(names: Sequence[str], held: int) -> list[Joint]:

@@ -23,7 +23,7 @@ from femflex.system.length_table import LengthTable
 from femflex.system.load import Load
 from femflex.system.names import name_problems, prefix_problems
 from femflex.system.orbit import Frame, Orbit
-from femflex.system.segments import Part, at_segments, expanded
+from femflex.system.segments import Part, acting_at_segments, at_segments, expanded
 from femflex.system.sight import Sight
 from femflex.system.spring import Spring
 from femflex.system.ties import tie_places, tie_problems
@@ -353,4 +353,7 @@ def assembled(parts: Mapping[str, Part], joints: Sequence[Joint], loads: Sequenc
     bodies, all_joints, acting, segments = expanded(parts, joints, loads)
     for key in ("loops", "constraints", "springs", "sights"):
         more[key] = tuple(at_segments(tie, parts) for tie in more.get(key, ()))
+    more["effectors"] = tuple(
+        acting_at_segments(one, parts) if isinstance(one, Effector) else one for one in more.get("effectors", ())
+    )
     return System(bodies, all_joints, acting, segments=segments, **more)

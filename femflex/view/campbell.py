@@ -36,7 +36,8 @@ def plot_campbell(
     dpi: int = 150,
     force: bool = False,
 ) -> Path:
-    """Path of a picture (.png or .svg) of a Campbell diagram, speeds in a unit that is `scale` rad/s.
+    """Path of a picture (.png or .svg) of a Campbell diagram, speeds in a unit that is `scale` rad/s, values as they
+    are.
 
     Crossings with multiples of the spin are ringed; where a branch grows it is drawn wide and red. Damping ratios
     stand below, where there are any.
@@ -52,12 +53,13 @@ def plot_campbell(
     axes = figure.subplots(len(ratios), 1, sharex=True, squeeze=False, height_ratios=ratios)[:, 0]
     figure.suptitle(title or diagram.title or "Campbell diagram", color=colours.text, fontsize=12, fontweight="bold")
     _frequencies(axes[0], diagram, colours, scale)
-    axes[0].set_ylabel("frequency in the spinning frame [Hz]")
+    axes[0].set_ylabel("frequency [Hz]" if diagram.value else "frequency in the spinning frame [Hz]")
     if damped:
         _damping(axes[1], diagram, colours, scale)
     for ax in axes:
         finish(ax, (), colours)
-    axes[-1].set_xlabel(f"speed of spin [{raised(unit)}]")
+    unit_text = f" [{raised(unit)}]" if unit else ""
+    axes[-1].set_xlabel((diagram.value or "speed of spin") + unit_text)
     axes[0].set_xlim(diagram.speeds[0] / scale, diagram.speeds[-1] / scale)
     return saved(figure, path, dpi, force)
 
@@ -70,7 +72,7 @@ def _frequencies(ax: Axes, diagram: CampbellData, colours: Theme, scale: float) 
     ends = []
     for branch in diagram.branches:
         speeds, frequencies, style = diagram.speeds / scale, branch.frequencies, _style(branch, colours)
-        ax.plot(*_fine(speeds, frequencies), zorder=3, **style)
+        ax.plot(*((speeds, frequencies) if diagram.value else _fine(speeds, frequencies)), zorder=3, **style)
         ax.plot(speeds[diagram.asked], frequencies[diagram.asked], ".", color=style["color"], markersize=3.5, zorder=3)
         ax.plot(speeds, np.where(branch.growing, frequencies, np.nan), color=colours.trace, linewidth=5, alpha=0.6)
         if np.isfinite(frequencies[-1]):

@@ -63,8 +63,12 @@ class CampbellData(Protocol):
         """Of the craft."""
 
     @property
+    def value(self) -> str:
+        """Name of the value in place of the speed, "" for the speed."""
+
+    @property
     def speeds(self) -> Array:
-        """(n,) [rad/s]."""
+        """(n,) [rad/s], or the values."""
 
     @property
     def asked(self) -> NDArray[np.bool_]:

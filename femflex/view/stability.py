@@ -84,6 +84,10 @@ class LocusData(Protocol):
         """(n,): -1 none, 0 unstable, 1 and 2 stable."""
 
     @property
+    def names(self) -> tuple[str, ...]:
+        """(k,) of branches, "" where they are not known."""
+
+    @property
     def critical(self) -> tuple[float, ...]:
         """Values at which stability changes."""
 
@@ -221,6 +225,10 @@ def _located(axes: dict[str, Axes], locus: LocusData, colours: Theme, dashed: bo
         if not dashed:
             axes["A"].plot(x[:1], y[:1], "o", color=style["color"], markerfacecolor="none", markersize=5)
             axes["A"].plot(x[-1:], y[-1:], "o", color=style["color"], markersize=5)
+        name = locus.names[k] if poles and locus.names else ""
+        if name and not dashed and np.isfinite(y[0]) and y[0] > 0:
+            at: dict[str, Any] = {"xy": (x[0], y[0]), "xytext": (6, 3), "textcoords": "offset points", "fontsize": 7.5}
+            axes["A"].annotate(text=name, color=style["color"], **at)
         over = (y, x) if poles else (np.abs(branch), np.degrees(np.angle(branch)))
         for ax, values in zip((axes["B"], axes["C"]), over, strict=True):
             if poles or ax is axes["B"]:

@@ -146,3 +146,40 @@ def test_flexibility_of_a_cut_body_is_switched_off_as_one(cut: str, write_case: 
     assert model.n_u - rigid.n_u == 18 and all(body.n_modes == 0 for body in rigid.system.bodies.values())
     with pytest.raises(ValueError, match=r"did you mean 'flexibility/boom'"):
         model.without("flexibility/boom.2")
+
+
+CARRIED = """
+[wheels.spinner]
+body = "boom"
+marker = "tip"
+axis = [1, 0, 0]
+inertia = 0.02
+inertia_in_body = "added"
+mass = 2.0
+transverse_inertia = 0.01
+torque = 0.1
+[tanks.gas]
+body = "boom"
+marker = "middle"
+propellant = 3.0
+mass_in_body = "added"
+[thrusters.jet]
+body = "boom"
+marker = "tip"
+axis = [0, 1, 0]
+thrust = 0.5
+tank = "gas"
+specific_impulse = 60.0
+pulses = [[0.1, 0.2]]
+"""
+
+
+def test_the_segment_at_the_marker_carries_wheels_and_tanks(cut: str, write_case: Callable[..., Path]):
+    bare = build_system(read_case(write_case(cut)))
+    system = build_system(read_case(write_case(cut + CARRIED)))
+    more = {name: system.bodies[name].moments.mass - bare.bodies[name].moments.mass for name in bare.order}
+    middle = next(name for name in bare.order if "middle" in bare.bodies[name].markers)
+    assert more == pytest.approx({"hub": 0.0, "boom.1": 0.0, "boom.2": 0.0, "boom.3": 2.0, middle: 3.0})
+    assert list(system.varying) == [middle]
+    wheel = next(one for one in system.effectors if one.name == "spinner")
+    assert wheel.markers == (("boom.3", "tip"),)

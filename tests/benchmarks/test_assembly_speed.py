@@ -185,3 +185,20 @@ def test_plate_rectangles_are_three_times_faster_than_forms():
     bent = [np.linalg.norm(matrix.data) for matrix in other[:2]]
     assert bent[1] < np.linalg.norm(own[1].data)
     assert ratio > 3
+
+
+@pytest.mark.parametrize(("cell", "n"), [("quad9", 60), ("quad", 120)])
+def test_shells_take_at_most_twice_the_time_per_dof_of_hexahedra(cell, n):
+    """A curved shell of 73 kdof against 89 kdof of 27-node hexahedra."""
+    flat = rectangle(1.0, 1.0, n, n, cell)
+    x, y = flat.points.T[:2]
+    points = np.column_stack([x, y, 0.2 * x**2 + 0.1 * np.sin(3 * y)])
+    mesh = Mesh(points, dict(flat.cells), dict(flat.cell_groups))
+    shells = femflex_assembly(mesh, Member("surface", "shell", H, Material(E, NU, RHO)))
+    solids = femflex_assembly(
+        box(2.7, 2.0, 0.5, 27, 24, 5, "hexahedron27"), Member("volume", "solid", material=Material(E, NU, RHO))
+    )
+    ratio, bricks, curved = median_ratio(solids, shells, 5)  # time of the shells over that of the solids
+    per_dof = ratio * bricks[0].shape[0] / curved[0].shape[0]
+    print(f"{cell} shells: {per_dof:.2f} times the time per dof of hexahedra")
+    assert per_dof < 2

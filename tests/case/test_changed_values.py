@@ -74,3 +74,13 @@ def test_a_run_is_prepared_without_a_file(case):
     assert prepared.system.bodies["hub"].moments.mass == 410.0
     with pytest.raises(ValueError, match="say which one"):
         prepare(case, resume=True)
+
+
+def test_tables_that_stay_are_those_of_the_file_and_not_of_a_changed_copy(case):
+    """Equal to the whole text checked anew, whichever tables are taken over as they were read."""
+    copy = case.model_copy(update={"run": case.run.model_copy(update={"duration": 7.0})})
+    other = copy.with_values({"bodies.hub.mass": 410.0, "joints.0.name": "root"})
+    assert other.run.duration == case.run.duration and other.bodies["boom"] is case.bodies["boom"]
+    assert other.model_dump() == parse_case(other.text, case.path).model_dump()
+    with pytest.raises(CaseError, match=r"bodies\.hub\.mass: found -1 kg"):
+        case.with_values({"bodies.hub.mass": -1})

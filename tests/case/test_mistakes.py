@@ -200,7 +200,7 @@ IN_THE_TEXT = [
     ('family = "beam"', 'family = "bream"', "bodies.boom.members[BOOM].family", "did you mean 'beam'?"),
     ('family = "beam"', 'family = "beam", options={ordr=4}', "no option 'ordr'", "'order'"),
     ('section = "tube"', 'section = "tubes"', "bodies.boom.members[BOOM].section", "did you mean 'tube'?"),
-    ('section = "tube", ', "", "bodies.boom", "has section None"),
+    ('section = "tube", ', "", "bodies.boom", "has no section; name one"),
     ('material = "aluminium"', 'material = "aluminum"', "not in [materials]", "did you mean 'aluminium'?"),
     (', material = "aluminium"', "", "bodies.boom", "needs a material"),
     ('ratio = "0.5 %"', "ratio = 0.1, mass = 1", "ratio together with mass"),
@@ -261,7 +261,7 @@ IN_THE_TEXT = [
     # initial state
     ('marker = "tip", disp', 'marker = "top", disp', "bodies.boom.initial.marker", "did you mean 'tip'?"),
     ('"10 mm", 0]', '"10 mm", 0], amplitudes = [1]', "amplitudes and displacement together"),
-    ('[0, "10 mm", 0]', '["10 mm", 0, 0]', "bodies.boom.initial", "[0.01, 0, 0] m", "[0, 0, 0] m at best"),
+    ('[0, "10 mm", 0]', '["10 mm", 0, 0]', "bodies.boom.initial", "[0.01, 0, 0] m", "give at most [0, 0, 0] m"),
     ('marker = "tip", displacement = [0, "10 mm", 0]', "amplitudes = [1, 2, 3, 4, 5]", "5 amplitudes", "has 4"),
     ('[0, "10 mm", 0]', '[0, "10 mm", 0], modes = [9]', "mode 9", "has 4"),
     ('marker = "tip", ', "", "displacement without marker"),

@@ -72,3 +72,36 @@ def test_nothing_is_overwritten_and_mistakes_are_sentences(femflex, tmp_path):
     write_mesh(tmp_path / "bare.msh", Mesh(plain.points, plain.cells, {}, {}))
     code, _, err = femflex("new", "other.toml", "--mesh", "bare.msh")
     assert code == 2 and "name its parts in the mesher" in err and not (tmp_path / "other.toml").exists()
+
+
+@pytest.mark.parametrize(
+    ("deck", "units", "first", "clamp"),
+    [("mast.bdf", "mm-t-s", 2.036, "supports"), ("half_panels.inp", "mm-t-s", 17.72, "supports")],
+)
+def test_a_deck_brings_units_supports_and_modes(femflex, tmp_path, deck, units, first, clamp):
+    code, out, _ = femflex("new", "craft.toml", "--deck", MESHES / deck)
+    assert code == 0 and f"{units} is a guess" in out and f"modes       {first:.4g}" in out
+    body = read_case(tmp_path / "craft.toml").bodies["flexible"]
+    assert body.units == units and list(body.reduction.clamp) == [clamp]
+    assert body.markers["root"].group != body.markers["tip"].group
+
+
+def test_a_deck_without_supports_or_mass_gets_free_modes_and_a_density_to_look_at(femflex, tmp_path):
+    cards = ["GRID,1,,0.,0.,0.", "GRID,2,,500.,0.,0.", "GRID,3,,1000.,0.,0.", "CBAR,1,3,1,2,0.,1.,0."]
+    cards += ["CBAR,2,3,2,3,0.,1.,0.", "PBAR,3,1,100.,800.,900.,1500.", "MAT1,1,70000.,,.33"]
+    (tmp_path / "bare.bdf").write_text("\n".join(["BEGIN BULK", *cards, "ENDDATA", ""]))
+    code, out, _ = femflex("new", "craft.toml", "--deck", "bare.bdf", "--units", "mm-t-s")
+    assert code == 0 and "no supports hold" in out and "overrides: the deck has no mass" in out
+    body = read_case(tmp_path / "craft.toml").bodies["flexible"]
+    assert body.reduction.method == "free_free" and body.overrides == {"mat_1": {"density": 2700.0}}
+    code, _, err = femflex("check", "craft.toml")
+    assert code == 0, err
+
+
+def test_new_takes_one_source_and_known_units(femflex, tmp_path):
+    code, _, err = femflex("new", "craft.toml", "--deck", MESHES / "mast.bdf", "--mesh", MESHES / "boom.msh")
+    assert code == 2 and "give one of them" in err
+    code, _, err = femflex("new", "craft.toml", "--units", "mm-t-s")
+    assert code == 2 and "--units without --deck" in err
+    code, _, err = femflex("new", "craft.toml", "--deck", MESHES / "mast.bdf", "--units", "mm")
+    assert code == 2 and "length-mass-time" in err and not (tmp_path / "craft.toml").exists()

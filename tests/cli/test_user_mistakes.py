@@ -30,7 +30,7 @@ CASES = [
     (TABLE, 'table = "nan.csv"', "line 3 of nan.csv has nan for fx", "finite"),
     (TABLE, 'table = "empty.csv"', "empty.csv is empty", "its first line names the columns"),
     (TABLE, 'table = "none.csv"', "'none.csv', which does not exist"),
-    ('section = "tube", ', "", "beam on group 'BOOM' has section None", "tube, box"),
+    ('section = "tube", ', "", "beam on group 'BOOM' has no section", "tube, box"),
     ('parent = "hub"', 'parent = "boom"', "joined to itself"),
     ("", PLOT.format(99), "pictures.plots[0]", "found entry 99 of q", "counted from 1"),
     ("", "[pictures]\nmodes = ['hub']\n", "pictures.modes[0]", "rigid and has no modes"),

@@ -10,6 +10,7 @@ import pytest
 
 from femflex.decks import Deck, DeckError, read_deck
 from femflex.mesh import box
+from femflex.reduction import cantilever_modes
 
 STEEL = "*MATERIAL, NAME=STEEL\n*ELASTIC\n210000., 0.3\n*DENSITY\n7.85E-9\n"
 E, NU, RHO = 210e9, 0.3, 7850.0
@@ -359,3 +360,76 @@ def test_two_dependences_of_one_node_are_a_problem(tmp_path: Path):
     text = beam("RECT", "10., 20.", n=4) + "*MPC\nTIE, 5, 4\n*EQUATION\n2\n5, 1, 1., 3, 1, -1.\n"
     with pytest.raises(DeckError, match=r"component 1 of node 5 dependent, which \*MPC TIE of node 5 does already"):
         deck(tmp_path, text)
+
+
+BRICK = """*HEADING
+*NODE
+1,0,0,0
+2,1,0,0
+3,1,1,0
+4,0,1,0
+5,0,0,1
+6,1,0,1
+7,1,1,1
+8,0,1,1
+*ELEMENT, TYPE=C3D8, ELSET=E
+1,1,2,3,4,5,6,7,8
+*MATERIAL, NAME=M
+*ELASTIC
+2.E11,.3
+*DENSITY
+7850.
+*SOLID SECTION, ELSET=E, MATERIAL=M
+*BOUNDARY
+1,1,3
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ("2.E11,.3\n", "", r"brick.inp, line 14: \*ELASTIC, TYPE=ISOTROPIC has 0 constants; material 'M' needs 2"),
+        ("*ELASTIC\n2.E11,.3\n", "*USER MATERIAL\n1.,2.\n", r"'M' .* has \*USER MATERIAL and no \*ELASTIC"),
+        ("1,1,2,3,4,5,6,7,8", "1,1,2,3,4,5,6,7,inf", r"line 12: \*ELEMENT has 'inf' where the number"),
+        ("C3D8", "C3D8T", ""),
+        ("TYPE=C3D8, ELSET=E\n1,1,2,3,4,5,6,7,8", "TYPE=CPS4R, ELSET=E\n1,1,2,3,4", r"brick.inp:12: 1 elements of type "
+         r"CPS4R: plane elements .* model the sheet by shells"),
+        ("TYPE=C3D8, ELSET=E\n1,1,2,3,4,5,6,7,8", "TYPE=CAX4, ELSET=E\n1,1,2,3,4",
+         "model the whole body of revolution"),
+    ],
+)  # fmt: skip
+def test_what_single_bricks_lack_is_said_once_with_its_line(tmp_path, old, new, sentence):
+    (tmp_path / "brick.inp").write_text(BRICK.replace(old, new))
+    if not sentence:
+        assert len(read_deck(tmp_path / "brick.inp").members) == 1
+        return
+    with pytest.raises(ValueError, match=sentence) as found:
+        read_deck(tmp_path / "brick.inp")
+    assert "have no section" not in str(found.value)
+
+
+def test_the_numbers_of_one_part_without_instances_are_those_of_the_deck(tmp_path):
+    text = BRICK.replace("*NODE\n", "*PART, NAME=A\n*NODE\n").replace("*MATERIAL", "*END PART\n*MATERIAL", 1)
+    (tmp_path / "brick.inp").write_text(text)
+    deck = read_deck(tmp_path / "brick.inp")
+    assert list(deck.held()) and 1 in deck.points_of_ids
+
+
+def test_a_pointer_of_git_is_no_deck(tmp_path):
+    (tmp_path / "brick.inp").write_text("version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 5\n")
+    with pytest.raises(ValueError, match=r"brick\.inp is a pointer of Git LFS"):
+        read_deck(tmp_path / "brick.inp")
+
+
+def test_springs_of_a_joint_lie_along_its_axes(tmp_path):
+    """Two masses of 2 kg on springs of a joint turned by 90 degrees: its 1 lies along y."""
+    (tmp_path / "joint.inp").write_text(
+        "*HEADING\n*NODE\n1,0,0,0\n2,1,0,0\n*ELEMENT, TYPE=JOINTC, ELSET=J\n1,1,2\n*ELEMENT, TYPE=MASS, ELSET=W\n2,2\n"
+        "*ORIENTATION, NAME=O\n0.,1.,0.,-1.,0.,0.\n*JOINT, ELSET=J, ORIENTATION=O\n*SPRING\n1,1\n800.\n*SPRING\n2,2\n"
+        "200.\n*MASS, ELSET=W\n2.\n*BOUNDARY\n1,1,3\n2,3\n"
+    )
+    deck = read_deck(tmp_path / "joint.inp")
+    modes = cantilever_modes(deck.structure(), deck.held(), 2)
+    assert modes.omega == pytest.approx([10.0, 20.0])  # sqrt(200 / 2), sqrt(800 / 2)
+    row = deck.points_of_ids[2]
+    assert abs(modes.phi[:, 1] @ deck.structure().translation.toarray()[3 * row + 1]) > 0.1  # the stiff one along y

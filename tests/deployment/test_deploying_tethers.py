@@ -7,7 +7,7 @@ from members import solved
 from femflex.body import rigid_body
 from femflex.deployment import DeployingLine, StringFunctions, deploying_line
 from femflex.dynamics import compile_system
-from femflex.system import Frame, Orbit, Profile, System, revolute, weld
+from femflex.system import Environment, Frame, Orbit, Profile, System, revolute, weld
 
 ORBIT = Orbit(6.8e6)
 RATE = ORBIT.mean_motion
@@ -22,7 +22,13 @@ def craft_with_tether(made, joint, tip_mass=0.0, **more):
         bodies["subsatellite"] = rigid_body(tip_mass, np.eye(3))
         joints.append(weld("subsatellite", "tether", parent_marker="tip"))
     return System(
-        bodies, tuple(joints), varying={"tether": made.variation}, orbit=ORBIT, frame=Frame("orbital"), **more
+        bodies,
+        tuple(joints),
+        varying={"tether": made.variation},
+        orbit=ORBIT,
+        frame=Frame("orbital"),
+        environment=Environment(attraction="gradient"),
+        **more,
     )
 
 

@@ -57,6 +57,8 @@ semi_major_axis = "7000 km"
 [attitude]
 frame = "orbital"
 held = true
+[environment]
+attraction = "gradient"
 [bodies.craft]
 kind = "rigid"
 mass = 1e5

@@ -44,7 +44,15 @@ WRONG = {
     ),
     "a beam without section": (
         lambda: build_structure(BAR, [Member("line", "beam", None, METAL)]),
-        "beam on group 'line' has section None; give one of femflex.fem.sections",
+        "beam on group 'line' has no section; name one",
+    ),
+    "a section without material": (
+        lambda: build_structure(BAR, [Member("line", "beam", Circle(0.01))]),
+        "beam on group 'line': Circle needs a material; found none",
+    ),
+    "a taper that turns negative": (
+        lambda: beam(section=Rectangle("0.1 - 0.2*s/L", 0.1)),
+        "beam on group 'line': width of Rectangle is",
     ),
     "a shell without section": (
         lambda: build_structure(SHEET, [Member("surface", "shell", None, METAL)]),

@@ -43,7 +43,7 @@ def test_hollow_sections_are_drawn_by_their_outside_and_round_ones_as_polygons()
 
 
 def test_a_pointed_taper_is_drawn_to_its_tip():
-    structure = beam([[0, 0, 0], [0, 0, 6]], 3, Rectangle("0.2*(1 - s/L)", "0.1*(1 - s/L)"))
+    structure = beam([[0, 0, 0], [6, 0, 0]], 3, Rectangle("0.2*(1 - s/L)", "0.1*(1 - s/L)"))
     assert enclosed_volume(structure) == pytest.approx(6 / 3 * 0.02, rel=1e-12)
 
 

@@ -87,12 +87,32 @@ def test_an_octant_of_a_sphere_has_the_frequencies_of_the_whole_and_of_lambs_sph
 
 
 def test_a_pipe_elbow_clamped_at_both_ends():
-    """code_aster SDLL14 (VPCS): quarter circle of 1 m, tube 20 / 16 mm: 44.23, 119, 125, 227 Hz."""
+    """SDLL14 (VPCS) without legs: quarter circle of 1 m, tube 20 / 16 mm: 44.23, 119, 125, 227 Hz."""
     a = np.linspace(0, np.pi / 2, 25)
     mesh = line(np.stack([np.sin(a), 1 - np.cos(a), 0 * a], axis=1), 24)
     s = build_structure(mesh, [Member("line", "beam", Tube(0.01, 0.002), Material(2.1e11, 0.3, 7800.0))])
     held = np.union1d(s.clamped_dofs("start"), s.clamped_dofs("end"))
     np.testing.assert_allclose(frequencies(s, held, 4) / (2 * np.pi), [44.23, 119, 125, 227], rtol=0.01)
+
+
+def test_a_pipe_elbow_between_straight_legs_on_supports():
+    """code_aster V2.02.014 (SDLL14, VPCS), L = 2 m: 17.9, 24.8, 25.3, 27.0 Hz, upper bounds by Rayleigh's method.
+
+    Legs of 2 m to clamps; at the ends of the elbow, the two displacements across the leg are zero.
+    """
+    a = np.linspace(0, np.pi / 2, 25)[1:-1]
+    elbow = np.stack([np.sin(a), 1 - np.cos(a), 0 * a], axis=1)
+    points = np.concatenate([[[-2.0, 0, 0], [0, 0, 0]], elbow, [[1.0, 1.0, 0], [1.0, 3.0, 0]]])
+    mesh = Mesh(
+        points,
+        {"line": np.stack([np.arange(len(points) - 1), np.arange(1, len(points))], axis=1)},
+        {"pipe": {"line": np.arange(len(points) - 1)}},
+        {"ends": np.array([0, len(points) - 1]), "first": np.array([1]), "last": np.array([len(points) - 2])},
+    )
+    options = {"order": 6}
+    s = build_structure(mesh, [Member("pipe", "beam", Tube(0.01, 0.002), Material(2.1e11, 0.3, 7800.0), options)])
+    held = s.held_dofs({"ends": ("x", "y", "z", "rx", "ry", "rz"), "first": ("y", "z"), "last": ("x", "z")})
+    np.testing.assert_allclose(frequencies(s, held, 4) / (2 * np.pi), [17.9, 24.8, 25.3, 27.0], rtol=0.02)
 
 
 def bending(s: Structure, n: int) -> np.ndarray:
@@ -104,7 +124,9 @@ def bending(s: Structure, n: int) -> np.ndarray:
 
 @pytest.mark.parametrize(("cell", "n"), [("quad", 24), ("quad9", 8), ("triangle6", 16)])
 def test_a_thick_plate_on_simple_supports(cell, n):
-    """NAFEMS FV21: 10 m square, 1 m thick, E = 200 GPa, 8000 kg/m^3: 45.897, 109.44 twice, 167.89 Hz.
+    """NAFEMS R0015, FV21 and FV52: 10 m square, 1 m thick, E = 200 GPa, 8000 kg/m^3.
+
+    Closed form 45.897, 109.44 twice, 167.89 Hz (as printed for FV52 in the verification manual of Ansys, VMC5).
 
     The exact solution of Mindlin's plate, shear factor 5 / 6, is 45.91, 109.53, 109.53 and 168.07 Hz.
     """

@@ -15,6 +15,7 @@ CYLINDER, SPHERE = "y**2 + z**2 - 300**2", "x**2 + y**2 + z**2 - 100"
 METAL = Material(70e9, 0.3, 2700.0)
 
 
+@pytest.mark.filterwarnings("ignore:.*four-node elements are longer:femflex.warning.PhysicsWarning")
 @pytest.mark.parametrize("cell", ["quad", "quad9", "triangle6"])
 @pytest.mark.parametrize(
     ("problem", "surface", "abs"), [(pinched_cylinder, CYLINDER, 0.08), (hemisphere, SPHERE, 0.02)]
@@ -26,6 +27,7 @@ def test_published_answers_with_the_normals_of_the_surface(problem, surface, abs
     assert with_normals == pytest.approx(without, abs=0.03)
 
 
+@pytest.mark.filterwarnings("ignore:.*four-node elements are longer:femflex.warning.PhysicsWarning")
 def test_directors_are_exact_at_edges_and_shared():
     """A cylinder of few elements: normals at all nodes are radial, where facets are half an element off at the edge."""
     flat = rectangle(2.0, np.pi / 2, 2, 3, "quad")

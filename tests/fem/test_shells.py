@@ -92,6 +92,7 @@ def bowl(cell: str, n: int = 2) -> Mesh:
     return Mesh(np.stack([x, y, 0.3 * x * x + 0.1 * y * y + 0.2 * x * y], axis=1), flat.cells, flat.cell_groups)
 
 
+@pytest.mark.filterwarnings("ignore:.*four-node elements are longer:femflex.warning.PhysicsWarning")
 @pytest.mark.parametrize("cell", CELLS)
 def test_rigid_motion_costs_nothing_and_axes_do_not_matter(cell):
     """Rotations about directors are no dofs of smooth shells: rigid ones are set by the others."""
@@ -165,9 +166,11 @@ def test_a_curved_beam_bends_and_twists_out_of_its_plane_as_castigliano_says():
     assert coarse == pytest.approx(0.97 * w, rel=0.015)  # one element over the width
 
 
+@pytest.mark.filterwarnings("ignore:.*trapezoids:femflex.warning.PhysicsWarning")  # the ends of the parallelograms
 def test_four_node_elements_of_a_trapezoid_lock_in_their_plane_as_published():
     """MacNeal and Harder print 0.047 to 0.071 for four-node elements without nodal rotations about the normal."""
-    assert ratio(straight_beam("quad", "in plane", "trapezoid")) == pytest.approx(0.05, abs=0.02)
+    with pytest.warns(PhysicsWarning, match=r"6 of 6 four-node elements are trapezoids .* up to 26 times as stiff"):
+        assert ratio(straight_beam("quad", "in plane", "trapezoid")) == pytest.approx(0.05, abs=0.02)
     assert ratio(straight_beam("quad", "in plane", "parallelogram")) > 0.6
 
 

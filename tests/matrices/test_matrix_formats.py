@@ -203,3 +203,34 @@ def test_a_body_is_the_same_from_every_format(tmp_path):
         assert not check_model(found).findings
         body = matrix_body(found, lambda s: cantilever_modes(s, "left", 3), turning=()).body
         assert body.omega == pytest.approx(known.omega, rel=1e-9)
+
+
+def test_abaqus_degrees_of_freedom_within_elements_are_scalars(spring):
+    folder, M, K = spring
+    for name, A in (("job_MASS1", M), ("job_STIF1", K)):
+        rows = [
+            f"{i // 3 + 1},{i % 3 + 1}, {j // 3 + 1},{j % 3 + 1}, {A[i, j]:.16e}"
+            for i, j in zip(*np.nonzero(A), strict=True)
+        ]
+        rows += ["-1,2, -1,2, 5.", "1,1, -1,2, .5", "-1,2, 1,1, .5"]
+        (folder / f"{name}.mtx").write_text("\n".join(rows) + "\n")
+    m = read_matrices(Sources(mass="job_MASS1.mtx", stiffness="job_STIF1.mtx", nodes="nodes.csv"), folder=folder)
+    assert m.M.shape == (7, 7) and m.dofs[-1, 1] == 0 and m.dofs[-1, 0] not in (1, 2)
+    assert m.K.toarray()[6, 6] == 5.0 and m.K.toarray()[0, 6] == m.K.toarray()[6, 0] == 0.5
+
+
+def test_counts_of_matrix_market_without_its_banner_are_no_entry(spring):
+    folder, M, K = spring
+    for name, A in (("m", M), ("k", K)):
+        rows = [(i, j) for i, j in zip(*np.nonzero(A), strict=True) if j <= i]
+        lines = [f"6 6 {len(rows)}", *(f"{i + 1} {j + 1} {A[i, j]:.16e}" for i, j in rows)]
+        (folder / f"{name}.mtx").write_text("\n".join(lines) + "\n")
+    K_read = read_matrices(Sources(mass="m.mtx", stiffness="k.mtx", nodes="nodes.csv"), folder=folder)
+    assert K_read.M.toarray() == pytest.approx(M)  # not with 6 in its last entry
+
+
+def test_a_stiffness_alone_lacks_its_mass(spring):
+    folder, _, K = spring
+    mmwrite(folder / "bcsstk.mtx", sparse.coo_array(K), symmetry="symmetric")
+    with pytest.raises(ValueError, match=r"bcsstk.mtx gives no mass matrix: it has the matrices \['bcsstk'\]"):
+        read_matrices(Sources(stiffness="bcsstk.mtx", nodes="nodes.csv"), folder=folder)

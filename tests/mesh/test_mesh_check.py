@@ -58,7 +58,7 @@ def test_cells_without_size_are_refused_with_their_place():
 
 
 def test_coordinates_that_overflow_are_refused_with_their_place():
-    mesh = line([[0, 0, 0], [1e160, 0, 0]], 1)
+    mesh = Mesh(np.array([[0, 0, 0], [1e160, 0, 0]]), {"line": np.array([[0, 1]])})
     with pytest.raises(ValueError, match=r"x: 1 of 2 points have coordinates above 1e\+30 m, the first is number 1 at"):
         check(mesh, "x", strict=False)
 

@@ -16,8 +16,10 @@ from femflex.case.read import parse_case
 from femflex.cli.app import app
 from femflex.studies.floquet import floquet
 from femflex.studies.stability import Chart, Locus, case_stability, judged_rest, stability_chart, stability_locus
-from femflex.studies.stability.gravity_gradient import delp_boundary, moments, rigid_kind
+from femflex.studies.stability.affine import AffineChart
+from femflex.studies.stability.gravity_gradient import delp_boundary, moments, rigid_kind, with_ratios
 from femflex.studies.stability.judgement import NONE, STATIC, UNSTABLE, Judgement
+from femflex.studies.varied import VariedCase
 from femflex.system import Frame, Load, System, free, revolute
 
 CASES = Path(__file__).parents[2] / "cases"
@@ -153,6 +155,19 @@ def test_branches_go_on_and_changes_of_stability_are_found():
         stability_chart(lambda a, b: judge(a + b), [1.0, 0.0], [0.0, 1.0])
 
 
+def test_a_damper_turns_the_drift_of_a_free_wheel_into_a_pole_along_one_branch():
+    """J s^2 + d s = 0: at d = 0 a known motion and no pole, beyond it s = -d / J."""
+
+    def judge(damping: float) -> Judgement:
+        wheel = rigid_body(1.0, 2.0 * np.eye(3))
+        return judged_rest(System({"wheel": wheel}, (revolute("wheel", damping=np.array([damping])),)))
+
+    found = stability_locus(judge, [0.0, 0.5, 1.0], "damping")
+    assert np.isnan(found.branches[0, 0]) and found.branches[1:, 0] == pytest.approx([-0.25, -0.5], rel=1e-7)
+    with pytest.raises(ValueError, match="the craft has 2 states at value = 1 and 1 before"):
+        stability_locus(lambda x: Judgement(STATIC, 0.0, np.zeros(1 + int(x), complex)), [0.0, 1.0])
+
+
 def test_the_boundary_of_a_disc_is_traced_to_its_error():
     def judge(a: float, b: float) -> Judgement:
         if a > 1.9:
@@ -237,6 +252,19 @@ def test_a_table_with_contradictions_is_refused():
     ):
         with pytest.raises((CaseError, ValueError), match=sentence):
             case_stability(parse_case(ORBITER.replace(old, new)))
+
+
+def test_one_linearisation_for_all_ratios_gives_the_judgements_of_each():
+    """Three linearisations of the booms' craft against the equilibrium and linearisation of every craft by itself."""
+    case = read_case(CASES / "gravity_gradient.toml")
+    craft = VariedCase.of(case, []).system({})
+    chart = AffineChart.of(craft, "hub")
+    assert chart is not None
+    for k_roll, k_yaw in ((-0.6, -0.45), (0.5, 0.3), (0.2, 0.6), (-0.2, -0.6)):
+        fast, slow = chart(k_roll, k_yaw), judged_rest(with_ratios(craft, "hub", k_roll, k_yaw))
+        assert fast.kind == slow.kind and fast.growth == pytest.approx(slow.growth, rel=1e-7, abs=1e-12)
+        assert np.abs(fast.values) == pytest.approx(np.abs(slow.values), rel=1e-6)
+    assert "cannot be had by 'hub'" in chart(-0.6, 0.45).problem
 
 
 @pytest.mark.slow

@@ -125,6 +125,23 @@ def test_any_number_of_workers_gives_the_same_bits(study, tmp_path):
     assert np.array_equal(one.histories["bodies/wheel/rate:z"], two.histories["bodies/wheel/rate:z"])
 
 
+def test_members_that_differ_in_numbers_lower_each_body_once_and_compile_nothing(study, monkeypatch):
+    """Counts, not times: a body whose numbers stay is lowered for the first member alone, and no kernel is compiled."""
+    from femflex.dynamics.lowering import bodies as lowering
+    from femflex.dynamics.motion import equations
+
+    table, plan = planned(study(("bodies.wheel.inertia.2", "joints.0.damping"), ('"1 kg m^2", "3 kg m^2"', "0, 1")))
+    members, lowered = designed(table), []
+    numbers = lowering._numbers
+    monkeypatch.setattr(lowering, "_numbers", lambda body: (lowered.append(body), numbers(body))[1])
+    counts, compiled = [], []
+    for k, values in enumerate(members):
+        assert not run_member(plan, k, values).problem
+        counts.append(len(lowered))
+        compiled.append(len(getattr(equations.rate, "signatures", ())))
+    assert counts[0] <= 2 and len(set(counts)) == 1 and len(set(compiled)) == 1  # one more where the case is decided
+
+
 def test_a_member_that_fails_is_kept_with_its_problem(study, tmp_path):
     inertia = '"bodies.wheel.inertia.2"]\nbetween = ["1 kg m^2", "3 kg m^2"]'
     grid = study(
@@ -184,6 +201,7 @@ def test_the_verb_prints_percentiles_and_draws(study, tmp_path, monkeypatch):
         ("[4, 0.5]", "[4, 0]", "the standard deviation must be above 0"),
         ("seed", "sead", "did you mean 'seed'?"),
         ("bodies.wheel.inertia.2", "bodies.weel.inertia.2", "bodies has no 'weel'; did you mean 'wheel'?"),
+        ("bodies.wheel.inertia.2", "bodies.wheel.inertja", "inertja: this key is not known; did you mean 'inertia'?"),
         ("spun.toml", "spin.toml", "there is no such case file"),
     ],
 )

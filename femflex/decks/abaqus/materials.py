@@ -91,6 +91,7 @@ class Materials:
         self._model = model
         self._known: dict[str, Elastic] = {}
         self._bad: dict[str, str] = {}
+        self._others: dict[str, str] = {}  # material -> the first keyword under it that is no linear elasticity
         name, parts, head = "", dict[str, Keyword](), None
         for _, keyword in model.flat.keywords:
             if keyword.name == "MATERIAL":
@@ -98,6 +99,8 @@ class Materials:
                 name, parts, head = keyword.parameter("name"), {}, keyword
                 model.found.use("*MATERIAL")
             elif head is not None and keyword.name in OWN:
+                if keyword.name not in ("ELASTIC", "DENSITY", "DEPVAR", "EXPANSION", "DAMPING"):
+                    self._others.setdefault(name.upper(), keyword.name)
                 if keyword.name in BEHAVIOUR:
                     model.found.unused(f"*{keyword.name}", BEHAVIOUR[keyword.name], place_of(keyword))
                 else:
@@ -126,7 +129,9 @@ class Materials:
         if head is None:
             return
         if "ELASTIC" not in parts:
-            self._bad[name.upper()] = f"material {name!r} ({head.place()}) has no *ELASTIC; give one."
+            other = self._others.get(name.upper())
+            found = f"*{other} and no *ELASTIC, which alone is read" if other else "no *ELASTIC"
+            self._bad[name.upper()] = f"material {name!r} ({head.place()}) has {found}; give one."
             return
         self._model.attempt(head, lambda: self._add(name, parts))
 
@@ -151,6 +156,10 @@ class Materials:
         if "DENSITY" in parts and parts["DENSITY"].data:
             rho = parts["DENSITY"].real(parts["DENSITY"].data[0][0], 0, "a density") * u.density
         c = given[:count]
+        if len(c) < count:
+            raise ValueError(
+                f"{keyword.place()}: *ELASTIC, TYPE={kind} has {len(c)} constants; material {name!r} needs {count}."
+            )
         p, matrix = u.pressure, None
         if kind == "ISOTROPIC":
             values = {"E": c[0] * p, "nu": c[1], "density": rho}

@@ -76,9 +76,51 @@ def _possible(inertia: Array) -> Array:
     return np.asarray(vectors @ np.diag(values) @ vectors.T)
 
 
-def read_springs(model: AbaqusModel) -> None:
-    """Add springs: SPRINGA along the line between two nodes, SPRING1 to the body frame, SPRING2 between components."""
-    model.trying(lambda one: _spring(model, one), "SPRING")
+def read_springs(model: AbaqusModel, reading: Reading) -> None:
+    """Add springs: SPRINGA along the line between two nodes, SPRING1 to the body frame, SPRING2 between components.
+
+    Springs without ELSET after *JOINT are those of its elements (JOINTC), along the axes of its orientation.
+    """
+    joint = None
+    for one in model.flat.keywords:
+        name = one.keyword.name
+        if name == "JOINT":
+            joint = one
+            model.found.use("*JOINT")
+        elif name == "SPRING" and joint is not None and not one.keyword.parameter("elset"):
+            model.found.use("*SPRING")
+            model.attempt(one.keyword, lambda one=one, joint=joint: _joint(model, reading, joint, one))  # type: ignore[misc]
+        elif name == "SPRING":
+            model.found.use("*SPRING")
+            model.attempt(one.keyword, lambda one=one: _spring(model, one))  # type: ignore[misc]
+        elif name != "DASHPOT":
+            joint = None
+
+
+def _joint(model: AbaqusModel, reading: Reading, joint: Scoped, one: Scoped) -> None:
+    """A spring of the elements of a *JOINT, between a component of their two nodes along the joint's axes."""
+    keyword = one.keyword
+    words = [word for word in keyword.data[0] if word] if keyword.data else []
+    if len(keyword.data) < 2 or not words or not keyword.data[1][0]:
+        raise ValueError(f"{keyword.place()}: *SPRING of *JOINT needs a component, and a stiffness in the next line.")
+    c = keyword.integer(words[0], 0, "a component") - 1
+    if not 0 <= c < 6:
+        raise ValueError(f"{keyword.place(0)}: *SPRING has component {c + 1}; components are 1 to 6.")
+    stiffness = keyword.real(keyword.data[1][0], 1, "a stiffness")
+    system = reading.system(joint.keyword.parameter("orientation"), joint.scope, joint.keyword)
+    turns = c >= 3
+    for element in _elements(model, joint):
+        nodes = [model.same(node) for node in element.nodes]
+        axes = system.at(model.x(nodes[0])) if system is not None else np.eye(3)
+        direction = axes[c % 3]
+        terms = [
+            (model.group(node), "rotation" if turns else "translation", tuple(float(v) for v in sign * direction))
+            for node, sign in zip(nodes, (1.0, -1.0), strict=False)
+        ]
+        model.wanted.update(nodes)
+        model.wanted_turning.update(nodes if turns else [])
+        unit = model.units.moment if turns else model.units.spring
+        model.bushings.append(ScalarSpring(tuple(terms), stiffness * unit))  # type: ignore[arg-type]
 
 
 def _spring(model: AbaqusModel, one: Scoped) -> None:

@@ -15,7 +15,7 @@ from femflex.decks.abaqus.points import finish_masses, read_masses, read_springs
 from femflex.decks.abaqus.sections import Reading, read_elements
 from femflex.decks.abaqus.supports import read_supports
 from femflex.decks.abaqus.surfaces import read_surfaces
-from femflex.decks.abaqus.unused import report_unused
+from femflex.decks.abaqus.unused import elements_by_kind, report_unused, unread
 from femflex.decks.deck import Deck
 from femflex.decks.register import Overrides
 from femflex.decks.units import Units
@@ -51,18 +51,23 @@ def read(path: Path, units: Units, overrides: Overrides) -> Deck:
     read_elements(model, reading)
     read_connections(model, surfaces)
     read_masses(model, reading)
-    read_springs(model)
+    read_springs(model, reading)
     _lone_nodes(model)
     finish_masses(model)
     supports, default = read_supports(model, transforms)
     _sets(model)
     report_unused(model)
+    known = reading.materials.all()
+    found.note_no_mass([m.density for m in known], [m.name for m in known], known[0].keyword.place() if known else "")
     for name in overrides:
         if name not in model.taken:
             found.problem(f"override of {name!r}: the deck has no material and no section of that name")
     if not model.build.cells and not model.moving and not found.problems:
-        left = sorted({e.kind for e in flat.elements.values()})
-        found.problem(f"{path.name} has no elements that make a structure; it has {', '.join(left) or 'none'}")
+        kinds = elements_by_kind(model, list(flat.elements.values()))
+        for kind, (count, place) in kinds.items():
+            found.problem(f"{count} elements of type {kind}: {unread(kind)}", place)
+        if not kinds:
+            found.problem(f"{path.name} has no elements; there is no structure to make")
     found.check(path)
     mesh = model.build.mesh()
     with warnings.catch_warnings():
@@ -72,7 +77,7 @@ def read(path: Path, units: Units, overrides: Overrides) -> Deck:
         path.name, "Abaqus", mesh, (*model.build.members(), *_node_members(model)), tuple(model.point_masses),
         tuple(model.connections), tuple(model.bushings), supports, default, dict(model.build.row_of), units,
         tuple(one.values.get("E", one.values.get("E1", 0.0)) for one in reading.materials.all()),
-        tuple(one.density for one in reading.materials.all()),
+        tuple(one.density for one in reading.materials.all()), tuple(one.name for one in reading.materials.all()),
         dict(sorted(found.used.items())), found.left_out, tuple(found.notes),
     )  # fmt: skip
     stiff = model.build.families() <= STIFF and not model.connections and not _node_members(model)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -61,11 +62,19 @@ class Reading:
 def read_elements(model: AbaqusModel, reading: Reading) -> None:
     """Give every element that is a cell its section, the last that names it, and add it to the model."""
     owner: dict[int, tuple[Scoped, Make]] = {}
+    failed: set[int] = set()  # elements whose section is at fault
     for one in model.each(*NAMES):
+        before = len(model.found.problems)
         model.attempt(one.keyword, lambda one=one: _assign(model, reading, one, owner))  # type: ignore[misc]
+        elset = one.keyword.parameter("elset")
+        if len(model.found.problems) > before and elset:
+            with suppress(ValueError):
+                failed.update(model.flat.elements_of(elset, one.scope, one.keyword.place()))
     bare: dict[str, list[Element]] = {}
     for element in model.flat.elements.values():
         if not element.cell or element.number in model.flat_rigid:
+            continue
+        if element.number in failed:
             continue
         if element.number not in owner:
             bare.setdefault(element.kind, []).append(element)
@@ -224,31 +233,43 @@ def _shells(model: AbaqusModel, reading: Reading, one: Scoped, elset: str, facet
         model.found.unused("DENSITY of a shell section", "the material's density holds", place_of(keyword))
     sections: dict[tuple[Any, ...], PlateSection] = {}
 
-    def make(model: AbaqusModel, element: Element) -> None:
-        element = _collapsed(element)
-        normal, centre = _normal(model, element)
-        own = factor
-        if at_nodes:
-            given = [reading.thickness[n] for n in element.nodes if n in reading.thickness]
-            own = float(np.mean(given)) * model.units.length / stack.thickness if given else factor
-        axis = system.on_surface(centre, normal) if system is not None else _default_axis(normal)
-        angles = stack.angles(centre, normal, axis)
+    def section_of(own: float, angles: tuple[float, ...]) -> PlateSection:
         which = (round(own, 12), angles)
         if which not in sections:
             made = stack.section(own, angles)
             sections[which] = _without_bending(made) if membrane else made
-        section = sections[which]
-        options: dict[str, Any] = {}
-        if not stack.isotropic:
-            options["axis"] = tuple(float(c) for c in axis)
-        elif abs(normal[0]) > 0.999:
-            options["axis"] = (0.0, 1.0, 0.0)  # the default would stand on the surface
-        if offset and not membrane:
-            options["offset"] = -offset * section.thickness
-        plain = facets and element.cell == "triangle" and not section.coupled and "offset" not in options
-        family = "plate" if plain and not membrane else "shell"
-        key = (family, id(keyword), scope, which, direction_key(options["axis"], 6) if "axis" in options else None)
-        _add(model, element, key, elset, family, section, None, options)
+        return sections[which]
+
+    def make(model: AbaqusModel, element: Element) -> None:
+        element = _collapsed(element)
+        normal, centre = _normal(model, element)
+        own, corners = factor, None
+        if at_nodes:
+            corners = _thicknesses(model, reading, element, values["thickness"])
+            own = float(np.mean(corners)) / stack.thickness
+        axis = system.on_surface(centre, normal) if system is not None else _default_axis(normal)
+        angles = stack.angles(centre, normal, axis)
+        off = bool(offset) and not membrane
+        triangle = facets and element.cell == "triangle" and not off and not membrane
+        plate = triangle and not section_of(factor, angles).coupled
+        by_element = plate or off or _by_stiffness(keyword)  # the member has one thickness
+        section = section_of(own if by_element else factor, angles)
+        options: dict[str, Any] = {"offset": -offset * section.thickness} if off else {}
+        fields: dict[str, Any] = {}
+        key: tuple[Any, ...] = (plate, id(keyword), scope, id(section))
+        if stack.isotropic:  # the default axis would stand on some surfaces
+            direction = np.array([0.0, 1.0, 0.0]) if abs(normal[0]) > 0.999 else None
+        else:
+            direction = axis
+        if plate and direction is not None:
+            options["axis"] = tuple(float(c) for c in direction)
+            key += direction_key(direction, 6)
+        elif direction is not None:
+            fields["axis"] = direction
+            key += ("axis",)
+        if corners is not None and not by_element:
+            fields["thickness"] = corners
+        _add(model, element, key, elset, "plate" if plate else "shell", section, None, options, fields)
         nodes = set(map(model.same, element.nodes))
         model.moving.update(nodes)
         model.turning.update(nodes)
@@ -318,6 +339,11 @@ def _stiffness(model: AbaqusModel, one: Scoped) -> _Given:
     """
     keyword, u = one.keyword, model.units
     c = [keyword.real(word, k, "a stiffness") for k, row in enumerate(keyword.data) for word in row if word]
+    if "user" in keyword.parameters:
+        raise ValueError(
+            f"{keyword.place()}: *{keyword.name}, USER has its stiffness in a subroutine; give 21 stiffnesses, "
+            "MATERIAL or COMPOSITE."
+        )
     if len(c) < 21:
         raise ValueError(
             f"{keyword.place()}: *{keyword.name} has {len(c)} stiffnesses; give 21, or MATERIAL or COMPOSITE."
@@ -414,7 +440,20 @@ def _collapsed(element: Element) -> Element:
 
 def _add(
     model: AbaqusModel, element: Element, key: object, elset: str, family: str, section: Any, material: Any,
-    options: dict[str, Any],
+    options: dict[str, Any], fields: dict[str, Any] | None = None,
 ) -> None:  # fmt: skip
     rows = [model.row(n) for n in element.nodes]
-    model.build.cell(element.cell, rows, key, elset, family, section, material, options, (), element.number)
+    model.build.cell(element.cell, rows, key, elset, family, section, material, options, (), element.number, fields)
+
+
+def _thicknesses(model: AbaqusModel, reading: Reading, element: Element, otherwise: float) -> tuple[float, ...]:
+    """Thickness at the corners of an element [m]; that of the section where *NODAL THICKNESS gives none."""
+    corners = element.nodes[: CELL_TYPES[element.cell].n_corners]
+    given = reading.thickness
+    found = tuple(given[n] * model.units.length if n in given else otherwise for n in corners)
+    if min(found) <= 0:
+        raise ValueError(
+            f"{element.place}: shell {element.number} has a thickness of {min(found):.6g} m at a corner; give a "
+            "positive one in *NODAL THICKNESS."
+        )
+    return found

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from femflex.decks.abaqus.model import AbaqusModel, place_of
 from femflex.decks.abaqus.sections import PLANE
+from femflex.decks.findings import Place
+from femflex.mesh.abaqus_flat import Element
 
 READ = {  # keywords that are read, or that say nothing of the structure
     "HEADING", "NODE", "SYSTEM", "NGEN", "NFILL", "ELEMENT", "ELGEN", "NSET", "ELSET", "PART", "END PART", "ASSEMBLY",
     "END ASSEMBLY", "INSTANCE", "END INSTANCE", "SURFACE", "MATERIAL", "ELASTIC", "DENSITY", "ORIENTATION", "TRANSFORM",
     "SHELL SECTION", "SHELL GENERAL SECTION", "MEMBRANE SECTION", "SOLID SECTION", "BEAM SECTION", "NODAL THICKNESS",
-    "BEAM GENERAL SECTION", "MASS", "ROTARY INERTIA", "SPRING", "RIGID BODY", "COUPLING", "KINEMATIC", "DISTRIBUTING",
-    "KINEMATIC COUPLING", "DISTRIBUTING COUPLING", "MPC", "EQUATION", "TIE", "BOUNDARY", "STEP", "END STEP",
-    "PREPRINT", "RESTART", "OUTPUT", "NODE OUTPUT", "ELEMENT OUTPUT", "NODE FILE", "EL FILE", "NODE PRINT", "EL PRINT",
-    "ENERGY OUTPUT", "ENERGY PRINT", "ENERGY FILE", "CONTACT OUTPUT", "CONTACT FILE", "CONTACT PRINT", "FILE FORMAT",
+    "BEAM GENERAL SECTION", "MASS", "ROTARY INERTIA", "SPRING", "JOINT", "RIGID BODY", "COUPLING", "KINEMATIC",
+    "DISTRIBUTING", "KINEMATIC COUPLING", "DISTRIBUTING COUPLING", "MPC", "EQUATION", "TIE", "BOUNDARY", "STEP",
+    "END STEP", "PREPRINT", "RESTART", "OUTPUT", "NODE OUTPUT", "ELEMENT OUTPUT", "NODE FILE", "EL FILE", "NODE PRINT",
+    "EL PRINT", "ENERGY OUTPUT", "ENERGY PRINT", "ENERGY FILE", "CONTACT OUTPUT", "CONTACT FILE", "CONTACT PRINT",
+    "FILE FORMAT",
     "MONITOR", "FILE OUTPUT", "MODAL OUTPUT", "MODAL FILE", "MODAL PRINT", "INTEGRATED OUTPUT", "SECTION PRINT",
     "SECTION FILE", "PRINT", "CONTROLS", "SOLUTION TECHNIQUE", "TIME POINTS", "AMPLITUDE", "FREQUENCY", "STATIC",
     "DYNAMIC", "BUCKLE", "MODAL DYNAMIC", "STEADY STATE DYNAMICS", "VISCO", "COUPLED TEMPERATURE-DISPLACEMENT",
@@ -32,7 +35,7 @@ CONSEQUENCES = {
     ),
     "connectors are left out; the parts may be loose": (
         "CONNECTOR SECTION", "CONNECTOR BEHAVIOR", "CONNECTOR ELASTICITY", "CONNECTOR DAMPING", "CONNECTOR MOTION",
-        "JOINT", "FASTENER",
+        "FASTENER",
     ),
     "parts that it joins are loose": ("SHELL TO SOLID COUPLING", "EMBEDDED ELEMENT", "SUBSTRUCTURE PROPERTY"),
     "damping is left out; give it in the case": ("DASHPOT", "MODAL DAMPING", "GLOBAL DAMPING", "DAMPING"),
@@ -58,15 +61,43 @@ def report_unused(model: AbaqusModel) -> None:
         if name in READ or (behaviour and name not in by):
             continue
         model.found.unused(f"*{name}", by.get(name, "it is not understood and left out"), place_of(keyword))
-    kinds: dict[str, list[str]] = {}
-    for element in model.flat.elements.values():
-        known = ("MASS", "ROTARYI", "SPRINGA", "SPRING1", "SPRING2", "DCOUP3D", "DISTRIBUTING")
-        if (not element.cell and element.kind not in known) or element.kind.startswith(PLANE):
-            kinds.setdefault(element.kind, []).append(element.place)
-    for kind, places in kinds.items():
-        file, _, line = places[0].rpartition(", line ")
-        plane = "plane and axisymmetric elements are left out; a body is three-dimensional"
-        text = plane if kind.startswith(PLANE) else "elements of this type are left out; what they join may be loose"
-        from femflex.decks.findings import Place
+    known = ("MASS", "ROTARYI", "SPRINGA", "SPRING1", "SPRING2", "JOINTC", "DCOUP3D", "DISTRIBUTING")
+    strange = [
+        element
+        for element in model.flat.elements.values()
+        if (not element.cell and element.kind not in known) or element.kind.startswith(PLANE)
+    ]
+    for kind, (count, place) in elements_by_kind(model, strange).items():
+        model.found.unused(f"elements {kind}", unread(kind), place, count)
 
-        model.found.unused(f"elements {kind}", text, Place(file, int(line)), len(places))
+
+def elements_by_kind(model: AbaqusModel, elements: list[Element]) -> dict[str, tuple[int, Place]]:
+    """How many elements of each type there are, and where the first stands."""
+    found: dict[str, tuple[int, Place]] = {}
+    for element in elements:
+        file, _, line = element.place.rpartition(", line ")
+        count, first = found.get(element.kind, (0, Place(file, int(line))))
+        found[element.kind] = count + 1, first
+    return found
+
+
+def unread(kind: str) -> str:
+    """What leaving out elements of a type means, and what to use in their place."""
+    if kind.startswith(("CAX", "CGAX", "SAX", "MAX", "DCAX", "ACAX")):
+        return "axisymmetric elements are left out: a body has three dimensions; model the whole body of revolution"
+    if kind.startswith(("CPS", "CPE", "CPEG")):
+        return (
+            "plane elements are left out: they do not move out of their plane; model the sheet by shells (S4R with a "
+            "*SHELL SECTION of its thickness)"
+        )
+    if kind.startswith(("DC", "DS", "AC")):
+        return (
+            "elements of heat or acoustics are left out: they have no stiffness; model the structure by C3D or S types"
+        )
+    if kind.startswith("COH"):
+        return "cohesive elements are left out: the parts are loose there; join them by *TIE"
+    if kind.startswith(("U", "VU")):
+        return "user elements are left out: their stiffness is in a subroutine; export it by *MATRIX GENERATE"
+    if kind.startswith("CONN"):
+        return "connectors are left out: the parts may be loose; join them by *COUPLING, *MPC or *SPRING"
+    return "elements of this type are left out; what they join may be loose"

@@ -13,6 +13,7 @@ from femflex.decks.nastran.line_elements import read_line_elements
 from femflex.decks.nastran.masses import finish_masses, read_masses
 from femflex.decks.nastran.materials import Materials
 from femflex.decks.nastran.model import NastranModel
+from femflex.decks.nastran.older import renew
 from femflex.decks.nastran.rigid_elements import read_rigid_elements
 from femflex.decks.nastran.sets import read_sets
 from femflex.decks.nastran.shell_elements import read_shell_elements
@@ -32,6 +33,7 @@ def read(path: Path, units: Units, overrides: Overrides) -> Deck:
     """The Deck of a Nastran file. Raises DeckError with all its problems."""
     raw = read_cards(path)
     bulk = bulk_of(raw, units, overrides)
+    renew(bulk)
     if not bulk.cards.get("GRID"):
         bulk.found.problem(f"{path.name} has no GRID cards; it is no Nastran deck with a structure")
         bulk.found.check(path)
@@ -56,6 +58,10 @@ def read(path: Path, units: Units, overrides: Overrides) -> Deck:
     supports, default = read_supports(model)
     read_sets(model)
     report_unused(bulk)
+    known = materials.all()
+    bulk.found.note_no_mass(
+        [m.density for m in known], [f"mat_{m.number}" for m in known], known[0].card.place if known else ""
+    )
     _unknown_overrides(model)
     if not model.build.cells and not model.moving and not bulk.found.problems:
         bulk.found.problem(f"{path.name} has no elements, masses or springs; there is no structure to make")
@@ -67,7 +73,7 @@ def read(path: Path, units: Units, overrides: Overrides) -> Deck:
     deck = Deck(
         path.name, "Nastran", mesh, (*model.build.members(), *_node_members(model)), tuple(model.point_masses),
         tuple(model.connections), tuple(model.bushings), supports, default, dict(model.build.row_of), units,
-        *_judged(materials),
+        *_judged(materials), tuple(f"mat_{one.number}" for one in materials.all()),
         dict(sorted(bulk.found.used.items())), bulk.found.left_out, tuple(bulk.found.notes),
     )  # fmt: skip
     asked = bulk.parameters.get("AUTOSPC")

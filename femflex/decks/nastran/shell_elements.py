@@ -72,7 +72,7 @@ def _shell(model: NastranModel, card: Card, kind: Kind, properties: ShellPropert
     x = np.array([model.grids[g].position for g in corners])
     normal = _normal(x, card)
     thickness = _thickness(model, card, kind, made)
-    section = made.of(thickness)
+    section = made.section
     axis = None if made.isotropic else _axis(model, card, kind, x, normal)
     offset = card.real(kind.offset, 0.0) * model.bulk.units.length if kind.offset >= 0 else 0.0
     rows = [model.row(g) for g in corners]
@@ -81,15 +81,27 @@ def _shell(model: NastranModel, card: Card, kind: Kind, properties: ShellPropert
         rows += with_middles(model, corners, middles, card)
     cell = CELLS[kind.corners, second]
     family = "plate" if pid in facets and cell == "triangle" and not section.coupled and not offset else "shell"
-    options: dict[str, object] = {}
-    if axis is not None:
-        options["axis"] = tuple(float(c) for c in axis)
-    elif abs(normal[0]) > 0.999:  # the default axis would stand on the surface
-        options["axis"] = (0.0, 1.0, 0.0)
-    if offset:
-        options["offset"] = offset
-    key = ("shell", family, pid, thickness, offset, direction_key(options["axis"], 6) if "axis" in options else None)  # type: ignore[arg-type]
-    model.build.cell(cell, rows, key, f"pid_{pid}", family, section, None, options, model.bulk.names_of(pid), number)
+    if axis is None and abs(normal[0]) > 0.999:  # the default axis would stand on the surface
+        axis = np.array([0.0, 1.0, 0.0])
+    options: dict[str, object] = {"offset": offset} if offset else {}
+    fields: dict[str, object] = {}
+    key: tuple[object, ...] = ("shell", family, pid, offset, axis is None, thickness is None)
+    if family == "shell":
+        fields |= {} if axis is None else {"axis": axis}
+        fields |= {} if thickness is None else {"thickness": thickness}
+    else:  # flat facets: one axis and one thickness for a member
+        mean = None if thickness is None else float(np.mean(thickness))
+        section = made.of(mean)
+        options |= {} if axis is None else {"axis": tuple(float(c) for c in axis)}
+        key += (mean, None if axis is None else direction_key(axis, 6))
+        if thickness is not None and np.ptp(thickness) > 1e-6 * np.max(thickness):
+            model.bulk.found.unused(
+                f"{card.name} T1 to T3 that differ", "each such facet has the mean of its corners' thicknesses",
+                card.place,
+            )  # fmt: skip
+    model.build.cell(
+        cell, rows, key, f"pid_{pid}", family, section, None, options, model.bulk.names_of(pid), number, fields
+    )
     grids = corners + [g for g in middles if g]
     model.moving.update(grids)
     model.turning.update(grids)
@@ -103,8 +115,8 @@ def _normal(x: Array, card: Card) -> Array:
     return np.asarray(normal / size)
 
 
-def _thickness(model: NastranModel, card: Card, kind: Kind, made: ShellProperty) -> float | None:
-    """Thickness of the element [m] where it has its own: the mean of those at its corners."""
+def _thickness(model: NastranModel, card: Card, kind: Kind, made: ShellProperty) -> tuple[float, ...] | None:
+    """Thickness of the element at its corners [m] where it has its own."""
     flag = kind.thickness[0] - 1 if kind.thickness and not kind.middles else -1
     relative = flag >= 0 and card.is_integer(flag) and card.integer(flag) == 1
     given = [card.real(k, 0.0) for k in kind.thickness]
@@ -117,13 +129,12 @@ def _thickness(model: NastranModel, card: Card, kind: Kind, made: ShellProperty)
         )  # fmt: skip
         return None
     unit = made.thickness if relative else model.bulk.units.length
-    each = [t * unit if t else made.thickness for t in given]
-    if max(each) - min(each) > 1e-6 * max(each):
-        model.bulk.found.unused(
-            f"{card.name} T1 to T{kind.corners} that differ",
-            "each such element has the mean of its corners' thicknesses all over", card.place,
-        )  # fmt: skip
-    return float(np.mean(each))
+    each = tuple(t * unit if t else made.thickness for t in given)
+    if min(each) <= 0:
+        raise ValueError(
+            f"{card} has a thickness of {min(each) / model.bulk.units.length:.6g} at a corner; it must be positive"
+        )
+    return each
 
 
 def _axis(model: NastranModel, card: Card, kind: Kind, x: Array, normal: Array) -> Array:

@@ -114,8 +114,11 @@ class ShellProperties:
             S = shear.shear() * v["shear_ratio"] * t if shear and bending else RIGID * plain * np.eye(2)
             if not bending:
                 S = NONE * plain * np.eye(2)
+            nsm = max(v["nonstructural_mass"], 0.0)
             mass = rho * t + v["nonstructural_mass"]
-            return PlateSection(t, mass, rho * t**3 / 12 if bending else 0.0, _regular(Qm * t), _regular(D), S)
+            return PlateSection(
+                t, mass, rho * t**3 / 12 if bending else 0.0, _regular(Qm * t), _regular(D), S, added=nsm
+            )
 
         if rho * v["thickness"] + v["nonstructural_mass"] < 0:
             raise ValueError(f"{card} has a mass per area below zero; correct the density or the nonstructural mass")

@@ -32,6 +32,7 @@ MEMBRANE = {"line": 1, "plate": 3}  # the first strains of a part, which stretch
 WOBBLE, JOINT = "wobble", "joint"
 LIBRATIONS = ("libration pitch", "libration yaw", "libration roll")  # about x0, y0, z0 of the orbital frame
 RIGID = (WOBBLE, *LIBRATIONS)
+MOTIONS = tuple(f"{kind} {axis}" for kind in ("translation", "rotation") for axis in "xyz")
 SLICES = 16
 MOST = 400  # points of a body that are looked at
 ALONG = 0.9  # cosine between spin axis and body from which on it spins about its own line
@@ -61,6 +62,7 @@ def motion_character(model: Model, motions: SmallMotions, axis: Array | None = N
     words = _ways(model, motions, axis, strained)
     _name_joints(motions, words, np.eye(model.n_u)[:, moving & ~elastic], axis, strained)
     _name_rigid(model, motions, words)
+    words = [owner or word for owner, word in zip(motions.owners, words, strict=True)]
     return MotionCharacter(tuple(words), {name: energy / total for name, energy in kinetic.items()})
 
 
@@ -70,7 +72,8 @@ def numbered_names(words: Sequence[str]) -> tuple[str, ...]:
     out = []
     for word in words:
         counts[word] = counts.get(word, 0) + 1
-        out.append(word if word in RIGID and words.count(word) == 1 else f"{word} {counts[word]}")
+        alone = words.count(word) == 1 and (word in (*RIGID, *MOTIONS) or "." in word)  # a state has a point
+        out.append(word if alone else f"{word} {counts[word]}")
     return tuple(out)
 
 
@@ -137,6 +140,8 @@ def _name_rigid(model: Model, motions: SmallMotions, words: list[str]) -> None:
     free = any(known.name.startswith("tilt") for known in motions.known)
     in_orbit = model.system.frame.kind == "orbital" and model.system.orbit is not None
     fields, there = rigid_fields(model, motions.bodies, np.eye(3))
+    if words and not (free or in_orbit) and motions.driven:
+        _name_controlled(motions, words, fields, there)
     if not words or not (free or in_orbit) or not there[3:].all():
         return
     rigid = _share_within(fields[:, there], motions)
@@ -149,6 +154,17 @@ def _name_rigid(model: Model, motions: SmallMotions, words: list[str]) -> None:
     turns = np.abs(np.linalg.solve(inertia, P.T @ motions.M @ motions.shapes)) ** 2 * np.diag(inertia)[:, None]
     for k in np.flatnonzero(rigid >= HALF):
         words[k] = LIBRATIONS[int(np.argmax(turns[:, k]))]
+
+
+def _name_controlled(motions: SmallMotions, words: list[str], fields: Array, there: NDArray[np.bool_]) -> None:
+    """Call motions of the whole craft, which effectors with states resist, by the rigid motion that is most of them."""
+    if not there.any():
+        return
+    alone = np.array(
+        [_share_within(fields[:, [k]], motions) if there[k] else 0 * motions.eigenvalues.real for k in range(6)]
+    )
+    for k in np.flatnonzero(_share_within(fields[:, there], motions) >= HALF):
+        words[k] = MOTIONS[int(np.argmax(alone[:, k]))]
 
 
 def _share_within(fields: Array, motions: SmallMotions) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
@@ -12,13 +13,14 @@ from femflex.system import Effector, System, coasting, coasting_gyro
 ROTORS = ("wheel", "gimbals")
 
 
-def with_coasting_rotors(system: System) -> System:
+def with_coasting_rotors(system: System, keep: Collection[str] = ()) -> System:
     """The system whose wheels and gyros keep their momentum and gimbal angles of the start, without states.
 
     A motor that gives a torque accelerates its wheel for ever, so nothing else is a steady state. Left as they are:
-    those whose signals something else takes, for there is a loop around them.
+    those whose signals something else takes, for there is a loop around them, and those to keep.
     """
     taken = {name.rpartition(".")[0] for e in system.effectors if isinstance(e, Effector) for name in e.inputs}
+    taken |= set(keep)
     rotors = [e for e in system.effectors if isinstance(e, Effector) and e.act in ROTORS and e.name not in taken]
     if not rotors:
         return system
@@ -33,3 +35,17 @@ def with_coasting_rotors(system: System) -> System:
     gone = {name for rotor in rotors for name, _ in rotor.state_names()}
     effectors = tuple(new.get(e.name, e) for e in system.effectors)
     return replace(system, effectors=effectors, z0={k: v for k, v in system.z0.items() if k not in gone})
+
+
+def controlled_rotors(system: System) -> list[str]:
+    """Names of wheels and gyros that a continuous law commands by what sensors measure."""
+    by_name = {e.name: e for e in system.effectors if isinstance(e, Effector)}
+
+    def measures(name: str, seen: frozenset[str]) -> bool:
+        one = by_name.get(name)
+        if one is None or name in seen:
+            return False
+        sources = {source.rpartition(".")[0] for source in one.inputs}
+        return one.act == "measure" or any(measures(source, seen | {name}) for source in sources)
+
+    return [name for name, one in by_name.items() if one.act in ROTORS and measures(name, frozenset())]

@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from femflex.dynamics.equilibria.balance import BALANCED, Balance, balance
 from femflex.dynamics.equilibria.frequency import damped
-from femflex.dynamics.equilibria.linearised import frame_rate, linearised
+from femflex.dynamics.equilibria.linearised import frame_rate
 from femflex.dynamics.equilibria.small_motions import SmallMotions, growth_threshold, small_motions
 from femflex.dynamics.equilibria.stable_state import LEVEL, stable_state_below
-from femflex.dynamics.equilibria.states import moving_states
+from femflex.dynamics.equilibria.states import resting_state
 from femflex.dynamics.equilibria.steady import Steady, steady
 from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.model import Model, compile_system
@@ -45,7 +45,7 @@ class Equilibrium:
     iterations   of Newton's method, all shares together
     neutral      coordinates that nothing resists, each with those it goes along with
     directions   (n_u, len(neutral)) increments along which nothing resists
-    moving       the system at rest with its damping
+    moving       the system at rest with its damping, and with the motors of wheels that a law commands
     left         the unstable equilibrium that was left for this one, None where there was none
     """
 
@@ -74,16 +74,11 @@ class Equilibrium:
     def motions(self) -> SmallMotions:
         """The small motions about the equilibrium, with damping."""
         model = compile_system(self.moving) if damped(self.moving) else self.model
-        return small_motions(model, self.x, self.directions)
+        return small_motions(model, resting_state(self.model, self.x, model), self.directions)
 
     @property
     def eigenvalues(self) -> NDArray[np.complex128]:
-        """Of the small motions with damping [1/s], drift and neutral ones apart; empty when none was found.
-
-        Beside effectors with states those of the whole state matrix.
-        """
-        if self.share == 1.0 and moving_states(self.moving):
-            return linearised(compile_system(self.moving), 0.0, self.x).eigenvalues()
+        """Of the small motions with damping [1/s], drift and neutral ones apart; empty when none was found."""
         return self.motions.spectrum if self.share == 1.0 else np.zeros(0, complex)
 
     @property
@@ -110,7 +105,10 @@ class Equilibrium:
         values = self.eigenvalues
         if self.share < 1.0:
             return "not known"
-        held = f", neutral along {', '.join(self.neutral)}" if self.neutral else ""
+        neutral = self.neutral
+        if self.motions.driven:  # a law may resist what forces of the craft do not
+            neutral = tuple(dict.fromkeys(motion.name for motion in self.motions.known))
+        held = f", neutral along {', '.join(neutral)}" if neutral else ""
         if not len(values):
             return f"stable: no small motion grows{held}" if held else "nothing is free to move"
         if not self.stable:

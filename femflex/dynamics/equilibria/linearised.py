@@ -125,14 +125,15 @@ def stiffness(model: Model, t: float, x: Array, udot: Array, lambdas: Array) -> 
     q, u, z = model.parts(x)
     K, at = linear_stiffness(model)
     own = at >= 0
-    stretched = nonlinear_bodies(model)
+    stretched = [(strain, e, qe, strain.force(q[qe])) for strain, e, qe in nonlinear_bodies(model)]
 
     def other(moved: Array) -> Array:
         change, y = np.where(own, moved[at] - q[at], 0.0), np.concatenate([moved, u, z])
         tied = lambdas @ model.constraints.matrix(t, y) if model.constraints is not None else 0.0
         left = model.residual(t, y, udot) - tied - K @ change
-        for strain, e, qe in stretched:
-            left[e] -= strain.force(moved[qe]) - strain.V1 @ moved[qe]
+        for strain, e, qe, force in stretched:
+            same = np.array_equal(moved[qe], q[qe])  # most steps move other bodies
+            left[e] -= (force if same else strain.force(moved[qe])) - strain.V1 @ moved[qe]
         return left
 
     columns = []
@@ -141,11 +142,7 @@ def stiffness(model: Model, t: float, x: Array, udot: Array, lambdas: Array) -> 
         step[j] = STEP * size
         columns.append((other(advanced(model, q, step)) - other(advanced(model, q, -step))) / (2 * step[j]))
     K = K + np.column_stack(columns)
-    for (
-        strain,
-        e,
-        qe,
-    ) in stretched:  # whose differences would be those of fast powers: EA against the tension of a string
+    for strain, e, qe, _ in stretched:  # differences would be those of fast powers: EA against a string's tension
         K[np.ix_(e, e)] += strain.tangent(q[qe]) - (strain.V1 + strain.V1.T) / 2
     return K
 

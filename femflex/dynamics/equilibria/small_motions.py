@@ -2,17 +2,18 @@
 
 One linearisation for equilibria, Campbell diagrams and system modes:
 
-    M dxi'' + D dxi' + K dxi = 0
+    M dxi'' + D dxi' + K dxi + R dz = 0,    dz' = F_x dxi + F_u dxi' + F_z dz
 
-about a state at rest in the base frame (inertial, spinning, or orbital), D with damping and gyroscopic forces. Known
-motions (`femflex.dynamics.equilibria.rigid_motions`) span an invariant space R of the states (dxi, dxi'): with S
-orthogonal to it the matrix of the equations over (R, S) is block triangular, and its block over S has exactly the
-eigenvalues of all other motions. What is left has no double zeros of drift.
+about a state at rest in the base frame (inertial, spinning, or orbital), D with damping and gyroscopic forces, z the
+states of effectors, if any. Known motions (`femflex.dynamics.equilibria.rigid_motions`) span an invariant space of the
+states (dxi, dxi', dz): with S orthogonal to it the matrix of the equations over both is block triangular, and its block
+over S has exactly the eigenvalues of all other motions. What is left has no double zeros of drift. Of a craft whose
+effectors have states, known motions are those that these leave alone, and rests of states that drive nothing.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +21,7 @@ from numpy.typing import NDArray
 from femflex.dynamics.equilibria.body_motions import BodyMotion, body_motions
 from femflex.dynamics.equilibria.linearised import frame_rate, free_directions, linearised, usual_sizes
 from femflex.dynamics.equilibria.rigid_motions import KnownMotion, KnownMotions, known_motions
-from femflex.dynamics.equilibria.states import moving_states
+from femflex.dynamics.equilibria.states import StateEquations, moving_states
 from femflex.dynamics.model import Model
 
 Array = NDArray[np.float64]
@@ -29,6 +30,9 @@ Complex = NDArray[np.complex128]
 GROWING = 1e-8  # real part over the larger of |eigenvalue| and the frame's rate; differences of forces leave 1e-10
 SLOWEST = 1e-12  # of the fastest natural frequency squared: the unit of time of coordinates without stiffness
 DEPENDENT = 1e-9  # of the largest, below which a known motion is one of the others
+STILL = 1e-12  # of the largest singular value of the equations, below which a state stays wherever it is put
+ALIKE = 0.9  # cosine between a rest and a rigid motion whose name it bears
+HALF = 0.5  # participation of the states of effectors from which on a motion is theirs
 SINGULAR = 1e-8  # relative distance of an eigenvalue to a known one at which shapes are not resolved against it
 
 
@@ -44,6 +48,8 @@ class SmallMotions:
     M           (n_u, n_u) mass matrix
     rate        of the base frame [rad/s]: spin, or mean motion of the orbit
     bodies      name -> motion along each coordinate
+    driven      whether effectors have states, which may resist rigid motion
+    owners      (n,) names of states of effectors: of a motion that is mostly theirs the first of them, else ""
     """
 
     eigenvalues: Complex
@@ -53,6 +59,14 @@ class SmallMotions:
     M: Array
     rate: float
     bodies: dict[str, BodyMotion]
+    driven: bool
+    owners: tuple[str, ...]
+
+    def of_craft(self) -> SmallMotions:
+        """The same without the motions that are mostly those of states of effectors."""
+        own = np.array([not owner for owner in self.owners], bool)
+        owners = ("",) * int(own.sum())
+        return replace(self, eigenvalues=self.eigenvalues[own], shapes=self.shapes[:, own], owners=owners)
 
     @property
     def frequencies(self) -> Array:
@@ -89,23 +103,21 @@ def growth_rule() -> str:
 def small_motions(model: Model, x: Array, neutral: Array) -> SmallMotions:
     """The small motions about the equilibrium x (n_x,) of a model; neutral (n_u, k): directions nothing resists there.
 
-    Raises ValueError for nonholonomic constraints, and for effectors with states.
+    Raises ValueError for nonholonomic constraints.
     """
-    if states := moving_states(model.system):
-        names = ", ".join(sorted({model.system.state_names()[k][0].rpartition(".")[0] for k in states}))
-        raise ValueError(
-            f"the states of {names} make the small motions more than vibrations; `femflex linearize` prints the poles "
-            "of the whole craft (in Python: the eigenvalues of `linearised`)"
-        )
     linear, (own, Z) = linearised(model, 0.0, x), free_directions(model, 0.0, x)
     bodies, sizes = body_motions(model, x), usual_sizes(model)
     M, D, K = (_spread(A, own, model.n_u) for A in (linear.M, linear.D, linear.K))
     known = known_motions(model, bodies, (M, D, K), Z @ neutral[own], sizes)
-    modal = _Modal.of(linear.M, linear.D, linear.K)
-    R = modal.known_states(known, own)
-    values, columns = _eigen(modal, R)
+    modal = _Modal.of(
+        linear.M, linear.D, linear.K, linear.states, model.system.state_sizes()[moving_states(model.system)]
+    )
+    R, motions = modal.known_states(known, own), known.motions
+    if linear.states.names:
+        R, motions = known_with_states(modal, R, motions, own, Z)
+    values, columns, owners = _eigen(modal, R)
     order = np.argsort(np.abs(values), kind="stable")
-    chosen = _one_of_each(values)
+    chosen = _one_of_each(values, bool(linear.states.names))
     shapes = Z @ modal.shapes(columns[:, chosen])
     full = model.mass_matrix(0.0, x)
     mass = np.einsum("ik,ij,jk->k", shapes.conj(), full, shapes).real
@@ -113,20 +125,29 @@ def small_motions(model: Model, x: Array, neutral: Array) -> SmallMotions:
         eigenvalues=values[chosen],
         shapes=shapes / np.sqrt(np.maximum(mass, 1e-300)),
         spectrum=values[order],
-        known=known.motions,
+        known=motions,
         M=full,
         rate=frame_rate(model.system),
         bodies=bodies,
+        driven=bool(linear.states.names),
+        owners=tuple(owners[k] for k in chosen),
     )
+
+
+def spectrum(M: Array, D: Array, K: Array) -> Complex:
+    """Eigenvalues (2 n,) [1/s] of M dxi'' + D dxi' + K dxi = 0 by rising size, known motions and all."""
+    modal = _Modal.of(M, D, K, StateEquations.none(len(M)), np.zeros(0))
+    values = np.asarray(np.linalg.eigvals(modal.A), complex)
+    return values[np.argsort(np.abs(values), kind="stable")]
 
 
 @dataclass(frozen=True, eq=False)
 class _Modal:
-    """The equations in coordinates y of unit mass, dxi = phi y; states (y, y' / s), s (n,) about their frequencies.
+    """The equations in coordinates y of unit mass, dxi = phi y; states (y, y' / s, z), s (n,) about their frequencies.
 
     phi is the inverse of a Cholesky factor of the mass, soft coordinates first: the stiffness of stiff ones does not
     enter the rows of soft ones, and slow librations keep their digits next to fast vibrations (modes of K and M would
-    lose them: their squares have errors of eps times the largest).
+    lose them: their squares have errors of eps times the largest). States z of effectors in their usual sizes.
     """
 
     phi: Array
@@ -135,14 +156,16 @@ class _Modal:
     A: Array
     K: Array
     D: Array
+    names: tuple[str, ...]
 
     @classmethod
-    def of(cls, M: Array, D: Array, K: Array) -> _Modal:
+    def of(cls, M: Array, D: Array, K: Array, z: StateEquations, sizes: Array) -> _Modal:
         from scipy.linalg import solve_triangular
 
         n, mass = len(M), (M + M.T) / 2
+        F_z = z.F_z * sizes / sizes[:, None]
         if not n:
-            return cls(*(np.zeros((0, 0)),) * 2, np.zeros(0), *(np.zeros((0, 0)),) * 3)
+            return cls(*(np.zeros((0, 0)),) * 2, np.zeros(0), F_z, *(np.zeros((0, 0)),) * 2, z.names)
         order = np.argsort(np.abs(np.diag(K)) / np.diag(mass), kind="stable")
         lower = np.linalg.cholesky(mass[np.ix_(order, order)])
         phi = np.zeros((n, n))
@@ -150,22 +173,28 @@ class _Modal:
         inverse, K, D = phi.T @ mass, phi.T @ K @ phi, phi.T @ D @ phi
         size = np.abs(np.diag(K))
         s = np.sqrt(size + (SLOWEST * size.max() or 1.0))
-        A = np.block([[np.zeros((n, n)), np.diag(s)], [-K / s[:, None], -D * (s / s[:, None])]])
-        return cls(phi, inverse, s, A, K, D)
+        A = np.block([
+            [np.zeros((n, n)), np.diag(s), np.zeros((n, len(sizes)))],
+            [-K / s[:, None], -D * (s / s[:, None]), -(phi.T @ z.R) * sizes / s[:, None]],
+            [z.F_x @ phi / sizes[:, None], z.F_u @ phi * s / sizes[:, None], F_z],
+        ])  # fmt: skip
+        return cls(phi, inverse, s, A, K, D, z.names)
 
     def state(self, position: Array, velocity: Array) -> Array:
-        """States (2 n, k) of fields and their velocities (n, k)."""
-        return np.vstack([self.inverse @ position, (self.inverse @ velocity) / self.s[:, None]])
+        """States (2 n + m, k) of fields and their velocities (n, k), those of effectors left where they are."""
+        return self._whole(self.inverse @ position, (self.inverse @ velocity) / self.s[:, None])
+
+    def _whole(self, y: Array, rate: Array) -> Array:
+        return np.vstack([y, rate, np.zeros((len(self.names), y.shape[1]))])
 
     def shapes(self, states: Complex) -> Complex:
-        """Increments (n, k) of the coordinates in states (2 n, k)."""
+        """Increments (n, k) of the coordinates in states (2 n + m, k)."""
         return np.asarray(self.phi @ states[: len(self.s)])
 
     def known_states(self, known: KnownMotions, own: NDArray[np.int64]) -> Array:
-        """Orthonormal states (2 n, k) that span the known motions."""
-        n = len(self.s)
+        """Orthonormal states (2 n + m, k) that span the known motions."""
         if not known.motions:
-            return np.zeros((2 * n, 0))
+            return np.zeros((len(self.A), 0))
         moving, turning, rate, neutral = (
             field[own] for field in (known.moving, known.turning, known.turning_rate, known.neutral)
         )
@@ -192,28 +221,100 @@ class _Modal:
         c = Wt[free].T
         kept = len(scale) - k
         y = -(Vt[:kept].T @ ((U[:, :kept].T @ (push @ c)) / sigma[:kept, None])) / scale[:, None]
-        return np.vstack([y, (neutral @ c) / scale[:, None]])
+        return self._whole(y, (neutral @ c) / scale[:, None])
+
+    def left_alone(self, R: Array) -> Array:
+        """The largest invariant space within the span of R (2 n + m, k)."""
+        scale = float(np.linalg.norm(self.A, 2)) or 1.0
+        while R.shape[1]:
+            pushed = self.A @ R
+            _, sigma, Vt = np.linalg.svd(pushed - R @ (R.T @ pushed))
+            kept = Vt[int((sigma > DEPENDENT * scale).sum()) :].T
+            if kept.shape[1] == R.shape[1]:
+                break
+            R = R @ kept
+        return R
+
+    def rests(self, R: Array) -> list[Array]:
+        """States (2 n + m, k) that stay where they are, then those that go on at a constant rate, and so on.
+
+        Each step beyond the invariant space R and those before.
+        """
+        found: list[Array] = []
+        while R.shape[1] < len(self.A):
+            S = np.linalg.qr(R, mode="complete")[0][:, R.shape[1] :]
+            _, sigma, Vt = np.linalg.svd(S.T @ self.A @ S)
+            more = S @ Vt[int((sigma > STILL * sigma.max(initial=0.0)).sum()) :].T
+            if not more.shape[1]:
+                break
+            found.append(more)
+            R = np.hstack([R, more])
+        return found
+
+    def named(self, state: Array, motions: tuple[KnownMotion, ...], own: NDArray[np.int64]) -> str:
+        """The motion that the coordinates of a state (2 n + m,) make, or the effector state that is most of it."""
+        n, y = len(self.s), state[: len(self.s)]
+        for one in motions:
+            field = self.inverse @ one.shape[own].real
+            if abs(y @ field) > ALIKE * np.linalg.norm(y) * np.linalg.norm(field) > 0 and np.linalg.norm(y) > SINGULAR:
+                return one.name
+        return self.names[int(np.argmax(np.abs(state[2 * n :])))]
 
 
-def _eigen(modal: _Modal, R: Array) -> tuple[Complex, Complex]:
-    """Eigenvalues (m,) and states (2 n, m) of all motions but those of the invariant space R (2 n, k)."""
+def known_with_states(
+    modal: _Modal, R: Array, motions: tuple[KnownMotion, ...], own: NDArray[np.int64], Z: Array
+) -> tuple[Array, tuple[KnownMotion, ...]]:
+    """The states (2 n + m, k) of known motions of a craft whose effectors have states, and these motions.
+
+    R (2 n + m, k): those of the craft alone.
+    """
+    R = modal.left_alone(R)
+    fields = [modal.inverse @ one.shape[own].real for one in motions]
+    states = [np.concatenate([y, np.zeros(len(modal.A) - len(y))]) for y in fields]
+    kept = [
+        one
+        for one, y in zip(motions, states, strict=True)
+        if np.linalg.norm(y - R @ (R.T @ y)) <= SINGULAR * np.linalg.norm(y)
+    ]
+    left = tuple(one for one in motions if one not in kept)
+    steps = modal.rests(R)
+    for state in steps[0].T if steps else ():
+        shape = Z @ modal.shapes(state.astype(complex))
+        kept.append(KnownMotion(modal.named(state, left, own), 0j, len(steps) > 1, shape))
+    return np.hstack([R, *steps]), tuple(kept)
+
+
+def _eigen(modal: _Modal, R: Array) -> tuple[Complex, Complex, list[str]]:
+    """Eigenvalues (k,) and states (2 n + m, k) of all motions but those of the invariant space R, and their owners.
+
+    A motion is that of states of effectors where these take more than half of the participation: |left right|.
+    """
     A, k = modal.A, R.shape[1]
     if k == len(A):
-        return np.zeros(0, complex), np.zeros((len(A), 0), complex)
+        return np.zeros(0, complex), np.zeros((len(A), 0), complex), []
     S = np.linalg.qr(R, mode="complete")[0][:, k:] if k else np.eye(len(A))
     values, inner = (np.asarray(part, complex) for part in np.linalg.eig(S.T @ A @ S))
     states = S @ inner
+    owners = [""] * len(values)
+    if modal.names:
+        taking = np.abs((np.linalg.pinv(inner) @ S.T).T * states)
+        own = taking[2 * len(modal.s) :]
+        most = own.sum(axis=0) > HALF * taking.sum(axis=0)
+        owners = [modal.names[int(np.argmax(own[:, j]))] if most[j] else "" for j in range(len(values))]
     within, pushed = R.T @ A @ R, R.T @ A @ states
     for j, value in enumerate(values) if k else ():
         part = np.linalg.lstsq(within - value * np.eye(k), -pushed[:, j], rcond=SINGULAR)[0]
         states[:, j] += R @ part
-    return values, states
+    return values, states, owners
 
 
-def _one_of_each(values: Complex) -> NDArray[np.int64]:
-    """Places of the eigenvalues that stand for a motion each, by rising frequency, those that grow first."""
+def _one_of_each(values: Complex, every: bool) -> NDArray[np.int64]:
+    """Places of the eigenvalues that stand for a motion each, by rising frequency, those that grow first.
+
+    every: real ones stand for a motion each, as those of filters and lags do.
+    """
     oscillating, real = np.flatnonzero(values.imag > 0), np.flatnonzero(values.imag == 0)
-    real = real[np.argsort(-values[real].real, kind="stable")][: (len(real) + 1) // 2]
+    real = real[np.argsort(-values[real].real, kind="stable")][: len(real) if every else (len(real) + 1) // 2]
     chosen = np.concatenate([oscillating, real])
     return np.asarray(chosen[np.lexsort((-values[chosen].real, values[chosen].imag))])
 

@@ -33,6 +33,11 @@ class StateEquations:
     F_z: Array
     names: tuple[str, ...]
 
+    @classmethod
+    def none(cls, n: int) -> StateEquations:
+        """Those of n coordinates without states."""
+        return cls(np.zeros((n, 0)), np.zeros((0, n)), np.zeros((0, n)), np.zeros((0, 0)), ())
+
     def along(self, Z: Array) -> StateEquations:
         """The same over directions Z (n, k) of the coordinates."""
         return StateEquations(Z.T @ self.R, self.F_x @ Z, self.F_u @ Z, self.F_z, self.names)
@@ -67,7 +72,7 @@ def settled_states(model: Model, x: Array) -> Array:
     sizes = model.system.state_sizes()[own]
     for _ in range(TRIES):
         rates = model.state_rate(0.0, x)[places]
-        step = np.linalg.lstsq(own_rates(model, x, own, sizes) * sizes, -rates, rcond=SINGULAR)[0]
+        step = np.linalg.lstsq(own_rates(model, 0.0, x, own, sizes) * sizes, -rates, rcond=SINGULAR)[0]
         x[places] += step * sizes
         if np.abs(step).max() <= SETTLED * max(1.0, np.abs(x[places] / sizes).max()):
             break
@@ -81,14 +86,26 @@ def settled_states(model: Model, x: Array) -> Array:
     return x
 
 
-def own_rates(model: Model, x: Array, own: list[int], sizes: Array) -> Array:
-    """F_z (m, m): derivative of the rates of states by the states themselves."""
+def resting_state(model: Model, x: Array, wanted: Model) -> Array:
+    """The state (n_x,) [SI] of a model at rest as another one is in x; states that this has not are those of the start.
+
+    The two are of one craft, with other effectors.
+    """
+    found = dict(zip([name for name, _ in model.system.state_names()], model.parts(x)[2], strict=True))
+    out = wanted.at_rest(x[: model.n_q])
+    for k, (name, _) in enumerate(wanted.system.state_names()):
+        out[wanted.n_q + wanted.n_u + k] = found.get(name, out[wanted.n_q + wanted.n_u + k])
+    return out
+
+
+def own_rates(model: Model, t: float, x: Array, own: list[int], sizes: Array) -> Array:
+    """F_z (m, m): derivative of the rates of states by the states themselves at a time [s]."""
     first = model.n_q + model.n_u
     columns = []
     for place, size in zip(own, sizes, strict=True):
         e = np.zeros(model.n_x)
         e[first + place] = STEP * size
-        change = model.state_rate(0.0, x + e) - model.state_rate(0.0, x - e)
+        change = model.state_rate(t, x + e) - model.state_rate(t, x - e)
         columns.append(change[[first + k for k in own]] / (2 * STEP * size))
     return np.column_stack(columns) if columns else np.zeros((0, 0))
 
@@ -101,7 +118,7 @@ def state_equations(model: Model, t: float, x: Array, udot: Array, moved: list[t
     own, n = moving_states(model.system), model.n_u
     names = tuple(model.system.state_names()[k][0] for k in own)
     if not own:
-        return StateEquations(np.zeros((n, 0)), np.zeros((0, n)), np.zeros((0, n)), np.zeros((0, 0)), ())
+        return StateEquations.none(n)
     first, sizes = model.n_q + n, model.system.state_sizes()[own]
     places = [first + k for k in own]
     R = np.empty((n, len(own)))
@@ -118,4 +135,4 @@ def state_equations(model: Model, t: float, x: Array, udot: Array, moved: list[t
         e[k] = 1e-5 * max(1.0, float(np.abs(u).max(initial=0.0)))
         rates = [model.state_rate(t, np.concatenate([q, u + sign * e, z]))[places] for sign in (1.0, -1.0)]
         F_u[:, k] = (rates[0] - rates[1]) / (2 * e[k])
-    return StateEquations(R, F_x, F_u, own_rates(model, x, own, sizes), names)
+    return StateEquations(R, F_x, F_u, own_rates(model, t, x, own, sizes), names)

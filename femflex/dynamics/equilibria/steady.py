@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.equilibria.closed_motion import closing_directions, slack_of_loops
-from femflex.dynamics.equilibria.coasting import with_coasting_rotors
+from femflex.dynamics.equilibria.coasting import controlled_rotors, with_coasting_rotors
 from femflex.dynamics.equilibria.frozen import frozen_system, without_damping
 from femflex.dynamics.equilibria.linearised import (
     frame_rate,
@@ -34,7 +34,7 @@ CHANGED = 1e-9  # relative change of the forces over time that is still rounding
 class Steady:
     """A system at rest in its base frame, its outer forces scaled by a share between 0 and 1.
 
-    damped   the system at rest with its damping
+    damped   the system at rest with its damping, and with the motors of wheels that a law commands
     full     the model under all its forces but damping: loads, weight, centrifugal, gravity gradient
     inner    the same bodies and joints without any: elastic and spring forces alone
     sizes    (n_u,) usual size of each coordinate; forces times sizes are energies [J]
@@ -141,17 +141,22 @@ def steady(system: System, at: float | None = None) -> Steady:
             "and give its command to the effectors that take it"
         )
     still = frozen_system(with_coasting_rotors(system), at)
+    driven = controlled_rotors(system)
+    moving = frozen_system(with_coasting_rotors(system, driven), at) if driven else still
     rest = without_damping(still)
     full = compile_system(rest)
+    filled = {name: one for name, one in rest.varying.items() if not one.states}  # tanks keep their mass here
     inner = compile_system(
-        replace(rest, loads=(), orbit=None, frame=Frame(), environment=Environment(), effectors=(), z0={})
+        replace(
+            rest, loads=(), orbit=None, frame=Frame(), environment=Environment(), effectors=(), z0={}, varying=filled
+        )
     )
     elastic, held = np.zeros(full.n_u, bool), held_freedoms(full)
     for name, record in zip(system.order, body_records(full.table)[1:], strict=True):
         joint = system.joint_of(name)
         elastic[int(record["u"]) : int(record["u"]) + joint.n_u] = joint.stiffness > 0
         elastic[int(record["ue"]) : int(record["ue"]) + system.bodies[name].n_modes] = True
-    found = Steady(still, full, inner, usual_sizes(full), elastic, held)
+    found = Steady(moving, full, inner, usual_sizes(full), elastic, held)
     _check_constant(found)
     return found
 

@@ -24,7 +24,8 @@ from numpy.typing import NDArray
 from femflex.body.mass_points import MassPoints, points_of_moments
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.entries import entry
-from femflex.dynamics.arithmetic.lanes import padded
+from femflex.dynamics.arithmetic.lanes import beyond, padded
+from femflex.dynamics.arithmetic.profiles import profile_at
 from femflex.dynamics.arithmetic.vectors import (
     UNIT,
     ZERO,
@@ -53,15 +54,19 @@ from femflex.dynamics.lowering.layout import (
     record_reader,
 )
 from femflex.dynamics.lowering.pool import Pool, Scratch
-from femflex.system import System
-from femflex.system.attraction import is_integrated
+from femflex.dynamics.lowering.unit_block import WORKED
+from femflex.system import MovingPoints, System
+from femflex.system.attraction import is_integrated, moving_points_of
+from femflex.system.length_table import HEAD
 
 Array = NDArray[np.float64]
 Table = NDArray[np.int64]
 Record = np.void
 
 ITEM = np.dtype([(name, "i8") for name in ("kind", "bodies", "n_bodies", "data")])  # data: pool, J2 R_e^2
-GROUP = np.dtype([(name, "i8") for name in ("body", "n", "points", "shapes", "bends")])  # pool: (n, 4), (n, 3, wide)
+GROUP = np.dtype([(name, "i8") for name in ("body", "n", "points", "shapes", "bends", "along")])
+# pool: points (n, 4) and shapes (n, 3, wide); of a member that deploys points (n, 8) and shapes (n, 4, 3, wide) as
+# MovingPoints has them, and along: its direction (3), 0, and rows (3, wide) for the shapes of one point
 N_ITEM, N_GROUP = len(ITEM.names or ()), len(GROUP.names or ())
 EXACT, OBLATE = 0, 1
 NAMES = ("exact", "oblateness")
@@ -112,6 +117,32 @@ def oblate(strength: float, r: Vector) -> tuple[Vector, float]:
 
 
 @inner
+def length_of(t: float, b: Record, table: Table, pool: Array, work: Array) -> float:
+    """The length of a body that deploys, at t or by its state."""
+    numbers = beyond(pool, b["numbers"])
+    if numbers[7] > 0.0:
+        return work[header_of(table)["z"] + int(numbers[8])]
+    return profile_at(t, HEAD, numbers)[0]
+
+
+@inner
+def moving_point(g: Record, k: int, L: float, b: Record, pool: Array, work: Array) -> tuple[Vector, float, Vector, int]:
+    """Place of a point of a member that deploys, its mass, its material's velocity per rate of L, and its rows."""
+    at, wide, rows = g["points"] + 8 * k, b["wide"], g["along"] + 4
+    e = load3(pool, g["along"])
+    r = add(load3(pool, at + 2), scale(pool[at + 5] * L, e))
+    moved = scale(pool[at + 6], e)
+    if g["bends"]:
+        first = g["shapes"] + 12 * wide * k
+        for j in range(3 * wide):
+            pool[rows + j] = pool[first + j] + pool[first + 3 * wide + j] / L
+        r = add(r, combined(pool, rows, wide, work, b["delta"]))
+        moved = add(moved, scale(1.0 / L, combined(pool, first + 6 * wide, wide, work, b["delta"])))
+        moved = add(moved, scale(1.0 / (L * L), combined(pool, first + 9 * wide, wide, work, b["delta"])))
+    return r, pool[at] + pool[at + 1] * L, moved, rows
+
+
+@inner
 def place_of_point(g: Record, k: int, pool: Array, work: Array, table: Table) -> Vector:
     """Place of a point of mass from its body's origin, body components."""
     b = body_of(table, g["body"])
@@ -152,11 +183,16 @@ def apply(t: float, q: Array, u: Array, at: int, first: int, last: int, table: T
             C = load9(work, b["work"] + W_CIN)
             p = sub(load3(work, b["work"] + W_POS), c)
             for k in range(g["n"]):
-                r = place_of_point(g, k, pool, work, table)
+                if g["along"] > 0:
+                    r, mass, moved, shape = moving_point(g, k, length_of(t, b, table, pool, work), b, pool, work)
+                else:
+                    r, mass, moved = place_of_point(g, k, pool, work, table), pool[g["points"] + 4 * k], ZERO
+                    shape = g["shapes"] + 3 * b["wide"] * k
                 a, _ = attraction_at(item["kind"], strength, mu, c, l, a0, quadrupole, add(p, turn_back(C, r)), free)
-                shape = g["shapes"] + 3 * b["wide"] * k
-                force = scale(pool[g["points"] + 4 * k], turn(C, a))
+                force = scale(mass, turn(C, a))
                 push(b, force, ZERO, r, UNIT, g["bends"], shape, shape, pool, work)
+                if g["along"] > 0 and b["unit"] > 0:
+                    pool[b["unit"] - WORKED] += dot(force, moved)
 
 
 @entry(REPORT)
@@ -176,9 +212,13 @@ def report(
             C = load9(work, b["work"] + W_CIN)
             p = sub(load3(work, b["work"] + W_POS), c)
             for k in range(g["n"]):
-                d = add(p, turn_back(C, place_of_point(g, k, pool, work, table)))
+                if g["along"] > 0:
+                    r, mass, _, _ = moving_point(g, k, length_of(t, b, table, pool, work), b, pool, work)
+                else:
+                    r, mass = place_of_point(g, k, pool, work, table), pool[g["points"] + 4 * k]
+                d = add(p, turn_back(C, r))
                 _, U = attraction_at(item["kind"], strength, mu, c, l, a0, quadrupole, d, free)
-                account[A_ENERGY] += pool[g["points"] + 4 * k] * U
+                account[A_ENERGY] += mass * U
 
 
 class Attraction(ForceTerm):
@@ -209,12 +249,25 @@ class Attraction(ForceTerm):
 
 
 def lowered_points(system: System, name: str, pool: Pool) -> NDArray[np.void]:
-    """One GROUP record: the points of mass of a body, or the six of its moments."""
-    body = system.bodies[name]
+    """One GROUP record: the points of mass of a body, of a member that deploys, or the six of a body's moments."""
+    body, moving = system.bodies[name], moving_points_of(system, name)
+    if moving is not None:
+        return lowered_moving(1 + system.order.index(name), moving, body.n_shapes, pool)
     points: MassPoints = body.mass_points if body.mass_points is not None else points_of_moments(body.moments)
     record = np.zeros((), GROUP)
     record["body"], record["n"] = 1 + system.order.index(name), len(points.dm)
     record["points"] = pool.put(np.column_stack([points.dm, points.rho]))
     width = padded(body.n_shapes) - points.phi.shape[2]  # sections that turn move no points to first order
     record["shapes"], record["bends"] = pool.put(np.pad(points.phi, ((0, 0), (0, 0), (0, width)))), body.n_modes > 0
+    return record
+
+
+def lowered_moving(body: int, points: MovingPoints, n_shapes: int, pool: Pool) -> NDArray[np.void]:
+    """One GROUP record of a member that deploys."""
+    record, wide = np.zeros((), GROUP), padded(n_shapes)
+    record["body"], record["n"], record["bends"] = body, len(points.mass), n_shapes > 0
+    record["points"] = pool.put(points.numbers)
+    tables = points.tables[..., :n_shapes]  # none of a member that is held straight
+    record["shapes"] = pool.put(np.pad(tables, ((0, 0), (0, 0), (0, 0), (0, wide - n_shapes))))
+    record["along"] = pool.put_own(np.concatenate([points.direction, np.zeros(1 + 3 * wide)]))
     return record

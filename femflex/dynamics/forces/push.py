@@ -8,11 +8,24 @@ from numpy.typing import NDArray
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.lanes import lane, put
 from femflex.dynamics.arithmetic.vectors import Matrix, Vector, add, cross, dot, load3, store_lane, sub, turn_back
-from femflex.dynamics.bodies.shapes import rows3
-from femflex.dynamics.lowering.layout import W_P
+from femflex.dynamics.bodies.shapes import combined, rows3
+from femflex.dynamics.lowering.layout import VARIES, W_P
+from femflex.dynamics.lowering.unit_block import WORKED
+from femflex.system.variation import PLACE
 
 Array = NDArray[np.float64]
 Record = np.void
+
+
+@inner
+def power_per_length(
+    b: Record, force: Vector, torque: Vector, shape: int, spin: int, pool: Array, work: Array
+) -> float:
+    """Power of a force and of a torque (turned back) at a marker that moves with the length, per unit rate of that."""
+    off, wide = b["unit"] - b["block"], b["wide"]
+    velocity = load3(pool, shape - PLACE + 16 + off)
+    velocity = add(velocity, combined(pool, shape + 3 * wide + off, wide, work, b["delta"]))
+    return dot(force, velocity) + dot(torque, combined(pool, spin + 3 * wide + off, wide, work, b["delta"]))
 
 
 @inner
@@ -40,3 +53,5 @@ def push(
         for k in range(0, row, 4):
             power = dot(force, rows3(pool, shape + k, row)) + dot(turned, rows3(pool, spin + k, row))
             put(work, b["pn"] + k, lane(work, b["pn"] + k) - power)
+        if bends >= VARIES and b["unit"] > 0:
+            pool[b["unit"] - WORKED] += power_per_length(b, force, turned, shape, spin, pool, work)

@@ -9,6 +9,7 @@ import numpy as np
 from femflex.body import FlexibleBody
 from femflex.dynamics.lowering.bodies import take_monomials
 from femflex.dynamics.lowering.pool import Pool, Scratch
+from femflex.dynamics.lowering.unit_block import WORKED
 from femflex.dynamics.lowering.writers import address_of
 from femflex.system.length_table import LengthTable
 from femflex.system.variation import PLACE, Block, Variation
@@ -34,10 +35,12 @@ def lower_variation(
     record["varies"], record["block"], record["dense"] = 1, block, 1
     known = [float(list(states).index(state)) for state in variation.states]
     numbers = np.concatenate([known, variation.numbers])
+    if isinstance(variation.write, LengthTable):
+        record["unit"] = pool.put_own(np.zeros(WORKED + at.size)) + WORKED
     if isinstance(variation.write, LengthTable) and isinstance(variation.write.length, str):
         pickup = at.pickup if "pickup" in variation.acting else -1
         numbers[7:11] = 1, list(states).index(variation.write.length), slot, pickup
-        record["free_length"], record["unit"] = 1, pool.put_own(np.zeros(at.size))
+        record["free_length"] = 1
         record["accel_all"] = scratch.take(int(record["wide"]))
     record["numbers"] = pool.put_own(numbers)
     record["write"] = address_of(name, variation.write, len(states), len(numbers), at.size)

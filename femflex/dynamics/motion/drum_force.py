@@ -43,6 +43,7 @@ from femflex.dynamics.lowering.layout import (
     body_of,
     header_of,
 )
+from femflex.dynamics.lowering.unit_block import WORKED
 
 Array = NDArray[np.float64]
 Table = NDArray[np.int64]
@@ -158,6 +159,19 @@ def carried_force(child: Record, parent: Record, off: int, pool: Array, work: Ar
 
 
 @inner
+def bearing_force(b: Record, off: int, pool: Array, work: Array) -> float:
+    """What the body's own joint carries, by the velocity that its marker Q has in it per rate of the length."""
+    w, wide, delta = b["work"], b["wide"], b["delta"]
+    force, torque = load3(work, w + W_P), load3(work, w + W_P + 4)
+    shape, spin = b["own_shape"] + off, b["own_spin"] + off
+    velocity = add(load3(pool, b["own_place"] + off + 16), combined(pool, shape + 3 * wide, wide, work, delta))
+    theta = combined(pool, b["own_spin"], wide, work, delta)
+    _, _, rate, _ = moving_vector_turn(theta, combined(pool, spin + 3 * wide, wide, work, delta))
+    at = add(load3(pool, b["own_place"]), combined(pool, b["own_shape"], wide, work, delta))
+    return -dot(force, velocity) - dot(sub(torque, cross(at, force)), rate)
+
+
+@inner
 def stiffness_force(b: Record, off: int, pool: Array, work: Array) -> float:
     """dV/dL at fixed coordinates."""
     n, row, delta = b["n"], b["row"], b["delta"]
@@ -187,6 +201,9 @@ def drum_force(i: int, rate: float, acceleration: float, pickup: int, table: Tab
         force += 0.5 * rate * abs(rate) * kappa
     if n > 0:
         force += stiffness_force(b, off, pool, work)
+    if b["own_bends"] >= VARIES:
+        force += bearing_force(b, off, pool, work)
+    force -= pool[b["unit"] - WORKED]
     for k in range(i + 1, header_of(table)["n_bodies"]):
         child = body_of(table, k)
         if child["parent"] == i and child["bends"] >= VARIES:

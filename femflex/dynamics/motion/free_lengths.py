@@ -18,6 +18,7 @@ from femflex.dynamics.arithmetic.lanes import beyond, start
 from femflex.dynamics.joints.coordinates import coordinate_rates
 from femflex.dynamics.joints.held import held_state
 from femflex.dynamics.lowering.layout import body_of, header_of
+from femflex.dynamics.lowering.unit_block import WORKED
 from femflex.dynamics.motion.drum_force import drum_force
 from femflex.dynamics.motion.equations import RATE
 from femflex.dynamics.motion.gathering import write_residual
@@ -43,9 +44,19 @@ def write_unit_blocks(table: Table, pool: Array, work: Array) -> None:
 
 
 @inner
+def clear_worked(table: Table, pool: Array) -> None:
+    """Forget what forces on markers of deploying bodies did per length."""
+    for i in range(1, header_of(table)["n_bodies"]):
+        b = body_of(table, i)
+        if b["unit"] > 0:
+            pool[b["unit"] - WORKED] = 0.0
+
+
+@inner
 def write_needs(t: float, x: Array, u: Array, udot: Array, column: int, table: Table, pool: Array, work: Array) -> None:
     """Write what each free length lacks in force, at the accelerations of lengths in their slots."""
     head = header_of(table)
+    clear_worked(table, pool)
     write_residual(t, x, u, udot, beyond(work, head["lack"]), table, pool, work)
     n, k = head["n_free"], 0
     for i in range(1, head["n_bodies"]):
@@ -63,7 +74,7 @@ def write_needs(t: float, x: Array, u: Array, udot: Array, column: int, table: T
 
 @inner
 def solve_dense(a: Array, n: int) -> None:
-    """Solve A x = b for [A | b] (n, n + 1) in place, A positive definite; x in the last column."""
+    """Solve A x = b for [A | b] (n, n + 1) in place, A with a positive definite part; x in the last column."""
     for k in range(n):
         for i in range(k + 1, n):
             factor = a[(n + 1) * i + k] / a[(n + 1) * k + k]

@@ -4,11 +4,12 @@ The power belongs to whatever drives the change, and nothing else in the balance
 
     flow       int w . (a - f) dm of moving material, a its acceleration and f gravity; what is lost as material is
                picked up or stopped is taken off, for d/dt int w.w/2 dm is what the rates of `speed` say
-    markers    of joints, at markers that move with time, by the velocity of these
+    markers    of joints, loads, springs and effectors at markers that move with time, by the velocity of these
     stiffness  energy of strain that changes at a fixed shape
     growth     energy of motion, and of weight, that arriving mass has at the velocity of its place
 
-Loads, springs and loops at markers that move with time, and gravity of an orbit on arriving mass are not counted.
+Of bodies whose change does not follow from a length, loads, springs and effectors at markers that move are not counted;
+nor are loops at any of them, and gravity of an orbit on arriving mass.
 """
 
 from __future__ import annotations
@@ -35,6 +36,7 @@ from femflex.dynamics.lowering.layout import (
     W_VEL,
     body_records,
 )
+from femflex.dynamics.lowering.unit_block import WORKED
 from femflex.dynamics.reports.drum import drum_channels, drum_row, lengths_of
 from femflex.dynamics.reports.material import BodyMotion, flow_power, growth_power, stiffness_power, strain_power
 from femflex.system import Channel, LengthTable, System
@@ -82,6 +84,7 @@ def observe_variations(model: Model, times: Array, states: Array) -> dict[str, A
             mass[j, i], power[j, i] = model.pool[int(body_records(model.table)[k]["mass"])], power_of(model, k)
             if name in lengths:
                 length = length_at(model, name, t, x)
+                power[j, i] -= length[1] * worked(model, k)
                 row = drum_of(model, k, lengths[name], length, power[j, i])
                 drums[name].append(row | sections_of(model, k, lengths[name], length))
     out = {}
@@ -118,7 +121,7 @@ def drum_of(
     at = Block(variation.whole or model.system.bodies[model.system.order[k - 1]], variation.varies)
     length, rate, acceleration = at_length
     unit, block = pool.copy(), int(b["block"])
-    unit[block : block + table.size] = table.at(length, 1.0)
+    unit[block : block + table.size] = pool[int(b["unit"]) : int(b["unit"]) + table.size]
     carried = sum(
         (
             carried_power(child, b, unit, work, motion)
@@ -129,6 +132,7 @@ def drum_of(
     )
     if b["own_bends"] >= VARIES:
         carried += bearing_power(b, unit, work, motion)
+    carried -= worked(model, k)
     return drum_row(b, at, table, unit, motion, (length, rate, acceleration), carried, variation.acting, power)
 
 
@@ -155,7 +159,20 @@ def gather(model: Model, t: float, x: Array) -> None:
 
     n_q, udot = model.n_q, model.parts(model.state_rate(t, x))[1]
     q, u = np.ascontiguousarray(x[:n_q], float), np.ascontiguousarray(x[n_q:], float)
+    for name, table in lengths_of(model.system).items():
+        b = body_records(model.table)[1 + model.system.order.index(name)]
+        unit = int(b["unit"])
+        model.pool[unit - WORKED] = 0.0
+        model.pool[unit : unit + table.size] = table.at(length_at(model, name, t, x)[0], 1.0)
     residual(t, q, u, udot.copy(), np.empty(model.n_u), *model.workspace.own)
+
+
+def worked(model: Model, k: int) -> float:
+    """Force along the length of body record k by what acts at its markers and on its points of mass, less joints [N].
+
+    At the state that was gathered last.
+    """
+    return float(model.pool[int(body_records(model.table)[k]["unit"]) - WORKED])
 
 
 def power_of(model: Model, k: int) -> float:

@@ -83,22 +83,33 @@ class Narrowing:
         first = self.pair[part.dofs[:, triples]]
         pairs = np.stack([first, first + 1], axis=2).reshape(len(first), -1)
         kept = slice(int(plain[0]), int(plain[-1]) + 1) if len(plain) and np.ptp(plain) < len(plain) else plain
-        n, m = len(plain), len(plain) + pairs.shape[1]
+        n, t = len(plain), len(triples)
+        m = n + 2 * t
+        both = n == 3 * t  # translations and rotations of the same nodes: next to each other they assemble in layers
+        column = np.arange(m)
+        if both:
+            column = np.concatenate([column[:n].reshape(t, 3), column[n:].reshape(t, 2)], axis=1).ravel()
+        place = np.argsort(column)
 
         def values(elements: slice) -> Array:
             K, B = part.values(elements), self.axes[part.dofs[elements][:, triples]]  # (k, t, 3, 2)
             e, l = K.shape[:2]
             wide = np.empty((e, l, m))
-            wide[:, :, :n] = K[:, :, kept]
-            turned = [K[:, :, triples + c, None] * B[:, None, :, c] for c in range(3)]
-            wide[:, :, n:] = np.add.reduce(turned).reshape(e, l, -1)
+            wide[:, :, place[:n]] = K[:, :, kept]
+            turned = K[:, :, triples, None] * B[:, None, :, 0]
+            for c in (1, 2):
+                turned += K[:, :, triples + c, None] * B[:, None, :, c]
+            wide[:, :, place[n:]] = turned.reshape(e, l, -1)
             found = np.empty((e, m, m))
-            found[:, :n] = wide[:, kept]
-            turned = [wide[:, triples + c, None] * B[:, :, c, :, None] for c in range(3)]
-            found[:, n:] = np.add.reduce(turned).reshape(e, -1, m)
+            found[:, place[:n]] = wide[:, kept]
+            turned = wide[:, triples, None] * B[:, :, 0, :, None]
+            for c in (1, 2):
+                turned += wide[:, triples + c, None] * B[:, :, c, :, None]
+            found[:, place[n:]] = turned.reshape(e, -1, m)
             return found
 
-        return Part(np.concatenate([self.number[part.dofs[:, plain]], pairs], axis=1), values)
+        dofs = np.concatenate([self.number[part.dofs[:, plain]], pairs], axis=1)
+        return Part(dofs[:, column], values)
 
 
 def narrowing(T: sparse.csr_array) -> Narrowing:

@@ -81,5 +81,8 @@ def stations(elements: BeamElements, member: Member, degree: int) -> tuple[Array
     """Gauss points xi (q,), lengths they stand for (e, q) [m], and the section's resultants there (e, q)."""
     points, weights = get_quadrature(RefLine, degree)
     s = elements.arc.at(points[0])
-    resultants = member.section.resultants(member.material, s, elements.arc.whole[:, None])
+    try:
+        resultants = member.section.resultants(member.material, s, elements.arc.whole[:, None])
+    except ValueError as error:
+        raise ValueError(f"beam on group {member.group!r}: {error}") from None
     return points[0], elements.length[:, None] * weights, resultants

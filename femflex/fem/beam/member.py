@@ -13,6 +13,7 @@ from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.beam.corners import corner_nodes
 from femflex.fem.beam.elements import BeamElements, stations
 from femflex.fem.beam.full_stiffness import PLACES, full_stiffness, mass_centre, shears
+from femflex.fem.beam.orientation import selected_axes
 from femflex.fem.beam.releases import released
 from femflex.fem.beam.shapes import NODAL, BeamOrder
 from femflex.fem.beam.skin import swept_outline
@@ -59,7 +60,7 @@ VARYING_DEGREE = 8  # polynomial degree added to the quadrature where properties
 SLENDER = 20.0  # length over radius of gyration below which shear, left out here, shifts the first mode by over 1 %
 
 
-@family("beam", OPTIONS)
+@family("beam", OPTIONS, prepare=selected_axes)
 def beam(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     """Inertia, strain and skin of 3-D Euler-Bernoulli or Timoshenko beams on a group of line cells.
 
@@ -74,7 +75,8 @@ def beam(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     order           3 ... 8, order of the bending fields (3)
     axial_order     of the axial field, if not 2 order - 1; below it a bent element locks under nonlinear strain
     torsion_order   of the torsional field, if not max(2, order - 1)
-    orientation     (3,) vector near the section's y axis; see chain.element_frames for the default
+    orientation     (3,) vector near the section's y axis; without it the default of chain.element_frames is reported
+                    where the section has axes, and warned of where elements run along the mesh's z axis
     rotary_inertia  True; False leaves out the section's rotary inertia in bending, as the classical closed forms
                     beta L do, and as the body turns as a whole; that in torsion stays, the same about all axes across
                     (no propeller moment)
@@ -181,6 +183,11 @@ def _checked(options: dict[str, Any], member: Member) -> dict[str, Any]:
         if found not in STRETCH_ORDERS:
             raise ValueError(f"{where} has {name} {found!r}; it may be 1 to {STRETCH_ORDERS.stop - 1}")
         fields[name] = int(found)
+    if member.section is None:
+        raise ValueError(
+            f"{where} has no section; name one (in a case `section`, from the table [sections]), such as a tube, box, "
+            "rectangle or I"
+        )
     if not hasattr(member.section, "resultants"):
         raise ValueError(
             f"{where} has section {member.section!r}; give one of femflex.fem.sections (tube, box, rectangle, I, ...)"

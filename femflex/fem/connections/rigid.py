@@ -44,7 +44,8 @@ class Rigid:
 
     def dependences(self, mesh: Mesh, numbering: Numbering) -> Sequence[Dependence]:
         """See Connection."""
-        where = f"the rigid connection of group {self.group!r}"
+        to = self.name or (self.reference if isinstance(self.reference, str) else "")
+        where = f"the rigid connection of group {self.group!r}" + (f" to {to!r}" if to else "")
         centre = reference_node(mesh, self.reference, self.group, self.name)
         nodes = mesh.group_points(self.group)
         nodes = nodes[nodes != centre]

@@ -96,7 +96,21 @@ def lowest_modes(
             f"{n} modes were requested, but of the {n_dof} degrees of freedom {n_null} are motions without stiffness; "
             f"ask for at most {n_dof - n_null}."
         )
-    return _elastic_modes(K, M, n, n_null, shift)
+    try:
+        return _elastic_modes(K, M, n, n_null, shift)
+    except SingularError:
+        largest, least = _extremes(K)
+        raise ValueError(
+            f"the stiffness matrix is not positive definite within rounding: its diagonal goes from {least:.3g} to "
+            f"{largest:.3g}. Some stiffnesses are negative, or lie too many orders apart; check stiff springs, rods "
+            "and short bars."
+        ) from None
+
+
+def _extremes(K: sparse.csr_array) -> tuple[float, float]:
+    """Largest and least entry of the diagonal."""
+    diagonal = K.diagonal()
+    return float(diagonal.max()), float(diagonal.min())
 
 
 def stiffness_ratio(K: sparse.csr_array, phi: Array) -> Array:
@@ -213,7 +227,11 @@ def _null_count(K: sparse.csr_array, M: sparse.csr_array) -> tuple[int, float]:
             return _probed(K, M, part * scale)
         except SingularError:
             continue
-    raise ValueError("some motions have neither stiffness nor mass; give every member both.")
+    idle = int(((K.diagonal() == 0) & (M.diagonal() == 0)).sum())
+    raise ValueError(
+        f"some motions have neither stiffness nor mass ({idle} degrees of freedom by themselves); give every member "
+        "both, and leave one of the elements that meet at a node without a release."
+    )
 
 
 def without_stiffness(K: sparse.csr_array, M: sparse.csr_array, phi: Array) -> NDArray[np.bool_]:

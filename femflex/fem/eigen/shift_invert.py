@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, sparse
-from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, SuperLU, eigsh, splu
+from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh, splu
 
 from femflex.fem.eigen.canonical import CLOSE
+from femflex.fem.eigen.multifrontal import Cholesky, worthwhile
 
 Array = NDArray[np.float64]
 Solve = Callable[[Array], Array]
@@ -19,8 +21,24 @@ SPREAD = 1e4  # ratio of dense eigenvalues above which the smaller ones are wort
 NO_MASS = 1e-14  # relative inverse eigenvalue below which a mode is numerically massless
 
 
-def factorised(A: sparse.csr_array) -> SuperLU:
-    """Sparse factors of a symmetric positive matrix (n, n) in any unit, pivots kept on the diagonal."""
+class Factors(Protocol):
+    """Factors of a matrix A (n, n)."""
+
+    def solve(self, b: Array, /) -> Array:
+        """A^-1 b, b (n,) or (n, k)."""
+
+
+def factorised(A: sparse.csr_array) -> Factors:
+    """Sparse factors of a symmetric positive matrix (n, n) in any unit.
+
+    Large solids by dense fronts; others, and matrices that are not positive definite, by SuperLU with pivots kept on
+    the diagonal.
+    """
+    if worthwhile(A):
+        try:
+            return Cholesky(A)
+        except np.linalg.LinAlgError:
+            pass
     return splu(A.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
 
 

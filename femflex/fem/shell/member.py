@@ -20,6 +20,7 @@ from femflex.fem.plate.dof_map import member_section
 from femflex.fem.plate.elastic import OPTIONS as PLATE_OPTIONS
 from femflex.fem.sections.laminates import PlateSection
 from femflex.fem.shell.blocks import EVERY, ShellInertia, ShellStrain, strain_maps
+from femflex.fem.shell.coarse import warn_if_coarse, warn_of_trapezoids
 from femflex.fem.shell.directors import directors, normals_at_nodes
 from femflex.fem.shell.drilling import drilling
 from femflex.fem.shell.fields import ShellGeometry, areas, gradient_rows
@@ -129,6 +130,10 @@ def shell(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     for name, nodes in cells.items():
         x, V = mesh.points[nodes], surface.V[name]
         patch = Patch(name, nodes, x, len(mesh.points), where)
+        if name == "quad":
+            warn_of_trapezoids(x, where)
+            h = variable.heights(patch, np.array([[0.5, 0.5]]))[:, 0]
+            warn_if_coarse(x, V, np.broadcast_to(h, len(x)), where)
         geometry = ShellGeometry(name, x, V, axes_at_nodes(options["axis"], options["angle"], patch, V), plain.A)
         numbers = [numbering.translation(nodes.ravel()), numbering.rotation(nodes.ravel(), V.reshape(-1, 3))]
         dofs = np.concatenate([given.reshape(len(nodes), -1) for given in numbers], axis=1)

@@ -153,13 +153,13 @@ def _positive(patch: Patch, name: str, found: Array, unit: str) -> Array:
 
 
 def axes_at_nodes(given: Any, angle: Any, patch: Patch, V: Array) -> Array:
-    """Directions (3,) of the section's x axis, or at the nodes (e, k, 3): of three formulas, and turned by an angle
+    """Directions (3,) of the section's x axis, or at the nodes (e, k, 3): of three fields, and turned by an angle
     [rad] about the directors V (e, k, 3), towards V x axis."""
     nodes = CELL_TYPES[patch.cell].nodes
-    if isinstance(given, str) or any(isinstance(text, str) for text in given):
+    if isinstance(given, str) or any(isinstance(part, str | Mapping) for part in given):
         if isinstance(given, str) or len(given) != 3:
             raise ValueError(f"{patch.where} has axis {given!r}; give three numbers or three formulas of x, y and z")
-        parts = np.broadcast_arrays(*(patch.field("axis", text, nodes) for text in given))
+        parts = np.broadcast_arrays(*(patch.field("axis", part, nodes) for part in given))
         axis = np.stack(parts, axis=-1)
     else:
         axis = np.asarray(given, float)

@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import SuperLU, splu
 
+from femflex.fem.eigen.shift_invert import Factors
+
 Array = NDArray[np.float64]
 
 ACCURATE = 1e-9  # residual over the size of its summands up to which pivots on the diagonal have done
@@ -20,9 +22,9 @@ def factors(K: sparse.csr_array) -> SuperLU:
     )
 
 
-def negative_pivots(solver: SuperLU) -> int:
-    """How many eigenvalues of a factorised symmetric matrix are negative."""
-    return int(np.sum(solver.U.diagonal() < 0.0))
+def negative_pivots(solver: Factors) -> int:
+    """How many eigenvalues of a factorised symmetric matrix are negative; none of one that has Cholesky factors."""
+    return int(np.sum(solver.U.diagonal() < 0.0)) if isinstance(solver, SuperLU) else 0
 
 
 def solved(K: sparse.csr_array, b: Array) -> Array:

@@ -16,10 +16,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, sparse
-from scipy.sparse.linalg import SuperLU
 
 from femflex.fem.eigen.modes import Modes, factorised, lowest_modes, without_stiffness
-from femflex.fem.eigen.shift_invert import SingularError
+from femflex.fem.eigen.shift_invert import Factors, SingularError
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.rigid import independent_columns, rigid_shapes
 
@@ -65,7 +64,7 @@ class Supported:
         return self.K if self.held.size else self.K[self.stiff][:, self.stiff]
 
     @cached_property
-    def factors(self) -> SuperLU:
+    def factors(self) -> Factors:
         """Factors of `K_stiff`. Raises RuntimeError where it is singular."""
         return factorised(self.K_stiff)
 

@@ -7,10 +7,11 @@ import warnings
 import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, sparse
-from scipy.sparse.linalg import LinearOperator, SuperLU, eigsh
+from scipy.sparse.linalg import LinearOperator, eigsh
 
 from femflex.fem.deflected import tension_blocks
 from femflex.fem.eigen.modes import factorised
+from femflex.fem.eigen.shift_invert import Factors
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.pivots import negative_pivots
 from femflex.reduction.boundary.supported import Supported, supported, unstressed
@@ -76,7 +77,7 @@ def lowest_ratio(K_sigma: sparse.csr_array, K0: sparse.csr_array) -> float:
     return float(found[0])
 
 
-def roughly_lowest(K_sigma: sparse.csr_array, K0: sparse.csr_array, factors: SuperLU) -> tuple[float, Array]:
+def roughly_lowest(K_sigma: sparse.csr_array, K0: sparse.csr_array, factors: Factors) -> tuple[float, Array]:
     """The same and its x (n,), with the factors of K0, 1 + mu [1] to ROUGHLY: a load that hardly counts takes few
     steps.
 

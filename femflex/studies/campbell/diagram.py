@@ -73,6 +73,8 @@ class Campbell:
     orders     multiples of the speed that are looked at
     crossings  of branches with them
     complete   False when it was broken off
+    value      key path of the value of the case that stands in place of the speed, "" for the speed
+    unit       of the speeds or values
     rigid      names of the motions that neither grow nor decay and are no branches: drift, tilt of the spin axis
     """
 
@@ -84,6 +86,8 @@ class Campbell:
     crossings: tuple[Crossing, ...]
     complete: bool = True
     rigid: tuple[str, ...] = ()
+    value: str = ""
+    unit: str = "rad/s"
 
     def branch(self, name: str) -> Branch:
         """The branch of that name. Raises KeyError with the known names."""
@@ -106,6 +110,8 @@ class Campbell:
     def to_dict(self) -> dict[str, Any]:
         """Everything in plain numbers, lists and text."""
         return {
+            "over": self.value or "speed",
+            "unit": self.unit,
             "speeds": self.speeds.tolist(),
             "asked": self.asked.tolist(),
             "branches": [
@@ -163,7 +169,11 @@ def assembled_diagram(
     places = places[((places >= 0) & (places < modes)).any(axis=1) | grows]
     branches = tuple(sorted((_branch(steps, row) for row in places), key=_start))
     named = tuple(_named(branches))
-    met = [one for branch in named for one in crossings(branch.name, speeds, branch.frequencies, list(orders))]
+    met = (
+        []
+        if not orders
+        else [one for branch in named for one in crossings(branch.name, speeds, branch.frequencies, list(orders))]
+    )
     asked = np.array([spin.asked for spin in steps])
     rigid = tuple(dict.fromkeys(motion.name for motion in steps[-1].vibration.known))
     return Campbell(

@@ -15,6 +15,7 @@ Index = NDArray[np.int64]
 
 ONE = 1e-6  # relative difference of frequencies below which shapes may mix as they like
 OWN = 1e-2  # weight of the likeness of single shapes, which decides within a space of mixtures
+STEADY = 3.0  # weight of frequencies apart between speeds that are as close as can be: none jumps there
 NUDGE = 1e-6  # weight of frequencies apart, which decides where nothing else does
 
 
@@ -29,12 +30,15 @@ class Match:
     worst: float
 
 
-def match(first: SmallMotions, last: SmallMotions, count: int) -> Match:
-    """The assignment that makes shapes most alike; the `count` lowest of both count for `worst`."""
+def match(first: SmallMotions, last: SmallMotions, count: int, close: bool = False) -> Match:
+    """The assignment that makes shapes most alike; the `count` lowest of both count for `worst`.
+
+    close: between two speeds so close that frequencies hardly change; each goes to one nearby, though shapes change.
+    """
     single, alike = likeness(first, last)
     a, b = np.abs(first.eigenvalues), np.abs(last.eigenvalues)
     apart = np.abs(a[:, None] - b) / np.maximum(np.maximum(a[:, None], b), 1e-300)
-    rows, columns = linear_sum_assignment(NUDGE * apart - OWN * single - alike)
+    rows, columns = linear_sum_assignment((STEADY if close else NUDGE) * apart - OWN * single - alike)
     to = np.full(len(a), -1, np.int64)
     to[rows] = columns
     counted = (rows < count) | (columns < count)

@@ -29,8 +29,8 @@ NOTHING = (
 class Spin:
     """A steady spin and the small motions about it.
 
-    speed      [rad/s]
-    asked      whether it is one of the speeds that were requested, or one in between
+    speed      [rad/s]; the value, where a diagram is over another value than the speed
+    asked      whether it is one of those that were requested, or one in between
     x          (n_x,) the equilibrium
     vibration  the small motions, with damping
     words      (n,) what each of them is, see `character`
@@ -67,16 +67,34 @@ def spins(
     ):
         raise ValueError(NOTHING)
     still = frozen_system(replace(system, frame=frame_of(axis, speeds[0])), at)
+
+    def at_speed(speed: float, near: Array | None, asked: bool) -> Spin:
+        return spin(still, axis, speed, near, asked)
+
+    yield from walked(at_speed, speeds, count, progress)
+
+
+def walked(
+    found_at: Callable[[float, Array | None, bool], Spin],
+    values: Sequence[float],
+    count: int,
+    progress: Callable[[float], None] | None = None,
+) -> Iterator[tuple[Spin, Match | None]]:
+    """Small motions at every value in turn, with how they continue those of the value before.
+
+    found_at: gives those at a value, near a state (n_x,), and whether the value was requested. Between values at which
+    one of the `count` lowest shapes is not like that before, more are looked at.
+    """
     before: Spin | None = None
-    for speed in speeds:
-        found = spin(still, axis, speed, None if before is None else before.x)
+    for value in values:
+        found = found_at(value, None if before is None else before.x, True)
         if before is None:
             yield found, None
         else:
-            yield from _between(still, axis, (before, found), count, HALVINGS)
+            yield from _between(found_at, (before, found), count, HALVINGS)
         before = found
         if progress is not None:
-            progress(speed)
+            progress(value)
 
 
 def spin(system: System, axis: Array, speed: float, near: Array | None = None, asked: bool = True) -> Spin:
@@ -90,7 +108,7 @@ def spin(system: System, axis: Array, speed: float, near: Array | None = None, a
         rest = equilibrium(spun)
     except EquilibriumError as error:
         raise EquilibriumError(f"at a spin of {speed:.6g} rad/s {error}", error.last) from None
-    motions = rest.motions
+    motions = rest.motions.of_craft()
     if speed > 0 and not len(motions.eigenvalues):
         raise ValueError(NOTHING)
     return Spin(speed, asked, rest.x, motions, motion_character(rest.model, motions, axis).words)
@@ -102,14 +120,14 @@ def frame_of(axis: Array, speed: float) -> Frame:
 
 
 def _between(
-    system: System, axis: Array, ends: tuple[Spin, Spin], count: int, halvings: int
+    found_at: Callable[[float, Array | None, bool], Spin], ends: tuple[Spin, Spin], count: int, halvings: int
 ) -> Iterator[tuple[Spin, Match | None]]:
     """The second of two spins, and before it as many in between as it takes to follow shapes from one to the next."""
     first, last = ends
-    found = match(first.vibration, last.vibration, count)
+    found = match(first.vibration, last.vibration, count, close=halvings == 0)
     if found.worst >= ALIKE or halvings == 0:
         yield last, found
         return
-    middle = spin(system, axis, (first.speed + last.speed) / 2, first.x, asked=False)
-    yield from _between(system, axis, (first, middle), count, halvings - 1)
-    yield from _between(system, axis, (middle, last), count, halvings - 1)
+    middle = found_at((first.speed + last.speed) / 2, first.x, False)
+    yield from _between(found_at, (first, middle), count, halvings - 1)
+    yield from _between(found_at, (middle, last), count, halvings - 1)

@@ -69,10 +69,8 @@ class LinearModel(StateSpace):
 
     @cached_property
     def modes(self) -> SystemModes | None:
-        """The natural modes about the equilibrium; None where there is none, or effectors have states."""
-        if self.about is None or moving_states(self.about.moving):
-            return None
-        return modes_about(self.about)
+        """The natural modes about the equilibrium, of the states of effectors too; None where there is none."""
+        return None if self.about is None else modes_about(self.about)
 
 
 def linear_model(

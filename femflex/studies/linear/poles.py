@@ -16,6 +16,7 @@ Complex = NDArray[np.complex128]
 
 ALIKE = 1e-3  # relative distance of a pole to the eigenvalue of a natural mode up to which it bears the mode's name
 NEAR = 1e-4  # of the largest pole: poles of known rigid motion, double and defective, split by the root of rounding
+SPLIT = 1e-7  # [1/s], of a craft without other poles
 PART = 0.02  # share from which on a state is listed
 
 
@@ -84,8 +85,7 @@ def _mode_name(model: StateSpace, value: complex) -> str:
     modes = model.modes if isinstance(model, LinearModel) else None
     if modes is None or not len(modes.eigenvalues):
         return ""
-    own = np.asarray(modes.eigenvalues)
-    apart = np.abs(own - value)
+    apart = np.where(modes.known, np.inf, np.abs(np.asarray(modes.eigenvalues) - value))
     nearest = int(np.argmin(apart))
     return modes.names[nearest] if apart[nearest] <= ALIKE * abs(value) else ""
 
@@ -109,12 +109,13 @@ def _with_known(values: Complex, right: Complex, model: LinearModel) -> tuple[Co
     from scipy.optimize import linear_sum_assignment
 
     distance = np.abs(np.array(wanted)[:, None] - values[None])
+    near = max(NEAR * float(np.abs(values).max(initial=0.0)), SPLIT)
     there, fields = right[:n], np.array(shapes)
     like = np.abs(fields.conj() @ there) / np.maximum(
         np.linalg.norm(fields, axis=1)[:, None] * np.linalg.norm(there, axis=0), 1e-300
     )
-    rows, columns = linear_sum_assignment(distance - NEAR * np.abs(values).max(initial=0.0) * like)
-    near = distance[rows, columns] <= NEAR * np.abs(values).max(initial=1e-300)
+    rows, columns = linear_sum_assignment(distance - near * like)
+    held = distance[rows, columns] <= near
     exact = values.copy()
-    exact[columns[near]] = np.array(wanted)[rows[near]]
-    return exact, {int(c): names[r] for r, c in zip(rows[near], columns[near], strict=True)}
+    exact[columns[held]] = np.array(wanted)[rows[held]]
+    return exact, {int(c): names[r] for r, c in zip(rows[held], columns[held], strict=True)}

@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.body import rigid_body
+from femflex.body import MassMoments, rigid_body
 from femflex.case.stability import RATIOS
 from femflex.dynamics import compile_system
 from femflex.pipeline.linear_motion import nominal_state
@@ -85,19 +85,37 @@ def with_ratios(system: System, body: str, k_roll: float, k_yaw: float) -> Syste
 
     Raises ValueError where that body would have moments that no body has.
     """
+    return with_inertia(system, body, ratio_inertia(system, body, craft_inertia(system), k_roll, k_yaw))
+
+
+def ratio_inertia(
+    system: System, body: str, craft: tuple[Array, dict[str, Array]], k_roll: float, k_yaw: float
+) -> Array:
+    """Inertia (3, 3) [kg m^2] about its origin of the rigid body that gives the craft these ratios.
+
+    craft: as `craft_inertia`. Raises ValueError where that body would have moments that no body has.
+    """
     if body not in system.bodies or system.bodies[body].n_modes:
         rigid = [name for name, one in system.bodies.items() if not one.n_modes]
         raise ValueError(f"the craft has no rigid body {body!r}; its rigid bodies are {', '.join(rigid)}")
-    now, turned = craft_inertia(system)
+    now, turned = craft
     roll, pitch, yaw = moments(k_roll, k_yaw, float(now[0, 0]))
     C, one = turned[body], system.bodies[body]
+    found = one.moments.inertia() + C.T @ (np.diag([pitch, yaw, roll]) - now) @ C
+    found = (found + found.T) / 2
     mass, center = one.moments.mass, one.moments.first[0] / one.moments.mass
-    own = one.moments.inertia() + C.T @ (np.diag([pitch, yaw, roll]) - now) @ C
-    own = (own + own.T) / 2 - mass * (center @ center * np.eye(3) - np.outer(center, center))
     try:
-        changed = rigid_body(mass, own, center, dict(one.markers), one.skin)
+        rigid_body(mass, found - mass * (center @ center * np.eye(3) - np.outer(center, center)), center)
     except ValueError as error:
         raise ValueError(f"k_roll = {k_roll:g} and k_yaw = {k_yaw:g} cannot be had by {body!r}: {error}") from None
+    return found
+
+
+def with_inertia(system: System, body: str, inertia: Array) -> System:
+    """The system with another inertia (3, 3) [kg m^2] of a rigid body about its origin."""
+    one = system.bodies[body]
+    second = (np.trace(inertia) / 2 * np.eye(3) - inertia)[None, :, None, :]
+    changed = replace(one, moments=MassMoments(one.moments.mass, one.moments.first, second))
     return replace(system, bodies={**system.bodies, body: changed})
 
 

@@ -8,13 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.case import CaseError
-from femflex.dynamics.equilibria.equilibrium import EquilibriumError
+from femflex.dynamics.equilibria.equilibrium import Equilibrium, EquilibriumError
 from femflex.dynamics.equilibria.linearised import frame_rate, linearised, usual_sizes
+from femflex.dynamics.equilibria.system_modes import modes_about
 from femflex.integrate import IntegrationError
 from femflex.pipeline.rest import rest_of
 from femflex.studies.floquet import floquet, periodic_state
 from femflex.system import System
 
+Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 NONE, UNSTABLE, GYROSCOPIC, STATIC = -1, 0, 1, 2
@@ -24,17 +26,46 @@ KINDS = {
     GYROSCOPIC: "stable by gyroscopic forces alone",
     STATIC: "stable",
 }
+ALIKE = 1e-6  # relative distance of a pole to the eigenvalue of a mode up to which it bears the mode's name
 DEFINITE = 1e-9  # of the square of the orbit's rate times the largest inertia: a stiffness above minus this is none
 
 
 @dataclass(frozen=True, eq=False)
 class Judgement:
-    """Kind of KINDS, growth [1/s] of the fastest motion, poles [1/s] or multipliers (n,), and why there is none."""
+    """Kind of KINDS, growth [1/s] of the fastest motion, poles [1/s] or multipliers (n,), and why there is none.
+
+    about: the equilibrium, where one is judged; trivial, split: as of the `Floquet` of a motion.
+    """
 
     kind: int
     growth: float
     values: Complex
     problem: str = ""
+    about: Equilibrium | None = None
+    trivial: tuple[str, ...] = ()
+    split: float = 0.0
+
+    @property
+    def size(self) -> int:
+        """Number of states of the craft, those of known motions too."""
+        if self.about is None:
+            return len(self.values)
+        moving = self.about.moving
+        return 2 * len(moving.velocity_names()) + len(moving.state_names())
+
+    def names(self) -> tuple[str, ...]:
+        """Names (n,) of the modes that the poles belong to, "" where they are not known."""
+        if self.about is None or not len(self.values):
+            return ("",) * len(self.values)
+        modes = modes_about(self.about)
+        own = np.flatnonzero(~modes.known)
+        apart = np.abs(np.abs(modes.eigenvalues[own].real[:, None] - self.values.real)) + np.abs(
+            np.abs(modes.eigenvalues[own].imag)[:, None] - np.abs(self.values.imag)
+        )
+        near = np.argmin(apart, axis=0) if len(own) else np.zeros(0, int)
+        return tuple(
+            modes.names[own[k]] if apart[k, j] <= ALIKE * abs(self.values[j]) else "" for j, k in enumerate(near)
+        )
 
     @property
     def stable(self) -> bool:
@@ -60,16 +91,26 @@ def judged_rest(system: System) -> Judgement:
     values = about.eigenvalues
     growth = float(values.real.max(initial=0.0))
     if not about.stable:
-        return Judgement(UNSTABLE, growth, values)
+        return Judgement(UNSTABLE, growth, values, about=about)
     if about.model.system.frame.kind != "orbital":
-        return Judgement(STATIC, growth, values)
+        return Judgement(STATIC, growth, values, about=about)
     linear = linearised(about.model, 0.0, about.x)
     names = [name for name, _ in about.model.system.velocity_names()]
     sizes = usual_sizes(about.model)[[names.index(name) for name in linear.names]]
-    energy = (linear.K + linear.K.T) / 2 * np.outer(sizes, sizes)
-    eigenvalues = np.linalg.eigvalsh(energy) if len(energy) else np.zeros(1)
-    scale = frame_rate(about.model.system) ** 2 * np.abs(linear.M * np.outer(sizes, sizes)).max(initial=0.0)
-    return Judgement(STATIC if eigenvalues[0] >= -DEFINITE * scale else GYROSCOPIC, growth, values)
+    rate = frame_rate(about.model.system)
+    return Judgement(STATIC if definite(linear.M, linear.K, sizes, rate) else GYROSCOPIC, growth, values, about=about)
+
+
+def definite(M: Array, K: Array, sizes: Array, rate: float) -> bool:
+    """Whether the stiffness K (n, n) is positive definite, but for rounding, in an orbit of a rate [rad/s].
+
+    sizes (n,): usual sizes of the coordinates.
+    """
+    if not len(K):
+        return True
+    energy = (K + K.T) / 2 * np.outer(sizes, sizes)
+    scale = rate**2 * np.abs(M * np.outer(sizes, sizes)).max()
+    return bool(np.linalg.eigvalsh(energy)[0] >= -DEFINITE * scale)
 
 
 def judged_motion(system: System, period: float, shooting: bool = False) -> Judgement:
@@ -80,4 +121,5 @@ def judged_motion(system: System, period: float, shooting: bool = False) -> Judg
         return none(str(error))
     largest = float(np.abs(found.multipliers).max(initial=0.0))
     growth = float(np.log(max(largest, 1e-300)) / period)
-    return Judgement(STATIC if found.stable else UNSTABLE, growth, found.multipliers)
+    kind = STATIC if found.stable else UNSTABLE
+    return Judgement(kind, growth, found.multipliers, trivial=found.trivial, split=found.split)

@@ -25,6 +25,9 @@ class Locus:
     of        "poles" or "multipliers";  name, unit  of the value
     kinds     (n,) see `femflex.studies.stability.judgement`;  growth (n,) [1/s]
     critical  values at which stability changes
+    names     (k,) of the modes that branches begin as, "" where they are not known
+    trivial   names of the multipliers that are 1 by symmetry, at the first value; split their largest distance from 1
+              among the eigenvalues of the whole matrix at any value
     """
 
     of: str
@@ -35,6 +38,9 @@ class Locus:
     kinds: NDArray[np.int64]
     growth: Array
     critical: tuple[float, ...]
+    names: tuple[str, ...] = ()
+    trivial: tuple[str, ...] = ()
+    split: float = 0.0
 
 
 def stability_locus(
@@ -59,27 +65,43 @@ def stability_locus(
     good = [one for one in found if one.kind != NONE]
     if not good:
         raise ValueError(f"nothing can be judged at any value of {name}; at the first: {found[0].problem}")
-    rows, last = [], None
-    for value, one in zip(values, found, strict=True):
-        if one.kind == NONE:
-            rows.append(np.full(len(good[0].values), np.nan + 0j))
-            continue
-        row = one.values
-        if len(row) != len(good[0].values):
-            raise ValueError(
-                f"there are {len(row)} {of} at {name} = {value:g} and {len(good[0].values)} before; a locus needs a "
-                "value that changes none of them"
-            )
-        if last is not None:
-            row = row[linear_sum_assignment(np.abs(last[:, None] - row[None]))[1]]
-        last = row
-        rows.append(row)
+    rows = _branches(values, found, name, of)
     critical = []
     for k in range(len(values) - 1):
         if NONE not in (found[k].kind, found[k + 1].kind) and found[k].stable != found[k + 1].stable:
             critical.append(_change(judge, float(values[k]), float(values[k + 1]), found[k].stable))
     kinds, growth = np.array([one.kind for one in found]), np.array([one.growth for one in found])
-    return Locus(of, name, unit, np.asarray(values, float), np.array(rows), kinds, growth, tuple(critical))
+    return Locus(
+        of, name, unit, np.asarray(values, float), np.array(rows), kinds, growth, tuple(critical),
+        good[0].names(), good[0].trivial, max(one.split for one in good),
+    )  # fmt: skip
+
+
+def _branches(values: Sequence[float], found: list[Judgement], name: str, of: str) -> list[Complex]:
+    """Poles or multipliers (k,) at every value, branch by branch; NaN where a branch is a known motion, or nothing is.
+
+    A known motion, such as that of a joint without a damper, is no pole, and becomes one with the damper: from 0.
+    Raises ValueError where the number of states changes.
+    """
+    good = [one for one in found if one.kind != NONE]
+    count, size = max(len(one.values) for one in good), good[0].size
+    rows: list[Complex] = []
+    last: Complex | None = None
+    for value, one in zip(values, found, strict=True):
+        if one.kind == NONE:
+            rows.append(np.full(count, np.nan + 0j))
+            continue
+        if one.size != size:
+            raise ValueError(
+                f"the craft has {one.size} states at {name} = {value:g} and {size} before, and so other {of}; a locus "
+                "needs a value that changes none of them"
+            )
+        row = np.concatenate([one.values, np.full(count - len(one.values), np.nan + 0j)])
+        if last is not None:
+            row = row[linear_sum_assignment(np.abs(np.nan_to_num(last)[:, None] - np.nan_to_num(row)[None]))[1]]
+        last = row
+        rows.append(row)
+    return rows
 
 
 def _change(judge: Callable[[float], Judgement], low: float, high: float, stable: bool) -> float:

@@ -12,6 +12,7 @@ from femflex.case import Case
 from femflex.case.problems import CaseError, Problem
 from femflex.case.stability import RATIOS, AxisTable, StabilityTable
 from femflex.dynamics import compile_system
+from femflex.studies.stability.affine import AffineChart
 from femflex.studies.stability.chart import Chart, stability_chart
 from femflex.studies.stability.gravity_gradient import with_ratios
 from femflex.studies.stability.judgement import Judgement, judged_motion, judged_rest, none
@@ -92,6 +93,7 @@ class _Judge:
     table: StabilityTable
     without: tuple[str, ...]
     base: System | None
+    affine: AffineChart | None = None
 
     @classmethod
     def of(cls, case: Case, table: StabilityTable, without: tuple[str, ...]) -> _Judge:
@@ -101,10 +103,13 @@ class _Judge:
         varied = VariedCase.of(case, [])
         base = varied.system({})
         with_ratios(base, table.inertia, *_middle(base))
-        return cls(varied, table, without, base)
+        affine = AffineChart.of(base, table.inertia, without) if table.of == "equilibrium" else None
+        return cls(varied, table, without, base, affine)
 
     def __call__(self, *values: float) -> Judgement:
         """The judgement at these values, in the order of the keys."""
+        if self.affine is not None:
+            return self.affine(*(values[list(self.table.vary).index(key)] for key in RATIOS))
         try:
             system = self._system(dict(zip(self.table.vary, values, strict=True)))
         except ValueError as error:

@@ -11,7 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.case import read_case
+from femflex.case import Case, CaseError, read_case
+from femflex.case.changed import written_keys
+from femflex.case.problems import Problem
+from femflex.case.read import parse_case
 from femflex.case.sweep import SweepTable, read_sweep, split_number
 from femflex.case.units import UnitError
 from femflex.results.destination import check_destination
@@ -80,7 +83,7 @@ def sweep(
     table, plan = planned(path)
     check_destination(output, force or resume)
     members = designed(table)
-    _check_keys(plan, members[0])
+    _check_keys(parse_case(plan.case_text, Path(plan.case_path)), members[0])
     journal = journal_of(output)
     done = read_journal(journal, plan) if resume else []
     if resume and not journal.is_file() and output.is_file():
@@ -118,16 +121,21 @@ def usable_cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _check_keys(plan: Plan, values: dict[str, Any]) -> None:
-    """Report a key path that is not in the case before anything runs; what a value does to it is the member's."""
-    from femflex.case.changed import changed_text
-    from femflex.case.problems import CaseError, Problem
+def _check_keys(case: Case, values: dict[str, Any]) -> None:
+    """Report key paths that are not in the case before anything runs; what a value does to it is the member's.
 
-    name = Path(plan.case_path).name
+    A key that the case does not write, but knows, is there; one that it does not know is named by the case's own check.
+    """
+    name, known = case.path.name, set(written_keys(case.tables))
     try:
-        changed_text(plan.case_text, values, name)
-    except ValueError as error:
-        raise CaseError(name, [Problem("vary", str(error))]) from None
+        case.with_values(values)
+    except CaseError as error:
+        new = {path.rpartition(".")[2] for path in values if path not in known}
+        wrong = [one for one in error.problems if not one.where or one.where.rpartition(".")[2] in new]
+        if wrong:
+            raise CaseError(
+                name, [Problem("vary", f"{one.where}: {one.text}".removeprefix(": ")) for one in wrong]
+            ) from None
 
 
 def gathered(table: SweepTable, members: list[dict[str, Any]], done: list[Outcome]) -> Sweep:

@@ -1,14 +1,17 @@
 """Thrusters, and the tanks that they draw from.
 
 A thruster pushes with F along d, fixed in its marker. Mass leaves at |mdot| = F / c (c the exit velocity). Where it
-comes from a tank at another marker, it leaves the tank with the velocity of its place there and is carried to the
-nozzle (THEORY section 4: mdot (v_e + c) at the exit, in addition to M_t u):
+comes from a tank at another marker, it flows along a straight line from there to the nozzle:
 
-    at the nozzle  F d - |mdot| v_e,      at the tank  |mdot| v_t,  torque |mdot| k^2 omega_t
+    at the nozzle  F d - |mdot| w,      at the tank  - |mdot| w,  torque |mdot| k^2 omega_t,      w = v_e - v_t
 
-where k^2 is the inertia of the propellant about its own centre per mass. The two terms in v are the Coriolis force of
-the flow and jet damping; in a uniform translation they cancel. The kinetic energy that the mass had in its tank leaves
-the model: it is taken off `supplied`.
+where v_e and v_t are the velocities of nozzle and tank, and k^2 is the inertia of the propellant about its own centre
+per mass. This is the balance of momentum and of angular momentum of craft, flow and exhaust together, with the momentum
+|mdot| (e - t) of the flow: its Coriolis force -2 |mdot| omega x (e - t), and jet damping. Nothing of it depends on a
+uniform translation. (In THEORY section 4, mdot (v_e + c) at the exit beside M_t u, mass leaves where it was stored; w
+is zero then.) The momentum that the flow has is left out when it begins and ends.
+
+The kinetic energy that the mass had in its tank leaves the model: it is taken off `supplied`.
 """
 
 from __future__ import annotations
@@ -17,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.arithmetic.entries import entry
-from femflex.dynamics.arithmetic.vectors import dot, load3, load9, scale, store3, sub, turn
+from femflex.dynamics.arithmetic.vectors import add, dot, load3, load9, scale, store3, sub, turn
 from femflex.dynamics.effectors.acting import ACT
 from femflex.dynamics.effectors.built_in.signals import step_of
 
@@ -58,11 +61,13 @@ def thruster(t: float, seen: Array, z: Array, parameters: Array, out: Array) -> 
     velocity = load3(seen, 12 * m)
     last = 6 * m + n_z + 2
     if tanked:
-        force = sub(force, scale(flow, velocity))
         leaving, rate = load3(seen, 12 * m + 3), load3(seen, 15 * m + 3)
-        store3(out, 3, scale(flow, leaving))
+        flowing = scale(-flow, sub(velocity, leaving))
+        force = add(force, flowing)
+        store3(out, 3, flowing)
         store3(out, 9, scale(flow * p[GYRATION], rate))
-        out[last + 2] = 0.5 * flow * (dot(leaving, leaving) + p[GYRATION] * dot(rate, rate))
+        lost = dot(leaving, leaving) - p[GYRATION] * dot(rate, rate)
+        out[last + 2] = dot(flowing, leaving) - 0.5 * flow * lost
     store3(out, 0, force)
     out[last - 2], out[last - 1] = thrust, flow
     out[last + 2] += dot(force, velocity)

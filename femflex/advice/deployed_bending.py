@@ -1,0 +1,116 @@
+"""Watching the axial force in deploying beams along a run: how far it stiffens, softens or buckles them.
+
+The force N(s) at the stations of a member changes the stiffness of its bend w = 1 - cos(pi s / 2 L) by
+
+    gain = int N w'^2 ds / int EI w''^2 ds,
+
+which is N over Euler's load of a cantilever where both are uniform. Linear strain leaves this out; condensed strain has
+it, and a member that is pressed by a good part of that load bends far.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.advice.limits import NEAR, STIFFENED
+from femflex.deployment.sections import MemberSections
+from femflex.dynamics import Model
+from femflex.system import LengthTable
+from femflex.warning import PhysicsWarning
+
+Array = NDArray[np.float64]
+
+
+@dataclass
+class LargestForce:
+    """The largest gain of a member so far, with the time, the length and the mean force over the bend then."""
+
+    gain: float = 0.0
+    time: float = 0.0
+    length: float = 0.0
+    force: float = 0.0
+
+
+class AxialForceWatch:
+    """Watches the axial force in deploying beams, and warns where it matters to their bending."""
+
+    def __init__(self, model: Model) -> None:
+        self._sections: dict[str, MemberSections] = {}
+        for name, variation in model.system.varying.items():
+            found = variation.write.sections if isinstance(variation.write, LengthTable) else None
+            if isinstance(found, MemberSections) and found.bends is not None and min(found.stiffness) > 0.0:
+                self._sections[name] = found
+        self._condensed = {name: model.system.bodies[name].condensed for name in self._sections}
+        self.pulled = {name: LargestForce() for name in self._sections}
+        self.pressed = {name: LargestForce() for name in self._sections}
+
+    def watch(self, times: Array, channels: Mapping[str, Array]) -> None:
+        """Take note of a block of rows (n_t, ...)."""
+        for name, sections in self._sections.items():
+            force, length = channels[f"bodies/{name}/tension"] - sections.support, channels[f"bodies/{name}/length"]
+            gain = axial_gain(sections, force, length)
+            for row, seen, sign in (
+                (int(np.argmax(gain)), self.pulled[name], 1.0),
+                (int(np.argmin(gain)), self.pressed[name], -1.0),
+            ):
+                if sign * gain[row] > sign * seen.gain:
+                    seen.gain, seen.time = float(gain[row]), float(times[row])
+                    seen.length, seen.force = float(length[row]), mean_force(sections, force[row])
+
+    def warn(self) -> None:
+        """Warn of linear members whose first frequency changes by more than STIFFENED, and of others near buckling."""
+        for name in self._sections:
+            if self._condensed[name]:
+                self._warn_of_pressed(name, self.pressed[name])
+            else:
+                self._warn_of_linear(name, self.pulled[name])
+                self._warn_of_linear(name, self.pressed[name])
+
+    def _warn_of_linear(self, name: str, seen: LargestForce) -> None:
+        change = float(np.sqrt(max(1.0 + seen.gain, 0.0))) - 1.0
+        if abs(change) > STIFFENED:
+            way = "raises" if change > 0.0 else "lowers"
+            much = "to zero" if seen.gain <= -1.0 else f"by {abs(change):.0%}"
+            warnings.warn(
+                f"body {name!r} bears {seen.force:.4g} N along its axis at t = {seen.time:.6g} s (length "
+                f"{seen.length:.4g} m), which {way} its first frequency {much} (limit {STIFFENED:.0%}); linear strain "
+                "leaves this out. Give it strain = 'condensed'",
+                PhysicsWarning,
+                stacklevel=2,
+            )
+
+    def _warn_of_pressed(self, name: str, seen: LargestForce) -> None:
+        if -seen.gain > 1.0 / NEAR:
+            warnings.warn(
+                f"body {name!r} is pressed by {-seen.force:.4g} N along its axis at t = {seen.time:.6g} s (length "
+                f"{seen.length:.4g} m): {-seen.gain:.0%} of the load that buckles it there as a cantilever (limit "
+                f"{1 / NEAR:.0%}). Its deflections are sensitive to small errors, and wrong beyond buckling. Lower the "
+                "load, deploy more slowly, or give it more bending stiffness",
+                PhysicsWarning,
+                stacklevel=2,
+            )
+
+
+def mean_force(sections: MemberSections, force: Array) -> float:
+    """The uniform axial force [N] of the same effect on bending as these forces (k,)."""
+    slope = np.sin(np.pi / 2.0 * sections.stations) ** 2
+    return float(np.trapezoid(force * slope, sections.stations) / np.trapezoid(slope, sections.stations))
+
+
+def axial_gain(sections: MemberSections, force: Array, length: Array) -> Array:
+    """Relative change (n_t,) of the bending stiffness by axial forces (n_t, k) [N] at lengths (n_t,) [m]."""
+    s = sections.stations
+    slope = np.sin(np.pi / 2.0 * s) ** 2
+    curvature = np.cos(np.pi / 2.0 * s) ** 2
+    weak = min(sections.stiffness)
+    out = np.empty(len(length))
+    for row, (N, L) in enumerate(zip(force, length, strict=True)):
+        factor = sections.factor(L * (1.0 - s if sections.tip is None else s))
+        bending = weak * np.trapezoid(factor * curvature, s) * (np.pi / (2.0 * L)) ** 2
+        out[row] = np.trapezoid(N * slope, s) / bending
+    return out

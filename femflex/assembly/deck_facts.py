@@ -1,0 +1,154 @@
+"""What a starting case needs to know of a deck: units, mass, what holds it, a node to join it by, and its modes."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.case.starting_deck import DeckFacts
+from femflex.decks import Deck, read_deck
+from femflex.decks.findings import toml_key
+from femflex.decks.report import mass_and_centre
+from femflex.decks.units import Units, likely_units, units_of
+from femflex.fem import Structure, Support
+from femflex.fem.support import COMPONENTS
+from femflex.reduction import cantilever_modes, free_free_modes
+
+Array = NDArray[np.float64]
+
+LARGEST = 60000  # degrees of freedom up to which the modes of a deck are computed for its starting case
+MODES = 6
+GUESSED_DENSITY = 2700.0  # kg/m^3
+NO_MASS = 1e-6  # [kg] below which a deck without densities has none: bars without mass have a trace of it
+HELD_BY_ITSELF = "autospc"
+RANK = 1e-8  # singular value of the motions that supports resist, below which a rigid-body motion is free
+
+
+def deck_facts(path: Path, units: str | None, file: str) -> DeckFacts:
+    """Facts of a deck whose path from the case is `file`; units: as declared, None: the likely ones.
+
+    Raises ValueError (DeckError) where the deck cannot be used.
+    """
+    notes = []
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # `check` and `run` print them for the case
+        deck = read_deck(path, units or "m-kg-s")
+        if units is None:
+            units, reason = _guessed(deck)
+            notes.append(f"units: {units} is {reason}; state the deck's own with --units")
+            deck = read_deck(path, units) if units != deck.units.name else deck
+        else:
+            reason = "as stated"
+        structure = deck.structure()
+        mass, centre = mass_and_centre(structure)
+        weightless: tuple[str, ...] = ()
+        if mass < NO_MASS and not any(rho > 0 for rho in deck.densities):
+            weightless = tuple(toml_key(name) for name in deck.materials)
+            notes.append(
+                f"overrides: the deck has no mass; a density of {GUESSED_DENSITY:g} kg/m^3 of "
+                f"{', '.join(weightless[:6]) or 'its materials'} is a guess"
+            )
+            deck = read_deck(path, units, {name: {"density": GUESSED_DENSITY} for name in deck.materials})
+            structure = deck.structure()
+            mass, centre = mass_and_centre(structure)
+    sets = tuple(name for name in deck.supports if name != HELD_BY_ITSELF)
+    clamp, held = _clamp(deck, sets)
+    if not clamp:
+        free = f"none of its sets of supports ({', '.join(sets)}) holds" if sets else "no supports hold"
+        notes.append(f"reduction: {free} all rigid-body motions of the deck; its modes are free-free")
+    root, tip = _ends(deck, held, centre)
+    frequencies: tuple[float, ...] = ()
+    if structure.n_dof > LARGEST:
+        notes.append(f"run: duration and torque are guesses ({structure.n_dof} degrees of freedom, modes not computed)")
+    elif mass > 0:
+        try:
+            frequencies = _frequencies(deck, clamp, held)
+        except ValueError as error:
+            notes.append(f"modes: {' '.join(str(error).split())}")
+    extent = float(np.ptp(deck.mesh.points, axis=0).max())
+    notes += [f"left out: {one}" for one in deck.unused]
+    return DeckFacts(
+        file, deck.solver, units, reason, sets, clamp, root, tip, _groups(deck), mass, extent, frequencies,
+        tuple(toml_key(name) for name in deck.materials), weightless, tuple(notes),
+    )  # fmt: skip
+
+
+def _guessed(deck: Deck) -> tuple[str, str]:
+    u: Units = units_of(deck.units)
+    extent = float(np.ptp(deck.mesh.points, axis=0).max()) if len(deck.mesh.points) else 0.0
+    return likely_units(
+        [E / u.pressure for E in deck.moduli], [rho / u.density for rho in deck.densities], extent / u.length
+    )
+
+
+def _clamp(deck: Deck, sets: tuple[str, ...]) -> tuple[str, dict[str, Support]]:
+    """The supports in force, or the first set, that hold all rigid-body motions; "" where none does."""
+    if any(name != HELD_BY_ITSELF for name in deck.default_supports) and holds(deck, held := deck.held()):
+        return "supports", held
+    for name in sets:
+        if holds(deck, held := {**deck.held([name]), **_by_itself(deck)}):
+            return name, held
+    return "", _by_itself(deck)
+
+
+def _by_itself(deck: Deck) -> dict[str, Support]:
+    return deck.held([HELD_BY_ITSELF]) if HELD_BY_ITSELF in deck.supports else {}
+
+
+def holds(deck: Deck, held: dict[str, Support]) -> bool:
+    """Whether supports resist all six rigid-body motions of the deck's nodes."""
+    rows, points = [], deck.mesh.points
+    centre, size = points.mean(axis=0), max(float(np.ptp(points, axis=0).max()), 1e-300)
+    for group, support in held.items():
+        if group.startswith(HELD_BY_ITSELF):
+            continue
+        axes = np.asarray(support.axes)
+        x = (points[deck.mesh.group_points(group)] - centre) / size
+        for k, component in enumerate(COMPONENTS):
+            if component not in support.components:
+                continue
+            axis = np.broadcast_to(axes[k % 3], x.shape)
+            moves = np.concatenate([axis, np.cross(x, axis)], axis=1)
+            rows.append(moves if k < 3 else np.concatenate([np.zeros_like(x), axis], axis=1))
+    if not rows:
+        return False
+    R = np.concatenate(rows)
+    return bool(np.linalg.eigvalsh(R.T @ R)[0] > RANK)
+
+
+def _ends(deck: Deck, held: dict[str, Support], centre: Array) -> tuple[int, int]:
+    """Numbers of the node next to the middle of those held, or to the centre of mass, and of the farthest from it."""
+    numbers = np.array(sorted(deck.points_of_ids))
+    x = deck.mesh.points[[deck.points_of_ids[int(n)] for n in numbers]]
+    rows = [deck.mesh.group_points(group) for group in held if not group.startswith(HELD_BY_ITSELF)]
+    fixed = np.unique(np.concatenate(rows)) if rows else np.zeros(0, np.int64)
+    own = np.isin([deck.points_of_ids[int(n)] for n in numbers], fixed)
+    middle = x[own].mean(axis=0) if own.any() else centre
+    away = np.linalg.norm(x - middle, axis=1)
+    root = int(np.argmin(np.where(own, away, np.inf))) if own.any() else int(np.argmin(away))
+    return int(numbers[root]), int(numbers[np.argmax(np.linalg.norm(x - x[root], axis=1))])
+
+
+def _frequencies(deck: Deck, clamp: str, held: dict[str, Support]) -> tuple[float, ...]:
+    """Natural frequencies [Hz] of the lowest modes; fewer where the body has fewer."""
+    structure: Structure = deck.structure(held)
+    for n in (MODES, 3, 1):
+        try:
+            modes = cantilever_modes(structure, held, n) if clamp else free_free_modes(structure, n)
+            return tuple(float(omega) / (2 * np.pi) for omega in modes.omega[:n])
+        except ValueError as error:
+            if "modes were requested" not in str(error) or n == 1:
+                raise
+    return ()
+
+
+def _groups(deck: Deck) -> tuple[str, ...]:
+    """Names that a case can use: those of properties and sets of the deck."""
+    held = {group for supports in deck.supports.values() for group in supports}
+    hidden = ("node_", "lone_nodes")
+    return tuple(
+        name for name in deck.mesh.groups if "-part" not in name and not name.startswith(hidden) and name not in held
+    )

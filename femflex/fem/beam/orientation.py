@@ -1,0 +1,74 @@
+"""Axes of beam sections that no orientation vector gives: reported, and warned of where they are a poor guess."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.fem.line.chain import LINE_TYPES, element_frames, straight_elements
+from femflex.warning import PhysicsWarning
+
+if TYPE_CHECKING:
+    from femflex.fem.structure import Member
+    from femflex.mesh import Mesh
+
+Array = NDArray[np.float64]
+
+UNLIKE = 0.01  # relative difference of the two bending stiffnesses from which the axes of a section matter
+UPRIGHT = 0.2  # sine of the angle to the mesh's z axis below which the selected axes turn with little of the direction
+SAME = 1e-6  # of unit vectors
+PLACES = ("offset", "shear_centre", "mass_centre")
+
+
+def selected_axes(mesh: Mesh, members: Sequence[Member]) -> tuple[Mesh, tuple[str, ...]]:
+    """The mesh as it is, and a sentence on each beam member whose section has axes and no orientation vector."""
+    return mesh, tuple(text for member in members if member.family == "beam" and (text := _selected(mesh, member)))
+
+
+def _selected(mesh: Mesh, member: Member) -> str:
+    """What is selected for a member, or nothing; a warning where elements stand upright, along the mesh's z axis."""
+    if member.options.get("orientation") is not None or not (matter := _why(member)):
+        return ""
+    cells = {kind: mesh.cells[kind][rows] for kind, rows in mesh.cell_groups.get(member.group, {}).items()}
+    nodes = straight_elements({kind: own for kind, own in cells.items() if kind in LINE_TYPES})
+    if not len(nodes):
+        return ""
+    frame = element_frames(mesh.points[nodes[:, 0]], mesh.points[nodes[:, 1]], None, member.group)[1]
+    upright = np.linalg.norm(frame[:, 0, :2], axis=1) < UPRIGHT
+    y = frame[:, 1]
+    first = _vector(y[np.argmax(upright)])
+    if upright.any():
+        warnings.warn(
+            f"beam on group {member.group!r} has no orientation, {matter}, and {int(upright.sum())} of its {len(y)} "
+            f"elements run along the mesh's z axis: the section's y axis is selected along {first} there. Give the "
+            "option orientation, a direction near the section's y axis",
+            PhysicsWarning,
+            stacklevel=5,
+        )
+        return ""
+    along = f"along {first}" if np.abs(y - y[0]).max() < SAME else "across the mesh's z axis, element by element"
+    return f"beam on group {member.group!r} has no orientation, {matter}: the section's y axis is selected {along}"
+
+
+def _why(member: Member) -> str:
+    """Why the direction of the section's axes matters; empty where it does not, or the section is not one of beams."""
+    if any(member.options.get(name) is not None and np.any(member.options[name]) for name in PLACES):
+        return "its section has centres off the nodes"
+    if not hasattr(member.section, "resultants"):
+        return ""
+    try:
+        r = member.section.resultants(member.material, np.zeros(1), np.ones(1))
+    except ValueError:
+        return ""  # the family says what is wrong
+    if r.coupled is not None:
+        return "its section couples stretch, shear, twist and bending"
+    ratio = float(np.max(r.EIz / r.EIy))
+    return f"EIz is {ratio:.4g} times EIy" if abs(ratio - 1) > UNLIKE else ""
+
+
+def _vector(direction: Array) -> str:
+    return f"({', '.join(f'{c:.4g}' for c in direction + 0.0)})"

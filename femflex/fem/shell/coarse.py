@@ -1,0 +1,74 @@
+"""Warnings of four-node shells where their answers are known to be off: coarse on curved shells, or trapezoids.
+
+On the pinched cylinder (docs/howto/elements.md) such elements of length s sqrt(R h) are 1 + 0.08 s^2 times as stiff as
+the shell. In its plane a trapezoid of aspect ratio a whose ends lean by an angle delta each is 1 + (a tan delta)^2
+times as stiff in bending as the strip: 26 for MacNeal and Harder's straight beam of trapezoids, where 19 is found
+(R. H. MacNeal, Finite Elements in Analysis and Design 3 (1987) 175).
+"""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.warning import PhysicsWarning
+
+Array = NDArray[np.float64]
+
+BENDS_OVER = (
+    1.0  # of sqrt(R h): length of four-node elements above which they are over 8 % too stiff at loads and edges
+)
+STIFFER = 0.08  # for elements of that length
+TAPERED = 1.0  # a tan(delta) from which trapezoids are over twice as stiff as they should be in their plane
+SHARE = 0.2  # of the elements, from which trapezoids are warned of: meshes of free form have some everywhere
+
+
+def warn_if_coarse(x: Array, V: Array, thickness: Array, where: str) -> None:
+    """Warn of four-node elements x (e, 4, 3) with directors V (e, 4, 3) and thicknesses (e,) [m] that are long
+    against sqrt(R h)."""
+    edge, turn = np.roll(x, -1, axis=1) - x, np.roll(V, -1, axis=1) - V
+    square = np.sum(edge * edge, axis=2)
+    curvature = np.abs(np.sum(edge * turn, axis=2) / square).max(axis=1)
+    length = np.sqrt(square.max(axis=1))
+    ratio = length * np.sqrt(curvature / thickness)
+    coarse = ratio > BENDS_OVER
+    if not coarse.any():
+        return
+    worst = int(np.argmax(ratio))
+    warnings.warn(
+        f"{where}: {int(coarse.sum())} of {len(x)} four-node elements are longer than sqrt(R h), over which a curved "
+        f"shell bends at concentrated loads and at edges; the worst, {_at(worst, x)}, is {length[worst]:.3g} m long "
+        f"against {length[worst] / ratio[worst]:.3g} m. There the shell is up to {1 + STIFFER * ratio[worst] ** 2:.3g} "
+        "times as stiff as it should be; mesh finer there, or use eight- or nine-node elements",
+        PhysicsWarning,
+        stacklevel=5,
+    )
+
+
+def warn_of_trapezoids(x: Array, where: str) -> None:
+    """Warn of four-node elements x (e, 4, 3) that taper so much that they lock in their plane."""
+    length = np.linalg.norm(np.roll(x, -1, axis=1) - x, axis=2)
+    area = np.linalg.norm(np.cross(x[:, 2] - x[:, 0], x[:, 3] - x[:, 1]), axis=1) / 2
+    taper = np.zeros(len(x))
+    for k in (0, 1):  # sides k and k + 2 run along
+        along = (length[:, k] + length[:, k + 2]) / 2
+        height = area / along
+        lean = np.abs(length[:, k] - length[:, k + 2]) / (2 * height)  # tan(delta)
+        taper = np.maximum(taper, np.where(along > height, along / height * lean, 0.0))
+    locked = taper > TAPERED
+    if locked.mean() <= SHARE:
+        return
+    worst = int(np.argmax(taper))
+    warnings.warn(
+        f"{where}: {int(locked.sum())} of {len(x)} four-node elements are trapezoids that lock in their plane; one "
+        f"layer of the worst, {_at(worst, x)}, is up to {1 + taper[worst] ** 2:.3g} times as stiff in bending in its "
+        "plane as it should be. Use rectangles or parallelograms, or eight- or nine-node elements",
+        PhysicsWarning,
+        stacklevel=5,
+    )
+
+
+def _at(element: int, x: Array) -> str:
+    return f"element {element} at ({', '.join(f'{c:.6g}' for c in x[element].mean(axis=0))}) m"

@@ -1,0 +1,78 @@
+"""Frequencies of a craft over any value of its case: branches named by their mode and followed by their shapes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.case import Case
+from femflex.dynamics.equilibria.character import motion_character
+from femflex.dynamics.equilibria.equilibrium import EquilibriumError
+from femflex.pipeline.rest import rest_of
+from femflex.studies.campbell.diagram import Campbell, assembled_diagram
+from femflex.studies.campbell.matching import Match
+from femflex.studies.campbell.sweep import Spin, walked
+from femflex.studies.varied import VariedCase
+
+Array = NDArray[np.float64]
+MODES = 6  # branches followed where nothing is said
+
+
+def value_diagram(
+    case: Case,
+    path: str,
+    values: Sequence[float],
+    unit: str = "",
+    *,
+    modes: int = MODES,
+    progress: Callable[[float], None] | None = None,
+) -> Campbell:
+    """The diagram of frequencies of the equilibrium over rising values at a key path, such as "joints.0.stiffness".
+
+    unit: of the values, as a case writes it; modes: followed is every branch that is among so many lowest at some
+    value. Raises CaseError for a path or a value that the case does not take, ValueError for values that do not rise
+    or change the number of coordinates, EquilibriumError with the value at which there is no equilibrium.
+    """
+    found = list(value_motions(case, path, values, unit, modes, progress))
+    return over_value(assembled_diagram(found, modes, (), case.title), path, unit)
+
+
+def over_value(diagram: Campbell, path: str, unit: str) -> Campbell:
+    """The diagram, named by the value that it is over."""
+    return replace(diagram, value=path, unit=unit)
+
+
+def value_motions(
+    case: Case,
+    path: str,
+    values: Sequence[float],
+    unit: str = "",
+    modes: int = MODES,
+    progress: Callable[[float], None] | None = None,
+) -> Iterator[tuple[Spin, Match | None]]:
+    """The small motions at every value in turn, and how they continue those before."""
+    if len(values) < 2 or not (np.diff(values) > 0).all():
+        raise ValueError(f"the values of {path} are to rise; found {list(values[:6])}")
+    varied, counts = VariedCase.of(case, [path]), list[int]()
+
+    def motions(value: float, near: Array | None, asked: bool) -> Spin:
+        system = varied.system({path: f"{float(value)!r} {unit}" if unit else float(value)})
+        try:
+            about = rest_of(system)[0]
+        except EquilibriumError as error:
+            raise EquilibriumError(f"at {path} = {value:.6g} {unit}".rstrip() + f" {error}", error.last) from None
+        found, model = about.motions.of_craft(), about.model
+        counts.append(model.n_u)
+        if counts[-1] != counts[0]:
+            raise ValueError(
+                f"the craft has {counts[-1]} degrees of freedom at {path} = {value:g} and {counts[0]} before; branches "
+                "need a value that changes none of them"
+            )
+        spinning = model.system.frame.kind == "spinning" and bool(np.any(model.system.frame.rate))
+        words = motion_character(model, found, model.system.frame.rate if spinning else None).words
+        return Spin(value, asked, about.x, found, words)
+
+    yield from walked(motions, list(map(float, values)), modes, progress)
