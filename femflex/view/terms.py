@@ -108,7 +108,8 @@ def contributions(parts: Mapping[str, Array], one: CoordinateTerms) -> tuple[Arr
 
 
 def drawn_as_lines(parts: Mapping[str, Array], one: CoordinateTerms) -> list[str]:
-    """The parts that the line adds up: the coordinate's own inertia, or the inertia of all where most of it cancels."""
+    """The parts (n_t, n_u) that the line adds up: own inertia, or that of all coordinates where most of it cancels
+    [SI]."""
     inertia = [name for name in parts if name.startswith("inertia/")]
     whole = np.sum([parts[name][:, one.index] for name in inertia], axis=0) if inertia else np.zeros(0)
     apart = sum(_size(parts[name][:, one.index]) for name in inertia)
