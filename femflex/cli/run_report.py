@@ -126,20 +126,25 @@ def print_run_summary(run: Run, system: System, output: Path) -> None:
     for line in (*latch_lines(run), *tank_lines(run), *cable_lines(run), *reach_lines(run, system)):
         print(line)
     for path in conserved_monitors(run, system):
-        value = run[path]
-        change = float(np.abs(value - value[0]).max())
-        shares = [f"monitors/{kind}" for kind in ENERGIES] if path == "monitors/energy" else [path]
-        size = max(float(np.abs(run[share]).max()) for share in shares if share in run)
-        zero = path != "monitors/energy" and float(np.abs(value[0]).max()) <= change  # nothing to compare with
-        relative = "" if zero or not size > 0 else f", {change / size:.2e} of its size"
-        print(
-            f"monitor     {path.split('/')[1].replace('_', ' ')} changed by up to {change:.3e} "
-            f"{run.unit(path)}{relative}"
-        )
+        print(change_line(run, path))
     if "monitors/constraint_position" in run:
         gap, speed = (float(run[f"monitors/constraint_{what}"].max()) for what in ("position", "velocity"))
         print(f"monitor     constraint largest gap {gap:.3e} m, largest velocity residual {speed:.3e} m/s")
     print(f"monitor     Euler parameters off unit length by up to {np.abs(run['monitors/quaternion_norm']).max():.2e}")
+
+
+def change_line(run: Run, path: str) -> str:
+    """How far a monitor that ought to be constant changed, and what part of its size that is."""
+    import numpy as np
+
+    value = run[path]
+    change = float(np.abs(value - value[0]).max())
+    shares = [f"monitors/{kind}" for kind in ENERGIES] if path == "monitors/energy" else [path]
+    size = max(float(np.abs(run[share]).max()) for share in shares if share in run)
+    zero = path != "monitors/energy" and float(np.abs(value[0]).max()) <= change  # nothing to compare with
+    relative = "" if zero or not size > 0.0 else f", {change / size:.2e} of its size"
+    what = path.split("/")[1].replace("_", " ")
+    return f"monitor     {what} changed by up to {change:.3e} {run.unit(path)}{relative}"
 
 
 def latch_lines(run: Run) -> list[str]:

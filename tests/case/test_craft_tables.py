@@ -100,6 +100,13 @@ def test_mistakes_between_tables_are_told_before_the_run(more, said):
         prepare(parse_case(RIGID + more))
 
 
+def test_events_of_a_model_are_made_once():
+    jet = JET + 'profile = { times = [1], levels = [1] }\nspecific_impulse = 20\ntank = "tank"\n'
+    tank = '[tanks.tank]\nbody = "hub"\npropellant = 0.03\nmass_in_body = "contained"\n'
+    model = prepare(parse_case(RIGID + jet + tank)).model
+    assert model.events is model.events and len(model.events.values(0.0, model.x0)) == 1
+
+
 def test_an_empty_tank_is_an_event_that_the_run_reports(write_case, femflex, tmp_path):
     jet = JET + 'profile = { times = [1], levels = [1] }\nspecific_impulse = 20\ntank = "tank"\n'
     tank = '[tanks.tank]\nbody = "hub"\npropellant = "0.03 kg"\nmass_in_body = "contained"\n'

@@ -140,3 +140,15 @@ def test_drum_force_of_a_member_at_rest_is_its_tension():
     seen = solved(system, np.linspace(0, 1, 3))[2]
     assert seen["bodies/boom/tension"] == pytest.approx(3.0, abs=1e-9)
     assert seen["bodies/boom/drum_force"] == pytest.approx(-3.0, abs=1e-9)
+
+
+def test_amplitudes_of_dependent_shapes_are_the_same_to_the_bit_alone_and_together():
+    """However a run is cut into blocks: each state by itself, and in stacks of any size."""
+    body = wall_beam(Profile.constant(2.0), 5).bodies["beam"]
+    delta = np.random.default_rng(3).normal(size=(37, body.n_modes)) * 1e-3
+    whole = body.amplitudes(delta)
+    assert len(body.slaves) and whole.shape == (37, body.n_shapes)
+    assert np.array_equal(whole, np.array([body.amplitudes(one) for one in delta]))
+    assert np.array_equal(whole, np.concatenate([body.amplitudes(part) for part in (delta[:8], delta[8:9], delta[9:])]))
+    exact = np.einsum("sij,ti,tj->ts", body.slaves, delta, delta) / 2
+    assert whole[:, body.n_modes :] == pytest.approx(exact, rel=1e-12, abs=1e-20)

@@ -281,6 +281,7 @@ def test_modes_of_a_craft_with_a_wheel_are_those_of_a_gyrostat():
             body = without_axial_inertia(hub(np.diag([4.0, 4.0, 5.0])), one)
         found = system_modes(System({"hub": body}, (free("hub"),), effectors=(one,)))
         assert found.frequencies.max() == pytest.approx(3.0 / (2 * math.pi), rel=1e-6)
+        assert found.names[int(np.argmax(found.frequencies))].startswith("rotation")  # of the whole craft: no joint
 
 
 def test_a_wheel_inside_a_loop_of_a_controller_is_left_in_it():
