@@ -130,7 +130,8 @@ def print_run_summary(run: Run, system: System, output: Path) -> None:
         change = float(np.abs(value - value[0]).max())
         shares = [f"monitors/{kind}" for kind in ENERGIES] if path == "monitors/energy" else [path]
         size = max(float(np.abs(run[share]).max()) for share in shares if share in run)
-        relative = f", {change / size:.2e} of its size" if size > 0 else ""
+        zero = path != "monitors/energy" and float(np.abs(value[0]).max()) <= change  # nothing to compare with
+        relative = "" if zero or not size > 0 else f", {change / size:.2e} of its size"
         print(
             f"monitor     {path.split('/')[1].replace('_', ' ')} changed by up to {change:.3e} "
             f"{run.unit(path)}{relative}"
