@@ -35,23 +35,29 @@ Index = NDArray[np.int64]
 
 OPTIONS: Options = {
     "order": Option(3, "order of the bending fields, 3 to 8"),
-    "axial_order": Option(None, "of the axial field, 2 order - 1 when left out; nonlinear strain locks below it"),
-    "torsion_order": Option(None, "of the torsional field, max(2, order - 1) when left out"),
+    "axial_order": Option(
+        None, "order of the axial field. Default: 2 order - 1; a lower one locks with nonlinear strain"
+    ),
+    "torsion_order": Option(None, "order of the torsional field. Default: max(2, order - 1)"),
     "orientation": Option(None, "a direction near the section's y axis", "", (3,)),
     "rotary_inertia": Option(True, "false leaves out the rotary inertia of sections in bending (Euler-Bernoulli)"),
     "start": Option(None, "point group where the arc length of varying sections begins"),
-    "extent": Option(None, "length of the line the group is a part of, which decides on shear", "m"),
+    "extent": Option(
+        None, "length of the whole line of which the group is a part. Shear matters in short, thick lines", "m"
+    ),
     "far_bends": Option(
-        None, "true: energy that stays bounded in far bends of flat sections; left out: where strain is nonlinear"
+        None, "true: strain energy bounded below in large deflections of flat sections. Default: with nonlinear strain"
     ),
     "shear": Option(
-        None, "true: sections shear (Timoshenko); left out: where their centres lie apart or a full stiffness says so"
+        None,
+        "true: shear deformation (Timoshenko). Default: where centroid or shear centre lies off the node line, or a "
+        "full stiffness has shear terms",
     ),
     "offset": Option(None, "y and z of the centroid from the node line", "m", (2,)),
     "shear_centre": Option(None, "y and z of the shear centre from the centroid", "m", (2,)),
     "mass_centre": Option(None, "y and z of the mass centre from the centroid", "m", (2,)),
     "release": Option(None, "components of x, y, z, rx, ry, rz, section axes, released at the nodes of release_at"),
-    "release_at": Option(None, "point group whose nodes the member's ends are released from"),
+    "release_at": Option(None, "point group of the nodes at which the member's ends are released"),
     "prestress": Option(0.0, "initial axial force, tension positive", "N"),
     "thermal_strain": Option(0.0, "free axial strain", ""),
 }

@@ -227,7 +227,7 @@ def _checked(options: dict[str, Any], member: Member) -> dict[str, Any]:
             raise ValueError(f"{where} has {name} {options[name]!r}; give one finite number")
     if options["prestress"] < 0:
         raise ValueError(
-            f"{where} has prestress {options['prestress']:g} N; a tether bears no compression, so give a tension"
+            f"{where} has prestress {options['prestress']:g} N; a tether carries no compression, so give a tension"
         )
     if options["viscosity"] < 0:
         raise ValueError(f"{where} has viscosity {options['viscosity']:g} s; a damping time cannot be negative")
