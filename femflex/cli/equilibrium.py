@@ -33,7 +33,7 @@ def equilibrium(
     ] = None,
     stable: Annotated[
         bool,
-        typer.Option("--stable", help="Leave an unstable one along the motion that grows, for one that is stable."),
+        typer.Option("--stable", help="From an unstable equilibrium, follow the growing motion to a stable one."),
     ] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print for programs.")] = False,

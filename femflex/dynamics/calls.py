@@ -99,4 +99,4 @@ class ConstrainedCalls(SecondOrderCalls):
     @property
     def solve(self) -> Any:
         """Raises AttributeError."""
-        raise AttributeError("the mass matrix of a constrained system is that of its tree; take the tree's solve")
+        raise AttributeError("a constrained system has no mass matrix of its own; solve with that of its tree")

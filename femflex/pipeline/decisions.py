@@ -274,7 +274,7 @@ def _stretching(
         try:
             built |= _as(answering, {name: "nonlinear"})
         except CaseError as error:
-            why = f"{advised[name].reason}; it can take no responses to its loads ({_first(error)})"
+            why = f"{advised[name].reason}; static responses to its loads are not possible ({_first(error)})"
             advised[name] = replace(advised[name], choice="condensed", reason=why)
             continue
         case = answering
@@ -302,9 +302,9 @@ def _alone(case: Case, wanted: Advice) -> tuple[Built, Advice]:
         except CaseError as error:
             refused.append(_first(error))
             continue
-        text = f"; it cannot be {wanted.choice} ({refused[0]})" if refused else ""
+        text = f"; {wanted.choice} strain is not possible ({refused[0]})" if refused else ""
         return built, replace(wanted, choice=strain, reason=wanted.reason + text)
-    text = f"; it can be neither {' nor '.join(sorted(tried))} ({refused[0]})"
+    text = f"; neither {' nor '.join(sorted(tried))} strain is possible ({refused[0]})"
     return {}, replace(wanted, choice="linear", reason=wanted.reason + text)
 
 

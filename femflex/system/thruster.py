@@ -118,7 +118,7 @@ def _pulse_table(name: str, pulses: Sequence[tuple[float, float]], minimum_on: f
     if np.any(rows[1:, 0] <= ends[:-1]):
         k = int(np.argmax(rows[1:, 0] <= ends[:-1]))
         raise ValueError(
-            f"pulse {k + 2} of thruster {name!r} starts at {rows[k + 1, 0]:g} s, before the one ahead ends "
+            f"pulse {k + 2} of thruster {name!r} starts at {rows[k + 1, 0]:g} s, before the previous pulse ends "
             f"({ends[k]:g} s)"
         )
     return np.column_stack([rows[:, 0], ends]).ravel(), np.tile([1.0, 0.0], len(rows))

@@ -63,7 +63,7 @@ def test_mistakes_of_a_table_are_told_when_it_is_read(more, said):
 @pytest.mark.parametrize(
     ("more", "said"),
     [
-        (WHEEL.replace("0.2", "500"), "wheels.w: what is taken out at marker 'origin' leaves a principal inertia"),
+        (WHEEL.replace("0.2", "500"), "wheels.w: without the inertia removed at marker 'origin' the body has a"),
         (JET + 'pulses = [[0, 1]]\nspecific_impulse = 200\ntank = "tnk"\n[tanks.tank]\nbody = "hub"\npropellant = 1\n'
          'mass_in_body = "added"\n', "found tank 'tnk', which is not in .tanks.; did you mean 'tank'"),
         ('[tanks.tank]\nbody = "hub"\npropellant = 1\nmass_in_body = "added"\n', "no thruster draws from tank 'tank'"),

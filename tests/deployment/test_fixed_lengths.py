@@ -93,7 +93,7 @@ def test_a_load_along_a_linear_member_is_said_in_runs_and_modes(tmp_path):
     from femflex import run
 
     case = parse_case(CASE + PUSH, Path("boom.toml"))
-    text = r"body 'boom' bears -8 N along its axis.* lowers its first frequency by 41%.*linear strain leaves this out"
+    text = r"body 'boom' carries -8 N along its axis.* lowers its first frequency by 41%.*linear strain leaves this out"
     with pytest.warns(PhysicsWarning, match=text):
         case_modes(case)
     with pytest.warns(PhysicsWarning, match=text):

@@ -416,7 +416,7 @@ def own_channels(effector: Effector) -> dict[str, Channel]:
         out[f"{path}/{key}"] = Channel(unit, f"{what} of {name} at {where}", (3 * m,), names, "inertial")
     if f:
         out[f"{path}/effort"] = Channel(
-            "N, N m", f"force or torque of {name} along its freedoms", (f,), effector.freedoms
+            "N, N m", f"force or torque of {name} along its degrees of freedom", (f,), effector.freedoms
         )
     for channel, unit in effector.channels.items():
         out[f"{path}/{channel}"] = Channel(unit, f"{channel} of {name}")
