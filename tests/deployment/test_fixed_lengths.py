@@ -69,8 +69,8 @@ CASE = """
 title = "boom on its base"
 source = "closed form"
 [run]
-duration = "2 s"
-output_step = "0.5 s"
+duration = "0.2 s"
+output_step = "0.1 s"
 [bodies.boom]
 kind = "deploying"
 family = "beam"
