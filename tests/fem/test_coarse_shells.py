@@ -16,7 +16,7 @@ from femflex.warning import PhysicsWarning
 
 
 def test_coarse_four_node_elements_of_a_pinched_cylinder_are_warned_of_with_their_error():
-    """8 x 8: 2 sqrt(R h) long; the normals at its ends turn by half as much. The warning names 1.3 times the stiffness, 1.32 is found."""
+    """8 x 8: 2 sqrt(R h) long, half as curved at the ends. The warning names 1.3 times the stiffness, 1.32 is found."""
     problem = pinched_cylinder("quad", 8)
     with pytest.warns(PhysicsWarning, match="48 of 64 four-node elements are longer than 1.5 sqrt") as given:
         found = ratio(problem)
