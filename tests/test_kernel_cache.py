@@ -79,7 +79,7 @@ def stored_files(folder):
     return sorted(folder.rglob("*probe*.kernel"))
 
 
-@pytest.mark.sampled(2)
+@pytest.mark.sampled(1)
 @COMPILED
 @pytest.mark.parametrize("place", ["the package", "NUMBA_CACHE_DIR", "the home folder"])
 def test_an_edited_callee_and_constant_give_the_new_numbers(package, tmp_path, place):

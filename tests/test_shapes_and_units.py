@@ -19,7 +19,7 @@ UNIT = re.compile(
     r"cosines|\bwhich of\b",
     re.IGNORECASE,
 )
-LEAST = 0.9
+LEAST = 0.97
 
 
 def array_functions(path: Path) -> Iterator[str]:

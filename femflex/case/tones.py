@@ -9,7 +9,8 @@ Array = NDArray[np.float64]
 
 
 def crossing_frequency(time: Array, signal: Array) -> float:
-    """Frequency [Hz] from the upward crossings of the mean, each placed by a cubic through four samples.
+    """Frequency [Hz] of a signal (n_t,) from the upward crossings of its mean, each placed by a cubic through four
+    samples.
 
     For one dominant oscillation of any shape. Raises ValueError when there are fewer than two crossings.
     """

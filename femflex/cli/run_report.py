@@ -201,6 +201,7 @@ def conserved_monitors(run: Run, system: System) -> list[str]:
     from femflex.dynamics.effectors.states import keeps_momentum
     from femflex.dynamics.joints.law_report import is_damped
     from femflex.dynamics.reports.channels import conservative_loads
+    from femflex.dynamics.terms.equation_terms import EQUATION_TERMS
     from femflex.system import Effector
 
     if system.varying:
@@ -214,7 +215,7 @@ def conserved_monitors(run: Run, system: System) -> list[str]:
     quiet = replace(system, effectors=())
     if len(weights) < len(system.loads) or led or working or is_damped(quiet):
         return []
-    if set(run.without) & {"coriolis_centrifugal", "gyroscopic", "specified_motion", "gravity_gradient"}:
+    if any(term.switched and term.name in run.without for term in EQUATION_TERMS):
         return []
     if "orbit/radius" not in run:
         roots = [joint for joint in system.joints if joint.parent is None]

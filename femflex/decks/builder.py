@@ -139,7 +139,7 @@ def _field_options(fields: Mapping[str, Sequence[Mapping[str, Any]]]) -> dict[st
 
 
 def direction_key(v: ArrayLike, digits: int = 9) -> tuple[float, ...]:
-    """A direction (3,), of any unit, as a key: directions that differ by rounding are one."""
+    """A unit vector (3,) as a key of as many numbers: directions that differ by rounding have the same."""
     return tuple(float(value) + 0.0 for value in np.round(np.asarray(v, float), digits))
 
 

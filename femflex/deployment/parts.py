@@ -68,7 +68,7 @@ def exit_marker(shapes: MemberShapes) -> MarkerSeries:
 
 
 def with_columns(shapes: Shapes, X: Array, condensed: bool) -> Shapes:
-    """The shapes with their columns, and with those slaved to them if the strain is condensed."""
+    """The shapes with their columns X (functions, n) [1], and with those slaved to them if the strain is condensed."""
     shapes = replace(shapes, X=X)
     if not condensed:
         return shapes
@@ -77,7 +77,7 @@ def with_columns(shapes: Shapes, X: Array, condensed: bool) -> Shapes:
 
 
 def columns_of(functions: ShapeFunctions, M: Array, K: Array) -> Array:
-    """Columns over the functions (functions, n), orthonormal over the mass matrix M: vibration modes if K allows.
+    """Columns (n_functions, n) over the functions, orthonormal over the mass matrix M: vibration modes if K allows.
 
     Of elements, the requested number of modes of each field is kept.
 

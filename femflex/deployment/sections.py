@@ -135,7 +135,11 @@ def sections_of(
     density: Callable[[Array], Array],
     factor: Callable[[Array], Array],
 ) -> MemberSections:
-    """The sections of a member with its columns."""
+    """The sections of a member with its columns: mean shapes at k stations [1].
+
+    stock: the whole length [m]. markers: their distance from the end that came out first [m]. density and factor:
+    functions of sigma (k,) [m], over mass_per_length and the axial stiffness [1].
+    """
     knots = np.unique(np.concatenate([STATIONS[1:-1], shapes.knots]))
     xi, weight = gauss_between(knots, points_for(shapes.most))
     mean = _means(shapes)

@@ -26,12 +26,12 @@ def scaled(series: Series, factor: float, shift: int = 0) -> Series:
 
 
 def mapped(series: Series, change: Callable[[Array], Array]) -> Series:
-    """The series with a linear map applied to every coefficient."""
+    """The series with a linear map applied to every coefficient (...), in any unit."""
     return {power: change(value) for power, value in series.items()}
 
 
 def product(a: Series, b: Series, contract: Callable[[Array, Array], Array]) -> Series:
-    """Product of two series whose coefficients are multiplied by `contract`."""
+    """Product of two series whose coefficients (...), in any units, are multiplied by `contract`."""
     return added(*({p + q: contract(x, y)} for p, x in a.items() for q, y in b.items()))
 
 

@@ -191,7 +191,8 @@ class MemberShapes(ABC):
         )
 
     def drawn_series(self) -> tuple[Series, dict[str, Index]]:
-        """Points and shapes of what is drawn of the deployed part, and its cells."""
+        """Points (p, 3) [m] and shapes of the surface of the deployed part as series, and its cells (e, k), point
+        numbers."""
         xi, offsets, cells = self.drawing()
         return self.series(xi, offsets), cells
 

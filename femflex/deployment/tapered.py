@@ -119,9 +119,10 @@ class TaperedLine:
 
     @cached_property
     def drum(self) -> tuple[Array, Series, Series, Series]:
-        """Of the section at the drum: shares, positions and shapes, velocities per rate of lambda of the stowed mass
+        """The section at the drum, p points: shares, values, velocities of the stowed mass there, and jumps.
 
-        there, and those by which material jumps as it is picked up.
+        Shares (p,) [1]; positions and shapes (p, 3, 1 + n) [m, 1]; velocities per rate of lambda, and those by which
+        material jumps as it is picked up, both (p, 3, 1 + n) [m, 1].
         """
         places = self.shapes.places(np.array([1.0 if self.at_tip else 0.0]), np.ones(1))
         carried = places.carried() if self.at_tip else {}

@@ -29,7 +29,7 @@ class InternalForce:
         self._assembler = Assembler(T)  # one for all tangents: it remembers how dofs are connected
 
     def energy(self, x: Array) -> float:
-        """Strain energy V(x) [J], zero at x = 0."""
+        """Strain energy V [J] of x (n_dof,) [m, rad], zero at x = 0."""
         return sum((state.energy() for _, state in self._states(x)), 0.0)
 
     def force(self, x: Array) -> Array:

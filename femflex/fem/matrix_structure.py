@@ -92,7 +92,7 @@ def structure_from_matrices(
 
 
 def check_distinct(dofs: Index) -> None:
-    """Raise ValueError when two rows of the map name the same component of a point."""
+    """Raise ValueError when two rows of the map (n_dof, 2), point and component, name the same component of a point."""
     physical = dofs[dofs[:, 0] >= 0]
     _, first, count = np.unique(physical, axis=0, return_index=True, return_counts=True)
     if (count > 1).any():

@@ -49,8 +49,11 @@ class InertiaBlock(Protocol):
 
 
 class StrainBlock(Protocol):
-    """Points with stiffness: weight (e, q) [m, m^2, m^3], elastic matrix (e|1, q|1, s, s) [SI], strains from
-    generalised gradients g.
+    """Points with stiffness: weight (e, q) [m, m^2, m^3], elastic matrix (e|1, q|1, s, s), strains from generalised
+    gradients g.
+
+    The unit of elastic is that of energy over length, area or volume, by the strains' units: [N, N m, N m^2] of lines,
+    [N/m, N, N m] of surfaces, [Pa] of solids.
 
     With g = gradients @ delta: eps = linear_map g + 1/2 g . quadratic_map g, so that B0 = linear_map gradients.
     stress (e|1, q|1, s) is the initial one, sigma0; the energy is the integral of sigma0.eps + 1/2 eps.C eps.
@@ -70,10 +73,14 @@ class StrainBlock(Protocol):
     def quadratic_map(self) -> Array: ...  # (s, g, g)
 
     def gradients(self, phi: Array, elements: slice, most: int | None = None) -> Array:
-        """Generalised gradients (e, q, g, n) [SI] per column of phi (n_raw, n), or the first most of them."""
+        """Generalised gradients (e, q, g, n) per column of phi (n_raw, n), or the first `most` of them.
+
+        Slopes and membrane strains [1], curvatures [1/m], for a column in m and rad.
+        """
 
     def rows(self, elements: slice) -> Array:
-        """Generalised gradients (e|1, q, g, l) [SI per dof] per raw dof of the element."""
+        """Generalised gradients (e|1, q, g, l) of `gradients` per raw dof of the element, per m or per rad [1/m,
+        1/m^2]."""
 
     def sampled(self, elements: slice) -> StrainBlock:
         """The strain of these elements alone, at the points where its quadratic part is taken."""
@@ -179,7 +186,7 @@ class DenseStrain:
 
 
 def assemble_blocks(blocks: Sequence[InertiaBlock | StrainBlock], T: sparse.csr_array) -> sparse.csr_array:
-    """Mass or stiffness (n_dof, n_dof) [SI per dof] of blocks on raw dofs, T (n_raw, n_dof) of the independent ones."""
+    """Mass or stiffness (n_dof, n_dof) [kg or N/m] of blocks on raw dofs, T (n_raw, n_dof) of the independent ones."""
     return assembled([part for block in blocks for part in block.parts()], T)
 
 

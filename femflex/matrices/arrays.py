@@ -136,7 +136,9 @@ def _is_matrix(value: Any) -> bool:
 
 
 def arrays_of(model: MatrixModel, dense: bool = False) -> dict[str, Array]:
-    """The arrays of a model in this file's layout. dense: matrices whole, for readers that know no sparse ones."""
+    """The arrays of a model, with the shapes and units of this file's layout. dense: matrices (n_dof, n_dof) whole, for
+    readers
+    that know no sparse ones."""
     out: dict[str, Any] = {"nodes": model.ids, "points": model.points, "dofs": model.dofs}
     for name, A in (("M", model.M), ("K", model.K), ("D", model.D), ("geometric", model.geometric)):
         if A is not None:

@@ -124,7 +124,7 @@ def symmetric_part(A: sparse.csr_array) -> sparse.csr_array:
 
 
 def asymmetry(A: sparse.csr_array) -> float:
-    """|A - A^T| over the largest entry of A."""
+    """Largest entry of A - A^T over that of A (n, n) [1]."""
     size = float(abs(A).max()) if A.nnz else 0.0
     return float(abs(A - A.T).max()) / size if size else 0.0
 

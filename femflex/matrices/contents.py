@@ -110,7 +110,7 @@ def numbered(pairs: Index) -> tuple[Index, Index]:
 
 
 def groups_from(names: Mapping[str, ArrayLike]) -> dict[str, Index]:
-    """Groups of node numbers; ValueError names a group with a number of more than 64 bits."""
+    """Groups (k,) of node numbers; ValueError names a group with a number of more than 64 bits."""
     found = {}
     for name, nodes in names.items():
         try:

@@ -79,7 +79,8 @@ def _grids(deck: Deck, path: Path) -> dict[int, list[float]]:
     if elsewhere:
         raise ValueError(
             f"{path.name}: {len(elsewhere)} GRID cards, the first is {elsewhere[0]}, are given in a local coordinate "
-            "system (field CP); only the basic system is read. Write the deck in basic coordinates."
+            "system (field CP); meshes are read in the basic system alone. In a case, give the file as `deck`, which "
+            "reads local systems; or write it in basic coordinates."
         )
     if not grids:
         raise ValueError(f"{path.name} has no GRID cards; it is no Nastran bulk data with a mesh.")

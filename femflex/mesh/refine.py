@@ -81,7 +81,8 @@ def refined(mesh: Mesh) -> Mesh:
 
 
 def refined_values(cell: str, values: Array) -> Array:
-    """Values of the children of cells by those of the cells, (e,) or (e, corners), in the order of a refined group.
+    """Values, in any unit, of the children of cells by those of the cells, (e,) or (e, corners), ordered as a refined
+    group.
 
     Values at corners are interpolated. Of cells whose children are of one type and are cut alike.
     """

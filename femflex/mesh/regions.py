@@ -61,7 +61,7 @@ def with_box(mesh: Mesh, name: str, low: ArrayLike, high: ArrayLike, within: str
 
 
 def with_points(mesh: Mesh, name: str, numbers: ArrayLike) -> Mesh:
-    """The mesh with points by number, from 1 in the order of the file, as a group."""
+    """The mesh with points of these numbers (k,), from 1 in the order of the file, as a group."""
     given = np.asarray(numbers, np.int64)
     if not given.size or given.min() < 1 or given.max() > len(mesh.points):
         raise ValueError(f"region {name!r} names points {given.tolist()}; the mesh has points 1 to {len(mesh.points)}")

@@ -77,7 +77,8 @@ def leaf_contents(leaf: Leaf) -> Contents:
 
 
 def membership(name: str, values: NDArray[Any]) -> dict[str, NDArray[np.bool_]]:
-    """Which items belong to each group that an array says; none for real-valued and vector arrays."""
+    """Which items (n,) belong to each group, by an array of group numbers (n,); none for real-valued and vector
+    arrays."""
     if values.dtype.kind not in "iub" or values.ndim != 1:
         return {}
     own = np.unique(values)
@@ -89,7 +90,7 @@ def membership(name: str, values: NDArray[Any]) -> dict[str, NDArray[np.bool_]]:
 
 
 def make_grid(points: Array, cells: dict[str, Index], cell_arrays: Arrays, point_arrays: Arrays) -> Any:
-    """An unstructured grid of VTK with integer arrays over its cells and points."""
+    """An unstructured grid of VTK with points (n_p, 3) [m], and integer arrays over its cells and points."""
     from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
     from vtkmodules.vtkCommonCore import vtkPoints
     from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkUnstructuredGrid

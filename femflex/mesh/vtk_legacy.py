@@ -76,7 +76,7 @@ def read_attributes(attributes: bytes, binary: bool) -> tuple[Arrays, Arrays]:
 
 
 def attributes_section(cells: Mapping[str, NDArray[Any]], points: Mapping[str, NDArray[Any]], binary: bool) -> bytes:
-    """Integer arrays over cells and points as the attribute part of a file."""
+    """Arrays of whole numbers over cells (e,) and points (n_p,) as the attribute part of a file."""
     parts = []
     for section, arrays in (("CELL_DATA", cells), ("POINT_DATA", points)):
         if not arrays:

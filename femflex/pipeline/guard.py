@@ -114,7 +114,8 @@ class MotionGuard:
 
 
 def first_overflow(seen: Mapping[str, Array], block: Block) -> IntegrationError | None:
-    """The error that tells of the first row of a block with a channel that is not finite, if there is one."""
+    """The error about the first row of a block with a channel that is not finite, or None. seen: channels (n_t, ...) in
+    SI."""
     from femflex.integrate import IntegrationError
 
     finite = {path: np.isfinite(value).all(axis=tuple(range(1, value.ndim))) for path, value in seen.items()}
@@ -163,7 +164,8 @@ class Singularities:
         self._least: dict[str, tuple[float, float]] = {}
 
     def watch(self, times: Array, channels: Mapping[str, Array]) -> None:
-        """Take note of a block of rows, and of the steps that led to it."""
+        """Record the smallest value of each channel (n_t,) over a block of times (n_t,) [s], and over the steps that
+        led to it."""
         for path in self._paths:
             k = int(np.argmin(channels[path]))
             near = [self._least.get(path, (np.inf, 0.0)), (float(channels[path][k]), float(times[k]))]

@@ -23,7 +23,9 @@ ATOL = 0.1  # absolute over relative tolerance, times the usual size of a state
 
 
 def chosen_integrator(case: Case, model: Model, times: Array, begun: str = "") -> tuple[Integrator, str]:
-    """The integrator, and the sentence that says why. Raises CaseError for settings that the method does not have.
+    """The integrator for the output times (n_t,) [s], and the sentence that gives the reason.
+
+    Raises CaseError for settings that the method does not have.
 
     begun: name of the integrator that a run to be resumed was begun with.
     """

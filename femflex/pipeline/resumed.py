@@ -82,7 +82,7 @@ def check_same_effectors(effectors: Sequence[Effector | Controller], output: Pat
 
 
 def check_same_times(times: NDArray[np.float64], output: Path) -> None:
-    """Raise ValueError when the output times do not go on from those in the file."""
+    """Raise ValueError when the output times (n_t,) [s] do not continue those in the file."""
     from femflex.results import open_run
 
     with open_run(output) as run:

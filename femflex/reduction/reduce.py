@@ -181,6 +181,7 @@ def dof_weight(structure: Structure) -> Array:
 
 
 def skin_of(structure: Structure, phi: Array) -> Skin | None:
+    """Drawable surface with the displacements (n, n_p, 3) of its points per column of phi (n_dof, n), or None [m]."""
     if structure.skin is None:
         return None
     shapes = (structure.skin.operator @ phi).T.reshape(phi.shape[1], len(structure.skin.points), 3)

@@ -30,14 +30,15 @@ class Place:
 
     @classmethod
     def of(cls, problem: HarmonicBalance, at: Vibration, tangent: Array) -> Place:
-        """The place of a motion, from a tangent of any length."""
+        """The place of a motion, from a tangent (n_x,) of any length, over harmonics [kg^1/2 m] and frequency
+        [rad/s]."""
         row = measured(problem, at, tangent)
         length = np.sqrt(row @ tangent)
         return cls(at, tangent / length, row / length)
 
 
 def measured(problem: HarmonicBalance, at: Vibration, change: Array) -> Array:
-    """The row (h n + 1,) [SI] whose product with another change is the inner product with this one."""
+    """The row (n_x,), n_x = h n + 1, whose product with another change is the inner product with this one."""
     h, n = at.harmonics.shape
     mass = problem.motion.mass[:n, :n]
     size = np.einsum("ki,ij,kj->", at.harmonics, mass, at.harmonics)

@@ -43,7 +43,8 @@ class Branch:
 
 
 def followed(problem: HarmonicBalance, rest: Vibration, mode: Array, amplitudes: Sequence[float]) -> Branch:
-    """The branch from rest on to rising amplitudes; mode (h, n) are the harmonics at rest per metre of amplitude."""
+    """The branch from rest on to rising amplitudes; mode (h, n) [kg^1/2] are the harmonics at rest per metre of
+    amplitude."""
     branch = Branch()
     here = _begun(problem, rest, mode, float(amplitudes[0]))
     if here is None:

@@ -44,7 +44,7 @@ class Explanation:
 
     @property
     def parts(self) -> dict[str, Array]:
-        """The terms with the inertia split by whose acceleration it is; they sum to zero."""
+        """Terms (n_t, n_u) in `units`, which sum to zero; inertia is split by the acceleration that causes it."""
         return {**self.inertia, **{name: rows for name, rows in self.terms.items() if name != "inertia"}}
 
     @property

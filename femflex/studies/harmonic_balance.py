@@ -35,7 +35,7 @@ class Vibration:
 
     @property
     def x(self) -> Array:
-        """Harmonics [kg^1/2 m] and frequency [rad/s] (h n + 1,)."""
+        """Harmonics [kg^1/2 m] and frequency [rad/s] (n_x,), n_x = h n + 1."""
         return _x(self.harmonics, self.omega)
 
 
@@ -49,7 +49,8 @@ class HarmonicBalance:
     def balanced(self, start: Vibration, along: Array | None = None) -> Vibration | None:
         """The motion near a start that has its amplitude; None if none is found.
 
-        along: row (h n + 1,) over harmonics and frequency; the motion sought differs from the start across it instead.
+        along: row (n_x,) [1/(kg^1/2 m), s/rad] over harmonics and frequency; the motion sought differs from the start
+        across it instead.
         """
         c, omega = start.harmonics, start.omega
         h, n = c.shape
@@ -71,13 +72,13 @@ class HarmonicBalance:
         return None
 
     def tangent(self, at: Vibration, row: Array | None = None) -> Array:
-        """Direction (h n + 1,) [SI] over harmonics and frequency in which motions go on: 1 along a row, or per
+        """Direction (n_x,) [kg^1/2 m, rad/s] over harmonics and frequency in which motions go on: 1 along a row, or per
         amplitude."""
         right = np.append(np.zeros(at.harmonics.size), 1.0)
         return _least_change(self.jacobian(at.harmonics, at.omega, row), right)
 
     def jacobian(self, c: Array, omega: float, last: Array | None = None) -> Array:
-        """Derivatives (h n + 1, h n + 1) [SI] of the unbalanced forces by harmonics and frequency, and a last row.
+        """Derivatives (n_x, n_x) [SI] of the unbalanced forces by harmonics and frequency, and a last row.
 
         Left out, that is the derivative of the amplitude.
         """
@@ -94,11 +95,11 @@ class HarmonicBalance:
         return np.concatenate([np.column_stack([J, 2 * omega * inertia.reshape(-1, 1)]), row[None]])
 
     def amplitude_row(self, c: Array) -> Array:
-        """Derivative (h n + 1,) of the amplitude [m] by harmonics c (h, n) and frequency."""
+        """Derivative (n_x,) of the amplitude [m] by harmonics c (h, n) and frequency."""
         return np.append(np.tile(self.reached(c.sum(axis=0))[1], len(c)), 0.0)
 
     def rate(self, at: Vibration, along: Array) -> float:
-        """Change of the amplitude [m] in a direction (h n + 1,) over harmonics and frequency."""
+        """Change of the amplitude [m] in a direction (n_x,) over harmonics and frequency."""
         return float(self.amplitude_row(at.harmonics) @ along)
 
     def reached(self, q: Array) -> tuple[float, Array]:

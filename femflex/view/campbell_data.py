@@ -24,7 +24,7 @@ class BranchData(Protocol):
 
     @property
     def frequencies(self) -> Array:
-        """[Hz], nan where it is lost."""
+        """(n,) [Hz], nan where it is lost."""
 
     @property
     def damping_ratios(self) -> Array:
@@ -32,7 +32,7 @@ class BranchData(Protocol):
 
     @property
     def growing(self) -> NDArray[np.bool_]:
-        """Whether it grows (n,)."""
+        """Whether it grows, at each of the speeds by number (n,)."""
 
 
 class CrossingData(Protocol):

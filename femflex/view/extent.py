@@ -20,7 +20,7 @@ VISIBLE = 0.08  # of the size: the displacement that an automatic scale aims at
 
 
 def outer_points(skin: Skin) -> Index:
-    """Numbers of the points that reach furthest in many directions, undeformed and in every shape."""
+    """Numbers (k,) of the points that reach furthest in many directions, undeformed and in every shape."""
     golden = np.pi * (3 - np.sqrt(5)) * np.arange(DIRECTIONS)
     height = np.linspace(-1, 1, DIRECTIONS)
     level = np.sqrt(1 - height**2)

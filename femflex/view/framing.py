@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,9 +45,15 @@ class View:
         """Rows (3, 3), unit vectors: to the right, upward, and towards the scene."""
         return screen_axes(self.place - self.focus, self.up)
 
+    def on_screen(self, points: Array, aspect: float) -> Array:
+        """Where points (n, 3) [m] are seen (n, 2): from the left and the bottom, parts of the width and height."""
+        x, y, z = self.axes @ (points - self.place).T
+        t = np.tan(self.angle / 2)
+        return np.column_stack([0.5 + 0.5 * x / (z * t * aspect), 0.5 + 0.5 * y / (z * t)])
+
 
 def screen_axes(towards: Array, up: Array) -> Array:
-    """Rows (3, 3) [SI per dof]: right, up and forward on the screen of a camera that stands in direction `towards`."""
+    """Unit vectors, rows (3, 3): right, up and forward on the screen of a camera that stands in direction `towards`."""
     forward = -np.asarray(towards, float) / np.linalg.norm(towards)
     right = np.cross(forward, up)
     if np.linalg.norm(right) < 1e-6:  # looking along the upward direction
@@ -80,6 +86,23 @@ def framed(cloud: Array, towards: Array, up: Array, aspect: float, margins: Marg
     near, far = z.min() - c_z, z.max() - c_z
     focus = place + axes[2] * (near + far) / 2
     return View(place, focus, axes[1], float(VIEW_ANGLE), max(near - 0.2 * size, 0.02 * near), far + 0.2 * size)
+
+
+def framed_clear_of_corner(
+    cloud: Array, towards: Array, up: Array, aspect: float, margins: Margins, corner: tuple[float, float]
+) -> View:
+    """The nearest camera as by `framed` that shows no point (n, 3) [m] of a cloud in the lower left corner.
+
+    corner: its width and height, parts of the picture's height. It is cleared by a wider left or bottom margin.
+    """
+    view = framed(cloud, towards, up, aspect, margins)
+    width, height = corner[0] / aspect, corner[1]
+    seen = view.on_screen(cloud, aspect)
+    if not ((seen[:, 0] < width) & (seen[:, 1] < height)).any():
+        return view
+    clear = replace(margins, left=width), replace(margins, bottom=height)
+    views = [framed(cloud, towards, up, aspect, margin) for margin in clear]
+    return max(views, key=lambda one: one.pixels(1))
 
 
 def best_direction(cloud: Array, up: Array) -> Array:

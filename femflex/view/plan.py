@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from femflex.body import Skin
 from femflex.results import Run
 from femflex.view.extent import automatic_scale, cloud, displacement, skins_of, thinned
-from femflex.view.framing import Margins, View, best_direction, framed
+from femflex.view.framing import Margins, View, best_direction, framed, framed_clear_of_corner
 from femflex.view.look import Look
 from femflex.view.motion import chosen_camera, motion, traced_markers
 from femflex.view.paint import Paint, painted
@@ -23,6 +23,7 @@ Array = NDArray[np.float64]
 FRAMING_ROWS = 200
 ARMS = 0.08  # length of the axes of a body, or by which they reach out of a rigid one, parts of the craft's size
 SIGHT = 0.4  # length at which lines of sight are drawn, parts of the craft's size
+TRIAD = (0.34, 0.31)  # width and height of the corner that the triad and its names take, parts of the height
 TINY = 1e-12  # m; an elastic displacement below this is none
 
 
@@ -98,7 +99,10 @@ def _view(points: Array, look: Look, camera: str, bar: bool) -> View:
     up = np.array([0.0, 1.0, 0.0]) if camera == "orbital" else np.array([0.0, 0.0, 1.0])
     towards = best_direction(points, up) if look.view is None else np.asarray(look.view, float)
     aspect = look.size[0] / look.size[1]
-    return framed(points, towards, up, aspect, Margins(right=0.25 / aspect if bar else 0.04))
+    margins = Margins(right=0.25 / aspect if bar else 0.04)
+    if not look.triads:
+        return framed(points, towards, up, aspect, margins)
+    return framed_clear_of_corner(points, towards, up, aspect, margins, TRIAD)
 
 
 def _spread(times: Array) -> Array:

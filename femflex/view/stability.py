@@ -41,11 +41,11 @@ class ChartData(Protocol):
 
     @property
     def first(self) -> Array:
-        """(n,)."""
+        """First value (n,), in its unit."""
 
     @property
     def second(self) -> Array:
-        """(m,)."""
+        """Second value (m,), in its unit."""
 
     @property
     def kinds(self) -> NDArray[np.int64]:
@@ -53,7 +53,7 @@ class ChartData(Protocol):
 
     @property
     def boundaries(self) -> tuple[tuple[int, int, Array], ...]:
-        """Kinds on both sides and points (k, 2) of every boundary."""
+        """Kinds on both sides and points (k, 2) of every boundary, in the units of the two values."""
 
 
 class LocusData(Protocol):
@@ -73,7 +73,7 @@ class LocusData(Protocol):
 
     @property
     def values(self) -> Array:
-        """(n,)."""
+        """The varied value (n,), in its unit."""
 
     @property
     def branches(self) -> Complex:
@@ -81,7 +81,7 @@ class LocusData(Protocol):
 
     @property
     def kinds(self) -> NDArray[np.int64]:
-        """(n,): -1 none, 0 unstable, 1 and 2 stable."""
+        """Kind (n,) by number: -1 none, 0 unstable, 1 and 2 stable."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -106,7 +106,7 @@ def plot_chart(
     """Path of a picture (.png or .svg) of the regions of a chart and their traced boundaries.
 
     second: the chart with `left_out` left out, whose boundaries are dashed; known: names and points (k, 2) of curves
-    from elsewhere, dotted.
+    from elsewhere, in the units of the chart's values, dotted.
     """
     check_kind(path)
     from matplotlib.colors import to_rgba

@@ -48,7 +48,7 @@ class Points:
 
     @classmethod
     def of(cls, skin: Skin, numbers: Index) -> Points:
-        """Those points of a skin."""
+        """The points (k, 3) [m] of these numbers (k,) of a skin."""
         return cls(
             skin.points[numbers].astype(np.float32),
             skin.shapes[:, numbers].astype(np.float32),

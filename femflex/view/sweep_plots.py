@@ -71,7 +71,8 @@ def plot_envelopes(
     dpi: int = 150,
     force: bool = False,
 ) -> Path:
-    """Path of a picture (.png or .svg) of histories (n, n_t): percentiles (n_p, n_t), least and largest of all runs."""
+    """Path of a picture (.png or .svg) of histories (n, n_t) over time (n_t,) [s]: percentiles (n_p, n_t), least and
+    largest of all runs."""
     check_kind(path)
     if not histories:
         raise ValueError("the sweep kept no histories, so there is no envelope to draw; name some in `histories`")

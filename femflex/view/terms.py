@@ -28,13 +28,6 @@ CHUNKS, QUIET = 30, 10.0  # of the run, in each of which the largest counts; per
 WIDE = 10.0  # times the quiet: what goes farther is drawn to a logarithmic scale beyond the quiet
 RARE, SPIKE = 2.0, 2.5  # percent of the instants; what goes this many times beyond all the others is cut off
 STRIP, STACK = 0.5, 1.35  # heights of the strip of the motion and of the stack, in those of a plot's axes
-WORDS = {
-    "coriolis_centrifugal": "Coriolis, centrifugal",
-    "specified_motion": "motion of the frame",
-    "gravity_gradient": "gravity gradient",
-    "joint_springs": "joint springs",
-    "joint_dampers": "joint dampers",
-}
 
 
 @dataclass(frozen=True)
@@ -92,7 +85,7 @@ def readable_name(name: str) -> str:
         return f"load {name.removeprefix('loads/')}"
     if name.startswith("inertia/"):
         return f"inertia of {name.removeprefix('inertia/')}"
-    return WORDS.get(name, name.replace("_", " "))
+    return name.replace("_", " ")
 
 
 def contributions(parts: Mapping[str, Array], one: CoordinateTerms) -> tuple[Array, dict[str, Array]]:
@@ -115,7 +108,8 @@ def contributions(parts: Mapping[str, Array], one: CoordinateTerms) -> tuple[Arr
 
 
 def drawn_as_lines(parts: Mapping[str, Array], one: CoordinateTerms) -> list[str]:
-    """The parts that the line adds up: the coordinate's own inertia, or the inertia of all where most of it cancels."""
+    """The parts (n_t, n_u) that the line adds up: own inertia, or that of all coordinates where most of it cancels
+    [SI]."""
     inertia = [name for name in parts if name.startswith("inertia/")]
     whole = np.sum([parts[name][:, one.index] for name in inertia], axis=0) if inertia else np.zeros(0)
     apart = sum(_size(parts[name][:, one.index]) for name in inertia)

@@ -492,7 +492,7 @@ def test_doubtful_bodies_are_warned_of_with_both_numbers(craft: str, write_case:
         warn_of(decided(one).advice)
     sound = read_case(write_case())
     found = decided(sound)
-    told = "step of 0.1 s shows up to 5 Hz, and the first mode of body 'boom' has 6.496 Hz"
+    told = "step of 0.1 s resolves up to 5 Hz, and the first mode of body 'boom' has 6.496 Hz"
     with pytest.warns(PhysicsWarning, match=told):
         warn_of(output_warnings(found.system, 0.1))
     warn_of((*found.advice, *output_warnings(found.system, 0.01)))  # nothing to say: warnings are errors here

@@ -261,7 +261,7 @@ IN_THE_TEXT = [
     # initial state
     ('marker = "tip", disp', 'marker = "top", disp', "bodies.boom.initial.marker", "did you mean 'tip'?"),
     ('"10 mm", 0]', '"10 mm", 0], amplitudes = [1]', "amplitudes and displacement together"),
-    ('[0, "10 mm", 0]', '["10 mm", 0, 0]', "bodies.boom.initial", "[0.01, 0, 0] m", "[0, 0, 0] m at best"),
+    ('[0, "10 mm", 0]', '["10 mm", 0, 0]', "bodies.boom.initial", "[0.01, 0, 0] m", "give at most [0, 0, 0] m"),
     ('marker = "tip", displacement = [0, "10 mm", 0]', "amplitudes = [1, 2, 3, 4, 5]", "5 amplitudes", "has 4"),
     ('[0, "10 mm", 0]', '[0, "10 mm", 0], modes = [9]', "mode 9", "has 4"),
     ('marker = "tip", ', "", "displacement without marker"),

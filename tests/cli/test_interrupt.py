@@ -17,7 +17,7 @@ answer_at_once()
 """
 LONG_CALL = "print('ready', flush=True); ctypes.CDLL(None).sleep(20)"
 DROPPED = """
-part = Path(sys.argv[1]); part.write_text("half"); from femflex.results import keeping; keeping.PARTS.add(part)
+part = Path(sys.argv[1]); part.write_text("half"); from femflex.results import interrupts; interrupts.PARTS.add(part)
 callback = ctypes.CFUNCTYPE(None)(lambda: (print('ready', flush=True), time.sleep(20)))
 callback(); print("went on")
 """
@@ -38,15 +38,12 @@ except KeyboardInterrupt:
     ids=["a long call", "a callback that drops exceptions", "something to keep"],
 )
 def test_an_interrupt_ends_the_process(tmp_path: Path, doing: str, said: str):
-    process = subprocess.Popen(
-        [sys.executable, "-c", BEGIN + doing, str(tmp_path / "x.part")],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    assert process.stdout is not None and process.stdout.readline() == "ready\n"
-    process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=10)  # not the 20 s of the call
+    command = [sys.executable, "-c", BEGIN + doing, str(tmp_path / "x.part")]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None and process.stderr is not None
+        assert process.stdout.readline() == "ready\n", process.stderr.read()
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=10)  # not the 20 s of the call
     assert (process.returncode, out) == (130, said)
     assert err == ("" if said else "femflex: interrupted\n")
     assert not list(tmp_path.iterdir())

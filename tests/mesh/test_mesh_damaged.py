@@ -84,7 +84,8 @@ def test_damaged_files_are_refused_or_read(suffix: str, options: dict, tmp_path:
 @pytest.mark.slow
 @pytest.mark.parametrize(("suffix", "options"), FORMATS)
 def test_many_damaged_files_are_refused_or_read(suffix: str, options: dict, tmp_path: Path):
-    assert check_damaged(suffix, options, tmp_path, random.Random(6), 1500) > 100
+    count = 150 if suffix in (".vtu", ".vtk") else 1500  # each of VTK's takes a process of its own
+    assert check_damaged(suffix, options, tmp_path, random.Random(6), count) > count / 15
 
 
 @pytest.mark.parametrize("encoded", [0, 1])

@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 from femflex.body import Skin, rigid_body
 from femflex.results import RunWriter, open_run
 from femflex.system import Channel
-from femflex.view.framing import VIEW_ANGLE, Margins, best_direction, framed
+from femflex.view.framing import VIEW_ANGLE, Margins, best_direction, framed, framed_clear_of_corner
 from femflex.view.look import Look
 from femflex.view.motion import motion
 from femflex.view.plan import planned
@@ -25,6 +25,21 @@ def on_screen(points, view, aspect):
     x, y, z = view.axes @ (points - view.place).T
     t = np.tan(VIEW_ANGLE / 2)
     return np.column_stack([0.5 + 0.5 * x / (z * t * aspect), 0.5 + 0.5 * y / (z * t)])
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_the_corner_of_the_triad_is_kept_clear(seed):
+    rng = np.random.default_rng(seed)
+    cloud, towards = rng.standard_normal((400, 3)) * rng.uniform(0.1, 30, 3), rng.standard_normal(3)
+    up, aspect, margins, corner = np.array([0.0, 0.0, 1.0]), 16 / 9, Margins(), (0.6, 0.5)
+    x, y = on_screen(cloud, framed(cloud, towards, up, aspect, margins), aspect).T
+    needed = bool(((x < corner[0] / aspect) & (y < corner[1])).any())
+    view = framed_clear_of_corner(cloud, towards, up, aspect, margins, corner)
+    x, y = on_screen(cloud, view, aspect).T
+    assert not ((x < corner[0] / aspect - 1e-9) & (y < corner[1] - 1e-9)).any()
+    assert min(x.min() - margins.left, y.min() - margins.bottom) > -1e-9
+    least = framed(cloud, towards, up, aspect, margins).pixels(1000)
+    assert view.pixels(1000) <= least if needed else view.pixels(1000) == least
 
 
 @pytest.mark.parametrize("seed", range(8))

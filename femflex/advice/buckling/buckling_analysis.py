@@ -43,9 +43,10 @@ class StaticStructure(Protocol):
         """K_sigma (n, n) [N/m, N, N m] of the static response to a load (n_load,)."""
 
     def lowest(self, K_sigma: Any, held: Any | None) -> tuple[float, Array]:
-        """Lowest mu of K_sigma x = mu (K + held) x and x.(K + held) x = 1; (0, ...) where it cannot be found.
+        """Lowest eigenvalue mu [1] of K_sigma x = mu (K + held) x and its shape x (n,), x.(K + held) x = 1; mu = 0: not
+        found.
 
-        held: `at` of markers held in their places, to be taken as stiff.
+        K_sigma (n, n) [N/m, N, N m]. held: `at` of the fixed markers, which is taken as stiff.
         """
 
 

@@ -13,9 +13,10 @@ ROUNDING = 1e-9  # part of its stiffness that a load takes from a shape, below w
 
 
 def lowest_of_few(K_sigma: Array, K: Array, held: Array | None) -> tuple[float, Array]:
-    """Lowest mu of K_sigma x = mu (K + held) x, 0 where it is but rounding, and x.(K + held) x = 1.
+    """Lowest eigenvalue mu [1] of K_sigma x = mu (K + held) x, 0 within rounding, and its shape x (n,), x.(K + held) x
+    = 1.
 
-    held is taken as stiff.
+    All matrices (n, n) [N/m, N, N m]; held is taken as stiff.
     """
     K = K if held is None else K + STIFF * np.trace(K) / np.trace(held) * held
     mu, x = linalg.eigh(K_sigma, K, subset_by_index=[0, 0])

@@ -42,7 +42,7 @@ class System:
         return turned
 
     def plain(self, x: Array) -> Array:
-        """Directions as rows, without the further angle."""
+        """Unit vectors of the system at x (3,) [m], rows (3, 3), without the further angle."""
         if self.kind == "R":
             return self.axes
         r = x - self.origin
@@ -58,7 +58,8 @@ class System:
         return np.stack([out, tangent, np.cross(out, tangent)])
 
     def on_surface(self, x: Array, normal: Array) -> Array:
-        """Unit direction 1 (3,) of a shell's material at a place, in its surface: the axis after its normal."""
+        """Direction 1 of a shell's material at x (3,) [m], a unit vector (3,) in the surface: the axis after its
+        normal's."""
         rows = self.plain(x)
         k = self.about if self.about is not None else int(np.argmax(np.abs(rows @ normal)))
         for candidate in (rows[(k + 1) % 3], rows[(k + 2) % 3], rows[k]):
@@ -75,10 +76,8 @@ class System:
 
 
 def system_of(values: Array, kind: str, length: float, keyword: Keyword) -> System:
-    """The System of points a and b (3,) [m], and of c, the origin, where given.
-
-    Raises ValueError where they lie on a line.
-    """
+    """The System of points a and b (3,) in the deck's unit of length, and of c, the origin, where given. Raises
+    ValueError where they lie on a line."""
     a, b, c = np.pad(values, (0, max(0, 9 - len(values))))[:9].reshape(3, 3)
     if kind == "R":
         x, y = a - c, b - c

@@ -58,7 +58,7 @@ class AbaqusModel:
     flat_rigid: set[int] = field(default_factory=set)  # elements of rigid types, which give their nodes alone
 
     def x(self, node: int) -> Array:
-        """Position of a node [m]."""
+        """Position (3,) of a node [m]."""
         return self.flat.nodes[node] * self.units.length
 
     def same(self, node: int) -> int:

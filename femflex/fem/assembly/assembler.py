@@ -37,7 +37,7 @@ class Assembler:
         self._patterns: list[Pattern] = []
 
     def total(self, parts: Sequence[Part]) -> sparse.csr_array:
-        """T^T (sum of the parts) T (n_dof, n_dof) [SI per dof], without entries that are zero.
+        """T^T (sum of the parts) T (n_dof, n_dof) [N/m or kg in rows of translations], without entries that are zero.
 
         Elements whose raw dofs are independent ones by another number, or rotations in a plane, go straight to their
         places (`femflex.fem.assembly.narrowed`).
@@ -114,7 +114,7 @@ class Assembler:
 
 
 def assembled(parts: Sequence[Part], T: sparse.csr_array) -> sparse.csr_array:
-    """T^T (sum of the parts) T (n_dof, n_dof) [SI per dof], with parts on raw dofs and T (n_raw, n_dof)."""
+    """T^T (sum of the parts) T (n_dof, n_dof) [N/m or kg], with parts on raw dofs and T (n_raw, n_dof)."""
     return Assembler(T).total(parts)
 
 

@@ -113,7 +113,7 @@ class Narrowing:
 
 
 def narrowing(T: sparse.csr_array) -> Narrowing:
-    """How raw dofs follow the independent ones by T (n_raw, n_dof), without stored zeros."""
+    """How raw dofs follow the independent ones by T (n_raw, n_dof) [1 or m], which has no stored zeros."""
     n = T.shape[0]
     count = np.diff(T.indptr)
     single = np.flatnonzero(count == 1)

@@ -129,7 +129,7 @@ class Numbering:
         return self._rotation[nodes]
 
     def turns_about_all_axes(self, dofs: Index) -> NDArray[np.bool_]:
-        """Whether the nodes whose first rotational dofs these are (any shape) turn about all axes, not in a plane."""
+        """Whether the nodes whose first rotational dofs these (...) are turn about all axes, not in a plane."""
         flat = np.zeros(self.n_raw, bool)
         flat[self._rotation[self._flat()[0], 0]] = True
         return np.asarray(~flat[dofs])

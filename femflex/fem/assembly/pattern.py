@@ -28,7 +28,7 @@ class Pattern:
 
 
 def pattern(dofs: Index, runs: Runs, joined: Connections, n_dof: int) -> Pattern:
-    """The pattern of a matrix (n_dof, n_dof) in which runs are joined."""
+    """The pattern of a matrix (n_dof, n_dof) in which runs of dofs (e, l), dof numbers, are joined."""
     n, row, col = len(runs.first), joined.row, joined.col
     width = runs.size[col]
     end = np.cumsum(width)

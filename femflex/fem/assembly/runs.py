@@ -29,7 +29,8 @@ class Runs:
 
 
 def find_runs(dofs: Index, n_dof: int) -> Runs:
-    """The longest runs of columns whose dofs are consecutive in all elements, and share no dof with another run."""
+    """The longest runs of columns of dofs (e, l), numbers, that are consecutive in all elements and share none with
+    another."""
     starts = np.concatenate([[True], ~(np.diff(dofs, axis=1) == 1).all(axis=0)])
     runs = _runs_from(dofs, starts, n_dof)
     owner = np.full(n_dof, -1, np.int64)

@@ -38,20 +38,21 @@ class BeamElements:
     order: BeamOrder
 
     def rows(self, xi: Array, derivative: int = 0) -> Array:
-        """Rows (e, q, 4, n_local) [SI per dof] of u, v, w, theta in element axes on the element's (global) dofs at xi
-        (q,)."""
+        """Shape functions (e, q, 4, n_local) of u, v, w [m per dof] and theta [rad per dof] at xi (q,), element axes.
+
+        Columns are the element's dofs in global axes: translations [m], rotations [rad], amplitudes of bubbles [m].
+        """
         rows = field_rows(self.order, xi, self.length, derivative)
         for node in range(0, NODAL, 3):
             rows[..., node : node + 3] = np.matmul(rows[..., node : node + 3], self.frame[:, None])
         return rows
 
     def slopes(self, xi: Array, derivative: int = 0) -> Array:
-        """Rows of v' - gamma_y and w' - gamma_z (or their d/dx), the slopes of sections: (e, q, 2, n_local) [SI per
-        dof]."""
+        """Slopes of sections v' - gamma_y and w' - gamma_z (e, q, 2, n_local) [rad per dof], or their d/dx [1/m]."""
         return self.rows(xi, derivative + 1)[:, :, 1:3] - shear_rows(self.order, xi, self.length, derivative)
 
     def shears(self, xi: Array) -> Array:
-        """Rows of gamma_y and gamma_z (e, q, 2, n_local) [SI per dof]."""
+        """Shear strains gamma_y and gamma_z (e, q, 2, n_local) [rad per dof]."""
         return shear_rows(self.order, xi, self.length, 0)
 
     def places(self, xi: Array, offsets: Array) -> Array:

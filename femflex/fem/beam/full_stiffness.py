@@ -30,7 +30,8 @@ def shears(section: Any, options: dict[str, Any]) -> bool:
 
 
 def full_stiffness(resultants: Resultants, options: dict[str, Any], where: str) -> Array:
-    """Stiffness (e, q, 6, 6) [SI] over (eps, gamma_y, gamma_z, kappa_x, kappa_y, kappa_z) about the node line.
+    """Stiffness (e, q, 6, 6) [N, N m, N m^2] over (eps, gamma_y, gamma_z, kappa_x, kappa_y, kappa_z) about the node
+    line.
 
     Raises ValueError when the section does not know its shear stiffness.
     """

@@ -71,7 +71,7 @@ def shear_columns(order: BeamOrder) -> tuple[slice, slice]:
 
 
 def shear_rows(order: BeamOrder, xi: Array, h: Array, derivative: int) -> Array:
-    """Rows (e, q, 2, n_local) [SI per dof] of gamma_y and gamma_z (or their d/dx) at xi (q,); zero without shear."""
+    """gamma_y and gamma_z (e, q, 2, n_local) [rad per dof] at xi (q,), or their d/dx [1/m]; zero without shear."""
     rows = np.zeros((len(h), len(xi), 2, order.n_local))
     if order.shear:
         values = h[:, None, None] ** -derivative * _legendre(order.n_shear, xi, derivative)

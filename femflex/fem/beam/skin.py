@@ -20,7 +20,7 @@ Index = NDArray[np.int64]
 def swept_outline(elements: BeamElements, section: Section, centre: Array) -> SkinPart:
     """Surface of a member's elements: quads between order + 2 stations per element, triangles over its ends.
 
-    centre (2,): y and z of the outline's origin from the node line. Points move with their section, u + theta x
+    centre (2,) [m]: y and z of the outline's origin from the node line. Points move with their section, u + theta x
     offset; a bent element is drawn bent.
     """
     n_stations = elements.order.bending + 2

@@ -131,9 +131,10 @@ class BeamStrain(DenseStrain):
 
 
 def sectional_stiffness(r: Resultants, stiffness: Array | None) -> Array:
-    """Elastic matrix (e, q, 4, 4) [SI] over (eps, kappa_z, kappa_y, r kappa_x): that of the resultants, or the same
-    of a
-    full sectional stiffness (e, q, 6, 6) without its shears."""
+    """Elastic matrix (e, q, 4, 4) [N, N m, N m^2] over (eps, kappa_z, kappa_y, r kappa_x).
+
+    That of the resultants, or of a full sectional stiffness (e, q, 6, 6) without its shears.
+    """
     if stiffness is None:
         return np.stack([r.EA, r.EIz, r.EIy, r.GJ / r.polar2], axis=-1)[..., None] * np.eye(4)
     named = stiffness[..., NAMED_ROWS, :][..., NAMED_ROWS].copy()
@@ -145,8 +146,8 @@ def sectional_stiffness(r: Resultants, stiffness: Array | None) -> Array:
 def shear_strain(
     strain: BeamStrain, elements: BeamElements, member: Member, degree: int, stiffness: Array
 ) -> DenseStrain:
-    """Strains (eps, kappa_z, kappa_y, r kappa_x, gamma_y, gamma_z), with what the full stiffness (e, q, 6, 6) has of
-    shears and of their coupling with the others."""
+    """Strains (eps, kappa_z, kappa_y, r kappa_x, gamma_y, gamma_z) [1, 1/m] with their full stiffness (e, q, 6, 6)
+    [N, N m, N m^2], shear and its coupling included."""
     xi, _, r = stations(elements, member, degree)
     scale = np.ones((*strain.weight.shape, 6))
     scale[..., 3] = 1 / np.sqrt(r.polar2)
@@ -169,7 +170,7 @@ def beam_strain(
     corners: NDArray[np.bool_],
     stiffness: Array | None = None,
 ) -> BeamStrain:
-    """Strains (eps, kappa_z, kappa_y, r kappa_x), r^2 = I_p / A, of the gradients that `strain_maps` lists.
+    """Strains (eps, kappa_z, kappa_y, r kappa_x) [1, 1/m], r^2 = I_p / A, of the gradients that `strain_maps` lists.
 
     The twist is carried as r theta' with stiffness GJ / r^2, so that its share of the axial strain is a constant too.
     corners (e, 2): ends where beams meet at an angle (`femflex.fem.beam.corners`). stiffness (e, q, 6, 6): full one of
@@ -205,7 +206,7 @@ def _widened(table: Array, n: int) -> Array:
 
 
 def set_products(quadratic: Array, products: Sequence[tuple[int, int, int, float]]) -> None:
-    """Set in the quadratic map (s, g, g) strains' products of two gradients, with their factors."""
+    """Set in the quadratic map (s, g, g) [1, m] strains' products of two gradients, with their factors."""
     for strain, row, column, value in products:
         quadratic[strain, [row, column], [column, row]] = value
 
@@ -220,7 +221,7 @@ def fourth_order(EIy: Array | float, EIz: Array | float, polar2: Array | float, 
 
 
 def product_maps(strains: Sequence[Sequence[tuple[int, int]]]) -> Array:
-    """Quadratic map (s, 9, 9) [1] of strains that are sums of products of two gradients."""
+    """Quadratic map (n_strains, 9, 9) [1] of strains that are sums of products of two gradients."""
     found = np.zeros((len(strains), 9, 9))
     for own, products in zip(found, strains, strict=True):
         for row, column in products:

@@ -142,7 +142,8 @@ def check_residual(
     shift: float = 0.0,
     solve: Solve | None = None,
 ) -> None:
-    """Raise RuntimeError when a mode does not satisfy K phi = omega^2 M phi to rounding.
+    """Raise RuntimeError when a mode phi (n_dof, k), omega (k,) [rad/s] does not satisfy K phi = omega^2 M phi to
+    rounding.
 
     Where stiffnesses lie many orders apart (bending and stretch of a slender beam) rounding in the stiff ones
     leaves more than RESIDUAL of the summands, and means nothing. Such modes are held to the same bound in the energy
@@ -168,7 +169,8 @@ def check_residual(
 
 
 def warn_if_rounded(K: sparse.csr_array, omega: Array, phi: Array) -> None:
-    """Warn when the mesh is so fine, or stiffnesses so far apart, that rounding in K reaches the frequencies."""
+    """Warn when rounding in K (n_dof, n_dof) reaches the frequencies omega (k,) [rad/s]: a fine mesh, unlike
+    stiffnesses."""
     ratio = stiffness_ratio(K, phi)
     worst = int(np.argmin(ratio))
     if ratio[worst] < FEW_DIGITS:

@@ -37,7 +37,8 @@ class Front:
 
 
 def worthwhile(A: sparse.csr_array) -> bool:
-    """Whether fronts are faster than scipy's SuperLU: for large matrices of solids, whose cuts are wide.
+    """Whether fronts are faster than scipy's SuperLU on A (n, n) [any unit]: for large matrices of solids, whose cuts
+    are wide.
 
     Of level sets of s dofs the fronts cost about s^3, where their overhead grows with n: on meshes of solids s^3 / n is
     over 1e5, on shells below 1e4.
@@ -60,7 +61,7 @@ class Cholesky:
         self._fronts = _factorised(A[self.order][:, self.order].tocsr(), tree)
 
     def solve(self, b: Array) -> Array:
-        """A^-1 b, b (n,) or (n, k)."""
+        """A^-1 b of b (n,) or (n, k), in the unit of b over that of A: [m] of forces and stiffness."""
         x = np.array(b[self.order], np.float64)
         below = blas.dtrsv if x.ndim == 1 else _dtrsm
         for f in self._fronts:
@@ -92,7 +93,8 @@ class Part:
 
 
 def dissection(A: sparse.csr_array) -> tuple[Index, list[Part]]:
-    """Order of elimination (n,) of the dofs of a symmetric pattern (n, n), and its parts, each after those below it."""
+    """Order of elimination (n,) of the numbers of a symmetric pattern's rows (n, n), and its parts, each after those
+    below it."""
     node, graph = _compressed(A)
     dofs = np.argsort(node, kind="stable")
     starts = np.concatenate([[0], np.cumsum(np.bincount(node, minlength=graph.shape[0]))])

@@ -25,7 +25,7 @@ class Factors(Protocol):
     """Factors of a matrix A (n, n)."""
 
     def solve(self, b: Array, /) -> Array:
-        """A^-1 b, b (n,) or (n, k)."""
+        """A^-1 b of b (n,) or (n, k), in the unit of b over that of A: [m] of forces and stiffness."""
 
 
 def factorised(A: sparse.csr_array) -> Factors:
@@ -119,7 +119,8 @@ class ShiftInverted:
         return theta[keep], phi[:, keep]
 
     def completed(self, theta: Array, phi: Array, surely: int) -> tuple[Array, Array]:
-        """The same with copies of repeated frequencies added that Lanczos from one vector may miss.
+        """theta (k,) [s^2/rad^2] and phi (n_dof, k) with copies of repeated frequencies that Lanczos from one vector
+        may miss.
 
         A second search, M-orthogonal to all that was found, must not find anything among the first `surely`.
         """

@@ -32,7 +32,7 @@ class Attachments:
     cells: dict[str, dict[str, tuple[Index, Index]]]
 
     def cells_of(self, group: str, j: int) -> dict[str, Index]:
-        """Rows (k,) [SI per dof] by cell type of a member's cells that go with segment j."""
+        """Indices (k,) of the cells of a member that go with segment j, by cell type."""
         found = {kind: rows[segment == j] for kind, (rows, segment) in self.cells[group].items()}
         return {kind: rows for kind, rows in found.items() if rows.size}
 

@@ -56,11 +56,11 @@ class Stretch:
         return True
 
     def resultants(self, material: Material | None, s: Array, length: Array) -> Resultants:
-        """Those of the longer member at these places."""
+        """`Section.resultants` of the longer member at arc lengths s (...) [m] of the segment."""
         return self.section.resultants(material, self.at + self.sign * s, np.full_like(length, self.whole))
 
     def outline(self, s: Array, length: Array) -> Outline:
-        """That of the longer member at these places."""
+        """`Section.outline` of the longer member at arc lengths s (...) [m] of the segment."""
         return self.section.outline(self.at + self.sign * s, np.full_like(length, self.whole))
 
 

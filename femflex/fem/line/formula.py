@@ -62,7 +62,8 @@ def formula_of_place(text: str, x: Array) -> Array:
 
 
 def evaluated(text: str, names: Mapping[str, Any]) -> Array:
-    """Value of an arithmetic formula of these names, in the shape of the first of them."""
+    """Value of an arithmetic formula of these names, in the shape of the first of them and the unit that the formula
+    gives."""
     shape = np.shape(next(iter(names.values())))
     values: list[Any] = []
     with np.errstate(all="ignore"):  # what is not finite is reported below

@@ -66,7 +66,8 @@ class Path:
 
 
 def path_of(mesh: Mesh, elements: Index, group: str, start: str | None = None) -> Path:
-    """The line that the elements (e, 2) of a group form, from the end that lies in the point group `start`.
+    """The line that the elements (e, 2), node numbers, of a group form, from the end that lies in the point group
+    `start`.
 
     Without `start` it begins where its cells point away from. Raises ValueError when they branch, close, fall into
     several lines, or when `start` is at neither end.

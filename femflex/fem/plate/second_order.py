@@ -18,7 +18,10 @@ STRAIGHT = 1e-4  # distance of a middle node from the straight side, over its le
 
 
 def warn_of_curved_sides(points: Array, cells: Mapping[str, Index], where: str) -> None:
-    """Warn when middle nodes of cells lie off the straight sides that replace theirs, with the largest distance."""
+    """Warn when middle nodes of cells (e, k) lie off the straight sides that replace theirs, with the largest distance.
+
+    points (n_p, 3) [m].
+    """
     found = [_off_sides(points, nodes, name) for name, nodes in cells.items() if CELL_TYPES[name].order == 2]
     if not found:
         return

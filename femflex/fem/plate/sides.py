@@ -97,14 +97,16 @@ class SideTable:
         return found
 
     def attach_twists(self, twists: Index, corners: Index, axes: Array, numbering: Numbering) -> None:
-        """Says that twists (e, 4) are how plates turn about their sides, along which axes (e, 2, 3) lie by turns."""
+        """Record that dofs twists (e, 4), numbers, turn plates about their sides; axes (e, 2, 3) are unit vectors along
+        these."""
         for side in range(4):
             ends = [side, (side + 1) % 4]
             pairs, about = np.repeat(corners[:, ends], 2, axis=0), np.repeat(axes[:, side % 2], 2, axis=0)
             numbering.attach(twists[:, ends].reshape(-1, 1), pairs, about[:, None], kind="rotation")
 
     def tie_folds(self, twists: Index, corners: Index, numbering: Numbering) -> None:
-        """Ties twists (e, 4) that meet on a fold; corners (e, 4), first and third side along the element's x axis."""
+        """Tie twists (e, 4), dof numbers, that meet on a fold; corners (e, 4), node numbers, sides 1 and 3 along the x
+        axis."""
         for side, sign in enumerate((-1.0, 1.0, -1.0, 1.0)):
             ends = [side, (side + 1) % 4]
             pairs = np.sort(corners[:, ends], axis=1)

@@ -117,7 +117,7 @@ def _motion(start: int, place: _Places, offset: Array) -> list[tuple[Index, Inde
 
 
 def of_rows(table: Array, rows: Index) -> Array:
-    """Rows (k, ...) [SI per dof] of a table (e|1, ...); the single row, once, of a table that all elements share."""
+    """Rows (k, ...) of a table (e|1, ...) in its unit; the single row, once, of a table that all elements share."""
     return table if len(table) == 1 else table[rows]
 
 

@@ -122,7 +122,7 @@ class PlateStrain:
         return quadratic
 
     def gradients(self, phi: Array, elements: slice, most: int | None = None) -> Array:
-        """Generalised gradients (e, q, 9|11, n) [SI] per column of phi (n_raw, n)."""
+        """Generalised gradients (e, q, 9|11, n) [1, 1/m] per column of phi (n_raw, n)."""
         local = self.map.local(phi, elements)[:, None]
         m, dP = self.dP.shape[3], of(self.dP, elements)
         inplane = [np.matmul(dP, local[:, :, i : 2 * m : 2]) for i in (0, 1)]
@@ -131,7 +131,7 @@ class PlateStrain:
         return np.concatenate([*inplane, *bending], axis=2)[:, :, :most]
 
     def rows(self, elements: slice) -> Array:
-        """Generalised gradients (e|1, q, 9|11, l) [SI per dof] per raw dof."""
+        """Generalised gradients (e|1, q, 9|11, l) [1/m, 1/m^2] per raw dof of the element, m and rad alike."""
         X, m = of(self.map.X, elements)[:, None], self.dP.shape[3]
         inplane = [np.matmul(of(self.dP, elements), X[:, :, i : 2 * m : 2]) for i in (0, 1)]
         bending = [np.matmul(rows(elements), X[:, :, 2 * m :]) for rows in (self.slopes, self.bending)]

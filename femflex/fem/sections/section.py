@@ -92,7 +92,7 @@ class Section(Protocol):
         """Stiffness and mass per length; shapes and units of `Resultants`."""
 
     def outline(self, s: Array, length: Array) -> Outline:
-        """What is drawn."""
+        """Polygon of the section (..., k, 2) [m] at s (...) [m], for pictures."""
 
 
 class Dimensioned:
@@ -155,7 +155,7 @@ class Shape(Dimensioned):
 def check_wall(
     section: Shape, wall: Array, limit: Array, s: Array, name: str = "thickness", what: str = "the half width"
 ) -> None:
-    """Raise ValueError where a wall is thicker than its limit."""
+    """Raise ValueError where a wall (...) [m] at arc length s (...) [m] is thicker than its limit (...) [m]."""
     over = wall > limit * (1 + 1e-12)
     if over.any():
         raise ValueError(

@@ -51,7 +51,7 @@ def warn_if_coarse(x: Array, V: Array, thickness: Array, where: str) -> None:
 
 
 def warn_of_trapezoids(x: Array, where: str) -> None:
-    """Warn of four-node elements x (e, 4, 3) that taper so much that they lock in their plane."""
+    """Warn of four-node elements x (e, 4, 3) [m] that taper so much that they lock in their plane."""
     length = np.linalg.norm(np.roll(x, -1, axis=1) - x, axis=2)
     area = np.linalg.norm(np.cross(x[:, 2] - x[:, 0], x[:, 3] - x[:, 1]), axis=1) / 2
     taper = np.zeros(len(x))

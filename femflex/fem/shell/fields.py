@@ -39,7 +39,8 @@ CHUNK_VALUES = 350_000  # doubles in the rows of elements made at once: few enou
 
 @dataclass(frozen=True, eq=False)
 class ShellGeometry:
-    """Elements of one cell type: nodes x (e, k, 3), directors V (e, k, 3), the section's x axis (3,), or at the nodes
+    """Elements of one cell type: nodes x (e, k, 3) [m], directors V (e, k, 3), the section's x axis (3,), or at the
+    nodes
     (e, k, 3), and the elastic matrix of membrane strains A (3, 3), which incompatible modes of four-node elements
     use."""
 
@@ -50,7 +51,7 @@ class ShellGeometry:
     A: Array
 
     def over(self, elements: slice | Index) -> ShellGeometry:
-        """These elements alone."""
+        """The geometry (k, ...) [m] of these k elements alone."""
         axis = self.axis if self.axis.ndim == 1 else self.axis[elements]
         return ShellGeometry(self.cell, self.x[elements], self.V[elements], axis, self.A)
 

@@ -245,7 +245,9 @@ def _free_strain(options: dict[str, Any], where: str) -> tuple[Array, Array]:
 
 
 def initial_stress(elastic: Array, force: Array, strain: Array) -> Array:
-    """Initial stress (e|1, q|1, 8): the forces less the elastic matrix times the free strain of the membrane."""
+    """Initial stress resultants (e|1, q|1, 8) [N/m, N]: membrane forces (..., 3) [N/m] less elastic (..., 8, 8) times
+    the free
+    strain (3,) [1] of the membrane."""
     stress = -(elastic[..., :3] @ strain)
     stress[..., 6:] = 0.0
     stress[..., :3] += force

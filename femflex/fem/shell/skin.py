@@ -28,7 +28,7 @@ RIM = {
 def shell_skin(
     points: Array, cells: dict[str, Index], surface: Directors, thickness: float, dofs: dict[str, Index]
 ) -> SkinPart:
-    """Skin of shells of that thickness; a point moves by u + theta x offset."""
+    """Skin of shells of that thickness [m] on points (n_p, 3) [m]; a point moves by u + theta x offset."""
     n = len(surface.node)
     moves, turns = np.full((n, 3), -1, np.int64), np.full((n, 3), -1, np.int64)
     found: dict[str, list[Index]] = {"quad": [], "triangle": []}

@@ -65,7 +65,7 @@ class Products:
 
 
 def products(cell: str, points: Array) -> Products:
-    """The constants of a cell type at points (q, 2), found once for each set of points."""
+    """The constants of a cell type at points (q, 2), natural coordinates [1], found once for each set of points."""
     return _products(cell, np.ascontiguousarray(points, float).tobytes())
 
 

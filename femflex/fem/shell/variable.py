@@ -123,7 +123,8 @@ class VariableSection:
         return C
 
     def masses(self, patch: Patch, positions: Array) -> tuple[Array, Array, Array]:
-        """Mass per area, first and second moment about the surface of the nodes, (e|1, q|1) each."""
+        """Mass per area [kg/m^2], first [kg/m] and second moment [kg] about the surface of the nodes, (e|1, q|1)
+        each."""
         s = self.section
         f = self.heights(patch, positions) / s.thickness
         own, dense = s.mass - s.added, np.ones((1, 1))

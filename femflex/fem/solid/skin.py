@@ -14,7 +14,8 @@ Index = NDArray[np.int64]
 
 
 def solid_skin(points: Array, cells: dict[str, Index], numbering: Numbering) -> SkinPart:
-    """Outer faces of solids, moved by their nodes; those of second order are cut at their middle nodes."""
+    """Outer faces of solids on points (n_p, 3) [m], moved by their nodes; second-order faces are cut at their middle
+    nodes."""
     pieces = outer_pieces(cells)
     nodes, corners = np.unique(np.concatenate([part.ravel() for part in pieces.values()]), return_inverse=True)
     numbers = np.split(corners, np.cumsum([part.size for part in pieces.values()])[:-1])

@@ -21,7 +21,7 @@ MOST_POINTS = 3000  # of a member that are kept one by one; with more, each elem
 
 
 def strain_field(structure: Structure, phi: Array, nonlinear: bool) -> tuple[StrainPart, ...]:
-    """Parts over shapes phi (n_dof, n), one for every block of the strain table whose points have places.
+    """Parts over shapes phi (n_dof, n) [m, rad], one for every block of the strain table whose points have places.
 
     Bytes: 4 n g a point, g the strains (4 to 8) of a linear, unstressed body, else the gradients (6 to 11).
     """

@@ -191,7 +191,7 @@ class BeamFunctions:
 
     @property
     def added(self) -> NDArray[np.bool_]:
-        """(own,): which of the functions are added static shapes."""
+        """(n_functions,): which of the functions are added static shapes."""
         counts = (self.y, self.z, self.axial, self.torsion)
         return np.concatenate(
             [np.arange(n) >= n - n_static for n, n_static in zip(counts, self._static_counts(), strict=True)]

@@ -40,7 +40,7 @@ def free_dofs(structure: Structure, held: Index) -> Index:
 def refuse_unheld(structure: Structure, held: Index, clamp: tuple[str, ...], loose: Array) -> NoReturn:
     """Raise the ValueError that says how many motions a clamp leaves without stiffness, and what could be clamped.
 
-    loose: these motions (n_dof, k).
+    loose: these motions (n_dof, k) [m, rad].
     """
     n_null = loose.shape[1]
     R = rigid_shapes(structure, about=structure.mesh.points.mean(axis=0))

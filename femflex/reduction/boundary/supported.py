@@ -117,12 +117,12 @@ def supported(structure: Structure, held: Index) -> Supported:
 
 
 def unstressed(structure: Structure, held: Index) -> Supported:
-    """The same without what initial stress adds to the stiffness."""
+    """The structure with dofs held (k,), numbers, without the geometric stiffness of its initial stress."""
     return _known(structure, held, "K" if structure.K0 is structure.K else "K0", structure.K0)
 
 
 def lowest_modes_on(structure: Structure, held: Index, n: int) -> Modes:
-    """`Supported.lowest_modes` of the structure on these supports; the same when they are wanted again."""
+    """`Supported.lowest_modes` of the structure with dofs held (k,), numbers; a second call returns the same object."""
     found: Modes = structure.recalled(("modes", n, held.tobytes()), lambda: _modes(structure, held, n))
     return found
 

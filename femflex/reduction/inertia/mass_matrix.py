@@ -87,7 +87,8 @@ class NodalMass:
         return MassMoments(float(self.scalar.sum()), ma.sum(axis=0).T + first, _gram(a, ma) + second)
 
     def of_rigid_masses(self, phi: Array) -> tuple[Array, Array]:
-        """First (1 + n, 3) and second moments that offsets and inertias of the rigid masses add."""
+        """First (1 + n, 3) [kg m] and second moments (1 + n, 3, 1 + n, 3) [kg m^2] of offsets and inertias of the rigid
+        masses."""
         k = phi.shape[1]
         at = np.flatnonzero(self.offset.any(axis=1) | self.second.any(axis=(1, 2)))
         theta = (self.rows[1] @ phi).reshape(len(self.points), 3, k)[at]

@@ -16,7 +16,7 @@ MOST = 600  # points that are kept one by one; with more, the centre of each ele
 
 
 def mass_points(structure: Structure, phi: Array) -> MassPoints | None:
-    """The points of the inertia table with shapes phi (n_dof, n); None of a structure that is not LONG."""
+    """The points of the inertia table with shapes phi (n_dof, n) [m, rad]; None for a structure that is not LONG."""
     if np.linalg.norm(np.ptp(structure.mesh.points, axis=0)) < LONG:
         return None
     raw, n = structure.T @ phi, phi.shape[1]

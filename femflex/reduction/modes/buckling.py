@@ -97,7 +97,7 @@ def _dense_lowest(K_sigma: sparse.csr_array, K0: sparse.csr_array) -> tuple[floa
 
 
 def refuse_buckled(structure: Structure, held: Index) -> None:
-    """Raise ValueError when the initial stress is more than the structure with these dofs held can bear.
+    """Raise ValueError when the initial stress buckles the structure with dofs held (k,), numbers.
 
     Warns where it is close to that.
     """

@@ -35,7 +35,7 @@ def cantilever_modes(structure: Structure, clamp: Groups, n: int) -> ModeSet:
 
 
 def fixed_modes(structure: Structure, held: Index, groups: tuple[str, ...], n: int) -> ModeSet:
-    """The n lowest vibration modes with the dofs `held` (k,) fixed; groups is what holds them, for the reader."""
+    """The n lowest vibration modes with the dofs held (k,), numbers, fixed; groups names their supports in messages."""
     refuse_buckled(structure, held)
     free = free_dofs(structure, held)
     modes = lowest_modes_on(structure, held, n)

@@ -59,12 +59,13 @@ def static_equilibrium(structure: Structure, clamp: Groups, preload: Preload | N
 
 
 def is_preloaded(structure: Structure, held: Index) -> bool:
-    """Whether loads outside balance the elastic force of a structure in its `static_equilibrium`."""
+    """Whether external loads balance the elastic force of a structure with dofs held (k,), numbers."""
     return is_known(structure, "preloaded", held)
 
 
 def is_known(structure: Structure, what: str, held: Index) -> bool:
-    """Whether it is known of a structure with these dofs held, or some of them: "at rest", "preloaded"."""
+    """Whether a state, "at rest" or "preloaded", is known of a structure with dofs held (k,), numbers, or some of
+    them."""
     keys = [key[1] for key in structure.known if key[0] == what]
     return any(np.isin(np.frombuffer(key, np.int64), held).all() for key in keys)
 
@@ -165,7 +166,8 @@ def refuse_untensioned(structure: Structure, given: float = 0.0) -> None:
 
 
 def refuse_slack(structure: Structure, held: Index) -> None:
-    """Raise ValueError when slack tethers or wrinkled membranes leave the structure without positive stiffness."""
+    """Raise ValueError when slack tethers or wrinkled membranes leave no positive stiffness with dofs held (k,),
+    numbers."""
     on = supported(structure, held)
     try:
         negative = negative_pivots(factors(on.K_stiff))

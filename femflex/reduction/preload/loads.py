@@ -106,7 +106,7 @@ def loads_on(structure: Structure, preload: Preload) -> Loads:
 
 
 def shape_rows(block: InertiaBlock, elements: slice) -> Array:
-    """Rows (e, q, 3, l) [SI per dof] of the displacement of a block's points on the raw dofs of each element."""
+    """Displacement of a block's points (e, q, 3, l) per raw dof of each element [m/m or m/rad]."""
     own: Any = block
     dofs = np.tile(np.arange(block.dofs.shape[1]), (len(block.dofs), 1))
     local = replace(own, map=replace(own.map, dofs=dofs)) if hasattr(own, "map") else replace(own, dofs=dofs)

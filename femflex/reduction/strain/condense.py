@@ -152,10 +152,12 @@ def _followed(V1: Array, driven: Array, A: Array) -> Array:
 
 
 def locked(V1: Array, V3: Array, moved: Array) -> bool:
-    """Whether taking coordinates along, A = moved (n, n, n), gives back LOCKING of the quartic energy of any of them.
+    """Whether slaved coordinates, A = moved (n, n, n), relax a part LOCKING [1] of the quartic energy V3 of any
+    coordinate.
 
-    In a folded member it is most of it: legs draw each other in without being stretched. In a shallow arch, whose
-    bending stretches it, hardly any; there the fifth order, which the condensed form leaves out, would count for more
+    In a folded member it is most of the energy: legs draw each other in without being stretched. In a shallow arch,
+    whose bending stretches it, it is hardly any; there the fifth order, which the condensed form leaves out, would
+    count for more
     (0.6 % in the amplitude at which a harmonic meets another mode).
     """
     n = len(V1)

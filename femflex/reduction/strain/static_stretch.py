@@ -32,7 +32,8 @@ HELD = 1e-8  # share of an answer's strain energy below which the coordinates ho
 def with_static_stretch(
     structure: Structure, modes: ModeSet, body: FlexibleBody, free: Index, places: dict[str, str]
 ) -> FlexibleBody:
-    """The body, whose coordinates are the shapes `free` of the set, with the static stretch of its markers.
+    """The body, whose coordinates are the shapes `free` (n,), numbers, of the set, with the static stretch of its
+    markers.
 
     places: marker -> mesh group. The field is that of the undeformed places: on a plate bent by four
     thicknesses the rest of the effect of spin adds 0.1 % of the draw-in of its corner.

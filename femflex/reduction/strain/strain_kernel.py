@@ -95,7 +95,7 @@ def fill_pairs(out: Array, g: Array, strain: Index, row: Index, column: Index, v
 
 @stored(_MIX, nogil=True)
 def mix_strains(out: Array, root: Array) -> None:
-    """Replace strains out (pairs, s, p), in any unit, by root^T times them, root (s, s, p) lower triangular."""
+    """Replace strains out (n_pairs, s, p), in any unit, by root^T times them, root (s, s, p) lower triangular."""
     for pair in range(out.shape[0]):
         for r in range(out.shape[1]):
             own = out[pair, r]

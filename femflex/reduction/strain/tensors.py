@@ -86,7 +86,8 @@ def add_products(total: Array, block: StrainBlock, raw: Array) -> None:
 
 
 def with_products(own: Array, X: Array, sign: float = 1.0) -> Array:
-    """The first rows of sign X^T X added to own (rows, m), in place; of all rows, on and above the diagonal alone."""
+    """Add the first rows of sign X^T X, X (k, m), to own (n_rows, m) in place; of all rows, on and above the diagonal
+    only."""
     rows, m = own.shape
     if rows < m:
         return np.asarray(dgemm(sign, X[:rows].T, X.T, 1.0, own, trans_a=1, overwrite_c=1))
@@ -128,7 +129,7 @@ def strain_columns(block: StrainBlock, raw: Array, room: Array | None = None) ->
 
 
 def quadratic_strains(block: StrainBlock) -> tuple[Index, Array]:
-    """Numbers (s,) of the strains that have a quadratic part, and Q (s, g, g) with B_ij = g_i.Q g_j, symmetric."""
+    """Numbers (n_s,) of the strains that have a quadratic part, and Q (s, g, g) with B_ij = g_i.Q g_j, symmetric."""
     Q = (block.quadratic_map + block.quadratic_map.swapaxes(1, 2)) / 4  # eps takes half of the map
     strains = np.flatnonzero(Q.any(axis=(1, 2)))
     return strains, Q[strains]

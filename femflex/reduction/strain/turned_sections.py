@@ -63,7 +63,7 @@ def sections_of(structure: Structure, phi: Array) -> Sections | None:
 
 
 def with_turned_sections(body: FlexibleBody, sections: Sections, free: Sequence[int] | Index) -> FlexibleBody:
-    """The body with shapes W o, kind "section", that follow the free coordinates (numbered from 0) to second order.
+    """The body with shapes W o, kind "section", that follow the free coordinates (n,), numbers from 0, to second order.
 
     None is added where a spin FAST times the lowest frequency would change no squared frequency by NEGLIGIBLE.
     """

@@ -82,7 +82,8 @@ def walked(
 ) -> Iterator[tuple[Spin, Match | None]]:
     """Small motions at every value in turn, with how they continue those of the value before.
 
-    found_at: gives those at a value, near a state (n_x,), and whether the value was requested. Between values at which
+    found_at: gives those at a value, near a state (n_x,) [SI], and whether the value was requested. Between values at
+    which
     one of the `count` lowest shapes is not like that before, more are looked at.
     """
     before: Spin | None = None

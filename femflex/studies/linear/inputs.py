@@ -64,7 +64,8 @@ class Input:
         return system
 
     def led(self, system: System, t: float, coefficients: Array) -> System:
-        """The system whose specified freedom follows these coefficients of (t - t0)^k in addition."""
+        """The system with these coefficients (n,) [m/s^k or rad/s^k] of (t - t0)^k added to its prescribed
+        coordinate."""
         joint, k = freedom(system, self.owner)
         motion: list[Any] = list(joint.motion)
         motion[k] = joint.held[k] + Profile(np.array([t]), coefficients[None])

@@ -36,7 +36,8 @@ def rigid_kind(k_roll: float, k_yaw: float) -> int:
 
 
 def delp_boundary(n: int = 200) -> Array:
-    """Points (n, 2) of k_roll, k_yaw on the curve 1 + 3 k_roll + k_roll k_yaw = 4 sqrt(k_roll k_yaw), both negative.
+    """Points (n, 2) of the ratios k_roll, k_yaw [1] on the curve 1 + 3 k_roll + k_roll k_yaw = 4 sqrt(k_roll k_yaw),
+    both negative.
 
     With k_yaw = -s^2 and k_roll = -r^2: 1 - 3 r^2 + r^2 s^2 = 4 r s.
     """
@@ -120,7 +121,8 @@ def with_inertia(system: System, body: str, inertia: Array) -> System:
 
 
 def known_curves(names: tuple[str, str]) -> list[tuple[str, Array]]:
-    """Names and points (k, 2) of the boundaries of the rigid craft's regions, over the ratios in this order."""
+    """Names and points (k, 2) [1] of the boundaries of the rigid craft's regions, over the inertia ratios in this
+    order."""
     ends = np.linspace(0.0, 1.0, 2)
     delp = delp_boundary()
     curves = [np.column_stack([ends, ends]), np.column_stack([ends, 0 * ends]), np.column_stack([0 * ends, -ends])]
