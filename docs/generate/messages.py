@@ -32,16 +32,24 @@ def write(target: Path) -> None:
 
 
 def texts(path: Path) -> Iterator[tuple[int, str]]:
-    """Line and text of every text of a source file that is no docstring and has at least WORDS words."""
+    """Line and text of texts of a source file with at least WORDS words; docstrings and patterns of `re` excluded."""
     tree = ast.parse(path.read_text(encoding="utf-8"))
     inner = {id(part) for node in ast.walk(tree) if isinstance(node, ast.JoinedStr) for part in ast.walk(node)}
     inner -= {id(node) for node in ast.walk(tree) if isinstance(node, ast.JoinedStr)}
     docs = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
+    docs |= {id(node) for call in ast.walk(tree) if _of_re(call) for node in ast.walk(call)}
     for node in ast.walk(tree):
         if isinstance(node, (ast.Constant, ast.JoinedStr)) and id(node) not in docs:
             text = _text(node)
             if text and len(text.split()) >= WORDS and (isinstance(node, ast.JoinedStr) or id(node) not in inner):
                 yield node.lineno, text
+
+
+def _of_re(node: ast.AST) -> bool:
+    """Whether a node is a call such as re.compile(...)."""
+    if not (isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute)):
+        return False
+    return isinstance(node.func.value, ast.Name) and node.func.value.id == "re"
 
 
 def _text(node: ast.Constant | ast.JoinedStr) -> str:

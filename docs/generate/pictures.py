@@ -1,7 +1,7 @@
 """Pictures of the shipped cases for the gallery: `python docs/generate/pictures.py [NAME ...]`.
 
-Each case runs once; its stills go to docs/pictures/NAME. A case whose pictures are newer than its file is skipped.
-Movies are left out.
+Each case runs once; its stills go to docs/gallery/NAME, small enough to be kept with the sources. Without names, the
+cases without pictures are drawn. A movie is replaced by a still. The page is then written again.
 """
 
 from __future__ import annotations
@@ -14,48 +14,66 @@ import tempfile
 from pathlib import Path
 
 TOP = Path(__file__).resolve().parents[2]
-PICTURES = TOP / "docs" / "pictures"
+PICTURES = TOP / "docs" / "gallery"
+WIDTH = 800  # pixels
+COLOURS = 128  # of the palette
 
 
 def drawn(name: str) -> list[Path]:
-    """The pictures that there are of a case."""
-    return sorted((PICTURES / name).glob("*.png"))
+    """The pictures of a case: stills of the craft first, then modes, then plots."""
+    found = sorted((PICTURES / name).glob("*.png"))
+    return sorted(found, key=lambda path: (path.stem != "run", not path.stem.endswith("s"), "modes" not in path.stem))
 
 
 def draw(case: Path) -> None:
-    """Run a case with its pictures and keep the stills; what the run printed goes to run.txt beside them."""
-    folder = PICTURES / case.stem
+    """Run a case with its pictures and keep its stills."""
     with tempfile.TemporaryDirectory() as temporary:
-        trimmed = case.parent / f".{case.stem}.gallery.toml"
-        trimmed.write_text(case.read_text(encoding="utf-8").replace("movie = true", "movie = false"), encoding="utf-8")
-        try:
-            words = [sys.executable, "-m", "femflex", "run", str(trimmed), "-o", str(Path(temporary) / "run.h5")]
-            done = subprocess.run(
-                words, capture_output=True, text=True, cwd=TOP, env=os.environ | {"PYTHONPATH": str(TOP)}
-            )
-        finally:
-            trimmed.unlink()
+        cases = copied(case, Path(temporary))
+        words = [sys.executable, "-m", "femflex", "run", str(cases / case.name), "-o", str(cases / "run.h5")]
+        done = subprocess.run(words, capture_output=True, text=True, cwd=TOP, env=os.environ | {"PYTHONPATH": str(TOP)})
         if done.returncode:
             raise RuntimeError(f"{case.name} failed: {done.stderr}")
-        shutil.rmtree(folder, ignore_errors=True)
-        folder.mkdir(parents=True)
-        for picture in sorted(Path(temporary).glob("*.png")):
-            shutil.copy(picture, folder / picture.name.removeprefix("run_"))
-        (folder / "run.txt").write_text(done.stdout, encoding="utf-8")
+        keep(cases.glob("run*.png"), PICTURES / case.stem)
 
 
-def stale(case: Path) -> bool:
-    """Whether the pictures of a case are missing or older than its file."""
-    told = PICTURES / case.stem / "run.txt"
-    return not told.exists() or told.stat().st_mtime < case.stat().st_mtime
+def copied(case: Path, folder: Path) -> Path:
+    """A folder with the case, its movie replaced by a still, and with links to what cases read."""
+    cases = folder / "cases"
+    cases.mkdir()
+    (folder / "meshes").symlink_to(TOP / "meshes")
+    for path in case.parent.iterdir():
+        if path != case:
+            (cases / path.name).symlink_to(path)
+    text = case.read_text(encoding="utf-8")
+    still = "" if "\npicture = true" in text or "\ntimes = [" in text else "picture = true"
+    (cases / case.name).write_text(text.replace("movie = true", still), encoding="utf-8")
+    return cases
+
+
+def keep(pictures: object, folder: Path) -> None:
+    """Replace the pictures in a folder by small copies of these: WIDTH pixels wide, COLOURS colours."""
+    from PIL import Image
+
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    for path in sorted(pictures):  # type: ignore[call-overload]
+        with Image.open(path) as image:
+            small = image.convert("RGB")
+        small = small.resize((WIDTH, round(small.height * WIDTH / small.width)), Image.Resampling.LANCZOS)
+        small = small.quantize(COLOURS, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
+        small.save(folder / path.name.removeprefix("run_"), optimize=True)
 
 
 def main(names: list[str]) -> None:
-    """Draw the named cases, or all whose pictures are stale."""
-    for case in sorted((TOP / "cases").glob("*.toml")):
-        if case.stem in names or (not names and stale(case)):
+    """Draw the named cases, or all that have no pictures; then write the page."""
+    sys.path[:0] = [str(TOP / "docs"), str(TOP)]
+    from generate import gallery
+
+    for case in gallery.shipped():
+        if case.stem in names or (not names and not drawn(case.stem)):
             print(case.stem, flush=True)
             draw(case)
+    gallery.write(TOP / "docs")
 
 
 if __name__ == "__main__":

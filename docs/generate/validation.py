@@ -6,7 +6,7 @@ import tomllib
 from pathlib import Path
 
 from femflex import read_case
-from generate.cases import expected, quantity, rows_of, shipped
+from generate.gallery import expected, quantity, rows_of, shipped
 from generate.markdown import cell, code, save, table
 
 DATA = Path(__file__).resolve().parents[1] / "validation.toml"

@@ -61,7 +61,8 @@ def response_note(structure: Structure, modes: ModeSet, tensors: StrainTensors) 
     return (
         f"its static responses represent their own loads. For other loads it is too stiff: with its lowest mode "
         f"deflected by {found.deflection:.3g} m, its strain energy is {found.alone:.3g} times the linear one, and "
-        f"{found.relaxed:.3g} times in the structure. Set derivatives = 'auto' for other loads; it adds coordinates"
+        f"{found.relaxed:.3g} times it in the full structure. Set derivatives = 'auto' for other loads; it adds "
+        "coordinates"
     )
 
 

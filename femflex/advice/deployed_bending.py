@@ -77,7 +77,7 @@ class AxialForceWatch:
             way = "raises" if change > 0.0 else "lowers"
             much = "to zero" if seen.gain <= -1.0 else f"by {abs(change):.0%}"
             warnings.warn(
-                f"body {name!r} bears {seen.force:.4g} N along its axis at t = {seen.time:.6g} s (length "
+                f"body {name!r} carries {seen.force:.4g} N along its axis at t = {seen.time:.6g} s (length "
                 f"{seen.length:.4g} m), which {way} its first frequency {much} (limit {STIFFENED:.0%}); linear strain "
                 "leaves this out. Give it strain = 'condensed'",
                 PhysicsWarning,

@@ -87,11 +87,11 @@ def bound_to_linear(table: BodyTable) -> str:
         return ""
     if not isinstance(table.reduction, Stretchable):
         method = getattr(table.reduction, "method", "none")
-        return f"its reduction ({method!r}) knows no other form (one with derivatives, such as 'cantilever', does)"
+        return f"its reduction method {method!r} has no other form; use one with derivatives, such as 'cantilever'"
     if table.reduction.derivatives in ("none", 0):
         return (
-            f"derivatives = {table.reduction.derivatives!r} leaves its set without shapes that let bending go without "
-            "stretching (without that key it would be condensed)"
+            f"with derivatives = {table.reduction.derivatives!r} its shapes cannot bend without stretching; remove "
+            "that key for condensed strain"
         )
     return ""
 

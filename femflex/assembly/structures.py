@@ -247,8 +247,8 @@ def with_static_derivatives(
     if isinstance(keep, int) and kept < keep:
         of = "its states bent so far" if deflection else f"the pairs of its {modes.n_modes} shapes"
         warnings.warn(
-            f"{where}: {keep} derivatives are requested, and {of} have {kept} that are independent; "
-            f"these are kept, and derivatives = {kept} is the same",
+            f"{where}: {keep} derivatives are requested, but {of} give only {kept} independent ones. These are used; "
+            f"set derivatives = {kept}",
             PhysicsWarning,
             stacklevel=3,
         )

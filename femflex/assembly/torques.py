@@ -71,9 +71,9 @@ def _lost(load: Load, rows: MarkerRows, table: BodyTable) -> str:
         return ""
     what = "shows no rotation" if blind.shape[1] == 3 else f"shows no rotation about {_axes(blind)}"
     return (
-        f"found {largest:.4g} N m at marker {load.marker!r} of body {load.body!r}, which {what}: its nodes have none "
-        "of their own there and lie on one point or line, so that the torque would bend nothing. Name a group of "
-        f"several nodes around the place (markers.{load.marker} = {{ group = ... }}): it then displaces them"
+        f"found {largest:.4g} N m at marker {load.marker!r} of body {load.body!r}, which {what}: its nodes have no "
+        "rotational degrees of freedom and lie at one point or on one line, so the torque would deform nothing. Name a "
+        f"group of several nodes around this point (markers.{load.marker} = {{ group = ... }})"
     )
 
 

@@ -120,7 +120,10 @@ class Stretchable(Table):
     @model_validator(mode="after")
     def _derives(self) -> Stretchable:
         if self.responses and self.deflection is None:
-            refuse(f"found responses = {self.responses} without deflection; say how far they go, deflection = '4 cm'")
+            refuse(
+                f"found responses = {self.responses} without deflection; give the deflection that they reach, such as "
+                "deflection = '4 cm'"
+            )
         if self.deflection is not None and self.derivatives in (None, "none", 0) and not self.responses:
             refuse(
                 f"found deflection = {self.deflection:g} m without derivatives, which it is for; give derivatives too, "

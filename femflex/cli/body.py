@@ -19,7 +19,7 @@ def body(
     name: Annotated[str, typer.Argument(help="Name of the body in the case.", show_default=False)],
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Body file. Default: NAME.h5.")] = None,
     number: Annotated[
-        int | None, typer.Option("-n", "--number", min=1, help="Number of modes instead of the case's.")
+        int | None, typer.Option("-n", "--number", min=1, help="Number of modes. Default: that of the case.")
     ] = None,
     interface: Annotated[
         list[str] | None,

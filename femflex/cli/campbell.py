@@ -28,7 +28,10 @@ def campbell(
     case: Annotated[Path, typer.Argument(help="Case file (TOML).", show_default=False)],
     speeds: Annotated[
         str | None,
-        typer.Option("--speeds", help="First, last and number, such as 0:400 rpm:17, or a list; not the case's."),
+        typer.Option(
+            "--speeds",
+            help="Speeds: first, last and number, such as 0:400 rpm:17, or a list. Default: those of the case.",
+        ),
     ] = None,
     modes: Annotated[int | None, typer.Option("--modes", min=1, help="Lowest branches followed.")] = None,
     orders: Annotated[
@@ -52,7 +55,7 @@ def campbell(
     force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print for programs.")] = False,
 ) -> None:
-    """Spin a craft ever faster, and tell how its frequencies, damping and stability change: the Campbell diagram.
+    """Frequencies, damping and stability of a craft over its speed of spin, or another value: the Campbell diagram.
 
     At every speed the equilibrium is sought from the one before and the equations linearised about it; branches are
     followed by the likeness of their shapes, with speeds in between where shapes change fast. Frequencies are those

@@ -23,11 +23,14 @@ def check(
     as_json: Annotated[bool, typer.Option("--json", help="Print the problems for programs.")] = False,
     write_advice: Annotated[
         bool,
-        typer.Option("--write-advice", help="Write CASE_advised.toml, with what is chosen for bodies as keys."),
+        typer.Option(
+            "--write-advice",
+            help="Write CASE_advised.toml: the case with the automatic choices for its bodies written as keys.",
+        ),
     ] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing copy.")] = False,
 ) -> None:
-    """Report every problem of a case: keys, units, names, meshes, structure, modes. Writes nothing but a copy."""
+    """Report every problem of a case: keys, units, names, meshes, structure, modes. Writes no result."""
     from femflex.case.problems import CaseError
     from femflex.case.values import count
 

@@ -28,14 +28,15 @@ def converge(
             "--over",
             help="What is varied: modes, mesh, derivatives, segments, functions (type and number of admissible "
             "functions), strain (linear, condensed, nonlinear); or several in turn, modes,derivatives,strain, each "
-            "with what the ones before found enough.",
+            "with the levels that the ones before found sufficient.",
         ),
     ] = "modes",
     levels: Annotated[
         str | None,
         typer.Option(
             "--levels",
-            help="Numbers of modes or segments (1,2,4), mesh refinements or derivative shapes (0,1,2), not the case's.",
+            help="Numbers of modes or segments (1,2,4), mesh refinements or derivative shapes (0,1,2). Default: those "
+            "of the case.",
         ),
     ] = None,
     tolerance: Annotated[
@@ -46,7 +47,7 @@ def converge(
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing picture.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print for programs.")] = False,
 ) -> None:
-    """Vary modes, mesh, derivative shapes, segments, functions or strain, watch the quantity of \\[study], and judge.
+    """Vary modes, mesh, derivative shapes, segments, functions or strain, and judge the convergence of a quantity.
 
     Prints a table, the observed order, the extrapolated limit, and a verdict with a recommended number. Modes: the
     case runs with more and more modes. Mesh: every cell is divided in two along each edge, again and again. Functions:

@@ -19,7 +19,7 @@ def info(
     file: Annotated[Path, typer.Argument(help="Mesh, deck, body, case or run file.", show_default=False)],
     units: Annotated[str, typer.Option("--units", help="Units of a deck, such as mm-t-s.")] = "m-kg-s",
 ) -> None:
-    """Say what a file holds: groups of a mesh, cards of a deck, modes of a body, tables of a case, channels."""
+    """Describe a file: groups of a mesh, cards of a deck, modes of a body, tables of a case, channels."""
     if not file.is_file():
         raise FileNotFoundError(
             f"{file} does not exist" if not file.exists() else f"{file} is a folder; name a file in it"

@@ -43,16 +43,24 @@ def linearize(
         typer.Option("--at", help="Time at which loads and motions are taken: seconds, or a text such as '2 min'."),
     ] = None,
     run: Annotated[
-        Path | None, typer.Option("--run", help="Result file: about its state at --at, not about an equilibrium.")
+        Path | None,
+        typer.Option(
+            "--run", help="Result file of a run: linearise about its state at --at, not about an equilibrium."
+        ),
     ] = None,
     below: Annotated[
-        float | None, typer.Option("--below", help="Keep poles up to this frequency [Hz] alone (modal truncation).")
+        float | None, typer.Option("--below", help="Keep only the poles up to this frequency [Hz] (modal truncation).")
     ] = None,
     balanced: Annotated[
-        int | None, typer.Option("--balanced", help="Keep so many states (balanced truncation), and rigid-body motion.")
+        int | None,
+        typer.Option(
+            "--balanced", help="Number of states kept in addition to rigid-body motion (balanced truncation)."
+        ),
     ] = None,
     zeros: Annotated[bool, typer.Option("--zeros", help="List the transmission zeros too.")] = False,
-    nichols: Annotated[bool, typer.Option("--nichols", help="Draw gain over phase, not over frequency.")] = False,
+    nichols: Annotated[
+        bool, typer.Option("--nichols", help="Draw gain over phase (Nichols chart), not over frequency.")
+    ] = False,
     output: Annotated[
         list[Path] | None,
         typer.Option("-o", "--output", help="Model (.mat, .npz, .h5) or Bode plot (.png, .svg); may be repeated."),
@@ -161,7 +169,7 @@ def model_data(model: LinearModel, small: StateSpace, zeros: bool) -> dict[str, 
 
 def print_model(model: LinearModel, small: StateSpace, data: dict[str, Any]) -> None:
     """Print the poles, the inputs and outputs, and what the model is about."""
-    from femflex.cli.equilibrium import frame_text, print_stability
+    from femflex.cli.equilibrium import frame_text, length_lines, print_stability
 
     rows = [
         [
@@ -186,6 +194,8 @@ def print_model(model: LinearModel, small: StateSpace, data: dict[str, Any]) -> 
         print(f"about       the state at {model.t:.9g} s")
         return
     print(f"about       {frame_text(model.about)}")
+    for line in length_lines(model.about):
+        print(line)
     if model.left_out:
         print(f"left out    {', '.join(model.left_out)}. Use --at TIME to evaluate them at a time")
     print_stability(model.about)

@@ -28,7 +28,12 @@ def modes(
     all_bodies: Annotated[bool, typer.Option("--bodies", help="Every flexible body alone.")] = False,
     number: Annotated[
         int | None,
-        typer.Option("-n", "--number", min=1, help="Modes listed of the craft; of a body, instead of the case's."),
+        typer.Option(
+            "-n",
+            "--number",
+            min=1,
+            help="Number of modes listed; with --body, of modes computed. Default: that of the case.",
+        ),
     ] = None,
     at: Annotated[
         str | None,

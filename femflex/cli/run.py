@@ -37,11 +37,9 @@ def run(
         bool,
         typer.Option("--linearised", help="Solve the linear equations about the equilibrium, or along a deployment."),
     ] = False,
-    no_pictures: Annotated[
-        bool, typer.Option("--no-pictures", help="Leave out the pictures the case asks for.")
-    ] = False,
+    no_pictures: Annotated[bool, typer.Option("--no-pictures", help="Draw none of the pictures of the case.")] = False,
 ) -> None:
-    """Simulate a case: mesh to modes to motion to HDF5, with the pictures and the \\[campbell] the case asks for.
+    """Simulate a case: mesh to modes to motion to HDF5, with the pictures and the \\[campbell] of the case.
 
     Exit code 2: the case cannot be run; 3: the numerics failed, 130: interrupted, with what was computed kept.
     """

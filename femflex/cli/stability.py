@@ -27,12 +27,14 @@ def stability(
         list[str] | None,
         typer.Option("--vary", help="KEY=FIRST:LAST:NUMBER, such as joints.0.damping=0:4:41; once or twice."),
     ] = None,
-    floquet: Annotated[bool, typer.Option("--floquet", help="Judge the periodic motion, by its multipliers.")] = False,
+    floquet: Annotated[
+        bool, typer.Option("--floquet", help="Stability of the periodic motion, by its multipliers.")
+    ] = False,
     period: Annotated[
         str | None, typer.Option("--period", help="Period of the motion: seconds, or a text such as '2 min'.")
     ] = None,
     shooting: Annotated[
-        bool, typer.Option("--shooting", help="Find the periodic motion first, near the start.")
+        bool, typer.Option("--shooting", help="Find the periodic motion near the initial state first.")
     ] = False,
     without: Annotated[
         str | None, typer.Option("--without", help="Terms that a second, dashed one omits, such as flexibility.")
@@ -146,11 +148,11 @@ def print_locus(locus: Locus) -> None:
     print_table([f"{locus.name} {locus.unit}".strip(), "growth, 1/s", "stability"], rows)
     names = list(dict.fromkeys(name for name in locus.names if name))
     if names:
-        print(f"branches    {', '.join(names)}, as they begin")
+        print(f"branches    {', '.join(names)}, named at the first value")
     if locus.trivial:
         count = len(locus.trivial)
         print(f"trivial     {count} multipliers are 1: {', '.join(locus.trivial)}")
-        print(f"split       all eigenvalues give them to {locus.split:.2g}: rounding splits double ones")
+        print(f"split       multipliers 1 are found within {locus.split:.2g}: rounding separates double eigenvalues")
     changes = ", ".join(f"{value:.8g}" for value in locus.critical) or "nowhere"
     print(f"changes     {changes} {locus.unit}".rstrip())
 

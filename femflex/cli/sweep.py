@@ -41,7 +41,7 @@ def sweep(
     force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print for programs.")] = False,
 ) -> None:
-    """Run a case many times with values drawn from a grid, lists or a scatter, on all cores.
+    """Run a case many times with values from a grid, lists or distributions, on all cores.
 
     Keeps chosen numbers and histories of every run, and their percentiles. Runs that fail are counted and kept with
     their problem. A sweep that was killed goes on with --resume; its numbers depend neither on that nor on the number

@@ -50,7 +50,7 @@ def terms(
     json: Annotated[bool, typer.Option("--json", help="Print peaks and root mean squares as JSON.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
 ) -> None:
-    """Say what moves each coordinate: every term of the equations of motion along a run, as table and stacked plot.
+    """Print and plot the terms of the equations of motion that drive each coordinate of a run.
 
     The model is built again from the case text in the run. Terms have their sign in M udot + h - Q = 0 and sum to zero.
     """

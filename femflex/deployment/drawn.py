@@ -15,6 +15,7 @@ Index = NDArray[np.int64]
 SIDES = 16  # of the coil
 LEAST = 0.3  # radius of an empty drum over that of a full one
 COIL = 0.02  # radius of a full drum over the stock, where it is not given
+LARGEST = 1.0  # m; largest radius of such a drum
 
 
 def skin_of(shapes: MemberShapes, length: float, stock: float, at_tip: bool, radius: float | None) -> Skin:
@@ -45,7 +46,7 @@ def _shifted(cells: Index | None, first: int) -> Index | None:
 
 def _coil(shapes: MemberShapes, stock: float, at_tip: bool, radius: float | None) -> tuple[Series, dict[str, Index]]:
     """A drum across the member, behind the exit or ahead of the tip, whose radius falls with the stowed length."""
-    full = radius or max(COIL * stock, 3.0 * shapes.thickness)
+    full = radius or max(min(COIL * stock, LARGEST), 3.0 * shapes.thickness)
     width = shapes.half_width or full
     angle = np.arange(SIDES) * 2 * np.pi / SIDES
     turn = np.stack([np.cos(angle), 0 * angle, np.sin(angle)], axis=1)

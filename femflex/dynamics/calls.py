@@ -84,7 +84,12 @@ class ConstrainedCalls(SecondOrderCalls):
 
     @property
     def correct(self) -> Any:
-        """The call of signature CORRECT."""
+        """The call of signature CORRECT; ValueError with free lengths."""
+        if self.free:
+            raise ValueError(
+                f"body {self.free[0]!r} has a free length, and the system has loops or constraints, which implicit "
+                "integrators cannot do together; set integrator = 'dop853'"
+            )
         if self.reduced:
             return super().correct
         from femflex.dynamics.constraints.correction import correct
@@ -94,4 +99,4 @@ class ConstrainedCalls(SecondOrderCalls):
     @property
     def solve(self) -> Any:
         """Raises AttributeError."""
-        raise AttributeError("the mass matrix of a constrained system is that of its tree; take the tree's solve")
+        raise AttributeError("a constrained system has no mass matrix of its own; solve with that of its tree")

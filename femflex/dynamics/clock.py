@@ -104,7 +104,7 @@ def called(
     sooner = None if len(answer) == 2 or answer[2] is None else float(answer[2])
     if sooner is not None and not t < sooner:
         raise ValueError(
-            f"controller {controller.name!r} asked at t = {t:.9g} s to be called again at {sooner:.9g} s; that must be "
-            "later"
+            f"controller {controller.name!r}, called at t = {t:.9g} s, requested its next call at {sooner:.9g} s; give "
+            "a later time"
         )
     return checked[0], checked[1], sooner

@@ -29,8 +29,8 @@ def advised_text(case: Case, decided: Decided) -> str:
         return text
     lines = [f"bodies.{body}.{f'{table}.' if table else ''}{key} = {toml(value)}" for body, table, key, value in asked]
     raise ValueError(
-        f"{case.path.name}: the advice cannot be written into its text, where its bodies have no tables of their own, "
-        f"or say these keys already. Write by hand: {'; '.join(lines)}"
+        f"{case.path.name}: the advice cannot be written into this case, because a body has no table of its own or has "
+        f"the key already. Add by hand: {'; '.join(lines)}"
     )
 
 

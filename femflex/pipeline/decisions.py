@@ -52,6 +52,7 @@ from femflex.case.body import FlexibleTable, Strain
 from femflex.case.case import Case
 from femflex.case.problems import CaseError, Problem
 from femflex.case.reduction import CantileverTable
+from femflex.pipeline.periods import check_periods
 from femflex.pipeline.references import duration_of
 from femflex.pipeline.start import system_of
 from femflex.reduction.origin import Origin
@@ -131,6 +132,7 @@ def with_own_joints(case: Case) -> Case:
 
 def _given(case: Case, bodies: Mapping[str, Part]) -> Decided:
     system = system_of(case, bodies)
+    check_periods(system, duration_of(case, system))
     return Decided(case, system, tuple(model_warnings(system, KnownBodies({}), duration_of(case, system))), {})
 
 
@@ -140,6 +142,7 @@ def _decided(case: Case, thorough: bool, loaded: bool) -> Decided:
     linear = with_strains(case, dict.fromkeys(names, "linear"))
     system, known = _system(linear, built)
     duration = duration_of(case, system)
+    check_periods(system, duration)
     strains: list[Advice] = []
     rigid: RigidEstimate | None = None
     why, near = "", dict[str, BucklingMargin]()
@@ -271,7 +274,7 @@ def _stretching(
         try:
             built |= _as(answering, {name: "nonlinear"})
         except CaseError as error:
-            why = f"{advised[name].reason}; it can take no responses to its loads ({_first(error)})"
+            why = f"{advised[name].reason}; static responses to its loads are not possible ({_first(error)})"
             advised[name] = replace(advised[name], choice="condensed", reason=why)
             continue
         case = answering
@@ -299,9 +302,9 @@ def _alone(case: Case, wanted: Advice) -> tuple[Built, Advice]:
         except CaseError as error:
             refused.append(_first(error))
             continue
-        text = f"; it cannot be {wanted.choice} ({refused[0]})" if refused else ""
+        text = f"; {wanted.choice} strain is not possible ({refused[0]})" if refused else ""
         return built, replace(wanted, choice=strain, reason=wanted.reason + text)
-    text = f"; it can be neither {' nor '.join(sorted(tried))} ({refused[0]})"
+    text = f"; neither {' nor '.join(sorted(tried))} strain is possible ({refused[0]})"
     return {}, replace(wanted, choice="linear", reason=wanted.reason + text)
 
 

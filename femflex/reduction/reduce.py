@@ -163,12 +163,12 @@ def _derivatives(modes: ModeSet) -> NDArray[np.int64]:
         kinds = ", ".join(dict.fromkeys(modes.kinds)) or "none"
         if "nodal" in modes.kinds:
             raise ValueError(
-                "the condensed form lets static derivatives follow the other shapes, and nodal displacements know "
-                "none: they stretch of their own. Give it strain = 'nonlinear', or a reduction to modes, such as "
+                "the condensed form needs static derivatives as dependent shapes, which nodal displacements do not "
+                "have. Give it strain = 'nonlinear', or a reduction to modes, such as "
                 "'cantilever'."
             )
         raise ValueError(
-            f"the condensed form lets static derivatives follow the other shapes, and the set has none ({kinds}); add "
+            f"the condensed form needs static derivatives as dependent shapes, and this set has none ({kinds}); add "
             "them (derivatives = 'auto')."
         )
     return found

@@ -137,14 +137,14 @@ class FunctionStudy:
         for kind, found in self.with_values:
             level, last = self.enough(found), f"{self.differences(found)[-1]:.2g}"
             if level is None:
-                said.append(f"{kind.capitalize()}: {found.levels[-1]} a field are too few ({last} off).")
+                said.append(f"{kind.capitalize()}: {found.levels[-1]} per field are too few ({last} off).")
             else:
                 off = self.differences(found)[found.levels == level][0]
-                said.append(f"{kind.capitalize()}: {level} a field suffice ({off:.2g} off).")
-        said.append(f"Differences are from {best[0]} with {best[1].levels[-1]} a field, relative.")
+                said.append(f"{kind.capitalize()}: {level} per field suffice ({off:.2g} off).")
+        said.append(f"Differences are from {best[0]} with {best[1].levels[-1]} per field, relative.")
         if self.chosen is None:
             return " ".join([*said, f"No type settles within the tolerance {self.tolerance:g}; try more functions."])
-        return " ".join([*said, f"Choose {self.chosen[0]}, {self.chosen[1]} a field."])
+        return " ".join([*said, f"Choose {self.chosen[0]}, {self.chosen[1]} per field."])
 
     def to_dict(self) -> dict[str, Any]:
         """Everything in plain numbers, lists and text."""

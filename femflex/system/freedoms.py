@@ -54,7 +54,9 @@ def check_laws(joint: Joint) -> None:
     latched = [latch.freedom for latch in joint.latches]
     for what, k in [*((f"a {law.kind}", law.freedom) for law in joint.laws), *(("a latch", k) for k in latched)]:
         if not 0 <= k < joint.n_u:
-            raise ValueError(f"{what} of joint {joint.label!r} acts on freedom {k}; the joint has {joint.n_u}, from 0")
+            raise ValueError(
+                f"{what} of joint {joint.label!r} acts on degree of freedom {k}; the joint has {joint.n_u}, from 0"
+            )
         _refuse_ball(joint, k, f"have {what}")
         if k in joint.held:
             name = joint.freedom_names()[k]

@@ -68,7 +68,7 @@ def closure_problems(joint: Joint) -> list[str]:
         )
     if joint.held:
         out.append(
-            f"loop {joint.label!r} has a locked or specified freedom; a cut joint has no coordinates of its own: "
+            f"loop {joint.label!r} has a locked or prescribed coordinate; a cut joint has no coordinates of its own: "
             "cut the loop at another joint"
         )
     if len(joint.rotations) == 2 and np.linalg.norm(np.cross(*joint.rotations)) < PARALLEL:

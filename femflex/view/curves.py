@@ -24,10 +24,11 @@ POWERS = {  # channels of power and the sign with which each feeds the energy
     "monitors/dissipation": -1.0,
 }
 STEADY = 1e-4  # of its size: a curve that changes less is shown from its first value
+CONSTANT = 1e-12  # of its size: a curve that changes less is shown as a constant, not as rounding
 FLAT = 0.05  # of the largest range on the same axes: angles that move by less get axes of their own
 STILL = 1e-6  # of that range: an angle that does not move
 APART = 0.6 * np.pi  # angle between two rows up to which its way is reported
-NEGLIGIBLE = 1e-3  # of the largest on the same axes: a curve that is shown on request only
+NEGLIGIBLE = 1e-3  # less than a line's width of the largest on the same axes: a curve that is shown on request only
 ROUNDED = 1e-8  # of the largest on the same axes: zero to rounding, shown only if its component is named
 
 
@@ -35,7 +36,8 @@ ROUNDED = 1e-8  # of the largest on the same axes: zero to rounding, shown only 
 class Curve:
     """One component over time: label, values (n_t,) and unit; `quantity` is what the ordinate is called.
 
-    time (n_t,) [s]; second: of the other run of two that are laid over each other; named: its component was requested
+    time (n_t,) [s]; second: of the other run of two that are laid over each other; named: its component was requested;
+    channel: that it is a component of
     """
 
     label: str
@@ -45,6 +47,12 @@ class Curve:
     time: Array
     second: bool = False
     named: bool = False
+    channel: str = ""
+
+    @property
+    def source(self) -> tuple[str, bool]:
+        """The channel, and whether it is the second run's."""
+        return self.channel, self.second
 
     @property
     def axes(self) -> tuple[str, str]:
@@ -53,13 +61,18 @@ class Curve:
 
 
 def curves_of(
-    run: Run, channels: Sequence[str] | None = None, degrees: bool = True, other: Run | None = None
+    run: Run,
+    channels: Sequence[str] | None = None,
+    degrees: bool = True,
+    other: Run | None = None,
+    least: float = NEGLIGIBLE,
 ) -> list[list[Curve]]:
     """Curves of channels in readable units, those on one pair of axes together; without channels, a default selection.
 
     A channel is a path ("attitude/angles"), or a path and a component by name or by number from 1
     ("attitude/angles:pitch", "q:1"), or "energy minus work". Raises KeyError for one that the run has not.
-    The same curves of another run follow theirs, marked `second`.
+    The same curves of another run follow theirs, marked `second`. Components smaller than `least` times the largest of
+    their channel are left out, unless they are requested by name or number.
     """
     chosen = default_channels(run) if channels is None else list(channels)
     found = [curve for channel in chosen for curve in _curves(run, channel)]
@@ -70,7 +83,7 @@ def curves_of(
         raise ValueError("the list of channels to plot is empty; name some, or give no list for the default ones")
     keys, limit = dict.fromkeys(curve.axes for curve in found), NEGLIGIBLE if channels is None else ROUNDED
     groups = [part for key in keys for part in by_range([curve for curve in found if curve.axes == key])]
-    return [_changes(_readable(_noticeable(group, limit), degrees)) for group in groups]
+    return [_changes(_readable(_noticeable(group, limit, least), degrees)) for group in groups]
 
 
 def by_range(group: list[Curve]) -> list[list[Curve]]:
@@ -128,6 +141,7 @@ def _curves(run: Run, channel: str) -> list[Curve]:
             named,
             run.time,
             named=bool(component),
+            channel=path,
         )
         for k in wanted
     ]
@@ -185,6 +199,12 @@ def _changes(group: list[Curve]) -> list[Curve]:
     """The curves counted from their first values where they hardly leave them, as an energy does."""
     if not all(0 < np.ptp(curve.values) < STEADY * np.abs(curve.values).max() for curve in group):
         return group
+    if all(np.ptp(curve.values) < CONSTANT * np.abs(curve.values).max() for curve in group):
+        within = [f"{curve.label}\nconstant within {np.ptp(curve.values):.1g}" for curve in group]
+        return [
+            replace(curve, values=np.full_like(curve.values, curve.values[0]), label=label)
+            for curve, label in zip(group, within, strict=True)
+        ]
     return [
         replace(
             curve,
@@ -200,10 +220,13 @@ def _size(group: list[Curve]) -> float:
     return max(float(np.abs(curve.values).max(initial=0.0)) for curve in group)
 
 
-def _noticeable(group: list[Curve], limit: float) -> list[Curve]:
-    """The curves that reach `limit` of the largest, and those whose component was requested."""
-    largest = _size(group)
-    seen = {curve.label for curve in group if curve.named or _size([curve]) >= limit * largest}
+def _noticeable(group: list[Curve], limit: float, least: float) -> list[Curve]:
+    """The curves that reach `limit` of the largest and `least` of their channel's, and those requested by component."""
+    largest = {key: _size([curve for curve in group if curve.source == key]) for key in {c.source for c in group}}
+    whole = limit * _size(group)
+    seen = {
+        curve.label for curve in group if curve.named or _size([curve]) >= max(whole, least * largest[curve.source])
+    }
     return [curve for curve in group if curve.label in seen]
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from femflex.results import Run
-from femflex.view.curves import BALANCE, Curve, curves_of
+from femflex.view.curves import BALANCE, ROUNDED, Curve, curves_of
 from femflex.view.drawing import Drawing
 from femflex.view.output import placed
 from femflex.view.second_run import (
@@ -89,7 +89,7 @@ def plot_spectra(
     if highest is not None and not highest > 0:
         raise ValueError(f"the last frequency shown is {highest:g} Hz; give one above 0")
     colours = theme_of(theme)
-    groups = curves_of(run, channels, degrees, other)
+    groups = curves_of(run, channels, degrees, other, least=ROUNDED)
     if channels is None:
         groups = [group for group in groups if group[0].quantity != BALANCE] or groups
     figure, axes = figure_of(len(groups), _title(run, other) if title is None else title, colours, sharex=False)

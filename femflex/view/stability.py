@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 SHADES = {0: ("trace", 0.16), 1: ("lines1", 0.30), 2: ("lines2", 0.30)}  # colour and strength of each kind
+NEAR = 0.08  # parts of the width, within which names of branches share a label
 REGIONS = {
     -1: "no equilibrium, or no such body",
     0: "unstable",
@@ -199,10 +200,11 @@ def plot_locus(
             ax.axvline(value, color=colours.trace, linewidth=1.0, linestyle=(0, (4, 2)))
     for value in locus.critical:
         above.annotate(f"{value:.5g}", (value, 1.0), (3, -10), xycoords=("data", "axes fraction"),
-                       textcoords="offset points", fontsize=8, color=colours.trace)  # fmt: skip
+                       textcoords="offset points", fontsize=8, color=colours.trace,
+                       bbox={"facecolor": colours.background, "edgecolor": "none", "pad": 0.5})  # fmt: skip
     if second is not None:
         plane.plot([], [], color=colours.text, linestyle=(0, (4, 2)), label=f"dashed: without {', '.join(left_out)}")
-        for text in plane.legend(loc="upper left", frameon=False, fontsize=8).get_texts():
+        for text in plane.legend(loc="lower left", frameon=False, fontsize=8).get_texts():
             text.set_color(colours.text)
     for ax in axes.values():
         finish(ax, (), colours)
@@ -212,6 +214,7 @@ def plot_locus(
 def _located(axes: dict[str, Axes], locus: LocusData, colours: Theme, dashed: bool) -> None:
     """The branches of a locus, poles below the real axis left out; a ring where each begins, a dot where it ends."""
     poles = locus.of == "poles"
+    named: list[tuple[str, float, float, str]] = []
     kept = [k for k in range(locus.branches.shape[1]) if not poles or np.nanmax(locus.branches[:, k].imag) >= 0]
     for number, k in enumerate(kept):
         branch = locus.branches[:, k]
@@ -227,14 +230,62 @@ def _located(axes: dict[str, Axes], locus: LocusData, colours: Theme, dashed: bo
             axes["A"].plot(x[-1:], y[-1:], "o", color=style["color"], markersize=5)
         name = locus.names[k] if poles and locus.names else ""
         if name and not dashed and np.isfinite(y[0]) and y[0] > 0:
-            at: dict[str, Any] = {"xy": (x[0], y[0]), "xytext": (6, 3), "textcoords": "offset points", "fontsize": 7.5}
-            axes["A"].annotate(text=name, color=style["color"], **at)
+            named.append((name, float(x[0]), float(y[0]), str(style["color"])))
         over = (y, x) if poles else (np.abs(branch), np.degrees(np.angle(branch)))
         for ax, values in zip((axes["B"], axes["C"]), over, strict=True):
             if poles or ax is axes["B"]:
                 ax.plot(locus.values, values, **style)
             else:
                 ax.plot(locus.values, values, ".", color=style["color"], markersize=3)
+    _name_branches(axes["A"], named, colours)
+
+
+def _name_branches(ax: Axes, named: list[tuple[str, float, float, str]], colours: Theme) -> None:
+    """Write the names of branches (name, x, y, colour) where they begin; names that would overlap share a label."""
+    (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
+    groups: list[list[tuple[str, float, float, str]]] = []
+    for one in sorted(named, key=lambda branch: branch[2]):
+        near = [
+            group
+            for group in groups
+            if any(
+                abs(one[1] - x) < NEAR * (right - left) and abs(one[2] - y) < 0.4 * NEAR * (high - low)
+                for _, x, y, _ in group
+            )
+        ]
+        if near:
+            near[0].append(one)
+        else:
+            groups.append([one])
+    for group in groups:
+        x, y = group[0][1], group[-1][2]
+        inward = x > left + 0.85 * (right - left)
+        ax.annotate(
+            _span_of([name for name, *_ in sorted(group, key=named.index)]),
+            (x, y),
+            xytext=(-14, 8) if inward else (6, 4),
+            textcoords="offset points",
+            ha="right" if inward else "left",
+            fontsize=7.5,
+            color=group[0][3] if len(group) == 1 else colours.text,
+        )
+
+
+def _span_of(names: list[str]) -> str:
+    """Names as one label; numbers that follow each other as a range.
+
+    >>> _span_of(["lag 1", "lag 2", "lag 3", "flap 1"])
+    'lag 1 to 3, flap 1'
+    """
+    runs: list[tuple[str, list[int]]] = []
+    for name in names:
+        kind, _, number = name.rpartition(" ")
+        if number.isdigit() and runs and runs[-1][0] == kind and runs[-1][1][-1:] == [int(number) - 1]:
+            runs[-1][1].append(int(number))
+        else:
+            runs.append((kind, [int(number)]) if kind and number.isdigit() else (name, []))
+    texts = [f"{kind} {own[0]}" + f" to {own[-1]}" * (len(own) > 1) if own else kind for kind, own in runs]
+    return ", ".join(texts)
 
 
 def _extent(chart: ChartData) -> tuple[float, float, float, float]:

@@ -67,7 +67,7 @@ def test_responses_go_beside_modes_and_derivatives(write_case, craft):
 @pytest.mark.parametrize(
     ("more", "strain", "text"),
     [
-        (", responses = 8", "nonlinear", "found responses = 8 without deflection; say how far they go"),
+        (", responses = 8", "nonlinear", "found responses = 8 without deflection; give the deflection that they reach"),
         (', responses = 8, deflection = "4 cm"', "condensed", "they are for strain = 'nonlinear' of a whole body"),
     ],
 )
@@ -99,7 +99,7 @@ def test_vibration_modes_alone_are_refused_unless_chosen(write_case, craft):
 
 
 def test_more_derivatives_than_there_are_pairs_are_told_of(write_case, craft):
-    text = r"bodies.boom: 500 derivatives are requested, and the pairs of its 4 shapes have (\d+) that are independent"
+    text = r"bodies.boom: 500 derivatives are requested, but the pairs of its 4 shapes give only (\d+) independent ones"
     with pytest.warns(PhysicsWarning, match=text):
         body = build(write_case, craft, reduction(", derivatives = 500"))
     kept = body.kinds.count("derivative")
@@ -109,7 +109,9 @@ def test_more_derivatives_than_there_are_pairs_are_told_of(write_case, craft):
 
 def test_nodal_displacements_are_not_advised_derivatives_which_they_do_not_know(write_case, craft):
     line = 'reduction = { method = "nodal", clamp = "ROOT" }\nstrain = "condensed"'
-    with pytest.raises(CaseError, match=r"nodal displacements know none.* strain = 'nonlinear', or a reduction to mo"):
+    with pytest.raises(
+        CaseError, match=r"nodal displacements do not have.* strain = 'nonlinear', or a reduction to mo"
+    ):
         build(write_case, craft, line)
 
 

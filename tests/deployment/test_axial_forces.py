@@ -57,10 +57,10 @@ def test_a_uniform_force_counts_as_its_part_of_eulers_load():
 def test_linear_strain_under_weight_is_warned_of_with_the_change_of_frequency(tmp_path):
     """Greenhill's weight lowers the frequency to zero; sqrt(1 - 1/4) leaves 13 %."""
     with pytest.warns(
-        PhysicsWarning, match=r"body 'mast' bears .* N along its axis at t = 20 s \(length 4 m\)"
+        PhysicsWarning, match=r"body 'mast' carries .* N along its axis at t = 20 s \(length 4 m\)"
     ) as found:
         grown(tmp_path, 0.25).close()
-    (said,) = [str(w.message) for w in found if "bears" in str(w.message)]
+    (said,) = [str(w.message) for w in found if "carries" in str(w.message)]
     assert "lowers its first frequency by 13% (limit 2%)" in said or "by 12% (limit 2%)" in said
     assert said.endswith("linear strain leaves this out. Give it strain = 'condensed'")
 

@@ -20,7 +20,7 @@ VALIDATION = tomllib.loads((TOP / "docs" / "validation.toml").read_text(encoding
 ROWS = [row for rows in VALIDATION.values() for row in rows]
 FRAGMENTS = [block for path in PAGES for block in blocks_of(path) if block.language == "toml"]
 LINK = re.compile(r"\]\(([^)#]+)(?:#[^)]*)?\)")
-GENERATED = {"case_keys.md", "verbs.md", "channels.md", "api.md", "validation.md", "cases.md"}
+GENERATED = {"case_keys.md", "verbs.md", "channels.md", "api.md", "validation.md"}
 MEDIAN, LONGEST = 14, 40  # words of a sentence
 
 
@@ -80,6 +80,13 @@ def test_the_gallery_and_the_validation_hold_every_case():
         assert read_case(path).expect.answers, path.stem
 
 
+def test_every_case_has_small_pictures_in_the_gallery():
+    folders = {path.name: sorted(path.glob("*.png")) for path in (TOP / "docs" / "gallery").iterdir()}
+    assert sorted(folders) == [path.stem for path in sorted((TOP / "cases").glob("*.toml"))]
+    sizes = {f"{name}/{path.name}": path.stat().st_size for name, found in folders.items() for path in found}
+    assert all(folders.values()) and max(sizes.values()) < 60_000 and sum(sizes.values()) < 4_000_000
+
+
 def sentences(text: str) -> list[list[str]]:
     """Words of every sentence of a page's prose: paragraphs, entries of lists and cells of tables."""
     text = re.sub(r"<!--.*?-->|^```.*?^```|\$\$.*?\$\$", "\n\n", text, flags=re.DOTALL | re.MULTILINE)
@@ -94,7 +101,8 @@ def sentences(text: str) -> list[list[str]]:
 
 
 def test_sentences_of_the_pages_are_short():
-    found = [(name_of(path), words) for path in PAGES for words in sentences(path.read_text(encoding="utf-8"))]
+    pages = [path for path in PAGES if path.name != "gallery.md"]  # whose sentences are those of the cases
+    found = [(name_of(path), words) for path in pages for words in sentences(path.read_text(encoding="utf-8"))]
     long = [(page, len(words), " ".join(words[:12])) for page, words in found if len(words) > LONGEST]
     assert not long
     assert statistics.median(len(words) for _, words in found) <= MEDIAN

@@ -351,5 +351,5 @@ def test_bad_blocks_and_sensors_are_refused(make, said):
 def test_a_call_between_samples_must_be_later():
     law = lambda t, s, m: (0.0, m, t - 1.0)  # noqa: E731
     system = axle(Controller("pd", law, 0.1, commands={"u": "1"}))
-    with pytest.raises(ValueError, match=r"asked at t = 0 s to be called again at -1 s; that must be later"):
+    with pytest.raises(ValueError, match=r"called at t = 0 s, requested its next call at -1 s; give a later time"):
         run(system, [0.0, 1.0])

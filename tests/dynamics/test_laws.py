@@ -246,13 +246,16 @@ def test_a_joint_that_sticks_by_friction_takes_long_implicit_steps():
         (lambda: slider(laws=(TabulatedSpring(stretch=[0, 1], resisting=[0, np.nan]),)), "not finite"),
         (
             lambda: slider(laws=(Friction(1, limit=1.0),)),
-            "a friction of joint 'base-cart' acts on freedom 1",
+            "a friction of joint 'base-cart' acts on degree of freedom 1",
         ),
         (
             lambda: slider(laws=(Friction(limit=1.0),), motion=(0.0,)),
             "'base-cart.slide' has a friction and a spe",
         ),
-        (lambda: slider(latches=(Latch(2),)), "a latch of joint 'base-cart' acts on freedom 2; the joint has 1"),
+        (
+            lambda: slider(latches=(Latch(2),)),
+            "a latch of joint 'base-cart' acts on degree of freedom 2; the joint has 1",
+        ),
         (lambda: slider(latches=(Latch(0, 0.0),)), "'base-cart.slide' starts at 0, where it latches; lock it"),
         (lambda: slider(latches=(Latch(0, 1.0), Latch(0, 2.0))), "'base-cart.slide' has 2 latches; give it one"),
         (

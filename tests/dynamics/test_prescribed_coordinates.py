@@ -208,7 +208,9 @@ def test_terms_can_be_left_out_of_a_led_motion():
         assert not np.allclose(udot, model.state_rate(t, x)[model.n_q :], rtol=1e-6)
         drive = less.observe(np.array([t]), x[None])["joints/hinge/drive"][0, 0]
         assert found["drives/hinge.angle"][0, 3] == pytest.approx(-drive)
-    with pytest.raises(ValueError, match=r"'drives/hinge.angle' cannot be switched off: it is what the specified"):
+    with pytest.raises(
+        ValueError, match=r"'drives/hinge.angle' cannot be switched off: it is the force that the prescribed"
+    ):
         model.without("drives/hinge.angle")
 
 

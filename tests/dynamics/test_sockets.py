@@ -510,7 +510,7 @@ def places(seen, out):
         ),
         (
             {"freedoms": ("hinge.angel",)},
-            "'hinge.angel' of effector 'jet' is no slide or turn; did you mean 'hinge.angle'",
+            "'hinge.angel' of effector 'jet' is no slide or turn of a joint; did you mean 'hinge.angle'",
         ),
         ({"z0": np.ones(3)}, "z0 of effector 'jet'.*expected 2 finite numbers"),
         ({"accounts": ("heat",)}, "accounts for 'heat'; known are"),

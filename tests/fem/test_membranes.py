@@ -234,7 +234,7 @@ def test_a_membrane_without_tension_is_refused_with_what_to_do():
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        ({"prestress": -1.0}, "a membrane bears no compression"),
+        ({"prestress": -1.0}, "a membrane carries no compression"),
         ({"prestress": (1.0, 1.0, 2.0)}, "lowest principal value is -1 N/m"),
         ({"prestress": (1.0, 2.0)}, "give one number or three"),
         ({"viscosity": -1.0}, "give one number of seconds"),

@@ -83,7 +83,7 @@ def test_a_point_mass_on_a_string_may_not_have_an_inertia():
 @pytest.mark.parametrize(
     ("options", "section", "sentence"),
     [
-        ({"prestress": -5.0}, CORD, "bears no compression"),
+        ({"prestress": -5.0}, CORD, "carries no compression"),
         ({"prestress": "5 N"}, CORD, "give one finite number"),
         ({"order": 9}, CORD, "it may be 1 to 8"),
         ({"viscosity": -1.0}, CORD, "a damping time cannot be negative"),

@@ -145,7 +145,7 @@ def test_a_polar_orthotropic_ring_pulled_outwards_moves_as_lekhnitskii_says():
         ({"thickness": {"quad": np.full(6, np.nan)}}, "thickness is not finite in element 0 at"),
         ({"density": -1.0}, "density is -1 kg/m"),
         ({"extra_mass": "x - 0.5"}, "extra_mass is -.* it is not negative"),
-        ({"axis": ("0", "0", "1")}, "axis stands upright on the surface"),
+        ({"axis": ("0", "0", "1")}, "axis is normal to the surface"),
         ({"axis": ("x", "y")}, "give three numbers or three formulas"),
         ({"angle": "1 / x * 0 + 1 / 0"}, "angle: formula"),
     ],

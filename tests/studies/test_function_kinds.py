@@ -65,7 +65,7 @@ def test_a_tapered_boom_wants_elements_and_the_choice_goes_into_the_case():
     assert found.chosen == ("elements", 1)
     uniform = dict(found.with_values)["characteristic"]
     assert found.enough(uniform) is None or found.enough(uniform) > 3
-    assert "Choose elements, 1 a field." in found.verdict
+    assert "Choose elements, 1 per field." in found.verdict
     functions = with_choice(case, found, tuple(found.own)).bodies["boom"].functions
     assert (functions.family, functions.y) == ("elements", 1)
 

@@ -61,6 +61,19 @@ def test_columns_of_several_units_go_to_several_axes(tmp_path):
     assert np.allclose(angles[1].values, np.rad2deg(q[:, 1])) and deltas[0].unit == "kg^1/2 m"
 
 
+def test_components_too_small_to_be_seen_leave_the_legend_unless_they_are_named(tmp_path):
+    times = np.linspace(0, 1, 20)
+    channels = {f"markers/a.{name}/deflection": Channel("m", "deflection", (3,), ("x", "y", "z")) for name in "pq"}
+    rows = np.outer(np.sin(times), [1.0, 2e-3, 5e-4])
+    with RunWriter(tmp_path / "run.h5", channels, {}) as writer:
+        writer.write_block(times, {path: rows * size for path, size in zip(channels, (1.0, 1e-5), strict=True)})
+    with open_run(tmp_path / "run.h5") as run:
+        ((x, y, *other),) = curves_of(run, list(channels))
+        assert [curve.label for curve in (x, y, *other)] == ["a.p x", "a.p y", "a.q x", "a.q y"]
+        ((z,),) = curves_of(run, ["markers/a.p/deflection:z"])
+    assert z.label == "a.p z"
+
+
 def test_peaks_of_a_spectrum_carry_the_natural_frequencies(tmp_path, run, figure):
     plot_spectra(run, tmp_path / "a.png", channels=["bodies/panel/delta"])
     (ax,) = figure().axes

@@ -144,7 +144,7 @@ def _axis(model: NastranModel, card: Card, kind: Kind, x: Array, normal: Array) 
         axis = system.axes_at(x.mean(axis=0))[0]
         if np.linalg.norm(np.cross(axis, normal)) < 1e-3:
             model.bulk.found.unused(
-                f"{card.name} MCID", "the x axis of the material system stands on the element; its y axis is used",
+                f"{card.name} MCID", "the x axis of the material system is normal to the element; its y axis is used",
                 card.place,
             )  # fmt: skip
             axis = system.axes_at(x.mean(axis=0))[1]

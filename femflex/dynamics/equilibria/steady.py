@@ -171,6 +171,6 @@ def _check_constant(found: Steady) -> None:
     change = float(np.abs(later - now).max(initial=0.0))
     if change > CHANGED * size:
         raise ValueError(
-            f"the forces on the system at rest change over time (by {change:.3g} J of {size:.3g} J per usual motion); "
-            "an equilibrium needs constant ones"
+            f"the forces on the system at rest change over time: their work over a typical displacement changes by "
+            f"{change:.3g} J, and is {size:.3g} J. An equilibrium needs constant forces"
         )

@@ -158,7 +158,7 @@ class Laws(ForceTerm):
 
     def channels(self, system: System) -> dict[str, Channel]:
         return {
-            f"laws/{place.name}/force": Channel(place.unit, f"what {place.name} resists with")
+            f"laws/{place.name}/force": Channel(place.unit, f"resisting force or torque of {place.name}")
             for place in law_places(system)
         }
 

@@ -31,7 +31,7 @@ def reaction_channels(system: System) -> dict[str, Channel]:
     out = {}
     for joint in carrying(system) if system.reactions else []:
         where = f"{joint.child}.{joint.child_marker}"
-        text = f"what joint {joint.label} exerts on {joint.child} at {where}"
+        text = f"that joint {joint.label} exerts on {joint.child} at {where}"
         out[f"joints/{joint.label}/force"] = Channel("N", f"force {text}", (3,), XYZ, "inertial")
         out[f"joints/{joint.label}/torque"] = Channel("N m", f"torque {text}", (3,), XYZ, "inertial")
     return out

@@ -30,12 +30,12 @@ def held_channels(system: System) -> dict[str, Channel]:
             short = tuple(name.removeprefix(joint.label + ".") for name in names)
             out[f"joints/{joint.label}/drive"] = Channel(
                 ", ".join(dict.fromkeys(units)),
-                f"what the specified motion of {joint.label} needs",
+                f"force or torque required by the prescribed motion of {joint.label}",
                 (len(names),),
                 short,
             )
     if out:
-        out["monitors/drive_power"] = Channel("W", "power that specified joint motions give to the system")
+        out["monitors/drive_power"] = Channel("W", "power that prescribed joint motions give to the system")
     return out
 
 

@@ -94,7 +94,7 @@ def resolved(model: Model, name: str) -> str:
     if name == "inertia":
         why = "'inertia' cannot be switched off: without it there is no motion to solve for."
     elif name.startswith(DRIVES):
-        why = f"{name!r} cannot be switched off: it is what the specified motion needs."
+        why = f"{name!r} cannot be switched off: it is the force that the prescribed motion requires."
     elif name in model.omitted:
         why = f"{name!r} is switched off already."
     else:

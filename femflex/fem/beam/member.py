@@ -22,6 +22,7 @@ from femflex.fem.family import Contribution, StrainPlaces, family, member_cells
 from femflex.fem.line.chain import LINE_TYPES, ArcLength, arc_length, element_frames, straight_elements
 from femflex.fem.line.section_points import section_points
 from femflex.fem.option import Option, Options, member_options
+from femflex.fem.sections.section import Shape
 from femflex.fem.tables import SectionInertia
 from femflex.warning import PhysicsWarning
 
@@ -34,23 +35,29 @@ Index = NDArray[np.int64]
 
 OPTIONS: Options = {
     "order": Option(3, "order of the bending fields, 3 to 8"),
-    "axial_order": Option(None, "of the axial field, 2 order - 1 when left out; nonlinear strain locks below it"),
-    "torsion_order": Option(None, "of the torsional field, max(2, order - 1) when left out"),
+    "axial_order": Option(
+        None, "order of the axial field. Default: 2 order - 1; a lower one locks with nonlinear strain"
+    ),
+    "torsion_order": Option(None, "order of the torsional field. Default: max(2, order - 1)"),
     "orientation": Option(None, "a direction near the section's y axis", "", (3,)),
     "rotary_inertia": Option(True, "false leaves out the rotary inertia of sections in bending (Euler-Bernoulli)"),
     "start": Option(None, "point group where the arc length of varying sections begins"),
-    "extent": Option(None, "length of the line the group is a part of, which decides on shear", "m"),
+    "extent": Option(
+        None, "length of the whole line of which the group is a part. Shear matters in short, thick lines", "m"
+    ),
     "far_bends": Option(
-        None, "true: energy that stays bounded in far bends of flat sections; left out: where strain is nonlinear"
+        None, "true: strain energy bounded below in large deflections of flat sections. Default: with nonlinear strain"
     ),
     "shear": Option(
-        None, "true: sections shear (Timoshenko); left out: where their centres lie apart or a full stiffness says so"
+        None,
+        "true: shear deformation (Timoshenko). Default: where centroid or shear centre lies off the node line, or a "
+        "full stiffness has shear terms",
     ),
     "offset": Option(None, "y and z of the centroid from the node line", "m", (2,)),
     "shear_centre": Option(None, "y and z of the shear centre from the centroid", "m", (2,)),
     "mass_centre": Option(None, "y and z of the mass centre from the centroid", "m", (2,)),
     "release": Option(None, "components of x, y, z, rx, ry, rz, section axes, released at the nodes of release_at"),
-    "release_at": Option(None, "point group whose nodes the member's ends are released from"),
+    "release_at": Option(None, "point group of the nodes at which the member's ends are released"),
     "prestress": Option(0.0, "initial axial force, tension positive", "N"),
     "thermal_strain": Option(0.0, "free axial strain", ""),
 }
@@ -114,10 +121,22 @@ def beam(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     strain = beam_strain(elements, member, degree, options, corners, stiffness)
     shear = () if stiffness is None else (shear_strain(strain, elements, member, degree, stiffness),)
     axis = elements.places(stations(elements, member, degree)[0], np.zeros((*strain.weight.shape, 1, 3)))[:, :, 0]
-    places = StrainPlaces("line", axis, lever=np.sqrt(r.polar2))
+    fibres = _fibres(elements, member, degree, options)
+    places = StrainPlaces("line", axis, lever=np.sqrt(r.polar2), fibres=fibres)
     centre = np.zeros(2) if options["offset"] is None else np.asarray(options["offset"], float)
     skin = partial(swept_outline, elements, member.section, centre)
     return Contribution((blocks,), (strain,), skin, (places,), late=lambda: shear)
+
+
+def _fibres(elements: BeamElements, member: Member, degree: int, options: dict[str, Any]) -> Array | None:
+    """Stress at the extreme fibres (e|1, q|1, 4) of `Shape.fibres`; None of sections that have no shape, or are offset,
+    whose forces act in the line of the nodes."""
+    section = member.section
+    if not isinstance(section, Shape) or options["offset"] is not None or options["shear_centre"] is not None:
+        return None
+    if not section.varies:
+        return section.fibres(np.zeros((1, 1)), 1.0)
+    return section.fibres(elements.arc.at(stations(elements, member, degree)[0]), elements.arc.whole[:, None])
 
 
 def _elements(mesh: Mesh, member: Member, numbering: Numbering, options: dict[str, Any]) -> BeamElements:

@@ -16,7 +16,7 @@ from femflex.fem.sections.laminates import PlateSection, strain_rotation
 Array = NDArray[np.float64]
 
 OPTIONS: Options = {  # of all plates
-    "axis": Option((1.0, 0.0, 0.0), "direction of the section's x axis, laid into the plates", "", (3,)),
+    "axis": Option((1.0, 0.0, 0.0), "direction of the section's x axis, projected onto the plates", "", (3,)),
     "prestress": Option(None, "initial membrane forces xx, yy, xy in the section's axes", "N/m", (3,)),
     "thermal_strain": Option(None, "free strain, a number or xx, yy, xy in the section's axes", "", (0, 3)),
 }

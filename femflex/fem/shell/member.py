@@ -49,7 +49,7 @@ FOLD_ANGLE = 20.0  # [deg]
 OPTIONS: Options = {
     **PLATE_OPTIONS,
     "surface": Option(
-        None, "formula of x, y and z that is zero on the surface; its normals are used, nodes laid onto it"
+        None, "formula of x, y and z that is zero on the surface; its normals are used, and nodes are moved onto it"
     ),
     "axis": replace(PLATE_OPTIONS["axis"], field=True),
     "angle": Option(0.0, "angle from axis to the section's x axis, about the normal", "rad", field=True),

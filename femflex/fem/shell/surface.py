@@ -85,7 +85,7 @@ def on_their_surfaces(mesh: Mesh, members: Sequence[Member]) -> tuple[Mesh, tupl
         if moved.max() > CLOSE * _extent(points[nodes]):
             count = int((moved > CLOSE * _extent(points[nodes])).sum())
             notes.append(
-                f"{count} of {len(nodes)} nodes of {where} are laid onto its surface, by up to {moved.max():.3g} m"
+                f"{count} of {len(nodes)} nodes of {where} are moved onto its surface, by up to {moved.max():.3g} m"
             )
     return (replace(mesh, points=points), tuple(notes)) if notes else (mesh, ())
 

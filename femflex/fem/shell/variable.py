@@ -173,7 +173,7 @@ def axes_at_nodes(given: Any, angle: Any, patch: Patch, V: Array) -> Array:
     length = np.linalg.norm(along, axis=-1)
     if (flat := np.argwhere(length < 1e-6 * np.maximum(np.linalg.norm(axis, axis=-1), 1e-300))).size:
         raise ValueError(
-            f"{patch.where}: axis stands upright on the surface, or is zero, in {patch.at(int(flat[0, 0]))}; give a "
+            f"{patch.where}: axis is normal to the surface, or zero, in {patch.at(int(flat[0, 0]))}; give a "
             "direction that lies along the surface everywhere"
         )
     along = along / length[..., None]

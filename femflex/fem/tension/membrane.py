@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 OPTIONS: Options = {
-    "axis": Option((1.0, 0.0, 0.0), "direction of the section's x axis, laid into the membrane", "", (3,)),
+    "axis": Option((1.0, 0.0, 0.0), "direction of the section's x axis, projected onto the membrane", "", (3,)),
     "prestress": Option(
         0.0, "initial stress resultant, one for all directions or xx, yy, xy in the section's axes", "N/m", (0, 3)
     ),
@@ -206,7 +206,7 @@ def _checked(options: dict[str, Any], where: str) -> dict[str, Any]:
     if least < 0:
         raise ValueError(
             f"{where} has prestress {force.tolist()} N/m, of which the lowest principal value is {least:.4g} N/m; a "
-            "membrane bears no compression, so give tension in all directions"
+            "membrane carries no compression, so give tension in all directions"
         )
     viscosity = options["viscosity"]
     if not (isinstance(viscosity, int | float | np.floating) and np.isfinite(viscosity) and viscosity >= 0):

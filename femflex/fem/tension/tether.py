@@ -17,6 +17,7 @@ from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.family import Contribution, SkinPart, StrainPlaces, family, member_cells
 from femflex.fem.line.chain import LINE_TYPES, ArcLength, arc_length
 from femflex.fem.option import Option, Options, member_options
+from femflex.fem.sections.section import Shape
 from femflex.fem.tables import DenseInertia
 from femflex.fem.tension.strain import TensionStrain, least_squares
 from femflex.mesh.cells import CELL_TYPES
@@ -149,7 +150,9 @@ def _blocks(
         smooth=least_squares(np.asarray(legvander(2 * xi - 1, order - 1), float), weights),
         viscosity=options["viscosity"],
     )
-    return inertia, strain, StrainPlaces("line", places(xi))
+    section = member.section
+    fibres = section.fibres(arc.at(xi), arc.whole[:, None]) if isinstance(section, Shape) else None
+    return inertia, strain, StrainPlaces("line", places(xi), fibres=fibres)
 
 
 def frames(x: Array) -> Array:
@@ -224,7 +227,7 @@ def _checked(options: dict[str, Any], member: Member) -> dict[str, Any]:
             raise ValueError(f"{where} has {name} {options[name]!r}; give one finite number")
     if options["prestress"] < 0:
         raise ValueError(
-            f"{where} has prestress {options['prestress']:g} N; a tether bears no compression, so give a tension"
+            f"{where} has prestress {options['prestress']:g} N; a tether carries no compression, so give a tension"
         )
     if options["viscosity"] < 0:
         raise ValueError(f"{where} has viscosity {options['viscosity']:g} s; a damping time cannot be negative")

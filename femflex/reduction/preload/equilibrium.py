@@ -193,7 +193,7 @@ def warn_if_slack(structure: Structure) -> None:
         state, what = ("slack", "length") if s == 1 else ("wrinkled", "area")
         warnings.warn(
             f"{block.family} on group {block.group!r} is {state} over {part:.2%} of its {what}: "
-            f"its {PRINCIPAL[s]} falls to {lowest.min():.4g} {UNITS[s]} at ({at}), below zero, and the elements bear "
+            f"its {PRINCIPAL[s]} falls to {lowest.min():.4g} {UNITS[s]} at ({at}), below zero, and the elements carry "
             "that compression. Raise the tension, or move the supports",
             PhysicsWarning,
             stacklevel=3,

@@ -1,7 +1,7 @@
 """Gallery of the shipped cases: what each is, its expected answers, and the pictures made from it.
 
-Pictures are made by `python docs/generate/pictures.py`, once for each version of a case. The gallery shows those that
-there are.
+The page docs/gallery.md and its pictures are kept with the sources, for readers of the files themselves. Both are
+written by `python docs/generate/pictures.py`; a test compares the page with the cases.
 """
 
 from __future__ import annotations
@@ -18,14 +18,27 @@ TOP = Path(__file__).resolve().parents[2]
 HEAD = """# Gallery: all shipped cases
 
 Each case file is example, manual page and test at once. Its head states the source of its numbers. Run any of them with
-`femflex run cases/NAME.toml`. The pictures are those that the case asks for.
+`femflex run cases/NAME.toml`. The pictures are those that its table `[pictures]` requests.
+
+<!-- Written by docs/generate/pictures.py from the cases. -->
 
 """
 
 
 def write(target: Path) -> None:
-    """Write the page cases.md."""
-    save(target / "cases.md", HEAD + "\n".join(entry(path, target) for path in shipped()))
+    """Write the page gallery.md."""
+    save(target / "gallery.md", page())
+
+
+def page() -> str:
+    """Text of the page."""
+    return HEAD + contents() + "\n".join(entry(path) for path in shipped())
+
+
+def contents() -> str:
+    """Links to all cases with their titles."""
+    rows = [[f"[{path.stem}](#{path.stem})", cell(read_case(path).title)] for path in shipped()]
+    return table(("case", "title"), rows) + "\n"
 
 
 def shipped() -> list[Path]:
@@ -33,13 +46,14 @@ def shipped() -> list[Path]:
     return sorted((TOP / "cases").glob("*.toml"))
 
 
-def entry(path: Path, target: Path) -> str:
+def entry(path: Path) -> str:
     """One case: title, purpose, pictures, source and expected answers."""
     case = read_case(path)
     parts = [f"## {path.stem}\n", f"**{cell(case.title)}**\n", cell(case.description) + "\n"]
-    for picture in drawn(path.stem):
-        there = Path("..") / "pictures" / picture.relative_to(PICTURES)
-        parts.append(f"```{{image}} {there}\n:alt: {path.stem}, {picture.stem}\n:width: 100%\n```\n")
+    parts += [
+        f"![{path.stem}, {picture.stem}]({picture.relative_to(PICTURES.parent).as_posix()})\n"
+        for picture in drawn(path.stem)
+    ]
     parts.append(f"Source: {cell(case.source)}\n")
     parts.append(answers(case))
     return "\n".join(parts)
