@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from femflex.case.starting_deck import DeckFacts
 from femflex.decks import Deck, read_deck
 from femflex.decks.findings import toml_key
-from femflex.decks.report import mass_and_centre
+from femflex.decks.report import mass_and_centre, without_mass
 from femflex.decks.units import Units, likely_units, units_of
 from femflex.fem import Structure, Support
 from femflex.fem.support import COMPONENTS
@@ -22,7 +22,6 @@ Array = NDArray[np.float64]
 LARGEST = 60000  # degrees of freedom up to which the modes of a deck are computed for its starting case
 MODES = 6
 GUESSED_DENSITY = 2700.0  # kg/m^3
-NO_MASS = 1e-6  # [kg] below which a deck without densities has none: bars without mass have a trace of it
 HELD_BY_ITSELF = "autospc"
 RANK = 1e-8  # singular value of the motions that supports resist, below which a rigid-body motion is free
 
@@ -45,11 +44,13 @@ def deck_facts(path: Path, units: str | None, file: str) -> DeckFacts:
         structure = deck.structure()
         mass, centre = mass_and_centre(structure)
         weightless: tuple[str, ...] = ()
-        if mass < NO_MASS and not any(rho > 0 for rho in deck.densities):
+        if without_mass(deck, structure):
             weightless = tuple(toml_key(name) for name in deck.materials)
             notes.append(
                 f"overrides: the deck has no mass; a density of {GUESSED_DENSITY:g} kg/m^3 of "
-                f"{', '.join(weightless[:6]) or 'its materials'} is a guess"
+                f"{', '.join(weightless[:6])} is a guess"
+                if weightless
+                else "point_masses: the deck has no mass and no material; give the body point masses"
             )
             deck = read_deck(path, units, {name: {"density": GUESSED_DENSITY} for name in deck.materials})
             structure = deck.structure()
@@ -85,13 +86,31 @@ def _guessed(deck: Deck) -> tuple[str, str]:
 
 
 def _clamp(deck: Deck, sets: tuple[str, ...]) -> tuple[str, dict[str, Support]]:
-    """The supports in force, or the first set, that hold all rigid-body motions; "" where none does."""
+    """The supports in force, or the first set, that hold all rigid-body motions; "" where none does.
+
+    Supports count by themselves first: a deck that stands by springs to ground or by AUTOSPC alone may be meant free.
+    """
     if any(name != HELD_BY_ITSELF for name in deck.default_supports) and holds(deck, held := deck.held()):
         return "supports", held
     for name in sets:
         if holds(deck, held := {**deck.held([name]), **_by_itself(deck)}):
             return name, held
+    if deck.default_supports and _stands(deck):
+        return "supports", deck.held()
     return "", _by_itself(deck)
+
+
+def _stands(deck: Deck) -> bool:
+    """Whether the deck stands by its supports in force together with springs to ground and what AUTOSPC holds."""
+    held = deck.held()
+    structure = deck.structure(held)
+    if structure.n_dof > LARGEST or not structure.M.diagonal().any():
+        return False
+    try:
+        cantilever_modes(structure, held, 1)
+    except ValueError:
+        return False
+    return True
 
 
 def _by_itself(deck: Deck) -> dict[str, Support]:

@@ -71,7 +71,10 @@ def remedy_of(table: BodyTable) -> str:
     if isinstance(table, FileTable):
         return f"make {table.file} anew (femflex body) from a case that gives it strain = 'condensed'"
     if isinstance(table, MatricesTable):
-        return "matrices hold linear strain alone: make the body of elements, with strain = 'condensed'"
+        return (
+            "matrices hold linear strain alone (the second number is an estimate, as of a line along its longest "
+            "extent): give their geometric stiffness and spin, or make the body of elements, with strain = 'condensed'"
+        )
     r = getattr(table, "reduction", None)
     if isinstance(r, Stretchable) and r.derivatives in ("none", 0):
         return f"drop derivatives = {r.derivatives!r} and give it strain = 'condensed'"

@@ -27,7 +27,7 @@ from femflex.case.reduction import (
     Stretchable,
 )
 from femflex.case.support import DIRECTIONS, SkewSupport
-from femflex.decks.report import doubts
+from femflex.decks.report import doubts, without_mass
 from femflex.fem import (
     FAMILIES,
     Bushing,
@@ -119,6 +119,8 @@ def build_structure_of(case: Case, name: str, table: FlexibleTable, mesh: Mesh) 
     masses, springs = [*deck.point_masses, *masses], [*deck.bushings, *springs]
     own = refined_members(mesh, deck_members(deck, members))
     structure = build_structure(mesh, own, masses, supports, joined, springs)
+    if without_mass(deck, structure):
+        raise CaseError(case.path.name, [Problem(f"bodies.{name}.deck", f"{deck.name}: {deck.no_density}")])
     for text in doubts(deck, structure):
         warnings.warn(f"bodies.{name}.deck: {text}", PhysicsWarning, stacklevel=2)
     return replace(structure, notes=(*structure.notes, *left_out_text(deck)))

@@ -40,6 +40,7 @@ class Deck:
     used             kind of card -> how many were used
     unused           cards the structure is made without, with the consequence of each
     notes            sentences on what was decided in reading
+    no_density       which material lacks a density where none has one, with file and line; else ""
     """
 
     name: str
@@ -59,6 +60,7 @@ class Deck:
     used: Mapping[str, int] = field(default_factory=dict)
     unused: tuple[UnusedCard, ...] = ()
     notes: tuple[str, ...] = ()
+    no_density: str = ""
 
     def held(self, names: Iterable[str] | None = None) -> dict[str, Support]:
         """Group -> support of the sets of supports of these names, those in force by default where None.

@@ -97,13 +97,21 @@ class Findings:
         if text not in self.notes:
             self.notes.append(text)
 
-    def note_no_mass(self, densities: Iterable[float], names: Sequence[str], where: object) -> None:
-        """Say that no material has a density; names: by which overrides name them, where: the first one stands."""
-        if names and not any(rho > 0 for rho in densities):
-            self.note(
-                f"no material has a density (the first is {names[0]}, {where}): its elements have no mass. Give one in "
-                f"the deck, or overrides = {{ {toml_key(names[0])} = {{ density = ... }} }}"
-            )
+    def note_no_mass(self, densities: Iterable[float], names: Sequence[str], where: object) -> str:
+        """Say that no material has a density; names: by which overrides name them, where: the first one stands.
+
+        Returns the sentence, empty where one has a density.
+        """
+        if any(rho > 0 for rho in densities):
+            return ""
+        if not names:
+            return "it has no material, and no mass; give it point masses"
+        text = (
+            f"no material has a density (the first is {names[0]}, {where}): its elements have no mass. Give one in "
+            f"the deck, or overrides = {{ {toml_key(names[0])} = {{ density = ... }} }}"
+        )
+        self.note(text)
+        return text
 
     @property
     def left_out(self) -> tuple[UnusedCard, ...]:

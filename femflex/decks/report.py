@@ -14,6 +14,8 @@ from femflex.fem import Structure
 
 Array = NDArray[np.float64]
 
+NO_MASS = 1e-6  # [kg] below which a deck without densities has no mass
+
 
 def mass_and_centre(structure: Structure) -> tuple[float, Array]:
     """Mass [kg] and centre of mass (3,) [m] of a structure, in the deck's basic coordinates."""
@@ -23,6 +25,11 @@ def mass_and_centre(structure: Structure) -> tuple[float, Array]:
         mass += float(dm.sum())
         first += np.einsum("eq,eqi->i", dm, block.rho)
     return mass, first / mass if mass > 0 else first
+
+
+def without_mass(deck: Deck, structure: Structure) -> bool:
+    """Whether the deck has no mass: no density, and no point masses (bars without mass have a trace of it)."""
+    return mass_and_centre(structure)[0] < NO_MASS and not any(rho > 0 for rho in deck.densities)
 
 
 def doubts(deck: Deck, structure: Structure) -> list[str]:

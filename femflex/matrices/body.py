@@ -12,6 +12,7 @@ from scipy import linalg, sparse
 
 from femflex.fem.matrix_structure import MatrixStructure
 from femflex.matrices.checks import GROUNDED, StatedMass, check_model, relative_energy
+from femflex.matrices.foreshortening import estimated_foreshortening
 from femflex.matrices.model import MatrixModel
 from femflex.matrices.read import symmetric
 from femflex.matrices.spin import with_spin_stiffness
@@ -50,6 +51,9 @@ def matrix_body(
     markers  name -> group; damping: in place of the model's own matrix
     stated   mass properties that it is to have
 
+    Without a geometric stiffness the body has an estimate of its foreshortening, by which runs warn of the stiffness
+    that spin, thrust and weight would add.
+
     Raises ValueError with all errors of its checks (`check_model`); warns of the other findings.
     """
     report = check_model(model, stated)
@@ -68,6 +72,8 @@ def matrix_body(
     else:
         modes = reduce(structure)
     made = reduce_matrices(structure, modes, markers, damping, turning, model.distribution)
+    if model.geometric is None:
+        return replace(made, body=replace(made.body, foreshortening=estimated_foreshortening(made.body)))
     if model.spin_axis is None or not made.body.n_modes:
         return made
     assert model.geometric is not None

@@ -104,7 +104,7 @@ def check_model(model: MatrixModel, stated: StatedMass | None = None) -> MatrixR
     structure = model.structure()
     M, K = symmetric_part(model.M), symmetric_part(model.K)
     massless = int((np.asarray(abs(M).sum(axis=1)).ravel() == 0).sum())
-    found += _indefinite(_mass_of_one_axis(structure, M), K)
+    found += _indefinite(model, _mass_of_one_axis(structure, M), K)
     R = rigid_shapes(structure)
     mass, centre, J, more = _mass_properties(R.T @ (M @ R))
     found += more
@@ -149,18 +149,19 @@ def _mass_of_one_axis(structure: MatrixStructure, M: sparse.csr_array) -> sparse
     return lumped.scalar if lumped.exact else M
 
 
-def _indefinite(M: sparse.csr_array, K: sparse.csr_array) -> list[Finding]:
+def _indefinite(model: MatrixModel, M: sparse.csr_array, K: sparse.csr_array) -> list[Finding]:
     """Negative eigenvalues of M and K, by the pivots of a factorisation of the scaled matrix (Sylvester's law)."""
     found = []
-    for name, A in (("mass", M), ("stiffness", K)):
-        d = A.diagonal()
-        if (d < 0).any():
-            k = int(np.argmin(d))
-            text = f"its {name} matrix has {np.count_nonzero(d < 0)} negative entries on the diagonal"
-            found.append(
-                Finding(f"{text}, the least {d[k]:.4g} in row {k + 1} (limit 0); a {name} matrix has none", True)
-            )
+    for name, A, given in (("mass", M, model.M), ("stiffness", K, model.K)):
+        own = given.diagonal()
+        if (own < 0).any():
+            k = int(np.argmin(own))
+            node, component = model.dofs[k]
+            where = f"at node {node}, component {component}" if component else f"at modal coordinate {node}"
+            text = f"its {name} matrix has {np.count_nonzero(own < 0)} negative entries on the diagonal"
+            found.append(Finding(f"{text}, the least {own[k]:.4g} {where} (limit 0); a {name} matrix has none", True))
             continue
+        d = A.diagonal()
         scale = sparse.diags_array(1.0 / np.sqrt(np.where(d > 0, d, 1.0)))
         shifted = scale @ A @ scale + NEGATIVE * sparse.eye_array(len(d))
         try:

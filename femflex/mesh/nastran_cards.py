@@ -13,6 +13,8 @@ from femflex.mesh.numbers import Numbers
 NAME = "Nastran bulk data"
 WIDTH = {False: 8, True: 16}  # columns of a data field, small and large
 DEPTH = 10  # of files that include files
+ITEM = re.compile(r"[A-Za-z]\w*|[+-]?(\d+\.?\d*|\.\d+)([EeDd]?[+-]?\d+)?|=|==|\*\([^()]+\)")  # of a line in free form
+REPEAT = re.compile(r"=\(?(\d*)\)?")
 INCLUDE = re.compile(r"\s*INCLUDE\s+(.*)$", re.I)
 
 
@@ -183,9 +185,22 @@ def _cards(lines: list[Line]) -> list[RawCard]:
     end = next((k for k, line in enumerate(lines) if re.match(r"\s*ENDDATA", line.text, re.I)), len(lines))
     every = [(line, _fields(line.text)) for line in lines[:end] if line.text.strip()]
     marks = {found.mark for _, found in every if found.mark}
+    changes = list[str]()
     for line, found in every:
         mark = found.first.lstrip("+*").strip()
-        if found.first and found.first[0] not in "+*":
+        again = REPEAT.fullmatch(found.first)
+        if again and cards:
+            changes = found.fields if any(found.fields) else changes
+            try:
+                for _ in range(int(again[1] or 1)):
+                    cards.append(_replicated(changes, cards[-1], line))
+            except ValueError:
+                raise ValueError(
+                    f"{line.file}:{line.number}: the line repeats {cards[-1].name} with {', '.join(changes)}, where a "
+                    "number is added to what is none; write the cards out"
+                ) from None
+            last = ""
+        elif found.first and found.first[0] not in "+*":
             cards.append(RawCard(found.first.rstrip("*").strip().upper(), found.fields, line.file, line.number))
         elif mark and mark != last and mark in marked:
             cards[marked[mark]].fields.extend(found.fields)
@@ -209,6 +224,31 @@ def _cards(lines: list[Line]) -> list[RawCard]:
     return cards
 
 
+def _parted(word: str) -> list[str]:
+    """Fields of a free line between two commas: blanks part numbers and words too (PBAR, 1 11 .785)."""
+    words = word.split()
+    return words if len(words) > 1 and all(ITEM.fullmatch(one) for one in words) else [word]
+
+
+def _replicated(fields: list[str], before: RawCard, line: Line) -> RawCard:
+    """The card that repeats another one: = a field again, *(x) with x added, == all that follow again."""
+    made, k = list[str](), 0
+    for k, word in enumerate(fields):
+        old = before.fields[k] if k < len(before.fields) else ""
+        if word == "==":
+            break
+        added = re.fullmatch(r"\*\(?([^()]+)\)?", word)
+        if added is None:
+            made.append(old if word == "=" else word)
+            continue
+        numbers = [float(re.sub(r"(?<=[\d.])([+-])(?=\d+$)", r"e\1", one)) for one in (old or "0", added[1])]
+        whole = all(re.fullmatch(r"[+-]?\d+", one) for one in (old or "0", added[1]))
+        made.append(str(round(sum(numbers))) if whole else f"{float(f'{sum(numbers):.13g}')!r}")
+    else:
+        return RawCard(before.name, made, line.file, line.number)
+    return RawCard(before.name, [*made, *before.fields[k:]], line.file, line.number)
+
+
 class _Fields(NamedTuple):
     """First field, data fields padded to a full line (8, or 4 when large), and the mark at the end without + and *."""
 
@@ -220,7 +260,7 @@ class _Fields(NamedTuple):
 def _fields(line: str) -> _Fields:
     """One line, free or in columns; a free line may have more than nine fields, its continuations then in it."""
     if "," in line:
-        words = [word.strip() for word in line.split(",")]
+        words = [part for word in line.split(",") for part in _parted(word.strip())]
         first, words = words[0], words[1:]
         size = 4 if "*" in first else 8
         fields, mark = list[str](), ""

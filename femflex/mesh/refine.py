@@ -50,10 +50,11 @@ def check_memory(mesh: Mesh, times: int) -> None:
 
 def refined(mesh: Mesh) -> Mesh:
     """The mesh with every cell divided in two along each edge."""
-    marks = np.random.default_rng(0).integers(1, 2**63, len(mesh.points), dtype=np.uint64)
+    marks = _marks(mesh)
     old_keys, old_points = _known(mesh, marks)
     keys, places = [], []
-    for cell, nodes in mesh.cells.items():
+    ordered = sorted(mesh.cells.items(), key=lambda item: -CELL_TYPES[item[0]].order)  # curved cells place their points
+    for cell, nodes in ordered:
         at = _lattice(cell)
         keys.append(_keys(cell, nodes, at, marks))
         places.append(CELL_TYPES[cell].interpolation(at) @ mesh.points[nodes])
@@ -66,7 +67,7 @@ def refined(mesh: Mesh) -> Mesh:
     points = np.concatenate([mesh.points, where[first[fresh]]])
 
     rows = np.split(point[number.ravel()], np.cumsum([k.size for k in keys])[:-1])
-    lattices = {cell: part.reshape(k.shape) for cell, part, k in zip(mesh.cells, rows, keys, strict=True)}
+    lattices = {cell: part.reshape(k.shape) for (cell, _), part, k in zip(ordered, rows, keys, strict=True)}
     cells: dict[str, list[Index]] = {}
     born: dict[str, list[tuple[str, int, int]]] = {}  # by type of the parent: type, first row and number of children
     for cell, nodes in mesh.cells.items():
@@ -101,6 +102,27 @@ def _of_parents(by_type: Mapping[str, Index], born: dict[str, list[tuple[str, in
         for kind, start, count in born[cell]:
             found.setdefault(kind, []).append((start + rows[:, None] * count + np.arange(count)).ravel())
     return {kind: np.concatenate(parts) for kind, parts in found.items()}
+
+
+def _marks(mesh: Mesh) -> Keys:
+    """Random marks (n_points,) of the points by which new points know each other.
+
+    A middle of a cell that is a corner of another one (ribs of two lines on an edge of a nine-node shell) has the mean
+    of the marks of the corners about it, so that both cells find the same points: marks are multiples of eight, and
+    shares exact.
+    """
+    marks = np.random.default_rng(0).integers(1, 2**63, len(mesh.points), dtype=np.uint64) & ~np.uint64(7)
+    corner = np.zeros(len(mesh.points), bool)
+    for cell, nodes in mesh.cells.items():
+        corner[nodes[:, : CELL_TYPES[cell].n_corners]] = True
+    for cell, nodes in mesh.cells.items():
+        kind = CELL_TYPES[cell]
+        for node, parents in enumerate(kind.parents, kind.n_corners):
+            own = corner[nodes[:, node]]
+            if own.any() and len(parents) in (2, 4, 8):
+                shares = marks[nodes[own][:, list(parents)]] // np.uint64(len(parents))
+                marks[nodes[own, node]] = shares.sum(axis=1, dtype=np.uint64)
+    return marks
 
 
 def _keys(cell: str, nodes: Index, at: Array, marks: Keys) -> Keys:

@@ -203,6 +203,16 @@ def test_a_hinge_in_a_beam_carries_no_moment():
     assert u[2] == pytest.approx(1.0 / 192 / EI, rel=1e-9)
 
 
+def test_a_node_that_all_elements_release_is_named():
+    mesh = bar(2)
+    middle = mesh.nearest_point([0.5, 0, 0])
+    mesh = mesh.with_groups(points={"middle": [middle]})
+    options = {"release": ["ry"], "release_at": "middle"}
+    s = build_structure(mesh, [Member("line", "beam", Rectangle(0.02, 0.02), METAL, options)])
+    with pytest.raises(ValueError, match=r"such as r. of the node at \(0.5, 0, 0\) m\); give every member both"):
+        cantilever_modes(s, "start", 2)
+
+
 def test_nonlinear_force_of_a_beam_that_shears_is_the_derivative_of_its_energy():
     s = build_structure(bar(2), [Member("line", "beam", FullSection(coupled(), mass_of()))])
     rng = np.random.default_rng(1)

@@ -5,16 +5,20 @@ from __future__ import annotations
 import re
 import warnings
 
+import numpy as np
 import pytest
+from plate_models import frequencies
 from shell_problems import pinched_cylinder, ratio
 
+from femflex.fem import Material, Member, build_structure
+from femflex.mesh import Mesh, annulus, rectangle
 from femflex.warning import PhysicsWarning
 
 
 def test_coarse_four_node_elements_of_a_pinched_cylinder_are_warned_of_with_their_error():
-    """8 x 8: 2 sqrt(R h) long; the warning names 1.3 times the stiffness, 1.32 is found."""
+    """8 x 8: 2 sqrt(R h) long, half as curved at the ends. The warning names 1.3 times the stiffness, 1.32 is found."""
     problem = pinched_cylinder("quad", 8)
-    with pytest.warns(PhysicsWarning, match="64 of 64 four-node elements are longer than sqrt") as given:
+    with pytest.warns(PhysicsWarning, match="48 of 64 four-node elements are longer than 1.5 sqrt") as given:
         found = ratio(problem)
     named = float(re.search(r"up to ([\d.]+) times as stiff", str(given[0].message))[1])
     assert named == pytest.approx(1 / found, rel=0.1)
@@ -25,3 +29,36 @@ def test_finer_and_second_order_elements_are_not_warned_of(cell, n):
     with warnings.catch_warnings():
         warnings.simplefilter("error", PhysicsWarning)
         ratio(pinched_cylinder(cell, n))
+
+
+def test_low_modes_on_elements_of_twice_the_length_are_within_a_hundredth():
+    """A quarter of a cylinder, R / h = 400, clamped at one curved edge, on elements of 2 sqrt(R h); at 4 it is off."""
+
+    def hertz(cell: str, n: int):
+        m = rectangle(1.6, np.pi / 2, n, n, cell)
+        x, angle, _ = m.points.T
+        m = Mesh(np.stack([x, np.cos(angle), np.sin(angle)], axis=1), m.cells, m.cell_groups, m.point_groups)
+        s = build_structure(m, [Member("surface", "shell", 0.0025, Material(70e9, 0.3, 2700.0))])
+        return frequencies(s, s.clamped_dofs("left"), 4)
+
+    exact = hertz("quad9", 16)
+    with pytest.warns(PhysicsWarning, match="low modes bend smoothly and are within 1 % up to 2 sqrt"):
+        np.testing.assert_allclose(hertz("quad", 16), exact, rtol=0.012)
+        assert np.abs(hertz("quad", 8) / exact - 1).max() > 0.05
+
+
+def test_second_order_elements_of_a_very_thin_dish_are_warned_of():
+    """A dish of 4 x 12 nine-node elements, R / h = 10^4: the first mode is 2.5 times too high, and 5 % twice finer."""
+
+    def hertz(n: int):
+        flat = annulus(0.3, 2.0, n, 3 * n, "quad9")
+        x, y, _ = flat.points.T
+        dish = Mesh(np.stack([x, y, (x * x + y * y) / 8], axis=1), flat.cells, flat.cell_groups, flat.point_groups)
+        s = build_structure(dish, [Member("surface", "shell", 0.0004, Material(70e9, 0.3, 1600.0))])
+        return frequencies(s, s.clamped_dofs("inner"), 1)[0]
+
+    with pytest.warns(PhysicsWarning, match="second-order elements are longer than 16 sqrt") as given:
+        coarse = hertz(4)
+    assert len(given) == 1
+    fine = hertz(8)
+    assert coarse > 2 * fine

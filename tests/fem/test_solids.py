@@ -88,28 +88,6 @@ def test_mass_and_rank_are_those_of_the_body(cell):
     assert (value[:6] < 1e-9 * value[-1]).all() and value[6] > 1e-6 * value[-1]
 
 
-RATES = {1: 2.0, 2: 4.0}
-
-
-@pytest.mark.parametrize("cell", SOLIDS)
-def test_energy_converges_at_the_order_of_the_cell(cell):
-    """Error of the energy of a smooth displacement, interpolated: h^2 of first order, h^4 of second."""
-
-    def field(p):
-        x, y, z = p.T
-        return np.stack([np.sin(2 * x) * y, np.cos(x + z), np.exp(y) * z], axis=1)[..., None]
-
-    counts = (2, 4) if cell in ("pyramid13", "hexahedron27") else (2, 4, 6)
-    energies = []
-    for n in (*counts, 0):
-        s = structure_of(brick("hexahedron27", (6, 6, 6)) if n == 0 else brick(cell, (n, n, n)))
-        x = nodal(s, field)
-        energies.append((x.T @ s.K @ x).item() / 2)
-    errors = np.abs(np.array(energies[:-1]) - energies[-1])
-    rate = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
-    assert rate > RATES[CELL_TYPES[cell].order] - 0.35
-
-
 def timoshenko_cantilever(L, EI, kGA, m, mr2) -> float:
     """First circular frequency of a clamped-free Timoshenko beam: root of the determinant of its transfer matrix."""
 

@@ -50,7 +50,9 @@ def test_asymmetry_has_number_and_limit(bar):
 
 def test_indefinite_matrices_are_errors(bar):
     m = bar.M.diagonal()[4]
-    assert "negative entries on the diagonal" in check_model(changed(bar, M={(4, 4): -2 * m})).errors[0]
+    text = check_model(changed(bar, M={(4, 4): -2 * m})).errors[0]
+    node, component = bar.dofs[4]
+    assert f"negative entries on the diagonal, the least {-m:.4g} at node {node}, component {component}" in text
     off = 3 * m
     assert "mass matrix has 1 negative eigenvalues" in check_model(changed(bar, M={(4, 7): off, (7, 4): off})).errors[0]
     k = abs(bar.K).max()

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy import sparse
@@ -9,8 +12,13 @@ from scipy.linalg import eigh
 
 from femflex.case import read_case
 from femflex.matrices import MatrixModel, matrix_body, write_matrices
+from femflex.pipeline import run
 from femflex.pipeline.decisions import build_body
 from femflex.reduction import cantilever_modes
+from femflex.warning import PhysicsWarning
+
+ROOT = Path(__file__).resolve().parents[2]
+CASES, MESHES = ROOT / "cases", ROOT / "meshes"
 
 N, GAMMA, MU = 24, 2.0, 4.13732  # elements; rate, flap frequency over sqrt(EI / m' L^4)
 
@@ -88,3 +96,27 @@ def test_a_case_says_the_spin(tmp_path):
     with pytest.raises(ValueError, match="has no geometric stiffness; a spin needs"):
         full = MatrixModel(**{**blade().__dict__, "geometric": None})
         full.spinning(2.0, [0, 0, 1])
+
+
+def test_matrices_without_a_geometric_stiffness_have_an_estimate_of_it():
+    """Southwell: a uniform cantilever that spins about its root has omega^2 = omega_0^2 + 1.193 rate^2 in flap."""
+    made = matrix_body(replace(blade(), geometric=None), lambda s: cantilever_modes(s, "root", 6), turning=())
+    theta = made.body.foreshortening
+    W = np.outer([0, 0, 1.0], [0, 0, 1.0]) - np.eye(3)
+    assert np.sum(W * theta.mass[1:]) * 12.3624 == pytest.approx(1.193, rel=0.08)  # an estimate
+    assert matrix_body(blade(), lambda s: cantilever_modes(s, "root", 6), turning=()).body.foreshortening is None
+
+
+def test_a_run_that_spins_matrices_warns_with_both_frequencies(tmp_path):
+    """At 0.4 of its first frequency the boom would gain 9 %, sqrt(1 + 1.193 0.16) - 1; the estimate is 10 %."""
+    text = (CASES / "boom_matrices.toml").read_text(encoding="utf-8")
+    text = text[: text.index("[pictures]")].replace("../meshes", str(MESHES))
+    text = text.replace('duration = "8 s"', 'duration = "0.5 s"').replace("samples = 161", "samples = 6")
+    text = text.replace('gravity = [0, 0, "-0.1 m/s^2"]', 'gravity = [0, 0, "0 m/s^2"]')
+    rate = 0.4 * 0.98922685 * 2 * np.pi
+    text = text.replace("[environment]", f'[attitude]\nframe = "spinning"\nspin = [0, 0, {rate}]\n\n[environment]')
+    (tmp_path / "spun.toml").write_text(text, encoding="utf-8")
+    with pytest.warns(
+        PhysicsWarning, match=r"'boom' turned at .* a stiffening of (9|10)% .*0.9892 Hz, not 1.*an estimate"
+    ):
+        run(read_case(tmp_path / "spun.toml"), tmp_path / "spun.h5")

@@ -129,3 +129,19 @@ def test_two_curved_cells_between_the_same_ends_are_refused():
     ring = Mesh([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]], {"line3": [[0, 1, 2], [1, 0, 3]]})
     with pytest.raises(ValueError, match="points 2 and 3 are both the middle of one edge"):
         ring.refined()
+
+
+def test_lines_between_corners_and_middles_of_curved_cells_stay_on_their_edges():
+    """Ribs of two lines on each edge of nine-node shells share all points with them, on the curve, however often."""
+    flat = rectangle(1.0, 1.0, 2, 2, "quad9")
+    x, y, _ = flat.points.T
+    points = np.stack([x, y, x * x], axis=1)
+    edges = np.array([[c[k], c[4 + k]] for c in flat.cells["quad9"] for k in range(4)])
+    ends = np.array([[c[4 + k], c[(k + 1) % 4]] for c in flat.cells["quad9"] for k in range(4)])
+    lines = np.unique(np.sort(np.concatenate([edges, ends]), axis=1), axis=0)
+    mesh = Mesh(points, {"line": lines, "quad9": flat.cells["quad9"]}, {"ribs": {"line": np.arange(len(lines))}})
+    for times in (1, 2):
+        fine = mesh.refined(times)
+        assert np.isin(fine.group_points("ribs"), fine.cells["quad9"]).all()
+        assert len(np.unique(np.round(fine.points, 9), axis=0)) == len(fine.points)
+        np.testing.assert_allclose(fine.points[:, 2], fine.points[:, 0] ** 2, atol=1e-12)

@@ -58,7 +58,9 @@ def read(path: Path, units: Units, overrides: Overrides) -> Deck:
     _sets(model)
     report_unused(model)
     known = reading.materials.all()
-    found.note_no_mass([m.density for m in known], [m.name for m in known], known[0].keyword.place() if known else "")
+    no_density = found.note_no_mass(
+        [m.density for m in known], [m.name for m in known], known[0].keyword.place() if known else ""
+    )
     for name in overrides:
         if name not in model.taken:
             found.problem(f"override of {name!r}: the deck has no material and no section of that name")
@@ -78,7 +80,7 @@ def read(path: Path, units: Units, overrides: Overrides) -> Deck:
         tuple(model.connections), tuple(model.bushings), supports, default, dict(model.build.row_of), units,
         tuple(one.values.get("E", one.values.get("E1", 0.0)) for one in reading.materials.all()),
         tuple(one.density for one in reading.materials.all()), tuple(one.name for one in reading.materials.all()),
-        dict(sorted(found.used.items())), found.left_out, tuple(found.notes),
+        dict(sorted(found.used.items())), found.left_out, tuple(found.notes), no_density,
     )  # fmt: skip
     stiff = model.build.families() <= STIFF and not model.connections and not _node_members(model)
     return deck if stiff else deck.with_unresisted_held()  # which assembles the structure

@@ -1,4 +1,4 @@
-"""Properties of bars and beams: PBAR, PBARL, PBEAM and PBEAML; in SI, at one or more stations."""
+"""Properties of bars and beams: PBAR, PBARL, PBEAM, PBEAML, PBEAM3 and PBCOMP; in SI, at one or more stations."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from femflex.decks.nastran.bar_shapes import SHAPES, shape_of
 from femflex.decks.nastran.bulk import Bulk
 from femflex.decks.nastran.card import Card
+from femflex.decks.nastran.lumped_areas import lumped_parts
 from femflex.decks.nastran.materials import Materials
 
 STATIONS = 11  # that a PBEAM may have
@@ -68,9 +69,11 @@ class BarProperties:
             ("PBARL", self._pbarl),
             ("PBEAM", self._pbeam),
             ("PBEAML", self._pbeaml),
+            ("PBEAM3", self._pbeam3),
+            ("PBCOMP", self._pbcomp),
         ):
             bulk.trying(lambda card, read=read: self._add(card, read), name)  # type: ignore[misc]
-        for card in bulk.each("PBCOMP", "PBEND", "PBMSECT", "PBRSECT", use=False):
+        for card in bulk.each("PBEND", "PBMSECT", "PBRSECT", use=False):
             if card.is_integer(0):
                 self._foreign[card.integer(0)] = card
 
@@ -103,7 +106,8 @@ class BarProperties:
         """
         if number in self._foreign and number not in self._known:
             raise ValueError(
-                f"names {self._foreign[number]}, which is not understood; give PBAR, PBARL, PBEAM or PBEAML instead"
+                f"names {self._foreign[number]}, which is not understood; give PBAR, PBARL, PBEAM, PBEAML or PBCOMP "
+                "instead"
             )
         if number not in self._known:
             known = ", ".join(map(str, sorted(self._known)[:12])) or "none"
@@ -188,6 +192,41 @@ class BarProperties:
         M = (card.real(k + 8, 0.0) * l, card.real(k + 9, 0.0) * l)
         N = (card.real(k + 12, 0.0) * l, card.real(k + 13, 0.0) * l)
         return self._made(card, stations, K1, K2, (E, G, rho), N, M)
+
+    def _pbeam3(self, card: Card) -> BarProperty:
+        l, m, _ = self._lengths()
+        E, G, rho = self._materials(card.integer(1)).bar()
+        if card.rest(16):
+            raise ValueError(
+                f"{card} varies along its elements or has shear factors; give A, Iz, Iy, Iyz, J and NSM alone"
+            )
+        A, I1, I2, I12, J = (card.real(k, 0.0) for k in (2, 3, 4, 5, 6))
+        station = Station(A * l**2, I1 * l**4, I2 * l**4, I12 * l**4, J * l**4, card.real(7, 0.0) * m)
+        return BarProperty(card.integer(0), (0.0, 1.0), (station,) * 2, 1.0, 1.0, E, G, rho, card)
+
+    def _pbcomp(self, card: Card) -> BarProperty:
+        l, m, _ = self._lengths()
+        E, G, rho = self._materials(card.integer(1)).bar()
+        N, M = ((card.real(k, 0.0) * l, card.real(k + 1, 0.0) * l) for k in (12, 10))
+        A, nsm, J = card.real(2) * l**2, card.real(7, 0.0) * m, card.real(6, 0.0) * l**4
+        K1, K2 = card.real(8, 1.0), card.real(9, 1.0)
+        if (symmetry := card.integer(14, 0)) == 0:
+            I1, I2, I12 = (card.real(k, 0.0) * l**4 for k in (3, 4, 5))
+            stations = {0.0: Station(A, I1, I2, I12, J, nsm)}
+            return self._made(card, stations, K1, K2, (E, G, rho), N, M)
+        parts = lumped_parts(card, symmetry)
+        moduli = {mid: self._materials(mid).bar() for mid in {one.material for one in parts}}
+        if not E > 0:
+            raise ValueError(f"{card} names MAT1 {card.integer(1)}, which has no E; its lumped areas need one")
+        areas = np.array([one.fraction * A for one in parts])
+        stiff = areas * [moduli[one.material][0] / E for one in parts]
+        mass = areas @ [moduli[one.material][2] for one in parts]
+        y, z = (np.array([getattr(one, c) for one in parts]) * l for c in ("y", "z"))
+        if any(card.has(k) for k in (3, 4, 5)):
+            self._bulk.found.note(f"{card}: I1, I2 and I12 are those of its lumped areas, not of its fields 5 to 7")
+        total = float(stiff.sum())
+        station = Station(total, float(stiff @ y**2), float(stiff @ z**2), float(stiff @ (y * z)), J, nsm)
+        return self._made(card, {0.0: station}, K1 * A / total, K2 * A / total, (E, G, float(mass) / total), N, M)
 
     def _made(
         self, card: Card, stations: dict[float, Station], K1: float, K2: float, moduli: tuple[float, float, float],

@@ -58,7 +58,7 @@ def _bar(model: NastranModel, card: Card) -> None:
     if model.bulk.raw.by_gmsh and card.is_integer(4) and not card.has(5):
         default, v = None, None
     else:
-        v = _orientation(model, card, ends[0], axes, default, frames)
+        v = bar_orientation(model, card, ends[0], axes, default, frames)
     points = [model.grids[g].position for g in ends]
     offsets = [np.array(card.reals(k, 3)) * model.bulk.units.length for k in (10, 13)]
     if frames[0] not in "GB" or set(frames[1:]) - set("GOE"):
@@ -70,12 +70,12 @@ def _bar(model: NastranModel, card: Card) -> None:
         if frames[k + 1] == "G":
             points[k] = points[k] + offsets[k] @ model.grids.axes(ends[k])
         else:
-            points[k] = points[k] + offsets[k] @ _frame(span, v, card)
+            points[k] = points[k] + offsets[k] @ bar_frame(span, v, card)
     x = points[1] - points[0]
     length = float(np.linalg.norm(x))
     if length <= 1e-9 * max(1.0, float(np.abs(points[0]).max())) * 1e-3:
         raise ValueError(f"{card} has no length")
-    frame = _frame(x, v, card)
+    frame = bar_frame(x, v, card)
     alpha, _ = principal(made.stations[0])
     y = frame[1] if alpha == 0 else math.cos(alpha) * frame[1] + math.sin(alpha) * frame[2]
     # elements of one orientation vector are one member; the vector across each serves where axes are turned
@@ -87,29 +87,29 @@ def _bar(model: NastranModel, card: Card) -> None:
         raise ValueError(f"{card} has pin flags for one plane alone and a section with I12; give principal axes")
     varies = any(s != made.stations[0] for s in made.stations)
     key = ("bar", pid, direction_key(orientation), number if varies or any(pins) else None)
-    section = _section(model, made, length)
-    options = {"orientation": tuple(float(c) for c in orientation), **_options(model, made, card)}
+    section = bar_section(model, made, length)
+    options = {"orientation": tuple(float(c) for c in orientation), **bar_options(model, made, card)}
     if any(pins):
         nodes = [row for row, pin in zip(rows, pins, strict=True) if pin]
         same = len({pin for pin in pins if pin}) == 1
         if len(nodes) == 2 and not same:
             middle = model.build.point((points[0] + points[1]) / 2)
             for k, pair in ((0, (rows[0], middle)), (1, (middle, rows[1]))):
-                _add_bar(model, card, pid, pair, (*key, k), section, options, pins[k], [rows[k]])
-            _mark(model, ends)
+                add_bar(model, card, pid, pair, (*key, k), section, options, pins[k], [rows[k]])
+            mark_turning(model, ends)
             return
-        _add_bar(model, card, pid, tuple(rows), key, section, options, next(p for p in pins if p), nodes)
+        add_bar(model, card, pid, tuple(rows), key, section, options, next(p for p in pins if p), nodes)
     else:
-        _add_bar(model, card, pid, tuple(rows), key, section, options, (), [])
-    _mark(model, ends)
+        add_bar(model, card, pid, tuple(rows), key, section, options, (), [])
+    mark_turning(model, ends)
 
 
-def _mark(model: NastranModel, grids: list[int]) -> None:
+def mark_turning(model: NastranModel, grids: list[int]) -> None:
     model.moving.update(grids)
     model.turning.update(grids)
 
 
-def _add_bar(
+def add_bar(
     model: NastranModel, card: Card, pid: int, rows: tuple[int, ...], key: object, section: StiffnessSection,
     options: dict[str, object], pins: tuple[int, ...], at: list[int],
 ) -> None:  # fmt: skip
@@ -122,8 +122,13 @@ def _add_bar(
     )
 
 
-def _orientation(model: NastranModel, card: Card, first: int, axes: Array, default: Card | None, frames: str) -> Array:
-    """The orientation vector in basic components, to a grid or as given. Raises ValueError where there is none."""
+def bar_orientation(
+    model: NastranModel, card: Card, first: int, axes: Array, default: Card | None, frames: str
+) -> Array:
+    """The orientation vector (3,) [m] in basic components, to a grid or as given; axes (3, 3) of the first grid.
+
+    Raises ValueError where there is none.
+    """
     own = default if default is not None and not any(card.has(k) for k in (4, 5, 6)) else card
     if own.is_integer(4) and not own.has(5) and not own.has(6):
         grid = own.integer(4)
@@ -136,8 +141,8 @@ def _orientation(model: NastranModel, card: Card, first: int, axes: Array, defau
     return np.asarray(v @ axes if frames[0] == "G" else v)
 
 
-def _frame(x: Array, v: Array | None, card: Card) -> Array:
-    """Axes x, y, z of an element as rows. Raises ValueError where v lies along the element."""
+def bar_frame(x: Array, v: Array | None, card: Card) -> Array:
+    """Axes x, y, z of an element along x (3,) [m] as rows (3, 3). Raises ValueError where v (3,) lies along it."""
     x = x / np.linalg.norm(x)
     if v is None:
         v = np.array([0.0, 0, 1.0]) if abs(x[2]) < 0.9 else np.array([0.0, 1.0, 0.0])
@@ -159,7 +164,7 @@ def _end(model: NastranModel, grid: int, point: Array, name: str) -> int:
     return row
 
 
-def _section(model: NastranModel, made: BarProperty, length: float) -> StiffnessSection:
+def bar_section(model: NastranModel, made: BarProperty, length: float) -> StiffnessSection:
     """The section of a bar over its length; values that are zero stand in as very small ones."""
     stations = [principal(s)[1] for s in made.stations]
     # Nastran's own: A at the middle of the element counts where it varies linearly
@@ -206,7 +211,7 @@ def _section(model: NastranModel, made: BarProperty, length: float) -> Stiffness
     return StiffnessSection(**given)
 
 
-def _options(model: NastranModel, made: BarProperty, card: Card) -> dict[str, object]:
+def bar_options(model: NastranModel, made: BarProperty, card: Card) -> dict[str, object]:
     """Options of the beam family: shear, and the places of centroid, shear and mass centre of PBEAM."""
     shears = made.K1 > 0 and made.K2 > 0 and made.G > 0
     if (made.K1 > 0) != (made.K2 > 0):

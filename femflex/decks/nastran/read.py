@@ -8,6 +8,7 @@ from pathlib import Path
 from femflex.decks.deck import Deck
 from femflex.decks.nastran.bar_properties import BarProperties
 from femflex.decks.nastran.bulk import bulk_of
+from femflex.decks.nastran.general_elements import read_general_elements
 from femflex.decks.nastran.grids import Grids
 from femflex.decks.nastran.line_elements import read_line_elements
 from femflex.decks.nastran.masses import finish_masses, read_masses
@@ -21,6 +22,7 @@ from femflex.decks.nastran.solid_elements import read_solid_elements
 from femflex.decks.nastran.springs import finish_springs, read_springs
 from femflex.decks.nastran.supports import read_supports
 from femflex.decks.nastran.systems import Systems
+from femflex.decks.nastran.three_node_beams import read_three_node_beams
 from femflex.decks.nastran.unused import report_unused
 from femflex.decks.register import Overrides
 from femflex.decks.units import Units
@@ -47,11 +49,13 @@ def read(path: Path, units: Units, overrides: Overrides) -> Deck:
     materials = Materials(bulk)
     model = NastranModel(bulk, systems, Grids(bulk, systems), materials, BarProperties(bulk, materials))
     read_line_elements(model)
+    read_three_node_beams(model)
     read_shell_elements(model)
     read_solid_elements(model)
     read_rigid_elements(model)
     read_masses(model)
     read_springs(model)
+    read_general_elements(model)
     _lone_grids(model)
     finish_springs(model)
     finish_masses(model, 0.0)
@@ -59,7 +63,7 @@ def read(path: Path, units: Units, overrides: Overrides) -> Deck:
     read_sets(model)
     report_unused(bulk)
     known = materials.all()
-    bulk.found.note_no_mass(
+    no_density = bulk.found.note_no_mass(
         [m.density for m in known], [f"mat_{m.number}" for m in known], known[0].card.place if known else ""
     )
     _unknown_overrides(model)
@@ -74,7 +78,7 @@ def read(path: Path, units: Units, overrides: Overrides) -> Deck:
         path.name, "Nastran", mesh, (*model.build.members(), *_node_members(model)), tuple(model.point_masses),
         tuple(model.connections), tuple(model.bushings), supports, default, dict(model.build.row_of), units,
         *_judged(materials), tuple(f"mat_{one.number}" for one in materials.all()),
-        dict(sorted(bulk.found.used.items())), bulk.found.left_out, tuple(bulk.found.notes),
+        dict(sorted(bulk.found.used.items())), bulk.found.left_out, tuple(bulk.found.notes), no_density,
     )  # fmt: skip
     asked = bulk.parameters.get("AUTOSPC")
     return deck if asked is not None and asked.word(1) == "NO" else deck.with_unresisted_held()

@@ -93,15 +93,13 @@ class ShellProperties:
         v = self._bulk.override(self._names(number), values, str(card))
         if not v["thickness"] > 0 and card.has(2):
             raise ValueError(f"{card} has thickness {v['thickness']:.6g} m; it must be positive")
-        if mids[3]:
-            self._bulk.found.unused(
-                "PSHELL MID4", "coupling of membrane and bending is left out; the shell does not warp", card.place
-            )
         if not mids[0] and not mids[1]:
             raise ValueError(f"{card} names no material for membrane or bending")
         if v["thickness"] <= 0:  # every element brings its own
             v["thickness"] = 1e-3
-        membrane, bending, shear = (self._materials(mid) if mid else None for mid in mids[:3])
+        membrane, bending, shear, coupling = (self._materials(mid) if mid else None for mid in mids)
+        if coupling and not (membrane and bending):
+            raise ValueError(f"{card} has MID4, which couples membrane and bending, without MID1 and MID2; give both")
         base = membrane or bending
         assert base is not None
         rho = base.density
@@ -116,13 +114,14 @@ class ShellProperties:
                 S = NONE * plain * np.eye(2)
             nsm = max(v["nonstructural_mass"], 0.0)
             mass = rho * t + v["nonstructural_mass"]
-            return PlateSection(
-                t, mass, rho * t**3 / 12 if bending else 0.0, _regular(Qm * t), _regular(D), S, added=nsm
-            )
+            rotary = rho * t**3 / 12 if bending else 0.0
+            # Nastran: forces are T^2 G4 times curvatures that shorten the upper side
+            B = -coupling.plane_stress() * t**2 if coupling else np.zeros((3, 3))
+            return PlateSection(t, mass, rotary, _regular(Qm * t), _regular(D), S, B, added=nsm)
 
         if rho * v["thickness"] + v["nonstructural_mass"] < 0:
             raise ValueError(f"{card} has a mass per area below zero; correct the density or the nonstructural mass")
-        isotropic = all(one is None or one.kind == 1 for one in (membrane, bending, shear))
+        isotropic = all(one is None or one.kind == 1 for one in (membrane, bending, shear, coupling))
         if not bending:
             self._bulk.found.note(f"{card} has no bending material (MID2): its elements are membranes without bending")
         return ShellProperty(

@@ -61,12 +61,19 @@ def _celas(model: NastranModel, card: Card, values: dict[int, float]) -> None:
     terms = []
     for sign, (grid, named) in zip((1.0, -1.0), ends, strict=False):
         (one,) = named
-        row = sign * model.grids.axes(grid)[(one - 1) % 3]
-        terms.append((model.group(grid), "rotation" if one > 3 else "translation", tuple(float(v) for v in row)))
+        terms.append(component_term(model, grid, one, sign))
         model.wanted.add(grid)
         if one > 3:
             model.wanted_turning.add(grid)
-    model.springs.append((ScalarSpring(tuple(terms), k * unit), [g for g, _ in ends], max(turns), card))  # type: ignore[arg-type]
+    model.springs.append((ScalarSpring(tuple(terms), k * unit), [g for g, _ in ends], max(turns), card))
+
+
+def component_term(
+    model: NastranModel, grid: int, component: int, factor: float
+) -> tuple[str, str, tuple[float, float, float]]:
+    """A term of a ScalarSpring: a component (1 to 6) of a grid, along the grid's own axes, times a factor."""
+    x, y, z = (float(v) for v in factor * model.grids.axes(grid)[(component - 1) % 3])
+    return model.group(grid), "rotation" if component > 3 else "translation", (x, y, z)
 
 
 def _bushes(model: NastranModel) -> None:

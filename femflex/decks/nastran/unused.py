@@ -14,7 +14,7 @@ CONSEQUENCES = (
     (r"CWELD|CFAST|CSEAM|PWELD|PFAST|PSEAM", "fasteners are left out; the parts that they join stay apart"),
     (r"CVISC|PVISC|CDAMP|PDAMP|CBUSH1D|PBUSH1D", "damping is left out; give damping in the case"),
     (r"PLOTEL|SNORM|DVGRID", "nothing is left out of the structure"),
-    (r"GENEL|DMIG|DMI$|DMIJ|DMIK|K2GG|M2GG|DTI$", "matrices are left out; their stiffness and mass are missing"),
+    (r"DMIG|DMI$|DMIJ|DMIK|K2GG|M2GG|DTI$", "matrices are left out; their stiffness and mass are missing"),
     (r"ASET|OMIT|BSET|CSET|QSET|USET|BNDFIX|BNDFREE|SESET|SECSET|SEBSET|SEQSET|EXTRN|RELEASE|CYJOIN|CYSYM",
      "reductions are left out; choose the reduction in the case"),
     (r"SUPORT", "free bodies are reduced by the case (method = 'free_free')"),
@@ -44,7 +44,7 @@ CONSEQUENCES = (
 )  # fmt: skip
 # Elements and properties that carry load or mass and have no family here: the model would be wrong without them.
 MISSING = re.compile(
-    r"(CBEND|CBEAM3|CTRIAX|CQUADX|CTRAX|CCONEAX|CTRAPRG|CTRIARG|CTORDRG|CTRAPAX|CTRIAAX|CRAC|CIHEX|CIS2D"
+    r"(CBEND|CTRIAX|CQUADX|CTRAX|CCONEAX|CTRAPRG|CTRIARG|CTORDRG|CTRAPAX|CTRIAAX|CRAC|CIHEX|CIS2D"
     r"|CTRBSC|CTRPLT|CQDPLT|CTRIM6|CTWIST|CTRSHL|CDUM|CRIGD|RSPLINE"
     r"|RTRPLT|RJOINT|RSSCON|CIFHEX|CIFPENT|CACINF|CQUAD$|CTRIA$|CPLSTN|CPLSTS|CMBEAM|CMBAR|CELBOW|CHEX20|CHEX8|CTETRA[A-Z]"
     r"|CHEXA[A-Z]|CCRSFIL|CBELT|CSPR)"

@@ -63,6 +63,17 @@ class Modes:
     note: str = ""
 
 
+class IdleError(ValueError):
+    """Some motions have neither stiffness nor mass. dofs (k,): numbers of those that have none by themselves."""
+
+    def __init__(self, dofs: NDArray[np.int64], places: str = "") -> None:
+        self.dofs = dofs
+        super().__init__(
+            f"some motions have neither stiffness nor mass ({len(dofs)} degrees of freedom by themselves{places}); "
+            "give every member both, and leave one of the elements that meet at a node without a release."
+        )
+
+
 def lowest_modes(
     K: sparse.csr_array, M: sparse.csr_array, n: int, free: bool = False, solve: Solve | None = None
 ) -> Modes:
@@ -229,11 +240,7 @@ def _null_count(K: sparse.csr_array, M: sparse.csr_array) -> tuple[int, float]:
             return _probed(K, M, part * scale)
         except SingularError:
             continue
-    idle = int(((K.diagonal() == 0) & (M.diagonal() == 0)).sum())
-    raise ValueError(
-        f"some motions have neither stiffness nor mass ({idle} degrees of freedom by themselves); give every member "
-        "both, and leave one of the elements that meet at a node without a release."
-    )
+    raise IdleError(np.flatnonzero((K.diagonal() == 0) & (M.diagonal() == 0)))
 
 
 def without_stiffness(K: sparse.csr_array, M: sparse.csr_array, phi: Array) -> NDArray[np.bool_]:

@@ -132,7 +132,8 @@ def shell(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
         patch = Patch(name, nodes, x, len(mesh.points), where)
         if name == "quad":
             warn_of_trapezoids(x, where)
-            h = variable.heights(patch, np.array([[0.5, 0.5]]))[:, 0]
+        if name in ("quad", "quad9", "triangle6"):
+            h = variable.heights(patch, np.full((1, 2), 0.5 if name != "triangle6" else 1 / 3))[:, 0]
             warn_if_coarse(x, V, np.broadcast_to(h, len(x)), where)
         geometry = ShellGeometry(name, x, V, axes_at_nodes(options["axis"], options["angle"], patch, V), plain.A)
         numbers = [numbering.translation(nodes.ravel()), numbering.rotation(nodes.ravel(), V.reshape(-1, 3))]

@@ -17,13 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, sparse
 
-from femflex.fem.eigen.modes import Modes, factorised, lowest_modes, without_stiffness
+from femflex.fem.eigen.modes import IdleError, Modes, factorised, lowest_modes, without_stiffness
 from femflex.fem.eigen.shift_invert import Factors, SingularError
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.rigid import independent_columns, rigid_shapes
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+
+SHOWN = 3  # dofs without stiffness and mass that a message names
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,8 +123,31 @@ def unstressed(structure: Structure, held: Index) -> Supported:
 
 def lowest_modes_on(structure: Structure, held: Index, n: int) -> Modes:
     """`Supported.lowest_modes` of the structure with dofs held (k,), numbers; a second call returns the same object."""
-    found: Modes = structure.recalled(("modes", n, held.tobytes()), lambda: supported(structure, held).lowest_modes(n))
+    found: Modes = structure.recalled(("modes", n, held.tobytes()), lambda: _modes(structure, held, n))
     return found
+
+
+def _modes(structure: Structure, held: Index, n: int) -> Modes:
+    given = supported(structure, held)
+    try:
+        return given.lowest_modes(n)
+    except IdleError as error:
+        dofs = given.free[error.dofs]
+        raise IdleError(dofs, _places_text(structure, dofs)) from None
+
+
+def _places_text(structure: Structure, dofs: Index) -> str:
+    """The first nodes and components that dofs move: ", such as ry of the node at (1, 0, 2) m"."""
+    listed = []
+    for dof in dofs[:SHOWN]:
+        for rows, words in ((structure.translation, "xyz"), (structure.rotation, ("rx", "ry", "rz"))):
+            column = np.abs(rows[:, [int(dof)]].toarray()[:, 0])
+            if column.any():
+                node, axis = divmod(int(column.argmax()), 3)
+                place = ", ".join(f"{x:.4g}" for x in structure.mesh.points[node])
+                listed.append(f"{words[axis]} of the node at ({place}) m")
+                break
+    return f", such as {'; '.join(listed)}" if listed else ""
 
 
 def _known(structure: Structure, held: Index, which: str, K: sparse.csr_array) -> Supported:

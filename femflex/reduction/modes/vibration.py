@@ -76,7 +76,14 @@ def free_free_modes(structure: Structure, n: int) -> ModeSet:
     if n_null != n_rigid:
         refuse_unheld(structure, np.zeros(0, np.int64), (), modes.null)
     MR = structure.M @ R
-    phi = modes.phi - R @ linalg.solve(R.T @ MR, MR.T @ modes.phi, assume_a="pos")
+    try:
+        moving = linalg.cho_factor(R.T @ MR)
+    except linalg.LinAlgError:
+        raise ValueError(
+            f"{n_rigid} rigid motions are free, and some move no mass (masses on one line turn about it without any); "
+            "clamp the structure, or give the masses inertia."
+        ) from None
+    phi = modes.phi - R @ linalg.cho_solve(moving, MR.T @ modes.phi)
     phi = signed(structure, phi)
     return ModeSet(phi, ("free-free",) * phi.shape[1], modes.omega, note=modes.note)
 

@@ -1,0 +1,50 @@
+"""How far a body of matrices shortens as it bends: an estimate, by which runs warn of the stiffness that it lacks."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from femflex.body import FlexibleBody, Foreshortening
+
+Array = NDArray[np.float64]
+
+STATIONS = 60  # along the longest extent at most, over which the shape is averaged before its slope is taken
+
+
+def estimated_foreshortening(body: FlexibleBody) -> Foreshortening | None:
+    """Foreshortening of the lowest shape of a body as of a line along its longest extent; None where it has no skin.
+
+    With w(s) the mean displacement [m] across the line e of the shape, theta(s) = -e int_0^s w'^2 ds over the shape's
+    stiffness, s from the origin of the body, where it is clamped; the points of the skin share the mass alike.
+    """
+    n, skin = body.n_modes, body.skin
+    if not n or skin is None or len(skin.points) < 2:
+        return None
+    V1, Me = (body.strain.V1 + body.strain.V1.T) / 2, body.moments.elastic_mass()[:n, :n]
+    value, vectors = linalg.eigh(V1, Me, subset_by_index=[0, 0])
+    if not value[0] > 0:
+        return None
+    x = np.asarray(skin.points, float)
+    u = np.einsum("n,npa->pa", vectors[:, 0], np.asarray(skin.shapes)[:n])
+    e = np.linalg.svd(x - x.mean(axis=0), full_matrices=False)[2][0]
+    s = x @ e
+    if not np.ptp(s) > 0:
+        return None
+    station = np.unique(np.round((s - s.min()) / np.ptp(s) * STATIONS).astype(int), return_inverse=True)[1]
+    count = np.bincount(station)
+    at = np.bincount(station, s) / count
+    across = np.stack([np.bincount(station, u[:, a]) / count for a in range(3)], axis=1)
+    across = across - np.outer(across @ e, e)
+    bent = np.linalg.norm(np.diff(across, axis=0), axis=1) ** 2 / np.diff(at)  # int w'^2 ds between stations
+    drawn = np.concatenate([[0.0], np.cumsum(bent)]) / value[0]
+
+    def theta(places: Array) -> Array:
+        """theta (k, 3) [1/N] at places (k,) [m] along the line."""
+        return np.asarray(-np.outer(np.interp(places, at, drawn) - np.interp(0.0, at, drawn), e))
+
+    share = body.moments.mass / len(x)
+    z = np.column_stack([np.ones(len(x)), x])
+    markers = {name: theta(np.array([one.position @ e]))[0] for name, one in body.markers.items()}
+    return Foreshortening(share * z.T @ theta(s), markers)

@@ -1,0 +1,52 @@
+"""MacNeal and Harder's problems on solids of second order: published values of HEX20, and convergence."""
+
+from __future__ import annotations
+
+import pytest
+from solid_problems import curved, hemisphere, pinched_cylinder, ratio, scordelis_lo, straight, twisted
+
+# MacNeal and Harder 1985, tables of results: HEX20, integrated fully as here
+PUBLISHED = {
+    "along": (straight("along"), 0.994),
+    "straight, in plane": (straight("in plane"), 0.970),
+    "straight, out of plane": (straight("out of plane"), 0.961),
+    "curved, in plane": (curved("in plane"), 0.875),
+    "curved, out of plane": (curved("out of plane"), 0.946),
+    "twisted": (twisted("in plane"), 0.991),
+    "twisted, the other way": (twisted("out of plane"), 0.995),
+}
+CELLS = ("hexahedron20", "hexahedron27", "wedge15", "tetra10", "pyramid13")
+SLENDER = {
+    "straight, in plane": lambda n: straight("in plane", n),
+    "straight, out of plane": lambda n: straight("out of plane", n),
+    "curved, in plane": lambda n: curved("in plane", n),
+    "twisted": lambda n: twisted("in plane", n=n),
+    "twisted, thin": lambda n: twisted("in plane", 0.05, n),
+}
+THIN = {"Scordelis-Lo": scordelis_lo, "hemisphere": hemisphere, "pinched cylinder": pinched_cylinder}
+
+
+@pytest.mark.parametrize("name", PUBLISHED)
+def test_twenty_node_bricks_have_the_published_values(name):
+    problem, published = PUBLISHED[name]
+    assert ratio(problem, "hexahedron20") == pytest.approx(published, abs=0.02)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("cell", CELLS)
+@pytest.mark.parametrize("name", SLENDER)
+def test_beams_of_solids_come_to_the_published_answers(name, cell):
+    """Within 2 % on 24 elements, 3 % of cells cut from bricks, and nearer than on 12 (the clamp stiffens by 0.6 %)."""
+    coarse, fine = (ratio(SLENDER[name](n), cell) for n in (12, 24))
+    thin = name == "twisted, thin"
+    assert abs(fine - 1) < (0.02 if cell.startswith("hexa") else 0.07 if thin else 0.03)
+    assert abs(fine - 1) < max(abs(coarse - 1), 0.012)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("cell", ("hexahedron20", "hexahedron27", "wedge15"))
+@pytest.mark.parametrize("name", THIN)
+def test_thin_curved_shells_of_solids_converge_from_the_stiff_side(name, cell):
+    """One element over the thickness locks on coarse meshes (8); on 16 the error is below a half of that."""
+    coarse, fine = (1 - ratio(THIN[name](n), cell) for n in (8, 16))
+    assert 0 < fine < 0.55 * coarse
