@@ -15,7 +15,7 @@ from femflex.advice.bodies import KnownBodies
 from femflex.advice.buckling.margin import BucklingMargin, post_buckling_note
 from femflex.advice.curved import snap_through_advice
 from femflex.advice.deflections import deflection_watches
-from femflex.advice.limits import BENT, BOWING, LEEWAY, PHASE, STIFFENED, STILL, SWINGING, SWUNG, TOLD
+from femflex.advice.limits import BENT, BOWING, BY_SPIN, LEEWAY, PHASE, STIFFENED, STILL, SWINGING, SWUNG, TOLD
 from femflex.advice.motion_estimate import MotionEstimate
 from femflex.advice.remedies import division_remedy
 from femflex.advice.stiffening import OmittedStiffness, attached_masses, lowest_frequency
@@ -232,7 +232,11 @@ def motion_extents(view: MotionEstimate, known: KnownBodies) -> dict[str, Motion
         bent = max(hardened_bend(bend.reached, hardening * bend.size**2), start.reached)
         swing = float(np.ptp(bend.over(held))) / 2.0
         phase = _phase(system, name, view.times, gain) if swing > SWINGING and name in gains else 0.0
-        pulled = float(gain.max()), float(gain.min()), float(rate[np.argmax(gain)]), float(rate.max())
+        spin = float(rate[np.argmax(gain)])
+        if gain.max() > TOLD and body.strain.V1.any():
+            omega = lowest_frequency(body, attached_masses(system, name))
+            spin = 0.0 if float(gain.max()) * omega**2 > BY_SPIN * spin**2 else spin  # then other forces pull
+        pulled = float(gain.max()), float(gain.min()), spin, float(rate.max())
         stretched = hardening * (max(linear, start.reached) * bend.size) ** 2
         more = {"stretched": stretched, "phase": phase, "swing": swing}
         out[name] = MotionExtent(*pulled, bent, start.reached, bend.size, view.short, division_remedy(body), **more)

@@ -14,7 +14,7 @@ from femflex.case.case import Case
 from femflex.case.problems import CaseError, Problem, near
 from femflex.case.sensor import SensorTable
 from femflex.case.thruster import TankTable, ThrusterTable
-from femflex.case.wheel import GyroTable, WheelTable
+from femflex.case.wheel import CableTable, GyroTable, WheelTable
 from femflex.system import (
     Controller,
     Effector,
@@ -24,6 +24,7 @@ from femflex.system import (
     Supply,
     Variation,
     blocks,
+    cable,
     control_moment_gyro,
     pulse_train,
     reaction_wheel,
@@ -89,6 +90,8 @@ def build_craft(case: Case, parts: Mapping[str, Part]) -> Craft:
     for name, spring in case.separations.items():
         ends = ((spring.parent, spring.parent_marker), (spring.body, spring.marker))
         effectors.append(made(f"separations.{name}", separation_spring, name, ends, spring.stiffness, spring.length))
+    for name, line in case.cables.items():
+        effectors.append(made(f"cables.{name}", build_cable, case, name, line))
     tanks = {name: held for name, held in case.tanks.items() if held.body in bodies}
     varying = (made("tanks", emptied, bodies, tanks) or {}) if not problems else {}
     if problems:
@@ -147,6 +150,15 @@ def emptied(parts: Mapping[str, Part], tanks: Mapping[str, TankTable]) -> dict[s
         carriers[place] = carrier(parts[table.body], table.marker)
         held.setdefault(place, {})[name] = (table.marker, table.propellant, table.gyration)
     return {place: tank_variation(carriers[place], own) for place, own in held.items()}
+
+
+def build_cable(case: Case, name: str, table: CableTable) -> Effector:
+    """The cable of a table. Raises ValueError, and OSError for a file of its length that cannot be read."""
+    length = table.length.profile
+    if length is None:
+        raise ValueError("found a length that is locked; give its value")
+    ends = ((table.parent, table.parent_marker), (table.body, table.marker))
+    return cable(name, ends, length(case.path.parent), table.EA, table.damping)
 
 
 def build_gyro(name: str, table: GyroTable) -> Effector:

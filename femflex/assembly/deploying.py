@@ -127,7 +127,7 @@ def _mass_per_length(table: DeployingTable) -> float:
 
 def _line(table: DeployingTable) -> DeployingLine:
     given = table.model_dump(include={*LINE_KEYS, "radius"})
-    return DeployingLine(mass_per_length=_mass_per_length(table), **given)
+    return DeployingLine(mass_per_length=_mass_per_length(table), rod=table.family == "beam", **given)
 
 
 LineFunctions = BeamFunctions | StringFunctions | ElementFunctions

@@ -142,7 +142,9 @@ class FlexibleBody(Summarised):
         delta = np.asarray(delta, float)
         if not len(self.slaves):
             return delta
-        followed = np.einsum("sij,...i,...j->...s", self.slaves, delta, delta, optimize=True) / 2
+        products = (delta[..., :, None] * delta[..., None, :]).reshape(*delta.shape[:-1], -1, 1)
+        # one product of the same size for each state, so that no bit depends on how many come together
+        followed = (self.slaves.reshape(len(self.slaves), -1) @ products)[..., 0] / 2
         return np.concatenate([delta, followed], axis=-1)
 
     def marker(self, name: str) -> Marker:

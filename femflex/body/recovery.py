@@ -24,7 +24,7 @@ RESULTANTS = {  # by kind of member: names and units of what the elastic matrix 
 }
 SHEAR_FORCES = {"shear_force_y": ("moment_z", -1.0), "shear_force_z": ("moment_y", 1.0)}  # of lines, [N]
 _LINE = RESULTANTS["line"][0]
-VON_MISES = "von_mises"
+VON_MISES, FIBRE_STRESS = "von_mises", "fibre_stress"
 ONE_SHEET = 1e-3  # by which 12 D / (A h^2) of a sheet of one material may differ from 1
 CHUNK = 4_000_000  # values held at once
 
@@ -61,11 +61,14 @@ def resultants(part: StrainPart, y: Array) -> Array:
 def von_mises(part: StrainPart, y: Array) -> Array | None:
     """Von Mises' equivalent stress (t, p) [Pa] at amplitudes (t, n); None where a part's stress is not known.
 
-    Of solids that of the stress, of sheets of one material the larger of the two faces; sections of beams and
-    laminates are known by their resultants alone.
+    Of solids that of the stress, of sheets of one material the larger of the two faces, of round beams that of the
+    outermost fibre by axial force, bending and torque; other sections and laminates are known by their resultants.
     """
-    if part.kind == "line" or (part.kind == "plate" and not one_sheet(part)):
+    if VON_MISES not in quantities([part]):
         return None
+    if part.kind == "line":
+        torque = resultants(part, y)[..., 3] * part.fibres[:, 3]
+        return np.asarray(np.sqrt(fibre_stress(part, y) ** 2 + 3 * torque**2))
     found = resultants(part, y)
     if part.kind == "solid":
         xx, yy, zz, yz, xz, xy = np.moveaxis(found, 2, 0)
@@ -79,6 +82,20 @@ def von_mises(part: StrainPart, y: Array) -> Array | None:
     return np.asarray(np.maximum(*faces))
 
 
+def fibre_stress(part: StrainPart, y: Array) -> Array:
+    """Largest magnitude over the section (t, p) [Pa] of the stress along a line whose fibres are known.
+
+    |N|/A + |M_z| y_max/I_z + |M_y| z_max/I_y, a corner's; of round sections the two moments add as vectors do.
+    """
+    found = np.abs(resultants(part, y)) * part.fibres[:, : len(part.names)]
+    if found.shape[2] == 1:  # of rods
+        return np.asarray(found[..., 0])
+    bending = np.where(
+        np.isnan(part.fibres[:, 3]), found[..., 1] + found[..., 2], np.hypot(found[..., 1], found[..., 2])
+    )
+    return np.asarray(found[..., 0] + bending)
+
+
 def one_sheet(part: StrainPart) -> bool:
     """Whether plates are sheets of one material: D = A h^2 / 12."""
     h = 2 * part.lever
@@ -87,13 +104,15 @@ def one_sheet(part: StrainPart) -> bool:
 
 
 def named(part: StrainPart, name: str, y: Array) -> Array | None:
-    """One quantity (t, p) of a part: a name of RESULTANTS or SHEAR_FORCES, or "von_mises"; None where it has none.
+    """One quantity (t, p) of a part by its name, such as "moment_y" or "von_mises"; None where it has none.
 
     Shear forces of lines are those that balance the moments: V_y = -dM_z/dx, V_z = dM_y/dx, in the axes of the section.
     They hold the load of rotary inertia, and differ from the constitutive ones within elements that are too long.
     """
     if name == VON_MISES:
         return von_mises(part, y)
+    if name == FIBRE_STRESS:
+        return fibre_stress(part, y) if len(part.fibres) else None
     if name in SHEAR_FORCES:
         moment, sign = SHEAR_FORCES[name]
         return sign * (resultants(part, y)[..., _LINE.index(moment)] @ _slopes(part)) if _shears(part) else None
@@ -131,7 +150,10 @@ def quantities(parts: Sequence[StrainPart]) -> dict[str, str]:
         found |= dict(zip(names[: len(part.names)], units, strict=False))
         if _shears(part):
             found |= dict.fromkeys(SHEAR_FORCES, "N")
-        if part.kind == "solid" or (part.kind == "plate" and one_sheet(part)):
+        if len(part.fibres):
+            found[FIBRE_STRESS] = "Pa"
+        twisted = len(part.names) == len(_LINE) and len(part.fibres) > 0 and not np.isnan(part.fibres[:, 3]).any()
+        if part.kind == "solid" or (one_sheet(part) if part.kind == "plate" else twisted):
             found[VON_MISES] = "Pa"
     return found
 
@@ -217,6 +239,7 @@ def _over(part: StrainPart, points: Index) -> StrainPart:
         elastic=rows(part.elastic),
         stress=rows(part.stress),
         lever=rows(part.lever),
+        fibres=rows(part.fibres) if len(part.fibres) else part.fibres,
     )
 
 

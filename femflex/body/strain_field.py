@@ -35,6 +35,7 @@ ARRAYS = {  # name -> (description, units); those of rows hold for mass-normalis
     "elastic": ("elastic matrix, of every point or of all", "N | N m | N m^2 | N/m | N/m^2"),
     "stress": ("initial stress, of every point or of all", "N | N m | N/m | N/m^2"),
     "lever": ("polar radius of lines, half the thickness of plates, of every point or of all", "m"),
+    "fibres": ("stress of extreme fibres per axial force, moments and torque, of every point or of all", "m^-2 | m^-3"),
     "first": ("part of the amplitudes that is of first order in the energy", "1"),
 }
 
@@ -54,6 +55,8 @@ class StrainPart:
                             are of the energy
     nonlinear  whether the body's strain keeps the quadratic part; else it meets the initial stress alone
     lever      (1|p,)       polar radius of a line's section, with which twist is carried; half a plate's thickness [m]
+    fibres     (0|1|p, 4)   of lines: stress of the extreme fibres per axial force, moment_z, moment_y and torque
+                            [1/m^2, 1/m^3], the last NaN where the section is not round; none where not known
     per        points of each element, which follow each other; 1 where every point stands alone
 
     The strains are those of NAMES[kind], in this order; twist is the twist rate times the section's polar radius. Of
@@ -72,6 +75,7 @@ class StrainPart:
     nonlinear: bool
     per: int = 1
     lever: Array = field(default_factory=lambda: np.zeros(1))
+    fibres: Array = field(default_factory=lambda: np.zeros((0, 4)))
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -137,7 +141,8 @@ def read_field(group: h5py.Group) -> tuple[StrainPart, ...]:
             per=int(own.attrs.get("per", 1)),
             first=_first_order(own),
             lever=np.asarray(own["lever"][()], float) if "lever" in own else np.zeros(1),
-            **{name: own[name][()] for name in ARRAYS if name not in ("first", "lever")},
+            fibres=np.asarray(own["fibres"][()], float) if "fibres" in own else np.zeros((0, 4)),
+            **{name: own[name][()] for name in ARRAYS if name not in ("first", "lever", "fibres")},
         )
         for own in numbered
     )

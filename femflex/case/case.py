@@ -25,7 +25,7 @@ from femflex.case.sensor import SensorTable
 from femflex.case.sight import SightTable
 from femflex.case.stability import StabilityTable
 from femflex.case.thruster import TankTable, ThrusterTable
-from femflex.case.wheel import GyroTable, SeparationTable, SignalTable, WheelTable
+from femflex.case.wheel import CableTable, GyroTable, SeparationTable, SignalTable, WheelTable
 
 
 class Case(Table):
@@ -79,6 +79,8 @@ class Case(Table):
     """Tanks by name."""
     separations: dict[Name, SeparationTable] = Field(default_factory=dict)
     """Separation springs by name."""
+    cables: dict[Name, CableTable] = Field(default_factory=dict)
+    """Cables between two bodies by name."""
     initial: StartTable | None = None
     """Initial state of the whole craft, in place of that of joints, bodies and [attitude]."""
     pictures: PicturesTable | None = None

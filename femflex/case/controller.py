@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from femflex.case.base import Name, Table, refuse
 from femflex.case.inertia import InertiaMatrix
-from femflex.case.values import Duration, Positive, Quantity, _Readable
+from femflex.case.values import Duration, Positive, Quantity, ValueProblem, _Readable
 
 Numbers = tuple[float, ...]
 Rows = tuple[Numbers, ...]
@@ -27,7 +27,28 @@ class _OneOrMany(_Readable):
 
 
 Gains = Annotated[Numbers, _OneOrMany()]
-MatrixRows = Annotated[Rows, Quantity("", (None, None))]
+
+
+class _Matrix(_Readable):
+    """Rows of numbers, as many in each."""
+
+    def read(self, value: object) -> object:
+        """The rows as tuples."""
+        rows = Quantity("", (None, None)).read(value)
+        lengths = [len(row) for row in rows]
+        if len(set(lengths)) > 1:
+            k = next(k for k, length in enumerate(lengths) if length != lengths[0])
+            raise ValueProblem(
+                f"row 1 has {lengths[0]} and row {k + 1} has {lengths[k]} numbers; give as many in every row"
+            )
+        return rows
+
+    def json_schema(self) -> dict[str, object]:
+        """JSON Schema of the rows."""
+        return Quantity("", (None, None)).json_schema()
+
+
+MatrixRows = Annotated[Rows, _Matrix()]
 
 
 class BlockTable(Table):

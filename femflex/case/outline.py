@@ -28,7 +28,7 @@ from femflex.case.run import PicturesTable, RunTable, StudyTable
 from femflex.case.sensor import SensorTable
 from femflex.case.sight import SightTable
 from femflex.case.thruster import TankTable, ThrusterTable
-from femflex.case.wheel import GyroTable, MountedTable, SeparationTable, WheelTable
+from femflex.case.wheel import CableTable, GyroTable, MountedTable, SeparationTable, WheelTable
 
 T = TypeVar("T")
 
@@ -38,6 +38,7 @@ MOUNTED = {
     "thrusters": ThrusterTable,
     "tanks": TankTable,
     "separations": SeparationTable,
+    "cables": CableTable,
     "sensors": SensorTable,
 }
 
@@ -51,7 +52,7 @@ class Outline:
 
     bodies  by name; joints, loads, loops, constraints, springs and sights by their label in key paths, such as
             "joints[panel]"
-    mounted wheels, gyros, thrusters, tanks, separation springs and sensors by their label, as "wheels.w1"
+    mounted wheels, gyros, thrusters, tanks, separation springs, cables and sensors by their label, as "wheels.w1"
     names   of the entries of materials and sections, valid or not
     """
 

@@ -38,16 +38,24 @@ def printable(text: str) -> str:
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in cut)
 
 
+FEW = 4  # known names that are listed even where one of them is near
+
+
 def near(name: str, known: Iterable[str]) -> str:
-    """Part of a sentence: "did you mean 'mass'?" when a known name is near, else the known names."""
+    """Part of a sentence: "did you mean 'mass'?" when a known name is near; the known names otherwise, or if few.
+
+    >>> near("mas", ["mass", "inertia"]), near("x", ["a", "b"])
+    ("did you mean 'mass'? known are 'inertia', 'mass'", "known are 'a', 'b'")
+    """
     names, name = sorted(known), name[:100]
     close = difflib.get_close_matches(name, names, n=1, cutoff=0.6)
     if not close:
         folded = {n.lower(): n for n in names}
         close = [folded[name.lower()]] if name.lower() in folded else []
+    known = f"known are {listed(names)}" if names else "there are none"
     if close:
-        return f"did you mean {close[0]!r}?"
-    return f"known are {listed(names)}" if names else "there are none"
+        return f"did you mean {close[0]!r}?" + (f" {known}" if 1 < len(names) <= FEW else "")
+    return known
 
 
 def listed(names: Iterable[str]) -> str:

@@ -7,6 +7,8 @@ from typing import Annotated, Literal
 from pydantic import model_validator
 
 from femflex.case.base import Table, refuse
+from femflex.case.joint_values import Damper
+from femflex.case.motion import Motion, MotionOf
 from femflex.case.values import Direction, Mass, Plain, Quantity, Rate
 
 Inertia = Annotated[float, Quantity("kg m^2", above=0.0)]
@@ -118,6 +120,23 @@ class SeparationTable(MountedTable):
     """Stiffness of the spring."""
     length: Annotated[float, Quantity("m", above=0.0)]
     """Free length; beyond it the spring has let go."""
+
+
+class CableTable(MountedTable):
+    """A cable without mass between two markers: it pulls while they are farther apart than its length, else it is
+    slack."""
+
+    parent: str
+    """The other body."""
+    parent_marker: str = "origin"
+    """Marker of the other body."""
+    length: Annotated[Motion, MotionOf("m")]
+    """Length that is let out: a value, or a profile over time such as { kind = "smooth_step", from = "5 m", to =
+    "33 m", start = 0, end = "500 s" }. It must stay above zero."""
+    EA: Annotated[float, Quantity("N", above=0.0)]
+    """Axial stiffness, force per strain."""
+    damping: Damper = 0.0
+    """Damping while it is taut; it never makes the cable push."""
 
 
 class SignalTable(Table):

@@ -91,7 +91,7 @@ def craft_modes(file: Path, at: float | None, number: int | None, drawing: Drawi
 def print_modes(case: Case, modes: SystemModes, number: int | None) -> None:
     """Print the table of modes, what they are about, stability, and what the case expects of them."""
     from femflex.case.verdicts import judged_modes
-    from femflex.cli.equilibrium import frame_text, print_stability
+    from femflex.cli.equilibrium import frame_text, length_lines, print_stability
 
     shown = len(modes.names) if number is None and len(modes.names) <= SHOWN else min(number or SHOWN, len(modes.names))
     rows = [
@@ -105,6 +105,8 @@ def print_modes(case: Case, modes: SystemModes, number: int | None) -> None:
     if shown < len(modes.names):
         print(f"and {len(modes.names) - shown} modes above, which -n and --json list\n")
     print(f"about       {frame_text(modes.about)}")
+    for line in length_lines(modes.about):
+        print(line)
     if modes.left_out:
         print(f"left out    {', '.join(modes.left_out)}. Use --at TIME to evaluate them at a time")
     print_stability(modes.about)

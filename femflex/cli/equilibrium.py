@@ -97,6 +97,8 @@ def print_equilibrium(found: Equilibrium) -> None:
         ],
     )
     print(f"frame       {frame_text(found)}")
+    for line in length_lines(found):
+        print(line)
     print(f"residual    {found.residual:.2e} of the largest force, after {found.iterations} iterations")
     for name, loop in loops(found).items():
         force, torque = (math.hypot(*loop[key]) for key in ("force", "torque"))
@@ -161,13 +163,24 @@ def frame_text(found: Equilibrium) -> str:
     return "at rest in the inertial frame"
 
 
+def length_lines(found: Equilibrium) -> list[str]:
+    """A line per deploying body on the length at which it stays."""
+    from femflex.system.fixed_length import fixed_lengths
+
+    lengths = fixed_lengths(found.model.system)
+    return [f"length      of {name} stays at {length:.6g} m" for name, length in lengths.items()]
+
+
 def equilibrium_data(found: Equilibrium) -> dict[str, Any]:
     """What --json prints."""
+    from femflex.system.fixed_length import fixed_lengths
+
     names = [name for name, _ in found.model.system.coordinate_names()]
     return {
         "coordinates": dict(zip(names, found.q, strict=True)),
         "markers": markers(found),
         "frame": found.model.system.frame.kind,
+        "lengths": fixed_lengths(found.model.system),
         "residual": found.residual,
         "iterations": found.iterations,
         "loops": loops(found),

@@ -169,7 +169,7 @@ def model_data(model: LinearModel, small: StateSpace, zeros: bool) -> dict[str, 
 
 def print_model(model: LinearModel, small: StateSpace, data: dict[str, Any]) -> None:
     """Print the poles, the inputs and outputs, and what the model is about."""
-    from femflex.cli.equilibrium import frame_text, print_stability
+    from femflex.cli.equilibrium import frame_text, length_lines, print_stability
 
     rows = [
         [
@@ -194,6 +194,8 @@ def print_model(model: LinearModel, small: StateSpace, data: dict[str, Any]) -> 
         print(f"about       the state at {model.t:.9g} s")
         return
     print(f"about       {frame_text(model.about)}")
+    for line in length_lines(model.about):
+        print(line)
     if model.left_out:
         print(f"left out    {', '.join(model.left_out)}. Use --at TIME to evaluate them at a time")
     print_stability(model.about)

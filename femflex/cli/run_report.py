@@ -123,14 +123,15 @@ def print_run_summary(run: Run, system: System, output: Path) -> None:
         f"done        {output}: {s.get('accepted', 0)} steps, {s.get('rejected', 0)} rejected, "
         f"{s.get('evaluations', 0)} evaluations"
     )
-    for line in (*latch_lines(run), *tank_lines(run), *reach_lines(run, system)):
+    for line in (*latch_lines(run), *tank_lines(run), *cable_lines(run), *reach_lines(run, system)):
         print(line)
     for path in conserved_monitors(run, system):
         value = run[path]
         change = float(np.abs(value - value[0]).max())
         shares = [f"monitors/{kind}" for kind in ENERGIES] if path == "monitors/energy" else [path]
         size = max(float(np.abs(run[share]).max()) for share in shares if share in run)
-        relative = f", {change / size:.2e} of its size" if size > 0 else ""
+        zero = path != "monitors/energy" and float(np.abs(value[0]).max()) <= change  # nothing to compare with
+        relative = "" if zero or not size > 0 else f", {change / size:.2e} of its size"
         print(
             f"monitor     {path.split('/')[1].replace('_', ' ')} changed by up to {change:.3e} "
             f"{run.unit(path)}{relative}"
@@ -168,6 +169,25 @@ def tank_lines(run: Run) -> list[str]:
             else f"holds {left:.6g} kg"
         )
         out.append(f"tank        {name} {state}")
+    return out
+
+
+def cable_lines(run: Run) -> list[str]:
+    """A line per cable that was slack at some rows: for how many of them, from when on."""
+    import numpy as np
+
+    out = []
+    for path in sorted(name for name in run if name.startswith("effectors/") and name.endswith("/tension")):
+        name = path.split("/")[1]
+        if f"effectors/{name}/distance" not in run:
+            continue
+        slack = run[path] == 0.0
+        if slack.any():
+            first, last = run.time[np.flatnonzero(slack)[[0, -1]]]
+            out.append(
+                f"cable       {name} was slack in {slack.mean():.0%} of the rows, first at t = {first:.6g} s, last at "
+                f"t = {last:.6g} s"
+            )
     return out
 
 

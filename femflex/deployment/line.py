@@ -101,6 +101,7 @@ class DeployingLine:
     root, direction        the exit [m] and where the member points, body frame
     orientation            vector near the section's y axis; default as for beam members
     radius                 of the tube that is drawn [m]; None draws a line
+    rod                    whether it carries compression though EIy and EIz are zero: a straight boom, no tether
     """
 
     mass_per_length: float
@@ -116,6 +117,7 @@ class DeployingLine:
     direction: ArrayLike = (1.0, 0.0, 0.0)
     orientation: ArrayLike | None = None
     radius: float | None = None
+    rod: bool = False
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.mass_per_length) and self.mass_per_length > 0):

@@ -9,8 +9,8 @@ with chi of `material` and chi_2 = (1 - xi) dchi/dxi + d chi/dlambda,
 
     lambdadot^2 chi_2 y + lambdaddot chi y + 2 lambdadot chi dy/dt + Z d2y/dt2
 
-Where the drum is at the tip, material that leaves it jumps in velocity, and the momentum flux counts as well. Loads,
-springs and loops at markers of the member have no part in this.
+Where the drum is at the tip, material that leaves it jumps in velocity, and the momentum flux counts as well. What
+loads, springs, effectors and loops exert at markers of the member counts against S.
 """
 
 from __future__ import annotations
@@ -158,12 +158,12 @@ def sections_of(
     if hasattr(shapes, "fields") and getattr(line, "EIy", 0.0) + getattr(line, "EIz", 0.0) > 0.0:
         bends = shapes.fields(STATIONS, 2)[:, 1:3]
         stiffness = (float(line.EIz), float(line.EIy))  # type: ignore[attr-defined]
-    bare = bends is None and not getattr(getattr(shapes, "strip", None), "bending", 0.0)
+    stiff = getattr(line, "rod", False) or getattr(getattr(shapes, "strip", None), "bending", 0.0)
     return MemberSections(
         stations=STATIONS, at_xi=xi, weight=weight, values=series[0], chi=chi, chi2=chi2, tip=tip,
         tangent=mean(STATIONS, 1), bends=bends, stiffness=stiffness, density=density, factor=factor,
         reference=shapes.reference, stock=stock, markers={"tip": 1.0, **markers},
-        support=float(line.tension), slackens=bare,
+        support=float(line.tension), slackens=bends is None and not stiff,
     )  # fmt: skip
 
 

@@ -84,7 +84,12 @@ class ConstrainedCalls(SecondOrderCalls):
 
     @property
     def correct(self) -> Any:
-        """The call of signature CORRECT."""
+        """The call of signature CORRECT; ValueError with free lengths."""
+        if self.free:
+            raise ValueError(
+                f"body {self.free[0]!r} has a free length, and the system has loops or constraints, which implicit "
+                "integrators cannot do together; set integrator = 'dop853'"
+            )
         if self.reduced:
             return super().correct
         from femflex.dynamics.constraints.correction import correct

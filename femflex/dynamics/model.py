@@ -136,7 +136,7 @@ class Model(Summarised):
             return self.tree
         from femflex.dynamics.calls import ConstrainedCalls
 
-        return ConstrainedCalls(self.n_q, self.n_u, self.n_z, self.reduced)
+        return ConstrainedCalls(self.n_q, self.n_u, self.n_z, self.reduced, tuple(free_lengths(self.system)))
 
     @cached_property
     def tree(self) -> SecondOrderCalls:
@@ -159,7 +159,7 @@ class Model(Summarised):
 
         return switch
 
-    @property
+    @cached_property
     def events(self) -> AllEvents | Latches | None:
         """The latches of the joints and the events of effectors, or None where there are none."""
         latched, eventful = any(joint.latches for joint in self.system.joints), has_events(self.system)
@@ -259,7 +259,7 @@ class Model(Summarised):
         out |= observe_states(self.system, out["z"])
         add_angular_momentum(self.system, out)
         out |= observe_balls(self.system, states) | observe_locks(self.system, states)
-        out |= observe_orbit_force(self.system, out) | observe_variations(self, times, states)
+        out |= observe_orbit_force(self.system, out) | observe_variations(self, times, states, out)
         if is_extrinsic(self.system.libration_sequence):
             out["attitude/angles"] = out["attitude/angles"][:, ::-1]
         records = body_records(self.table)
@@ -342,13 +342,17 @@ def constrained(tree: Model) -> Model:
     from femflex.dynamics.constraints.assemble import assembled
     from femflex.dynamics.constraints.constrained import constraints_of_system
 
+    rate = calls.rate
+    if free_lengths(tree.system):
+        from femflex.dynamics.constraints.free_lengths import constrained_free_rate as rate
     held = constraints_of_system(tree.system, tree.workspace, tree.n_q, tree.n_u, tree.tree.kinematic)
+    held = replace(held, rate=rate)
     x0 = assembled(held, tree.x0, characteristic_length(tree.system), tree.mass_matrix)
     tree.workspace.keep_numbers()  # what play was taken up, and which pivots are lost
     return replace(
         tree,
         constraints=held,
         x0=x0,
-        rate=calls.rate,
+        rate=rate,
         project=calls.project,
     )

@@ -45,7 +45,7 @@ class StrainPlaces:
 
     sampled (e, q, 3): those of `StrainBlock.sampled`, left out where they are the same. lever: of lines the section's
     polar radius (e, q) that twist is carried with, of plates half the thickness [m]; sampled_lever: the same at the
-    points of `sampled`, left out where it is the same.
+    points of `sampled`, left out where it is the same. fibres (e|1, q|1, 4): of lines `Shape.fibres`, where known.
     """
 
     kind: str
@@ -53,6 +53,7 @@ class StrainPlaces:
     sampled: Array | None = None
     lever: Array | float = 0.0
     sampled_lever: Array | float | None = None
+    fibres: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.family import Contribution, SkinPart, StrainPlaces, family, member_cells
+from femflex.fem.sections.section import Shape
 from femflex.fem.tables import DenseInertia, DenseStrain
 
 if TYPE_CHECKING:
@@ -66,7 +67,8 @@ def rod(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     G = np.concatenate([-axes, axes], axis=2)[:, None] / length[:, None, None, None]  # rows of u' along the axes
     elastic = np.broadcast_to(np.asarray(EA, float).reshape(1, 1, 1, 1), (len(nodes), 1, 1, 1))
     strain = DenseStrain(dofs, length[:, None], elastic, np.eye(1, 3), np.eye(3)[None], G)
-    places = StrainPlaces("line", x.mean(axis=1)[:, None])
+    fibres = section.fibres(at, 1.0) if isinstance(section, Shape) else None
+    places = StrainPlaces("line", x.mean(axis=1)[:, None], fibres=fibres)
     return Contribution((inertia,), (strain,), partial(_skin, x, dofs), (places,))
 
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from femflex.integrate import resume as head
 from femflex.integrate.events import eventful_blocks
 from femflex.integrate.outcome import Block, IntegrationError, Interrupted, Solution, failure, joined
-from femflex.integrate.pace import Pace, trials_of
+from femflex.integrate.pace import BlockTime, Pace, trials_of
 from femflex.integrate.protocol import Clock, Model, Progress
 
 Array = NDArray[np.float64]
@@ -27,7 +27,7 @@ Span = tuple[float, float, float]  # end of the interval, and the limits of the 
 Fill = Callable[[Array, Array, Array, Array, Span, int], tuple[int, int]]  # state, vectors, times, rows, span, budget
 
 ROWS = 1024  # of a block
-BLOCK_SECONDS, CALL_SECONDS = 0.2, 0.1
+CALL_SECONDS = 0.1
 FIRST_BUDGET = 8  # trial steps of the first kernel call, before their cost is known
 
 
@@ -148,11 +148,12 @@ class Adaptive(ABC):
             yield from eventful_blocks(self, model, todo, breaks, resume)
             return
         fill, budget, pace, clock = self.filler(model), FIRST_BUDGET, Pace(resume), getattr(model, "clock", None)
+        spent = BlockTime()
         vectors = resume[head.HEAD :].reshape(self.n_vectors, -1)
         while todo.size:
             rows = np.empty((min(ROWS, todo.size), model.n_x))
             kept, status = (0, resume.copy()), head.PAUSE  # what stands when a call is interrupted
-            stop_at = perf_counter() + BLOCK_SECONDS
+            stop_at = spent.stop_at()
             try:
                 while kept[0] < len(rows) and status != head.STUCK and perf_counter() < stop_at:
                     due = clock is not None and clock.next(vectors[0]) <= resume[head.T]
@@ -172,6 +173,7 @@ class Adaptive(ABC):
             except (KeyboardInterrupt, ValueError):  # the second of a controller whose answer is none
                 yield Block(todo[: kept[0]], rows[: kept[0]], kept[1])
                 raise
+            spent.handed()
             yield Block(todo[: kept[0]], rows[: kept[0]], kept[1])
             if status == head.STUCK:
                 raise failure(self.name, resume, vectors[0], model)

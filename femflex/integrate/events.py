@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from femflex.integrate import resume as head
 from femflex.integrate.outcome import Block, failure
-from femflex.integrate.pace import Pace, trials_of
+from femflex.integrate.pace import BlockTime, Pace, trials_of
 
 if TYPE_CHECKING:
     from femflex.integrate.driver import Adaptive, Fill
@@ -49,14 +49,14 @@ class Events(Protocol):
 
 def eventful_blocks(method: Adaptive, model: Model, todo: Array, breaks: Array, resume: Array) -> Iterator[Block]:
     """Blocks of the states at the times `todo`, as `Adaptive.blocks` gives them, for a model with events."""
-    from femflex.integrate.driver import BLOCK_SECONDS, ROWS
+    from femflex.integrate.driver import ROWS
 
     stepper = Stepper(method, model, breaks, float(todo[-1]) if todo.size else 0.0, resume, method.filler(model))
-    pace = Pace(resume)
+    pace, spent = Pace(resume), BlockTime()
     while todo.size:
         rows: list[Array] = []
         kept, stuck = (0, resume.copy()), False
-        stop_at = perf_counter() + BLOCK_SECONDS
+        stop_at = spent.stop_at()
         try:
             while len(rows) < min(ROWS, todo.size) and not stuck and perf_counter() < stop_at:
                 stuck = stepper.advance(todo[len(rows) :], rows)
@@ -66,6 +66,7 @@ def eventful_blocks(method: Adaptive, model: Model, todo: Array, breaks: Array, 
         except (KeyboardInterrupt, ValueError):  # the second of a controller whose answer is none
             yield block(todo, rows[: kept[0]], kept[1], model.n_x)
             raise
+        spent.handed()
         yield block(todo, rows, kept[1], model.n_x)
         if stuck:
             raise failure(method.name, resume, stepper.vectors[0], model)

@@ -6,6 +6,8 @@ large enough to count, for longer than anybody waits.
 
 from __future__ import annotations
 
+from time import perf_counter
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,7 +16,27 @@ from femflex.integrate import resume as head
 Array = NDArray[np.float64]
 
 TRIALS = 1_000_000  # trial steps between two looks: ten seconds or more
+BLOCK_SECONDS, MOST_SECONDS = 0.2, 1.0  # of a block, which a killed run may lose
+FOLD = 5.0  # times the time that a block's taker needs
 MOST = 1e12  # trial steps for the rest of a smooth interval above which nobody waits for its end: weeks at the least
+
+
+class BlockTime:
+    """How long a block may take: longer where whoever takes it (who observes it and writes it) needs long for each."""
+
+    def __init__(self) -> None:
+        self._taken, self._handed = 0.0, 0.0
+
+    def stop_at(self) -> float:
+        """The instant [s] of perf_counter at which a block that begins now ends."""
+        now = perf_counter()
+        if self._handed > 0.0:
+            self._taken = now - self._handed
+        return now + min(max(BLOCK_SECONDS, FOLD * self._taken), MOST_SECONDS)
+
+    def handed(self) -> None:
+        """A block is about to be handed over."""
+        self._handed = perf_counter()
 
 
 class Pace:

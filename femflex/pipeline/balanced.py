@@ -10,6 +10,7 @@ import numpy as np
 
 from femflex.advice.advice import advice_text, warn_of
 from femflex.advice.deflections import deflection_watches
+from femflex.advice.deployed_bending import AxialForceWatch
 from femflex.advice.stiffening import StiffeningWatch
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ def balanced(case: Case | Decided, at: float | None = None, stable: bool = False
 
     decided = _decided(case)
     found = equilibrium(decided.system, at, stable)
-    _warn(found, decided)
+    _warn(found, decided, at)
     return found
 
 
@@ -59,7 +60,7 @@ def case_modes(case: Case | Decided, at: float | None = None, bodies: Mapping[st
 
     decided = _decided(case, bodies)
     found = system_modes(decided.system, at)
-    _warn(found.about, decided)
+    _warn(found.about, decided, at)
     return found
 
 
@@ -69,15 +70,19 @@ def _decided(case: Case | Decided, bodies: Mapping[str, Part] | None = None) -> 
     return case if isinstance(case, Decided) else decided_at_rest(case, bodies)
 
 
-def _warn(found: Equilibrium, decided: Decided) -> None:
+def _warn(found: Equilibrium, decided: Decided, at: float | None) -> None:
     """Warn of bodies that are bent, or pulled or pressed along, by more than their strain is good for."""
     known, notes = decided.known, decided.notes
     for bend in deflection_watches(found.model, known):
         bend.moved(found.x[None])
         bend.warn("is", notes.get(bend.name, ""))
     stiffening = StiffeningWatch(found.model, known)
-    stiffening.watch(found.model.observe(np.zeros(1), found.x[None]))
+    seen = found.model.observe(np.zeros(1), found.x[None])
+    stiffening.watch(seen)
     stiffening.warn("turns at")
+    axial = AxialForceWatch(found.model)
+    axial.watch(np.array([at or 0.0]), seen)
+    axial.warn()
 
 
 def keep(

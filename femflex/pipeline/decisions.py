@@ -52,6 +52,7 @@ from femflex.case.body import FlexibleTable, Strain
 from femflex.case.case import Case
 from femflex.case.problems import CaseError, Problem
 from femflex.case.reduction import CantileverTable
+from femflex.pipeline.periods import check_periods
 from femflex.pipeline.references import duration_of
 from femflex.pipeline.start import system_of
 from femflex.reduction.origin import Origin
@@ -131,6 +132,7 @@ def with_own_joints(case: Case) -> Case:
 
 def _given(case: Case, bodies: Mapping[str, Part]) -> Decided:
     system = system_of(case, bodies)
+    check_periods(system, duration_of(case, system))
     return Decided(case, system, tuple(model_warnings(system, KnownBodies({}), duration_of(case, system))), {})
 
 
@@ -140,6 +142,7 @@ def _decided(case: Case, thorough: bool, loaded: bool) -> Decided:
     linear = with_strains(case, dict.fromkeys(names, "linear"))
     system, known = _system(linear, built)
     duration = duration_of(case, system)
+    check_periods(system, duration)
     strains: list[Advice] = []
     rigid: RigidEstimate | None = None
     why, near = "", dict[str, BucklingMargin]()

@@ -22,9 +22,6 @@ if TYPE_CHECKING:
     from femflex.system import Controller, Effector, Part, System, Variation
 
 
-MOST_CALLS = 1e8  # of a controller in a run
-
-
 @dataclass(frozen=True, eq=False)
 class Prepared:
     """A run before its first step: case, system, compiled model, integrator and why it was chosen, output times [s].
@@ -97,6 +94,7 @@ def prepare(
     from femflex.pipeline.compiled import compiled
     from femflex.pipeline.decisions import decided
     from femflex.pipeline.integrator import chosen_integrator
+    from femflex.pipeline.periods import check_periods
     from femflex.pipeline.references import duration_of
     from femflex.pipeline.resumed import check_same_effectors, check_same_model, check_same_times, integrator_of
 
@@ -115,6 +113,7 @@ def prepare(
     if effectors or varying:
         more = {**system.varying, **(varying or {})}
         system = replace(system, effectors=(*system.effectors, *effectors), varying=more)
+        check_periods(system, duration_of(case, system))
     model = compiled(system)
     if without:
         model = model.without(*without)
@@ -129,7 +128,6 @@ def prepare(
         check_same_times(times, Path(output))
         begun = integrator_of(Path(output))
     integrator, reason = _linear(model) if linearised else chosen_integrator(case, model, times, begun)
-    check_periods(system, float(times[-1] - times[0]))
     reasons = " ".join([reason, *sampling(system)])
     names = tuple(effector.name for effector in effectors)
     return Prepared(case, system, model, integrator, reasons, times, found, names)
@@ -141,18 +139,6 @@ def _linear(model: Model) -> tuple[Integrator, str]:
 
     check(model.system)
     return LinearMotion(), "none: linear equations about the equilibrium, by matrix exponentials"
-
-
-def check_periods(system: System, duration: float) -> None:
-    """Raise ValueError for a controller that a run of that duration [s] would call too often."""
-    for controller in system.controllers:
-        calls = duration / controller.period
-        if calls > MOST_CALLS:
-            raise ValueError(
-                f"controller {controller.name!r} has a period of {controller.period:g} s, so a run of {duration:g} s "
-                f"would call it {calls:.3g} times; the most is {MOST_CALLS:g}. Lengthen the period, shorten the run, "
-                "or run the controller continuously"
-            )
 
 
 def sampling(system: System) -> list[str]:

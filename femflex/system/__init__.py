@@ -17,6 +17,7 @@ from femflex.system.blocks import (
     pulses,
     state_space,
 )
+from femflex.system.cable import cable
 from femflex.system.channel import Channel
 from femflex.system.constraint import Nonholonomic, knife_edge, rolling_disc, velocity_rows
 from femflex.system.controller import Controller
@@ -100,6 +101,7 @@ __all__ = [
     "attitude_feedback",
     "ball_coordinates",
     "block",
+    "cable",
     "closure",
     "coasting",
     "coasting_gyro",

@@ -38,15 +38,20 @@ def with_attached(body: FlexibleBody, marker: str, mass: float, inertia: ArrayLi
         raise ValueError(
             f"without the mass removed at marker {marker!r} the body has {moments.mass:g} kg; it needs a positive mass"
         )
-    c = moments.center_of_mass()
-    J = moments.inertia() - moments.mass * (c @ c * np.eye(3) - np.outer(c, c))
-    least = float(np.linalg.eigvalsh(J)[0])
-    if least < -1e-12 * float(np.trace(J)):
+    if (least := least_inertia(moments)) < 0.0:
         raise ValueError(
             f"without the inertia removed at marker {marker!r} the body has a principal inertia of {least:.4g} kg m^2: "
             "its inertia does not contain the removed one, so set that as added"
         )
     return replace(body, moments=moments)
+
+
+def least_inertia(moments: MassMoments) -> float:
+    """Least principal inertia about the centre of mass [kg m^2]; 0 where it is negative by rounding alone."""
+    c = moments.center_of_mass()
+    J = moments.inertia() - moments.mass * (c @ c * np.eye(3) - np.outer(c, c))
+    least = float(np.linalg.eigvalsh(J)[0])
+    return least if abs(least) > 1e-12 * abs(float(np.trace(J))) else 0.0
 
 
 def _skew(v: Array) -> Array:

@@ -165,6 +165,7 @@ def block(
     Raises ValueError for counts that do not fit.
     """
     n, (p, m) = len(system.A), system.D.shape
+    refuse_repeated(name, outputs)
     named = dict(outputs) if isinstance(outputs, Mapping) else dict.fromkeys(outputs, "1")
     if len(inputs) != m or len(named) != p:
         raise ValueError(
@@ -186,6 +187,12 @@ def block(
         channels=named,
         parameters=np.concatenate([numbers, *(matrix.ravel() for matrix in system), limits]),
     )
+
+
+def refuse_repeated(name: str, outputs: Mapping[str, str] | Sequence[str]) -> None:
+    """Raise ValueError where two outputs of a block have one name."""
+    if repeated := [output for k, output in enumerate(outputs) if output in list(outputs)[:k]]:
+        raise ValueError(f"outputs of {name!r} hold {repeated[0]!r} twice; give each output a name of its own")
 
 
 def paths_of(signals: Sequence[str]) -> tuple[str, ...]:
@@ -280,6 +287,7 @@ def pulses(
         raise ValueError(
             f"minimum_on of {name!r} is {minimum_on:g} s; it must lie between 0 and the period of {period:g} s"
         )
+    refuse_repeated(name, outputs)
     n = len(demands)
     if n != len(outputs):
         raise ValueError(f"{name!r} has {n} demands and {len(outputs)} outputs; give as many of both")

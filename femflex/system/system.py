@@ -308,11 +308,6 @@ class System(Summarised):
                 )
             elif states.index(length) + 1 >= len(states):
                 out.append(f"the length of body {name!r} is state {length!r}; the state after it must be its rate")
-            if self.loops or self.constraints:
-                out.append(
-                    f"the length of body {name!r} is free, and the system has loops or constraints; give its length "
-                    "as a profile, or cut no loops"
-                )
         return out
 
     def _illegal_names(self) -> list[str]:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from femflex.body import FlexibleBody, MassMoments
-from femflex.system.attached import attached_moments
+from femflex.system.attached import attached_moments, least_inertia
 from femflex.system.effector import Effector, StateEvent
 from femflex.system.environment import STANDARD_GRAVITY
 from femflex.system.variation import Block, Variation
@@ -18,6 +18,8 @@ from femflex.system.wheel import direction
 Array = NDArray[np.float64]
 
 BY_TABLE, CONTINUOUS, SWITCHED = 0.0, 1.0, 2.0
+
+MOST_PULSES = 100_000  # of a thruster: each is two instants at which the integrator begins anew
 
 
 class Supply(NamedTuple):
@@ -102,6 +104,7 @@ def thruster(
 
 
 def _pulse_table(name: str, pulses: Sequence[tuple[float, float]], minimum_on: float) -> tuple[Array, Array]:
+    refuse_many_pulses(len(pulses))
     rows = np.asarray(pulses, float).reshape(-1, 2)
     if not len(rows) or not np.all(np.isfinite(rows)):
         raise ValueError(f"pulses of thruster {name!r} are rows of a start and a duration: {rows.tolist()}")
@@ -122,8 +125,18 @@ def _pulse_table(name: str, pulses: Sequence[tuple[float, float]], minimum_on: f
 
 
 def pulse_train(start: float, period: float, width: float, count: int) -> list[tuple[float, float]]:
-    """(start, duration) of `count` equal pulses."""
+    """(start, duration) of `count` equal pulses. Raises ValueError for more than a run can hold."""
+    refuse_many_pulses(count)
     return [(start + k * period, width) for k in range(count)]
+
+
+def refuse_many_pulses(count: int) -> None:
+    """Raise ValueError for more pulses than a run can hold."""
+    if count > MOST_PULSES:
+        raise ValueError(
+            f"found {count:.6g} pulses of one thruster; the most is {MOST_PULSES}. Leave out pulses beyond the end of "
+            "the run, or give the mean thrust as a profile"
+        )
 
 
 def tank(name: str, propellant: float, thrusters: Sequence[str]) -> Effector:
@@ -173,6 +186,12 @@ def tank_variation(body: FlexibleBody, tanks: Mapping[str, tuple[str, float, flo
         raise ValueError(
             f"the tanks {', '.join(tanks)} hold {body.moments.mass - dry.mass:g} kg of propellant, and their body "
             f"has a mass of {body.moments.mass:g} kg; set the propellant as added, or raise the body's mass"
+        )
+    if (least := least_inertia(dry)) < 0.0:
+        raise ValueError(
+            f"the tanks {', '.join(tanks)} leave a principal inertia of {least:.4g} kg m^2 when they are empty; the "
+            "body's inertia does not contain that of the propellant: lower its gyration radius, set the propellant as "
+            "added, or raise the body's inertia"
         )
     rows = []
     for moments in (dry, *units.values()):

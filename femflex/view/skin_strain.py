@@ -38,6 +38,7 @@ def on_skin(part: StrainPart, points: Array) -> StrainPart:
         elastic=_carried(means, part.elastic),
         stress=_carried(means, part.stress),
         lever=_carried(means, part.lever),
+        fibres=_carried(means, part.fibres),
         per=1,
     )
 
@@ -93,7 +94,7 @@ def _sparse(columns: Index, values: Array, width: int) -> sparse.csr_array:
 
 
 def _carried(means: sparse.csr_array, table: Array) -> Array:
-    """A table of every point (p, ...), or of all (1, ...), at the places carried to."""
-    if len(table) == 1:
+    """A table of every point (p, ...), or of all (1, ...), or of none, at the places carried to."""
+    if len(table) <= 1:
         return table
     return np.asarray((means @ table.reshape(len(table), -1)).reshape(-1, *table.shape[1:]))

@@ -10,7 +10,7 @@ from scipy.sparse.linalg import spsolve
 
 from femflex.body.recovery import at_points, largest_over_time, named, peaks, quantities, von_mises
 from femflex.fem import Material, Member, build_structure
-from femflex.fem.sections import Rectangle
+from femflex.fem.sections import Circle, Rectangle
 from femflex.fem.sections.laminates import Lamina, Ply, sandwich
 from femflex.mesh import box, line, rectangle
 from femflex.reduction.beams import strain_points
@@ -51,6 +51,45 @@ def test_moments_axial_force_and_torque_of_a_bar():
     assert top["moment_y"].time == 2.0 and top["moment_y"].place[0] < 0.05
     assert top["moment_y"].value == pytest.approx(2 * 5 * (1 - top["moment_y"].place[0]), rel=2e-3)
     assert von_mises(parts[0], y) is None and "von_mises" not in quantities(parts)
+
+
+@pytest.mark.parametrize("nonlinear", [False, True])
+@pytest.mark.parametrize(
+    ("section", "A", "Wz", "Wy", "Wt"),
+    [
+        (Rectangle(0.02, 0.03), 6e-4, 0.03 * 0.02**2 / 6, 0.02 * 0.03**2 / 6, None),
+        (Circle(0.02), np.pi * 4e-4, np.pi * 8e-6 / 4, np.pi * 8e-6 / 4, np.pi * 8e-6 / 2),
+        (Circle("0.02 + 0*s"), np.pi * 4e-4, np.pi * 8e-6 / 4, np.pi * 8e-6 / 4, np.pi * 8e-6 / 2),
+    ],
+    ids=["rectangle", "circle", "circle of stations"],
+)
+def test_extreme_fibres_of_a_bar(section, A, Wz, Wy, Wt, nonlinear):
+    """Corner N/A + M_z/W_z + M_y/W_y; round N/A + |M|/W, with shear T/W_t in von Mises' stress."""
+    mesh = line(np.array([[0, 0, 0], [1.0, 0, 0], [1.0, 0.1, 0]]), 2)
+    s = build_structure(mesh, [Member("line", "beam", section, METAL)])
+    parts = field(s, (2e-3, 3e-3, 5e-3), "start", "end", nonlinear)
+    found = {name: at_points(parts, name, [0.3, 0, 0], [[-1.0]]) for name in quantities(parts)}
+    x = found["axial_force"][1][0, 0]
+    N, Mz, My, T = 2e-3, 3e-3 * (1 - x) - 2e-4, 5e-3 * (1 - x), 5e-4
+    stress = N / A + (np.hypot(Mz, My) / Wz if Wt else Mz / Wz + My / Wy)
+    assert found["fibre_stress"][0][0, 0] == pytest.approx(stress, rel=2e-3)
+    assert ("von_mises" in found) == (Wt is not None)
+    if Wt:
+        assert found["von_mises"][0][0, 0] == pytest.approx(np.sqrt(stress**2 + 3 * (T / Wt) ** 2), rel=2e-3)
+
+
+def test_extreme_fibres_of_rods_and_of_offset_sections():
+    """A rod has N/A; a section away from the line of its nodes has forces in that line, and no fibre stress."""
+    bar = line([[0, 0, 0], [1.0, 0, 0]], 1)
+    rod = build_structure(bar, [Member("line", "rod", Circle(0.02), METAL)])
+    x = np.zeros((rod.n_dof, 1))
+    x[:, 0] = rod.translation.T @ np.eye(6)[3] * 7.0 / (METAL.E * np.pi * 4e-4)
+    parts = strain_field(rod, x, False)
+    assert peaks(parts, np.ones((1, 1)), np.zeros(1))[-1].name == "fibre_stress"
+    assert quantities(parts) == {"axial_force": "N", "fibre_stress": "Pa"}
+    assert named(parts[0], "fibre_stress", -np.ones((1, 1)))[0, 0] == pytest.approx(7.0 / (np.pi * 4e-4), rel=1e-6)
+    offset = build_structure(bar, [Member("line", "beam", Circle(0.02), METAL, {"offset": [0.1, 0.0]})])
+    assert "fibre_stress" not in quantities(field(offset, (7.0, 0, 0), "start", "end"))
 
 
 @pytest.mark.parametrize("order", [3, 5])

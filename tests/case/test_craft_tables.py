@@ -50,6 +50,8 @@ LAW = '[sensors.star]\nkind = "attitude"\nbody = "hub"\n[sensors.gyro]\nkind = "
          'period = 0.1\nminimum_on = 0.2\n',
          "it must be shorter"),
         ('[controllers.p]\nkind = "pdd"\n', "pdd"),
+        ('[controllers.p]\nkind = "allocation"\ninputs = ["a.b"]\neffect = [[1, 2], [3]]\n',
+         "row 1 has 2 and row 2 has 1 numbers"),
         (WHEEL + "torque = nan\n", "must be finite"),
     ],
 )  # fmt: skip
@@ -76,7 +78,16 @@ def test_mistakes_of_a_table_are_told_when_it_is_read(more, said):
          'damping = 1\nperiod = 0.1\n',
          "sensor 'effectors/star/w' of controller 'law' is no channel; did you mean 'effectors/star/"),
         (LAW + '[controllers.law]\nkind = "gain"\ninputs = ["gyro.x"]\nmatrix = [[1]]\nperiod = 1e-12\n',
-         "would call it .* times; the most is 1e.08"),
+         "would call it .* times; the most is 1e.07"),
+        (LAW.replace('body = "hub"\n[sensors.gyro]', 'body = "hub"\nperiod = "1e-9 s"\n[sensors.gyro]'),
+         "'star' has a period of 1e-09 s, so a run of 10 s would call it 1e.10 times"),
+        (JET + 'train = { period = 1, width = 0.5, count = 100000000 }\n',
+         "thrusters.jet: found 1e.08 pulses of one thruster; the most is 100000"),
+        (JET + 'pulses = [[0, 1]]\nspecific_impulse = 200\ntank = "t"\n[tanks.t]\nbody = "hub"\npropellant = 150\n'
+         'mass_in_body = "contained"\ngyration = 1\n',
+         "tanks t leave a principal inertia of -50 kg m.2 when they are empty"),
+        (LAW + '[controllers.law]\nkind = "gain"\ninputs = ["gyro.x", "gyro.y"]\nmatrix = [[1, 0], [0, 1]]\n'
+         'outputs = ["a", "a"]\n', "outputs of 'law' hold 'a' twice"),
         (JET + 'pulses = [[0, 1], [0.5, 1]]\n', "thrusters.jet: pulse 2 of thruster 'jet' starts at 0.5 s"),
         ('[controllers.a]\nkind = "gain"\ninputs = ["b.y"]\nmatrix = [[1]]\n'
          '[controllers.b]\nkind = "gain"\ninputs = ["a.y"]\nmatrix = [[1]]\n', "algebraic loop: a -> b -> a"),

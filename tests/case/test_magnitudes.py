@@ -112,8 +112,8 @@ def test_a_sensor_may_be_blind_to_rotation_but_a_torque_may_not(tmp_path: Path):
     build_bodies(read_case(path))
     path.write_text(text + load + "torque = [0, 0, 1]\n")
     wanted = (
-        r"loads\[twist\]\.torque: found 1 N m at marker 'corner' of body '\w+', which shows no rotation: .* would bend "
-        r"nothing\. Name a group of several nodes"
+        r"loads\[twist\]\.torque: found 1 N m at marker 'corner' of body '\w+', which shows no rotation: .* would "
+        r"deform nothing\. Name a group of several nodes"
     )
     with pytest.raises(CaseError, match=wanted):
         build_bodies(read_case(path))

@@ -92,7 +92,7 @@ def test_channels_of_a_place_are_those_of_the_verb(run_file):
     with open_run(run_file) as run:
         names = {path for path in run.channels if path.startswith("recovery/")}
         assert {"recovery/bar.middle/moment_y", "recovery/bar.middle/shear_force_z"} <= names
-        assert sum(path.startswith("recovery/bar.root/") for path in names) == 6
+        assert sum(path.startswith("recovery/bar.root/") for path in names) == 7
         parts, y = run.bodies()["bar"].strain_field, run["bodies/bar/delta"]
         for name in ("moment_y", "shear_force_z"):
             values, where = at_points(parts, name, [0.5, 0, 0], y)

@@ -38,8 +38,8 @@ family = "beam"
 length = { kind = "smooth_step", from = 1, to = 2, start = 0.1, end = 1.1 }
 stock = 3
 mass_per_length = 0.5
-EIy = 2
-EIz = 2
+EIy = 4
+EIz = 4
 functions = { y = 1, z = 1 }
 initial = { marker = "tip", displacement = [0, 0.01, 0.02] }
 """
@@ -114,7 +114,7 @@ MISTAKES = {
         r"found a membrane without tension; it has no stiffness then: give tension",
     ),
     "width": ('family = "plate"\nlength = 1\nmass_per_length = 1', r"found a plate without width; give width"),
-    "bare": (changed("EIy = 2\nEIz = 2", ""), r"found a beam without bending stiffness; give EIy and EIz"),
+    "bare": (changed("EIy = 4\nEIz = 4", ""), r"found a beam without bending stiffness; give EIy and EIz"),
     "unused": (changed("z = 1 }", "z = 1, across = 2 }"), r"found functions\.across, which a beam does not use"),
     "axial": (changed("z = 1 }", "z = 1, axial = 1 }"), r"found axial functions without EA; give EA"),
     "locked": (changed('{ kind = "smooth_step", from = 1, to = 2, start = 0.1, end = 1.1 }', '"locked"'), r"'locked'"),

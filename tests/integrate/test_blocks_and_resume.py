@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from integrate_models import chain, explosion, failing, oscillator, pulse, rigid_body
 
-from femflex.integrate import Dop853, Esdirk4, GeneralizedAlpha, IntegrationError, Interrupted, driver
+from femflex.integrate import Dop853, Esdirk4, GeneralizedAlpha, IntegrationError, Interrupted, driver, pace
 from femflex.integrate import resume as head
 
 METHODS = [Dop853(rtol=1e-7, atol=1e-8), Esdirk4(rtol=1e-5, atol=1e-6), GeneralizedAlpha(rtol=1e-4, atol=1e-5)]
@@ -88,7 +88,7 @@ def test_times_that_the_stored_state_cannot_give_are_refused(small_pieces):
 
 
 def test_a_slow_stretch_gives_blocks_without_rows_that_tell_the_time(monkeypatch):
-    monkeypatch.setattr(driver, "BLOCK_SECONDS", 0.005)
+    monkeypatch.setattr(pace, "BLOCK_SECONDS", 0.005)
     monkeypatch.setattr(driver, "CALL_SECONDS", 0.002)
     reached, rows = [], 0
     for block in Dop853().blocks(oscillator(1e5), np.array([0.0, 1e6]), [1.0, 0.0]):

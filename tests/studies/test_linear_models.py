@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hub_beam import exact_frequencies
 from scipy.integrate import solve_ivp
-from scipy.linalg import expm
+from scipy.linalg import eigh, expm
 from scipy.optimize import brentq
 
 from femflex.body import Marker, rigid_body
@@ -46,6 +46,19 @@ def test_poles_of_a_hub_with_a_beam_are_its_exact_frequencies():
     found = [pole.value.imag for pole in poles[2:5]]
     assert found == pytest.approx(exact_frequencies(0.1, 0.1, 0.5, True), rel=1e-6)
     assert all(sum(pole.participation.values()) <= 1.0 + 1e-12 for pole in poles)
+
+
+def test_participation_is_that_of_kinetic_energy_and_of_the_motion_where_it_is_rigid():
+    """Without damping coordinate k of mode phi has |phi_k (M phi)_k|, one half for it and one for its rate."""
+    model = linear_model(hub_and_beam(), ["joints/axle.angle/effort"], ["bodies/hub/rate:z"])
+    names, n = [name for name, _ in model.states], len(model.mass)
+    squares, phi = eigh(model.stiffness, model.mass)
+    poles = poles_of(model)
+    assert [pole.participation for pole in poles[:2]] == [{names[0]: 1.0}] * 2
+    for pole, k in zip(poles[2:], np.flatnonzero(squares > 1.0), strict=True):
+        share = np.abs(phi[:, k] * (model.mass @ phi[:, k]))
+        for name, part in zip(names[:n], share / share.sum(), strict=True):
+            assert pole.participation.get(name, 0.0) == pytest.approx(part / 2 if part > 0.04 else 0.0, abs=1e-6)
 
 
 def test_zeros_from_the_axle_to_the_hub_are_the_frequencies_of_the_clamped_beam():

@@ -115,6 +115,22 @@ def test_a_sweep_that_was_killed_goes_on_to_the_same_bits(study, tmp_path):
         sweep(study(), tmp_path / "t.h5", workers=1, progress=killed)
     with pytest.raises(ValueError, match=r"t\.h5\.journal is of another sweep"):
         sweep(study(("seed = 4", "seed = 5")), tmp_path / "t.h5", workers=1, resume=True)
+    with pytest.raises(ValueError, match=r"s\.h5 is of another sweep: the file of the sweep, its case or a file that"):
+        sweep(study(("seed = 4", "seed = 5")), tmp_path / "s.h5", workers=1, resume=True)
+
+
+def test_a_sweep_is_another_one_when_a_file_of_its_case_has_changed(craft, write_case, tmp_path):
+    case = write_case(craft.replace('duration = "10 s"', 'duration = "0.1 s"'))
+    study = case.with_name("study.toml")
+    study.write_text(
+        'case = "craft.toml"\ndesign = "grid"\n[vary."bodies.hub.mass"]\nvalues = [200, 210]\n'
+        '[outputs.x]\nof = "peak"\nchannel = "markers/boom.tip/deflection"\ncomponent = "y"\n'
+    )
+    sweep(study, tmp_path / "s.h5", workers=1)
+    mesh = case.with_name("boom.inp")
+    mesh.write_text(mesh.read_text().replace("4, 3.0, 0.0, 0.0", "4, 3.5, 0.0, 0.0"))
+    with pytest.raises(ValueError, match="is of another sweep"):
+        sweep(study, tmp_path / "s.h5", workers=1, resume=True)
 
 
 @pytest.mark.slow

@@ -13,6 +13,7 @@ from femflex.dynamics.arithmetic.lanes import beyond, start
 from femflex.dynamics.constraints.equations import solve_motion
 from femflex.dynamics.constraints.rows import push_row, row_of
 from femflex.dynamics.forces.system import write_forces
+from femflex.dynamics.forces.worked import clear_worked
 from femflex.dynamics.joints.held import held_state, hold_rows
 from femflex.dynamics.lowering import tie_layout as at
 from femflex.dynamics.lowering.layout import header_of
@@ -60,6 +61,7 @@ def write_constrained_residual(
     if head["n_holds"] > 0:
         q, u = held_state(t, q, u, table, pool, work)
     solve_motion(t, q, u, beyond(work, closing_of(table)["free"]), table, pool, work)
+    clear_worked(table, pool)
     place(t, q, u, table, pool, work)
     write_forces(t, q, u, table, pool, work)
     push_rows(table, work)

@@ -140,8 +140,8 @@ def _name_rigid(model: Model, motions: SmallMotions, words: list[str]) -> None:
     free = any(known.name.startswith("tilt") for known in motions.known)
     in_orbit = model.system.frame.kind == "orbital" and model.system.orbit is not None
     fields, there = rigid_fields(model, motions.bodies, np.eye(3))
-    if words and not (free or in_orbit) and motions.driven:
-        _name_controlled(motions, words, fields, there)
+    if words and not (free or in_orbit):
+        _name_whole(motions, words, fields, there)
     if not words or not (free or in_orbit) or not there[3:].all():
         return
     rigid = _share_within(fields[:, there], motions)
@@ -156,9 +156,12 @@ def _name_rigid(model: Model, motions: SmallMotions, words: list[str]) -> None:
         words[k] = LIBRATIONS[int(np.argmax(turns[:, k]))]
 
 
-def _name_controlled(motions: SmallMotions, words: list[str], fields: Array, there: NDArray[np.bool_]) -> None:
-    """Call motions of the whole craft, which effectors with states resist, by the rigid motion that is most of them."""
-    if not there.any():
+def _name_whole(motions: SmallMotions, words: list[str], fields: Array, there: NDArray[np.bool_]) -> None:
+    """Call motions of the whole craft by the rigid motion that is most of them.
+
+    Effectors with states resist them, or wheels turn them about (nutation of a craft that is free to turn).
+    """
+    if not (there.all() or (motions.driven and there.any())):
         return
     alone = np.array(
         [_share_within(fields[:, [k]], motions) if there[k] else 0 * motions.eigenvalues.real for k in range(6)]

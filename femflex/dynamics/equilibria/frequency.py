@@ -81,7 +81,9 @@ def damped(system: System) -> bool:
 
 
 def largest_eigenvalue(operator: Callable[[Array], Array], n: int) -> float:
-    """Largest real part of the eigenvalues of a linear map of vectors (n,); of many, by Arnoldi's method."""
+    """Largest real part of the eigenvalues of a linear map of vectors (n,), 0 of none; of many by Arnoldi's method."""
+    if n == 0:
+        return 0.0
     if n <= MANY:
         values = np.linalg.eigvals(np.column_stack([operator(unit) for unit in np.eye(n)]))
     else:

@@ -8,17 +8,24 @@ import numpy as np
 
 from femflex.dynamics.equilibria.closed_motion import refuse_rolling
 from femflex.system import Joint, Load, Profile, System
+from femflex.system.fixed_length import moving_lengths, with_fixed_lengths
 
 ROUNDING = 1e-12  # relative; gravity this nearly along the axis of spin is along it
 CIRCULAR = 1e-9  # eccentricity below which an orbit counts as circular
 
 
 def frozen_system(system: System, at: float | None = None) -> System:
-    """The system with loads and specified motions as they are at a time [s].
+    """The system with loads, specified motions and lengths of deploying bodies as they are at a time [s].
 
     Raises ValueError with what changes over time there for a system at rest in its base frame.
     """
     refuse_rolling(system, "an equilibrium")
+    if at is None and (moving := moving_lengths(system)):
+        raise ValueError(
+            f"the length of body {moving[0]!r} changes over time, so there is no equilibrium with it; say at which "
+            "time its value is meant (--at)"
+        )
+    system = with_fixed_lengths(system, at or 0.0)
     still = replace(
         system,
         joints=tuple(_still(joint, at) for joint in system.joints),

@@ -14,6 +14,7 @@ from femflex.dynamics.equilibria.character import motion_character, numbered_nam
 from femflex.dynamics.equilibria.craft_shape import craft_skin
 from femflex.dynamics.equilibria.equilibrium import Equilibrium, EquilibriumError, equilibrium
 from femflex.system import Joint, Profile, System
+from femflex.system.fixed_length import moving_lengths, with_fixed_lengths
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -121,11 +122,12 @@ def system_modes(system: System, at: float | None = None) -> SystemModes:
 
 
 def without_variation(system: System) -> tuple[System, tuple[str, ...]]:
-    """The system without loads over time, prescribed motions at their initial values; and the names of both."""
+    """The system without loads over time, prescribed motions and lengths at their initial values; and their names."""
     varying = [load for load in system.loads if load.times is not None]
     moving = [joint for joint in system.joints if any(profile.moves for profile in joint.held.values())]
     names = [f"load {load.name!r}" for load in varying] + [f"motion of {joint.label!r}" for joint in moving]
-    still = replace(system, loads=tuple(load for load in system.loads if load not in varying))
+    names += [f"length of {name!r}" for name in moving_lengths(system)]
+    still = replace(with_fixed_lengths(system, 0.0), loads=tuple(load for load in system.loads if load not in varying))
     joints = tuple(_at_start(joint) if joint in moving else joint for joint in system.joints)
     return replace(still, joints=joints), tuple(names)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -68,6 +69,7 @@ EFFECTOR = np.dtype(
             "markers", "freedoms", "inputs",  # table: PORT and HANDLE records, places of inputs from that of z
             "z",  # place of its first state in z
             "parameters", "sizes",  # pool
+            "same",  # an effector before it whose only marker is its own; -1: none
             "seen", "out",  # work: what is seen; what is written, twice
             "trial", "matrix",  # work (n_z,), (n_z, n_z + 1): for Newton's method
         )
@@ -116,18 +118,42 @@ def see_marker(
 
 
 @inner
-def see(e: Record, q: Array, u: Array, table: Table, pool: Array, work: Array) -> None:
-    """Write what an effector sees at the placed state."""
-    shift, drift = origin(table, pool, work)
-    for k in range(e["n_markers"]):
-        see_marker(e, k, port_at(table, e["markers"] + N_PORT * k), shift, drift, table, pool, work)
-    at, n = e["seen"] + 18 * e["n_markers"], e["n_freedoms"]
+def see_as(e: Record, other: Record, table: Table, work: Array) -> None:
+    """Copy what another effector of one marker has just seen of the same marker."""
+    own, far = port_at(table, e["markers"]), port_at(table, other["markers"])
+    for k in range(18):
+        work[e["seen"] + k] = work[other["seen"] + k]
+    for k in range(12):
+        work[own["motion"] + k] = work[far["motion"] + k]
+
+
+@inner
+def see(
+    i: int,
+    first: int,
+    q: Array,
+    u: Array,
+    at: int,
+    shift: Vector,
+    drift: Vector,
+    table: Table,
+    pool: Array,
+    work: Array,
+) -> None:
+    """Write what effector i sees at the placed state; those from `first` on have seen it. shift, drift: of `origin`."""
+    e = effector_at(table, at + N_EFFECTOR * i)
+    if e["same"] >= first:
+        see_as(e, effector_at(table, at + N_EFFECTOR * e["same"]), table, work)
+    else:
+        for k in range(e["n_markers"]):
+            see_marker(e, k, port_at(table, e["markers"] + N_PORT * k), shift, drift, table, pool, work)
+    here, n = e["seen"] + 18 * e["n_markers"], e["n_freedoms"]
     for k in range(n):
         handle = handle_at(table, e["freedoms"] + N_HANDLE * k)
-        work[at + k], work[at + n + k] = q[handle["q"]], u[handle["u"]]
+        work[here + k], work[here + n + k] = q[handle["q"]], u[handle["u"]]
     z = header_of(table)["z"]
     for k in range(e["n_inputs"]):
-        work[at + 2 * n + k] = work[z + table[e["inputs"] + k]]
+        work[here + 2 * n + k] = work[z + table[e["inputs"] + k]]
 
 
 @inner
@@ -145,10 +171,22 @@ def evaluate(t: float, e: Record, z: Array, out: int, pool: Array, work: Array) 
 
 
 @inner
-def act_at(t: float, q: Array, u: Array, e: Record, table: Table, pool: Array, work: Array) -> None:
-    """See, call, and keep the rates of states."""
-    head = header_of(table)
-    see(e, q, u, table, pool, work)
+def act_at(
+    t: float,
+    q: Array,
+    u: Array,
+    i: int,
+    first: int,
+    at: int,
+    shift: Vector,
+    drift: Vector,
+    table: Table,
+    pool: Array,
+    work: Array,
+) -> None:
+    """See, call, and keep the rates of states of effector i; those from `first` on have done so."""
+    head, e = header_of(table), effector_at(table, at + N_EFFECTOR * i)
+    see(i, first, q, u, at, shift, drift, table, pool, work)
     evaluate(t, e, beyond(work, head["z"] + e["z"]), e["out"], pool, work)
     rates = e["out"] + 6 * e["n_markers"] + e["n_freedoms"]
     for k in range(e["n_z"]):
@@ -158,9 +196,10 @@ def act_at(t: float, q: Array, u: Array, e: Record, table: Table, pool: Array, w
 @entry(APPLY)
 def apply(t: float, q: Array, u: Array, at: int, first: int, last: int, table: Table, pool: Array, work: Array) -> None:
     """Put the forces of effectors on bodies and joints, and write the rates of their states."""
+    shift, drift = origin(table, pool, work)
     for i in range(first, last):
         e = effector_at(table, at + N_EFFECTOR * i)
-        act_at(t, q, u, e, table, pool, work)
+        act_at(t, q, u, i, first, at, shift, drift, table, pool, work)
         m, out = e["n_markers"], e["out"]
         for k in range(m):
             p = port_at(table, e["markers"] + N_PORT * k)
@@ -249,9 +288,10 @@ def report(
 ) -> None:
     """Forces, torques, efforts, channels, power and accounts of every effector."""
     here = 0
+    shift, drift = origin(table, pool, work)
     for i in range(n):
         e = effector_at(table, at + N_EFFECTOR * i)
-        act_at(t, q, u, e, table, pool, work)
+        act_at(t, q, u, i, 0, at, shift, drift, table, pool, work)
         m, f, out = e["n_markers"], e["n_freedoms"], e["out"]
         speeds = e["seen"] + 18 * m + f
         power = 0.0
@@ -277,6 +317,16 @@ def report(
         here += 1 + N_ACCOUNTS
 
 
+def mark_same(records: Records, given: Sequence[Effector]) -> None:
+    """Note the last effector before each whose only marker is its own, so that its motion is found once."""
+    before: dict[tuple[str, str], int] = {}
+    for i, effector in enumerate(given):
+        records["same"][i] = -1
+        if len(effector.markers) == 1:
+            records["same"][i] = before.get(effector.markers[0], -1)
+            before[effector.markers[0]] = i
+
+
 class Effectors(ForceTerm):
     """The effectors of a system; controllers act through the effectors that take their commands."""
 
@@ -294,6 +344,7 @@ class Effectors(ForceTerm):
         names = [name for name, _ in system.state_names()]
         for record, effector in zip(records, given, strict=True):
             lower_own(record, effector, names, pool, scratch)
+        mark_same(records, given)
         places = signal_places(given, records, names, int(head["z"]))
         for record, effector in zip(records, given, strict=True):
             parts = {

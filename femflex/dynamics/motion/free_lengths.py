@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from femflex.dynamics.arithmetic.by_length import write_block
 from femflex.dynamics.arithmetic.compiled import inner, kernel
 from femflex.dynamics.arithmetic.lanes import beyond, start
+from femflex.dynamics.forces.worked import clear_worked
 from femflex.dynamics.joints.coordinates import coordinate_rates
 from femflex.dynamics.joints.held import held_state
 from femflex.dynamics.lowering.layout import body_of, header_of
-from femflex.dynamics.lowering.unit_block import WORKED
 from femflex.dynamics.motion.drum_force import drum_force
 from femflex.dynamics.motion.equations import RATE
 from femflex.dynamics.motion.gathering import write_residual
@@ -44,20 +44,17 @@ def write_unit_blocks(table: Table, pool: Array, work: Array) -> None:
 
 
 @inner
-def clear_worked(table: Table, pool: Array) -> None:
-    """Forget what forces on markers of deploying bodies did per length."""
-    for i in range(1, header_of(table)["n_bodies"]):
-        b = body_of(table, i)
-        if b["unit"] > 0:
-            pool[b["unit"] - WORKED] = 0.0
+def write_needs(t: float, x: Array, u: Array, udot: Array, column: int, table: Table, pool: Array, work: Array) -> None:
+    """Write what each free length lacks in force, at the accelerations of lengths in their slots."""
+    clear_worked(table, pool)
+    write_residual(t, x, u, udot, beyond(work, header_of(table)["lack"]), table, pool, work)
+    write_lacks(column, table, pool, work)
 
 
 @inner
-def write_needs(t: float, x: Array, u: Array, udot: Array, column: int, table: Table, pool: Array, work: Array) -> None:
-    """Write what each free length lacks in force, at the accelerations of lengths in their slots."""
+def write_lacks(column: int, table: Table, pool: Array, work: Array) -> None:
+    """Write what each free length lacks in force [N] at the state that was gathered last."""
     head = header_of(table)
-    clear_worked(table, pool)
-    write_residual(t, x, u, udot, beyond(work, head["lack"]), table, pool, work)
     n, k = head["n_free"], 0
     for i in range(1, head["n_bodies"]):
         b = body_of(table, i)
@@ -86,6 +83,33 @@ def solve_dense(a: Array, n: int) -> None:
         a[(n + 1) * k + n] /= a[(n + 1) * k + k]
 
 
+@inner
+def solve_lengths(table: Table, work: Array) -> None:
+    """Put the accelerations [m/s^2] at which no free length lacks force into their slots."""
+    head = header_of(table)
+    n, needs, slots = head["n_free"], head["needs"], head["z"] + head["n_z"]
+    for i in range(n):
+        row = needs + (n + 1) * i
+        for k in range(n):
+            work[row + k] -= work[row + n]
+        work[row + n] = -work[row + n]
+    solve_dense(beyond(work, needs), n)
+    for k in range(n):
+        work[slots + k] = work[needs + (n + 1) * k + n]
+
+
+@inner
+def put_length_rates(dz: Array, table: Table, pool: Array, work: Array) -> None:
+    """Write the accelerations [m/s^2] in the slots as rates of the states that are speeds of lengths."""
+    head = header_of(table)
+    slots, k = head["z"] + head["n_z"], 0
+    for i in range(1, head["n_bodies"]):
+        b = body_of(table, i)
+        if b["free_length"]:
+            dz[int(pool[b["numbers"] + Z]) + 1] = work[slots + k]
+            k += 1
+
+
 @kernel(RATE)
 def free_rate(t: float, x: Array, dx: Array, table: Table, pool: Array, work: Array) -> None:
     """dx/dt of the state x = (q, u, z) with free lengths among z."""
@@ -93,7 +117,7 @@ def free_rate(t: float, x: Array, dx: Array, table: Table, pool: Array, work: Ar
     head = header_of(records)
     given, u, dq, udot = start(x), beyond(x, head["n_q"]), start(dx), beyond(dx, head["n_q"])
     n = head["n_free"]
-    slots, needs = head["z"] + head["n_z"], head["needs"]
+    slots = head["z"] + head["n_z"]
     take_states(u, records, scratch)
     write_unit_blocks(records, numbers, scratch)
     q, v = given, u
@@ -105,23 +129,10 @@ def free_rate(t: float, x: Array, dx: Array, table: Table, pool: Array, work: Ar
         write_accelerations(t, q, v, udot, records, numbers, scratch)
         column = n if trial == 0 else trial - 1
         write_needs(t, given, u, udot, column, records, numbers, scratch)
-    for i in range(n):
-        row = needs + (n + 1) * i
-        for k in range(n):
-            scratch[row + k] -= scratch[row + n]
-        scratch[row + n] = -scratch[row + n]
-    solve_dense(beyond(scratch, needs), n)
-    for k in range(n):
-        scratch[slots + k] = scratch[needs + (n + 1) * k + n]
+    solve_lengths(records, scratch)
     write_accelerations(t, q, v, udot, records, numbers, scratch)
     dz = beyond(udot, head["n_u"])
     write_state_rates(dz, records, scratch)
-    k = 0
-    for i in range(1, head["n_bodies"]):
-        b = body_of(records, i)
-        if b["free_length"]:
-            place = int(numbers[b["numbers"] + Z]) + 1
-            dz[place] = scratch[slots + k]
-            k += 1
+    put_length_rates(dz, records, numbers, scratch)
     for i in range(1, head["n_bodies"]):
         coordinate_rates(body_of(records, i), q, v, dq, numbers)

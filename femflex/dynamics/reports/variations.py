@@ -8,12 +8,13 @@ The power belongs to whatever drives the change, and nothing else in the balance
     stiffness  energy of strain that changes at a fixed shape
     growth     energy of motion, and of weight, that arriving mass has at the velocity of its place
 
-Of bodies whose change does not follow from a length, loads, springs and effectors at markers that move are not counted;
-nor are loops at any of them, and gravity of an orbit on arriving mass.
+Of bodies whose change does not follow from a length, loads, springs, effectors and loops at markers that move are not
+counted; nor is gravity of an orbit on arriving mass.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -39,6 +40,7 @@ from femflex.dynamics.lowering.layout import (
 from femflex.dynamics.lowering.unit_block import WORKED
 from femflex.dynamics.reports.drum import drum_channels, drum_row, lengths_of
 from femflex.dynamics.reports.material import BodyMotion, flow_power, growth_power, stiffness_power, strain_power
+from femflex.dynamics.reports.own_markers import acting_forces, constraint_forces
 from femflex.system import Channel, LengthTable, System
 from femflex.system.variation import COLUMNS, Block
 
@@ -69,8 +71,11 @@ def varying_names(system: System) -> list[str]:
     return [name for name in system.order if name in system.varying]
 
 
-def observe_variations(model: Model, times: Array, states: Array) -> dict[str, Array]:
-    """The channels of `variation_channels` at times (n_t,) and states (n_t, n_x)."""
+def observe_variations(model: Model, times: Array, states: Array, seen: Mapping[str, Array]) -> dict[str, Array]:
+    """The channels of `variation_channels` at times (n_t,) and states (n_t, n_x).
+
+    seen: channels of bodies, markers, loads and effectors at these.
+    """
     names = varying_names(model.system)
     if not names:
         return {}
@@ -86,7 +91,8 @@ def observe_variations(model: Model, times: Array, states: Array) -> dict[str, A
                 length = length_at(model, name, t, x)
                 power[j, i] -= length[1] * worked(model, k)
                 row = drum_of(model, k, lengths[name], length, power[j, i])
-                drums[name].append(row | sections_of(model, k, lengths[name], length))
+                attached = acting_forces(model, name, seen, j)
+                drums[name].append(row | sections_of(model, k, lengths[name], length, attached))
     out = {}
     for i, name in enumerate(names):
         out[f"bodies/{name}/mass"], out[f"bodies/{name}/power"] = mass[:, i], power[:, i]
@@ -115,13 +121,12 @@ def drum_of(
     model: Model, k: int, table: LengthTable, at_length: tuple[float, float, float], power: float
 ) -> dict[str, float]:
     """What the drum of body record k reports, at the state that was gathered last: the channels of `drum_channels`."""
-    records, pool, work = body_records(model.table), model.pool, model.work
+    records, work = body_records(model.table), model.work
     b, motion = records[k], body_motion(model, k)
     variation = model.system.varying[model.system.order[k - 1]]
     at = Block(variation.whole or model.system.bodies[model.system.order[k - 1]], variation.varies)
     length, rate, acceleration = at_length
-    unit, block = pool.copy(), int(b["block"])
-    unit[block : block + table.size] = pool[int(b["unit"]) : int(b["unit"]) + table.size]
+    unit = unit_pool(model, b, table)
     carried = sum(
         (
             carried_power(child, b, unit, work, motion)
@@ -136,11 +141,22 @@ def drum_of(
     return drum_row(b, at, table, unit, motion, (length, rate, acceleration), carried, variation.acting, power)
 
 
-def sections_of(model: Model, k: int, table: LengthTable, at_length: tuple[float, float, float]) -> dict[str, Array]:
-    """What the sections of body record k report, at the state that was gathered last."""
+def sections_of(
+    model: Model,
+    k: int,
+    table: LengthTable,
+    at_length: tuple[float, float, float],
+    acting: Sequence[tuple[str, Array]],
+) -> dict[str, Array]:
+    """What the sections of body record k report, at the state that was gathered last.
+
+    acting: marker and force (3,) of loads, springs and effectors on the body, body components.
+    """
     if table.sections is None:
         return {}
-    records, attached = body_records(model.table), []
+    records = body_records(model.table)
+    attached = [(marker, -force) for marker, force in acting]
+    attached += [(marker, -force) for marker, _, force, _ in constraint_forces(model, k)]
     for child, other in zip(records[k + 1 :], model.system.order[k:], strict=True):
         if child["parent"] == k:
             w, joint = int(child["work"]), model.system.joint_of(other)
@@ -164,7 +180,31 @@ def gather(model: Model, t: float, x: Array) -> None:
         unit = int(b["unit"])
         model.pool[unit - WORKED] = 0.0
         model.pool[unit : unit + table.size] = table.at(length_at(model, name, t, x)[0], 1.0)
-    residual(t, q, u, udot.copy(), np.empty(model.n_u), *model.workspace.own)
+    if model.constraints is None or model.reduced:
+        residual(t, q, u, udot.copy(), np.empty(model.n_u), *model.workspace.own)
+        return
+    model.second_order.residual(t, q, u, udot.copy(), np.empty(model.n_u), *model.workspace.own)
+    for name, table in lengths_of(model.system).items():
+        k = 1 + model.system.order.index(name)
+        b, motion = body_records(model.table)[k], body_motion(model, k)
+        pool = unit_pool(model, b, table)
+        for _, rows, force, torque in constraint_forces(model, k, moving=True):
+            at = marker_place(b, rows, pool, motion)
+            model.pool[int(b["unit"]) - WORKED] += marker_power(b, rows, pool, motion, force, torque, at)
+
+
+def unit_pool(model: Model, b: np.void, table: LengthTable) -> Array:
+    """The pool with the block of a unit rate of the length in the place of the body's."""
+    unit, block = model.pool.copy(), int(b["block"])
+    unit[block : block + table.size] = unit[int(b["unit"]) : int(b["unit"]) + table.size]
+    return unit
+
+
+def marker_place(b: np.void, rows: tuple[int, int, int], pool: Array, motion: BodyMotion) -> Array:
+    """Place of a marker from the body's origin (3,) [m], body components."""
+    n, wide = int(b["n_shapes"]), int(b["wide"])
+    phi = pool[rows[1] : rows[1] + 3 * wide].reshape(3, wide)[:, :n]
+    return np.asarray(pool[rows[0] : rows[0] + 3] + phi @ motion.y[1:])
 
 
 def worked(model: Model, k: int) -> float:

@@ -22,6 +22,7 @@ from femflex.fem.family import Contribution, StrainPlaces, family, member_cells
 from femflex.fem.line.chain import LINE_TYPES, ArcLength, arc_length, element_frames, straight_elements
 from femflex.fem.line.section_points import section_points
 from femflex.fem.option import Option, Options, member_options
+from femflex.fem.sections.section import Shape
 from femflex.fem.tables import SectionInertia
 from femflex.warning import PhysicsWarning
 
@@ -120,10 +121,22 @@ def beam(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     strain = beam_strain(elements, member, degree, options, corners, stiffness)
     shear = () if stiffness is None else (shear_strain(strain, elements, member, degree, stiffness),)
     axis = elements.places(stations(elements, member, degree)[0], np.zeros((*strain.weight.shape, 1, 3)))[:, :, 0]
-    places = StrainPlaces("line", axis, lever=np.sqrt(r.polar2))
+    fibres = _fibres(elements, member, degree, options)
+    places = StrainPlaces("line", axis, lever=np.sqrt(r.polar2), fibres=fibres)
     centre = np.zeros(2) if options["offset"] is None else np.asarray(options["offset"], float)
     skin = partial(swept_outline, elements, member.section, centre)
     return Contribution((blocks,), (strain,), skin, (places,), late=lambda: shear)
+
+
+def _fibres(elements: BeamElements, member: Member, degree: int, options: dict[str, Any]) -> Array | None:
+    """Stress at the extreme fibres (e|1, q|1, 4) of `Shape.fibres`; None of sections that have no shape, or are offset,
+    whose forces act in the line of the nodes."""
+    section = member.section
+    if not isinstance(section, Shape) or options["offset"] is not None or options["shear_centre"] is not None:
+        return None
+    if not section.varies:
+        return section.fibres(np.zeros((1, 1)), 1.0)
+    return section.fibres(elements.arc.at(stations(elements, member, degree)[0]), elements.arc.whole[:, None])
 
 
 def _elements(mesh: Mesh, member: Member, numbering: Numbering, options: dict[str, Any]) -> BeamElements:

@@ -102,6 +102,7 @@ class Circle(Shape):
     """Solid circle of this radius [m]."""
 
     radius: Along
+    is_round = True
 
     def properties(self, s: Array, length: Array | float) -> SectionProperties:
         """See Section, with its shapes and units."""
@@ -126,6 +127,7 @@ class Tube(Shape):
 
     outer_radius: Along
     thickness: Along
+    is_round = True
 
     def properties(self, s: Array, length: Array | float) -> SectionProperties:
         """See Section, with its shapes and units."""

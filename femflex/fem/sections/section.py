@@ -126,7 +126,9 @@ class Dimensioned:
 
 
 class Shape(Dimensioned):
-    """A section drawn and made of one material."""
+    """A section drawn and made of one material; round ones know the shear stress of a torque too."""
+
+    is_round = False
 
     def properties(self, s: Array, length: Array | float) -> SectionProperties:
         """Area, second moments, torsion constant and extreme fibres at arc lengths s (...) [m]."""
@@ -145,6 +147,15 @@ class Shape(Dimensioned):
         GAy, GAz = (factor * G * p.A for factor in self.shear_factors(s, length, material.nu))
         mass = material.density * p.A
         return Resultants(E * p.A, G * p.J, E * p.Iy, E * p.Iz, mass, ry2, rz2, ry2 + rz2, GAy, GAz)
+
+    def fibres(self, s: Array, length: Array | float) -> Array:
+        """Stress at the extreme fibres per axial force, moment_z, moment_y and torque (..., 4) [1/m^2, 1/m^3].
+
+        1/A, y_max/Iz, z_max/Iy, and of round sections R/J; NaN of others, whose largest shear is not at a corner.
+        """
+        p = self.properties(s, length)
+        twisted = p.y_max / p.J if self.is_round else np.full(np.shape(p.A), np.nan)
+        return np.stack(np.broadcast_arrays(1 / p.A, p.y_max / p.Iz, p.z_max / p.Iy, twisted), axis=-1)
 
     def shear_factors(self, s: Array, length: Array | float, nu: float) -> tuple[Array, Array]:
         """Shear factors k (...) [1] along y and z, shear force = k G A gamma; 5/6 where the shape has none of its

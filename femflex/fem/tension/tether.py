@@ -17,6 +17,7 @@ from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.family import Contribution, SkinPart, StrainPlaces, family, member_cells
 from femflex.fem.line.chain import LINE_TYPES, ArcLength, arc_length
 from femflex.fem.option import Option, Options, member_options
+from femflex.fem.sections.section import Shape
 from femflex.fem.tables import DenseInertia
 from femflex.fem.tension.strain import TensionStrain, least_squares
 from femflex.mesh.cells import CELL_TYPES
@@ -149,7 +150,9 @@ def _blocks(
         smooth=least_squares(np.asarray(legvander(2 * xi - 1, order - 1), float), weights),
         viscosity=options["viscosity"],
     )
-    return inertia, strain, StrainPlaces("line", places(xi))
+    section = member.section
+    fibres = section.fibres(arc.at(xi), arc.whole[:, None]) if isinstance(section, Shape) else None
+    return inertia, strain, StrainPlaces("line", places(xi), fibres=fibres)
 
 
 def frames(x: Array) -> Array:

@@ -52,6 +52,7 @@ def _part(block: StrainBlock, places: StrainPlaces, raw: Array, nonlinear: bool)
     lever = np.broadcast_to(known, (e, q)) if np.ndim(known) else np.full((1, 1), known)
     if shares is not None and lever.size > 1:
         lever = np.einsum("ekq,eq->ek", shares, lever)
+    fibres = np.zeros((0, 4)) if places.fibres is None else _kept(places.fibres, (e, q), shares)
     if shares is not None:
         x, weight = shares @ x, np.repeat(weight.sum(axis=1, keepdims=True) / kept, kept, axis=1)
     return StrainPart(
@@ -67,6 +68,7 @@ def _part(block: StrainBlock, places: StrainPlaces, raw: Array, nonlinear: bool)
         nonlinear=nonlinear,
         per=kept,
         lever=lever.ravel(),
+        fibres=fibres,
     )
 
 

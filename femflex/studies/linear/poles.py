@@ -57,17 +57,21 @@ def poles_of(model: StateSpace) -> list[Pole]:
     """The poles of a model by rising size, those of rigid motion first.
 
     Participation of state k in pole i is |left_i k right_k i| over its sum over k; for rigid motions, whose poles are
-    multiple, it is that of the squares of the right eigenvector.
+    multiple and have no eigenvectors of their own, it is that of the squares of the displacements in the motion.
     """
-    values, right = (np.asarray(part, complex) for part in np.linalg.eig(model.A))
-    left = np.linalg.pinv(right)
+    from scipy.linalg import eig
+
+    # left vectors of their own, not the inverse of the right ones: that of a drift's double pole 0 does not exist
+    values, left, right = (np.asarray(part, complex) for part in eig(model.A, left=True, right=True))
     rigid = np.zeros(len(values), bool)
     named: dict[int, str] = {}
+    taking = np.abs(right * left)
     if isinstance(model, LinearModel):
-        values, named = _with_known(values, right, model)
+        values, named, shapes = _with_known(values, right, model)
         rigid[list(named)] = True
-    taking = np.abs(right * left.T)
-    taking[:, rigid] = np.abs(right[:, rigid]) ** 2
+        for k, shape in shapes.items():
+            taking[:, k] = 0.0
+            taking[: len(shape), k] = np.abs(shape) ** 2
     taking /= np.maximum(taking.sum(axis=0), 1e-300)
     order = [k for k in np.lexsort((np.abs(values), ~rigid)) if values[k].imag >= 0]
     return [_pole(model, complex(values[k]), named.get(k, ""), taking[:, k]) for k in order]
@@ -75,7 +79,7 @@ def poles_of(model: StateSpace) -> list[Pole]:
 
 def _pole(model: StateSpace, value: complex, known: str, taking: Array) -> Pole:
     names = [name for name, _ in model.states]
-    ranked = [int(k) for k in np.argsort(-taking, kind="stable")]
+    ranked = [int(k) for k in np.argsort(-np.round(taking, 6), kind="stable")]
     parts = {names[k]: float(taking[k]) for k in ranked if taking[k] >= PART}
     return Pole(value, known or _mode_name(model, value) or names[ranked[0]], bool(known), parts)
 
@@ -90,8 +94,13 @@ def _mode_name(model: StateSpace, value: complex) -> str:
     return modes.names[nearest] if apart[nearest] <= ALIKE * abs(value) else ""
 
 
-def _with_known(values: Complex, right: Complex, model: LinearModel) -> tuple[Complex, dict[int, str]]:
-    """Eigenvalues with those of known rigid motion at what they are exactly; and the names of these by their place."""
+def _with_known(
+    values: Complex, right: Complex, model: LinearModel
+) -> tuple[Complex, dict[int, str], dict[int, Complex]]:
+    """Eigenvalues with those of known rigid motion at what they are exactly; names and displacements of these by place.
+
+    Displacements (n,) in the motion, of the model's coordinates.
+    """
     wanted: list[complex] = []
     names: list[str] = []
     shapes: list[Complex] = []
@@ -105,7 +114,7 @@ def _with_known(values: Complex, right: Complex, model: LinearModel) -> tuple[Co
         names += [motion.name] * (len(wanted) - len(names))
         shapes += [motion.shape[own]] * (len(wanted) - len(shapes))
     if not wanted or not len(values):
-        return values, {}
+        return values, {}, {}
     from scipy.optimize import linear_sum_assignment
 
     distance = np.abs(np.array(wanted)[:, None] - values[None])
@@ -118,4 +127,5 @@ def _with_known(values: Complex, right: Complex, model: LinearModel) -> tuple[Co
     held = distance[rows, columns] <= near
     exact = values.copy()
     exact[columns[held]] = np.array(wanted)[rows[held]]
-    return exact, {int(c): names[r] for r, c in zip(rows[held], columns[held], strict=True)}
+    places = list(zip(columns[held].tolist(), rows[held].tolist(), strict=True))
+    return exact, {c: names[r] for c, r in places}, {c: shapes[r] for c, r in places}

@@ -9,6 +9,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TextIO
 
+from femflex import __version__
 from femflex.studies.sweep.member import Outcome, Plan
 
 
@@ -18,8 +19,17 @@ def journal_of(output: Path) -> Path:
 
 
 def digest(plan: Plan) -> str:
-    """What makes two sweeps the same: table and case."""
-    return sha256(f"{plan.sweep_text}\n{plan.case_text}".encode()).hexdigest()
+    """What makes two sweeps the same: table, case, contents of the files that the case names, version of femflex."""
+    return sha256("\n".join([plan.sweep_text, plan.case_text, plan.files, __version__]).encode()).hexdigest()
+
+
+def refuse_other(path: Path, found: str, plan: Plan) -> None:
+    """Raise ValueError where a file, made by a sweep of the digest `found`, is of another sweep than the plan."""
+    if found != digest(plan):
+        raise ValueError(
+            f"{path} is of another sweep: the file of the sweep, its case or a file that this names has changed since. "
+            "Leave --resume out and give --force to begin anew"
+        )
 
 
 def read_journal(path: Path, plan: Plan) -> list[Outcome]:
@@ -30,11 +40,7 @@ def read_journal(path: Path, plan: Plan) -> list[Outcome]:
     if not path.is_file():
         return []
     first, *lines = path.read_text(encoding="utf-8").split("\n")
-    if first != digest(plan):
-        raise ValueError(
-            f"{path} is of another sweep: the file of the sweep or its case has changed since. Leave --resume out and "
-            "give --force to begin anew"
-        )
+    refuse_other(path, first, plan)
     found = {}
     for line in lines:
         try:

@@ -35,11 +35,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Plan:
-    """What a worker is given once: the text of the sweep, the case's text and its file."""
+    """What a worker is given once: texts of the sweep and the case, the case's file, digests of the files it names."""
 
     sweep_text: str
     case_text: str
     case_path: str
+    files: str = ""
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -17,9 +18,10 @@ from femflex.case.problems import Problem
 from femflex.case.read import parse_case
 from femflex.case.sweep import SweepTable, read_sweep, split_number
 from femflex.case.units import UnitError
+from femflex.pipeline.file_digests import file_digests
 from femflex.results.destination import check_destination
 from femflex.studies.sweep.design import designed, indices
-from femflex.studies.sweep.journal import add, begin, journal_of, read_journal
+from femflex.studies.sweep.journal import add, begin, digest, journal_of, read_journal, refuse_other
 from femflex.studies.sweep.member import Outcome, Plan
 from femflex.studies.sweep.workers import outcomes
 
@@ -87,7 +89,9 @@ def sweep(
     journal = journal_of(output)
     done = read_journal(journal, plan) if resume else []
     if resume and not journal.is_file() and output.is_file():
-        return open_sweep(output)
+        finished = open_sweep(output)
+        refuse_other(output, _digest_in(output), plan)
+        return finished
     have = {one.number for one in done}
     todo = [(k, values) for k, values in enumerate(members) if k not in have]
     with begin(journal, plan, done) as file:
@@ -108,7 +112,8 @@ def planned(path: str | Path) -> tuple[SweepTable, Plan]:
     """The table of a sweep, and what its workers need."""
     table, text = read_sweep(path)
     case = read_case(Path(path).parent / table.case)
-    return table, Plan(text, case.text, str(case.path.resolve()))
+    files = json.dumps(file_digests(case), sort_keys=True)
+    return table, Plan(text, case.text, str(case.path.resolve()), files)
 
 
 def count_of(path: str | Path) -> int:
@@ -186,6 +191,7 @@ def written(found: Sweep, path: Path, plan: Plan) -> None:
     PARTS.add(part)
     with h5py.File(part, "w") as file:
         file.attrs["sweep"], file.attrs["case_text"] = plan.sweep_text, plan.case_text
+        file.attrs["digest"] = digest(plan)
         for group, columns in (("inputs", found.inputs), ("outputs", found.outputs), ("histories", found.histories)):
             for name, values in columns.items():
                 data = file.create_group(group) if group not in file else file[group]
@@ -200,6 +206,14 @@ def written(found: Sweep, path: Path, plan: Plan) -> None:
         file.create_dataset("problems", data=np.array(found.problems, object), dtype=h5py.string_dtype())
     os.replace(part, path)
     PARTS.discard(part)
+
+
+def _digest_in(path: Path) -> str:
+    """The digest of the sweep that a file of results is of."""
+    from femflex.results.reader import open_hdf5
+
+    with open_hdf5(path) as file:
+        return str(file.attrs.get("digest", ""))
 
 
 def open_sweep(path: str | Path) -> Sweep:

@@ -22,6 +22,7 @@ MODULES = {
     "attitude_feedback": "blocks",
     "signal": "signals",
     "separation": "separation",
+    "cable": "cable",
 }
 
 

@@ -1,0 +1,22 @@
+"""What forces at markers of deploying bodies do per length, counted anew for every evaluation."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.arithmetic.compiled import inner
+from femflex.dynamics.lowering.layout import body_of, header_of
+from femflex.dynamics.lowering.unit_block import WORKED
+
+Array = NDArray[np.float64]
+Table = NDArray[np.int64]
+
+
+@inner
+def clear_worked(table: Table, pool: Array) -> None:
+    """Set what forces on markers of deploying bodies do per length [N] to zero."""
+    for i in range(1, header_of(table)["n_bodies"]):
+        b = body_of(table, i)
+        if b["unit"] > 0:
+            pool[b["unit"] - WORKED] = 0.0
