@@ -32,7 +32,7 @@ def write(target: Path) -> None:
 
 
 def texts(path: Path) -> Iterator[tuple[int, str]]:
-    """Line and text of texts of a source file with at least WORDS words; docstrings and patterns of `re` excluded."""
+    """Line and text of texts of a source file with at least WORDS words, without docstrings and patterns of `re`."""
     tree = ast.parse(path.read_text(encoding="utf-8"))
     inner = {id(part) for node in ast.walk(tree) if isinstance(node, ast.JoinedStr) for part in ast.walk(node)}
     inner -= {id(node) for node in ast.walk(tree) if isinstance(node, ast.JoinedStr)}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from contextlib import suppress
 
 import numpy as np
@@ -13,6 +14,7 @@ from femflex.mesh.cells import CELL_TYPES
 
 CLAMPS = ("root", "base", "clamp", "fixed", "fix", "hinge", "start", "left")  # parts of names of clamped groups
 TIPS = ("tip", "end", "corner", "free", "right")
+GENTLE = "0.4"  # N m; torque that bends a thin panel by some per cent of its length
 LARGE = 200.0  # extent beyond which the unit of a mesh is probably the millimetre
 
 HEAD = """\
@@ -84,7 +86,7 @@ TAIL = """
 name = "slew"
 body = "hub"
 times = ["0 s", "{middle}", "{middle}", "{end}"]
-torque = [[0, 0, {torque}], [0, 0, {torque}], [0, 0, -{torque}], [0, 0, -{torque}]]    # N m, axes of the hub
+torque = [{there}, {there}, {back}, {back}]    # N m, axes of the hub
 
 [pictures]
 times = ["{middle}"]
@@ -98,7 +100,7 @@ plots = ["bodies/hub/rate", "attitude/angles"]
 # [expect.turned]          # checked at the end of a run
 # of = "mean"
 # channel = "attitude/angles"
-# component = "z"
+# component = "{axis}"
 # start = "{end}"
 # value = "1 rad"
 # relative_tolerance = 1e-2
@@ -131,14 +133,33 @@ def starting_case(
     head = HEAD.format(name=name, title=json.dumps(title), schema=schema, **scale)
     if deck is not None:
         end = "tip" if deck.tip != deck.root else "root"
-        tail = TAIL.format(body='"flexible"', channel=f"markers/flexible.{end}/deflection", **scale)
+        tail = _tail("flexible", end, 2, scale)
         return head + deck_tables(deck) + tail, list(deck.notes)
     head += METAL
     if mesh is None:
-        return head + BEAM + TAIL.format(body='"boom"', channel="markers/boom.tip/deflection", **scale), []
+        return head + BEAM + _tail("boom", "tip", 2, scale), []
     text, marker, notes = _meshed(mesh, mesh_file)
-    tail = TAIL.format(body='"flexible"', channel=f"markers/flexible.{marker}/deflection", **scale)
-    return head + text + tail, notes
+    axis = _bending_axis(mesh)
+    if axis is None:
+        return head + text + _tail("flexible", marker, 2, scale), notes
+    return head + text + _tail("flexible", marker, axis, scale | {"torque": GENTLE}), notes
+
+
+def _tail(body: str, marker: str, axis: int, scale: Mapping[str, str]) -> str:
+    """Load, pictures, study and expectation: a torque about an axis of the hub, 0 to 2."""
+    there, back = (
+        f"[{', '.join(sign + scale['torque'] if k == axis else '0' for k in range(3))}]" for sign in ("", "-")
+    )
+    channel = f"markers/{body}.{marker}/deflection"
+    return TAIL.format(body=f'"{body}"', channel=channel, there=there, back=back, axis="xyz"[axis], **scale)
+
+
+def _bending_axis(mesh: Mesh) -> int | None:
+    """The axis about which a torque on the hub bends a flat mesh: across its length, in its plane."""
+    extent = np.ptp(mesh.points, axis=0)
+    thin, across, along = np.argsort(extent, kind="stable")
+    flat = extent[thin] < 0.1 * extent[across] and extent[across] > 1e-6 * extent[along]
+    return int(across) if flat else None
 
 
 def _meshed(mesh: Mesh, mesh_file: str) -> tuple[str, str, list[str]]:

@@ -37,8 +37,9 @@ class Verdict:
     unit: str
 
     def __str__(self) -> str:
+        unit = "" if self.unit in ("", "1") else f" {self.unit}"
         return (
-            f"{self.name}: {self.found:.10g} {self.unit}, expected {self.expected}: "
+            f"{self.name}: {self.found:.10g}{unit}, expected {self.expected}: "
             f"{'holds' if self.holds else 'does not hold'}"
         )
 

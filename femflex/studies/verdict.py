@@ -41,10 +41,10 @@ def level_text(found: Convergence, level: int) -> str:
         return text
     led = int(found.followers[at[0]]) if at.size and found.followers.size else 0
     if led and found.over == "derivatives":
-        return f"{text} a body ({count} shapes, {led} of them dependent derivative shapes)"
+        return f"{text} per body ({count} shapes, {led} of them dependent derivative shapes)"
     of_them = f", {apart} of them derivative shapes" if apart else ""
     of_them += f", and {led} dependent derivative shapes" if led else ""
-    return f"{text} a body ({count} elastic coordinates{of_them})"
+    return f"{text} per body ({count} elastic coordinates{of_them})"
 
 
 def law_text(found: Convergence) -> str:

@@ -121,7 +121,7 @@ def _errors(ax: Axes, study: StudyData, colours: Theme) -> None:
     ax.set_ylabel("estimated relative error")
     what = "degrees of freedom" if study.over == "mesh" else "elastic coordinates"
     what = "shapes" if study.over == "derivatives" and study.followers.any() else what
-    numbers = "refinements of the mesh" if study.over == "mesh" else f"{VARIED.get(study.over, study.over)} a body"
+    numbers = "refinements of the mesh" if study.over == "mesh" else f"{VARIED.get(study.over, study.over)} per body"
     ax.set_xlabel(f"{what}   (at a point: {numbers})" if named else what)
     _count_ticks(ax, study)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from femflex.case import read_case
@@ -52,6 +53,13 @@ def test_a_mesh_brings_its_groups(femflex, tmp_path, mesh, members, clamp):
     body = read_case(tmp_path / "craft.toml").bodies["flexible"]
     assert {member.group: member.family for member in body.members} == members
     assert list(body.reduction.clamp) == [clamp]
+
+
+def test_the_torque_bends_a_flat_mesh_out_of_its_plane(femflex, tmp_path):
+    femflex("new", "panel.toml", "--mesh", str(MESHES / "panel.msh"))  # 6 m along x, 1.5 m along y
+    (load,) = read_case(tmp_path / "panel.toml").loads
+    torque = np.abs(load.torque).max(axis=0)
+    assert torque[1] > 0 and torque[0] == torque[2] == 0
 
 
 def test_a_large_mesh_is_read_in_millimetres_and_a_missing_root_is_said(femflex, tmp_path):

@@ -29,7 +29,7 @@ def test_without_derivatives_a_beam_bends_far_less_and_a_few_are_enough(built: C
     exact = found.values[-1]
     assert found.values[0] < 0.3 * exact
     assert np.abs(found.values[2] / exact - 1) < 1e-3
-    assert "1 derivative shape a body (4 elastic coordinates, 1 of them derivative shapes) suffices" in found.verdict
+    assert "1 derivative shape per body (4 elastic coordinates, 1 of them derivative shapes) suffices" in found.verdict
     print_study(found)
     assert "derivatives coordinates vibration derivatives value" in " ".join(capsys.readouterr().out.split())
 
@@ -81,4 +81,4 @@ def test_shapes_that_follow_are_counted_apart_from_coordinates(built: Callable[.
     print_study(found)
     assert "derivatives shapes vibration derivatives dependent" in " ".join(capsys.readouterr().out.split())
     told = level_text(found, 2)
-    assert told == "2 derivative shapes a body (5 shapes, 2 of them dependent derivative shapes)"
+    assert told == "2 derivative shapes per body (5 shapes, 2 of them dependent derivative shapes)"

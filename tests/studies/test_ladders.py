@@ -48,7 +48,7 @@ def test_polynomials_converge_to_the_beam_and_the_verdict_covers_their_error(bui
     assert np.all(found.errors >= 0.95 * error * EXACT)
     assert abs(found.estimate - EXACT) < 1.2 * found.trend.spread  # errors fall faster than by either law
     assert found.recommended == found.levels[np.argmax(error < 1e-3)]
-    assert "modes a body" in found.verdict
+    assert "modes per body" in found.verdict
 
 
 def test_interfaces_are_kept_at_every_level(built: Built):

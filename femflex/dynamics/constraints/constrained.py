@@ -114,13 +114,13 @@ class Constraints:
 
     def text(self, t: float, x: Array) -> str:
         """A sentence on the number of rows and how many of them are redundant at x."""
-        redundant = self.redundant(t, x)
+        redundant, rows = self.redundant(t, x), "row" if self.n_rows == 1 else "rows"
         if redundant == 0:
-            return f"{self.n_rows} constraint rows, none redundant."
+            return f"{self.n_rows} constraint {rows}, none redundant."
         follow = "follows" if redundant == 1 else "follow"
         return (
-            f"{self.n_rows} constraint rows, of which {redundant} {follow} from the others; reactions are the smallest "
-            "that hold the motion."
+            f"{self.n_rows} constraint {rows}, of which {redundant} {follow} from the others; reactions are the "
+            "smallest that hold the motion."
         )
 
     def solved(self, times: Array, states: Array) -> tuple[Array, Array, Array, Array]:
