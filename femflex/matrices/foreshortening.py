@@ -32,7 +32,8 @@ def estimated_foreshortening(body: FlexibleBody) -> Foreshortening | None:
     s = x @ e
     if not np.ptp(s) > 0:
         return None
-    station = np.unique(np.round((s - s.min()) / np.ptp(s) * STATIONS).astype(int), return_inverse=True)[1]
+    along = np.round((s - s.min()) / np.ptp(s) * STATIONS, 6)  # points of one section stay together
+    station = np.unique(np.round(along).astype(int), return_inverse=True)[1]
     count = np.bincount(station)
     at = np.bincount(station, s) / count
     across = np.stack([np.bincount(station, u[:, a]) / count for a in range(3)], axis=1)
