@@ -47,13 +47,13 @@ def converge(
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing picture.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print for programs.")] = False,
 ) -> None:
-    """Vary modes, mesh, derivative shapes, segments, functions or strain, and judge the convergence of a quantity.
+    """Vary modes, mesh, derivative shapes, segments, functions or strain, and judge the quantity of \\[study].
 
     Prints a table, the observed order, the extrapolated limit, and a verdict with a recommended number. Modes: the
     case runs with more and more modes. Mesh: every cell is divided in two along each edge, again and again. Functions:
     every type of admissible functions over their number, against the best value of all. Strain: the three forms against
-    the one that holds furthest, with what each costs. Ctrl-C keeps what there is (exit code
-    130).
+    the one that holds furthest, with what each costs. Ctrl-C keeps what
+    there is (exit code 130).
     """
     wanted = StudyOutputs(tolerance, as_json, output, theme, force)
     wanted.check()

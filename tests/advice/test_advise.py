@@ -125,4 +125,4 @@ def test_a_text_without_tables_of_bodies_is_left_to_the_hand(craft, write_case, 
     dotted = "\n".join(f"bodies.boom.{line}" for line in lines)
     path = write_case(f"{dotted}\n{craft[:start]}{craft[end:]}")
     code, _, wrong = femflex("check", path, "--write-advice")
-    assert code == 2 and "Write by hand: bodies.boom.strain = " in wrong
+    assert code == 2 and "Add by hand: bodies.boom.strain = " in wrong

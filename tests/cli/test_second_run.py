@@ -25,7 +25,6 @@ def spin_up(tmp_path: Path) -> Path:
         ("samples = 1001", "samples = 141"),
         ("y = 6, axial = 3", "y = 2"),
         ('times = ["6.76 s"]\n', ""),
-        ('traces = ["beam.tip"]\n', ""),
     ):
         assert old in head, old
         head = head.replace(old, new)
