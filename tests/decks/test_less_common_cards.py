@@ -92,7 +92,7 @@ def _free(cards: list[str]) -> list[str]:
         ("GENEL,9,,5,2,5,6,,,K,1.,2.,1.", "not positive semidefinite"),
         ("GENEL,9,,5,2,5,6,,,Z,1.,2.,1.", "not positive definite"),
         ("GENEL,9,,5,2,77,2,,,K,1.,0.,1.", "uses grid point 77"),
-        ("GENEL,9,,5,2,5,6,UD,,4,2,K,1.,0.,1.", "do not hold the motions of UI"),
+        ("GENEL,9,,5,2,5,6,UD,,4,2,K,1.,0.,1.", "do not determine the rigid motions of UI"),
     ],
 )
 def test_a_matrix_that_cannot_be_is_named_with_its_line(tmp_path: Path, card, sentence):

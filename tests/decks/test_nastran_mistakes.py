@@ -32,7 +32,7 @@ SHELL = "PSHELL,2,1,0.01,1,,1"
         ([*GRIDS, QUAD, SHELL, STEEL, "RBE2,8,1,123,2", "RBE2,9,3,3,2"],
          r"deck.bdf:13: RBE2 9 makes component 3 of grid 2 dependent, which RBE2 8 \(deck.bdf:12\) does already"),
         ([*GRIDS, QUAD, SHELL, STEEL, "RBE2,8,1,123,2", "SPC1,1,3,2"],
-         r"deck.bdf:13: SPC1 1 holds component 3 of grid 2, which depends on others by RBE2 8 \(deck.bdf:12\); hold"),
+         r"deck.bdf:13: SPC1 1 fixes component 3 of grid 2, which is dependent in RBE2 8 \(deck.bdf:12\); fix"),
         ([*GRIDS, QUAD, SHELL, STEEL, "RBE1,8,1,123,2,23", ",UM,3,123"], r"RBE1 8 has independent components .* six"),
         ([*GRIDS, QUAD, SHELL, STEEL, "RBE3,8,,4,123456,1.,123,1,2"],
          r"RBE3 8: .* \(they lie on a line or at one point\)"),

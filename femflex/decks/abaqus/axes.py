@@ -113,7 +113,7 @@ def read_orientations(model: AbaqusModel) -> dict[tuple[str, str], System]:
         if first is None:
             raise ValueError(f"{keyword.place()}: *ORIENTATION by *DISTRIBUTION alone has no directions; give points.")
         if first:
-            model.found.note(f"{keyword.place()}: a distribution of orientations is left out; its default holds")
+            model.found.note(f"{keyword.place()}: a distribution of orientations is left out; its default is used")
         words = [word for word in keyword.data[first] if word]
         if definition == "NODES":
             nodes = [model.node_of(word, scope, keyword, first) for word in words]

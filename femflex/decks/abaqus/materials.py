@@ -150,7 +150,7 @@ class Materials:
         lines = -(-(count + 1) // 8) if count > 6 else 1
         if len(keyword.data) > lines:
             self._model.found.unused(
-                "*ELASTIC at further temperatures", "the first line's values hold", place_of(keyword)
+                "*ELASTIC at further temperatures", "the values of the first line are used", place_of(keyword)
             )
         rho = 0.0
         if "DENSITY" in parts and parts["DENSITY"].data:

@@ -230,7 +230,7 @@ def _shells(model: AbaqusModel, reading: Reading, one: Scoped, elset: str, facet
     offset = _offset(keyword)
     at_nodes = "nodalthickness" in keyword.parameters
     if keyword.parameter("density") and not _by_stiffness(keyword):
-        model.found.unused("DENSITY of a shell section", "the material's density holds", place_of(keyword))
+        model.found.unused("DENSITY of a shell section", "the density of the material is used", place_of(keyword))
     sections: dict[tuple[Any, ...], PlateSection] = {}
 
     def section_of(own: float, angles: tuple[float, ...]) -> PlateSection:

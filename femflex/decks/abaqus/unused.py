@@ -46,7 +46,7 @@ CONSEQUENCES = {
     "mass that is not structure is left out; that mass is missing": ("NONSTRUCTURAL MASS",),
     "rebars are left out": ("REBAR", "REBAR LAYER"),
     "elements stay in the model": ("MODEL CHANGE",),
-    "a distribution of values is left out; the default holds": ("DISTRIBUTION",),
+    "a distribution of values is left out; the default is used": ("DISTRIBUTION",),
     "imperfections are left out; the mesh is perfect": ("IMPERFECTION",),
 }  # fmt: skip
 

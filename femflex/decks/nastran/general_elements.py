@@ -151,5 +151,5 @@ def _rigid(card: Card, model: NastranModel, own: Pairs, other: Pairs) -> Array:
     by = motions(other)
     S = motions(own) @ np.linalg.pinv(by)
     if np.abs(S @ by - motions(own)).max() > 1e-6 * max(1.0, float(np.abs(by).max())):
-        raise ValueError(f"{card} has no S, and its components UD do not hold the motions of UI; give S")
+        raise ValueError(f"{card} has no S, and its components UD do not determine the rigid motions of UI; give S")
     return np.asarray(S)

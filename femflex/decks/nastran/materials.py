@@ -21,10 +21,10 @@ NOT_ELASTIC = {
     "MAT5": "heat conduction is left out",
     "MAT10": "fluid elements are left out",
     "MATS1": "plasticity is left out; the material stays linear",
-    "MATT1": "dependence on temperature is left out; the values of MAT1 hold",
-    "MATT2": "dependence on temperature is left out; the values of MAT2 hold",
-    "MATT8": "dependence on temperature is left out; the values of MAT8 hold",
-    "MATT9": "dependence on temperature is left out; the values of MAT9 hold",
+    "MATT1": "dependence on temperature is left out; the values of MAT1 are used",
+    "MATT2": "dependence on temperature is left out; the values of MAT2 are used",
+    "MATT8": "dependence on temperature is left out; the values of MAT8 are used",
+    "MATT9": "dependence on temperature is left out; the values of MAT9 are used",
     "MATHP": "hyperelasticity is left out",
 }
 

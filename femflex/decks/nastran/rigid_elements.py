@@ -195,7 +195,10 @@ def _rrod(model: NastranModel, card: Card) -> None:
     t = t / np.linalg.norm(t)
     along = model.grids.axes(follows)[c - 1] @ t
     if abs(along) < 1e-6:
-        raise ValueError(f"{card}: component {c} of grid {follows} lies across the rod and cannot follow")
+        raise ValueError(
+            f"{card}: component {c} of grid {follows} is perpendicular to the rod, so it cannot be dependent; name a "
+            "component along the rod"
+        )
     if not model.depend(follows, (c,), card):
         return
     own = model.grids.axes(follows)

@@ -124,7 +124,8 @@ def _thickness(model: NastranModel, card: Card, kind: Kind, made: ShellProperty)
         return None
     if made.scaled is None:
         model.bulk.found.unused(
-            f"{card.name} T1 to T{kind.corners}", "thickness at corners of laminates is left out; the plies' hold",
+            f"{card.name} T1 to T{kind.corners}",
+            "thickness at corners of laminates is left out; that of the plies is used",
             card.place,
         )  # fmt: skip
         return None

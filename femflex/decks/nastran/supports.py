@@ -33,8 +33,8 @@ def read_supports(model: NastranModel) -> tuple[dict[str, Held], tuple[str, ...]
             if clash and number in in_force:
                 first = model.depending[g, clash[0]]
                 bulk.found.problem(
-                    f"{card} holds component {clash[0]} of grid {g}, which depends on others by {first} "
-                    f"({first.place}); hold what it depends on instead",
+                    f"{card} fixes component {clash[0]} of grid {g}, which is dependent in {first} "
+                    f"({first.place}); fix the independent components instead",
                     card.place,
                 )
                 continue
@@ -72,7 +72,7 @@ def read_supports(model: NastranModel) -> tuple[dict[str, Held], tuple[str, ...]
                 f"case control names SPC set {chosen}, which the deck does not have; it has {sorted(held | added)}"
             )
         else:
-            bulk.found.note(f"case control names SPC set {chosen}, and the deck has no SPC card; nothing is held by it")
+            bulk.found.note(f"case control names SPC set {chosen}, and the deck has no SPC card; it fixes nothing")
     sets: dict[str, Held] = {}
     for number, own in held.items():
         sets[f"spc_{number}"] = _held(model, own, f"spc_{number}")
@@ -89,7 +89,8 @@ def read_supports(model: NastranModel) -> tuple[dict[str, Held], tuple[str, ...]
             if (g, c) in model.depending:
                 first = model.depending[g, c]
                 bulk.found.problem(
-                    f"{grid.card} holds component {c}, which depends on others by {first} ({first.place})",
+                    f"{grid.card} fixes component {c}, which is dependent in {first} ({first.place}); fix the "
+                    "independent components instead",
                     grid.card.place,
                 )
             else:
