@@ -73,9 +73,9 @@ def curvature_note(structure: Structure, modes: ModeSet) -> str:
         return ""
     how = f"to {left:.0%} of that at rest" if left > 0 else "below zero (snap-through)"
     return (
-        f"it is curved (rise {high:.3g} m). Bent one way, the tangent stiffness of a low mode falls {how}; modal "
-        "derivatives at rest represent this only in part. For such deflections set strain = 'nonlinear' with "
-        f"responses = {RESPONSES}, deflection = '{REACHED * high:.2g} m' and the load in `loads` or `attachment`"
+        f"it is curved (rise {high:.3g} m). Deflected in one direction, the tangent stiffness of a low mode falls "
+        f"{how}; modal derivatives at rest represent this only in part. For such deflections set strain = 'nonlinear' "
+        f"with responses = {RESPONSES}, deflection = '{REACHED * high:.2g} m' and the load in `loads` or `attachment`"
     )
 
 

@@ -87,8 +87,8 @@ class AxialForceWatch:
     def _warn_of_pressed(self, name: str, seen: LargestForce) -> None:
         if -seen.gain > 1.0 / NEAR:
             warnings.warn(
-                f"body {name!r} is pressed by {-seen.force:.4g} N along its axis at t = {seen.time:.6g} s (length "
-                f"{seen.length:.4g} m): {-seen.gain:.0%} of the load that buckles it there as a cantilever (limit "
+                f"body {name!r} is compressed by {-seen.force:.4g} N along its axis at t = {seen.time:.6g} s (length "
+                f"{seen.length:.4g} m): {-seen.gain:.0%} of its buckling load as a cantilever of this length (limit "
                 f"{1 / NEAR:.0%}). Its deflections are sensitive to small errors, and wrong beyond buckling. Lower the "
                 "load, deploy more slowly, or give it more bending stiffness",
                 PhysicsWarning,

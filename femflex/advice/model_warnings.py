@@ -92,11 +92,12 @@ def _held_elsewhere(system: System, known: KnownBodies) -> Iterator[Advice]:
             continue
         distance = float(np.linalg.norm(held.position - clamp.position))
         omega = body.omega[np.isfinite(body.omega)]
-        first = f"; its first frequency of {omega[0] / (2 * math.pi):.4g} Hz is that of the clamp" if len(omega) else ""
+        clamped = f"for the body clamped at {clamps[0]!r}"
+        first = f"; its first frequency of {omega[0] / (2 * math.pi):.4g} Hz is {clamped}" if len(omega) else ""
         text = (
             f"bodies.{joint.child}: its shapes are clamped at {clamps[0]!r}, but joint "
-            f"{joint.name or f'{joint.parent}-{joint.child}'!r} holds it at {joint.child_marker!r}, {distance:.4g} m "
-            f"away, and nothing is attached to {clamps[0]!r}{first}. Clamp {joint.child_marker!r}, or add its static "
+            f"{joint.name or f'{joint.parent}-{joint.child}'!r} supports it at {joint.child_marker!r}, {distance:.4g} "
+            f"m away, and nothing is attached to {clamps[0]!r}{first}. Clamp {joint.child_marker!r}, or add its static "
             f"shapes (loads = {{ {group} = [...] }})"
         )
         yield doubt(joint.child, "support", text, distance, 0.0)
@@ -120,10 +121,10 @@ def _dragged_supports(system: System, known: KnownBodies) -> Iterator[Advice]:
         free = [d for d, moved in zip(DIRECTIONS, moves, strict=True) if d not in support.components and moved]
         if free:
             text = (
-                f"bodies.{joint.child}: its joint to {joint.parent or 'the base frame'} holds it at "
-                f"{joint.child_marker!r}, whose clamp leaves {', '.join(free)} free. The body then follows that "
-                f"marker, and its other supports ({', '.join(map(repr, others))}) move with it. Remove "
-                f"child_marker = {joint.child_marker!r}, so that the joint holds the body frame, in which all supports "
+                f"bodies.{joint.child}: its joint to {joint.parent or 'the base frame'} is at marker "
+                f"{joint.child_marker!r}, whose clamp leaves {', '.join(free)} free. The body frame then moves with "
+                f"that marker, and so do its other supports ({', '.join(map(repr, others))}). Remove "
+                f"child_marker = {joint.child_marker!r}, so that the joint is at the body frame, in which all supports "
                 f"are at rest; or clamp {', '.join(free)} at {group!r} too"
             )
             yield doubt(joint.child, "support", text, float(len(free)), 0.0)
@@ -137,9 +138,9 @@ def _idle_torques(system: System) -> Iterator[Advice]:
         if marker is None or not np.any(load.torque) or not np.any(marker.phi) or np.any(marker.psi):
             continue
         text = (
-            f"loads[{load.name}]: none of the {body.n_modes} shapes of body {load.body!r} turns its marker "
-            f"{load.marker!r}, so that the torque bends nothing. Name a marker on several nodes, or add shapes "
-            "that turn it (`loads` in the reduction)"
+            f"loads[{load.name}]: none of the {body.n_modes} shapes of body {load.body!r} rotates its marker "
+            f"{load.marker!r}, so that the torque does not deform the body. Name a marker on several nodes, or add "
+            "shapes that rotate it (`loads` in the reduction)"
         )
         yield doubt(load.body, "torque", text, 0.0)
 

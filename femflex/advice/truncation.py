@@ -182,8 +182,8 @@ def truncation_warnings(system: System, richer: RicherCraft, band: float) -> lis
     text = (
         f"the craft's elastic frequencies ({judged}, at rest, with linear strain) change by more than {DOUBTFUL:.0%} "
         f"with richer sets of shapes: {each}. Raise the number of modes of {_named(system, richer)}, or give the body "
-        "more static shapes (`joints`). The richer sets hold all static shapes of the joints and what inertia adds to "
-        "them"
+        "more static shapes (`joints`). The richer sets contain all static shapes of the joints and their dynamic "
+        "(inertia) corrections"
     )
     return [replace(doubt("", "truncation", text, float(found.errors.max()), DOUBTFUL), category=TruncationWarning)]
 
@@ -208,7 +208,7 @@ def unassessed_truncation(system: System, known: KnownBodies, richer: RicherCraf
             continue
         why = "its file has no elements" if known[name].origin.source is None else richer.lack
         if known[name].is_preloaded:
-            why = "they are those about its preload"
+            why = "its modes are computed about its preload"
         if why:
             out.append(Advice(name, "truncation", None, f"{NOT_JUDGED} ({why})"))
     return out

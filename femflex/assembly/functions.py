@@ -82,9 +82,8 @@ def _few(n: int) -> str:
     if n >= HELD:
         return ""
     return (
-        f"no static shapes of its loads (spin) are added to polynomials, which represent them with {HELD} or more "
-        f"functions per direction (it has {n}). The first two frequencies of a fast blade are within 0.5 % with {HELD} "
-        f"functions, and within 0.25 % with {HELD + 1}"
+        f"no static shapes of its loads (spin) are added to its {n} polynomials per direction. Give {HELD} or more: "
+        f"the first two frequencies of a fast blade are then within 0.5 %, and with {HELD + 1} within 0.25 %"
     )
 
 
@@ -95,5 +94,5 @@ def _missing(case: Case, name: str, f: FunctionsTable) -> str:
         return ""
     return (
         f"no static shapes of its loads ({', '.join(places)}) are added to characteristic functions. "
-        "family = 'polynomial' represents forces and moments at the tip"
+        "Set family = 'polynomial', which represents forces and moments at the tip"
     )

@@ -72,8 +72,9 @@ def remedy_of(table: BodyTable) -> str:
         return f"make {table.file} anew (femflex body) from a case that gives it strain = 'condensed'"
     if isinstance(table, MatricesTable):
         return (
-            "matrices hold linear strain alone (the second number is an estimate, as of a line along its longest "
-            "extent): give their geometric stiffness and spin, or make the body of elements, with strain = 'condensed'"
+            "matrices hold linear strain alone (the second number is an estimate that takes the body as a line "
+            "along its longest extent): give their geometric stiffness and spin, or make the body of elements, with "
+            "strain = 'condensed'"
         )
     r = getattr(table, "reduction", None)
     if isinstance(r, Stretchable) and r.derivatives in ("none", 0):

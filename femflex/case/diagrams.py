@@ -16,7 +16,7 @@ NEAR = 1e-9  # relative difference of two speeds that are the same
 def spin_problems(table: CampbellTable, attitude: AttitudeTable, orbit: OrbitTable) -> Iterator[Problem]:
     """A craft whose speed of spin can be chosen, about an axis that is reported."""
     if orbit.kind != "none":
-        yield Problem("campbell", "found an [orbit], in which no speed of spin is steady; leave one of the two out")
+        yield Problem("campbell", "found an [orbit], on which no spin speed is steady; remove [orbit] or [campbell]")
     elif table.axis is None and not any(attitude.spin or ()):
         yield Problem(
             "campbell.axis",

@@ -75,7 +75,7 @@ def told(write_case, text, *changes):
 def test_a_load_near_what_tips_a_strip_over_is_told_with_both_numbers(write_case):
     (text,) = told(write_case, STRIP, ALONE)
     assert text.startswith("bodies.boom: load 'weight' (1400 N) is") and part_of(text) == pytest.approx(PART, rel=5e-3)
-    assert "but 0.655 of that of the reduced basis" in text and "`loads`" in text  # at 1.53 times the load
+    assert "but 0.655 of the buckling load of the reduced basis" in text and "`loads`" in text  # at 1.53 times the load
 
 
 def test_the_loads_own_shape_or_a_small_load_leaves_nothing_to_tell(write_case):
@@ -96,7 +96,7 @@ def test_beams_on_functions_are_told_of_when_they_cannot_twist(write_case, torsi
     texts = told(write_case, BEAM, ("z = 4,", f"z = 4{torsion},"))
     assert len(texts) == count
     assert [part_of(text) for text in texts] == pytest.approx([PART] * count, rel=5e-3)
-    assert all("but 0 of that of the reduced basis" in text for text in texts)
+    assert all("but 0 of the buckling load of the reduced basis" in text for text in texts)
     assert all("torsion included" in t for t in texts)
 
 

@@ -161,7 +161,7 @@ def test_few_polynomials_are_told_how_many_a_spin_wants(tmp_path):
         built(tmp_path, ANALYTIC.replace("y = 2", f'y = {n}, family = "polynomial"') + MOTION).bodies["beam"].note
         for n in (3, 4)
     )
-    assert "with 4 or more functions per direction (it has 3)" in few and "within 0.25 % with 5" in few
+    assert "its 3 polynomials per direction. Give 4 or more" in few and "and with 5 within 0.25 %" in few
     assert "polynomials" not in enough
 
 

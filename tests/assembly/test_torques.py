@@ -150,6 +150,6 @@ def test_a_torque_on_a_body_whose_shapes_do_not_turn_its_marker_is_told_of(bar):
     tip = body.markers["tip"]
     still = replace(body, markers={**body.markers, "tip": replace(tip, psi=0.0 * tip.psi)})
     with pytest.warns(
-        PhysicsWarning, match=r"loads\[twist\]: none of the 5 shapes of body 'bar' turns its marker 'tip'"
+        PhysicsWarning, match=r"loads\[twist\]: none of the 5 shapes of body 'bar' rotates its marker 'tip'"
     ):
         warn_of(model_warnings(replace(system, bodies={"bar": still}), KnownBodies({}), 1.0))

@@ -82,7 +82,7 @@ def test_a_body_held_away_from_its_clamp_is_told_of_with_both_places(craft: str,
     held = craft.replace('child_marker = "ROOT"', 'child_marker = "tip"').split("initial =")[0]
     held += craft.split("0]  }")[-1].split('displacement = [0, "10 mm", 0] }')[-1]
     case = read_case(write_case(held.replace('child_marker = "ROOT"', 'child_marker = "tip"')))
-    with pytest.warns(PhysicsWarning, match=r"clamped at 'ROOT', but joint 'hub-boom' holds it at 'tip', 3 m away"):
+    with pytest.warns(PhysicsWarning, match=r"clamped at 'ROOT', but joint 'hub-boom' supports it at 'tip', 3 m away"):
         build_system(case)
     sound = held.replace("modes = 4", 'modes = 4, loads = { TIP = ["x", "y", "z", "rx", "ry", "rz"] }')
     case = read_case(write_case(sound.replace('child_marker = "ROOT"', 'child_marker = "tip"')))

@@ -151,7 +151,7 @@ def test_crafts_that_cannot_spin_steadily_are_told(femflex, blade):
     code, _, wrong = femflex("campbell", blade(more=LOAD))
     assert code == 2 and "load 'push' keeps its direction in the inertial frame" in wrong
     code, _, wrong = femflex("campbell", blade(more='\n[orbit]\nperigee_altitude = "400 km"\n'))
-    assert code == 2 and "campbell: found an [orbit], in which no speed of spin is steady" in wrong
+    assert code == 2 and "campbell: found an [orbit], on which no spin speed is steady" in wrong
     still = blade(('[attitude]\nframe = "spinning"\nspin = [0, 0, "60 rpm"]\n', ""))
     code, _, wrong = femflex("campbell", still)
     assert code == 2 and "campbell.axis: found no axis to spin about" in wrong

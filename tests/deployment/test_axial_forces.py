@@ -69,6 +69,6 @@ def test_condensed_strain_is_warned_of_near_buckling_alone(tmp_path, recwarn):
     grown(tmp_path, 0.2, "condensed").close()
     assert not [w for w in recwarn if "buckles" in str(w.message)]
     with pytest.warns(
-        PhysicsWarning, match=r"body 'mast' is pressed by .*: (7[0-9])% of the load that buckles it there"
+        PhysicsWarning, match=r"body 'mast' is compressed by .*: (7[0-9])% of its buckling load as a cantilever"
     ):
         grown(tmp_path, 0.8, "condensed").close()

@@ -106,8 +106,9 @@ def late_buckling_note(body: KnownBody, near: BucklingMargin) -> str:
     if near.part <= (1.0 + LATE) * kept:
         return ""
     return (
-        f", but {kept:.3g} of that of the reduced basis, which represents the prestress, or the coupled torsion, "
-        "inaccurately. Add the static shape of the load to the reduction (`loads`), or more modes, torsion included"
+        f", but {kept:.3g} of the buckling load of the reduced basis, which represents the prestress, or the coupled "
+        "torsion, inaccurately. Add the static shape of the load to the reduction (`loads`), or more modes, "
+        "torsion included"
     )
 
 
