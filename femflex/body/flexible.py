@@ -72,7 +72,7 @@ class FlexibleBody(Summarised):
         n, n_shapes = self.n_modes, self.n_shapes
         if len(self.slaves) and self.slaves.shape[1:] != (n, n):
             raise ValueError(
-                f"a body of {n_shapes} shapes of which {len(self.slaves)} follow the others needs `slaves` of shape "
+                f"a body of {n_shapes} shapes of which {len(self.slaves)} are dependent needs `slaves` of shape "
                 f"({len(self.slaves)}, {n}, {n}); found {self.slaves.shape}"
             )
         if self.strain.V1.shape != (n, n) or self.damping.shape != (n, n):

@@ -110,15 +110,15 @@ def failure(name: str, resume: Array, x: Array, model: object = None) -> Integra
     """
     t, coordinate = float(resume[head.T]), int(resume[head.COORDINATE])
     creeping = (
-        f"its steps of {resume[head.H]:.3g} s would take more than {MOST:.0e} to the end; a force that jumps with the "
-        f"motion (dry friction, a hard contact) makes coordinate {coordinate} creep, and smoothing it helps"
+        f"with steps of {resume[head.H]:.3g} s it would need more than {MOST:.0e} steps to the end. A discontinuous "
+        f"force (dry friction, a hard contact) keeps the steps of coordinate {coordinate} short; smooth that force"
     )
     reason = {
         head.NOT_FINITE: f"the motion is not finite beyond this: coordinate {coordinate} is the first to fail",
-        head.ERROR_TEST: f"no step is small enough to hold the error of coordinate {coordinate}",
-        head.NEWTON: f"Newton's iteration does not converge, coordinate {coordinate} least",
+        head.ERROR_TEST: f"no step is small enough to keep the error of coordinate {coordinate} within the tolerance",
+        head.NEWTON: f"Newton's iteration does not converge, worst in coordinate {coordinate}",
         head.CREEPING: creeping,
-        head.EVENT: "an event leaves numbers that are not finite, or happens again at once without an end",
+        head.EVENT: "an event gives numbers that are not finite, or repeats without end at the same time",
         head.UNHELD: "no state beyond this satisfies all constraints",
     }[int(resume[head.CAUSE])]
     asked, source = getattr(model, "diagnosis", None), None

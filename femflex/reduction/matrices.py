@@ -51,7 +51,7 @@ def reduce_matrices(
     distribution: where the mass is, of models whose dofs are not those of all nodes (`matrix_moments`).
 
     Warns where the inertia that depends on the deformation is not that of the matrix. Raises ValueError when a group is
-    unknown, or the shapes depend on each other or hold a rigid motion.
+    unknown, or the shapes depend on each other or contain a rigid motion.
     """
     phi = modes.phi
     check_no_rigid_motion(rigid_shapes(structure), phi, dof_weight(structure))
@@ -97,7 +97,7 @@ def _exactness_text(exact: bool, missed: float) -> str:
 def _missed_text(missed: float) -> str:
     if np.isnan(missed):
         return (
-            "nothing is known of where the mass of the reduced model is between its interfaces: its inertia at rest "
+            "the distribution of mass of the reduced model between its interfaces is unknown: its inertia at rest "
             "and its elastic mass are exact, and the inertia's change with the deformation (spin softening, gyroscopic "
             "coupling of modes) is zero or equal along three axes; give recovery rows with nodal masses, or the "
             "moments that femflex writes"
@@ -105,7 +105,7 @@ def _missed_text(missed: float) -> str:
     return (
         f"lumped at its nodes, the mass matrix misses {100 * missed:.2g} % of the elastic mass of a shape (limit "
         f"{100 * NOTICED:g} %): second moments of the deformation (spin softening, gyroscopic coupling of modes) have "
-        "errors of that size, and are rescaled; a mesh with more nodes per wave, or a lumped mass matrix, has less"
+        "errors of that size, and are rescaled; give a mesh with more nodes per wavelength, or a lumped mass matrix"
     )
 
 

@@ -60,7 +60,7 @@ def reduce_structure(
     A linear body knows how its lowest shape shortens (`foreshortening`), by which advice judges what it leaves out.
     Warns when linear strain meets an initial stress that the supports do not hold, when thin plates leave out shear
     that matters, and when plates whose strain is not linear turn in their own planes.
-    Raises ValueError when a group is unknown, or the shapes depend on each other or hold a rigid motion.
+    Raises ValueError when a group is unknown, or the shapes depend on each other or contain a rigid motion.
     """
     if strain == "linear":
         warn_if_slack(structure, modes)

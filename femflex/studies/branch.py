@@ -103,7 +103,10 @@ def _other(problem: HarmonicBalance, to: Place | None, peak: float, count: int) 
         return "no periodic solution is found beyond it (possibly an internal resonance with another mode)"
     hertz, share = to.at.omega / (2 * np.pi), first_share(problem, to)
     if share < LEADING:
-        return f"what follows, at {hertz:.4g} Hz, is another motion: its first harmonic has {share:.2g} of it"
+        return (
+            f"the next solution, at {hertz:.4g} Hz, is another motion: its first harmonic has a share of {share:.2g} "
+            f"(limit {LEADING:g})"
+        )
     if to.at.amplitude < FALLEN * peak:
         return f"the branch turns back there, to {to.at.amplitude:.4g} m at {hertz:.4g} Hz"
     return f"it was followed over {POINTS} steps" if count >= POINTS else ""

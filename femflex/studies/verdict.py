@@ -67,13 +67,13 @@ def law_text(found: Convergence) -> str:
 def _all(found: Convergence) -> str:
     """Of levels up to all the shapes there are: how few of them do."""
     last, fewest = int(found.levels[-1]), found.recommended
-    text = f"{level_text(found, last)}: these are all that the modes have."
+    text = f"{level_text(found, last)}: these are all that the modes give."
     if len(found.levels) == 1 or fewest is None:
         return text
     if fewest == last:
-        return f"{text} Fewer differ from them by {_relative(found, float(found.errors[-2]))} and more."
+        return f"{text} With fewer the value differs by {_relative(found, float(found.errors[-2]))} or more, relative."
     off = _relative(found, float(found.errors[found.levels == fewest][0]))
-    return f"{text} Of them {level_text(found, fewest)} suffice, {off} off, relative."
+    return f"{text} Of them {level_text(found, fewest)} suffice: the value differs by {off}, relative."
 
 
 def _one(found: Convergence) -> str:

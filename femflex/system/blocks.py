@@ -120,7 +120,8 @@ def allocation(effect: ArrayLike) -> StateSpace:
     E = np.atleast_2d(np.asarray(effect, float))
     if np.linalg.matrix_rank(E) < len(E):
         raise ValueError(
-            f"{E.shape[1]} actuators meet {np.linalg.matrix_rank(E)} of {len(E)} demands; add actuators, or demand less"
+            f"{E.shape[1]} actuators produce {np.linalg.matrix_rank(E)} of {len(E)} demands independently; add "
+            "actuators, or remove demands"
         )
     return gain(np.linalg.pinv(E))
 

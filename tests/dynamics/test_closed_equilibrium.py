@@ -151,7 +151,7 @@ def test_a_frame_held_at_both_ends_carries_its_load_as_statics_says():
 
 
 def test_nonholonomic_constraints_and_loops_in_motion_are_refused():
-    with pytest.raises(ValueError, match="'blade': nonholonomic constraints bind velocities"):
+    with pytest.raises(ValueError, match="'blade': nonholonomic constraints restrict velocities"):
         equilibrium(sleigh(0.5))
     model = compile_system(sleigh(0.5))
     with pytest.raises(ValueError, match="linear equations cannot be found with them"):

@@ -329,7 +329,7 @@ def test_pulses_have_the_demanded_mean_at_exact_instants():
     [
         (lambda: block("a", pd(1.0, 1.0), ["x.y"], ["u"]), "takes 2 inputs and gives 1 outputs; found 1 inputs"),
         (lambda: state_space([[1.0]], [[1.0, 2.0]], [[1.0]], [[0.0]]), "B of a block has shape"),
-        (lambda: allocation([[1.0, 2.0], [2.0, 4.0]]), "2 actuators meet 1 of 2 demands"),
+        (lambda: allocation([[1.0, 2.0], [2.0, 4.0]]), "2 actuators produce 1 of 2 demands"),
         (lambda: notch(-1.0), "frequency and width must be positive"),
         (lambda: low_pass(1.0, 3), "order 1 or 2"),
         (lambda: Sensor("s", "joint"), "sensor 's' of kind 'joint' needs a freedom"),

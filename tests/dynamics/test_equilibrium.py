@@ -66,7 +66,7 @@ def test_a_column_buckles_at_eulers_load(share, stable):
     critical = np.pi**2 * EI / (4 * LENGTH**2)
     found = equilibrium(cantilever(12, [-share * critical, 0, 0]))
     assert found.stable is stable
-    assert ("stable" if stable else "unstable: a small motion grows monotonously") in found.verdict
+    assert ("stable" if stable else "unstable: a small motion grows monotonically") in found.verdict
     assert tip(found)[1:] == pytest.approx(0.0, abs=1e-9)
 
 

@@ -129,11 +129,15 @@ def test_fewer_coordinates_keep_what_follows_them():
     "change, slaved, words",
     [
         (lambda b: replace(b, strain=StrainTensors.linear(b.strain.V1)), [1], "linear strain has nothing that couples"),
-        (lambda b: b, [], "0 of 5 shapes were to follow the others"),
+        (lambda b: b, [], "0 of 5 shapes were requested as dependent"),
         (lambda b: b, [0, 1, 2, 3, 4], "leave at least one coordinate"),
         (lambda b: condense(b, [1]), [1], "condensed already"),
-        (lambda b: replace(b, strain=replace(b.strain, f0=np.ones(5))), [1], "initial stress pushes the slaved shapes"),
-        (lambda b: replace(b, strain=replace(b.strain, V1=np.ones((5, 5)))), [1, 2], "depend on each other"),
+        (
+            lambda b: replace(b, strain=replace(b.strain, f0=np.ones(5))),
+            [1],
+            "initial stress loads the dependent",
+        ),
+        (lambda b: replace(b, strain=replace(b.strain, V1=np.ones((5, 5)))), [1, 2], "shapes are linearly dependent"),
     ],
 )
 def test_what_cannot_be_condensed_is_refused(change, slaved, words):

@@ -164,7 +164,7 @@ def test_modes_along_a_straight_line_share_their_derivatives():
 def test_a_set_that_cannot_stretch_is_refused_with_both_numbers():
     structure = beam()
     modes = cantilever_modes(structure, "start", 2)
-    text = r"2 shapes \(vibration\) cannot stretch: .* stores 2.75 times .* stores 1 times that. Add static"
+    text = r"2 shapes \(vibration\) cannot stretch: .* stores 2.75 times .* stores 1 times that energy. Add static"
     with pytest.raises(ValueError, match=text):
         require_stretch(structure, modes, strain_tensors(structure, modes.phi))
 

@@ -119,5 +119,5 @@ def test_shapes_with_a_rigid_motion_are_refused():
     X, M, K, phi, _ = random_system()
     phi = phi.copy()
     phi[:, 2] = np.cross([0.1, 0.2, 0.3], X).ravel() + np.tile([1.0, 0, 0], len(X))
-    with pytest.raises(ValueError, match="the shapes hold a rigid motion of the body frame"):
+    with pytest.raises(ValueError, match="the shapes contain a rigid motion of the body frame"):
         body_from_matrices(X, M, K, phi)

@@ -56,7 +56,7 @@ def refuse_rolling(system: System, what: str) -> None:
     """Raise ValueError when nonholonomic constraints act on the system: they leave no set of positions to search."""
     if system.constraints:
         raise ValueError(
-            f"{', '.join(repr(c.name) for c in system.constraints)}: nonholonomic constraints bind velocities and "
-            f"leave every position open, so {what} cannot be found with them; leave them out, or let a damped run "
+            f"{', '.join(repr(c.name) for c in system.constraints)}: nonholonomic constraints restrict velocities and "
+            f"not positions, so {what} cannot be found with them; leave them out, or let a damped run "
             "come to rest"
         )

@@ -45,7 +45,7 @@ def ball_channels(system: System) -> dict[str, Channel]:
         out[f"{path}/singularity"] = Channel("rad", f"angle left to the singularity of {rotation}")
         if joint.rebase:
             names, units = zip(*ball_names(rotation), strict=True)
-            text = f"{rotation} from the parent's marker, whatever reference q counts from"
+            text = f"{rotation} from the parent's marker, independent of the reference of q"
             out[f"{path}/rotation"] = Channel(units[0], text, (3,), names)
     return out
 

@@ -42,7 +42,7 @@ def drum_channels(name: str, table: LengthTable) -> dict[str, Channel]:
         "length": Channel("m", f"deployed length of {name}"),
         "length_rate": Channel("m/s", f"rate of the deployed length of {name}"),
         "length_acceleration": Channel("m/s^2", f"acceleration of the deployed length of {name}"),
-        "drum_force": Channel("N", f"force with which its drum pushes {name} out; minus the tension at the exit"),
+        "drum_force": Channel("N", f"force of its drum on {name}, positive outwards; minus the tension at the exit"),
         "drum_power": Channel("W", f"power of the drum of {name}"),
         "pickup_loss": Channel("W", f"power lost where stowed material of {name} is picked up or stopped"),
         "exit_flux": Channel("N", f"momentum flux of {name} at the exit; a part of moving_mass and specified_motion"),

@@ -102,7 +102,9 @@ def resolved(model: Model, name: str) -> str:
         why = "cannot be switched off: this system has none" if absent else "is not something that can be switched off"
         near = nearest(name, known)
         why = f"{name!r} {why}" + (f"; did you mean {near!r}?" if near else ".")
-    raise ValueError(f"{why} Known here are {', '.join(known)}." if known else f"{why} Nothing can be, here.")
+    raise ValueError(
+        f"{why} Known here are {', '.join(known)}." if known else f"{why} Nothing can be switched off here."
+    )
 
 
 def folders() -> tuple[str, ...]:

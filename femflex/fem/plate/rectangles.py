@@ -34,7 +34,7 @@ CELLS = ("quad", "quad8", "quad9")
 SQUARENESS = 1e-6  # cosine of a corner, and misfit of the fourth corner to the size, that pass for a rectangle
 # A direction that no usual mesh line halves the angle to: the element's x axis is the side nearer to it.
 REFERENCE = np.array([0.8137, 0.4519, 0.3658])
-REMEDY = "choose family 'plate' on triangles, whose element 'dkmt' shears"
+REMEDY = "choose family 'plate' on triangles, whose element 'dkmt' has transverse shear"
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(4)  # exact for the square of the bicubic deflection
 _TIED = np.polynomial.legendre.leggauss(2)  # along an axis the in-plane field has linear gradients
 _QUARTIC = np.polynomial.legendre.leggauss(7)  # exact for the fourth power of its slopes, degree 12 along an axis

@@ -39,7 +39,8 @@ class FullSection:
             object.__setattr__(self, name, (K + K.T) / 2)
         if not np.linalg.eigvalsh(self._scaled())[0] > 0:
             raise ValueError(
-                "stiffness of a full section is not positive definite: every way of straining must cost energy"
+                "stiffness of a full section is not positive definite: the strain energy must be positive in "
+                "every strain"
             )
         M = np.asarray(self.mass, float)
         if not M[0, 0] > 0 or np.abs(M[[1, 2], [1, 2]] - M[0, 0]).max() > SYMMETRIC * M[0, 0]:

@@ -259,8 +259,8 @@ def _require_positive_definite(name: str, matrix: Array) -> None:
     values = np.linalg.eigvalsh(matrix)
     if not values[0] > 0:
         raise ValueError(
-            f"{name} of a plate section is not positive definite: its eigenvalues are {values.tolist()}; every way of "
-            "straining must cost energy (a soft core needs faces)"
+            f"{name} of a plate section is not positive definite: its eigenvalues are {values.tolist()}; the strain "
+            "energy must be positive in every strain (a soft core needs faces)"
         )
 
 

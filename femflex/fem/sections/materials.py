@@ -112,6 +112,6 @@ def _require_positive(C: Array, what: str) -> None:
     least = float(np.linalg.eigvalsh(C)[0])
     if not least > 0:
         raise ValueError(
-            f"{what} make an elastic matrix that is not positive definite (least eigenvalue {least:.3g} N/m^2); every "
-            "way of straining must cost energy, so correct the constants"
+            f"{what} make an elastic matrix that is not positive definite (least eigenvalue {least:.3g} N/m^2); the "
+            "strain energy must be positive in every strain, so correct the constants"
         )

@@ -54,10 +54,10 @@ def warn_if_coarse(x: Array, V: Array, thickness: Array, where: str) -> None:
         return
     warnings.warn(
         f"{where}: {int(coarse.sum())} of {len(x)} four-node elements are longer than {BENDS_OVER:g} sqrt(R h), and "
-        f"a curved shell bends over sqrt(R h) at concentrated loads and at edges; the worst, {long}. There the shell "
-        f"is up to {1 + STIFFER * ratio[worst] ** 2:.3g} times as stiff as it should be; low modes bend smoothly and "
-        "are within 1 % up to 2 sqrt(R h) and 20 % off at 4 sqrt(R h). Mesh finer there, or use eight- or nine-node "
-        "elements",
+        f"a curved shell bends over a length sqrt(R h) at concentrated loads and edges; the worst, {long}. There the "
+        f"shell is up to {1 + STIFFER * ratio[worst] ** 2:.3g} times as stiff as it should be; low modes bend smoothly "
+        "and are within 1 % up to 2 sqrt(R h) and 20 % off at 4 sqrt(R h). Mesh finer there, or use eight- or "
+        "nine-node elements",
         PhysicsWarning,
         stacklevel=5,
     )

@@ -77,8 +77,8 @@ def _loose_text(structure: Structure, loose: Array) -> str:
     way = ways[node] / np.linalg.norm(ways[node])
     along = ", ".join(f"{round(float(x), 3) + 0.0:g}" for x in way)
     return (
-        f" (the node at ({place}) {how} {'along' if how == 'moves' else 'about'} ({along}); where a plate meets the "
-        "rest at one node it turns about its own normal: let them share an edge)"
+        f" (the node at ({place}) {how} {'along' if how == 'moves' else 'about'} ({along}); a plate joined at "
+        "one node alone is free to turn about its normal there: join it along an edge)"
     )
 
 

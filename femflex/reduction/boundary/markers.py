@@ -68,7 +68,7 @@ def attachable_nodes(structure: Structure, group: str) -> NDArray[np.int64]:
     if not len(nodes) or not carries[nodes].all():
         raise ValueError(
             f"{np.count_nonzero(~carries[named])} of the {len(named)} nodes of group {group!r} belong to no member, or "
-            "stand amid the side of a plate's element, so nothing can be attached there; name a group with corners on "
+            "are midside nodes of plate elements, so nothing can be attached there; name a group with corner nodes of "
             "a member."
         )
     return nodes

@@ -92,7 +92,7 @@ def check_no_rigid_motion(R: Array, phi: Array, weight: Array) -> None:
     together = _smallest_singular_value(np.column_stack([R[:, independent_columns(R)], weight[:, None] * phi]))
     if together < RANK:
         raise ValueError(
-            "the shapes hold a rigid motion of the body frame "
+            "the shapes contain a rigid motion of the body frame "
             f"(smallest singular value {together:.1e} of rigid motions and shapes together, unit columns); "
             "clamp a group, name a reference interface, or use free-free modes."
         )

@@ -64,7 +64,7 @@ def with_derivatives(
         note += f", and {answers.shape[1]} more for accelerations" if answers.shape[1] else ""
         answers = answers_to_bends(structure, modes, whole, shapes)
         shapes = np.column_stack([shapes, answers])
-        note += f", and {answers.shape[1]} more for bends that soften others" if answers.shape[1] else ""
+        note += f", and {answers.shape[1]} more for deflections that soften other shapes" if answers.shape[1] else ""
     omega, shapes = ritz(structure, without(structure, modes, shapes))
     return replace(
         modes,

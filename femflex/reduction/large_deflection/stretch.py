@@ -74,8 +74,8 @@ def missing_stretch(structure: Structure, modes: ModeSet, tensors: StrainTensors
         return ""
     return (
         f"{modes.n_modes} shapes ({', '.join(dict.fromkeys(modes.kinds))}) cannot stretch: with nonlinear strain the "
-        f"lowest one, bent by {found.deflection:.3g} m, stores {found.alone:.3g} times its linear energy, where the "
-        f"structure itself stores {found.relaxed:.4g} times that"
+        f"lowest one, bent by {found.deflection:.3g} m, stores {found.alone:.3g} times its linear strain energy; "
+        f"the full structure stores {found.relaxed:.4g} times that energy"
     )
 
 

@@ -220,7 +220,7 @@ def _check(body: FlexibleBody, slaved: Index) -> None:
         )
     if not len(slaved) or len(slaved) >= n or slaved[0] < 0 or slaved[-1] >= n:
         raise ValueError(
-            f"{len(slaved)} of {n} shapes were to follow the others, numbers {slaved.tolist()}; "
+            f"{len(slaved)} of {n} shapes were requested as dependent, numbers {slaved.tolist()}; "
             f"name at least one from 0 to {n - 1}, and leave at least one coordinate."
         )
 
@@ -229,12 +229,12 @@ def _check_stiffness(body: FlexibleBody, slaved: Index, stiffness: Array, balanc
     eigenvalues = np.linalg.eigvalsh(stiffness)
     if not eigenvalues[0] > DEPENDENT * eigenvalues[-1]:
         raise ValueError(
-            f"the slaved shapes depend on each other or carry no strain: the eigenvalues of their stiffness run from "
-            f"{eigenvalues[0]:.3g} to {eigenvalues[-1]:.3g}; leave out shapes that others already hold."
+            f"the dependent shapes are linearly dependent, or carry no strain: the eigenvalues of their stiffness run "
+            f"from {eigenvalues[0]:.3g} to {eigenvalues[-1]:.3g}; leave out shapes that others represent."
         )
     push = np.abs(body.strain.f0[slaved]).max()
     if not balanced and push > BALANCED * eigenvalues[0]:
         raise ValueError(
-            f"an initial stress pushes the slaved shapes by up to {push:.3g} (stiffness from {eigenvalues[0]:.3g}); "
-            "the condensed form needs initial stress in balance. Keep these shapes as coordinates."
+            f"the initial stress loads the dependent shapes by up to {push:.3g} (stiffness from {eigenvalues[0]:.3g}); "
+            "the condensed form needs an initial stress in equilibrium. Keep these shapes as coordinates."
         )
