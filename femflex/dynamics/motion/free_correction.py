@@ -48,7 +48,7 @@ def trial_of(z: Array, place: int, c_d: float) -> float:
 
 
 @inner
-def write_lacks(
+def write_lack_slopes(
     t: float,
     q: Array,
     u: Array,
@@ -105,7 +105,7 @@ def correct(
     z, zdot = beyond(v, head["n_u"]), beyond(rates, head["n_u"])
     for k in range(n):
         scratch[slots + k] = zdot[place_of_length(k, records, numbers) + 1]
-    write_lacks(t, given, v, rates, found, c_d, c_k, records, numbers, scratch)
+    write_lack_slopes(t, given, v, rates, found, c_d, c_k, records, numbers, scratch)
     for k in range(n):
         scratch[needs + (n + 1) * k + n] = -scratch[needs + (n + 1) * k + n]
     solve_dense(beyond(scratch, needs), n)
