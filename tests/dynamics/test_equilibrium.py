@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from elastica import EI, LENGTH, MATTIASSON, beam, cantilever, elastica
@@ -11,6 +13,7 @@ from femflex.body import Marker, rigid_body
 from femflex.dynamics.equilibria.equilibrium import EquilibriumError, equilibrium
 from femflex.rotations import dcm_from_angles, quaternion_from_dcm
 from femflex.system import (
+    Environment,
     Frame,
     Load,
     Orbit,
@@ -22,6 +25,7 @@ from femflex.system import (
     prismatic,
     revolute,
     spherical,
+    universal,
     weld,
 )
 
@@ -90,6 +94,25 @@ def test_a_craft_in_orbit_comes_to_rest_where_the_gravity_gradient_holds_it():
     n = found.model.system.orbit.mean_motion
     assert np.abs(found.eigenvalues.imag)[::2] / n == pytest.approx([0.5687, 1.5801, 1.9266], abs=5e-5)
     assert found.stable
+
+
+def test_a_small_craft_on_a_long_tether_comes_to_rest_too():
+    """Its torques are 1e-8 of the tether's; held at its centre of mass, it librates as if it were alone."""
+    alone = craft(0.3)
+    small = rigid_body(
+        79710.0, 1e-4 * np.diag([8286760.0, 8646050.0, 1091430.0]), markers=alone.bodies["craft"].markers
+    )
+    tether = rigid_body(50.0, 1e-3 * np.eye(3), [0, 0, 2e4])
+    joints = (*alone.joints, universal("tether", "craft", q0=[0.1, -0.1]))
+    near = Environment(attraction="gradient")
+    system = replace(alone, bodies={"craft": small, "tether": tether}, joints=joints, environment=near)
+    found = equilibrium(system)
+    seen = found.model.observe(np.zeros(1), found.x[None])
+    assert seen["attitude/angles"][0] == pytest.approx(0.0, abs=1e-5)
+    n = system.orbit.mean_motion
+    rates = np.sort(np.abs(found.eigenvalues.imag)[::2]) / n
+    assert rates == pytest.approx([0.5687, 1.5801, np.sqrt(3), 1.9266, 2.0], abs=3e-3)
+    assert found.stable and len(found.neutral) == 0
 
 
 def test_the_attitude_on_its_side_is_an_unstable_equilibrium():

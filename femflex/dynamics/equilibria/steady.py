@@ -102,6 +102,10 @@ class Steady:
             K += (1.0 - share) * stiffness(self.inner, 0.0, x, still, lambdas)
         return K * self.sizes * self.sizes[:, None]
 
+    def inertia(self, q: Array) -> Array:
+        """Mass matrix (n_u, n_u) by the sizes of the coordinates [kg m^2]."""
+        return self.full.mass_matrix(0.0, self.at_rest(q)) * self.sizes * self.sizes[:, None]
+
     def ties(self, q: Array) -> Array:
         """A (n_rows, n_u) of the loops at q, by increments in their sizes; no rows for a tree."""
         if self.full.constraints is None:
