@@ -2,7 +2,7 @@
 
 import pytest
 
-from femflex import read_case, run
+from femflex import run
 
 CASE = """
 [run]
@@ -19,7 +19,7 @@ EIy = "20 N m^2"
 EIz = "30 N m^2"
 GJ = "20 N m^2"
 rotary_inertia = false
-functions = { y = 3, z = 0 }
+functions = { y = 6, z = 0 }
 strain = "linear"
 damping = { ratio = 0.2 }
 
@@ -49,8 +49,8 @@ bias = [2e-3]
 def test_a_gauge_shows_the_static_curvature_with_its_bias_after_its_delay(tmp_path):
     path = tmp_path / "gauge.toml"
     path.write_text(CASE)
-    found = run(read_case(path))
+    found = run(path, tmp_path / "gauge.h5")
     shown = found["effectors/gauge/strain"]
-    assert shown[-1] == pytest.approx(0.3 * 1.5 / 30.0 + 2e-3, abs=2e-4)  # P (L - x) / EI; step, and three functions
+    assert shown[-1] == pytest.approx(0.3 * 1.5 / 30.0 + 2e-3, abs=2e-4)  # P (L - x) / EI; the quantum, six functions
     assert shown[0] == 0.0 and 0.0 < shown[1] < shown[-1]
     assert shown[-1] / 1e-4 == pytest.approx(round(shown[-1] / 1e-4), abs=1e-9)
