@@ -102,6 +102,39 @@ class StrainPart:
         """The same over those shapes alone."""
         return replace(self, rows=self.rows[:, :, shapes], first=self.first[np.ix_(shapes, shapes)])
 
+    def at(self, point: Array) -> StrainPart:
+        """The same at one point (3,), body frame [m].
+
+        Of lines with several points per element: on the straight line through the two nearest points of an element,
+        the gradients linear between them and up to half their distance beyond. Else the nearest point.
+        """
+        away = np.linalg.norm(self.places - point, axis=1)
+        k = int(np.argmin(away))
+        if self.kind != "line" or self.per < 2:
+            return self._weighted(k, k, 0.0)
+        first = k - k % self.per
+        j = min((i for i in range(first, first + self.per) if i != k), key=lambda i: float(away[i]))
+        along = self.places[j] - self.places[k]
+        return self._weighted(k, j, float(np.clip(along @ (point - self.places[k]) / (along @ along), -0.5, 1.0)))
+
+    def _weighted(self, k: int, j: int, share: float) -> StrainPart:
+        """The same at one point with (1 - share) of point k and a share of point j."""
+
+        def mean(a: NDArray[Any]) -> NDArray[Any]:
+            return ((1.0 - share) * a[k : k + 1] + share * a[j : j + 1]).astype(a.dtype) if len(a) > 1 else a
+
+        return replace(
+            self,
+            places=mean(self.places),
+            weight=mean(self.weight),
+            rows=mean(self.rows),
+            elastic=mean(self.elastic),
+            stress=mean(self.stress),
+            lever=mean(self.lever),
+            fibres=mean(self.fibres),
+            per=1,
+        )
+
     def _gradients(self, y: Array) -> Array:
         p, g, n = self.rows.shape
         y = np.asarray(y, float).reshape(-1, n)

@@ -67,7 +67,7 @@ class SensorTable(Table):
     signal: str | None = None
     """Signal to measure, such as "wheel.speed"."""
     point: Position = (0.0, 0.0, 0.0)
-    """Point of a strain gauge in the body frame; the nearest point of the strain field is taken."""
+    """Point of a strain gauge in the body frame. Beams: interpolated along the axis. Others: nearest strain point."""
     component: str | None = None
     """Component of a strain, such as "axial", "curvature_z" or "membrane_xx"."""
     bias: Annotated[tuple[float, ...] | None, Quantity("", (None,))] = None

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.dynamics.effectors.starts import with_starts
+from femflex.dynamics.effectors.starts import check_separations, with_starts
 from femflex.dynamics.effectors.states import (
     add_angular_momentum,
     has_events,
@@ -311,7 +311,9 @@ def compile_system(system: System) -> Model:
         channels=channels,
         rate=rate_of(system),
     )
-    return with_starts(constrained(tree) if system.loops or system.constraints else tree)
+    model = with_starts(constrained(tree) if system.loops or system.constraints else tree)
+    check_separations(model)
+    return model
 
 
 def free_lengths(system: System) -> list[str]:

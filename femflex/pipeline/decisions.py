@@ -24,6 +24,7 @@ from femflex.advice.buckling.margin import (
     unassessed_bodies,
 )
 from femflex.advice.curved import response_advice, shape_notes
+from femflex.advice.deployed_estimate import deployed_estimates, slender_members
 from femflex.advice.model_warnings import model_warnings
 from femflex.advice.motion_estimate import RigidEstimate, estimate_motion, estimate_rigid_motion
 from femflex.advice.spin_shapes import spin_advice
@@ -176,10 +177,18 @@ def _decided(case: Case, thorough: bool, loaded: bool) -> Decided:
     advice += unassessed_bodies(system, known, rigid, why if rigid is None else rigid.short)
     advice += unassessed_truncation(system, known, richer)
     advice += buckling_warnings(system, known, near)
+    advice += _deployed(rigid, system, duration) if loaded else []
     advice += truncation_warnings(system, richer, case.run.band or 0.0)
     advice += model_warnings(system, known, duration)
     case = with_strains(case, _forms(system, names, strains))
     return Decided(case, system, tuple(advice), {name: one.origin for name, one in built.items() if one.origin})
+
+
+def _deployed(rigid: RigidEstimate | None, system: System, duration: float) -> list[Advice]:
+    """Doubts on deploying members, from the rigid motion that is known or their own."""
+    if rigid is None and slender_members(system):
+        rigid, _ = estimate_rigid_motion(system, duration)
+    return deployed_estimates(rigid, system)
 
 
 def _system(case: Case, built: Mapping[str, BuiltBody]) -> tuple[System, KnownBodies]:

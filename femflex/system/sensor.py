@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 import zlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Literal, get_args
 
 import numpy as np
@@ -145,48 +145,38 @@ class Sensor:
 def strain_sensor(
     name: str, body_name: str, body: FlexibleBody, point: Array, component: str, sampling: Sampling, bias: float = 0.0
 ) -> Controller:
-    """A sampled strain of a flexible body at the point of its strain field nearest to `point` (3,), body frame [m].
+    """A sampled strain of a flexible body at a point (3,), body frame [m].
 
-    component: a name of StrainPart.names, such as "axial" or "curvature_z". Raises ValueError where there is none.
+    Along a beam it is interpolated between two points of the strain field, elsewhere it is that of the nearest one (see
+    `StrainPart.at`). component: a name of StrainPart.names, such as "axial" or "curvature_z". Raises ValueError where
+    there is none.
     """
     parts = [part for part in body.strain_field if component in part.names]
     if not parts:
         known = sorted({n for part in body.strain_field for n in part.names})
         raise ValueError(
-            f"sensor {name!r} asks for the strain {component!r} of body {body_name!r}, which has "
+            f"sensor {name!r}: strain {component!r} of body {body_name!r} is not known; it has "
             f"{', '.join(known) or 'no strain field'}"
         )
-    away = [np.linalg.norm(part.places - np.asarray(point, float), axis=1) for part in parts]
-    part, k = min(
-        ((p, int(np.argmin(d))) for p, d in zip(parts, away, strict=True)),
-        key=lambda pair: away[parts.index(pair[0])][pair[1]],
-    )
-    here = slice(k, k + 1)
-    one = replace(
-        part,
-        places=part.places[here],
-        weight=part.weight[here],
-        rows=part.rows[here],
-        elastic=part.elastic[here] if len(part.elastic) > 1 else part.elastic,
-        stress=part.stress[here] if len(part.stress) > 1 else part.stress,
-        per=1,
-    )
+    point = np.asarray(point, float)
+    one = min((part.at(point) for part in parts), key=lambda part: float(np.linalg.norm(part.places[0] - point)))
     check_sampling(name, sampling)
     unit = "1/m" if component.startswith("curvature") else "1"
-    of = StrainAt(one, part.names.index(component), f"bodies/{body_name}/delta")
+    of = StrainAt(one, one.names.index(component), f"bodies/{body_name}/delta")
     return sampled(name, (of.path,), {"strain": unit}, np.array([bias]), sampling, of)
 
 
 @dataclass(frozen=True, eq=False)
 class StrainAt:
-    """A strain from the amplitudes of the shapes."""
+    """A strain from the amplitudes of the shapes; zero where the preliminary simulation made the body rigid."""
 
     part: StrainPart
     place: int
     path: str
 
     def __call__(self, sensors: Mapping[str, Array]) -> Array:
-        return np.array([self.part.strains(sensors[self.path][None])[0, 0, self.place]])
+        y = sensors[self.path]
+        return np.array([self.part.strains(y[None])[0, 0, self.place]]) if y.size else np.zeros(1)
 
 
 def check_sampling(name: str, sampling: Sampling) -> None:

@@ -181,6 +181,14 @@ def test_separation_by_a_spring_keeps_momentum():
     assert np.abs(E - E[0]).max() < 1e-11
 
 
+def test_a_separation_spring_between_coincident_markers_is_refused():
+    bodies = {"base": rigid_body(3.0, np.eye(3)), "top": rigid_body(1.0, np.eye(3))}
+    spring = separation_spring("spring", (("base", "origin"), ("top", "origin")), 50.0, 0.2)
+    rail = turns("top", "base", slides=np.eye(3))
+    with pytest.raises(ValueError, match=r"base\.origin and top\.origin coincide at the start, so the push has no"):
+        compile_system(System(bodies, (free("base"), rail), effectors=(spring,)))
+
+
 def test_release_without_a_spring_lets_a_body_fly_on():
     """An arm's end body keeps the velocity that it has when it is let go."""
     arm = rigid_body(3.0, np.eye(3), markers={"end": Marker.rigid(np.array([1.0, 0, 0]))})

@@ -1,4 +1,4 @@
-"""Initial states of effectors that are given by what a channel is to be at the start, such as the speed of a wheel."""
+"""Starts of effectors: states given by what a channel is to be, such as the speed of a wheel, and what cannot start."""
 
 from __future__ import annotations
 
@@ -40,3 +40,18 @@ def with_starts(model: Model) -> Model:
     missing = np.array([value for _, value, _ in wanted.values()]) - found[:, 0]
     x[places] += np.linalg.solve(found[:, 1:] - found[:, :1], missing) * sizes
     return replace(model, x0=x)
+
+
+def check_separations(model: Model) -> None:
+    """Raise ValueError for a separation spring whose two markers coincide at the start: it has no direction."""
+    springs = [e for e in model.system.effectors if isinstance(e, Effector) and e.act == "separation"]
+    if not springs:
+        return
+    seen = model.observe(np.zeros(1), model.x0[None])
+    for spring in springs:
+        (a, b), length = spring.markers, float(spring.parameters[1])
+        if seen[f"effectors/{spring.name}/distance"][0] < 1e-9 * length:
+            raise ValueError(
+                f"separation spring {spring.name!r}: markers {'.'.join(a)} and {'.'.join(b)} coincide at the start, so "
+                f"the push has no direction; place them apart along it, by less than the free length of {length:g} m"
+            )

@@ -24,6 +24,7 @@ MODULES = {
     "separation": "separation",
     "cable": "cable",
 }
+ALL = frozenset({"wheel", "rotor", "thruster"})  # functions that write all their numbers, so that none is set to zero
 
 
 @cache
@@ -36,3 +37,8 @@ def built_in(word: str) -> Entry:
         raise KeyError(f"femflex has no effector function {word!r}; it has {', '.join(MODULES)}")
     found: Entry = getattr(import_module(f"{__name__}.{MODULES[word]}"), word)
     return found
+
+
+def writes_all(word: str) -> bool:
+    """Whether the function of that word writes all its numbers; those of others are zero before each call."""
+    return word in ALL

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.arithmetic.entries import entry
-from femflex.dynamics.arithmetic.vectors import add, dot, load3, load9, scale, store3, sub, turn
+from femflex.dynamics.arithmetic.vectors import ZERO, add, dot, load3, load9, scale, store3, sub, turn
 from femflex.dynamics.effectors.acting import ACT
 from femflex.dynamics.effectors.built_in.signals import step_of
 
@@ -59,18 +59,21 @@ def thruster(t: float, seen: Array, z: Array, parameters: Array, out: Array) -> 
     flow = thrust / p[EXIT] if p[EXIT] > 0.0 else 0.0
     force = scale(thrust, turn(load9(seen, 3 * m), load3(p, DIRECTION)))
     velocity = load3(seen, 12 * m)
-    last = 6 * m + n_z + 2
+    last, supplied = 6 * m + n_z + 2, 0.0
     if tanked:
         leaving, rate = load3(seen, 12 * m + 3), load3(seen, 15 * m + 3)
         flowing = scale(-flow, sub(velocity, leaving))
         force = add(force, flowing)
         store3(out, 3, flowing)
+        store3(out, 6, ZERO)
         store3(out, 9, scale(flow * p[GYRATION], rate))
         lost = dot(leaving, leaving) - p[GYRATION] * dot(rate, rate)
-        out[last + 2] = dot(flowing, leaving) - 0.5 * flow * lost
+        supplied = dot(flowing, leaving) - 0.5 * flow * lost
+    else:
+        store3(out, 3, ZERO)
     store3(out, 0, force)
     out[last - 2], out[last - 1] = thrust, flow
-    out[last + 2] += dot(force, velocity)
+    out[last], out[last + 1], out[last + 2] = 0.0, 0.0, supplied + dot(force, velocity)
     out[last + 3] = flow
 
 

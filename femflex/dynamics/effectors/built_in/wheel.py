@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.entries import entry
-from femflex.dynamics.arithmetic.vectors import add, cross, dot, load3, load9, scale, store3, turn
+from femflex.dynamics.arithmetic.vectors import ZERO, cross, dot, load3, load9, scale, store3, sub, turn
 from femflex.dynamics.effectors.acting import ACT
 
 Array = NDArray[np.float64]
@@ -28,7 +28,7 @@ AXIS, INERTIA, GIVEN, COMMAND, SERVO, TORQUE, SPEED, TAPER, VISCOUS, COULOMB, CR
 # what it sees of its one marker, and writes
 ATTITUDE, RATE, INPUT = 3, 15, 18
 ZDOT, CHANNEL = 6, 7
-ENERGY, DISSIPATION, SUPPLIED = 14, 15, 16
+ENERGY, DISSIPATION, SUPPLIED, FLOW = 14, 15, 16, 17
 
 
 @inner
@@ -42,7 +42,8 @@ def wheel(t: float, seen: Array, z: Array, parameters: Array, out: Array) -> Non
     """A driven wheel. Channels: speed, motor, friction, saturated, momentum (3)."""
     p, J, h = parameters, parameters[INERTIA], z[0]
     axis, omega = turn(load9(seen, ATTITUDE), load3(p, AXIS)), load3(seen, RATE)
-    speed = h / J - dot(axis, omega)
+    absolute = h / J
+    speed = absolute - dot(axis, omega)
     command = seen[INPUT] if p[GIVEN] > 0.0 else p[COMMAND]
     wanted = p[SERVO] * J * (limited(command, p[SPEED]) - speed) if p[SERVO] > 0.0 else command
     motor = limited(wanted, p[TORQUE])
@@ -52,12 +53,14 @@ def wheel(t: float, seen: Array, z: Array, parameters: Array, out: Array) -> Non
     if p[COULOMB] > 0.0:
         friction += p[COULOMB] * math.tanh(speed / p[CREEP])
     tau, momentum = motor - friction, scale(h, axis)
-    store3(out, 3, scale(-1.0, add(scale(tau, axis), cross(omega, momentum))))
+    store3(out, 0, ZERO)
+    store3(out, 3, sub(cross(momentum, omega), scale(tau, axis)))
     out[ZDOT] = tau
     out[CHANNEL], out[CHANNEL + 1], out[CHANNEL + 2] = speed, motor, friction
     out[CHANNEL + 3] = 1.0 if abs(motor - wanted) > 1e-12 * abs(wanted) else 0.0
     store3(out, CHANNEL + 4, momentum)
-    out[ENERGY], out[DISSIPATION], out[SUPPLIED] = 0.5 * h * h / J, friction * speed, motor * speed
+    out[ENERGY], out[DISSIPATION] = 0.5 * h * absolute, friction * speed
+    out[SUPPLIED], out[FLOW] = motor * speed, 0.0
 
 
 @entry(ACT)
@@ -65,5 +68,8 @@ def rotor(t: float, seen: Array, z: Array, parameters: Array, out: Array) -> Non
     """A wheel that nothing drives or brakes: h is a constant. Channels: momentum (3)."""
     axis, omega = turn(load9(seen, ATTITUDE), load3(parameters, AXIS)), load3(seen, RATE)
     momentum = scale(parameters[INERTIA], axis)
-    store3(out, 3, scale(-1.0, cross(omega, momentum)))
+    store3(out, 0, ZERO)
+    store3(out, 3, cross(momentum, omega))
     store3(out, 6, momentum)
+    for k in range(4):
+        out[9 + k] = 0.0

@@ -1,0 +1,97 @@
+"""Calls of the functions of effectors, and their forces on bodies and joints."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.arithmetic.compiled import inner
+from femflex.dynamics.arithmetic.entries import caller
+from femflex.dynamics.arithmetic.lanes import beyond, nothing, put
+from femflex.dynamics.arithmetic.vectors import UNIT, Vector, add, load3, load9, store3, turn
+from femflex.dynamics.effectors.acting import ACT, N_ACCOUNTS
+from femflex.dynamics.effectors.records import N_EFFECTOR, N_HANDLE, N_PORT, effector_at, handle_at, port_at
+from femflex.dynamics.effectors.seeing import see
+from femflex.dynamics.forces.push import push
+from femflex.dynamics.lowering.layout import W_CIN, W_TAU, body_of, header_of
+
+Array = NDArray[np.float64]
+Table = NDArray[np.int64]
+Record = np.void
+
+call_act = caller(ACT)
+
+
+@inner
+def out_size(e: Record) -> int:
+    """Numbers that an effector writes."""
+    return 6 * e["n_markers"] + e["n_freedoms"] + e["n_z"] + e["n_channels"] + N_ACCOUNTS
+
+
+@inner
+def evaluate(t: float, e: Record, z: Array, out: int, pool: Array, work: Array) -> None:
+    """Call an effector's function on what it sees and its states z (n_z,); its numbers go to place `out` of work."""
+    if e["clears"] != 0:
+        for k in range(0, out_size(e), 4):
+            put(work, out + k, nothing())
+    call_act(e["act"], t, beyond(work, e["seen"]), z, beyond(pool, e["parameters"]), beyond(work, out))
+
+
+@inner
+def act_at(
+    t: float,
+    q: Array,
+    u: Array,
+    i: int,
+    first: int,
+    at: int,
+    shift: Vector,
+    drift: Vector,
+    table: Table,
+    pool: Array,
+    work: Array,
+) -> None:
+    """See, call, and keep the rates of states of effector i; those from `first` on have done so."""
+    head, e = header_of(table), effector_at(table, at + N_EFFECTOR * i)
+    see(e, first, q, u, shift, drift, table, pool, work)
+    evaluate(t, e, beyond(work, head["z"] + e["z"]), e["out"], pool, work)
+    rates, own = e["out"] + 6 * e["n_markers"] + e["n_freedoms"], head["zdot"] + e["z"]
+    for k in range(e["n_z"]):
+        work[own + k] = work[rates + k]
+
+
+@inner
+def push_marker(p: Record, force: Vector, torque: Vector, table: Table, pool: Array, work: Array) -> None:
+    """Put a force and a torque, inertial components, on the body of a marker."""
+    b = body_of(table, p["body"])
+    C_iN, r, T = load9(work, b["work"] + W_CIN), load3(work, p["motion"]), UNIT
+    if p["bends"]:
+        T = load9(work, p["motion"] + 3)
+    push(b, turn(C_iN, force), turn(C_iN, torque), r, T, p["bends"], p["shape"], p["spin"], pool, work)
+
+
+@inner
+def push_all(i: int, first: int, last: int, at: int, table: Table, pool: Array, work: Array) -> None:
+    """Put the forces of effector i on its bodies and joints.
+
+    Within a group they are added up from `first` on, and the last of the group before `last` puts them on the body.
+    """
+    e = effector_at(table, at + N_EFFECTOR * i)
+    m, out = e["n_markers"], e["out"]
+    if m == 1:
+        force, torque = load3(work, out), load3(work, out + 3)
+        if e["before"] >= first:
+            force, torque = add(force, load3(work, e["pushed"])), add(torque, load3(work, e["pushed"] + 3))
+        if 0 <= e["after"] < last:
+            store3(work, e["pushed"], force)
+            store3(work, e["pushed"] + 3, torque)
+        else:
+            push_marker(port_at(table, e["markers"]), force, torque, table, pool, work)
+    else:
+        for k in range(m):
+            force, torque = load3(work, out + 3 * k), load3(work, out + 3 * m + 3 * k)
+            push_marker(port_at(table, e["markers"] + N_PORT * k), force, torque, table, pool, work)
+    for k in range(e["n_freedoms"]):
+        handle = handle_at(table, e["freedoms"] + N_HANDLE * k)
+        tau = body_of(table, handle["body"])["work"] + W_TAU + handle["freedom"]
+        work[tau] += work[out + 6 * m + k]

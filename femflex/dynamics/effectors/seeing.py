@@ -1,0 +1,78 @@
+"""What effectors see: the motion of their markers, their slides and turns, and their inputs.
+
+Effectors of one group (see `femflex.dynamics.effectors.lowering.grouped`) read one place: the first of them writes the
+motion of their marker, and each its own inputs behind it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.arithmetic.compiled import inner
+from femflex.dynamics.arithmetic.vectors import (
+    ZERO,
+    Vector,
+    add,
+    cross,
+    load3,
+    load9,
+    product,
+    store3,
+    store9,
+    sub,
+    transpose,
+    turn_back,
+)
+from femflex.dynamics.bodies.shapes import markers_motion
+from femflex.dynamics.effectors.records import N_HANDLE, N_PORT, handle_at, port_at
+from femflex.dynamics.lowering.layout import W_CIN, W_OMEGA, W_POS, W_VEL, body_of, header_of
+
+Array = NDArray[np.float64]
+Table = NDArray[np.int64]
+Record = np.void
+
+
+@inner
+def see_marker(
+    e: Record, k: int, p: Record, shift: Vector, drift: Vector, table: Table, pool: Array, work: Array
+) -> None:
+    """Write the motion of marker k of an effector, inertial components, and what pushing at it needs."""
+    b, m, seen = body_of(table, p["body"]), e["n_markers"], e["seen"]
+    w = b["work"]
+    C_iN, omega = load9(work, w + W_CIN), load3(work, w + W_OMEGA)
+    r, C_iM, v = load3(pool, p["place"]), load9(pool, p["place"] + 3), ZERO
+    rate = omega
+    if p["bends"]:
+        moved, v, bend, T, turning, _, _ = markers_motion(pool, p["place"], p["shape"], p["spin"], p["bends"], b, work)
+        r, C_iM, rate = add(r, moved), product(bend, C_iM), add(omega, turning)
+        store9(work, p["motion"] + 3, T)
+    v = add(load3(work, w + W_VEL), add(cross(omega, r), v))
+    store3(work, p["motion"], r)
+    store3(work, seen + 3 * k, sub(add(load3(work, w + W_POS), turn_back(C_iN, r)), shift))
+    store9(work, seen + 3 * m + 9 * k, product(transpose(C_iN), C_iM))
+    store3(work, seen + 12 * m + 3 * k, sub(turn_back(C_iN, v), drift))
+    store3(work, seen + 15 * m + 3 * k, turn_back(C_iN, rate))
+
+
+@inner
+def see_inputs(e: Record, table: Table, work: Array) -> None:
+    """Write the inputs of an effector."""
+    here, z = e["seen"] + 18 * e["n_markers"] + 2 * e["n_freedoms"], header_of(table)["z"]
+    for k in range(e["n_inputs"]):
+        work[here + k] = work[z + table[e["inputs"] + k]]
+
+
+@inner
+def see(
+    e: Record, first: int, q: Array, u: Array, shift: Vector, drift: Vector, table: Table, pool: Array, work: Array
+) -> None:
+    """Write what an effector sees at the placed state, after those from `first` on. shift, drift: of `origin`."""
+    if e["before"] < first:
+        for k in range(e["n_markers"]):
+            see_marker(e, k, port_at(table, e["markers"] + N_PORT * k), shift, drift, table, pool, work)
+    here, n = e["seen"] + 18 * e["n_markers"], e["n_freedoms"]
+    for k in range(n):
+        handle = handle_at(table, e["freedoms"] + N_HANDLE * k)
+        work[here + k], work[here + n + k] = q[handle["q"]], u[handle["u"]]
+    see_inputs(e, table, work)
