@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from elastica import EI, LENGTH, MATTIASSON, beam, cantilever, elastica
 from scipy.optimize import brentq
 
+from femflex import build_system, read_case
 from femflex.body import Marker, rigid_body
 from femflex.dynamics.equilibria.equilibrium import EquilibriumError, equilibrium
 from femflex.rotations import dcm_from_angles, quaternion_from_dcm
@@ -28,6 +30,8 @@ from femflex.system import (
     universal,
     weld,
 )
+
+CASES = Path(__file__).parents[2] / "cases"
 
 
 def tip(found) -> np.ndarray:
@@ -149,6 +153,14 @@ def test_what_nothing_resists_is_held_and_named():
     axle = equilibrium(System({"wheel": tumbler}, (revolute("wheel", q0=[0.4]),)))
     assert axle.neutral == ("base-wheel.angle",) and axle.x[0] == 0.4
     assert "neutral along base-wheel.angle" in axle.verdict
+
+
+def test_cables_at_rest_without_tension_have_no_equilibrium():
+    system = build_system(read_case(CASES / "wire_booms.toml"))
+    with pytest.raises(
+        EquilibriumError, match="stiffness is singular, as of a cable without tension. Give its preload"
+    ):
+        equilibrium(system, at=0.0)
 
 
 def test_a_force_that_nothing_resists_has_no_equilibrium():

@@ -241,6 +241,13 @@ def _failed(problem: Steady, q: Array, share: float, count: int, tried: Balance)
         directions=tried.directions,
         moving=problem.damped,
     )
+    if not np.isfinite(tried.residual):
+        text = (
+            "no equilibrium was found: at rest the stiffness is singular, as of a cable without tension. Give its "
+            "preload, or the spin of the base frame ([attitude] frame = 'spinning'), or linearise about the state of a "
+            "run (femflex linearize --run FILE --at TIME)"
+        )
+        return EquilibriumError(text, last)
     along = f"; nothing resists {', '.join(tried.neutral)}" if tried.neutral else ""
     return EquilibriumError(
         f"no equilibrium was found beyond {share:.4g} of the loads, spin and gravity: the largest unbalanced force, "
