@@ -157,9 +157,7 @@ def test_what_nothing_resists_is_held_and_named():
 
 def test_cables_at_rest_without_tension_have_no_equilibrium():
     system = build_system(read_case(CASES / "wire_booms.toml"))
-    with pytest.raises(
-        EquilibriumError, match="stiffness is singular, as of a cable without tension. Give its preload"
-    ):
+    with pytest.raises(EquilibriumError, match="stiffness is singular, as of a cable without tension"):
         equilibrium(system, at=0.0)
 
 
