@@ -153,7 +153,7 @@ def strain_sensor(
     if not parts:
         known = sorted({n for part in body.strain_field for n in part.names})
         raise ValueError(
-            f"sensor {name!r} asks for the strain {component!r} of body {body_name!r}, which has "
+            f"sensor {name!r} measures the strain {component!r} of body {body_name!r}, which has "
             f"{', '.join(known) or 'no strain field'}"
         )
     away = [np.linalg.norm(part.places - np.asarray(point, float), axis=1) for part in parts]
@@ -197,8 +197,8 @@ def check_sampling(name: str, sampling: Sampling) -> None:
             raise ValueError(f"{key} of sensor {name!r} is {value:g}; it must be positive, or zero but for the period")
     if (waiting := sampling.delay / sampling.period) > MOST_WAITING:
         raise ValueError(
-            f"delay of sensor {name!r} is {waiting:.3g} of its periods (limit {MOST_WAITING}, for all samples on their "
-            "way are kept in the state); shorten the delay or lengthen the period"
+            f"delay of sensor {name!r} is {waiting:.3g} of its periods (limit {MOST_WAITING}, because every "
+            "delayed sample is a state); shorten the delay or lengthen the period"
         )
 
 

@@ -256,7 +256,7 @@ def test_displacement_velocity_and_strain_of_a_bent_beam():
     row = part.strains(np.array([[1.0, 0.0]]))[0, near, part.names.index("curvature_z")]
     assert abs(row) > 0.1
     assert seen["effectors/gauge/strain"][1:] == pytest.approx(row * at_samples, abs=1e-6 * abs(row) * x)
-    with pytest.raises(ValueError, match="asks for the strain 'curvature' of body 'beam', which has axial"):
+    with pytest.raises(ValueError, match="measures the strain 'curvature' of body 'beam', which has axial"):
         strain_sensor("gauge", "beam", body, np.zeros(3), "curvature", Sampling(0.05))
 
 
