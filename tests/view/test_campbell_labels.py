@@ -1,4 +1,4 @@
-"""Speeds at the crossings of a Campbell diagram: each near its ring, none on another."""
+"""Speeds at the crossings of a Campbell diagram: none on another, on a ring or across lines where there is room."""
 
 from dataclasses import dataclass
 from itertools import combinations
@@ -26,21 +26,23 @@ class Branch:
         return np.zeros(len(SPEEDS), bool)
 
 
-def diagram(levels, orders):
-    """Branches of constant frequency [Hz], and where the multiples of the spin meet them."""
-    branches = [Branch(f"flap {k + 1}", np.full(len(SPEEDS), level)) for k, level in enumerate(levels)]
-    meet = [SimpleNamespace(speed=2 * np.pi * f / n, frequency=f) for f in levels for n in orders]
-    crossings = [one for one in meet if one.speed <= SPEEDS[-1]]
+def diagram(levels, orders, fall):
+    """Branches that fall by `fall` [Hz/rpm] from their frequencies at rest, and where multiples of the spin meet them."""
+    branches = [Branch(f"lag {k + 1}", level - fall * SPEEDS / RPM) for k, level in enumerate(levels)]
+    rpm = [(level / (n / 60 + fall), n) for level in levels for n in orders]
+    crossings = [SimpleNamespace(speed=v * RPM, frequency=n * v / 60) for v, n in rpm if v <= 400.0]
     return SimpleNamespace(
         value="", speeds=SPEEDS, asked=np.ones(len(SPEEDS), bool), branches=branches, orders=orders, crossings=crossings
     )
 
 
-@pytest.mark.parametrize("levels", [(3.0, 4.0, 5.0), (4.0, 4.3, 4.6), (2.0, 6.0, 6.5, 12.0)])
-def test_speeds_at_crossings_overlap_neither_each_other_nor_foreign_rings(levels):
+@pytest.mark.parametrize(
+    ("levels", "fall"), [((3.0, 4.0, 5.0), 0.0), ((4.0, 5.0, 7.0), 0.008), ((2.0, 6.0, 6.5, 12.0), 0.002)]
+)
+def test_speeds_at_crossings_keep_clear_of_each_other_of_rings_and_of_lines(levels, fall):
     figure = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
     ax = figure.subplots()
-    drawn = diagram(levels, (1, 2, 3, 4))
+    drawn = diagram(levels, (1, 2, 3, 4), fall)
     ax.set_xlim(0.0, 400.0)
     _frequencies(ax, drawn, theme_of("light"), RPM)
     figure.draw_without_rendering()
@@ -50,3 +52,12 @@ def test_speeds_at_crossings_overlap_neither_each_other_nor_foreign_rings(levels
     assert len(boxes) >= 4
     assert not any(a.overlaps(b) for a, b in combinations(boxes, 2))
     assert not any(box.contains(*ring) for box in boxes for ring in rings)
+    assert sum(crossed(ax, box) for box in boxes) <= 5
+
+
+def crossed(ax, box):
+    """Whether a branch or a multiple of the spin runs through a box."""
+    lines = [line for line in ax.lines if len(line.get_xdata()) > 1]
+    x = np.linspace(0.0, 400.0, 2000)
+    curves = [ax.transData.transform(np.stack([x, np.interp(x, *line.get_data())], axis=1)) for line in lines]
+    return any(box.contains(*point) for curve in curves for point in curve)
