@@ -27,7 +27,7 @@ class Branch:
 
 
 def diagram(levels, orders, fall):
-    """Branches that fall by `fall` [Hz/rpm] from their frequencies at rest, and where multiples of the spin meet them."""
+    """Branches that fall by `fall` [Hz/rpm] from rest, and where multiples of the spin meet them."""
     branches = [Branch(f"lag {k + 1}", level - fall * SPEEDS / RPM) for k, level in enumerate(levels)]
     rpm = [(level / (n / 60 + fall), n) for level in levels for n in orders]
     crossings = [SimpleNamespace(speed=v * RPM, frequency=n * v / 60) for v, n in rpm if v <= 400.0]
