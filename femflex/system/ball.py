@@ -53,7 +53,7 @@ def singular_start(rotation: str, coordinates: Array, label: str) -> str | None:
         return None
     return (
         f"joint {label!r} starts at the singularity of its rotation set {rotation!r}, at coordinates "
-        f"{np.asarray(coordinates).round(9).tolist()}; choose another set, such as {EULER_PARAMETERS!r}, ask for "
+        f"{np.asarray(coordinates).round(9).tolist()}; choose another set, such as {EULER_PARAMETERS!r}, set "
         f"rebase, or start elsewhere"
     )
 

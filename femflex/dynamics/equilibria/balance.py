@@ -1,7 +1,7 @@
 """Newton's method on the forces of a system at rest: how they balance, under a share of the outer ones.
 
 Directions with a stiffness of their own are eliminated first; those that nothing resists are left where they are.
-Beside loops all steps go along the directions that keep these closed, and multipliers carry the forces across.
+With loops all steps go along the directions that keep these closed, and multipliers carry the forces across.
 
 A step that bends a slender body by h stretches it by h^2: a force that would stiffen the next step by (L / r)^2 h^2
 times its bending stiffness, so that steps stay shorter than r / L. What is so stiff that the outer forces hardly move

@@ -39,7 +39,7 @@ class Steady:
     inner    the same bodies and joints without any: elastic and spring forces alone
     sizes    (n_u,) usual size of each coordinate; forces times sizes are energies [J]
     elastic  (n_u,) which coordinates have a stiffness of their own
-    held     (n_u,) which are locked or specified, and so are not sought
+    held     (n_u,) which are locked or prescribed, and so are not sought
     """
 
     damped: System
