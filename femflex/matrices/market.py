@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from femflex.matrices.contents import Contents, Entries, numbered, register, who
 Array = NDArray[np.float64]
 
 INNER = 1_000_000_000  # from which degrees of freedom within elements are numbered, ten for each of nodes -1, -2, ...
+WIDTHS = {5: "node, component, node, component, value", 3: "row, column, value"}  # of *MATRIX GENERATE's two forms
 
 
 def _mtx(path: Path) -> Contents:
@@ -21,18 +23,18 @@ def _mtx(path: Path) -> Contents:
     if head.lower().startswith(b"%%matrixmarket"):
         from scipy.io import mmread
 
-        return _one(path, Entries(sparse.csr_array(mmread(path))))
+        try:
+            return _one(path, Entries(sparse.csr_array(mmread(path))))
+        except ValueError as error:  # "Line 3: Invalid integer value. ..."
+            place = re.match(r"Line (\d+): ([^.]*)", str(error))
+            what = f", line {place[1]}: {place[2].lower()}" if place else f": {error}"
+            raise ValueError(f"{path.name}{what}; it is damaged, so write it again from its source") from None
     return _abaqus(path)
 
 
 def _abaqus(path: Path) -> Contents:
     """Rows of node, component, node, component, value (MATRIX INPUT), or of row, column, value (COORDINATE)."""
-    values = np.array([_row(line) for line in _lines(path)], float)
-    if values.ndim != 2 or values.shape[1] not in (3, 5):
-        raise ValueError(
-            f"{path.name} has rows of {values.shape[1] if values.ndim == 2 else 0} values; *MATRIX GENERATE writes "
-            "five (node, component, node, component, value) or three (row, column, value)"
-        )
+    values = _rows(path, WIDTHS)
     if values.shape[1] == 3:
         return _one(path, Entries(_coordinate(values)))
     pairs = np.concatenate([values[:, :2], values[:, 2:4]]).astype(np.int64)
@@ -61,16 +63,27 @@ def _without_counts(values: Array) -> Array:
     return rest if counts and (n >= 2 or len(rest) == 1) else values
 
 
-def _lines(path: Path) -> list[str]:
-    return [
-        line
-        for line in path.read_text(encoding="utf-8", errors="replace").splitlines()
-        if line.strip() and not line.lstrip().startswith(("*", "%", "#"))
-    ]
+def _rows(path: Path, widths: dict[int, str]) -> Array:
+    """The numbers of a text, as many in each row. Raises ValueError with the file and line of a row that differs.
 
-
-def _row(line: str) -> list[float]:
-    return [float(word.upper().replace("D", "E")) for word in line.replace(",", " ").split()]
+    widths: how many numbers a row may have -> what they are
+    """
+    rows: list[list[float]] = []
+    for number, line in enumerate(path.read_text(encoding="utf-8", errors="replace").splitlines(), start=1):
+        if not line.strip() or line.lstrip().startswith(("*", "%", "#")):
+            continue
+        words = line.replace(",", " ").split()
+        expected = {len(rows[0]): widths[len(rows[0])]} if rows else widths
+        if len(words) not in expected:
+            known = " or ".join(f"{count} ({what})" for count, what in expected.items())
+            raise ValueError(f"{path.name}, line {number}, has a row of {len(words)} values; a row has {known}")
+        try:
+            rows.append([float(word.upper().replace("D", "E")) for word in words])
+        except ValueError:
+            raise ValueError(f"{path.name}, line {number}: {line.strip()[:60]!r} is no row of numbers") from None
+    if not rows:
+        raise ValueError(f"{path.name} has no rows of numbers")
+    return np.array(rows)
 
 
 def _one(path: Path, entries: Entries) -> Contents:
@@ -78,7 +91,7 @@ def _one(path: Path, entries: Entries) -> Contents:
 
 
 def _calculix(path: Path) -> Contents:
-    return _one(path, Entries(_coordinate(np.array([_row(line) for line in _lines(path)], float).reshape(-1, 3))))
+    return _one(path, Entries(_coordinate(_rows(path, {3: WIDTHS[3]}))))
 
 
 register("MatrixMarket or Abaqus matrix", (".mtx",), _mtx)

@@ -141,7 +141,11 @@ BAD = {
     "a.xyz": ("", "is no known format of matrices; known are"),
     "a.npz": ("this is no archive", "a.npz could not be read as NumPy archive"),
     "a.mat": ("x" * 300, "a.mat could not be read as Matlab file"),
-    "a.mtx": ("1 2 3 4\n5 6 7 8\n", "rows of 4 values"),
+    "a.mtx": ("1 2 3 4\n5 6 7 8\n", r"a.mtx, line 1, has a row of 4 values; a row has 5 \(node, component, .* or 3"),
+    "b.mtx": ("** K\n1 1 2.0\n2 1\n", r"b.mtx, line 3, has a row of 2 values; a row has 3 \(row, column, value\)"),
+    "c.mtx": ("1 1 2.0\n2 1 2.o\n", "c.mtx, line 2: '2 1 2.o' is no row of numbers"),
+    "d.mtx": ("** nothing\n", "d.mtx has no rows of numbers"),
+    "e.mtx": ("%%MatrixMarket matrix coordinate real general\n2 2 1\n1 x 3\n", "e.mtx, line 3: .*; it is damaged"),
     "a.csv": ("1, 2, 3\n", "rows of .3. values; a table of nodes has four"),
     "a.inp": ("*ELEMENT\n1, 2, 3\n", r"no \*NODE block"),
     "a.pch": (
