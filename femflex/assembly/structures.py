@@ -123,7 +123,8 @@ def build_structure_of(case: Case, name: str, table: FlexibleTable, mesh: Mesh) 
         raise CaseError(case.path.name, [Problem(f"bodies.{name}.deck", f"{deck.name}: {deck.no_density}")])
     for text in doubts(deck, structure):
         warnings.warn(f"bodies.{name}.deck: {text}", PhysicsWarning, stacklevel=2)
-    return replace(structure, notes=(*structure.notes, *left_out_text(deck)))
+    notes = (*structure.notes, *left_out_text(deck))
+    return replace(structure, notes=notes, point_names=deck.point_names())
 
 
 def members_of(case: Case, name: str, table: FlexibleTable) -> list[Member]:

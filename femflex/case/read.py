@@ -162,6 +162,8 @@ def _toml(text: str, path: Path) -> dict[str, Any]:
             if "Invalid value" in found_text or "Expected newline" in found_text
             else ""
         )
+        if path.suffix.lower() not in ("", ".toml"):
+            hint = f"; to make a case of a deck or a mesh: femflex new my_craft.toml --deck {path.name}, or --mesh"
         raise CaseError(
             path.name, [Problem(where, f"this is not TOML, {found_text[0].lower()}{found_text[1:]}: {content!r}{hint}")]
         ) from None

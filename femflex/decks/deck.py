@@ -137,7 +137,13 @@ class Deck:
     def structure(self, clamp: Mapping[str, Support] | None = None) -> Structure:
         """The Structure of the deck; its dofs lie along the axes of `clamp`, the supports in force where None."""
         supports = self.held() if clamp is None else dict(clamp)
-        return build_structure(self.mesh, self.members, self.point_masses, supports, self.connections, self.bushings)
+        built = build_structure(self.mesh, self.members, self.point_masses, supports, self.connections, self.bushings)
+        return replace(built, point_names=self.point_names())
+
+    def point_names(self) -> dict[int, str]:
+        """Point of the mesh -> what the deck calls it: "GRID 17" of Nastran, "node 17" of others."""
+        word = "GRID" if self.solver == "Nastran" else "node"
+        return {point: f"{word} {number}" for number, point in self.points_of_ids.items()}
 
 
 def _near(name: str, known: Iterable[str]) -> str:

@@ -54,9 +54,9 @@ def read_deck(path: str | Path, units: str | Units = "m-kg-s", overrides: Overri
         near = sorted(p.name for p in path.parent.glob(f"*{path.suffix}")) if path.parent.is_dir() else []
         raise ValueError(f"deck {path} does not exist; {path.parent} holds {near or 'no such files'}.")
     refuse_pointer(path)
-    reader = reader_of(path)
+    reader, known = reader_of(path), units_of(units)
     with reading(path, f"{reader.solver} deck", ADVICE):
-        return reader.read(path, units_of(units), overrides or {})
+        return reader.read(path, known, overrides or {})
 
 
 def reader_of(path: Path) -> DeckReader:

@@ -73,10 +73,13 @@ class Units:
 def units_of(name: str | Units) -> Units:
     """The set of units of a name, LENGTH-MASS-TIME or LENGTH-FORCE-TIME: "mm-t-s", "in-lbf-s", "m-kg-s", "mm-kg-ms".
 
-    With a force its mass is force time^2 / length, as in lbf s^2 / in. Raises ValueError with the known units.
+    "SI" is m-kg-s. With a force its mass is force time^2 / length, as in lbf s^2 / in. Raises ValueError with the known
+    units.
     """
     if isinstance(name, Units):
         return name
+    if name.upper() == "SI":
+        name = "m-kg-s"
     parts = [part.strip() for part in name.replace("_", "-").split("-")]
     if len(parts) == 3 and parts[0] in LENGTHS and parts[2] in TIMES:
         length, time = LENGTHS[parts[0]], TIMES[parts[2]]

@@ -73,6 +73,7 @@ class Structure:
     f0           (n_dof,)              elastic force that initial stress leaves unbalanced; K holds its stiffening
     K0           (n_dof, n_dof)        stiffness without that of initial stress; K itself where there is none
     notes        sentence, ...         what families changed of the mesh that was given
+    point_names  point -> what the file it was read from calls it, such as "GRID 17"; none of a mesh
     known        key -> (object, ...)  what was computed of it and is wanted again (`recalled`); a changed copy starts
                                        with none
     """
@@ -91,6 +92,7 @@ class Structure:
     places: tuple[StrainPlaces | None, ...]
     K0: sparse.csr_array
     notes: tuple[str, ...] = ()
+    point_names: Mapping[int, str] = field(default_factory=dict)
     known: dict[tuple[Any, ...], tuple[Any, ...]] = field(default_factory=dict, init=False, repr=False)
 
     def recalled(self, key: tuple[Any, ...], make: Callable[[], Any]) -> Any:

@@ -133,7 +133,7 @@ def test_lumped_areas_of_two_materials_bend_and_weigh_as_their_sum(tmp_path: Pat
 @pytest.mark.parametrize(
     ("lines", "sentence"),
     [
-        ([",1.,1.,,,,,1", ",0.03,0.015,0.5"], "2 of the area together"),
+        ([",1.,1.,,,,,1", ",0.03,0.015,0.5"], "whose fractions C add up to 2"),
         ([",1.,1.,,,,,7", ",0.03,0.015,0.5"], "has SECTION 7"),
     ],
 )

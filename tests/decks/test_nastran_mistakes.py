@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from nastran_decks import STEEL, bar, read, written
+from nastran_decks import STEEL, bar, frequencies, read, written
 
 from femflex.decks import DeckError, read_deck
 
@@ -85,3 +85,34 @@ def test_an_override_of_what_is_not_there_is_refused(tmp_path):
         read(tmp_path, *bar(), overrides={"pid_4": {"A": 1.0}})
     with pytest.raises(DeckError, match=r"override of pid_3 names 'thickness'; it has \['A', 'I1', 'I2', 'J'"):
         read(tmp_path, *bar(), overrides={"pid_3": {"thickness": 1.0}})
+
+
+BAR, ROD = "PBAR,1,1,1.-3,1.-6,1.-6,2.-6", "PROD,2,1,1.-3"
+IN_LINE = [f"GRID,{k},,{k - 1}.,0.,0." for k in (1, 2, 3)]
+BARS = [f"CBAR,{k},1,{a},{b},0.,0.,1." for k, a, b in ((1, 1, 2), (2, 2, 3), (3, 4, 5))]
+RODS = [f"CROD,{k},2,{a},{b}" for k, a, b in ((1, 1, 2), (2, 2, 3), (3, 3, 4))]
+
+
+@pytest.mark.parametrize(
+    ("cards", "sentence"),
+    [
+        (["GRID,4,,5.,0.,0.", "GRID,5,,6.,0.,0.", *BARS, BAR],
+         r"falls into 2 parts .*: 2 nodes, among them GRID 4 at \(5, 0, 0\)\)"),
+        (["GRID,4,,2.,1.,0.", *RODS, ROD], r"is a mechanism \(GRID 3 at \(2, 0, 0\) moves along \(0, 1, 0\)\)"),
+    ],
+)  # fmt: skip
+def test_loose_parts_and_mechanisms_name_their_grids(tmp_path, cards, sentence):
+    deck = read(tmp_path, *IN_LINE, *cards, STEEL, "SPC1,1,123456,1", units="SI")
+    with pytest.raises(ValueError, match=sentence):
+        frequencies(deck, 2)
+
+
+def test_a_deck_in_place_of_a_case_is_answered_with_the_way_to_a_case(tmp_path, femflex):
+    written(tmp_path, *IN_LINE, name="loose.bdf")
+    code, _, error = femflex("check", "loose.bdf")
+    assert code == 2 and "this is not TOML" in error and "new my_craft.toml --deck loose.bdf" in " ".join(error.split())
+
+
+def test_units_that_are_none_are_no_damage_of_the_deck(tmp_path):
+    with pytest.raises(ValueError, match=r"^units are 'mm-kg'; give length-mass-time"):
+        read(tmp_path, *IN_LINE, units="mm-kg")

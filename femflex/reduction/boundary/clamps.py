@@ -54,7 +54,7 @@ def refuse_unheld(structure: Structure, held: Index, clamp: tuple[str, ...], loo
     else:
         what = f"{n_null} motion{'s' * (n_null > 1)} without stiffness, of which {n_rigid} are rigid"
         why = (
-            f"falls into {len(parts)} parts that share no node{_smaller(parts)}"
+            f"falls into {len(parts)} parts that share no node{_smaller(structure, parts)}"
             if len(parts) > 1
             else f"is a mechanism{_loose_text(structure, loose)}"
         )
@@ -73,26 +73,32 @@ def _loose_text(structure: Structure, loose: Array) -> str:
     far, turns = np.linalg.norm(moved, axis=1), np.linalg.norm(turned, axis=1) * size
     how, amounts, ways = ("moves", far, moved) if far.max() >= turns.max() else ("turns", turns, turned)
     node = int(amounts.argmax())
-    place = ", ".join(f"{x:.4g}" for x in structure.mesh.points[node])
     way = ways[node] / np.linalg.norm(ways[node])
     along = ", ".join(f"{round(float(x), 3) + 0.0:g}" for x in way)
-    return (
-        f" (the node at ({place}) {how} {'along' if how == 'moves' else 'about'} ({along}); a plate joined at "
-        "one node alone is free to turn about its normal there: join it along an edge)"
-    )
+    plates = any(not cell.startswith(("line", "vertex")) for cell in structure.mesh.cells)
+    hint = "; a plate joined at one node alone is free to turn about its normal there: join it along an edge"
+    text = f"{_node(structure, node)} {how} {'along' if how == 'moves' else 'about'} ({along})"
+    return f" ({text}{hint if plates else ''})"
 
 
-def _smaller(parts: list[tuple[int, Array]]) -> str:
-    """How many nodes the parts but the largest have, and where they lie: the first SHOWN of them."""
-    found = sorted(parts, key=lambda part: -part[0])[1:]
-    listed = [f"{n} nodes about ({', '.join(f'{x:.4g}' for x in at)})" for n, at in found[:SHOWN]]
+def _node(structure: Structure, node: int) -> str:
+    """A node by its name, where it has one, and by its place."""
+    place = ", ".join(f"{x:.4g}" for x in structure.mesh.points[node])
+    name = structure.point_names.get(node)
+    return f"{name} at ({place})" if name else f"the node at ({place})"
+
+
+def _smaller(structure: Structure, parts: list[Index]) -> str:
+    """How many nodes the parts but the largest have, and where one of them lies: the first SHOWN of them."""
+    found = sorted(parts, key=lambda part: -len(part))[1:]
+    listed = [f"{len(part)} nodes, among them {_node(structure, int(part[0]))}" for part in found[:SHOWN]]
     more = f" and {len(found) - SHOWN} more" if len(found) > SHOWN else ""
     return f" (in addition to the largest: {'; '.join(listed)}{more})"
 
 
-def _parts(structure: Structure) -> list[tuple[int, Array]]:
-    """Parts that share no node, as their numbers of nodes and centres (3,): nodes are joined by the dofs they share and
-    by stiffness between dofs."""
+def _parts(structure: Structure) -> list[Index]:
+    """Nodes (k,) of each of the parts that share none: nodes are joined by the dofs they share and by stiffness
+    between dofs."""
     rows = sparse.vstack([structure.translation, structure.rotation]).tocoo()
     node = rows.coords[0] // 3 % len(structure.mesh.points)
     incidence = sparse.coo_array(
@@ -101,5 +107,4 @@ def _parts(structure: Structure) -> list[tuple[int, Array]]:
     joined = (incidence @ abs(structure.K) @ incidence.T).tocsr()
     used = np.unique(node)
     count, part = csgraph.connected_components(joined[used][:, used], directed=False)
-    points = structure.mesh.points[used]
-    return [(int(np.sum(part == k)), points[part == k].mean(axis=0)) for k in range(count)]
+    return [used[part == k] for k in range(count)]
