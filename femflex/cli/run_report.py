@@ -184,9 +184,9 @@ def cable_lines(run: Run) -> list[str]:
     out = []
     for path in sorted(name for name in run if name.startswith("effectors/") and name.endswith("/tension")):
         name = path.split("/")[1]
-        if f"effectors/{name}/distance" not in run:
+        if f"effectors/{name}/distance" not in run and f"effectors/{name}/slack" not in run:
             continue
-        slack = run[path] == 0.0
+        slack = run[f"effectors/{name}/slack"] > 0.0 if f"effectors/{name}/slack" in run else run[path] == 0.0
         if slack.any():
             first, last = run.time[np.flatnonzero(slack)[[0, -1]]]
             out.append(
