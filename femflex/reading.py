@@ -33,7 +33,7 @@ def reading(path: Path, kind: str, advice: str) -> Iterator[None]:
         yield
     except MemoryError:
         raise ValueError(
-            f"{path.name} could not be read as {kind}: it asks for more memory than is free, or than a file of "
+            f"{path.name} could not be read as {kind}: it needs more memory than is free, or than a file of "
             f"{path.stat().st_size} bytes can need. {advice}"
         ) from None
     except Warning:  # of femflex, where the caller turns warnings into errors

@@ -1,4 +1,4 @@
-"""Bodies with what is said of them beside, as `note`: for tests that read both."""
+"""Bodies with what is reported of them, as `note`: for tests that read both."""
 
 from __future__ import annotations
 

@@ -14,6 +14,7 @@ ALLOWED = {
     "body": {"summary"},
     "summary": set(),
     "warning": set(),
+    "worker_processes": set(),
     "kernel_cache": {"kernel_digest"},
     "kernel_digest": set(),
     "kernel_linking": set(),

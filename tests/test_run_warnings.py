@@ -36,7 +36,7 @@ def test_a_panel_bent_beyond_linear_strain_is_warned_of_with_both_numbers(tmp_pa
         femflex.run(soft, tmp_path / "run.h5").close()
     everything = [str(warning.message) for warning in caught]
     told = [text for text in everything if "displaced" in text]
-    assert len(told) == 2 and len(everything) == 4  # both panels; their spin is told of too
+    assert len(told) == 2 and len(everything) == 4  # both panels; their spin is reported too
     assert re.search(r"'panel_east' was displaced by .* m, .*% of its size of 6.18 m", told[0])
 
 
@@ -51,7 +51,7 @@ def test_a_panel_bent_beyond_linear_strain_is_warned_of_with_both_numbers(tmp_pa
         ("eccentric_pitch", {}, []),
     ],
 )
-@pytest.mark.filterwarnings("ignore:body .* turned at up to:femflex.warning.PhysicsWarning")  # linear, as told
+@pytest.mark.filterwarnings("ignore:body .* turned at up to:femflex.warning.PhysicsWarning")  # linear, as reported
 def test_only_monitors_that_ought_to_be_constant_are_told(name, swaps, expected, tmp_path):
     path = changed(tmp_path, name, **swaps)
     path.write_text(path.read_text().replace("orbits = 10", "orbits = 0.1").replace("orbits = 5", "orbits = 0.1"))
@@ -65,7 +65,7 @@ def drift(run, name):
     return np.linalg.norm(values - values[0], axis=1).max() / np.linalg.norm(values[0])
 
 
-@pytest.mark.filterwarnings("ignore:body .* turned at up to:femflex.warning.PhysicsWarning")  # linear, as told
+@pytest.mark.filterwarnings("ignore:body .* turned at up to:femflex.warning.PhysicsWarning")  # linear, as reported
 def test_a_flexible_craft_keeps_energy_and_momentum_at_the_default_tolerance(tmp_path):
     path = changed(tmp_path, "tumbling_panels", default=("rtol = 1e-10\n", ""))
     with femflex.run(path, tmp_path / "run.h5") as run:

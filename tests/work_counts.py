@@ -64,7 +64,7 @@ FREE = 'method = "free_free", modes = 6'
 
 
 def write_case(folder, mesh, family, reduction, *, strain="", options="", more=""):
-    """The case file of a body of that family on a mesh; the mesh's file lies beside it."""
+    """The case file of a body of that family on a mesh; the mesh's file is in the same folder."""
     write_mesh(folder / "body.msh", mesh)
     path = folder / "case.toml"
     strain = f'strain = "{strain}"' if strain else ""

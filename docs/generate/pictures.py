@@ -16,7 +16,7 @@ from pathlib import Path
 TOP = Path(__file__).resolve().parents[2]
 PICTURES = TOP / "docs" / "gallery"
 WIDTH = 800  # pixels
-COLOURS = 128  # of the palette
+COLOURS = 256  # of the palette
 
 
 def drawn(name: str) -> list[Path]:
@@ -60,7 +60,7 @@ def keep(pictures: object, folder: Path) -> None:
         with Image.open(path) as image:
             small = image.convert("RGB")
         small = small.resize((WIDTH, round(small.height * WIDTH / small.width)), Image.Resampling.LANCZOS)
-        small = small.quantize(COLOURS, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
+        small = small.quantize(COLOURS, method=Image.Quantize.MEDIANCUT, kmeans=2, dither=Image.Dither.NONE)
         small.save(folder / path.name.removeprefix("run_"), optimize=True)
 
 

@@ -53,7 +53,7 @@ class EnrichedBody:
 class MeshedEnrichment:
     """Enriches a meshed body on a set of modes; places: marker -> mesh group.
 
-    Beside the set stand the static shapes of unit forces and moments at every joint and of accelerations of the clamp,
+    Added to the set are the static shapes of unit forces and moments at every joint and of accelerations of the clamp,
     K^-1 F, and what the inertia of these adds, K^-1 M K^-1 F: a Krylov subspace that matches the first four moments of
     the body's dynamic flexibility at its joints (T.-J. Su and R. R. Craig, J. Guidance 14 (1991) 260).
     """

@@ -5,7 +5,7 @@ from __future__ import annotations
 # Stiffening and softening by spin, thrust and loads along a body
 STIFFENED = 0.02  # of the first frequency: what linear strain leaves out of it from which a run warns
 LEEWAY = 0.5  # of the limits that runs warn of: from there on strain is condensed, for what is estimated is estimated
-TOLD = 5e-5  # less than the hundredth of a per cent that is printed
+PRINTED = 5e-5  # less than the hundredth of a per cent that is printed
 BY_SPIN = 100.0  # times (spin / first frequency)^2: stiffening beyond that is not by spin
 STILL = 1e-12  # rad/s: rounding
 

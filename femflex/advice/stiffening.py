@@ -185,7 +185,7 @@ class StiffeningWatch:
         other = division_remedy(self._system.bodies[seen.body])
         way = f"which linear strain leaves out. {self._remedy(seen.body)}, or {other}."
         if left == 0.0:
-            return f"by up to {-seen.gain:.3g} times the load that buckles it in its first mode, {way}"
+            return f"up to {-seen.gain:.3g} of its first buckling load, {way}"
         return f"so that its first frequency{self._frequencies(seen.body, left)} falls by {1.0 - left:.0%}, {way}"
 
     def _frequencies(self, name: str, factor: float) -> str:

@@ -15,7 +15,7 @@ from femflex.advice.bodies import KnownBodies
 from femflex.advice.buckling.margin import BucklingMargin, post_buckling_note
 from femflex.advice.curved import snap_through_advice
 from femflex.advice.deflections import deflection_watches
-from femflex.advice.limits import BENT, BOWING, BY_SPIN, LEEWAY, PHASE, STIFFENED, STILL, SWINGING, SWUNG, TOLD
+from femflex.advice.limits import BENT, BOWING, BY_SPIN, LEEWAY, PHASE, PRINTED, STIFFENED, STILL, SWINGING, SWUNG
 from femflex.advice.motion_estimate import MotionEstimate
 from femflex.advice.remedies import division_remedy
 from femflex.advice.stiffening import OmittedStiffness, attached_masses, lowest_frequency
@@ -157,19 +157,19 @@ def _far(reach: MotionExtent) -> str:
 
 def _small(reach: MotionExtent, raised: float, fallen: float, way: str) -> str:
     """Why linear strain is enough for what pulls along the body, in words."""
-    if max(raised, fallen) >= TOLD:
+    if max(raised, fallen) >= PRINTED:
         if fallen > raised:
             return f"axial compression (loads or inertia) lowers the first frequency by {fallen:.2%}"
         return f"{way} raises the first frequency by {raised:.2%}"
     if reach.fastest < STILL:
         return "it does not turn"
-    return f"turning at {reach.fastest:.4g} rad/s changes its first frequency by less than {TOLD:.3%}"
+    return f"turning at {reach.fastest:.4g} rad/s changes its first frequency by less than {PRINTED:.3%}"
 
 
 def _hardly_bent(reach: MotionExtent) -> str:
     """Why linear strain is enough for how far the body bends, and how far that is estimated."""
     text = f"loads and motions bend it by {reach.bent:.2%} of its size at most"
-    text = text if reach.bent >= TOLD else "no load bends it"
+    text = text if reach.bent >= PRINTED else "no load bends it"
     return f"{text} (estimated {reach.doubt}; the run checks it)" if reach.doubt else text
 
 
@@ -233,7 +233,7 @@ def motion_extents(view: MotionEstimate, known: KnownBodies) -> dict[str, Motion
         swing = float(np.ptp(bend.over(held))) / 2.0
         phase = _phase(system, name, view.times, gain) if swing > SWINGING and name in gains else 0.0
         spin = float(rate[np.argmax(gain)])
-        if gain.max() > TOLD and body.strain.V1.any():
+        if gain.max() > PRINTED and body.strain.V1.any():
             omega = lowest_frequency(body, attached_masses(system, name))
             spin = 0.0 if float(gain.max()) * omega**2 > BY_SPIN * spin**2 else spin  # then other forces pull
         pulled = float(gain.max()), float(gain.min()), spin, float(rate.max())

@@ -1,7 +1,7 @@
 """What acts on a meshed body where the case says: loads, weight, a steady spin, the bodies and loops that hang on it.
 
 Where strain is linear and the reduction says nothing of `loads`, the static shapes of those of the case's loads stand
-beside the modes that these answer by less than 99 % (attached bodies: `joint_shapes`). With nonlinear strain they
+added to modes that answer these by less than 99 % (attached bodies: `joint_shapes`). With nonlinear strain they
 count for more: vibration modes hold the stress under such a load badly, and four of them let a strip tip over sideways
 17 % too late. There the slow static shapes of all these are added to the modes; that of weight and spin where the
 reduction says nothing of `attachment`. A spin pulls at every place by its distance: the answers to

@@ -58,7 +58,7 @@ def deck_facts(path: Path, units: str | None, file: str) -> DeckFacts:
     sets = tuple(name for name in deck.supports if name != HELD_BY_ITSELF)
     clamp, held = _clamp(deck, sets)
     if not clamp:
-        free = f"none of its sets of supports ({', '.join(sets)}) holds" if sets else "no supports hold"
+        free = f"none of its sets of supports ({', '.join(sets)}) restrains" if sets else "no supports restrain"
         notes.append(f"reduction: {free} all rigid-body motions of the deck; its modes are free-free")
     root, tip = _ends(deck, held, centre)
     frequencies: tuple[float, ...] = ()

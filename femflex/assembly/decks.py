@@ -54,7 +54,7 @@ def _read(path: str, stamp: int, units: str, overrides: str) -> Deck:
 def with_deck(case: Case, name: str, table: FlexibleTable) -> FlexibleTable:
     """The table with names of the deck's sets of supports in its clamp replaced by the groups they hold.
 
-    "supports" stands for those in force in the deck. Components that nothing resists are held beside any clamp.
+    "supports" stands for those in force in the deck. Components that nothing resists are fixed with any clamp.
     """
     deck = deck_of(case, name, table)
     r = table.reduction

@@ -50,8 +50,8 @@ def _thickness(case: Case, table: FlexibleTable, size: float) -> Iterator[str]:
         for key, value in _thicknesses(section):
             if value > THICK * size:
                 yield (
-                    f"sections.{member.section}.{key}: found {value:g} m in a mesh that spans {size:.4g} m, which "
-                    f'is no plate; if millimetres were meant, write "{value:g} mm" '
+                    f"sections.{member.section}.{key}: found {value:g} m in a mesh that spans {size:.4g} m, too thick "
+                    f'for a plate; if millimetres were meant, write "{value:g} mm" '
                     f"({value / 1e3:g} m)"
                 )
 

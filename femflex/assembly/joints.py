@@ -168,7 +168,7 @@ def root_joint(case: Case, bodies: Mapping[str, Part]) -> tuple[Joint | None, di
 
 
 def _held(attitude: AttitudeTable, position: tuple[float, ...], where: dict[str, Any]) -> Joint:
-    """Turns by the angles of the attitude's sequence, specified to stay as they are, after slides that are free."""
+    """Turns by the angles of the attitude's sequence, prescribed to stay as they are, after slides that are free."""
     letters, angles = letters_of(attitude.sequence), attitude.turns()
     if is_extrinsic(attitude.sequence):  # the same as the intrinsic turns in the other order
         letters, angles = letters[::-1], angles[::-1]

@@ -119,4 +119,4 @@ def _with_initial(case: Case, system: System) -> System:
             problems.append(Problem(f"bodies.{name}.initial", str(error.args[0])))
     if problems:
         raise CaseError(case.path.name, problems)
-    return replace(system, delta0=delta, ddelta0=ddelta)
+    return replace(system, delta0=delta, ddelta0=ddelta) if delta else system

@@ -176,7 +176,7 @@ class FlexibleTable(BodyTable):
     """Strain energy: linear, nonlinear or condensed. linear: quadratic energy; bending does not stretch, and a spin
     does not stiffen. nonlinear: with the cubic and quartic terms (V2, V3) and coordinates for the stretch; needs
     derivatives. condensed: the same, with the stretch following the bending, so that no stiff coordinate is left. Left
-    out: condensed where the expected motion needs it (spin, loads, weight, specified motions, initial deflections,
+    out: condensed where the expected motion needs it (spin, loads, weight, prescribed motions, initial deflections,
     loads near buckling), nonlinear where the body cannot be condensed, else linear. Every verb prints the choice and
     its reason. Default of bodies with a preload, tethers or membranes: condensed, or linear where the reduction has
     no derivatives."""
@@ -240,7 +240,7 @@ class FlexibleTable(BodyTable):
         if not several and method is None:
             refuse("found no reduction; give one, such as { method = 'cantilever', clamp = 'root', modes = 8 }")
         if not several and method == "craig_bampton" and not getattr(self.reduction, "interfaces", ()):
-            refuse("found craig_bampton without interfaces; name the groups that joints hold")
+            refuse("found craig_bampton without interfaces; name the groups at which joints attach")
         if several and method in ("lumped", "rigid"):
             refuse(
                 f"found reduction method '{method}' and segments; a segment is reduced by craig_bampton, cantilever, "

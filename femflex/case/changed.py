@@ -31,7 +31,7 @@ def changed_tables(tables: Mapping[str, Any], values: Mapping[str, Any], name: s
     Entries of lists go by their number, from 0: "loads.0.force". name: of the file, for errors.
     Raises ValueError for a path that leads nowhere; what stands at its end is not checked here.
     """
-    raw: dict[str, Any] = _copied(tables)
+    raw: dict[str, Any] = _copied(dict(tables))
     for path, value in values.items():
         *folders, last = path.split(".")
         table: Any = raw
@@ -58,7 +58,7 @@ def written_keys(tables: Any, folder: str = "") -> list[str]:
 
 def _copied(value: Any) -> Any:
     """Tables and lists anew; what stands in them cannot be changed."""
-    if isinstance(value, Mapping):
+    if isinstance(value, dict):
         return {key: _copied(part) for key, part in value.items()}
     return [_copied(part) for part in value] if isinstance(value, list) else value
 

@@ -100,7 +100,7 @@ def sights(outline: Outline) -> Iterator[Problem]:
     for where, sight in outline.sights.items():
         if outline.orbit is not None and outline.orbit.kind == "none":
             yield Problem(
-                where, "found a sight, which looks at a station on the Earth, without an orbit; give an [orbit]"
+                where, "found a line of sight to a ground station in a case without an [orbit]; give an [orbit]"
             )
         if sight is not None and sight.body not in outline.bodies:
             yield Problem(

@@ -195,13 +195,20 @@ class DeployingTable(BodyTable):
         if self.length is not None and self.length.profile is None:
             refuse("found length = 'locked'; give a value or a profile over time")
         if (self.length is None) == (self.reel is None):
-            refuse("found neither length nor reel, or both; give the length over time, or the reel of a free length")
+            refuse(
+                "found neither length nor reel, or both; give length as a function of time, or reel where the length "
+                "is a degree of freedom"
+            )
         if self.reel is not None and (self.stock is None or self.reel.length > self.stock):
             refuse(
-                "found a reel without stock, or with less stock than its length; give the length of the whole member"
+                "found a reel without stock, or with a stock below the initial length; give stock, the total length of "
+                "the member, stowed and deployed"
             )
         if self.mass is not None and self.stock is None:
-            refuse("found mass without stock; the mass is that of the whole stock, so give its length")
+            refuse(
+                "found mass without stock; mass is that of the whole member, so give stock, its total length, stowed "
+                "and deployed"
+            )
         sheet = self.family in SHEETS
         if sheet and self.width is None:
             refuse(f"found a {self.family} without width; give width")

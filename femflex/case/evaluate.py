@@ -137,7 +137,7 @@ def _of_body(table: MeasureTable, bodies: Mapping[str, Any]) -> float:
     omega = np.asarray(body.omega)
     if table.mode > len(omega) or not np.isfinite(omega[table.mode - 1]):
         raise ValueError(
-            f"mode {table.mode} of body {table.body!r} has no natural frequency; it has "
-            f"{int(np.isfinite(omega).sum())} modes that have"
+            f"mode {table.mode} of body {table.body!r} has no natural frequency; "
+            f"{int(np.isfinite(omega).sum())} of its modes have one"
         )
     return float(omega[table.mode - 1] / (2 * math.pi))

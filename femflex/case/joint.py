@@ -40,7 +40,7 @@ class Revolute(JointTable):
     rest: Angle = 0.0
     """Angle without spring torque."""
     motion: AngleMotion = AngleMotion()
-    """Motion of a locked or specified angle. Default: free."""
+    """Motion of a locked or prescribed angle. Default: free."""
 
     def coordinates(self) -> dict[str, str]:
         """Name and unit of every slide and turn that a law may act on."""
@@ -65,7 +65,7 @@ class Prismatic(JointTable):
     rest: Length = 0.0
     """Slide without spring force."""
     motion: PositionMotion = PositionMotion()
-    """Motion of a locked or specified slide. Default: free."""
+    """Motion of a locked or prescribed slide. Default: free."""
 
     def coordinates(self) -> dict[str, str]:
         """Name and unit of every slide and turn that a law may act on."""
@@ -107,7 +107,7 @@ class Cylindrical(JointTable):
     rest: Angle = 0.0
     """Angle without spring torque."""
     motion: CylinderMotion = CylinderMotion()
-    """Motion of a locked or specified slide or angle. Default: free."""
+    """Motion of a locked or prescribed slide or angle. Default: free."""
 
     def coordinates(self) -> dict[str, str]:
         """Name and unit of every slide and turn that a law may act on."""
@@ -132,7 +132,7 @@ class Universal(JointTable):
     rest: Annotated[tuple[float, float], Quantity("rad", (2,))] = (0.0, 0.0)
     """Angles without spring torque."""
     motion: TwoAngles = TwoAngles()
-    """Motions of locked or specified angles. Default: free."""
+    """Motions of locked or prescribed angles. Default: free."""
 
     def coordinates(self) -> dict[str, str]:
         """Name and unit of every slide and turn that a law may act on."""

@@ -39,7 +39,7 @@ class Spherical(JointTable):
     rest: Angles = ZERO
     """Rotation vector without spring torque."""
     motion: ThreeAngles = ThreeAngles()
-    """Locked or specified angles of the sequence; the coordinates are then these angles."""
+    """Locked or prescribed angles of the sequence; the coordinates are then these angles."""
 
     def coordinates(self) -> dict[str, str]:
         """Name and unit of every slide and turn that a law may act on."""
@@ -84,7 +84,7 @@ class Free(Spherical):
     slide_rest: Position = ZERO
     """Position without spring force."""
     motion: FreeMotion = FreeMotion()
-    """Locked or specified slides and angles."""
+    """Locked or prescribed slides and angles."""
 
     def coordinates(self) -> dict[str, str]:
         """Name and unit of every slide and turn that a law may act on."""

@@ -99,7 +99,7 @@ class JointTable(Table):
 
     def _refuse_with_motion(self, key: str, k: int, motion: Motion, begins: str, others: tuple[str, ...]) -> None:
         """Refuse initial values, springs and dampers of coordinate k, which is held."""
-        held = "locked" if motion.locked else "specified"
+        held = "locked" if motion.locked else "prescribed"
         for other in (begins, RATES[begins], *others):
             value = getattr(self, other, 0.0)
             entry = value if isinstance(value, float) else value[k] if k < len(value) else 0.0

@@ -55,7 +55,7 @@ class General(JointTable):
     rest: AngleList = ()
     """Angle of each turn without spring torque. Default: zero."""
     motion: GeneralMotion = GeneralMotion()
-    """Locked or specified slides and turns."""
+    """Locked or prescribed slides and turns."""
 
     def coordinates(self) -> dict[str, str]:
         """Name and unit of every slide and turn that a law may act on."""

@@ -110,7 +110,7 @@ class MatricesTable(BodyTable):
                 "hold no strain beyond that; drop it, or make the body of elements (kind = 'flexible')"
             )
         if getattr(self.reduction, "method", "") == "lumped":
-            refuse("found method 'lumped' for a body from matrices; its mass is as its matrix says, so use 'nodal'")
+            refuse("found method 'lumped' for a body from matrices; its mass matrix is given, so use 'nodal'")
         for name, marker in self.markers.items():
             if marker.position is not None:
                 refuse(f"found position in marker {name!r} of a body from matrices; give a group, such as 'node_17'")

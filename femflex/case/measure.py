@@ -162,7 +162,7 @@ class ExpectTable(MeasureTable):
     @model_validator(mode="after")
     def _has_an_answer(self) -> ExpectTable:
         if self.value is None and self.above is None and self.below is None:
-            refuse("found no answer; give value with tolerance, or above, or below")
+            refuse("found no expected value; give value with tolerance, or above, or below")
         if (self.value is not None) != (self.tolerance is not None or self.relative_tolerance is not None):
             refuse("found value without tolerance, or a tolerance without value; they belong together")
         exactly_one(self, ("tolerance", "relative_tolerance"), required=False)

@@ -97,10 +97,15 @@ def _unchanged(case: Case, raw: Mapping[str, Any], paths: Iterable[str]) -> dict
     heads = {tuple(path.split(".")[:2]) for path in paths}
     changed = {head[0] for head in heads}
     out = {key: value if key in changed else case.parts.get(key, value) for key, value in raw.items()}
-    if "bodies" in changed and isinstance(raw.get("bodies"), dict):
-        new = {head[1] for head in heads if head[0] == "bodies" and len(head) > 1}
-        read = case.parts["bodies"]
-        out["bodies"] = {name: table if name in new else read.get(name, table) for name, table in raw["bodies"].items()}
+    for key in changed & case.parts.keys():
+        new = {head[1] for head in heads if head[0] == key and len(head) > 1}
+        value, read = raw[key], case.parts[key]
+        if (key,) in heads or not new:
+            continue  # the whole table is another
+        if key == "bodies":
+            out[key] = {name: table if name in new else read.get(name, table) for name, table in value.items()}
+        elif isinstance(value, list):
+            out[key] = [table if str(k) in new else read[k] for k, table in enumerate(value)]
     return out
 
 
@@ -164,15 +169,15 @@ def _toml(text: str, path: Path) -> dict[str, Any]:
         raise CaseError(path.name, [Problem("", "this file holds a whole number of thousands of digits")]) from None
 
 
-def too_deep(raw: Mapping[str, Any]) -> Problem | None:
+def too_deep(raw: dict[str, Any]) -> Problem | None:
     """The problem of tables and lists inside one another beyond DEEPEST, found without recursion."""
     level: list[tuple[str, Any]] = [("", raw)]
     for _ in range(DEEPEST):
         level = [
             (where or str(key), entry)
             for where, value in level
-            for key, entry in (value.items() if isinstance(value, Mapping) else enumerate(value))
-            if isinstance(entry, Mapping | list)
+            for key, entry in (value.items() if isinstance(value, dict) else enumerate(value))
+            if isinstance(entry, dict | list)
         ]
     return (
         Problem(level[0][0], f"found tables or lists nested deeper than {DEEPEST}; {DEPTH_ALLOWED}") if level else None

@@ -126,8 +126,8 @@ class Stretchable(Table):
             )
         if self.deflection is not None and self.derivatives in (None, "none", 0) and not self.responses:
             refuse(
-                f"found deflection = {self.deflection:g} m without derivatives, which it is for; give derivatives too, "
-                "such as derivatives = 8"
+                f"found deflection = {self.deflection:g} m without derivatives; derivative shapes are taken at this "
+                "deflection, so give derivatives too, such as derivatives = 8"
             )
         if self.deflection is not None and not getattr(self, "clamp", None):
             refuse(
@@ -164,8 +164,8 @@ class CantileverTable(Stretchable):
     def _is_held(self) -> CantileverTable:
         if not self.clamp:
             refuse(
-                "found no group to clamp; cantilever modes need the structure held, so name a group, or use method "
-                "= 'free_free'"
+                "found no group to clamp; cantilever modes are those of a clamped structure, so name a group, or use "
+                "method = 'free_free'"
             )
         return self
 

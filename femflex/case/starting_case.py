@@ -169,7 +169,7 @@ def _meshed(mesh: Mesh, mesh_file: str) -> tuple[str, str, list[str]]:
     clamp, tip = _named(others, CLAMPS), _named(others, TIPS)
     notes = [f"members: families, section and material of {', '.join(map(repr, groups))} are guesses"]
     if clamp is None:
-        notes.append("clamp: no group of the mesh looks like a root; name the one that the hub holds")
+        notes.append("clamp: no group of the mesh looks like a root; name the group that is attached to the hub")
     size = float(np.ptp(mesh.points, axis=0).max())
     unit = '\nmesh_unit = "mm"' if size > LARGE else ""
     if unit:

@@ -71,7 +71,7 @@ def deck_tables(facts: DeckFacts) -> str:
         lines += ["", "[bodies.flexible.markers.tip]", f'group = "node_{facts.tip}"     # the farthest from the root']
     lines += [
         "",
-        f"[[joints]]                 # welded to the hub {'where it is held' if facts.clamp else 'at its middle'}",
+        f"[[joints]]                 # welded to the hub {'where it is clamped' if facts.clamp else 'at its middle'}",
         'kind = "weld"',
         'parent = "hub"',
         'parent_marker = "side"',

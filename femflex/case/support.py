@@ -76,7 +76,7 @@ def support_schema() -> dict[str, Any]:
 def _components(group: str, value: Any) -> tuple[str, ...]:
     wrong = [c for c in value if c not in DIRECTIONS] if isinstance(value, list) else [value]
     if wrong or not value:
-        raise ValueProblem(f"found {shown(value)} at group {group!r}; held components are of {', '.join(DIRECTIONS)}")
+        raise ValueProblem(f"found {shown(value)} at group {group!r}; name components of {', '.join(DIRECTIONS)}")
     return tuple(value)
 
 

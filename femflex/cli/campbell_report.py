@@ -10,7 +10,7 @@ from femflex.cli.tables import print_table
 if TYPE_CHECKING:
     from femflex.studies.campbell import Branch, Campbell
 
-TOLD = 1e-6  # damping ratio below which none is printed
+PRINTED = 1e-6  # damping ratio below which none is printed
 
 
 def print_campbell(found: Campbell, scale: float, unit: str) -> None:
@@ -32,7 +32,7 @@ def print_campbell(found: Campbell, scale: float, unit: str) -> None:
     frame = "" if found.value else " in the spinning frame"
     table(f"frequency{frame}, Hz (* unstable)", "frequencies")
     ratios = np.array([branch.damping_ratios[asked] for branch in found.branches])
-    if np.nanmax(np.abs(ratios), initial=0.0) > TOLD:
+    if np.nanmax(np.abs(ratios), initial=0.0) > PRINTED:
         table("damping ratio of oscillating modes (* unstable)", "damping_ratios")
     what = "values" if found.value else "speeds"
     if between := int((~found.asked).sum()):

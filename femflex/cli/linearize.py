@@ -186,7 +186,9 @@ def print_model(model: LinearModel, small: StateSpace, data: dict[str, Any]) -> 
         print_table(["zero, real, 1/s", "imaginary, 1/s"], [[f"{re:.6g}", f"{im:.6g}"] for re, im in data["zeros"]])
     print(f"states      {len(small.states)}, of {len(model.states)}")
     for key in ("inputs", "outputs"):
-        print(f"{key:11} {', '.join(one['name'] for one in data[key]) or 'none'}")
+        names = [one["name"] for one in data[key]]
+        more = f" and {len(names) - SHOWN} more, which --json lists" if len(names) > SHOWN else ""
+        print(f"{key:11} {', '.join(names[:SHOWN]) or 'none'}{more}")
     hankel = getattr(small, "hankel", ())
     if len(hankel):
         print(f"error       below {small.bound:.4g}, as largest singular value")  # type: ignore[attr-defined]

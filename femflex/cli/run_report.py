@@ -96,8 +96,7 @@ def _attraction_lines(system: System) -> list[str]:
         when = " at the start" if free_members(system) else ""
         lines.append(
             f"attraction  {how}: the craft reaches {found.size:.4g} m{when}, {found.ratio:.2g} of the distance from "
-            f"the centre (auto integrates from {LARGE:g} on); the gradient is wrong by {found.error:.2%} of itself "
-            "there"
+            f"the centre (auto integrates from {LARGE:g} on); the gradient has an error of {found.error:.2%} there"
         )
     if environment.oblateness:
         lines.append(f"oblateness  J2 = {environment.oblateness:.9g}, pole along the inertial Z axis")
@@ -222,7 +221,7 @@ def reach_lines(run: Run, system: System) -> list[str]:
         return []
     return [
         f"attraction  by its gradient: the craft reached {found.size:.4g} m, {found.ratio:.2g} of the distance from "
-        f"the centre; the gradient is wrong by {found.error:.2%} of itself there"
+        f"the centre; the gradient has an error of {found.error:.2%} there"
     ]
 
 

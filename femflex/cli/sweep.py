@@ -11,6 +11,7 @@ from femflex.cli.outputs import DIAGRAM_SUFFIXES, PICTURE, outputs
 from femflex.cli.progress import Bar
 from femflex.cli.tables import print_json, print_table
 from femflex.cli.verb import print_error, verb
+from femflex.worker_processes import started
 
 if TYPE_CHECKING:
     from femflex.studies.sweep import Sweep
@@ -53,6 +54,8 @@ def sweep(
     result = files.get(RESULT, Path(f"{study.stem}.h5"))
     if PICTURE in files:
         check_destination(files[PICTURE], force)
+    if scheduler is None and workers != 1:
+        started(["femflex.studies.sweep.member"])  # while this process loads the same
     from femflex.studies.sweep import sweep as swept
     from femflex.studies.sweep.sweep import count_of
 

@@ -233,8 +233,8 @@ def check_length(least: float, most: float, stock: float) -> None:
         )
     if most > stock * (1.0 + 1e-12):
         raise ValueError(
-            f"the deployed length grows to {most:g} m, and the stock is {stock:g} m; give a longer stock or a shorter "
-            "length"
+            f"the deployed length grows to {most:g} m, above the total length of the member, stock = {stock:g} m; "
+            "raise stock, or deploy less"
         )
 
 

@@ -89,8 +89,8 @@ def columns_of(functions: ShapeFunctions, M: Array, K: Array) -> Array:
         return canonical(*dense_modes(K, M)) if regular else np.linalg.inv(np.linalg.cholesky(M)).T
     if not regular:
         raise ValueError(
-            "elements were requested for a member without stiffness across itself; give it a tension, or take "
-            "polynomial functions"
+            "elements were requested for a member without transverse stiffness; give it a tension, or use polynomial "
+            "functions"
         )
     columns, omega2 = [], []
     for at, kept in blocks:

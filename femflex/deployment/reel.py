@@ -39,7 +39,7 @@ class Reel:
 
     def __post_init__(self) -> None:
         if not self.length > 0.0:
-            raise ValueError(f"the reel {self.name!r} begins with a length of {self.length:g} m; it must be positive")
+            raise ValueError(f"the initial length of reel {self.name!r} is {self.length:g} m; it must be positive")
         if min(self.damping, self.stiffness, self.mass) < 0.0:
             raise ValueError(f"damping, stiffness and mass of the reel {self.name!r} must be zero or positive")
 

@@ -63,7 +63,7 @@ class Model(Summarised):
 
     workspace           the arrays of its calls: table, pool, work (see femflex.dynamics.lowering.layout)
     x0                  (n_x,) initial state (q, u, z)
-    breaks              (n,) times at which a load or a specified motion is not smooth [s]
+    breaks              (n,) times at which a load or a prescribed motion is not smooth [s]
     renormalise         first positions in x of the quadruples of Euler parameters
     channels            path -> Channel of everything `observe` returns
     omitted             what `without` has switched off

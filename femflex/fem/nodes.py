@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from femflex.fem.structure import Member
     from femflex.mesh import Mesh
 
-OPTIONS: Options = {"rotations": Option(True, "whether the points turn too")}
+OPTIONS: Options = {"rotations": Option(True, "whether the nodes have rotations too")}
 
 
 @family("nodes", OPTIONS)

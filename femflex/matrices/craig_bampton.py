@@ -123,7 +123,7 @@ def _basis(B: Array, M: Array, K: Array, interfaces: Sequence[str]) -> Array:
 
 
 def _clean(A: Array) -> Array:
-    """The symmetric part, with entries that are rounding beside their diagonal ones set to zero."""
+    """The symmetric part, with entries that are rounding compared with their diagonal ones set to zero."""
     A = (A + A.T) / 2
     d = np.sqrt(np.abs(np.diag(A)))
     return np.where(np.abs(A) > 1e-13 * np.outer(d, d), A, 0.0)

@@ -133,7 +133,7 @@ class MatrixModel:
         if found := NODE.fullmatch(group):
             return np.array([int(found[1])], np.int64)
         raise ValueError(
-            f"group {group!r} is not in {self.name}; its groups are {sorted(self.groups)}, besides all "
+            f"group {group!r} is not in {self.name}; its groups are {sorted(self.groups)}, all "
             f"and node_NUMBER; name one in `groups`, such as groups = {{ {group} = [1, 2, 3] }}"
         )
 

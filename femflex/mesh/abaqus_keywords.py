@@ -87,7 +87,7 @@ def read_keywords(path: Path) -> list[Keyword]:
 
 
 def _lines(path: Path, main: Path, depth: int) -> Iterator[tuple[str, str, int]]:
-    """Lines with their file and number; an included file is looked for beside its includer, then beside the deck."""
+    """Lines with their file and number; an included file is in the folder of its includer, or of the deck."""
     for number, line in enumerate(path.read_text(encoding="utf-8", errors="replace").splitlines(), 1):
         text = line.strip()
         if not text or text.startswith("**"):

@@ -127,7 +127,7 @@ def _lines(path: Path, main: Path, depth: int) -> Iterator[Line]:
 
 
 def _included(name: str, path: Path, main: Path, number: int) -> Path:
-    """The file that is included: beside the file that includes it, or beside the main one; case may differ."""
+    """The file that is included: in the folder of the file that includes it, or of the main one; case may differ."""
     plain = Path(name.replace("\\", "/").strip())
     folders = list(dict.fromkeys((path.parent, main.parent)))
     for folder in folders:

@@ -52,7 +52,7 @@ def chosen_integrator(case: Case, model: Model, times: Array, begun: str = "") -
         if (value := getattr(table, key)) is not None:
             settings[key] = value
             if key not in own:
-                text = f"found {value:g}, but {choice.name} has no {key}; leave it out, or ask for another integrator"
+                text = f"found {value:g}, but {choice.name} has no {key}; leave it out, or select another integrator"
                 raise CaseError(case.path.name, [Problem(f"run.{key}", text)])
     rtol = settings.get("rtol", own["rtol"])
     settings.setdefault("atol", ATOL * rtol * sizes)

@@ -1,4 +1,4 @@
-"""The linearised motion of a craft, as a method of solution beside the integrators.
+"""The linearised motion of a craft, as a method of solution in addition to the integrators.
 
 Coordinates depart by y = (dxi, du, dz) from a reference x_r(t): the equilibrium nearest to the start, prescribed
 coordinates along their motion, a deploying body at its length. The departures obey

@@ -147,9 +147,9 @@ def sampling(system: System) -> list[str]:
     for controller in system.controllers:
         periods.setdefault(controller.period, []).append(controller.name)
     return [
-        f"Controller {names[0]} is called every {period:g} s, and its command held between."
+        f"Controller {names[0]} is called every {period:g} s, its command constant between."
         if len(names) == 1
-        else f"Controllers {', '.join(names)} are called every {period:g} s, and their commands held between."
+        else f"Controllers {', '.join(names)} are called every {period:g} s, their commands constant between."
         for period, names in periods.items()
     ]
 

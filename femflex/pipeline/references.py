@@ -70,14 +70,14 @@ def channel_problems(case: Case, channels: Mapping[str, Channel]) -> Iterator[Pr
 
 
 def motion_problems(case: Case, system: System) -> Iterator[Problem]:
-    """Specified motions that end before the run does."""
+    """Prescribed motions that end before the run does."""
     end = duration_of(case, system)
     for joint in system.joints:
         for k, profile in joint.held.items():
             if profile.last < end:
                 yield Problem(
                     f"joints[{joint.name or joint.child}].motion",
-                    f"{joint.freedom_names()[k]!r} is specified up to {profile.last:g} s, and the run lasts {end:g} s; "
+                    f"{joint.freedom_names()[k]!r} is prescribed up to {profile.last:g} s, the run lasts {end:g} s; "
                     "give the motion to the end, or run for less",
                 )
 

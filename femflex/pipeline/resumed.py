@@ -98,7 +98,7 @@ def check_same_times(times: NDArray[np.float64], output: Path) -> None:
     if len(differ) and not (differ[0] == last and there[last] < times[last]):
         k = differ[0]
         raise ValueError(
-            f"{output} holds a row at {there[k]:.9g} s where the case now asks for {times[k]:.9g} s; a resumed run "
+            f"{output} holds a row at {there[k]:.9g} s where the case now has one at {times[k]:.9g} s; a resumed run "
             "may end earlier or later, but keeps its other output times; set run.output_step to that of the file"
         )
 

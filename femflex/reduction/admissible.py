@@ -58,7 +58,7 @@ def beam_body(
         )
     if strain == "nonlinear" and not functions.axial:
         raise ValueError(
-            "nonlinear strain without axial functions would make bending far too stiff; ask for axial functions "
+            "nonlinear strain without axial functions would make bending far too stiff; give axial functions "
             "(about twice as many as for bending), or for strain = 'condensed'."
         )
     if strain == "condensed" or (strain == "nonlinear" and not functions.holds_squares):

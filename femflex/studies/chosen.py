@@ -46,6 +46,6 @@ def choice_text(findings: Sequence[Convergence | StrainStudy | FunctionStudy]) -
     said = [f"{found.over} = {choice(found)!r}" for found in findings if choice(found) is not None]
     short = [found.over for found in findings if found.recommended is None]
     if not said:
-        return "No study could choose anything."
+        return "No study gave a result to choose by."
     text = f"Choose {', '.join(said)}: each study used the results of the ones before it."
     return text + (f" Over {', '.join(short)} the tolerance is not reached." if short else "")

@@ -92,7 +92,7 @@ class Explanation:
     def energies(self) -> Array:
         """How far the work int Q u dt of every term goes up and down along the run, summed over terms, (n_u,) [J].
 
-        Told of any coordinate in the same unit, and of slow motions as of fast ones.
+        Reported for any coordinate in the same unit, and for slow motions as for fast ones.
         """
         both = self.terms, self.inertia
         whole, split = (sum(np.mean(np.abs(rows), axis=0) for rows in parts.values()) for parts in both)

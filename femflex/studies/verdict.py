@@ -61,13 +61,13 @@ def law_text(found: Convergence) -> str:
         if law.kind == "algebraic"
         else f"by a factor {math.exp(-law.rate):.3g} with each mode"
     )
-    return text + (f", give or take a factor {math.exp(scatter):.3g}" if sure else ", by two differences alone")
+    return text + (f", within a factor {math.exp(scatter):.3g}" if sure else ", by two differences alone")
 
 
 def _all(found: Convergence) -> str:
     """Of levels up to all the shapes there are: how few of them do."""
     last, fewest = int(found.levels[-1]), found.recommended
-    text = f"{level_text(found, last)}: these are all that the modes give."
+    text = f"{level_text(found, last)}: no further shapes exist."
     if len(found.levels) == 1 or fewest is None:
         return text
     if fewest == last:
@@ -153,13 +153,13 @@ def _needed(found: Convergence) -> str:
     if law is None:
         return "Try more levels."
     if found.trend.spread > 1.5 * law.size:
-        return "The limit itself is not known that well; try more levels, or a larger tolerance."
+        return "The limit itself is not known to this accuracy; try more levels, or a larger tolerance."
     x = law.reaches(found.tolerance * found.scale)
     if found.over == "mesh":
-        return f"If this goes on, {math.ceil(math.log2(x) - 1e-9)} refinements would do."
+        return f"At this rate, {math.ceil(math.log2(x) - 1e-9)} refinements would reach the tolerance."
     if found.over == "segments":
-        return f"If this goes on, {math.ceil(x - 1e-9)} segments would do."
-    return f"If this goes on, about {math.ceil(x)} elastic coordinates would do."
+        return f"At this rate, {math.ceil(x - 1e-9)} segments would reach the tolerance."
+    return f"At this rate, about {math.ceil(x)} elastic coordinates would reach the tolerance."
 
 
 def _own(found: Convergence) -> str:
@@ -178,8 +178,8 @@ def _rounding(found: Convergence) -> str:
         return ""
     at = level_text(found, int(found.levels[found.trend.rounded]))
     if found.simulated:
-        return f"Rounding or the tolerance of the integration is met at {at}: finer meshes show no more."
-    return f"Rounding is met at {at}: a finer mesh has fewer right digits, not more; elements of higher order have."
+        return f"From {at} on, rounding or the tolerance of the integration dominates: finer meshes show no more."
+    return f"From {at} on, rounding dominates: a finer mesh loses digits. Use elements of higher order."
 
 
 def _span(found: Convergence) -> str:

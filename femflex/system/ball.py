@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -51,7 +53,7 @@ def singular_start(rotation: str, coordinates: Array, label: str) -> str | None:
         return None
     return (
         f"joint {label!r} starts at the singularity of its rotation set {rotation!r}, at coordinates "
-        f"{np.asarray(coordinates).round(9).tolist()}; choose another set, such as {EULER_PARAMETERS!r}, ask for "
+        f"{np.asarray(coordinates).round(9).tolist()}; choose another set, such as {EULER_PARAMETERS!r}, set "
         f"rebase, or start elsewhere"
     )
 
@@ -64,7 +66,12 @@ def ball_coordinates(rotation: str, sequence: str, angles: Array, rebase: bool =
     >>> ball_coordinates("euler_parameters", "xyz", np.zeros(3))
     array([1., 0., 0., 0.])
     """
-    C_PQ = dcm_from_angles(angles, sequence)
+    return _ball_coordinates(rotation, sequence, tuple(np.asarray(angles, float).tolist()), rebase).copy()
+
+
+@lru_cache(maxsize=64)  # joints of a craft start alike, and so do those of the members of a sweep
+def _ball_coordinates(rotation: str, sequence: str, angles: tuple[float, ...], rebase: bool) -> Array:
+    C_PQ = dcm_from_angles(np.array(angles), sequence)
     q = coordinates_from_dcm(C_PQ, rotation)
     if not rebase:
         return q

@@ -41,9 +41,9 @@ def effector_problems(
             elif marker not in bodies[body].markers:
                 known = sorted(bodies[body].markers)
                 out.append(f"marker {marker!r} of {who} is not on body {body!r}; its markers are {known}")
-        out += [unknown(f"degree of freedom {name!r} of {who} is no slide or turn of a joint", name, freedoms)
+        out += [unknown(f"degree of freedom {name!r} of {who} is not a slide or turn of a joint", name, freedoms)
                 for name in effector.freedoms if name not in freedoms]  # fmt: skip
-        out += [unknown(f"input {name!r} of {who} is no state and no channel", name, signals)
+        out += [unknown(f"input {name!r} of {who} is neither a state nor a channel", name, signals)
                 for name in effector.inputs if name not in signals]  # fmt: skip
     return out or circle_problems(effectors)
 

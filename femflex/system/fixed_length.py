@@ -30,7 +30,7 @@ def with_fixed_lengths(system: System, at: float) -> System:
         if isinstance(table.length, str):
             raise ValueError(
                 f"the length of body {name!r} is free (state {table.length!r}), and an equilibrium needs a fixed one; "
-                "give it a length in place of its reel"
+                "replace reel by length"
             )
         if not table.length.moves:
             continue

@@ -26,12 +26,12 @@ def started_motion(joint: Joint) -> tuple[Array, Array]:
     q0, u0 = joint.q0.copy(), joint.u0.copy()
     for k, profile in joint.held.items():
         name = joint.freedom_names()[k]
-        _refuse_ball(joint, k, "be held by itself")
+        _refuse_ball(joint, k, "be prescribed by itself")
         for key in ("stiffness", "damping"):
             if getattr(joint, key)[k]:
                 raise ValueError(
-                    f"{name!r} has a {key} of {getattr(joint, key)[k]:g} and a specified motion; a spring or damper "
-                    "has no effect on a specified motion. Remove one of them"
+                    f"{name!r} has a {key} of {getattr(joint, key)[k]:g} and a prescribed motion; a spring or damper "
+                    "has no effect on a prescribed motion. Remove one of them"
                 )
         s, rate, _ = (float(value) for value in profile(0.0))
         if not np.isfinite(s):
@@ -42,7 +42,7 @@ def started_motion(joint: Joint) -> tuple[Array, Array]:
         for key, given, begins in (("q0", q0, s), ("u0", u0, rate)):
             if given[k] and not np.isclose(given[k], begins, rtol=1e-9, atol=1e-12):
                 raise ValueError(
-                    f"{key} of {name!r} is {given[k]:g}, but its motion is specified and begins with {begins:g}; "
+                    f"{key} of {name!r} is {given[k]:g}, but its motion is prescribed and begins with {begins:g}; "
                     "leave the initial value out"
                 )
         q0[k], u0[k] = s, rate
@@ -61,7 +61,7 @@ def check_laws(joint: Joint) -> None:
         if k in joint.held:
             name = joint.freedom_names()[k]
             raise ValueError(
-                f"{name!r} has {what} and a specified motion, on which it has no effect. Remove one of them"
+                f"{name!r} has {what} and a prescribed motion, on which it has no effect. Remove one of them"
             )
     for latch in joint.latches:
         name = joint.freedom_names()[latch.freedom]

@@ -86,7 +86,7 @@ class Joint:
                 f"joint {self.label!r} has {len(self.translations)} translations and {len(self.rotations)} rotations; "
                 "at most three of each"
             )
-        if len(self.translations) and np.linalg.matrix_rank(self.translations) < len(self.translations):
+        if len(self.translations) > 1 and np.linalg.matrix_rank(self.translations) < len(self.translations):
             raise ValueError(
                 f"translation axes of joint {self.label!r} depend on each other: {self.translations.tolist()}"
             )

@@ -155,7 +155,7 @@ def strain_sensor(
     if not parts:
         known = sorted({n for part in body.strain_field for n in part.names})
         raise ValueError(
-            f"sensor {name!r}: strain {component!r} of body {body_name!r} is not known; it has "
+            f"sensor {name!r} measures the strain {component!r} of body {body_name!r}, which has "
             f"{', '.join(known) or 'no strain field'}"
         )
     point = np.asarray(point, float)
@@ -187,8 +187,8 @@ def check_sampling(name: str, sampling: Sampling) -> None:
             raise ValueError(f"{key} of sensor {name!r} is {value:g}; it must be positive, or zero but for the period")
     if (waiting := sampling.delay / sampling.period) > MOST_WAITING:
         raise ValueError(
-            f"delay of sensor {name!r} is {waiting:.3g} of its periods (limit {MOST_WAITING}, for all samples on their "
-            "way are kept in the state); shorten the delay or lengthen the period"
+            f"delay of sensor {name!r} is {waiting:.3g} of its periods (limit {MOST_WAITING}, because every "
+            "delayed sample is a state); shorten the delay or lengthen the period"
         )
 
 

@@ -143,14 +143,26 @@ class System(Summarised):
 
     def coordinate_names(self) -> list[tuple[str, str]]:
         """Name and unit of every coordinate of q: per body in tree order its joint's, then its elastic ones."""
-        return [pair for b in self.order for pair in (*self.joint_of(b).coordinate_names(), *self._elastic(b, ""))]
+        return list(self._coordinate_names)
 
     def velocity_names(self) -> list[tuple[str, str]]:
         """Name and unit of every quasi-velocity of u, in the same order."""
-        return [pair for b in self.order for pair in (*self.joint_of(b).velocity_names(), *self._elastic(b, "_rate"))]
+        return list(self._velocity_names)
 
     def state_names(self) -> list[tuple[str, str]]:
         """Name and unit of every state of z: per body in tree order those of its joint's latches, then of effectors."""
+        return list(self._state_names)
+
+    @cached_property
+    def _coordinate_names(self) -> list[tuple[str, str]]:
+        return [pair for b in self.order for pair in (*self.joint_of(b).coordinate_names(), *self._elastic(b, ""))]
+
+    @cached_property
+    def _velocity_names(self) -> list[tuple[str, str]]:
+        return [pair for b in self.order for pair in (*self.joint_of(b).velocity_names(), *self._elastic(b, "_rate"))]
+
+    @cached_property
+    def _state_names(self) -> list[tuple[str, str]]:
         return [pair for owner in self._owners() for pair in owner.state_names()]
 
     def state_sizes(self) -> Array:

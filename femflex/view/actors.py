@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 THIN, FAINT, THICK, DOT = 1.1, 0.8, 4.0, 9.0  # pixels: edges of faces, mesh lines, lines and points as bodies
 WIRES = ("edges", "mesh")  # kinds of lines that keep the theme's colour
-PALE = 0.25  # opacity of mesh lines
+PALE = 0.5  # opacity of mesh lines
 VEIL = 0.16  # opacity
 
 

@@ -20,8 +20,12 @@ Array = NDArray[np.float64]
 
 WIDTH, HEIGHT, LOWER = 9.0, 6.0, 1.8  # inches: of the figure, of the frequencies, of the damping below
 FINE = 12  # points drawn between two speeds
-TOLD = 1e-6  # damping ratio below which there is none to draw
+PRINTED = 1e-6  # damping ratio below which there is none to draw
 CLEAR = 0.045  # of the axes, between crossings whose speeds are reported
+FRAME = 0.87  # of the figure's sides, within the axes
+RING = [(x, y) for x in (-8, -4, 0, 4, 8) for y in (-6, -3, 0, 3, 6)]  # points, that labels of other rings avoid
+LETTER = 7.5  # points: size of the speeds at crossings
+SIDES = ((6, -6), (6, 6), (-6, 6), (-6, -6), (0, 11), (0, -11), (9, 0), (12, -12), (12, 12), (-12, 12))  # points
 APART = 0.032  # of the axes' height, between two names
 WORDS = ("flap", "lag", "torsion", "stretch", "chordwise")  # in the order of the theme's colours
 
@@ -46,7 +50,7 @@ def plot_campbell(
     from matplotlib.figure import Figure
 
     colours = theme_of(theme)
-    damped = any(np.nanmax(np.abs(b.damping_ratios), initial=0.0) > TOLD for b in diagram.branches)
+    damped = any(np.nanmax(np.abs(b.damping_ratios), initial=0.0) > PRINTED for b in diagram.branches)
     size = (WIDTH, HEIGHT + LOWER * damped)
     figure = Figure(figsize=size, layout="constrained", facecolor=colours.background)
     ratios = (HEIGHT, LOWER) if damped else (1,)
@@ -83,15 +87,47 @@ def _frequencies(ax: Axes, diagram: CampbellData, colours: Theme, scale: float) 
 
 
 def _crossings(ax: Axes, diagram: CampbellData, colours: Theme, scale: float, top: float) -> None:
-    """A ring about each crossing, with its speed where there is room for it."""
-    last = float(diagram.speeds[-1]) / scale
+    """A ring about each crossing, with its speed where there is room for it, on the side with the fewest lines."""
+    first, last = (float(v) / scale for v in (diagram.speeds[0], diagram.speeds[-1]))
     places = np.array([[one.speed / scale, one.frequency] for one in diagram.crossings]).reshape(-1, 2)
+    points = 72 * FRAME * np.array([WIDTH / (last - first), HEIGHT / top])  # per unit of the axes
+    lines = (np.concatenate(_lines(diagram, scale, first, last)) - [first, 0.0]) * points
+    rings = (places - [first, 0.0]) * points
     for k, at in enumerate(places):
         ax.plot(*at, "o", color=colours.text, markerfacecolor=colours.background, markersize=5.5, zorder=4)
         apart = np.hypot(*((np.delete(places, k, axis=0) - at) / (last, top)).T)
         if apart.min(initial=1.0) > CLEAR:
-            style: dict[str, Any] = {"textcoords": "offset points", "fontsize": 7.5, "color": colours.text, "zorder": 5}
-            ax.annotate(f"{at[0]:.4g}", (at[0], at[1]), (6, -9), **style)
+            text = f"{at[0]:.4g}"
+            others = [np.delete(rings, k, axis=0) + shift for shift in RING]
+            side, label = _clearest(rings[k], text, np.concatenate([lines, *others]))
+            lines = np.concatenate([lines, label])
+            style: dict[str, Any] = {"textcoords": "offset points", "fontsize": LETTER, "color": colours.text}
+            style |= {"ha": "left" if side[0] > 0 else "right" if side[0] < 0 else "center", "va": "center"}
+            ax.annotate(text, (at[0], at[1]), side, zorder=5, **style)
+
+
+def _lines(diagram: CampbellData, scale: float, first: float, last: float) -> list[Array]:
+    """(n, 2) points along each branch and each multiple of the spin: speed and frequency as drawn."""
+    x = np.linspace(first, last, 400)
+    drawn = [np.interp(x, diagram.speeds / scale, branch.frequencies) for branch in diagram.branches]
+    drawn += [order * scale / (2 * np.pi) * x for order in diagram.orders]
+    return [np.stack([x, y], axis=1)[np.isfinite(y)] for y in drawn]
+
+
+def _clearest(at: Array, text: str, lines: Array) -> tuple[tuple[int, int], Array]:
+    """Offset of a label from a ring, of SIDES, with the fewest of the points `lines` (n, 2) in it, and its area [pt].
+
+    The area is points all over the label, which later labels avoid more than lines.
+    """
+    half = np.array([0.31 * LETTER * len(text), 0.55 * LETTER])
+    middles = {side: at + np.array(side) + [np.sign(side[0]) * half[0], 0.0] for side in SIDES}
+
+    def covered(side: tuple[int, int]) -> int:
+        return int((np.abs(lines - middles[side]) < half + 1.0).all(axis=1).sum())
+
+    best = min(SIDES, key=covered)
+    cover = np.stack(np.meshgrid(np.linspace(-1, 1, 40), np.linspace(-1, 1, 9)), axis=-1).reshape(-1, 2)
+    return best, middles[best] + cover * half
 
 
 def _orders(ax: Axes, diagram: CampbellData, colours: Theme, scale: float, top: float) -> None:

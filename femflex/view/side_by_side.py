@@ -121,5 +121,5 @@ def _draw_column(ax: Axes, k: int, form: Any, study: Any, colours: Theme) -> Non
 def _label(form: Any) -> str:
     counts = f"{form.coordinates} coordinates"
     counts += f",\n{form.derivatives} derivatives" if form.derivatives else ""
-    counts += f",\n{form.followers} derivatives follow" if form.followers else ""
+    counts += f",\n{form.followers} dependent derivatives" if form.followers else ""
     return f"{form.strain}\n{counts}"

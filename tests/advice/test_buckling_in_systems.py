@@ -1,4 +1,4 @@
-"""How near what bodies bear in a system comes to buckling them: weight, thrust, spin and what hangs on them, together.
+"""Total load of bodies in a system over their buckling load: weight, thrust, spin and attached bodies together.
 
 A clamped column buckles under a load at its tip at P L^2 = pi^2 / 4 EI (Euler), under its own weight q per length at
 q L^3 = 7.837 EI (Greenhill, 1881), and flutters under a load that follows its tip at P L^2 = 20.05 EI (Beck, 1952).
@@ -64,7 +64,7 @@ def gravity(g):
 
 @pytest.fixture
 def near(write_case):
-    """What is told of the boom of a case, where it bears a quarter of what buckles it or more."""
+    """What is reported of the boom of a case, where it bears a quarter of what buckles it or more."""
 
     def found(text):
         with warnings.catch_warnings():

@@ -1,4 +1,4 @@
-"""Loads of a case near what buckles a body whose shapes would have it buckle later: told with both numbers."""
+"""Loads of a case near what buckles a body whose shapes would have it buckle later: reported with both numbers."""
 
 import warnings
 

@@ -1,4 +1,4 @@
-"""Curved bodies that loads snap through: chosen for by themselves, told of truly, and run through the snap."""
+"""Curved bodies that loads snap through: strain chosen automatically, reported correctly, and run through the snap."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ def test_a_curved_body_with_condensed_strain_says_what_it_does_not_hold(arch):
 
 @pytest.mark.slow
 def test_the_advice_that_a_curved_body_gets_can_be_followed(arch):
-    """Its lowest shape leaves the crown in place, so no response stretches with it: told, and not refused."""
+    """Its lowest shape leaves the crown in place, so no response stretches with it: reported, and not refused."""
     own = 'modes = 1, loads = { CROWN = ["z"] }, responses = 8, deflection = "9 cm"'
     body, _ = told(arch(("modes = 2", own), ("damping =", 'strain = "nonlinear"\ndamping =')))
     assert body.kinds.count("response") == 8

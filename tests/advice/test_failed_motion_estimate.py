@@ -1,4 +1,4 @@
-"""Where the motion ahead cannot be foreseen with rigid bodies, what is not judged by it is said on screen."""
+"""Where the motion ahead cannot be estimated with rigid bodies, what is not assessed is printed."""
 
 import pytest
 

@@ -28,8 +28,8 @@ class Found:
 
 def judged(elastic, force):
     bearing, wrench = BucklingAnalysis(elastic), np.concatenate([force, np.zeros(3)])[None]
-    burden = AppliedLoad("load", "tip", wrench, wrench)
-    parts = bearing.nearest([burden]).part, bearing.kept([burden], 0)
+    load = AppliedLoad("load", "tip", wrench, wrench)
+    parts = bearing.nearest([load]).part, bearing.kept([load], 0)
     return Found(*(1 / part if part > 1e-9 else np.inf for part in parts))
 
 

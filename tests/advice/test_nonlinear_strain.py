@@ -47,7 +47,7 @@ def test_derivatives_may_be_those_at_a_deflection(write_case, craft):
 @pytest.mark.parametrize(
     ("more", "text"),
     [
-        (', deflection = "10 cm"', "found deflection = 0.1 m without derivatives, which it is for; give derivatives"),
+        (', deflection = "10 cm"', "found deflection = 0.1 m without derivatives; derivative shapes are taken"),
         (', derivatives = 2, deflection = "-1 m"', "found -1"),
     ],
 )

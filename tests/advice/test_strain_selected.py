@@ -142,7 +142,7 @@ def test_a_load_along_a_body_that_softens_it_is_told_with_both_frequencies(write
     low, lower = (float(part.split(" Hz")[0].split("(")[-1].split("not ")[-1]) for part in said.split(", not "))
     assert lower / low == pytest.approx(1 - found / 100, abs=0.01)
     (said,) = pressed(write_case, craft, tmp_path, "boom", -2 * euler)
-    assert "times the load that buckles it in its first mode" in said
+    assert "of its first buckling load" in said
     assert not pressed(write_case, craft, tmp_path, "boom", 0.5 * euler)
 
 
@@ -203,7 +203,7 @@ def told_of(write_case, text):
 def test_prestress_that_clamps_do_not_hold_is_told(write_case, craft):
     loose = craft.replace('material = "aluminium" }', 'material = "aluminium", options = { prestress = 500 } }')
     (said,) = told_of(write_case, loose)
-    assert "bodies.boom: its clamps hold 0% of the energy of the initial stress (limit 50%)" in said
+    assert "bodies.boom: its clamps sustain 0% of the energy of the initial stress (limit 50%)" in said
     assert not told_of(write_case, loose.replace("prestress = 500", "thermal_strain = 1e-4"))
     assert not told_of(write_case, held_twice(craft, 500))
     cut = loose.replace("{ prestress = 500 }", "{ prestress = 500 }, segments = 2").replace(DAMPING + "\n", "")

@@ -1,4 +1,4 @@
-"""Which strain a body gets by what loads, torques and specified motions will do to it, foreseen before the run."""
+"""Which strain a body gets by what loads, torques and prescribed motions will do to it, estimated before the run."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def boom(write_case, text):
 
 
 def bend(write_case, text):
-    """The largest bend of the boom that is foreseen, linear, over its length."""
+    """The largest bend of the boom that is estimated, linear, over its length."""
     said = text.replace("functions =", 'strain = "linear"\nfunctions =')
     case = read_case(write_case(said))
     view = estimate_motion(noted_system(case), case.run.duration)

@@ -1,4 +1,4 @@
-"""Which strain a body gets by its place in a system: what hangs on it, where it is held, what presses it."""
+"""Which strain a body gets by its place in a system: attached bodies, supports, compression."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ def changed(text, *changes):
 
 
 def pressed(part):
-    """The load as a dead one along the strip, which asks for shapes of the tip in all directions."""
+    """The load as a dead one along the strip, which requests shapes of the tip in all directions."""
     return "[0, 0, -1400]", f'[{-part * EULER}, 0, 0]\nframe = "inertial"'
 
 

@@ -63,7 +63,7 @@ def plate(folder, support, load, modes):
     gravity = -load * E * H**3 / RHO
     values = {"gravity": gravity, "E": E, "NU": NU, "RHO": RHO, "H": H, "clamp": CLAMPS[support], "modes": modes}
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of bends foreseen by linear strain
+        warnings.simplefilter("ignore")  # of bends estimated by linear strain
         system = noted_system(parse_case(PLATE.format(**values), folder / "plate.toml"))
         found = femflex.equilibrium(system)
     seen = found.model.observe(np.zeros(1), found.x[None])

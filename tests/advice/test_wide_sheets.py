@@ -1,4 +1,4 @@
-"""Sheets so wide and thin that large bends flatten them across: right by default, and told of."""
+"""Sheets so wide and thin that large bends flatten them across: right by default, and reported."""
 
 from pathlib import Path
 

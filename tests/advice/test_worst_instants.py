@@ -1,4 +1,4 @@
-"""What linear strain leaves out is told of the worst instants of a run, in whichever block they come."""
+"""What linear strain leaves out is reported for the worst instants of a run, in whichever block they come."""
 
 from __future__ import annotations
 

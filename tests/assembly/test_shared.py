@@ -1,4 +1,4 @@
-"""Structures and bodies that several parts of a case share: made once, and what was warned of them told each time."""
+"""Structures and bodies that several parts of a case share: made once, and their warnings repeated each time."""
 
 from __future__ import annotations
 

@@ -52,7 +52,7 @@ torque = [0, 0, 0]
 
 @pytest.fixture
 def bar(tmp_path: Path):
-    """The case of a bar under a torque at a marker, and its mesh beside it."""
+    """The case of a bar under a torque at a marker, and its mesh in the same folder."""
     mesh = box(L, A, A, 10, 4, 4, cell="hexahedron27")
     points = mesh.points - [0.0, A / 2, A / 2]
     x, y, z = points.T

@@ -58,7 +58,7 @@ def test_a_contradiction_during_a_run_is_exit_3_with_everything_before_it_kept(t
     code, said = invoked(tmp_path, "run", KNIFE.replace("HOW", '"locked"'))
     assert code == 3
     assert (
-        "constraint 'blade' cannot be satisfied any further together with the specified motion of 'slide.slide2'"
+        "constraint 'blade' cannot be satisfied any further together with the prescribed motion of 'slide.slide2'"
         in said
     )
     assert "run.h5 keeps what was computed and is marked incomplete" in said

@@ -67,13 +67,13 @@ def test_mistakes_of_a_table_are_told_when_it_is_read(more, said):
         (JET + 'pulses = [[0, 1]]\nspecific_impulse = 200\ntank = "tnk"\n[tanks.tank]\nbody = "hub"\npropellant = 1\n'
          'mass_in_body = "added"\n', "found tank 'tnk', which is not in .tanks.; did you mean 'tank'"),
         ('[tanks.tank]\nbody = "hub"\npropellant = 1\nmass_in_body = "added"\n', "no thruster draws from tank 'tank'"),
-        (WHEEL + 'command = "law.x"\n', "input 'law.x' of effector 'w' is no state and no channel"),
+        (WHEEL + 'command = "law.x"\n', "input 'law.x' of effector 'w' is neither a state nor a channel"),
         (LAW + '[controllers.law]\nkind = "pd"\ninputs = ["star", "gyros"]\nstiffness = 1\ndamping = 1\n',
          "controllers.law: found 'gyros', which is no sensor, controller or signal; did you mean 'gyro'"),
         (LAW + '[controllers.law]\nkind = "pd"\ninputs = ["star", "gyro"]\nstiffness = [1, 2]\ndamping = 1\n',
          "found 2 numbers where 3 channels are"),
         (LAW + '[controllers.law]\nkind = "pd"\ninputs = ["star.w", "gyro.x"]\nstiffness = 1\ndamping = 1\n',
-         "input 'star.w' of effector 'law' is no state and no channel; did you mean 'star."),
+         "input 'star.w' of effector 'law' is neither a state nor a channel; did you mean 'star."),
         (LAW + '[controllers.law]\nkind = "pd"\ninputs = ["star.w", "gyro.x"]\nstiffness = 1\n'
          'damping = 1\nperiod = 0.1\n',
          "sensor 'effectors/star/w' of controller 'law' is no channel; did you mean 'effectors/star/"),

@@ -19,7 +19,7 @@ ORBIT = "[orbit]\nperigee_altitude = {}\n"
 PLATE = "[sections.thick]\nkind = 'sandwich'\nface = {{ material = 'aluminium', thickness = {} }}\n"
 CORE = "core = { material = 'aluminium', thickness = '20 mm' }\n"
 
-# what is swapped in the case, and what is told; old "" appends
+# what is swapped in the case, and what is reported; old "" appends
 READ = [
     ("", ORBIT.format(400), r"perigee_altitude: found 400 m, below 80 km; if kilometres were meant, write \"400 km\""),
     ("", ORBIT.format("'3 m'"), r"found 3 m, below 80 km; drag ends an orbit there within a revolution"),

@@ -269,7 +269,7 @@ IN_THE_TEXT = [
     # expectations, study, pictures
     ("", "[expect.a]\nchannel = 'q'\nvalue = 1\n", "value without tolerance"),
     ("", "[expect.a]\nchannel = 'q'\nvalue = 1\ntolerance = 0\n", "tolerance of 0", "above 0"),
-    ("", "[expect.a]\nchannel = 'q'\n", "no answer"),
+    ("", "[expect.a]\nchannel = 'q'\n", "no expected value"),
     ("", "[expect.a]\nof = 'peek'\nchannel = 'q'\nbelow = 1\n", "expect.a.of", "did you mean 'peak'?"),
     ("", "[expect.a]\nof = 'mode_frequency'\nbody = 'bom'\nbelow = 1\n", "expect.a.body", "did you mean 'boom'?"),
     ("", "[expect.a]\nbelow = 1\n", "without channel"),
@@ -292,7 +292,7 @@ IN_THE_TEXT = [
 ]
 SIGHT = "[[sights]]\nname = 'look'\nbody = 'boom'\nmarker = 'tip'\n"
 IN_THE_TEXT += [
-    ("", SIGHT, "sights[look]: found a sight", "give an [orbit]"),
+    ("", SIGHT, "sights[look]: found a line of sight", "give an [orbit]"),
     ("", ORBIT + SIGHT.replace("'boom'", "'bom'"), "sights[look].body: found 'bom'", "did you mean 'boom'?"),
     ("", ORBIT + SIGHT.replace("'tip'", "'tp'"), "sights[look].marker: found 'tp'", "did you mean 'tip'?"),
     ("", ORBIT + SIGHT + SIGHT, "sights[1: look]: found the name 'look' a second time; sights[0: look] has it"),

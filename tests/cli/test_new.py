@@ -99,7 +99,7 @@ def test_a_deck_without_supports_or_mass_gets_free_modes_and_a_density_to_look_a
     cards += ["CBAR,2,3,2,3,0.,1.,0.", "PBAR,3,1,100.,800.,900.,1500.", "MAT1,1,70000.,,.33"]
     (tmp_path / "bare.bdf").write_text("\n".join(["BEGIN BULK", *cards, "ENDDATA", ""]))
     code, out, _ = femflex("new", "craft.toml", "--deck", "bare.bdf", "--units", "mm-t-s")
-    assert code == 0 and "no supports hold" in out and "overrides: the deck has no mass" in out
+    assert code == 0 and "no supports restrain" in out and "overrides: the deck has no mass" in out
     body = read_case(tmp_path / "craft.toml").bodies["flexible"]
     assert body.reduction.method == "free_free" and body.overrides == {"mat_1": {"density": 2700.0}}
     code, _, err = femflex("check", "craft.toml")

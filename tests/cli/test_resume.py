@@ -131,8 +131,8 @@ def test_a_later_end_continues_to_the_answer_of_the_longer_run(folder, complete)
     ("old", "new", "sentence"),
     [
         ('"1 s"', '"0.5 s"', "run.h5 holds rows up to 1 s, and the case now ends at 0.5 s; give a later end"),
-        ("output_step = 0.05", "output_step = 0.1", "holds a row at 0.05 s where the case now asks for 0.1 s"),
-        ('"1 s"\noutput_step = 0.05', '"2 s"\nsamples = 21', "holds a row at 0.05 s where the case now asks for 0.1 s"),
+        ("output_step = 0.05", "output_step = 0.1", "holds a row at 0.05 s where the case now has one at 0.1 s"),
+        ('"1 s"\noutput_step = 0.05', '"2 s"\nsamples = 21', "at 0.05 s where the case now has one at 0.1 s"),
     ],
 )
 def test_an_earlier_end_and_other_output_times_are_refused(folder, old, new, sentence):

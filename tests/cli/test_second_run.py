@@ -1,4 +1,4 @@
-"""The second run that a case asks for beside its own: without something, as far as it gets, dashed in the plots."""
+"""The second run of a case, without one of its terms: as far as it gets, dashed in the plots."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ def folder(tmp_path_factory):
 
 @pytest.fixture
 def full(folder, craft, write_case):
-    """A run of the hub with a boom, its case and mesh beside it."""
+    """A run of the hub with a boom, its case and mesh in the same folder."""
     path = folder / "full.h5"
     if not path.exists():
         made = write_case()

@@ -15,7 +15,7 @@ MESH = 'mesh = "boom.inp"'
 NO_CELLS = "*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n*NSET, NSET=ROOT\n1\n*NSET, NSET=TIP\n2\n"
 PLOT = "[pictures]\nplots = ['q:{}']\n"
 
-# what is swapped in the case (old "" appends), and the fragments told
+# what is swapped in the case (old "" appends), and the fragments reported
 CASES = [
     ("[run]", "[run]]", "line 4", "not TOML"),
     ('title = "hub with a boom"', "title = hub", "line 2", "text goes in quotes"),
@@ -67,7 +67,7 @@ def test_a_mistaken_case_is_told_and_nothing_is_written(
     assert contents(folder) == before
 
 
-# words of a command, and the fragments told; there is a finished run in run.h5, and half of it in half.h5
+# words of a command, and the fragments reported; there is a finished run in run.h5, and half of it in half.h5
 COMMANDS = [
     ("run empty.toml", "run: this key is missing", "bodies: this key is missing"),
     ("run .", "found a folder; name a case file"),

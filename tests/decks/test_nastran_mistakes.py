@@ -39,7 +39,7 @@ SHELL = "PSHELL,2,1,0.01,1,,1"
         (["GRID,1,,0.,0.,0.", "GRID,2,,1.,0.,0.", "CBAR,1,3,1,2,1.,0.,0.", "PBAR,3,1,1.,1.,1.,1.", STEEL],
          r"CBAR 1 has its orientation vector along its axis; give one across it"),
         (["CORD2R,1,2,0.,0.,0.,0.,0.,1.", ",1.,0.,0.", "CORD2R,2,1,0.,0.,0.,0.,0.,1.", ",1.,0.,0.",
-          "GRID,1,1,0.,0.,0."], r"coordinate systems \[1, 2\] are given in each other in a circle"),
+          "GRID,1,1,0.,0.,0."], r"coordinate systems \[1, 2\] refer to each other in a cycle"),
         ([*GRIDS, "CHEXA,7,2,1,2,3,4,1,2", ",3,4", STEEL],
          r"CHEXA 7: names property 2, which is not in the deck; of solids"),
     ],

@@ -216,7 +216,7 @@ def test_what_is_wrong_with_a_length_is_said():
 
     with pytest.raises(ValueError, match=r"the deployed length falls to -0\.5 m; it must stay above zero"):
         made(Profile.polynomial(1.0, -0.3))
-    with pytest.raises(ValueError, match=r"grows to 2\.5 m, and the stock is 2 m; give a longer stock"):
+    with pytest.raises(ValueError, match=r"grows to 2\.5 m, above the total length .* stock = 2 m; raise"):
         made(Profile.polynomial(1.0, 0.3), stock=2.0)
     with pytest.raises(ValueError, match=r"the length of a deploying member is known from 0 s to 2 s, and needed"):
         made(Profile.spline([0, 0.5, 1, 2], [1, 1.1, 1.2, 1.3]))

@@ -62,6 +62,6 @@ def test_what_is_wrong_with_elements_is_said():
         ElementFunctions(y=5, elements=2)
     with pytest.raises(ValueError, match=r"numbers of modes .* are \(0, 0, 0, 0\)"):
         ElementFunctions()
-    with pytest.raises(ValueError, match="a member without stiffness across itself; give it a tension"):
+    with pytest.raises(ValueError, match="a member without transverse stiffness; give it a tension"):
         tether = DeployingLine(mass_per_length=1.0)
         deploying_line(tether, ElementFunctions(y=2, string=True), Profile.constant(1.0))

@@ -132,6 +132,11 @@ AVOIDED = (
     "runs away",
     "press along",
     "play out",
+    "in a circle",
+    "would do",
+    "stiffness across itself",
+    "hardly hold",
+    "specified motion",
 )
 
 

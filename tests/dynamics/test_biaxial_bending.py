@@ -76,7 +76,7 @@ def test_energy_and_the_work_of_the_load_balance():
 
 @pytest.mark.slow
 def test_the_tip_follows_that_of_segments_within_half_a_per_cent():
-    """Place over the largest motion, x and then y, z, and twist over the largest twist; linear strain beside it."""
+    """Place over the largest motion, x and then y, z, and twist over the largest twist; and with linear strain."""
     own, other, coarse = [], [], []
     for share in (0.4, 0.2):
         six, twelve = (tip(*moved(segmented(k), share, system.assembled, "esdirk4", 1e-6)) for k in (6, 12))

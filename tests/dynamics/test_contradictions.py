@@ -90,7 +90,7 @@ def test_rows_whose_accelerations_contradict_each_other_are_refused_at_the_start
 
 def test_a_crank_that_accelerates_at_once_against_a_held_rocker_is_refused():
     with pytest.raises(
-        ValueError, match=r"'closure' cannot be satisfied together with the specified motions of 'drive.angle'"
+        ValueError, match=r"'closure' cannot be satisfied together with the prescribed motions of 'drive.angle'"
     ):
         compile_system(driven(Profile.polynomial(CRANK, 0.0, 1.0), Profile.constant(ROCKER)))
 
@@ -106,14 +106,14 @@ def test_rates_along_no_branch_of_a_singular_start_are_refused():
 
 def test_specified_motions_that_cannot_close_at_the_start_are_named():
     with pytest.raises(
-        ValueError, match=r"cannot close together with the specified motions of 'drive.angle', 'ground-rocker"
+        ValueError, match=r"cannot close together with the prescribed motions of 'drive.angle', 'ground-rocker"
     ):
         compile_system(driven(Profile.constant(0.4), Profile.constant(2.5)))
 
 
 def test_a_loop_driven_beyond_its_reach_is_named_with_its_drive():
     _, error = stopped(driven(rocker=Profile.smooth_step(0.1, 0.9, ROCKER, 4.5)), Dop853())
-    assert "loop 'closure' cannot follow the specified motion of 'ground-rocker.angle' any further" in str(error)
+    assert "loop 'closure' cannot follow the prescribed motion of 'ground-rocker.angle' any further" in str(error)
     # crank and coupler in one line: the rocker's end is 2.5 m or 1.5 m from the crank's pivot
     end = model_distance(error)
     assert min(abs(end - 2.5), abs(end - 1.5)) < 1e-4

@@ -253,7 +253,7 @@ def test_displacement_velocity_and_strain_of_a_bent_beam():
     at_samples = x * np.cos(w * (t - 0.025))
     row = 2.0 * (1.8751041 / 4.0) ** 2 / math.sqrt(0.5 * 4.0)  # curvature of the first mode at the root
     assert seen["effectors/gauge/strain"][1:] == pytest.approx(row * at_samples, abs=2e-3 * row * x)
-    with pytest.raises(ValueError, match="strain 'curvature' of body 'beam' is not known; it has axial"):
+    with pytest.raises(ValueError, match="measures the strain 'curvature' of body 'beam', which has axial"):
         strain_sensor("gauge", "beam", body, np.zeros(3), "curvature", Sampling(0.05))
 
 

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 from elastica import EI, LENGTH, MATTIASSON, beam, cantilever, elastica
 from scipy.optimize import brentq
 
+from femflex import build_system, read_case
 from femflex.body import Marker, rigid_body
 from femflex.dynamics.equilibria.equilibrium import EquilibriumError, equilibrium
 from femflex.rotations import dcm_from_angles, quaternion_from_dcm
 from femflex.system import (
+    Environment,
     Frame,
     Load,
     Orbit,
@@ -22,8 +27,11 @@ from femflex.system import (
     prismatic,
     revolute,
     spherical,
+    universal,
     weld,
 )
+
+CASES = Path(__file__).parents[2] / "cases"
 
 
 def tip(found) -> np.ndarray:
@@ -92,6 +100,25 @@ def test_a_craft_in_orbit_comes_to_rest_where_the_gravity_gradient_holds_it():
     assert found.stable
 
 
+def test_a_small_craft_on_a_long_tether_comes_to_rest_too():
+    """Its torques are 1e-8 of the tether's; held at its centre of mass, it librates as if it were alone."""
+    alone = craft(0.3)
+    small = rigid_body(
+        79710.0, 1e-4 * np.diag([8286760.0, 8646050.0, 1091430.0]), markers=alone.bodies["craft"].markers
+    )
+    tether = rigid_body(50.0, 1e-3 * np.eye(3), [0, 0, 2e4])
+    joints = (*alone.joints, universal("tether", "craft", q0=[0.1, -0.1]))
+    near = Environment(attraction="gradient")
+    system = replace(alone, bodies={"craft": small, "tether": tether}, joints=joints, environment=near)
+    found = equilibrium(system)
+    seen = found.model.observe(np.zeros(1), found.x[None])
+    assert seen["attitude/angles"][0] == pytest.approx(0.0, abs=1e-5)
+    n = system.orbit.mean_motion
+    rates = np.sort(np.abs(found.eigenvalues.imag)[::2]) / n
+    assert rates == pytest.approx([0.5687, 1.5801, np.sqrt(3), 1.9266, 2.0], abs=3e-3)
+    assert found.stable and len(found.neutral) == 0
+
+
 def test_the_attitude_on_its_side_is_an_unstable_equilibrium():
     found = equilibrium(craft(1.4))
     seen = found.model.observe(np.zeros(1), found.x[None])
@@ -126,6 +153,12 @@ def test_what_nothing_resists_is_held_and_named():
     axle = equilibrium(System({"wheel": tumbler}, (revolute("wheel", q0=[0.4]),)))
     assert axle.neutral == ("base-wheel.angle",) and axle.x[0] == 0.4
     assert "neutral along base-wheel.angle" in axle.verdict
+
+
+def test_cables_at_rest_without_tension_have_no_equilibrium():
+    system = build_system(read_case(CASES / "wire_booms.toml"))
+    with pytest.raises(EquilibriumError, match="stiffness is singular, as of a cable without tension"):
+        equilibrium(system, at=0.0)
 
 
 def test_a_force_that_nothing_resists_has_no_equilibrium():

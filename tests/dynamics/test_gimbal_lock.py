@@ -72,7 +72,7 @@ def test_a_middle_angle_slewed_through_a_quarter_turn_ends_by_name():
     left = model.observe(np.array([t]), x[None])["joints/wrist/singularity"][0]
     assert 6.7 < t < 6.78 and left < 0.01
     assert (
-        "joint 'wrist' has come to gimbal lock: the axes of its free turns 'wrist.angle1', 'wrist.angle3'"
+        "joint 'wrist' has reached gimbal lock: the axes of its free turns 'wrist.angle1', 'wrist.angle3'"
         in (model.diagnosis(t, x)[0])
     )
 

@@ -197,7 +197,7 @@ LAWFUL = (
 def test_newtons_correction_counts_every_slope_of_laws(place, tied):
     """-(M + c_d D + c_k K)^-1 r with D and K by differences of the residual, also right after another matrix."""
     model = slider(laws=LAWFUL, stiffness=8.0, damping=0.1)
-    if tied:  # a second cart beside it, held together by a knife edge that does not bind this motion
+    if tied:  # a second cart next to it, held together by a knife edge that does not bind this motion
         edge = knife_edge("edge", "cart", (0, 1, 0))
         model = compile_system(replace(model.system, constraints=(edge,)))
     own, c_d, c_k = (model.table, model.pool, model.work), 0.02, 4e-4
@@ -250,7 +250,7 @@ def test_a_joint_that_sticks_by_friction_takes_long_implicit_steps():
         ),
         (
             lambda: slider(laws=(Friction(limit=1.0),), motion=(0.0,)),
-            "'base-cart.slide' has a friction and a spe",
+            "'base-cart.slide' has a friction and a pre",
         ),
         (
             lambda: slider(latches=(Latch(2),)),

@@ -1,4 +1,4 @@
-"""Locked and specified freedoms: the equations, and the forces they need, against Kane's equations over points."""
+"""Locked and prescribed freedoms: the equations, and the forces they need, against Kane's equations over points."""
 
 from dataclasses import replace
 
@@ -220,13 +220,13 @@ def test_what_cannot_be_held_is_refused():
         (lambda: revolute("a", motion=(step, step)), r"motion of joint 'base-a' has 2 entries; the joint needs 1"),
         (
             lambda: spherical("a", motion=(step, None, None)),
-            r"of a ball cannot be held by itself; give joint 'base-a' tu",
+            r"of a ball cannot be prescribed by itself; give joint 'base-a' tu",
         ),
-        (lambda: revolute("a", motion=(step,), stiffness=3.0), r"'base-a.angle' has a stiffness of 3 and a specified"),
-        (lambda: prismatic("a", motion=(0.0,), damping=2.0), r"'base-a.slide' has a damping of 2 and a specified"),
+        (lambda: revolute("a", motion=(step,), stiffness=3.0), r"'base-a.angle' has a stiffness of 3 and a prescribed"),
+        (lambda: prismatic("a", motion=(0.0,), damping=2.0), r"'base-a.slide' has a damping of 2 and a prescribed"),
         (
             lambda: revolute("a", motion=(step,), q0=[0.3]),
-            r"q0 of 'base-a.angle' is 0.3, but its motion is specified and",
+            r"q0 of 'base-a.angle' is 0.3, but its motion is prescribed and",
         ),
         (
             lambda: revolute("a", motion=(Profile.spline([1, 2, 3, 4], [0, 1, 0, 1]),)),

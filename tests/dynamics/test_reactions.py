@@ -154,7 +154,7 @@ def test_torque_along_a_free_axis_is_that_of_its_spring_and_damper():
 def test_closed_loop_and_tree_joints_balance_a_flexible_four_bar():
     """Momentum of everything but the ground changes by what the two joints to the ground pass on."""
     model = compile_system(replace(flexible_four_bar(), reactions=True))
-    times = np.linspace(0, 0.05, 801)  # fine beside the third bending mode, 970 rad/s
+    times = np.linspace(0, 0.05, 801)  # fine compared with the third bending mode, 970 rad/s
     states = Dop853().solve(model, times, model.x0).states
     out = model.observe(times, states)
     labels = [model.system.joint_of(name).label for name in ("crank", "rocker")]

@@ -55,7 +55,7 @@ def test_the_passage_is_noted_with_its_time():
 @pytest.mark.parametrize("rows", [11, 2001])
 def test_all_passages_are_counted_and_the_first_are_told_with_their_times(rows):
     model = compile_system(parallelogram())
-    Dop853(max_step=0.1).solve(model, np.linspace(0.0, 20.0, rows), model.x0)  # 0.3 rad: short beside half a turn
+    Dop853(max_step=0.1).solve(model, np.linspace(0.0, 20.0, rows), model.x0)  # 0.3 rad: short against half a turn
     found = passage(model.constraints)
     assert found.count == 19
     assert found.first == pytest.approx([(k * np.pi - 1.0) / RATE for k in (1, 2, 3)], abs=0.06)  # of steps of 0.1 s

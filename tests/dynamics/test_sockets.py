@@ -143,7 +143,7 @@ def test_states_follow_coordinates_and_velocities(model):
     assert names == ["pilot.valve", "pilot.memory1", "pilot.next", "jet.thrust", "jet.propellant"]
     assert model.n_x == model.n_q + model.n_u + 5 == len(model.system.all_state_names())
     assert model.channels["z"].names == tuple(names)
-    assert model.channels["effectors/pilot/valve"].description.endswith("held between samples every 0.1 s")
+    assert model.channels["effectors/pilot/valve"].description.endswith("sampled every 0.1 s (zero-order hold)")
 
 
 @pytest.mark.parametrize("name", METHODS)
@@ -494,7 +494,7 @@ def test_in_orbit_places_and_velocities_count_from_the_centre_of_mass():
 
 
 def places(seen, out):
-    """What a marker's motion is seen as, told as force and torque."""
+    """What a marker's motion is seen as, reported as force and torque."""
     out.force[0, :] = seen.velocity[0]
     out.torque[0, :] = seen.position[0]
 
@@ -506,11 +506,11 @@ def places(seen, out):
         ({"markers": (("hull", "origin"),)}, "body 'hull' of effector 'jet' does not exist"),
         (
             {"inputs": ("pilot.valv",)},
-            "input 'pilot.valv' of effector 'jet' is no state and no channel; did you mean 'pilot.valve'",
+            "input 'pilot.valv' of effector 'jet' is neither a state nor a channel; did you mean 'pilot.valve'",
         ),
         (
             {"freedoms": ("hinge.angel",)},
-            "'hinge.angel' of effector 'jet' is no slide or turn of a joint; did you mean 'hinge.angle'",
+            "'hinge.angel' of effector 'jet' is not a slide or turn of a joint; did you mean 'hinge.angle'",
         ),
         ({"z0": np.ones(3)}, "z0 of effector 'jet'.*expected 2 finite numbers"),
         ({"accounts": ("heat",)}, "accounts for 'heat'; known are"),
@@ -566,7 +566,7 @@ def test_a_run_of_a_case_is_written_and_resumed_bit_for_bit(write_case, femflex,
     assert whole["effectors/span/distance"] == pytest.approx(3.0, abs=0.1)
     assert whole["effectors/drag/force"].shape == (201, 3) and whole["effectors/drag/dissipation"].max() > 0.0
     assert whole.attributes["effectors"] == "pilot, drag, jet, span"
-    assert whole.attributes["sampled"] == "Controller pilot is called every 0.1 s, and its command held between."
+    assert whole.attributes["sampled"] == "Controller pilot is called every 0.1 s, its command constant between."
     assert (
         whole["effectors/pilot/memory1"][-1] == 100.0
     )  # calls at 0, 0.1, ..., 9.9 s; that at 10 s comes after the row

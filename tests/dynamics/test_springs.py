@@ -25,7 +25,7 @@ KINDS = {
 
 
 def sprung(kind, damping=0.0, flexible=True):
-    """A body on a sprung joint, by a moving marker, to a hub that itself hangs from a spherical joint with springs."""
+    """A body on a sprung joint, by a moving marker, to a hub on a spherical joint with springs."""
     make, where = KINDS[kind]
     rng = np.random.default_rng(2)
     side = Marker(np.array([0.4, 0.1, -0.2]), np.zeros((3, 0)), np.zeros((3, 0)))

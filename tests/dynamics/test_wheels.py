@@ -261,7 +261,7 @@ def test_a_wheel_that_a_body_cannot_contain_is_refused():
     with pytest.raises(ValueError, match=r"has a principal inertia of -0.5 kg m"):
         without_axial_inertia(hub(), wheel)
     wheel = reaction_wheel("w", "hub", 0.5, torque="pilot.torqe")
-    with pytest.raises(ValueError, match=r"input 'pilot.torqe' of effector 'w' is no state and no channel"):
+    with pytest.raises(ValueError, match=r"input 'pilot.torqe' of effector 'w' is neither a state nor a channel"):
         System({"hub": hub()}, (free("hub"),), effectors=(wheel,))
     bad = replace(wheel, act="whel", inputs=())
     with pytest.raises(ValueError, match="femflex has no effector function 'whel'"):

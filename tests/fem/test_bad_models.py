@@ -64,7 +64,7 @@ WRONG = {
     ),
     "parts that do not meet": (
         lambda: cantilever_modes(build_structure(two_sheets(), [Member("surface", "shell", 0.01, METAL)]), ["left"], 4),
-        "It falls into 2 parts that share no node (besides the largest: 9 nodes about (3.5, 0.5, 0))",
+        "It falls into 2 parts that share no node (in addition to the largest: 9 nodes about (3.5, 0.5, 0))",
     ),
     "a folded solid": (
         lambda: build_structure(folded("hexahedron"), [Member("all", "solid", material=METAL)]),
@@ -72,7 +72,7 @@ WRONG = {
     ),
     "a folded shell": (
         lambda: build_structure(folded("quad"), [Member("all", "shell", 0.01, METAL)]),
-        "1 of 2 quadrilaterals are warped by over 120 deg, or their nodes go across",
+        "1 of 2 quadrilaterals are warped by over 120 deg, or their sides cross",
     ),
     "two equations for one component": (
         lambda: beam(

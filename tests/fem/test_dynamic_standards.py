@@ -190,7 +190,7 @@ def exact_frequencies(stiffness: np.ndarray, mass: np.ndarray, length: float, n:
 
 
 def test_a_composite_box_beam_with_bend_and_twist_coupled_has_its_exact_frequencies():
-    """Clamped, 10 in: meshed with the 6 x 6 stiffness beside the exact transfer matrix; coupling counts."""
+    """Clamped, 10 in: meshed with the 6 x 6 stiffness against the exact transfer matrix; coupling counts."""
     mesh = line([[0, 0, 0], [10.0, 0, 0]], 10)
     section = FullSection(STIFF, HEAVY)
     s = build_structure(mesh, [Member("line", "beam", section, options={"order": 5})])

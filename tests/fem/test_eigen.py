@@ -178,9 +178,9 @@ def test_more_modes_than_mass_can_have_says_how_many_there_are():
 @pytest.mark.parametrize(
     ("n", "sentence"),
     [
-        (0, "0 modes were requested; ask for at least one"),
+        (0, "0 modes were requested; request at least one"),
         (-3, "-3 modes were requested"),
-        (9, "9 modes were requested, but only 8 degrees of freedom are free to move; ask for at most 8"),
+        (9, "9 modes were requested, but only 8 degrees of freedom are free to move; request at most 8"),
     ],
 )
 def test_counts_that_cannot_be_are_refused(n, sentence):
@@ -190,7 +190,7 @@ def test_counts_that_cannot_be_are_refused(n, sentence):
 
 def test_more_elastic_modes_than_a_free_beam_has_are_refused():
     with pytest.raises(
-        ValueError, match="of the 10 degrees of freedom 2 are motions without stiffness; ask for at most 8"
+        ValueError, match="of the 10 degrees of freedom 2 are motions without stiffness; request at most 8"
     ):
         lowest_modes(*hermite_beam(4), 9)
 

@@ -1,4 +1,4 @@
-"""Rigid motion costs nothing and axes do not matter: every family besides solids and shells, which have tests alike."""
+"""Rigid motion costs nothing and axes do not matter: every family but solids and shells, which have tests alike."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ def dish(n: int, cell: str, lift) -> Mesh:
 
 
 def test_frequencies_of_a_reflector_meshed_by_facets():
-    """Second-order elements with middle nodes on chords, laid onto the surface, beside exact middle nodes."""
+    """Second-order elements with middle nodes on chords, laid onto the surface, against exact middle nodes."""
     member = {"surface": "x**2 + y**2 - 4 * z"}
 
     def hertz(mesh, **options):

@@ -187,7 +187,7 @@ def test_first_order_cells_are_raised_with_their_boundaries_and_groups():
 
 
 def mixed_mesh() -> Mesh:
-    """Hexahedra, a pyramid on one of them, tetrahedra on that, a wedge beside: linear cells of all shapes."""
+    """Hexahedra, a pyramid on one of them, tetrahedra on that, a wedge next to them: linear cells of all shapes."""
     points = np.array([
         [0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1], [0.4, 0.5, 1.7],
         [1.3, 0.5, 1.6], [0.5, 1.8, 0.1], [0.5, 1.7, 1.1],

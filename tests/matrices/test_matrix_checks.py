@@ -132,7 +132,7 @@ def test_repeated_components_and_unknown_groups_are_refused():
     model = MatrixModel(name="m", dofs=np.array([[1, 1], [1, 1], [2, 1]]), **SMALL)
     with pytest.raises(ValueError, match="names component 1 of point 0 2 times"):
         model.structure()
-    with pytest.raises(ValueError, match=r"group 'root' is not in m; its groups are \[\], besides all and node_NUMBER"):
+    with pytest.raises(ValueError, match=r"group 'root' is not in m; its groups are \[\], all and node_NUMBER"):
         model.structure(["root"])
 
 

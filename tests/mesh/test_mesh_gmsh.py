@@ -112,7 +112,7 @@ def test_blocks_of_all_types_and_orders_are_read_with_their_groups(kind, order, 
     assert volume == pytest.approx(2, rel=1e-6)  # positive: node order, no mirror; Gmsh computes edges to 1e-8
     assert_middles(mesh, 1e-7)
     for group in GROUPS:
-        if form == "inp" and group != "tip":  # told twice, as ELSET and NSET of the same nodes
+        if form == "inp" and group != "tip":  # given twice, as ELSET and NSET of the same nodes
             assert np.array_equal(mesh.point_groups[group], np.unique(np.concatenate(
                 [rows.ravel() for rows in mesh.group_cells(group).values()])))  # fmt: skip
         found = mesh.points[mesh.group_points(group)]

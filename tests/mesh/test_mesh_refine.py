@@ -68,7 +68,7 @@ def test_tetrahedra_do_not_degrade():
 
 @pytest.mark.parametrize("order", [1, 2])
 def test_pyramids_divide_into_pyramids_and_tetrahedra(order):
-    """Beside a brick, on whose face they share every point; the base and the volume are groups."""
+    """Next to a brick, on whose face they share every point; the base and the volume are groups."""
     whole = box(2, 1, 1, 2, 1, 1, "hexahedron")
     kept, cut = whole.cells["hexahedron"]
     points = np.concatenate([whole.points, whole.points[cut].mean(axis=0, keepdims=True)])

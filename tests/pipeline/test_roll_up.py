@@ -1,4 +1,4 @@
-"""A cantilever rolled up by a moment at its end: equilibria of segments beside the exact circle."""
+"""A cantilever rolled up by a moment at its end: equilibria of segments against the exact circle."""
 
 from __future__ import annotations
 

@@ -86,7 +86,7 @@ def test_a_beam_between_forks_tips_over_under_end_moments(ratio):
 @pytest.mark.slow
 @pytest.mark.parametrize(("strain", "axial"), [("condensed", 0), ("nonlinear", 1), ("nonlinear", 6)])
 def test_characteristic_functions_tip_over_at_the_same_load(strain, axial):
-    """With few axial functions, which are sines, they would do so 11 to 50 % late, but for what follows beside them."""
+    """With few axial functions, which are sines, they would do so 11 to 50 % late, but for the dependent shapes."""
     found = []
     for n in (2, 4, 6):
         functions = BeamFunctions(y=n, z=n, axial=axial, torsion=n)

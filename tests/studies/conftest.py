@@ -1,4 +1,4 @@
-"""A uniform beam on a hub as a small case, its mesh written beside it."""
+"""A uniform beam on a hub as a small case, its mesh in the same folder."""
 
 from __future__ import annotations
 

@@ -60,9 +60,7 @@ def test_all_the_shapes_that_the_modes_have_are_the_answer_and_fewer_are_judged_
 
     found = judged(most)
     assert found.recommended == most and found.errors == pytest.approx([0.9, 0.8, 0.6, 0.0], abs=1e-9)
-    text = (
-        "derivative shapes): these are all that the modes give. With fewer the value differs by 0.32 or more, relative."
-    )
+    text = "derivative shapes): no further shapes exist. With fewer the value differs by 0.32 or more, relative."
     assert text in found.verdict
     assert judged(most - 1).verdict.startswith("Does not converge over") and judged(most - 1).recommended is None
 

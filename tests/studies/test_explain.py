@@ -1,4 +1,4 @@
-"""Which coordinates of a run are told of, and how much of it fits a picture."""
+"""Which coordinates of a run are reported, and how much of it fits a picture."""
 
 from __future__ import annotations
 

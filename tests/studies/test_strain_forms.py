@@ -1,4 +1,4 @@
-"""The forms of strain compared, and several studies in turn: what is enough, what it costs, what is told."""
+"""The forms of strain compared, and several studies in turn: what is enough, what it costs, what is printed."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ FOLLOWING = {"body", "marker"}  # frames of loads that turn with their body
 class AppliedForce:
     """Force and torque (n_t, 3) on a body about its marker at a place (n_t, 3), inertial components.
 
-    load: whether it is one of the system's loads; frame: in whose axes it is given; held: see Burden.
+    load: whether it is one of the system's loads; frame: in whose axes it is given; held: see AppliedLoad.
     """
 
     name: str

@@ -205,7 +205,7 @@ def _mpc(model: AbaqusModel, one: Scoped) -> None:
         kind = row[0].upper()
         words = [word for word in row[1:] if word]
         if kind not in ("BEAM", "TIE", "PIN") or len(words) != 2:
-            model.found.unused(f"*MPC {kind}", "the constraint is left out; parts may be loose", place_of(keyword, k))
+            model.found.unused(f"*MPC {kind}", "it is left out; parts may be unconnected", place_of(keyword, k))
             continue
         first, second = (model.nodes_of(word, scope, keyword, k) for word in words)
         second = second * len(first) if len(second) == 1 else second

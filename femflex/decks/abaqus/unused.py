@@ -33,11 +33,13 @@ CONSEQUENCES = {
         "CONTACT PROPERTY ASSIGNMENT", "CLEARANCE", "GAP", "GAP CONDUCTANCE", "CONTACT DAMPING", "CHANGE CONTACT TYPE",
         "CONTACT INTERFERENCE",
     ),
-    "connectors are left out; the parts may be loose": (
+    "connectors are left out; the parts may be unconnected": (
         "CONNECTOR SECTION", "CONNECTOR BEHAVIOR", "CONNECTOR ELASTICITY", "CONNECTOR DAMPING", "CONNECTOR MOTION",
         "FASTENER",
     ),
-    "parts that it joins are loose": ("SHELL TO SOLID COUPLING", "EMBEDDED ELEMENT", "SUBSTRUCTURE PROPERTY"),
+    "the parts that it joins are not connected": (
+        "SHELL TO SOLID COUPLING", "EMBEDDED ELEMENT", "SUBSTRUCTURE PROPERTY",
+    ),
     "damping is left out; give it in the case": ("DASHPOT", "MODAL DAMPING", "GLOBAL DAMPING", "DAMPING"),
     "the structure is taken as the deck gives it, not as a sector of one": (
         "CYCLIC SYMMETRY MODEL", "SELECT CYCLIC SYMMETRY MODES",
@@ -95,9 +97,9 @@ def unread(kind: str) -> str:
             "elements of heat or acoustics are left out: they have no stiffness; model the structure by C3D or S types"
         )
     if kind.startswith("COH"):
-        return "cohesive elements are left out: the parts are loose there; join them by *TIE"
+        return "cohesive elements are left out: the parts are not connected there; join them by *TIE"
     if kind.startswith(("U", "VU")):
         return "user elements are left out: their stiffness is in a subroutine; export it by *MATRIX GENERATE"
     if kind.startswith("CONN"):
-        return "connectors are left out: the parts may be loose; join them by *COUPLING, *MPC or *SPRING"
-    return "elements of this type are left out; what they join may be loose"
+        return "connectors are left out: the parts may be unconnected; join them by *COUPLING, *MPC or *SPRING"
+    return "elements of this type are left out; the parts that they join may be unconnected"

@@ -43,7 +43,7 @@ def lumped_parts(card: Card, symmetry: int) -> list[LumpedArea]:
     total = sum(one.fraction for one in parts)
     if not parts or abs(total - 1) > WHOLE:
         raise ValueError(
-            f"{card} has {len(parts)} lumped areas with its symmetry, which are {total:.6g} of the area together; "
-            "their fractions C must add up to 1"
+            f"{card} has {len(parts)} lumped areas, those by symmetry included, whose fractions C add up to "
+            f"{total:.6g}; they must add up to 1"
         )
     return parts

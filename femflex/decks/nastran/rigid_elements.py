@@ -335,7 +335,7 @@ def _mpc(model: NastranModel, card: Card) -> None:
         raise ValueError(f"{card} names a grid point without a component")
     (grid, own, first), *others = terms
     if first == 0:
-        raise ValueError(f"{card} has factor 0 at its first term, the one that depends")
+        raise ValueError(f"{card} has factor 0 at its first term, which is the dependent one")
     if not model.depend(grid, (own,), card):
         return
     u = model.bulk.units

@@ -83,7 +83,7 @@ class ShellProperties:
         mids = [card.integer(k, 0) for k in (1, 3, 5, 10)]
         for k in (0, 1, 2):
             if mids[k] == -1:
-                raise ValueError(f"{card} asks for plane strain (MID2 = -1), which shells here do not have")
+                raise ValueError(f"{card} requests plane strain (MID2 = -1), which shells here do not have")
         values = {
             "thickness": card.real(2, 0.0) * u.length,
             "bending_ratio": card.real(4, 1.0),

@@ -92,7 +92,10 @@ class Systems:
             known = ", ".join(map(str, sorted(self._cards)[:12])) or "none"
             raise ValueError(f"coordinate system {number} is not in the deck, which has {known}")
         if number in self._making:
-            raise ValueError(f"coordinate systems {sorted(set(self._making))} are given in each other in a circle")
+            raise ValueError(
+                f"coordinate systems {sorted(set(self._making))} refer to each other in a cycle; define one of them in "
+                "the basic system"
+            )
         self._making.append(number)
         try:
             self._known[number] = self._make(*self._cards[number])

@@ -58,7 +58,7 @@ def competing_motions_text(constraints: Constraints, t: float, x: Array, name: s
         for other in constraints.names
         if other != name and (A[constraints.rows_of(other)][:, free] > 0.0).any()
     ]
-    motions = [f"the specified motion{'s' * (len(freedoms) > 1)} of {', '.join(freedoms)}"] if freedoms else []
+    motions = [f"the prescribed motion{'s' * (len(freedoms) > 1)} of {', '.join(freedoms)}"] if freedoms else []
     return f" together with {' and '.join(motions + others)}" if motions or others else ""
 
 
@@ -77,5 +77,5 @@ def violated_text(constraints: Constraints, t: float, x: Array, further: str = "
 
 
 def moving_joints(system: System) -> list[Joint]:
-    """Joints with a freedom whose specified motion moves."""
+    """Joints with a freedom whose prescribed motion moves."""
     return [joint for joint in system.joints if any(profile.moves for profile in joint.held.values())]

@@ -117,10 +117,10 @@ class Constraints:
         redundant, rows = self.redundant(t, x), "row" if self.n_rows == 1 else "rows"
         if redundant == 0:
             return f"{self.n_rows} constraint {rows}, none redundant."
-        follow = "follows" if redundant == 1 else "follow"
+        are = "is" if redundant == 1 else "are"
         return (
-            f"{self.n_rows} constraint {rows}, of which {redundant} {follow} from the others; reactions are the "
-            "smallest that hold the motion."
+            f"{self.n_rows} constraint {rows}, of which {redundant} {are} redundant; of all possible reactions the "
+            "smallest are given."
         )
 
     def solved(self, times: Array, states: Array) -> tuple[Array, Array, Array, Array]:

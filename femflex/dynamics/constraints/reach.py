@@ -38,8 +38,8 @@ def end_of_reach_text(model: Model, t: float, x: Array, part: float) -> str:
     text = f"(smallest singular value of its rows {values[rank - 1]:.2g}, at the start {first[rank - 1]:.2g})"
     if moved:
         return (
-            f"{held.kind_of(name)} cannot follow the specified motion of {', '.join(moved)} any further: it has come "
-            f"to the end of its reach {text}. Let the motion end before, or change the lengths"
+            f"{held.kind_of(name)} cannot follow the prescribed motion of {', '.join(moved)} any further: it has come "
+            f"to the end of its reach {text}. End the motion earlier, or change the lengths"
         )
     return f"{held.kind_of(name)} is in a singular configuration, where its joints' motion is not determined {text}"
 

@@ -22,7 +22,7 @@ def state_channels(system: System) -> dict[str, Channel]:
     for effector in system.effectors:
         held = ""
         if isinstance(effector, Controller):
-            held = f", held between samples every {effector.period:g} s"
+            held = f", sampled every {effector.period:g} s (zero-order hold)"
         for name, unit in effector.state_names():
             own = name.removeprefix(effector.name + ".")
             out[f"effectors/{effector.name}/{own}"] = Channel(unit, f"state {own} of {effector.name}{held}")

@@ -1,7 +1,7 @@
 """Newton's method on the forces of a system at rest: how they balance, under a share of the outer ones.
 
 Directions with a stiffness of their own are eliminated first; those that nothing resists are left where they are.
-Beside loops all steps go along the directions that keep these closed, and multipliers carry the forces across.
+With loops all steps go along the directions that keep these closed, and multipliers carry the forces across.
 
 A step that bends a slender body by h stretches it by h^2: a force that would stiffen the next step by (L / r)^2 h^2
 times its bending stiffness, so that steps stay shorter than r / L. What is so stiff that the outer forces hardly move
@@ -11,7 +11,7 @@ it is therefore brought to rest again after every step (`relaxed`).
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,9 +26,11 @@ Merit = Callable[[Array], float]  # of the forces that are left (n_u,)
 BALANCED = 1e-9  # residual over the largest force at which an equilibrium is found
 FADED = 1e-6  # of the forces at the start, and of the energy of spin: equilibria without any forces are measured by it
 SETTLED = 1e-8  # last step over usual sizes, likewise
+SLOWLY_SETTLED = 1e-5  # the same along directions whose small forces show rounding of the large ones
 LONGEST = 0.5  # step over usual sizes: half a radian, half the craft's length
 NEUTRAL = 1e-7  # stiffness over the largest of the free coordinates below which a direction counts as neutral
 NOISE = 1e-9  # of the largest force: stiffness that differences cannot distinguish from zero
+DIFFERENCES = 1e-9  # of the stiffness of coordinates alone: what their differences cannot distinguish from zero
 ROUNDING = 1e-14  # of the largest stiffness: what directions across many coordinates, as loops leave them, pick up
 TRIES, HALVINGS = 30, 12
 STIFF = 1e3  # times the largest outer force: stiffness of what these alone move by no more than 1e-3 of its usual size
@@ -110,23 +112,75 @@ def unbalanced_forces(problem: Steady, q: Array, share: float, A: Array) -> tupl
     return g - lambdas @ A, lambdas
 
 
-def newton_step(problem: Steady, K: Array, g: Array, size: float, A: Array) -> Step:
-    """The step that balances g (n_u,), least along neutral directions; A (n_rows, n_u) of the loops."""
+def finely_balanced(problem: Steady, found: Balance) -> Balance:
+    """The same, with directions at rest too that little resists for all its inertia, such as a small body's attitude.
+
+    The gradient of gravity turns a small craft as fast as its long tether, with a torque that may be 1e-8 of the
+    tether's. After each step along all directions the others are brought to rest again. Where that leads nowhere, the
+    balance stays as it was found.
+    """
+    best = found
+    for _ in range(ROUNDS if found.neutral else 0):
+        A = problem.ties(best.q)
+        g, lambdas = unbalanced_forces(problem, best.q, 1.0, A)
+        K = problem.stiffness(best.q, 1.0, lambdas)
+        size = max(problem.largest(best.q, 1.0), float(np.abs(lambdas @ A).max(initial=0.0)))
+        step = newton_step(problem, K, g, size, A, problem.inertia(best.q))
+        if len(step.neutral) >= len(found.neutral):
+            return found
+        longest = float(np.abs(step.move).max(initial=0.0))
+        again = replace(best, neutral=step.neutral, directions=problem.sizes[:, None] * step.directions)
+        if longest <= SLOWLY_SETTLED:
+            return again
+        moved = advanced(problem.full, best.q, step.move * problem.sizes * min(1.0, LONGEST / longest))
+        best = balance(problem, problem.closed(moved), 1.0)
+        if not best.balanced:
+            return found
+    return found
+
+
+def newton_step(problem: Steady, K: Array, g: Array, size: float, A: Array, inertia: Array | None = None) -> Step:
+    """The step that balances g (n_u,), least along neutral directions; A (n_rows, n_u) of the loops.
+
+    inertia: (n_u, n_u) in the sizes of the coordinates [kg m^2]: what is neutral goes by stiffness per inertia
+    """
     E, R = problem.directions(A)
     relaxed = np.linalg.solve(E.T @ K @ E, np.column_stack([E.T @ K @ R, E.T @ g]))
     S = R.T @ K @ R - R.T @ K @ E @ relaxed[:, :-1]
     rest = R.T @ g - R.T @ K @ E @ relaxed[:, -1]
-    U, sigma, Vt = np.linalg.svd(S)
     rounding = ROUNDING * float(np.abs(K).max(initial=0.0)) if len(A) else 0.0
-    kept = sigma > max(NEUTRAL * sigma.max(initial=0.0), NOISE * size, rounding)
-    along = -(Vt[kept].T @ ((U[:, kept].T @ rest) / sigma[kept]))
+    M = None if inertia is None else R.T @ inertia @ R
+    resisted, neutrals = _resisted(S, M, max(NOISE * size, rounding))
+    along = resisted @ np.linalg.lstsq(S @ resisted, -rest, rcond=None)[0]
     move = R @ along - E @ (relaxed[:, -1] + relaxed[:, :-1] @ along)
     if not np.isfinite(move).all():
         raise np.linalg.LinAlgError("the step is not finite")
     names = [name.removesuffix("_rate") for name, _ in problem.full.system.velocity_names()]
-    neutral = tuple(names[int(np.argmax(np.abs(R @ row)))] for row in Vt[~kept])
-    directions = (R - E @ relaxed[:, :-1]) @ Vt[~kept].T
-    return Step(move, neutral, directions, float(sigma[kept].max(initial=0.0)))
+    neutral = tuple(names[int(np.argmax(np.abs(R @ one)))] for one in neutrals.T)
+    directions = (R - E @ relaxed[:, :-1]) @ neutrals
+    stiffest = np.linalg.norm(S @ resisted, 2) if resisted.size else 0.0
+    return Step(move, neutral, directions, float(stiffest))
+
+
+def _resisted(S: Array, M: Array | None, noise: float) -> tuple[Array, Array]:
+    """Orthonormal directions (n, .) that a stiffness S (n, n) resists, and those that it does not.
+
+    M (n, n): their inertia, where resistance is stiffness per inertia.
+    """
+    if M is None:
+        _, sigma, Vt = np.linalg.svd(S)
+        kept = sigma > max(NEUTRAL * sigma.max(initial=0.0), noise)
+        return Vt[kept].T, Vt[~kept].T
+    m, Q = np.linalg.eigh(M)
+    W = Q / np.sqrt(np.maximum(m, ROUNDING * m.max(initial=1.0)))
+    _, rates, Vt = np.linalg.svd(W.T @ S @ W)
+    V = W @ Vt.T
+    V /= np.linalg.norm(V, axis=0)
+    lost = DIFFERENCES * (np.sqrt(np.abs(np.diag(S))) @ np.abs(V)) ** 2
+    kept = (rates > NEUTRAL * rates.max(initial=0.0)) & (np.linalg.norm(S @ V, axis=0) > np.maximum(noise, lost))
+    n = int((~kept).sum())
+    whole = np.linalg.qr(V[:, ~kept], mode="complete")[0] if n else np.eye(len(S))
+    return whole[:, n:], whole[:, :n]
 
 
 def stiff_answers(problem: Steady, q: Array, share: float, A: Array, K: Array) -> Array:

@@ -14,10 +14,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.dynamics.equilibria.balance import BALANCED, Balance, balance
+from femflex.dynamics.equilibria.balance import BALANCED, Balance, balance, finely_balanced
 from femflex.dynamics.equilibria.frequency import damped
-from femflex.dynamics.equilibria.linearised import frame_rate
-from femflex.dynamics.equilibria.small_motions import SmallMotions, growth_threshold, small_motions
+from femflex.dynamics.equilibria.small_motions import SmallMotions, small_motions
 from femflex.dynamics.equilibria.stable_state import LEVEL, stable_state_below
 from femflex.dynamics.equilibria.states import resting_state
 from femflex.dynamics.equilibria.steady import Steady, steady
@@ -127,9 +126,7 @@ class Equilibrium:
     @property
     def _thresholds(self) -> Array:
         """Real part above which each of the eigenvalues grows [1/s]."""
-        values = self.eigenvalues
-        rate = frame_rate(self.moving) if len(values) else 0.0
-        return np.maximum(growth_threshold(values, rate), self._level)
+        return np.maximum(self.motions.spectrum_thresholds, self._level) if self.share == 1.0 else np.zeros(0)
 
 
 class EquilibriumError(RuntimeError):
@@ -185,7 +182,7 @@ def _nearest(problem: Steady, begun: Array) -> Equilibrium:
             if step < LEAST:
                 raise _failed(problem, q, share, count, found)
         first = False
-    return _as_equilibrium(problem, found, count)
+    return _as_equilibrium(problem, finely_balanced(problem, found), count)
 
 
 def _about_preload(problem: Steady, q: Array) -> Balance | None:
@@ -244,6 +241,13 @@ def _failed(problem: Steady, q: Array, share: float, count: int, tried: Balance)
         directions=tried.directions,
         moving=problem.damped,
     )
+    if not np.isfinite(tried.residual):
+        text = (
+            "no equilibrium was found: at rest the stiffness is singular, as of a cable without tension. Give its "
+            "preload, or the spin of the base frame ([attitude] frame = 'spinning'), or linearise about the state of a "
+            "run (femflex linearize --run FILE --at TIME)"
+        )
+        return EquilibriumError(text, last)
     along = f"; nothing resists {', '.join(tried.neutral)}" if tried.neutral else ""
     return EquilibriumError(
         f"no equilibrium was found beyond {share:.4g} of the loads, spin and gravity: the largest unbalanced force, "

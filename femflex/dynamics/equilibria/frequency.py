@@ -54,20 +54,26 @@ def damping_rate(model: Model) -> float:
         return 0.0
     rest = model.at_rest(model.x0[: model.n_q])
 
-    def slowed(velocity: Array) -> Array:
-        ahead, behind = (
-            model.parts(model.state_rate(0.0, with_velocities(model, rest, sign * STEP * np.ravel(velocity))))[1]
-            for sign in (1.0, -1.0)
-        )
-        return np.asarray((behind - ahead) / (2.0 * STEP))
+    def slowed(velocities: Array) -> Array:
+        ahead, behind = (_with_velocities(model, rest, sign * STEP * velocities) for sign in (1.0, -1.0))
+        return (_accelerations(model, behind) - _accelerations(model, ahead)) / (2.0 * STEP)
 
     return max(0.0, largest_eigenvalue(slowed, model.n_u))
 
 
-def with_velocities(model: Model, x: Array, u: Array) -> Array:
-    """The state x (n_x,) with the quasi-velocities u (n_u,)."""
-    q, _, z = model.parts(x)
-    return np.concatenate([q, u, z])
+def _with_velocities(model: Model, x: Array, velocities: Array) -> Array:
+    """The state x (n_x,) with each of the quasi-velocities (m, n_u): (m, n_x)."""
+    states = np.tile(x, (len(velocities), 1))
+    model.parts(states)[1][:] = velocities
+    return states
+
+
+def _accelerations(model: Model, states: Array) -> Array:
+    """du/dt (m, n_u) at t = 0 at states (m, n_x)."""
+    rates, arrays = np.empty_like(states), model.workspace.own
+    for x, dx in zip(states, rates, strict=True):
+        model.rate(0.0, x, dx, *arrays)
+    return model.parts(rates)[1]
 
 
 def damped(system: System) -> bool:
@@ -81,18 +87,21 @@ def damped(system: System) -> bool:
 
 
 def largest_eigenvalue(operator: Callable[[Array], Array], n: int) -> float:
-    """Largest real part of the eigenvalues of a linear map of vectors (n,), 0 of none; of many by Arnoldi's method."""
+    """Largest real part of the eigenvalues of a linear map, 0 of none; of many coordinates by Arnoldi's method.
+
+    operator: takes vectors (m, n) to their images (m, n).
+    """
     if n == 0:
         return 0.0
     if n <= MANY:
-        values = np.linalg.eigvals(np.column_stack([operator(unit) for unit in np.eye(n)]))
+        values = np.linalg.eigvals(operator(np.eye(n)))
     else:
         from scipy.sparse.linalg import LinearOperator, eigs
 
         start = np.random.default_rng(0).normal(size=n)
         values = eigs(
-            LinearOperator((n, n), matvec=operator, dtype=float), 1, which="LR", v0=start, tol=1e-6,
-            return_eigenvectors=False,
+            LinearOperator((n, n), matvec=lambda one: operator(one.reshape(1, n))[0], dtype=float), 1, which="LR",
+            v0=start, tol=1e-6, return_eigenvectors=False,
         )  # fmt: skip
     return float(values.real.max())
 
@@ -124,16 +133,17 @@ def linear_frequency(model: Model) -> float:
         return 0.0
     q, u = (np.array(side) for side in zip(*pairs, strict=True))
     rest = model.at_rest(model.x0[: model.n_q])
-    base = model.parts(model.state_rate(0.0, rest))[1][u]
+    base = _accelerations(model, rest[None])
 
-    def called_up(displacement: Array) -> Array:
-        moved = rest.copy()
+    def called_up(displacements: Array) -> Array:
+        moved = np.tile(rest, (len(displacements), 1))
         if model.system.springs or model.system.effectors:
-            step, start = STEP * np.ravel(displacement), rest[: model.n_q].copy()
-            model.tree.advance(start, step, moved[: model.n_q], model.table, model.pool, model.work)
+            start = rest[: model.n_q].copy()
+            for x, one in zip(moved, displacements, strict=True):
+                model.tree.advance(start, STEP * one, x[: model.n_q], model.table, model.pool, model.work)
         else:
-            moved[q] += STEP * np.ravel(displacement)
-        return np.asarray((base - model.parts(model.state_rate(0.0, moved))[1][u]) / STEP)
+            moved[:, q] += STEP * displacements
+        return np.asarray((base - _accelerations(model, moved))[:, u] / STEP)
 
     return float(np.sqrt(max(largest_eigenvalue(called_up, len(u)), 0.0)))
 

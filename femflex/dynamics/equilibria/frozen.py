@@ -15,7 +15,7 @@ CIRCULAR = 1e-9  # eccentricity below which an orbit counts as circular
 
 
 def frozen_system(system: System, at: float | None = None) -> System:
-    """The system with loads, specified motions and lengths of deploying bodies as they are at a time [s].
+    """The system with loads, prescribed motions and lengths of deploying bodies as they are at a time [s].
 
     Raises ValueError with what changes over time there for a system at rest in its base frame.
     """
@@ -47,7 +47,7 @@ def without_damping(system: System) -> System:
 
 
 def _still(joint: Joint, at: float | None) -> Joint:
-    """The joint with its specified freedoms locked where they are at a time."""
+    """The joint with its prescribed freedoms locked where they are at a time."""
     still: list[Profile | float | None] = list(joint.motion)
     q0 = joint.q0.copy()
     for k, profile in joint.held.items():

@@ -37,7 +37,7 @@ class Linearised:
     states  the m states of effectors in addition (see femflex.dynamics.equilibria.states)
 
 
-    Beside loops n counts the independent ones, which the others follow (see femflex.dynamics.equilibria.closed_motion).
+    With loops n counts the independent ones, which the others follow (see femflex.dynamics.equilibria.closed_motion).
     """
 
     M: Array
@@ -64,7 +64,7 @@ def linearised(model: Model, t: float, x: Array, udot: Array | None = None) -> L
     """The linear equations about the state x (n_x,) at t with accelerations udot (n_u,), zero when left out.
 
     M is exact, D exact too (the residual is of second degree in u); K is that of shapes, their nonlinear strain
-    included, and of springs exactly, plus central differences of the rest. Beside loops K holds the stiffness that
+    included, and of springs exactly, plus central differences of the rest. With loops K holds the stiffness that
     their forces add as they turn along, and the state must be at rest. Raises ValueError for nonholonomic constraints,
     and for loops in motion.
     """
@@ -104,7 +104,7 @@ def free_directions(model: Model, t: float, x: Array) -> tuple[NDArray[np.int64]
 
 
 def held_freedoms(model: Model) -> NDArray[np.bool_]:
-    """(n_u,): which freedoms are locked or specified."""
+    """(n_u,): which freedoms are locked or prescribed."""
     held = np.zeros(model.n_u, bool)
     for name, record in zip(model.system.order, body_records(model.table)[1:], strict=True):
         held[[int(record["u"]) + k for k in model.system.joint_of(name).held]] = True

@@ -27,6 +27,7 @@ from femflex.dynamics.model import Model
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
+ROUNDING = 1e-11  # of the stiffness that differences of forces lose: eps over their step
 GROWING = 1e-8  # real part over the larger of |eigenvalue| and the frame's rate; differences of forces leave 1e-10
 SLOWEST = 1e-12  # of the fastest natural frequency squared: the unit of time of coordinates without stiffness
 DEPENDENT = 1e-9  # of the largest, below which a known motion is one of the others
@@ -50,6 +51,7 @@ class SmallMotions:
     bodies      name -> motion along each coordinate
     driven      whether effectors have states, which may resist rigid motion
     owners      (n,) names of states of effectors: of a motion that is mostly theirs the first of them, else ""
+    thresholds  (n,) real part [1/s] above which a motion grows; spectrum_thresholds (m,) likewise
     """
 
     eigenvalues: Complex
@@ -61,12 +63,17 @@ class SmallMotions:
     bodies: dict[str, BodyMotion]
     driven: bool
     owners: tuple[str, ...]
+    thresholds: Array
+    spectrum_thresholds: Array
 
     def of_craft(self) -> SmallMotions:
         """The same without the motions that are mostly those of states of effectors."""
         own = np.array([not owner for owner in self.owners], bool)
         owners = ("",) * int(own.sum())
-        return replace(self, eigenvalues=self.eigenvalues[own], shapes=self.shapes[:, own], owners=owners)
+        return replace(
+            self, eigenvalues=self.eigenvalues[own], shapes=self.shapes[:, own], owners=owners,
+            thresholds=self.thresholds[own],
+        )  # fmt: skip
 
     @property
     def frequencies(self) -> Array:
@@ -82,7 +89,7 @@ class SmallMotions:
     @property
     def growing(self) -> NDArray[np.bool_]:
         """(n,) which motions grow."""
-        return np.asarray(self.eigenvalues.real > growth_threshold(self.eigenvalues, self.rate))
+        return np.asarray(self.eigenvalues.real > self.thresholds)
 
     @property
     def growth(self) -> float:
@@ -95,9 +102,19 @@ def growth_threshold(eigenvalues: Complex, rate: float) -> Array:
     return np.asarray(GROWING * np.maximum(np.abs(eigenvalues), rate))
 
 
+def _lost(values: Complex, shapes: Complex, K: Array) -> Array:
+    """Real part [1/s] that each of the eigenvalues (n,) may owe to rounding of the stiffness K (n_u, n_u).
+
+    Of a motion of unit mass that rounding is ROUNDING times the energies of its coordinates, each alone: much for a
+    small craft that turns about the end of a long tether, whose torques nearly cancel. shapes: (n_u, n).
+    """
+    alone = np.sqrt(np.abs(np.diag(K))) @ np.abs(shapes)
+    return np.asarray(ROUNDING * alone**2 / (2.0 * np.maximum(np.abs(values), 1e-300)))
+
+
 def growth_rule() -> str:
     """Rule for growth rates that count as unstable, in words."""
-    return f"unstable above {GROWING:g} of the larger of |eigenvalue| and the rate of the frame"
+    return f"unstable above {GROWING:g} of the larger of |eigenvalue| and the rate of the frame, and above rounding"
 
 
 def small_motions(model: Model, x: Array, neutral: Array) -> SmallMotions:
@@ -118,13 +135,16 @@ def small_motions(model: Model, x: Array, neutral: Array) -> SmallMotions:
     values, columns, owners = _eigen(modal, R)
     order = np.argsort(np.abs(values), kind="stable")
     chosen = _one_of_each(values, bool(linear.states.names))
-    shapes = Z @ modal.shapes(columns[:, chosen])
-    full = model.mass_matrix(0.0, x)
+    full, shapes = model.mass_matrix(0.0, x), Z @ modal.shapes(columns)
     mass = np.einsum("ik,ij,jk->k", shapes.conj(), full, shapes).real
+    shapes = shapes / np.sqrt(np.maximum(mass, 1e-300))
+    thresholds = np.maximum(growth_threshold(values, frame_rate(model.system)), _lost(values, shapes, K))
     return SmallMotions(
         eigenvalues=values[chosen],
-        shapes=shapes / np.sqrt(np.maximum(mass, 1e-300)),
+        shapes=shapes[:, chosen],
         spectrum=values[order],
+        thresholds=thresholds[chosen],
+        spectrum_thresholds=thresholds[order],
         known=motions,
         M=full,
         rate=frame_rate(model.system),

@@ -39,7 +39,7 @@ class Steady:
     inner    the same bodies and joints without any: elastic and spring forces alone
     sizes    (n_u,) usual size of each coordinate; forces times sizes are energies [J]
     elastic  (n_u,) which coordinates have a stiffness of their own
-    held     (n_u,) which are locked or specified, and so are not sought
+    held     (n_u,) which are locked or prescribed, and so are not sought
     """
 
     damped: System
@@ -101,6 +101,10 @@ class Steady:
         if share < 1.0:
             K += (1.0 - share) * stiffness(self.inner, 0.0, x, still, lambdas)
         return K * self.sizes * self.sizes[:, None]
+
+    def inertia(self, q: Array) -> Array:
+        """Mass matrix (n_u, n_u) by the sizes of the coordinates [kg m^2]."""
+        return self.full.mass_matrix(0.0, self.at_rest(q)) * self.sizes * self.sizes[:, None]
 
     def ties(self, q: Array) -> Array:
         """A (n_rows, n_u) of the loops at q, by increments in their sizes; no rows for a tree."""

@@ -86,9 +86,8 @@ def lower_markers(bodies: NDArray[np.void], i: int, joint: Joint, system: System
     record["welded"] = int(record["n_h"] == 0 and not record["bends"] and not record["own_bends"])
     C_ip = own.orientation @ above.orientation.T
     record["welded_at"] = pool.put(np.concatenate([C_ip.ravel(), above.position - C_ip.T @ own.position]))
-    orthonormal = record["hidden"] or np.allclose(
-        joint.translations @ joint.translations.T, np.eye(len(joint.translations)), atol=ROUNDING
-    )
+    products = joint.translations @ joint.translations.T
+    orthonormal = record["hidden"] or np.abs(products - np.eye(len(products))).max(initial=0.0) < ROUNDING
     six = record["n_h"] == 6 and joint.ball is not None and orthonormal
     record["full"] = int(bool(six and joint.parent is None and not record["sprung"] and not record["own_bends"]))
 

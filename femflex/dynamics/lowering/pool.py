@@ -52,7 +52,7 @@ class Pool:
     """Numbers laid one after another from whole lanes; `put` says where a piece went, and lays equal ones only once."""
 
     def __init__(self) -> None:
-        self._pieces: list[Array] = []
+        self._pieces: list[tuple[int, Array]] = []  # place and numbers
         self._known: dict[bytes, int] = {}
         self.size = 0
         self.varying_markers: dict[tuple[str, str], tuple[int, int, int]] = {}  # (body, marker): place, phi, psi
@@ -67,7 +67,7 @@ class Pool:
     def put_own(self, values: object) -> int:
         """Place of the flattened values, shared with no others: they may be changed later."""
         piece, place = np.ascontiguousarray(values, float).ravel(), self.size
-        self._pieces.append(np.concatenate([piece, np.zeros(padded(piece.size) - piece.size)]))
+        self._pieces.append((place, piece))
         self.size += padded(piece.size)
         return place
 
@@ -78,8 +78,8 @@ class Pool:
     def array(self) -> Array:
         """All pieces in one array."""
         out = aligned(self.size)
-        if self._pieces:
-            out[: self.size] = np.concatenate(self._pieces)
+        for place, piece in self._pieces:
+            out[place : place + piece.size] = piece
         return out
 
 

@@ -181,7 +181,7 @@ def constraint_channels(system: System) -> dict[str, Channel]:
     out = {
         "monitors/constraint_position": Channel("m", "largest gap of the loops, angles times the bodies' size"),
         "monitors/constraint_velocity": Channel("m/s", "largest velocity residual (rad/s in rows of angles)"),
-        "monitors/constraint_rank": Channel("1", "constraint rows that do not follow from others"),
+        "monitors/constraint_rank": Channel("1", "number of independent constraint rows"),
     }
     for c in system.constraints:
         if c.body is None:

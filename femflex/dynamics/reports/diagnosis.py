@@ -52,13 +52,13 @@ def end_of_length(model: Model, t: float, x: Array) -> str:
         L, U, stock = float(z[place]), float(z[place + 1]), table.stock or np.inf
         if U > 0.0 and L > stock * (1.0 - AT_END):
             return (
-                f"the free length of body {body!r} has come to its stock of {stock:g} m at {U:.4g} m/s; give a longer "
-                "stock, brake more, or end the run before"
+                f"the free length of body {body!r} has reached the total length of the member, stock = {stock:g} m, at "
+                f"{U:.4g} m/s; raise stock, brake more, or end the run earlier"
             )
         if U < 0.0 and L < AT_END * table.bounds[1]:
             return (
-                f"the free length of body {body!r} has come to zero at {U:.4g} m/s; pull less, brake more, or end the "
-                "run before"
+                f"the free length of body {body!r} has reached zero at {U:.4g} m/s; lower the tension, brake more, or "
+                "end the run earlier"
             )
     return ""
 
@@ -70,8 +70,8 @@ def gimbal_lock(model: Model, t: float, x: Array) -> str:
         own = q[at : at + joint.n_q]
         if lock_angle(joint, own) < NEAR:
             return (
-                f"joint {joint.label!r} has come to gimbal lock: {locked(joint, own)}. Choose a sequence of turns that "
-                "stays clear of it, or hold other turns"
+                f"joint {joint.label!r} has reached gimbal lock: {locked(joint, own)}. Choose a sequence of turns that "
+                "stays clear of it, or lock other turns"
             )
     return ""
 

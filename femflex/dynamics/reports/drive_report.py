@@ -1,4 +1,4 @@
-"""Channels of joints whose freedoms are held: their motion as it is specified, and what it needs."""
+"""Channels of joints whose freedoms are held: their motion as it is prescribed, and what it needs."""
 
 from __future__ import annotations
 

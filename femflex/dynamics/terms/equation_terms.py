@@ -72,7 +72,7 @@ def varies(system: System, part: str) -> bool:
 
 
 def led(system: System) -> bool:
-    """Whether joints or material move as specified."""
+    """Whether joints or material move as prescribed."""
     if any(profile.moves for joint in system.joints for profile in joint.held.values()):
         return True
     parts = (part for variation in system.varying.values() for part in variation.acting)
@@ -89,13 +89,13 @@ EQUATION_TERMS = (  # in the order of the ledger's rows
     EquationTerm("coriolis_centrifugal", "part of h quadratic in u", lambda system: True, switched=True),
     EquationTerm(
         "gyroscopic",
-        "G u, linear in u, from a turning base frame, specified joints or moving material",
+        "G u, linear in u, from a turning base frame, prescribed joints or moving material",
         turning,
         switched=True,
     ),
     EquationTerm(
         "specified_motion",
-        "Gamma_t - T0,q: the motion of base frame, specified joints and material by itself",
+        "Gamma_t - T0,q: the motion of base frame, prescribed joints and material by itself",
         turning,
         switched=True,
     ),
@@ -150,7 +150,7 @@ EQUATION_TERMS = (  # in the order of the ledger's rows
     ),
     EquationTerm(
         "moving_mass",
-        "M_t u: the mass matrix changes with specified joints and moving material",
+        "M_t u: the mass matrix changes with prescribed joints and moving material",
         led,
         switched=True,
     ),

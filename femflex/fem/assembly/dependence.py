@@ -119,7 +119,7 @@ def _refuse_circles(D: sparse.csr_array, owner: dict[int, str]) -> None:
     if len(several):
         names = sorted({owner[int(dof)] for dof in several})
         raise ValueError(
-            f"{' and '.join(names)} depend on each other in a circle; a node may depend only on nodes that do not "
+            f"{' and '.join(names)} depend on each other in a cycle; a node may depend only on nodes that do not "
             "depend on it"
         )
 

@@ -89,10 +89,10 @@ def lowest_modes(
             "modes were requested of a structure without mass; give its materials a density, or point masses."
         )
     if n <= 0:
-        raise ValueError(f"{n} modes were requested; ask for at least one.")
+        raise ValueError(f"{n} modes were requested; request at least one.")
     if n > n_dof:
         raise ValueError(
-            f"{n} modes were requested, but only {n_dof} degrees of freedom are free to move; ask for at most {n_dof}."
+            f"{n} modes were requested, but only {n_dof} degrees of freedom are free to move; request at most {n_dof}."
         )
     if not free or (solve is not None and n_dof > DENSE_DOFS):
         try:
@@ -105,7 +105,7 @@ def lowest_modes(
     if n > n_dof - n_null:
         raise ValueError(
             f"{n} modes were requested, but of the {n_dof} degrees of freedom {n_null} are motions without stiffness; "
-            f"ask for at most {n_dof - n_null}."
+            f"request at most {n_dof - n_null}."
         )
     try:
         return _elastic_modes(K, M, n, n_null, shift)
@@ -204,7 +204,7 @@ def _elastic_modes(
         if exhausted and len(omega) < n:
             raise ValueError(
                 f"{n} modes were requested, but the mass takes part in only {len(omega)} elastic motions; "
-                f"ask for at most {len(omega)}."
+                f"request at most {len(omega)}."
             )
         m = whole_clusters(omega, n) or (len(omega) if exhausted else None)
         if m is not None:

@@ -150,7 +150,7 @@ class ShiftInverted:
         except ArpackNoConvergence as error:
             raise RuntimeError(
                 f"the {count} lowest modes did not converge in {self._n} degrees of freedom; "
-                "check the structure for parts that hardly hold together, or ask for fewer modes."
+                "check the structure for weakly connected parts, or request fewer modes."
             ) from error
         order = np.argsort(np.abs(values), kind="stable")
         return 1.0 / values[order], phi[:, order]

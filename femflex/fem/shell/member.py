@@ -275,7 +275,7 @@ def _check_shapes(name: str, x: Array, where: str) -> None:
     if angle[worst] > FOLDED:
         raise ValueError(
             f"{where}: {int((angle > FOLDED).sum())} of {len(x)} quadrilaterals are warped by over {FOLDED:g} deg, "
-            f"or their nodes go across; the worst, by {angle[worst]:.3g} deg, is {_at(worst, x)}; correct the order of "
+            f"or their sides cross; the worst, by {angle[worst]:.3g} deg, is {_at(worst, x)}; correct the order of "
             "nodes, or cut them into triangles"
         )
     if angle[worst] > WARPED:

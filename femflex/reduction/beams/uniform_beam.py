@@ -139,7 +139,7 @@ class BeamFunctions:
             )
         if any(0 < n < least for n, least in zip(counts, self._static_counts(), strict=True)):
             raise ValueError(
-                "static shapes of bending come in twos; ask for at least two functions along y and z for each of "
+                "static shapes of bending come in twos; give at least two functions along y and z for each of "
                 "static and tip, or none."
             )
 

@@ -87,7 +87,7 @@ def _smaller(parts: list[tuple[int, Array]]) -> str:
     found = sorted(parts, key=lambda part: -part[0])[1:]
     listed = [f"{n} nodes about ({', '.join(f'{x:.4g}' for x in at)})" for n, at in found[:SHOWN]]
     more = f" and {len(found) - SHOWN} more" if len(found) > SHOWN else ""
-    return f" (besides the largest: {'; '.join(listed)}{more})"
+    return f" (in addition to the largest: {'; '.join(listed)}{more})"
 
 
 def _parts(structure: Structure) -> list[tuple[int, Array]]:

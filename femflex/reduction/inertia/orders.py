@@ -6,7 +6,7 @@ x = b + m, b of first order and m of second, is
 
     V = 1/2 [V1 xx + 2 V2 bbb + 6 V2 bbm + V3 bbbb].
 
-All else is of fifth order and above. Beside shapes that follow bending, which know nothing of it (`condense`), it would
+All else is of fifth order and above. With shapes that follow bending, which know nothing of it (`condense`), it would
 hold a bent body up: where a kept stretch takes part in the shortening, its u'^2 / 2 wants an answer that none is there
 to give. A cantilever bent by 6.6 % of its length was 8.7 % too stiff with one stretching mode among eighteen.
 

@@ -53,7 +53,7 @@ def with_responses(
     found = [_both_ways(structure, modes, F, deflection) for F in _sought(structure, modes, directions, loads or {})]
     plain, buckled = (np.concatenate(part) for part in zip(*found, strict=True))
     if not len(plain):
-        raise ValueError(f"no static state was found on the way to a deflection of {deflection:.3g} m; ask for less")
+        raise ValueError(f"no static state was found on the way to a deflection of {deflection:.3g} m; lower it")
     n, phi = modes.n_modes, modes.phi
     for states, left_out in ((plain, LEFT_OUT), (buckled, 0.0), (plain, 0.0)):
         phi = np.column_stack([phi, _strongest(structure, phi, states, n + count - phi.shape[1], left_out)])

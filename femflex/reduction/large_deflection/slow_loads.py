@@ -40,7 +40,7 @@ def slow_loads(
     coordinate of the body. Forces at a group count as one space, of which the slow part is taken, moments and
     accelerations likewise: the axes in which a mesh is given do not matter. fastest: over the highest of the set.
     least: share of a load's static work by which the set must fall short before the shape is worth a coordinate.
-    Beside many modes a pull is no faster than that; unless the strain is linear it is left out as what the set's
+    With many modes a pull is no faster than that; unless the strain is linear it is left out as what the set's
     derivatives hold already (`brought_about`).
     """
     solve, highest = static_solver(structure, modes), np.nanmax(modes.omega, initial=0.0)

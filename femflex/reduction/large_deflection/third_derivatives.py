@@ -88,7 +88,7 @@ def third_derivative(structure: Structure, one: ModeSet) -> Array:
     free = free_dofs(structure, one.held)
     if np.abs(load[free]).max() <= NOTHING * np.abs(cubic[free]).max():
         raise ValueError(
-            f"the shape at {one.omega[0]:.4g} rad/s has no third derivative: large bending leaves it as it is. Ask for "
-            "fewer third derivatives."
+            f"the third derivative of the shape at {one.omega[0]:.4g} rad/s is zero: large bending does not change it. "
+            "Request fewer third derivatives."
         )
     return static_response(structure, one, load)[:, 0]

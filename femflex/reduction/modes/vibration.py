@@ -80,7 +80,7 @@ def free_free_modes(structure: Structure, n: int) -> ModeSet:
         moving = linalg.cho_factor(R.T @ MR)
     except linalg.LinAlgError:
         raise ValueError(
-            f"{n_rigid} rigid motions are free, and some move no mass (masses on one line turn about it without any); "
+            f"{n_rigid} rigid motions are free, and some move no mass (masses on a line have no inertia about it); "
             "clamp the structure, or give the masses inertia."
         ) from None
     phi = modes.phi - R @ linalg.cho_solve(moving, MR.T @ modes.phi)

@@ -159,9 +159,9 @@ def refuse_untensioned(structure: Structure, given: float = 0.0) -> None:
     for block in tension_blocks(structure):
         if float(block.stress.max()) <= max(ROUNDING * float(block.elastic.max()), RELAXED * given):
             raise ValueError(
-                f"{block.family} on group {block.group!r} has no tension, and so no stiffness across itself; give it a "
-                "prestress between supports that hold it, or a preload (weight, spin, orbit or forces) under which it "
-                "finds its tension"
+                f"{block.family} on group {block.group!r} has no tension, and therefore no transverse stiffness; give "
+                "it a prestress between fixed supports, or a preload (weight, spin, orbit or forces) that puts it "
+                "under tension"
             )
 
 

@@ -103,8 +103,8 @@ def warn_of_initial_stress(name: str, given: Structure, left: Structure, meant: 
     held = stress_energy(left) / max(stress_energy(given), 1e-300)
     if meant and held < HELD:
         _warn(
-            f"{name}: its clamps hold {held:.0%} of the energy of the initial stress (limit {HELD:.0%}); the rest "
-            "relaxed before its modes were computed. Clamp it wherever the stress is to be held, such as at both ends"
+            f"{name}: its clamps sustain {held:.0%} of the energy of the initial stress (limit {HELD:.0%}); the rest "
+            "relaxed before its modes were computed. Clamp every group that reacts the stress, such as both ends"
         )
     largest = largest_strain(given, left)
     if largest > SMALL:

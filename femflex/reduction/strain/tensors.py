@@ -44,7 +44,7 @@ def strain_tensors(structure: Structure, phi: Array) -> StrainTensors:
 def cubic_tensors(structure: Structure, phi: Array) -> StrainTensors:
     """V1, f0 and V2 of shapes phi (n_dof, n) [m, rad] without V3, which costs (n + 1)/2 times as much.
 
-    Beside the chunks stand 8 n (n + n(n+1)/2) bytes (0.7 MB for 40 shapes, 50 MB for 230). Raises as `strain_tensors`.
+    Chunks, and 8 n (n + n(n+1)/2) bytes (0.7 MB for 40 shapes, 50 MB for 230). Raises as `strain_tensors`.
     """
     total = products(structure, phi, phi.shape[1])
     V1 = linear_stiffness(structure.K, phi)

@@ -3,7 +3,7 @@
 loads/NAME/force:x         one more newton of a load of the case, in its frame; also torque:x
 markers/BODY.MARKER/force:x  a force or torque at a marker, in its axes
 joints/FREEDOM/effort      force or torque along a slide or turn
-motions/FREEDOM            acceleration of a specified or locked slide or turn; its place and rate become states
+motions/FREEDOM            acceleration of a prescribed or locked slide or turn; its place and rate become states
 effectors/NAME/CHANNEL     a signal, or a command of a sampled controller
 """
 
@@ -128,7 +128,7 @@ def is_input(one: Effector) -> bool:
 
 
 def usual_inputs(system: System, moving: Sequence[str]) -> list[str]:
-    """Paths of the inputs taken where none are named: loads of the case, specified motions that move, signals."""
+    """Paths of the inputs taken where none are named: loads of the case, prescribed motions that move, signals."""
     known = known_inputs(system)
     loads = [path for path, one in known.items() if one.kind == "load" and _acts(system, one)]
     motions = [path for path, one in known.items() if one.kind == "motion" and one.owner in moving]

@@ -3,7 +3,7 @@
     M du' + (D + G) du + K dxi + R dz = Q du_in,    dxi' = du + W dxi,    dz' = F_x dxi + F_u du + F_z dz + F_in du_in
 
 The coordinates' side is that of `femflex.dynamics.equilibria.linearised`. Columns of inputs come from the same system
-with a little more of the input; outputs are differences of the channels. The place and rate of a specified freedom are
+with a little more of the input; outputs are differences of the channels. The place and rate of a prescribed freedom are
 states of the model, and its acceleration is the input.
 """
 
@@ -48,7 +48,7 @@ class LinearModel(StateSpace):
     model     the compiled system that it is about, and x (n_x,) the state, t the time [s]
     y0        (n_out,) outputs there
     about     the equilibrium; None about an instant of a motion
-    left_out  loads that do not act in the equilibrium, specified motions that stay at their initial values
+    left_out  loads that do not act in the equilibrium, prescribed motions that stay at their initial values
     """
 
     mass: Array
@@ -84,7 +84,7 @@ def linear_model(
     """The linear model of a system about the equilibrium nearest to its initial coordinates, or about a state.
 
     inputs   paths such as "loads/slew/torque:y" (see `femflex.studies.linear.inputs`); left out, the loads of the
-             case along the axes in which they act, specified motions, signals, and commands of controllers
+             case along the axes in which they act, prescribed motions, signals, and commands of controllers
     outputs  channels, as in "bodies/hub/rate" or "bodies/hub/rate:y"; left out, attitude, rates of the root body,
              deflections of markers, and what sensors measure
     at       time [s] at which loads and motions are taken; left out, those that vary are left out of the equilibrium
@@ -109,12 +109,12 @@ def linear_model(
             raise ValueError(f"the state has the shape {x.shape}; expected ({model.n_x},), as a row of a run")
     chosen = inputs_of(model.system, wanted)
     if any(one.kind == "motion" for one in chosen) and model.constraints is not None:
-        raise ValueError("with loops a specified motion cannot be an input of a linear model; take loads")
+        raise ValueError("with loops a prescribed motion cannot be an input of a linear model; take loads")
     return _Builder(model, x, t, chosen, outputs).built(about, left_out)
 
 
 def _moving(system: System) -> list[str]:
-    """Names of the specified freedoms that move."""
+    """Names of the prescribed freedoms that move."""
     return [joint.freedom_names()[k] for joint in system.joints for k, one in joint.held.items() if one.moves]
 
 
@@ -167,7 +167,7 @@ class _Builder:
     def _with_motions(
         self, led: list[Input], blocks: tuple[Array, Array, Array], M: Array, Z: Array
     ) -> tuple[Array, Array, Array]:
-        """A, B, C with place and rate of each specified freedom as two more states."""
+        """A, B, C with place and rate of each prescribed freedom as two more states."""
         A, B, C = blocks
         n, m = len(A), 2 * len(led)
         wide = np.zeros((n + m, n + m))
@@ -187,7 +187,7 @@ class _Builder:
         return self._difference([(end, self.x, self.udot) for end in ends], one.step, M, Z)
 
     def _led_column(self, one: Input, order: int, M: Array, Z: Array) -> tuple[Array, Array]:
-        """Columns of place (0), rate (1) or acceleration (2) of a specified freedom."""
+        """Columns of place (0), rate (1) or acceleration (2) of a prescribed freedom."""
         names = [name.removesuffix("_rate") for name, _ in self.model.system.velocity_names()]
         u = names.index(one.owner)
         step = (STEP, STEP * max(1.0, float(np.abs(self.model.parts(self.x)[1]).max(initial=0.0))), 1.0)[order]

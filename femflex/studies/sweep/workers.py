@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
@@ -11,6 +10,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from femflex.studies.sweep.member import Outcome, Plan, run_member
+from femflex.worker_processes import started
 
 Todo = Sequence[tuple[int, Mapping[str, Any]]]
 
@@ -53,7 +53,7 @@ def _alone(plan: Plan, number: int, values: Mapping[str, Any]) -> Outcome:
 
 
 def _pool(workers: int) -> ProcessPoolExecutor:
-    return ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"))
+    return ProcessPoolExecutor(workers, mp_context=started([run_member.__module__]))
 
 
 @contextmanager
