@@ -91,6 +91,8 @@ def build_craft(case: Case, parts: Mapping[str, Part]) -> Craft:
         ends = ((spring.parent, spring.parent_marker), (spring.body, spring.marker))
         effectors.append(made(f"separations.{name}", separation_spring, name, ends, spring.stiffness, spring.length))
     for name, line in case.cables.items():
+        if line.mass_per_length is not None:
+            continue  # its masses start between its ends (`femflex.pipeline.start`)
         effectors.append(made(f"cables.{name}", build_cable, case, name, line))
     tanks = {name: held for name, held in case.tanks.items() if held.body in bodies}
     varying = (made("tanks", emptied, bodies, tanks) or {}) if not problems else {}

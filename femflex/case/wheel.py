@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from femflex.case.base import Table, refuse
 from femflex.case.joint_values import Damper
@@ -137,6 +137,10 @@ class CableTable(MountedTable):
     """Axial stiffness, force per strain."""
     damping: Damper = 0.0
     """Damping while it is taut; it never makes the cable push."""
+    mass_per_length: Annotated[float | None, Quantity("kg/m", above=0.0)] = None
+    """Mass per length of a cable of constant length, as point masses on a line. Default: no mass."""
+    masses: Annotated[int, Field(ge=1, le=500)] = 20
+    """Number of point masses, with mass_per_length. They start on the straight line between the markers."""
 
 
 class SignalTable(Table):

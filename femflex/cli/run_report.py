@@ -6,6 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from femflex.case import Case
     from femflex.pipeline import Prepared
     from femflex.results import Run
@@ -122,7 +125,7 @@ def print_run_summary(run: Run, system: System, output: Path) -> None:
         f"done        {output}: {s.get('accepted', 0)} steps, {s.get('rejected', 0)} rejected, "
         f"{s.get('evaluations', 0)} evaluations"
     )
-    for line in (*latch_lines(run), *tank_lines(run), *cable_lines(run), *reach_lines(run, system)):
+    for line in (*latch_lines(run), *tank_lines(run), *wheel_lines(run), *cable_lines(run), *reach_lines(run, system)):
         print(line)
     for path in conserved_monitors(run, system):
         print(change_line(run, path))
@@ -147,12 +150,15 @@ def change_line(run: Run, path: str) -> str:
 
 
 def latch_lines(run: Run) -> list[str]:
-    """A line per latch: when it locked and what was lost."""
+    """A line per latch: when it locked and what was lost, or the first row at which it is open."""
+    import numpy as np
+
     out = []
     for path in sorted(name for name in run if name.startswith("latches/") and name.endswith("/time")):
         name, at = path.split("/")[1], float(run[path][-1])
         if at <= RELEASED:
-            out.append(f"latch       {name} was released")
+            since = run.time[np.argmax(run[path] <= RELEASED)]
+            out.append(f"latch       {name} was released (open at t = {since:.6g} s)")
         elif at < 0:
             out.append(f"latch       {name} did not lock")
         else:
@@ -176,23 +182,31 @@ def tank_lines(run: Run) -> list[str]:
     return out
 
 
+def wheel_lines(run: Run) -> list[str]:
+    """A line per wheel whose torque or speed was at a limit at some rows: for how many of them, from when to when."""
+    paths = sorted(path for path in run if path.startswith("effectors/") and path.endswith("/saturated"))
+    found = {path.split("/")[1]: when(run, run[path] > 0.5) for path in paths}
+    return [f"wheel       {name} was saturated {text}" for name, text in found.items() if text]
+
+
 def cable_lines(run: Run) -> list[str]:
     """A line per cable that was slack at some rows: for how many of them, from when on."""
-    import numpy as np
-
-    out = []
+    found = {}
     for path in sorted(name for name in run if name.startswith("effectors/") and name.endswith("/tension")):
         name = path.split("/")[1]
-        if f"effectors/{name}/distance" not in run:
-            continue
-        slack = run[path] == 0.0
-        if slack.any():
-            first, last = run.time[np.flatnonzero(slack)[[0, -1]]]
-            out.append(
-                f"cable       {name} was slack in {slack.mean():.0%} of the rows, first at t = {first:.6g} s, last at "
-                f"t = {last:.6g} s"
-            )
-    return out
+        if f"effectors/{name}/slack" in run:
+            found[name] = when(run, run[f"effectors/{name}/slack"] > 0.0)
+        elif f"effectors/{name}/distance" in run:
+            found[name] = when(run, run[path] == 0.0)
+    return [f"cable       {name} was slack {text}" for name, text in found.items() if text]
+
+
+def when(run: Run, rows: NDArray[np.bool_]) -> str:
+    """The part of these rows, the first and the last of them; empty for none."""
+    if not rows.any():
+        return ""
+    times = run.time[rows]
+    return f"in {rows.mean():.0%} of the rows, first at t = {times[0]:.6g} s, last at t = {times[-1]:.6g} s"
 
 
 def reach_lines(run: Run, system: System) -> list[str]:

@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 from femflex.assembly import system as assembly
 from femflex.case.case import Case
 from femflex.case.initial import EQUILIBRIUM
+from femflex.case.motion import Motion
 from femflex.case.problems import CaseError, Problem
 from femflex.dynamics import compile_system
 from femflex.pipeline.compiled import compiled
 from femflex.pipeline.recovered import recovered
 from femflex.pipeline.references import channel_problems, motion_problems, size_problems
 from femflex.rotations import dcm_from_quaternion
-from femflex.system import Part, System, started
+from femflex.system import Part, Sensor, System, started, with_heavy_cable
 
 Array = NDArray[np.float64]
 
@@ -28,13 +29,70 @@ def system_of(case: Case, bodies: Mapping[str, Part] | None = None) -> System:
 
     Raises CaseError with what does not fit together.
     """
-    system = assembly.system_of(case, bodies)
+    system = with_heavy_cables(case, assembly.system_of(case, bodies))
     _check_references(case, system)
     given = case.attitude.position is not None, case.attitude.velocity is not None
     loose = {*case.bodies} - {joint.child for joint in case.joints}  # one of them at most, held as [attitude] says
     if system.orbit is not None and system.orbit.free and loose and not all(given):
         system = centred(system, *given)
     return placed(case, system)
+
+
+def with_heavy_cables(case: Case, system: System) -> System:
+    """The system with the cables that have mass, straight between their ends and at the rates between theirs.
+
+    Raises CaseError for a cable that cannot be.
+    """
+    given = {name: table for name, table in case.cables.items() if table.mass_per_length is not None}
+    if not given:
+        return system
+    ends = {
+        (name, kind): Sensor(
+            f"{name}_span_{kind}", kind, table.body, table.marker, (table.parent, table.parent_marker)
+        ).effectors
+        for name, table in given.items()
+        for kind in ("displacement", "velocity")
+    }
+    model = compile_system(replace(system, effectors=(*system.effectors, *(e for own in ends.values() for e in own))))
+    seen = model.observe(np.zeros(1), model.x0[None])
+    problems = []
+    for name, table in given.items():
+        span, rate = (
+            np.array([seen[f"effectors/{name}_span_{kind}/{axis}"][0] for axis in "xyz"])
+            for kind in ("displacement", "velocity")
+        )
+        share = (np.arange(table.masses)[:, None] + 0.5) / table.masses
+        assert table.mass_per_length is not None
+        try:
+            length = constant_length(case, table.length)
+            between = ((table.parent, table.parent_marker), (table.body, table.marker))
+            system = with_heavy_cable(
+                system,
+                name,
+                between,
+                length,
+                table.EA,
+                table.mass_per_length,
+                table.masses,
+                share * span,
+                rates=share * rate,
+                damping=table.damping,
+            )
+        except ValueError as error:
+            problems.append(Problem(f"cables.{name}", str(error.args[0])))
+    if problems:
+        raise CaseError(case.path.name, problems)
+    return system
+
+
+def constant_length(case: Case, length: Motion) -> float:
+    """The length of a cable with mass [m]. Raises ValueError for one that changes."""
+    if length.profile is None or length.given is not None:
+        raise ValueError(
+            "found a length that changes and mass_per_length; give a constant length, leave the mass out, or use a "
+            "deploying member (family = 'tether')"
+        )
+    return float(length.profile(case.path.parent)(0.0)[0])
 
 
 def _check_references(case: Case, system: System) -> None:

@@ -18,6 +18,7 @@ from femflex.system.blocks import (
     state_space,
 )
 from femflex.system.cable import cable
+from femflex.system.cable_chain import with_heavy_cable
 from femflex.system.channel import Channel
 from femflex.system.constraint import Nonholonomic, knife_edge, rolling_disc, velocity_rows
 from femflex.system.controller import Controller
@@ -137,6 +138,7 @@ __all__ = [
     "velocity_rows",
     "weld",
     "with_attached",
+    "with_heavy_cable",
     "with_wheel",
     "without_axial_inertia",
 ]

@@ -23,6 +23,7 @@ MODULES = {
     "signal": "signals",
     "separation": "separation",
     "cable": "cable",
+    "cable_chain": "cable_chain",
 }
 ALL = frozenset({"wheel", "rotor", "thruster"})  # functions that write all their numbers, so that none is set to zero
 
