@@ -93,6 +93,9 @@ class Structure:
     notes: tuple[str, ...] = ()
     known: dict[tuple[Any, ...], tuple[Any, ...]] = field(default_factory=dict, init=False, repr=False)
 
+    def __repr__(self) -> str:
+        return f"Structure of {self.M.shape[0]} degrees of freedom on {len(self.mesh.points)} points"
+
     def recalled(self, key: tuple[Any, ...], make: Callable[[], Any]) -> Any:
         """What `make` computes of this structure, computed once; its warnings are given every time it is wanted."""
         if key not in self.known:
