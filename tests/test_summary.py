@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
 from femflex.body import rigid_body
 from femflex.dynamics import compile_system
+from femflex.mesh import read_mesh
 from femflex.summary import Summarised
 from femflex.system import Load, System, free
 from femflex.view.drawing import Drawing
@@ -46,3 +49,8 @@ def test_a_drawing_is_a_path_that_shows_its_file(tmp_path):
     movie = Drawing(tmp_path / "a.mp4")
     movie.write_bytes(b"1234")
     assert "data:video/mp4;base64,MTIzNA==" in (movie._repr_html_() or "")
+
+
+def test_a_mesh_prints_its_counts_and_groups_instead_of_its_arrays():
+    text = repr(read_mesh(Path(__file__).parents[1] / "meshes" / "panel.msh"))
+    assert text.startswith("Mesh\npoints  207") and "tip_corner" in text and "array" not in text

@@ -101,6 +101,8 @@ def draw(found: Sweep, path: Path, title: str, how: tuple[str, bool], kind: str)
         plot_indices(list(found.inputs), found.sobol, path, theme, title, force=force)
     elif kind == "envelope":
         bands = found.of_histories()
-        plot_envelopes(found.time, found.histories, bands, found.percentiles, path, theme, title, force=force)
+        plot_envelopes(
+            found.time, found.histories, bands, found.percentiles, path, theme, title, force=force, units=found.units
+        )
     else:
         plot_scatter(found.inputs, found.outputs, found.units, path, theme, title, force=force)

@@ -95,6 +95,9 @@ class Structure:
     point_names: Mapping[int, str] = field(default_factory=dict)
     known: dict[tuple[Any, ...], tuple[Any, ...]] = field(default_factory=dict, init=False, repr=False)
 
+    def __repr__(self) -> str:
+        return f"Structure of {self.M.shape[0]} degrees of freedom on {len(self.mesh.points)} points"
+
     def recalled(self, key: tuple[Any, ...], make: Callable[[], Any]) -> Any:
         """What `make` computes of this structure, computed once; its warnings are given every time it is wanted."""
         if key not in self.known:

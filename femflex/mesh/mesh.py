@@ -55,6 +55,9 @@ class Mesh:
         ):
             object.__setattr__(self, key, value)
 
+    def __repr__(self) -> str:
+        return f"Mesh\n{self.summary()}"
+
     @property
     def groups(self) -> list[str]:
         """Names of all groups, sorted."""

@@ -63,16 +63,21 @@ def draw_study(above: Axes, below: Axes, study: StudyData, colours: Theme) -> No
     _errors(below, study, colours)
 
 
+def abscissa(study: StudyData) -> NDArray[np.int64]:
+    """The counts of coordinates (n,), or the levels where a level adds no coordinate to that before."""
+    return study.counts if np.all(np.diff(study.counts) > 0) else study.levels
+
+
 def _values(ax: Axes, study: StudyData, colours: Theme) -> None:
     """Values over the count, the limit, and the band of the tolerance about it."""
-    ax.set_xscale("log")
+    ax.set_xscale("log" if abscissa(study).min() > 0 else "linear")
     if np.isfinite(study.estimate):
         band = study.tolerance * study.scale
         ax.axhspan(study.estimate - band, study.estimate + band, color=colours.lines[2], alpha=0.15, linewidth=0)
         ax.axhline(study.estimate, color=colours.lines[2], linewidth=1.2, label="limit")
         ax.fill_between([], [], color=colours.lines[2], alpha=0.15, label=f"tolerance {study.tolerance:g}")
         _frame(ax, study, band)
-    ax.plot(study.counts, study.values, "o-", color=colours.lines[0], linewidth=1.2, markersize=5, label="value")
+    ax.plot(abscissa(study), study.values, "o-", color=colours.lines[0], linewidth=1.2, markersize=5, label="value")
     _ring(ax, study, study.values, colours)
     ax.ticklabel_format(axis="y", useOffset=True, useMathText=True, scilimits=(-3, 4))
     ax.set_ylabel(f"value [{study.unit}]" if study.unit not in ("", "1") else "value")
@@ -90,13 +95,13 @@ def _frame(ax: Axes, study: StudyData, band: float) -> None:
 
 def _errors(ax: Axes, study: StudyData, colours: Theme) -> None:
     """Relative errors over the count, the law through them, and the tolerance."""
-    ax.set_xscale("log")
+    ax.set_xscale("log" if abscissa(study).min() > 0 else "linear")
     ax.set_yscale("log")
     known = np.isfinite(study.errors) & (study.errors > 0)
-    counts, errors = study.counts[known], study.errors[known] / study.scale
+    counts, errors = abscissa(study)[known], study.errors[known] / study.scale
     resolved = known & (np.arange(len(known)) < study.n_resolved)
     if study.law is not None and resolved.any():
-        x, on = study.x[resolved], study.counts[resolved].astype(float)
+        x, on = study.x[resolved], abscissa(study)[resolved].astype(float)
         fine = np.geomspace(x[0], x[-1], 200)
         ax.plot(
             np.exp(np.interp(np.log(fine), np.log(x), np.log(on))),
@@ -112,7 +117,7 @@ def _errors(ax: Axes, study: StudyData, colours: Theme) -> None:
     else:
         ax.text(0.5, 0.5, "no error can be estimated", transform=ax.transAxes, ha="center", color=colours.faint)
     _ring(ax, study, study.errors / study.scale, colours)
-    named = not np.array_equal(study.levels, study.counts)
+    named = not np.array_equal(study.levels, abscissa(study))
     for level, at, error in zip(study.levels[known], counts, errors, strict=True):
         if named:
             mark = ax.annotate(f"{level}", (at, error), (0, 8), textcoords="offset points", ha="center", fontsize=8)
@@ -122,7 +127,8 @@ def _errors(ax: Axes, study: StudyData, colours: Theme) -> None:
     what = "degrees of freedom" if study.over == "mesh" else "elastic coordinates"
     what = "shapes" if study.over == "derivatives" and study.followers.any() else what
     numbers = "refinements of the mesh" if study.over == "mesh" else f"{VARIED.get(study.over, study.over)} per body"
-    ax.set_xlabel(f"{what}   (at a point: {numbers})" if named else what)
+    own = np.array_equal(study.levels, abscissa(study)) and not np.array_equal(study.levels, study.counts)
+    ax.set_xlabel(numbers if own else f"{what}   (at a point: {numbers})" if named else what)
     _count_ticks(ax, study)
 
 
@@ -130,7 +136,8 @@ def _ring(ax: Axes, study: StudyData, heights: Array, colours: Theme) -> None:
     """A ring about the level to choose."""
     at = study.levels == study.recommended
     if study.recommended is not None and np.isfinite(heights[at]).all():
-        (ring,) = ax.plot(study.counts[at], heights[at], "o", color=colours.lines[6], markersize=12, label="to choose")
+        place = abscissa(study)[at]
+        (ring,) = ax.plot(place, heights[at], "o", color=colours.lines[6], markersize=12, label="to choose")
         ring.set(markerfacecolor="none", markeredgewidth=1.5)
 
 
@@ -138,9 +145,9 @@ def _count_ticks(ax: Axes, study: StudyData) -> None:
     """Ticks at the counts themselves."""
     from matplotlib.ticker import FixedLocator, NullLocator
 
-    ax.xaxis.set_major_locator(FixedLocator([float(count) for count in study.counts]))
+    ax.xaxis.set_major_locator(FixedLocator([float(count) for count in abscissa(study)]))
     ax.xaxis.set_minor_locator(NullLocator())
-    ax.set_xticklabels([str(count) for count in study.counts])
+    ax.set_xticklabels([str(count) for count in abscissa(study)])
 
 
 def finish(ax: Axes, colours: Theme, inside: bool = False) -> None:

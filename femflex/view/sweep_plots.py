@@ -70,9 +70,10 @@ def plot_envelopes(
     title: str = "Sweep",
     dpi: int = 150,
     force: bool = False,
+    units: Mapping[str, str] | None = None,
 ) -> Path:
     """Path of a picture (.png or .svg) of histories (n, n_t) over time (n_t,) [s]: percentiles (n_p, n_t), least and
-    largest of all runs."""
+    largest of all runs. units: of the histories, by their names."""
     check_kind(path)
     if not histories:
         raise ValueError("the sweep kept no histories, so there is no envelope to draw; name some in `histories`")
@@ -89,7 +90,8 @@ def plot_envelopes(
             ax.fill_between(time / seconds, low, high, color=colour, alpha=0.35, label=text)
         middle = int(np.argmin(np.abs(percentiles - 50.0)))
         ax.plot(time / seconds, bands[name][middle], color=colour, linewidth=1.2, label=f"{percentiles[middle]:g} %")
-        ax.set_ylabel(name.split("/")[-1])
+        of_it = (units or {}).get(name, "")
+        ax.set_ylabel(name.split("/")[-1] + (f" [{raised(of_it)}]" if of_it else ""))
         ax.set_title(name, fontsize=9, color=colours.text, loc="left")
         ax.margins(x=0)
         finish(ax, [name], colours)

@@ -11,7 +11,7 @@ from matplotlib.image import imread
 
 from femflex.case import Case
 from femflex.studies import Convergence, Point, assessed, planned
-from femflex.view.convergence import plot_convergence
+from femflex.view.convergence import abscissa, plot_convergence
 
 Built = Callable[..., Case]
 
@@ -63,3 +63,10 @@ def test_another_kind_of_file_is_refused(built: Built, tmp_path: Path):
     path = plot_convergence(study(built(), [1.0, 2.0]), tmp_path / "study.png", dpi=40)
     with pytest.raises(FileExistsError, match="exists"):
         plot_convergence(study(built(), [1.0, 2.0]), path)
+
+
+def test_levels_that_add_no_coordinate_stand_apart(built: Built):
+    points = [Point(n, 5, v, 1e-12, "m") for n, v in zip([1, 2, 4], [1.5, 1.1, 1.02], strict=True)]
+    found = assessed(planned(built(), "modes"), points, 1e-3)
+    assert abscissa(found).tolist() == [1, 2, 4] and found.counts.tolist() == [5, 5, 5]
+    assert abscissa(study(built(), [1.5, 1.1, 1.02], "mesh")).tolist() == [10, 20, 40]

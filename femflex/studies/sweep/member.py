@@ -45,7 +45,7 @@ class Plan:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What is kept of a member: outputs and their units, histories over time, or what broke it off."""
+    """What is kept of a member: outputs, histories over time, units of both, or what broke it off."""
 
     number: int
     outputs: list[float]
@@ -124,6 +124,7 @@ def _outcome(base: VariedCase, table: SweepTable, number: int, values: Mapping[s
             outputs.append(measured(one, seen, motion))
             units.append(measured_unit(one, seen))
     histories = [history(seen, text) for text in table.histories]
+    units += [seen.unit(path) for path in kept]
     return Outcome(number, outputs, units, seen.time.tolist() if histories else [], [h.tolist() for h in histories])
 
 

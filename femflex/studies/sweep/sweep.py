@@ -35,7 +35,7 @@ class Sweep:
 
     inputs       key path -> (n,) values in their units, NaN for words
     outputs      name -> (n,) NaN where a member failed
-    units        key path or name -> unit
+    units        key path, name or history -> unit
     time         (n_t,) [s];  histories  channel -> (n, n_t)
     percentiles  (n_p,);  problems (n,) what broke a member off, "" where nothing did
     sobol        name of an output -> (n_inputs, 2) first-order and total indices; empty for other designs
@@ -149,7 +149,8 @@ def gathered(table: SweepTable, members: list[dict[str, Any]], done: list[Outcom
     rows = [by_number[k] for k in range(len(members))]
     good = next((one for one in rows if not one.problem), None)
     time = np.array(good.time if good else [])
-    units = dict(zip(table.outputs, good.units if good else [""] * len(table.outputs), strict=True))
+    named = [*table.outputs, *table.histories]
+    units = dict(zip(named, good.units if good else [""] * len(named), strict=True))
     inputs = {}
     for key in table.vary:
         numbers = [_number(one[key]) for one in members]
@@ -231,7 +232,7 @@ def open_sweep(path: str | Path) -> Sweep:
         }
         units = {
             name.replace("|", "/"): str(data.attrs["unit"])
-            for group in ("inputs", "outputs")
+            for group in ("inputs", "outputs", "histories")
             if group in file
             for name, data in file[group].items()
         }
