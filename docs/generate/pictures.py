@@ -16,7 +16,7 @@ from pathlib import Path
 TOP = Path(__file__).resolve().parents[2]
 PICTURES = TOP / "docs" / "gallery"
 WIDTH = 800  # pixels
-COLOURS = 256  # of the palette
+COLOURS = {"still": 128, "plot": 48}  # of the palette
 
 
 def drawn(name: str) -> list[Path]:
@@ -60,8 +60,11 @@ def keep(pictures: object, folder: Path) -> None:
         with Image.open(path) as image:
             small = image.convert("RGB")
         small = small.resize((WIDTH, round(small.height * WIDTH / small.width)), Image.Resampling.LANCZOS)
-        small = small.quantize(COLOURS, method=Image.Quantize.MEDIANCUT, kmeans=2, dither=Image.Dither.NONE)
-        small.save(folder / path.name.removeprefix("run_"), optimize=True)
+        name = path.name.removeprefix("run_")
+        still = name[0].isdigit() or name.startswith(("run", "modes"))
+        count = COLOURS["still" if still else "plot"]
+        small = small.quantize(count, method=Image.Quantize.MEDIANCUT, kmeans=2, dither=Image.Dither.NONE)
+        small.save(folder / name, optimize=True)
 
 
 def main(names: list[str]) -> None:

@@ -85,7 +85,12 @@ def test_every_member_is_the_closed_form_of_its_values(study, tmp_path):
     speed = found.inputs["loads.0.torque.2"] * 2.0 / found.inputs["bodies.wheel.inertia.2"]
     assert found.outputs["speed"] == pytest.approx(speed, rel=1e-9)
     assert seen == [1, 2, 3, 4, 5, 6] and not any(found.problems)
-    assert found.units == {"bodies.wheel.inertia.2": "kg m^2", "loads.0.torque.2": "", "speed": "rad/s"}
+    assert found.units == {
+        "bodies.wheel.inertia.2": "kg m^2",
+        "loads.0.torque.2": "",
+        "speed": "rad/s",
+        "bodies/wheel/rate:z": "rad/s",
+    }
     assert found.of_outputs()["speed"] == pytest.approx(np.percentile(speed, [5, 50, 95]), rel=1e-9)
     assert found.histories["bodies/wheel/rate:z"] == pytest.approx(np.outer(speed, found.time / 2.0), rel=1e-9)
     read = open_sweep(tmp_path / "s.h5")
