@@ -129,7 +129,7 @@ def test_times_of_a_motion_table_may_have_units_of_their_own():
 MISTAKES = [
     (
         "kind = 'revolute'\nangle = 1\nmotion.angle = " + STEP,
-        "found angle for a coordinate that is specified by motion.angle; the motion sets its initial value",
+        "found angle for a coordinate that is prescribed by motion.angle; the motion sets its initial value",
     ),
     (
         "kind = 'revolute'\nrate = 1\nmotion.angle = 'locked'",
@@ -141,11 +141,11 @@ MISTAKES = [
     ),
     (
         "kind = 'prismatic'\ndamping = 1\nmotion.position = 1",
-        "found damping for a coordinate that is specified by motion.position",
+        "found damping for a coordinate that is prescribed by motion.position",
     ),
     (
         "kind = 'universal'\nangles = [0, 1]\nmotion.angles = ['free', 0.4]",
-        "found angles for a coordinate that is specified",
+        "found angles for a coordinate that is prescribed",
     ),
     (
         "kind = 'free'\nslide_stiffness = 1\nmotion.position = ['free', 'free', 0.4]",
@@ -194,7 +194,7 @@ TABLES = [
     ("times = [1, 2, 3, 4], values = [0, 1, 2, 3]", "is known from 1 s to 4 s; it must begin at or before 0 s"),
     (
         "times = [0, 1, 2, 3], values = [0, 1, 2, 3]",
-        "specified up to 3 s, and the run lasts 4 s; give the",
+        "prescribed up to 3 s, the run lasts 4 s; give the",
     ),
     ("times = [0, 1, 2, 4]", "give times and values, or file and column"),
     (
