@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
+from multiprocessing.connection import wait
 from multiprocessing.context import BaseContext
+from threading import Thread
 
 SERVER = "forkserver"  # copies one process that has the modules; a copy of this one could hold locks of its threads
 
@@ -22,3 +25,15 @@ def started(modules: list[str]) -> BaseContext:
     context.set_forkserver_preload(modules)
     forkserver.ensure_running()
     return context
+
+
+def end_with_parent() -> None:
+    """Let this worker process end when the one that began it has, however that ended."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        Thread(target=_end_after, args=(parent.sentinel,), daemon=True).start()
+
+
+def _end_after(sentinel: int) -> None:
+    wait([sentinel])
+    os._exit(1)

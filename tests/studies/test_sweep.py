@@ -3,6 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import h5py
@@ -17,7 +22,7 @@ from femflex.case.sweep import parse_sweep
 from femflex.cli.app import app
 from femflex.studies.sweep import open_sweep, sweep
 from femflex.studies.sweep.design import designed, indices, unit_samples
-from femflex.studies.sweep.journal import journal_of
+from femflex.studies.sweep.journal import begin, journal_of, read_journal
 from femflex.studies.sweep.member import run_member
 from femflex.studies.sweep.sweep import planned
 
@@ -122,6 +127,49 @@ def test_a_sweep_that_was_killed_goes_on_to_the_same_bits(study, tmp_path):
         sweep(study(("seed = 4", "seed = 5")), tmp_path / "t.h5", workers=1, resume=True)
     with pytest.raises(ValueError, match=r"s\.h5 is of another sweep: the file of the sweep, its case or a file that"):
         sweep(study(("seed = 4", "seed = 5")), tmp_path / "s.h5", workers=1, resume=True)
+
+
+def test_a_journal_is_whole_before_the_first_member_is_done(study, tmp_path):
+    """A sweep that is killed at once, or while it goes on, keeps its digest and what was done."""
+    _, plan = planned(study())
+    one = run_member(plan, 0, designed(planned(study())[0])[0])
+    with begin(tmp_path / "s.journal", plan, []):
+        assert read_journal(tmp_path / "s.journal", plan) == []
+    with begin(tmp_path / "s.journal", plan, [one]):
+        assert read_journal(tmp_path / "s.journal", plan) == [one]
+    assert [path.name for path in tmp_path.glob("s.*")] == ["s.journal"]
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs signals")
+def test_workers_end_with_the_sweep_that_began_them(study, tmp_path):
+    code = (
+        "import os, sys\nfrom femflex.studies.sweep.workers import _pool\n"
+        "if __name__ == '__main__':\n    pool = _pool(2)\n"
+        "    print(*{pool.submit(os.getpid).result() for _ in range(8)}, flush=True)\n    sys.stdin.read()\n"
+    )
+    script = tmp_path / "pool.py"
+    script.write_text(code)
+    parent = subprocess.Popen([sys.executable, script], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    assert parent.stdout is not None and parent.stdin is not None
+    workers = [int(word) for word in parent.stdout.readline().split()]
+    assert workers
+    parent.kill()
+    parent.wait()
+    until = time.monotonic() + 60.0
+    while time.monotonic() < until and any(_lives(pid) for pid in workers):
+        time.sleep(0.05)
+    parent.stdout.close()
+    parent.stdin.close()
+    assert not any(_lives(pid) for pid in workers)
+
+
+def _lives(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    return True
 
 
 def test_a_sweep_is_another_one_when_a_file_of_its_case_has_changed(craft, write_case, tmp_path):

@@ -52,12 +52,14 @@ def read_journal(path: Path, plan: Plan) -> list[Outcome]:
 
 
 def begin(path: Path, plan: Plan, done: list[Outcome]) -> TextIO:
-    """The journal open for more, with what is done."""
-    file = path.open("w", encoding="utf-8")
-    file.write(digest(plan) + "\n")
-    for one in done:
-        add(file, one)
-    return file
+    """The journal open for more, with what is done; one that was there is replaced when the new one is whole."""
+    part = path.with_name(path.name + ".part")
+    with part.open("w", encoding="utf-8") as file:
+        file.write(digest(plan) + "\n")
+        for one in done:
+            add(file, one)
+    os.replace(part, path)
+    return path.open("a", encoding="utf-8")
 
 
 def add(file: TextIO, one: Outcome) -> None:

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from femflex.studies.sweep.member import Outcome, Plan, run_member
-from femflex.worker_processes import started
+from femflex.worker_processes import end_with_parent, started
 
 Todo = Sequence[tuple[int, Mapping[str, Any]]]
 
@@ -53,7 +53,7 @@ def _alone(plan: Plan, number: int, values: Mapping[str, Any]) -> Outcome:
 
 
 def _pool(workers: int) -> ProcessPoolExecutor:
-    return ProcessPoolExecutor(workers, mp_context=started([run_member.__module__]))
+    return ProcessPoolExecutor(workers, started([run_member.__module__]), end_with_parent)
 
 
 @contextmanager
