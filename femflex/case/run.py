@@ -112,7 +112,7 @@ class PicturesTable(Table):
     start: Time | None = None
     """First time of the movie. Default: the start of the run."""
     end: Time | None = None
-    """Last time of the movie. Default: the end of the run."""
+    """Last time of the movie. Default: when nothing moves visibly any more, or the end of the run."""
     speed: Annotated[float | None, Quantity("", above=0.0)] = None
     """Seconds of the run per second of the movie. Default: 1 for short runs, else so that the movie takes 12 s."""
     fps: Annotated[float, Quantity("", above=0.0, most=240.0)] = 25.0

@@ -49,10 +49,7 @@ def draw_pictures(
         if kind == "picture":
             render_picture(run, path, time=what, force=force, **look)
         elif kind == "movie":
-            span = (
-                run.time[0] if table.start is None else table.start,
-                run.time[-1] if table.end is None else table.end,
-            )
+            span = (table.start, table.end)
             with Bar("drawing", 1.0, unit="of the frames") as bar:
                 tell = lambda done, count, bar=bar: bar(done / count)  # noqa: E731
                 render_movie(run, path, fps=table.fps, speed=table.speed, span=span, force=force, progress=tell, **look)

@@ -32,7 +32,9 @@ def render(
     ] = None,
     movie: Annotated[bool, typer.Option("--movie", help="Draw a movie instead of a picture.")] = False,
     start: Annotated[str | None, typer.Option("--from", help="First time of the movie.")] = None,
-    end: Annotated[str | None, typer.Option("--to", help="Last time of the movie.")] = None,
+    end: Annotated[
+        str | None, typer.Option("--to", help="Last time of the movie. Default: soon after the motion ends.")
+    ] = None,
     speed: Annotated[float | None, typer.Option("--speed", help="Seconds of the run in one of the movie.")] = None,
     fps: Annotated[float, typer.Option("--fps", help="Frames a second.")] = 25.0,
     mode: Annotated[
@@ -116,12 +118,11 @@ def place_of_camera(run: Run, camera: str | None, view: tuple[float, ...] | None
 def draw_movie(
     run: Run, target: Path, span: tuple[float | None, float | None], how: dict[str, Any], look: dict[str, Any]
 ) -> None:
-    """Draw a movie with a progress bar; span None is the start or the end of the run."""
+    """Draw a movie with a progress bar; times that are None are chosen as `render_movie` does."""
     from femflex.view import render_movie
 
-    first, last = (run.time[k] if t is None else t for k, t in zip((0, -1), span, strict=True))
     with Bar("drawing", unit="frames") as bar:
-        render_movie(run, target, span=(first, last), progress=bar, **how, **look)
+        render_movie(run, target, span=span, progress=bar, **how, **look)
 
 
 def _draw_body(file: Path, output: Path | None, mode: int | None, look: dict[str, Any], fps: float) -> Path:

@@ -17,8 +17,8 @@ from femflex.view.window import LIGHTS
 Array = NDArray[np.float64]
 
 THIN, FAINT, THICK, DOT = 1.1, 0.8, 4.0, 9.0  # pixels: edges of faces, mesh lines, lines and points as bodies
-WIRES = ("edges", "mesh")  # kinds of lines that keep the theme's colour
-PALE = 0.5  # opacity of mesh lines
+PALE = 0.7  # opacity of mesh lines
+WRAP = 0.3  # light reaches faces turned away up to this cosine: colours can be read on the dark side of a panel
 VEIL = 0.16  # opacity
 
 
@@ -41,11 +41,12 @@ class BodyActor:
         self._parts = _parts(surface)
         self._actors = []
         for kind, data in self._parts.items():
-            look: dict[str, Any] = {"color": theme.edge if kind in WIRES else colour}
-            if bar is not None and kind not in WIRES:
+            plain = theme.edge if kind in ("edges", "mesh") else colour
+            look: dict[str, Any] = {"color": plain}
+            if bar is not None and kind != "edges":
                 data.point_data["painted"] = np.zeros(data.n_points, np.float32)
-                look = {"scalars": "painted", "cmap": theme.colour_map(bar.signed), "clim": bar.limits}
-                look["nan_color"] = colour
+                cmap = theme.mesh_line_map(bar.signed) if kind == "mesh" else theme.colour_map(bar.signed)
+                look = {"scalars": "painted", "cmap": cmap, "clim": bar.limits, "nan_color": plain}
             actor = plotter.add_mesh(data, show_scalar_bar=False, smooth_shading=False, reset_camera=False, **look)
             _style(actor, kind, pixel, surface.closed)
             self._actors.append(actor)
@@ -77,7 +78,7 @@ class BodyActor:
             if kind == "faces":
                 data.point_data["Normals"][:] = self._surface.normals(points)
                 data.GetPointData().GetNormals().Modified()
-            if self._bar is not None and kind not in WIRES:
+            if self._bar is not None and kind != "edges":
                 shown = length if painted is None else painted[_points(self._surface, kind).numbers]
                 data.point_data["painted"][:] = shown * np.float32(self._bar.factor)
                 data.GetPointData().GetArray("painted").Modified()
@@ -180,7 +181,8 @@ def matt_shading() -> str:
     shade = []
     for place, intensity in LIGHTS:
         x, y, z = (float(c) for c in np.divide(place, np.linalg.norm(place)))
-        shade.append(f"{intensity:.4f} * max(0.0, dot(normalVCVSOutput, vec3({x:.4f}, {y:.4f}, {z:.4f})))")
+        facing = f"dot(normalVCVSOutput, vec3({x:.4f}, {y:.4f}, {z:.4f}))"
+        shade.append(f"{intensity / (1.0 + WRAP):.4f} * max(0.0, {facing} + {WRAP:.4f})")
     return f"  fragOutput0 = vec4(ambientColor + ({' + '.join(shade)}) * diffuseColor, opacity);\n"
 
 

@@ -37,7 +37,7 @@ class Curve:
     """One component over time: label, values (n_t,) and unit; `quantity` is what the ordinate is called.
 
     time (n_t,) [s]; second: of the other run of two that are laid over each other; named: its component was requested;
-    channel: that it is a component of
+    channel: that it is a component of;  whole: size of what it is the sum of, by which its rounding is judged
     """
 
     label: str
@@ -48,6 +48,7 @@ class Curve:
     second: bool = False
     named: bool = False
     channel: str = ""
+    whole: float = 0.0
 
     @property
     def source(self) -> tuple[str, bool]:
@@ -132,6 +133,8 @@ def _curves(run: Run, channel: str) -> list[Curve]:
     names = run.names(path) or (("",) if count == 1 else tuple(str(k + 1) for k in range(count)))
     wanted = [_component(path, names, component)] if component else range(count)
     owner = path.split("/")[1] if path.count("/") > 1 else ""
+    summed = path == "monitors/energy" and "monitors/kinetic" in run
+    whole = float(np.abs(run["monitors/kinetic"]).max(initial=0.0)) if summed else 0.0
     named = {"angles": "attitude", "q": "coordinate", "u": "velocity"}.get(quantity, quantity)
     return [
         Curve(
@@ -142,6 +145,7 @@ def _curves(run: Run, channel: str) -> list[Curve]:
             run.time,
             named=bool(component),
             channel=path,
+            whole=whole,
         )
         for k in wanted
     ]
@@ -197,13 +201,17 @@ def balance_of(run: Run) -> Curve:
 
 def _changes(group: list[Curve]) -> list[Curve]:
     """The curves counted from their first values where they hardly leave them, as an energy does."""
-    if not all(0 < np.ptp(curve.values) < STEADY * np.abs(curve.values).max() for curve in group):
+    moves = [(np.ptp(curve.values), max(np.abs(curve.values).max(), curve.whole)) for curve in group]
+    if not all(0 < move < STEADY * size for move, size in moves):
         return group
-    if all(np.ptp(curve.values) < CONSTANT * np.abs(curve.values).max() for curve in group):
-        within = [f"{curve.label}\nconstant within {np.ptp(curve.values):.1g}" for curve in group]
+    if all(move < CONSTANT * size for move, size in moves):
         return [
-            replace(curve, values=np.full_like(curve.values, curve.values[0]), label=label)
-            for curve, label in zip(group, within, strict=True)
+            replace(
+                curve,
+                values=np.full_like(curve.values, curve.values[0] if abs(curve.values[0]) > CONSTANT * size else 0.0),
+                label=f"{curve.label}\nconstant within {move:.1g} {curve.unit}",
+            )
+            for curve, (move, size) in zip(group, moves, strict=True)
         ]
     return [
         replace(

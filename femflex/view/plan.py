@@ -24,6 +24,9 @@ FRAMING_ROWS = 200
 ARMS = 0.08  # length of the axes of a body, or by which they reach out of a rigid one, parts of the craft's size
 SIGHT = 0.4  # length at which lines of sight are drawn, parts of the craft's size
 TRIAD = (0.34, 0.31)  # width and height of the corner that the triad and its names take, parts of the height
+VISIBLE = 0.01  # of the craft's size: a motion below it is not seen
+PAUSE = 0.5  # of the time of motion, which a movie adds: vibrations die away, seen by their colours
+SHORTER = 0.7  # of the run: a movie that would be longer shows all of it
 TINY = 1e-12  # m; an elastic displacement below this is none
 
 
@@ -37,6 +40,7 @@ class Plan:
     scale     magnification of the elastic displacement
     largest   elastic displacement of the whole run [m], reached at time peak [s]
     span      first and last time of the run [s]
+    still     time [s] from which no point moves visibly, a pause included; the end of the run where that is near
     bar       the colour bar, None where nothing deforms
     paints    body -> what colours it, where that is not the displacement
     sight     length at which lines of sight are drawn [m]
@@ -52,6 +56,7 @@ class Plan:
     largest: float
     peak: float
     span: tuple[float, float]
+    still: float
     bar: Bar | None
     paints: Mapping[str, Paint]
     sight: float
@@ -83,16 +88,30 @@ def planned(run: Run, look: Look, time: float | None = None) -> Plan:
     if look.fit == "picture":
         instants = np.array([peak if time is None else time])
     moving = motion(run, instants, camera, body, look.traces, scale)
-    points = cloud(moving, thin, scale, arms, SIGHT * size).reshape(-1, 3)
-    view = _view(points, look, camera, largest > TINY or look.colour != "displacement")
+    points = cloud(moving, thin, scale, arms, SIGHT * size)
+    view = _view(points.reshape(-1, 3), look, camera, largest > TINY or look.colour != "displacement")
     paints, bar = painted(run, bodies, look.colour)
     if look.colour == "displacement":
         bar = colour_bar(largest) if largest > TINY else None
     span = float(run.time[0]), float(run.time[-1])
-    still = frozenset(
+    undeformed = frozenset(
         name for name, skin in skins.items() if skin.growth is None and not whole_of(name, cut_bodies(run))
     )
-    return Plan(skins, still, arms, camera, body, view, scale, largest, peak, span, bar, paints, SIGHT * size)
+    still = _still_from(instants, points, span[1], size)
+    return Plan(
+        skins, undeformed, arms, camera, body, view, scale, largest, peak, span, still, bar, paints, SIGHT * size
+    )
+
+
+def _still_from(instants: Array, points: Array, end: float, size: float) -> float:
+    """Time [s] after which points (n_t, n, 3) stay where they end, to VISIBLE of the craft's size [m]."""
+    away = np.linalg.norm(points - points[-1], axis=2).max(axis=1)
+    moving = np.flatnonzero(away > VISIBLE * size)
+    if not len(moving):
+        return end
+    last = float(instants[min(moving[-1] + 1, len(instants) - 1)])
+    shown = last + PAUSE * (last - float(instants[0]))
+    return shown if shown - instants[0] < SHORTER * (end - instants[0]) else end
 
 
 def _view(points: Array, look: Look, camera: str, bar: bool) -> View:

@@ -17,6 +17,7 @@ from femflex.view.movie import Progress, write_movie, write_png
 from femflex.view.output import placed
 from femflex.view.plan import Plan, planned
 from femflex.view.scene import Scene
+from femflex.view.units import clock
 from femflex.view.window import Image
 
 PICTURE_SAMPLES, MOVIE_SAMPLES = 2, 1
@@ -50,7 +51,7 @@ def render_movie(
     path: str | Path,
     fps: float = 25.0,
     speed: float | None = None,
-    span: tuple[float, float] | None = None,
+    span: tuple[float | None, float | None] = (None, None),
     force: bool = False,
     progress: Progress | None = None,
     **look: Unpack[LookOptions],
@@ -58,12 +59,14 @@ def render_movie(
     """Path of a movie of the run: an .mp4 file, or a folder of PNG pictures when `path` has no suffix.
 
     speed     seconds of the run in one of the movie; by default 1 for runs of 4 to 20 s, else so that it lasts 12 s
-    span      first and last time shown [s], by default the whole run
+    span      first and last time shown [s]; by default the start of the run and the time after which no point moves
+              visibly (`Plan.still`)
     progress  called with frames done and in all; what was drawn before an interrupt is kept
     """
     chosen = replace(Look(**look), fit="run")
     plan = planned(run, chosen)
-    first, last = plan.span if span is None else (_inside(run, t) for t in span)
+    whole = (plan.span[0], plan.still)
+    first, last = (_inside(run, whole[k] if t is None else t) for k, t in enumerate(span))
     if not last > first:
         raise ValueError(f"a movie needs a span of time; from {first:g} s to {last:g} s there is none")
     if speed is None:
@@ -72,7 +75,10 @@ def render_movie(
         raise ValueError(f"speed is {speed}; it is the number of seconds of the run in one of the movie, above 0")
     count = max(2, round((last - first) / speed * fps) + 1)
     times = np.linspace(first, last, count)
-    note = "" if abs(speed - 1) < 5e-3 else f"{speed:.3g} × real time"
+    notes = [] if abs(speed - 1) < 5e-3 else [f"{speed:.3g} × real time"]
+    if span[1] is None and last < plan.span[1]:
+        notes.append(f"still after {clock(last, plan.span[1] - plan.span[0])}")
+    note = "; ".join(notes)
     with Scene(run, chosen, plan, chosen.samples or MOVIE_SAMPLES, note) as scene:
         frames = _frames(run, scene, plan, times, chosen.traces)
         return write_movie(path, frames, count, fps, force, progress)

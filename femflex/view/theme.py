@@ -11,6 +11,11 @@ if TYPE_CHECKING:
     from matplotlib.colors import ListedColormap
 
 
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of red, green and blue
+DARK = 0.45  # luminance below which mesh lines are lighter than their faces
+LIGHTER, DARKER = 0.35, 0.6  # share of white in the lighter lines; brightness of the darker ones
+
+
 @dataclass(frozen=True)
 class Theme:
     """Colours by use.
@@ -39,6 +44,14 @@ class Theme:
 
         name, zero = (self.signed, 0.0) if signed else self.elastic
         return ListedColormap(matplotlib.colormaps[name](np.linspace(zero, 1.0, 256)))
+
+    def mesh_line_map(self, signed: bool = False) -> ListedColormap:
+        """The colours of mesh lines on faces of `colour_map`: lighter on dark colours, darker on light ones."""
+        from matplotlib.colors import ListedColormap
+
+        faces = np.asarray(self.colour_map(signed).colors)[:, :3]
+        dark = (faces @ LUMINANCE < DARK)[:, None]
+        return ListedColormap(np.where(dark, faces + LIGHTER * (1.0 - faces), DARKER * faces))
 
 
 THEMES = {

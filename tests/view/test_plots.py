@@ -201,3 +201,17 @@ def test_of_peaks_that_are_close_the_higher_is_named():
     ax.set_xlim(0.0, 10.0)
     _name_peaks(ax, [(5.2, 0.5), (5.0, 1.0), (8.0, 0.2), (8.6, 0.1)], theme_of("light"))
     assert [text.get_text() for text in ax.texts] == ["5.000", "8.000", "8.600"]
+
+
+def test_rounding_of_an_energy_that_is_zero_is_shown_as_a_constant(tmp_path):
+    """The parts of a pendulum's energy of zero are 40 J; what they leave is rounding. 1e-9 J is not."""
+    times = np.linspace(0, 1, 20)
+    left = 3e-14 + 2e-11 * np.sin(7 * times)
+    for rest, label in ((left, "energy\nconstant within 4e-11 J"), (50 * left, "energy\nfrom 1.5e-12")):
+        arrays = {"monitors/energy": rest, "monitors/kinetic": 40.0 * times}
+        with RunWriter(tmp_path / "run.h5", {path: Channel("J", path) for path in arrays}, {}, force=True) as writer:
+            writer.write_block(times, arrays)
+        with open_run(tmp_path / "run.h5") as run:
+            ((curve,),) = curves_of(run, ["monitors/energy"])
+        assert curve.label == label
+        assert (np.ptp(curve.values) == 0.0) == ("within" in label)

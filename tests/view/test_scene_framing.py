@@ -16,7 +16,7 @@ from femflex.view.framing import VIEW_ANGLE, Margins, best_direction, framed, fr
 from femflex.view.look import Look
 from femflex.view.motion import motion
 from femflex.view.plan import planned
-from femflex.view.render import render_picture
+from femflex.view.render import render_movie, render_picture
 from femflex.view.scene import Scene
 
 
@@ -258,3 +258,22 @@ def test_between_rows_a_turn_goes_the_short_way_whatever_the_sign_of_its_euler_p
         between = np.linspace(0.05, 1.95, 20)
         found = motion(run, between).attitude["cube"]
     assert np.arctan2(found[:, 1, 0], found[:, 0, 0]) == pytest.approx(0.4 * between, abs=1e-4)
+
+
+@pytest.mark.parametrize(("settles", "still"), [(20.0, 30.0), (80.0, 100.0)])
+def test_a_movie_ends_where_the_motion_does(tmp_path, settles, still):
+    """A box turns by 1 rad until an instant, of 100 s; half as long is added."""
+    times = np.linspace(0, 100, 201)
+    half = 0.5 * np.minimum(times / settles, 1.0)
+    arrays = {
+        "bodies/cube/position": np.zeros((201, 3)),
+        "bodies/cube/attitude": np.column_stack([np.cos(half), 0 * half, np.sin(half), 0 * half]),
+    }
+    channels = {path: Channel("m", path, value.shape[1:]) for path, value in arrays.items()}
+    body = replace(rigid_body(1.0, np.eye(3)), skin=box_skin(1.0, 2.0, 3.0))
+    with RunWriter(tmp_path / "run.h5", channels, {"cube": body}) as writer:
+        writer.write_block(times, arrays)
+    with open_run(tmp_path / "run.h5") as run:
+        assert planned(run, Look()).still == pytest.approx(still, abs=1.5)  # 200 instants are looked at
+        frames = render_movie(run, tmp_path / "frames", fps=0.5, size=(320, 180))
+        assert len(list(frames.iterdir())) == 7  # 12 s of the movie
