@@ -17,7 +17,7 @@ from femflex.view.window import LIGHTS
 Array = NDArray[np.float64]
 
 THIN, FAINT, THICK, DOT = 1.1, 0.8, 4.0, 9.0  # pixels: edges of faces, mesh lines, lines and points as bodies
-PALE = 0.7  # opacity of mesh lines
+PALE = 0.6  # opacity of mesh lines
 WRAP = 0.3  # light reaches faces turned away up to this cosine: colours can be read on the dark side of a panel
 VEIL = 0.16  # opacity
 

@@ -12,8 +12,8 @@ if TYPE_CHECKING:
 
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of red, green and blue
-DARK = 0.45  # luminance below which mesh lines are lighter than their faces
-LIGHTER, DARKER = 0.35, 0.6  # share of white in the lighter lines; brightness of the darker ones
+LIGHTER = (0.25, 0.45)  # share of white in lighter mesh lines: on black, and what luminance adds
+DARKER = 0.55  # brightness of darker mesh lines
 
 
 @dataclass(frozen=True)
@@ -46,12 +46,15 @@ class Theme:
         return ListedColormap(matplotlib.colormaps[name](np.linspace(zero, 1.0, 256)))
 
     def mesh_line_map(self, signed: bool = False) -> ListedColormap:
-        """The colours of mesh lines on faces of `colour_map`: lighter on dark colours, darker on light ones."""
+        """The colours of mesh lines on faces of `colour_map`: lighter, or darker where zero is light.
+
+        They change with the faces without a step: a step would be taken for one of what is shown.
+        """
         from matplotlib.colors import ListedColormap
 
         faces = np.asarray(self.colour_map(signed).colors)[:, :3]
-        dark = (faces @ LUMINANCE < DARK)[:, None]
-        return ListedColormap(np.where(dark, faces + LIGHTER * (1.0 - faces), DARKER * faces))
+        white = LIGHTER[0] + LIGHTER[1] * (faces @ LUMINANCE)[:, None]
+        return ListedColormap(DARKER * faces if signed else faces + white * (1.0 - faces))
 
 
 THEMES = {
