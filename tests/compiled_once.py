@@ -1,37 +1,99 @@
-"""Modules and kernels that are not on disk yet, compiled by several processes, each by one of them."""
+"""Modules and kernels that are not on disk yet, compiled on all processors before the tests begin."""
 
 from __future__ import annotations
 
 import compileall
+import contextlib
 import importlib
 import multiprocessing
 import os
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
+
+import numba
 
 PACKAGE = Path(__file__).resolve().parents[1] / "femflex"
-LONGEST = "femflex.dynamics.constraints.residual"  # begun first, so that no process waits for it at the end
 
 
 def kernel_modules() -> list[str]:
     """Names of the modules of femflex that define kernels."""
     files = [path for path in PACKAGE.rglob("*.py") if "\n@kernel" in path.read_text(encoding="utf-8")]
-    names = [".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts) for path in sorted(files)]
-    return sorted(names, key=lambda name: name != LONGEST)
+    return [".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts) for path in sorted(files)]
 
 
 def compile_kernels(processes: int | str) -> None:
-    """Import every module with kernels once in one of so many processes, which leaves its kernels on disk.
+    """Leave every kernel on disk, compiled on so many processors.
 
     The modules themselves are compiled first, for tests begin many processes, and not every machine lets these write.
     """
     processes = processes if isinstance(processes, int) else os.cpu_count() or 1  # "auto" and "logical"
     compileall.compile_dir(PACKAGE, quiet=2, workers=processes)
-    with multiprocessing.get_context("spawn").Pool(processes) as pool:
-        for _ in pool.imap_unordered(imported, kernel_modules(), chunksize=1):
-            pass
+    alone = multiprocessing.get_context("spawn").Process(target=import_kernels, args=(processes,))
+    alone.start()
+    alone.join()
+    if alone.exitcode:
+        raise RuntimeError("the kernels cannot be compiled; import femflex.dynamics to see why")
 
 
-def imported(name: str) -> str:
-    """Import a module; its name."""
-    importlib.import_module(name)
-    return name
+def import_kernels(processes: int) -> None:
+    """Import every module with kernels, which compiles those that are not on disk.
+
+    Kernels share their parts: this process translates each part once, and copies of it make machine code of the
+    kernels, so many at a time. Several processes that compiled whole kernels would each translate the parts.
+    """
+    if hasattr(os, "fork"):
+        _emit_in_copies(processes)
+    for name in kernel_modules():
+        importlib.import_module(name)
+    while _copies:
+        _wait_for_one()
+
+
+class _Elsewhere(Exception):  # not an error: a copy of this process goes on with the kernel
+    pass
+
+
+_copies: set[int] = set()
+
+
+def _wait_for_one() -> None:
+    process, status = os.wait()
+    _copies.discard(process)
+    if status:
+        raise RuntimeError(f"a kernel could not be compiled; status {status}")
+
+
+def _emit_in_copies(processes: int) -> None:
+    """Let kernels be optimised, emitted and kept by copies of this process, which end with that."""
+    from femflex import kernel_cache, kernel_linking
+
+    library: Any = kernel_linking._KernelLibrary
+    cache: Any = kernel_cache.KernelCache
+    emit, store = library.finalize, cache.save_overload
+
+    def emit_elsewhere(self: Any) -> None:
+        while len(_copies) >= processes:
+            _wait_for_one()
+        copy = os.fork()
+        if copy:
+            _copies.add(copy)
+            raise _Elsewhere
+        emit(self)
+
+    def store_and_end(self: Any, signature: Any, data: Any) -> None:
+        store(self, signature, data)
+        os._exit(0)
+
+    def kept(signature: Any, **options: Any) -> Callable[[Any], Any]:
+        def translated(function: Any) -> Any:
+            dispatcher = numba.njit(**options)(function)
+            dispatcher._cache = cache(function)
+            with contextlib.suppress(_Elsewhere):
+                dispatcher.compile(signature)
+            return dispatcher
+
+        return translated
+
+    library.finalize, cache.save_overload = emit_elsewhere, store_and_end
+    kernel_cache.kept = kept

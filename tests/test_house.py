@@ -51,6 +51,7 @@ def test_test_modules_take_from_their_own_folder_or_from_the_top_one():
                 assert homes[node.module] in (path.parent, tests), f"{path} takes from {node.module}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("folders", [("view", "studies"), ("studies", "view")], ids="+".join)
 def test_two_folders_with_a_conftest_each_are_collected_together_from_anywhere(folders, tmp_path):
     words = ["--collect-only", "-q", "-p", "no:cacheprovider", f"--ignore-glob={TOP}/tests/*/test_*.py"]

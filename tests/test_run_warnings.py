@@ -65,6 +65,7 @@ def drift(run, name):
     return np.linalg.norm(values - values[0], axis=1).max() / np.linalg.norm(values[0])
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:body .* turned at up to:femflex.warning.PhysicsWarning")  # linear, as reported
 def test_a_flexible_craft_keeps_energy_and_momentum_at_the_default_tolerance(tmp_path):
     path = changed(tmp_path, "tumbling_panels", default=("rtol = 1e-10\n", ""))

@@ -104,6 +104,7 @@ def test_a_boom_with_a_panel_sags_as_the_whole_structure_does(tmp_path, modes, g
     assert w == pytest.approx(sag(tmp_path, gravity), rel=within)
 
 
+@pytest.mark.slow
 def test_the_pull_along_a_boom_is_no_coordinate_however_many_modes_stand_beside_it(tmp_path):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")

@@ -151,6 +151,7 @@ def judged(found, told, exact):
     return [found[k] / true - 1.0 for k, true in enumerate(exact)]
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("modes", [2, 4, 8])
 def test_two_booms_in_line_are_one_of_twice_the_length(lowest, modes):
     """1.8751^2, 4.6941^2 sqrt(EI / m (2 L)^4), each in two planes; without the static shapes 7.7, 3.1, 1.3 % off."""
@@ -169,6 +170,7 @@ def test_two_booms_in_line_are_one_of_twice_the_length(lowest, modes):
             assert system.bodies["a"].omega.max() < 2 * np.pi * 5e3 / 10  # no pull along the boom among them
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("modes", [2, 4, 8])
 @pytest.mark.parametrize("off", ["", OFF])
 def test_a_payload_at_the_tip_of_a_boom(lowest, modes, off):

@@ -87,6 +87,7 @@ def test_a_spin_too_slow_to_matter_for_the_frequency_matters_for_the_phase(strai
     assert advice.value == pytest.approx(expected, rel=0.08) and advice.limit == LEEWAY * PHASE
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(
     "changes", [{"duration": 10.0}, {"spin": 1e-3}, {"bend": 1e-3}], ids=["short", "slow", "small"]
 )

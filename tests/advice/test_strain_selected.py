@@ -155,6 +155,7 @@ def test_thrust_that_presses_a_boom_by_its_own_inertia_is_told(write_case, craft
     assert not pressed(write_case, craft, tmp_path, "hub", -acceleration * (200 + 3 * line))
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("count", [1, 2, 8])
 def test_segments_are_warned_of_where_the_pull_stiffens_one_of_them(count, write_case, craft, tmp_path):
     """The lowest shape of a segment of length l is w = x (l - x): a pull T stiffens it by T l^2 / 12 EI."""

@@ -174,6 +174,7 @@ def test_a_body_that_is_bound_to_be_linear_is_told_why(write_case, craft):
     )
 
 
+@pytest.mark.slow
 def test_a_body_alone_has_the_strain_that_it_has_in_its_system(write_case):
     text = BEAM + WELD + load(25.0)
     case = read_case(write_case(text))

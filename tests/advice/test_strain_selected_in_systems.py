@@ -77,6 +77,7 @@ def test_a_boom_on_a_far_rim_is_condensed(write_case):
     assert len(far.slaves) and "may raise the first frequency" in far.note
 
 
+@pytest.mark.slow
 def test_a_boom_that_inertia_presses_inward_is_condensed(write_case):
     """A clamped column buckles under its own weight q L at q L^3 = 7.837 EI (Greenhill, 1881)."""
     press = 0.5 * 7.837 * EI / LENGTH**3 / LINE  # acceleration at half that

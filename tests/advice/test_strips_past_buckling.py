@@ -155,6 +155,7 @@ def test_that_of_plates_is_of_squares_alone(family, cells, kind):
     assert all(strain.energy(scaled(strain) * rng.normal(size=len(strain.f0)) * 10.0**k) > 0 for k in range(6))
 
 
+@pytest.mark.slow
 def test_a_case_with_nonlinear_strain_bends_far_unless_it_says_otherwise(write_case):
     energies = []
     for changes in ((), (SERIES,), (("orientation = [0, 1, 0]", "orientation = [0, 1, 0], far_bends = true"),)):

@@ -130,6 +130,7 @@ def test_a_free_orbit_starts_with_the_centre_of_mass_at_rest_at_o(craft: str, wr
     assert np.linalg.norm(seen["bodies/hub/position"]) > 1e-3
 
 
+@pytest.mark.slow
 def test_initial_displacements_are_reached(craft: str, write_case: Callable[..., Path]):
     wanted = 'displacement = [0, "10 mm", 0]'
     for given, expected in (
@@ -321,6 +322,7 @@ def test_a_saved_body_stands_in_for_its_mesh(craft: str, write_case: Callable[..
     np.testing.assert_allclose(found.damping, 0.1 * np.eye(2) + 0.01 * body.strain.V1[:2, :2], rtol=1e-9, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_an_analytic_beam_rings_like_the_textbook():
     text = """
 [run]
@@ -438,6 +440,7 @@ def test_a_mesh_in_millimetres_is_scaled(craft: str, write_case: Callable[..., P
     assert build_body(read_case(path), "boom").omega == pytest.approx(metres.omega, rel=1e-9)
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(
     ("reduction", "n_modes"),
     [

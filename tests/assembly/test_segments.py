@@ -67,6 +67,7 @@ def test_a_cut_boom_weighs_and_rings_like_the_whole_one(craft: str, cut: str, wr
     assert found[1] == pytest.approx(found[0], rel=2e-3)
 
 
+@pytest.mark.slow
 def test_small_motions_are_those_of_the_whole_boom(craft: str, cut: str, write_case: Callable[..., Path]):
     tips = []
     for text in (craft.replace(INITIAL, "").replace(RATIO, ""), cut.replace("segments = 3", "segments = 4")):

@@ -95,6 +95,7 @@ def test_options_stand_for_what_the_case_says_and_json_holds_everything(femflex,
     assert all(crossing["order"] == 3 for crossing in data["crossings"])
 
 
+@pytest.mark.slow
 def test_a_run_leaves_the_diagram_beside_its_result(femflex, blade, tmp_path):
     code, said, _ = femflex("run", blade(), "-o", "r.h5")
     assert code == 0 and "flap: 0.88474" in said and "frequency in the spinning frame" in said

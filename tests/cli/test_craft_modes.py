@@ -97,6 +97,7 @@ def test_json_has_every_mode_with_damping_and_energies(femflex, case):
         assert mode["omega_rad_s"] == pytest.approx(2 * np.pi * mode["frequency_hz"])
 
 
+@pytest.mark.slow
 def test_a_run_judges_what_is_expected_of_the_modes(femflex, case):
     code, out, err = femflex("run", case(), "-o", "run.h5")
     assert code == 0 and "expected    first:" in out and "holds" in out and "does not hold" not in err

@@ -135,6 +135,7 @@ def test_a_craft_that_finds_no_rest_keeps_what_was_reached_and_exits_with_3(case
         assert not run.complete and "no equilibrium" in run.ended and len(run) == 1
 
 
+@pytest.mark.slow
 def test_beside_loops_it_tells_what_they_carry_and_how_well_they_close(tmp_path):
     text = (CASES / "four_bar.toml").read_text(encoding="utf-8")
     load = '[[loads]]\nname = "push"\nbody = "rocker"\nmarker = "tip"\nframe = "inertial"\nforce = [0, -5, 0]\n'

@@ -74,6 +74,7 @@ def changes(name: str) -> list[tuple[str, dict[str, Any]]]:
     ]
 
 
+@pytest.mark.slow
 def test_a_sample_of_cases_with_one_value_changed_is_answered(tmp_path: Path):
     """Of small cases, whose bodies are built in no time."""
     generator, folder = random.Random(20), beside(tmp_path)

@@ -52,6 +52,7 @@ def test_linear_strain_runs_away_in_the_same_plot_and_the_run_is_done_all_the_sa
     assert np.ptp(imread(spin_up.with_name("run_markers_beam.tip_deflection.png"))) > 0.5
 
 
+@pytest.mark.slow
 def test_a_run_without_something_has_no_second_one_and_files_in_the_way_are_told_before_any_work(spin_up: Path):
     away = spin_up.with_name("run_without.h5")
     assert run(spin_up, "--no-pictures").exit_code == 0

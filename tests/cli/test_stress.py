@@ -124,6 +124,7 @@ def test_a_rigid_body_has_no_recovery(tmp_path):
     assert done.exit_code == 2 and "found recovery on a rigid body" in " ".join((done.stdout + done.stderr).split())
 
 
+@pytest.mark.slow
 def test_a_map_of_peaks_as_table_and_as_picture(run_file, tmp_path):
     table, picture = tmp_path / "peaks.csv", tmp_path / "peaks.png"
     done = stress(run_file, "--points", "--quantity", "moment_y", "-o", table, "-o", picture)

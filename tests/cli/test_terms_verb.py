@@ -115,6 +115,7 @@ def test_a_run_says_what_was_switched_off_in_it(full, calm):
     assert "sum to zero" in said
 
 
+@pytest.mark.slow
 def test_two_runs_are_laid_over_each_other(full, calm, tmp_path):
     code, said, wrong = told("plot", full, "bodies/hub/rate", "--with", calm, "-o", tmp_path / "both.png")
     assert code == 0, wrong

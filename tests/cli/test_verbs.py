@@ -370,6 +370,7 @@ def test_an_interrupt_does_not_take_the_file_of_an_earlier_run_for_its_own(
     assert code == 130 and told in err
 
 
+@pytest.mark.slow
 def test_a_case_may_ask_for_spectra(
     femflex: Callable[..., tuple[int, str, str]], craft: str, write_case: Callable[..., Path], tmp_path: Path
 ):

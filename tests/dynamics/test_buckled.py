@@ -61,6 +61,7 @@ def test_a_load_off_the_axis_bends_the_column_to_its_own_side():
         assert lasting.stable and side * tip(lasting)[2] == pytest.approx(w * LENGTH, rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_follower_force_that_makes_a_column_flutter_leaves_nowhere_to_go():
     """Beck's load is 20.05 EI / L^2: beyond it the straight column swings ever wider, and no other rest is near."""
     beck = 20.05 * EI / LENGTH**2

@@ -95,6 +95,7 @@ def hold_kanes_equations(system, clouds, q, u, seed):
     return ours
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("seed", range(10))
 def test_residual_equals_kanes_equations_over_points_that_follow(seed):
     system, clouds, (q, u) = random_condensed(seed)
@@ -116,6 +117,7 @@ def along_beams(system, rng):
     return replace(system, bodies=bodies)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("seed", range(6))
 def test_markers_that_turn_as_sections_of_beams_do_so_in_the_equations_too(seed):
     system, clouds, (q, u) = random_condensed(seed)

@@ -150,6 +150,7 @@ def test_a_disc_that_lies_flat_is_refused_by_name():
         compile_system(system)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(
     "masses", [(1e4, 1.0, 1e-6), (1e6, 1e-6, 1.0), (1e-12, 1.0, 1.0), (1e-3, 1.0, 1e6), (1e4, 1.0, 1e-9)]
 )

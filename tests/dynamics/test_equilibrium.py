@@ -48,6 +48,7 @@ def bent(ratio: float, k: int) -> tuple[float, float]:
     return float(np.hypot(y, z) / LENGTH), float(-u / LENGTH)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("ratio", MATTIASSON)
 def test_sixteen_segments_give_the_elastica_to_half_a_per_cent(ratio):
     assert elastica(ratio) == pytest.approx(MATTIASSON[ratio], abs=6e-6)  # the quadrature is right

@@ -23,6 +23,7 @@ def test_order_is_kept_with_constraints(method, order, system):
     assert -np.polyfit(np.log(counts), np.log(errors), 1)[0] == pytest.approx(order, abs=0.2)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(("method", "order"), METHODS)
 def test_flexible_four_bar_closes_and_moves_as_with_the_explicit_method(method, order):
     model = compile_system(flexible_four_bar())

@@ -55,6 +55,7 @@ def swing(strain, size):
     return model.observe(times, states)["markers/beam.tip/deflection"]
 
 
+@pytest.mark.slow
 def test_slaved_derivatives_swing_as_those_that_are_coordinates():
     apart = []
     for size in (0.08, 0.04):

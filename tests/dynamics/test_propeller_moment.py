@@ -89,7 +89,7 @@ def nearest(found, wanted):
 SPIN = 400 * 2 * np.pi / 60
 
 
-@pytest.mark.sampled(2)
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("setting", [0.0, np.pi / 2])
 @pytest.mark.parametrize("strain", ["condensed", "nonlinear"])
 @pytest.mark.parametrize("made", ["analytic", "meshed"])

@@ -65,11 +65,13 @@ def same(out, motion, tolerance):
     assert turned.magnitude().max() < tolerance
 
 
+@pytest.mark.sampled(10)
 @pytest.mark.parametrize(("rotation", "rebase"), ALL, ids=[name for name, _ in ALL])
 def test_a_tumbling_flexible_craft_moves_alike_in_every_set(rotation, rebase, motion):
     same(seen(tumbling(rotation, rebase)), motion, 1e-9)
 
 
+@pytest.mark.sampled(10)
 @pytest.mark.parametrize("rotation", ["rodrigues", *NAMED_SEQUENCES])
 def test_without_rebasing_a_short_turn_is_the_same_too(rotation):
     times, u0 = np.linspace(0.0, 1.0, 6), [0.0, 0.0, 0.0, 0.2, -0.2, 0.3]

@@ -79,6 +79,7 @@ def end(name, strain, keep="auto"):
     return model.observe(TIMES, run.states)[f"markers/body.{far}/deflection"]
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", MADE)
 def test_what_follows_moves_as_what_is_a_coordinate(name):
     tips = {strain: end(name, strain) for strain in ("linear", "condensed", "nonlinear")}

@@ -61,6 +61,7 @@ def test_a_sphere_has_no_motion_left_that_could_grow():
     assert found.stable and np.abs(found.eigenvalues).max(initial=0.0) < 1e-3 * SPEED
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("seed", range(4))
 def test_taking_known_motions_out_leaves_all_other_eigenvalues(seed):
     """Against the whole state matrix: what is left of it are the known ones, whose double zeros split by rounding."""

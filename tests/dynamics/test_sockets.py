@@ -310,6 +310,7 @@ def nothing(seen, out):
     """Nothing: a state that stays."""
 
 
+@pytest.mark.slow
 def test_a_sampled_controller_of_a_double_integrator_follows_its_recursion():
     """Torque held between samples: theta and omega at the samples follow the exact discrete equations."""
     J, period, kp, kd = 5.0, 0.25, 3.0, 4.0
@@ -370,6 +371,7 @@ def filtered(lag=SLOW_LAG, jacobian=None):
     )
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(("kind", "order"), [(Esdirk4, 4), (GeneralizedAlpha, 2)])
 @pytest.mark.parametrize("jacobian", [None, exact_jacobian])
 def test_implicit_methods_keep_their_order_with_states(kind, order, jacobian):

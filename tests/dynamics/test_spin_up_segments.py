@@ -40,6 +40,7 @@ def test_the_steady_stretch_is_that_of_pure_tension(rate):
     assert np.polyfit(np.log([2, 4, 8]), np.log(errors), 1)[0] == pytest.approx(-2.0, abs=0.1)
 
 
+@pytest.mark.slow
 def test_spin_stiffens_flapping_as_published():
     thin = fem.sections.StiffnessSection(2.8e9, EI, EI, 1.2e4, MASS, ry=1e-3, rz=1e-3)
     unit = np.sqrt(EI / (MASS * LENGTH**4))

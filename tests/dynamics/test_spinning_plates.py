@@ -45,6 +45,7 @@ def test_they_converge_on_each_other(gamma, setting):
         assert np.all(off > 0)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("setting", [FLAP, FLIGHT])
 def test_a_narrow_plate_is_the_rotating_beam(setting):
     plate = SpinningPlate(width=0.05, thickness=0.002, nu=0.0, hub=0.5, setting=setting, cells=(12, 1))
@@ -54,6 +55,7 @@ def test_a_narrow_plate_is_the_rotating_beam(setting):
         assert found == pytest.approx(Rotating(gamma, hub=0.5, **stiff).exact(found), rel=4e-5)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("setting", [FLAP, FLIGHT])
 def test_twelve_coordinates_have_the_first_six_frequencies_of_a_spinning_plate(setting):
     plate = replace(PANEL, setting=setting)

@@ -26,7 +26,7 @@ DOWN = Environment(np.array([0.0, 0.0, -G]))
 ASKEW = Environment(np.array([2.0, -3.0, 5.0]))
 
 
-@pytest.mark.sampled(4)
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("condensed", [False, True])
 def test_weight_acts_on_every_material_point(seed, condensed):
@@ -98,7 +98,7 @@ def test_a_meshed_cantilever_with_a_static_shape_sags_as_the_closed_form():
     assert sag == pytest.approx(-7850.0 * area * G * LENGTH**4 / (8 * 210e9 * I), rel=1e-6)
 
 
-@pytest.mark.sampled(2)
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("strain", ["linear", "nonlinear", "condensed"])
 @pytest.mark.parametrize("method, drift", [("dop853", 1e-9), ("esdirk4", 1e-5)])
 def test_a_flexible_rod_that_swings_keeps_its_energy(strain, method, drift):
@@ -129,6 +129,7 @@ def test_a_hanging_chain_has_bessels_frequencies(strain, axial):
     assert omega == pytest.approx(jn_zeros(0, 3) / 2 * np.sqrt(G / LENGTH), rel=1e-3)  # what stiffness is left
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("strain, axial", [("condensed", 0), ("nonlinear", 12)])
 def test_a_column_falls_under_its_own_weight_at_greenhills_length(strain, axial):
     """q L^3 / EI = 7.8373 (Greenhill 1881: 9/4 of the square of the first zero of J_-1/3)."""

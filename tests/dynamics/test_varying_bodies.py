@@ -219,7 +219,7 @@ class MovingTree(Tree):
 NOW = 0.4
 
 
-@pytest.mark.sampled(4)
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("seed", range(10))
 def test_moving_material_obeys_kanes_equations_over_its_points(seed):
     system, name, clouds_at, markers_at, (q, u) = random_varying(seed)
@@ -373,6 +373,7 @@ def test_integration_resumes_bit_for_bit():
         assert np.array_equal(whole.states[len(first.times) :], rest.states)
 
 
+@pytest.mark.slow
 def test_run_is_written_and_resumed_bit_for_bit(write_case, tmp_path):
     """The file holds the channels; the same function handed over again resumes, nothing else does."""
     from femflex import run

@@ -58,6 +58,7 @@ CASES = (
 )
 
 
+@pytest.mark.sampled(9)
 @pytest.mark.filterwarnings("ignore:solid on group .* of first order")
 @pytest.mark.filterwarnings("ignore:shell on group .* three-node triangles")
 @pytest.mark.parametrize(("cell", "error", "counts"), CASES, ids=[one[0] for one in CASES])

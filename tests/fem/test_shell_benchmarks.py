@@ -26,6 +26,7 @@ def deflection(mesh: Mesh, h: float, material: Material, supports, loads, C) -> 
     return (structure.translation @ x).reshape(-1, 3) @ C
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("turned", [False, True])
 def test_pinched_cylinder_with_end_diaphragms(turned):
     """R = 300, L = 600, h = 3, E = 3e6, nu = 0.3, unit forces: 1.8248e-5 under each. An octant of 30 by 30."""

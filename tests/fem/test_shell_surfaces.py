@@ -15,6 +15,7 @@ CYLINDER, SPHERE = "y**2 + z**2 - 300**2", "x**2 + y**2 + z**2 - 100"
 METAL = Material(70e9, 0.3, 2700.0)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.filterwarnings("ignore:.*four-node elements are longer:femflex.warning.PhysicsWarning")
 @pytest.mark.parametrize("cell", ["quad", "quad9", "triangle6"])
 @pytest.mark.parametrize(

@@ -53,6 +53,7 @@ def split(half: Mesh, members: list[Member], clamp: str | None, C: np.ndarray) -
     return expected, np.sort(np.concatenate(found))[:n]
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("element", ["dkmt", "dkt"])
 @pytest.mark.parametrize("sheet", SHEETS)
 def test_half_a_shell_on_a_skew_plane_is_the_whole(sheet, element):

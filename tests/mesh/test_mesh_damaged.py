@@ -88,6 +88,7 @@ def test_many_damaged_files_are_refused_or_read(suffix: str, options: dict, tmp_
     assert check_damaged(suffix, options, tmp_path, random.Random(6), count) > count / 15
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("encoded", [0, 1])
 @pytest.mark.parametrize("compressed", [0, 1])
 def test_appended_data_of_vtk_that_are_damaged_are_refused(encoded: int, compressed: int, tmp_path: Path):

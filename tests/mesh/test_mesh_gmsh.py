@@ -94,6 +94,7 @@ NOT_IN_ABAQUS = [("hexahedron", 2, 0), ("wedge", 2, 0)]
 CASES = [(*block, form) for block in BLOCKS for form in FILES if not (form == "inp" and block in NOT_IN_ABAQUS)]
 
 
+@pytest.mark.sampled(20)
 @pytest.mark.parametrize(("kind", "order", "incomplete", "form"), CASES)
 def test_blocks_of_all_types_and_orders_are_read_with_their_groups(kind, order, incomplete, form, tmp_path):
     block(kind, order, incomplete)

@@ -103,6 +103,7 @@ def differences(case, times: int) -> float:
     return float(np.abs(seen[0] - seen[1]).max())
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::femflex.warning.PhysicsWarning")
 def test_along_a_deployment_the_difference_falls_with_the_cube_of_the_deflection_of_a_symmetric_beam():
     case = read_case(CASES / "orbiter_deployment.toml").with_values(

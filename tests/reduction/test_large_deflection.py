@@ -104,6 +104,7 @@ def loaded_shapes(modes, load, n):
     return modes.picked(np.sort(np.argsort(-amplitude)[:n]))
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(("family", "n"), [("plate_bfs", 6), ("plate", 8)])
 def test_a_clamped_plate_under_pressure_bends_as_the_full_finite_elements_do(family, n):
     """Two modes, the load's own shape and six derivatives follow the full solution over all of Levy's loads."""

@@ -43,6 +43,7 @@ def test_simply_supported_sandwich_in_closed_form(element, n, within):
     np.testing.assert_allclose(errors, expected, rtol=within)
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("element", ["dkt", "bfs"])
 @pytest.mark.parametrize("supports", ["cantilever", "clamped"])
 @pytest.mark.parametrize("section", [SANDWICH, isotropic(0.06, METAL)], ids=["sandwich", "thick"])

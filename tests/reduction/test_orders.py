@@ -95,6 +95,7 @@ def test_folded_members_bend_as_all_elements_do(path, way, count, attachment):
     assert off < 1e-3
 
 
+@pytest.mark.slow
 def test_slender_folded_members_do_not_lock_with_more_modes():
     """L/r = 1000: with derivatives that carry no coordinate along, twelve modes were 45 % too stiff."""
     structure = member(KINKED, 1000.0)

@@ -90,6 +90,7 @@ def test_the_lock_ends_with_the_writer_however_it_ends(tmp_path):
     assert os.listdir(tmp_path) == ["run.h5"]
 
 
+@pytest.mark.slow
 def test_of_many_that_want_a_lock_one_has_it_at_a_time(tmp_path):
     """Each adds one to a number in a file, which only works when nobody else does so at the same time."""
     counted = tmp_path / "count"

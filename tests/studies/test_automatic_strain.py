@@ -33,6 +33,7 @@ def told(*arguments: object) -> tuple[int, str, str]:
     return done.exit_code, " ".join(done.stdout.split()), " ".join(done.stderr.split())
 
 
+@pytest.mark.slow
 def test_an_automatic_choice_is_written_out_as_the_body_got_it(built: Built):
     assert with_own_strain(built(UNSAID, SILENT, SPUN)).bodies["beam"].strain == "condensed"
     assert with_own_strain(built(UNSAID, SILENT)).bodies["beam"].strain == "condensed"  # its pulse bends it by 11 %
@@ -41,6 +42,7 @@ def test_an_automatic_choice_is_written_out_as_the_body_got_it(built: Built):
     assert with_own_strain(said) is said
 
 
+@pytest.mark.slow
 def test_a_study_over_derivatives_of_an_automatic_body_is_that_of_the_condensed_one(built: Built):
     automatic = convergence(built(UNSAID, SILENT, SPUN, SHORT), "derivatives", [1, 2])
     condensed = convergence(built(("modes = 4 }", DERIVED), SPUN, SHORT), "derivatives", [1, 2])
@@ -48,6 +50,7 @@ def test_a_study_over_derivatives_of_an_automatic_body_is_that_of_the_condensed_
     assert automatic.followers.tolist() == [1, 2]
 
 
+@pytest.mark.slow
 def test_every_level_over_modes_of_an_automatic_body_derives_from_its_own_modes(built: Built):
     rungs = planned(built(UNSAID, ("modes = 4 }", "modes = 3 }"), SPUN), "modes", [1, 3]).ladder.rungs
     few, many = (rung.build().followers for rung in rungs)
@@ -73,6 +76,7 @@ def test_a_list_of_studies_is_refused_before_the_first_one_runs(written: Written
     assert code == 2 and out == "" and sentence in err
 
 
+@pytest.mark.slow
 def test_the_backbone_of_a_condensed_body_is_its_own_and_near_that_of_its_nonlinear_form(written: Written):
     found = {}
     for strain in ("condensed", "nonlinear"):

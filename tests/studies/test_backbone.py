@@ -162,6 +162,7 @@ def test_a_condensed_motion_repeats_itself_when_the_compiled_equations_run_it():
     assert turned[2] * (body.markers["tip"].phi @ body.amplitudes(delta))[2] < 0
 
 
+@pytest.mark.slow
 def test_a_motion_that_was_found_repeats_itself_when_it_is_run(beam):
     found = backbone(beam, 1, RADIUS * np.array([1.0, 2.0]))
     q, u = found.harmonics[1].sum(axis=0), np.zeros(beam.n_modes)

@@ -119,6 +119,7 @@ def second_program(step=5e-3):
     return arch.branch(np.arange(0.4, 9.21, 0.4) * 1e-3, 12e-3, step)
 
 
+@pytest.mark.slow
 def test_the_branch_is_that_of_a_second_program(shallow):
     other = second_program()[:23]
     found = backbone(shallow, 1, other[:, 0])

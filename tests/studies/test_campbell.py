@@ -43,6 +43,7 @@ def test_branches_cross_without_changing_what_they_are(blade):
     assert not any(branch.growing.any() for branch in blade.branches)
 
 
+@pytest.mark.slow
 def test_southwell_bounds_hold_and_the_slope_at_rest_is_that_of_the_mode_at_rest():
     speeds = np.linspace(0, 6, 7)
     flap = 2 * np.pi * diagram(Rotating(0.0, lag=12.0), speeds, modes=1).branch("flap 1").frequencies
@@ -60,6 +61,7 @@ def test_southwell_bounds_hold_and_the_slope_at_rest_is_that_of_the_mode_at_rest
     assert (near[1] ** 2 - near[0] ** 2) / 0.05**2 == pytest.approx(K, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_crossings_with_multiples_of_the_spin_are_where_the_exact_frequency_is_that_multiple(blade):
     assert blade.crossings
     assert [c.speed for c in blade.crossings] == sorted(c.speed for c in blade.crossings)
@@ -115,6 +117,7 @@ def test_crossings_are_as_many_as_the_exact_frequencies_say(blade):
             assert len(met) == (exact < order * fastest)
 
 
+@pytest.mark.slow
 def test_a_round_blade_whose_flap_and_lag_are_one_at_rest_is_told_apart():
     found = diagram(Rotating(0.0), np.linspace(0, 8, 5), modes=4)
     names = [branch.name for branch in found.branches]

@@ -58,6 +58,7 @@ def test_it_prints_a_table_and_a_verdict(converge: Called, written: Callable[...
     assert "The case keeps 4, which is not enough" in told
 
 
+@pytest.mark.slow
 def test_it_prints_the_order_over_the_mesh_and_draws(converge: Called, written: Callable[..., Path]):
     code, out, err = converge(written(MODE, cells=2), "--over", "mesh", "--levels", "0 1 2 3", "-o", "study.svg")
     assert (code, err) == (0, "")

@@ -99,6 +99,7 @@ def test_the_verdict_names_the_number_of_modes_the_unreduced_run_asks_for(built:
     assert found.estimate == pytest.approx(exact, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_a_level_gives_what_the_case_itself_gives_with_so_many_modes(built: Built):
     found = convergence(built(), "modes", [1, 2, 3, 5])
     for modes, value in zip(found.levels, found.values, strict=True):

@@ -35,7 +35,7 @@ STUDIES = {
 }
 
 
-@pytest.mark.sampled(5)
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("over", ["modes", "mesh"])
 @pytest.mark.parametrize("values", STUDIES.values(), ids=STUDIES)
 def test_every_kind_of_study_can_be_drawn(built: Built, tmp_path: Path, values: list[float], over: str):

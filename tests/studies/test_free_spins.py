@@ -32,6 +32,7 @@ def turned_pair(C: np.ndarray) -> System:
     return System({"hub": hub, "north": boom, "south": boom}, (free("hub"), *joints))
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("k", [0, 1, 2])
 def test_a_diagram_does_not_depend_on_how_the_craft_lies_in_its_body_axes(k):
     """About x, y, z of the craft, and about the same axis of a craft turned in its hub's axes: one diagram."""

@@ -65,6 +65,7 @@ def test_a_curve_goes_into_the_tongue_of_a_three_to_one_resonance_and_over_it(co
     np.testing.assert_allclose(found.amplitudes, np.linspace(0.1, 1.5, 15))
 
 
+@pytest.mark.slow
 def test_a_spring_that_hardens_at_one_of_two_masses():
     """x'' + 2 x - y + x^3 / 2 = 0, y'' + 2 y - x = 0 (Kerschen, Peeters, Golinval, Vakakis 2009), in phase."""
     body = oscillators([[2, -1], [-1, 2]], {(0, 0, 0, 0): 0.125})

@@ -196,6 +196,7 @@ def test_an_instant_of_a_motion_has_the_derivative_of_the_rate():
     assert pytest.approx(wanted, abs=1e-6 * np.abs(wanted).max()) == found.A
 
 
+@pytest.mark.slow
 def test_commands_of_a_sampled_controller_are_inputs():
     law = Controller("law", lambda t, seen, memory: (np.zeros(1), memory), 0.1, (), {"torque": "N m"})
 

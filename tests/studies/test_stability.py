@@ -94,6 +94,7 @@ def critical_speed(m: float, EI: float, L: float, h: float, difference: float) -
     return float(brentq(left, 0.05, 2.3))
 
 
+@pytest.mark.slow
 def test_booms_along_the_axis_bend_a_spinner_over_at_the_exact_speed():
     case = read_case(CASES / "spinner.toml")
     assert case.stability is not None

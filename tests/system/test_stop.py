@@ -11,6 +11,7 @@ K, D, W = 500.0, 3.0, 0.02
 LIMITS = [(-0.3, 0.5), (None, 0.5), (-0.3, None)]
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("stop", [Stop(lower=low, upper=high, stiffness=K, damping=D, width=W) for low, high in LIMITS])
 def test_energy_stiffness_and_damping_are_those_of_a_smooth_step_at_every_depth(stop):
     """Stiffness K S(d / w) at a depth d, S rising from 0 to 1; force and energy are its integrals from the limit on."""

@@ -236,6 +236,7 @@ def test_without_a_display_pictures_are_drawn_quietly(tumbling, tmp_path):
     assert (done.returncode, done.stdout, done.stderr) == (0, "drawn\n", "")
 
 
+@pytest.mark.slow
 def test_without_a_renderer_one_sentence_says_so(tumbling, tmp_path):
     """A window kind that needs a display, where there is none: VTK itself would crash."""
     done = drawn_elsewhere(tumbling, tmp_path, VTK_DEFAULT_OPENGL_WINDOW="vtkXOpenGLRenderWindow")

@@ -98,6 +98,7 @@ def test_slow_spectra_are_in_millihertz(tmp_path, orbiting, figure):
     assert float(ax.texts[0].get_text()) == pytest.approx(3e3 / 5400, rel=5e-3)  # three swings an orbit
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("theme", ["light", "dark"])
 def test_png_files_have_their_size_and_theme(tmp_path, run, theme):
     with Image.open(plot_histories(run, tmp_path / "a.png", theme=theme, dpi=50)) as image:

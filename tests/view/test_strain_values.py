@@ -60,6 +60,7 @@ def painted(body, colour: str, delta):
     return BodyPaint.of(quantity, body.strain_field, body.skin).values(body.amplitudes(delta))
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("strain", FORMS)
 @pytest.mark.parametrize("family", STRIPS)
 def test_the_bending_strain_of_a_cantilever_is_that_of_its_moment(family: str, strain: str):
@@ -84,6 +85,7 @@ def test_the_bending_strain_of_a_cantilever_is_that_of_its_moment(family: str, s
     assert found[np.abs(x) < 1e-9].mean() == pytest.approx(F * L / EI, rel=0.026 if family == "solid" else 2.5e-3)
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("strain", FORMS)
 @pytest.mark.parametrize("family", STRIPS)
 def test_a_pull_stretches_all_of_it_alike(family: str, strain: str):
@@ -116,6 +118,7 @@ def ledger(body, delta):
     return float(model.observe(np.zeros(1), np.concatenate([delta, 0 * delta])[None])["monitors/elastic"][0])
 
 
+@pytest.mark.sampled(6)
 @pytest.mark.parametrize("strain", FORMS)
 @pytest.mark.parametrize("family", MODELS)
 def test_energy_density_integrates_to_the_energy_of_the_ledger(family: str, strain: str):
