@@ -34,11 +34,12 @@ def write(target: Path) -> None:
 def texts(path: Path) -> Iterator[tuple[int, str]]:
     """Line and text of texts of a source file with at least WORDS words, without docstrings and patterns of `re`."""
     tree = ast.parse(path.read_text(encoding="utf-8"))
-    inner = {id(part) for node in ast.walk(tree) if isinstance(node, ast.JoinedStr) for part in ast.walk(node)}
-    inner -= {id(node) for node in ast.walk(tree) if isinstance(node, ast.JoinedStr)}
-    docs = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
-    docs |= {id(node) for call in ast.walk(tree) if _of_re(call) for node in ast.walk(call)}
-    for node in ast.walk(tree):
+    nodes = list(ast.walk(tree))
+    inner = {id(part) for node in nodes if isinstance(node, ast.JoinedStr) for part in ast.walk(node)}
+    inner -= {id(node) for node in nodes if isinstance(node, ast.JoinedStr)}
+    docs = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
+    docs |= {id(node) for call in nodes if _of_re(call) for node in ast.walk(call)}
+    for node in nodes:
         if isinstance(node, (ast.Constant, ast.JoinedStr)) and id(node) not in docs:
             text = _text(node)
             if text and len(text.split()) >= WORDS and (isinstance(node, ast.JoinedStr) or id(node) not in inner):

@@ -65,6 +65,7 @@ def test_a_body_at_rest_is_told_why_linear_strain_does():
     assert one.choice == "linear" and not one.doubt and "does not turn" in one.reason
 
 
+@pytest.mark.slow
 def test_what_bodies_were_reduced_from_lets_buckling_be_judged():
     body, source = blade()
     system = spinning(body, 0.0)
@@ -106,6 +107,7 @@ def test_check_tells_of_a_strain_that_was_asked_for_and_does_not_do(craft, write
     assert code == 0 and "body 'boom' has linear strain: turning at 20" in wrong
 
 
+@pytest.mark.slow
 def test_the_advice_goes_into_a_copy_of_the_case_that_then_leaves_nothing_open(craft, write_case, femflex):
     path = write_case(craft.replace(*SPUN))
     assert femflex("check", path, "--write-advice")[0] == 0

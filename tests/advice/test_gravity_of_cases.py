@@ -17,6 +17,7 @@ def system(write_case, gravity, joint=HELD, boom=BOOM):
     return noted_system(read_case(write_case(f"{RUN}[environment]\ngravity = {gravity}\n{boom}{joint}")))
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(
     ("given", "read"),
     [

@@ -161,6 +161,7 @@ def test_how_far_a_motion_is_foreseen_is_told_where_it_costs_too_much(write_case
     assert note.startswith("strain is linear") and "(estimated up to t = " in note and "the run checks it" in note
 
 
+@pytest.mark.slow
 def test_a_body_that_is_bound_to_be_linear_is_told_why(write_case, craft):
     pushed = craft.replace('damping = { ratio = "0.5 %" }\n', "").replace("[0, 0, 1]", "[0, 0, 2000]")
     modes = '{ method = "cantilever", clamp = "ROOT", modes = 4 }'

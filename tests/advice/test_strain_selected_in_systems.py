@@ -60,6 +60,7 @@ def told(note):
     return float(note.split("by ")[1].split("%")[0]) / 100
 
 
+@pytest.mark.slow
 def test_a_boom_alone_is_linear_and_what_it_bears_at_its_tip_makes_it_condensed(write_case):
     """A pull P stiffens a cantilever by P L^2 / EI (int phi'^2 / int phi''^2) = P L^2 / EI (4.6478 / 12.3624)."""
     assert boom(write_case, BEAM + HELD).strain.is_linear

@@ -78,6 +78,7 @@ def test_a_wide_thin_sheet_follows_the_elastica_of_its_cylinder_by_default(gravi
     assert system.bodies["plate"].kinds.count("third derivative") == 1
 
 
+@pytest.mark.slow
 def test_what_a_case_says_of_third_derivatives_is_taken():
     none, one = (sheet(1.5, f", third_derivatives = {n}") for n in (0, 1))
     assert "loses its transverse (anticlastic) curvature" in none.bodies["plate"].note

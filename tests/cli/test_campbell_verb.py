@@ -197,6 +197,7 @@ def test_stiffening_that_linear_strain_leaves_out_is_told_with_both_numbers(femf
     assert "turned at" not in femflex("campbell", blade())[2]
 
 
+@pytest.mark.slow
 def test_what_grows_without_swinging_has_a_time_and_no_damping(blade, femflex):
     """Linear strain gives lag the frequency sqrt(w^2 - spin^2): past w = 17.6 rad/s it grows as sqrt(spin^2 - w^2)."""
     pairs = (

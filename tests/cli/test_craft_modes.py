@@ -164,6 +164,7 @@ def test_a_frequency_of_the_craft_has_no_channel_and_no_speed(femflex, case, mor
     assert code == 2 and said in err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("mode", "drawn"), [(None, 7), (9, 9)])
 def test_the_movie_is_of_the_first_mode_that_is_not_rigid_unless_named(case, mode, drawn, tmp_path, monkeypatch):
     import femflex.view

@@ -105,6 +105,7 @@ def test_json_and_the_result_file_hold_the_same_state(case, tmp_path):
     assert code == 2 and "exists" in wrong
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("source", ["equilibrium", "eq.h5"])
 def test_a_run_that_starts_in_equilibrium_stays_there(source, case, tmp_path):
     found = json.loads(told("equilibrium", case(), "--json", "-o", tmp_path / "eq.h5")[1])

@@ -66,6 +66,7 @@ def test_a_run_without_something_has_no_second_one_and_files_in_the_way_are_told
     assert not away.exists()
 
 
+@pytest.mark.slow
 def test_what_cannot_be_left_out_is_told_with_what_can(spin_up: Path):
     spin_up.write_text(spin_up.read_text().replace('"nonlinear_strain"', '"nonlinear"'))
     done = run(spin_up)

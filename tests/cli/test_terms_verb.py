@@ -101,6 +101,7 @@ def test_the_picture_is_written_once(full, tmp_path):
     assert code == 2 and "a.svg" in wrong
 
 
+@pytest.mark.slow
 def test_a_run_says_what_was_switched_off_in_it(full, calm):
     with h5py.File(calm) as file:
         assert file.attrs["without"] == "loads/push, damping"

@@ -64,6 +64,7 @@ def test_a_tether_that_deploys_to_kilometres_swings_as_under_the_whole_attractio
     assert abs(linear[-1]) != pytest.approx(abs(exact[-1]), rel=3e-4)
 
 
+@pytest.mark.slow
 def test_a_free_length_of_kilometres_is_pulled_by_the_whole_attraction():
     reel = Reel("reel", 1e4, 3.0, tension=18.0, damping=0.5)
     times = np.linspace(0.0, 600.0, 4)

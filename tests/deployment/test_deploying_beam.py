@@ -51,6 +51,7 @@ def test_error_falls_with_the_number_of_functions():
     assert errors[-1] < 1e-4
 
 
+@pytest.mark.slow
 def test_linear_strain_is_wrong_where_the_deployment_accelerates_and_says_so():
     """The kinematic term Udot w_x without the axial force that cancels part of it."""
     length, times = MOTIONS["sine"][0], TIMES

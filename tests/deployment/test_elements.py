@@ -17,6 +17,7 @@ from femflex.reduction import BeamFunctions
 from femflex.system import Profile
 
 
+@pytest.mark.slow
 def test_a_beam_of_elements_follows_the_differential_equation():
     """As `test_a_beam_from_a_wall_follows_its_differential_equation`, with four modes of ten elements."""
     length, times = Profile.polynomial(1.0, 0.3), np.linspace(0, 3, 16)

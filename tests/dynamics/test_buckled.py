@@ -51,6 +51,7 @@ def test_a_straight_column_left_along_what_grows_comes_to_the_elastica(angle, er
     assert (4 * along[1] - along[0]) / 3 == pytest.approx(u, rel=2 * error)
 
 
+@pytest.mark.slow
 def test_a_load_off_the_axis_bends_the_column_to_its_own_side():
     """Newton's method meets the small bend against the load first, which is none that lasts."""
     ratio, w, _ = column(40)
@@ -106,6 +107,7 @@ def test_slender_bodies_that_can_stretch_come_to_rest_in_a_few_steps(part):
     assert found.stable and found.iterations < 20
 
 
+@pytest.mark.slow
 def test_one_body_that_can_stretch_buckles_as_far_as_the_elastica_to_a_slope_of_twenty_degrees():
     """Curvature to third order alone went 13 % too far there: the square of u' v'' wants three of it, not one.
 

@@ -73,6 +73,7 @@ def test_mass_bias_and_rows_are_those_of_the_dense_equations(seed, n_loops):
     assert A @ udot == pytest.approx(-swept, abs=1e-10 * max(1.0, (np.abs(A) @ np.abs(udot)).max()))
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("seed", seeds(2, 12))
 def test_closed_loops_on_a_specified_orbit(seed):
     orbit = Orbit(7e6, 0.3, inclination=0.4, node=0.2, perigee=1.0, true_anomaly=0.7, mu=5e20)
@@ -94,6 +95,7 @@ def test_closed_loops_on_a_specified_orbit(seed):
     assert found == pytest.approx(udot, abs=1e-9 * np.abs(udot).max())
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("seed", seeds(2, 12))
 def test_velocities_are_brought_to_the_nearest_by_mass(seed):
     system, clouds, (q, u) = random_loops(seed, 2)

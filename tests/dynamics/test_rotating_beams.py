@@ -45,6 +45,7 @@ def test_frequencies_of_rotating_beams_are_the_exact_ones(name):
     assert found == pytest.approx(beam.exact(found), rel=1e-5)
 
 
+@pytest.mark.slow
 def test_the_misfit_vanishes_at_published_and_closed_form_frequencies():
     still = np.array([1.875104068711961, 4.694091132974175]) ** 2
     assert Rotating(0.0, lag=1.9).exact(still * (1 + 3e-5)) == pytest.approx(still, rel=1e-8)

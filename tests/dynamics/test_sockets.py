@@ -558,6 +558,7 @@ def of_the_case():
     )
 
 
+@pytest.mark.slow
 def test_a_run_of_a_case_is_written_and_resumed_bit_for_bit(write_case, femflex, tmp_path):
     """The file holds states, channels and the period; the same effectors resume it, the command line does not."""
     case = write_case()

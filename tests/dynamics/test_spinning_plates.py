@@ -21,6 +21,7 @@ RISE = Rise(5.0, 10.0)
 slow = pytest.mark.slow
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("setting", [FLAP, FLIGHT])
 def test_all_finite_elements_and_ritzs_method_agree_on_the_frequencies_of_a_plate(setting):
     """With 8 x 8 elements and 8 x 8 polynomials, at a spin of 10."""

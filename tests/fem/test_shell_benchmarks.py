@@ -45,6 +45,7 @@ def test_pinched_cylinder_with_end_diaphragms(turned):
     assert -u[node, 1] == pytest.approx(1.8248e-5, rel=0.015)
 
 
+@pytest.mark.slow
 def test_hemisphere_with_a_hole_under_radial_pulls():
     """R = 10, hole of 18 degrees, h = 0.04, E = 6.825e7, nu = 0.3, pulls of 2: 0.0924 to 0.0940. 36 by 36 cells."""
     flat = rectangle(np.pi / 2, np.radians(72), 36, 36)

@@ -159,6 +159,7 @@ def spun(modes, attachment, speeds):
     return np.array([one.damping_ratios[:2] for one in found]), np.array([one.frequencies[:2] for one in found])
 
 
+@pytest.mark.slow
 def test_ratios_of_a_spun_blade_are_those_without_the_added_shapes():
     """At up to 12 sqrt(EI / m L^4), over three times the first frequency; at rest the ratio is as given."""
     speeds = [0.0, 4.0, 8.0, 12.0]

@@ -72,6 +72,7 @@ def test_it_prints_the_order_over_the_mesh_and_draws(converge: Called, written: 
     assert "order 3.9" in Path("study.svg").read_text()
 
 
+@pytest.mark.slow
 def test_json_is_the_whole_study(converge: Called, written: Callable[..., Path]):
     code, out, _ = converge(written(MODE, cells=2), "--over", "mesh", "--levels", "0,1,2", "--json", "-o", "study.png")
     found = json.loads(out)

@@ -44,6 +44,7 @@ def test_every_contributor_is_named_and_together_they_stay_zero(wheeled):
     assert account["dissipated: spin"] == pytest.approx(lost, rel=1e-4, abs=1e-4 * lost[-1])
 
 
+@pytest.mark.slow
 def test_its_picture_is_made_by_plot(wheeled, femflex, tmp_path):
     code, out, _ = femflex("plot", wheeled.path, "--energy", "-o", "energy.png")
     assert code == 0 and "energy.png" in out

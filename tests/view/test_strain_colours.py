@@ -166,6 +166,7 @@ def test_constant_strain_is_painted_constant():
     assert found[on_plate] == pytest.approx(2e-4, rel=1e-6) and np.isnan(found[~on_plate]).all()
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("colour", ["energy", "strain:axial"])
 def test_pictures_and_movies_are_drawn(swinging, tmp_path, colour):
     picture = np.asarray(Image.open(render_picture(swinging, tmp_path / "a.png", 0.0, colour=colour, **SMALL)), int)

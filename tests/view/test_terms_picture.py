@@ -98,6 +98,7 @@ def test_what_is_wide_for_a_good_part_of_the_run_has_a_logarithmic_scale(tmp_pat
     assert told == "scale linear to 1 N m, logarithmic beyond"  # as in the quiet 7 s
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("theme", ["light", "dark"])
 def test_motion_above_and_stack_below(tmp_path, run, figure, theme):
     rows = TIME <= 8
