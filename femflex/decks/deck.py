@@ -9,6 +9,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from femflex.decks.findings import UnusedCard
 from femflex.decks.singular import unresisted
@@ -19,6 +20,9 @@ from femflex.fem.support import GLOBAL
 from femflex.mesh import Mesh
 
 Held = Mapping[str, Support]  # group -> its support
+Index = NDArray[np.int64]
+
+SHOWN = 6  # nodes of one kind, and kinds, that a note lists
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +129,11 @@ class Deck:
         if not own:
             return self
         count = sum(len(support.components) * len(groups[name]) for name, support in own.items())
-        text = f"{count} components of nodes have no stiffness and are fixed (as by AUTOSPC; set of supports 'autospc')"
+        text = (
+            f"{count} components of nodes have no stiffness and are fixed (as by AUTOSPC; set of supports 'autospc'): "
+            f"{self._listed([(groups[name], support) for name, support in own.items()])}; if they shall move, connect "
+            "these nodes by elements that resist there"
+        )
         return replace(
             self,
             mesh=self.mesh.with_groups(points=groups),
@@ -133,6 +141,20 @@ class Deck:
             default_supports=(*self.default_supports, "autospc"),
             notes=(*self.notes, text),
         )
+
+    def _listed(self, loose: list[tuple[Index, Support]]) -> str:
+        """Components and the numbers of their nodes in the deck, the first SHOWN of each."""
+        number = {row: own for own, row in self.points_of_ids.items()}
+        listed = []
+        for nodes, support in loose:
+            ids = sorted(number[int(node)] for node in nodes)
+            more = f" and {len(ids) - SHOWN} more" if len(ids) > SHOWN else ""
+            skew = "" if support.axes == GLOBAL else " of skew axes"
+            words = ", ".join(support.components)
+            plural = "s" if len(ids) > 1 else ""
+            listed.append(f"{words}{skew} at node{plural} {', '.join(map(str, ids[:SHOWN]))}{more}")
+        more = f"; and {len(listed) - SHOWN} more groups" if len(listed) > SHOWN else ""
+        return "; ".join(listed[:SHOWN]) + more
 
     def structure(self, clamp: Mapping[str, Support] | None = None) -> Structure:
         """The Structure of the deck; its dofs lie along the axes of `clamp`, the supports in force where None."""

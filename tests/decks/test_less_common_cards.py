@@ -215,3 +215,24 @@ def test_pshell_with_mid4_is_the_laminate_that_it_was_made_of(tmp_path: Path):
     without = [c for c in smeared if not c.startswith((",,,24", "MAT2,24"))]
     other = frequencies(read(tmp_path, *grids, *shells, *without, held))
     assert abs(other[0] / by_pcomp[0] - 1) > 0.05
+
+
+def test_components_that_are_fixed_are_listed_by_node(tmp_path: Path):
+    """Two rods along x resist neither y nor z at grids 2 and 3."""
+    grids = [f"GRID,{k + 1},,{k}.,0.,0." for k in range(3)]
+    rods = ["CROD,1,3,1,2", "CROD,2,3,2,3", "PROD,3,1,1.E-4"]
+    deck = read(tmp_path, *grids, *rods, STEEL, "SPC1,1,123,1")
+    assert any("4 components" in note and "y, z at nodes 2, 3; if they shall move" in note for note in deck.notes)
+
+
+def test_scalar_masses_about_an_axis_are_inertias(tmp_path: Path):
+    """A fixed shaft of ten bars without mass, with equal discs: exact torsion of the chain; the bending has none."""
+    grids = [f"GRID,{k + 1},,0.,{0.1 * k},0.,,126" for k in range(11)]
+    bars = [f"CBAR,{k + 1},3,{k + 1},{k + 2},0.,0.,1." for k in range(10)]
+    pbar = "PBAR,3,1,1.E-4,1.E-8,1.E-8,2.E-8"
+    discs = [f"CMASS2,{k + 20},2.E-3,{k + 1},5" for k in range(1, 11)]
+    steel = "MAT1,1,210.E9,80.E9,,1.E-6"
+    found = frequencies(read(tmp_path, *grids, *bars, pbar, steel, *discs, "SPC1,1,345,1"), 3)
+    k, J = 80e9 * 2e-8 / 0.1, 2e-3
+    exact = 2 * np.sqrt(k / J) * np.sin((2 * np.arange(1, 4) - 1) * np.pi / 42) / (2 * np.pi)
+    assert found == pytest.approx(exact, rel=1e-4)

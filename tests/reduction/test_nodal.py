@@ -8,8 +8,9 @@ from reduction_examples import ALUMINIUM, CLAMPED_FREE, EI_Y, LENGTH, MASS, bent
 from scipy.linalg import eigh
 
 from femflex.fem import Member, PointMass, build_structure
+from femflex.fem.connections import Rigid
 from femflex.fem.sections import Tube
-from femflex.mesh.generators import line
+from femflex.mesh.generators import line, rectangle
 from femflex.reduction import cantilever_modes, effective_mass, lumped, nodal, nodal_translations, reduce_structure
 
 
@@ -83,3 +84,19 @@ def test_all_modes_of_a_lumped_cantilever_carry_all_its_moving_mass():
     assert effective_mass(body).effective.sum(axis=0)[:3] == pytest.approx(moving, rel=1e-10)
     J = body.moments.inertia()
     assert effective_mass(body).effective.sum(axis=0)[4:] == pytest.approx(np.diag(J)[1:], rel=1e-10)
+
+
+def test_nodes_tied_to_another_keep_their_lumped_mass():
+    """A plate tied rigidly to a node away from it has six dofs: the rigid-body mass matrix of its lumps about it."""
+    mesh, place = rectangle(2.0, 1.0, 3, 2), np.array([-0.5, 0.2, 0.7])
+    plate = Member("surface", "plate", 0.02, ALUMINIUM)
+    tied = lumped(build_structure(mesh, [plate], connections=[Rigid("surface", tuple(place), name="hub")]))
+    loose = lumped(build_structure(mesh, [plate])).inertia[0]
+    m, r = loose.dm[:, 0], loose.rho[:, 0] - place
+    turned = np.cross(np.eye(3), r[:, None, :]).swapaxes(1, 2)  # columns e_k x r
+    rigid = np.concatenate([np.broadcast_to(np.eye(3), turned.shape), turned], axis=2)
+    carry = np.flatnonzero(tied.M.diagonal())
+    assert len(carry) == 6
+    M = tied.M.toarray()[np.ix_(carry, carry)]
+    assert M == pytest.approx(np.einsum("n,nij,nik->jk", m, rigid, rigid), abs=1e-11 * m.sum())
+    assert set(carry) <= set(nodal_translations(tied, ()).phi.any(axis=1).nonzero()[0])

@@ -9,7 +9,7 @@ import numpy as np
 from femflex.decks.nastran.bar_shapes import SHAPES, shape_of
 from femflex.decks.nastran.bulk import Bulk
 from femflex.decks.nastran.card import Card
-from femflex.decks.nastran.lumped_areas import lumped_parts
+from femflex.decks.nastran.lumped_areas import UNPROVEN, lumped_parts
 from femflex.decks.nastran.materials import Materials
 
 STATIONS = 11  # that a PBEAM may have
@@ -215,6 +215,11 @@ class BarProperties:
             stations = {0.0: Station(A, I1, I2, I12, J, nsm)}
             return self._made(card, stations, K1, K2, (E, G, rho), N, M)
         parts = lumped_parts(card, symmetry)
+        if symmetry in UNPROVEN:
+            self._bulk.found.note(
+                f"{card} at {card.place}: SECTION {symmetry} is taken as {UNPROVEN[symmetry]}; no public source of "
+                "these codes was found. Give all areas with SECTION 5 to be sure"
+            )
         moduli = {mid: self._materials(mid).bar() for mid in {one.material for one in parts}}
         if not E > 0:
             raise ValueError(f"{card} names MAT1 {card.integer(1)}, which has no E; its lumped areas need one")

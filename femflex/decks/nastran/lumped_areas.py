@@ -14,6 +14,13 @@ MIRRORED = {
     4: ((1, 1), (-1, -1)),
     5: ((1, 1),),
 }
+# Codes that no public deck or program confirms. An MSC deck of a circle of eight areas confirms 1 (its fractions add up
+# to one when every area counts four times, those on an axis too); in result files all areas are listed with 5.
+UNPROVEN = {
+    2: "symmetric about the y axis: each area again at -z",
+    3: "symmetric about the z axis: each area again at -y",
+    4: "symmetric about the centre: each area again at -y, -z",
+}
 WHOLE = 1e-3  # by which the fractions may differ from one together
 
 

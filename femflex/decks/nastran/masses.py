@@ -106,7 +106,8 @@ def _conm1(model: NastranModel, card: Card) -> None:
 
 
 def _scalar(model: NastranModel) -> None:
-    """CMASS of one grid, where components 1 to 3 have the same mass, is a point mass; else left out."""
+    """CMASS of one grid: the same mass in components 1 to 3 is a point mass, components 4 to 6 are inertias about the
+    axes of its displacements; else left out."""
     bulk, by_grid = model.bulk, dict[int, dict[int, tuple[float, Card]]]()
     values = {
         card.integer(k): card.real(k + 1, 0.0) for card in bulk.each("PMASS") for k in (0, 2, 4, 6) if card.has(k)
@@ -131,6 +132,20 @@ def _scalar(model: NastranModel) -> None:
                 model, card, grid, m, np.zeros((3, 3)), np.zeros(3)
             ))  # fmt: skip
             given = {c: one for c, one in given.items() if c > 3}
+        turning = {c: given.pop(c) for c in (4, 5, 6) if c in given and given[c][0] > 0}
+        if turning:
+            for _, card in turning.values():
+                bulk.found.use(card.name)
+            own = np.array([turning[c][0] if c in turning else 0.0 for c in (4, 5, 6)])
+            idle = [c - 4 for c in (4, 5, 6) if c in model.grids[grid].held and c not in turning]
+            if idle:  # no body turns about one axis alone: what is missing goes where it does not move
+                own[idle[0]] = max(2 * own.max() - own.sum(), 0.0)
+            axes = model.systems(model.grids[grid].displacement).axes_at(model.grids[grid].position)
+            J = axes.T @ np.diag(own) @ axes * bulk.units.inertia * bulk.wtmass
+            card = next(iter(turning.values()))[1]
+            bulk.attempt(card, lambda grid=grid, J=J, card=card: _add(  # type: ignore[misc]
+                model, card, grid, 0.0, J, np.zeros(3)
+            ))  # fmt: skip
         for _, card in given.values():
             bulk.found.unused(card.name, "a mass in one direction alone is left out; that mass is missing", card.place)
 

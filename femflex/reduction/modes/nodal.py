@@ -29,11 +29,12 @@ def nodal(structure: Structure, clamp: Groups) -> ModeSet:
 def nodal_translations(structure: Structure, clamp: Groups) -> ModeSet:
     """The free translations of all nodes as shapes; rotations and other dofs follow statically (Guyan).
 
-    With `lumped` this is the lumped-mass model: exact in stiffness for loads at the nodes, mass at the nodes alone.
+    With `lumped` this is the lumped-mass model: exact in stiffness for loads at the nodes, mass at the nodes alone. The
+    rotation of a node to which others are tied rigidly moves their mass, so it is a shape as well.
     R. J. Guyan, Reduction of stiffness and mass matrices, AIAA Journal 3 (1965) 380.
     """
     held = held_dofs(structure, clamp)
-    kept = np.setdiff1d(_translation_dofs(structure)[0], held)
+    kept = np.setdiff1d(_moving_dofs(structure), held)
     phi = condensed(structure, held, kept, np.eye(len(kept)))
     return ModeSet(phi, ("nodal",) * len(kept), np.full(len(kept), np.nan), names(clamp), held)
 
@@ -43,7 +44,8 @@ def lumped(structure: Structure) -> Structure:
 
     Each element's mass is shared among its nodes in proportion to the diagonal of its mass matrix (Hinton, Rock and
     Zienkiewicz, Earthquake Engng Struct. Dyn. 4 (1976) 245), so that masses are positive and the total is kept;
-    rotary inertia, and a point mass's inertia and offset, are lost.
+    rotary inertia, and a point mass's inertia and offset, are lost. Nodes that depend on others (rigid links,
+    multi-point constraints) keep their mass, which these others move: M = T' diag(m) T.
     """
     raw = structure.numbering.translation_of(np.arange(len(structure.mesh.points)))
     node_of_raw = np.full(structure.T.shape[0], -1, np.int64)
@@ -56,22 +58,20 @@ def lumped(structure: Structure) -> Structure:
     table = DenseInertia(
         raw[loaded], share[loaded, None], structure.mesh.points[loaded][:, None], np.eye(3)[None, None]
     )
-    diagonal = np.zeros(structure.n_dof)
-    dofs, nodes = _translation_dofs(structure)
-    diagonal[dofs] = share[nodes]
-    return replace(structure, M=sparse.diags_array(diagonal).tocsr(), inertia=(table,))
+    masses = np.zeros(structure.T.shape[0])
+    masses[raw[loaded]] = share[loaded, None]
+    M = (structure.T.T @ sparse.diags_array(masses) @ structure.T).tocsr()
+    return replace(structure, M=M, inertia=(table,))
 
 
 def is_lumped(structure: Structure) -> bool:
-    """Whether the mass of a structure is `lumped`: its mass matrix is diagonal, which that of members never is."""
-    return int(structure.M.nnz) <= structure.n_dof
+    """Whether the mass of a structure is `lumped`: it moves with the translation of one node at a time."""
+    return all(block.dofs.shape[1] == 3 for block in structure.inertia)
 
 
-def _translation_dofs(structure: Structure) -> tuple[Index, Index]:
-    """Independent dofs that move a node, in any axes, and the node of each."""
-    rows = structure.translation.tocoo()
-    dofs, first = np.unique(rows.coords[1], return_index=True)
-    return dofs.astype(np.int64), rows.coords[0][first].astype(np.int64) // 3
+def _moving_dofs(structure: Structure) -> Index:
+    """Independent dofs that move a node, in any axes: a rotation to which other nodes are tied does, too."""
+    return np.unique(structure.translation.tocoo().coords[1]).astype(np.int64)
 
 
 def _element_shares(block: InertiaBlock, node_of_raw: Index) -> tuple[Index, Array]:
