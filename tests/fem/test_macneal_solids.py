@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 from solid_problems import curved, hemisphere, pinched_cylinder, ratio, scordelis_lo, straight, twisted
+
+from femflex.warning import PhysicsWarning
 
 # MacNeal and Harder 1985, tables of results: HEX20, integrated fully as here
 PUBLISHED = {
@@ -41,6 +45,37 @@ def test_beams_of_solids_come_to_the_published_answers(name, cell):
     thin = name == "twisted, thin"
     assert abs(fine - 1) < (0.02 if cell.startswith("hexa") else 0.07 if thin else 0.03)
     assert abs(fine - 1) < max(abs(coarse - 1), 0.012)
+
+
+# of 8 and of 16 elements along each side, eight points of strain
+REDUCED = {"Scordelis-Lo": (0.997, 0.997), "hemisphere": (1.001, 1.007), "pinched cylinder": (0.971, 1.000)}
+
+
+@pytest.mark.parametrize("name", REDUCED)
+def test_bricks_of_eight_points_do_not_lock_in_thin_curved_shells(name):
+    assert ratio(THIN[name](8), "hexahedron20", integration="reduced") == pytest.approx(REDUCED[name][0], abs=2e-3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", REDUCED)
+def test_bricks_of_eight_points_come_to_the_published_answers(name):
+    fine = ratio(THIN[name](16), "hexahedron20", integration="reduced")
+    assert fine == pytest.approx(1.0, abs=0.02) and fine == pytest.approx(REDUCED[name][1], abs=2e-3)
+
+
+@pytest.mark.parametrize(("problem", "least"), [(curved("in plane"), 0.125), (hemisphere(8), 0.744)])
+@pytest.mark.parametrize("cell", ["hexahedron20", "hexahedron27"])
+def test_thin_curved_layers_are_warned_of_with_what_is_missing(problem, least, cell):
+    with pytest.warns(PhysicsWarning, match="thin curved layer") as found:
+        missing = 1 - ratio(problem, cell, quiet=False)
+    (said,) = {int(re.search(r"about (\d+)% too small", str(w.message))[1]) / 100 for w in found}
+    assert missing == pytest.approx(least, abs=0.01) and said == pytest.approx(missing, rel=0.5)
+    assert ("integration" in str(found[0].message)) == (cell == "hexahedron20")
+
+
+def test_another_integration_is_refused():
+    with pytest.raises(ValueError, match="integration 'half'; give 'reduced'"):
+        ratio(straight("along"), "hexahedron20", integration="half")
 
 
 @pytest.mark.slow

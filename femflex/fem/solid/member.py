@@ -6,7 +6,6 @@ anything is numbered (`raised_solids`), or used as they are with a warning.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -20,11 +19,11 @@ from femflex.fem.option import Option, Options, member_options
 from femflex.fem.sections.materials import Anisotropic, Material, Orthotropic
 from femflex.fem.solid.blocks import SolidInertia, SolidStrain, strain_maps
 from femflex.fem.solid.elastic import elasticity, material_axes
-from femflex.fem.solid.rules import CELLS, mass_rule, strain_rule
+from femflex.fem.solid.locking import warn_of_curved, warn_of_first_order
+from femflex.fem.solid.rules import CELLS, REDUCED, mass_rule, strain_rule
 from femflex.fem.solid.skin import solid_skin
-from femflex.mesh.cells import CELL_TYPES, EDGES
+from femflex.mesh.cells import CELL_TYPES
 from femflex.mesh.raised import SECOND_ORDER, raised
-from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
     from femflex.fem.structure import Member
@@ -38,6 +37,11 @@ FIRST_ORDER = tuple(name for name in CELLS if CELL_TYPES[name].order == 1)
 OPTIONS: Options = {
     "order": Option(
         2, "2: cells of first order get nodes in the middle of their edges; 1: they are used as they are, and lock"
+    ),
+    "integration": Option(
+        "full",
+        "full: 27 points of strain in hexahedra; reduced: eight in those of 20 nodes, which do not lock in thin "
+        "shells, and need neighbours in two directions",
     ),
     "axes": Option(None, "directions of the material's axes 1 and 2, six numbers; mesh axes when left out", "", (6,)),
     "prestress": Option(None, "initial stress xx, yy, zz, yz, xz, xy, mesh axes", "Pa", (6,)),
@@ -78,6 +82,8 @@ def solid(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     section   none
     material  Material, Orthotropic or Anisotropic
     options   order           2 raises cells of first order to second order (default), 1 uses them as they are
+              integration     "full" (default); "reduced": eight points of strain in hexahedra of 20 nodes, which do
+                              not lock in thin curved shells then; rows of single elements move without stiffness
               axes            (6,) directions of the material's axes 1 and 2, mesh axes
               prestress       (6,) initial stress xx, yy, zz, yz, xz, xy, mesh axes [N/m^2]
               thermal_strain  free strain in all directions
@@ -93,6 +99,7 @@ def solid(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     if member.section is not None:
         raise ValueError(f"{where} has a section; a solid has none, its mesh is the shape")
     _order(member)
+    reduced = _reduced(member)
     axes = None if options["axes"] is None else material_axes(options["axes"], where)
     C = elasticity(material, axes)
     stress = _initial_stress(options, C)[None, None]
@@ -102,11 +109,14 @@ def solid(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     for name, nodes in cells.items():
         x = mesh.points[nodes]
         if CELL_TYPES[name].order == 1:
-            _warn_of_locking(name, x, material, member.group)
+            warn_of_first_order(name, x, material, member.group)
+        elif not (reduced and name in REDUCED):
+            warn_of_curved(name, x, member.group)
         _check_order(name, x, member.group)
         dofs = numbering.translation(nodes.ravel()).reshape(len(nodes), -1)
-        G, volume = gradients_at(name, x, strain_rule(name), member.group)
-        place = np.matmul(CELL_TYPES[name].interpolation(strain_rule(name)[0]), x)
+        rule = strain_rule(name, full=not reduced)
+        G, volume = gradients_at(name, x, rule, member.group)
+        place = np.matmul(CELL_TYPES[name].interpolation(rule[0]), x)
         N, dV, rho = _mass_points(name, x, member.group)
         inertia.append(SolidInertia(dofs, dV * material.density, rho, N))
         strain.append(SolidStrain(dofs, volume, C[None, None], linear, quadratic, G, stress))
@@ -123,6 +133,16 @@ def _order(member: Member) -> int:
             f"solid on group {member.group!r} has order {order!r}; give 2 (cells of first order are raised) or 1"
         )
     return int(order)
+
+
+def _reduced(member: Member) -> bool:
+    integration = member.options.get("integration", "full")
+    if integration not in ("reduced", "full"):
+        raise ValueError(
+            f"solid on group {member.group!r} has integration {integration!r}; give 'reduced' (hexahedra of 20 nodes "
+            "have eight points of strain) or 'full'"
+        )
+    return bool(integration == "reduced")
 
 
 def _initial_stress(options: dict[str, Any], elastic: Array) -> Array:
@@ -195,21 +215,3 @@ def _inverse(J: Array) -> tuple[Array, Array]:
     determinant = np.sum(a * columns[..., 0], axis=-1)
     safe = np.where(determinant == 0, 1.0, determinant)
     return columns / safe[..., None, None], determinant
-
-
-def _warn_of_locking(name: str, x: Array, material: Material | Orthotropic | Anisotropic, group: str) -> None:
-    """Warn of the bending stiffness of first-order cells with corners x (e, k, 3).
-
-    In pure bending of a brick of length a and height b the parasitic shear adds (1 - nu)/2 (a/b)^2 to 1.
-    """
-    edges = np.stack([np.linalg.norm(x[:, j] - x[:, i], axis=1) for i, j in EDGES[CELL_TYPES[name].shape]], axis=1)
-    slenderness = float((edges.max(axis=1) / edges.min(axis=1)).max())
-    nu = material.nu if isinstance(material, Material) else 0.3
-    factor = 1 + (1 - nu) / 2 * slenderness**2
-    warnings.warn(
-        f"solid on group {group!r} uses {len(x)} {name} cells of first order, up to {slenderness:.3g} times as long as "
-        f"thick: one layer of them bends up to {factor:.3g} times too stiffly (1 is right); leave out order = 1, so "
-        "that they are raised to second order",
-        PhysicsWarning,
-        stacklevel=2,
-    )

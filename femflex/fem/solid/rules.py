@@ -20,11 +20,17 @@ GAUSS = {"hexahedron": (2, 2), "hexahedron20": (3, 3), "hexahedron27": (3, 3), "
 SIMPLEX = {"tetra": (1, 2), "tetra10": (2, 5)}
 WEDGE = {"wedge": ((2, 2), (2, 2)), "wedge15": ((4, 3), (4, 3)), "wedge18": ((4, 3), (4, 3))}
 CELLS = (*GAUSS, *SIMPLEX, *WEDGE)
+# Points per direction of the reduced rule. At these eight a hexahedron of 20 nodes does not lock. Rows of single
+# elements then have motions without stiffness; elements side by side in two directions have none.
+REDUCED = {"hexahedron20": 2}
 
 
 @cache
-def strain_rule(cell: str) -> tuple[Array, Array]:
-    """Points (q, 3) and weights (q,) on the unit cell for its strain energy; read only."""
+def strain_rule(cell: str, full: bool = True) -> tuple[Array, Array]:
+    """Points (q, 3) and weights (q,) on the unit cell for its strain energy, or of the reduced rule; read only."""
+    if not full and cell in REDUCED:
+        points, weight = quadrature("hexahedron", REDUCED[cell])
+        return _kept(points, weight)
     return _rule(cell, 0)
 
 
@@ -46,6 +52,10 @@ def _rule(cell: str, which: int) -> tuple[Array, Array]:
         z, part = quadrature("line", n)
         points = np.column_stack([np.repeat(flat.T, n, axis=0), np.tile(z, (len(area), 1))])
         weight = np.outer(area, part).ravel()
-    for kept in (points, weight):
-        kept.setflags(write=False)
+    return _kept(points, weight)
+
+
+def _kept(points: Array, weight: Array) -> tuple[Array, Array]:
+    points.setflags(write=False)
+    weight.setflags(write=False)
     return points, weight

@@ -1,0 +1,68 @@
+"""Warnings of solids that bend too stiffly: cells of first order, and thin curved layers of second-order cells."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.fem.sections.materials import Anisotropic, Material, Orthotropic
+from femflex.fem.solid.rules import REDUCED
+from femflex.mesh.cells import CELL_TYPES, EDGES
+from femflex.warning import PhysicsWarning
+
+Array = NDArray[np.float64]
+
+ACROSS = 0.7  # cosine: edges that lie so near to the direction in which others rise go through the thickness
+THIN = 0.25  # thickness over the longest edge: below it an element is one of a layer
+SHARE = 0.2  # of the elements: fewer curved ones are fillets
+STIFF = 0.05  # estimated error from which it is warned of
+
+
+def warn_of_first_order(name: str, x: Array, material: Material | Orthotropic | Anisotropic, group: str) -> None:
+    """Warn of the bending stiffness of first-order cells with corners x (e, k, 3).
+
+    In pure bending of a brick of length a and height b the parasitic shear adds (1 - nu)/2 (a/b)^2 to 1.
+    """
+    edges = np.stack([np.linalg.norm(x[:, j] - x[:, i], axis=1) for i, j in EDGES[CELL_TYPES[name].shape]], axis=1)
+    slenderness = float((edges.max(axis=1) / edges.min(axis=1)).max())
+    nu = material.nu if isinstance(material, Material) else 0.3
+    factor = 1 + (1 - nu) / 2 * slenderness**2
+    warnings.warn(
+        f"solid on group {group!r} uses {len(x)} {name} cells of first order, up to {slenderness:.3g} times as long as "
+        f"thick: one layer of them bends up to {factor:.3g} times too stiffly (1 is right); leave out order = 1, so "
+        "that they are raised to second order",
+        PhysicsWarning,
+        stacklevel=2,
+    )
+
+
+def warn_of_curved(name: str, x: Array, group: str) -> None:
+    """Warn of thin curved layers of second-order cells with nodes x (e, k, 3), which bend too stiffly.
+
+    A curved element cannot bend without stretching; the stretch grows with the rise s of its edges over their chords.
+    On MacNeal and Harder's curved beam, roof, hemisphere and cylinder the missing part of the displacement is s / h, h
+    the thickness: 0.02 to 0.11 where s / h is 0.02 to 0.12, 0.15 at 0.19, 0.48 at 0.49, 0.74 at 0.77.
+    """
+    shape, corners = CELL_TYPES[name].shape, CELL_TYPES[name].n_corners
+    ends = np.array(EDGES[shape])
+    along = x[:, ends[:, 1]] - x[:, ends[:, 0]]
+    lengths = np.linalg.norm(along, axis=2)
+    rise = x[:, corners : corners + len(ends)] - (x[:, ends[:, 0]] + x[:, ends[:, 1]]) / 2
+    most = np.take_along_axis(rise, np.linalg.norm(rise, axis=2).argmax(axis=1)[:, None, None], axis=1)[:, 0]
+    size = np.linalg.norm(most, axis=1)
+    across = np.abs(np.einsum("eka,ea->ek", along, most)) > ACROSS * lengths * size[:, None]
+    thickness = np.where(across, lengths, np.inf).min(axis=1)
+    missing = np.where(thickness < THIN * lengths.max(axis=1), size / thickness, 0.0)
+    if np.count_nonzero(missing > STIFF) < max(1.0, SHARE * len(x)):
+        return
+    usual = float(np.median(missing[missing > STIFF]))
+    cure = "give integration = 'reduced', take" if name in REDUCED else "take"
+    warnings.warn(
+        f"solid on group {group!r} is a thin curved layer of {name} cells: their edges rise by {usual:.2g} of the "
+        f"thickness over their chords, so deflections in bending are about {min(usual, 0.9):.0%} too small (limit "
+        f"{STIFF:.0%}); {cure} family shell, or shorten the elements (a half leaves a quarter)",
+        PhysicsWarning,
+        stacklevel=3,
+    )
