@@ -120,11 +120,13 @@ class PicturesTable(Table):
     modes: list[str] = Field(default_factory=list)
     """Bodies whose modes are drawn as a montage."""
     plots: list[str] = Field(default_factory=list)
-    """Channels drawn over time, such as "attitude/angles"."""
+    """Channels drawn over time, such as "attitude/angles"; "A over B" is one divided by another."""
     spectra: list[str] = Field(default_factory=list)
     """Channels whose amplitude spectra are drawn."""
+    spectrograms: list[str] = Field(default_factory=list)
+    """Channels whose spectrograms are drawn: amplitude over time and frequency."""
     highest: Annotated[float | None, Quantity("Hz", above=0.0)] = None
-    """Highest frequency of the spectra [Hz]. Default: a little above the last peak."""
+    """Highest frequency of spectra and spectrograms [Hz]. Default: a little above the last peak."""
     without: list[str] = Field(default_factory=list)
     """Terms that a second run omits, as in `run --without`, such as "nonlinear_strain". Its curves are dashed in the
     same plots; its result file has "_without" in its name."""

@@ -37,7 +37,7 @@ def draw_pictures(
 ) -> Iterator[Path]:
     """Draw one after the other; yields each path when it is there. other: a second run, dashed in the plots."""
     from femflex.cli.progress import Bar
-    from femflex.view import mode_montage, plot_histories, plot_spectra, render_movie, render_picture
+    from femflex.view import mode_montage, plot_histories, plot_spectra, plot_spectrograms, render_movie, render_picture
 
     look: dict[str, Any] = table.model_dump(
         include={"scale", "colour", "theme", "camera", "view", "triads", "edges", "size", "fit"}
@@ -57,6 +57,8 @@ def draw_pictures(
             mode_montage(bodies[what], path, title=f"modes of {what}", force=force, theme=table.theme)
         elif kind == "spectrum":
             plot_spectra(run, path, [what], force=force, theme=table.theme, highest=table.highest, other=other)
+        elif kind == "spectrogram":
+            plot_spectrograms(run, path, [what], force=force, theme=table.theme, highest=table.highest)
         else:
             plot_histories(run, path, [what], force=force, theme=table.theme, other=other)
         yield path
@@ -64,8 +66,8 @@ def draw_pictures(
 
 def _there(run: Run, bodies: Mapping[str, FlexibleBody], kind: str, what: Any) -> bool:
     """Whether what a picture shows is left in a run with something switched off."""
-    if kind in ("plot", "spectrum"):
-        return what.partition(":")[0] in run
+    if kind in ("plot", "spectrum", "spectrogram"):
+        return all(part.partition(":")[0] in run for part in what.split(" over "))
     return kind != "modes" or bodies[what].n_modes > 0
 
 
@@ -82,5 +84,9 @@ def _wanted(table: PicturesTable, output: Path) -> list[tuple[Path, tuple[str, A
     found += [
         (stem.with_name(f"{stem.name}_{portable_name(path)}_spectrum.png"), ("spectrum", path))
         for path in table.spectra
+    ]
+    found += [
+        (stem.with_name(f"{stem.name}_{portable_name(path)}_spectrogram.png"), ("spectrogram", path))
+        for path in table.spectrograms
     ]
     return found

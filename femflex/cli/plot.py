@@ -30,10 +30,13 @@ def plot(
     spectrum: Annotated[
         bool, typer.Option("--spectrum", help="Amplitude spectra with named peaks instead of histories.")
     ] = False,
+    spectrogram: Annotated[
+        bool, typer.Option("--spectrogram", help="Amplitude over time and frequency instead of histories.")
+    ] = False,
     energy: Annotated[
         bool, typer.Option("--energy", help="Stacked account of stored and dissipated energy and work, by contributor.")
     ] = False,
-    highest: Annotated[float | None, typer.Option("--highest", help="Last frequency of a spectrum in Hz.")] = None,
+    highest: Annotated[float | None, typer.Option("--highest", help="Last frequency of spectra in Hz.")] = None,
     radians: Annotated[bool, typer.Option("--radians", help="Angles in radians instead of degrees.")] = False,
     theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",
     title: Annotated[str | None, typer.Option("--title", help="Title. Default: that of the case.")] = None,
@@ -41,14 +44,19 @@ def plot(
 ) -> None:
     """Plot channels of a run over time, or their spectra, as PNG or SVG."""
     from femflex.results import open_run
-    from femflex.view import plot_energy, plot_histories, plot_spectra
+    from femflex.view import plot_energy, plot_histories, plot_spectra, plot_spectrograms
 
-    if energy and (channels or other is not None or spectrum):
+    if energy and (channels or other is not None or spectrum or spectrogram):
         raise ValueError("--energy plots the energy account of one run; leave channels, --with and --spectrum out")
-    target = output or file.with_name(f"{file.stem}_{'energy' if energy else 'spectrum' if spectrum else 'plot'}.png")
+    if spectrogram and (spectrum or other is not None):
+        raise ValueError("--spectrogram plots one run; leave --spectrum and --with out")
+    kind = "energy" if energy else "spectrogram" if spectrogram else "spectrum" if spectrum else "plot"
+    target = output or file.with_name(f"{file.stem}_{kind}.png")
     with open_run(file) as run, nullcontext() if other is None else open_run(other) as second:
         if energy:
             plot_energy(run, target, theme, title, force=force)
+        elif spectrogram:
+            plot_spectrograms(run, target, channels or None, not radians, theme, title, highest=highest, force=force)
         elif spectrum:
             plot_spectra(
                 run, target, channels or None, not radians, theme, title, highest=highest, force=force, other=second

@@ -43,8 +43,14 @@ def channel_problems(case: Case, channels: Mapping[str, Channel]) -> Iterator[Pr
                 f"{where}.component",
                 f"found {table.component}; {table.channel} has {shape[0] if shape else 'no'} entries, counted from 0",
             )
-    drawn = [] if case.pictures is None else [("plots", case.pictures.plots), ("spectra", case.pictures.spectra)]
-    for where, named in ((f"pictures.{key}[{k}]", named) for key, all_ in drawn for k, named in enumerate(all_)):
+    keys = ("plots", "spectra", "spectrograms")
+    drawn = [] if case.pictures is None else [(key, getattr(case.pictures, key)) for key in keys]
+    for where, named in (
+        (f"pictures.{key}[{k}]", part)
+        for key, all_ in drawn
+        for k, given in enumerate(all_)
+        for part in given.split(" over ")
+    ):
         path, _, component = named.partition(":")
         if path == "energy drift":
             continue

@@ -5,6 +5,7 @@ from femflex.view.look import Look
 from femflex.view.modes import craft_montage, craft_movie, mode_montage, mode_movie
 from femflex.view.plot import plot_histories, plot_spectra
 from femflex.view.render import render_movie, render_picture
+from femflex.view.spectrogram import plot_spectrograms
 from femflex.view.terms import plot_terms
 from femflex.view.window import NoRenderer
 
@@ -19,6 +20,7 @@ __all__ = [
     "plot_energy",
     "plot_histories",
     "plot_spectra",
+    "plot_spectrograms",
     "plot_terms",
     "render_movie",
     "render_picture",

@@ -16,6 +16,7 @@ from femflex.view.units import length_unit
 Array = NDArray[np.float64]
 
 DEGREES = 180.0 / np.pi
+OVER = " over "  # between two channels: the first divided by the second
 BALANCE = "energy minus work"  # a curve of its own, see `balance_of`
 POWERS = {  # channels of power and the sign with which each feeds the energy
     "monitors/supplied": 1.0,
@@ -71,7 +72,8 @@ def curves_of(
     """Curves of channels in readable units, those on one pair of axes together; without channels, a default selection.
 
     A channel is a path ("attitude/angles"), or a path and a component by name or by number from 1
-    ("attitude/angles:pitch", "q:1"), or "energy minus work". Raises KeyError for one that the run has not.
+    ("attitude/angles:pitch", "q:1"), or "energy minus work". "A over B" is channel A divided by channel B of one
+    component, such as a deflection over a deployed length. Raises KeyError for one that the run has not.
     The same curves of another run follow theirs, marked `second`. Components smaller than `least` times the largest of
     their channel are left out, unless they are requested by name or number.
     """
@@ -125,6 +127,9 @@ def default_channels(run: Run) -> list[str]:
 def _curves(run: Run, channel: str) -> list[Curve]:
     if channel == BALANCE:
         return [balance_of(run)]
+    above, _, below = channel.partition(OVER)
+    if below:
+        return _divided(_curves(run, above), _curves(run, below), below)
     path, _, component = channel.partition(":")
     values = run[path].reshape(len(run), -1)
     if path == "attitude/angles":
@@ -148,6 +153,24 @@ def _curves(run: Run, channel: str) -> list[Curve]:
             whole=whole,
         )
         for k in wanted
+    ]
+
+
+def _divided(above: list[Curve], below: list[Curve], channel: str) -> list[Curve]:
+    """The curves over the one of another channel; 0 where both are 0. Raises ValueError where it has several."""
+    if len(below) != 1:
+        raise ValueError(f"{channel!r} has {len(below)} components; name one to divide by, such as {channel + ':1'!r}")
+    (by,) = below
+    return [
+        replace(
+            curve,
+            values=np.divide(curve.values, by.values, out=np.zeros(len(by.values)), where=by.values != 0),
+            unit="1" if curve.unit == by.unit else f"{curve.unit}/({by.unit})",
+            quantity=f"{curve.quantity}{OVER}{by.quantity}",
+            channel=f"{curve.channel}{OVER}{by.channel}",
+            whole=0.0,
+        )
+        for curve in above
     ]
 
 
