@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, sparse
-from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh, splu
+from scipy.sparse.linalg import ArpackError, ArpackNoConvergence, LinearOperator, eigsh, splu
 
 from femflex.fem.eigen.canonical import CLOSE
 from femflex.fem.eigen.multifrontal import Cholesky, worthwhile
@@ -151,6 +151,13 @@ class ShiftInverted:
             raise RuntimeError(
                 f"the {count} lowest modes did not converge in {self._n} degrees of freedom; "
                 "check the structure for weakly connected parts, or request fewer modes."
+            ) from error
+        except ArpackError as error:
+            mass = self._M.diagonal()
+            raise RuntimeError(
+                f"the eigen-solver found no {count} lowest modes in {self._n} degrees of freedom: their masses go from "
+                f"{mass[mass > 0].min(initial=np.inf):.3g} to {mass.max():.3g} (kg, kg m^2); check densities, sections "
+                "and units for values many orders apart"
             ) from error
         order = np.argsort(np.abs(values), kind="stable")
         return 1.0 / values[order], phi[:, order]
