@@ -65,7 +65,7 @@ def render_movie(
     """
     chosen = replace(Look(**look), fit="run")
     plan = planned(run, chosen)
-    whole = (plan.span[0], plan.still)
+    whole = (plan.span[0], plan.still if span[0] is None or span[0] < plan.still else plan.span[1])
     first, last = (_inside(run, whole[k] if t is None else t) for k, t in enumerate(span))
     if not last > first:
         raise ValueError(f"a movie needs a span of time; from {first:g} s to {last:g} s there is none")

@@ -277,3 +277,5 @@ def test_a_movie_ends_where_the_motion_does(tmp_path, settles, still):
         assert planned(run, Look()).still == pytest.approx(still, abs=1.5)  # 200 instants are looked at
         frames = render_movie(run, tmp_path / "frames", fps=0.5, size=(320, 180))
         assert len(list(frames.iterdir())) == 7  # 12 s of the movie
+        rest = render_movie(run, tmp_path / "rest", fps=1, speed=2.0, span=(90.0, None), size=(320, 180))
+        assert len(list(rest.iterdir())) == 6  # a later start is shown to the end of the run
