@@ -15,6 +15,7 @@ SWINGING = 1e-3  # of a body's size: a vibration smaller than that is not looked
 
 # Bending
 BENT = 0.1  # elastic displacement over the body's size up to which linear strain is taken to hold
+BENT_TURNING = 0.01  # of a bend that turns with a body: what condensed strain leaves out of it, estimated
 SWUNG = 0.2  # the same for nonlinear strain: curvature is linear still, 3 % off in the tip of a cantilever there
 
 # Buckling

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from femflex.fem.family import SkinPart
 from femflex.fem.relaxed import RelaxedStrain
-from femflex.fem.structure import Structure, with_initial_stress
+from femflex.fem.structure import Structure
 from femflex.fem.tables import InertiaBlock, StrainBlock, mass_and_stiffness
 from femflex.fem.tension.strain import TensionStrain
 
@@ -32,14 +32,11 @@ def deflected(structure: Structure, x: Array) -> Structure:
     inertia = tuple(_moved(block, raw) for block in structure.inertia)
     points = structure.mesh.points + (structure.translation @ x).reshape(-1, 3)
     M, K0 = mass_and_stiffness(inertia, strain, structure.T)
-    K, f0 = with_initial_stress(K0, strain, structure.T)
     return replace(
         structure,
         mesh=replace(structure.mesh, points=points),
         M=M,
-        K=K,
         K0=K0,
-        f0=f0,
         inertia=inertia,
         strain=strain,
         skin_parts=tuple(partial(_skin, part, raw) for part in structure.skin_parts),

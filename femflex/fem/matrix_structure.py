@@ -75,7 +75,6 @@ def structure_from_matrices(
     return MatrixStructure(
         mesh=mesh,
         M=sparse.csr_array(M),
-        K=sparse.csr_array(K),
         K0=sparse.csr_array(K),
         T=T,
         inertia=(),
@@ -84,7 +83,6 @@ def structure_from_matrices(
         rotation=sparse.csr_array(rotation),
         skin_parts=tuple(_skin_parts(mesh, numbering, T, recovery)),
         numbering=numbering,
-        f0=np.zeros(n),
         places=(),
         D=None if D is None else sparse.csr_array(D),
         places_of_dofs=np.asarray(dofs, np.int64),

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from femflex.fem.assembly import Part
-from femflex.fem.structure import Structure, with_initial_stress
+from femflex.fem.structure import Structure
 from femflex.fem.tables import StrainBlock, StressAt
 
 Array = NDArray[np.float64]
@@ -42,7 +42,7 @@ class RelaxedStrain:
         """See StrainBlock, with its shapes and units."""
         return self.block.elastic
 
-    @property
+    @cached_property
     def stress(self) -> Array:
         """See StrainBlock, with its shapes and units."""
         return settled_stress(self.block, self.x, self.least)
@@ -110,5 +110,4 @@ def settled(structure: Structure, x: Array) -> Structure:
     raw = structure.T @ x
     least = max(magnitude(block) for block in structure.strain)
     strain = tuple(RelaxedStrain(block, raw, least) for block in structure.strain)
-    K, f0 = with_initial_stress(structure.K0, strain, structure.T)
-    return replace(structure, strain=strain, K=K, f0=f0)
+    return replace(structure, strain=strain)

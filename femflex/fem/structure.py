@@ -62,16 +62,14 @@ class StructureSkin:
 class Structure:
     """Finite elements of a mesh, in mesh coordinates.
 
-    M, K         (n_dof, n_dof)        mass and stiffness on the independent dofs
+    M, K0        (n_dof, n_dof)        mass, and stiffness without that of initial stress, on the independent dofs
     T            (n_raw, n_dof)        raw dofs, which the tables use, from the independent ones
     inertia      InertiaBlock, ...     points with mass; M = sum over them
-    strain       StrainBlock, ...      points with stiffness; K = sum over them
+    strain       StrainBlock, ...      points with stiffness; K0 = sum over them
     translation  (3 n_points, n_dof)   displacement of the mesh's points, row 3 * point + axis; zero where none
     rotation     (3 n_points, n_dof)   small rotation of the mesh's points, likewise
     skin_parts   () -> SkinPart, ...   the drawn surfaces of the members
     places       StrainPlaces, ...     where the points of each strain block lie; None where its family does not tell
-    f0           (n_dof,)              elastic force that initial stress leaves unbalanced; K holds its stiffening
-    K0           (n_dof, n_dof)        stiffness without that of initial stress; K itself where there is none
     notes        sentence, ...         what families changed of the mesh that was given
     point_names  point -> what the file it was read from calls it, such as "GRID 17"; none of a mesh
     known        key -> (object, ...)  what was computed of it and is wanted again (`recalled`); a changed copy starts
@@ -80,7 +78,7 @@ class Structure:
 
     mesh: Mesh
     M: sparse.csr_array
-    K: sparse.csr_array
+    K0: sparse.csr_array
     T: sparse.csr_array
     inertia: tuple[InertiaBlock, ...]
     strain: tuple[StrainBlock, ...]
@@ -88,9 +86,7 @@ class Structure:
     rotation: sparse.csr_array
     skin_parts: tuple[Callable[[], SkinPart], ...]
     numbering: Numbering
-    f0: Array
     places: tuple[StrainPlaces | None, ...]
-    K0: sparse.csr_array
     notes: tuple[str, ...] = ()
     point_names: Mapping[int, str] = field(default_factory=dict)
     known: dict[tuple[Any, ...], tuple[Any, ...]] = field(default_factory=dict, init=False, repr=False)
@@ -122,10 +118,21 @@ class Structure:
         """The drawn surface of all members, made at the first request; None when no member has one."""
         return _merged_skin([part() for part in self.skin_parts], self.T)
 
-    @property
+    @cached_property
     def stressed(self) -> bool:
         """Whether any member has initial stress."""
         return any(block.stress.any() for block in self.strain)
+
+    @cached_property
+    def K(self) -> sparse.csr_array:
+        """Stiffness (n_dof, n_dof) [N/m, N, N m] with that of initial stress, added at the first request; K0 itself
+        where there is none."""
+        return (self.K0 + self.internal_force.initial_stiffness()).tocsr() if self.stressed else self.K0
+
+    @cached_property
+    def f0(self) -> Array:
+        """Elastic force (n_dof,) [N, N m] that initial stress leaves unbalanced."""
+        return self.internal_force.initial_force() if self.stressed else np.zeros(self.n_dof)
 
     @cached_property
     def internal_force(self) -> InternalForce:
@@ -205,11 +212,9 @@ def build_structure(
     T = numbering.independent(conditions(mesh, supports or {}))
     translation, rotation = numbering.node_rows(T.shape[0])
     M, K0 = mass_and_stiffness(inertia, strain, T)
-    K, f0 = with_initial_stress(K0, strain, T)
     return Structure(
         mesh=mesh,
         M=M,
-        K=K,
         K0=K0,
         T=T,
         inertia=inertia,
@@ -218,20 +223,9 @@ def build_structure(
         rotation=_on_independent(rotation, T),
         skin_parts=tuple(part.skin for part in parts if part.skin is not None),
         numbering=numbering,
-        f0=f0,
         places=(*places, *(None,) * len(late)),
         notes=notes,
     )
-
-
-def with_initial_stress(
-    K0: sparse.csr_array, strain: Sequence[StrainBlock], T: sparse.csr_array
-) -> tuple[sparse.csr_array, Array]:
-    """K0 with the stiffness of initial stress added, and the force (n_dof,) [N, N m] which that leaves unbalanced."""
-    if not any(block.stress.any() for block in strain):
-        return K0, np.zeros(T.shape[1])
-    elastic = InternalForce(strain, T)
-    return (K0 + elastic.initial_stiffness()).tocsr(), elastic.initial_force()
 
 
 def contribution(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:

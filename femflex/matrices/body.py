@@ -104,4 +104,4 @@ def without_rounding(structure: MatrixStructure) -> MatrixStructure:
     P = np.eye(structure.n_dof) - R @ X
     K = P.T @ structure.K.toarray() @ P
     K = sparse.csr_array((K + K.T) / 2)
-    return replace(structure, K=K, K0=K)
+    return replace(structure, K0=K)

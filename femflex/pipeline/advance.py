@@ -11,6 +11,7 @@ import numpy as np
 
 from femflex.advice.deployed import SlackWatch
 from femflex.advice.deployed_bending import AxialForceWatch
+from femflex.advice.spun_bends import SpunBends
 from femflex.advice.stiffening import StiffeningWatch
 from femflex.advice.tension import TensionWatch
 from femflex.pipeline.guard import MotionGuard, Singularities, first_overflow, warn_of_passage
@@ -46,7 +47,7 @@ def integrate(
     model, known = prepared.model.for_run(), prepared.decided.known
     guard, singularities = MotionGuard(model, known, prepared.decided.notes), Singularities(model)
     stiffening, tension = StiffeningWatch(model, known), TensionWatch(model, known)
-    slack, axial = SlackWatch(model), AxialForceWatch(model)
+    slack, axial, bends = SlackWatch(model), AxialForceWatch(model), SpunBends(model)
     if model.constraints is not None:
         model.constraints.forget_passage()
     stresses = prepared.recovered
@@ -73,6 +74,7 @@ def integrate(
                     tension.watch(times, seen)
                     slack.watch(times, seen)
                     axial.watch(times, seen)
+                    bends.watch(last.states[: len(times)], seen)
                     written = float(times[-1])
                 if error is not None:
                     raise error
@@ -94,6 +96,7 @@ def integrate(
     tension.warn()
     slack.warn()
     axial.warn()
+    bends.warn()
 
 
 @contextmanager

@@ -11,6 +11,7 @@ import numpy as np
 from femflex.advice.advice import advice_text, warn_of
 from femflex.advice.deflections import deflection_watches
 from femflex.advice.deployed_bending import AxialForceWatch
+from femflex.advice.spun_bends import SpunBends
 from femflex.advice.stiffening import StiffeningWatch
 
 if TYPE_CHECKING:
@@ -83,6 +84,9 @@ def _warn(found: Equilibrium, decided: Decided, at: float | None) -> None:
     axial = AxialForceWatch(found.model)
     axial.watch(np.array([at or 0.0]), seen)
     axial.warn()
+    bends = SpunBends(found.model)
+    bends.watch(found.x[None], seen)
+    bends.warn()
 
 
 def keep(

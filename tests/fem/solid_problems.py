@@ -189,3 +189,26 @@ def pinched_cylinder(n: int) -> SolidProblem:
 
     held = {"a0": symmetry(X), "a1": Support(("y", "z")), "b0": symmetry(Z), "b1": symmetry(Y)}
     return SolidProblem(place, (n, n), Material(3e6, 0.3, 1.0), held, (("a0b0", -Y / 4),), "a0b0", -Y, 1.8248e-5)
+
+
+def raasch_hook(n: int) -> SolidProblem:
+    """Arcs of R = 14, 60 deg, and R = 46, 150 deg, that turn opposite ways, 20 wide and 2 thick, E = 3300, nu = 0.35.
+
+    A force along the width at the end: 4.9352 (Knight, AIAA J. 35 (1997) 1, with transverse shear).
+    """
+    first, second, radii = np.radians(60), np.radians(150), (14.0, 46.0)
+    share = max(1, round(n * 1.4 * radii[0] * first / (radii[0] * first + radii[1] * second))) / n
+    turn = np.array([np.sin(first), -np.cos(first)])  # from where the arcs meet to the middle of the second
+    middle = radii[0] * np.array([np.sin(first), 1 - np.cos(first)]) + radii[1] * turn
+
+    def place(p: np.ndarray) -> np.ndarray:
+        along, out = p[:, 0], 2.0 * (p[:, 2] - 0.5)
+        near, far = first * along / share, first + np.pi / 2 - second * (along - share) / (1 - share)
+        r = radii[0] + out, radii[1] - out
+        x = np.where(along <= share, r[0] * np.sin(near), middle[0] + r[1] * np.cos(far))
+        y = np.where(along <= share, radii[0] - r[0] * np.cos(near), middle[1] + r[1] * np.sin(far))
+        return np.stack([x, y, 20 * p[:, 1]], axis=1)
+
+    return SolidProblem(
+        place, (n, max(1, n // 4)), Material(3300.0, 0.35, 1.0), {"a0": FIXED}, (("a1", Z),), "a1", Z, 4.9352
+    )

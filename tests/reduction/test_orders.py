@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from scipy.sparse.linalg import splu
 
 from femflex import equilibrium, fem
+from femflex.advice.spun_bends import SpunBends
 from femflex.fem import Member, build_structure
 from femflex.mesh import line
 from femflex.reduction import cantilever_modes, reduce_structure, with_attachment, with_derivatives
@@ -140,6 +142,15 @@ def spun_elements(structure, modes, way, force, speed):
     return marker_rows(structure, "end").translation @ x
 
 
+def spun_body(structure, modes, force, speed):
+    """A condensed body with these modes, and its equilibrium under that force at its end as it spins about z."""
+    shapes = with_derivatives(structure, modes)
+    body = reduce_structure(structure, shapes, {"root": "start", "tip": "end"}, strain="condensed")
+    push = Load("push", "body", "tip", frame="body", force=[0, force, 0])
+    frame = Frame("spinning", rate=np.array([0, 0, speed]))
+    return body, equilibrium(System({"body": body}, (weld("body", child_marker="root"),), (push,), frame))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("count, attachment", [(4, ()), (12, ()), (24, ()), (12, ("x", "y", "z"))])
 def test_random_kept_sets_that_spin_bend_as_all_elements_do(count, attachment):
@@ -156,14 +167,32 @@ def test_random_kept_sets_that_spin_bend_as_all_elements_do(count, attachment):
     modes = with_attachment(structure, modes, ("rz",))  # the field of spin along the slope
     speed, force = SPEED * every.omega[0], 1.3 * bending_force(structure, modes, "y")
     exact = spun_elements(structure, modes, "y", force, speed)
-    shapes = with_derivatives(structure, modes)
-    body = reduce_structure(structure, shapes, {"root": "start", "tip": "end"}, strain="condensed")
-    push = Load("push", "body", "tip", frame="body", force=[0, force, 0])
-    frame = Frame("spinning", rate=np.array([0, 0, speed]))
-    state = equilibrium(System({"body": body}, (weld("body", child_marker="root"),), (push,), frame))
+    body, state = spun_body(structure, modes, force, speed)
     found = body.markers["tip"].phi @ body.amplitudes(state.q)
     assert 0.06 < exact[1] < 0.09
     assert found[1] == pytest.approx(exact[1], rel=1e-2)
+
+
+@pytest.mark.parametrize(("bend", "warned"), [(0.07, False), (0.14, True)])
+def test_what_second_order_leaves_out_of_spun_bends_is_estimated(bend, warned):
+    """The square of the bend: the estimate is the error to a quarter of it, and that is warned of above 1 %."""
+    structure = member(STRAIGHT, 1000.0)
+    modes = with_attachment(structure, cantilever_modes(structure, "start", 12), ("rz",), {"end": ["y"]})
+    speed, force = SPEED * modes.omega[0], bend / BEND * 1.3 * bending_force(structure, modes, "y")
+    exact = spun_elements(structure, modes, "y", force, speed)
+    body, state = spun_body(structure, modes, force, speed)
+    off = abs(np.linalg.norm(body.markers["tip"].phi @ body.amplitudes(state.q)) / np.linalg.norm(exact) - 1.0)
+    watch = SpunBends(state.model)
+    watch.watch(state.x[None], state.model.observe(np.zeros(1), state.x[None]))
+    with warnings.catch_warnings(record=True) as given:
+        warnings.simplefilter("always")
+        watch.warn()
+    assert len(given) == warned
+    if warned:
+        told = re.search(r"the bend is about ([0-9.]+)% off \(limit 1%\)\. For less, cut", str(given[0].message))
+        assert float(told[1]) / 100 == pytest.approx(off, rel=0.25, abs=1e-3)
+    else:
+        assert off < 0.01
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ Array = NDArray[np.float64]
 
 ROUNDING = 1e-13  # force on a dof over the sum of its terms, of all dofs the largest, below which it is none
 RANK = 1e-9  # smallest singular value of unit columns below which they count as dependent
+RIGID = ("rigid",)  # what a Structure recalls its rigid motions by
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 
 
@@ -44,7 +45,7 @@ def lifted(structure: Structure, translation: Array, rotation: Array) -> Array:
 
 def rigid_shapes(structure: Structure, about: Array | None = None) -> Array:
     """Dof vectors (n_dof, 6) of three unit translations and three unit rotations about a point (default: origin)."""
-    R: Array = structure.recalled(("rigid",), lambda: lifted(structure, *rigid_motion(structure.mesh.points)))
+    R: Array = structure.recalled(RIGID, lambda: lifted(structure, *rigid_motion(structure.mesh.points)))
     if about is None:
         return R.copy()
     e = np.eye(3)

@@ -118,7 +118,7 @@ def supported(structure: Structure, held: Index) -> Supported:
 
 def unstressed(structure: Structure, held: Index) -> Supported:
     """The structure with dofs held (k,), numbers, without the geometric stiffness of its initial stress."""
-    return _known(structure, held, "K" if structure.K0 is structure.K else "K0", structure.K0)
+    return _known(structure, held, "K0" if structure.stressed else "K", structure.K0)
 
 
 def lowest_modes_on(structure: Structure, held: Index, n: int) -> Modes:

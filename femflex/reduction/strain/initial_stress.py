@@ -11,6 +11,7 @@ from femflex.fem.deflected import tension_blocks
 from femflex.fem.relaxed import settled
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.clamps import Groups, held_dofs
+from femflex.reduction.boundary.rigid import RIGID
 from femflex.reduction.boundary.supported import unstressed
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.preload.equilibrium import is_known, static_equilibrium
@@ -45,6 +46,8 @@ def relaxed(structure: Structure, clamp: Groups = ()) -> Structure:
 
 def _relaxed(structure: Structure, held: Index) -> Structure:
     found = settled(structure, relaxation(structure, held))
+    if RIGID in structure.known:  # the mesh stays, and with it its rigid motions
+        found.known[RIGID] = structure.known[RIGID]
     structure.known.pop(("K0", held.tobytes()), None)  # factors that serve no more
     found.known["at rest", held.tobytes()] = (True,)
     return found
@@ -60,9 +63,9 @@ def relaxation(structure: Structure, held: Index) -> Array:
 
 def warn_if_slack(structure: Structure, modes: ModeSet) -> None:
     """Warn when supports do not hold the initial stress, so that linear strain keeps stiffness that would go."""
-    if not (structure.stressed and structure.f0.any() and modes.n_modes):
+    if not (structure.stressed and modes.n_modes) or is_known(structure, "at rest", modes.held):
         return
-    if is_known(structure, "at rest", modes.held):
+    if not structure.f0.any():
         return
     if tension_blocks(structure):
         _warn_if_unbalanced(structure, modes.held)

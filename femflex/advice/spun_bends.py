@@ -1,0 +1,79 @@
+"""Bends that turn: what strain of second order leaves out of how far a bent body comes in from where it would reach.
+
+A body bent by b of its size comes in by b^2 / 2 of it and b^4 / 8, of which condensed strain holds the first. Where
+it turns, centrifugal forces act on what is left out. Of cantilevers bent in the plane of rotation, with the force at
+the end and all finite elements as reference, the tip is c b^2 of itself off: c = 0.42 (rate / first frequency)^2 up to
+about twice that frequency, 0.9 above.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.advice.deflections import deflection_watches
+from femflex.advice.limits import BENT_TURNING
+from femflex.advice.remedies import division_remedy
+from femflex.advice.stiffening import attached_masses, lowest_frequency
+from femflex.warning import PhysicsWarning
+
+if TYPE_CHECKING:
+    from femflex.dynamics import Model
+
+Array = NDArray[np.float64]
+
+SLOPE, MOST = 0.42, 0.9  # c over (rate / first frequency)^2, and at most
+SLOW = 0.15  # of the first frequency: no bend that is meant turns slowly enough to matter there
+
+
+@dataclass(frozen=True)
+class SpunBend:
+    """A bend at an instant: its size over the body's, the rate [rad/s], and the estimated part of it that is wrong."""
+
+    bend: float
+    rate: float
+    error: float
+
+
+class SpunBends:
+    """Watches bodies with condensed strain, row by row, for bends that turn, and warns of what is left out of them."""
+
+    def __init__(self, model: Model) -> None:
+        system = model.system
+        self._system = system
+        self._watches = [one for one in deflection_watches(model) if system.bodies[one.name].strain_form == "condensed"]
+        carried = {one.name: attached_masses(system, one.name) for one in self._watches}
+        self._first = {name: lowest_frequency(system.bodies[name], masses) for name, masses in carried.items()}
+        self._worst: dict[str, SpunBend] = {}
+
+    def watch(self, states: Array, channels: Mapping[str, Array]) -> None:
+        """Take note of a block of states (n_t, n_x) [SI] and its channels (n_t, ...)."""
+        for one in self._watches:
+            rate = np.linalg.norm(channels[f"bodies/{one.name}/rate"], axis=1)
+            rows = np.flatnonzero(rate > SLOW * self._first[one.name])
+            if not rows.size:
+                continue
+            bend = one.over(states[rows])
+            error = np.minimum(SLOPE * (rate[rows] / self._first[one.name]) ** 2, MOST) * bend**2
+            k = int(error.argmax())
+            if one.name not in self._worst or error[k] > self._worst[one.name].error:
+                self._worst[one.name] = SpunBend(float(bend[k]), float(rate[rows[k]]), float(error[k]))
+
+    def warn(self) -> None:
+        """Warn of bodies of which BENT_TURNING or more of a bend is left out, with the estimate."""
+        for name, worst in self._worst.items():
+            if worst.error > BENT_TURNING:
+                ratio = worst.rate / self._first[name]
+                warnings.warn(
+                    f"body {name!r}, bent by {worst.bend:.0%} of its size, turned at {worst.rate:.4g} rad/s, "
+                    f"{ratio:.2g} times its first frequency. Condensed strain is of second order in bends: the bend is "
+                    f"about {worst.error:.1%} off (limit {BENT_TURNING:.0%}). For less, "
+                    f"{division_remedy(self._system.bodies[name])}",
+                    PhysicsWarning,
+                    stacklevel=3,
+                )
