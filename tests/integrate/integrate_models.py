@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,7 @@ class Second:
     advance: Callable[..., Any]
 
 
+@cache
 def correcting(residual: Callable[..., Any], solve: Callable[..., Any]) -> Callable[..., Any]:
     """Newton's correction from a residual and the solution with c_mass M + c_damp D + c_stiff K."""
 
@@ -197,16 +199,13 @@ def plain_advance(q, increment, out, table, pool, work):
         out[i] = q[i] + increment[i]
 
 
-chain_correct = correcting(chain_residual, chain_solve)
-
-
 def chain(
     masses: Array, springs: Array, dampers: Array | None = None, cubic: float = 0.0, force: float = 0.0, w: float = 1.0
 ) -> Compiled:
     """The chain of masses (n,), springs (n + 1,) and dampers (n + 1,), with force * sin(w t) on the last mass."""
     n = len(masses)
     dampers = np.zeros(n + 1) if dampers is None else dampers
-    second = Second(n, n, chain_correct, plain_kinematic, plain_advance)
+    second = Second(n, n, correcting(chain_residual, chain_solve), plain_kinematic, plain_advance)
     pool = np.concatenate([[cubic, force, w], masses, springs, dampers])
     return Compiled(2 * n, chain_rate, pool, np.array([n]), np.zeros(2 * n), second_order=second)
 
@@ -284,12 +283,9 @@ def body_solve(t, q, rhs, out, c_mass, c_damp, c_stiff, table, pool, work):
         out[i] = rhs[i] / (c_mass * pool[i])
 
 
-body_correct = correcting(body_residual, body_solve)
-
-
 def rigid_body(inertia: tuple[float, float, float] = (1.0, 2.0, 2.5), spring: float = 0.0) -> Compiled:
     """A rigid body that turns freely or under the spring; its Euler parameters are kept at unit length."""
-    second = Second(4, 3, body_correct, body_kinematic, body_advance)
+    second = Second(4, 3, correcting(body_residual, body_solve), body_kinematic, body_advance)
     return Compiled(7, body_rate, np.array([*inertia, spring]), renormalise=np.array([0]), second_order=second)
 
 

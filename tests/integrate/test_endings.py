@@ -22,29 +22,29 @@ def ended(method, model, times=TIMES, x0=START):
     return caught.value
 
 
-@njit(RATE)
+@njit(RATE, cache=True)
 def lost_rate(t, x, dx, table, pool, work):
     dx[0], dx[1] = x[1], -x[0]
     if t > 0.3:
         dx[1] = pool[0]
 
 
-@njit(CORRECT)
+@njit(CORRECT, cache=True)
 def spring_correct(t, q, u, udot, out, c_damp, c_stiff, table, pool, work):
     out[0] = (-q[0] - udot[0]) / (1.0 + c_stiff)
 
 
-@njit(KINEMATIC)
+@njit(KINEMATIC, cache=True)
 def spring_kinematic(t, q, u, qdot, table, pool, work):
     qdot[0] = u[0]
 
 
-@njit(ADVANCE)
+@njit(ADVANCE, cache=True)
 def spring_advance(q, increment, out, table, pool, work):
     out[0] = q[0] + increment[0]
 
 
-@njit(PROJECT)
+@njit(PROJECT, cache=True)
 def stay_there(t, x, table, pool, work):
     return 0.0
 
@@ -65,7 +65,7 @@ def test_a_step_that_passes_its_test_and_ends_where_the_rate_is_lost_is_not_trie
     assert np.isfinite(error.states).all()
 
 
-@njit(RATE)
+@njit(RATE, cache=True)
 def broken_rate(t, x, dx, table, pool, work):
     dx[0] = dx[1] = pool[0]
 
@@ -77,7 +77,7 @@ def test_scipys_solvers_give_up_a_rate_that_is_never_finite(name, value):
     assert error.t == 0.0 and error.states[-1] == pytest.approx(START)
 
 
-@njit(RATE)
+@njit(RATE, cache=True)
 def sticking_rate(t, x, dx, table, pool, work):
     dx[0], dx[1] = x[1], -50.0 * np.sign(x[1]) + 10.0
 
