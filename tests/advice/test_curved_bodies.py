@@ -109,6 +109,7 @@ def test_an_arch_that_its_load_may_snap_gets_responses_to_that_load(arch):
     assert same.kinds == body.kinds and same.note == body.note
 
 
+@pytest.mark.slow
 def test_a_small_load_or_a_choice_of_ones_own_leaves_the_arch_as_it_is(arch):
     body, _ = told(arch(("-600", "-1e-3")))
     assert body.strain_form == "linear" and "response" not in body.kinds

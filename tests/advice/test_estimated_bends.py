@@ -101,6 +101,7 @@ def test_of_a_plate_on_a_hinge(
     assert estimated == pytest.approx(reached, rel=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize(("inclination", "rate"), [(10, 2), (30, 2), (20, 3)])
 def test_of_a_beam_spun_up_about_an_inclined_axis(write_case: Callable[..., Path], inclination: float, rate: float):

@@ -52,6 +52,7 @@ def test_a_body_may_hang_from_its_far_end_or_its_middle(cut: str, write_case: Ca
         assert [system.joint_of(f"boom.{j}").parent for j in (1, 2, 3)] == parents
 
 
+@pytest.mark.slow
 def test_a_cut_boom_weighs_and_rings_like_the_whole_one(craft: str, cut: str, write_case: Callable[..., Path]):
     whole = craft.replace(INITIAL, "").replace(RATIO, "").replace("modes = 4 }", "modes = 8 }\nrefine = 1")
     found = []
@@ -211,6 +212,7 @@ rate = 20
 """
 
 
+@pytest.mark.slow
 def test_gyros_and_unbalanced_rotors_on_a_cut_body_keep_the_momentum(cut: str, write_case: Callable[..., Path]):
     """What turns the craft is internal; the gyro's torque on its segment is h times the gimbal rate at the start."""
     model = compile_system(replace(build_system(read_case(write_case(cut + SPUN))), loads=()))

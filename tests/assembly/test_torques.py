@@ -92,6 +92,7 @@ def test_a_torque_on_a_face_of_a_solid_bends_it_as_a_beam(bar):
     assert turn["tip"][1] == pytest.approx(bent * L, rel=0.01)  # at its own nodes the load dents the end
 
 
+@pytest.mark.slow
 @pytest.mark.sampled(1)
 def test_a_torque_on_a_face_of_a_solid_twists_it_as_saint_venant_has_it(bar):
     M = 3.0
@@ -137,6 +138,7 @@ def test_a_torque_in_the_axes_of_a_turned_marker_is_judged_in_those_of_the_body(
         build_system(read_case(path))
 
 
+@pytest.mark.slow
 @pytest.mark.sampled(1)
 def test_a_torque_across_a_line_of_nodes_acts(bar):
     with pytest.warns(PhysicsWarning, match="marker 'edge' shows no rotation about 1 of 3 axes"):

@@ -53,6 +53,7 @@ def solved_alone(times, start, acceleration):
     return solve_ivp(moving, (0, times[-1]), start, t_eval=times, args=(acceleration,), **options).y
 
 
+@pytest.mark.slow
 def test_a_tether_that_deploys_to_kilometres_swings_as_under_the_whole_attraction():
     """Specified length from 10 km on at 3 m/s: the pitch angle, 1e-8 of it; the gradient alone is off by 1e-3."""
     times = np.linspace(0.0, 1500.0, 4)

@@ -34,6 +34,7 @@ def amplitudes(made, states, row, xi):
     return states[:, : made.shapes.n] @ made.shapes.fields(np.array([xi]), 0)[0, row]
 
 
+@pytest.mark.slow
 def test_twist_follows_the_travelling_shaft():
     line = DeployingLine(mass_per_length=2.0, EIy=1.0, EIz=1.0, GJ=0.3, ry=0.3, rz=0.2)
     made = deploying_line(line, BeamFunctions(torsion=6), RAMP, until=5.0, strain="linear")
@@ -46,6 +47,7 @@ def test_twist_follows_the_travelling_shaft():
     assert np.abs(found - exact).max() < 1e-3 * np.abs(exact).max()
 
 
+@pytest.mark.slow
 def test_stretch_follows_the_travelling_rod():
     line = DeployingLine(mass_per_length=2.0, EA=3.0, EIy=1.0, EIz=1.0)
     made = deploying_line(line, BeamFunctions(axial=8), RAMP, until=5.0)

@@ -32,6 +32,7 @@ def three():
     return acting, lambda L: 0.7 - 1.5 - 3.0 * (L - 1.0)
 
 
+@pytest.mark.slow
 def test_the_drum_works_against_what_acts_on_the_tip():
     """F = m' L A + m' U^2 - force at the tip, for a straight member that is pushed out of a wall."""
     acting, force = three()

@@ -31,6 +31,7 @@ axis = [0, 0, 1]
 """
 
 
+@pytest.mark.slow
 def test_a_wire_whose_drum_holds_it_back_too_late_goes_slack(tmp_path):
     """Pulled in by its drum it is taut; pushed out, it would carry m' L |A|."""
     with run(parse_case(PUSHED, Path("wire.toml")), tmp_path / "in.h5") as taut:

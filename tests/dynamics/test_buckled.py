@@ -36,6 +36,7 @@ def test_the_integrals_are_those_of_the_table(angle):
     assert (ratio, w, 1 - u) == pytest.approx(TABLE[angle], abs=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize(("angle", "error"), [(20, 0.005), (40, 5e-4), (60, 5e-4)])
 def test_a_straight_column_left_along_what_grows_comes_to_the_elastica(angle, error):

@@ -55,6 +55,7 @@ def test_sixteen_segments_give_the_elastica_to_half_a_per_cent(ratio):
     assert bent(ratio, 16) == pytest.approx(MATTIASSON[ratio], rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("ratio", [2, 10])
 def test_the_error_falls_with_the_square_of_the_number_of_segments(ratio):

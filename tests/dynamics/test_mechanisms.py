@@ -27,6 +27,7 @@ def test_andrews_squeezer_ends_where_the_test_set_says():
     assert energy == pytest.approx(work, abs=1e-9 * np.abs(work).max())
 
 
+@pytest.mark.slow
 def test_four_bar_of_ordinary_joints_keeps_its_loop_and_its_energy_for_1000_seconds():
     model, _, out = run(four_bar(), np.linspace(0, 1000, 2001))
     assert model.constraints.redundant(0.0, model.x0) == 3

@@ -66,6 +66,7 @@ def lag(k: int) -> float:
     return float(-model.observe(run.times, run.states)["markers/beam.tip/deflection"][:, 1].min())
 
 
+@pytest.mark.slow
 def test_sixteen_segments_give_the_lag_to_a_tenth_of_a_per_cent():
     values = [lag(k) for k in (4, 8, 16)]
     assert np.log2((values[0] - values[1]) / (values[1] - values[2])) == pytest.approx(2.0, abs=0.05)

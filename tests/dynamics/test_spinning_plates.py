@@ -21,6 +21,7 @@ RISE = Rise(5.0, 10.0)
 slow = pytest.mark.slow
 
 
+@pytest.mark.slow
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("setting", [FLAP, FLIGHT])
 def test_all_finite_elements_and_ritzs_method_agree_on_the_frequencies_of_a_plate(setting):
@@ -56,6 +57,7 @@ def test_a_narrow_plate_is_the_rotating_beam(setting):
         assert found == pytest.approx(Rotating(gamma, hub=0.5, **stiff).exact(found), rel=4e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("setting", [FLAP, FLIGHT])
 def test_twelve_coordinates_have_the_first_six_frequencies_of_a_spinning_plate(setting):

@@ -66,6 +66,7 @@ def test_a_hinged_beam_on_cantilever_shapes_has_the_closed_form_frequencies(body
         assert np.abs(found / exact - 1).min() < 1e-5
 
 
+@pytest.mark.slow
 def test_with_rotary_inertia_they_are_lower():
     """By 1/2 r^2 int w'^2 / int w^2 and more, of Rayleigh's beam: here 1 % and more."""
     assert frequencies(analytic(True), free("beam"))[0] < 0.99 * frequencies(analytic(), free("beam"))[0]

@@ -61,6 +61,7 @@ def disc(rings):
     return Mesh(xyz, {"triangle6": six}, {"surface": {"triangle6": np.arange(len(six))}}, {"rim": rim})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cell", ["triangle", "triangle6"])
 def test_a_rectangular_membrane_has_the_frequencies_of_fourier(cell):
     exact = np.pi * WAVE * np.sqrt([1 / 4 + 1, 1 + 1, 9 / 4 + 1])

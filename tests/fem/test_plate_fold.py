@@ -53,6 +53,7 @@ def test_a_fold_between_two_members_is_that_of_one(family):
     assert found[0] == pytest.approx(found[1], rel=1e-9)
 
 
+@pytest.mark.slow
 def test_triangles_and_rectangles_approach_each_other_on_an_angle_section():
     """Two formulations of one L-shaped cantilever."""
     gaps = []

@@ -50,6 +50,7 @@ def observed_orders(errors: list[float]) -> np.ndarray:
     return np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
 
 
+@pytest.mark.slow
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("element", ["dkt", "dkmt"])
 def test_triangles_converge_with_the_square_of_the_size_on_a_thin_square(element):

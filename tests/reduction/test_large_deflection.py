@@ -184,6 +184,7 @@ def greatest_distance(structure, shapes, case):
     return np.linalg.norm(full[:, None] - found, axis=2).min(axis=1).max()
 
 
+@pytest.mark.slow
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize(
     ("rise", "support"), [(1.5 * H, "pinned"), (2 * H, "clamped"), (3 * H, "pinned"), (3 * H, "clamped")]

@@ -148,6 +148,7 @@ def test_a_strip_of_plates_does_so_too(mode):
     assert (4 * rise[0] - rise[1]) / 3 == pytest.approx(inextensible(mode).sum(), rel=2e-3)
 
 
+@pytest.mark.slow
 def test_a_condensed_motion_repeats_itself_when_the_compiled_equations_run_it():
     body = cantilever(z=3)
     found = backbone(body, 2, [0.03, 0.1])
