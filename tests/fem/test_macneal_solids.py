@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import pytest
 from solid_problems import curved, hemisphere, pinched_cylinder, raasch_hook, ratio, scordelis_lo, straight, twisted
@@ -15,7 +16,7 @@ PUBLISHED = {
     "straight, in plane": (straight("in plane"), 0.970),
     "straight, out of plane": (straight("out of plane"), 0.961),
     "curved, in plane": (curved("in plane"), 0.875),
-    "curved, out of plane": (curved("out of plane"), 0.946),
+    "curved, out of plane": (replace(curved("out of plane"), at="a1b0"), 0.946),  # the outer edge: the end twists
     "twisted": (twisted("in plane"), 0.991),
     "twisted, the other way": (twisted("out of plane"), 0.995),
 }
@@ -33,7 +34,7 @@ THIN = {"Scordelis-Lo": scordelis_lo, "hemisphere": hemisphere, "pinched cylinde
 @pytest.mark.parametrize("name", PUBLISHED)
 def test_twenty_node_bricks_have_the_published_values(name):
     problem, published = PUBLISHED[name]
-    assert ratio(problem, "hexahedron20") == pytest.approx(published, abs=0.02)
+    assert ratio(problem, "hexahedron20") == pytest.approx(published, abs=0.004)
 
 
 @pytest.mark.slow

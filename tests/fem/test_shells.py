@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from element_meshes import mixed_sheet
 from plate_models import frequencies, random_rotation
 from scipy.sparse.linalg import spsolve
 from shell_problems import (
@@ -22,6 +23,7 @@ from shell_problems import (
 from femflex.fem import Material, Member, build_structure
 from femflex.fem.sections.laminates import Lamina, Ply, isotropic, layup
 from femflex.mesh import Mesh, line, rectangle
+from femflex.mesh.raised import raised
 from femflex.warning import PhysicsWarning
 
 CELLS = ("triangle", "triangle6", "quad", "quad8", "quad9")
@@ -42,8 +44,6 @@ def straight_patch(cell: str, n: int = 2, seed: int = 0) -> Mesh:
     mesh = Mesh(mesh.points + inner[:, None] * shift, mesh.cells, mesh.cell_groups)
     if cell == corner:
         return mesh
-    from femflex.mesh.raised import raised
-
     mesh = raised(mesh, {corner: np.arange(len(mesh.cells[corner]))})
     return raised(mesh, {"quad8": np.arange(len(mesh.cells["quad8"]))}) if cell == "quad9" else mesh
 
@@ -58,8 +58,20 @@ def dofs_of(structure, u, theta):
 
 @pytest.mark.parametrize("cell", CELLS)
 def test_patches_of_constant_membrane_strain_and_of_constant_curvature(cell):
-    mesh = straight_patch(cell, 3)
-    s = shell(mesh)
+    check_patches(shell(straight_patch(cell, 3)))
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("seed", range(3))
+def test_random_meshes_of_quadrilaterals_and_triangles_pass_the_patch_tests(seed, order):
+    mesh = mixed_sheet(seed=seed)
+    if order == 2:
+        mesh = raised(mesh, {kind: np.arange(len(cells)) for kind, cells in mesh.cells.items()})
+    check_patches(shell(mesh))
+
+
+def check_patches(s):
+    """Free inner nodes go with constant strain and with constant curvature given on the boundary, to rounding."""
     x, y, _ = s.mesh.points.T
     o = 0 * x
     H = np.array([[1.0, 0.3], [0.5, -0.7]])
