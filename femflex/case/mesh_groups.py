@@ -68,7 +68,7 @@ def mesh_problems(name: str, table: FlexibleTable, mesh: Mesh) -> Iterator[Probl
     for where, group in groups_named(name, table):
         if group not in mesh.groups:
             text = f"found {group!r}, which is no group of {table.source}; {near(group, mesh.groups)}"
-            known = f" (it has {', '.join(map(repr, mesh.groups))})" if "did you mean" in text else ""
+            known = f" (it has {', '.join(map(repr, mesh.groups))})" if "known are" not in text else ""
             yield Problem(where, text + known)
             continue
         try:

@@ -28,10 +28,15 @@ def upright(mesh: Mesh, source: str = "the mesh") -> Mesh:
         turned[turned] = qualities(mesh.points, name, mirrored[turned]) > 0
         if turned.any():
             cells[name] = np.where(turned[:, None], mirrored, nodes)
-            count = f"all {len(nodes)}" if turned.all() else f"{int(turned.sum())} of {len(nodes)}"
+            count, place = f"all {len(nodes)}", ""
+            if not turned.all():
+                first = int(np.argmax(turned))
+                x, y, z = mesh.points[nodes[first]].mean(axis=0)
+                count = f"{int(turned.sum())} of {len(nodes)}"
+                place = f", the first is number {first} at ({x:.6g}, {y:.6g}, {z:.6g}) m"
             warnings.warn(
-                f"{source}: {count} cells of type {name} are inside out (their volumes are negative); their "
-                "nodes are taken in the mirrored order. Correct the order of nodes in the file",
+                f"{source}: {count} cells of type {name} are inside out (their volumes are negative){place}; "
+                "their nodes are taken in the mirrored order. Correct the order of nodes in the file",
                 PhysicsWarning,
                 stacklevel=3,
             )

@@ -102,3 +102,8 @@ def test_a_rigid_body_leaves_out_no_stiffness(write_case):
     text = f"{RUN}[environment]\ngravity = [{-half}, 0, 0]\n{BOOM}strain = 'linear'\n{HELD}"
     prepared = prepare(read_case(write_case(text)), write_case(text).with_name("no.h5"), without=["flexibility"])
     assert prepared.system.bodies["boom"].foreshortening is None
+
+
+def test_a_bend_too_small_to_print_is_said_to_be_smaller(write_case):
+    note = system(write_case, "[0, 0, -1e-6]").bodies["boom"].note
+    assert "loads and motions bend it by less than 0.005% of its size" in note
