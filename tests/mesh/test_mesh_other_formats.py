@@ -214,7 +214,8 @@ def test_solids_of_mirrored_copies_are_turned_one_by_one(tmp_path: Path):
     cells = np.concatenate([half.cells["hexahedron"], half.cells["hexahedron"] + len(half.points)])
     path = tmp_path / "whole.vtu"
     write_mesh(path, Mesh(points, {"hexahedron": cells}).merged(Mesh(points, {}), 1e-9))
-    with pytest.warns(PhysicsWarning, match=r"1 of 2 cells .* inside out .*, the first is number 1 at \(-0.5, 0.5, 0.5\) m"):
+    said = r"1 of 2 cells .* inside out .*, the first is number 1 at \(-0.5, 0.5, 0.5\) m"
+    with pytest.warns(PhysicsWarning, match=said):
         mesh = read_mesh(path)
     assert sizes(mesh.points, "hexahedron", mesh.cells["hexahedron"]) == pytest.approx([1, 1])
 
