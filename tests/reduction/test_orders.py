@@ -189,7 +189,7 @@ def test_what_second_order_leaves_out_of_spun_bends_is_estimated(bend, warned):
         watch.warn()
     assert len(given) == warned
     if warned:
-        told = re.search(r"the bend is about ([0-9.]+)% off \(limit 1%\)\. For less, cut", str(given[0].message))
+        told = re.search(r"the bend is up to about ([0-9.]+)% off \(limit 1%\)\. For less, cut", str(given[0].message))
         assert float(told[1]) / 100 == pytest.approx(off, rel=0.25, abs=1e-3)
     else:
         assert off < 0.01
