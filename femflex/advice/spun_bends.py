@@ -71,8 +71,8 @@ class SpunBends:
                 ratio = worst.rate / self._first[name]
                 warnings.warn(
                     f"body {name!r}, bent by {worst.bend:.0%} of its size, turned at {worst.rate:.4g} rad/s, "
-                    f"{ratio:.2g} times its first frequency. Condensed strain is of second order in bends: the bend is up to "
-                    f"about {worst.error:.1%} off (limit {BENT_TURNING:.0%}). For less, "
+                    f"{ratio:.2g} times its first frequency. Condensed strain is of second order in bends: the bend is "
+                    f"up to about {worst.error:.1%} off (limit {BENT_TURNING:.0%}). For less, "
                     f"{division_remedy(self._system.bodies[name])}",
                     PhysicsWarning,
                     stacklevel=3,
