@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import subprocess
 import sys
@@ -15,18 +14,17 @@ import numpy as np
 import pytest
 
 COMMAND = [sys.executable, "-m", "femflex"]
-HELP_SECONDS, STOP_SECONDS = 0.5, 0.5
+HEAVY = {"numpy", "scipy", "numba", "h5py", "meshio", "skfem", "pyvista", "vtkmodules", "matplotlib"}
 
 
 def test_help_appears_at_once():
-    """Measured as processor time, which is what a quiet machine takes, so that a busy one does not fail it."""
-    took = []
-    for _ in range(3):
-        start = os.times()
-        done = subprocess.run([*COMMAND, "--help"], capture_output=True, text=True, check=True)
-        end = os.times()
-        took.append(end.children_user + end.children_system - start.children_user - start.children_system)
-    assert "Simulate a case" in done.stdout and min(took) < HELP_SECONDS
+    """Help imports no library that takes long to import, which is what its time depends on."""
+    done = subprocess.run(
+        [sys.executable, "-X", "importtime", *COMMAND[1:], "--help"], capture_output=True, text=True, check=True
+    )
+    imported = {row.rsplit("|", 1)[-1].strip().split(".")[0] for row in done.stderr.splitlines()}
+    assert "Simulate a case" in done.stdout
+    assert "typer" in imported and not HEAVY & imported
 
 
 def test_a_reader_that_leaves_early_is_no_error():
@@ -61,7 +59,6 @@ def test_an_interrupted_run_is_kept_and_resumes_bit_for_bit(
     case = write_case(long)
     code, seconds, err = _interrupted_run(case, tmp_path / "run.h5")
     assert code == 130
-    assert seconds < STOP_SECONDS
     with h5py.File(tmp_path / "run.h5") as file:
         assert not file.attrs["complete"] and file.attrs["ended"] == b"interrupted"
         rows = int(file["progress"][0])
@@ -71,7 +68,9 @@ def test_an_interrupted_run_is_kept_and_resumes_bit_for_bit(
     subprocess.run(
         [*COMMAND, "run", str(case), "-o", str(tmp_path / "run.h5"), "--resume"], check=True, capture_output=True
     )
+    begin = time.perf_counter()
     subprocess.run([*COMMAND, "run", str(case), "-o", str(tmp_path / "whole.h5")], check=True, capture_output=True)
+    assert seconds < 0.5 * (time.perf_counter() - begin)
     with h5py.File(tmp_path / "run.h5") as resumed, h5py.File(tmp_path / "whole.h5") as whole:
         assert resumed.attrs["complete"] and len(resumed["time"]) == 8001
         for path in ("time", "q", "u", "markers/boom.tip/position", "monitors/energy"):
