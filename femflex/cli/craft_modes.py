@@ -93,7 +93,7 @@ def print_modes(case: Case, modes: SystemModes, number: int | None) -> None:
     from femflex.case.verdicts import judged_modes
     from femflex.cli.equilibrium import frame_text, length_lines, print_stability
 
-    shown = len(modes.names) if number is None and len(modes.names) <= SHOWN else min(number or SHOWN, len(modes.names))
+    shown = min(number or SHOWN, len(modes.names))
     rows = [
         [
             str(k + 1), modes.names[k], f"{modes.frequencies[k]:.6g}", f"{modes.eigenvalues[k].imag:.6g}",

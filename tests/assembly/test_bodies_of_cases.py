@@ -145,6 +145,15 @@ def test_initial_displacements_are_reached(craft: str, write_case: Callable[...,
         np.testing.assert_allclose(seen["markers/boom.tip/deflection"], expected, atol=1e-12)
 
 
+def test_amplitudes_and_rates_of_modes_are_the_first_coordinates(craft: str, write_case: Callable[..., Path]):
+    given = "amplitudes = [0.01, -0.02], rates = [0.0, 0.3, 0.4]"
+    text = craft.replace('marker = "tip", displacement = [0, "10 mm", 0]', given)
+    assert given in text
+    model = compile_system(build_system(read_case(write_case(text))))
+    q, u, _ = model.parts(model.x0)
+    assert q[-4:].tolist() == [0.01, -0.02, 0.0, 0.0] and u[-4:].tolist() == [0.0, 0.3, 0.4, 0.0]
+
+
 def test_an_initial_displacement_is_along_the_axes_of_its_marker(craft: str, write_case: Callable[..., Path]):
     """A quarter turn about x: the marker's y is the body's z, its z the body's -y."""
     turned = 'markers.tip = { group = "TIP", orientation = [[1, 0, 0], [0, 0, -1], [0, 1, 0]] }'

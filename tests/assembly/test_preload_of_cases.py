@@ -113,3 +113,12 @@ def test_what_cannot_be_is_refused_before_the_run(tmp_path, text, sentence):
     with pytest.raises(CaseError, match=sentence):
         case = read(tmp_path, text)
         build_part(case, next(iter(case.bodies)))
+
+
+def test_a_body_in_tension_keeps_second_order_axial_strain_unless_its_strain_is_stated(tmp_path):
+    assert read(tmp_path, CORD).bodies["cord"].strain == "condensed"
+    without = CORD.replace("modes = 4", 'modes = 4, derivatives = "none"')
+    assert read(tmp_path, without).bodies["cord"].strain == "linear"
+    assert read(tmp_path, CORD + 'strain = "nonlinear"\n').bodies["cord"].strain == "nonlinear"
+    assert read(tmp_path, BAR).bodies["bar"].strain is None
+    assert read(tmp_path, BAR + "preload = { spin = [0, 0, 2] }\n").bodies["bar"].strain == "condensed"

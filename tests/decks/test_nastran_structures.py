@@ -7,6 +7,8 @@ import pytest
 from nastran_decks import STEEL, bar, frequencies, read, written
 
 from femflex.decks import read_deck
+from femflex.decks.findings import Place
+from femflex.decks.nastran.card import Card
 from femflex.decks.report import describe, mass_and_centre
 
 BETA = 1.8751040687119611  # first root of cos x cosh x = -1
@@ -207,3 +209,18 @@ def test_defaults_of_bars_and_numbers_with_blanks_are_read(tmp_path):
     assert frequencies(read(tmp_path, *grids, *bars, *more)) == pytest.approx(
         frequencies(read(tmp_path, *bar())), rel=1e-12
     )
+
+
+def test_rbe3_counts_a_grid_in_two_groups_by_the_sum_of_its_weights(tmp_path):
+    mast = [*bar(), "GRID,20,,1.,1.,0.", "RBE2,70,5,123456,20", "GRID,21,,1.,0.,1.", "RBE2,71,5,123456,21"]
+    mass = ["GRID,30,,1.2,0.4,0.3", "CONM2,61,30,,40.,,,,\n,1.,,1.,,,1."]
+    twice = "RBE3,50,,30,123456,1.,123,5,20\n,21,2.,123,21"
+    once = "RBE3,50,,30,123456,1.,123,5,20\n,3.,123,21"
+    found = [frequencies(read(tmp_path, *mast, *mass, *card.split("\n")), 3) for card in (twice, once)]
+    assert found[0] == pytest.approx(found[1], rel=1e-9)
+
+
+def test_a_card_is_named_by_its_first_field_where_it_has_one():
+    place = Place("a.bdf", 3)
+    assert str(Card("GRID", ["7", "", "1."], place)) == "GRID 7"
+    assert str(Card("SPC1", ["", "1"], place)) == "SPC1" and str(Card("ENDDATA", [], place)) == "ENDDATA"

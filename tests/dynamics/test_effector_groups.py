@@ -7,6 +7,7 @@ import pytest
 from random_systems import random_body
 
 from femflex.dynamics import compile_system
+from femflex.dynamics.effectors.acting import Given, given_size
 from femflex.integrate import Esdirk4
 from femflex.system import Effector, System, free, reaction_wheel, thruster
 
@@ -86,3 +87,9 @@ def test_implicit_steps_use_the_input_of_each_in_its_own_jacobian():
         assert z[names.index("slow.z")] == pytest.approx(1.0 - np.exp(-0.5), abs=1e-4)
         assert z[names.index("fast.z")] == pytest.approx(1.0, abs=1e-4)
     assert counts[0] <= 1.02 * min(counts[1:])
+
+
+def test_what_an_effector_writes_has_its_place_and_no_more():
+    """Wrenches at markers, forces of freedoms, zdot, channels and the four accounts, one after another."""
+    shapes = {"force": 2 * 3, "torque": 2 * 3, "effort": 5, "zdot": 4, "channel": 7}
+    assert given_size(2, 5, 4, 7) == sum(shapes.values()) + len(Given._fields) - len(shapes)

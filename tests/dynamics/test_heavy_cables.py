@@ -19,13 +19,15 @@ POINT = np.zeros((3, 3))
 ENDS = (("base", "origin"), ("tip", "origin"))
 
 
-def string(n):
+def string(n, damping=0.0):
     """A string of 2 m stretched between two fixed points that are 2.02 m apart."""
     bodies = {"base": rigid_body(1.0, np.eye(3)), "tip": rigid_body(1.0, np.eye(3))}
     away = Joint("tip", translations=np.eye(3)[:1], q0=np.array([2.02]), motion=(2.02,), kind="general")
     share = (np.arange(n)[:, None] + 0.5) / n
     places = share * np.array([2.02, 0, 0])
-    return with_heavy_cable(System(bodies, (weld("base"), away)), "line", ENDS, 2.0, 500.0, 0.1, n, places)
+    return with_heavy_cable(
+        System(bodies, (weld("base"), away)), "line", ENDS, 2.0, 500.0, 0.1, n, places, damping=damping
+    )
 
 
 def test_frequencies_of_a_taut_string_converge_with_the_square_of_the_masses():
@@ -139,3 +141,14 @@ def test_cables_with_mass_that_cannot_be_are_refused():
     text = SNAP.replace('length = "10 m"', growing)
     with pytest.raises(CaseError, match="found a length that changes and mass_per_length; give a constant length"):
         build_system(parse_case(text, Path("snap.toml")))
+
+
+def test_damping_of_a_cable_is_that_of_the_whole_whatever_the_number_of_masses():
+    """Along a taut cable the dampers are c L / EA times the springs, so poles decay at c L / EA omega^2 / 2."""
+    c = 0.1  # N s/m
+    for n in (1, 6):
+        model = compile_system(string(n, damping=c))
+        poles = linearised(model, 0.0, model.x0).eigenvalues()
+        along = poles[np.abs(poles.real) > 1e-6]
+        assert len(along) == 2 * n
+        assert -2 * along.real == pytest.approx(c * 2.0 / 500.0 * np.abs(along) ** 2, rel=1e-6)

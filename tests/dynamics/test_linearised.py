@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from random_systems import random_tree
 
+from femflex.body import rigid_body
 from femflex.dynamics import compile_system
 from femflex.dynamics.equilibria.linearised import linearised
 from femflex.rotations import dcm_from_vector, vector_from_dcm
-from femflex.system import free
+from femflex.system import Friction, Joint, System, TabulatedDamper, cable, free, revolute, weld
 
 
 def plain_trees(count: int):
@@ -43,3 +46,26 @@ def test_increments_of_a_turning_ball_turn_with_it():
         for h in (-dt, dt)
     ]
     assert (moved[1] - moved[0]) / (2 * dt * size) == pytest.approx(W @ xi, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("law", "rate", "damping"),
+    [
+        (Friction(limit=0.7, velocity=2e-3), 0.0, 0.7 / 2e-3),
+        (Friction(limit=0.7, velocity=0.2), 0.3, 0.7 / 0.2 / np.cosh(1.5) ** 2),
+        (TabulatedDamper(rate=[-1.0, 0.0, 1.0], resisting=[-2.0, 0.0, 2.0]), 0.0, 2.0),
+    ],
+)
+def test_friction_and_dampers_are_linearised_where_they_are(law, rate, damping):
+    hinge = replace(revolute("arm"), laws=(law,), u0=[rate])
+    model = compile_system(System({"arm": rigid_body(1.0, np.eye(3))}, (hinge,)))
+    assert linearised(model, 0.0, model.x0).D[0, 0] == pytest.approx(damping, rel=1e-7)
+
+
+def test_a_cable_is_damped_while_small_motions_leave_it_taut():
+    """4 N of tension and a damper of 50 N s/m, which a speed of 1 m/s would let push."""
+    away = Joint("tip", translations=np.eye(3)[:1], q0=np.array([1.1]), kind="general")
+    line = cable("line", (("base", "origin"), ("tip", "origin")), 1.0, 40.0, damping=50.0)
+    bodies = {"base": rigid_body(1.0, np.eye(3)), "tip": rigid_body(2.0, np.eye(3))}
+    model = compile_system(System(bodies, (weld("base"), away), effectors=(line,)))
+    assert linearised(model, 0.0, model.x0).D == pytest.approx(np.array([[50.0]]), rel=1e-8)

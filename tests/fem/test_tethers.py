@@ -6,8 +6,10 @@ import pytest
 from femflex.fem import Material, Member, PointMass, build_structure
 from femflex.fem.deflected import deflected
 from femflex.fem.sections import CableSection, Circle
+from femflex.fem.tension.tether import frames
 from femflex.mesh import Mesh, line
-from femflex.reduction import cantilever_modes, strain_tensors
+from femflex.reduction import cantilever_modes, reduce_structure, strain_tensors
+from femflex.warning import PhysicsWarning
 
 CORD = CableSection(1e6, 0.3)
 METAL = Material(7e10, 0.3, 2700.0)
@@ -106,3 +108,26 @@ def test_other_cells_are_refused():
 def test_a_beam_does_not_take_a_cable():
     with pytest.raises(ValueError, match="give one of femflex"):
         build_structure(line([[0, 0, 0], [2, 0, 0]], 4), [Member("line", "beam", CORD)])
+
+
+def test_axes_along_a_tether_are_right_handed():
+    x = np.random.default_rng(3).standard_normal((20, 4, 3))
+    x /= np.linalg.norm(x, axis=-1, keepdims=True)
+    axes = frames(x)
+    assert np.linalg.det(axes) == pytest.approx(np.ones((20, 4)), rel=1e-13)
+    np.testing.assert_array_equal(axes[..., 0, :], x)
+
+
+def test_points_and_centre_of_mass_of_a_deflected_tether_are_where_it_is():
+    """A rope drawn aside by half its length: nodes moved along y, ends kept, the centre by the trapezoidal rule."""
+    structure = string(tension=0.0, n=16)
+    aside = np.zeros(structure.mesh.points.shape)
+    aside[:, 1] = np.sin(np.pi * structure.mesh.points[:, 0] / 2)
+    x = structure.translation.T @ aside.ravel()
+    moved = deflected(structure, x)
+    np.testing.assert_allclose(moved.mesh.points, structure.mesh.points + aside, atol=1e-14)
+    with pytest.warns(PhysicsWarning, match="leaves .* N unbalanced"):  # its shape is given, not found
+        body = reduce_structure(moved, cantilever_modes(moved, EDGES, 1), turning=())
+    y = aside[np.argsort(structure.mesh.points[:, 0]), 1]
+    assert body.moments.mass == pytest.approx(0.6, rel=1e-12)
+    assert body.moments.first[0, 1] == pytest.approx(0.6 * (y[:-1] + y[1:]).sum() / 32, rel=1e-12)

@@ -7,10 +7,12 @@ import importlib
 
 import numpy as np
 import pytest
-from matrix_examples import boom, brick
+from matrix_examples import SOFT, boom, brick
 from scipy import sparse
 from scipy.io import mmwrite
 
+from femflex.fem import Member, Rigid, build_structure
+from femflex.fem.sections import Tube
 from femflex.matrices import (
     MatrixModel,
     Sources,
@@ -21,6 +23,7 @@ from femflex.matrices import (
     read_matrices,
     write_matrices,
 )
+from femflex.mesh import line
 from femflex.reduction import cantilever_modes, craig_bampton, reduce_structure
 
 
@@ -234,3 +237,13 @@ def test_a_stiffness_alone_lacks_its_mass(spring):
     mmwrite(folder / "bcsstk.mtx", sparse.coo_array(K), symmetry="symmetric")
     with pytest.raises(ValueError, match=r"bcsstk.mtx gives no mass matrix: it has the matrices \['bcsstk'\]"):
         read_matrices(Sources(stiffness="bcsstk.mtx", nodes="nodes.csv"), folder=folder)
+
+
+def test_nodes_that_move_by_the_same_dof_cannot_be_written_node_by_node():
+    """A mass tied rigidly to a node at the same place moves by unit factors of that node's dofs."""
+    mesh = line([[0, 0, 0], [1.0, 0, 0]], 2).merged(line([[1.0, 0, 0], [2.0, 0, 0]], 1))
+    a, b = np.flatnonzero(np.abs(mesh.points[:, 0] - 1.0) < 1e-12)
+    tied = mesh.with_groups(points={"a": [int(a)], "b": [int(b)]})
+    structure = build_structure(tied, [Member("line", "beam", Tube(0.06, 0.004), SOFT)], connections=[Rigid("b", "a")])
+    with pytest.raises(ValueError, match="6 degrees of freedom of the structure are no single components of nodes"):
+        full_model(structure)

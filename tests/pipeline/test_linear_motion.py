@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from typer.testing import CliRunner
 
@@ -70,6 +71,27 @@ def test_a_hinge_that_rides_drives_the_pendulum_as_its_acceleration():
     steady = np.linalg.solve(1j * omega * np.eye(2) - A, push)
     wanted = [(np.imag(steady * np.exp(1j * omega * t)) - expm(A * t) @ np.imag(steady))[0] for t in times]
     assert angle(system, times) == pytest.approx(np.array(wanted), abs=1e-7 * size)
+
+
+def test_a_hinge_that_rides_up_and_down_is_mathieus_equation_to_fourth_order():
+    """I theta'' + c theta' + m e (g + s'') theta = 0; steps grow with the fifth root of the accuracy asked."""
+    omega, size = 6.0, 0.1
+    ride = Profile(np.zeros(1), np.zeros((1, 1)), np.array([[size, omega, 0.0]]))  # size sin(omega t)
+    system = replace(pendulum(0.2, ride), loads=())
+    cart = prismatic("cart", axis=[0, 1, 0], name="ride", motion=(ride,))
+    model = compile_system(replace(system, joints=(cart, system.joints[1])))
+    times = np.linspace(0, 6, 13)
+
+    def rate(t, y):
+        return [y[1], -(9.81 - size * omega**2 * np.sin(omega * t)) / INERTIA * y[0] - 0.5 / INERTIA * y[1]]
+
+    wanted = solve_ivp(rate, (0, 6), [0.2, 0.0], "DOP853", times, rtol=1e-12, atol=1e-14).y[0]
+    counts = []
+    for rtol in (1e-6, 1e-10):
+        found = LinearMotion(rtol=rtol).solve(model, times, model.x0)
+        assert found.states[:, 1] + np.pi / 2 == pytest.approx(wanted, abs=300 * rtol)
+        counts.append(found.steps.accepted)
+    assert counts[1] < 1.5 * 1e4 ** (1 / 5) * counts[0]
 
 
 def test_linear_and_nonlinear_runs_differ_at_third_order_of_a_symmetric_pendulum():

@@ -52,6 +52,7 @@ def test_one_characteristic_function_is_the_mode_of_a_uniform_boom():
     assert {one.kind for one in found.kinds} == {
         "characteristic", "characteristic, static", "characteristic, tip", "polynomial", "elements",
     }  # fmt: skip
+    assert found.own == {"boom": "by default, 2"}
     exact = 3.51601527 / (2 * np.pi)
     for kind, study in found.with_values:
         assert study.values[-1] == pytest.approx(exact, rel=4e-4), kind

@@ -8,6 +8,7 @@ quasi-velocities of balls. D holds damping and gyroscopic forces; K elastic, loa
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,6 +29,8 @@ from femflex.system import System
 Array = NDArray[np.float64]
 
 STEP = 1e-5  # of a coordinate's usual size: error of central differences h^2 ~ 1e-10, rounding eps / h ~ 1e-11
+SHORT = 1e-6  # of a long step of a velocity: rounding 1e-10 of the forces
+DIFFERS = 1e-8  # of the forces: difference of the derivatives of long and of short steps that is no rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,8 +66,9 @@ class Linearised:
 def linearised(model: Model, t: float, x: Array, udot: Array | None = None) -> Linearised:
     """The linear equations about the state x (n_x,) at t with accelerations udot (n_u,), zero when left out.
 
-    M is exact, D exact too (the residual is of second degree in u); K is that of shapes, their nonlinear strain
-    included, and of springs exactly, plus central differences of the rest. With loops K holds the stiffness that
+    M is exact, and D is exact but for effectors and laws of joints (see `derivative_by_velocities`). K is that of
+    shapes, their nonlinear strain included, and of springs exactly, plus central differences of the rest. With loops K
+    holds the stiffness that
     their forces add as they turn along, and the state must be at rest. Raises ValueError for nonholonomic constraints,
     and for loops in motion.
     """
@@ -76,19 +80,33 @@ def linearised(model: Model, t: float, x: Array, udot: Array | None = None) -> L
             f"the loops {[loop.label for loop in model.system.loops]} are in motion, and linear equations of loops "
             "are those about rest; take a state of rest, or let the base frame spin ([attitude] frame = 'spinning')"
         )
-    n = model.n_u
 
-    def residual(q: Array, u: Array) -> Array:
+    def residual(u: Array) -> Array:
         return model.residual(t, np.concatenate([q, u, z]), accelerations)
 
-    unit = np.eye(n) * max(1.0, float(np.abs(u).max(initial=0.0)))
-    D = np.column_stack([(residual(q, u + e) - residual(q, u - e)) / (2 * e.max()) for e in unit])
+    D = derivative_by_velocities(residual, u)
     K = stiffness(model, t, x, accelerations, multipliers(model, t, x))
     own, Z = free_directions(model, t, x)
     states = state_equations(model, t, x, accelerations, steps(model, q)).along(Z)
     M, D, K = (Z.T @ A @ Z for A in (model.mass_matrix(t, x), D, K))
     names = [name for name, _ in model.system.velocity_names()]
     return Linearised(M, D, K, turning(model, u)[np.ix_(own, own)], tuple(names[k] for k in own), states)
+
+
+def derivative_by_velocities(residual: Callable[[Array], Array], u: Array) -> Array:
+    """D (n, n): derivative of a residual (n,) by velocities u (n,).
+
+    Inertia is of second degree in u, whose derivative long steps give to rounding. Friction, dampers by table, cables
+    and other effectors are not: where short steps give another derivative, it is theirs.
+    """
+    out = np.empty((len(u), len(u)))
+    size = max(1.0, float(np.abs(u).max(initial=0.0)))
+    for j, e in enumerate(np.eye(len(u)) * size):
+        ahead, behind = residual(u + e), residual(u - e)
+        far, near = ahead - behind, (residual(u + SHORT * e) - residual(u - SHORT * e)) / SHORT
+        forces = max(np.abs(ahead).max(), np.abs(behind).max())
+        out[:, j] = np.where(np.abs(near - far) > DIFFERS * forces, near, far) / (2 * size)
+    return out
 
 
 def free_directions(model: Model, t: float, x: Array) -> tuple[NDArray[np.int64], Array]:
