@@ -155,9 +155,3 @@ class FlexibleBody(Summarised):
         if name not in self.markers:
             raise KeyError(f"marker {name!r} is not on the body; its markers are {sorted(self.markers)}")
         return self.markers[name]
-
-    def damped(self, ratio: float) -> FlexibleBody:
-        """A copy with modal damping ratio for every shape with a natural frequency, 2 ratio omega (diagonal)."""
-        n = self.n_modes
-        omega = np.nan_to_num(self.omega[:n], nan=0.0) if self.omega.size else np.zeros(n)
-        return replace(self, damping=np.diag(2.0 * ratio * omega * np.diag(self.moments.elastic_mass())[:n]))

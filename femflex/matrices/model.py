@@ -76,9 +76,9 @@ class MatrixModel:
 
     def __post_init__(self) -> None:
         n = len(self.dofs)
-        if len(np.unique(self.ids)) < len(self.ids):
-            number = self.ids[np.argmax(np.bincount(np.searchsorted(np.unique(self.ids), self.ids)))]
-            raise ValueError(f"{self.name}: a node number is given twice, such as {number}; number nodes differently")
+        numbers, counts = np.unique(self.ids, return_counts=True)
+        if len(twice := numbers[counts > 1]):
+            raise ValueError(f"{self.name}: a node number is given twice, such as {twice[0]}; number nodes differently")
         for name, matrix in (
             ("mass", self.M),
             ("stiffness", self.K),

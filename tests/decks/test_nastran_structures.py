@@ -224,3 +224,19 @@ def test_a_card_is_named_by_its_first_field_where_it_has_one():
     place = Place("a.bdf", 3)
     assert str(Card("GRID", ["7", "", "1."], place)) == "GRID 7"
     assert str(Card("SPC1", ["", "1"], place)) == "SPC1" and str(Card("ENDDATA", [], place)) == "ENDDATA"
+
+
+def test_sets_are_groups_by_number_and_by_the_name_in_a_comment(tmp_path):
+    named = ['$HMSET        4        1 "sensors"', '$HMSET        5        2 "outer bars"']
+    mesh = read(tmp_path, *named, *bar(), "SET1,4,2,3", "SET1,5,7,8").mesh
+    for group, points in (("sensors", 2), ("set_4", 2)):
+        assert len(mesh.group_points(group)) == points
+    for group in ("outer bars", "set_5"):
+        assert {kind: len(rows) for kind, rows in mesh.group_cells(group).items()} == {"line": 2}
+
+
+def test_a_material_of_a_shear_modulus_alone_twists(tmp_path):
+    """MAT1 with G alone, as of shafts and of shear panels."""
+    shaft = [card for card in bar() if not card.startswith("MAT1")]
+    (member,) = read(tmp_path, *shaft, "MAT1,1,,8.E10,,7850.").members
+    assert member.section.GJ == pytest.approx(8e10 * 1e-6) and member.section.EA < 1e-9

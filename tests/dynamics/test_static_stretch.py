@@ -7,8 +7,10 @@ import pytest
 from spin_up import KANE
 
 from femflex import equilibrium, fem
-from femflex.body import rigid_body
+from femflex.body import Marker, rigid_body
 from femflex.dynamics import compile_system
+from femflex.dynamics.reports.static_stretch import body_fields
+from femflex.integrate import Dop853
 from femflex.mesh import line
 from femflex.reduction import (
     BeamFunctions,
@@ -20,7 +22,7 @@ from femflex.reduction import (
     save_body,
     with_derivatives,
 )
-from femflex.system import Environment, Load, Profile, System, prismatic, revolute, weld
+from femflex.system import Environment, Load, Profile, System, free, prismatic, revolute, weld
 
 RADIUS, SPEED, G = 1.5, 3.0, 9.81
 
@@ -104,3 +106,22 @@ def test_the_channel_says_whether_the_static_stretch_is_in_it():
     told = compile_system(System({"beam": body}, (weld("beam", child_marker="root"),))).channels
     assert "static stretch included" in told["markers/beam.tip/deflection"].description
     assert "static stretch" not in told["markers/beam.root/deflection"].description
+
+
+def test_the_field_that_stretches_is_the_acceleration_of_every_place_less_gravity():
+    """Second differences of markers of a body that tumbles under a torque and its weight."""
+    places = np.array([[0.0, 0, 0], [1.0, 0, 0], [0, 1.0, 0], [0, 0, 1.0]])
+    markers = {f"p{k}": Marker.rigid(place) for k, place in enumerate(places)}
+    body = rigid_body(2.0, np.diag([1.0, 2.0, 2.5]), [0.1, 0.2, -0.1], markers)
+    torque = Load("twist", "b", torque=np.array([[3.0, -2.0, 4.0]] * 2), times=np.array([0.0, 1.0]))
+    joint = free("b", u0=np.array([0.3, 0, 0, 1.0, -2.0, 0.5]))
+    system = System({"b": body}, (joint,), environment=Environment(np.array([0, 0, -G])), loads=(torque,))
+    model, h = compile_system(system), 1e-3
+    times = 0.4 + h * np.array([-1.0, 0.0, 1.0])
+    states = Dop853(rtol=1e-13, atol=1e-14).solve(model, np.array([0.0, *times]), model.x0).states[1:]
+    moved = model.observe(times, states)
+    fields, turns = body_fields(model, times[1:2], states[1:2], [1])
+    for k, place in enumerate(places):
+        r = moved[f"markers/b.p{k}/position"]
+        wanted = turns[0, 0] @ ((r[0] - 2 * r[1] + r[2]) / h**2 + [0, 0, G])
+        assert fields[0, 0, 0] + place @ fields[0, 0, 1:] == pytest.approx(wanted, abs=1e-4)

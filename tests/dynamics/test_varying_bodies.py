@@ -15,11 +15,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pointwise import Jet, Tree, equations, partial_velocities
-from random_systems import random_tree
+from random_systems import random_body, random_tree
 from scipy.integrate import solve_ivp
 from test_equations import elastic_forces
 
 from femflex.body import FlexibleBody, Marker, MassMoments, StrainTensors, rigid_body
+from femflex.body.symmetric import packed_size
 from femflex.dynamics import compile_system
 from femflex.dynamics.terms.by_source import linear_terms
 from femflex.integrate import integrator
@@ -470,3 +471,41 @@ def test_what_is_wrong_with_a_variation_is_said():
 
     with pytest.raises(ValueError, match="properties of body 'hub' cannot be compiled"):
         compile_system(replace(system, varying={"hub": Variation(uncompilable, ("mass",))}))
+
+
+def softening(n: int = 3, slope: float = -0.2) -> tuple[System, FlexibleBody]:
+    """A welded body of n shapes with nonlinear strain, all of which falls by a part `slope` of it in a second."""
+    rng = np.random.default_rng(5)
+    body, _ = random_body(rng, n)
+    V2, V3 = 0.5 * rng.normal(size=packed_size(n, 3)), 0.5 * rng.normal(size=packed_size(n, 4))
+    strain = StrainTensors(body.strain.V1 + 10 * np.eye(n), np.zeros(n), V2, V3)
+    body = replace(body, strain=strain, damping=np.zeros((n, n)))
+    parts = ("stiffness", "strain")
+    block = Block(body, parts)
+    start, rate = block.laid(body), np.zeros(block.size)
+    block.put_stiffness(rate, slope * strain.V1, slope * strain.f0, rates=True)
+    block.put_strain(rate, slope * strain.V2, slope * strain.V3, rates=True)
+    change = np.zeros(block.size)
+    block.put_stiffness(change, slope * strain.V1, slope * strain.f0)
+    block.put_strain(change, slope * strain.V2, slope * strain.V3)
+    varying = {"arm": Variation(polynomial, parts, np.concatenate([start + rate, change]))}
+    return System({"arm": body}, (weld("arm"),), varying=varying), body
+
+
+def test_a_nonlinear_strain_that_varies_has_the_force_and_energy_of_its_tensors():
+    system, body = softening()
+    model, rng = compile_system(system), np.random.default_rng(6)
+    for t in (0.0, 1.5):
+        delta = rng.normal(size=3)
+        x = np.concatenate([delta, np.zeros(3)])
+        rest = np.zeros(6)
+        force = model.residual(t, x, np.zeros(3)) - model.residual(t, rest, np.zeros(3))
+        assert force == pytest.approx((1 - 0.2 * t) * body.strain.force(delta), rel=1e-12)
+        elastic = model.observe(np.array([t]), x[None])["monitors/elastic"][0]
+        assert elastic == pytest.approx((1 - 0.2 * t) * body.strain.energy(delta), rel=1e-12)
+
+
+def test_energy_of_a_varying_nonlinear_strain_balances():
+    model = compile_system(softening()[0])
+    gained, work = balance(model, np.array([0.3, -0.2, 0.4, 0.0, 0.1, 0.0]), np.linspace(0, 4, 81))
+    assert work == pytest.approx(gained, rel=1e-7)

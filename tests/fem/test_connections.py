@@ -183,7 +183,7 @@ def test_chains_of_connections_work_and_circles_do_not():
     ("make", "found"),
     [
         (lambda: Rigid("b", "line"), "has 6 nodes; name a group of one node"),
-        (lambda: Rigid("a", "a"), "no nodes besides its reference"),
+        (lambda: Rigid("a", "a"), "connection of group 'a' to 'a' has no nodes besides its reference"),
         (lambda: Rigid("b", "a", ()), "no components"),
         (lambda: Rigid("b", "a", ("w",)), "not of a node"),
         (lambda: Distributing("line", "a", (1.0,)), "1 weights for 5 nodes"),

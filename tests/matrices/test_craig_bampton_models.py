@@ -11,7 +11,7 @@ from matrix_examples import boom
 from scipy.linalg import eigh
 
 from femflex.matrices import check_model, craig_bampton_model, matrix_body, read_matrices, write_matrices
-from femflex.reduction import cantilever_modes, craig_bampton, free_free_modes, reduce_structure
+from femflex.reduction import ModalDamping, cantilever_modes, craig_bampton, free_free_modes, reduce_structure
 
 
 @pytest.fixture(scope="module")
@@ -103,3 +103,13 @@ def test_pyyeti_finds_no_fault_in_it(body):
     moments = body.moments
     assert np.diag(rigid)[:3] == pytest.approx(moments.mass, abs=1e-4)
     assert rigid[3:, 3:] == pytest.approx(moments.inertia(), abs=1e-4)  # it prints four digits
+
+
+def test_damping_is_written_and_read_with_the_body(tmp_path):
+    s = boom()
+    body = reduce_structure(s, craig_bampton(s, ["root", "tip"], 4), damping=ModalDamping(0.01))
+    model = craig_bampton_model(body, ["root", "tip"])
+    back = matrix_body(read_matrices(write_matrices(model, tmp_path / "boom.npz")), markers={"tip": "tip"}).body
+    known = np.diag(body.damping) / (2 * body.omega)
+    assert known == pytest.approx(np.full(len(known), 0.01), rel=1e-6)
+    assert np.diag(back.damping) / (2 * back.omega) == pytest.approx(known, rel=1e-6)

@@ -119,7 +119,8 @@ SMALL = dict(ids=np.array([1, 2]), points=np.eye(3)[:2], M=sparse.eye_array(3).t
             r"1 nodes of the map of degrees of freedom have no coordinates, such as \[3\]",
         ),
         ({"dofs": [[1, 1], [2, 1]]}, "the mass matrix is 3 x 3, and the map of degrees of freedom has 2 rows"),
-        ({"ids": np.array([1, 1]), "dofs": [[1, 1], [1, 2], [1, 3]]}, "a node number is given twice"),
+        ({"ids": np.array([1, 1]), "dofs": [[1, 1], [1, 2], [1, 3]]}, "a node number is given twice, such as 1;"),
+        ({"ids": np.array([9, 3, 3]), "dofs": [[9, 1], [3, 2], [3, 3]]}, "a node number is given twice, such as 3;"),
     ],
 )
 def test_models_that_do_not_fit_are_refused(change, text):

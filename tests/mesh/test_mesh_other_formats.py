@@ -62,7 +62,7 @@ def unv_elements(cells: list[tuple[int, int, int, list[int]]]) -> list[str]:
     lines = []
     for number, kind, prop, nodes in cells:
         lines.append("".join(f"{value:10d}" for value in (number, kind, prop, 1, 7, len(nodes))))
-        lines += ["         0         1         1"] if kind in (21, 24) else []
+        lines += ["         0         1         1"] if kind in (11, 21, 22, 24) else []
         lines += ["".join(f"{n:10d}" for n in nodes[k : k + 8]) for k in range(0, len(nodes), 8)]
     return lines
 
@@ -106,6 +106,17 @@ def test_a_universal_file_is_read_with_its_groups(tmp_path: Path):
 
 
 UNV = dataset(2411, *unv_nodes(np.eye(3))) + dataset(2412, *unv_elements([(1, 91, 1, [11, 12, 13])]))
+
+
+def test_lines_and_faces_of_three_nodes_are_told_apart_by_their_descriptor(tmp_path: Path):
+    points = np.array([[0, 0, 0], [0.5, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0.0]])
+    cells = [(1, 91, 1, [11, 13, 14]), (2, 22, 2, [11, 12, 13]), (3, 11, 3, [11, 14]), (4, 94, 4, [11, 13, 15, 14])]
+    path = tmp_path / "x.unv"
+    path.write_text(dataset(2411, *unv_nodes(points)) + dataset(2412, *unv_elements(cells)))
+    mesh = read_mesh(path)
+    assert {kind: len(rows) for kind, rows in mesh.cells.items()} == {"line": 1, "line3": 1, "triangle": 1, "quad": 1}
+    assert mesh.points[mesh.cells["line3"][0]] == pytest.approx(points[[0, 2, 1]])
+    assert mesh.points[mesh.cells["triangle"][0]] == pytest.approx(points[[0, 2, 3]])
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from femflex.dynamics import compile_system
 from femflex.integrate import Block
 from femflex.integrate import resume as head
 from femflex.pipeline.guard import MotionGuard
-from femflex.system import System, revolute
+from femflex.system import System, prismatic, revolute
 
 
 def block(times, states):
@@ -27,3 +27,12 @@ def test_the_first_row_that_is_too_fast_is_the_one_told_of():
     assert error is not None and error.times.tolist() == [2.0] and np.array_equal(error.states, states[2:3])
     assert "is 2e+05 rad/s, beyond 100000 rad/s" in str(error) and error.coordinate == 1
     assert MotionGuard(model).divergence(block(times[:2], states[:2])) is None
+
+
+def test_the_coordinate_that_is_farthest_beyond_its_own_bound_is_named():
+    """Of a slide at 2e5 m/s and a wheel at 1.5e5 rad/s the wheel is over its bound, though the slide is faster."""
+    bodies = {"cart": rigid_body(1.0, np.eye(3)), "wheel": rigid_body(1.0, np.eye(3))}
+    model = compile_system(System(bodies, (prismatic("cart", name="ride"), revolute("wheel", "cart", name="axle"))))
+    states = np.array([[0.0, 0.0, 2e5, 1.5e5]])
+    error = MotionGuard(model).divergence(block(np.zeros(1), states))
+    assert error is not None and "axle" in str(error) and "is 1.5e+05 rad/s" in str(error) and error.coordinate == 3

@@ -177,6 +177,9 @@ def test_a_first_block_that_failed_can_be_brought_again(tmp_path, monkeypatch):
         with pytest.raises(OSError, match=r"cannot be written \(Input/output error\); nothing had been written before"):
             writer.write_block(times[:4], known_arrays(times[:4]))
         assert not path.exists()
+        monkeypatch.setattr(RunWriter, "_write", lambda *_: (_ for _ in ()).throw(OSError("no space\nin the file")))
+        with pytest.raises(OSError, match=r"cannot be written \(no space\); nothing had been written before"):
+            writer.write_block(times[:4], known_arrays(times[:4]))
         monkeypatch.setattr(RunWriter, "_write", write)
         writer.write_block(times, known_arrays(times))
         writer.finish(complete=True)

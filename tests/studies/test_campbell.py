@@ -92,6 +92,14 @@ def test_a_crossing_at_a_sampled_speed_is_told_once_with_its_neighbours(count):
             assert [one.frequency for one in found] == pytest.approx([m * exact[m] / (2 * np.pi) for m in inside])
 
 
+def test_a_branch_that_bends_between_four_speeds_is_followed_by_a_spline():
+    """(2 pi f)^2 = 4 + z / 4 + z^2 / 40, z = Omega^2, meets z at the smaller root of z^2 - 30 z + 160 = 0."""
+    speeds = np.sqrt(np.array([1.0, 4.0, 9.0, 14.0]))
+    z = speeds**2
+    (found,) = crossings("flap 1", speeds, np.sqrt(4.0 + z / 4 + z**2 / 40) / (2 * np.pi), [1])
+    assert found.speed**2 == pytest.approx(15.0 - np.sqrt(65.0), rel=1e-9)
+
+
 def test_a_crossing_at_the_fastest_speed_is_found_on_any_curve():
     """There a spline is off by rounding, and may have no change of sign."""
     rng = np.random.default_rng(0)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from made_runs import BOOM, PANEL, box_skin, clamped_free, panel_skin, tube_skin
@@ -27,6 +29,17 @@ def test_a_box_has_twelve_edges_and_faces_outward():
     assert volume(surface) == pytest.approx(6.0, rel=1e-6)
     normals = surface.normals(surface.skin.rest)
     assert np.allclose(np.sort(np.abs(normals), axis=1), [0, 0, 1], atol=1e-6)
+
+
+def test_triangles_and_quadrilaterals_of_one_box_look_outward():
+    skin = box_skin(2.0, 2.0, 2.0)
+    quads = skin.cells["quad"]
+    split = np.concatenate([quads[:3][:, [0, 1, 2]], quads[:3][:, [0, 2, 3]]])
+    surface = surface_of(replace(skin, cells={"triangle": split, "quad": quads[3:]}))
+    assert surface.closed and volume(surface) == pytest.approx(8.0, rel=1e-6)
+    middle = surface.skin.rest.mean(axis=0)
+    normals = surface.normals(surface.skin.rest)
+    assert np.einsum("pi,pi->p", normals, surface.skin.rest - middle) == pytest.approx(np.ones(24), rel=1e-5)
 
 
 def test_elements_of_a_tube_are_joined_and_shaded_smoothly():

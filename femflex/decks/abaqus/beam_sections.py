@@ -41,7 +41,7 @@ def beam_section(model: AbaqusModel, material: Elastic, keyword: Keyword, elset:
     kind = _kind(keyword.parameter("section"))
     values = _row(keyword, 0)
     shape, at = _shape(keyword, kind, [value * model.units.length for value in values])
-    return _made(shape, E, G, rho, SHEAR_FACTORS.get(kind, 1.0), _n1(keyword, 1), at)
+    return _made(shape, E, G, rho, SHEAR_FACTORS[kind], _n1(keyword, 1), at)
 
 
 def general_section(model: AbaqusModel, keyword: Keyword, elset: str) -> BeamSection:
