@@ -65,6 +65,7 @@ def test_the_drawn_box_has_the_mass_moments_of_the_body():
         '{ sequence = "zyx", angles = ["90 deg", 0, 0] }',
         "{ x = [0, 2, 0], z = [0, 0, 1] }",
         "{ x = [0, 1, 0], y = [-1, 5, 0] }",
+        "{ x = [0, 3e-6, 0], z = [0, 0, 2e-6] }",
         "[[0, -1, 0], [1, 0, 0], [0, 0, 1]]",
     ],
 )

@@ -15,6 +15,7 @@ from femflex.dynamics import compile_system
 from femflex.dynamics.equilibria.linearised import linearised
 from femflex.integrate import Dop853
 from femflex.pipeline.decisions import build_body, build_system
+from femflex.pipeline.recovered import recovered
 
 MEMBER = 'material = "aluminium" }'
 MARKERS = """markers.tip = { group = "TIP" }
@@ -227,3 +228,15 @@ def test_gyros_and_unbalanced_rotors_on_a_cut_body_keep_the_momentum(cut: str, w
     assert np.abs(H - H[0]).max() < 1e-8 * np.linalg.norm(H[0]) and np.linalg.norm(H[0]) > 1.0
     assert np.abs(p - p[0]).max() < 1e-8
     assert np.linalg.norm(seen["bodies/hub/rate"][-1] - seen["bodies/hub/rate"][0]) > 1e-4
+
+
+def test_forces_at_a_place_of_a_cut_body_are_those_of_the_segment_there(cut: str, write_case: Callable[..., Path]):
+    places = {f"at{k}": x for k, x in enumerate((0.4, 1.6, 2.9))}
+    tables = "".join(
+        f'recovery.{name} = {{ position = [{x}, 0, 0], quantities = ["moment_y"] }}\n' for name, x in places.items()
+    )
+    case = read_case(write_case(cut.replace("refine = 1\n", "refine = 1\n" + tables)))
+    found = recovered(case, build_system(case))
+    for k, (name, x) in enumerate(places.items()):
+        point, source = found.points[f"recovery/boom.{name}/moment_y"]
+        assert source == f"bodies/boom.{k + 1}/delta" and point.place == pytest.approx([x, 0, 0], abs=0.2)
