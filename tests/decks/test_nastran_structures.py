@@ -240,3 +240,31 @@ def test_a_material_of_a_shear_modulus_alone_twists(tmp_path):
     shaft = [card for card in bar() if not card.startswith("MAT1")]
     (member,) = read(tmp_path, *shaft, "MAT1,1,,8.E10,,7850.").members
     assert member.section.GJ == pytest.approx(8e10 * 1e-6) and member.section.EA < 1e-9
+
+
+@pytest.mark.parametrize("card", ["PBARL,3,1,,BAR\n,0.02,0.05,1.5", "PBEAML,3,1,,BAR\n,0.02,0.05,1.5"])
+def test_a_shape_and_its_mass_without_stiffness_are_read(tmp_path, card):
+    """A bar 20 mm wide, 50 mm high in plane 1, with 1.5 kg/m of cables, against its numbers."""
+    b, h = 0.02, 0.05
+    numbers = f"PBAR,3,1,{b * h:.9g},{b * h**3 / 12:.9g},{b**3 * h / 12:.9g},1.E-7,1.5"
+    kind = "CBEAM" if card.startswith("PBEAML") else "CBAR"
+    cards = [one.replace("CBAR", kind) for one in bar(section=card)]
+    found = read(tmp_path, *"\n".join(cards).split("\n"))
+    plain = read(tmp_path, *bar(section=numbers))
+    assert mass_and_centre(found.structure())[0] == pytest.approx((b * h * 7850 + 1.5) * 2.0, rel=1e-9)
+    (one,), (other,) = found.members, plain.members
+    for key in ("EA", "EIy", "EIz", "mass_per_length"):
+        assert getattr(one.section, key) == pytest.approx(getattr(other.section, key), rel=1e-6), key
+
+
+def test_components_that_an_rbe2_ties_are_along_cd(tmp_path):
+    """Two grids at one place, tied along the first axis of their CD alone: the bar's tip slides on a plane askew."""
+    tied = ["CORD2R,9,,0.,0.,0.,0.,0.,1.", ",1.,1.,0.", "GRID,20,,2.,0.,0.,9", "RBE2,50,9,1,20", "CONM2,60,20,,5."]
+    held = "SPC1,1,23456,20"
+    structure = read(tmp_path, *bar(), *tied, held).structure()
+    row = 3 * int(np.flatnonzero(np.abs(structure.mesh.points[:, 0] - 2.0) < 1e-9)[-1])
+    moved = structure.translation[row : row + 3].toarray()
+    tip = structure.translation[row - 3 : row].toarray()
+    along = np.array([1.0, 1.0, 0.0]) / np.sqrt(2)
+    assert along @ moved == pytest.approx(along @ tip, abs=1e-12)
+    assert np.abs(np.array([-1.0, 1.0, 0.0]) @ (moved - tip)).max() > 0.1

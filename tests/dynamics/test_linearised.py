@@ -7,9 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from random_systems import random_tree
+from scipy.integrate import solve_ivp
 
 from femflex.body import rigid_body
 from femflex.dynamics import compile_system
+from femflex.dynamics.equilibria.elastic_response import modal_response
 from femflex.dynamics.equilibria.linearised import linearised
 from femflex.rotations import dcm_from_vector, vector_from_dcm
 from femflex.system import Friction, Joint, System, TabulatedDamper, cable, free, revolute, weld
@@ -69,3 +71,18 @@ def test_a_cable_is_damped_while_small_motions_leave_it_taut():
     bodies = {"base": rigid_body(1.0, np.eye(3)), "tip": rigid_body(2.0, np.eye(3))}
     model = compile_system(System(bodies, (weld("base"), away), effectors=(line,)))
     assert linearised(model, 0.0, model.x0).D == pytest.approx(np.array([[50.0]]), rel=1e-8)
+
+
+def test_the_response_of_modes_to_a_ramp_and_a_kick_is_exact():
+    """y'' + 2 a y' + omega^2 y = 3 + 2 t, with a kick of the rate at the end of the second interval."""
+    omega, damping = np.array([4.0]), np.array([1.2])
+    times = np.array([0.0, 0.3, 0.8, 1.5])
+    force, kick = (3 + 2 * times)[:, None], np.array([[0.0], [0.7], [0.0], [0.0]])
+    y, rate = modal_response(omega, damping, times, force, kick, np.array([[0.2], [-0.1]]))
+    x = np.array([0.2, -0.1])
+    for k in range(3):
+        solved = solve_ivp(
+            lambda t, x: [x[1], 3 + 2 * t - 1.2 * x[1] - 16 * x[0]], times[k : k + 2], x, rtol=1e-11, atol=1e-13
+        )
+        x = solved.y[:, -1] + [0.0, kick[k, 0]]
+        assert [y[k + 1, 0], rate[k + 1, 0]] == pytest.approx(x, rel=1e-8)

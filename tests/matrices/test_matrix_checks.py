@@ -183,3 +183,14 @@ def test_what_is_missing_is_said(tmp_path):
         read_matrices(Sources("a.npz", nodes="nodes.csv", names={"mass": "C"}), folder=tmp_path)
     with pytest.raises(ValueError, match="units are 'mm'"):
         read_matrices(Sources("a.npz", nodes="nodes.csv", names=names, dofs="xyz"), "mm", folder=tmp_path)
+
+
+def test_inertias_of_no_body_are_found():
+    """Two nodes at one place on springs, with principal inertias 1, 1 and 3: the largest is over the others' sum."""
+    dofs = np.array([[k, c] for k in (1, 2) for c in range(1, 7)])
+    K = sparse.csr_array(np.kron([[1.0, -1.0], [-1.0, 1.0]], np.eye(6)))
+    for inertia, sound in (([1.0, 1.0, 1.9], True), ([1.0, 1.0, 3.0], False)):
+        M = sparse.csr_array(np.diag([1.0, 1.0, 1.0, *np.array(inertia) / 2] * 2))
+        model = MatrixModel(name="m", ids=np.array([1, 2]), points=np.zeros((2, 3)), dofs=dofs, M=M, K=K)
+        found = [text for text in check_model(model).warnings if "principal inertias" in text]
+        assert bool(found) is not sound and all("cannot be those of a body" in text for text in found)

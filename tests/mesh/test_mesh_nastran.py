@@ -121,6 +121,11 @@ def test_included_files_are_read(tmp_path):
         ),
         ("102     103     106     105", "102     103     106", "CQUAD4 12 has 3 nodes; it needs 4 corners"),
         (
+            "CQUAD4  12      1       102     103     106     105",
+            "CQUAD8,12,1,102,103,,105,109,\n,108",
+            "CQUAD8 12 has 3 nodes; it needs 4 corners",
+        ),
+        (
             "CQUAD4  12 ",
             "CQUAD4  1x ",
             "panel.bdf could not be read as Nastran bulk data: it has '1x' where a number belongs. The file may",

@@ -9,7 +9,8 @@ from femflex.dynamics import compile_system
 from femflex.integrate import Block
 from femflex.integrate import resume as head
 from femflex.pipeline.guard import MotionGuard
-from femflex.system import System, prismatic, revolute
+from femflex.reduction import BeamFunctions, UniformBeam, beam_body
+from femflex.system import System, prismatic, revolute, weld
 
 
 def block(times, states):
@@ -36,3 +37,15 @@ def test_the_coordinate_that_is_farthest_beyond_its_own_bound_is_named():
     states = np.array([[0.0, 0.0, 2e5, 1.5e5]])
     error = MotionGuard(model).divergence(block(np.zeros(1), states))
     assert error is not None and "axle" in str(error) and "is 1.5e+05 rad/s" in str(error) and error.coordinate == 3
+
+
+def test_the_elastic_coordinate_that_moved_farthest_is_named():
+    beam = UniformBeam(2.0, 1e6, 20.0, 30.0, 20.0, 0.5)
+    body = beam_body(beam, BeamFunctions(y=2, z=2))
+    model = compile_system(System({"boom": body}, (weld("boom", child_marker="root"),)))
+    for k in range(4):
+        states = np.zeros((1, 8))
+        states[0, k] = 1e6
+        error = MotionGuard(model).divergence(block(np.zeros(1), states))
+        assert error is not None and error.coordinate == k
+        assert "the motion diverges: body 'boom' is displaced by" in str(error)
