@@ -188,7 +188,9 @@ def _driven_orbit(system: System, duration: float) -> Iterator[Advice]:
         return
     model = compile_system(system)
     breaks = model.breaks[(model.breaks > 0.0) & (model.breaks < duration)]
-    times = np.unique(np.concatenate([np.linspace(0.0, duration, 201), breaks]))
+    edges = np.unique(np.concatenate([np.linspace(0.0, duration, 201), breaks]))
+    steps, gauss = np.diff(edges), np.array([-1.0, 1.0]) / math.sqrt(3.0)  # at the edges themselves loads may jump
+    times = (edges[:-1, None] + steps[:, None] * (1.0 + gauss) / 2.0).ravel()
     seen = model.observe(times, np.repeat(model.x0[None], len(times), axis=0))
     C_NR = dcm_from_quaternion(seen[f"bodies/{system.root}/attitude"])
     total = np.zeros((len(times), 3))  # root body axes, so that a thruster counts as fixed in the craft
@@ -196,7 +198,7 @@ def _driven_orbit(system: System, duration: float) -> Iterator[Advice]:
         turned = np.swapaxes(C_NR, 1, 2) @ dcm_from_quaternion(seen[f"bodies/{load.body}/attitude"])
         total += np.einsum("tab,tb->ta", turned, seen[f"loads/{load.name}/force"])
     mass = sum(body.moments.mass for body in system.bodies.values())
-    impulse = np.sum((total[1:] + total[:-1]) / 2.0 * np.diff(times)[:, None], axis=0)
+    impulse = np.repeat(steps / 2.0, 2) @ total
     change, speed = float(np.linalg.norm(impulse)) / mass, math.sqrt(orbit.mu / orbit.semi_major_axis)
     if change > DRIFT * speed:
         text = (

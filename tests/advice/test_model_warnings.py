@@ -80,3 +80,13 @@ def test_thrust_on_a_specified_orbit_is_told_of_with_the_change_of_speed_that_it
 def test_thrusters_that_balance_or_hardly_push_are_not_told_of():
     assert not texts(orbiting(thrust([0, 0, 2]), thrust([0, 0, -2], "other")))
     assert not texts(orbiting(thrust([0, 0, 1e-3])))
+
+
+def test_a_short_pulse_between_the_instants_looked_at_counts_whole():
+    """2000 N for 0.1 s on 100 kg: 2 m/s; one that begins after the end of the run does not count."""
+    rows = np.outer([0.0, 0.0, 2000.0, 2000.0, 0.0, 0.0], [0.0, 0.0, 1.0])
+    edges = np.array([0.0, 40.05, 40.05, 40.15, 40.15, 200.0])
+    (text,) = texts(orbiting(Load("pulse", "hub", "origin", force=rows, times=edges)))
+    assert "push the craft by up to 2000 N, 2 m/s over 100 s" in text
+    later = Load("pulse", "hub", "origin", force=rows, times=np.where(edges < 100.0, edges + 100.0, 300.0))
+    assert not texts(orbiting(later))

@@ -14,6 +14,7 @@ from femflex.body import Marker, rigid_body
 from femflex.case import CaseError, read_case
 from femflex.case.read import parse_case
 from femflex.cli.app import app
+from femflex.cli.stability import one_axis
 from femflex.studies.floquet import floquet
 from femflex.studies.stability import Chart, Locus, case_stability, judged_rest, stability_chart, stability_locus
 from femflex.studies.stability.affine import AffineChart
@@ -284,3 +285,9 @@ def test_soft_damped_booms_leave_nothing_of_the_region_of_debra_and_delp():
     assert known.sum() > 60 and np.array_equal(found.second.kinds[known], rigid[known])
     assert not (found.found.kinds == 1).any() and (found.found.kinds == 2).any()
     assert ((found.found.kinds == 2) <= (rigid == 2))[clear].all()  # flexibility makes nothing stable
+
+
+def test_a_range_takes_the_unit_of_either_end():
+    assert one_axis("bodies.beam.EI=1 N m^2:4:3")[1]["between"] == ["1 N m^2", "4 N m^2"]
+    assert one_axis("bodies.beam.EI=1:4 N m^2:3")[1]["between"] == ["1 N m^2", "4 N m^2"]
+    assert one_axis("joints.0.damping=1:4:3") == ("joints.0.damping", {"between": [1.0, 4.0], "points": 3})
