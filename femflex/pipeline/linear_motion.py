@@ -25,7 +25,8 @@ from scipy.linalg import expm
 
 from femflex.dynamics.equilibria.closed_motion import refuse_rolling
 from femflex.dynamics.equilibria.frozen import CIRCULAR
-from femflex.dynamics.equilibria.linearised import advanced, free_directions, held_freedoms, linearised, usual_sizes
+from femflex.dynamics.equilibria.increments import advanced
+from femflex.dynamics.equilibria.linearised import free_directions, held_freedoms, linearised, usual_sizes
 from femflex.dynamics.equilibria.states import moving_states
 from femflex.dynamics.joints.held_places import specified_states
 from femflex.dynamics.lowering.layout import BALL_NONE, BALL_QUATERNION, body_records

@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics import compile_system
-from femflex.dynamics.equilibria.linearised import advanced, held_freedoms, usual_sizes
+from femflex.dynamics.equilibria.increments import advanced
+from femflex.dynamics.equilibria.linearised import held_freedoms, usual_sizes
 from femflex.dynamics.equilibria.states import moving_states
 from femflex.dynamics.model import Model
 from femflex.system import System

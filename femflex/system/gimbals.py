@@ -77,6 +77,7 @@ def control_moment_gyro(
         ((body, marker),),
         states=states,
         z0=np.array([*initial, *([0.0] if gimbal_inertia else [])]),
+        sizes=np.array([*[1.0] * n, *([gimbal_inertia] if gimbal_inertia else [])]),
         inputs=tuple(command for command in commands if isinstance(command, str)),
         channels={**MOMENTUM, **own_channels},
         accounts=("energy", "supplied"),

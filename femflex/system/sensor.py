@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 import zlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal, get_args
 
 import numpy as np
@@ -245,3 +245,10 @@ def noise_numbers(seed: int, name: str, k: int, n: int) -> Array:
     """n standard normal numbers that depend on the seed, the sensor's name and the number k of the sample alone."""
     key = np.array([seed % 2**64, zlib.crc32(name.encode())], np.uint64)
     return np.random.Generator(np.random.Philox(key=key, counter=np.array([0, 0, 0, k], np.uint64))).standard_normal(n)
+
+
+def without_quantum(one: Controller) -> Controller:
+    """A sampled sensor whose numbers have no steps, which have no derivative; any other controller as it is."""
+    if not isinstance(one.law, _Sampled) or not one.law.sampling.quantum:
+        return one
+    return replace(one, law=replace(one.law, sampling=replace(one.law.sampling, quantum=0.0)))

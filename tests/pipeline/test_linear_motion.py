@@ -109,7 +109,7 @@ def test_increments_lead_from_one_attitude_to_another():
     q = model.parts(model.x0)[0]
     other = q[0].copy() * 0 + np.concatenate([q[:-4], [1.0, 0.0, 0.0, 0.0]])
     step = increment(model, q, other)
-    from femflex.dynamics.equilibria.linearised import advanced
+    from femflex.dynamics.equilibria.increments import advanced
 
     assert advanced(model, q, step) == pytest.approx(other, abs=1e-12)
     assert np.abs(step).max() > 0.5

@@ -56,6 +56,22 @@ def test_margins_are_those_of_the_closed_forms():
     assert found.modulus == pytest.approx(least, rel=1e-2)
 
 
+@pytest.mark.parametrize(("period", "limit"), [(1e-3, 0.05), (0.1, 1e-6)])
+def test_limits_of_law_and_wheel_leave_the_margins_of_small_motions(period, limit):
+    """A step of a rate by a part of the radian in a period is beyond what a motor can do in it."""
+    names = ("sensors.star", "sensors.gyro", "controllers.law", "controllers.share")
+    values = {f"{name}.period": period for name in names}
+    system = craft(0.0, **values, **{"wheels.z.max_torque": limit, "controllers.law.limit": limit})
+    assert margins(sampled_model(system), "share/y").gain_up == pytest.approx(2 * J / (D * period), rel=1e-6)
+
+
+def test_the_quantum_of_a_sensor_leaves_the_margins_of_small_motions():
+    found, plain = (
+        margins(sampled_model(craft(0.0, **{"sensors.star.quantum": quantum})), "share/y") for quantum in (1e-2, 0.0)
+    )
+    assert found == plain
+
+
 def test_the_loop_with_its_gain_at_the_margin_is_at_its_limit():
     for gain, stable in ((9.9, True), (10.1, False)):
         values = {"controllers.law.stiffness": gain * P, "controllers.law.damping": gain * D}

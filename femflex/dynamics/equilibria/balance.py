@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.equilibria.closed_motion import least_multipliers
-from femflex.dynamics.equilibria.linearised import advanced
+from femflex.dynamics.equilibria.increments import advanced
 from femflex.dynamics.equilibria.steady import Steady
 
 Array = NDArray[np.float64]

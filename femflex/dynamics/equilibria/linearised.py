@@ -8,7 +8,6 @@ quasi-velocities of balls. D holds damping and gyroscopic forces; K elastic, loa
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +20,8 @@ from femflex.dynamics.equilibria.closed_motion import (
     refuse_rolling,
     slack_of_loops,
 )
+from femflex.dynamics.equilibria.increments import advanced
+from femflex.dynamics.equilibria.local_derivative import along, local_derivative
 from femflex.dynamics.equilibria.states import StateEquations, state_equations
 from femflex.dynamics.lowering.layout import BALL_NONE, body_records
 from femflex.dynamics.model import Model
@@ -29,8 +30,7 @@ from femflex.system import System
 Array = NDArray[np.float64]
 
 STEP = 1e-5  # of a coordinate's usual size: error of central differences h^2 ~ 1e-10, rounding eps / h ~ 1e-11
-SHORT = 1e-6  # of a long step of a velocity: rounding 1e-10 of the forces
-DIFFERS = 1e-8  # of the forces: difference of the derivatives of long and of short steps that is no rounding
+NARROW = 5  # steps along coordinates, the last 1e-13 of that size: laws of 1e-9 of it have their own stiffness
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,11 +66,10 @@ class Linearised:
 def linearised(model: Model, t: float, x: Array, udot: Array | None = None) -> Linearised:
     """The linear equations about the state x (n_x,) at t with accelerations udot (n_u,), zero when left out.
 
-    M is exact, and D is exact but for effectors and laws of joints (see `derivative_by_velocities`). K is that of
-    shapes, their nonlinear strain included, and of springs exactly, plus central differences of the rest. With loops K
-    holds the stiffness that
-    their forces add as they turn along, and the state must be at rest. Raises ValueError for nonholonomic constraints,
-    and for loops in motion.
+    M is exact, and D is exact but for effectors and laws of joints. K is that of shapes, their nonlinear strain
+    included, and of springs exactly, plus derivatives of the rest (`local_derivative`). With loops K holds the
+    stiffness that their forces add as they turn along, and the state must be at rest. Raises ValueError for
+    nonholonomic constraints, and for loops in motion.
     """
     accelerations = np.zeros(model.n_u) if udot is None else np.asarray(udot, float)
     q, u, z = model.parts(x)
@@ -81,32 +80,20 @@ def linearised(model: Model, t: float, x: Array, udot: Array | None = None) -> L
             "are those about rest; take a state of rest, or let the base frame spin ([attitude] frame = 'spinning')"
         )
 
-    def residual(u: Array) -> Array:
-        return model.residual(t, np.concatenate([q, u, z]), accelerations)
+    def faster(du: Array) -> Array:
+        return model.residual(t, np.concatenate([q, u + du, z]), accelerations)
 
-    D = derivative_by_velocities(residual, u)
-    K = stiffness(model, t, x, accelerations, multipliers(model, t, x))
+    M, K = model.mass_matrix(t, x), stiffness(model, t, x, accelerations, multipliers(model, t, x))
+    largest = cancelling(model, t, x, accelerations)
+    first = max(1.0, float(np.abs(u).max(initial=0.0)))  # inertia is of second degree in u: long steps give it exactly
+    D = np.zeros_like(M)
+    for j, e in enumerate(np.eye(model.n_u)):
+        D[:, j] = local_derivative(along(faster, e), first, largest)
     own, Z = free_directions(model, t, x)
-    states = state_equations(model, t, x, accelerations, steps(model, q)).along(Z)
-    M, D, K = (Z.T @ A @ Z for A in (model.mass_matrix(t, x), D, K))
+    states = state_equations(model, t, x, accelerations, usual_sizes(model)).along(Z)
+    M, D, K = (Z.T @ A @ Z for A in (M, D, K))
     names = [name for name, _ in model.system.velocity_names()]
     return Linearised(M, D, K, turning(model, u)[np.ix_(own, own)], tuple(names[k] for k in own), states)
-
-
-def derivative_by_velocities(residual: Callable[[Array], Array], u: Array) -> Array:
-    """D (n, n): derivative of a residual (n,) by velocities u (n,).
-
-    Inertia is of second degree in u, whose derivative long steps give to rounding. Friction, dampers by table, cables
-    and other effectors are not: where short steps give another derivative, it is theirs.
-    """
-    out = np.empty((len(u), len(u)))
-    size = max(1.0, float(np.abs(u).max(initial=0.0)))
-    for j, e in enumerate(np.eye(len(u)) * size):
-        ahead, behind = residual(u + e), residual(u - e)
-        far, near = ahead - behind, (residual(u + SHORT * e) - residual(u - SHORT * e)) / SHORT
-        forces = max(np.abs(ahead).max(), np.abs(behind).max())
-        out[:, j] = np.where(np.abs(near - far) > DIFFERS * forces, near, far) / (2 * size)
-    return out
 
 
 def free_directions(model: Model, t: float, x: Array) -> tuple[NDArray[np.int64], Array]:
@@ -154,12 +141,14 @@ def stiffness(model: Model, t: float, x: Array, udot: Array, lambdas: Array) -> 
             left[e] -= (force if same else strain.force(moved[qe])) - strain.V1 @ moved[qe]
         return left
 
-    columns = []
+    def moved(xi: Array) -> Array:
+        return other(advanced(model, q, xi))
+
+    largest = cancelling(model, t, x, udot)
+    rest = np.zeros_like(K)
     for j, size in enumerate(usual_sizes(model)):
-        step = np.zeros(model.n_u)
-        step[j] = STEP * size
-        columns.append((other(advanced(model, q, step)) - other(advanced(model, q, -step))) / (2 * step[j]))
-    K = K + np.column_stack(columns)
+        rest[:, j] = local_derivative(along(moved, np.eye(model.n_u)[j]), STEP * size, largest, NARROW)
+    K = K + rest
     for strain, e, qe, _ in stretched:  # differences would be those of fast powers: EA against a string's tension
         K[np.ix_(e, e)] += strain.tangent(q[qe]) - (strain.V1 + strain.V1.T) / 2
     return K
@@ -179,14 +168,17 @@ def nonlinear_bodies(model: Model) -> list[tuple[StrainTensors, NDArray[np.int64
     return found
 
 
-def steps(model: Model, q: Array) -> list[tuple[Array, float]]:
-    """For every coordinate its places (2, n_q) after a step along it and after one back, and the step's size."""
-    found = []
-    for j, size in enumerate(usual_sizes(model)):
-        step = np.zeros(model.n_u)
-        step[j] = STEP * size
-        found.append((np.array([advanced(model, q, step), advanced(model, q, -step)]), float(step[j])))
-    return found
+def cancelling(model: Model, t: float, x: Array, udot: Array) -> Array:
+    """Forces (n_u,) whose rounding may stand in the residual about a state x (n_x,) with accelerations udot (n_u,).
+
+    What is large in one coordinate is summed up in others: the largest energy counts for all.
+    """
+    K, at = linear_stiffness(model)
+    M, sizes = np.abs(model.mass_matrix(t, x)), usual_sizes(model)
+    elastic = np.abs(K) @ np.abs(np.where(at >= 0, x[at], 0.0))
+    static = (elastic + M @ np.abs(udot) + np.abs(model.bias(t, x))) * sizes
+    turning = np.diag(M) * (frame_rate(model.system) * sizes) ** 2  # of a spin about a principal axis nothing is left
+    return np.asarray((static + turning).max(initial=0.0) / sizes)
 
 
 def linear_stiffness(model: Model) -> tuple[Array, NDArray[np.int64]]:
@@ -205,15 +197,6 @@ def linear_stiffness(model: Model) -> tuple[Array, NDArray[np.int64]]:
         K[np.ix_(e, e)] = (body.strain.V1 + body.strain.V1.T) / 2
         at[e] = int(record["qe"]) + np.arange(body.n_modes)
     return K, at
-
-
-def advanced(model: Model, q: Array, increment: Array) -> Array:
-    """q o exp(increment): the coordinates (n_q,) after an increment (n_u,) along the quasi-velocities."""
-    out = np.array(q, float)
-    model.tree.advance(
-        np.ascontiguousarray(q), np.ascontiguousarray(increment), out, model.table, model.pool, model.work
-    )
-    return out
 
 
 def turning(model: Model, u: Array) -> Array:

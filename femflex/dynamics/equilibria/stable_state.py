@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.equilibria.balance import relaxed, stiff_answers, unbalanced_forces
-from femflex.dynamics.equilibria.linearised import advanced
+from femflex.dynamics.equilibria.increments import advanced
 from femflex.dynamics.equilibria.steady import Steady
 
 Array = NDArray[np.float64]

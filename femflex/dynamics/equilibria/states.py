@@ -12,14 +12,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.dynamics.equilibria.increments import advanced
+from femflex.dynamics.equilibria.local_derivative import along, local_derivative
 from femflex.dynamics.model import Model
 from femflex.system import Effector, System
 
 Array = NDArray[np.float64]
 
-STEP = 1e-6  # of a state's size: error of central differences 1e-12, rounding 1e-10
+STEP = 1e-4  # of a state's size, and the first of some that fall: error of central differences 1e-8 at first
+PLACE = 1e-5  # of a coordinate's size or of the fastest rate, likewise
+NARROW = 5  # steps, the last 1e-8 of the first
 TRIES = 30  # of Newton's method
 SETTLED = 1e-11  # last step over the states' sizes
+AT_REST = 1e-6  # of a state's size in the time that it takes to settle: what it may still change by
 SINGULAR = 1e-10  # part of the largest singular value of F_z below which a state has no rest of its own
 
 
@@ -71,16 +76,19 @@ def settled_states(model: Model, x: Array) -> Array:
     x, places = x.copy(), model.n_q + model.n_u + np.array(own)
     sizes = model.system.state_sizes()[own]
     for _ in range(TRIES):
-        rates = model.state_rate(0.0, x)[places]
-        step = np.linalg.lstsq(own_rates(model, 0.0, x, own, sizes) * sizes, -rates, rcond=SINGULAR)[0]
+        rates = model.state_rate(0.0, x)[places] / sizes
+        F = own_rates(model, 0.0, x, own, sizes) * sizes / sizes[:, None]
+        pace = np.where(F.any(axis=1), np.abs(F).max(axis=1), 1.0)  # 1/s: a slow state settles as well as a fast one
+        step = np.linalg.lstsq(F / pace[:, None], -rates / pace, rcond=SINGULAR)[0]
         x[places] += step * sizes
         if np.abs(step).max() <= SETTLED * max(1.0, np.abs(x[places] / sizes).max()):
             break
     left = np.abs(model.state_rate(0.0, x)[places]) / sizes
-    if not left.max() < 1e-6:
-        name = model.system.state_names()[own[int(np.argmax(left))]][0]
+    if not (left / pace).max() < AT_REST:
+        worst = int(np.argmax(left / pace))
+        name = model.system.state_names()[own[worst]][0]
         raise ValueError(
-            f"the state {name!r} keeps changing at rest, by {left.max():.3g} of its size per second; an equilibrium "
+            f"the state {name!r} keeps changing at rest, by {left[worst]:.3g} of its size per second; an equilibrium "
             "needs states that settle. Remove its effector, or start at its zero"
         )
     return x
@@ -100,39 +108,44 @@ def resting_state(model: Model, x: Array, wanted: Model) -> Array:
 
 def own_rates(model: Model, t: float, x: Array, own: list[int], sizes: Array) -> Array:
     """F_z (m, m): derivative of the rates of states by the states themselves at a time [s]."""
-    first = model.n_q + model.n_u
-    columns = []
-    for place, size in zip(own, sizes, strict=True):
-        e = np.zeros(model.n_x)
-        e[first + place] = STEP * size
-        change = model.state_rate(t, x + e) - model.state_rate(t, x - e)
-        columns.append(change[[first + k for k in own]] / (2 * STEP * size))
+    places = model.n_q + model.n_u + np.array(own, int)
+
+    def rates(dx: Array) -> Array:
+        return np.asarray(model.state_rate(t, x + dx)[places])
+
+    one = np.eye(model.n_x)[places]
+    columns = [local_derivative(along(rates, e), STEP * size, steps=NARROW) for e, size in zip(one, sizes, strict=True)]
     return np.column_stack(columns) if columns else np.zeros((0, 0))
 
 
-def state_equations(model: Model, t: float, x: Array, udot: Array, moved: list[tuple[Array, float]]) -> StateEquations:
+def state_equations(model: Model, t: float, x: Array, udot: Array, far: Array) -> StateEquations:
     """The equations of the states of effectors about x (n_x,) at t with accelerations udot (n_u,).
 
-    moved: for every coordinate its place (n_q,) after a step along it and after one back, joined, and the step's size
+    far: size (n_u,) of a large motion of each coordinate
     """
     own, n = moving_states(model.system), model.n_u
     names = tuple(model.system.state_names()[k][0] for k in own)
     if not own:
         return StateEquations.none(n)
-    first, sizes = model.n_q + n, model.system.state_sizes()[own]
-    places = [first + k for k in own]
-    R = np.empty((n, len(own)))
-    for j, (place, size) in enumerate(zip(places, sizes, strict=True)):
-        e = np.zeros(model.n_x)
-        e[place] = STEP * size
-        R[:, j] = (model.residual(t, x + e, udot) - model.residual(t, x - e, udot)) / (2 * STEP * size)
     q, u, z = model.parts(x)
-    F_x, F_u = np.empty((len(own), n)), np.empty((len(own), n))
-    for k, (ends, step) in enumerate(moved):
-        rates = [model.state_rate(t, np.concatenate([end, u, z]))[places] for end in ends]
-        F_x[:, k] = (rates[0] - rates[1]) / (2 * step)
-        e = np.zeros(n)
-        e[k] = 1e-5 * max(1.0, float(np.abs(u).max(initial=0.0)))
-        rates = [model.state_rate(t, np.concatenate([q, u + sign * e, z]))[places] for sign in (1.0, -1.0)]
-        F_u[:, k] = (rates[0] - rates[1]) / (2 * e[k])
-    return StateEquations(R, F_x, F_u, own_rates(model, t, x, own, sizes), names)
+    sizes, places = model.system.state_sizes()[own], model.n_q + n + np.array(own, int)
+    fastest = max(1.0, float(np.abs(u).max(initial=0.0)))
+    F_z = own_rates(model, t, x, own, sizes)
+    forces, rates = np.abs(model.residual(t, x, udot)), np.abs(F_z) @ np.abs(x[places])
+
+    def force(dx: Array) -> Array:
+        return model.residual(t, x + dx, udot)
+
+    def moved(xi: Array) -> Array:
+        return np.asarray(model.state_rate(t, np.concatenate([advanced(model, q, xi), u, z]))[places])
+
+    def faster(du: Array) -> Array:
+        return np.asarray(model.state_rate(t, np.concatenate([q, u + du, z]))[places])
+
+    R, F_x, F_u = np.empty((n, len(own))), np.empty((len(own), n)), np.empty((len(own), n))
+    for j, (place, size) in enumerate(zip(places, sizes, strict=True)):
+        R[:, j] = local_derivative(along(force, np.eye(model.n_x)[place]), STEP * size, forces, NARROW)
+    for k, e in enumerate(np.eye(n)):
+        F_x[:, k] = local_derivative(along(moved, e), PLACE * far[k], rates, NARROW)
+        F_u[:, k] = local_derivative(along(faster, e), PLACE * fastest, rates)
+    return StateEquations(R, F_x, F_u, F_z, names)

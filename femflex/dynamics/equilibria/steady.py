@@ -15,7 +15,6 @@ from femflex.dynamics.equilibria.linearised import (
     frame_rate,
     held_freedoms,
     linear_stiffness,
-    steps,
     stiffness,
     usual_sizes,
 )
@@ -96,7 +95,7 @@ class Steady:
         x, still = self.at_rest(q), np.zeros(self.full.n_u)
         K = share * stiffness(self.full, 0.0, x, still, lambdas)
         if moving_states(self.full.system):
-            states = state_equations(self.full, 0.0, x, still, steps(self.full, q))
+            states = state_equations(self.full, 0.0, x, still, self.sizes)
             K += share * states.settled_stiffness()
         if share < 1.0:
             K += (1.0 - share) * stiffness(self.inner, 0.0, x, still, lambdas)

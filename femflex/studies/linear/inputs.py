@@ -30,12 +30,12 @@ OWN = "linear-model-input"  # name of a load that is added to a system
 UNIT = "-unit"  # after the name of a controller: a signal that its held commands multiply
 FIRST = 4  # number of a block of constants at which its gains begin
 SIZE = 1.0  # of a signal or a command, in which it is stepped
-STEP = 1e-6  # of that size
+STEP = 1e-4  # of that size: the first of steps that fall
 
 
 @dataclass(frozen=True, eq=False)
 class Input:
-    """An input by its path; `step` is by how much it is moved up and down; kind says where it acts."""
+    """An input by its path; `step` is by how much it is moved up and down at most; kind says where it acts."""
 
     path: str
     unit: str

@@ -9,7 +9,7 @@ states of the model, and its acceleration is the input.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -18,13 +18,14 @@ from numpy.typing import NDArray
 
 from femflex.case.problems import near
 from femflex.dynamics.equilibria.equilibrium import Equilibrium
+from femflex.dynamics.equilibria.increments import advanced
 from femflex.dynamics.equilibria.linearised import (
     Linearised,
-    advanced,
     free_directions,
     linearised,
     usual_sizes,
 )
+from femflex.dynamics.equilibria.local_derivative import along, local_derivative
 from femflex.dynamics.equilibria.states import moving_states
 from femflex.dynamics.equilibria.system_modes import SystemModes, modes_about
 from femflex.dynamics.model import Model, compile_system
@@ -36,7 +37,6 @@ from femflex.system import System
 Array = NDArray[np.float64]
 
 STEP = 1e-5  # of a coordinate's usual size, as in `linearised`: error of central differences 1e-10
-STATE_STEP = 1e-6  # of a state's usual size
 ROUNDING = 16 * np.finfo(float).eps  # of a channel's size: a smaller difference of two values is none
 
 
@@ -183,69 +183,75 @@ class _Builder:
         """Columns of B and D of an input."""
         if one.kind == "motion":
             return self._led_column(one, 2, M, Z)
-        ends = [compile_system(one.moved(self.model.system, sign * one.step, self.coordinates)) for sign in (1.0, -1.0)]
-        return self._difference([(end, self.x, self.udot) for end in ends], one.step, M, Z)
+
+        def moved(h: float) -> Array:
+            return self._equations(compile_system(one.moved(self.model.system, h, self.coordinates)), self.x, self.udot)
+
+        return self._split(moved, one.step, M, Z)
 
     def _led_column(self, one: Input, order: int, M: Array, Z: Array) -> tuple[Array, Array]:
         """Columns of place (0), rate (1) or acceleration (2) of a prescribed freedom."""
         names = [name.removesuffix("_rate") for name, _ in self.model.system.velocity_names()]
         u = names.index(one.owner)
-        step = (STEP, STEP * max(1.0, float(np.abs(self.model.parts(self.x)[1]).max(initial=0.0))), 1.0)[order]
-        if order == 0:
-            step *= float(usual_sizes(self.model)[u])
-        ends = []
-        for sign in (1.0, -1.0):
-            coefficients = sign * step * np.eye(3)[order] / (2.0 if order == 2 else 1.0)
-            q, v, z = (part.copy() for part in self.model.parts(self.x))
-            unit, udot = np.eye(self.model.n_u)[u] * sign * step, self.udot.copy()
-            q, v, udot = (
-                (advanced(self.model, q, unit), v, udot),
-                (q, v + unit, udot),
-                (q, v, udot + unit),
-            )[order]
-            led = compile_system(one.led(self.model.system, self.t, coefficients))
-            ends.append((led, np.concatenate([q, v, z]), udot))
-        return self._difference(ends, step, M, Z)
+        fastest = max(1.0, float(np.abs(self.model.parts(self.x)[1]).max(initial=0.0)))
+        step = (STEP * float(usual_sizes(self.model)[u]), STEP * fastest, 1.0)[order]
 
-    def _difference(
-        self, ends: list[tuple[Model, Array, Array]], step: float, M: Array, Z: Array
-    ) -> tuple[Array, Array]:
-        """Columns of the states and of the outputs from the equations a step up and one down."""
-        forces = [model.residual(self.t, x, udot) for model, x, udot in ends]
-        push = -Z.T @ (forces[0] - forces[1]) / (2 * step)
-        rates = [model.state_rate(self.t, x)[self.own] for model, x, _ in ends]
-        seen = [self._outputs(model, x) for model, x, _ in ends]
-        column = np.concatenate([np.zeros(len(M)), np.linalg.solve(M, push), (rates[0] - rates[1]) / (2 * step)])
-        return column, self._cleaned(seen, step)
+        def led(h: float) -> Array:
+            coefficients = h * np.eye(3)[order] / (2.0 if order == 2 else 1.0)
+            q, v, z = self.model.parts(self.x)
+            unit, none = np.eye(self.model.n_u)[u] * h, np.zeros(self.model.n_u)
+            q, v, udot = (
+                advanced(self.model, q, unit if order == 0 else none),
+                v + (unit if order == 1 else none),
+                self.udot + (unit if order == 2 else none),
+            )
+            system = one.led(self.model.system, self.t, coefficients)
+            return self._equations(compile_system(system), np.concatenate([q, v, z]), udot)
+
+        return self._split(led, step, M, Z)
+
+    def _equations(self, model: Model, x: Array, udot: Array) -> Array:
+        """Forces, rates of the states of effectors, and outputs, one after another."""
+        rates = model.state_rate(self.t, x)[self.own]
+        return np.concatenate([model.residual(self.t, x, udot), rates, self._outputs(model, x)])
+
+    def _split(self, f: Callable[[float], Array], first: float, M: Array, Z: Array) -> tuple[Array, Array]:
+        """Columns of the states and of the outputs from the equations over a distance."""
+        forces, rates, seen = np.split(self._derivative(f, first), np.cumsum([self.model.n_u, len(self.own)]))
+        return np.concatenate([np.zeros(len(M)), np.linalg.solve(M, -Z.T @ forces), rates]), seen
 
     def _output_matrix(self, Z: Array) -> Array:
         """C over increments along Z, their rates, and the states of effectors."""
         q, u, z = self.model.parts(self.x)
-        sizes, columns = usual_sizes(self.model), []
-        for direction in Z.T:
-            step = STEP / float(np.abs(direction / sizes).max())
-            ends = [np.concatenate([advanced(self.model, q, s * step * direction), u, z]) for s in (1.0, -1.0)]
-            columns.append(self._cleaned([self._outputs(self.model, end) for end in ends], step))
-        rate = STEP * max(1.0, float(np.abs(u).max(initial=0.0)))
-        for direction in Z.T:
-            ends = [np.concatenate([q, u + s * rate * direction, z]) for s in (1.0, -1.0)]
-            columns.append(self._cleaned([self._outputs(self.model, end) for end in ends], rate))
+        sizes, fastest = usual_sizes(self.model), max(1.0, float(np.abs(u).max(initial=0.0)))
+        columns = []
+
+        def moved(xi: Array) -> Array:
+            return self._outputs(self.model, np.concatenate([advanced(self.model, q, xi), u, z]))
+
+        def faster(du: Array) -> Array:
+            return self._outputs(self.model, np.concatenate([q, u + du, z]))
+
+        def other(dx: Array) -> Array:
+            return self._outputs(self.model, self.x + dx)
+
+        columns += [self._derivative(along(moved, d), STEP / float(np.abs(d / sizes).max())) for d in Z.T]
+        columns += [self._derivative(along(faster, d), STEP * fastest) for d in Z.T]
         state_sizes = self.model.system.state_sizes()
         for place in self.own:
-            step = STATE_STEP * float(state_sizes[place - self.model.n_q - self.model.n_u])
-            ends = [self.x + s * step * np.eye(self.model.n_x)[place] for s in (1.0, -1.0)]
-            columns.append(self._cleaned([self._outputs(self.model, end) for end in ends], step))
+            size = float(state_sizes[place - self.model.n_q - self.model.n_u])
+            columns.append(self._derivative(along(other, np.eye(self.model.n_x)[place]), STEP * size))
         return np.column_stack([np.zeros((len(self.outputs), 0)), *columns])
+
+    def _derivative(self, f: Callable[[float], Array], first: float) -> Array:
+        """Derivative of what a distance changes, zero where the longest step changes it by rounding."""
+        ahead, behind = f(first), f(-first)
+        still = np.abs(ahead - behind) <= ROUNDING * np.maximum(np.abs(ahead), np.abs(behind))
+        return np.where(still, 0.0, local_derivative(f, first))
 
     def _outputs(self, model: Model, x: Array) -> Array:
         seen = model.observe(np.array([self.t]), x[None])
         return np.array([np.ravel(seen[path][0])[k] for path, k in self.places])
-
-    def _cleaned(self, ends: list[Array], step: float) -> Array:
-        """The derivative of the outputs, zero where the difference is rounding."""
-        change = ends[0] - ends[1]
-        noise = ROUNDING * np.maximum(np.abs(ends[0]), np.abs(ends[1]))
-        return np.where(np.abs(change) <= noise, 0.0, change) / (2 * step)
 
 
 def output_places(

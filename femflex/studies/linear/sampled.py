@@ -20,17 +20,20 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 from femflex.case.problems import near
-from femflex.dynamics.equilibria.linearised import advanced, free_directions, linearised, usual_sizes
+from femflex.dynamics.equilibria.increments import advanced
+from femflex.dynamics.equilibria.linearised import free_directions, linearised, usual_sizes
+from femflex.dynamics.equilibria.local_derivative import along, local_derivative
 from femflex.dynamics.equilibria.states import moving_states
 from femflex.dynamics.model import Model, compile_system
 from femflex.pipeline.rest import rest_of, rest_state, rest_system
-from femflex.studies.linear.inputs import commanded
+from femflex.studies.linear.inputs import commanded, is_sampled
 from femflex.system import System
+from femflex.system.sensor import without_quantum
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-STEP = 1e-4  # of a usual size: laws are smooth but for limits, and channels are rounded
+STEP = 1e-4  # of a usual size: the first of steps that fall
 SAME = 1e-9  # relative difference of two periods that are one
 POINTS = 4000  # of a frequency response up to half the rate of the samples
 LOWEST = 1e-4  # of that rate, where it begins
@@ -95,6 +98,8 @@ def sampled_model(system: System) -> SampledModel:
     samples; and as `femflex.equilibrium`.
     """
     period = _period(system)
+    effectors = tuple(without_quantum(one) if is_sampled(one) else one for one in system.effectors)
+    system = replace(system, effectors=effectors)
     still = commanded(system)
     about = rest_of(still)[0]
     rest = rest_system(still, None, about)
@@ -207,9 +212,9 @@ class _Sampled:
         sizes = self.model.system.state_sizes()
         m, first = len(self.own), self.model.n_q + self.model.n_u
         for k, place in enumerate(self.held):
-            h = STEP * float(sizes[place - first])
-            e = h * np.eye(self.model.n_x)[place]
-            rate = (self.model.state_rate(0.0, self.x + e) - self.model.state_rate(0.0, self.x - e)) / (2 * h)
+            e = np.eye(self.model.n_x)[place]
+            size = STEP * float(sizes[place - first])
+            rate = local_derivative(along(lambda dx: self.model.state_rate(0.0, self.x + dx), e), size)
             wide[m : 2 * m, self.n + k] = rate[self.model.n_q + self.own]
             wide[2 * m : self.n, self.n + k] = rate[self.inner]
         return wide
@@ -233,14 +238,16 @@ class _Sampled:
             )
         S = np.eye(self.n + len(self.held))
         for j, size in enumerate(sizes):
-            ends = []
-            for sign in (1.0, -1.0):
-                x = self._moved(sign * STEP * size * np.eye(len(sizes))[j], m)
-                t = clock.next(x)
-                clock.strike(t, x)
-                ends.append(x[self.held])
-            S[self.n :, j] = (ends[0] - ends[1]) / (2 * STEP * size)
+            e = np.eye(len(sizes))[j]
+            S[self.n :, j] = local_derivative(along(lambda s: self._called(s, m), e), STEP * size)
         return S
+
+    def _called(self, s: Array, m: int) -> Array:
+        """Commands and memory after a sample at so much from the state."""
+        x, clock = self._moved(s, m), self.model.clock
+        assert clock is not None
+        clock.strike(clock.next(x), x)
+        return np.asarray(x[self.held])
 
     def _moved(self, s: Array, m: int) -> Array:
         q, u, z = self.model.parts(self.x)
