@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 SLOPE, MOST = 0.42, 0.9  # c over (rate / first frequency)^2, and at most
+FAST = 10.0  # times the first frequency; that of a wire which only its spin pulls tight is 0
 SLOW = 0.15  # of the first frequency: no bend that is meant turns slowly enough to matter there
 
 
@@ -59,7 +60,7 @@ class SpunBends:
             if not rows.size:
                 continue
             bend = one.over(states[rows])
-            error = np.minimum(SLOPE * (rate[rows] / self._first[one.name]) ** 2, MOST) * bend**2
+            error = np.minimum(SLOPE * _ratio(rate[rows], self._first[one.name]) ** 2, MOST) * bend**2
             k = int(error.argmax())
             if one.name not in self._worst or error[k] > self._worst[one.name].error:
                 self._worst[one.name] = SpunBend(float(bend[k]), float(rate[rows[k]]), float(error[k]))
@@ -68,12 +69,18 @@ class SpunBends:
         """Warn of bodies of which BENT_TURNING or more of a bend is left out, with the estimate."""
         for name, worst in self._worst.items():
             if worst.error > BENT_TURNING:
-                ratio = worst.rate / self._first[name]
+                ratio = float(_ratio(np.array(worst.rate), self._first[name]))
+                times = f"{ratio:.2g} times" if ratio < FAST else f"over {FAST:g} times"
                 warnings.warn(
                     f"body {name!r}, bent by {worst.bend:.0%} of its size, turned at {worst.rate:.4g} rad/s, "
-                    f"{ratio:.2g} times its first frequency. Condensed strain is of second order in bends: the bend is "
+                    f"{times} its first frequency. Condensed strain is of second order in bends: the bend is "
                     f"up to about {worst.error:.1%} off (limit {BENT_TURNING:.0%}). For less, "
                     f"{division_remedy(self._system.bodies[name])}",
                     PhysicsWarning,
                     stacklevel=3,
                 )
+
+
+def _ratio(rate: Array, first: float) -> Array:
+    """Rates (n,) over the first frequency [rad/s], at most FAST."""
+    return np.asarray(rate / np.maximum(first, np.maximum(rate, 1e-300) / FAST))

@@ -12,7 +12,7 @@ from femflex.case.body_base import BodyTable
 from femflex.case.motion import Motion, MotionOf
 from femflex.case.reduction import _Ratio
 from femflex.case.shape import MarkerTable
-from femflex.case.values import Count, Direction, Mass, Position, PositiveLength, Quantity
+from femflex.case.values import MOST_FUNCTIONS, Count, Direction, Mass, Position, PositiveLength, Quantity
 
 LINES, SHEETS = ("beam", "tether"), ("plate", "membrane")
 Stiffness = Annotated[float, Quantity("N m^2", least=0.0)]
@@ -31,16 +31,16 @@ class DeployingMarkerTable(MarkerTable):
 class DeployingFunctionsTable(Table):
     """Admissible functions of a deploying member, over the distance from the exit relative to the length."""
 
-    y: Annotated[int, Count(0)] = 0
+    y: Annotated[int, Count(0, MOST_FUNCTIONS)] = 0
     """Number of functions for bending along the section's y axis. Only for beams and tethers."""
-    z: Annotated[int, Count(0)] = 0
+    z: Annotated[int, Count(0, MOST_FUNCTIONS)] = 0
     """Number of functions along the member for bending along the section's z axis; of plates and membranes out of their
     plane."""
-    axial: Annotated[int, Count(0)] = 0
+    axial: Annotated[int, Count(0, MOST_FUNCTIONS)] = 0
     """Number of functions for stretch. Only for beams and tethers."""
-    torsion: Annotated[int, Count(0)] = 0
+    torsion: Annotated[int, Count(0, MOST_FUNCTIONS)] = 0
     """Number of functions for the twist angle. Only for beams."""
-    across: Annotated[int, Count(1)] = 1
+    across: Annotated[int, Count(1, MOST_FUNCTIONS)] = 1
     """Number of functions across the width, Legendre polynomials: 1, 2 with twist. Only for plates and membranes."""
     family: Literal["characteristic", "polynomial", "elements"] | None = None
     """Functions: "characteristic", the vibration modes of a uniform member; "polynomial"; "elements", the vibration

@@ -8,7 +8,7 @@ from pydantic import Field, StrictBool, model_validator
 
 from femflex.case.base import Table, refuse
 from femflex.case.support import SkewSupport, read_support, support_schema
-from femflex.case.values import Count, PositiveLength, Quantity, ValueProblem, Whole, _Readable, shown
+from femflex.case.values import MOST_FUNCTIONS, Count, PositiveLength, Quantity, ValueProblem, Whole, _Readable, shown
 
 
 class _ClampValue(_Readable):
@@ -228,13 +228,13 @@ Reduction = Annotated[
 class FunctionsTable(Table):
     """Admissible functions of a beam: how many for each field, and which."""
 
-    y: Annotated[int, Count(0)] = 0
+    y: Annotated[int, Count(0, MOST_FUNCTIONS)] = 0
     """Number of functions for bending along the section's y axis."""
-    z: Annotated[int, Count(0)] = 0
+    z: Annotated[int, Count(0, MOST_FUNCTIONS)] = 0
     """Number of functions for bending along the section's z axis."""
-    axial: Annotated[int, Count(0)] = 0
+    axial: Annotated[int, Count(0, MOST_FUNCTIONS)] = 0
     """Number of functions for axial displacement."""
-    torsion: Annotated[int, Count(0)] = 0
+    torsion: Annotated[int, Count(0, MOST_FUNCTIONS)] = 0
     """Number of functions for the twist angle."""
     family: Literal["characteristic", "polynomial"] = "characteristic"
     """Functions: "characteristic", the vibration modes of a uniform beam; "polynomial", polynomials of the same

@@ -80,7 +80,7 @@ class SensorTable(Table):
     """Standard deviation of the noise of every sample, in SI units."""
     quantum: Annotated[float, Quantity(least=0.0)] = 0.0
     """Step of the measured numbers, in SI units. 0: none."""
-    seed: Annotated[int, Count(0)] = 0
+    seed: Annotated[int, Count(0, 2**64 - 1)] = 0
     """Seed of the noise, which is a function of seed, sensor and number of the sample."""
 
     @model_validator(mode="after")

@@ -72,7 +72,7 @@ class SweepTable(Table):
     members: Whole | None = None
     """Number of runs, for random, latin_hypercube and sobol. For sobol_indices a power of 2: with k values it takes
     members x (k + 2) runs."""
-    seed: Annotated[int, Count(0)] = 0
+    seed: Annotated[int, Count(0, 2**64 - 1)] = 0
     """Seed of the scatter."""
     vary: Annotated[dict[str, VaryTable], Field(min_length=1)]
     """Key path in the case, such as "bodies.hub.mass" or "loads.0.torque.1", and how its value varies."""

@@ -17,6 +17,8 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 from femflex.case.problems import near
 from femflex.case.units import UnitError, example, noun, to_si
 
+MOST_FUNCTIONS = 1000  # for one field of a beam; beyond it they are the same to rounding
+FARTHEST = 1e12  # m, of a place: seven times as far as the Sun
 SMALLEST, LARGEST = 1e-30, 1e30  # SI; products of several such numbers are still far from overflow and underflow
 
 
@@ -187,9 +189,10 @@ class Along(_Readable):
 
 @dataclass(frozen=True)
 class Count(_Readable):
-    """A whole number of at least `least`; true and 3.0 are not taken for one."""
+    """A whole number from `least` to `most`; true and 3.0 are not taken for one."""
 
     least: int = 1
+    most: int = 10**9
 
     def read(self, value: Any) -> int:
         """The whole number."""
@@ -197,11 +200,13 @@ class Count(_Readable):
             raise ValueProblem(f"found {shown(value)}; expected a whole number")
         if value < self.least:
             raise ValueProblem(f"found {value}; it must be at least {self.least}")
+        if value > self.most:
+            raise ValueProblem(f"found {shown(value)}; it must be at most {self.most}")
         return value
 
     def json_schema(self) -> dict[str, Any]:
         """JSON Schema of a whole number."""
-        return {"type": "integer", "minimum": self.least}
+        return {"type": "integer", "minimum": self.least, "maximum": self.most}
 
 
 def real(value: float) -> float:
@@ -266,7 +271,7 @@ Rate = Annotated[float, Quantity("rad/s")]
 Plain = Annotated[float, Quantity()]
 Positive = Annotated[float, Quantity(above=0.0)]
 Fraction = Annotated[float, Quantity(least=0.0, below=1.0)]
-Position = Annotated[Vector, Quantity("m", (3,))]
+Position = Annotated[Vector, Quantity("m", (3,), least=-FARTHEST, most=FARTHEST)]
 Velocity = Annotated[Vector, Quantity("m/s", (3,))]
 Direction = Annotated[Vector, Quantity("", (3,))]
 Angles = Annotated[Vector, Quantity("rad", (3,))]

@@ -98,7 +98,7 @@ def test_a_run_says_how_many_rows_follow_from_others(tmp_path):
         FOUR_BAR.replace('duration = "5 s"\nsamples = 1001', 'duration = "5 ms"\nsamples = 3'), encoding="utf-8"
     )
     done = CliRunner().invoke(app, ["run", str(file), "-o", str(output)])
-    assert "5 constraint rows, of which 1 follows from the others" in " ".join(done.stdout.split())
+    assert "5 constraint rows, of which 1 is redundant" in " ".join(done.stdout.split())
     with open_run(output) as found:
         assert {"loops/closure/force", "joints/drive/torque", "monitors/constraint_rank"} <= set(found.channels)
 

@@ -121,8 +121,8 @@ RUN = [sys.executable, "-m", "femflex", "run"]
 
 @pytest.mark.slow
 def test_a_second_run_or_resume_is_refused_and_the_first_ends_well(write_case, craft, tmp_path):
-    long = craft.replace('duration = "10 s"', 'duration = "40 s"').replace(
-        "output_step = 0.05", "output_step = 0.005\nmax_step = 0.0005"
+    long = craft.replace('duration = "10 s"', 'duration = "400 s"').replace(
+        "output_step = 0.05", "output_step = 0.05\nmax_step = 0.0001"
     )
     case, output = write_case(long), tmp_path / "run.h5"
     with subprocess.Popen([*RUN, str(case), "-o", str(output)], stdout=subprocess.DEVNULL) as first:
