@@ -3,7 +3,8 @@
 A body bent by b of its size comes in by b^2 / 2 of it and b^4 / 8, of which condensed strain holds the first. Where
 it turns, centrifugal forces act on what is left out. Of cantilevers bent in the plane of rotation, with the force at
 the end and all finite elements as reference, the tip is c b^2 of itself off: c = 0.42 (rate / first frequency)^2 up to
-about twice that frequency, 0.9 above.
+about twice that frequency, 0.9 above. What only the spin holds, as a wire, swings in the plane of the spin about the
+small lever r of its root: its mass seems b^4 L^2 / 4 farther out, and of the stiffness c b^2 is lost, c = L / 2 r.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.advice.deflections import deflection_watches
+from femflex.advice.deflections import DeflectionWatch, deflection_watches
 from femflex.advice.limits import BENT_TURNING
 from femflex.advice.remedies import division_remedy
 from femflex.advice.stiffening import attached_masses, lowest_frequency
@@ -29,6 +30,7 @@ Array = NDArray[np.float64]
 
 SLOPE, MOST = 0.42, 0.9  # c over (rate / first frequency)^2, and at most
 FAST = 10.0  # times the first frequency; that of a wire which only its spin pulls tight is 0
+LOOSEST = 50.0  # c of a wire whose root is on the axis
 SLOW = 0.15  # of the first frequency: no bend that is meant turns slowly enough to matter there
 
 
@@ -60,10 +62,21 @@ class SpunBends:
             if not rows.size:
                 continue
             bend = one.over(states[rows])
-            error = np.minimum(SLOPE * _ratio(rate[rows], self._first[one.name]) ** 2, MOST) * bend**2
+            error = self._lost(one, rate[rows], rows, channels) * bend**2
             k = int(error.argmax())
             if one.name not in self._worst or error[k] > self._worst[one.name].error:
                 self._worst[one.name] = SpunBend(float(bend[k]), float(rate[rows[k]]), float(error[k]))
+
+    def _lost(self, one: DeflectionWatch, rate: Array, rows: NDArray[np.int64], channels: Mapping[str, Array]) -> Array:
+        """c at the rates (k,) [rad/s] of some rows."""
+        ratio = _ratio(rate, self._first[one.name])
+        free = self._system.joint_of(self._system.root).kind == "free"
+        axis = channels["monitors/center_of_mass"][rows] if free else 0.0
+        marker = "root" if one.name in self._system.varying else self._system.joint_of(one.name).child_marker
+        place = channels.get(f"markers/{one.name}.{marker}/position", channels[f"bodies/{one.name}/position"])
+        lever = np.linalg.norm(place[rows] - axis, axis=1)
+        loose = np.where(ratio < FAST, MOST, np.maximum(MOST, one.size / np.maximum(2.0 * lever, one.size / LOOSEST)))
+        return np.minimum(SLOPE * ratio**2, loose)
 
     def warn(self) -> None:
         """Warn of bodies of which BENT_TURNING or more of a bend is left out, with the estimate."""
@@ -74,11 +87,17 @@ class SpunBends:
                 warnings.warn(
                     f"body {name!r}, bent by {worst.bend:.0%} of its size, turned at {worst.rate:.4g} rad/s, "
                     f"{times} its first frequency. Condensed strain is of second order in bends: the bend is "
-                    f"up to about {worst.error:.1%} off (limit {BENT_TURNING:.0%}). For less, "
-                    f"{division_remedy(self._system.bodies[name])}",
+                    f"up to about {worst.error:.1%} off (limit {BENT_TURNING:.0%}). {self._remedy(name)}",
                     PhysicsWarning,
                     stacklevel=3,
                 )
+
+    def _remedy(self, name: str) -> str:
+        if name in self._system.varying:
+            return (
+                "A member that deploys cannot be cut into segments: keep its swing small, or take it as an indication"
+            )
+        return f"For less, {division_remedy(self._system.bodies[name])}"
 
 
 def _ratio(rate: Array, first: float) -> Array:
