@@ -10,11 +10,11 @@ from femflex.advice.buckling.applied_load import BucklingModel
 from femflex.advice.buckling.beam import BeamBuckling
 from femflex.advice.buckling.buckling_analysis import BucklingAnalysis
 from femflex.advice.buckling.structure import StructureBuckling
-from femflex.advice.enriched_bodies import BeamEnrichment, EnrichedBody, MeshedEnrichment
+from femflex.advice.enriched_bodies import BeamEnrichment, DeployedEnrichment, EnrichedBody, MeshedEnrichment
 from femflex.body import FlexibleBody
 from femflex.fem.deflected import tension_blocks
 from femflex.reduction.large_deflection.curvature import hardening, least_stiffness_ratio, mesh_rise
-from femflex.reduction.origin import Analytic, LeftOpen, Meshed, Origin
+from femflex.reduction.origin import Analytic, Deployed, LeftOpen, Meshed, Origin
 from femflex.reduction.preload.equilibrium import is_preloaded
 from femflex.reduction.reduce import MANY
 
@@ -70,6 +70,8 @@ class KnownBody:
         source = self.origin.source
         if isinstance(source, Analytic):
             return BeamEnrichment(source.beam, source.functions)(body, markers)
+        if isinstance(source, Deployed):
+            return DeployedEnrichment(source)(body, markers)
         if not isinstance(source, Meshed) or "nodal" in source.modes.kinds or not 0 < source.modes.n_modes <= MANY:
             return None
         if self.is_preloaded:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody, Marker, MassMoments, StrainTensors
+from femflex.dynamics.equilibria.rest_modes import linear_body
 from femflex.fem.structure import Structure
 from femflex.reduction.admissible import beam_body
 from femflex.reduction.beams.beam_functions import (
@@ -27,6 +28,7 @@ from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.modes.residuals import combined, residual_vectors
 from femflex.reduction.modes.statics import static_solver
 from femflex.reduction.modes.vibration import load_vectors, ritz
+from femflex.reduction.origin import Deployed
 
 Array = NDArray[np.float64]
 Place = tuple[str, str]  # group or end of the body, and a direction there ("" for all that belong together)
@@ -144,6 +146,35 @@ class BeamEnrichment:
             if end == "root" or any(_same(body, name, end) for name in markers)
         }
         return EnrichedBody(found, inside, choices)
+
+
+@dataclass(frozen=True, eq=False)
+class DeployedEnrichment:
+    """Enriches a member that deploys, at its length: made of more polynomials."""
+
+    source: Deployed
+
+    def __call__(self, body: FlexibleBody, markers: Collection[str]) -> EnrichedBody:
+        """The body in the richer set; its joints are at the markers of these names."""
+        found, fields = self.source.richer()
+        xi = gauss(points_for(found.n_modes + MORE))[0]
+        basis = fields(xi)
+        choices = {
+            (end, ""): _inside(basis, shapes)
+            for end, shapes in self._static(xi).items()
+            if end == "root" or any(_same(body, name, end) for name in markers)
+        }
+        return EnrichedBody(linear_body(found), _inside(basis, self.source.fields(xi)), choices)
+
+    def _static(self, xi: Array) -> dict[str, Array]:
+        functions = self.source.functions
+        return _static(functions, xi) if isinstance(functions, BeamFunctions) else {}
+
+
+def _inside(basis: Array, shapes: Array) -> Array:
+    """Coordinates (n, k) of shapes (q, m, k) in a basis (q, m, n) at q points."""
+    flat = basis.reshape(-1, basis.shape[2])
+    return np.asarray(np.linalg.lstsq(flat, shapes.reshape(len(flat), -1))[0], float)
 
 
 def _static(functions: BeamFunctions, xi: Array) -> dict[str, Array]:

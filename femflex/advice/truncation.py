@@ -97,20 +97,30 @@ def joint_markers(system: System) -> dict[str, set[str]]:
     return found
 
 
-def joint_advice(richer: RicherCraft, known: KnownBodies, alike: Mapping[str, str], band: float) -> dict[str, Advice]:
+def joint_advice(
+    crafts: Iterable[RicherCraft], known: KnownBodies, alike: Mapping[str, str], band: float
+) -> dict[str, Advice]:
     """Static shapes of joints that each body wants which leaves them open: {group: directions}, or ends of a beam.
 
+    crafts: the craft in richer sets, at each of the lengths at which its members are assessed.
     alike: of each of these bodies what its table says; those of which it is the same, joints too, keep the same.
     """
-    keys = {name: f"{said} {richer.markers.get(name)}" for name, said in alike.items()}
     chosen: dict[str, set[Place]] = {}
-    for name in alike:
-        if richer.modes is not None and name in richer.bodies:
-            found, served = richer.bodies[name], richer.modes.lowest_elastic(LOWEST, band)
-            open_ = {place: x for place, x in found.choices.items() if _is_open(known, name, place, richer.still)}
-            motions = richer.modes.shapes[name][:, served] / richer.modes.omega[served]
-            chosen.setdefault(keys[name], set()).update(selected_shapes(found, open_, motions))
+    keys = dict(alike)
+    for richer in crafts:
+        for name, said in alike.items() if richer.modes is not None else ():
+            if name in richer.bodies:
+                keys[name] = f"{said} {richer.markers.get(name)}"
+                chosen.setdefault(keys[name], set()).update(_wanted(richer, known, name, band))
     return {name: _choice(name, chosen.get(keys[name], set())) for name in alike}
+
+
+def _wanted(richer: RicherCraft, known: KnownBodies, name: str, band: float) -> list[Place]:
+    """The static shapes that a body leaves open and that the lowest modes of a craft want."""
+    assert richer.modes is not None
+    found, served = richer.bodies[name], richer.modes.lowest_elastic(LOWEST, band)
+    open_ = {place: x for place, x in found.choices.items() if _is_open(known, name, place, richer.still)}
+    return selected_shapes(found, open_, richer.modes.shapes[name][:, served] / richer.modes.omega[served])
 
 
 def _choice(name: str, chosen: set[Place]) -> Advice:
@@ -163,8 +173,11 @@ def _outside(Q: Array, x: Array) -> Array:
     return np.linalg.qr(x)[0] if x.size else x[:, :0]
 
 
-def truncation_warnings(system: System, richer: RicherCraft, band: float) -> list[Advice]:
-    """Whether richer sets would lower one of the craft's lowest elastic frequencies by more than DOUBTFUL."""
+def truncation_warnings(system: System, richer: RicherCraft, band: float, t: float = 0.0) -> list[Advice]:
+    """Whether richer sets would lower one of the craft's lowest elastic frequencies by more than DOUBTFUL.
+
+    t: time of the lengths of its members that deploy [s].
+    """
     if richer.modes is None:
         return []
     try:
@@ -179,6 +192,7 @@ def truncation_warnings(system: System, richer: RicherCraft, band: float) -> lis
         f"{k + 1} at {found.kept[k]:.4g} Hz would be at {found.richer[k]:.4g} Hz ({-found.errors[k]:.1%})" for k in high
     )
     judged = f"the first {LOWEST}" + (f" and those below {band:g} Hz" if band else "")
+    judged += f", lengths of t = {t:.6g} s" * bool(t)
     text = (
         f"the craft's elastic frequencies ({judged}, at rest, with linear strain) change by more than {DOUBTFUL:.0%} "
         f"with richer sets of shapes: {each}. Raise the number of modes of {_named(system, richer)}, or give the body "

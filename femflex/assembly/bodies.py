@@ -10,7 +10,7 @@ import numpy as np
 
 from femflex.assembly.acting_loads import acting_loads, added_shapes_text
 from femflex.assembly.decks import with_deck
-from femflex.assembly.deploying import build_deploying
+from femflex.assembly.deploying import build_deploying, deployed_origin, joint_note
 from femflex.assembly.extents import warn_of_doubtful_extents
 from femflex.assembly.functions import functions_of
 from femflex.assembly.matrices import build_matrix_body
@@ -141,7 +141,8 @@ def _built(case: Case, name: str, modes: int | None, refine: int, segments: int 
             cut = _segments(case, name, table, (modes, refine, segments))
             return BuiltBody(Segments(tuple(_turned(body, table) for body in cut.bodies)))
         if isinstance(table, DeployingTable):
-            return BuiltBody(build_deploying(case, name, table, modes).body)
+            made = build_deploying(case, name, table, modes)
+            return BuiltBody(made.body, deployed_origin(case, name, table, made), joint_note(table))
         body, source, notes = _body(case, name, table, modes, refine)
         open_ = Origin(source, open_choices(table), bound_to_linear(table), remedy_of(table))
         if isinstance(table, FlexibleTable | AnalyticTable | FileTable):

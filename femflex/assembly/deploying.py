@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import replace
+from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from femflex.assembly.functions import joined, with_static
+from femflex.assembly.open_choices import open_choices
 from femflex.assembly.orbits import build_orbit
 from femflex.body import FlexibleBody
+from femflex.case.body import BodyTable
 from femflex.case.case import Case
-from femflex.case.deploying import SHEETS, DeployingTable, ReelTable
+from femflex.case.deploying import SHEETS, DeployingFunctionsTable, DeployingTable, ReelTable
+from femflex.case.motion import Motion
 from femflex.case.problems import CaseError, Problem
 from femflex.deployment import (
     DeployingBody,
@@ -25,9 +33,18 @@ from femflex.deployment import (
     deploying_strip,
     deploying_tapered_line,
 )
+from femflex.deployment.body import length_range
+from femflex.deployment.line import LineShapes
+from femflex.deployment.shapes import MemberShapes
 from femflex.reduction import BeamFunctions
+from femflex.reduction.origin import Deployed, Fields, Origin
 from femflex.system import Profile, System, Variation
+from femflex.warning import PhysicsWarning
 
+Array = NDArray[np.float64]
+
+FIELDS = ("y", "z", "axial", "torsion")  # of functions of lines
+MORE = 8  # polynomials of each field beyond the functions that a member has, to assess these
 LINE_KEYS = ("EA", "EIy", "EIz", "GJ", "tension", "ry", "rz", "rotary_inertia", "root", "direction", "orientation")
 
 
@@ -59,6 +76,58 @@ def build_deploying(case: Case, name: str, table: DeployingTable, modes: int | N
         return deploying_line(line, functions, length, **options)
     except (ValueError, OSError) as error:
         raise CaseError(case.path.name, [Problem(f"bodies.{name}", str(error))]) from error
+
+
+def deployed_origin(case: Case, name: str, table: DeployingTable, made: DeployingBody) -> Origin:
+    """What that member was made of, by which its functions are assessed at its first length."""
+    if made.shapes.functions is None:
+        return Origin()
+
+    def richer() -> tuple[FlexibleBody, Fields]:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", PhysicsWarning)  # of the member itself it is given where that is made
+            found = build_deploying(case, name, _richer(table))
+        return found.body, partial(_fields, found.shapes)
+
+    source = Deployed(made.shapes.functions, partial(_fields, made.shapes), richer)
+    return Origin(source, open_choices(table))
+
+
+def _richer(table: DeployingTable) -> DeployingTable:
+    """The member with MORE polynomials of each field that has functions, and linear strain."""
+    f = table.functions
+    assert f is not None
+    counts = {key: n and n + MORE for key in FIELDS if (n := getattr(f, key))}
+    functions = DeployingFunctionsTable(**counts, across=f.across, family="polynomial", straight=f.straight)
+    return table.model_copy(update={"functions": functions, "strain": "linear", "damping": 0.0})
+
+
+def _fields(shapes: MemberShapes, xi: Array) -> Array:
+    """Displacements [m] of the middle of a line, or across a sheet, and twist, of the columns at xi: (k, m, n)."""
+    offsets = np.zeros((1, 3)) if isinstance(shapes, LineShapes) else shapes.section[0]
+    moved = shapes.displacements(xi, offsets, 0)[0]
+    return np.concatenate([moved.reshape(len(xi), -1, shapes.n), shapes.turns(xi)[:, :1]], axis=1)
+
+
+def held_at(case: Case, t: float) -> Case | None:
+    """The case whose members keep the lengths that they have at a time [s]; None where none has another length there.
+
+    For assessing their functions alone: these members are not bent at first.
+    """
+    tables: dict[str, BodyTable] = {}
+    for name, table in case.bodies.items():
+        if isinstance(table, DeployingTable) and table.length is not None and table.length.profile is not None:
+            length = table.length.profile(case.path.parent)
+            first, then = (float(length(at)[0]) for at in (0.0, t))
+            if then != first and then > 0.0:
+                stock = table.stock or length_range(length, t)[1]
+                fixed = Motion(profile=partial(_constant, then))
+                tables[name] = table.model_copy(update={"length": fixed, "stock": stock, "initial": None})
+    return case.model_copy(update={"bodies": {**case.bodies, **tables}}) if tables else None
+
+
+def _constant(value: float, _: Path) -> Profile:
+    return Profile.constant(value)
 
 
 def _length(case: Case, name: str, table: DeployingTable) -> Profile | Reel:
@@ -111,11 +180,28 @@ def with_deployment(case: Case, system: System) -> System:
         raise CaseError(case.path.name, problems) from error
 
 
+def _more(table: DeployingTable) -> int:
+    """How many sets of static shapes of joints a beam has in addition to its functions."""
+    f = table.functions
+    assert f is not None
+    return ("root" in (f.joints or []) and not f.static) + ("tip" in (f.joints or []) and not f.tip)
+
+
+def joint_note(table: DeployingTable) -> tuple[str, ...]:
+    """A note on the static shapes of joints that a member has."""
+    f = table.functions
+    if f is None or not f.joints:
+        return ()
+    counts = with_static({key: getattr(f, key) for key in FIELDS}, _more(table))
+    return (joined(counts, f.joints, _more(table), spun=False),)
+
+
 def _modes_of(table: DeployingTable, body: FlexibleBody) -> int:
     f = table.functions
     assert f is not None
-    fields = sum(bool(count) for count in (f.y, f.z, f.axial, f.torsion))
-    return body.n_modes // (fields * f.across)
+    own = {key: 1 for key in FIELDS if getattr(f, key)}
+    added = sum(with_static(own, _more(table)).values()) - len(own)
+    return (body.n_modes - added) // (len(own) * f.across)
 
 
 def _mass_per_length(table: DeployingTable) -> float:
@@ -137,12 +223,14 @@ def _line_functions(table: DeployingTable, modes: int | None) -> LineFunctions |
     f = table.functions
     if f is None:
         return None
-    counts = {key: getattr(f, key) for key in ("y", "z", "axial", "torsion")}
+    counts = {key: getattr(f, key) for key in FIELDS}
     counts = {key: modes if count and modes is not None else count for key, count in counts.items()}
     if f.family == "elements":
         return _elements(table, **counts)
     if table.family == "beam":
-        return BeamFunctions(**counts, family=f.family or "characteristic", static=f.static, tip=f.tip)
+        static, tip = f.static or "root" in (f.joints or []), f.tip or "tip" in (f.joints or [])
+        y, z, axial, torsion = (with_static(counts, _more(table))[key] for key in FIELDS)
+        return BeamFunctions(y, z, axial, torsion, family=f.family or "characteristic", static=static, tip=tip)
     del counts["torsion"]
     return StringFunctions(**counts, tip=table.tip, family=f.family or "polynomial", straight=f.straight)
 

@@ -7,7 +7,7 @@ Polynomials hold these shapes themselves, from the fourth on.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from femflex.assembly.acting_loads import load_directions, spins_steadily
 from femflex.case.body import AnalyticTable
@@ -30,13 +30,12 @@ def functions_of(case: Case, name: str, table: AnalyticTable, modes: int | None)
     if ends:
         static, tip = static or "root" in ends, "tip" in ends
         more = int(tip) + int("root" in ends and not f.static)
-        counts = {key: n and n + more * (STATIC if key in "yz" else 1) for key, n in counts.items()}
-        notes.append(_joined(counts, ends, more, "root" in ends and _is_spun(case, table)))
+        counts = with_static(counts, more)
+        notes.append(joined(counts, ends, more, "root" in ends and _is_spun(case, table)))
     if (table.strain or "linear") != "linear" and (f.y or f.z):
         spun = _spun(case, f)
         if spun and _can_be_static(f) and not static:
-            counts = {key: n and n + (STATIC if key in "yz" else 1) for key, n in counts.items()}
-            static = True
+            counts, static = with_static(counts, 1), True
             notes.append(_added(counts))
         elif spun and f.family == "polynomial":
             notes.append(_few(min(n for key, n in counts.items() if key in "yz" and n)))
@@ -68,7 +67,12 @@ def _added(counts: dict[str, int]) -> str:
     )
 
 
-def _joined(counts: dict[str, int], ends: Sequence[str], more: int, spun: bool) -> str:
+def with_static(counts: Mapping[str, int], more: int) -> dict[str, int]:
+    """Numbers of functions of each field with the static shapes of `more` causes in addition."""
+    return {key: n and n + more * (STATIC if key in "yz" else 1) for key, n in counts.items()}
+
+
+def joined(counts: Mapping[str, int], ends: Sequence[str], more: int, spun: bool) -> str:
     """Note on the static shapes of joints; spun: those of the root are those of its spin too."""
     n = more * sum((STATIC if key in "yz" else 1) for key, count in counts.items() if count)
     cause = f"{'its loads (spin) and of ' * spun}its joints ({', '.join(ends)})"

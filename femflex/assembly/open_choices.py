@@ -7,6 +7,7 @@ from typing import Any
 
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable, Strain
 from femflex.case.case import Case
+from femflex.case.deploying import DeployingTable
 from femflex.case.matrices import MatricesTable
 from femflex.case.reduction import CantileverTable, Stretchable
 from femflex.reduction.origin import LeftOpen
@@ -17,6 +18,8 @@ AXIAL = 2  # axial functions for each of bending: the stretch of bending is of t
 def open_choices(table: BodyTable) -> LeftOpen:
     """What the table of a body leaves to advice."""
     strain, joints = _leaves_strain(table), _leaves_joints(table)
+    if isinstance(table, DeployingTable):
+        return LeftOpen(False, joints, joints, joints, ("root",))
     if isinstance(table, AnalyticTable):
         f = table.functions
         few = None if f.model_fields_set & {"static", "spin"} else max(f.y, f.z)
@@ -43,6 +46,11 @@ def _leaves_strain(table: BodyTable) -> bool:
 def _leaves_joints(table: BodyTable) -> bool:
     if isinstance(table, AnalyticTable):
         return table.functions.joints is None and "static" not in table.functions.model_fields_set
+    if isinstance(table, DeployingTable):
+        f = table.functions
+        if f is None or table.family != "beam" or f.family not in (None, "characteristic"):
+            return False
+        return f.joints is None and not f.model_fields_set & {"static", "tip"}
     if not isinstance(table, FlexibleTable) or table.cut is not None:
         return False
     r = table.reduction
@@ -62,8 +70,8 @@ def open_joints(case: Case) -> list[str]:
 
 
 def table_text(table: BodyTable) -> str:
-    """What a table says but for its initial state."""
-    return f"{type(table).__name__} {table.model_dump_json(exclude={'initial'})}"
+    """What a table says but for its initial state and its length over time."""
+    return f"{type(table).__name__} {table.model_dump_json(exclude={'initial', 'length'})}"
 
 
 def remedy_of(table: BodyTable) -> str:
@@ -129,7 +137,8 @@ def with_joints(case: Case, chosen: Mapping[str, Mapping[str, list[str]]]) -> Ca
 
 
 def _with_joints(table: BodyTable, ways: Mapping[str, list[str]]) -> BodyTable:
-    if isinstance(table, AnalyticTable):
+    if isinstance(table, AnalyticTable | DeployingTable):
+        assert table.functions is not None
         return table.model_copy(update={"functions": table.functions.model_copy(update={"joints": list(ways)})})
     assert isinstance(table, FlexibleTable) and isinstance(table.reduction, Stretchable)
     return table.model_copy(update={"reduction": table.reduction.model_copy(update={"joints": dict(ways)})})

@@ -53,6 +53,11 @@ class DeployingFunctionsTable(Table):
     """The last functions are the static shapes of an accelerated root. Only for beams."""
     tip: StrictBool = False
     """The last functions are the static shapes of a force and a moment at the tip. Only for beams."""
+    joints: list[Literal["root", "tip"]] | None = None
+    """Static shapes of an accelerated root and of a tip force and moment in addition to the functions: two more along y
+    and z for each, one of axial displacement and one of torsion. Only for characteristic functions of beams. Left out:
+    those that change one of the craft's first three elastic frequencies, or one below `band`, by 0.05 % at the first or
+    the last length of the run, unless `static` or `tip` is given."""
     straight: StrictBool = True
     """The straight rotation about the exit is one of the functions. Set it false where a joint rotates the member. Only
     for tethers and membranes whose tip is free."""
@@ -225,6 +230,11 @@ class DeployingTable(BodyTable):
             refuse('found functions.elements without family = "elements"; give both, or leave elements out')
         if f is not None and f.family == "elements" and (f.static or f.tip or not f.straight):
             refuse("found functions.static, tip or straight with finite elements, which do not have them; leave it out")
+        if f is not None and f.joints and (f.family or "characteristic") != "characteristic":
+            refuse(
+                f"found functions.joints with family = {f.family!r}; static shapes of joints go with characteristic "
+                "functions: leave one of them out"
+            )
         if self.taper is not None and (sheet or self.reel is not None):
             what = f"a {self.family}" if sheet else "a free length"
             refuse(f"found taper with {what}; it is for beams and tethers with a given length")
@@ -248,9 +258,9 @@ class DeployingTable(BodyTable):
 
 UNUSED = {
     "beam": ("across", "straight"),
-    "tether": ("torsion", "across", "static", "tip"),
-    "plate": ("y", "axial", "torsion", "static", "tip", "straight"),
-    "membrane": ("y", "axial", "torsion", "static", "tip"),
+    "tether": ("torsion", "across", "static", "tip", "joints"),
+    "plate": ("y", "axial", "torsion", "static", "tip", "joints", "straight"),
+    "membrane": ("y", "axial", "torsion", "static", "tip", "joints"),
 }
 
 

@@ -37,6 +37,7 @@ from femflex.advice.truncation import (
     unassessed_truncation,
 )
 from femflex.assembly.bodies import BuiltBody, built_bodies, built_body
+from femflex.assembly.deploying import held_at
 from femflex.assembly.open_choices import (
     open_joints,
     open_strains,
@@ -138,7 +139,7 @@ def _given(case: Case, bodies: Mapping[str, Part]) -> Decided:
 
 
 def _decided(case: Case, thorough: bool, loaded: bool) -> Decided:
-    case, built, richer, joints = _joined(case)
+    case, built, views, joints = _joined(case)
     names = open_strains(case)
     linear = with_strains(case, dict.fromkeys(names, "linear"))
     system, known = _system(linear, built)
@@ -175,10 +176,10 @@ def _decided(case: Case, thorough: bool, loaded: bool) -> Decided:
     advice += [Advice(name, "shapes", None, text) for name, one in built.items() for text in one.notes]
     advice += shape_notes(system.bodies, known)
     advice += unassessed_bodies(system, known, rigid, why if rigid is None else rigid.short)
-    advice += unassessed_truncation(system, known, richer)
+    advice += unassessed_truncation(system, known, views[0].richer)
     advice += buckling_warnings(system, known, near)
     advice += _deployed(rigid, system, duration) if loaded else []
-    advice += truncation_warnings(system, richer, case.run.band or 0.0)
+    advice += _truncated(case, system, views)
     advice += model_warnings(system, known, duration)
     case = with_strains(case, _forms(system, names, strains))
     return Decided(case, system, tuple(advice), {name: one.origin for name, one in built.items() if one.origin})
@@ -221,20 +222,59 @@ def _fastest(case: Case) -> Array | None:
     return np.array(given) / np.linalg.norm(given) * case.campbell.speeds[-1]
 
 
-def _joined(case: Case) -> tuple[Case, Built, RicherCraft, list[Advice]]:
+@dataclass(frozen=True, eq=False)
+class _View:
+    """A craft in richer sets, with the lengths that its members have at a time [s]."""
+
+    t: float
+    richer: RicherCraft
+
+
+def _joined(case: Case) -> tuple[Case, Built, list[_View], list[Advice]]:
     """The case with the static shapes of joints written out, its bodies, its craft in richer sets, and the choices.
 
-    Bodies that do not say their strain are linear.
+    Bodies that do not say their strain are linear. Members that deploy are assessed at their first and last lengths.
     """
     linear = with_strains(case, dict.fromkeys(open_strains(case), "linear"))
     built = _built_with_loads(linear)
     system, known = _system(linear.model_copy(update={"initial": None}), built)
-    richer = richer_craft(system, known)
     alike = {name: table_text(case.bodies[name]) for name in open_joints(case)}
-    chosen = joint_advice(richer, known, alike, case.run.band or 0.0)
+    views = [_View(0.0, richer_craft(system, known))]
+    end = duration_of(case, system)
+    if (later := _system_at(linear, end)) is not None:
+        views.append(_View(end, richer_craft(*later)))
+    chosen = joint_advice([view.richer for view in views], known, alike, case.run.band or 0.0)
     case = with_joints(case, {name: one.choice for name, one in chosen.items()})
     built |= _again(case, [name for name, one in chosen.items() if one.choice], silent=True)
-    return case, built, richer, list(chosen.values())
+    return case, built, views, list(chosen.values())
+
+
+def _system_at(case: Case, t: float) -> tuple[System, KnownBodies] | None:
+    """The system, and what is known of it, with the lengths that its members have at a time [s].
+
+    None where they have the first ones, or where it does not fit together, as of loops that follow the members.
+    """
+    held = held_at(case, t)
+    if held is None:
+        return None
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", PhysicsWarning)  # given of the members as they start
+        try:
+            return _system(held.model_copy(update={"initial": None}), built_bodies(held))
+        except CaseError:
+            return None
+
+
+def _truncated(case: Case, system: System, views: Iterable[_View]) -> list[Advice]:
+    """Doubts on the sets of a system's bodies, at the first and the last lengths of its members."""
+    band, found = case.run.band or 0.0, list[Advice]()
+    for view in views:
+        if view.t:
+            later = _system_at(case, view.t)
+            found += [] if later is None else truncation_warnings(later[0], view.richer, band, view.t)
+        else:
+            found += truncation_warnings(system, view.richer, band)
+    return sorted(found, key=lambda one: -(one.value or 0.0))[:1]
 
 
 def _built_with_loads(case: Case) -> Built:

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.body import FlexibleBody
 from femflex.fem.structure import Structure
 from femflex.fem.support import Support
 from femflex.reduction.beams.uniform_beam import BeamFunctions, UniformBeam
 from femflex.reduction.modes.modeset import ModeSet
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +55,24 @@ class Analytic:
         return {**self.groups, "root": "root", "tip": "tip"}
 
 
+Fields = Callable[[Array], Array]
+
+
+@dataclass(frozen=True, eq=False)
+class Deployed:
+    """A member that deploys, at the length that it has at the start of a case, and how it is made of more functions.
+
+    functions  its admissible functions
+    fields     displacements [m] and twist (k, m, n) of its n columns at k places xi of the length; m = 4, u, v, w and
+               twist, of beams and tethers
+    richer     makes its body and its fields in a richer set
+    """
+
+    functions: object
+    fields: Fields
+    richer: Callable[[], tuple[FlexibleBody, Fields]]
+
+
 @dataclass(frozen=True)
 class LeftOpen:
     """What is left to advice when a body is made.
@@ -79,7 +103,7 @@ class Origin:
     remedy  what to do for a strain that knows what pulls along it, as in "give it strain = 'condensed'"
     """
 
-    source: Meshed | Analytic | None = None
+    source: Meshed | Analytic | Deployed | None = None
     open: LeftOpen = LeftOpen()
     bound: str = ""
     remedy: str = "give it strain = 'condensed'"

@@ -22,7 +22,7 @@ from femflex.studies.level import with_level
 from femflex.studies.study import Point, Progress, described, planned, require_study
 from femflex.warning import PhysicsWarning
 
-PLAIN: dict[str, Any] = {"static": False, "tip": False}
+PLAIN: dict[str, Any] = {"static": False, "tip": False, "joints": []}
 CHARACTERISTIC: dict[str, dict[str, Any]] = {
     "characteristic": {"family": "characteristic", **PLAIN},
     "characteristic, static": {"family": "characteristic", **PLAIN, "static": True},

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 
 from femflex.case import Case, CaseError
 from femflex.case.body import AnalyticTable, BodyTable, FlexibleTable
+from femflex.case.deploying import DeployingTable
 from femflex.case.reduction import Stretchable
 from femflex.pipeline.decisions import with_own_joints
 from femflex.studies.level import with_level
@@ -34,7 +35,8 @@ def _with_joints_of(table: BodyTable, other: BodyTable | None) -> BodyTable:
     """The table with the static shapes of joints of another, or with none."""
     if other is not None and joints_of(table) == joints_of(other):
         return table
-    if isinstance(table, AnalyticTable):
+    if isinstance(table, AnalyticTable | DeployingTable):
+        assert table.functions is not None
         joints = [] if other is None else joints_of(other)
         return table.model_copy(update={"functions": table.functions.model_copy(update={"joints": joints})})
     assert isinstance(table, FlexibleTable) and isinstance(table.reduction, Stretchable)
@@ -51,6 +53,6 @@ def without_joints(case: Case, names: Iterable[str]) -> Case:
 
 def joints_of(table: BodyTable) -> object:
     """What a table says of static shapes of joints."""
-    if isinstance(table, AnalyticTable):
-        return table.functions.joints
+    if isinstance(table, AnalyticTable | DeployingTable):
+        return None if table.functions is None else table.functions.joints
     return getattr(getattr(table, "reduction", None), "joints", None)

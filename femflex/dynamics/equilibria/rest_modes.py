@@ -18,7 +18,7 @@ from femflex.body import FlexibleBody, StrainTensors
 from femflex.dynamics.equilibria.linearised import free_directions, multipliers, stiffness
 from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.model import compile_system
-from femflex.system import Environment, Frame, System
+from femflex.system import Environment, Frame, LengthTable, System
 
 Array = NDArray[np.float64]
 
@@ -77,16 +77,23 @@ def _softest(body: FlexibleBody) -> float:
 
 
 def _bare(system: System, bodies: Mapping[str, FlexibleBody]) -> System:
-    """The system with linear strain, undeformed, at rest, with nothing that pushes, pulls or spins it."""
-    linear = {name: bodies.get(name) or _linear(body) for name, body in system.bodies.items()}
+    """The system with linear strain, undeformed, at rest, with nothing that pushes, pulls or spins it.
+
+    Members that deploy have their first lengths.
+    """
+    linear = {name: bodies.get(name) or linear_body(body) for name, body in system.bodies.items()}
+    varying = {name: one for name, one in system.varying.items() if not isinstance(one.write, LengthTable)}
+    reels = {f"{one.write.length}" for one in system.varying.values() if isinstance(one.write, LengthTable)}
+    effectors = tuple(one for one in system.effectors if f"{one.name}.length" not in reels)
     frame = system.frame if system.orbit is not None else Frame("inertial")
     return replace(
         system, bodies=linear, loads=(), frame=frame, environment=Environment(np.zeros(3)), delta0={}, ddelta0={},
-        reactions=False, sights=(), constraints=(),
+        reactions=False, sights=(), constraints=(), varying=varying, effectors=effectors,
     )  # fmt: skip
 
 
-def _linear(body: FlexibleBody) -> FlexibleBody:
+def linear_body(body: FlexibleBody) -> FlexibleBody:
+    """A body with linear strain, without the shapes that are slaved to others."""
     body = body.without_slaves()
     return replace(body, strain=StrainTensors.linear(body.strain.V1))
 
