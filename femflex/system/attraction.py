@@ -86,20 +86,13 @@ def is_integrated(system: System) -> bool:
     Automatically it is for craft beyond LARGE whose flexible bodies have points of mass, as those of meshes do, and
     uniform members that deploy; free lengths count up to their stock. With "exact" bodies without points have six from
     their moments, which do not follow their shapes: energy is then kept to the second order alone. Other bodies whose
-    mass varies with time have no points that move with it: with them it is not, and ValueError is raised where it is
-    requested.
+    mass varies with time have no points that move with it: with them it is not.
     """
     found = reach(system, {name: _stock(system, name) for name in free_members(system)})
     if found is None or system.environment.attraction == "gradient":
         return False
     acting = {name: variation for name, variation in system.varying.items() if "mass" in variation.acting}
-    moving = sorted(name for name in acting if moving_points_of(system, name) is None)
-    if moving:
-        if system.environment.attraction == "exact":
-            raise ValueError(
-                f"attraction is 'exact', and the mass of the bodies {moving} varies with time, so that their points of "
-                "mass are not known; give attraction = 'gradient'"
-            )
+    if any(moving_points_of(system, name) is None for name in acting):  # refused before where "exact" is asked for
         return False
     if system.environment.attraction == "exact":
         return True

@@ -295,11 +295,13 @@ class System(Summarised):
                 f"mass arrives on body {growing[0]!r}, and the system is in an orbit, whose gravity on arriving mass "
                 "is not counted in the balance of energy; leave 'growth' out of its variation, or give no orbit"
             )
-        moving = [name for name, variation in known.items() if "mass" in variation.acting]
-        if moving and self.environment.attraction == "exact":
+        without = [
+            name for name, variation in known.items() if "mass" in variation.acting and not _has_points(variation)
+        ]
+        if without and self.environment.attraction == "exact":
             unknown.append(
-                f"attraction 'exact' is integrated over points of mass that stay on their bodies, and the mass of body "
-                f"{moving[0]!r} moves; take attraction = 'gradient'"
+                f"attraction 'exact' is integrated over points of mass, and those of body {without[0]!r}, whose mass "
+                "varies with time, are not known: uniform members that deploy have them; take attraction = 'gradient'"
             )
         unknown += self._length_problems(known)
         return unknown + [text for name, v in known.items() for text in v.problems(name, self.bodies[name])]
@@ -338,6 +340,11 @@ class System(Summarised):
         own = [name for parts in self.segments.values() for name in parts]
         out += prefix_problems("bodies", [*(set(self.bodies) - set(own)), *self.segments])
         return out + prefix_problems("joints", [joint.label for joint in self.joints])
+
+
+def _has_points(variation: Variation) -> bool:
+    """Whether the points of mass of a body that varies are known."""
+    return isinstance(variation.write, LengthTable) and variation.write.points is not None
 
 
 def started(system: System, x: Array) -> System:

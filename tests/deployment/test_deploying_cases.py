@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from femflex import run
-from femflex.case import CaseError, parse_case, read_case
+from femflex.case import Case, CaseError, parse_case, read_case
+from femflex.dynamics import compile_system
 from femflex.pipeline import rebuilt
 from femflex.pipeline.decisions import build_system
+from femflex.system.attraction import is_integrated
 from femflex.view.growing import lengths_line
 
 CASE = """
@@ -131,15 +133,28 @@ def test_a_mistake_is_one_sentence_before_the_run(name):
         build_system(case_of(body))
 
 
-def test_exact_attraction_does_not_go_with_moving_mass():
-    with pytest.raises(CaseError, match=r"attraction 'exact' is integrated over points of mass that stay"):
-        build_system(
-            parse_case(
-                CASE.format(body=BOOM, run="").replace('kind = "free"', 'kind = "spherical"')
-                + '[orbit]\nkind = "specified"\nsemi_major_axis = "7000 km"\n[environment]\nattraction = "exact"\n',
-                Path("boom.toml"),
-            )
-        )
+def in_orbit(body: str, attraction: str) -> Case:
+    text = CASE.format(body=body, run="").replace('kind = "free"', 'kind = "spherical"')
+    orbit = '[orbit]\nkind = "specified"\nsemi_major_axis = "7000 km"\n'
+    return parse_case(f'{text}{orbit}[environment]\nattraction = "{attraction}"\n', Path("boom.toml"))
+
+
+def test_exact_attraction_follows_the_points_of_a_uniform_member():
+    """The attraction of a short boom is the gradient's to size over radius, while it moves."""
+    rates = []
+    for attraction in ("exact", "gradient"):
+        system = build_system(in_orbit(BOOM, attraction))
+        assert is_integrated(system) == (attraction == "exact")
+        model = compile_system(system)
+        rates.append(model.state_rate(0.6, model.x0))
+    np.testing.assert_allclose(rates[0], rates[1], rtol=1e-5, atol=1e-12)
+    assert np.abs(rates[0] - rates[1]).max() > 0.0
+
+
+def test_exact_attraction_does_not_go_with_tapered_members():
+    tapered = f"{BOOM}\ntaper = {{ along = [0, 1], mass = [1, 2] }}"
+    with pytest.raises(CaseError, match=r"attraction 'exact' is integrated over points of mass, and those of .*'boom'"):
+        build_system(in_orbit(tapered, "exact"))
 
 
 def test_the_clock_shows_the_deployed_length():
