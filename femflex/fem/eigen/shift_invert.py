@@ -150,7 +150,7 @@ class ShiftInverted:
         except ArpackNoConvergence as error:
             raise RuntimeError(
                 f"the {count} lowest modes did not converge in {self._n} degrees of freedom; "
-                "check the structure for weakly connected parts, or request fewer modes."
+                "check for weakly connected parts and for stiffnesses many orders apart, or request fewer modes."
             ) from error
         except ArpackError as error:
             mass = self._M.diagonal()
