@@ -21,6 +21,7 @@ from femflex.advice.deflections import DeflectionWatch, deflection_watches
 from femflex.advice.limits import BENT_TURNING
 from femflex.advice.remedies import division_remedy
 from femflex.advice.stiffening import attached_masses, lowest_frequency
+from femflex.system import LengthTable
 from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
@@ -93,10 +94,14 @@ class SpunBends:
                 )
 
     def _remedy(self, name: str) -> str:
-        if name in self._system.varying:
+        table = self._system.varying[name].write if name in self._system.varying else None
+        if isinstance(table, LengthTable) and table.sections is not None and table.sections.slackens:
             return (
-                "A member that deploys cannot be cut into segments: keep its swing small, or take it as an indication"
+                "For none, let a universal joint turn the member about its exit, with functions.straight = false or no "
+                "functions"
             )
+        if table is not None:
+            return "A member that deploys cannot be cut into segments: it is an indication, unless its bend stays small"
         return f"For less, {division_remedy(self._system.bodies[name])}"
 
 
