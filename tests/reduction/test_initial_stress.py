@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 from full_solution import Reduced, static_path
@@ -142,3 +144,20 @@ def test_the_largest_strain_told_is_that_of_the_pull():
     assert largest_strain(given, given) == pytest.approx(0.031, rel=1e-9)
     with pytest.warns(PhysicsWarning, match="strains it by up to 3.1%, and strain is taken to be small, below"):
         warn_of_initial_stress("the beam", given, given)
+
+
+@pytest.mark.parametrize(
+    ("clamp", "strain", "moved"),
+    [("start", 5e-3, 5e-3), ("start", 5e-4, None), (("start", "end"), 5e-3, None)],
+)
+def test_heat_that_moves_a_body_is_said_to_be_in_no_result(clamp, strain, moved):
+    """A heated cantilever grows by strain x length; up to 1e-3 of its size, and between walls, nothing is said."""
+    given = beam(thermal_strain=strain)
+    left = relaxed(given, clamp)
+    with warnings.catch_warnings(record=True) as seen:
+        warnings.simplefilter("always")
+        warn_of_initial_stress("the beam", given, left, meant=False)
+    assert len(seen) == (moved is not None)
+    if seen:
+        assert f"moves it by up to {moved:.4g} m, 0.005 of its size (limit 0.001)" in str(seen[0].message)
+        assert "this displacement is in no result" in str(seen[0].message)

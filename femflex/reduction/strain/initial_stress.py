@@ -22,6 +22,8 @@ Index = NDArray[np.int64]
 
 HELD = 0.5  # share of the energy of a wanted stress that clamps must hold not to be reported
 SMALL = 0.01  # strain up to which it is small: stiffness and shape change by as much
+MOVED = 1e-3  # of the body's size: displacement of the relaxation that goes without a word
+LET_GO = ("let go",)  # what a relaxed structure knows: the largest of these displacements [m]
 SLACK = 0.01  # share of the stress's energy that supports may let go before linear strain is doubtful
 
 
@@ -45,7 +47,10 @@ def relaxed(structure: Structure, clamp: Groups = ()) -> Structure:
 
 
 def _relaxed(structure: Structure, held: Index) -> Structure:
-    found = settled(structure, relaxation(structure, held))
+    x = relaxation(structure, held)
+    found = settled(structure, x)
+    moved = np.linalg.norm((structure.translation @ x).reshape(-1, 3), axis=1)
+    found.known[LET_GO] = (float(moved.max(initial=0.0)),)
     if RIGID in structure.known:  # the mesh stays, and with it its rigid motions
         found.known[RIGID] = structure.known[RIGID]
     structure.known.pop(("K0", held.tobytes()), None)  # factors that serve no more
@@ -109,6 +114,12 @@ def warn_of_initial_stress(name: str, given: Structure, left: Structure, meant: 
             f"{name}: its clamps sustain {held:.0%} of the energy of the initial stress (limit {HELD:.0%}); the rest "
             "relaxed before its modes were computed. Clamp every group that reacts the stress, such as both ends"
         )
+    elif (moved := left.known.get(LET_GO, (0.0,))[0]) > MOVED * (size := _size(left)):
+        _warn(
+            f"{name}: what its supports do not hold of its initial stress moves it by up to {moved:.4g} m, "
+            f"{moved / size:.2g} of its size (limit {MOVED:g}). The modes are those after that, but the mesh stays as "
+            "it is: this displacement is in no result. Add it where it counts, or mesh the deformed shape"
+        )
     largest = largest_strain(given, left)
     if largest > SMALL:
         _warn(
@@ -127,6 +138,11 @@ def largest_strain(given: Structure, left: Structure) -> float:
         strain = np.linalg.solve(after.elastic, stress[..., None])[..., 0]
         largest = max(largest, float(np.abs(strain[..., named]).max(initial=0.0)))
     return largest
+
+
+def _size(structure: Structure) -> float:
+    """Diagonal of the box around a structure [m]."""
+    return float(np.linalg.norm(np.ptp(structure.mesh.points, axis=0)))
 
 
 def _warn(text: str) -> None:
