@@ -10,7 +10,7 @@ import numpy as np
 
 from femflex.assembly.acting_loads import acting_loads, added_shapes_text
 from femflex.assembly.decks import with_deck
-from femflex.assembly.deploying import build_deploying, deployed_origin, joint_note
+from femflex.assembly.deploying import added_note, build_deploying, deployed_origin
 from femflex.assembly.extents import warn_of_doubtful_extents
 from femflex.assembly.functions import functions_of
 from femflex.assembly.matrices import build_matrix_body
@@ -142,7 +142,7 @@ def _built(case: Case, name: str, modes: int | None, refine: int, segments: int 
             return BuiltBody(Segments(tuple(_turned(body, table) for body in cut.bodies)))
         if isinstance(table, DeployingTable):
             made = build_deploying(case, name, table, modes)
-            return BuiltBody(made.body, deployed_origin(case, name, table, made), joint_note(table))
+            return BuiltBody(made.body, deployed_origin(case, name, table, made), added_note(case, name, table))
         body, source, notes = _body(case, name, table, modes, refine)
         open_ = Origin(source, open_choices(table), bound_to_linear(table), remedy_of(table))
         if isinstance(table, FlexibleTable | AnalyticTable | FileTable):
@@ -293,7 +293,7 @@ def _analytic(case: Case, name: str, table: AnalyticTable, modes: int | None) ->
     mass = table.mass_per_length if table.mass is None else table.mass / table.length
     assert mass is not None
     beam = UniformBeam(mass_per_length=mass, **values)
-    chosen, note = functions_of(case, name, table, modes)
+    chosen, note = functions_of(case, name, table, modes, beam.frame)
     body = beam_body(beam, chosen, _damping(table.damping), strain=table.strain or "linear")
     names = {marker: entry.group or marker for marker, entry in table.markers.items()}
     return body, Analytic(beam, chosen, names), (note,) if note else ()

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.assembly.functions import joined, with_static
+from femflex.assembly.functions import FIELDS, AddedShapes, added_shapes, loads_at, with_static
 from femflex.assembly.open_choices import open_choices
 from femflex.assembly.orbits import build_orbit
 from femflex.body import FlexibleBody
@@ -43,7 +43,6 @@ from femflex.warning import PhysicsWarning
 
 Array = NDArray[np.float64]
 
-FIELDS = ("y", "z", "axial", "torsion")  # of functions of lines
 MORE = 8  # polynomials of each field beyond the functions that a member has, to assess these
 LINE_KEYS = ("EA", "EIy", "EIz", "GJ", "tension", "ry", "rz", "rotary_inertia", "root", "direction", "orientation")
 
@@ -68,7 +67,7 @@ def build_deploying(case: Case, name: str, table: DeployingTable, modes: int | N
         length = _length(case, name, table)
         if table.family in SHEETS:
             return deploying_strip(_strip(table), _strip_functions(table, modes), length, **options)
-        line, functions = _line(table), _line_functions(table, modes)
+        line, functions = _line(table), _line_functions(case, name, table, modes)
         if table.taper is not None:
             assert isinstance(length, Profile)
             taper = MaterialTaper.table(table.taper.along, **table.taper.factors())
@@ -160,7 +159,7 @@ def with_deployment(case: Case, system: System) -> System:
         table, body = case.bodies[name], system.bodies[name]
         assert isinstance(table, DeployingTable)
         if body.n_modes != made.body.n_modes:  # another number of functions, as studies take
-            made = build_deploying(case, name, table, _modes_of(table, body))
+            made = build_deploying(case, name, table, _modes_of(case, name, table, body))
         varying[name] = made.variation
         if table.initial is not None and table.initial.rates is None and name in system.delta0:
             ddelta[name] = made.resting_rates(system.delta0[name], table.rest)
@@ -180,28 +179,39 @@ def with_deployment(case: Case, system: System) -> System:
         raise CaseError(case.path.name, problems) from error
 
 
-def _more(table: DeployingTable) -> int:
-    """How many sets of static shapes of joints a beam has in addition to its functions."""
+def _added(case: Case, name: str, table: DeployingTable, modes: int | None = None) -> AddedShapes:
+    """The static shapes of joints and loads that a member has in addition to its functions."""
     f = table.functions
-    assert f is not None
-    return ("root" in (f.joints or []) and not f.static) + ("tip" in (f.joints or []) and not f.tip)
+    if f is None or table.family != "beam" or f.family not in (None, "characteristic"):
+        return AddedShapes(False, False, False, 0)
+    y, z, axial, torsion = (modes if count and modes is not None else count for count in _counts(f))
+    own = BeamFunctions(y, z, axial, torsion, static=f.static, tip=f.tip)
+    markers = {"tip", *(key for key, marker in table.markers.items() if marker.fraction == 1.0)}
+    return added_shapes(f.joints or [], f.loads, own, loads_at(case, name, markers, _line(table).frame))
 
 
-def joint_note(table: DeployingTable) -> tuple[str, ...]:
-    """A note on the static shapes of joints that a member has."""
-    f = table.functions
-    if f is None or not f.joints:
+def _counts(f: DeployingFunctionsTable) -> tuple[int, int, int, int]:
+    return f.y, f.z, f.axial, f.torsion
+
+
+def added_note(case: Case, name: str, table: DeployingTable) -> tuple[str, ...]:
+    """A note on the static shapes that a member has in addition to its functions."""
+    added = _added(case, name, table)
+    if table.functions is None or not added.more:
         return ()
-    counts = with_static({key: getattr(f, key) for key in FIELDS}, _more(table))
-    return (joined(counts, f.joints, _more(table), spun=False),)
+    counts = dict(zip(FIELDS, _counts(table.functions), strict=True))
+    return (added.note(with_static(counts, added.more)),)
 
 
-def _modes_of(table: DeployingTable, body: FlexibleBody) -> int:
+def _modes_of(case: Case, name: str, table: DeployingTable, body: FlexibleBody) -> int:
     f = table.functions
     assert f is not None
     own = {key: 1 for key in FIELDS if getattr(f, key)}
-    added = sum(with_static(own, _more(table)).values()) - len(own)
-    return (body.n_modes - added) // (len(own) * f.across)
+    for n in range(1, body.n_modes + 1):
+        more = _added(case, name, table, n).more
+        if n * len(own) * f.across + sum(with_static(own, more).values()) - len(own) == body.n_modes:
+            return n
+    raise ValueError(f"the member has {body.n_modes} coordinates, which no number of functions gives it")
 
 
 def _mass_per_length(table: DeployingTable) -> float:
@@ -219,7 +229,7 @@ def _line(table: DeployingTable) -> DeployingLine:
 LineFunctions = BeamFunctions | StringFunctions | ElementFunctions
 
 
-def _line_functions(table: DeployingTable, modes: int | None) -> LineFunctions | None:
+def _line_functions(case: Case, name: str, table: DeployingTable, modes: int | None) -> LineFunctions | None:
     f = table.functions
     if f is None:
         return None
@@ -228,8 +238,9 @@ def _line_functions(table: DeployingTable, modes: int | None) -> LineFunctions |
     if f.family == "elements":
         return _elements(table, **counts)
     if table.family == "beam":
-        static, tip = f.static or "root" in (f.joints or []), f.tip or "tip" in (f.joints or [])
-        y, z, axial, torsion = (with_static(counts, _more(table))[key] for key in FIELDS)
+        added = _added(case, name, table, modes)
+        y, z, axial, torsion = (with_static(counts, added.more)[key] for key in FIELDS)
+        static, tip = f.static or added.root, f.tip or added.tip
         return BeamFunctions(y, z, axial, torsion, family=f.family or "characteristic", static=static, tip=tip)
     del counts["torsion"]
     return StringFunctions(**counts, tip=table.tip, family=f.family or "polynomial", straight=f.straight)

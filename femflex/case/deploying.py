@@ -58,6 +58,10 @@ class DeployingFunctionsTable(Table):
     and z for each, one of axial displacement and one of torsion. Only for characteristic functions of beams. Left out:
     those that change one of the craft's first three elastic frequencies, or one below `band`, by 0.05 % at the first or
     the last length of the run, unless `static` or `tip` is given."""
+    loads: StrictBool | None = None
+    """Static shapes of a force and a moment at the tip in addition to the functions, as those of `joints`: for loads at
+    the tip. Only for characteristic functions of beams. Left out: where the functions answer such a load by less
+    than 99 % of its static work, as one function answers a force (97 %), and many a moment or a torque."""
     straight: StrictBool = True
     """The straight rotation about the exit is one of the functions. Set it false where a joint rotates the member. Only
     for tethers and membranes whose tip is free."""
@@ -230,10 +234,10 @@ class DeployingTable(BodyTable):
             refuse('found functions.elements without family = "elements"; give both, or leave elements out')
         if f is not None and f.family == "elements" and (f.static or f.tip or not f.straight):
             refuse("found functions.static, tip or straight with finite elements, which do not have them; leave it out")
-        if f is not None and f.joints and (f.family or "characteristic") != "characteristic":
+        if f is not None and (f.joints or f.loads) and (f.family or "characteristic") != "characteristic":
             refuse(
-                f"found functions.joints with family = {f.family!r}; static shapes of joints go with characteristic "
-                "functions: leave one of them out"
+                f"found functions.{'joints' if f.joints else 'loads'} with family = {f.family!r}; these static shapes "
+                "go with characteristic functions: leave one of them out"
             )
         if self.taper is not None and (sheet or self.reel is not None):
             what = f"a {self.family}" if sheet else "a free length"
@@ -258,9 +262,9 @@ class DeployingTable(BodyTable):
 
 UNUSED = {
     "beam": ("across", "straight"),
-    "tether": ("torsion", "across", "static", "tip", "joints"),
-    "plate": ("y", "axial", "torsion", "static", "tip", "joints", "straight"),
-    "membrane": ("y", "axial", "torsion", "static", "tip", "joints"),
+    "tether": ("torsion", "across", "static", "tip", "joints", "loads"),
+    "plate": ("y", "axial", "torsion", "static", "tip", "joints", "loads", "straight"),
+    "membrane": ("y", "axial", "torsion", "static", "tip", "joints", "loads"),
 }
 
 

@@ -252,3 +252,7 @@ class FunctionsTable(Table):
     and z for each, one of axial displacement and one of torsion. Only for clamped-free characteristic functions. Left
     out: those that change one of the craft's first three elastic frequencies, or one below `band`, by 0.05 %, unless
     `static` is given."""
+    loads: StrictBool | None = None
+    """Static shapes of a force and a moment at the tip in addition to the functions, as those of `joints`: for loads at
+    the tip. Only for clamped-free characteristic functions. Left out: where the functions answer such a load by less
+    than 99 % of its static work, as one function answers a force (97 %), and many a moment or a torque."""

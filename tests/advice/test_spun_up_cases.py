@@ -163,16 +163,3 @@ def test_few_polynomials_are_told_how_many_a_spin_wants(tmp_path):
     )
     assert "its 3 polynomials per direction. Give 4 or more" in few and "and with 5 within 0.25 %" in few
     assert "polynomials" not in enough
-
-
-@pytest.mark.slow
-@pytest.mark.filterwarnings("ignore::femflex.warning.TruncationWarning")
-def test_characteristic_functions_say_which_loads_they_are_no_static_shapes_of(tmp_path):
-    push = '\n[[loads]]\nname = "push"\nbody = "beam"\nmarker = "tip"\nforce = [0, 1, 0]\n'
-    found = {
-        family: built(tmp_path, ANALYTIC.replace("y = 2", f'y = 4, family = "{family}"') + MOTION + push)
-        for family in ("characteristic", "polynomial")
-    }
-    notes = {family: system.bodies["beam"].note for family, system in found.items()}
-    assert "no static shapes of its loads (tip y) are added to characteristic" in notes["characteristic"]
-    assert "tip" not in notes["polynomial"]
