@@ -11,11 +11,13 @@ from femflex.cli.progress import Bar, Patience
 from femflex.cli.tables import print_json, print_table
 
 if TYPE_CHECKING:
+    from femflex.advice.bodies import KnownBodies
     from femflex.case import Case
     from femflex.dynamics.equilibria.system_modes import SystemModes
 
 SHOWN = 24  # modes printed
 DRAWN = 12  # modes of the montage
+CHANGED = 0.1  # of the damping ratio given, from which on a mode's own is remarked on
 CARRIES = 0.05  # share of the kinetic energy from which a body is named
 
 
@@ -83,13 +85,19 @@ def craft_modes(file: Path, at: float | None, number: int | None, drawing: Drawi
         return
     print(case.title or file.name)
     print_notes(decided.notes)
-    print_modes(case, modes, number)
+    print_modes(case, modes, number, decided.known)
     for kind, path in files:
         print(f"{kind:11} {path}")
 
 
-def print_modes(case: Case, modes: SystemModes, number: int | None) -> None:
-    """Print the table of modes, what they are about, stability, and what the case expects of them."""
+def print_modes(case: Case, modes: SystemModes, number: int | None, known: KnownBodies) -> None:
+    """Print the table of modes, what they are about, stability, and what the case expects of them.
+
+    known: its bodies by what they were reduced from
+    """
+    import numpy as np
+
+    from femflex.advice.limits import LOWEST
     from femflex.case.verdicts import judged_modes
     from femflex.cli.equilibrium import frame_text, length_lines, print_stability
 
@@ -104,6 +112,14 @@ def print_modes(case: Case, modes: SystemModes, number: int | None) -> None:
     print_table(["mode", "name", "Hz", "rad/s", "damping ratio", "kinetic energy"], rows)
     if shown < len(modes.names):
         print(f"and {len(modes.names) - shown} modes above, which -n and --json list\n")
+    if modes.growing[:shown].any():
+        print("*           the motion grows")
+    if note := damping_note(case, modes):
+        print(f"damping     {note}")
+    elastic, band = int(np.count_nonzero(~modes.known)), case.run.band
+    if elastic > LOWEST and any(one.origin.source is not None for one in known.values()):
+        below = f" and those below {band:g} Hz" if band else "; `band` in [run] adds those below it"
+        print(f"assessed    with richer sets of shapes: the first {LOWEST} of {elastic} elastic frequencies{below}")
     print(f"about       {frame_text(modes.about)}")
     for line in length_lines(modes.about):
         print(line)
@@ -112,6 +128,29 @@ def print_modes(case: Case, modes: SystemModes, number: int | None) -> None:
     print_stability(modes.about)
     for verdict in judged_modes(case, modes):
         print(f"expected    {verdict}")
+
+
+def damping_note(case: Case, modes: SystemModes) -> str:
+    """The first mode whose damping ratio is far from the one that its body is given; nothing where there is none."""
+    given: dict[str, float] = {}
+    for name, table in case.bodies.items():
+        damping = getattr(table, "damping", None)
+        ratio = getattr(damping, "ratio", damping)
+        if isinstance(ratio, float) and ratio > 0.0:
+            given[name] = ratio
+    for k in range(len(modes.names)):
+        shares = {body: float(share[k]) for body, share in modes.energy.items() if body.partition(".")[0] in given}
+        body = max(shares, key=lambda one: shares[one], default="")
+        found = float(modes.damping_ratios[k])
+        if modes.known[k] or not shares or shares[body] < CARRIES or not 0.0 < found < 1.0:
+            continue
+        ratio = given[body.partition(".")[0]]
+        if abs(found / ratio - 1.0) > CHANGED:
+            return (
+                f"mode {k + 1} has a ratio of {found:.4g}, and body {body!r} is given {ratio:g}: that of the modes of "
+                "its own set. Where its root moves otherwise it changes, and dampers of joints add to it"
+            )
+    return ""
 
 
 def kinetic_energy_text(modes: SystemModes, k: int) -> str:

@@ -83,6 +83,37 @@ def test_the_table_has_rigid_modes_by_name_and_the_exact_frequencies(femflex, ca
     assert "bending 1" in short and "bending 2" not in short and "modes above, which -n and --json list" in short
 
 
+def test_ratios_that_differ_from_the_given_one_and_what_is_assessed_are_said(femflex, case):
+    """On its light hub the beam's first mode is damped by more than the 1 % of the beam that is clamped."""
+    path = case()
+    ratio = json.loads(femflex("modes", path, "--json")[1])["modes"][6]["damping_ratio"]
+    out = femflex("modes", path)[1]
+    assert ratio > 0.011 and f"damping     mode 7 has a ratio of {ratio:.4g}, and body 'beam' is given 0.01" in out
+    count = len(json.loads(femflex("modes", path, "--json")[1])["modes"]) - 6
+    assert f"assessed    with richer sets of shapes: the first 3 of {count} elastic frequencies; `band` in [run]" in out
+    path.write_text(path.read_text().replace("samples = 3", "samples = 3\nband = 500"))
+    out = femflex("modes", path)[1]
+    assert "elastic frequencies and those below 500 Hz" in out
+
+
+def test_the_star_of_modes_that_grow_is_explained(femflex, tmp_path):
+    """A pendulum that stands on its hinge falls with the root of m g l / J."""
+    (tmp_path / "up.toml").write_text("""
+        title = "upright pendulum"
+        run = { duration = 1 }
+        environment = { gravity = 9.81 }
+        bodies.rod = { kind = "rigid", mass = 2, inertia = [1, 1, 1], markers.foot = { position = [0, 0, -1] } }
+        [[joints]]
+        kind = "revolute"
+        child = "rod"
+        child_marker = "foot"
+        axis = [0, 1, 0]
+    """)
+    out = femflex("modes", "up.toml")[1]
+    assert "-1*" in out and "*           the motion grows" in out
+    assert f"{np.sqrt(2 * 9.81 / 3):.3g} 1/s at most" in out
+
+
 def test_json_has_every_mode_with_damping_and_energies(femflex, case):
     code, out, _ = femflex("modes", case(), "--json")
     data = json.loads(out)
