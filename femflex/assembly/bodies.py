@@ -152,6 +152,8 @@ def _built(case: Case, name: str, modes: int | None, refine: int, segments: int 
         raise
     except (ValueError, OSError) as error:
         raise CaseError(case.path.name, [Problem(f"bodies.{name}", str(error))]) from error
+    except RuntimeError as error:  # of the eigen-solver
+        raise RuntimeError(f"{case.path.name}: bodies.{name}: {error}") from error
 
 
 Made = tuple[FlexibleBody, Meshed | Analytic | None, tuple[str, ...]]  # body, source, notes

@@ -12,9 +12,10 @@ from femflex.body import FlexibleBody
 from femflex.case.body import FlexibleTable
 from femflex.case.case import Case
 from femflex.case.section import Layup, Plate, Sandwich
+from femflex.case.starting_case import LARGE
 from femflex.warning import PhysicsWarning
 
-LARGE, SMALL = 1000.0, 0.05  # m; meshes beyond these are more often in another unit than of that size
+SMALL = 0.05  # m; meshes that are smaller are more often in another unit than of that size
 THICK = 0.25  # of the mesh's largest extent; what is thicker is no plate
 PER_METRE = {"m": 1.0, "cm": 100.0, "mm": 1000.0, "inch": 1 / 0.0254}
 
@@ -25,15 +26,15 @@ def warn_of_doubtful_extents(case: Case, name: str, table: object, body: Flexibl
         return
     size = float(np.ptp(body.skin.points, axis=0).max())
     longest = 1e3 * LARGE if any(member.family == "tether" for member in table.members) else LARGE
-    for text in list(_mesh(case, name, table, size, longest)) or list(_thickness(case, table, size)):
+    for text in list(_mesh(case, name, table, size, longest, body.moments.mass)) or list(_thickness(case, table, size)):
         warnings.warn(text, PhysicsWarning, stacklevel=5)
 
 
-def _mesh(case: Case, name: str, table: FlexibleTable, size: float, longest: float) -> Iterator[str]:
-    if size > longest and table.mesh_unit == "m":
+def _mesh(case: Case, name: str, table: FlexibleTable, size: float, longest: float, mass: float) -> Iterator[str]:
+    if size > longest and "mesh_unit" not in table.model_fields_set:
         yield (
-            f"bodies.{name}: the mesh spans {size:.4g} m, over {longest:g} m; if its unit is millimetres, set "
-            "mesh_unit = 'mm'"
+            f"bodies.{name}: the mesh spans {size:.4g} m, over {longest:g} m, and its mass is {mass:.4g} kg; if its "
+            "unit is millimetres, set mesh_unit = 'mm', and if it is metres, mesh_unit = 'm'"
         )
     if size < SMALL and table.mesh_unit != "m":
         size = float(np.ptp(build_mesh(case, name, table).points, axis=0).max())  # without the drawn thickness

@@ -512,8 +512,20 @@ def test_doubtful_bodies_are_warned_of_with_both_numbers(craft: str, write_case:
     path = write_case(craft, "long.toml")
     (path.parent / "boom.inp").write_text((path.parent / "boom.inp").read_text().replace("3.0, 0.0", "3000.0, 0.0"))
     long = read_case(path)
-    with pytest.warns(PhysicsWarning, match=r"the mesh spans 3000 m, over 1000 m; .* mesh_unit = 'mm'"):
+    told = r"the mesh spans 3000 m, over 200 m, and its mass is .* mesh_unit = 'mm', and if it is metres, .* = 'm'"
+    with pytest.warns(PhysicsWarning, match=told):
         build_body(long, "boom")
+    path.write_text(path.read_text().replace('mesh = "boom.inp"', 'mesh = "boom.inp"\nmesh_unit = "m"'))
+    build_body(read_case(path), "boom")  # it says so itself
+
+
+def test_a_failure_of_the_eigen_solver_names_the_body(write_case: Callable[..., Path], monkeypatch: pytest.MonkeyPatch):
+    def fails(*_: object) -> None:
+        raise RuntimeError("the 4 lowest modes did not converge")
+
+    monkeypatch.setattr("femflex.assembly.bodies.build_modes", fails)
+    with pytest.raises(RuntimeError, match=r"craft.toml: bodies.boom: the 4 lowest modes did not converge"):
+        build_body(read_case(write_case()), "boom")
 
 
 def test_a_held_attitude_is_reported_as_it_is_held(tmp_path):
