@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody
 from femflex.case.initial import InitialTable
-from femflex.warning import PhysicsWarning
 
 Array = NDArray[np.float64]
 
 REACHED = 1e-6  # difference from the wanted displacement, relative, still taken as reached
-LARGE = 0.1  # displacement over length above which linear strain is doubtful
 
 
 def initial_shape(table: InitialTable, body: FlexibleBody, joint_at: Array) -> tuple[Array, Array]:
@@ -39,21 +35,22 @@ def _derivatives(body: FlexibleBody) -> NDArray[np.intp]:
 def _displaced(table: InitialTable, body: FlexibleBody, joint_at: Array) -> Array:
     """Elastic coordinates (n,) that displace the marker of the table as it says, to first order."""
     leading = np.setdiff1d(np.arange(body.n_modes), _derivatives(body))
-    marker = body.marker(str(table.marker))
-    length = table.length or float(np.linalg.norm(marker.position - joint_at))
-    along_marker = np.array(table.displacement if table.relative is None else table.relative)
-    if table.relative is not None:
-        along_marker = along_marker * length
-    wanted = marker.orientation @ along_marker
-    if body.strain.is_linear:
-        _warn_if_large(str(table.marker), float(np.linalg.norm(wanted)), length)
-    phi = marker.phi[:, leading]
+    wanted, _ = wanted_displacement(table, body, joint_at)
+    phi = body.marker(str(table.marker)).phi[:, leading]
     delta = np.zeros(body.n_modes)
     if table.shape == "static":
         delta[leading] = _static(body.strain.V1[np.ix_(leading, leading)], phi, wanted, str(table.marker))
     else:
         delta[leading] = _in_modes(phi, wanted, table)
     return delta
+
+
+def wanted_displacement(table: InitialTable, body: FlexibleBody, joint_at: Array) -> tuple[Array, float]:
+    """The displacement (3,) [m, body axes] that a table asks of its marker, and the length that it is relative to."""
+    marker = body.marker(str(table.marker))
+    length = table.length or float(np.linalg.norm(marker.position - joint_at))
+    along_marker = np.array(table.displacement) if table.relative is None else length * np.array(table.relative)
+    return marker.orientation @ along_marker, length
 
 
 def _filled(values: tuple[float, ...], n: int, key: str) -> Array:
@@ -103,14 +100,3 @@ def _rounded(found: Array, wanted: Array) -> Array:
 
 def _metres(v: Array) -> str:
     return "[" + ", ".join(f"{x:.4g}" for x in v) + "] m"
-
-
-def _warn_if_large(name: str, size: float, length: float) -> None:
-    if length > 0 and size > LARGE * length:
-        warnings.warn(
-            f"initial displacement of marker {name!r} is {size:.4g} m, {size / length:.0%} of the length "
-            f"{length:.4g} m; "
-            f"strain is linear, which is good to about {LARGE:.0%}",
-            PhysicsWarning,
-            stacklevel=4,
-        )

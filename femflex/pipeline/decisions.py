@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.advice.advice import Advice, notes_of, warn_of
+from femflex.advice.advice import Advice, doubt, notes_of, warn_of
 from femflex.advice.advise import strain_doubt
 from femflex.advice.bodies import KnownBodies
 from femflex.advice.buckling.margin import (
@@ -38,6 +38,7 @@ from femflex.advice.truncation import (
 )
 from femflex.assembly.bodies import BuiltBody, built_bodies, built_body
 from femflex.assembly.deploying import held_at
+from femflex.assembly.initial import wanted_displacement
 from femflex.assembly.open_choices import (
     open_joints,
     open_strains,
@@ -64,6 +65,7 @@ from femflex.warning import PhysicsWarning, TruncationWarning
 Array = NDArray[np.float64]
 Built = dict[str, BuiltBody]
 
+FAR = 0.1  # displacement over length above which linear strain is doubtful
 OTHER: dict[Strain, Strain] = {"condensed": "nonlinear", "nonlinear": "condensed"}  # tried where one cannot be built
 
 
@@ -135,7 +137,8 @@ def with_own_joints(case: Case) -> Case:
 def _given(case: Case, bodies: Mapping[str, Part]) -> Decided:
     system = system_of(case, bodies)
     check_periods(system, duration_of(case, system))
-    return Decided(case, system, tuple(model_warnings(system, KnownBodies({}), duration_of(case, system))), {})
+    advice = [*_large_displacements(case, system), *model_warnings(system, KnownBodies({}), duration_of(case, system))]
+    return Decided(case, system, tuple(advice), {})
 
 
 def _decided(case: Case, thorough: bool, loaded: bool) -> Decided:
@@ -180,9 +183,32 @@ def _decided(case: Case, thorough: bool, loaded: bool) -> Decided:
     advice += buckling_warnings(system, known, near)
     advice += _deployed(rigid, system, duration) if loaded else []
     advice += _truncated(case, system, views)
+    advice += _large_displacements(case, system)
     advice += model_warnings(system, known, duration)
     case = with_strains(case, _forms(system, names, strains))
     return Decided(case, system, tuple(advice), {name: one.origin for name, one in built.items() if one.origin})
+
+
+def _large_displacements(case: Case, system: System) -> list[Advice]:
+    """Doubts on bodies with linear strain that start far from their undeformed shape."""
+    out = []
+    for name, table in case.bodies.items():
+        if table.initial is None or table.initial.marker is None or name not in system.bodies:
+            continue
+        if not _is_linear(system, name):
+            continue
+        body = system.bodies[name]
+        held_at = body.marker(system.joint_of(name).child_marker).position
+        wanted, length = wanted_displacement(table.initial, body, held_at)
+        size = float(np.linalg.norm(wanted))
+        if size > FAR * length > 0.0:
+            text = (
+                f"initial displacement of marker {table.initial.marker!r} of body {name!r} is {size:.4g} m, "
+                f"{size / length:.0%} of the length {length:.4g} m (limit {FAR:.0%}), and its strain is linear; give "
+                "it strain = 'condensed', or displace it less"
+            )
+            out.append(doubt(name, "bend", text, size / length, FAR))
+    return out
 
 
 def _deployed(rigid: RigidEstimate | None, system: System, duration: float) -> list[Advice]:
