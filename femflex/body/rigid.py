@@ -23,9 +23,14 @@ def rigid_body(
 ) -> FlexibleBody:
     """A body without shapes from its mass [kg] and inertia about its centre of mass (3, 3) [kg m^2].
 
-    Raises ValueError when the inertia is not symmetric, not positive, or breaks the triangle inequality.
+    inertia: also its principal moments (3,) along the axes of the body
+
+    Raises ValueError when it has another shape, is not symmetric, not positive, or breaks the triangle inequality.
     """
     J = np.asarray(inertia, float)
+    if J.shape not in ((3,), (3, 3)):
+        raise ValueError(f"inertia has shape {J.shape}; give three principal moments, or (3, 3), in kg m^2")
+    J = np.diag(J) if J.ndim == 1 else J
     c = np.zeros(3) if center_of_mass is None else np.asarray(center_of_mass, float)
     if not mass > 0:
         raise ValueError(f"mass is {mass} kg; a body needs a positive mass")

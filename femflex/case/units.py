@@ -55,6 +55,7 @@ EXAMPLES = {"m": "33 m", "rad": "30 deg", "rad/s": "2 deg/s", "N m^2": "4275.7 N
 LONGEST = 120  # characters of a number with its unit
 _NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)(.*)", re.DOTALL)
 _UNIT = re.compile(r"[A-Za-zµμΩ°%²³·*/()\s\d^.-]*")
+_JOINED = re.compile(r"\b([mkMµμ]?)Nm(?=s?\b)")  # of a torque, which pint takes for a measure of yarn
 _EXPONENT = re.compile(r"(?:\^|\*\*)\s*\(?\s*-?\d{1,2}(?:\.\d{1,3})?(?:/\d)?\s*\)?(?!\s*(?:\^|\*\*|\d))")
 
 
@@ -153,7 +154,7 @@ def _scale(unit: str) -> tuple[float, tuple[tuple[str, float], ...]]:
     if len(unit) > 60 or not _UNIT.fullmatch(unit) or "^" in stripped or "**" in stripped:
         raise UnitError(f"unit {unit!r} cannot be read; write it like 'N m^2', 'kg/m' or 'deg/s'")
     try:
-        quantity = registry().Quantity(1.0, registry().parse_units(unit)).to_base_units()
+        quantity = registry().Quantity(1.0, registry().parse_units(_JOINED.sub(r"\1N m ", unit))).to_base_units()
     except pint.UndefinedUnitError as error:
         names = error.unit_names
         name = names if isinstance(names, str) else next(iter(names))

@@ -84,7 +84,8 @@ class Quantity(_Readable):
             try:
                 out.append(self._read(entry, shape[1:]))
             except (ValueProblem, UnitError) as problem:
-                problems.append(f"entry {k + 1}: {problem}")
+                place = f"entry {k + 1}" if len(shape) == 1 else f"row {k + 1}"
+                problems.append(f"{place}: {problem}")
         if problems:
             raise ValueProblem(
                 "; ".join(problems[:3]) + (f"; and {len(problems) - 3} more" if len(problems) > 3 else "")

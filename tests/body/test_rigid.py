@@ -23,6 +23,7 @@ def test_inertia_that_points_of_mass_can_have_is_kept(J):
         (np.diag([1.0, 1.0, 2.001]), r"triangle inequality: principal moments \[1.0, 1.0, 2.001"),
         (np.diag([-1.0, 3.0, 3.0]), "not positive"),
         (np.array([[1.0, 0.1, 0], [0, 1.0, 0], [0, 0, 1.0]]), "not symmetric"),
+        ([1.0, 2.0], r"inertia has shape \(2,\); give three principal moments, or \(3, 3\)"),
     ],
 )
 def test_other_inertia_is_refused(J, sentence):
@@ -30,3 +31,10 @@ def test_other_inertia_is_refused(J, sentence):
         rigid_body(1.0, J)
     with pytest.raises(ValueError, match="a body needs a positive mass"):
         rigid_body(0.0, np.eye(3))
+
+
+def test_three_principal_moments_are_an_inertia():
+    found = rigid_body(100.0, [20.0, 21.0, 30.0])
+    np.testing.assert_array_equal(
+        found.moments.inertia(), rigid_body(100.0, np.diag([20.0, 21.0, 30.0])).moments.inertia()
+    )

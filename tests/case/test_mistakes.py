@@ -72,7 +72,7 @@ IN_THE_TEXT = [
     ('duration = "10 s"', "duration = '1e400 s'", "run.duration", "found inf"),
     ("position = [0.5, 0, 0]", "position = [0.5, 0]", "bodies.hub.markers.left.position", "2 entries", "a list of 3"),
     ("position = [0.5, 0, 0]", "position = [0.5, -1e30, 0]", "markers.left.position", "-1e+30 m", "at least -1e+12 m"),
-    ("[[0, 0, 1], [0, 0, 1]]", "[[0, 0, 1], [0, 1]]", "loads[push].torque", "entry 2: found 2 entries"),
+    ("[[0, 0, 1], [0, 0, 1]]", "[[0, 0, 1], [0, 1]]", "loads[push].torque", "row 2: found 2 entries"),
     ("modes = 4", "modes = 4.5", "bodies.boom.reduction.modes", "4.5", "a whole number"),
     ("modes = 4", "modes = true", "bodies.boom.reduction.modes", "a truth value", "a whole number"),
     ("", "[pictures]\nmovie = 'yes'\n", "pictures.movie", "true or false"),
