@@ -141,6 +141,36 @@ def singularity_distance(coordinates: ArrayLike, rotation: str) -> Array:
     return np.arcsin(np.abs(turn))
 
 
+def continued_angles(angles: ArrayLike, symmetric: bool) -> Array:
+    """Angles (n_t, 3) [rad] of a sequence, in each row the equal ones that are nearest to those of the row before.
+
+    (a, b, c), (a + pi, pi - b, c + pi) and whole turns more of each are the same rotation; so is (a + pi, -b, c + pi)
+    in place of the second where the first and the third axis are alike (symmetric). Where the sequence is singular, a
+    and c are not unique: they are interpolated between the neighbouring rows.
+
+    >>> continued_angles(np.radians([[0, 80, 0], [180, 80, 180], [180, -10, -180]]), False) * 180 / np.pi
+    array([[  0.,  80.,   0.],
+           [  0., 100.,   0.],
+           [  0., 190.,   0.]])
+    """
+    given = np.asarray(angles, float)
+    middle = given[:, 1]
+    rows = np.flatnonzero(np.abs(np.sin(middle) if symmetric else np.cos(middle)) > SINGULAR)
+    if not len(rows):
+        return given
+    regular = given[rows]
+    other = np.array([np.pi, 0.0 if symmetric else np.pi, np.pi]) + regular * [1.0, -1.0, 1.0]
+    apart, mirrored = (
+        np.square(np.angle(np.exp(1j * (after[1:] - regular[:-1])))).sum(axis=1) for after in (regular, other)
+    )
+    swapped = np.concatenate([[False], np.cumsum(mirrored < apart) % 2 == 1])
+    whole = np.unwrap(np.where(swapped[:, None], other, regular), axis=0)
+    a, b, c = (np.interp(np.arange(len(given)), rows, column) for column in whole.T)
+    return np.stack(
+        [a, np.where(np.isin(np.arange(len(given)), rows), b, b + np.angle(np.exp(1j * (middle - b)))), c], 1
+    )
+
+
 def regular_coordinates(rotation: str) -> Array:
     """Coordinates (3,) farthest from the singularity of a rotation set, where a re-based one begins anew."""
     symmetric = rotation in NAMED_SEQUENCES and is_symmetric(rotation)

@@ -120,15 +120,16 @@ def print_run_summary(run: Run, system: System, output: Path) -> None:
     """Print how the run ended and how far its monitors drifted."""
     import numpy as np
 
-    from femflex.cli.attitude_lines import attitude_lines
+    from femflex.cli.attitude_angles import angle_lines
 
     s = run.statistics
     print(
         f"done        {output}: {s.get('accepted', 0)} steps, {s.get('rejected', 0)} rejected, "
         f"{s.get('evaluations', 0)} evaluations"
     )
-    lines = (*latch_lines(run), *tank_lines(run), *wheel_lines(run), *cable_lines(run), *reach_lines(run, system))
-    for line in (*lines, *attitude_lines(run, system)):
+    for line in (*latch_lines(run), *tank_lines(run), *wheel_lines(run), *cable_lines(run), *reach_lines(run, system)):
+        print(line)
+    for line in angle_lines(run, system.libration_sequence):
         print(line)
     for path in conserved_monitors(run, system):
         print(change_line(run, path))

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.integrate import cumulative_simpson
 
 from femflex.results import Run
+from femflex.rotations import continued_angles
 from femflex.view.segments import body_names, body_of_marker
 from femflex.view.units import length_unit
 
@@ -133,7 +134,7 @@ def _curves(run: Run, channel: str) -> list[Curve]:
     path, _, component = channel.partition(":")
     values = run[path].reshape(len(run), -1)
     if path == "attitude/angles":
-        values = unwrapped(values)
+        values = unwrapped(values, run.names(path))
     count, units, quantity = values.shape[1], run.units(path), path.split("/")[-1]
     names = run.names(path) or (("",) if count == 1 else tuple(str(k + 1) for k in range(count)))
     wanted = [_component(path, names, component)] if component else range(count)
@@ -174,10 +175,16 @@ def _divided(above: list[Curve], below: list[Curve], channel: str) -> list[Curve
     ]
 
 
-def unwrapped(angles: Array) -> Array:
-    """Angles (n_t, n) counted on beyond half a turn [rad]; as they are where rows lie too far apart to tell the way."""
-    whole = np.unwrap(angles, axis=0)
-    followed = np.abs(np.diff(whole, axis=0)).max(axis=0, initial=0.0) < APART
+def unwrapped(angles: Array, names: tuple[str, ...]) -> Array:
+    """Angles (n_t, 3) counted on beyond half a turn, the middle one beyond a quarter [rad].
+
+    As they are where rows lie too far apart to tell the way.
+    """
+    symmetric = names[0][0] == names[2][0]  # x1, z2, x3
+    for whole in (continued_angles(angles, symmetric), np.unwrap(angles, axis=0)):
+        followed = np.abs(np.diff(whole, axis=0)).max(axis=0, initial=0.0) < APART
+        if followed.all():
+            return whole
     return np.where(followed, whole, angles)
 
 

@@ -10,9 +10,10 @@ from PIL import Image
 
 import femflex.view.plot
 from femflex.results import RunWriter, open_run
+from femflex.rotations import angles_from_dcm, dcm_from_angles, is_symmetric
 from femflex.system import Channel
 from femflex.view import plot_histories, plot_spectra
-from femflex.view.curves import curves_of
+from femflex.view.curves import curves_of, unwrapped
 
 
 @pytest.fixture
@@ -189,6 +190,18 @@ def test_attitude_angles_are_counted_on_beyond_half_a_turn(tmp_path, figure):
         plot_histories(run, tmp_path / "b.png", channels=["attitude/angles"])
         yaw = next(line for ax in figure().axes for line in ax.lines if line.get_label() == "yaw")
         assert yaw.get_ydata() == pytest.approx(np.rad2deg(wrapped[few, 2]))
+
+
+@pytest.mark.parametrize("sequence", ["xzy", "zxz", "extrinsic yxz"])
+def test_angles_go_on_through_their_singularity(sequence):
+    """The middle angle turns thrice and hits the singularity in a row; the angles carried on are the same attitude."""
+    t = np.linspace(0, 1, 109)  # 10 deg between two rows
+    whole = np.stack([0.3 + 0.2 * t, 6 * np.pi * t, 0.1 - 0.1 * t], axis=1)
+    C = dcm_from_angles(whole, sequence)
+    names = ("x1", "z2", "x3") if is_symmetric(sequence) else ("x", "z", "y")
+    seen = unwrapped(angles_from_dcm(C, sequence), names)
+    assert np.abs(seen - seen[0] - (whole - whole[0])).max() < 0.01  # rad: between neighbours at the singularity
+    assert np.abs(dcm_from_angles(seen, sequence) - C).max() < 0.01
 
 
 def test_of_peaks_that_are_close_the_higher_is_named():
