@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.case.starting_case import CLAMPS, named_like
 from femflex.case.starting_deck import DeckFacts
 from femflex.decks import Deck, read_deck
 from femflex.decks.findings import toml_key
@@ -59,7 +60,11 @@ def deck_facts(path: Path, units: str | None, file: str) -> DeckFacts:
     clamp, held = _clamp(deck, sets)
     if not clamp:
         free = f"none of its sets of supports ({', '.join(sets)}) restrains" if sets else "no supports restrain"
-        notes.append(f"reduction: {free} all rigid-body motions of the deck; its modes are free-free")
+        like = named_like(list(_groups(deck)), CLAMPS)
+        hint = f'; to clamp group {like!r}: reduction = {{ method = "cantilever", clamp = "{like}", modes = 6 }}'
+        notes.append(
+            f"reduction: {free} all rigid-body motions of the deck; its modes are free-free{hint if like else ''}"
+        )
     root, tip = _ends(deck, held, centre)
     frequencies: tuple[float, ...] = ()
     if structure.n_dof > LARGEST:

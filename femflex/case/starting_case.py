@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 
 import numpy as np
+from numpy.typing import NDArray
 
 from femflex.case.starting_deck import DeckFacts, deck_tables, scale_of
 from femflex.mesh import Mesh
@@ -15,6 +16,7 @@ from femflex.mesh.cells import CELL_TYPES
 CLAMPS = ("root", "base", "clamp", "fixed", "fix", "hinge", "start", "left")  # parts of names of clamped groups
 TIPS = ("tip", "end", "corner", "free", "right")
 GENTLE = "0.4"  # N m; torque that bends a thin panel by some per cent of its length
+ASKEW = 1e-3  # of a quadrilateral's size or angle, up to which it is a rectangle
 LARGE = 200.0  # extent beyond which the unit of a mesh is probably the millimetre
 
 HEAD = """\
@@ -166,8 +168,10 @@ def _meshed(mesh: Mesh, mesh_file: str) -> tuple[str, str, list[str]]:
     """Tables of a body made of a mesh, the name of a marker at its tip, and what is to be looked at."""
     groups, dimension = _member_groups(mesh, mesh_file)
     others = [group for group in mesh.groups if group not in groups]
-    clamp, tip = _named(others, CLAMPS), _named(others, TIPS)
+    clamp, tip = named_like(others, CLAMPS), named_like(others, TIPS)
     notes = [f"members: families, section and material of {', '.join(map(repr, groups))} are guesses"]
+    if left := _left_out(mesh, groups):
+        notes.append(f"members: {', '.join(map(repr, left))} are not used; give members to those that carry load")
     if clamp is None:
         notes.append("clamp: no group of the mesh looks like a root; name the group that is attached to the hub")
     size = float(np.ptp(mesh.points, axis=0).max())
@@ -217,12 +221,41 @@ def _member_groups(mesh: Mesh, mesh_file: str) -> tuple[list[str], int]:
     return members, dimension
 
 
+def _left_out(mesh: Mesh, members: list[str]) -> list[str]:
+    """Groups of cells that lie beyond the members: no edges or faces of these."""
+    used = np.unique(np.concatenate([mesh.group_points(group) for group in members]))
+    cells = [group for group in mesh.groups if group not in members and _has_cells(mesh, group)]
+    return [group for group in cells if not np.isin(mesh.group_points(group), used).all()]
+
+
+def _has_cells(mesh: Mesh, group: str) -> bool:
+    try:
+        return any(CELL_TYPES[cell].dimension for cell in mesh.group_cells(group))
+    except ValueError:  # a group of points
+        return False
+
+
 def _family(mesh: Mesh, group: str, dimension: int) -> str:
-    """The family of members for a group of cells."""
-    triangles = any("triangle" in cell for cell in mesh.group_cells(group))
-    return {1: "beam", 2: "plate" if triangles else "plate_bfs", 3: "solid"}[dimension]
+    """The family of members for a group of cells; quadrilaterals that are no rectangles of one plane are shells."""
+    if dimension != 2:
+        return {1: "beam", 3: "solid"}[dimension]
+    cells = mesh.group_cells(group)
+    if any("triangle" in cell for cell in cells):
+        return "plate"
+    return "plate_bfs" if all(_rectangles(mesh.points[corners[:, :4]]) for corners in cells.values()) else "shell"
 
 
-def _named(groups: list[str], parts: tuple[str, ...]) -> str | None:
+def _rectangles(corners: NDArray[np.float64]) -> bool:
+    """Whether quadrilaterals (k, 4, 3) are rectangles of one plane."""
+    a, b = corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0]
+    size = np.sqrt(np.linalg.norm(a, axis=1) * np.linalg.norm(b, axis=1))
+    closed = np.linalg.norm(corners[:, 2] - corners[:, 0] - a - b, axis=1)
+    normal = np.cross(a, b)
+    flat = np.linalg.norm(np.cross(normal, normal[0]), axis=1) / (size**2 * size[0] ** 2)
+    askew = np.abs(np.einsum("ki,ki->k", a, b)) / size**2
+    return bool(max((closed / size).max(), flat.max(), askew.max()) < ASKEW)
+
+
+def named_like(groups: list[str], parts: tuple[str, ...]) -> str | None:
     """The first group whose name contains one of these parts, in the order of the parts."""
     return next((group for part in parts for group in groups if part in group.lower()), None)

@@ -113,3 +113,40 @@ def test_new_takes_one_source_and_known_units(femflex, tmp_path):
     assert code == 2 and "--units without --deck" in err
     code, _, err = femflex("new", "craft.toml", "--deck", MESHES / "mast.bdf", "--units", "mm")
     assert code == 2 and "length-mass-time" in err and not (tmp_path / "craft.toml").exists()
+
+
+def test_folded_quadrilaterals_are_shells_and_flat_rectangles_plates(femflex, tmp_path):
+    """plate_bfs is for rectangles of one plane."""
+    flat = np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0], [1, 1, 0], [2, 1, 0]], float)
+    folded, askew = flat.copy(), flat.copy()
+    folded[[2, 5]] = [[1, 0, 1], [1, 1, 1]]
+    askew[:, 0] += 0.3 * askew[:, 1]
+    for points, family in ((flat, "plate_bfs"), (folded, "shell"), (askew, "shell")):
+        groups = {"skin": {"quad": np.arange(2)}, "root": {"line": np.arange(1)}}
+        cells = {"quad": np.array([[0, 1, 4, 3], [1, 2, 5, 4]]), "line": np.array([[0, 3]])}
+        write_mesh(tmp_path / "skin.msh", Mesh(points, cells, cell_groups=groups))
+        code, out, err = femflex("new", "skin.toml", "--mesh", "skin.msh", "--force")
+        assert code == 0 and "not used" not in out, err
+        (member,) = read_case(tmp_path / "skin.toml").bodies["flexible"].members
+        assert member.family == family
+
+
+def test_groups_that_are_not_used_are_named(femflex, tmp_path):
+    """A boom of lines beyond a panel of triangles: the panel alone becomes a member."""
+    points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [-1, 0, 0], [-2, 0, 0]], float)
+    cells = {"triangle": np.array([[0, 1, 2], [0, 2, 3]]), "line": np.array([[5, 4], [4, 0], [0, 3]])}
+    groups = {"panel": {"triangle": np.arange(2)}, "boom": {"line": np.arange(2)}, "edge": {"line": np.array([2])}}
+    write_mesh(tmp_path / "mixed.msh", Mesh(points, cells, cell_groups=groups))
+    out = femflex("new", "mixed.toml", "--mesh", "mixed.msh")[1]
+    assert "members: 'boom' are not used; give members to those that carry load" in " ".join(out.split())
+
+
+def test_a_group_of_a_deck_that_looks_like_a_clamp_is_proposed(femflex, tmp_path):
+    (tmp_path / "bar.inp").write_text(
+        "*NODE\n1,0,0,0\n2,1,0,0\n*ELEMENT,TYPE=B33,ELSET=BAR\n1,1,2\n*NSET,NSET=ROOT\n1\n"
+        "*BEAM SECTION,ELSET=BAR,MATERIAL=M,SECTION=CIRC\n0.01\n0,0,1\n*MATERIAL,NAME=M\n*ELASTIC\n7e10,0.3\n"
+        "*DENSITY\n2700\n"
+    )
+    code, out, err = femflex("new", "bar.toml", "--deck", "bar.inp", "--units", "SI")
+    assert code == 0, err
+    assert "to clamp group 'ROOT': reduction = { method" in " ".join(out.split())
