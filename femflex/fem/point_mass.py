@@ -25,12 +25,14 @@ class PointMass:
     mass     [kg], positive
     inertia  (3, 3) about the mass's own centre, mesh axes [kg m^2]; None: a point without inertia
     offset   (3,) the mass's centre from the node [m]
+    bodily   whether the inertia must be one that a body can have; decks give rotations any that is not negative
     """
 
     group: str
     mass: float
     inertia: ArrayLike | None = None
     offset: ArrayLike = (0.0, 0.0, 0.0)
+    bodily: bool = True
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.mass) and self.mass > 0):
@@ -38,11 +40,11 @@ class PointMass:
         if np.shape(self.offset) != (3,) or not np.isfinite(self.offset).all():
             raise ValueError(f"offset of the point mass at group {self.group!r} is {self.offset}; give three lengths")
         if self.inertia is not None:
-            check_inertia(np.asarray(self.inertia, float), self.group)
+            check_inertia(np.asarray(self.inertia, float), self.group, self.bodily)
 
 
-def check_inertia(inertia: Array, group: str) -> None:
-    """Raise ValueError unless inertia (3, 3) [kg m^2] is one that a distribution of mass can have."""
+def check_inertia(inertia: Array, group: str, bodily: bool) -> None:
+    """Raise ValueError unless inertia (3, 3) [kg m^2] is positive and, if bodily, one of a distribution of mass."""
     where = f"inertia of the point mass at group {group!r}"
     if inertia.shape != (3, 3) or not np.isfinite(inertia).all():
         raise ValueError(f"{where} is {inertia.tolist()}; give a 3 x 3 matrix of finite numbers")
@@ -52,7 +54,7 @@ def check_inertia(inertia: Array, group: str) -> None:
     rounding = 1e-9 * np.abs(principal).max()
     if principal[0] < -rounding:
         raise ValueError(f"{where} is not positive: its principal moments are {principal.tolist()} kg m^2")
-    if principal[0] + principal[1] < principal[2] - rounding:
+    if bodily and principal[0] + principal[1] < principal[2] - rounding:
         raise ValueError(
             f"{where} breaks the triangle inequality: of its principal moments {principal.tolist()} kg m^2 the two "
             "smaller must sum to at least the largest"
@@ -60,13 +62,19 @@ def check_inertia(inertia: Array, group: str) -> None:
 
 
 def equivalent_points(mass: float, inertia: Array) -> tuple[Array, Array]:
-    """Masses (6,) and places (6, 3) of six points with this mass and this inertia (3, 3) about their centre.
+    """Masses (k,) and places (k, 3) of six points with this mass and this inertia (3, 3) about their centre.
 
     int r r^T dm = tr(J)/2 1 - J = sum_k q_k v_k v_k^T; a pair of points m/6 at +-sqrt(3 q_k / m) v_k gives each term.
+    An inertia that no body has, as about one axis alone, has a q_k below zero: its pair has the mass -m/6, and a
+    seventh point at the centre keeps the sum.
     """
     second, axes = np.linalg.eigh(np.trace(inertia) / 2 * np.eye(3) - inertia)
-    arms = np.sqrt(3 * np.maximum(second, 0.0) / mass) * axes
-    return np.full(6, mass / 6), np.concatenate([arms.T, -arms.T])
+    second = np.where(np.abs(second) > 1e-12 * np.abs(second).max(), second, 0.0)
+    arms = np.sqrt(3 * np.abs(second) / mass) * axes
+    masses, places = np.tile(np.where(second < 0, -mass, mass) / 6, 2), np.concatenate([arms.T, -arms.T])
+    if (second < 0).any():
+        masses, places = np.append(masses, mass - masses.sum()), np.concatenate([places, np.zeros((1, 3))])
+    return masses, places
 
 
 def point_mass_block(mesh: Mesh, point_mass: PointMass, numbering: Numbering) -> DenseInertia:

@@ -10,6 +10,11 @@ from functools import cached_property
 from pathlib import Path
 
 MOST_INCLUDES = 10  # files within files
+BLANK = ("BEAM SECTION", "BEAM GENERAL SECTION")  # keywords in which a blank data line counts: its default is used
+BY_FILE = {  # keywords whose data lines may be in another file, which INPUT names
+    "NODE", "ELEMENT", "NSET", "ELSET", "SURFACE", "EQUATION", "MPC", "TIE", "BOUNDARY", "NODAL THICKNESS",
+    "ORIENTATION", "DISTRIBUTION", "NGEN", "ELGEN",
+}  # fmt: skip
 COMMA = re.compile(r',(?=(?:[^"]*"[^"]*")*[^"]*$)')  # outside quotation marks
 
 
@@ -20,6 +25,7 @@ class Keyword:
     file, line  where it stands
     lines       data lines as written, without comments
     at          line number of every data line
+    files       the file of every data line
     """
 
     name: str
@@ -28,6 +34,7 @@ class Keyword:
     line: int
     lines: list[str] = field(default_factory=list)
     at: list[int] = field(default_factory=list)
+    files: list[str] = field(default_factory=list)
 
     @cached_property
     def data(self) -> list[list[str]]:
@@ -40,7 +47,13 @@ class Keyword:
 
     def place(self, row: int | None = None) -> str:
         """File and line of the keyword, or of one of its data lines."""
-        return f"{self.file}, line {self.line if row is None else self.at[row]}"
+        return f"{self.file}, line {self.line}" if row is None else f"{self.files[row]}, line {self.at[row]}"
+
+    def add(self, text: str, file: str, line: int) -> None:
+        """Add a data line and where it stands."""
+        self.lines.append(text)
+        self.at.append(line)
+        self.files.append(file)
 
     def integer(self, word: str, row: int, what: str) -> int:
         """A word of a data line as a whole number; ValueError with the place where it is none."""
@@ -54,7 +67,7 @@ class Keyword:
                 f"{self.place(row)}: *{self.name} has {word!r} where {what} belongs; it is no whole number."
             ) from None
 
-    def real(self, word: str, row: int, what: str) -> float:
+    def real(self, word: str, row: int | None, what: str) -> float:
         """A word of a data line as a number, blank as zero; ValueError with the place where it is none."""
         number = _float(word) if word else 0.0
         if number is None:
@@ -68,11 +81,11 @@ def split(text: str) -> list[str]:
 
 
 def read_keywords(path: Path) -> list[Keyword]:
-    """Keywords of a file; comments, blank lines and bare stars are dropped, included files put in."""
+    """Keywords of a file; comments, bare stars and blank lines that say nothing are dropped, included files put in."""
     keywords: list[Keyword] = []
     head, start = "", ("", 0)
     for text, file, line in _lines(path, path, 0):
-        if head or text.startswith("*"):
+        if (head and text) or text.startswith("*"):
             start = start if head else (file, line)
             head += text
             if head.endswith(","):  # parameters go on in the next line
@@ -80,31 +93,54 @@ def read_keywords(path: Path) -> list[Keyword]:
             keyword = _keyword(head, *start)
             keywords += [keyword] if keyword.name else []
             head = ""
-        elif keywords:
-            keywords[-1].lines.append(text)
-            keywords[-1].at.append(line)
+            if keyword.name in BY_FILE and keyword.parameter("input"):
+                _add_input(keyword, path)
+        elif keywords and (text or keywords[-1].name in BLANK):
+            keywords[-1].add(text, file, line)
     return keywords
 
 
+def _add_input(keyword: Keyword, main: Path) -> None:
+    """Add the data lines of the file that INPUT names, which is in the folder of the deck."""
+    for text, file, line in _lines(_named(keyword, [main.parent]), main, MOST_INCLUDES):
+        if text.startswith("*"):
+            raise ValueError(
+                f"{file}, line {line}: {text.split(',')[0]} stands in a file of data lines, which *{keyword.name}, "
+                f"INPUT at {keyword.place()} names. Put the file in by *INCLUDE, or leave data lines in it alone."
+            )
+        if text:
+            keyword.add(text, file, line)
+
+
 def _lines(path: Path, main: Path, depth: int) -> Iterator[tuple[str, str, int]]:
-    """Lines with their file and number; an included file is in the folder of its includer, or of the deck."""
-    for number, line in enumerate(path.read_text(encoding="utf-8", errors="replace").splitlines(), 1):
+    """Lines, their file and number, without comments; an included file is in its includer's folder, or the deck's."""
+    for number, line in enumerate(path.read_text(encoding="utf-8-sig", errors="replace").splitlines(), 1):
         text = line.strip()
-        if not text or text.startswith("**"):
+        if text.startswith("**"):
             continue
         if not re.match(r"\*INCLUDE\b", text, re.I):
             yield text, path.name, number
             continue
-        name = _keyword(text, path.name, number).parameter("input").replace("\\", "/")
-        places = [folder / name for folder in (path.parent, main.parent)]
-        found = next((place for place in places if place.is_file()), None)
-        if found is None or depth >= MOST_INCLUDES:
-            why = "does not exist" if found is None else f"is the {MOST_INCLUDES}th within one another"
+        keyword = _keyword(text, path.name, number)
+        found = _named(keyword, [path.parent, main.parent])
+        if depth >= MOST_INCLUDES:
             raise ValueError(
-                f"{path.name}, line {number}: {places[0]} is included in an Abaqus deck but {why}. Put the file there, "
-                "or take the line out."
+                f"{keyword.place()}: {found} is the {MOST_INCLUDES}th file within one another. Take the line out, or "
+                "put the files into one."
             )
         yield from _lines(found, main, depth + 1)
+
+
+def _named(keyword: Keyword, folders: list[Path]) -> Path:
+    """The file that INPUT names, in the first of these folders that has it."""
+    name = keyword.parameter("input").replace("\\", "/")
+    found = next((folder / name for folder in folders if (folder / name).is_file()), None)
+    if found is None:
+        raise ValueError(
+            f"{keyword.place()}: {folders[0] / name} is named by *{keyword.name} in an Abaqus deck but does not exist. "
+            "Put the file there, or take the line out."
+        )
+    return found
 
 
 def _keyword(text: str, file: str, line: int) -> Keyword:

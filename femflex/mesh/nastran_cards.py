@@ -102,7 +102,7 @@ def _plain(text: str) -> str:
 
 def _lines(path: Path, main: Path, depth: int) -> Iterator[Line]:
     """Lines of a file with those it includes."""
-    held = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    held = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
     k = 0
     while k < len(held):
         number, found = k + 1, INCLUDE.match(held[k])

@@ -71,6 +71,26 @@ def general_section(model: AbaqusModel, keyword: Keyword, elset: str) -> BeamSec
     return _made(shape, E, G, rho, SHEAR_FACTORS.get(kind, 1.0), _n1(keyword, 1), at)
 
 
+def with_shear(model: AbaqusModel, made: BeamSection, keyword: Keyword) -> BeamSection:
+    """The section with K23, K13 of *TRANSVERSE SHEAR STIFFNESS, along 2 and along 1; one that is 0 is as the other.
+
+    Raises ValueError where both are missing, where one is negative, or where principal axes are turned and both differ.
+    """
+    values = [value * model.units.force for value in _row(keyword, 0)[:2]]
+    k23, k13 = [*values, 0.0, 0.0][:2]
+    if min(k23, k13) < 0 or not max(k23, k13) > 0:
+        raise ValueError(
+            f"{keyword.place()}: *TRANSVERSE SHEAR STIFFNESS has K23, K13 = {values} N; give positive ones."
+        )
+    k23, k13 = k23 or k13, k13 or k23
+    if made.principal and abs(k23 - k13) > 1e-9 * k23:
+        raise ValueError(
+            f"{keyword.place()}: the section's principal axes are turned by {math.degrees(made.principal):.4g} deg, "
+            f"and K23 = {k23:.6g} N differs from K13 = {k13:.6g} N; give I12 = 0, with n1 along a principal axis."
+        )
+    return replace(made, section=replace(made.section, GAy=k23, GAz=k13), shears=True)
+
+
 def _made(
     shape: Shape, E: float, G: float, rho: float, factor: float, n1: tuple[float, ...] | None, at: tuple[float, float]
 ) -> BeamSection:
@@ -157,7 +177,7 @@ def _row(keyword: Keyword, k: int) -> list[float]:
 
 
 def _n1(keyword: Keyword, k: int) -> tuple[float, ...] | None:
-    if k >= len(keyword.data):
+    if k >= len(keyword.data) or not any(keyword.data[k]):
         return None
     values = [keyword.real(word, k, "a direction") for word in keyword.data[k]]
     return tuple([*values, 0.0, 0.0][:3]) if any(values) else None

@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from femflex.decks.abaqus.axes import System
 from femflex.decks.abaqus.model import WORDS, AbaqusModel, place_of
+from femflex.decks.abaqus.sections import Reading
+from femflex.decks.builder import direction_key
 from femflex.fem import Distributing, MultiPointConstraint, Rigid
+from femflex.fem.support import GLOBAL, Rows
 from femflex.mesh.abaqus_flat import Scoped
 from femflex.mesh.abaqus_keywords import Keyword
 
 Array = NDArray[np.float64]
 Surfaces = dict[tuple[str, str], list[int]]
+Transforms = Mapping[int, System]  # of nodes with *TRANSFORM
 
 SAME_PLACE = 1e-6  # of the model's extent: distance at which two tied nodes are at one place
 ALL = (0, 1, 2, 3, 4, 5)
@@ -66,25 +73,34 @@ def read_ties(model: AbaqusModel, surfaces: Surfaces) -> None:
     model.trying(tie, "TIE")
 
 
-def read_connections(model: AbaqusModel, surfaces: Surfaces) -> None:
+def read_connections(model: AbaqusModel, reading: Reading, surfaces: Surfaces, transforms: Transforms) -> None:
     """Add the connections of a deck to the model."""
     model.trying(lambda one: _rigid_body(model, one), "RIGID BODY")
-    model.trying(lambda one: _kinematic_coupling(model, one), "KINEMATIC COUPLING")
-    _couplings(model, surfaces)
+    model.trying(lambda one: _kinematic_coupling(model, reading, one), "KINEMATIC COUPLING")
+    _couplings(model, reading, surfaces)
     model.trying(lambda one: _distributing(model, one), "DISTRIBUTING COUPLING")
     model.trying(lambda one: _mpc(model, one), "MPC")
-    model.trying(lambda one: _equation(model, one), "EQUATION")
+    model.trying(lambda one: _equation(model, transforms, one), "EQUATION")
 
 
-def _rigid(model: AbaqusModel, nodes: list[int], ref: int, components: tuple[int, ...], what: str, k: Keyword) -> None:
-    """Let components of nodes follow a reference node, rigidly."""
+def _rigid(
+    model: AbaqusModel, nodes: list[int], ref: int, components: tuple[int, ...], what: str, k: Keyword,
+    system: System | None = None,
+) -> None:  # fmt: skip
+    """Let components of nodes follow a reference node, rigidly; along the axes of a system at each node."""
     ref = model.same(ref)
     nodes = [node for node in dict.fromkeys(map(model.same, nodes)) if node != ref]
     if not nodes or not all([model.depend(node, components, what, k) for node in nodes]):
         return
-    name = model.group_of(nodes, what)
     words = tuple(WORDS[c] for c in components)
-    model.connections.append(Rigid(name, model.group(ref), words))
+    by: dict[tuple[float, ...], list[int]] = {}
+    for node in nodes:
+        by.setdefault(direction_key((np.eye(3) if system is None else system.at(model.x(node))).ravel()), []).append(
+            node
+        )
+    for axes, own in by.items():
+        rows = tuple(axes[j : j + 3] for j in (0, 3, 6))
+        model.connections.append(Rigid(model.group_of(own, what), model.group(ref), words, rows))  # type: ignore[arg-type]
     model.moving.update([ref, *nodes])
     model.turning.add(ref)
 
@@ -118,20 +134,19 @@ def _range(keyword: Keyword, k: int, words: list[str]) -> tuple[int, ...]:
     return tuple(c - 1 for c in range(first, last + 1) if 1 <= c <= 6)
 
 
-def _kinematic_coupling(model: AbaqusModel, one: Scoped) -> None:
+def _kinematic_coupling(model: AbaqusModel, reading: Reading, one: Scoped) -> None:
     scope, keyword = one
     ref = model.node_of(keyword.parameter("refnode"), scope, keyword)
-    if keyword.parameter("orientation"):
-        model.found.unused("ORIENTATION of *KINEMATIC COUPLING", "components are those of the deck", place_of(keyword))
+    system = reading.system(keyword.parameter("orientation"), scope, keyword)
     by: dict[tuple[int, ...], list[int]] = {}
     for k, row in enumerate(keyword.data):
         if row[0]:
             by.setdefault(_range(keyword, k, row[1:3]), []).extend(model.nodes_of(row[0], scope, keyword, k))
     for components, nodes in by.items():
-        _rigid(model, nodes, ref, components, f"*KINEMATIC COUPLING at node {ref}", keyword)
+        _rigid(model, nodes, ref, components, f"*KINEMATIC COUPLING at node {ref}", keyword, system)
 
 
-def _couplings(model: AbaqusModel, surfaces: Surfaces) -> None:
+def _couplings(model: AbaqusModel, reading: Reading, surfaces: Surfaces) -> None:
     """*COUPLING with the *KINEMATIC or *DISTRIBUTING that follows it."""
     open_one: Scoped | None = None
     for one in model.flat.keywords:
@@ -141,17 +156,16 @@ def _couplings(model: AbaqusModel, surfaces: Surfaces) -> None:
             model.found.use("*COUPLING")
             model.attempt(
                 one.keyword,
-                lambda head=open_one, kind=one: _coupling(model, surfaces, head, kind),  # type: ignore[misc]
+                lambda head=open_one, kind=one: _coupling(model, reading, surfaces, head, kind),  # type: ignore[misc]
             )
             open_one = None
 
 
-def _coupling(model: AbaqusModel, surfaces: Surfaces, head: Scoped, kind: Scoped) -> None:
+def _coupling(model: AbaqusModel, reading: Reading, surfaces: Surfaces, head: Scoped, kind: Scoped) -> None:
     scope, keyword = head
     ref = model.node_of(keyword.parameter("refnode"), scope, keyword)
     nodes = surface_nodes(model, surfaces, keyword.parameter("surface"), head)
-    if keyword.parameter("orientation"):
-        model.found.unused("ORIENTATION of *COUPLING", "components are those of the deck", place_of(keyword))
+    system = reading.system(keyword.parameter("orientation"), scope, keyword)
     radius = keyword.parameter("influenceradius")
     if radius and radius.upper() != "WORLD":
         far = float(radius)
@@ -161,7 +175,7 @@ def _coupling(model: AbaqusModel, surfaces: Surfaces, head: Scoped, kind: Scoped
         components: set[int] = set()
         for k, row in enumerate(kind.keyword.data):
             components |= set(_range(kind.keyword, k, row[:2]))
-        _rigid(model, nodes, ref, tuple(sorted(components)) or ALL, what, keyword)
+        _rigid(model, nodes, ref, tuple(sorted(components)) or ALL, what, keyword, system)
         return
     _spread(model, nodes, ref, None, what, keyword)
 
@@ -218,18 +232,14 @@ def _mpc(model: AbaqusModel, one: Scoped) -> None:
                 continue
             components = ALL if kind == "TIE" else (0, 1, 2)
             _follow(model, node, components, {other: np.eye(6)[list(components)]}, what, keyword)
-    if keyword.parameter("input"):
-        model.found.unused("*MPC, INPUT", "constraints in another file are left out", place_of(keyword))
 
 
-def _equation(model: AbaqusModel, one: Scoped) -> None:
+def _equation(model: AbaqusModel, transforms: Transforms, one: Scoped) -> None:
     """Terms (node or set, component, factor), four in a line; the first follows the others."""
     scope, keyword = one
     if "remove" in keyword.parameters:
         model.found.unused("*EQUATION, REMOVE", "the equations stay", place_of(keyword))
         return
-    if keyword.parameter("input"):
-        model.found.unused("*EQUATION, INPUT", "equations in another file are left out", place_of(keyword))
     k = 0
     while k < len(keyword.data):
         count, start = keyword.integer(keyword.data[k][0], k, "the number of terms"), k
@@ -251,10 +261,18 @@ def _equation(model: AbaqusModel, one: Scoped) -> None:
         pairs = max(len(nodes) for nodes, _, _ in terms)
         for i in range(pairs):
             own = [(nodes[i if len(nodes) > 1 else 0], c, factor) for nodes, c, factor in terms]
-            _equation_of(model, own, keyword, start)
+            _equation_of(model, transforms, own, keyword, start)
 
 
-def _equation_of(model: AbaqusModel, terms: list[tuple[int, int, float]], keyword: Keyword, row: int) -> None:
+def _equation_of(
+    model: AbaqusModel, transforms: Transforms, terms: list[tuple[int, int, float]], keyword: Keyword, row: int
+) -> None:
+    """One equation between components of nodes, along the axes of *TRANSFORM where a node has them."""
+
+    def axes(node: int) -> Array:
+        own = transforms.get(model.same(node))
+        return np.eye(3) if own is None else own.at(model.x(node))
+
     terms = [_turned(model, *term) for term in terms]
     (node, c, first), *others = terms
     if not first or not 0 <= c < 6:
@@ -269,8 +287,9 @@ def _equation_of(model: AbaqusModel, terms: list[tuple[int, int, float]], keywor
             raise ValueError(f"{keyword.place(row)}: component {k + 1} of an equation is not one of 1 to 6.")
         unit = length ** ((1 if c < 3 else 0) - (1 if k < 3 else 0))
         own = matrix.setdefault(model.same(other), np.zeros((1, 6)))
-        own[0, k] -= factor / first * unit
-    _follow(model, node, (c,), matrix, f"*EQUATION at {keyword.file}:{keyword.at[row]}", keyword)
+        turns = 3 * (k // 3)
+        own[0, turns : turns + 3] -= factor / first * unit * axes(other)[k % 3]
+    _follow(model, node, (c,), matrix, f"*EQUATION at {place_of(keyword, row)}", keyword, tuple(map(tuple, axes(node))))
 
 
 def _turned(model: AbaqusModel, node: int, c: int, factor: float) -> tuple[int, int, float]:
@@ -280,8 +299,9 @@ def _turned(model: AbaqusModel, node: int, c: int, factor: float) -> tuple[int, 
 
 
 def _follow(
-    model: AbaqusModel, node: int, components: tuple[int, ...], matrix: dict[int, Array], what: str, keyword: Keyword
-) -> None:
+    model: AbaqusModel, node: int, components: tuple[int, ...], matrix: dict[int, Array], what: str, keyword: Keyword,
+    axes: Rows = GLOBAL,
+) -> None:  # fmt: skip
     node = model.same(node)
     if not model.depend(node, components, what, keyword):
         return
@@ -289,7 +309,7 @@ def _follow(
     values = np.hstack([matrix.get(other, np.zeros((len(components), 6))) for other in leaders])
     words = tuple(WORDS[c] for c in components)
     model.connections.append(
-        MultiPointConstraint(model.group(node), words, tuple(map(model.group, leaders)), values, name=what)
+        MultiPointConstraint(model.group(node), words, tuple(map(model.group, leaders)), values, axes, what)
     )
     model.wanted.update([node, *leaders])
     if any(c >= 3 for c in components):

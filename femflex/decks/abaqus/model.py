@@ -25,7 +25,7 @@ WORDS = ("x", "y", "z", "rx", "ry", "rz")
 
 def place_of(keyword: Keyword, row: int | None = None) -> Place:
     """Where a keyword stands, or one of its data lines."""
-    return Place(keyword.file, keyword.line if row is None else keyword.at[row])
+    return Place(keyword.file, keyword.line) if row is None else Place(keyword.files[row], keyword.at[row])
 
 
 @dataclass

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -25,6 +27,14 @@ def read_masses(model: AbaqusModel, reading: Reading) -> None:
     def mass(one: Scoped) -> None:
         keyword = one.keyword
         m = keyword.real(keyword.data[0][0], 0, "a mass") * model.units.mass
+        if keyword.parameter("type").upper().startswith("ANISO"):
+            given = [keyword.real(word, 0, "a mass") for word in [*keyword.data[0], *[""] * 6][:6]]
+            M11, M12, M22, M13, M23, M33 = given
+            if max(M11, M22, M33) - min(M11, M22, M33) > 1e-9 * M11 or M12 or M13 or M23:
+                raise ValueError(
+                    f"{keyword.place()}: *MASS, TYPE=ANISOTROPIC has {given}, which differ by direction; the mass of a "
+                    "point here is alike in all directions. Give one mass."
+                )
         if m < 0:
             raise ValueError(f"{keyword.place(0)}: the mass is {m:.6g} kg; a mass cannot be negative.")
         for element in _elements(model, one):
@@ -58,26 +68,18 @@ def finish_masses(model: AbaqusModel) -> None:
     """Make the point masses, now that it is known which nodes turn."""
     for node, (mass, inertia, where) in model.lumped.items():
         if inertia is not None and inertia.any():
-            inertia = _possible(inertia)
             if mass <= 0:
                 model.found.note(f"{where}: node {node} has an inertia and no mass; it gets {NO_MASS:g} kg")
         elif mass <= 0:
             continue
         else:
             inertia = None
-        model.point_masses.append(PointMass(model.group(node), max(mass, NO_MASS), inertia))
-
-
-def _possible(inertia: Array) -> Array:
-    """The inertia with its two smaller principal moments raised equally until a distribution of mass can have it."""
-    values, vectors = np.linalg.eigh(inertia)
-    values = np.maximum(values, 0.0)
-    values[:2] += max(values[2] - values[0] - values[1], 0.0) / 2
-    return np.asarray(vectors @ np.diag(values) @ vectors.T)
+        model.point_masses.append(PointMass(model.group(node), max(mass, NO_MASS), inertia, bodily=False))
 
 
 def read_springs(model: AbaqusModel, reading: Reading) -> None:
-    """Add springs: SPRINGA along the line between two nodes, SPRING1 to the body frame, SPRING2 between components.
+    """Add springs: SPRINGA along the line between two nodes, SPRING1 to the body frame, SPRING2 between components,
+    which are those of the springs' orientation at each node.
 
     Springs without ELSET after *JOINT are those of its elements (JOINTC), along the axes of its orientation.
     """
@@ -92,7 +94,7 @@ def read_springs(model: AbaqusModel, reading: Reading) -> None:
             model.attempt(one.keyword, lambda one=one, joint=joint: _joint(model, reading, joint, one))  # type: ignore[misc]
         elif name == "SPRING":
             model.found.use("*SPRING")
-            model.attempt(one.keyword, lambda one=one: _spring(model, one))  # type: ignore[misc]
+            model.attempt(one.keyword, lambda one=one: _spring(model, reading, one))  # type: ignore[misc]
         elif name != "DASHPOT":
             joint = None
 
@@ -113,18 +115,16 @@ def _joint(model: AbaqusModel, reading: Reading, joint: Scoped, one: Scoped) -> 
         nodes = [model.same(node) for node in element.nodes]
         axes = system.at(model.x(nodes[0])) if system is not None else np.eye(3)
         direction = axes[c % 3]
-        terms = [
-            (model.group(node), "rotation" if turns else "translation", tuple(float(v) for v in sign * direction))
-            for node, sign in zip(nodes, (1.0, -1.0), strict=False)
-        ]
+        terms = [_term(model, node, turns, sign * direction) for node, sign in zip(nodes, (1.0, -1.0), strict=False)]
         model.wanted.update(nodes)
         model.wanted_turning.update(nodes if turns else [])
         unit = model.units.moment if turns else model.units.spring
-        model.bushings.append(ScalarSpring(tuple(terms), stiffness * unit))  # type: ignore[arg-type]
+        model.bushings.append(ScalarSpring(tuple(terms), stiffness * unit))
 
 
-def _spring(model: AbaqusModel, one: Scoped) -> None:
-    keyword = one.keyword
+def _spring(model: AbaqusModel, reading: Reading, one: Scoped) -> None:
+    scope, keyword = one
+    system = reading.system(keyword.parameter("orientation"), scope, keyword)
     if "nonlinear" in keyword.parameters:
         model.found.unused("NONLINEAR of *SPRING", "the spring is left out", place_of(keyword))
         return
@@ -148,11 +148,18 @@ def _spring(model: AbaqusModel, one: Scoped) -> None:
         terms = []
         for node, c, sign in zip(nodes, components, (1.0, -1.0), strict=False):
             turns = c >= 3
-            terms.append((model.group(node), "rotation" if turns else "translation", tuple(sign * np.eye(3)[c % 3])))
+            axes = np.eye(3) if system is None else system.at(model.x(node))
+            terms.append(_term(model, node, turns, sign * axes[c % 3]))
             model.wanted.add(node)
             model.wanted_turning.update([node] if turns else [])
         unit = model.units.spring if components[0] < 3 else model.units.moment
         model.bushings.append(ScalarSpring(tuple(terms), stiffness * unit))
+
+
+def _term(model: AbaqusModel, node: int, turns: bool, direction: Array) -> tuple[str, Any, tuple[float, float, float]]:
+    """What a spring measures at a node: its translation, or its rotation, along a direction (3,)."""
+    x, y, z = map(float, direction)
+    return model.group(node), "rotation" if turns else "translation", (x, y, z)
 
 
 def _elements(model: AbaqusModel, one: Scoped) -> list[Element]:

@@ -49,7 +49,7 @@ def read(path: Path, units: Units, overrides: Overrides) -> Deck:
     transforms = read_transforms(model)
     reading = Reading(Materials(model), systems, _thickness(model))
     read_elements(model, reading)
-    read_connections(model, surfaces)
+    read_connections(model, reading, surfaces, transforms)
     read_masses(model, reading)
     read_springs(model, reading)
     _lone_nodes(model)

@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.decks.abaqus.axes import System
-from femflex.decks.abaqus.beam_sections import beam_section, general_section
+from femflex.decks.abaqus.beam_sections import beam_section, general_section, with_shear
 from femflex.decks.abaqus.materials import Elastic, Materials
-from femflex.decks.abaqus.model import AbaqusModel, place_of
+from femflex.decks.abaqus.model import AbaqusModel
 from femflex.decks.builder import direction_key
+from femflex.fem.plate.frames import same_side
 from femflex.fem.sections.laminates import PlateSection, Ply, layup
 from femflex.fem.sections.library import CableSection
 from femflex.fem.sections.materials import Material
@@ -176,6 +177,9 @@ def _beams(model: AbaqusModel, reading: Reading, one: Scoped, elset: str) -> Mak
         made = beam_section(model, reading.materials(keyword.parameter("material"), keyword.place()), keyword, elset)
     else:
         made = general_section(model, keyword, elset)
+    shear = _next(model, one, "TRANSVERSE SHEAR STIFFNESS")
+    if shear is not None:
+        made = with_shear(model, made, shear)
     C = model.placement(scope).C
     n1 = None if made.n1 is None else C @ np.array(made.n1)
 
@@ -229,15 +233,18 @@ def _shells(model: AbaqusModel, reading: Reading, one: Scoped, elset: str, facet
     membrane = keyword.name == "MEMBRANE SECTION"
     offset = _offset(keyword)
     at_nodes = "nodalthickness" in keyword.parameters
-    if keyword.parameter("density") and not _by_stiffness(keyword):
-        model.found.unused("DENSITY of a shell section", "the density of the material is used", place_of(keyword))
+    added = 0.0
+    if keyword.parameter("density") and not _by_stiffness(keyword):  # more mass than that of the material
+        added = keyword.real(keyword.parameter("density"), None, "a mass per area") * model.units.mass
+        added /= model.units.length**2
     sections: dict[tuple[Any, ...], PlateSection] = {}
 
-    def section_of(own: float, angles: tuple[float, ...]) -> PlateSection:
-        which = (round(own, 12), angles)
+    def section_of(own: float, angles: tuple[float, ...], below: bool = False) -> PlateSection:
+        which = (round(own, 12), angles, below)
         if which not in sections:
             made = stack.section(own, angles)
-            sections[which] = _without_bending(made) if membrane else made
+            made = (_without_bending(made) if membrane else made).loaded(added)
+            sections[which] = made.turned_over() if below else made
         return sections[which]
 
     def make(model: AbaqusModel, element: Element) -> None:
@@ -253,7 +260,8 @@ def _shells(model: AbaqusModel, reading: Reading, one: Scoped, elset: str, facet
         triangle = facets and element.cell == "triangle" and not off and not membrane
         plate = triangle and not section_of(factor, angles).coupled
         by_element = plate or off or _by_stiffness(keyword)  # the member has one thickness
-        section = section_of(own if by_element else factor, angles)
+        below = plate and not stack.isotropic and not same_side(normal)
+        section = section_of(own if by_element else factor, angles, below)
         options: dict[str, Any] = {"offset": -offset * section.thickness} if off else {}
         fields: dict[str, Any] = {}
         key: tuple[Any, ...] = (plate, id(keyword), scope, id(section))
@@ -354,14 +362,19 @@ def _stiffness(model: AbaqusModel, one: Scoped) -> _Given:
     force = u.force / u.length
     A, B, D = K[:3, :3] * force, K[:3, 3:] * u.force, K[3:, 3:] * u.moment
     S = ((A[0, 0] + A[1, 1]) / 6 + A[2, 2] / 3) * np.eye(2)
-    rows = [two for two in zip(model.flat.keywords, model.flat.keywords[1:], strict=False) if two[0] is one]
-    if rows and rows[0][1].keyword.name == "TRANSVERSE SHEAR STIFFNESS":
-        shear = rows[0][1].keyword
+    shear = _next(model, one, "TRANSVERSE SHEAR STIFFNESS")
+    if shear is not None:
         k11, k22, k12 = [*(shear.real(w, 0, "a stiffness") for w in shear.data[0] if w), 0.0, 0.0][:3]
         S = np.array([[k11, k12], [k12, k22 or k11]]) * force
     thickness = float(np.sqrt(12 * np.trace(D) / np.trace(A)))
     density = float(keyword.parameter("density") or 0.0) * u.mass / u.length**2
     return _Given(PlateSection(thickness, density, density * thickness**2 / 12, A, D, S, B))
+
+
+def _next(model: AbaqusModel, one: Scoped, name: str) -> Keyword | None:
+    """The keyword of a name that stands next to a section's."""
+    pairs = zip(model.flat.keywords, model.flat.keywords[1:], strict=False)
+    return next((after.keyword for before, after in pairs if before is one and after.keyword.name == name), None)
 
 
 def _normal(model: AbaqusModel, element: Element) -> tuple[Array, Array]:

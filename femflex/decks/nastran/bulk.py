@@ -91,12 +91,24 @@ def bulk_of(raw: RawDeck, units: Units, overrides: Mapping[str, Mapping[str, Any
     for one in raw.raw:
         name = one.name.upper()
         bulk.cards.setdefault(name, []).append(Card(name, one.fields, Place(one.file, one.line)))
-    for card in bulk.cards.get("PARAM", ()):
+    for card in [*bulk.cards.get("PARAM", ()), *_control_parameters(raw)]:  # case control's have the last word
         bulk.parameters[card.word(0)] = card
     if (wtmass := bulk.parameters.get("WTMASS")) is not None:
         bulk.attempt(wtmass, lambda: setattr(bulk, "wtmass", wtmass.real(1)))
     _control(bulk)
     return bulk
+
+
+def _control_parameters(raw: RawDeck) -> list[Card]:
+    """PARAM of case control as cards: those above the subcases and of the first."""
+    found, subcases = list[Card](), 0
+    for line in raw.control:
+        text = line.text.strip().upper()
+        subcases += bool(re.match(r"(SUBCASE|STEP)\b", text))
+        words = [word for word in re.split(r"[\s,=]+", text) if word]
+        if subcases < 2 and len(words) > 2 and words[0] == "PARAM":
+            found.append(Card("PARAM", words[1:], Place(line.file, line.number)))
+    return found
 
 
 def _control(bulk: Bulk) -> None:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Collection
 from dataclasses import dataclass
 
 from femflex.decks.findings import Place
+from femflex.mesh.numbers import Numbers
 
 EXPONENT = re.compile(r"(?<=[0-9.])([+-])(?=\d+$)")
 
@@ -81,21 +83,27 @@ class Card:
         return [word.strip().upper() for word in self.fields[start:] if word.strip()]
 
 
-def numbers_of(card: Card, start: int) -> list[int]:
-    """The whole numbers listed from a field on, with THRU and BY. Raises FieldError."""
+def numbers_of(card: Card, start: int, known: Collection[int] | None = None) -> list[int]:
+    """The whole numbers listed from a field on, with THRU and BY; of a range those that are known. Raises FieldError.
+
+    known: a dict or a set; None takes every number of a range.
+    """
     words, found, k = card.rest(start), list[int](), 0
+    first = 0  # of a range that may follow
     while k < len(words):
         if words[k] == "THRU":
-            if not found or k + 1 >= len(words) or not words[k + 1].lstrip("+-").isdigit():
+            if not first or k + 1 >= len(words) or not words[k + 1].lstrip("+-").isdigit():
                 raise FieldError(f"{card} has THRU without a number on both sides")
             last, step = int(words[k + 1]), 1
             k += 2
             if k + 1 < len(words) and words[k] == "BY":
                 step, k = int(words[k + 1]), k + 2
-            found += range(found[-1] + step, last + 1, step)
+            span = range(first + step, last + 1, step)
+            found += span if known is None else Numbers((span,)).among(known)
             continue
         if not re.fullmatch(r"[+-]?\d+", words[k]):
             raise FieldError(f"{card} has {words[k]!r} in a list of whole numbers")
-        found.append(int(words[k]))
+        first = int(words[k])
+        found.append(first)
         k += 1
     return found

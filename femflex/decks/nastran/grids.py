@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -70,11 +71,14 @@ class Grids:
         self._made[number] = Grid(self.systems(cp).position(given, self._bulk.units.length), cd, held, card)
         return self._made[number]
 
-    def __contains__(self, number: int) -> bool:
+    def __contains__(self, number: object) -> bool:
         return number in self._cards
 
     def __len__(self) -> int:
         return len(self._cards)
+
+    def __iter__(self) -> Iterator[int]:
+        return iter(self._cards)
 
     def numbers(self) -> list[int]:
         """Numbers of all grid points, in the order of their cards."""

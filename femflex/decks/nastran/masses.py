@@ -54,27 +54,10 @@ def _add(model: NastranModel, card: Card, grid: int, mass: float, inertia: Array
     principal = np.linalg.eigvalsh(inertia)
     if principal[0] < -1e-6 * np.abs(principal).max():
         raise ValueError(f"{card} has an inertia with principal moments {principal.tolist()} kg m^2; none is negative")
-    size = float(np.abs(principal).max())
-    if size > 0 and principal[0] + principal[1] < principal[2] - 1e-9 * size:
-        # Nastran takes any positive matrix; a distribution of mass cannot have this one
-        inertia = _possible(inertia)
-        if principal[2] - principal[0] - principal[1] > 1e-3 * size:
-            model.bulk.found.note(
-                f"{card} has principal moments {principal.round(9).tolist()} kg m^2, which no body has (two must sum "
-                "to at least the third); the two smaller are raised equally"
-            )
     model.masses.append((grid, mass, inertia if inertia.any() else None, offset, card))
     model.wanted.add(grid)
     if inertia.any() or offset.any():
         model.wanted_turning.add(grid)
-
-
-def _possible(inertia: Array) -> Array:
-    """The inertia with its two smaller principal moments raised equally until a distribution of mass can have it."""
-    values, vectors = np.linalg.eigh(inertia)
-    values = np.maximum(values, 0.0)
-    values[:2] += max(values[2] - values[0] - values[1], 0.0) / 2
-    return np.asarray(vectors @ np.diag(values) @ vectors.T)
 
 
 def _conm1(model: NastranModel, card: Card) -> None:
@@ -137,9 +120,6 @@ def _scalar(model: NastranModel) -> None:
             for _, card in turning.values():
                 bulk.found.use(card.name)
             own = np.array([turning[c][0] if c in turning else 0.0 for c in (4, 5, 6)])
-            idle = [c - 4 for c in (4, 5, 6) if c in model.grids[grid].held and c not in turning]
-            if idle:  # no body turns about one axis alone: what is missing goes where it does not move
-                own[idle[0]] = max(2 * own.max() - own.sum(), 0.0)
             axes = model.systems(model.grids[grid].displacement).axes_at(model.grids[grid].position)
             J = axes.T @ np.diag(own) @ axes * bulk.units.inertia * bulk.wtmass
             card = next(iter(turning.values()))[1]
@@ -161,11 +141,13 @@ def finish_masses(model: NastranModel, total: float) -> None:
                 "its grid has no rotation (solids, rods): its mass acts at the grid", card.place,
             )  # fmt: skip
             inertia, offset = None, np.zeros(3)
-        model.point_masses.append(PointMass(model.group(grid), mass, inertia, tuple(float(c) for c in offset)))
+        model.point_masses.append(
+            PointMass(model.group(grid), mass, inertia, tuple(float(c) for c in offset), bodily=False)
+        )
     for grid, inertia, card in model.inertias:
         if grid not in model.turning:
             found.unused(f"{card.name} inertia", "its grid has no rotation; the inertia is left out", card.place)
             continue
         light = NO_MASS * max(total, 1e-9)
         found.note(f"{card} has an inertia and no mass; it gets {light:.3g} kg")
-        model.point_masses.append(PointMass(model.group(grid), light, _possible(inertia)))
+        model.point_masses.append(PointMass(model.group(grid), light, inertia, bodily=False))

@@ -9,6 +9,7 @@ from femflex.decks.builder import direction_key
 from femflex.decks.nastran.card import Card, FieldError
 from femflex.decks.nastran.model import WORDS, NastranModel
 from femflex.fem import Distributing, MultiPointConstraint, Rigid
+from femflex.mesh.numbers import Numbers
 
 Array = NDArray[np.float64]
 
@@ -26,7 +27,7 @@ def read_rigid_elements(model: NastranModel) -> None:
     _mpcs(model)
 
 
-def _grids_of(card: Card, start: int) -> tuple[list[int], bool]:
+def _grids_of(model: NastranModel, card: Card, start: int) -> tuple[list[int], bool]:
     """Grids listed from a field on, up to a real number (ALPHA); and whether there is one."""
     words = card.rest(start)
     alpha = bool(words) and ("." in words[-1] or words[-1] == "ALPHA")
@@ -34,7 +35,7 @@ def _grids_of(card: Card, start: int) -> tuple[list[int], bool]:
     words = words[:-1] if alpha else words
     while k < len(words):
         if words[k] == "THRU" and listed and k + 1 < len(words):
-            listed += range(listed[-1] + 1, int(words[k + 1]) + 1)
+            listed += Numbers((range(listed[-1] + 1, int(words[k + 1]) + 1),)).among(model.grids)
             k += 2
             continue
         if not words[k].isdigit():
@@ -46,7 +47,7 @@ def _grids_of(card: Card, start: int) -> tuple[list[int], bool]:
 
 def _rbe2(model: NastranModel, card: Card) -> None:
     centre, components = card.integer(1), card.components(2)
-    grids, _ = _grids_of(card, 3)
+    grids, _ = _grids_of(model, card, 3)
     if not model.grids.require([centre, *grids], card):
         return
     grids = [g for g in grids if g != centre]

@@ -26,7 +26,7 @@ def read_sets(model: NastranModel) -> None:
     for number, members in sets.items():
         known = members.among(build.row_of) if kinds.get(number) != "2" else []
         names = [f"set_{number}"] + ([raw.set_names[number][1]] if number in raw.set_names else [])
-        if kinds.get(number) == "1" or (number not in kinds and members.within(model.grids)):  # type: ignore[arg-type]
+        if kinds.get(number) == "1" or (number not in kinds and members.within(model.grids)):
             if known:
                 for name in names:
                     build.point_groups.setdefault(name, [build.row_of[g] for g in known])

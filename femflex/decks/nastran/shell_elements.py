@@ -13,6 +13,7 @@ from femflex.decks.nastran.card import Card
 from femflex.decks.nastran.middle_nodes import with_middles
 from femflex.decks.nastran.model import NastranModel
 from femflex.decks.nastran.shell_properties import ShellProperties, ShellProperty
+from femflex.fem.plate.frames import same_side
 
 Array = NDArray[np.float64]
 
@@ -28,6 +29,7 @@ class Kind:
     theta: int
     offset: int
     thickness: tuple[int, ...]
+    relative: int = 9  # TFLAG
 
 
 KINDS = {
@@ -37,8 +39,8 @@ KINDS = {
     "CTRIA3K": Kind(3, False, 5, 6, (10, 11, 12)),
     "CTRIA3": Kind(3, False, 5, 6, (10, 11, 12)),
     "CTRIAR": Kind(3, False, 5, 6, (10, 11, 12)),
-    "CQUAD8": Kind(4, True, 14, 15, (10, 11, 12, 13)),
-    "CTRIA6": Kind(3, True, 8, 9, (10, 11, 12)),
+    "CQUAD8": Kind(4, True, 14, 15, (10, 11, 12, 13), 16),
+    "CTRIA6": Kind(3, True, 8, 9, (10, 11, 12), 13),
     "CSHEAR": Kind(4, False, -1, -1, ()),
 }
 CELLS = {(4, False): "quad", (4, True): "quad8", (3, False): "triangle", (3, True): "triangle6"}
@@ -91,9 +93,10 @@ def _shell(model: NastranModel, card: Card, kind: Kind, properties: ShellPropert
         fields |= {} if thickness is None else {"thickness": thickness}
     else:  # flat facets: one axis and one thickness for a member
         mean = None if thickness is None else float(np.mean(thickness))
-        section = made.of(mean)
+        below = axis is not None and not same_side(normal)
+        section = made.of(mean).turned_over() if below else made.of(mean)
         options |= {} if axis is None else {"axis": tuple(float(c) for c in axis)}
-        key += (mean, None if axis is None else direction_key(axis, 6))
+        key += (mean, None if axis is None else direction_key(axis, 6), below)
         if thickness is not None and np.ptp(thickness) > 1e-6 * np.max(thickness):
             model.bulk.found.unused(
                 f"{card.name} T1 to T3 that differ", "each such facet has the mean of its corners' thicknesses",
@@ -117,8 +120,7 @@ def _normal(x: Array, card: Card) -> Array:
 
 def _thickness(model: NastranModel, card: Card, kind: Kind, made: ShellProperty) -> tuple[float, ...] | None:
     """Thickness of the element at its corners [m] where it has its own."""
-    flag = kind.thickness[0] - 1 if kind.thickness and not kind.middles else -1
-    relative = flag >= 0 and card.is_integer(flag) and card.integer(flag) == 1
+    relative = card.is_integer(kind.relative) and card.integer(kind.relative) == 1
     given = [card.real(k, 0.0) for k in kind.thickness]
     if not any(given):
         return None

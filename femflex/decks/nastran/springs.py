@@ -1,4 +1,4 @@
-"""Springs: CELAS1 to 4 with PELAS, CBUSH with PBUSH, and the torsion of rods."""
+"""Springs: CELAS1 to 4 with PELAS, CBUSH with PBUSH, CBUSH1D with PBUSH1D, and the torsion of rods."""
 
 from __future__ import annotations
 
@@ -29,6 +29,43 @@ def read_springs(model: NastranModel) -> None:
         for card in bulk.each(name, use=False):
             bulk.found.unused(name, "springs of scalar points are left out", card.place)
     _bushes(model)
+    axial = {card.integer(0): card for card in bulk.each("PBUSH1D", use=False) if card.is_integer(0)}
+    bulk.trying(lambda card: _axial_bush(model, card, axial), "CBUSH1D", use=False)
+
+
+def _axial_bush(model: NastranModel, card: Card, properties: dict[int, Card]) -> None:
+    """A spring along the line between two grids, or along the x axis of CID."""
+    pid, ends, found = card.integer(1, card.integer(0)), [card.integer(2), card.integer(3, 0)], model.bulk.found
+    if pid not in properties:
+        known = sorted(properties)[:12]
+        raise ValueError(f"{card} names property {pid}, which is not in the deck; of PBUSH1D it has {known}")
+    made = properties[pid]
+    if made.real(2, 0.0) or made.real(3, 0.0):
+        found.unused("PBUSH1D C, M", "damping and mass of bushings are left out; give them in the case", made.place)
+    if any(made.has(k) for k in range(8, len(made.fields))):
+        found.unused("PBUSH1D tables", "a stiffness that depends on the motion is left out; K is used", made.place)
+    found.use("PBUSH1D")
+    ends = [g for g in ends if g]
+    k = made.real(1, 0.0)
+    if not model.grids.require(ends, card):
+        return
+    if not k:
+        found.unused(card.name, "its stiffness is zero; nothing is left out", card.place)
+        return
+    if k < 0:
+        raise ValueError(f"{card} has a stiffness below zero")
+    x = [model.grids[g].position for g in ends]
+    if card.has(4):
+        direction = model.systems(card.integer(4)).axes_at(x[0])[0]
+    elif len(ends) == 2 and np.any(x[1] != x[0]):
+        direction = (x[1] - x[0]) / np.linalg.norm(x[1] - x[0])
+    else:
+        raise ValueError(f"{card} has no line between two grids, and no CID; give CID, along whose x axis it acts")
+    found.use(card.name)
+    signs = zip(ends, (1.0, -1.0), strict=False)
+    terms = [(model.group(g), "translation", tuple(float(v) for v in s * direction)) for g, s in signs]
+    model.wanted.update(ends)
+    model.springs.append((ScalarSpring(tuple(terms), k * model.bulk.units.spring), ends, False, card))  # type: ignore[arg-type]
 
 
 def _celas(model: NastranModel, card: Card, values: dict[int, float]) -> None:
@@ -92,6 +129,8 @@ def _bushes(model: NastranModel) -> None:
                 bulk.found.unused(
                     f"PBUSH {word}", f"{what} of bushings is left out; give damping in the case", card.place
                 )
+            elif word == "M" and card.real(k + 1, 0.0):
+                bulk.found.unused("PBUSH M", "the mass of bushings is left out; give it by CONM2", card.place)
         values = {f"K{i + 1}": float(K[i] * (u.spring if i < 3 else u.moment)) for i in range(6)}
         changed = bulk.override([f"pid_{card.integer(0)}"], values, str(card))
         stiff[card.integer(0)] = np.array([changed[f"K{i + 1}"] for i in range(6)])

@@ -52,7 +52,7 @@ def read_supports(model: NastranModel) -> tuple[dict[str, Held], tuple[str, ...]
                     )
 
     def spc1(card: Card) -> None:
-        listed = numbers_of(card, 2)
+        listed = numbers_of(card, 2, model.grids)
         if "THRU" in card.rest(2):  # grids that are not there are passed over
             listed = [g for g in listed if g in model.grids]
         hold(card, card.integer(0), listed, card.components(1))

@@ -12,7 +12,7 @@ CONSEQUENCES = (
     (r"BSURF|BCTSET|BCTADD|BCTPARM|BCONP|BCBODY|BCTABLE|BGSET|BGADD|BCPROP|BEDGE|BLSEG|BCRPARA|BCAUTOP",
      "contact and glue are left out; the surfaces do not touch"),
     (r"CWELD|CFAST|CSEAM|PWELD|PFAST|PSEAM", "fasteners are left out; the parts that they join stay apart"),
-    (r"CVISC|PVISC|CDAMP|PDAMP|CBUSH1D|PBUSH1D", "damping is left out; give damping in the case"),
+    (r"CVISC|PVISC|CDAMP|PDAMP", "damping is left out; give damping in the case"),
     (r"PLOTEL|SNORM|DVGRID", "nothing is left out of the structure"),
     (r"DMIG|DMI$|DMIJ|DMIK|K2GG|M2GG|DTI$", "matrices are left out; their stiffness and mass are missing"),
     (r"ASET|OMIT|BSET|CSET|QSET|USET|BNDFIX|BNDFREE|SESET|SECSET|SEBSET|SEQSET|EXTRN|RELEASE|CYJOIN|CYSYM",

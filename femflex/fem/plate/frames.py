@@ -38,6 +38,12 @@ def oriented(normals: Array) -> Array:
     return n * np.where(z != 0, z, np.where(y != 0, y, x))[:, None]
 
 
+def same_side(normal: ArrayLike) -> bool:
+    """Whether a plate's normal is this one (3,), that of the order of its corners, and not the opposite."""
+    own = np.asarray(normal, float)[None]
+    return bool(np.sum(oriented(own) * own) > 0)
+
+
 def in_plane(direction: ArrayLike, normals: Array) -> Array:
     """Unit vectors (e, 3) [1]: the direction (3,) laid into each plane; where it is upright, with components
     shifted."""

@@ -160,6 +160,12 @@ class PlateSection:
         R = strain_rotation(angle)
         return replace(self, A=A[0], D=D[0], S=S[0], B=R.T @ self.B @ R)
 
+    def turned_over(self) -> PlateSection:
+        """The section seen from below: turned half a turn about its x axis, so that angles count the other way."""
+        M, C = np.diag([1.0, 1.0, -1.0]), np.diag([1.0, -1.0])
+        A, D, S, B = M @ self.A @ M, M @ self.D @ M, C @ self.S @ C, -M @ self.B @ M
+        return replace(self, A=A, D=D, S=S, B=B, centre=-self.centre)
+
     def loaded(self, mass: float) -> PlateSection:
         """The section with more mass per unit area [kg/m^2] that is no structure, at the height of its mass centre."""
         _require("non-structural mass per area", mass, "plate section", positive=False)
