@@ -44,6 +44,7 @@ from femflex.warning import PhysicsWarning
 Array = NDArray[np.float64]
 
 MORE = 8  # polynomials of each field beyond the functions that a member has, to assess these
+MORE_ACROSS = 4  # likewise across the width of a sheet that has functions there
 LINE_KEYS = ("EA", "EIy", "EIz", "GJ", "tension", "ry", "rz", "rotary_inertia", "root", "direction", "orientation")
 
 
@@ -93,11 +94,12 @@ def deployed_origin(case: Case, name: str, table: DeployingTable, made: Deployin
 
 
 def _richer(table: DeployingTable) -> DeployingTable:
-    """The member with MORE polynomials of each field that has functions, and linear strain."""
+    """The member with MORE polynomials of each field that has functions, MORE_ACROSS a sheet, and linear strain."""
     f = table.functions
     assert f is not None
     counts = {key: n and n + MORE for key in FIELDS if (n := getattr(f, key))}
-    functions = DeployingFunctionsTable(**counts, across=f.across, family="polynomial", straight=f.straight)
+    across = f.across + MORE_ACROSS if f.across > 1 else f.across  # one alone: a sheet that does not twist, by choice
+    functions = DeployingFunctionsTable(**counts, across=across, family="polynomial", straight=f.straight)
     return table.model_copy(update={"functions": functions, "strain": "linear", "damping": 0.0})
 
 

@@ -133,3 +133,34 @@ def test_doubts_at_the_last_length_name_its_time(tmp_path: Path) -> None:
 def test_joints_go_with_characteristic_functions(tmp_path: Path) -> None:
     with pytest.raises(femflex.CaseError, match=r"functions.joints with family = 'polynomial'.*leave one of them out"):
         case_of(tmp_path, functions='y = 2, z = 2, family = "polynomial", joints = ["tip"]')
+
+
+SHEET = """
+title = "sheet"
+[run]
+duration = "30 s"
+[bodies.sheet]
+kind = "deploying"
+family = "plate"
+length = {{ kind = "smooth_step", from = "2 m", to = "4 m", start = 0, end = "30 s" }}
+width = "1 m"
+mass_per_length = 1
+bending_stiffness = 1
+poisson = 0.3
+functions = {{ z = {along}, across = {across} }}
+[[joints]]
+kind = "weld"
+child = "sheet"
+"""
+
+
+@pytest.mark.parametrize(("along", "across", "warned"), [(3, 2, True), (6, 2, True), (6, 5, False), (3, 1, False)])
+def test_functions_across_a_sheet_are_judged_too(
+    along: int, across: int, warned: bool, tmp_path: Path, recwarn: pytest.WarningsRecorder
+) -> None:
+    """A sheet of two functions across twists and does not curl; one alone is taken as a choice."""
+    path = tmp_path / "case.toml"
+    path.write_text(SHEET.format(along=along, across=across))
+    modes_of(femflex.read_case(path))
+    found = [one for one in recwarn if issubclass(one.category, TruncationWarning)]
+    assert bool(found) == warned, [str(one.message) for one in found]
