@@ -248,7 +248,7 @@ class Model(Summarised):
         times = np.ascontiguousarray(times, float)
         states = np.ascontiguousarray(states, float)
         rows = np.empty((len(times), row_length(self.system)))
-        self.workspace.clear()
+        self.workspace.clear_failed()
         observe(times, states, rows, *self.workspace.own)
         out = {
             path: rows[:, place].reshape(len(times), *self.channels[path].shape)

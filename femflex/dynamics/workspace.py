@@ -43,9 +43,10 @@ class Workspace:
         """Make what stands in the calling thread's pool the numbers of the model, while it is being compiled."""
         self.numbers[:] = self.own[1]
 
-    def clear(self) -> None:
-        """Drop what the last evaluation left in the calling thread's scratch: one that failed leaves no numbers there."""
-        self.own[2][:] = 0.0
+    def clear_failed(self) -> None:
+        """Drop what an evaluation that failed left in the calling thread's scratch, as it spoils the next ones."""
+        work = self.own[2]
+        work[np.isnan(work)] = 0.0
 
     def _pool(self) -> Array:
         if not self.varies:
