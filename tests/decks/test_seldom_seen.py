@@ -142,6 +142,14 @@ def test_an_inertia_about_one_axis_turns_about_that_axis_alone(tmp_path):
     assert np.abs(by_abaqus(tmp_path, both, 3) / (np.sqrt(8e10 * 1e-6 / 0.5) / (2 * np.pi)) - 1).min() < 1e-9
 
 
+def test_an_inertia_below_zero_is_refused_with_its_line(tmp_path):
+    with pytest.raises(DeckError, match=r"CONM2 9 has an inertia with principal moments \[-0.5"):
+        read(tmp_path, *bar(), "CONM2,9,2,,0.,,,,,\n,-.5")
+    turned = tip("*ELEMENT, TYPE=ROTARYI, ELSET=R\n19, 2\n*ROTARY INERTIA, ELSET=R\n-.5, 0., 0.\n")
+    with pytest.raises(DeckError, match=r"line \d+: \*ROTARY INERTIA has principal moments \[-0.5"):
+        by_abaqus(tmp_path, turned)
+
+
 def test_a_support_of_a_hundred_million_grids_takes_those_that_are_there(tmp_path):
     plain = frequencies(read(tmp_path, *bar()))
     cards = [card for card in bar() if not card.startswith("SPC1")]

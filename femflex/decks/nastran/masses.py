@@ -46,14 +46,14 @@ def _add(model: NastranModel, card: Card, grid: int, mass: float, inertia: Array
     if not mass and not inertia.any():
         model.bulk.found.unused(card.name, "no mass and no inertia; nothing is left out", card.place)
         return
+    principal = np.linalg.eigvalsh(inertia)
+    if principal[0] < -1e-6 * np.abs(principal).max():
+        raise ValueError(f"{card} has an inertia with principal moments {principal.tolist()} kg m^2; none is negative")
     if not mass:
         model.inertias.append((grid, inertia, card))
         model.wanted.add(grid)
         model.wanted_turning.add(grid)
         return
-    principal = np.linalg.eigvalsh(inertia)
-    if principal[0] < -1e-6 * np.abs(principal).max():
-        raise ValueError(f"{card} has an inertia with principal moments {principal.tolist()} kg m^2; none is negative")
     model.masses.append((grid, mass, inertia if inertia.any() else None, offset, card))
     model.wanted.add(grid)
     if inertia.any() or offset.any():
