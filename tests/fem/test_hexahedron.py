@@ -60,7 +60,8 @@ def in_one_order(points, matrix):
 @pytest.mark.parametrize(("thickness", "agreement"), [(0.03, None), (0.6, 1e-9)])
 def test_the_panel_has_the_matrices_and_frequencies_of_scikit_fem_forms(thickness, agreement):
     """The thin panel's lowest frequency is a small difference of large terms: rounding of K, of relative size eps,
-    moves it by eps |phi|.|K||phi| / 2 omega^2, 6e-6; the thick one agrees to 1e-9."""
+    moves it by eps |phi|.|K||phi| / 2 omega^2, 6e-6 (1e-7 to 1.0e-6 seen, by processor); the thick one agrees to 1e-9.
+    """
     panel = (6.0, 1.5, thickness, 16, 4, 1)
     M, K, places = scikit_fem_panel(*panel, 2e9, 0.3, 100.0)
     structure = solid_structure(box(*panel, "hexahedron27"), Material(2e9, 0.3, 100.0))
@@ -79,7 +80,7 @@ def test_the_panel_has_the_matrices_and_frequencies_of_scikit_fem_forms(thicknes
     rounding = np.einsum("in,in->n", np.abs(phi), abs(K_f) @ np.abs(phi)) * np.finfo(float).eps / value / 2
     error = np.abs(found[0] / found[1] - 1)
     assert (error < (rounding if agreement is None else agreement)).all()
-    assert error[0] < 1e-6 and error[1:].max() < 2e-8
+    assert error[0] < 4e-6 and error[1:].max() < 1e-7
 
 
 def clamped_free(points):
