@@ -210,8 +210,9 @@ def initially_stressed(block: StrainBlock) -> Array:
 
 def initial_forces(part: StrainBlock) -> Array:
     """Element forces (e, l) [N, N m] of `InternalForce.initial_force`."""
-    rows = part.rows(slice(None))
     push = (part.weight[..., None] * part.stress) @ part.linear_map
+    most = int(np.flatnonzero(push.any(axis=(0, 1))).max(initial=0)) + 1
+    rows, push = part.rows(slice(None), most), push[:, :, :most]
     return np.matmul(push.reshape(len(push), 1, -1), rows.reshape(len(rows), -1, rows.shape[-1]))[:, 0]
 
 
@@ -232,8 +233,8 @@ def stress_matrices(block: StrainBlock, stress: Array) -> Array:
     if not works.any():
         return total
     Q = block.quadratic_map[works]
-    used = Q.any(axis=(0, 1)) | Q.any(axis=(0, 2))
-    Q, G = Q[:, used][:, :, used], block.rows(slice(None))[:, :, used]
+    used = np.flatnonzero(Q.any(axis=(0, 1)) | Q.any(axis=(0, 2)))
+    Q, G = Q[:, used][:, :, used], block.rows(slice(None), int(used[-1]) + 1)[:, :, used]
     moved = np.flatnonzero(G.any(axis=(0, 1, 2)))
     G, n = G[..., moved], len(moved)
     weighted = np.broadcast_to(stress[..., works], (e, q, len(Q))) * block.weight[..., None]

@@ -61,9 +61,9 @@ class RelaxedStrain:
         """See StrainBlock, with its shapes and units."""
         return self.block.gradients(phi, elements, most)
 
-    def rows(self, elements: slice) -> Array:
+    def rows(self, elements: slice, most: int | None = None) -> Array:
         """See StrainBlock, with its shapes and units."""
-        return self.block.rows(elements)
+        return self.block.rows(elements, most)
 
     def sampled(self, elements: slice) -> StrainBlock:
         """See StrainBlock."""

@@ -78,7 +78,7 @@ class StrainBlock(Protocol):
         Slopes and membrane strains [1], curvatures [1/m], for a column in m and rad.
         """
 
-    def rows(self, elements: slice) -> Array:
+    def rows(self, elements: slice, most: int | None = None) -> Array:
         """Generalised gradients (e|1, q, g, l) of `gradients` per raw dof of the element, per m or per rad [1/m,
         1/m^2]."""
 
@@ -157,9 +157,9 @@ class DenseStrain:
         """See StrainBlock, with its shapes and units."""
         return np.matmul(of(self.G, elements)[:, :, :most], phi[self.dofs[elements]][:, None])
 
-    def rows(self, elements: slice) -> Array:
+    def rows(self, elements: slice, most: int | None = None) -> Array:
         """See StrainBlock, with its shapes and units."""
-        return of(self.G, elements)
+        return of(self.G, elements)[:, :, :most]
 
     def sampled(self, elements: slice) -> DenseStrain:
         """See StrainBlock; the points that are stored must do."""

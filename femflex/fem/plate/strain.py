@@ -126,17 +126,27 @@ class PlateStrain:
         local = self.map.local(phi, elements)[:, None]
         m, dP = self.dP.shape[3], of(self.dP, elements)
         inplane = [np.matmul(dP, local[:, :, i : 2 * m : 2]) for i in (0, 1)]
-        wanted = (self.slopes, self.bending) if most is None or most > 6 else (self.slopes,)
-        bending = [np.matmul(rows(elements), local[:, :, 2 * m :]) for rows in wanted]
+        if not local[:, :, 2 * m :].any():  # shapes in the plane
+            g = np.concatenate(inplane, axis=2)
+            return np.pad(g, ((0, 0), (0, 0), (0, self.linear_map.shape[1] - 4), (0, 0)))[:, :, :most]
+        bending = [np.matmul(rows(elements), local[:, :, 2 * m :]) for rows in self._bending_rows(most)]
         return np.concatenate([*inplane, *bending], axis=2)[:, :, :most]
 
-    def rows(self, elements: slice) -> Array:
-        """Generalised gradients (e|1, q, 9|11, l) [1/m, 1/m^2] per raw dof of the element, m and rad alike."""
+    def rows(self, elements: slice, most: int | None = None) -> Array:
+        """Generalised gradients (e|1, q, 9|11, l) [1/m, 1/m^2] per raw dof of the element, m and rad alike, or the
+        first `most` of them."""
         X, m = of(self.map.X, elements)[:, None], self.dP.shape[3]
         inplane = [np.matmul(of(self.dP, elements), X[:, :, i : 2 * m : 2]) for i in (0, 1)]
-        bending = [np.matmul(rows(elements), X[:, :, 2 * m :]) for rows in (self.slopes, self.bending)]
+        bending = [np.matmul(rows(elements), X[:, :, 2 * m :]) for rows in self._bending_rows(most)]
         e = max(len(part) for part in (*inplane, *bending))
-        return np.concatenate([np.broadcast_to(part, (e, *part.shape[1:])) for part in (*inplane, *bending)], axis=2)
+        parts = [np.broadcast_to(part, (e, *part.shape[1:])) for part in (*inplane, *bending)]
+        return np.concatenate(parts, axis=2)[:, :, :most]
+
+    def _bending_rows(self, most: int | None) -> tuple[Callable[[slice], Array], ...]:
+        """The makers of the rows among the first `most` that bending has a part in."""
+        if most is None or most > 6:
+            return self.slopes, self.bending
+        return (self.slopes,) if most > 4 else ()
 
     def sampled(self, elements: slice) -> PlateStrain:
         """See StrainBlock."""

@@ -71,14 +71,14 @@ class SolidStrain:
         g = np.matmul(self.G[elements].reshape(e, 3 * q, k), nodal).reshape(e, q, 3, 3, -1)
         return g.swapaxes(2, 3).reshape(e, q, 9, -1)[:, :, :most]
 
-    def rows(self, elements: slice) -> Array:
-        """Displacement gradients (e, q, 9, 3 k) [1/m] per dof."""
+    def rows(self, elements: slice, most: int | None = None) -> Array:
+        """Displacement gradients (e, q, 9, 3 k) [1/m] per dof, or the first `most` of them."""
         G = self.G[elements]
         e, q, _, k = G.shape
         rows = np.zeros((e, q, 3, 3, k, 3))
         for i in range(3):
             rows[:, :, i, :, :, i] = G
-        return rows.reshape(e, q, 9, 3 * k)
+        return rows.reshape(e, q, 9, 3 * k)[:, :, :most]
 
     def sampled(self, elements: slice) -> SolidStrain:
         """See StrainBlock; the points of the linear strain serve.

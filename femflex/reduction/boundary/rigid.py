@@ -31,9 +31,10 @@ def lifted(structure: Structure, translation: Array, rotation: Array) -> Array:
     A = A[:, nodal]
     given = np.concatenate([translation.reshape(-1, k), rotation.reshape(-1, k)])
     x = np.zeros((structure.n_dof, k))
-    x[nodal] = splu((A.T @ A).tocsc()).solve(np.ascontiguousarray(A.T @ given))
-    faded = np.unique(structure.T[structure.numbering.faded].indices)
-    extra = np.setdiff1d(np.arange(structure.n_dof), np.union1d(nodal, faded))
+    x[nodal] = _least_squares((A.T @ A).tocsc(), np.ascontiguousarray(A.T @ given))
+    other = np.ones(structure.n_dof, bool)
+    other[nodal] = other[structure.T[structure.numbering.faded].indices] = False
+    extra = np.flatnonzero(other)
     if extra.size:
         K = structure.K[extra]
         load, size = K[:, nodal] @ x[nodal], abs(K[:, nodal]) @ np.abs(x[nodal])
@@ -41,6 +42,13 @@ def lifted(structure: Structure, translation: Array, rotation: Array) -> Array:
         if pulled.size:  # in a rigid motion of fields that are linear without them, none is
             x[np.ix_(extra, pulled)] = -factorised(K[:, extra]).solve(np.ascontiguousarray(load[:, pulled]))
     return x
+
+
+def _least_squares(AA: sparse.csc_array, Ab: Array) -> Array:
+    """x (n, k) of A^T A x = A^T b; where every dof is a component of one node's motion, A^T A is diagonal."""
+    if AA.nnz == len(Ab) and np.array_equal(AA.indices, np.arange(len(Ab))):
+        return np.asarray(Ab / AA.data[:, None])
+    return np.asarray(splu(AA).solve(Ab))
 
 
 def rigid_shapes(structure: Structure, about: Array | None = None) -> Array:
