@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import femflex as api
-from femflex.advice import advice_from
+from femflex.advice import Advice, advice_from, notes_of
 from femflex.case import read_case
 from femflex.fem import Member, build_structure
 from femflex.fem.sections import Circle
@@ -128,3 +128,14 @@ def test_a_text_without_tables_of_bodies_is_left_to_the_hand(craft, write_case, 
     path = write_case(f"{dotted}\n{craft[:start]}{craft[end:]}")
     code, _, wrong = femflex("check", path, "--write-advice")
     assert code == 2 and "Add by hand: bodies.boom.strain = " in wrong
+
+
+def test_notes_on_a_body_hold_what_was_chosen_and_neither_warnings_nor_what_its_shapes_tell_of():
+    said = [
+        Advice("boom", "strain", "linear", "it hardly bends"),
+        Advice("boom", "shapes", None, "2 shapes more"),
+        Advice("boom", "bend", None, "it bends by 30 %", doubt=True),
+        Advice("boom", "joints", {}, "none"),
+        Advice("", "craft", None, "of the craft"),
+    ]
+    assert notes_of(said) == {"boom": "strain is linear: it hardly bends; 2 shapes more"}

@@ -19,6 +19,7 @@ from femflex.advice.motion_estimate import estimate_rigid_motion
 from femflex.assembly.bodies import built_bodies
 from femflex.assembly.system import system_of
 from femflex.case import read_case
+from femflex.pipeline.decisions import decided
 from femflex.warning import PhysicsWarning
 
 L, EI, LINE = 3.0, 1.0e4, 1.0
@@ -192,3 +193,24 @@ def test_a_round_boom_that_hangs_sideways_is_not_said_to_buckle(near):
     square = ("[bodies.boom]\n" + TABLE.format(EIy=EI)).replace("GJ = 1.2e3", f"GJ = {EI / 1.3}")
     found = near(square + HELD + load([0, 0, 4 * EI / L**2], "boom", "tip", "inertial"))
     assert found is None
+
+
+def test_a_stretched_spring_presses_by_what_it_is_longer_than_at_rest(near):
+    stiffness = EULER / L  # half of Euler's load at twice its length at rest
+    rope = f'[[springs]]\nname = "rope"\nbody = "boom"\nmarker = "tip"\nstiffness = {stiffness}\nlength = {L / 2}\n'
+    assert near(BOOM + HELD + rope).total == f"spring 'rope' ({EULER / 2:.4g} N)"
+
+
+@pytest.mark.parametrize("across", [0.0, 250.0])
+def test_what_follows_the_tip_decides_on_the_strain_of_a_body_that_bends_far_too(across, write_case):
+    """Estimates of bends know no forces that turn with the body; flutter is told of in any case."""
+    push = load([-0.5 * BECK, 0, 0], frame="marker")
+    weight = f"[environment]\ngravity = [0, {-across}, 0]\n"
+    case = read_case(write_case(RUN + weight + BOOM.replace(SAID, "") + HELD + push))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", PhysicsWarning)
+        (strain,) = [one for one in decided(case).advice if one.decision == "strain"]
+        plain = read_case(write_case(RUN + weight + BOOM.replace(SAID, "") + HELD))
+        (alone,) = [one for one in decided(plain).advice if one.decision == "strain"]
+    assert alone.choice == ("condensed" if across else "linear")
+    assert strain.choice == "condensed" and "is 0.5 of the flutter load" in strain.reason

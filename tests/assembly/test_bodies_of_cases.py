@@ -59,6 +59,15 @@ def test_the_drawn_box_has_the_mass_moments_of_the_body():
     assert np.all(np.einsum("fi,fi->f", normals, faces.mean(axis=1)) > 0)  # all look outwards
 
 
+def test_the_drawn_box_is_the_same_of_an_inertia_about_the_origin():
+    origin = HUB.replace("[3, 4, 5]", "[[29, -4, -6], [-4, 24, -12], [-6, -12, 15]]") + 'inertia_about = "origin"\n'
+    boxes = [
+        equivalent_box(parse_case(text + "center_of_mass = [1, 2, 3]\n").bodies["hub"])[0]  # type: ignore[arg-type]
+        for text in (HUB, origin)
+    ]
+    np.testing.assert_allclose(boxes[1], boxes[0], atol=1e-12)
+
+
 @pytest.mark.parametrize(
     "given",
     [
