@@ -126,3 +126,47 @@ def test_a_box_without_points_and_a_number_beyond_the_mesh_are_refused():
     assert "other" not in whole.groups
     one = with_box(mesh, "end", [0.99, -1, -1], [1.01, 1, 1])
     assert len(one.point_groups["end"]) == 4 and len(one.cell_groups["end"]["quad"]) == 1
+
+
+LAYUP = """
+[run]
+duration = 0.1
+output_step = 0.001
+[materials.fibre]
+kind = "orthotropic"
+E1 = "140 GPa"
+E2 = "10 GPa"
+G12 = "5 GPa"
+nu12 = 0.3
+density = 1600
+[sections.crossed]
+kind = "layup"
+plies = [{{ material = "fibre", thickness = "1 mm" }}, {{ material = "fibre", thickness = "1 mm", angle = "90 deg" }}]
+[bodies.part]
+kind = "flexible"
+mesh = "part.msh"
+members = [{{ group = "surface", family = "{family}", section = "crossed" }}]
+reduction = {{ method = "cantilever", clamp = "left", modes = 2 }}
+strain = "linear"
+[[joints]]
+kind = "weld"
+child = "part"
+child_marker = "left"
+"""
+
+
+def test_a_shell_of_two_crossed_plies_bends_as_it_stretches_and_plates_refuse_it(tmp_path):
+    """Narrow strip: EI_eff = b / d*_11 of the laminate's flexibility, all A, B and D together (classical lamination)."""
+    length, width, t = 1.0, 0.05, 1e-3
+    write_mesh(tmp_path / "part.msh", rectangle(length, width, 20, 1, "quad"))
+    body = build_system(parse_case(LAYUP.format(family="shell"), tmp_path / "part.toml")).bodies["part"]
+    d = 1.0 - 0.3**2 * 10 / 140
+    Q = np.array([[140e9, 3e9, 0], [3e9, 10e9, 0], [0, 0, 5e9 * d]]) / d
+    crossed = Q[[1, 0, 2]][:, [1, 0, 2]]
+    A, B, D = (Q + crossed) * t, (crossed - Q) * t**2 / 2, (Q + crossed) * t**3 / 3
+    soft = np.linalg.inv(np.block([[A, B], [B, D]]))
+    exact = 1.8751**2 * np.sqrt(1.0 / soft[3, 3] / (1600 * 2 * t * length**4))
+    assert D[0, 0] * soft[3, 3] > 1.3  # what B takes of the stiffness
+    assert body.omega[0] == pytest.approx(exact, rel=5e-3)
+    with pytest.raises(CaseError, match="lay-up of 2 plies is not symmetric"):
+        build_system(parse_case(LAYUP.format(family="plate"), tmp_path / "part.toml"))
