@@ -156,7 +156,7 @@ child_marker = "left"
 
 
 def test_a_shell_of_two_crossed_plies_bends_as_it_stretches_and_plates_refuse_it(tmp_path):
-    """Narrow strip: EI_eff = b / d*_11 of the laminate's flexibility, all A, B and D together (classical lamination)."""
+    """Narrow strip: EI_eff = b / d*_11 of the laminate's flexibility, of A, B and D together (classical lamination)."""
     length, width, t = 1.0, 0.05, 1e-3
     write_mesh(tmp_path / "part.msh", rectangle(length, width, 20, 1, "quad"))
     body = build_system(parse_case(LAYUP.format(family="shell"), tmp_path / "part.toml")).bodies["part"]
