@@ -185,6 +185,10 @@ MISTAKES = [
         "found 'free' or 'locked' among the parts of a sum",
     ),
     ("kind = 'universal'\nmotion.angles = ['free']", "found 1 motion; expected 2"),
+    (
+        "kind = 'universal'\nmotion.angles = ['free', '3 m']",
+        "entry 2: found '3 m', which is a length; expected an angle",
+    ),
     ("kind = 'general'\nturns = ['z']\nmotion.angles = [1, 2]", "found 2 motions in motion.angles and 1 turns"),
 ]
 TABLES = [

@@ -53,6 +53,17 @@ def test_a_table_is_folded_where_it_is_wider_than_the_screen(widths, groups):
     assert folded_columns(widths, 1, 80) == groups
 
 
+def test_numbers_stand_to_the_right_under_their_head_where_some_are_missing_too(capsys):
+    print_table(["mode", "damping"], [["a", "1.5 %"], ["bending", "none"]])
+    assert capsys.readouterr().out.splitlines() == [
+        "mode     damping",
+        "────────────────",
+        "a          1.5 %",
+        "bending     none",
+        "",
+    ]
+
+
 def test_no_row_of_a_folded_table_is_wider_than_80(capsys):
     print_table(["mode", *"abcdefgh"], [[str(k), *[f"{k}.123456789012"] * 8] for k in range(3)])
     said = capsys.readouterr().out.splitlines()

@@ -313,7 +313,11 @@ def test_supports_lie_along_the_axes_of_a_transform(tmp_path: Path):
     for group, one in found.items():
         for x in made.mesh.points[made.mesh.group_points(group)]:
             if np.linalg.norm(x[1:]) > 1e-9:
-                assert np.asarray(one.axes)[0] == pytest.approx(np.array([0, *x[1:]]) / np.linalg.norm(x[1:]), abs=1e-9)
+                radial = np.array([0, *x[1:]]) / np.linalg.norm(x[1:])
+                along = np.array([1.0, 0.0, 0.0])
+                assert np.asarray(one.axes) == pytest.approx(
+                    np.array([radial, np.cross(along, radial), along]), abs=1e-9
+                )
                 seen += 1
     assert seen == 7  # of the eight nodes of the face one lies on the line
 

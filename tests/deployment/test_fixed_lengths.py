@@ -45,6 +45,19 @@ def test_a_body_at_a_fixed_length_is_that_which_is_made_at_this_length():
     assert seen["bodies/boom/length_rate"][0] == 0.0
 
 
+@pytest.mark.parametrize("field", ["y", "torsion", "axial"])
+def test_the_damping_ratio_of_a_shape_stays_as_its_member_grows(field):
+    """D = 2 ratio sqrt(V1 Me) on the diagonal: bending slows by the square of the length, torsion by the length."""
+    length = Profile.smooth_step(0.0, 2.0, 1.0, 2.6)
+    line = DeployingLine(mass_per_length=1.3, EIy=2.0, EIz=3.0, EA=50.0, GJ=1.0, ry=0.02, rz=0.03)
+    made = deploying_line(line, BeamFunctions(**{field: 2}), length, until=2.0, stock=3.0, damping=[0.01, 0.03])
+    system = System({"boom": made.body}, (weld("boom"),), varying={"boom": made.variation})
+    for t in (0.0, 1.0, 1.4, 2.0):
+        body = with_fixed_lengths(system, t).bodies["boom"]
+        critical = 2.0 * np.sqrt(np.diag(body.strain.V1) * np.diag(body.moments.elastic_mass())[:2])
+        assert np.diag(body.damping) / critical == pytest.approx([0.01, 0.03], rel=1e-10)
+
+
 def test_modes_at_a_time_are_those_of_the_length_then():
     """f = (1.8751 / L)^2 / (2 pi) of a unit cantilever; without a time its first length stays."""
     system = wall_beam(Profile.smooth_step(0.0, 2.0, 1.0, 2.0), 6)

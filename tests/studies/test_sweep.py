@@ -289,6 +289,12 @@ def test_a_file_that_is_no_sweep_is_refused(tmp_path):
         sweep(tmp_path / "none.toml", tmp_path / "s.h5")
 
 
+@pytest.mark.parametrize("text", ["case = 3", "case = "])
+def test_mistakes_in_a_sweep_name_its_file(text):
+    with pytest.raises(CaseError, match=r"wide\.toml"):
+        parse_sweep(text, "wide.toml")
+
+
 def test_sobol_indices_of_a_product_are_its_closed_form(study, tmp_path):
     """Speed = 2 torque / inertia: for independent factors X Y the variances follow from those of X and 1 / Y."""
     path = study(('"latin_hypercube"\nmembers = 6', '"sobol_indices"\nmembers = 64'))
