@@ -78,7 +78,7 @@ def _box(w: float, h: float, t_h: float, t_w: float) -> Shape:
 
 
 def _box1(w: float, h: float, top: float, bottom: float, left: float, right: float) -> Shape:
-    y, z = (bottom - top) / 2, (right - left) / 2
+    y, z = (bottom - top) / 2, (left - right) / 2
     made = _boxes([(0, 0, h, w, 1), (y, z, h - top - bottom, w - left - right, -1)], 1.0)
     a, b = w - (left + right) / 2, h - (top + bottom) / 2
     J = 4 * (a * b) ** 2 / (a / top + a / bottom + b / left + b / right)

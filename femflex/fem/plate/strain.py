@@ -70,7 +70,7 @@ class PlateStrain:
     dP        (1|e, q, 2, m)  in-plane shape functions by x and y
     slopes    elements -> (1|e, q, 2, b)    w,x  w,y
     bending   elements -> (1|e, q, 3|5, b)  kappa (3) [gamma (2)]
-    fine      elements -> PlateStrain       of these elements alone, over enough points for fourth powers of the slopes
+    fine      elements -> PlateStrain       of these elements alone, over points enough for stress on squares of slopes
     tied      elements -> PlateStrain, ...  of these elements alone: the strain at the points where stretch is sampled,
                                             then what its linear part lacks there
     stress    (1|e, 1, s)                   initial membrane forces, moments and shear forces

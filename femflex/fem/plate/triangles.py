@@ -34,7 +34,7 @@ Index = NDArray[np.int64]
 
 CELLS = ("triangle", "triangle6")
 ELEMENT = {"element": Option("dkmt", "'dkmt' (any thickness) or 'dkt' (thin: no transverse shear)")}
-LINEAR, QUARTIC = 2, 8  # degrees of the linear strains squared, and of the slopes to the fourth power
+LINEAR, SQUARES = 2, 5  # degrees of the linear strains squared, and of squares of the slopes times linear stress
 
 
 @family("plate", {**ELEMENT, **OPTIONS})
@@ -122,7 +122,7 @@ def triangle_strain(elastic: Array, stress: Array, fields: Triangles, dof_map: L
         dP=inplane_gradients(L, fields.dL),
         slopes=partial(fields.slopes, L),
         bending=partial(fields.strains, L, elastic.shape[2] == 8),
-        fine=partial(exact, QUARTIC),
+        fine=partial(exact, SQUARES),
         tied=lambda elements: (exact(LINEAR, elements),),
         stress=stress,
     )
