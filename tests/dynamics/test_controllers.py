@@ -307,6 +307,14 @@ def test_limits_clip_or_scale():
         assert [seen[f"effectors/{name}/{k}"][1] for k in "ab"] == [1.0, 0.5]
 
 
+@pytest.mark.parametrize("period", [None, 0.1])
+def test_the_output_farthest_beyond_its_limit_scales_all_of_them(period):
+    step = signal("step", [0.0, 1.0], [1.0, 1.0])
+    law = block("s", gain([[4.0], [-8.0]]), ["step.value"], ["a", "b"], limit=[1.0, 4.0], scaled=True, period=period)
+    seen = run(axle(step, law), [0.0, 0.05])
+    assert [seen[f"effectors/s/{k}"][1] for k in "ab"] == [1.0, -2.0]
+
+
 def test_pulses_have_the_demanded_mean_at_exact_instants():
     """On for demand / full of each period: impulse exact, and pulses that are too short left out."""
     demand = signal("demand", [0.0, 0.5, 1.0, 1.5, 2.0], [0.6, 0.05, 3.0, -1.0, 0.4], "steps")

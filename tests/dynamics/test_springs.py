@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from random_systems import random_body
+from scipy.interpolate import CubicSpline
 
 from femflex.body import Marker, rigid_body
 from femflex.dynamics import compile_system
 from femflex.integrate.dop853 import Dop853
-from femflex.system import System, cylindrical, free, prismatic, revolute, spherical, universal
+from femflex.system import Spring, System, cylindrical, free, prismatic, revolute, spherical, universal
 
 STIFFNESS, REST = np.array([5.0, 2.0, 9.0, 4.0, 7.0, 3.0]), np.array([0.1, -0.2, 0.15, 0.3, -0.1, 0.2])
 KINDS = {
@@ -99,3 +100,23 @@ def test_a_body_on_one_spring_swings_at_its_textbook_frequency():
     states = Dop853(rtol=1e-12, atol=1e-13).solve(model, times, model.x0).states
     assert states[:, 0] == pytest.approx(0.3 + 0.2 * np.cos(np.sqrt(5.0 / 0.8) * times), abs=1e-10)
     assert model.max_frequency == pytest.approx(2.5, rel=1e-8)
+
+
+def test_what_a_damped_spring_between_markers_takes_is_what_its_craft_loses():
+    """Two bodies in free flight: energy falls by the power of the damper, c times the square of the line's rate."""
+    line = Spring("line", "tip", "hub", "origin", "side", stiffness=20.0, damping=3.0, length=0.5)
+    side = Marker(np.array([0.4, 0.1, -0.2]), np.zeros((3, 0)), np.zeros((3, 0)))
+    hub = rigid_body(3.0, np.diag([2.0, 3.0, 2.5]), markers={"side": side})
+    joints = (
+        free("hub", u0=[0.3, 0, 0, 0.2, -0.5, 0.4]),
+        free("tip", q0=[1.5, 0.7, 0, 1, 0, 0, 0], u0=[0, 1.0] + [0] * 4),
+    )
+    system = System({"hub": hub, "tip": rigid_body(2.0, np.diag([0.5, 0.6, 0.4]))}, joints, springs=(line,))
+    model, times = compile_system(system), np.linspace(0.0, 3.0, 61)
+    seen = model.observe(times, Dop853(rtol=1e-11, atol=1e-12).solve(model, times, model.x0).states)
+    lost = seen["monitors/energy"][0] - seen["monitors/energy"]
+    power = seen["monitors/dissipation"]
+    length = np.linalg.norm(seen["bodies/tip/position"] - seen["markers/hub.side/position"], axis=1)
+    rate = CubicSpline(times, length)(times, 1)
+    assert lost[-1] > 0.5 and power[5:-5] == pytest.approx(3.0 * rate[5:-5] ** 2, abs=2e-3 * power.max())
+    assert CubicSpline(times, power).integrate(0.0, 3.0) == pytest.approx(lost[-1], rel=1e-4)

@@ -209,7 +209,7 @@ def test_a_node_that_all_elements_release_is_named():
     mesh = mesh.with_groups(points={"middle": [middle]})
     options = {"release": ["ry"], "release_at": "middle"}
     s = build_structure(mesh, [Member("line", "beam", Rectangle(0.02, 0.02), METAL, options)])
-    with pytest.raises(ValueError, match=r"such as r. of the node at \(0.5, 0, 0\) m\); give every member both"):
+    with pytest.raises(ValueError, match=r"such as ry of the node at \(0.5, 0, 0\) m\); give every member both"):
         cantilever_modes(s, "start", 2)
 
 

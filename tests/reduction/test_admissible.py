@@ -232,7 +232,17 @@ def test_nodes_off_the_line_are_refused():
 @pytest.mark.parametrize(
     ("make", "sentence"),
     [
-        (lambda: beam(EIy=0.0), "EIy of the beam is 0.0; it must be positive and finite"),
+        *(
+            (
+                lambda key=key, value=value: beam(**{key: value}),
+                f"{key} of the beam is {value}; it must be positive and finite",
+            )
+            for key, value in zip(
+                ("EA", "EIy", "EIz", "GJ", "mass_per_length"),
+                (-1.0, 0.0, np.inf, 0.0, np.nan),
+                strict=True,
+            )
+        ),
         (lambda: beam(ry=-1.0), "ry of the beam is -1.0; a radius of gyration is zero or positive"),
         (
             lambda: BeamFunctions(2, ends="clamped-loose"),

@@ -12,6 +12,7 @@ from scipy.linalg import eigh
 
 from femflex.fem import Member, build_structure
 from femflex.fem.sections import Rectangle
+from femflex.fem.sections.laminates import Lamina, Ply, layup
 from femflex.mesh import line, rectangle
 from femflex.reduction import (
     cantilever_modes,
@@ -142,6 +143,14 @@ def test_the_largest_strain_told_is_that_of_the_pull():
     pull = 0.031 * METAL.E * A
     given = beam(prestress=pull)
     assert largest_strain(given, given) == pytest.approx(0.031, rel=1e-9)
+    fibre = Lamina(140e9, 10e9, 5e9, 0.3, 1600.0)
+    section = layup([Ply(fibre, 1e-3, np.radians(way)) for way in (25, -25, -25, 25)])
+    sheet = build_structure(
+        rectangle(1.0, 0.5, 2, 1), [Member("surface", "plate", section, None, {"prestress": (1e4, 0.0, 0.0)})]
+    )
+    along, across, _ = np.linalg.solve(section.A, [1e4, 0.0, 0.0])
+    assert -across > 1.2 * along  # such a laminate draws in by more than it is stretched
+    assert largest_strain(sheet, sheet) == pytest.approx(along, rel=1e-6)
     with pytest.warns(PhysicsWarning, match="strains it by up to 3.1%, and strain is taken to be small, below"):
         warn_of_initial_stress("the beam", given, given)
 

@@ -11,6 +11,7 @@ from femflex.fem.sections import Tube
 from femflex.mesh.generators import line
 from femflex.reduction import cantilever_modes, reduce_structure, rigid_set
 from femflex.reduction.inertia import moments
+from femflex.reduction.inertia.mass_matrix import KnownMoments
 from femflex.reduction.inertia.moments import linear_stiffness, mass_moments, point_moments, strain_stiffness
 
 
@@ -140,3 +141,16 @@ def test_a_body_too_large_for_memory_is_refused(monkeypatch):
     monkeypatch.setattr(moments, "MOST_BYTES", 1e3)
     with pytest.raises(ValueError, match=r"mass moments of 5 shapes would take 2.59e-06 GB; a body may take 1e-06 GB"):
         mass_moments(structure.inertia, structure.T @ random_shapes(structure, 5))
+
+
+def test_known_moments_of_dofs_are_those_of_the_points_in_any_shapes():
+    """Sides count too: int r_i x r_j dm of two shapes, by which they turn each other, changes sign with their order."""
+    rng = np.random.default_rng(3)
+    dm, rho, rows = rng.uniform(0.5, 1.0, 4), rng.normal(size=(4, 3)), rng.normal(size=(4, 3, 5))
+    phi = rng.normal(size=(5, 3))
+    found = KnownMoments(point_moments(dm, rho, rows)).moments(phi)
+    expected = point_moments(dm, rho, rows @ phi)
+    assert found.mass == expected.mass
+    np.testing.assert_allclose(found.first, expected.first, atol=1e-12)
+    np.testing.assert_allclose(found.second, expected.second, atol=1e-12)
+    assert abs(expected.second - expected.second.transpose(2, 1, 0, 3)).max() > 0.1

@@ -1,5 +1,6 @@
 """Static equilibria of tethers and membranes, and their vibration about these: chains, spun cables, orbits."""
 
+import contextlib
 import warnings
 from dataclasses import replace
 
@@ -15,6 +16,7 @@ from femflex.fem import Material, Member, PointMass, build_structure
 from femflex.fem.sections import CableSection, Circle
 from femflex.mesh import line
 from femflex.reduction import cantilever_modes, reduce_structure, relaxed, with_derivatives
+from femflex.reduction.preload import equilibrium
 from femflex.reduction.preload.equilibrium import static_equilibrium
 from femflex.reduction.preload.loads import Preload, loads_on
 from femflex.system import Frame, System, weld
@@ -23,6 +25,7 @@ from femflex.warning import PhysicsWarning
 CORD = CableSection(1e9, 0.3)  # 1e9 N: stretched by parts in 1e8
 PIN = {"start": ("x", "y", "z")}
 PINS = {**PIN, "end": ("x", "y", "z")}
+SOFT = CableSection(2e3, 0.3)
 G = 9.81
 
 
@@ -219,3 +222,12 @@ def test_internal_damping_takes_energy_at_the_rate_of_kelvin_and_voigt():
     assert body.damping[stretch, stretch] == pytest.approx(tau * k, rel=1e-5)
     across = np.argsort(np.diag(body.strain.V1))[1]
     assert body.damping[across, across] < 1e-6 * tau * k
+
+
+@pytest.mark.parametrize(("steps", "found"), [(3, False), (7, False), (8, False), (40, True)])
+def test_an_equilibrium_that_is_not_reached_is_no_equilibrium(steps, found, monkeypatch):
+    """A chain hung between two pins, its search cut short: after 8 steps 1e-5 of the weight is not carried."""
+    monkeypatch.setattr(equilibrium, "STEPS", steps)
+    refused = pytest.raises(ValueError, match="no static equilibrium was found: the unbalanced force is")
+    with contextlib.nullcontext() if found else refused:
+        static_equilibrium(cord([2.0, 0, 0], 8, SOFT), PINS, Preload.weight([0, 0, -40.0]))

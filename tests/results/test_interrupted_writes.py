@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import subprocess
 import sys
 from pathlib import Path
@@ -181,3 +182,12 @@ def test_a_full_disk_keeps_the_file_and_says_so(tmp_path):
 
 def run_times(rows):
     return np.arange(rows - 1000.0, rows - 990)
+
+
+def test_a_failure_without_a_number_of_the_system_is_told_as_one_of_the_disk(tmp_path, monkeypatch):
+    """HDF5 gives its own words alone; the command line answers by the number."""
+    writer = RunWriter(tmp_path / "run.h5", CHANNELS, known_bodies())
+    monkeypatch.setattr(writer, "_write", lambda *given: (_ for _ in ()).throw(RuntimeError("unable to flush\nmore")))
+    with pytest.raises(OSError, match=r"run\.h5 cannot be written \(unable to flush\); nothing had been") as error:
+        writer.write_block(np.arange(3.0), known_arrays(np.arange(3.0)))
+    assert error.value.errno == errno.EIO

@@ -11,8 +11,10 @@ import numpy as np
 import pytest
 
 from femflex.case import Case, CaseError
+from femflex.case.measure import MeasureTable
 from femflex.pipeline import prepare
 from femflex.studies import Point, assessed, convergence, planned
+from femflex.studies.study import described
 from femflex.warning import PhysicsWarning
 
 LENGTH, EI, MASS = 4.0, 50.0, 0.5  # as in conftest.py
@@ -267,3 +269,20 @@ def test_a_study_that_cannot_be_is_refused_in_a_sentence(built: Built, replaced,
 def test_a_tolerance_that_is_none_is_refused(built: Built):
     with pytest.raises(ValueError, match="tolerance is -1; it must be above 0"):
         judged(built(), [1.0, 2.0], tolerance=-1)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"of": "frequency", "channel": "q"}, "frequency of q"),
+        ({"of": "frequency", "channel": "q", "tones": 3, "tone": 2}, "frequency 2 of 3 of q"),
+        ({"of": "peak", "channel": "attitude/angles", "component": "pitch"}, "peak of attitude/angles pitch"),
+        ({"channel": "q"}, "value of q at the end"),
+        ({"channel": "q", "at": 2.5}, "value of q at 2.5 s"),
+        ({"of": "body_mass", "body": "hub"}, "mass of hub"),
+        ({"of": "mode_frequency", "body": "boom", "mode": 2}, "frequency of mode 2 of boom"),
+        ({"of": "system_frequency", "mode": 4}, "frequency of mode 4 of the craft"),
+    ],
+)
+def test_quantities_in_words(given, words):
+    assert described(MeasureTable(**given)) == words

@@ -183,6 +183,19 @@ def test_the_boundary_of_a_disc_is_traced_to_its_error():
     points = chart.boundaries[0][2]
     assert np.hypot(*points.T) == pytest.approx(1.0, abs=1.5 * max(chart.error))
     assert np.linalg.norm(points[0] - points[-1]) < 1e-12 or len(points) > 20
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)  # from side to side of a cell
+    assert steps.max() <= np.sqrt(2) * (grid[1] - grid[0]) + 1e-12
+
+
+@pytest.mark.parametrize("slope", [-2.0, -0.7, 0.4, 1.6])
+def test_an_open_boundary_is_one_line_from_end_to_end(slope):
+    grid = np.linspace(-2, 2, 12).tolist()
+    chart = stability_chart(
+        lambda a, b: Judgement(STATIC if b > slope * a + 0.13 else UNSTABLE, 0.0, np.zeros(0, complex)), grid, grid
+    )
+    ((*_, points),) = chart.boundaries
+    steps = np.diff(points @ [1.0, slope])
+    assert (steps > 0).all() or (steps < 0).all()
 
 
 HINGE = """
