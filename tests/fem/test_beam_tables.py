@@ -278,3 +278,10 @@ def test_a_stout_beam_is_warned_of_with_both_numbers():
         warnings.simplefilter("error")
         beam(boom(2), ISection(0.1, 0.2, 0.02, 0.01))
         beam(boom(2), StiffnessSection(1e6, 1e3, 1e3, 1e3, 1.0))
+
+
+def test_elements_that_stand_upright_among_others_are_counted_where_their_orientation_matters():
+    """An oblong section on a bent line: no y axis fits all of it, and the upright part is warned of."""
+    mesh = line([[0, 0, 0], [1.0, 0, 0], [1.0, 0, 1.0]], 2)
+    with pytest.warns(PhysicsWarning, match=r"1 of its 2 elements run along the mesh's z axis"):
+        build_structure(mesh, [Member("line", "beam", Rectangle(0.1, 0.2), Material(70e9, 0.3, 2700.0))])

@@ -12,6 +12,7 @@ from femflex.fem import (
     Equation,
     Material,
     Member,
+    MultiPointConstraint,
     PointMass,
     Rigid,
     Term,
@@ -196,3 +197,9 @@ def test_chains_of_connections_work_and_circles_do_not():
 def test_mistakes_are_refused_in_words(make, found):
     with pytest.raises(ValueError, match=found):
         build_structure(two_bars(0.5), [beam()], connections=[make()])
+
+
+@pytest.mark.parametrize("matrix", [np.zeros((1, 6)), np.full((1, 12), np.nan), [[np.inf] + [0.0] * 11]])
+def test_factors_of_a_constraint_are_finite_and_one_for_each_motion(matrix):
+    with pytest.raises(ValueError, match=r"1 components and 2 leaders need \(1, 12\) finite numbers"):
+        MultiPointConstraint("tip", ("x",), ("a", "b"), matrix)

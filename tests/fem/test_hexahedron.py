@@ -11,6 +11,7 @@ from scipy.sparse.linalg import eigsh
 from skfem.helpers import ddot, dot, sym_grad, trace
 
 from femflex.fem import Material, Member, build_structure
+from femflex.fem.assembly import assembler
 from femflex.fem.sections.laminates import isotropic
 from femflex.mesh import Mesh, box, rectangle
 from femflex.warning import PhysicsWarning
@@ -240,3 +241,13 @@ def test_mistakes_are_refused_in_words():
         solid_structure(Mesh(mesh.points, cells, {"volume": {"hexahedron27": [0]}}))
     with pytest.raises(ValueError, match=r"solid on group 'volume' has no option 'degree'"):
         build_structure(mesh, [Member("volume", "solid", material=METAL, options={"degree": 2})])
+
+
+def test_matrices_summed_in_pieces_are_those_summed_at_once(monkeypatch):
+    """Large meshes are assembled a few elements at a time."""
+    mesh = box(2.0, 1.0, 0.5, 3, 2, 2, "hexahedron27")
+    once = solid_structure(mesh, Material(2e9, 0.3, 100.0))
+    monkeypatch.setattr(assembler, "CHUNK_ENTRIES", 27**2 * 5)
+    pieces = solid_structure(mesh, Material(2e9, 0.3, 100.0))
+    for whole, part in ((once.M, pieces.M), (once.K0, pieces.K0)):
+        assert abs(whole - part).max() < 1e-13 * abs(whole).max()

@@ -182,7 +182,9 @@ def test_cells_that_are_left_out_do_not_shift_the_markers(suffix, binary, tmp_pa
 
 
 def test_percent_signs_and_blanks_in_names_survive_vtk(tmp_path):
-    mesh = line([[0, 0, 0], [1, 0, 0]], 2).with_groups(points={"50 % span/tip": [1]})
+    mesh = line([[0, 0, 0], [1, 0, 0]], 2).with_groups({"left/half %20": {"line": [0]}}, {"50 % span/tip": [1]})
     for suffix in (".vtu", ".vtk"):
         write_mesh(tmp_path / f"mesh{suffix}", mesh)
-        assert "50 % span/tip" in read_mesh(tmp_path / f"mesh{suffix}").groups
+        back = read_mesh(tmp_path / f"mesh{suffix}")
+        assert back.cell_groups["left/half %20"]["line"].tolist() == [0]
+        assert back.point_groups["50 % span/tip"].tolist() == [1]

@@ -21,7 +21,8 @@ from reduction_examples import (
 )
 
 from femflex.fem import Member, build_structure
-from femflex.fem.sections import Tube
+from femflex.fem.eigen.modes import lowest_modes
+from femflex.fem.sections import StiffnessSection, Tube
 from femflex.mesh.generators import line, rectangle
 from femflex.reduction import ModeSet, cantilever_modes, free_free_modes, reduce_structure, rigid_set, with_attachment
 from femflex.reduction.boundary.rigid import rigid_shapes
@@ -214,3 +215,14 @@ def test_sets_check_their_own_sizes_and_can_be_picked_from():
     picked = modes.picked([3, 0])
     assert np.array_equal(picked.omega, modes.omega[[3, 0]]) and np.array_equal(picked.phi, modes.phi[:, [3, 0]])
     assert rigid_set(7).n_modes == 0
+
+
+def test_modes_of_two_equal_free_beams_come_in_fours():
+    """Twice 6 motions without strain, and each bending frequency four times: by beam and by plane."""
+    mesh = line([[0, 0, 0], [1.0, 0, 0]], 8)
+    twice = mesh.merged(mesh.moved([0, 1.0, 0]))
+    section = StiffnessSection(1e6, 100.0, 100.0, 90.0, 1.0, ry=1e-6, rz=1e-6)
+    structure = build_structure(twice, [Member("line", "beam", section)])
+    found = lowest_modes(structure.K, structure.M, 8, free=True)
+    assert found.null.shape[1] == 12
+    assert found.omega[:8] == pytest.approx(np.repeat([4.7300407, 7.8532046], 4) ** 2 * 10.0, rel=2e-3)

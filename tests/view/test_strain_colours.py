@@ -94,6 +94,26 @@ def test_the_bar_holds_the_whole_run(swinging):
     assert bent.bar.top >= np.abs(part.strains(y)[:, :, 1]).max() * bent.bar.factor
 
 
+def test_the_bar_holds_the_body_that_bends_most_whatever_their_order(tmp_path):
+    body, delta = beam_on_functions(), np.array([[0.3, 0.05, 0.1], [-0.2, 0.1, 0.0]])
+    for order in ((1.0, 0.1), (0.1, 1.0)):
+        bodies = {"hub": rigid_body(50.0, np.eye(3)), "first": body, "second": body}
+        held = [system.weld(name, "hub", child_marker="root") for name in ("first", "second")]
+        model = compile_system(System(bodies, (system.weld("hub"), *held)))
+        q = np.hstack([part * delta for part in order])
+        path = tmp_path / f"{order[0]}.h5"
+        with RunWriter(path, model.channels, bodies, {"title": "two"}) as writer:
+            writer.write_block(np.arange(2.0), model.observe(np.arange(2.0), np.hstack([q, 0.0 * q])))
+            writer.finish(complete=True)
+        with open_run(path) as run:
+            bar, y = (
+                planned(run, Look(colour="energy"), 1.0).bar,
+                [run[f"bodies/{name}/delta"] for name in bodies if name != "hub"],
+            )
+            largest = max(body.strain_field[0].energy(one).max() for one in y)
+            assert largest <= bar.top / bar.factor <= 1.3 * largest
+
+
 @pytest.mark.parametrize("sign", [1, -1], ids=["stretched", "pressed"])
 def test_the_bar_of_a_field_of_one_sign_holds_it(sign, tmp_path):
     """A plate pulled or pressed along itself: strains of one sign but for a fiftieth, and energy of a prestress."""
