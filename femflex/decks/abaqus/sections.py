@@ -113,7 +113,7 @@ def _assign(model: AbaqusModel, reading: Reading, one: Scoped, owner: dict[int, 
             cells = [model.flat.elements[number] for number in numbers if model.flat.elements[number].cell]
             if any(element.kind.startswith(PLANE) for element in cells):
                 continue
-            triangles = sum(element.cell == "triangle" for element in cells)
+            triangles = sum(_collapsed(element).cell == "triangle" for element in cells)
             made[dimension] = _shells(model, reading, one, elset, triangles > FACETS * len(cells))
         else:
             raise ValueError(
