@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import tomllib
 import warnings
 from dataclasses import replace
 
@@ -16,6 +17,7 @@ from femflex.fem import Member, build_structure
 from femflex.fem.sections import Circle
 from femflex.fem.sections.materials import Material
 from femflex.mesh import line
+from femflex.pipeline.advised_case import with_key
 from femflex.pipeline.decisions import decided
 from femflex.reduction import cantilever_modes, reduce_structure, with_derivatives
 from femflex.reduction.origin import Meshed, Origin
@@ -139,3 +141,42 @@ def test_notes_on_a_body_hold_what_was_chosen_and_neither_warnings_nor_what_its_
         Advice("", "craft", None, "of the craft"),
     ]
     assert notes_of(said) == {"boom": "strain is linear: it hardly bends; 2 shapes more"}
+
+
+TEXT = """title = "x"
+[bodies.boom]
+kind = "flexible"
+{more}
+[bodies.hub]
+mass = 1
+"""
+
+
+@pytest.mark.parametrize(
+    ("more", "table", "key", "line"),
+    [
+        ("", "", "strain", 'strain = "condensed" # it spins'),
+        ("", "reduction", "joints", "reduction.joints = { tip = ['x'] } # it spins"),
+        ("reduction.modes = 3", "reduction", "joints", "reduction.joints = { tip = ['x'] } # it spins"),
+        ("reduction = { modes = 3 }", "reduction", "joints", "reduction = { modes = 3, joints = { tip = ['x'] } }"),
+        (
+            'reduction = { at = { name = "a}b" }, modes = 3 } # so',
+            "reduction",
+            "joints",
+            "reduction = { at = { name = \"a}b\" }, modes = 3, joints = { tip = ['x'] } } # so",
+        ),
+        ("[bodies.boom.reduction]\nmodes = 3", "reduction", "joints", "joints = { tip = ['x'] } # it spins\nmodes = 3"),
+    ],
+)
+def test_a_key_goes_where_its_body_says_the_rest(more, table, key, line):
+    value = "condensed" if key == "strain" else {"tip": ["x"]}
+    text = with_key(TEXT.format(more=more), "boom", table, key, value, "it spins")
+    assert line.replace("'", '"').replace("'", '"') in text
+    found = tomllib.loads(text)["bodies"]["boom"]
+    assert (found[table] if table else found)[key] == value
+    assert tomllib.loads(text)["bodies"]["hub"] == {"mass": 1}
+
+
+def test_a_body_without_a_table_is_left_as_it_is():
+    text = "title = 'x'\nbodies.boom.mass = 1\n"
+    assert with_key(text, "boom", "", "strain", "linear") == text

@@ -239,3 +239,56 @@ def test_a_written_deck_names_common_elements_and_quotes_odd_names(tmp_path):
     assert "*ELEMENT, TYPE=B32\n1,1,2,3\n2,3,4,5\n" in text
     assert '*NSET, NSET="two words"\n1, 2\n' in text
     assert "*ELSET, ELSET=line\n1, 2\n" in text
+
+
+CHAIN = "*ELEMENT, TYPE=T3D2\n1, 1, 2\n2, 2, 3\n"
+
+
+def by_chain(path):
+    """Points along the elements of a deck, one after the other."""
+    mesh = read_mesh(path)
+    return mesh.points[np.append(mesh.cells["line"][:, 0], mesh.cells["line"][-1, 1])]
+
+
+@pytest.mark.parametrize(
+    ("system", "points"),
+    [
+        ("*SYSTEM\n1., 2., 3.\n", [[1, 2, 3], [2, 2, 3], [1, 3, 4]]),
+        ("*SYSTEM\n1., 2., 3., 1., 4., 3.\n", [[1, 2, 3], [1, 3, 3], [0, 2, 4]]),  # x along y, z stays
+        ("*SYSTEM\n1., 0., 0., 1., 0., 2.,\n1., 5., 3.\n", [[1, 0, 0], [1, 0, 1], [0, 1, 0]]),  # x along z, y along y
+        ("*SYSTEM\n1., 2., 3.\n*SYSTEM\n", [[0, 0, 0], [1, 0, 0], [0, 1, 1]]),
+    ],
+)
+def test_nodes_count_in_the_system_that_stands_before_them(tmp_path, system, points):
+    """Nodes 1, 2, 3 at (0, 0, 0), (1, 0, 0), (0, 1, 1) of it."""
+    mesh = read_mesh(deck(tmp_path, f"{system}*NODE\n1\n2, 1.\n3, 0., 1., 1.\n{CHAIN}"))
+    assert mesh.points == pytest.approx(np.array(points, float), abs=1e-12)
+
+
+def test_spherical_nodes_and_nodes_along_a_line(tmp_path):
+    """Radius, longitude, latitude; *NGEN without LINE goes straight."""
+    text = "*NODE, SYSTEM=S\n1, 2., 0., 0.\n3, 2., 90., 30.\n*NGEN\n1, 3, 1\n" + CHAIN
+    ends = np.array([[2.0, 0, 0], [0, np.sqrt(3), 1.0]])
+    assert by_chain(deck(tmp_path, text)) == pytest.approx(np.array([ends[0], ends.mean(axis=0), ends[1]]))
+
+
+def test_an_arc_of_ngen_goes_about_its_normal_where_one_is_given(tmp_path):
+    text = "*NODE\n1, 1.\n7, 0., 1.\n*NGEN, LINE=C\n1, 7, 1, , 0., 0., 0., 0., 0., -1.\n*ELEMENT, TYPE=T3D2\n"
+    text += "".join(f"{k}, {k}, {k + 1}\n" for k in range(1, 7))
+    angles = -np.linspace(0, 270, 7)  # the longer way round, clockwise
+    around = np.stack([np.cos(np.radians(angles)), np.sin(np.radians(angles))], axis=1)
+    assert by_chain(deck(tmp_path, text))[:, :2] == pytest.approx(around, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("made", "sentence"),
+    [
+        ("*NGEN\n1, 3, 4\n", r"\*NGEN goes from node 1 to 3 in steps of 4"),
+        ("*NGEN, LINE=P\n1, 3, 1\n", r"\*NGEN on a parabola \(LINE=P\) is not read; write the nodes out"),
+        ("*NGEN\n1, 9, 1\n", r"\*NGEN uses node 9, which is not defined before"),
+        ("*NFILL, BIAS=0.5\n1, 3, 2\n", r"\*NFILL with BIAS or SINGULAR is not read; write the nodes out"),
+    ],
+)
+def test_nodes_that_cannot_be_made_are_told_with_their_line(tmp_path, made, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        read_mesh(deck(tmp_path, f"*NODE\n1\n3, 0., 1., 1.\n{made}{CHAIN}"))
