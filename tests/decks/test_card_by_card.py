@@ -503,3 +503,46 @@ def test_a_rigid_rod_askew_moves_its_follower_across(tmp_path):
 def test_mistakes_in_rigid_rods_are_one_sentence(tmp_path, card, sentence):
     with pytest.raises(DeckError, match=sentence):
         read(tmp_path, *bar(2), card)
+
+
+def two_beams() -> list[str]:
+    """Cantilevers of bars along x, 0.5 m apart along y, unlike in length: their ends are grids 5 and 15."""
+    cards = ["PBAR,3,1,1.E-3,2.E-7,8.E-7,1.E-6", STEEL, "SPC1,1,123456,1,11"]
+    for first, y, length in ((1, 0.0, 1.0), (11, 0.5, 1.2)):
+        cards += [f"GRID,{first + k},,{length * k / 4},{y},0." for k in range(5)]
+        cards += [f"CBAR,{first + k},3,{first + k},{first + k + 1},0.,1.,0." for k in range(4)]
+    return cards
+
+
+def turned_by(grid: int, component: int, r: np.ndarray, sign: float) -> list[tuple[int, int, float]]:
+    """Terms of sign (theta x r) along a translation, theta that of a grid."""
+    e = np.eye(3)[component - 1]
+    across = np.cross(r, e) * sign  # e . (theta x r) = theta . (r x e)
+    return [(grid, 4 + k, across[k]) for k in range(3) if across[k]]
+
+
+@pytest.mark.parametrize(
+    ("card", "dependent"),
+    [
+        ("RBAR,90,5,15,123456,,,123", [(15, c) for c in (1, 2, 3)]),
+        ("RBAR,90,5,15,,123456,123", [(5, c) for c in (1, 2, 3)]),
+        ("RBAR,90,5,15,123456,,,46", [(15, c) for c in (4, 6)]),
+        ("RBAR,90,5,15,123,456,456,123", [(5, c) for c in (4, 5, 6)] + [(15, c) for c in (1, 2, 3)]),
+    ],
+)
+def test_a_rigid_bar_ties_the_components_that_it_names_at_either_end(tmp_path, card, dependent):
+    """u15 = u5 + theta x r and theta15 = theta5, equation by equation."""
+    r = np.array([0.2, 0.5, 0.0])
+    equations = []
+    for grid, c in dependent:
+        other = 20 - grid
+        terms = [(grid, c, 1.0), (other, c, -1.0)]
+        if c <= 3:  # the rotation is that of the end whose rotation leads, here grid 15 where both lead in part
+            leads = 15 if (5, 4) in dependent else other
+            terms += turned_by(leads, c, r, -1.0 if grid == 15 else 1.0)
+        words = [word for term in terms for word in term]
+        equations += [",".join(["MPC,6", *map(str, words[:6])])]
+        for k in range(6, len(words), 6):
+            equations.append(",".join(["", "", *map(str, words[k : k + 6])]))
+    wanted = frequencies(read(tmp_path, *two_beams(), *equations, control="SPC = 1\nMPC = 6"), 6)
+    assert frequencies(read(tmp_path, *two_beams(), card), 6) == pytest.approx(wanted, rel=1e-8)

@@ -291,3 +291,27 @@ def test_solids_of_plies_and_materials_of_sheets_are_refused(tmp_path):
 def test_densities_are_those_of_the_deck(tmp_path):
     """The whole mass of 100 x 10 x 10 mm of steel."""
     assert f"mass {RHO * 1e-5:.3g} kg" in said(tmp_path, brick())
+
+
+@pytest.mark.parametrize(("angle", "axis"), [(30.0, "3"), (-30.0, "3"), (60.0, "1")])
+def test_the_angle_of_an_orientation_turns_the_material_of_a_shell_about_its_normal(tmp_path, angle, axis):
+    """Direction 1 on a plate z = 0: the axis after the one that is named, turned from it towards the normal x it."""
+    lamina = (
+        "*MATERIAL, NAME=CARBON\n*ELASTIC, TYPE=LAMINA\n150000., 9000., 0.3, 5000., 5000., 3000.\n*DENSITY\n1.6E-9\n"
+    )
+    system = f"*ORIENTATION, NAME=O\n{{}}\n{axis}, {angle}\n"
+    axes = {"3": "1., 0., 0., 0., 1., 0.", "1": "0., 0., 1., 1., 0., 0."}[axis]  # the named axis is z in both
+    shell = "*SHELL SECTION, ELSET=SKIN, COMPOSITE{}\n4., 3, CARBON, {}\n"
+    turned = deck(tmp_path, plate(shell.format(", ORIENTATION=O", 0), lamina + system.format(axes)))
+    plain = deck(tmp_path, plate(shell.format("", angle), lamina))
+    found, wanted = (axes_and_bending(one) for one in (turned, plain))
+    assert found == pytest.approx(wanted, rel=1e-6, abs=1e-6 * np.abs(wanted).max())
+
+
+def axes_and_bending(made):
+    """D of the plate's section in mesh axes x, y [N m]."""
+    member = made.members[0]
+    first = np.asarray(member.options.get("axis", (1.0, 0.0, 0.0)), float)
+    c, s = first[0], first[1]
+    T = np.array([[c * c, s * s, c * s], [s * s, c * c, -c * s], [-2 * c * s, 2 * c * s, c * c - s * s]])
+    return T.T @ member.section.D @ T
