@@ -62,7 +62,6 @@ child = "weight"
 WORDS = "buckling is not assessed: its motion is estimated for the initial state only ("
 
 
-@pytest.mark.sampled(1)
 @pytest.mark.parametrize("strain", ["", 'strain = "condensed"', 'strain = "linear"'])
 def test_a_craft_that_only_bends_into_place_is_said_not_to_be_judged(femflex, write_case, strain):
     """The boom's tip is tied beside its straight line: rigid bodies cannot close the loop."""

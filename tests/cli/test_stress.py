@@ -77,6 +77,13 @@ def test_peaks_and_places(run_file):
     assert "moment_y" in table and "moment_z" not in table and "N m" in table
 
 
+def test_peaks_are_printed_where_they_are_written_too_and_long_tables_are_not(run_file, tmp_path):
+    done = stress(run_file, "-o", tmp_path / "peaks.csv")
+    assert done.exit_code == 0 and "moment_y" in done.stdout and (tmp_path / "peaks.csv").is_file()
+    for k, more in enumerate((["--points"], ["--at", "0.5,0,0"])):
+        assert stress(run_file, *more, "-o", tmp_path / f"{k}.csv").stdout.strip() == ""
+
+
 def test_along_time_at_a_place(run_file, tmp_path):
     out = tmp_path / "at.csv"
     done = stress(run_file, "--body", "bar", "--at", "0.5,0,0", "--quantity", "moment_y", "-o", out)

@@ -232,6 +232,7 @@ def test_a_saved_body_has_the_modes_it_was_saved_with(
     assert saved == fresh
     mac = json.loads(femflex("modes", case, "--mac", "boom.h5", "--json")[1])["boom"]["mac"]
     np.testing.assert_allclose(np.diag(mac), 1.0, rtol=1e-12)
+    assert femflex("modes", "boom.h5", "-n", "4")[0] == 0
     code, _, err = femflex("modes", "boom.h5", "-n", "9")
     assert code == 2 and "the body file holds 4" in err
     assert "marker  tip at (3, 0, 0) m" in femflex("info", "boom.h5")[1]

@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from random_systems import random_body
+from scipy.spatial.transform import Rotation
 
 from femflex.body import Marker
 from femflex.body.rigid import rigid_body
@@ -14,12 +15,14 @@ from femflex.integrate import Dop853
 from femflex.reduction import BeamFunctions, UniformBeam, beam_body
 from femflex.system import (
     Latch,
+    Orbit,
     Supply,
     System,
     Variation,
     free,
     pulse_train,
     separation_spring,
+    spherical,
     tank,
     tank_variation,
     thruster,
@@ -237,3 +240,17 @@ def test_a_body_with_an_unknown_word_for_its_writer_is_refused():
     varying = {"hub": Variation("tank", ("mass",))}
     with pytest.raises(ValueError, match="femflex has no function 'tank' that writes a varying body; it has tanks"):
         compile_system(System({"hub": body}, (free("hub"),), varying=varying))
+
+
+@pytest.mark.parametrize("on_its_own", [True, False])
+def test_a_force_holds_the_craft_on_an_orbit_that_is_specified_alone(on_its_own):
+    """Minus the thrust, 3 N along the hub's x axis; a craft in free orbit goes where its thruster pushes it."""
+    hub = rigid_body(100.0, 40.0 * np.eye(3))
+    jet = thruster("jet", "hub", 3.0, axis=(1, 0, 0), profile=([0.0], [1.0]))
+    joint = free("hub") if on_its_own else spherical("hub")
+    model = compile_system(System({"hub": hub}, (joint,), effectors=(jet,), orbit=Orbit(7e6, free=on_its_own)))
+    seen = model.observe(np.zeros(1), model.x0[None])
+    assert ("orbit/force" in seen) != on_its_own
+    if not on_its_own:
+        C = Rotation.from_quat(seen["bodies/hub/attitude"][0], scalar_first=True)
+        assert seen["orbit/force"][0] == pytest.approx(-C.apply([3.0, 0, 0]))
