@@ -245,3 +245,10 @@ def test_orthonormal_keeps_the_first_direction():
     made = orthonormal(M, phi)
     assert np.abs(made.T @ (M @ made) - np.eye(3)).max() < 1e-14
     assert np.linalg.matrix_rank(np.column_stack([made[:, 0], phi[:, 0]]), tol=1e-12) == 1
+
+
+@pytest.mark.parametrize("size", [1e-4, 1.0, 1e5])
+def test_close_pairs_are_kept_whole_whatever_the_unit(size):
+    """A gap of a thousandth of the frequency and less parts nothing, be it in micro- or megahertz."""
+    omega = size * np.array([1.0, 2.0, 2.001, 3.0, 3.1])
+    assert [whole_clusters(omega, n) for n in (1, 2, 3, 4, 5)] == [1, 3, 3, 4, None]

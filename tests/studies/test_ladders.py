@@ -93,6 +93,8 @@ def test_large_meshes_are_refined_twice_at_most_unless_more_is_asked_for(built: 
     monkeypatch.setattr(ladder, "POINTS", 100)  # 161 points after three refinements
     assert [rung.level for rung in planned(built(FREQUENCY, cells=20), "mesh").ladder.rungs] == [0, 1, 2]
     assert [rung.level for rung in planned(built(FREQUENCY, cells=20), "mesh", [0, 3]).ladder.rungs] == [0, 3]
+    monkeypatch.setattr(ladder, "POINTS", 10)
+    assert [rung.level for rung in planned(built(FREQUENCY, cells=20), "mesh").ladder.rungs] == [0, 1, 2]
 
 
 @pytest.mark.slow

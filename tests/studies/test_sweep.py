@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
@@ -22,7 +23,7 @@ from femflex.case.sweep import parse_sweep
 from femflex.cli.app import app
 from femflex.studies.sweep import open_sweep, sweep
 from femflex.studies.sweep.design import designed, indices, unit_samples
-from femflex.studies.sweep.journal import begin, journal_of, read_journal
+from femflex.studies.sweep.journal import add, begin, journal_of, read_journal
 from femflex.studies.sweep.member import run_member
 from femflex.studies.sweep.sweep import planned
 
@@ -138,6 +139,11 @@ def test_a_journal_is_whole_before_the_first_member_is_done(study, tmp_path):
     with begin(tmp_path / "s.journal", plan, [one]):
         assert read_journal(tmp_path / "s.journal", plan) == [one]
     assert [path.name for path in tmp_path.glob("s.*")] == ["s.journal"]
+    with begin(tmp_path / "s.journal", plan, [one]) as file:
+        file.write('{"number": 7, "val\n')  # cut short; the sweep went on after it
+    with (tmp_path / "s.journal").open("a") as file:
+        add(file, replace(one, number=2))
+    assert read_journal(tmp_path / "s.journal", plan) == [one, replace(one, number=2)]
 
 
 @pytest.mark.slow

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from femflex.view.spectrum import amplitude_spectrum
-from femflex.view.units import clock, colour_bar, length_unit, strain_bar
+from femflex.view.units import ROUND, clock, colour_bar, length_unit, round_above, strain_bar
 
 
 @pytest.mark.parametrize("largest", 10.0 ** np.linspace(-8, 3, 45))
@@ -68,3 +68,11 @@ def test_a_bar_of_both_signs_has_few_parts(largest, parts):
     """Six on either side of zero would be too many: two; without a sign six stay."""
     assert strain_bar(largest, "1", True, "axial strain").parts == parts
     assert strain_bar(2.9e-4, "1", False, "axial strain").parts == 6
+
+
+@pytest.mark.parametrize("power", [-9, -1, 0, 4])
+def test_a_scale_ends_at_its_value_where_that_is_round(power):
+    for top, parts in ROUND[:-1]:
+        assert round_above(top * 10.0**power) == (pytest.approx(top * 10.0**power), parts)
+    assert round_above(1.01 * 10.0**power)[0] == pytest.approx(1.2 * 10.0**power)
+    assert round_above(8.5 * 10.0**power)[0] == pytest.approx(10.0 * 10.0**power)
