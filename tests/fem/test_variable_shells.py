@@ -153,3 +153,20 @@ def test_a_polar_orthotropic_ring_pulled_outwards_moves_as_lekhnitskii_says():
 def test_fields_that_mean_nothing_are_refused(options, words):
     with pytest.raises(ValueError, match=words):
         shell(rectangle(1.0, 0.6, 3, 2, "quad"), **options)
+
+
+def test_strain_points_have_the_stiffness_of_their_own_element():
+    """Energy of a bent tapered strip over its strain points, against its stiffness matrix."""
+    s = shell(rectangle(1.0, 0.1, 20, 1, "quad"), thickness="0.02 * (1 - 0.9 * x)")
+    x = s.mesh.points[:, 0]
+    bent = np.zeros((len(x), 3))
+    bent[:, 2] = x**2
+    turned = np.zeros((len(x), 3))
+    turned[:, 1] = -2 * x
+    u = s.translation.T @ bent.ravel() + s.rotation.T @ turned.ravel()
+    (part,) = strain_field(s, u[:, None], False)
+    energy = float(part.energy(np.ones((1, 1)))[0] @ part.weight)
+    known = (
+        2.0**2 / 2 * 70e9 * 0.1 / 12 * np.trapezoid((0.02 * (1 - 0.9 * np.linspace(0, 1, 20001))) ** 3, dx=1 / 20000)
+    )
+    assert energy == pytest.approx(known, rel=0.01) and float(u @ s.K @ u / 2) == pytest.approx(known, rel=0.01)
