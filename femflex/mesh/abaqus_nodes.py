@@ -45,7 +45,7 @@ class NodeReader:
 
     def _system(self, keyword: Keyword) -> list[int]:
         """Origin a, b on the local x axis and c near the local y axis; without data the global system."""
-        words = [(k, word) for k, row in enumerate(keyword.data) for word in row[: 6 - 3 * (k > 0)]]
+        words = [(k, word) for k, row in enumerate(keyword.data) for word in row[: 3 if k else 6]]
         values = np.array([keyword.real(word, k, "a coordinate") for k, word in words])
         self._origin, self._axes = np.zeros(3), np.eye(3)
         if not len(values):

@@ -203,7 +203,7 @@ def test_a_stretched_spring_presses_by_what_it_is_longer_than_at_rest(near):
 
 @pytest.mark.parametrize("across", [0.0, 250.0])
 def test_what_follows_the_tip_decides_on_the_strain_of_a_body_that_bends_far_too(across, write_case):
-    """Estimates of bends know no forces that turn with the body; flutter is told of in any case."""
+    """Estimates of bends know no forces that turn with the body; flutter is reported in any case."""
     push = load([-0.5 * BECK, 0, 0], frame="marker")
     weight = f"[environment]\ngravity = [0, {-across}, 0]\n"
     case = read_case(write_case(RUN + weight + BOOM.replace(SAID, "") + HELD + push))

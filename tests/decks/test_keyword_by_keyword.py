@@ -181,7 +181,7 @@ def test_a_distributing_coupling_by_its_element_is_one_by_its_surface(tmp_path):
         ("*ELEMENT, TYPE=SPRING1, ELSET=S\n90, 5\n*SPRING, ELSET=S\n1\n0.\n", "springs of stiffness 0 are left out"),
     ],
 )  # fmt: skip
-def test_what_is_left_out_is_told(tmp_path, more, words):
+def test_what_is_left_out_is_reported(tmp_path, more, words):
     assert words in said(tmp_path, beam("RECT", "10., 20.", n=4) + more)
 
 

@@ -289,6 +289,6 @@ def test_an_arc_of_ngen_goes_about_its_normal_where_one_is_given(tmp_path):
         ("*NFILL, BIAS=0.5\n1, 3, 2\n", r"\*NFILL with BIAS or SINGULAR is not read; write the nodes out"),
     ],
 )
-def test_nodes_that_cannot_be_made_are_told_with_their_line(tmp_path, made, sentence):
+def test_nodes_that_cannot_be_made_are_refused_with_their_line(tmp_path, made, sentence):
     with pytest.raises(ValueError, match=sentence):
         read_mesh(deck(tmp_path, f"*NODE\n1\n3, 0., 1., 1.\n{made}{CHAIN}"))

@@ -184,7 +184,7 @@ def run_times(rows):
     return np.arange(rows - 1000.0, rows - 990)
 
 
-def test_a_failure_without_a_number_of_the_system_is_told_as_one_of_the_disk(tmp_path, monkeypatch):
+def test_a_failure_without_a_number_of_the_system_is_reported_as_one_of_the_disk(tmp_path, monkeypatch):
     """HDF5 gives its own words alone; the command line answers by the number."""
     writer = RunWriter(tmp_path / "run.h5", CHANNELS, known_bodies())
     monkeypatch.setattr(writer, "_write", lambda *given: (_ for _ in ()).throw(RuntimeError("unable to flush\nmore")))
