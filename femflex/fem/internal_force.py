@@ -19,6 +19,7 @@ from femflex.fem.assembly import Assembler, Part
 from femflex.fem.tables import StrainBlock, element_chunks
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 
 class InternalForce:
@@ -83,16 +84,19 @@ class InternalForce:
             total += np.einsum("eq,eqsk,eqsk->k", part.weight, eps, np.matmul(part.elastic, eps), optimize=True) / 2
         return total
 
-    def second_derivative(self, a: Array, b: Array) -> Array:
-        """How the tangent changes along a times b at rest, (dK/da) b = (dK/db) a: (n_dof, k) for columns a, b alike.
+    def second_derivative(self, phi: Array, i: Index | None = None, j: Index | None = None) -> Array:
+        """How the tangent changes along one shape times another at rest, (dK/da) b = (dK/db) a: (n_dof, k).
 
-        G^T [L^T C (g_a.Q g_b) + Q g_a . C L g_b + Q g_b . C L g_a]; initial stress has no part in it.
+        a, b are the columns i (k,), j (k,) of phi (n_dof, n); left out, each column with itself. Gradients of a shape
+        are taken once: G^T [L^T C (g_a.Q g_b) + Q g_a . C L g_b + Q g_b . C L g_a]; initial stress has no part in it.
         """
-        raw_a, raw_b = self._T @ a, self._T @ b
-        out = np.zeros_like(raw_a)
+        if i is None or j is None:
+            i = j = np.arange(phi.shape[1])
+        raw = self._T @ phi
+        out = np.zeros((len(raw), len(i)))
         for block in self._strain:
-            for part in self._curving_parts(a.shape[1], block):
-                forces = bent_forces(part, raw_a, raw_b).reshape(part.dofs.size, -1)
+            for part in self._curving_parts(len(i) + phi.shape[1], block):
+                forces = bent_forces(part, raw, i, j).reshape(part.dofs.size, -1)
                 for column, force in zip(out.T, forces.T, strict=True):
                     column += np.bincount(part.dofs.ravel(), force, len(column))
         return np.asarray(self._T.T @ out)
@@ -169,23 +173,22 @@ def point_state(block: StrainBlock, raw: Array) -> PointState:
     return PointState(block.weight, block.rows(every), D, block.elastic, block.quadratic_map, eps, sigma0, sigma)
 
 
-def bent_forces(block: StrainBlock, raw_a: Array, raw_b: Array) -> Array:
-    """Element forces (e, l, k) [N, N m] of `InternalForce.second_derivative`."""
-    g_a, g_b = (block.gradients(raw, slice(None)) for raw in (raw_a, raw_b))
-    stress_a, stress_b = (np.matmul(block.elastic, np.matmul(block.linear_map, g)) for g in (g_a, g_b))
+def bent_forces(block: StrainBlock, raw: Array, i: Index, j: Index) -> Array:
+    """Element forces (e, l, k) [N, N m] of `InternalForce.second_derivative`; raw (n_raw, n)."""
+    rows = block.rows(slice(None))
+    g = np.matmul(rows, raw[block.dofs][:, None])
+    stress = np.matmul(block.elastic, np.matmul(block.linear_map, g))
+    g_i, g_j, stress_i, stress_j = g[..., i], g[..., j], stress[..., i], stress[..., j]
     Q = (block.quadratic_map + block.quadratic_map.swapaxes(1, 2)) / 2
-    bend = np.zeros((*g_a.shape[:2], len(Q), g_a.shape[3]))
-    push = np.zeros_like(g_a)
+    bend = np.zeros((*g.shape[:2], len(Q), len(i)))
+    push = np.zeros((*g.shape[:3], len(i)))
     for s, row, column in zip(*np.nonzero(Q), strict=True):
         value = Q[s, row, column]
-        bend[:, :, s] += value * g_a[:, :, row] * g_b[:, :, column]
-        push[:, :, row] += value * (g_a[:, :, column] * stress_b[:, :, s] + g_b[:, :, column] * stress_a[:, :, s])
+        bend[:, :, s] += value * g_i[:, :, row] * g_j[:, :, column]
+        push[:, :, row] += value * (g_i[:, :, column] * stress_j[:, :, s] + g_j[:, :, column] * stress_i[:, :, s])
     push += np.matmul(block.linear_map.T, np.matmul(block.elastic, bend))
     push *= block.weight[:, :, None, None]
-    rows = block.rows(slice(None))
-    return np.matmul(
-        rows.reshape(len(rows), -1, rows.shape[-1]).swapaxes(1, 2), push.reshape(len(push), -1, push.shape[3])
-    )
+    return np.matmul(rows.reshape(len(rows), -1, rows.shape[-1]).swapaxes(1, 2), push.reshape(len(push), -1, len(i)))
 
 
 def tangents(block: StrainBlock, raw: Array) -> Array:

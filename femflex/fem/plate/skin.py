@@ -106,13 +106,12 @@ def _motion(start: int, place: _Places, offset: Array) -> list[tuple[Index, Inde
     share = 1 / len(place.translations)
     found = [(rows.ravel(), cols.ravel(), np.full(3 * k, share)) for cols in place.translations]
     for axis, (b, c) in enumerate(((1, 2), (2, 0), (0, 1))):  # (theta x r)_a = theta_b r_c - theta_c r_b
-        for theta in place.rotations:
-            found.append((rows[:, axis], theta[:, b], share * offset[:, c]))
-            found.append((rows[:, axis], theta[:, c], -share * offset[:, b]))
+        for by, r in ((b, share * offset[:, c]), (c, -share * offset[:, b])):
+            if r.any():
+                found += [(rows[:, axis], theta[:, by], r) for theta in place.rotations]
     for cols, values in place.along:
-        shape = values.shape
-        at = np.broadcast_to(rows[:, :, None], shape), np.broadcast_to(cols[:, None, :], shape)
-        found.append((at[0].ravel(), at[1].ravel(), values.ravel()))
+        moving = np.argwhere(values.any(axis=0))
+        found += [(rows[:, axis], cols[:, dof], values[:, axis, dof]) for axis, dof in moving]
     return found
 
 

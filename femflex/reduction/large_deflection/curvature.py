@@ -57,7 +57,7 @@ def held_energy(structure: Structure, modes: ModeSet, phi: Array) -> tuple[Array
     """k, c and e of shapes (n_dof, n) [m, rad], each held alone, with the supports of a set."""
     elastic = structure.internal_force
     k = np.einsum("in,in->n", phi, structure.K @ phi)
-    bent = elastic.second_derivative(phi, phi)
+    bent = elastic.second_derivative(phi)
     relaxed = np.einsum("in,in->n", bent, static_response(structure, modes, bent))
     along = np.einsum("in,in->n", bent, phi)
     quartic = elastic.quartic_energy(phi) - (relaxed - along**2 / k) / 8

@@ -148,5 +148,5 @@ def scaled_derivatives(structure: Structure, modes: ModeSet) -> Array:
     stiffness = np.einsum("in,in->n", modes.phi, structure.K @ modes.phi)
     phi = modes.phi / np.sqrt(stiffness)
     i, j = np.triu_indices(modes.n_modes)
-    load = structure.internal_force.second_derivative(phi[:, i], phi[:, j])
+    load = structure.internal_force.second_derivative(phi, i, j)
     return -static_response(structure, modes, load)

@@ -108,7 +108,7 @@ def _both_ways(structure: Structure, modes: ModeSet, load: Array, deflection: fl
     elastic = structure.internal_force
     u = supported(structure, modes.held).answers(load)
     u *= deflection / largest_displacement(structure, u)
-    softer = -1.0 if float(elastic.second_derivative(u[:, None], u[:, None])[:, 0] @ u) > 0.0 else 1.0
+    softer = -1.0 if float(elastic.second_derivative(u[:, None])[:, 0] @ u) > 0.0 else 1.0
     push, most = _push(structure, modes, u), np.inf
     plain, buckled = list[Array](), list[Array]()
     for sense in (softer, -softer):

@@ -81,7 +81,7 @@ def brought_about(structure: Structure, modes: ModeSet, shapes: Array) -> NDArra
     """
     if not shapes.size or not modes.n_modes:
         return np.zeros(shapes.shape[1], np.bool_)
-    theta = -static_response(structure, modes, structure.internal_force.second_derivative(modes.phi, modes.phi))
+    theta = -static_response(structure, modes, structure.internal_force.second_derivative(modes.phi))
     K_x = structure.K @ shapes
     stiffness, mass = np.einsum("in,in->n", shapes, K_x), np.einsum("in,in->n", shapes, structure.M @ shapes)
     energy = np.einsum("in,in->n", theta, structure.K @ theta)

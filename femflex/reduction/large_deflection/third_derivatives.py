@@ -84,7 +84,8 @@ def third_derivative(structure: Structure, one: ModeSet) -> Array:
     size = float(np.linalg.norm(np.ptp(structure.mesh.points, axis=0)))
     far = FAR * size / np.abs(structure.translation @ phi).max()
     cubic = (elastic.force(far * phi) - elastic.force(-far * phi)) / (2 * far**3) - structure.K @ phi / far**2
-    load = -(elastic.second_derivative(phi[:, None], theta) / 2 + cubic[:, None])
+    both = elastic.second_derivative(np.column_stack([phi, theta]), np.array([0]), np.array([1]))
+    load = -(both / 2 + cubic[:, None])
     free = free_dofs(structure, one.held)
     if np.abs(load[free]).max() <= NOTHING * np.abs(cubic[free]).max():
         raise ValueError(
