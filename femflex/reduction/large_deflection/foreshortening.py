@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from hashlib import sha256
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,8 @@ from femflex.reduction.modes.modeset import ModeSet
 
 Array = NDArray[np.float64]
 
+ALONE = 1e-6  # part of the other shapes of a set in its lowest one, by mass, below which that is one of the set
+
 
 def foreshortening(structure: Structure, modes: ModeSet, markers: Mapping[str, str] | None = None) -> Foreshortening:
     """Foreshortening of the lowest shape that a set can make: theta is its static derivative.
@@ -26,12 +29,29 @@ def foreshortening(structure: Structure, modes: ModeSet, markers: Mapping[str, s
     """
     if not modes.n_modes:
         return Foreshortening()
-    K, M = (modes.phi.T @ (A @ modes.phi) for A in (structure.K, structure.M))
-    lowest = linalg.eigh(K, M, subset_by_index=[0, 0])[1]  # of a set of unit displacements, a mixture of many
-    theta = scaled_derivatives(structure, replace(modes.picked([0]), phi=modes.phi @ lowest))
+    phi = _lowest_shape(structure, modes)
+    key = ("foreshortening", modes.held.tobytes(), modes.reference, sha256(phi.tobytes()).digest())
+    theta, work = structure.recalled(key, lambda: _answer(structure, replace(modes.picked([0]), phi=phi)))
     places = {**{group: group for group in modes.groups}, **(markers or {})}
     at = {name: (marker_rows(structure, group).translation @ theta)[:, 0] for name, group in places.items()}
-    return Foreshortening(work_of_accelerations(structure, theta)[:, :, 0], at)
+    return Foreshortening(work, at)
+
+
+def _lowest_shape(structure: Structure, modes: ModeSet) -> Array:
+    """The lowest shape (n_dof, 1) [m, rad] that a set can make: one of its own where others hardly take part in it."""
+    K, M = (modes.phi.T @ (A @ modes.phi) for A in (structure.K, structure.M))
+    lowest = linalg.eigh(K, M, subset_by_index=[0, 0])[1]  # of a set of unit displacements, a mixture of many
+    part = np.abs(lowest[:, 0]) * np.sqrt(np.diag(M))
+    own = int(part.argmax())
+    if np.delete(part, own).max(initial=0.0) < ALONE * part[own]:
+        return np.ascontiguousarray(modes.phi[:, [own]])
+    return np.asarray(modes.phi @ lowest)
+
+
+def _answer(structure: Structure, one: ModeSet) -> tuple[Array, Array]:
+    """theta (n_dof, 1) of a set of one shape, and its work (4, 3) on fields of acceleration."""
+    theta = scaled_derivatives(structure, one)
+    return theta, work_of_accelerations(structure, theta)[:, :, 0]
 
 
 def foreshortening_of(body: FlexibleBody) -> Foreshortening:
