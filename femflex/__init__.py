@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from femflex.mesh import Mesh as Mesh
     from femflex.mesh import read_mesh as read_mesh
     from femflex.pipeline import run as run
-    from femflex.pipeline.decisions import build_body as build_body
+    from femflex.pipeline.case_bodies import build_body as build_body
     from femflex.pipeline.decisions import build_system as build_system
     from femflex.reduction import load_body as load_body
     from femflex.reduction import save_body as save_body
@@ -54,7 +54,7 @@ _HOME = {
     "Run": "results",
     "System": "system",
     "advise": "advice",
-    "build_body": "pipeline.decisions",
+    "build_body": "pipeline.case_bodies",
     "build_system": "pipeline.decisions",
     "compile_system": "dynamics",
     "equilibrium": "dynamics.equilibria.equilibrium",

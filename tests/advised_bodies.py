@@ -7,7 +7,8 @@ from typing import Any
 
 from femflex.body import FlexibleBody
 from femflex.case import Case
-from femflex.pipeline.decisions import advised_bodies, decided, warn_of_build
+from femflex.pipeline.case_bodies import advised_bodies
+from femflex.pipeline.decisions import decided, warn_of_build
 
 
 def noted(body: FlexibleBody, note: str) -> Any:

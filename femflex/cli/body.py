@@ -47,7 +47,7 @@ def body(
     with Patience("reducing the body"):
         from femflex.case import read_case
         from femflex.case.named_files import check_no_input
-        from femflex.pipeline.decisions import advised_bodies
+        from femflex.pipeline.case_bodies import advised_bodies
         from femflex.reduction import save_body
 
         read = read_case(case)

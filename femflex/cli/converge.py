@@ -61,7 +61,7 @@ def converge(
     numbers = checked_levels(levels, varied)
     with Patience("building the bodies"):
         from femflex.case import read_case
-        from femflex.pipeline.decisions import with_strain_notes
+        from femflex.pipeline.case_bodies import with_strain_notes
         from femflex.studies import check_studies, with_choice
         from femflex.warning import PhysicsWarning
 

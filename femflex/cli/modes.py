@@ -117,7 +117,7 @@ def flexible_bodies(file: Path, name: str | None, number: int | None) -> tuple[d
     if _is_hdf5(file):
         return {file.stem: _shortened(_body_file(file), number)}, {}
     from femflex.case import read_case
-    from femflex.pipeline.decisions import advised_bodies
+    from femflex.pipeline.case_bodies import advised_bodies
 
     case = read_case(file)
     if name is not None and name not in case.bodies:

@@ -10,7 +10,7 @@ from femflex.body import FlexibleBody
 from femflex.case import Case
 from femflex.case.body import BodyTable, FlexibleTable
 from femflex.case.reduction import Stretchable
-from femflex.pipeline.decisions import build_body
+from femflex.pipeline.case_bodies import build_body
 from femflex.studies.ladder import Built, Ladder, Rung, varied
 from femflex.warning import PhysicsWarning
 

@@ -25,7 +25,7 @@ from femflex.case.run import StudyTable
 from femflex.fem.eigen.canonical import whole_clusters
 from femflex.fem.eigen.modes import stiffness_ratio
 from femflex.mesh.cells import CELL_TYPES
-from femflex.pipeline.decisions import build_body, build_each
+from femflex.pipeline.case_bodies import build_body, build_each
 from femflex.reduction import is_added, load_body
 from femflex.studies.joints_of_level import joints_of, with_joints_of_level, without_joints
 from femflex.system import Segments

@@ -25,7 +25,7 @@ NAMES: dict[str, Callable[[Case], list[str]]] = {
 def check_studies(case: Case, varied: Sequence[str]) -> None:
     """Raise ValueError when a study in the list is not known, has nothing to vary, or comes too early.
 
-    case: with the strain of its bodies written out (`pipeline.decisions.with_own_strain`).
+    case: with the strain of its bodies written out (`pipeline.case_bodies.with_own_strain`).
     """
     require_study(case)
     for word in varied:

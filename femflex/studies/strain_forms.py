@@ -15,7 +15,7 @@ from femflex.case import Case, CaseError
 from femflex.case.body import AnalyticTable, BodyTable, FlexibleTable, Strain
 from femflex.case.reduction import Stretchable
 from femflex.integrate import IntegrationError
-from femflex.pipeline.decisions import with_own_strain
+from femflex.pipeline.case_bodies import with_own_strain
 from femflex.studies.ladder import Built, Ladder, varied
 from femflex.studies.study import Progress, Study, described, require_study
 from femflex.system import Segments

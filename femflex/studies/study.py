@@ -20,7 +20,7 @@ from femflex.case.measure import OF_SYSTEM, MeasureTable
 from femflex.case.run import StudyTable
 from femflex.pipeline import Prepared, prepare
 from femflex.pipeline.balanced import case_modes
-from femflex.pipeline.decisions import with_own_strain
+from femflex.pipeline.case_bodies import with_own_strain
 from femflex.pipeline.guard import MotionGuard
 from femflex.studies.derivative_ladder import derivative_ladder
 from femflex.studies.ladder import Built, Ladder, Rung, mesh_ladder, mode_ladder

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from femflex.assembly import build_part
 from femflex.case import CaseError, read_case
 from femflex.cli.app import app
-from femflex.pipeline.decisions import build_body
+from femflex.pipeline.case_bodies import build_body
 from femflex.reduction import load_body
 from femflex.warning import PhysicsWarning
 

@@ -12,7 +12,7 @@ import femflex
 from femflex.advice.deflections import deflection_watches
 from femflex.advice.motion_estimate import estimate_motion
 from femflex.case import read_case
-from femflex.pipeline.decisions import with_own_strain
+from femflex.pipeline.case_bodies import with_own_strain
 from femflex.warning import PhysicsWarning
 
 LENGTH, EI, LINE = 10.0, 1.4e4, 1.2

@@ -14,7 +14,8 @@ from femflex.case import CaseError, read_case
 from femflex.fem import Material, Member, build_structure
 from femflex.fem.sections import StiffnessSection
 from femflex.mesh import line, rectangle
-from femflex.pipeline.decisions import build_body, build_system
+from femflex.pipeline.case_bodies import build_body
+from femflex.pipeline.decisions import build_system
 from femflex.reduction import cantilever_modes, reduce_structure, with_attachment, with_derivatives
 from femflex.warning import PhysicsWarning
 

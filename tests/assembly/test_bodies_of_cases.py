@@ -14,7 +14,8 @@ from femflex.advice.model_warnings import output_warnings
 from femflex.assembly.rigid_skins import equivalent_box
 from femflex.case import Case, parse_case, read_case
 from femflex.dynamics import compile_system
-from femflex.pipeline.decisions import build_body, build_system, decided
+from femflex.pipeline.case_bodies import build_body
+from femflex.pipeline.decisions import build_system, decided
 from femflex.reduction import save_body
 from femflex.rotations import dcm_from_angles, dcm_from_quaternion
 from femflex.warning import PhysicsWarning

@@ -14,7 +14,8 @@ from femflex.case import CaseError, read_case
 from femflex.dynamics import compile_system
 from femflex.dynamics.equilibria.linearised import linearised
 from femflex.integrate import Dop853
-from femflex.pipeline.decisions import build_body, build_system
+from femflex.pipeline.case_bodies import build_body
+from femflex.pipeline.decisions import build_system
 from femflex.pipeline.recovered import recovered
 
 MEMBER = 'material = "aluminium" }'

@@ -16,7 +16,8 @@ from femflex.case import read_case
 from femflex.case.problems import CaseError
 from femflex.dynamics.equilibria.equilibrium import equilibrium
 from femflex.mesh import Mesh, box, write_mesh
-from femflex.pipeline.decisions import build_body, build_system
+from femflex.pipeline.case_bodies import build_body
+from femflex.pipeline.decisions import build_system
 from femflex.warning import PhysicsWarning
 
 L, A, E = 2.0, 0.1, 1e9  # m, m, Pa; without Poisson's ratio a bar bends as a beam all through, clamped end and all

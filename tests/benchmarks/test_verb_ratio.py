@@ -30,7 +30,7 @@ from femflex.case import read_case
 from femflex.fem.eigen.modes import factorised
 from femflex.fem.eigen.shift_invert import ShiftInverted
 from femflex.mesh import box, rectangle
-from femflex.pipeline.decisions import build_body
+from femflex.pipeline.case_bodies import build_body
 from femflex.reduction.modes.buckling import roughly_lowest
 from femflex.warning import PhysicsWarning
 

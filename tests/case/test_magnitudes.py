@@ -12,7 +12,8 @@ import pytest
 from femflex.assembly import build_bodies
 from femflex.case import read_case
 from femflex.case.problems import CaseError
-from femflex.pipeline.decisions import build_body, build_system
+from femflex.pipeline.case_bodies import build_body
+from femflex.pipeline.decisions import build_system
 from femflex.warning import PhysicsWarning
 
 ORBIT = "[orbit]\nperigee_altitude = {}\n"

@@ -13,7 +13,7 @@ from femflex.case.options import read_options
 from femflex.case.schema import json_schema
 from femflex.fem import FAMILIES
 from femflex.fem.option import OPTIONS
-from femflex.pipeline.decisions import build_body
+from femflex.pipeline.case_bodies import build_body
 
 MEMBERS = Path(__file__).resolve().parents[2] / "docs" / "howto" / "members.md"
 PLAIN = 'material = "aluminium" }'

@@ -14,7 +14,7 @@ from femflex.matrices import full_model, write_matrices
 from femflex.mesh import write_mesh
 from femflex.mesh.generators import box
 from femflex.pipeline import run
-from femflex.pipeline.decisions import build_body
+from femflex.pipeline.case_bodies import build_body
 
 CRAFT = """
 [run]

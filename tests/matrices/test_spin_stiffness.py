@@ -13,7 +13,7 @@ from scipy.linalg import eigh
 from femflex.case import read_case
 from femflex.matrices import MatrixModel, matrix_body, write_matrices
 from femflex.pipeline import run
-from femflex.pipeline.decisions import build_body
+from femflex.pipeline.case_bodies import build_body
 from femflex.reduction import cantilever_modes
 from femflex.warning import PhysicsWarning
 

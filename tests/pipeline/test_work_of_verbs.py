@@ -15,7 +15,7 @@ from femflex.cli.check import examine_case
 from femflex.mesh import box, rectangle
 from femflex.mesh.generators import line
 from femflex.pipeline.balanced import balanced
-from femflex.pipeline.decisions import build_body
+from femflex.pipeline.case_bodies import build_body
 from femflex.pipeline.prepared import prepare
 from femflex.studies import convergence
 from femflex.warning import PhysicsWarning

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from femflex.case import Case
 from femflex.cli.app import app
-from femflex.pipeline.decisions import with_own_strain
+from femflex.pipeline.case_bodies import with_own_strain
 from femflex.studies import convergence, planned, strain_forms
 
 Built = Callable[..., Case]

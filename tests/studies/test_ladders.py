@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from femflex.case import Case
-from femflex.pipeline.decisions import build_body
+from femflex.pipeline.case_bodies import build_body
 from femflex.reduction import save_body
 from femflex.studies import convergence, ladder, planned
 
