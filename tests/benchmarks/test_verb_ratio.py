@@ -31,6 +31,7 @@ from femflex.fem.eigen.modes import factorised
 from femflex.fem.eigen.shift_invert import ShiftInverted
 from femflex.mesh import box, rectangle
 from femflex.pipeline.case_bodies import build_body
+from femflex.reduction.boundary.supported import supported
 from femflex.reduction.modes.buckling import roughly_lowest
 from femflex.warning import PhysicsWarning
 
@@ -58,8 +59,9 @@ def seconds(work):
 
 
 def needed(path, held, bearing=False):
-    """Assembly, one factorisation and Lanczos, of the structure with the ends held, or else one end; bearing: and what
-    buckles it under its weight in its plane."""
+    """Assembly, one factorisation and Lanczos, of the structure with these ends held; bearing: and what buckles it
+    under its weight in its plane. One that nothing holds is factorised on determinate supports, and its Lanczos vectors
+    are kept free of rigid motion."""
     case = read_case(path)
     table = case.bodies["body"]
     mesh = build_mesh(case, "body", table)
@@ -67,7 +69,11 @@ def needed(path, held, bearing=False):
 
     def work():
         structure = build_structure_of(case, "body", plain, mesh)
-        dofs = np.unique(np.concatenate([structure.clamped_dofs(group) for group in held]))
+        dofs = np.unique(np.concatenate([np.zeros(0, np.int64), *(structure.clamped_dofs(group) for group in held)]))
+        if not held:
+            on = supported(structure, dofs)
+            ShiftInverted(on.K, on.M, 0.0, on.answers).largest(N + BESIDE, surely=N)
+            return structure.n_dof
         free = np.setdiff1d(np.arange(structure.n_dof), dofs)
         K, M = structure.K[free][:, free], structure.M[free][:, free]
         factors = factorised(K)
@@ -83,10 +89,10 @@ def needed(path, held, bearing=False):
 
 def ratio_of(folder, family, reduction, *, strain="", options=""):
     path = write_case(folder, meshed(family), family, reduction, strain=strain, options=options)
-    held = ["left", "right"] if reduction == HELD else ["left"]
+    held = {HELD: ["left", "right"], CLAMPED: ["left"], FREE: []}[reduction]
     with threadpool_limits(1), warnings.catch_warnings():
         warnings.simplefilter("ignore", PhysicsWarning)
-        numerics, n_dof = needed(path, held, bearing=not strain)
+        numerics, n_dof = needed(path, held, bearing=not strain and reduction != FREE)
         verb, _ = seconds(lambda: build_body(read_case(path), "body"))
     print(f"{family}, {options or 'no stress'}, {strain or 'strain chosen'}: {n_dof} dofs, ", end="")
     print(f"{verb:.1f} s over {numerics:.1f} s of assembly, factorisation and Lanczos: {verb / numerics:.2f}")

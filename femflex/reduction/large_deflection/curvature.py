@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from femflex.fem.structure import Structure
 from femflex.reduction.large_deflection.bent_states import over_mass
+from femflex.reduction.large_deflection.own_bend import own_bend
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.modes.statics import static_response
 from femflex.reduction.modes.vibration import answers_to_clamps
@@ -47,10 +48,13 @@ def hardening(structure: Structure, modes: ModeSet) -> float:
     """
     if not modes.n_modes:
         return 0.0
-    phi = modes.phi[:, [int(np.argmin(over_mass(structure, modes)))]]
+    one = modes.picked([int(np.argmin(over_mass(structure, modes)))])
+    phi = one.phi / np.sqrt(np.einsum("in,in->n", one.phi, structure.K @ one.phi))
     moved = np.linalg.norm((structure.translation @ phi).reshape(-1, 3), axis=1).max()
-    k, _, quartic = held_energy(structure, modes, phi)
-    return max(float(4 * quartic[0] / k[0] / moved**2), 0.0)
+    bent, answer = (column[:, 0] for column in own_bend(structure, one))
+    relaxed, along = bent @ answer, bent @ phi[:, 0]
+    quartic = structure.internal_force.quartic_energy(phi)[0] - (relaxed - along**2) / 8
+    return max(float(4 * quartic / moved**2), 0.0)
 
 
 def held_energy(structure: Structure, modes: ModeSet, phi: Array) -> tuple[Array, Array, Array]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from hashlib import sha256
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +13,7 @@ from femflex.body import FlexibleBody, Foreshortening
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.markers import marker_rows
 from femflex.reduction.inertia.accelerations import work_of_accelerations
-from femflex.reduction.large_deflection.derivatives import scaled_derivatives
+from femflex.reduction.large_deflection.own_bend import own_bend
 from femflex.reduction.modes.modeset import ModeSet
 
 Array = NDArray[np.float64]
@@ -30,11 +29,10 @@ def foreshortening(structure: Structure, modes: ModeSet, markers: Mapping[str, s
     if not modes.n_modes:
         return Foreshortening()
     phi = _lowest_shape(structure, modes)
-    key = ("foreshortening", modes.held.tobytes(), modes.reference, sha256(phi.tobytes()).digest())
-    theta, work = structure.recalled(key, lambda: _answer(structure, replace(modes.picked([0]), phi=phi)))
+    theta = -own_bend(structure, replace(modes.picked([0]), phi=phi))[1]
     places = {**{group: group for group in modes.groups}, **(markers or {})}
     at = {name: (marker_rows(structure, group).translation @ theta)[:, 0] for name, group in places.items()}
-    return Foreshortening(work, at)
+    return Foreshortening(work_of_accelerations(structure, theta)[:, :, 0], at)
 
 
 def _lowest_shape(structure: Structure, modes: ModeSet) -> Array:
@@ -46,12 +44,6 @@ def _lowest_shape(structure: Structure, modes: ModeSet) -> Array:
     if np.delete(part, own).max(initial=0.0) < ALONE * part[own]:
         return np.ascontiguousarray(modes.phi[:, [own]])
     return np.asarray(modes.phi @ lowest)
-
-
-def _answer(structure: Structure, one: ModeSet) -> tuple[Array, Array]:
-    """theta (n_dof, 1) of a set of one shape, and its work (4, 3) on fields of acceleration."""
-    theta = scaled_derivatives(structure, one)
-    return theta, work_of_accelerations(structure, theta)[:, :, 0]
 
 
 def foreshortening_of(body: FlexibleBody) -> Foreshortening:
