@@ -151,14 +151,16 @@ def _spring(model: AbaqusModel, reading: Reading, one: Scoped) -> None:
             model.bushings.append(spring(names[0], names[1], stiffness * model.units.spring))
             continue
         components = [keyword.integer(word, 0, "a component") - 1 for word in rows[0] if word][: len(nodes)]
-        terms = []
+        terms, mixed = [], any(c >= 3 for c in components)
         for node, c, sign in zip(nodes, components, (1.0, -1.0), strict=False):
             turns = c >= 3
             axes = np.eye(3) if system is None else system.at(model.x(node))
-            terms.append(_term(model, node, turns, sign * axes[c % 3]))
+            # between a displacement and a rotation, displacements count in the deck's unit of length
+            factor = sign / model.units.length if mixed and not turns else sign
+            terms.append(_term(model, node, turns, factor * axes[c % 3]))
             model.wanted.add(node)
             model.wanted_turning.update([node] if turns else [])
-        unit = model.units.spring if components[0] < 3 else model.units.moment
+        unit = model.units.moment if mixed else model.units.spring
         model.bushings.append(ScalarSpring(tuple(terms), stiffness * unit))
 
 

@@ -93,12 +93,14 @@ def _celas(model: NastranModel, card: Card, values: dict[int, float]) -> None:
         return
     u = model.bulk.units
     turns = [c[0] > 3 for _, c in ends]
-    unit = u.moment if all(turns) else u.spring if not any(turns) else u.force
+    unit = u.moment if any(turns) else u.spring
     model.bulk.found.use(card.name)
     terms = []
     for sign, (grid, named) in zip((1.0, -1.0), ends, strict=False):
         (one,) = named
-        terms.append(component_term(model, grid, one, sign))
+        # between a displacement and a rotation, displacements count in the deck's unit of length
+        factor = sign / u.length if any(turns) and one <= 3 else sign
+        terms.append(component_term(model, grid, one, factor))
         model.wanted.add(grid)
         if one > 3:
             model.wanted_turning.add(grid)
