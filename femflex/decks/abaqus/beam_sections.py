@@ -146,7 +146,7 @@ def _shape(keyword: Keyword, kind: str, d: list[float]) -> tuple[Shape, tuple[fl
         return shape_of("TUBE", [d[0], d[0] - d[1]]), (0.0, 0.0)
     if kind == "BOX":  # widths along 1 and 2, then the walls at +1, +2, -1, -2
         a, b, right, top, left, bottom = d[:6]
-        made = shape_of("BOX1", [a, b, top, bottom, left, right])
+        made = shape_of("BOX1", [a, b, top, bottom, right, left])  # z is against 1
         walls = (a * (top**3 + bottom**3) + b * (left**3 + right**3)) / 3  # what remains where one is cut
         return replace(made, J=made.J + walls), (0.0, 0.0)
     if kind == "I":
