@@ -93,14 +93,15 @@ def whole(
     rows: ArrayLike, columns: ArrayLike, values: ArrayLike, n: int, symmetric: bool | None = None
 ) -> sparse.csr_array:
     """The matrix (n, n), in the unit of its entries; one triangle alone is mirrored, unless it is known not to be
-    `symmetric`."""
+    `symmetric`. Of one that is known to be, each entry without its mirror image is, whatever the order of the rows."""
     i, j, v = np.asarray(rows, np.int64), np.asarray(columns, np.int64), np.asarray(values, float)
     matrix = sparse.csr_array(sparse.coo_array((v, (i, j)), shape=(n, n)))
     off = i != j
     one_triangle = bool((i[off] < j[off]).all() or (i[off] > j[off]).all())
-    if symmetric is False or not (one_triangle and off.any()):
+    if symmetric is False or not off.any() or not (symmetric or one_triangle):
         return matrix
-    return sparse.csr_array(matrix + matrix.T - sparse.diags_array(matrix.diagonal()))
+    given = sparse.csr_array(sparse.coo_array((np.ones(len(v)), (i, j)), shape=(n, n))).astype(bool).astype(float)
+    return sparse.csr_array(matrix + matrix.T - matrix.T.multiply(given))
 
 
 def numbered(pairs: Index) -> tuple[Index, Index]:

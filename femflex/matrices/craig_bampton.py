@@ -87,7 +87,8 @@ def _with_rigid(moments: MassMoments) -> MassMoments:
     for c in range(3):
         second[1 + c, c, own] = moments.first
         second[own, :, 1 + c, c] = moments.first
-        second[1 + c, c, 1 + c, c] = moments.mass
+        for d in range(3):
+            second[1 + c, c, 1 + d, d] = moments.mass
     turn = np.einsum("acd->cad", SKEW)  # (e_c x r)_a = eps_acd r_d
     first[4:7] = np.einsum("cad,d->ca", turn, first[0])
     for c in range(3):
