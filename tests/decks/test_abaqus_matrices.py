@@ -220,7 +220,8 @@ def test_equations_hold_along_transformed_axes_in_the_units_of_the_deck(tmp_path
 @pytest.mark.parametrize("weights", [{1: 2.0, 2: 0.5, 3: 1.0}, {3: 2.0, 1: 0.5, 2: 1.5}])
 def test_a_distributing_coupling_is_the_weighted_least_squares_of_its_nodes(tmp_path, weights):
     text = NODES + METAL + "*ELEMENT, TYPE=B31, ELSET=B\n81, 1, 2\n82, 2, 3\n"
-    text += "*BEAM SECTION, SECTION=RECT, ELSET=B, MATERIAL=METAL\n.8, 1.4\n1., 2., 3.\n*ELEMENT, TYPE=DCOUP3D, ELSET=D\n800, 4\n*DISTRIBUTING COUPLING, ELSET=D\n"
+    text += "*BEAM SECTION, SECTION=RECT, ELSET=B, MATERIAL=METAL\n.8, 1.4\n1., 2., 3.\n"
+    text += "*ELEMENT, TYPE=DCOUP3D, ELSET=D\n800, 4\n*DISTRIBUTING COUPLING, ELSET=D\n"
     text += "".join(f"{n}, {w}\n" for n, w in weights.items())
     made = deck(tmp_path, text)
     rows = [np.sqrt(w) * rigid(n, 4)[:3] for n, w in weights.items()]
