@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from femflex.decks.units import Units
 from femflex.fem import Member
 from femflex.mesh import Mesh
 
@@ -141,8 +140,3 @@ def _field_options(fields: Mapping[str, Sequence[Mapping[str, Any]]]) -> dict[st
 def direction_key(v: ArrayLike, digits: int = 9) -> tuple[float, ...]:
     """A unit vector (3,) as a key of as many numbers: directions that differ by rounding have the same."""
     return tuple(float(value) + 0.0 for value in np.round(np.asarray(v, float), digits))
-
-
-def total_units(units: Units) -> str:
-    """How a set of units is written in reports."""
-    return f"{units.name} (length {units.length:.6g} m, mass {units.mass:.6g} kg, time {units.time:.6g} s)"
