@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 import pytest
 
-from femflex.decks import DeckError, read_deck
+from femflex.decks import Deck, DeckError, read_deck
 from femflex.decks.abaqus.surfaces import face_nodes
 from femflex.mesh.abaqus_flat import Element
 from femflex.mesh.cells import CELL_TYPES
@@ -70,13 +72,18 @@ def orientation(kind: str, about: int = 3, degrees: float = 0.0) -> str:
     return f"*ORIENTATION, NAME=O, SYSTEM={name}\n{words}\n{about}, {degrees}\n"
 
 
+@lru_cache(maxsize=1)
+def structure_of(made: Deck):
+    return made.structure()
+
+
 def motions(structure, made, node: int) -> np.ndarray:
     row = 3 * made.points_of_ids[node]
     return np.concatenate([p[row : row + 3].toarray() for p in (structure.translation, structure.rotation)])
 
 
 def on_nodes(made, name: str, nodes: tuple[int, ...]) -> np.ndarray:
-    structure = made.structure()
+    structure = structure_of(made)
     T = np.concatenate([motions(structure, made, n) for n in nodes])
     return np.asarray(T @ getattr(structure, name).toarray() @ T.T)
 
@@ -106,8 +113,12 @@ def test_inertias_lie_along_their_orientation_and_add_up_at_a_node(tmp_path, kin
     assert found == pytest.approx(wanted, abs=1e-9 * np.abs(wanted).max())
 
 
-@pytest.mark.parametrize(("kind", "about", "degrees"), TURNS)
-@pytest.mark.parametrize("pair", [(2, 1), (5, 4), (1, 6), (6, 2)])
+PAIRS = [(2, 1), (5, 4), (1, 6), (6, 2), (3, 3)]
+
+
+@pytest.mark.parametrize(
+    ("kind", "about", "degrees", "pair"), [(*turn, pair) for turn, pair in zip(TURNS, PAIRS, strict=True)]
+)
 def test_springs_between_components_lie_along_their_orientation_at_each_node(tmp_path, kind, about, degrees, pair):
     """Energy k (u_a - u_b)^2 / 2 in the units of the deck; a turn counts in radians."""
     text = NODES + lumps(1, 2) + orientation(kind, about, degrees)
@@ -148,7 +159,7 @@ def test_springs_to_the_ground_of_joints_and_along_lines(tmp_path, kind, c):
 
 def part(made, node: int, names: str, C: np.ndarray | None = None) -> np.ndarray:
     """Components (1 to 6) of a node along axes, over the dofs."""
-    T, C = motions(made.structure(), made, node), np.eye(3) if C is None else C
+    T, C = motions(structure_of(made), made, node), np.eye(3) if C is None else C
     return np.array([C[(int(c) - 1) % 3] @ T[3 * (int(c) > 3) : 3 * (int(c) > 3) + 3] for c in names])
 
 
@@ -165,13 +176,13 @@ def test_couplings_carry_their_nodes_rigidly_in_the_components_that_they_name(tm
     newer = "*SURFACE, NAME=F, TYPE=NODE\nS, 1.\n*COUPLING, CONSTRAINT NAME=C, REF NODE=4, SURFACE=F, ORIENTATION=O\n"
     for connection, names in ((older, "23"), (newer + "*KINEMATIC\n2, 3\n6\n", "236")):
         made = deck(tmp_path, text + connection)
-        centre = motions(made.structure(), made, 4)
+        centre = motions(structure_of(made), made, 4)
         for n in (1, 2, 3):
             C = turned(basic(kind, np.array(AT[n])), about, degrees)
             T = np.kron(np.eye(2), C)
             moved = (T @ rigid(n, 4) @ centre)[[int(c) - 1 for c in names]]
             assert part(made, n, names, C) == pytest.approx(moved, abs=1e-9)
-            assert np.linalg.matrix_rank(motions(made.structure(), made, n) - rigid(n, 4) @ centre, 1e-9) == 6 - len(
+            assert np.linalg.matrix_rank(motions(structure_of(made), made, n) - rigid(n, 4) @ centre, 1e-9) == 6 - len(
                 names
             )
 
@@ -189,9 +200,9 @@ def test_couplings_carry_their_nodes_rigidly_in_the_components_that_they_name(tm
 def test_beams_ties_and_pins_between_nodes(tmp_path, text, names):
     """b: rigid; r: its translations alone; t: all components alike; p: translations alike."""
     made = deck(tmp_path, NODES + lumps(1, 2, 3, 4, 5) + text)
-    centre = motions(made.structure(), made, 4)
+    centre = motions(structure_of(made), made, 4)
     for n, name in names.items():
-        own = motions(made.structure(), made, n)
+        own = motions(structure_of(made), made, n)
         follows = {"b": rigid(n, 4), "r": rigid(n, 4)[:3], "t": np.eye(6), "p": np.eye(6)[:3]}[name]
         assert own[: len(follows)] == pytest.approx(follows @ centre, abs=1e-9)
         rest = own - np.vstack([follows, np.zeros((6 - len(follows), 6))]) @ centre
@@ -227,7 +238,7 @@ def test_a_distributing_coupling_is_the_weighted_least_squares_of_its_nodes(tmp_
     rows = [np.sqrt(w) * rigid(n, 4)[:3] for n, w in weights.items()]
     moved = [np.sqrt(w) * part(made, n, "123") for n, w in weights.items()]
     best = np.linalg.lstsq(np.concatenate(rows), np.concatenate(moved), rcond=None)[0]
-    found = motions(made.structure(), made, 4)
+    found = motions(structure_of(made), made, 4)
     assert found == pytest.approx(best, abs=1e-8 * np.abs(best).max())
 
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 import pytest
 from nastran_decks import read
 
+from femflex.decks import Deck
 from femflex.fem import Structure
 
 INCH, POUND_FORCE = 0.0254, 0.45359237 * 9.80665
@@ -54,6 +57,11 @@ def axes(grid: int, number: int | None = None) -> np.ndarray:
     return np.array([radial, np.cross(SIX[2], radial), SIX[2]])
 
 
+@lru_cache(maxsize=1)
+def structure_of(deck: Deck) -> Structure:
+    return deck.structure()
+
+
 def motions(structure: Structure, grid: int, points: dict[int, int]) -> np.ndarray:
     """Translation and rotation (6, n_dof) of a grid in basic axes."""
     row = 3 * points[grid]
@@ -63,7 +71,7 @@ def motions(structure: Structure, grid: int, points: dict[int, int]) -> np.ndarr
 
 def on_grids(deck, name: str, grids: tuple[int, ...] = (1, 2, 3)) -> np.ndarray:
     """K or M over translations and rotations of the grids in basic axes: all of their dofs are along axes of theirs."""
-    structure = deck.structure()
+    structure = structure_of(deck)
     T = np.concatenate([motions(structure, g, deck.points_of_ids) for g in grids])
     return np.asarray(T @ getattr(structure, name).toarray() @ T.T)
 
@@ -254,7 +262,7 @@ def test_a_general_element_has_the_energy_of_its_matrix_in_the_units_of_the_deck
 
 def components(deck, grid: int, names: str) -> np.ndarray:
     """Components of a grid along its own axes over the dofs."""
-    T = motions(deck.structure(), grid, deck.points_of_ids)
+    T = motions(structure_of(deck), grid, deck.points_of_ids)
     return np.array([axes(grid)[(int(c) - 1) % 3] @ T[3 * (int(c) > 3) : 3 * (int(c) > 3) + 3] for c in names])
 
 
@@ -277,7 +285,7 @@ def test_the_grids_of_an_rbe2_follow_its_centre_in_the_components_that_it_names(
     """Along the axes of each dependent grid, two of which are listed by THRU."""
     deck = read(tmp_path, *CARDS, *BARS, f"RBE2,9,4,{names},1,THRU,3", control="ECHO = NONE", units=units)
     length = UNITS[units][0]
-    centre = motions(deck.structure(), 4, deck.points_of_ids)
+    centre = motions(structure_of(deck), 4, deck.points_of_ids)
     for g in (1, 2, 3):
         found, wanted = components(deck, g, names), carried(g, names, 4, length) @ centre
         assert found == pytest.approx(wanted, abs=1e-9 * max(1.0, np.abs(wanted).max()))
@@ -307,14 +315,14 @@ def test_rigid_bars_and_bodies_move_as_the_six_components_that_lead_them(tmp_pat
     for g, c in dependent:
         found = components(deck, g, c)
         assert found == pytest.approx(carried(g, c, origin, length) @ rigid, abs=1e-8 * max(1.0, np.abs(found).max()))
-    everything = np.concatenate([motions(deck.structure(), g, deck.points_of_ids) for g in AT])
+    everything = np.concatenate([motions(structure_of(deck), g, deck.points_of_ids) for g in AT])
     assert np.linalg.matrix_rank(everything, 1e-8) == 24 - sum(len(c) for _, c in dependent)
 
 
 @pytest.mark.parametrize("card", ["RROD,9,1,2,,2", "RROD,9,1,2,3", "RROD,9,1,2,1,"])
 def test_a_rigid_rod_between_grids_with_skew_axes_keeps_its_length(tmp_path, card):
     deck = read(tmp_path, *CARDS, card, "CONM2,91,1,,1.", "CONM2,92,2,,1.", control="ECHO = NONE")
-    structure = deck.structure()
+    structure = structure_of(deck)
     line = (np.array(AT[2]) - np.array(AT[1])) / np.linalg.norm(np.array(AT[2]) - np.array(AT[1]))
     one, two = (motions(structure, g, deck.points_of_ids)[:3] for g in (1, 2))
     assert line @ (two - one) == pytest.approx(0.0, abs=1e-12)

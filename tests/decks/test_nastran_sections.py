@@ -27,7 +27,9 @@ Z = np.cross(X, Y)
 def inches(folder, *cards: str, **more: object):
     """The deck of these cards in inches, pounds of force and seconds, masses by WTMASS."""
     every = [line for card in cards for line in card.split("\n")]
-    return read(folder, *every, f"PARAM,WTMASS,{WT}", control="ECHO = NONE", units="in-lbf-s", **more)
+    return read(
+        folder, *every, f"PARAM,WTMASS,{WT}", "PARAM,AUTOSPC,NO", control="ECHO = NONE", units="in-lbf-s", **more
+    )
 
 
 def beam_of(folder, element: str, *cards: str, **more: object):

@@ -13,6 +13,7 @@ SKEW = ["CORD2R,5,0,0.,0.,0.,.3,.2,.9", ",1.,.5,0.", "CORD2C,6,0,5.,-4.,0.,5.,-4
 CHAIN = [
     *(f"GRID,{n},,{n}.,0.,0." for n in range(1, 7)), "GRID,7,,7.,.5,0.,5", "GRID,8,,8.,1.,0.,6", "GRID,9,,9.,2.,0.,,46",
     *(f"CBAR,{n},3,{n},{n + 1},0.,1.,0." for n in range(1, 9)), "PBAR,3,1,1.,1.,1.,1.", STEEL, *SKEW,
+    "PARAM,AUTOSPC,NO",
 ]  # fmt: skip
 
 
@@ -146,7 +147,7 @@ def test_defaults_of_grids_are_those_of_grdset(tmp_path):
         "GRID,24,,1.,0.,0.,6,4",
     ]
     bars = [f"CBAR,{40 + k},3,{a},{b},0.1,.2,1." for k, (a, b) in enumerate(((21, 22), (22, 23), (23, 24)))]
-    deck = read(tmp_path, *CHAIN[-6:], *cards, *bars, "SPC1,1,1,21,23")
+    deck = read(tmp_path, *CHAIN[-7:], *cards, *bars, "SPC1,1,1,21,23")
     z = np.array([0.3, 0.2, 0.9]) / np.linalg.norm([0.3, 0.2, 0.9])
     x = np.array([1.0, 0.5, 0.0]) - (np.array([1.0, 0.5, 0.0]) @ z) * z
     C = np.array([x / np.linalg.norm(x), np.cross(z, x / np.linalg.norm(x)), z])
