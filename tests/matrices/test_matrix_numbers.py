@@ -141,14 +141,16 @@ def test_matlab_files_of_version_7_3_are_transposed_and_may_be_sparse(tmp_path):
         group = file.create_group("K")
         group["data"], group["ir"], group["jc"] = upper.data, upper.indices, upper.indptr
         group.attrs["MATLAB_sparse"] = np.uint64(upper.shape[0])
-        skew = sparse.csc_array(one.D.toarray())
-        group = file.create_group("D")
-        group["data"], group["ir"], group["jc"] = skew.data, skew.indices, skew.indptr
-        group.attrs["MATLAB_sparse"] = np.uint64(7)
+        skew = sparse.csc_array(np.triu(one.D.toarray()))
+        for name, columns in (("D", sparse.csc_array(one.D.toarray())), ("upper", skew)):
+            group = file.create_group(name)
+            group["data"], group["ir"], group["jc"] = columns.data, columns.indices, columns.indptr
+            group.attrs["MATLAB_sparse"] = np.uint64(7)
         file.create_group("struct")["x"] = [1.0]
     with open(path, "r+b") as file:
         file.write(b"MATLAB 7.3 MAT-file".ljust(128))
     same(read_matrices(path), one)
+    assert read_contents(path).matrices["upper"].matrix.toarray() == pytest.approx(np.triu(one.D.toarray()))
 
 
 def test_a_file_of_another_kind_is_refused_by_its_name(tmp_path):
