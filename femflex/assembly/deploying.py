@@ -160,8 +160,8 @@ def with_deployment(case: Case, system: System) -> System:
     for name, made in deploying_bodies(case).items():
         table, body = case.bodies[name], system.bodies[name]
         assert isinstance(table, DeployingTable)
-        if body.n_modes != made.body.n_modes:  # another number of functions, as studies take
-            made = build_deploying(case, name, table, _modes_of(case, name, table, body))
+        if not _same_functions(body, made):  # another number of functions, as studies take
+            made = _with_functions_of(case, name, table, body)
         varying[name] = made.variation
         if table.initial is not None and table.initial.rates is None and name in system.delta0:
             ddelta[name] = made.resting_rates(system.delta0[name], table.rest)
@@ -205,15 +205,21 @@ def added_note(case: Case, name: str, table: DeployingTable) -> tuple[str, ...]:
     return (added.note(with_static(counts, added.more)),)
 
 
-def _modes_of(case: Case, name: str, table: DeployingTable, body: FlexibleBody) -> int:
-    f = table.functions
-    assert f is not None
-    own = {key: 1 for key in FIELDS if getattr(f, key)}
-    for n in range(1, body.n_modes + 1):
-        more = _added(case, name, table, n).more
-        if n * len(own) * f.across + sum(with_static(own, more).values()) - len(own) == body.n_modes:
-            return n
+def _with_functions_of(case: Case, name: str, table: DeployingTable, body: FlexibleBody) -> DeployingBody:
+    """The member with the number of functions in each of its fields that a body of it was built with."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", PhysicsWarning)  # given where the body was built
+        for n in range(1, body.n_modes + 1):
+            made = build_deploying(case, name, table, n)
+            if _same_functions(body, made):
+                return made
     raise ValueError(f"the member has {body.n_modes} coordinates, which no number of functions gives it")
+
+
+def _same_functions(body: FlexibleBody, made: DeployingBody) -> bool:
+    """Whether a body has the functions of a member; equal numbers alone may be of other fields."""
+    V1, own = body.strain.V1, made.body.strain.V1
+    return V1.shape == own.shape and np.allclose(V1, own, rtol=1e-6, atol=1e-9 * np.abs(own).max(initial=0.0))
 
 
 def _mass_per_length(table: DeployingTable) -> float:
