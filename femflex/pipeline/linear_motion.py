@@ -187,10 +187,10 @@ class Steps:
             E, P = self.kept[key]
             return np.asarray(E @ y + P @ np.concatenate(c))
         A, B = (self.matrices(middle + sign * h / math.sqrt(12.0)) for sign in (-1.0, 1.0))
-        omega = h / 2 * (A + B) - h**2 * math.sqrt(3.0) / 12 * (A @ B - B @ A)  # Magnus' series to fourth order
-        n = len(y)
+        twist = h**2 * math.sqrt(3.0) / 12  # Magnus' series to fourth order, of the matrix and of its forcing
+        omega, n, C = h / 2 * (A + B) - twist * (A @ B - B @ A), len(y), np.column_stack(c)
         wide = np.zeros((n + 3, n + 3))
-        wide[:n, :n], wide[:n, n:] = omega, h * np.column_stack(c)
+        wide[:n, :n], wide[:n, n:] = omega, h * C - twist * (A - B) @ C
         wide[n + 1, n] = wide[n + 2, n + 1] = h
         return np.asarray(expm(wide)[:n] @ np.concatenate([y, [1.0, 0.0, 0.0]]))
 
