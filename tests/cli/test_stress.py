@@ -94,6 +94,17 @@ def test_along_time_at_a_place(run_file, tmp_path):
     assert stress(run_file, "--at", "0.5,0,0", "-o", out).exit_code == 2
 
 
+def test_every_place_and_quantity_has_its_own_column(run_file, tmp_path):
+    out = tmp_path / "at.csv"
+    done = stress(run_file, "--at", "0.9,0,0", "--at", "0.1,0,0", "--quantity", "moment_y", "-o", out)
+    assert done.exit_code == 0, done.output
+    head, *rows = csv.reader(out.read_text().splitlines())
+    places = [float(text.split("(")[1].split(",")[0]) for text in head[1:]]
+    assert len(places) == 2 and places[0] > 0.7 and places[1] < 0.3
+    for x, value in zip(places, rows[-1][1:], strict=True):
+        assert abs(float(value)) == pytest.approx(3.0 * (1 - x), rel=2e-2)
+
+
 def test_channels_of_a_place_are_those_of_the_verb(run_file):
     """At rest under 3 N: moment 3 (L - x), shear force 3; all quantities of the root; equal to at_points."""
     with open_run(run_file) as run:

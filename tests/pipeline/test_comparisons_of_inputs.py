@@ -126,7 +126,8 @@ def test_every_file_of_a_case_has_its_digest(craft: str, write_case: Any):
             "markers.left",
             "shapes = [{ kind = 'box', size = [1, 1, 1] }, { kind = 'mesh', file = 'hull.inp' }]\nmarkers.left",
         )
-        + "[[loads]]\nname = 'second'\nbody = 'hub'\nforce = [1, 0, 0]\n[[loads]]\nname = 'third'\nbody = 'hub'\ntable = 'm.csv'\n"
+        + "[[loads]]\nname = 'second'\nbody = 'hub'\nforce = [1, 0, 0]\n"
+        "[[loads]]\nname = 'third'\nbody = 'hub'\ntable = 'm.csv'\n"
     )
     folder = path.parent
     (folder / "hull.inp").write_text((folder / "boom.inp").read_text())
