@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
@@ -88,7 +89,7 @@ def test_the_drum_of_a_strip_is_as_wide_as_the_strip_and_that_of_a_long_tether_a
 @pytest.mark.parametrize("taper", [None, MaterialTaper.table((0.2, 1.4, 2.4), mass=(1.0, 2.0, 0.7), bending=(1, 3, 2))])
 @pytest.mark.parametrize("drum", ["root", "tip"])
 def test_tension_and_moments_of_any_motion_are_those_of_what_lies_beyond(drum, taper):
-    """S = int (a - f) dm by second differences along the material in a turning frame, less forces attached; N = -S.t."""
+    """S = int (a - f) dm by second differences along the material, with forces attached; N = -S.t."""
     line, functions = line_of(EIy=3.0, EIz=5.0, tension=0.6, ry=0.02, rz=0.03), BeamFunctions(y=2, z=1)
     more = {"stock": 2.6, "until": 3.0, "drum": drum, "markers": {"mid": 0.4}}
     if taper is None:
@@ -286,7 +287,7 @@ def test_functions_of_elements_meet_the_supports_and_their_derivatives_are_deriv
 def test_polynomials_by_pieces_and_their_integrals():
     edges, rng = np.array([0.0, 0.3, 0.45, 1.0]), np.random.default_rng(1)
     pieces = Pieces(edges, rng.normal(size=(3, 5, 2)))
-    for k, (a, b) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
+    for k, (a, b) in enumerate(pairwise(edges)):
         x = np.linspace(a, b, 5)[:-1]
         exact = [np.polynomial.Legendre(pieces.coefficients[k, :, j], domain=[a, b]) for j in range(2)]
         for d in range(4):
@@ -400,8 +401,8 @@ def test_linear_strain_is_warned_of_with_the_part_of_the_buckling_load():
         (lambda: DeployingLine(1.0, tension=np.inf), r"tension of a deploying member is inf; it must be zero or pos"),
         (lambda: DeployingLine(np.nan), r"mass_per_length of a deploying member is nan kg/m"),
         (lambda: DeployingStrip(1.0, 0.0, tension=1.0), r"width of a deploying strip is 0\.0; it must be positive"),
-        (lambda: DeployingStrip(np.inf, 1.0, tension=1.0), r"mass_per_area of a deploying strip is inf; it must be pos"),
-        (lambda: DeployingStrip(1.0, 1.0, tension=1.0, tension_across=-3.0), r"tension_across of .* is -3\.0; .* zero or"),
+        (lambda: DeployingStrip(np.inf, 1.0, tension=1.0), r"mass_per_area of a deploying strip is inf; it must"),
+        (lambda: DeployingStrip(1.0, 1.0, tension=1.0, tension_across=-3.0), r"tension_across of .* is -3\.0; .* zero"),
         (lambda: StringFunctions(y=-1, z=3), r"\(y, z, axial\) are \(-1, 3, 0\); give at least one, and none negative"),
         (lambda: ElementFunctions(y=1, elements=[0.5, 0.4]), r"are \[0\.5, 0\.4\]; give a number from 1"),
         (lambda: ElementFunctions(y=2, torsion=-1), r"\(2, 0, 0, -1\); give at least one, and none negative"),
