@@ -162,8 +162,9 @@ class BeamFunctions:
     def holds_squares(self) -> bool:
         """Whether the axial functions hold all products of two slopes: polynomials enough."""
         clamps = [BENDING_ORDER[support] for support in ends_of(self.ends)]
-        degree = sum(clamps) + max(self.y, self.z) - 1  # of bending; u is of that of the integral of slopes' squares
-        return self.family == "polynomial" and self.axial >= 2 * degree - sum(min(order, 1) for order in clamps)
+        degree = max(2, sum(clamps)) + max(self.y, self.z) - 1  # of bending, which has no rigid motion
+        held = max(1, sum(min(order, 1) for order in clamps))  # u is of the degree of the integral of slopes' squares
+        return self.family == "polynomial" and self.axial >= 2 * degree - held
 
     def with_followers(self) -> BeamFunctions:
         """The same with as many followers as hold all products of two slopes: exactly for polynomials."""
