@@ -282,14 +282,20 @@ def test_sheets_and_solids_have_the_gradients_of_the_nearest_point(kind):
 
 
 def test_peaks_are_the_largest_magnitudes_of_all_parts_of_a_kind():
-    """Of two lines and a solid; largest values of either sign, each with its own time and place."""
-    parts = [random_part("solid", seed=4), random_part("line", per=3, seed=1), random_part("line", per=3, seed=2)]
-    parts[2] = replace(parts[2], elastic=-parts[2].elastic, stress=-parts[2].stress)
+    """Of two lines, a sheet and a solid; largest values of either sign, each with its own time and place."""
+    parts = [
+        random_part("solid", seed=4),
+        random_part("plate", seed=6),
+        random_part("line", per=3, seed=1),
+        random_part("line", per=3, seed=2),
+    ]
+    parts[3] = replace(parts[3], elastic=-parts[3].elastic, stress=-parts[3].stress)
     time = np.array([0.5, 1.25, 3.0, 7.0, 7.5])
     y = amplitudes(parts[0], t=5)
     found = peaks(parts, y, time)
     assert [(peak.kind, peak.name) for peak in found] == [
-        *(("line", name) for name in sorted(quantities(parts[1:]))),
+        *(("line", name) for name in sorted(quantities(parts[2:]))),
+        *(("plate", name) for name in sorted(quantities(parts[1:2]))),
         *(("solid", name) for name in sorted(quantities(parts[:1]))),
     ]
     for peak in found:
