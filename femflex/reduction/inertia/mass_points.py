@@ -29,5 +29,5 @@ def mass_points(structure: Structure, phi: Array) -> MassPoints | None:
                 share = dm / dm.sum(axis=1, keepdims=True)
                 rho, shapes = np.einsum("eq,eqa->ea", share, rho), np.einsum("eq,eqan->ean", share, shapes)
                 dm = dm.sum(axis=1)
-            found.append((dm.ravel(), rho.reshape(-1, 3), shapes.reshape(-1, 3, n)))
+            found.append((dm.ravel(), rho.reshape(-1, 3), shapes.reshape(dm.size, 3, n)))
     return MassPoints(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
