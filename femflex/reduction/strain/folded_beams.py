@@ -42,7 +42,8 @@ def beam_slenderness(structure: Structure) -> float:
     """Length of all beams over the least radius of gyration in bending, sqrt(EI / EA)."""
     length, least = 0.0, math.inf
     for block, places in zip(structure.strain, structure.places, strict=True):
-        if places is not None and places.kind == "line" and not isinstance(block, TensionStrain):
+        bends = len(block.linear_map) > 1 and not isinstance(block, TensionStrain)  # no rod, no tether
+        if places is not None and places.kind == "line" and bends:
             part = block.sampled(slice(None))
             length += float(part.weight.sum())
             EA, EI = part.elastic[..., 0, 0], (part.elastic[..., 1, 1], part.elastic[..., 2, 2])
