@@ -9,7 +9,8 @@ from test_walked_trusses import energy, of_free, slopes, truss  # noqa: F401
 
 from femflex.fem import Material, Member, PointMass, build_structure
 from femflex.fem.sections import Rectangle
-from femflex.mesh import Mesh, line
+from femflex.fem.sections.laminates import orthotropic
+from femflex.mesh import Mesh, line, rectangle
 from femflex.reduction import (
     BeamFunctions,
     Preload,
@@ -21,6 +22,8 @@ from femflex.reduction import (
     mesh_rise,
     static_equilibrium,
 )
+from femflex.reduction.boundary.rigid import rigid_shapes
+from femflex.reduction.inertia.orders import membrane_energies
 from femflex.reduction.large_deflection.curvature import held_energy
 from femflex.reduction.strain.folded_beams import beam_slenderness
 from femflex.reduction.strain.initial_stress import largest_strain, stress_energy
@@ -193,3 +196,18 @@ def test_a_pulled_beam_carries_its_load_and_a_hanging_mass():
     mean = (block.weight * force).sum() / block.weight.sum()
     assert mean == pytest.approx(top - 9.8 * 2700.0 * 2e-4, rel=1e-4)
     assert cantilever_modes(pulled, held, 1).omega[0] > cantilever_modes(beam, held, 1).omega[0]
+
+
+@pytest.mark.parametrize("family", ["plate", "shell", "plate_bfs"])
+def test_what_turns_far_and_stretches_little_is_told_by_its_membrane(family):
+    """Rigid turns of a sheet: no membrane energy; A_yy, A_xx and both of them times the squares of its slopes."""
+    sheet = build_structure(
+        rectangle(1.3, 0.7, 2, 2, "quad" if family == "plate_bfs" else "quad9" if family == "shell" else "triangle"),
+        [Member("surface", family, orthotropic(0.002, 90e9, 7e9, 5e9, 0.3, 1600.0), None, {"axis": (1, 0, 0)})],
+    )
+    raw = sheet.T @ rigid_shapes(sheet)[:, 3:]
+    stretched, turned = membrane_energies(sheet, raw)
+    Q11, Q22 = (E / (1 - 0.3**2 * 7 / 90) for E in (90e9, 7e9))
+    A = 0.002 * 1.3 * 0.7 * np.array([Q22, Q11, Q11 + Q22])
+    assert np.abs(stretched).max() < 1e-9 * A.max()
+    np.testing.assert_allclose(turned, np.diag(A), rtol=1e-6, atol=1e-6 * A.max())

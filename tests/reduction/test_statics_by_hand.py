@@ -168,31 +168,20 @@ def test_markers_of_a_condensed_beam_stretch_under_fields_of_force_along_it():
     assert not root.any()
 
 
-@pytest.mark.parametrize("strain", ["condensed"])
-def test_markers_of_a_condensed_structure_stretch_as_its_elements_do_beyond_its_coordinates(strain):
-    structure = bent_boom(n=2, order=4)
-    modes = with_derivatives(structure, cantilever_modes(structure, "start", 2))
-    body = reduce_structure(structure, modes, {"tip": "end"}, strain=strain)
+def test_markers_of_a_condensed_structure_stretch_as_its_elements_do_beyond_its_coordinates():
+    structure = bent_boom(n=2, order=3)
+    modes = with_derivatives(structure, cantilever_modes(structure, "start", 1))
+    body = reduce_structure(structure, modes, {"tip": "end"}, strain="condensed")
     found = body.marker("tip").stretch
     free = free_dofs(structure, modes.held)
-    K, phi = structure.K[free][:, free].toarray(), modes.phi[free][:, :2]
-    rows, points = marker_rows(structure, "end"), structure.mesh.points
-    own = 0
-    for a in range(4):
-        for b in range(3):
-            u = np.zeros((len(points), 3))
-            u[:, b] = 1.0 if a == 0 else points[:, a - 1]
-            # of uniform fields, which lie in the nodes' motion exactly
-            if a:
-                continue
-            load = (structure.M @ (rigid_shapes(structure)[:, b]))[free]
-            x = np.linalg.solve(K, load)
-            x -= phi @ np.linalg.solve(phi.T @ K @ phi, phi.T @ load)
-            whole = np.zeros(structure.n_dof)
-            whole[free] = x
-            np.testing.assert_allclose(found[:, a, b], rows.translation @ whole, rtol=1e-4, atol=1e-12)
-            own += 1
-    assert own == 3 and found[:, 1:].any()
+    K, phi = structure.K[free][:, free].toarray(), modes.phi[free][:, :1]
+    rows = marker_rows(structure, "end")
+    for b in range(3):  # in uniform fields, which lie in the nodes' motion exactly
+        load = (structure.M @ rigid_shapes(structure)[:, b])[free]
+        x = np.zeros(structure.n_dof)
+        x[free] = np.linalg.solve(K, load) - phi @ np.linalg.solve(phi.T @ K @ phi, phi.T @ load)
+        np.testing.assert_allclose(found[:, 0, b], rows.translation @ x, rtol=1e-4, atol=1e-12)
+    assert found[:, 1:].any()
 
 
 def test_a_marker_tied_to_another_place_moves_as_a_rigid_arm_does():
