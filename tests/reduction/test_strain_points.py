@@ -9,7 +9,8 @@ from nonlinear_models import bent_beam, bfs, folded_plate, plate, solid, tapered
 
 from femflex.body import StrainTensors
 from femflex.fem import Material, Member, build_structure
-from femflex.mesh import rectangle
+from femflex.fem.sections import Circle
+from femflex.mesh import box, line, rectangle
 from femflex.reduction import (
     BeamFunctions,
     UniformBeam,
@@ -147,3 +148,47 @@ def test_energy_density_of_condensed_elements_is_that_of_the_condensed_body():
     delta = np.array([-0.015, 0.009, 0.006])  # 2 mm of 1.5 m; what the field holds beyond the energy is of fifth order
     assert body.strain.energy(delta) < 0.985 * delta @ body.strain.V1 @ delta / 2
     assert energy(body.strain_field, body.amplitudes(delta)) == pytest.approx(body.strain.energy(delta), rel=3e-4)
+
+
+def test_two_means_of_a_layer_of_solids_hold_the_energy_of_its_bending(monkeypatch):
+    """eps_xx = k z over a single layer that lies askew: C_11 k^2 h^3 / 24 per area."""
+    flat = box(1.0, 0.5, 0.1, 3, 2, 1, "hexahedron20")
+    turn = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
+    mesh = flat.__class__(flat.points @ turn.T, flat.cells, flat.cell_groups, flat.point_groups)
+    structure = build_structure(mesh, [Member("volume", "solid", material=Material(70e9, 0.3, 2700.0))])
+    x, _, z = flat.points.T - [[0], [0], [0.05]]
+    u = np.stack([x * z, 0 * x, -(x**2) / 2], axis=1) @ turn.T
+    phi = np.linalg.lstsq(structure.translation.toarray(), u.reshape(-1, 1), rcond=None)[0]
+    (every,) = strain_field(structure, phi, False)
+    monkeypatch.setattr(strain_points, "MOST_POINTS", 3)
+    (means,) = strain_field(structure, phi, False)
+    C11 = 70e9 * 0.7 / (1.3 * 0.4)
+    whole = C11 / 2 * 1.0 * 0.5 * 0.1**3 / 12
+    assert energy([every], np.ones(1)) == pytest.approx(whole, rel=1e-6)
+    assert energy([means], np.ones(1)) == pytest.approx(whole, rel=1e-5)
+    assert len(means.places) == 12 and means.per == 2 and len(every.places) > 12
+    height = (means.places @ turn)[:, 2] - 0.05
+    np.testing.assert_allclose(np.abs(height), 0.05 / np.sqrt(3), rtol=1e-6)
+    np.testing.assert_allclose(means.weight, 1.0 * 0.5 * 0.1 / 12)
+
+
+def test_two_means_of_line_elements_stand_in_the_order_of_the_line_with_their_own_radius(monkeypatch):
+    """A circle whose radius grows along the line: r / sqrt 2 where each mean stands; a stretch that grows, too."""
+    way = np.array([-0.6, 0.8, 0.0])
+    member = Member("line", "beam", Circle("0.02 + 0.01*s"), Material(70e9, 0.3, 2700.0))
+    structure = build_structure(line([[0, 0, 0], (3 * way).tolist()], 3), [member])
+    s = structure.mesh.points @ way
+    u = (s**2 / 2)[:, None] * way
+    phi = np.linalg.lstsq(structure.translation.toarray(), u.reshape(-1, 1), rcond=None)[0]
+    (every,) = strain_field(structure, phi, False)
+    monkeypatch.setattr(strain_points, "MOST_POINTS", 3)
+    (means,) = strain_field(structure, phi, False)
+    assert means.per == 2 and len(means.places) == 6 < len(every.places)
+    along = means.places @ way
+    assert (np.diff(along) > 0).all()
+    np.testing.assert_allclose(along.reshape(3, 2).mean(axis=1), [0.5, 1.5, 2.5], rtol=1e-9)
+    np.testing.assert_allclose(np.diff(along.reshape(3, 2))[:, 0], 1 / np.sqrt(3), rtol=1e-6)
+    station = every.lever * np.sqrt(2) - 0.02  # of every point, linear in its place
+    slope, start = np.polyfit(every.places @ way, station, 1)
+    np.testing.assert_allclose(means.lever, (0.02 + start + slope * along) / np.sqrt(2), rtol=1e-9)
+    assert slope > 0.003
