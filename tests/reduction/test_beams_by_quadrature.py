@@ -187,3 +187,21 @@ def test_axial_polynomials_hold_the_squares_of_slopes_from_their_degree_on(y, z,
 def test_stiffnesses_too_far_apart_are_said_with_their_numbers():
     with pytest.raises(ValueError, match=r"EA = 1e\+40 N, EIy = 30, EIz = 1e-30 and GJ = 20 N m\^2, are so far apart"):
         beam_body(beam_of(EA=1e40, EIz=1e-30), BeamFunctions(y=2, axial=2))
+
+
+@pytest.mark.parametrize("far", [False, True])
+@pytest.mark.parametrize(("y", "z"), [(2, 1), (2, 0), (0, 2)])
+def test_an_inextensible_beam_has_the_curvature_of_an_arc_at_fourth_order(y, z, far):
+    """int (EIz a^2 + EIy b^2 + 2 s a b) / 2 of a = v'v'', b = w'w''; s their mean, or the lesser where it bends far."""
+    taper = Taper(bending=lambda xi: 2 - xi**2)
+    beam = beam_of(taper=taper, ry=0.0, rz=0.0, far_bends=far)
+    functions = BeamFunctions(y=y, z=z)
+    body = beam_body(beam, functions, orthonormal=False, strain="condensed")
+    d = np.array([0.04, -0.03, 0.05])[: y + z]
+    slope, bend = (functions.fields(XI, L, k) @ d / np.sqrt(0.8 * L) for k in (1, 2))
+    a, b = slope[:, 1] * bend[:, 1], slope[:, 2] * bend[:, 2]
+    shared = 30.0 if far else 40.0
+    quartic = (W * L * taper.bending(XI)) @ (50 * a**2 + 30 * b**2 + 2 * shared * a * b) / 2
+    found = [body.strain.energy(k * d) for k in (1.0, -1.0, 2.0)]
+    assert found[0] == pytest.approx(found[1], rel=1e-9)
+    assert (found[2] - 4 * found[0]) / 12 == pytest.approx(quartic, rel=1e-5)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from full_solution import Full, Reduced, static_path
 from nonlinear_models import METAL
+from reduction_examples import EI_Y, slender_beam
 
 from femflex.fem import Member, PointMass, build_structure
 from femflex.mesh import rectangle
@@ -16,6 +17,8 @@ from femflex.reduction import (
     with_sheet_bends,
 )
 from femflex.reduction.boundary.rigid import rigid_shapes
+from femflex.reduction.large_deflection.curvature import held_energy
+from femflex.reduction.large_deflection.sheet_bends import changed_by_bending
 
 WIDTH, H = 0.6, 1.5e-3
 START, REACH = 0.02, 0.23  # bends of the first and the last state
@@ -66,3 +69,25 @@ def test_what_is_added_does_not_stretch():
     moved = (structure.translation @ shapes.phi[:, -1]).reshape(-1, 3)
     assert np.abs(moved[:, :2]).max() < 1e-6 * np.abs(moved[:, 2]).max()
     assert shapes.omega[-1] < 40 * shapes.omega[0]
+
+
+def test_the_last_state_before_a_beam_between_walls_stretches_is_the_one_that_is_taken():
+    """Amplitudes up to twenty radii of gyration, each less than four times the one before; bends store as r^2 + w^2."""
+    structure = slender_beam(n=4, order=3)
+    one = cantilever_modes(structure, ["start", "end"], 1).picked([0])
+    radius = np.sqrt(EI_Y / 1e6)
+    found = changed_by_bending(structure, one, 0.1 * radius, 20 * radius)
+    phi = one.phi[:, 0]
+    moved = np.linalg.norm((structure.translation @ phi).reshape(-1, 3), axis=1).max()
+    amplitude = float(phi @ (structure.M @ found))
+    steps = 0.1 * radius / moved * 200 ** (np.arange(5) / 4)
+    last = int(np.argmin(np.abs(steps - amplitude)))
+    assert amplitude == pytest.approx(steps[last], rel=1e-6) and 0 < last < 4
+    linear = phi @ (structure.K @ phi) / 2
+
+    def stored(q):
+        """Over that of bending alone: V = k q^2 / 2 + e q^4 of a shape that is held, which stretches evenly."""
+        return 1 + 2 * held_energy(structure, one, one.phi)[2][0] * q**2 / (2 * linear)
+
+    assert stored(steps[last]) < 3.0 < stored(steps[last + 1])
+    assert changed_by_bending(structure, one, 10 * radius, 20 * radius) is None
