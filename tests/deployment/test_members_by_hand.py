@@ -353,19 +353,27 @@ def test_the_stock_left_out_is_the_largest_length_up_to_the_end():
 @pytest.mark.parametrize("drum", ["root", "tip"])
 def test_a_tapered_member_that_is_drawn_in_starts_as_its_longest_piece_says(drum):
     points, mass = (0.2, 1.7, 2.4), (1.0, 2.0, 0.7)
-    taper, back = MaterialTaper.table(points, mass=mass), Profile.smooth_step(0.0, 3.0, 2.1, 1.2)
-    line, functions = line_of(EIy=3.0, EIz=5.0), BeamFunctions(y=1, z=1)
+    factors = {"bending": (0.5, 1.5, 2.5), "axial": (2.0, 1.0, 0.6), "torsion": (1.0, 0.4, 1.7)}
+    taper, back = MaterialTaper.table(points, mass=mass, **factors), Profile.smooth_step(0.0, 3.0, 2.1, 1.2)
+    line = line_of(EA=90.0, EIy=3.0, EIz=5.0, GJ=2.0, tension=0.4, ry=0.05, rz=0.09)
+    functions = BeamFunctions(y=1, z=1, axial=1, torsion=1)
     made = deploying_tapered_line(line, taper, functions, back, stock=2.6, until=3.0, drum=drum, drum_radius=0.3)
     density = lambda s: 0.8 * np.interp(s, points, mass)  # noqa: E731
-    material, _ = material_of_line(made, line, functions, drum == "tip", density, 2.6, points)
+    material, fields = material_of_line(made, line, functions, drum == "tip", density, 2.6, points)
     own = material.integrals(2.1)
     np.testing.assert_allclose(made.body.moments.first, own["first"], rtol=1e-7, atol=1e-8)
     np.testing.assert_allclose(made.body.moments.second, own["second"], rtol=1e-6, atol=1e-7)
-    np.testing.assert_allclose(np.einsum("kala->kl", own["second"][1:3, :, 1:3]), np.eye(2), atol=1e-7)
+    np.testing.assert_allclose(np.einsum("kala->kl", own["second"][1:5, :, 1:5]), np.eye(4), atol=1e-7)
     np.testing.assert_allclose(made.body.marker("tip").position, ROOT + 2.1 * FRAME[0], rtol=1e-9)
     assert made.parts.origin <= 2.1 <= made.parts.origin + made.parts.reference * (1 + 1e-9)
     assert made.start == (pytest.approx(2.1), 0.0) and made.variation.write.drum_radius == 0.3
-    assert np.linalg.eigvalsh(made.body.strain.V1)[0] > 0
+    sigma, w = gauss_of([0.0, *points[:2], 2.1])
+    slope, bend = (fields(material.xi(sigma, 2.1), 2.1, k) for k in (1, 2))
+    bending, axial, torsion = (w * np.interp(sigma, points, values) for values in factors.values())
+    terms = ((5 * bending, bend[:, 1]), (3 * bending, bend[:, 2]), (90 * axial, slope[:, 0]), (2 * torsion, slope[:, 3]),
+             (0.4 * w, slope[:, 1]), (0.4 * w, slope[:, 2]))  # fmt: skip
+    V1 = sum(np.einsum("k,ki,kj->ij", c, f, f) for c, f in terms)
+    np.testing.assert_allclose(made.body.strain.V1, V1, rtol=1e-6, atol=1e-6 * V1.max())
 
 
 def test_axes_given_to_a_marker_are_its_own_and_others_keep_the_member_s():
