@@ -370,8 +370,13 @@ def test_a_tapered_member_that_is_drawn_in_starts_as_its_longest_piece_says(drum
     sigma, w = gauss_of([0.0, *points[:2], 2.1])
     slope, bend = (fields(material.xi(sigma, 2.1), 2.1, k) for k in (1, 2))
     bending, axial, torsion = (w * np.interp(sigma, points, values) for values in factors.values())
-    terms = ((5 * bending, bend[:, 1]), (3 * bending, bend[:, 2]), (90 * axial, slope[:, 0]), (2 * torsion, slope[:, 3]),
-             (0.4 * w, slope[:, 1]), (0.4 * w, slope[:, 2]))  # fmt: skip
+    terms = (
+        (5 * bending, bend[:, 1]),
+        (3 * bending, bend[:, 2]),
+        (90 * axial, slope[:, 0]),
+        (2 * torsion, slope[:, 3]),
+    )
+    terms += ((0.4 * w, slope[:, 1]), (0.4 * w, slope[:, 2]))
     V1 = sum(np.einsum("k,ki,kj->ij", c, f, f) for c, f in terms)
     np.testing.assert_allclose(made.body.strain.V1, V1, rtol=1e-6, atol=1e-6 * V1.max())
 

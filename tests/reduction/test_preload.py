@@ -14,7 +14,7 @@ from femflex.dynamics import compile_system
 from femflex.dynamics.equilibria.linearised import linearised
 from femflex.fem import Material, Member, PointMass, build_structure
 from femflex.fem.sections import CableSection, Circle
-from femflex.mesh import line
+from femflex.mesh import Mesh, line
 from femflex.reduction import cantilever_modes, reduce_structure, relaxed, with_derivatives
 from femflex.reduction.preload import equilibrium
 from femflex.reduction.preload.equilibrium import static_equilibrium
@@ -231,3 +231,21 @@ def test_an_equilibrium_that_is_not_reached_is_no_equilibrium(steps, found, monk
     refused = pytest.raises(ValueError, match="no static equilibrium was found: the unbalanced force is")
     with contextlib.nullcontext() if found else refused:
         static_equilibrium(cord([2.0, 0, 0], 8, SOFT), PINS, Preload.weight([0, 0, -40.0]))
+
+
+@pytest.mark.parametrize(("other", "said"), [(97.0, "leaves 2.4 N unbalanced, over 1%"), (99.5, None)])
+def test_tension_that_is_not_balanced_is_said_in_newtons(other, said):
+    """Cords in one line of 100 N and 97 N: 3 N are left where they meet, 2.4 N along z; below 1 % nothing is said."""
+    points = np.outer([0.0, 1.0, 2.0, 3.0], [0.6, 0.0, 0.8])
+    cells = {name: {"line": np.array([k])} for k, name in enumerate(("one", "two", "three"))}
+    mesh = Mesh(points, {"line": np.array([[0, 1], [1, 2], [2, 3]])}, cells, {"ends": np.array([0, 3])})
+    pulls, section = {"one": 100.0, "two": other, "three": other}, CableSection(1e6, 0.1)
+    rope = build_structure(mesh, [Member(g, "tether", section, None, {"prestress": N}) for g, N in pulls.items()])
+    modes = cantilever_modes(rope, {"ends": ("x", "y", "z")}, 1)
+    with warnings.catch_warnings(record=True) as seen:
+        warnings.simplefilter("always")
+        reduce_structure(rope, modes, turning=())
+    texts = [str(one.message) for one in seen if "unbalanced" in str(one.message)]
+    assert len(texts) == (said is not None)
+    if said:
+        assert said in texts[0] and "of its largest force on a dof (80 N)" in texts[0]

@@ -172,9 +172,10 @@ def test_two_means_of_a_layer_of_solids_hold_the_energy_of_its_bending(monkeypat
     np.testing.assert_allclose(means.weight, 1.0 * 0.5 * 0.1 / 12)
 
 
-def test_two_means_of_line_elements_stand_in_the_order_of_the_line_with_their_own_radius(monkeypatch):
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_two_means_of_line_elements_stand_in_the_order_of_the_line_with_their_own_radius(monkeypatch, sense):
     """A circle whose radius grows along the line: r / sqrt 2 where each mean stands; a stretch that grows, too."""
-    way = np.array([-0.6, 0.8, 0.0])
+    way = sense * np.array([-0.6, 0.8, 0.0])
     member = Member("line", "beam", Circle("0.02 + 0.01*s"), Material(70e9, 0.3, 2700.0))
     structure = build_structure(line([[0, 0, 0], (3 * way).tolist()], 3), [member])
     s = structure.mesh.points @ way
