@@ -12,7 +12,7 @@ from reduction_examples import ALUMINIUM, bent_boom, frame, slender_beam
 from femflex.fem import Material, Member, PointMass, build_structure
 from femflex.fem.line.cut import cut
 from femflex.fem.sections import CableSection, Rectangle
-from femflex.mesh import box, line, rectangle
+from femflex.mesh import Mesh, box, line, rectangle
 from femflex.reduction import (
     BeamFunctions,
     ModeSet,
@@ -328,3 +328,18 @@ def test_stress_and_solids_far_from_warnings_say_nothing():
     assert sheet_of(block) is None and body.n_modes == 2
     straight = slender_beam(n=2, order=3)
     assert least_stiffness_ratio(straight, cantilever_modes(straight, "start", 2)) == pytest.approx(1.0)
+
+
+def test_of_many_loose_parts_the_first_five_are_listed_and_the_rest_are_counted():
+    """Eight bars side by side, the first of three nodes; seven hang on nothing."""
+    points = [[x, y, 0.0] for y in range(8) for x in ((0.0, 1.0, 2.0) if y == 0 else (0.5, 1.5))]
+    cells = [[0, 1], [1, 2], *([3 + 2 * k, 4 + 2 * k] for k in range(7))]
+    mesh = Mesh(np.array(points), {"line": np.array(cells)}, {"bars": {"line": np.arange(9)}}, {"root": np.array([0])})
+    structure = build_structure(mesh, [Member("bars", "beam", Rectangle(0.05, 0.03), ALUMINIUM)])
+    with pytest.raises(
+        ValueError, match=r"falls into 8 parts that share no node \(in addition to the largest: "
+    ) as found:
+        cantilever_modes(structure, "root", 1)
+    text = str(found.value)
+    assert text.count("2 nodes, among them the node at (0.5, ") == 5 and "and 2 more)" in text
+    assert "the node at (0, 0, 0)" not in text
