@@ -287,6 +287,15 @@ def test_functions_of_elements_meet_the_supports_and_their_derivatives_are_deriv
         assert np.abs(basis @ np.linalg.lstsq(basis, target, rcond=None)[0] - target).max() < 1e-12
 
 
+def test_a_strip_of_elements_keeps_its_modes_along_times_its_functions_across():
+    strip = DeployingStrip(mass_per_area=2.0, width=0.5, bending=2.0, poisson=0.3)
+    functions = StripFunctions(ElementFunctions(z=2, elements=3), 3)
+    ((numbers, kept),) = functions.blocks
+    assert len(numbers) == functions.count == 18 and kept == 6 and functions.most == 2
+    np.testing.assert_allclose(functions.knots, [1 / 3, 2 / 3])
+    assert deploying_strip(strip, functions, Profile.constant(1.0)).body.n_modes == 6
+
+
 def test_polynomials_by_pieces_and_their_integrals():
     edges, rng = np.array([0.0, 0.3, 0.45, 1.0]), np.random.default_rng(1)
     pieces = Pieces(edges, rng.normal(size=(3, 5, 2)))

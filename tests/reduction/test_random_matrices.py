@@ -116,7 +116,7 @@ def random_body(n=4, follow=2):
     A = rng.normal(size=(follow, n, n))
     return FlexibleBody(
         moments=point_moments(dm, rho, phi),
-        strain=StrainTensors(50 * positive(n, 6), rng.normal(size=n)),
+        strain=StrainTensors(50 * positive(n, 9), rng.normal(size=n)),
         damping=positive(n, 7),
         markers={name: Marker(rng.normal(size=3), *rng.normal(size=(2, 3, n + follow)), np.eye(3)[[1, 2, 0]],
                               np.array([0.6, 0.8, 0.0]), rng.normal(size=(3, 4, 3)))
