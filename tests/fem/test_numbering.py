@@ -1,0 +1,201 @@
+"""Numbers of dofs: ties, supports of second-order groups, twists, and sums on raw and on independent dofs."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from plate_models import METAL, random_rotation
+from scipy import linalg, sparse
+
+from femflex.fem import Member, Support, build_structure
+from femflex.fem.assembly import Assembler, Part
+from femflex.fem.assembly.conditions import conditions
+from femflex.fem.assembly.numbering import Numbering
+from femflex.fem.sections import Circle, Rectangle
+from femflex.mesh import Mesh, line, rectangle
+
+TIES = {
+    "a chain": [(0, 1, 2.0), (1, 2, -3.0), (2, 4, 0.5)],
+    "followers of two dofs": [(0, 1, 2.0), (2, 3, 5.0), (1, 3, 7.0)],
+    "a ring that fits": [(0, 1, 2.0), (1, 2, 3.0), (0, 2, 6.0), (4, 3, -1.0)],
+    "a ring that does not": [(0, 1, 2.0), (1, 2, 3.0), (0, 2, 5.0), (4, 3, -1.5)],
+    "a tie to one that is zero": [(0, 1, 2.0), (0, 1, 3.0), (1, 4, 2.5), (2, 3, 4.0)],
+}
+
+
+@pytest.mark.parametrize("name", TIES)
+def test_ties_leave_the_solutions_of_their_equations(name):
+    numbering = Numbering(1)
+    numbering.extra(7)
+    C = np.zeros((len(TIES[name]), 7))
+    for row, (first, second, factor) in zip(C, TIES[name], strict=True):
+        numbering.tie(first + 1, second + 1, factor)
+        row[second + 1] += 1.0
+        row[first + 1] -= factor
+    T, known = numbering.independent().toarray(), linalg.null_space(C)
+    assert T.shape == known.shape
+    assert np.abs(C @ T).max() < 1e-12 and np.linalg.matrix_rank(T) == known.shape[1]
+
+
+@pytest.mark.parametrize("cell", ["line", "line3"])
+def test_a_clamp_of_all_of_a_line_leaves_nothing_to_move(cell):
+    """With the bubbles of both halves of second-order cells."""
+    s = build_structure(line([[0, 0, 0], [1, 2, 2]], 3, cell), [Member("line", "beam", Circle(0.02), METAL)])
+    assert np.array_equal(s.clamped_dofs("line"), np.arange(s.n_dof))
+
+
+def test_halves_of_curved_edges_lie_on_their_group_and_their_chords_too():
+    mesh = rectangle(1.0, 1.0, 1, 1, "quad9")
+    (found,) = conditions(mesh, {"left": ("x",)})
+    low, middle, high = (mesh.nearest_point([0, y, 0]) for y in (0, 0.5, 1.0))
+    across = mesh.nearest_point([1.0, 0, 0])
+    assert found.contains(np.array([[low, middle], [high, middle], [low, across]])).tolist() == [True, True, False]
+    assert found.contains(np.array([[low, high]])).tolist() == [True]  # plates take the corners of second-order cells
+
+
+def test_a_group_of_points_or_of_single_point_cells_has_no_edges_of_its_own():
+    base = rectangle(1.0, 1.0, 1, 1, "quad")
+    two = np.array([base.nearest_point([0, 0, 0]), base.nearest_point([1, 1, 0])])
+    dots = Mesh(base.points, {**base.cells, "vertex": two[:, None]}, {**base.cell_groups, "dots": {"vertex": [0, 1]}})
+    dots = dots.with_groups(points={"two": two})
+    for group in ("two", "dots"):
+        (found,) = conditions(dots, {group: ("x",)})
+        assert found.edges is None and found.contains(two[None]).tolist() == [True]
+
+
+def test_a_twist_at_a_point_is_held_by_a_full_clamp_alone():
+    """A corner of a plate of rectangles: w, two slopes, u, v and the twist."""
+    s = build_structure(rectangle(1.0, 0.7, 2, 2, "quad"), [Member("surface", "plate_bfs", 0.01, METAL)])
+    corner = "bottom_left"
+    assert len(s.clamped_dofs(corner)) == 6
+    assert len(s.clamped_dofs(corner, ("rx", "ry", "rz"))) == 2
+    assert len(s.clamped_dofs(corner, ("x", "y", "z"))) == 3
+    assert len(s.clamped_dofs(corner, ("z", "rx", "ry"))) == 3
+
+
+@pytest.mark.parametrize(("family", "cell"), [("plate", "triangle"), ("plate_bfs", "quad"), ("shell", "quad9")])
+def test_skew_supports_leave_the_motions_that_fulfil_them(family, cell):
+    """Against the null space of the same conditions on a structure that knows nothing of them."""
+    C = random_rotation(21)
+    mesh = rectangle(1.0, 0.7, 2, 2, cell).rotated(C)
+    c, n = np.cos(0.6), np.sin(0.6)
+    in_plane = np.array([[c, n, 0], [-n, c, 0], [0, 0, 1.0]]) @ C.T
+    supports = {
+        "bottom_left": Support(("x", "ry"), tuple(map(tuple, in_plane))),
+        "bottom_right": Support(("y", "z"), tuple(map(tuple, random_rotation(23)))),
+        "top_right": Support(("z", "x", "y"), tuple(map(tuple, random_rotation(24)))),
+    }
+    member = [Member("surface", family, 0.02, METAL)]
+    s, plain = build_structure(mesh, member, supports=supports), build_structure(mesh, member)
+    held = s.held_dofs(supports)
+    free = np.setdiff1d(np.arange(s.n_dof), held)
+    rows, moves = [], []
+    for group, support in supports.items():
+        node = mesh.group_points(group)[0]
+        for name in support.components:
+            way = np.array(support.axes)["xyz".index(name[-1])]
+            for one, into in ((s, rows), (plain, moves)):
+                operator = one.rotation if name[0] == "r" else one.translation
+                into.append(way @ operator.toarray()[3 * node : 3 * node + 3])
+    assert np.abs(np.array(rows)[:, free]).max() < 1e-12
+    kept = linalg.null_space(np.array(moves))
+    assert len(free) == kept.shape[1]
+    K = kept.T @ plain.K @ kept
+    M = kept.T @ plain.M @ kept
+    exact = np.sqrt(np.abs(linalg.eigh(K, M, eigvals_only=True)))
+    own = np.sqrt(np.abs(linalg.eigh(s.K[free][:, free].toarray(), s.M[free][:, free].toarray(), eigvals_only=True)))
+    assert own[1:] == pytest.approx(exact[1:], rel=1e-6)
+
+
+def test_one_assembler_keeps_raw_and_independent_numbers_apart():
+    """Two parts on the same numbers, of independent dofs and of raw ones that follow three others each."""
+    rng = np.random.default_rng(0)
+    T = np.zeros((12, 8))
+    T[:4, 4:] = np.eye(4)
+    T[4:8] = rng.normal(size=(4, 8))
+    T[8:, :4] = np.eye(4)
+    first, second = rng.normal(size=(2, 1, 4, 4))
+    one, other = np.array([[0, 1, 2, 3]]), np.array([[4, 5, 6, 7]])
+    whole = np.zeros((12, 12))
+    whole[:4, :4], whole[4:8, 4:8] = first[0], second[0]
+    assembler = Assembler(sparse.csr_array(T))
+    for _ in range(2):
+        found = assembler.total([Part(one, first.__getitem__), Part(other, second.__getitem__)])
+        assert found.toarray() == pytest.approx(T.T @ whole @ T, abs=1e-12)
+
+
+def test_an_assembler_takes_parts_without_elements():
+    none = Part(np.zeros((0, 4), np.int64), lambda elements: np.zeros((0, 4, 4)))
+    found = Assembler(sparse.eye_array(6, format="csr")).total([none])
+    assert found.shape == (6, 6) and found.nnz == 0
+
+
+def test_elements_that_turn_in_planes_are_summed_as_the_product_of_matrices():
+    """Nodes with three rotations on two dofs or on three, translations between others, several elements of each."""
+    rng = np.random.default_rng(4)
+    T = np.zeros((36, 33))  # six nodes: 3 translations, 3 rotations each
+    column = 0
+    for node in range(6):
+        T[6 * node : 6 * node + 3, column : column + 3] = np.eye(3)
+        flat = node not in (1, 4, 5)
+        T[6 * node + 3 : 6 * node + 6, column + 3 : column + 5 + (not flat)] = (
+            np.linalg.qr(rng.normal(size=(3, 3)))[0][:, :2] if flat else np.eye(3)
+        )
+        column += 5 + (not flat)
+    pairs = np.array([[0, 2], [2, 3], [3, 0], [0, 1], [1, 4], [4, 5], [5, 2], [2, 0], [0, 3]])
+    apart = np.concatenate([6 * pairs[:, :, None] + k + np.arange(3) for k in (0, 3)], axis=1).reshape(9, 12)
+    mixed = np.concatenate([6 * pairs[:, :1] + np.arange(6), 6 * pairs[:, 1:] + np.arange(6)], axis=1)
+    T = T[:, :column]
+    for dofs in (apart, mixed, mixed[:, [0, 3, 4, 5, 7, 9, 10, 11]], mixed[:, [3, 4, 5, 9, 10, 11]]):
+        values = rng.normal(size=(9, dofs.shape[1], dofs.shape[1]))
+        whole = np.zeros((36, 36))
+        for rows, matrix in zip(dofs, values, strict=True):
+            np.add.at(whole, np.ix_(rows, rows), matrix)
+        found = Assembler(sparse.csr_array(T)).total([Part(dofs, values.__getitem__)])
+        assert found.toarray() == pytest.approx(T.T @ whole @ T, abs=1e-12)
+
+
+def released_end(C, components):
+    mesh = line([[0, 0, 0], [1.0, 0, 0], [1.6, 0.8, 0.3]], 3).rotated(C)
+    inner = mesh.nearest_point(C @ np.array([1.0, 0, 0]))
+    far = np.flatnonzero((mesh.cells["line"] == inner).any(axis=1))
+    mesh = mesh.with_groups({"rest": {"line": np.setdiff1d(np.arange(len(mesh.cells["line"])), far[-1:])},
+                             "last": {"line": far[-1:]}}, {"inner": [inner]})  # fmt: skip
+    up = {"orientation": C @ [0.1, 0.2, 1.0], "extent": 2.0}
+    members = [
+        Member("rest", "beam", Rectangle(0.02, 0.03), METAL, up),
+        Member("last", "beam", Rectangle(0.02, 0.03), METAL, {**up, "release": components, "release_at": "inner"}),
+    ]
+    return build_structure(mesh, members)
+
+
+@pytest.mark.parametrize("components", ["ry", ["y", "rx", "rz"], ["x", "z"]])
+def test_a_released_end_moves_on_its_own_along_its_elements_axes(components):
+    """One more motion per component, and no more stiffness: frequencies do not depend on the axes."""
+    n = 1 if isinstance(components, str) else len(components)
+    s, turned = released_end(np.eye(3), components), released_end(random_rotation(31), components)
+    plain = released_end(np.eye(3), ["x"]).n_dof - 1
+    assert s.n_dof == plain + n
+    value, other = (linalg.eigh(one.K.toarray(), one.M.toarray(), eigvals_only=True) for one in (s, turned))
+    np.testing.assert_allclose(value, other, rtol=1e-6, atol=1e-10 * value[-1])
+    assert (np.abs(value[: 6 + n]) < 1e-4 * value[6 + n]).all()
+
+
+def test_refused_releases_name_what_is_missing():
+    def words(**options):
+        mesh = line([[0, 0, 0], [1.0, 0, 0]], 2).with_groups(points={"far": [2]})
+        mesh = Mesh(np.concatenate([mesh.points, [[9.0, 9, 9]]]), mesh.cells, mesh.cell_groups, {"away": [3]})
+        with pytest.raises(ValueError) as refusal:
+            build_structure(mesh, [Member("line", "beam", Rectangle(0.02, 0.02), METAL, options)])
+        return str(refusal.value)
+
+    assert words(release=["x", "q"], release_at="away") == (
+        "beam on group 'line' has release ['x', 'q']; name some of ['x', 'y', 'z', 'rx', 'ry', 'rz']"
+    )
+    assert words(release=[], release_at="away").startswith("beam on group 'line' has release []; name some")
+    assert words(release="rx") == (
+        "beam on group 'line' has release without release_at; name the point group of the released ends"
+    )
+    assert words(release="rx", release_at="away") == (
+        "beam on group 'line': no element ends at a node of release_at = 'away'"
+    )

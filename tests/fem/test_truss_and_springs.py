@@ -1,0 +1,192 @@
+"""Rods, scalar springs, bushings and bare nodes: matrices, energy and pictures written out by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from plate_models import METAL, random_rotation
+
+from femflex.fem import Bushing, Member, ScalarSpring, build_structure
+from femflex.fem.sections import Box, CableSection, Circle, StiffnessSection
+from femflex.mesh import Mesh
+
+POINTS = np.array([[0.0, 0.2, 0.1], [1.0, -0.3, 0.4], [0.3, 1.5, 0.2], [-0.4, 0.3, 2.0], [0.0, 0.0, -1.0]])
+BARS = np.array([[0, 1], [2, 1], [3, 0], [2, 3], [4, 0]])  # the last runs nearly along z
+SPAN = POINTS[BARS[:, 1]] - POINTS[BARS[:, 0]]
+LENGTH = np.linalg.norm(SPAN, axis=1)
+NAMES = {f"n{k}": [k] for k in range(5)}
+
+
+def truss(section=None, material=None):
+    mesh = Mesh(POINTS, {"line": BARS}, {"line": {"line": np.arange(5)}}, NAMES)
+    return build_structure(mesh, [Member("line", "rod", section or CableSection(2e6, 0.7), material)])
+
+
+def test_stiffness_and_mass_of_a_truss_are_the_textbooks():
+    """EA / L t t^T between the ends; m L / 6 (2, 1) in all three directions."""
+    K, M = np.zeros((2, 15, 15))
+    for (a, b), span, length in zip(BARS, SPAN, LENGTH, strict=True):
+        row = np.zeros((5, 3))
+        row[b], row[a] = span / length, -span / length
+        K += 2e6 / length * np.outer(row, row)
+        for i, j, share in ((a, a, 2), (b, b, 2), (a, b, 1), (b, a, 1)):
+            M[3 * i : 3 * i + 3, 3 * j : 3 * j + 3] += 0.7 * length / 6 * share * np.eye(3)
+    s = truss()
+    U = s.translation.toarray()
+    assert U.T @ K @ U == pytest.approx(s.K.toarray(), abs=1e-12 * K.max())
+    assert U.T @ M @ U == pytest.approx(s.M.toarray(), abs=1e-14 * M.max())
+    assert s.n_dof == 15 and abs(s.rotation).sum() == 0
+
+
+def test_a_truss_moved_far_stores_the_energy_of_its_lengths():
+    """Green's strain of a chord is (l^2 - L^2) / 2 L^2, whatever the rotation."""
+    s = truss()
+    u = 0.5 * np.random.default_rng(2).normal(size=(5, 3))
+    moved = (POINTS + u)[BARS]
+    now = np.sum((moved[:, 1] - moved[:, 0]) ** 2, axis=1)
+    eps = (now - LENGTH**2) / (2 * LENGTH**2)
+    assert s.internal_force.energy(s.translation.T @ u.ravel()) == pytest.approx(np.sum(1e6 * LENGTH * eps**2))
+
+
+@pytest.mark.parametrize(
+    ("section", "area", "fibres"),
+    [
+        (Circle(0.03), np.pi * 9e-4, (4 / 0.03, 4 / 0.03, 2 / 0.03)),
+        (Box(0.04, 0.07, 0.005), 0.04 * 0.07 - 0.03 * 0.06, None),
+        (StiffnessSection(3e6, 1.0, 2.0, 3.0, 0.4), None, None),
+    ],
+)
+def test_a_rod_of_a_beam_section_has_its_area_alone(section, area, fibres):
+    s = truss(section, METAL)
+    EA, mass = (3e6, 0.4) if area is None else (METAL.E * area, METAL.density * area)
+    assert s.strain[0].elastic.ravel() == pytest.approx(np.full(5, EA))
+    assert s.inertia[0].dm.sum(axis=1) == pytest.approx(mass * LENGTH)
+    place = s.places[0]
+    assert place.kind == "line" and place.x[:, 0] == pytest.approx(POINTS[BARS].mean(axis=1))
+    assert (place.fibres is None) == (area is None)
+    if fibres is not None:  # 1/A; R/I = 4 / pi R^3 about both axes; R/J = 2 / pi R^3
+        assert place.fibres.ravel() == pytest.approx(np.array([1, *fibres]) / area)
+
+
+def test_rods_are_drawn_from_end_to_end_and_move_with_their_nodes():
+    s = truss()
+    assert s.skin.points[s.skin.cells["line"]] == pytest.approx(POINTS[BARS])
+    x = np.random.default_rng(1).normal(size=15)
+    u = (s.translation @ x).reshape(5, 3)
+    assert (s.skin.operator @ x).reshape(-1, 3)[s.skin.cells["line"]] == pytest.approx(u[BARS])
+
+
+def test_what_a_rod_cannot_use_is_refused():
+    for section, said in (
+        (
+            0.01,
+            "rod on group 'line' has section 0.01; give a cable section (EA and mass per length) or one of the beam",
+        ),
+        (CableSection("1e6 + s", 0.1), "rod on group 'line' has a section that varies; rods are uniform, so give num"),
+    ):
+        with pytest.raises(ValueError) as refusal:
+            truss(section)
+        assert str(refusal.value).startswith(said)
+    points = POINTS.copy()
+    points[[1, 3]] = points[0]
+    mesh = Mesh(points, {"line": BARS}, {"line": {"line": np.arange(5)}})
+    with pytest.raises(ValueError, match="rod on group 'line' has 2 line cells of no length"):
+        build_structure(mesh, [Member("line", "rod", CableSection(1.0, 1.0))])
+
+
+def grid(bushings=(), rotations=True):
+    """Bare nodes."""
+    mesh = Mesh(POINTS, {}, {}, {**NAMES, "all": np.arange(5), "two": [0, 1]})
+    return build_structure(mesh, [Member("all", "nodes", options={"rotations": rotations})], bushings=bushings)
+
+
+@pytest.mark.parametrize("stiffness", [250.0, -80.0])
+def test_a_scalar_spring_resists_its_one_combination(stiffness):
+    """k c c^T with factors of translations and rotations of three nodes; k of either sign."""
+    terms = (
+        ("n3", "translation", (0.3, -1.0, 0.2)),
+        ("n1", "rotation", (0.0, 2.0, -0.7)),
+        ("n3", "rotation", (1.0, 0.4, 0.0)),
+    )
+    s = grid([ScalarSpring(terms, stiffness)])
+    move, turn = np.zeros((2, 5, 3))
+    move[3], turn[1], turn[3] = terms[0][2], terms[1][2], terms[2][2]
+    row = s.translation.T @ move.ravel() + s.rotation.T @ turn.ravel()
+    assert s.K.toarray() == pytest.approx(stiffness * np.outer(row, row), abs=1e-12)
+    assert s.n_dof == 30 and grid(rotations=False).n_dof == 15
+
+
+def test_refused_springs_name_their_group():
+    for spring, rotations, said in (
+        (ScalarSpring((("n1", "rotation", (1.0, 0, 0)),), 1.0), False, "'n1': no member gives the node a rotation; na"),
+        (ScalarSpring((("two", "rotation", (1.0, 0, 0)),), 1.0), True, "'two': it has 2 nodes; name groups of one no"),
+    ):
+        with pytest.raises(ValueError) as refusal:
+            grid([spring], rotations)
+        assert str(refusal.value).startswith(f"scalar spring at group {said}")
+    with pytest.raises(ValueError, match=r"a scalar spring has 1 terms and stiffness 0\.0; give terms and a finite"):
+        ScalarSpring((("n1", "rotation", (1.0, 0, 0)),), 0.0)
+    with pytest.raises(ValueError, match=r"a scalar spring has 0 terms and stiffness 3\.0; give terms and a finite"):
+        ScalarSpring((), 3.0)
+
+
+C = random_rotation(6)
+
+
+@pytest.mark.parametrize("axes", [None, 3.0 * C])
+def test_a_bushing_between_distant_nodes_compares_them_in_their_middle(axes):
+    """Energy of random motions: each node takes the middle along rigidly; x from the first to the second."""
+    k = np.array([2e3, 5e2, 5e2, 40.0, 7.0, 7.0] if axes is None else [2e3, 5e2, 8e2, 40.0, 9.0, 7.0])
+    s = grid([Bushing("n3", "n1", k[:3], k[3:], axes)])
+    middle, ends = (POINTS[3] + POINTS[1]) / 2, (3, 1)
+    x = np.random.default_rng(4).normal(size=s.n_dof)
+    u, turn = ((A @ x).reshape(5, 3) for A in (s.translation, s.rotation))
+    there = [u[n] + np.cross(turn[n], middle - POINTS[n]) for n in ends]
+    move, twist = there[1] - there[0], turn[1] - turn[3]
+    if axes is None:
+        t = POINTS[1] - POINTS[3]
+        t /= np.linalg.norm(t)
+        squares = [(move @ t) ** 2, move @ move - (move @ t) ** 2, 0, (twist @ t) ** 2]
+        squares += [twist @ twist - (twist @ t) ** 2, 0]
+    else:
+        squares = [*(C @ move) ** 2, *(C @ twist) ** 2]
+    assert x @ s.K @ x == pytest.approx(k @ squares, rel=1e-12)
+    assert s.skin.points[s.skin.cells["line"][0]] == pytest.approx(POINTS[[3, 1]])
+    assert (s.skin.operator @ x).reshape(2, 3) == pytest.approx(u[[3, 1]])
+
+
+def test_across_and_along_is_judged_by_the_axes_and_not_by_the_units_of_the_mesh():
+    """Nodes without rotation take a spring along their line on a mesh of millimetres, and none across."""
+    small = Mesh(1e-3 * POINTS, {}, {}, {**NAMES, "all": np.arange(5)})
+    t = POINTS[1] - POINTS[3]
+    y = np.cross(t, [1.0, 0, 0])
+    axes = [t, y, np.cross(t, y)]
+    member = [Member("all", "nodes", options={"rotations": False})]
+    s = build_structure(small, member, bushings=[Bushing("n3", "n1", (20.0, 0, 0), axes=axes)])
+    x = np.random.default_rng(0).normal(size=15)
+    u = (s.translation @ x).reshape(5, 3)
+    assert x @ s.K @ x == pytest.approx(20.0 * ((u[1] - u[3]) @ t / np.linalg.norm(t)) ** 2)
+    with pytest.raises(ValueError, match="cannot be compared across the line between them"):
+        build_structure(small, member, bushings=[Bushing("n3", "n1", (20.0, 1.0, 0), axes=axes)])
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ({"rotation": (1.0, np.inf, 0)}, "has rotation [1.0, inf, 0.0]; give three stiffnesses, none negative"),
+        ({"translation": (1.0, 2.0)}, "has translation [1.0, 2.0]; give three stiffnesses"),
+        (
+            {"rotation": (1.0, 0, 0), "axes": [[1.0, 0, 0], [0, 0, 0], [0, 0, 1.0]]},
+            "has axes [[1.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]]; give three directions of three components",
+        ),
+        (
+            {"rotation": (1.0, 0, 0), "axes": [[1.0, 0, 0], [0.1, 1.0, 0], [0, 0, 1.0]]},
+            "has axes [[1.0, 0.0, 0.0], [0.1, 1.0, 0.0], [0.0, 0.0, 1.0]], which are not at right angles",
+        ),
+        ({"rotation": (1.0, 0, 0), "axes": np.eye(3)[:2]}, "give three directions of three components, not zero"),
+    ],
+)
+def test_impossible_bushings_are_refused(values, said):
+    with pytest.raises(ValueError) as refusal:
+        Bushing("n3", "n1", **values)
+    assert str(refusal.value).startswith("bushing at group 'n3' ") and said in str(refusal.value)
