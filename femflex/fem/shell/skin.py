@@ -32,25 +32,24 @@ def shell_skin(
     n = len(surface.node)
     moves, turns = np.full((n, 3), -1, np.int64), np.full((n, 3), -1, np.int64)
     found: dict[str, list[Index]] = {"quad": [], "triangle": []}
-    sides = []
+    ends, sides = [], []
     for name, nodes in cells.items():
         e, k = nodes.shape
         number = surface.number[name]
         moves[number] = dofs[name][:, : 3 * k].reshape(e, k, 3)
         turns[number] = dofs[name][:, 3 * k :].reshape(e, k, 3)
-        turned = np.sum(surface.V[name][:, 0] * surface.vector[number[:, 0]], axis=1) < 0
+        # a director that neighbours share may point to either side of an element: each node tells for itself
+        below = np.sum(surface.V[name] * surface.vector[number], axis=2) < 0
+        upper, lower = number + n * below, number + n * ~below
         for piece in PIECES[name]:
             kind = "quad" if len(piece) == 4 else "triangle"
-            own = np.where(turned[:, None], number[:, piece[::-1]], number[:, piece])
-            found[kind] += [own, own[:, ::-1] + n]
+            found[kind] += [upper[:, piece], lower[:, piece[::-1]]]
         ring = RIM[name]
         for a, b in zip(ring, [*ring[1:], ring[0]], strict=True):
-            start, end = np.where(turned, number[:, b], number[:, a]), np.where(turned, number[:, a], number[:, b])
-            sides.append(np.stack([start, end], axis=1))
-    every = np.concatenate(sides)
-    _, first, count = np.unique(np.sort(every, axis=1), axis=0, return_index=True, return_counts=True)
-    rim = every[np.sort(first[count == 1])]
-    found["quad"].append(np.stack([rim[:, 1], rim[:, 0], rim[:, 0] + n, rim[:, 1] + n], axis=1))
+            ends.append(np.sort(number[:, [a, b]], axis=1))
+            sides.append(np.stack([upper[:, b], upper[:, a], lower[:, a], lower[:, b]], axis=1))
+    _, first, count = np.unique(np.concatenate(ends), axis=0, return_index=True, return_counts=True)
+    found["quad"].append(np.concatenate(sides)[np.sort(first[count == 1])])
     x, rows, cols, values = [], [], [], []
     for face, sign in enumerate((1.0, -1.0)):
         offset = sign * thickness / 2 * surface.vector
