@@ -108,7 +108,7 @@ def refusal(make) -> str:
 
 def test_refused_lines_count_what_is_wrong():
     star = Mesh(
-        np.concatenate([POINTS, POINTS + [0, 0, 3.0]]),
+        np.concatenate([POINTS, POINTS + np.array([0, 0, 3.0])]),
         {"line": [[0, 1], [0, 2], [0, 3], [4, 5], [4, 6], [4, 7], [3, 8], [8, 4], [4, 9]]},
         {"line": {"line": np.arange(9)}},
     )
@@ -150,7 +150,7 @@ def test_frames_judge_length_and_direction_by_their_own_size():
     start, x = np.array([[1e9, 0, 0], [0, 0, 0]]), np.array([[3.0, 4.0, 0], [0, 1e-6, 0]])
     length, frame = element_frames(start[1:], start[1:] + x[1:], np.array([0, 0, 1e-5]), "g")
     assert length == pytest.approx([1e-6]) and frame[0, 1] == pytest.approx([0, 0, 1.0])
-    said = refusal(lambda: element_frames(start, start + [[5e-4, 0, 0], [0, 1.0, 0]], None, "g"))
+    said = refusal(lambda: element_frames(start, start + np.array([[5e-4, 0, 0], [0, 1.0, 0]]), None, "g"))
     assert said == (
         "group 'g' has 1 line cells of no length, the first is cell 0 at (1e+09, 0, 0) m; join its two nodes or take "
         "it out"
@@ -164,7 +164,8 @@ def test_tables_are_refused_short_at_either_end_but_not_by_rounding():
     table = ([1.0 + 1e-10, 4.0 - 1e-10], [2.0, 5.0])
     assert along(table, s, 4.0) == pytest.approx(1 + s)
     assert refusal(lambda: along(([1.2, 4.0], [1.0, 2.0]), s, 4.0)) == (
-        "a table covers s = 1.2 to 4 m, but the member is used from 1 to 4 m; extend the table over the whole arc length"
+        "a table covers s = 1.2 to 4 m, but the member is used from 1 to 4 m; extend the table over the whole arc "
+        "length"
     )
     assert "covers s = 0 to 3.99 m" in refusal(lambda: along(([0.0, 3.99], [1.0, 2.0]), s, 4.0))
     assert refusal(lambda: along(([0.0, 2.0, 2.0], [1.0, 2.0, 3.0]), s, 4.0)) == (
