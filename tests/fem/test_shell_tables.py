@@ -256,7 +256,7 @@ def test_warped_and_flat_elements_are_counted_and_placed():
     last = int(np.flatnonzero((flat.cells["quad"] == flat.nearest_point([3.0, 0, 0])).any(axis=1))[0])
     assert str(refusal.value) == (
         "shell on group 'surface': 1 of 3 quad elements have a corner without area, the first is "
-        f"element {last} at (2.75, 0.25, 0) m; repair the mesh"
+        f"element {last} at (2.5, 0.25, 0) m; repair the mesh"
     )
 
 
