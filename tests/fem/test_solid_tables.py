@@ -103,8 +103,9 @@ def layer(rises, cell="hexahedron20", h=0.1, across=2):
 def test_thin_curved_layers_are_told_with_the_median_rise_over_the_thickness(across):
     text = said(warn_of_curved, "hexahedron20", layer([0.0, 0.02, 0.1, 0.3, 0.4], across=across), "g")
     assert text.startswith(
-        "solid on group 'g' is a thin curved layer of hexahedron20 cells: their edges rise by 0.3 of the thickness "
-        "over their chords, so deflections in bending are about 30% too small (limit 5%); give integration = 'reduced', take"
+        "solid on group 'g' is a thin curved layer of hexahedron20 cells: their edges rise by 0.3 of the "
+        "thickness over their chords, so deflections in bending are about 30% too small (limit 5%); give "
+        "integration = 'reduced', take"
     )
     text = said(warn_of_curved, "hexahedron27", layer([1.5, 1.5], "hexahedron27"), "g")
     assert "rise by 1.5 of the thickness" in text and "about 90% too small" in text
