@@ -170,6 +170,16 @@ def test_across_and_along_is_judged_by_the_axes_and_not_by_the_units_of_the_mesh
         build_structure(small, member, bushings=[Bushing("n3", "n1", (20.0, 1.0, 0), axes=axes)])
 
 
+def test_nodes_that_coincide_but_for_rounding_are_compared_along_the_axes_of_the_mesh():
+    points = POINTS.copy()
+    points[1] = points[3] + [3e-13, -2e-13, 1e-13]
+    mesh = Mesh(points, {}, {}, {**NAMES, "all": np.arange(5)})
+    s = build_structure(mesh, [Member("all", "nodes")], bushings=[Bushing("n3", "n1", (5.0, 1.0, 2.0))])
+    x = np.random.default_rng(0).normal(size=30)
+    u = (s.translation @ x).reshape(5, 3)
+    assert x @ s.K @ x == pytest.approx((u[1] - u[3]) ** 2 @ [5.0, 1.0, 2.0]) and s.skin is None
+
+
 @pytest.mark.parametrize(
     ("values", "said"),
     [
