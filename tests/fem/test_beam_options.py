@@ -62,6 +62,7 @@ def test_a_full_section_off_the_nodes_is_one_with_stiffness_and_mass_about_them(
     X = moved_strains(*offset)
     known = FullSection(X.T @ K @ X, mass_about(M, offset[0] + centre[0], offset[1] + centre[1]))
     same(beam(FullSection(K, M), offset=offset, mass_centre=centre), beam(known))
+    same(beam(FullSection(K, M), shear_centre=(0.3, 0.2)), beam(FullSection(K, M)))  # its matrix has it already
 
 
 def test_centroid_shear_centre_and_mass_centre_of_a_shape_lie_apart():
@@ -190,7 +191,7 @@ def test_axes_that_are_selected_are_reported_with_their_reason_and_direction():
 
 def test_upright_elements_are_counted_and_their_own_axis_is_named():
     """The mesh's y axis is taken there, not that of the level elements before."""
-    mesh = line([[0, 0, 0], [1.0, 0, 0], [1.0, 0, 2.0]], 3)
+    mesh = line([[0, 0, 0], [0, 1.0, 0], [0, 1.0, 2.0]], 3)
     with pytest.warns(PhysicsWarning) as given:
         assert notes(Rectangle(0.1, 0.2), mesh) == []
     n = int((np.ptp(mesh.points[mesh.cells["line"]], axis=1)[:, 2] > 0).sum())

@@ -7,7 +7,7 @@ import pytest
 from plate_models import METAL, random_rotation
 from scipy import linalg, sparse
 
-from femflex.fem import Member, Support, build_structure
+from femflex.fem import Member, Support, antisymmetry, build_structure, symmetry
 from femflex.fem.assembly import Assembler, Part
 from femflex.fem.assembly.conditions import conditions
 from femflex.fem.assembly.numbering import Numbering
@@ -107,6 +107,24 @@ def test_skew_supports_leave_the_motions_that_fulfil_them(family, cell):
     assert own[1:] == pytest.approx(exact[1:], rel=1e-6)
 
 
+@pytest.mark.parametrize("slope", [0.4, -2.0])
+def test_the_order_of_supports_at_a_corner_does_not_matter(slope):
+    """A plate that meets a plane of symmetry at a flat or at a steep angle, whose corner slides on another support."""
+    flat = rectangle(1.0, 0.8, 2, 2)
+    x, y, _ = flat.points.T
+    mesh = Mesh(np.stack([x, y, slope * x], axis=1), flat.cells, flat.cell_groups, flat.point_groups)
+    both = {"left": symmetry((1, 0, 0)), "bottom": ("y",), "top": antisymmetry((0, 1, 0))}
+    found = []
+    for names in (list(both), list(both)[::-1], ["bottom", "top", "left"]):
+        supports = {name: both[name] for name in names}
+        s = build_structure(mesh, [Member("surface", "plate", 0.02, METAL)], supports=supports)
+        free = np.setdiff1d(np.arange(s.n_dof), s.held_dofs(supports))
+        K, M = (A[free][:, free].toarray() for A in (s.K, s.M))
+        found.append(linalg.eigh(K, M, eigvals_only=True))
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-6)
+    np.testing.assert_allclose(found[2], found[0], rtol=1e-6)
+
+
 def test_one_assembler_keeps_raw_and_independent_numbers_apart():
     """Two parts on the same numbers, of independent dofs and of raw ones that follow three others each."""
     rng = np.random.default_rng(0)
@@ -179,6 +197,40 @@ def test_a_released_end_moves_on_its_own_along_its_elements_axes(components):
     value, other = (linalg.eigh(one.K.toarray(), one.M.toarray(), eigvals_only=True) for one in (s, turned))
     np.testing.assert_allclose(value, other, rtol=1e-6, atol=1e-10 * value[-1])
     assert (np.abs(value[: 6 + n]) < 1e-4 * value[6 + n]).all()
+
+
+def turn_of(arms, moves) -> np.ndarray:
+    """The rotation (3,) of points with these arms (k, 3) that move so (k, 3)."""
+    rows = np.concatenate([np.cross(np.eye(3), arm).T for arm in arms])
+    return np.linalg.lstsq(rows, moves.ravel(), rcond=None)[0]
+
+
+@pytest.mark.parametrize("components", [("y",), ("x", "rz"), ("ry", "z", "rx")])
+def test_an_end_follows_its_node_in_all_but_what_is_released_along_its_own_axes(components):
+    """Of two elements of the member, in different directions, the second is released; its drawn end shows how."""
+    points = np.array([[0, 0, 0], [1.0, 0.2, 0.1], [1.5, 1.0, 0.3], [1.4, 1.6, 1.2]])
+    groups = {"rest": {"line": [2]}, "last": {"line": [0, 1]}}
+    mesh = Mesh(points, {"line": [[2, 3], [2, 1], [0, 1]]}, groups, {"joint": [1]})
+    up = {"orientation": (0.2, -0.1, 1.0), "extent": 9.0}
+    release = {**up, "release": list(components), "release_at": "joint"}
+    section = Rectangle(0.02, 0.03)
+    s = build_structure(
+        mesh, [Member("rest", "beam", section, METAL, up), Member("last", "beam", section, METAL, release)]
+    )
+    x_axis = (points[1] - points[2]) / np.linalg.norm(points[1] - points[2])
+    y_axis = np.array(up["orientation"]) - np.dot(up["orientation"], x_axis) * x_axis
+    axes = np.stack([x_axis, y_axis / np.linalg.norm(y_axis), np.cross(x_axis, y_axis) / np.linalg.norm(y_axis)])
+    first, part = len(s.skin_parts[0]().points), s.skin_parts[1]().points
+    there = np.flatnonzero(
+        (np.abs((part - points[1]) @ x_axis) < 1e-9) & (np.linalg.norm(part - points[1], axis=1) < 0.1)
+    )
+    v = np.random.default_rng(0).normal(size=s.n_dof)
+    drawn = (s.skin.operator @ v).reshape(-1, 3)[first + there]
+    u, turn = ((A @ v).reshape(-1, 3)[1] for A in (s.translation, s.rotation))
+    own = turn_of(part[there] - points[1], drawn - drawn.mean(axis=0))
+    apart = np.concatenate([axes @ (drawn.mean(axis=0) - u), axes @ (own - turn)])
+    free = np.isin(["x", "y", "z", "rx", "ry", "rz"], components)
+    assert np.abs(apart[~free]).max() < 1e-10 and np.abs(apart[free]).min() > 1e-3
 
 
 def test_refused_releases_name_what_is_missing():
