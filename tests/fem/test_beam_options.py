@@ -148,6 +148,30 @@ def test_an_offset_section_is_drawn_around_its_centroid():
     assert skin.points.max(axis=0) == pytest.approx([3.0, 2.35, 2.7])
 
 
+@pytest.mark.parametrize("offset", [None, (0.03, -0.05)])
+def test_sections_know_their_second_moments_of_mass_and_their_rotation(offset):
+    """rho (I_z y y + I_y z z) and m e e of an offset, in mesh axes; theta of a rigid turn and of a parabola."""
+    C = random_rotation(61)
+    mesh = line([[0, 0, 0], [2.0, 0, 0]], 2).rotated(C)
+    s = beam(Rectangle(0.04, 0.06), mesh, orientation=C[:, 1], offset=offset, order=4)
+    (block,) = s.inertia
+    m, e = METAL.density * 0.04 * 0.06, np.zeros(2) if offset is None else np.array(offset)
+    local = np.zeros((3, 3))
+    local[1:, 1:] = m * (np.diag([0.04**2, 0.06**2]) / 12 + np.outer(e, e))
+    assert block.second.sum(axis=(0, 1)) == pytest.approx(2.0 * C @ local @ C.T, abs=1e-12)
+    assert block.axis == pytest.approx(np.tile(C[:, 0], (2, 1)))
+    omega = C @ [0.3, -0.7, 0.5]
+    x = mesh.points @ C[:, 0]
+    bent = 0.2 * x[:, None] ** 2 * C[:, 1] - 0.3 * x[:, None] ** 2 * C[:, 2]
+    turned = np.outer(x, 0.4 * C[:, 2] + 0.6 * C[:, 1] + 0.9 * C[:, 0])
+    for u, theta in ((np.cross(omega, mesh.points), np.tile(omega, (3, 1))), (bent, turned)):
+        v = s.T @ (s.translation.T @ u.ravel() + s.rotation.T @ theta.ravel())
+        found = np.einsum("eqil,el->eqi", block.turn, v[block.dofs])
+        at = (block.rho.reshape(2, -1, 4, 3).mean(axis=2) @ C)[..., 0]
+        expected = omega if u is not bent else at[..., None] * (0.4 * C[:, 2] + 0.6 * C[:, 1] + 0.9 * C[:, 0])
+        assert found == pytest.approx(np.broadcast_to(expected, found.shape), abs=1e-9)
+
+
 def two_members(second="beam"):
     points = np.array([[0, 0, 0], [1.0, 0, 0], [2.0, 0, 0], [2.0, 1.0, 0], [3.0, 1.0, 0], [1.0, -1.0, 1.0]])
     cells = np.array([[0, 1], [2, 1], [3, 2], [3, 4], [1, 5]])

@@ -28,11 +28,15 @@ GRADES = {"both": ((0, 0.3, 1.0, 1.2), (0, 0.5, 0.7)), "along": ((0, 0.3, 1.2), 
           "across": ((0, 0.6, 1.2), (0, 0.5, 0.7)), "none": ((0, 0.6, 1.2), (0, 0.35, 0.7))}  # fmt: skip
 
 
-@pytest.mark.parametrize("grade", GRADES)
+UPRIGHT = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
+PLACED = [(grade, random_rotation(51)) for grade in GRADES] + [("both", UPRIGHT), ("none", UPRIGHT[[1, 2, 0]])]
+
+
+@pytest.mark.parametrize(("grade", "C"), PLACED)
 @pytest.mark.parametrize(("family", "cell"), FAMILIES)
-def test_constant_curvature_and_rigid_motion_on_unequal_cells_have_their_energy_and_mass(family, cell, grade):
+def test_constant_curvature_and_rigid_motion_on_unequal_cells_have_their_energy_and_mass(family, cell, grade, C):
     """w of second degree: kappa.D kappa over the area, fibres askew; M of w = 1, x, y with rotary inertia."""
-    C, k = random_rotation(51), np.array([0.6, -0.4, 0.9])  # w,xx w,yy w,xy
+    k = np.array([0.6, -0.4, 0.9])  # w,xx w,yy w,xy
     mesh = graded(cell, *GRADES[grade]).rotated(C)
     axis = C @ [1.0, 0.7, 0]
     s = build_structure(mesh, [Member("surface", family, SHEET, None, {"axis": axis})])
@@ -66,6 +70,15 @@ def test_constant_curvature_and_rigid_motion_on_unequal_cells_have_their_energy_
         own, at = C.T @ move, np.array(about)
         energy = m * own @ own + 2 * m * own @ np.cross(at, c) + at @ J @ at
         assert r @ s.M @ r == pytest.approx(energy, rel=1e-9)
+    H = np.array([[0.7, -0.2, 0], [0.5, 0.4, 0], [0, 0, 0]])
+    stretch = displaced(s, lambda p: p @ (C @ H @ C.T).T, lambda p: 0.15 * C[:, 2] + 0 * p)
+    e = np.array([0.7, 0.4, 0.3])
+    assert stretch @ s.K @ stretch == pytest.approx(0.84 * e @ (0.01 * plane_stress(angle)) @ e, rel=1e-8)
+    g = s.strain[0].gradients((s.T @ stretch)[:, None], slice(None))[..., 0]
+    assert g[..., 0] + g[..., 3] == pytest.approx(np.full(g.shape[:2], 1.1))  # trace and determinant of the gradient
+    assert g[..., 0] * g[..., 3] - g[..., 1] * g[..., 2] == pytest.approx(np.full(g.shape[:2], 0.38))
+    z = s.inertia[0].shapes((s.T @ stretch)[:, None], slice(None))[..., 0]
+    assert z == pytest.approx(s.inertia[0].rho @ (C @ H @ C.T).T, abs=1e-12)
     (place,) = s.places
     assert place.kind == "plate" and place.lever == pytest.approx(0.005)
     weight = s.strain[0].weight

@@ -14,6 +14,7 @@ from femflex.fem import Anisotropic, Material, Member, Orthotropic, build_struct
 from femflex.fem.solid.elastic import elasticity
 from femflex.fem.solid.locking import warn_of_curved, warn_of_first_order
 from femflex.mesh import Mesh, box
+from femflex.mesh.cells import CELL_TYPES
 from femflex.warning import PhysicsWarning
 
 FIBRE = Orthotropic(140e9, 10e9, 9e9, 5e9, 4.5e9, 3.5e9, 0.3, 0.28, 0.4, 1600.0)
@@ -197,3 +198,38 @@ def test_reduced_points_of_strain_are_those_of_cells_of_twenty_nodes_alone():
         assert s.strain[0].weight.shape == (2, points)
     s = build_structure(box(1.0, 1.0, 1.0, 1, 1, 1, "hexahedron20"), [Member("volume", "solid", material=METAL)])
     assert s.strain[0].weight.shape == (1, 27)
+
+
+def unit_rule(shape: str) -> tuple[np.ndarray, np.ndarray]:
+    """Seven Gauss points each way on the unit cell; of triangles and tetrahedra by collapsed sides."""
+    g, w = np.polynomial.legendre.leggauss(7)
+    g, w = (g + 1) / 2, w / 2
+    r, s, t = (a.ravel() for a in np.meshgrid(g, g, g, indexing="ij"))
+    weight = np.einsum("i,j,k->ijk", w, w, w).ravel()
+    if shape == "hexahedron":
+        return np.stack([r, s, t], axis=1), weight
+    if shape == "wedge":
+        return np.stack([r, s * (1 - r), t], axis=1), weight * (1 - r)
+    return np.stack([r, s * (1 - r), t * (1 - r) * (1 - s)], axis=1), weight * (1 - r) ** 2 * (1 - s)
+
+
+@pytest.mark.parametrize(
+    "cell", ["tetra", "tetra10", "hexahedron", "hexahedron20", "hexahedron27", "wedge", "wedge15", "wedge18"]
+)
+@pytest.mark.filterwarnings("ignore:solid on group .* cells of first order")
+def test_mass_and_stiffness_of_skew_cells_are_their_integrals(cell):
+    """Of random motions of an affine cell, against an integration of far higher degree."""
+    kind = CELL_TYPES[cell]
+    A = np.array([[1.0, 0.2, 0.1], [-0.3, 0.8, 0.2], [0.1, -0.2, 0.6]])
+    mesh = Mesh(kind.nodes @ A, {cell: [np.arange(len(kind.nodes))]}, {"volume": {cell: [0]}})
+    s = build_structure(mesh, [Member("volume", "solid", material=FIBRE, options={"order": 1})])
+    u = np.random.default_rng(1).normal(size=(len(kind.nodes), 3))
+    points, weight = unit_rule(kind.shape)
+    weight = weight * np.linalg.det(A)
+    value = kind.interpolation(points) @ u
+    H = np.einsum("qka,ki->qia", kind.gradients(points), u) @ np.linalg.inv(A).T
+    e = (H + H.swapaxes(1, 2)) / 2
+    eps = np.stack([e[:, 0, 0], e[:, 1, 1], e[:, 2, 2], 2 * e[:, 1, 2], 2 * e[:, 0, 2], 2 * e[:, 0, 1]], axis=1)
+    x = s.translation.T @ u.ravel()
+    assert x @ s.M @ x == pytest.approx(1600 * weight @ np.sum(value**2, axis=1), rel=1e-10)
+    assert x @ s.K @ x == pytest.approx(np.einsum("q,qi,ij,qj->", weight, eps, FIBRE.elasticity(), eps), rel=1e-10)

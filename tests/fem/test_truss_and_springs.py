@@ -170,6 +170,17 @@ def test_across_and_along_is_judged_by_the_axes_and_not_by_the_units_of_the_mesh
         build_structure(small, member, bushings=[Bushing("n3", "n1", (20.0, 1.0, 0), axes=axes)])
 
 
+def test_an_axis_that_rounding_turns_off_the_line_is_along_it_on_large_meshes_too():
+    large = Mesh(1e4 * POINTS, {}, {}, {**NAMES, "all": np.arange(5)})
+    t = (POINTS[1] - POINTS[3]) / np.linalg.norm(POINTS[1] - POINTS[3])
+    y = np.cross(t, [1.0, 0, 0])
+    y /= np.linalg.norm(y)
+    axes = [t + 2e-7 * y, y - 2e-7 * t, np.cross(t, y)]
+    member = [Member("all", "nodes", options={"rotations": False})]
+    s = build_structure(large, member, bushings=[Bushing("n3", "n1", (20.0, 0, 0), axes=axes)])
+    assert s.K.diagonal().sum() == pytest.approx(2 * 20.0)
+
+
 def test_nodes_that_coincide_but_for_rounding_are_compared_along_the_axes_of_the_mesh():
     points = POINTS.copy()
     points[1] = points[3] + [3e-13, -2e-13, 1e-13]
