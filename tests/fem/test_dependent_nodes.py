@@ -204,3 +204,12 @@ def test_refusals_name_the_connection_the_group_and_what_was_found():
         bars([Rigid("n4", "n1", name="arm"), MultiPointConstraint("n4", ("x",), ("n0",), one + 1.0, name="MPC 3")])
     assert "the rigid connection of group 'n4' to 'arm'" in str(refusal.value)
     assert "MPC 3" in str(refusal.value)
+
+
+def test_a_circle_names_all_that_are_in_it_and_no_other():
+    ring = [Rigid("n4", "n1", name="one"), Rigid("n6", "n4", name="two"), Rigid("n1", "n6", name="three")]
+    with pytest.raises(ValueError) as refusal:
+        bars([*ring, Rigid("n2", "n0", name="apart")])
+    said = str(refusal.value)
+    assert all(f"to '{name}'" in said for name in ("one", "two", "three")) and "apart" not in said
+    assert said.endswith("depend on each other in a cycle; a node may depend only on nodes that do not depend on it")

@@ -7,7 +7,7 @@ import pytest
 from plate_models import METAL, displaced, random_rotation
 from scipy import linalg
 
-from femflex.fem import Member, build_structure
+from femflex.fem import Member, Support, build_structure
 from femflex.fem.plate.sides import fold_keys
 from femflex.mesh import Mesh, rectangle
 
@@ -41,6 +41,36 @@ def test_members_in_any_order_share_what_lies_on_their_common_sides(family):
         assert other.n_dof == one.n_dof
         a, b = (linalg.eigh(s.K.toarray(), s.M.toarray(), eigvals_only=True) for s in (one, other))
         np.testing.assert_allclose(b, a, rtol=1e-6, atol=1e-9 * a[-1])
+
+
+QUARTER = np.array([[0, -1.0, 0], [1.0, 0, 0], [0, 0, 1.0]])  # folds along y, across which the axes of planes differ
+
+
+@pytest.mark.parametrize("angle", [-2.0, 2.0])
+@pytest.mark.parametrize("family", CELL)
+def test_frequencies_of_a_gutter_do_not_depend_on_the_axes_that_its_planes_take(family, angle):
+    found = []
+    for C in (np.eye(3), QUARTER, random_rotation(4), QUARTER @ random_rotation(5)):
+        s = build_structure(gutter(family, angle, C), [Member("surface", family, 0.02, METAL)])
+        free = np.setdiff1d(np.arange(s.n_dof), s.clamped_dofs("root"))
+        K, M = (A[free][:, free].toarray() for A in (s.K, s.M))
+        found.append(linalg.eigh(K, M, eigvals_only=True, subset_by_index=[0, 20]))
+    for other in found[1:]:
+        np.testing.assert_allclose(other, found[0], rtol=1e-6)
+
+
+@pytest.mark.parametrize("held", [("z", "ry"), ("rx",), ("x", "rz", "ry"), ("z",)])
+@pytest.mark.parametrize("family", CELL)
+def test_supports_of_one_edge_hold_the_same_whichever_side_of_its_cells_it_is(family, held):
+    flat, found = rectangle(1.0, 0.7, 2, 3, CELL[family]), []
+    for C in (np.eye(3), QUARTER, random_rotation(6), QUARTER @ random_rotation(6)):
+        supports = {"left": Support(held, tuple(map(tuple, C.T))), "top": Support(("z", "rx"), tuple(map(tuple, C.T)))}
+        s = build_structure(flat.rotated(C), [Member("surface", family, 0.02, METAL)], supports=supports)
+        free = np.setdiff1d(np.arange(s.n_dof), s.held_dofs(supports))
+        K, M = (A[free][:, free].toarray() for A in (s.K, s.M))
+        found.append(linalg.eigh(K, M, eigvals_only=True))
+    for other in found[1:]:
+        np.testing.assert_allclose(other, found[0], rtol=1e-6, atol=1e-8 * found[0][-1])
 
 
 @pytest.mark.parametrize("family", CELL)
