@@ -9,7 +9,7 @@ from scipy import linalg
 
 from femflex.fem import Member, build_structure
 from femflex.fem.beam.corners import corner_nodes
-from femflex.fem.sections import CableSection, Circle, FullSection, Rectangle, Tube
+from femflex.fem.sections import Box, CableSection, Circle, FullSection, Rectangle, Tube
 from femflex.mesh import Mesh, line
 from femflex.warning import PhysicsWarning
 
@@ -67,11 +67,12 @@ def test_a_full_section_off_the_nodes_is_one_with_stiffness_and_mass_about_them(
 
 def test_centroid_shear_centre_and_mass_centre_of_a_shape_lie_apart():
     """EA, EI at the centroid, GJ and k G A at the shear centre, the mass at its own centre: as one 6 x 6 matrix."""
-    section, offset, shear, mass = Rectangle(0.04, 0.06), (0.05, -0.08), (0.013, 0.021), (-0.02, 0.03)
+    section, offset, shear, mass = Box(0.04, 0.06, 0.005), (0.05, -0.08), (0.013, 0.021), (-0.02, 0.03)
     r = section.resultants(METAL, np.zeros(1), np.ones(1))
     axial, across = np.diag([r.EA[0], 0, 0, 0, r.EIy[0], r.EIz[0]]), np.diag([0, r.GAy[0], r.GAz[0], r.GJ[0], 0, 0])
     at, where = moved_strains(*offset), moved_strains(offset[0] + shear[0], offset[1] + shear[1])
-    own = np.diag([1, 1, 1, (0.04**2 + 0.06**2) / 12, 0.06**2 / 12, 0.04**2 / 12]) * METAL.density * 0.04 * 0.06
+    Iy, Iz = (0.04 * 0.06**3 - 0.03 * 0.05**3) / 12, (0.06 * 0.04**3 - 0.05 * 0.03**3) / 12
+    own = METAL.density * np.diag([9e-4, 9e-4, 9e-4, Iy + Iz, Iy, Iz])
     known = FullSection(at.T @ axial @ at + where.T @ across @ where, mass_about(own, *np.add(offset, mass)))
     found = beam(section, offset=offset, shear_centre=shear, mass_centre=mass)
     same(found, beam(known))

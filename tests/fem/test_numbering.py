@@ -11,7 +11,8 @@ from femflex.fem import Member, Support, antisymmetry, build_structure, symmetry
 from femflex.fem.assembly import Assembler, Part
 from femflex.fem.assembly.conditions import conditions
 from femflex.fem.assembly.numbering import Numbering
-from femflex.fem.sections import Circle, Rectangle
+from femflex.fem.assembly.support_dofs import held_columns
+from femflex.fem.sections import CableSection, Circle, Rectangle
 from femflex.mesh import Mesh, line, rectangle
 
 TIES = {
@@ -42,6 +43,56 @@ def test_a_clamp_of_all_of_a_line_leaves_nothing_to_move(cell):
     """With the bubbles of both halves of second-order cells."""
     s = build_structure(line([[0, 0, 0], [1, 2, 2]], 3, cell), [Member("line", "beam", Circle(0.02), METAL)])
     assert np.array_equal(s.clamped_dofs("line"), np.arange(s.n_dof))
+
+
+@pytest.mark.parametrize(("cell", "order"), [("line", 1), ("line", 2), ("line", 6), ("line3", 2), ("line3", 5)])
+def test_a_clamp_of_all_of_a_rope_leaves_nothing_to_move(cell, order):
+    member = Member("line", "tether", CableSection(1e5, 0.1), None, {"order": order, "prestress": 1.0})
+    s = build_structure(line([[0, 0, 0], [1, 2, 2]], 3, cell), [member])
+    assert np.array_equal(s.clamped_dofs("line"), np.arange(s.n_dof))
+    assert s.n_dof == 3 * (3 * order + 1)  # polynomials of that order, continuous
+
+
+def test_triangles_of_a_membrane_share_the_functions_of_their_sides():
+    """Nodes and sides, whichever way round the triangles run along them; a clamp of the edge holds its sides."""
+    film = [Member("surface", "membrane", 1e-4, METAL, {"prestress": 20.0})]
+    s = build_structure(rectangle(1.0, 1.0, 2, 3), film)
+    nodes, triangles, rim = 12, 12, 10
+    sides = (3 * triangles + rim) // 2
+    assert s.n_dof == 3 * (nodes + sides)
+    assert len(s.clamped_dofs("left")) == 3 * (4 + 3) and len(s.clamped_dofs("left", ("y",))) == 4 + 3
+
+
+def test_directions_of_supports_at_one_node_add_up_however_close():
+    """Held along x and along a direction 15 degrees from it: free across the plane of the two alone."""
+    c, n = np.cos(np.radians(15)), np.sin(np.radians(15))
+    close = Support(("x",), ((c, n, 0), (-n, c, 0), (0, 0, 1.0)))
+    mesh = line([[0, 0, 0], [1, 2, 2]], 2).with_groups(points={"a": [1], "b": [1]})
+    for supports, count in (({"a": ("x",), "b": close}, 2), ({"a": close, "b": ("z", "x")}, 3), ({"b": close}, 1)):
+        s = build_structure(mesh, [Member("line", "beam", Circle(0.02), METAL)], supports=supports)
+        held = s.held_dofs(supports)
+        assert len(held) == count
+        free = np.setdiff1d(np.arange(s.n_dof), held)
+        moves = s.translation.toarray()[3:6][:, free]
+        assert np.abs([c, n, 0] @ moves).max() < 1e-12
+        assert np.linalg.matrix_rank(moves) == 3 - count
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_columns_that_rows_set_to_zero_are_those_of_their_null_space(seed):
+    """Rows on several apart groups of columns, some of full rank, some not: all zero, or none where some are free."""
+    rng = np.random.default_rng(seed)
+    blocks = [rng.normal(size=(2, 2)), [[1.5]], rng.normal(size=(3, 2)), np.zeros((1, 2))]
+    if seed % 2:
+        blocks.insert(seed // 2, rng.normal(size=(1, 2)))
+    A = linalg.block_diag(*blocks)
+    A = A[rng.permutation(len(A))][:, rng.permutation(A.shape[1])]
+    found, kept = held_columns(sparse.csr_array(A)), linalg.null_space(A)
+    seen = np.flatnonzero(np.abs(A).max(axis=0) > 0)
+    if np.abs(kept[seen]).max(initial=0.0) > 1e-9:
+        assert found is None
+    else:
+        assert found.tolist() == seen.tolist()
 
 
 def test_halves_of_curved_edges_lie_on_their_group_and_their_chords_too():

@@ -215,15 +215,18 @@ def test_refused_plates_name_what_is_wrong():
     )
 
 
-def test_curved_sides_are_counted_and_the_worst_is_that_of_the_largest_share():
-    """Sides of 2 m bulge by 8 mm, sides of 0.5 m by 5 mm; one is straight but for rounding."""
+@pytest.mark.parametrize("size", [1.0, 0.01, 1e4])
+def test_curved_sides_are_counted_and_the_worst_is_that_of_the_largest_share(size):
+    """Sides of 2 m bulge by 8 mm, sides of 0.5 m by 5 mm; one is straight but for rounding; in any unit."""
     mesh = rectangle(2.0, 0.5, 1, 1, "quad8")
     points = mesh.points.copy()
     for place, off in (((1.0, 0), [0, -0.008, 0]), ((1.0, 0.5), [0, 0, 0.0001]), ((0, 0.25), [0.005, 0, 0])):
         points[mesh.nearest_point([*place, 0])] += off
     with pytest.warns(PhysicsWarning) as given:
-        build_structure(Mesh(points, mesh.cells, mesh.cell_groups), [Member("surface", "plate_bfs", 0.01, METAL)])
-    assert "plate_bfs on group 'surface': 2 of 4 sides of its second-order cells are curved" in str(given[0].message)
-    assert "the worst middle node lies 0.005 m off a side of 0.5 m (1.00%; at most 0.01% counts as straight)" in str(
-        given[0].message
-    )
+        build_structure(
+            Mesh(size * points, mesh.cells, mesh.cell_groups), [Member("surface", "plate_bfs", 0.01 * size, METAL)]
+        )
+    text = str(given[0].message)
+    assert "plate_bfs on group 'surface': 2 of 4 sides of its second-order cells are curved" in text
+    assert f"the worst middle node lies {0.005 * size:.3g} m off a side of {0.5 * size:.3g} m (1.00%; at most" in text
+    assert "0.01% counts as straight)" in text

@@ -239,7 +239,7 @@ def test_warped_and_flat_elements_are_counted_and_placed():
         return Mesh(points, flat.cells, flat.cell_groups)
 
     with pytest.warns(PhysicsWarning) as given:
-        shell(lifted(((0.0, 0.0), 0.3), ((3.0, 1.0), 0.2)), 0.01)
+        shell(lifted(((0.0, 0.0), 0.3), ((3.0, 1.0), 0.2), ((2.0, 0.0), 0.05)), 0.01)
     angle = np.degrees(np.arccos(1 / 1.09))  # of the normals (0.3, 0, 1) and (0, 0.3, 1) at the corners beside
     assert np.degrees(np.arccos(1 / 1.04)) > 15  # of the other warped one
     (text,) = (str(one.message) for one in given if "warped" in str(one.message))
@@ -258,6 +258,17 @@ def test_warped_and_flat_elements_are_counted_and_placed():
         "shell on group 'surface': 1 of 3 quad elements have a corner without area, the first is "
         f"element {last} at (2.5, 0.25, 0) m; repair the mesh"
     )
+
+
+def test_stiffness_of_an_isotropic_shell_does_not_depend_on_where_its_axis_points():
+    """Given by formulas at the nodes of a curved mesh, off its surface, and as one direction."""
+    flat = rectangle(1.0, 0.8, 2, 2, "triangle6")
+    x, y, _ = flat.points.T
+    bowl = Mesh(np.stack([x, y, 0.4 * x * x + 0.3 * x * y], axis=1), flat.cells, flat.cell_groups)
+    plain = shell(bowl, 0.03)
+    for axis in (("1 + x", "y - 0.3", "0.5"), ("0.2", "1", "x")):
+        found = shell(bowl, 0.03, axis=axis)
+        np.testing.assert_allclose(found.K.toarray(), plain.K.toarray(), atol=1e-10 * abs(plain.K).max())
 
 
 @pytest.mark.filterwarnings("default:.*three-node triangles:femflex.warning.PhysicsWarning")
