@@ -71,6 +71,17 @@ def test_sums_over_few_elements_at_a_time_are_those_over_all(name, monkeypatch):
 
 
 @pytest.mark.parametrize("name", NAMES)
+def test_the_change_of_the_tangent_is_its_central_difference(name):
+    """(dK/da) b at rest, of two motions of unlike size, where the energy is of degree four."""
+    s = MADE[name]()
+    a, b = random_state(s, 1.0, seed=2), random_state(s, 0.3, seed=3)
+    V, h = s.internal_force, 1e-3
+    slope = (V.tangent(h * a) @ b - V.tangent(-h * a) @ b) / (2 * h)
+    found = V.second_derivative(a[:, None], b[:, None])[:, 0]
+    np.testing.assert_allclose(found, slope, atol=1e-6 * np.abs(slope).max())
+
+
+@pytest.mark.parametrize("name", NAMES)
 def test_stress_of_a_few_elements_counts_and_that_of_others_is_none(name):
     """Displaced at the last nodes alone: the first elements have no stress of it, the last of every block have."""
     s = MADE[name]()

@@ -78,6 +78,7 @@ def test_a_sheet_with_curved_sides_has_its_area_mass_and_energy():
     x = moved(s, np.outer(C[:, 2], C[:, 0]))  # w = x
     X = (inertia.rho @ C)[..., 0]
     assert x @ s.M @ x == pytest.approx(np.sum(inertia.dm * X**2), rel=1e-9)
+    assert x @ s.M @ x == pytest.approx(0.28 * (8 / 3 + 0.4 * (8 - 6.4)), rel=1e-9)  # int x^2 (1 + 0.4 x (2 - x)) dx
 
 
 def rope(cell="line", section=None, material=None, **options):
