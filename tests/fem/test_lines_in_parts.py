@@ -203,6 +203,8 @@ def test_long_formulas_are_shown_cut_and_where_they_break():
     s = np.ones(3)
     long = "+".join(["s"] * 100) + "+x"
     assert refusal(lambda: formula(long, s, 1.0)).startswith(f"formula '{long[:77]}...' holds 'x'; it may use")
+    whole = "+".join(["s"] * 39) + "+x"  # 79 characters
+    assert refusal(lambda: formula(whole, s, 1.0)).startswith(f"formula {whole!r} holds 'x'; it may use")
     assert "at character 5" in refusal(lambda: formula("s + * 2", s, 1.0))
     assert formula("+".join(["s"] * 1000) + " ", s, 1.0) == pytest.approx(np.full(3, 1000.0))
 
