@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from plate_models import METAL, displaced, random_rotation
+from scipy.sparse.linalg import spsolve
 
 from femflex.fem import Member, build_structure
 from femflex.fem.plate.frames import in_plane, oriented, plane_frames, plane_normals, same_side, section_angles
@@ -102,6 +103,27 @@ def plane_stress(angle: float) -> np.ndarray:
     R = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
     turned = np.einsum("ia,jb,kc,ld,ijkl->abcd", R, R, R, R, c)
     return np.array([[turned[i, j, k, l] for k, l in pairs] for i, j in pairs])
+
+
+def test_a_thick_skew_orthotropic_cantilever_bends_and_shears_as_shells_of_nine_nodes():
+    """Two formulations of transverse shear, with shear moduli one to twenty, under a line load at the end."""
+    thick = orthotropic(0.2, 30e9, 10e9, 5e9, 0.3, 1600.0, 0.6, G13=4e9, G23=2e8)
+    found = []
+    for family, mesh in (("plate", rectangle(1.0, 0.8, 10, 8)), ("shell", rectangle(1.0, 0.8, 5, 4, "quad9"))):
+        s = build_structure(mesh, [Member("surface", family, thick)])
+        free = np.setdiff1d(np.arange(s.n_dof), s.clamped_dofs("left"))
+        points = s.mesh.points
+        edge = s.mesh.group_points("right")
+        edge = edge[np.argsort(points[edge, 1])]
+        w = np.full(len(edge), 1.0) if family == "plate" else np.resize([2.0, 4.0], len(edge))
+        w[[0, -1]] /= 2
+        F = np.zeros((len(points), 3))
+        F[edge, 2] = w / w.sum()
+        x = np.zeros(s.n_dof)
+        x[free] = spsolve(s.K[free][:, free].tocsc(), (s.translation.T @ F.ravel())[free])
+        u = (s.translation @ x).reshape(-1, 3)[:, 2]
+        found.append([u[s.mesh.nearest_point([1.0, y, 0])] for y in (0, 0.4, 0.8)])
+    assert found[0] == pytest.approx(found[1], rel=0.02)
 
 
 def roof(cell: str) -> Mesh:

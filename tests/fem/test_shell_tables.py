@@ -103,6 +103,22 @@ def test_uniform_stretch_and_curvature_store_the_energy_of_the_coupled_section(c
     assert flat_only @ s.K @ flat_only == pytest.approx(0.8 * e @ A @ e, rel=1e-9)
 
 
+@pytest.mark.parametrize("cell", CELLS)
+def test_moderate_rotation_stretches_a_shell_by_the_squares_of_its_slopes_and_of_its_turn(cell):
+    """Sanders: E = sym(H) + w,a w,b / 2 + delta omega^2 / 2, omega = (v,x - u,y) / 2, of a homogeneous state."""
+    H, slope, sheet = np.array([[0.02, -0.3], [0.15, 0.05]]), np.array([0.2, -0.3]), isotropic(0.02, METAL)
+    mesh = rectangle(1.0, 0.8, 2, 2, cell)
+    s = shell(mesh, sheet)
+    p = mesh.points[:, :2]
+    u = np.column_stack([p @ H.T, p @ slope])
+    turn = np.tile([slope[1], -slope[0], 0.0], (len(p), 1))
+    x = s.translation.T @ u.ravel() + s.rotation.T @ turn.ravel()
+    half = ((H[1, 0] - H[0, 1]) / 2) ** 2 / 2
+    e = np.array([H[0, 0] + slope[0] ** 2 / 2 + half, H[1, 1] + slope[1] ** 2 / 2 + half])
+    eps = np.append(e, H[0, 1] + H[1, 0] + slope[0] * slope[1])
+    assert s.internal_force.energy(x) == pytest.approx(0.8 * eps @ sheet.A @ eps / 2, rel=1e-9)
+
+
 def test_places_of_strain_lie_on_the_elements_with_half_the_local_thickness():
     for cell in CELLS:
         mesh = rectangle(1.0, 0.8, 2, 1, cell)

@@ -213,6 +213,19 @@ def test_a_stress_that_settles_away_is_none():
     assert settled(s, 0.999 * x).stressed
 
 
+def test_rounding_in_members_without_stress_is_judged_by_the_stress_of_others():
+    """A hot bar that stretches pushes a cold one, which moves as a whole, in a direction that rounds."""
+    mesh = line([[0, 0, 0], [1.0, 2.0, 0.7]], 5)
+    mesh = mesh.with_groups({"hot": {"line": [0, 1]}, "cold": {"line": [2, 3, 4]}})
+    hot = Member("hot", "beam", Circle(0.02), METAL, {"thermal_strain": 1e-3, "extent": 3.0})
+    cold = Member("cold", "beam", Circle(0.02), METAL, {"extent": 3.0})
+    s = build_structure(mesh, [cold, hot])
+    u = mesh.points * 1e-3
+    u[3:] = u[2]
+    x = s.translation.T @ u.ravel()
+    assert s.stressed and not settled(s, x).stressed
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_inertias_that_no_body_has_are_points_of_either_sign(seed):
     J = np.diag([1.0, 0.1, 0.2]) if seed == 0 else np.random.default_rng(seed).normal(size=(3, 3))

@@ -79,6 +79,8 @@ def test_a_sheet_with_curved_sides_has_its_area_mass_and_energy():
     X = (inertia.rho @ C)[..., 0]
     assert x @ s.M @ x == pytest.approx(np.sum(inertia.dm * X**2), rel=1e-9)
     assert x @ s.M @ x == pytest.approx(0.28 * (8 / 3 + 0.4 * (8 - 6.4)), rel=1e-9)  # int x^2 (1 + 0.4 x (2 - x)) dx
+    bent = s.translation.T @ np.outer((s.mesh.points @ C)[:, 0] ** 2, C[:, 2]).ravel()
+    assert bent @ s.M @ bent == pytest.approx(0.28 * (32 / 5 + 0.4 * (64 / 3 - 128 / 7)), rel=1e-9)
 
 
 def rope(cell="line", section=None, material=None, **options):
