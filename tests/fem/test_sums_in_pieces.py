@@ -71,6 +71,21 @@ def test_sums_over_few_elements_at_a_time_are_those_over_all(name, monkeypatch):
 
 
 @pytest.mark.parametrize("name", NAMES)
+def test_the_first_of_the_gradients_are_those_of_all(name):
+    """However few are wanted, for shapes that bend and for shapes in the plane, of blocks and of settled ones."""
+    s = MADE[name]()
+    phi = s.T @ np.stack(
+        [random_state(s, 1.0), s.translation.T @ (s.mesh.points @ np.diag([1.0, 2, 3])).ravel()], axis=1
+    )
+    for block in (*s.strain, *settled(s, random_state(s, 1e-4)).strain):
+        every, rows = block.gradients(phi, slice(None)), block.rows(slice(None))
+        for most in range(1, block.linear_map.shape[1] + 1):
+            np.testing.assert_array_equal(block.rows(slice(None), most), rows[:, :, :most])
+            few = block.gradients(phi, slice(None), most)
+            np.testing.assert_allclose(few, every[:, :, :most], atol=1e-13 * np.abs(every).max())
+
+
+@pytest.mark.parametrize("name", NAMES)
 def test_the_change_of_the_tangent_is_its_central_difference(name):
     """(dK/da) b at rest, of two motions of unlike size, where the energy is of degree four."""
     s = MADE[name]()
