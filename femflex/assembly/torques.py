@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.assembly.loads import build_load
-from femflex.body import Marker
 from femflex.case.body import BodyTable
 from femflex.case.case import Case
 from femflex.case.load import LoadTable
@@ -80,11 +79,3 @@ def _lost(load: Load, rows: MarkerRows, table: BodyTable) -> str:
 def _axes(blind: Array) -> str:
     blind = blind * np.sign(blind[np.abs(blind).argmax(axis=0), np.arange(blind.shape[1])])
     return " and ".join(f"[{', '.join(f'{x + 0.0:.3g}' for x in axis)}]" for axis in np.round(blind.T, 12))
-
-
-def unmoved_by_torque(case: Case, name: str, markers: Mapping[str, Marker]) -> Iterator[tuple[str, str]]:
-    """Name and marker of each load whose torque acts where a body's shapes move its place, and none turns it."""
-    for load in torque_loads(case, name):
-        marker = markers.get(load.marker)
-        if marker is not None and np.any(marker.phi) and not np.any(marker.psi):
-            yield load.name, load.marker
