@@ -89,7 +89,7 @@ def measure(t: float, seen: Array, z: Array, parameters: Array, out: Array) -> N
     if kind == ATTITUDE:
         reference = load9(p, OWN)
         if p[OWN + 9] > 0.0:
-            axis, angle = load3(p, OWN + 10), seen[18 * m]
+            axis, angle = turn(reference, load3(p, OWN + 10)), seen[18 * m]
             x = turned((reference[0], reference[3], reference[6]), axis, angle)
             y = turned((reference[1], reference[4], reference[7]), axis, angle)
             w = cross(x, y)
