@@ -123,9 +123,13 @@ G, S = unit([1.0, 2.0, -1.0]), unit(np.cross([1.0, 2.0, -1.0], [0.3, 0.1, 1.0]))
 INNER = np.cross(G, S)
 
 
-@pytest.mark.parametrize("command", [{"rates": [0.9]}, {"angles": ["in.value"], "gain": 2.5}, {"rates": ["in.value"], "max_rate": 0.25}])  # fmt: skip
+COMMANDS = {"rates": [0.9]}, {"angles": ["in.value"], "gain": 2.5}, {"rates": ["in.value"], "max_rate": 0.25}
+
+
+@pytest.mark.parametrize("command", COMMANDS)
 def test_a_gimbal_that_follows_its_command_receives_what_turns_the_rotor(command):
-    gyro = control_moment_gyro("c", ONE[0], 7.0, marker=ONE[1], gimbal_axis=G, spin_axis=S, initial_angles=[0.8], **command)  # fmt: skip
+    keys = {"gimbal_axis": G, "spin_axis": S, "initial_angles": [0.8]}
+    gyro = control_moment_gyro("c", ONE[0], 7.0, marker=ONE[1], **keys, **command)
     out, model, x = seen(signal("in", [0.0, 2.0], [0.4, 1.4]), gyro)
     value = 0.4 + 0.5 * T
     rate = 0.9 if command.get("rates") == [0.9] else 2.5 * (value - 0.8) if "gain" in command else 0.25
@@ -173,8 +177,9 @@ def check_gyro(out, model, x, gyro, angles, rates):
 @pytest.mark.parametrize("max_torque", [1e3, 0.05])
 def test_a_heavy_gimbal_is_turned_by_its_motor_against_the_rotor(max_torque):
     J, h, p = 0.3, 7.0, 0.5
-    gyro = control_moment_gyro("c", ONE[0], h, marker=ONE[1], gimbal_axis=G, spin_axis=S, rates=[0.6],
-                               initial_angles=[0.8], gimbal_inertia=J, bandwidth=4.0, max_torque=max_torque)  # fmt: skip
+    keys = {"gimbal_axis": G, "spin_axis": S, "rates": [0.6], "initial_angles": [0.8]}
+    keys |= {"gimbal_inertia": J, "bandwidth": 4.0, "max_torque": max_torque}
+    gyro = control_moment_gyro("c", ONE[0], h, marker=ONE[1], **keys)
     out, model, x = seen(gyro, z0={"c.momentum": p})
     _, C, _, omega = motion(ONE)
     g, s = C @ G, C @ Rotation.from_rotvec(0.8 * G).apply(S)
@@ -215,7 +220,7 @@ def test_a_thruster_pushes_from_one_body_and_draws_its_mass_from_another(kind, l
     thrust = 1.9 if lag else full * level
     z0 = {"jet.lagged": 1.9} if lag else {}
     out, model, x = seen(*constants, jet, fuel, z0=z0)
-    e, C, v_e, _ = motion(ONE)
+    _, C, v_e, _ = motion(ONE)
     _, _, v_t, omega_t = motion(TWO)
     flow = thrust / (9.80665 * impulse)
     push = thrust * C @ Rotation.from_rotvec(turn).apply(unit(axis))
@@ -282,8 +287,10 @@ def test_a_row_of_points_is_pulled_together_where_its_parts_are_taut():
     d = np.array([np.linalg.norm(gap) for gap in gaps])
     natural, EA, c = d * [0.8, 1.3, 0.9, 0.7], 20.0, 0.6
     total = natural.sum()
-    chain = Effector("chain", "cable_chain", tuple(where), channels={"tension": "N", "tension_end": "N", "slack": "1"},
-                     accounts=("energy", "dissipation"), parameters=np.array([4.0, EA, c, total, *natural]))  # fmt: skip
+    told = {"tension": "N", "tension_end": "N", "slack": "1"}
+    numbers = np.array([4.0, EA, c, total, *natural])
+    accounts = ("energy", "dissipation")
+    chain = Effector("chain", "cable_chain", tuple(where), channels=told, accounts=accounts, parameters=numbers)
     out, model, x = seen(chain)
     force, N, energy, lost = np.zeros((5, 3)), np.zeros(4), 0.0, 0.0
     for k in (0, 2, 3):  # the second is slack
@@ -362,6 +369,58 @@ def test_sensors_measure_one_marker_from_another_that_moves_too(k):
         angle = np.arccos((C @ axis) @ to)
         assert out[f"effectors/{name}/angle"] == pytest.approx(angle + bias[0], abs=1e-9)
     assert out["effectors/echo/value"] == pytest.approx(0.75 + bias[0])
+
+
+TIMES, VALUES = np.array([0.5, 1.5, 2.0, 4.0]), np.array([3.0, -1.0, 2.0, 7.0])
+
+
+@pytest.mark.parametrize("t", [0.1, 0.5, 0.8, 1.5, 1.9, 2.0, 3.5, 4.0, 5.0])
+def test_signals_hold_lead_on_or_go_smoothly_between_their_times(t):
+    kinds = ("steps", "linear", "smooth")
+    out, *_ = seen(*(signal(kind, TIMES, VALUES, kind) for kind in kinds), t=t)
+    k = np.clip(np.searchsorted(TIMES, t, side="right") - 1, 0, 3)
+    inside = TIMES[0] <= t < TIMES[-1]
+    rise, span = (VALUES[k + 1] - VALUES[k], TIMES[k + 1] - TIMES[k]) if inside else (0.0, 1.0)
+    s = (t - TIMES[k]) / span if inside else 0.0
+    smooth = np.polynomial.Polynomial([0, 0, 0, 10, -15, 6])
+    expected = {
+        "steps": (VALUES[k], 0.0),
+        "linear": (np.interp(t, TIMES, VALUES), rise / span),
+        "smooth": (VALUES[k] + rise * smooth(s), rise / span * smooth.deriv()(s)),
+    }
+    for kind, (value, rate) in expected.items():
+        assert out[f"effectors/{kind}/value"] == pytest.approx(value, abs=1e-13), kind
+        assert out[f"effectors/{kind}/rate"] == pytest.approx(rate, abs=1e-12), kind
+
+
+@pytest.mark.parametrize("scaled", [False, True])
+def test_a_continuous_block_is_its_matrices(scaled):
+    rng = np.random.default_rng(2)
+    A, B, C, D = (rng.normal(size=shape) for shape in ((3, 3), (3, 2), (4, 3), (4, 2)))
+    given, z = np.array([0.7, -1.3]), rng.normal(size=3)
+    y = C @ z + D @ given
+    limits = np.abs(y) * [0.9, 1.5, 0.4, 0.7]
+    inputs = [signal(f"in{k}", [0.0], [v]) for k, v in enumerate(given)]
+    law = block("law", state_space(A, B, C, D), ["in0.value", "in1.value"], list("abcd"), limit=limits, scaled=scaled)
+    out, model, x = seen(*inputs, law, z0={f"law.x{k + 1}": v for k, v in enumerate(z)})
+    found = [out[f"effectors/law/{name}"] for name in "abcd"]
+    assert found == pytest.approx(0.4 * y if scaled else np.clip(y, -limits, limits), rel=1e-12)
+    assert rates_of_states(model, x) == pytest.approx(A @ z + B @ given, rel=1e-12)
+
+
+@pytest.mark.parametrize("holds", [False, True])
+def test_attitude_feedback_opposes_error_and_rate_and_carries_the_momentum(holds):
+    rng = np.random.default_rng(8)
+    e, omega, H = rng.normal(size=(3, 3))
+    P, D, J = rng.normal(size=(3, 3, 3))
+    names = [f"s{k}" for k in range(9 if holds else 6)]
+    inputs = [signal(name, [0.0], [v]) for name, v in zip(names, [*e, *omega, *H], strict=False)]
+    taken = [f"{name}.value" for name in names]
+    law = attitude_feedback("law", taken[:3], taken[3:6], P, D, inertia=J, momentum=taken[6:], limit=2.0)
+    out, *_ = seen(*inputs, law)
+    torque = -P @ e - D @ omega + np.cross(omega, J @ omega + (H if holds else 0.0))
+    assert np.abs(torque).max() > 2.0 > np.abs(torque).min()
+    assert [out[f"effectors/law/{letter}"] for letter in "xyz"] == pytest.approx(np.clip(torque, -2.0, 2.0))
 
 
 def error_of(R):
