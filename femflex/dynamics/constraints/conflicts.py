@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from femflex.dynamics.constraints.constrained import Constraints
 from femflex.dynamics.lowering import tie_layout as at
-from femflex.system import Joint, System
+from femflex.system import System
 
 Array = NDArray[np.float64]
 
@@ -74,8 +74,3 @@ def violated_text(constraints: Constraints, t: float, x: Array, further: str = "
         f"{constraints.kind_of(name)} cannot be satisfied{further}{competing}: the nearest state leaves a {what} of "
         f"{left:.3g} {unit}, above the limit of {limit:.3g}. Change one of them, or remove it"
     )
-
-
-def moving_joints(system: System) -> list[Joint]:
-    """Joints with a freedom whose prescribed motion moves."""
-    return [joint for joint in system.joints if any(profile.moves for profile in joint.held.values())]

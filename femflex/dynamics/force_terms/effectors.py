@@ -129,9 +129,6 @@ class Effectors(ForceTerm):
     def breaks(self, system: System) -> list[Array]:
         return [effector.breaks for effector in acting(system)]
 
-    def resists(self, system: System) -> bool:
-        return any("dissipation" in effector.accounts for effector in acting(system))
-
 
 def acting(system: System) -> list[Effector]:
     """The effectors of a system that are not controllers, in their order of evaluation."""

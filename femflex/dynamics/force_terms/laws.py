@@ -168,9 +168,6 @@ class Laws(ForceTerm):
     def fixed(self, system: System) -> list[str]:
         return [place.name for place in law_places(system) if isinstance(place.of, Latch)]
 
-    def resists(self, system: System) -> bool:
-        return any(joint.laws or joint.latches for joint in system.joints)
-
 
 def pieces_of(of: Law | Latch) -> list[tuple[int, Array]]:
     """What the compiled equations evaluate of a law or an elastic latch, summed: kind and numbers."""

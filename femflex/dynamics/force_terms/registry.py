@@ -66,10 +66,6 @@ class ForceTerm(ABC):
         """Times at which a force is not smooth [s]."""
         return []
 
-    def resists(self, system: System) -> bool:
-        """Whether it takes energy out of the motion for good."""
-        return False
-
     def names(self, system: System) -> list[str]:
         """Full names of its items, as in "loads/thrust"."""
         return [f"{self.folder}/{item}" for item in self.items(system)]

@@ -135,6 +135,3 @@ class Springs(ForceTerm):
 
     def without(self, system: System, item: str) -> System:
         return replace(system, springs=tuple(spring for spring in system.springs if spring.name != item))
-
-    def resists(self, system: System) -> bool:
-        return any(spring.damping for spring in system.springs)
