@@ -87,10 +87,15 @@ def bare():
 
 
 @pytest.mark.parametrize("z", [1.0, -60.0, 79.7, 80.3], ids=["slow", "backwards", "at its limit", "beyond it"])
-@pytest.mark.parametrize("mode", ["torque", "speed", "signal"])
+@pytest.mark.parametrize("mode", ["torque", "speed", "too fast", "signal"])
 def test_a_wheel_on_a_bending_body_obeys_the_balance_of_its_rotor(mode, z):
     J, axis, most = 0.4, unit([1.0, -2.0, 0.5]), {"max_torque": 1.5, "max_speed": 80.0}
-    command = {"torque": {"torque": 1.1}, "speed": {"speed": 78.0, "bandwidth": 3.0}, "signal": {"torque": "in.value"}}
+    command = {
+        "torque": {"torque": 1.1},
+        "speed": {"speed": 78.0, "bandwidth": 3.0},
+        "too fast": {"speed": 200.0, "bandwidth": 0.01},
+        "signal": {"torque": "in.value"},
+    }
     source = signal("in", [0.0, 2.0], [-4.0, 1.0])
     wheel = reaction_wheel("w", *ONE[:1], J, marker=ONE[1], axis=axis, viscous=0.01, coulomb=0.2, coulomb_speed=3.0,
                            **most, **command[mode])  # fmt: skip
@@ -98,7 +103,12 @@ def test_a_wheel_on_a_bending_body_obeys_the_balance_of_its_rotor(mode, z):
     a = C @ axis
     h = J * (z + a @ omega)
     out, model, x = seen(source, wheel, z0={"w.momentum": h})
-    wanted = {"torque": 1.1, "speed": 3.0 * J * (78.0 - z), "signal": -4.0 + 5.0 * T / 2.0}[mode]
+    wanted = {
+        "torque": 1.1,
+        "speed": 3.0 * J * (78.0 - z),
+        "too fast": 0.01 * J * (80.0 - z),
+        "signal": -4.0 + 5.0 * T / 2.0,
+    }[mode]
     motor = np.clip(wanted, -1.5, 1.5)
     if motor * z > 0:
         motor *= np.clip((80.0 - abs(z)) / (0.01 * 80.0), 0.0, 1.0)
@@ -136,7 +146,8 @@ def test_a_gimbal_that_follows_its_command_receives_what_turns_the_rotor(command
     check_gyro(out, model, x, gyro, [0.8], [rate])
 
 
-def test_a_rotor_in_two_gimbals_turns_with_both_and_each_motor_takes_its_part():
+@pytest.mark.parametrize("first", ["in.value", 0.75])
+def test_a_rotor_in_two_gimbals_turns_with_both_and_each_motor_takes_its_part(first):
     keys = {"gimbal_axis": G, "spin_axis": S, "inner_axis": INNER, "initial_angles": [0.8, -0.5], "gain": 2.0}
     gyro = control_moment_gyro(
         "c", ONE[0], 7.0, marker=ONE[1], angles=["in.value", "other.value"], max_rate=1.1, **keys
@@ -369,6 +380,19 @@ def test_sensors_measure_one_marker_from_another_that_moves_too(k):
         angle = np.arccos((C @ axis) @ to)
         assert out[f"effectors/{name}/angle"] == pytest.approx(angle + bias[0], abs=1e-9)
     assert out["effectors/echo/value"] == pytest.approx(0.75 + bias[0])
+
+
+@pytest.mark.parametrize("axis", [*np.eye(3), -np.eye(3)[0], unit([2.0, -1.0, 0.5]), unit([0.3, 2.0, -1.0]),
+                                  unit([0.4, -0.5, 2.0]), unit([1.0, 2.2, 2.0])])  # fmt: skip
+@pytest.mark.parametrize("angle", [1e-5, 1.0, 2.2, 3.0, 3.5])
+def test_a_star_sensor_gives_any_error_by_the_shorter_way(axis, angle):
+    _, C, _, _ = motion(ONE)
+    error = Rotation.from_rotvec(angle * axis)
+    sensor = Sensor("star", "attitude", ONE[0], ONE[1], reference=C @ error.inv().as_matrix())
+    out, *_ = seen(*sensor.effectors)
+    sign = 1.0 if angle < np.pi else -1.0
+    expected = 2.0 * sign * np.sin(angle / 2) * axis
+    assert [out[f"effectors/star/{letter}"] for letter in "xyz"] == pytest.approx(expected, abs=1e-12)
 
 
 TIMES, VALUES = np.array([0.5, 1.5, 2.0, 4.0]), np.array([3.0, -1.0, 2.0, 7.0])
