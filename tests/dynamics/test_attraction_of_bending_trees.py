@@ -81,6 +81,32 @@ def test_each_point_of_mass_is_attracted_at_its_own_place(seed, is_free, oblaten
     assert np.abs(ours - linear).max() > 1e-3 * np.abs(theirs).max()
 
 
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_gradient_pulls_a_free_tree_about_its_centre_and_its_quadrupole_moves_that(seed):
+    system, clouds, q, u = system_of(seed, True, 0.0, "gradient")
+    points = Tree(system, clouds).points(q, u, 0 * u, Jet(np.eye(3)))
+    m, r = np.array([p[0] for p in points]), np.array([p[1].v for p in points])
+    R, c = place_of_orbit(system.orbit), m @ r / m.sum()
+
+    def second(at):
+        """Energy of the second order of points at fixed attitude, their centre of mass at a place."""
+        a0 = np.linalg.norm(at)
+        return -MU / a0**3 * (m @ (1.5 * ((r - c) @ at / a0) ** 2 - 0.5 * np.einsum("pi,pi->p", r - c, r - c)))
+
+    h = 1e-3
+    pull = np.array([(second(R + c - h * e) - second(R + c + h * e)) / (2 * h) for e in np.eye(3)])
+    a0, l = np.linalg.norm(R + c), (R + c) / np.linalg.norm(R + c)
+    centre = MU * R / np.linalg.norm(R) ** 3 - MU * (R + c) / a0**3 + pull / m.sum()
+
+    def force(m, r):
+        return m[:, None] * (centre - MU / a0**3 * (r - c - 3 * np.outer((r - c) @ l, l)))
+
+    udot = np.random.default_rng(seed).normal(size=len(u))
+    ours = compile_system(system).residual(0.0, np.concatenate([q, u]), udot)
+    theirs = equations(Tree(system, clouds), q, u, udot, still, force) + strain(system, q, u)
+    assert ours == pytest.approx(theirs, abs=1e-7 * np.abs(theirs).max())
+
+
 def strain(system, q, u):
     """f0 + V1 delta + D ddelta at the elastic rows."""
     out, iq, iu = np.zeros(len(u)), 0, 0
