@@ -221,7 +221,7 @@ NOW = 0.4
 
 
 @pytest.mark.sampled(2)
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", [0, 2, 4, 5, 7, 8, 9, 1, 6, 3])  # the fast ones, 4 and 1, have three shapes
 def test_moving_material_obeys_kanes_equations_over_its_points(seed):
     system, name, clouds_at, markers_at, (q, u) = random_varying(seed)
     model = compile_system(system)
