@@ -10,7 +10,7 @@ from test_condensed import random_condensed
 from test_curved_strain import curved
 
 from femflex.dynamics import compile_system
-from femflex.system import Frame, Load, Orbit, universal
+from femflex.system import Frame, Load, Orbit, TabulatedDamper, universal
 
 ORBIT = Orbit(7e6, 0.3, inclination=0.4, node=0.2, perigee=1.0, true_anomaly=0.7, mu=5e20)
 NOW, C_D, C_K = 0.3, 0.2, 0.5
@@ -39,6 +39,23 @@ def orbiting(seed):
     return system, state
 
 
+def sprung_orbiting(seed):
+    """The same with springs and dampers at every joint, the root's too, which a law resists as well."""
+    system, _, state = random_tree(seed, root=universal, orbit=ORBIT, frame=Frame("orbital"))
+    rng = np.random.default_rng(seed)
+    law = TabulatedDamper(rate=[-9.0, 0.0, 9.0], resisting=[-27.0, 0.0, 27.0], freedom=1)
+    joints = tuple(
+        replace(
+            j,
+            stiffness=rng.uniform(1, 5, j.n_u),
+            damping=rng.uniform(1, 2, j.n_u),
+            laws=(law,) if j.parent is None else (),
+        )
+        for j in system.joints
+    )
+    return replace(system, joints=joints), state
+
+
 def held(seed):
     """A random tree with held freedoms."""
     system, _, state = held_tree(seed, n_bodies=6)
@@ -63,6 +80,26 @@ def test_correction_is_that_of_residual_and_solve(make, seed):
     calls.solve(NOW, q, -r, expected, 1.0, C_D, C_K, *own)
     calls.correct(NOW, q, u, udot, found, C_D, C_K, *own)
     assert found == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_springs_dampers_and_laws_of_a_root_on_a_specified_orbit_count_in_the_correction(seed):
+    """By columns of the mass matrix, and springs, dampers and the law's slope of 3 at the root's second turn."""
+    system, (q, u) = sprung_orbiting(seed)
+    model = compile_system(system)
+    x, n = np.concatenate([q, u]), model.n_u
+    matrix, first = model.mass_matrix(NOW, x), 0
+    for name in system.order:
+        joint, body = system.joint_of(name), system.bodies[name]
+        law = 3.0 * np.eye(joint.n_u)[1] if joint.laws else 0.0
+        own, shapes = slice(first, first + joint.n_u), slice(first + joint.n_u, first + joint.n_u + body.n_modes)
+        matrix[own, own] += np.diag(C_D * (joint.damping + law) + C_K * joint.stiffness)
+        matrix[shapes, shapes] += C_D * body.damping + C_K * body.strain.V1
+        first = shapes.stop
+    udot, found = np.random.default_rng(seed).normal(size=n), np.empty(n)
+    model.second_order.correct(NOW, q, u, udot, found, C_D, C_K, model.table, model.pool, model.work)
+    left = model.residual(NOW, x, udot)
+    assert matrix @ found == pytest.approx(-left, abs=1e-8 * np.abs(left).max())
 
 
 def test_correction_without_damping_and_stiffness_leads_to_the_accelerations():
