@@ -9,8 +9,20 @@ from random_systems import random_tree
 from test_condensed import random_condensed
 from test_curved_strain import curved
 
+from femflex.body import rigid_body
 from femflex.dynamics import compile_system
-from femflex.system import Frame, Load, Orbit, TabulatedDamper, universal
+from femflex.system import (
+    Frame,
+    Load,
+    Orbit,
+    System,
+    TabulatedDamper,
+    TabulatedSpring,
+    free,
+    reaction_wheel,
+    revolute,
+    universal,
+)
 
 ORBIT = Orbit(7e6, 0.3, inclination=0.4, node=0.2, perigee=1.0, true_anomaly=0.7, mu=5e20)
 NOW, C_D, C_K = 0.3, 0.2, 0.5
@@ -100,6 +112,30 @@ def test_springs_dampers_and_laws_of_a_root_on_a_specified_orbit_count_in_the_co
     model.second_order.correct(NOW, q, u, udot, found, C_D, C_K, model.table, model.pool, model.work)
     left = model.residual(NOW, x, udot)
     assert matrix @ found == pytest.approx(-left, abs=1e-8 * np.abs(left).max())
+
+
+def test_a_law_whose_force_falls_with_its_stretch_is_left_out_of_the_correction():
+    """Implicit steps hold against motion by positive slopes alone."""
+    law = TabulatedSpring(stretch=[-9.0, 0.0, 9.0], resisting=[18.0, 0.0, -18.0])
+    joint = revolute("arm", axis=(0, 0, 1), stiffness=5.0, laws=(law,), q0=[0.3])
+    model = compile_system(System({"arm": rigid_body(1.0, np.diag([1.0, 1.0, 2.0]))}, (joint,)))
+    found = np.empty(1)
+    model.second_order.correct(0.0, np.array([0.3]), np.zeros(1), np.zeros(1), found, C_D, C_K, *model.workspace.own)
+    assert found == pytest.approx([-(5.0 - 2.0) * 0.3 / (2.0 + C_K * 5.0)], rel=1e-10)
+
+
+def test_states_are_corrected_at_the_velocities_that_the_same_step_finds():
+    """A wheel with viscous friction: (1 + c_d c / J) dz = tau(u + c_d du, z) - given."""
+    J, c, h = 0.2, 0.9, 0.7
+    wheel = reaction_wheel("w", "hub", J, axis=(0, 0, 1), viscous=c)
+    system = System({"hub": rigid_body(3.0, np.diag([2.0, 3.0, 4.0]))}, (free("hub"),), effectors=(wheel,))
+    model = compile_system(system)
+    u, given = np.array([0.1, 0.2, -0.3, 0.5, -0.4, 0.8]), np.array([0.3, -0.2, 0.1, 0.4, 2.0, -1.5, 0.25])
+    q, out = model.x0[: model.n_q], np.empty(7)
+    model.second_order.correct(0.0, q, np.append(u, h), given, out, C_D, C_K, *model.workspace.own)
+    assert abs(out[5]) > 0.1
+    tau = -c * (h / J - (u[5] + C_D * out[5]))
+    assert out[6] == pytest.approx((tau - given[6]) / (1.0 + C_D * c / J), rel=1e-6)
 
 
 def test_correction_without_damping_and_stiffness_leads_to_the_accelerations():

@@ -165,6 +165,18 @@ def test_forces_that_turn_or_change_have_no_energy():
         assert "monitors/load" not in block(load).channels
 
 
+def test_a_force_that_changes_with_time_is_supplied_and_one_that_stays_is_stored():
+    F, place, v = np.array([1.0, -2.0, 0.5]), np.array([0.4, 0.2, -0.7]), np.array([0.3, -0.1, 0.6])
+    joint = free("block", q0=[*place, 1, 0, 0, 0], u0=[*v, 0, 0, 0])
+    steady = Load("steady", "block", "origin", "inertial", force=F)
+    pulse = Load("pulse", "block", "origin", "inertial", force=np.array([F, 3 * F]), times=np.array([0.0, 2.0]))
+    model = block(steady, pulse, joint=joint)
+    seen = {path: value[0] for path, value in model.observe(np.array([1.0]), model.x0[None]).items()}
+    assert seen["monitors/load"] == pytest.approx(-F @ place)
+    assert seen["monitors/supplied"] == pytest.approx(2 * F @ v)
+    assert seen["monitors/energy"] == pytest.approx(0.5 * 4.0 * v @ v - F @ place)
+
+
 def test_a_specified_orbit_takes_up_the_momentum_that_the_loads_bring():
     """The same body tumbling far from any orbit gains momentum at the rate that the orbit's force takes away."""
     loads = (Load("jet", "block", "pad", "marker", force=[0.3, 0.1, -0.2]), Load("twist", "block", torque=[0, 0.2, 0]))
