@@ -14,7 +14,7 @@ from femflex.system import Environment, Frame, Orbit, free, spherical
 
 MU, RADIUS, J2 = 4e4, 20.0, 0.3  # m^3/s^2, m, 1: the bodies are metres in size, the orbit some 50 m
 ORBIT = {"eccentricity": 0.25, "inclination": 0.6, "node": 0.4, "perigee": 1.1, "true_anomaly": 0.8, "mu": MU}
-SEEDS = (4, 28, 36)
+SEEDS = (4, 28)
 
 
 def system_of(seed, is_free, oblateness, attraction="auto"):

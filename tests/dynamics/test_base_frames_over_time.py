@@ -44,7 +44,7 @@ def test_o_goes_along_its_ellipse_as_kepler_says(e):
     assert expected == pytest.approx(C_NO, abs=1e-10)
 
 
-@pytest.mark.parametrize("part", [-0.2, 0.3, 2.6])
+@pytest.mark.parametrize("part", [-0.2, 2.6])
 @pytest.mark.parametrize(("e", "is_free"), [(0.3, False), (0.85, False), (0.3, True)])
 def test_the_equations_later_are_those_of_an_orbit_that_starts_there(part, e, is_free):
     orbit = replace(ORBIT, eccentricity=e, free=is_free)
@@ -59,7 +59,7 @@ def test_the_equations_later_are_those_of_an_orbit_that_starts_there(part, e, is
     assert np.abs(start - at_once).max() > 1e-3 * np.abs(at_once).max()
 
 
-@pytest.mark.parametrize("t", [0.0, 1.7, -40.0])
+@pytest.mark.parametrize("t", [1.7, -40.0])
 def test_a_frame_spins_about_its_skew_axis_from_the_inertial_axes_on(t):
     rate = np.array([0.3, -0.5, 0.7])
     system, clouds, (q, u) = random_tree(28, n_bodies=3, frame=Frame("spinning", rate))

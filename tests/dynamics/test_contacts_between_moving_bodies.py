@@ -64,7 +64,7 @@ def rates_along(model, x, rows, h=1e-6):
     return (ahead - behind) / (2 * h)
 
 
-@pytest.mark.parametrize("seed", (4, 13, 28, 36))
+@pytest.mark.parametrize("seed", (4, 28))
 @pytest.mark.parametrize("based", [False, True])
 def test_a_disc_rolls_on_a_plane_that_a_bending_body_carries(seed, based):
     system, q, u = tree_of(seed)
@@ -106,7 +106,7 @@ def test_a_disc_rolls_on_a_plane_that_a_bending_body_carries(seed, based):
     assert rates_along(model, x, in_plane) == pytest.approx(np.zeros(3), abs=1e-7 * size)
 
 
-@pytest.mark.parametrize("seed", (4, 13, 28, 36))
+@pytest.mark.parametrize("seed", (4, 28))
 @pytest.mark.parametrize("based", [False, True])
 def test_a_blade_does_not_move_across_itself_past_a_body_that_moves(seed, based):
     system, q, u = tree_of(seed)

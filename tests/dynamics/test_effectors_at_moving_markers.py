@@ -148,14 +148,14 @@ def test_a_gimbal_that_follows_its_command_receives_what_turns_the_rotor(command
 
 @pytest.mark.parametrize("first", ["in.value", 0.75])
 def test_a_rotor_in_two_gimbals_turns_with_both_and_each_motor_takes_its_part(first):
-    keys = {"gimbal_axis": G, "spin_axis": S, "inner_axis": INNER, "initial_angles": [0.8, -0.5], "gain": 2.0}
+    keys = {"gimbal_axis": G, "spin_axis": S, "inner_axis": INNER, "initial_angles": [0.8, -0.3], "gain": 2.0}
     gyro = control_moment_gyro(
         "c", ONE[0], 7.0, marker=ONE[1], angles=["in.value", "other.value"], max_rate=1.1, **keys
     )
     sources = signal("in", [0.0, 2.0], [0.4, 1.4]), signal("other", [0.0, 1.0], [-0.2, 0.3])
     out, model, x = seen(*sources, gyro)
-    rates = np.clip([2.0 * (0.75 - 0.8), 2.0 * (-0.2 + 0.5 * T + 0.5)], -1.1, 1.1)
-    check_gyro(out, model, x, gyro, [0.8, -0.5], rates)
+    rates = np.clip([2.0 * (0.75 - 0.8), 2.0 * (-0.2 + 0.5 * T + 0.3)], -1.1, 1.1)
+    check_gyro(out, model, x, gyro, [0.8, -0.3], rates)
 
 
 def check_gyro(out, model, x, gyro, angles, rates):
@@ -384,7 +384,7 @@ def test_sensors_measure_one_marker_from_another_that_moves_too(k):
 
 @pytest.mark.parametrize("axis", [*np.eye(3), -np.eye(3)[0], unit([2.0, -1.0, 0.5]), unit([0.3, 2.0, -1.0]),
                                   unit([0.4, -0.5, 2.0]), unit([1.0, 2.2, 2.0])])  # fmt: skip
-@pytest.mark.parametrize("angle", [1e-5, 1.0, 2.2, 3.0, 3.5])
+@pytest.mark.parametrize("angle", [1e-5, 2.9, 3.5])
 def test_a_star_sensor_gives_any_error_by_the_shorter_way(axis, angle):
     _, C, _, _ = motion(ONE)
     error = Rotation.from_rotvec(angle * axis)
