@@ -62,8 +62,7 @@ def still(moving):
     return Jet(np.eye(3))
 
 
-@pytest.mark.parametrize("oblateness", [0.0, J2])
-@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize(("seed", "oblateness"), [(4, J2), (28, J2), (28, 0.0)])
 @pytest.mark.parametrize("is_free", [True, False])
 def test_each_point_of_mass_is_attracted_at_its_own_place(seed, is_free, oblateness):
     system, clouds, q, u = system_of(seed, is_free, oblateness)
