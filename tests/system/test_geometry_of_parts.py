@@ -15,6 +15,7 @@ from femflex.body.mass_points import MassPoints
 from femflex.body.skin import Skin
 from femflex.system import (
     Block,
+    Effector,
     Environment,
     Friction,
     Joint,
@@ -294,10 +295,12 @@ def test_attraction_is_integrated_where_the_craft_is_long_and_its_points_are_kno
     )
     orbit, joints = Orbit(7e6), (spherical("hub"), weld("arm", "hub"))
 
+    reel = Effector("reel", lambda *_: None, states={"length": "m", "rate": "m/s"})
+
     def craft(body=hub, attraction="auto", **varying):
         return System(
             {"hub": hub, "arm": body}, joints, orbit=orbit, environment=Environment(attraction=attraction),
-            varying={"arm": varying["arm"]} if varying else {},
+            varying={"arm": varying["arm"]} if varying else {}, effectors=(reel,),
         )  # fmt: skip
 
     assert not is_integrated(craft()) and is_integrated(craft(long)) and is_integrated(craft(attraction="exact"))
@@ -306,6 +309,14 @@ def test_attraction_is_integrated_where_the_craft_is_long_and_its_points_are_kno
     assert is_integrated(craft(hub, arm=deploying(constant, points=p)))  # by its largest length
     assert not is_integrated(craft(hub, arm=deploying(constant, points=p, bounds=(1.0, 600.0))))
     assert not is_integrated(craft(hub, arm=deploying(constant)))
+    for stock, bounds, long_enough in (
+        (900.0, 5.0, True),
+        (500.0, 900.0, True),
+        (None, 900.0, True),
+        (500.0, 5.0, False),
+    ):
+        free_length = deploying("reel.length", stock, p, (1.0, bounds))
+        assert is_integrated(craft(hub, arm=free_length)) is long_enough
     soft = replace(flexible(), markers=flexible().markers | {"far": Marker.rigid([900.0, 0, 0], n_modes=2)})
     assert not is_integrated(craft(soft)) and is_integrated(craft(soft, "exact"))
     known = replace(soft, mass_points=MassPoints(np.ones(1), np.zeros((1, 3)), np.zeros((1, 3, 2))))
