@@ -1,5 +1,6 @@
 """Deploying members at one instant: their body there, modes, equilibria and what is said of lengths that move."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 from members import UNIT, solved, wall_beam
 
 from femflex.advice.deployed import SlackWatch
+from femflex.body.skin import Skin
 from femflex.case import parse_case
 from femflex.deployment import DeployingLine, Reel, deploying_line
 from femflex.dynamics import compile_system
@@ -16,7 +18,7 @@ from femflex.pipeline import prepare
 from femflex.pipeline.balanced import case_modes
 from femflex.reduction import BeamFunctions
 from femflex.system import Profile, System, weld
-from femflex.system.fixed_length import with_fixed_lengths
+from femflex.system.fixed_length import body_at_length, with_fixed_lengths
 from femflex.warning import PhysicsWarning
 
 CLAMPED = 1.8751040687119611  # root of cos x cosh x = -1
@@ -168,3 +170,24 @@ def test_amplitudes_of_dependent_shapes_are_the_same_to_the_bit_alone_and_togeth
     assert np.array_equal(whole, np.concatenate([body.amplitudes(part) for part in (delta[:8], delta[8:9], delta[9:])]))
     exact = np.einsum("sij,ti,tj->ts", body.slaves, delta, delta) / 2
     assert whole[:, body.n_modes :] == pytest.approx(exact, rel=1e-12, abs=1e-20)
+
+
+def test_skin_and_frequencies_at_a_length_follow_its_ratio_to_the_first_one():
+    """Points go on by their growth, shapes that draw the member in by the inverse, frequencies by V1 and mass."""
+    line = DeployingLine(mass_per_length=1.3, EIy=2.0, EIz=3.0, EA=50.0, GJ=1.0, ry=0.02, rz=0.03)
+    length = Profile.spline([0.0, 1.0, 1.5, 2.0], [1.25, 1.6, 2.1, 2.5])
+    made = deploying_line(line, BeamFunctions(y=2, z=1, axial=0, torsion=1), length, until=2.0, stock=3.0)
+    rng, n = np.random.default_rng(3), made.body.n_shapes
+    kinds = tuple("derivative" if k % 2 else "vibration" for k in range(n))
+    skin = Skin(rng.normal(size=(7, 3)), {}, rng.normal(size=(n, 7, 3)), rng.normal(size=(7, 3)))
+    body = body_at_length(replace(made.body, skin=skin, kinds=kinds), made.variation, 2.0)
+    grown, first = body.skin, 1.25
+    np.testing.assert_allclose(grown.points, skin.points + (2.0 / first - 1.0) * skin.growth)
+    np.testing.assert_allclose(grown.growth, 2.0 / first * skin.growth)
+    for k, kind in enumerate(kinds):
+        ratio = first / 2.0 if kind == "derivative" else 1.0
+        np.testing.assert_allclose(grown.shapes[k], ratio * skin.shapes[k])
+    squares = np.diag(body.strain.V1) / np.diag(body.moments.elastic_mass())[: body.n_modes]
+    np.testing.assert_allclose(body.omega[: body.n_modes], np.sqrt(squares), rtol=1e-12)
+    plain = replace(skin, growth=None)
+    assert body_at_length(replace(made.body, skin=plain), made.variation, 2.0).skin is plain

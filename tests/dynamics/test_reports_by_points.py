@@ -15,6 +15,7 @@ from femflex.dynamics.equilibria.body_motions import BodyMotion as SmallBodyMoti
 from femflex.dynamics.equilibria.character import moved_points, numbered_names, points_of
 from femflex.dynamics.equilibria.craft_shape import craft_skin
 from femflex.dynamics.reports.contacts import observe_contacts
+from femflex.dynamics.reports.drum import drum_row
 from femflex.dynamics.reports.marker_motion import base_attitude, marker_motion
 from femflex.dynamics.reports.material import (
     BodyMotion,
@@ -410,3 +411,51 @@ def test_forces_at_a_body_are_those_of_its_loads_springs_and_effectors_in_its_ax
     assert [marker for marker, _ in found] == [marker for marker, _ in wanted]
     for (_, mine), (_, force) in zip(found, wanted, strict=True):
         np.testing.assert_allclose(mine, force, atol=1e-12)
+
+
+@pytest.mark.parametrize("U", [0.7, -0.7])
+def test_the_force_of_a_drum_is_the_work_along_the_length_of_all_that_it_moves(U):
+    rng = np.random.default_rng(29)
+    body = body_of(Z)
+    parts = ("mass", "flow", "pickup", "stiffness", "strain")
+    block, m = Block(body, parts), motion()
+    pool, acceleration = np.zeros(block.size), -0.4
+    # chi = dz/dL of every point stands for the rate at a unit rate of the length, its own rate for its acceleration
+    speed, rate = np.einsum("p,pAa,pBa->AB", MASS, DZ, DZ), np.einsum("p,pAa,pBa->AB", MASS, DZ, DDZ)
+    block.put_flow(
+        pool,
+        np.einsum("p,pAa->Aa", MASS, DZ), np.einsum("p,pAa->Aa", MASS, DDZ),
+        np.einsum("p,pAa,pBb->AaBb", MASS, Z, DZ), np.einsum("p,pAa,pBb->AaBb", MASS, Z, DDZ),
+        speed, rate + rate.T,
+    )  # fmt: skip
+    pickup = rng.normal(size=(1 + N, 1 + N))
+    pickup = pickup @ pickup.T
+    block.put_pickup(pool, pickup)
+    K = rng.normal(size=(N, N))
+    strain = StrainTensors(
+        K + K.T, rng.normal(size=N), rng.normal(size=packed_size(N, 3)), rng.normal(size=packed_size(N, 4))
+    )
+    block.put_stiffness(pool, strain.V1, strain.f0, rates=True)
+    block.put_strain(pool, strain.V2, strain.V3, rates=True)
+    record = {"n": N, "n_shapes": N, "wide": block.wide, "block": 0, "rates": block.rates, "drifts": block.drift}
+    record |= {"flow": block.flow, "flow0": block.flow0, "speeds": block.speed}
+    record |= {"n_blocks": len(strain_table(strain.V2, strain.V3, N))}
+    force = 0.0
+    for dm, z, chi, bend in zip(MASS, Z, DZ, DDZ, strict=True):
+        r = z.T @ m.y
+        a = m.a + np.cross(m.alpha, r) + np.cross(m.omega, np.cross(m.omega, r)) + m.gradient @ r
+        a = a + 2.0 * np.cross(m.omega, z.T @ m.dy) + z.T @ m.ddy
+        a = a + 2.0 * U * chi.T @ m.dy + acceleration * chi.T @ m.y + U**2 * bend.T @ m.y
+        force += dm * (chi.T @ m.y) @ a
+    kappa = m.y @ pickup @ m.y
+    force += strain.energy(m.y[1:]) + 0.5 * kappa * (U * abs(U)) + 1.25  # what is carried at moving markers
+    table = SimpleNamespace(drum_radius=0.2)
+    found = drum_row(record, block, table, pool, m, (3.0, U, acceleration), 1.25, parts, 7.0)
+    assert found["drum_force"] == pytest.approx(force, rel=1e-10)
+    assert found["drum_torque"] == pytest.approx(0.2 * force, rel=1e-10)
+    assert found["pickup_loss"] == pytest.approx(0.5 * abs(U) ** 3 * kappa)
+    assert found["drum_power"] == pytest.approx(7.0 + 0.5 * abs(U) ** 3 * kappa)
+    assert found["exit_flux"] == pytest.approx(pickup[0, 0] * U**2)
+    assert (found["length"], found["length_rate"], found["length_acceleration"]) == (3.0, U, acceleration)
+    bare = drum_row(record, block, SimpleNamespace(drum_radius=None), pool, m, (3.0, U, 0.0), 1.25, ("pickup",), 7.0)
+    assert bare["drum_force"] == 1.25 and bare["pickup_loss"] == 0.0 and "drum_torque" not in bare
