@@ -32,6 +32,7 @@ from femflex.system import (
     knife_edge,
     reaction_wheel,
     revolute,
+    signal,
     spherical,
     universal,
     weld,
@@ -183,14 +184,15 @@ def test_rotors_coast_with_their_momentum_of_the_start_unless_something_takes_th
 
 def test_a_rotor_is_controlled_where_what_sensors_measure_comes_to_it_by_any_way():
     gyro = Sensor("gyro", "rate", "hub").effectors
-    law = block("law", gain([[2.0]]), ("gyro.x",), ("u",))
+    aim = signal("aim", [0.0, 1.0], [0.0, 2.0])
+    law = block("law", gain([[2.0, -1.0]]), ("aim.value", "gyro.x"), ("u",))
     other = block("other", gain([[2.0]]), ("law.u",), ("u",))
     apart = block("apart", gain([[1.0]]), ("w3.momentum",), ("u",))
     wheels = tuple(
         reaction_wheel(name, "hub", 0.5, torque=torque)
         for name, torque in (("w1", "other.u"), ("w2", 0.3), ("w3", "apart.u"), ("w4", "gyro.y"))
     )
-    system = craft(effectors=(*gyro, law, other, apart, *wheels))
+    system = craft(effectors=(*gyro, aim, law, other, apart, *wheels))
     assert controlled_rotors(system) == ["w1", "w4"]
 
 
