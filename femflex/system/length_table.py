@@ -11,7 +11,7 @@ density vary along the member the terms are polynomials in s on several pieces o
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Protocol
@@ -138,12 +138,6 @@ class LengthTable:
         head = [*counts, min(powers), max(powers), len(profile), 0, 0, 0, -1, self.drum_mass]
         terms = np.array(self.terms, float).ravel()
         return np.concatenate([head, profile, self.origins, self.scales, terms, runs.ravel(), values.ravel()])
-
-
-def polynomial_error(sample: Callable[[float], Array], table: Callable[[float], Array], lengths: Array) -> float:
-    """Largest difference of two functions of the length over the largest value of the first one."""
-    exact, found = (np.stack([f(length) for length in lengths]) for f in (sample, table))
-    return float(np.abs(exact - found).max() / max(np.abs(exact).max(), 1e-300))
 
 
 def _rows(used: NDArray[np.intp], written: NDArray[np.bool_]) -> list[NDArray[np.intp]]:

@@ -34,14 +34,6 @@ def store3(a: Array, i: int, v: Vector) -> None:
 
 
 @formula
-def accumulate3(a: Array, i: int, v: Vector) -> None:
-    """Add v to a[i : i + 3]."""
-    a[i] += v[0]
-    a[i + 1] += v[1]
-    a[i + 2] += v[2]
-
-
-@formula
 def load4(a: Array, i: int) -> Four:
     """Four numbers at a[i : i + 4]."""
     return a[i], a[i + 1], a[i + 2], a[i + 3]

@@ -71,10 +71,6 @@ class Pool:
         self.size += padded(piece.size)
         return place
 
-    def put_rows(self, values: object) -> int:
-        """Place of an array whose last axis is filled up with zeros to whole lanes."""
-        return self.put(Piece.of_rows(values))
-
     def array(self) -> Array:
         """All pieces in one array."""
         out = aligned(self.size)
