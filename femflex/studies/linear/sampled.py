@@ -37,6 +37,7 @@ STEP = 1e-4  # of a usual size: the first of steps that fall
 SAME = 1e-9  # relative difference of two periods that are one
 POINTS = 4000  # of a frequency response up to half the rate of the samples
 LOWEST = 1e-4  # of that rate, where it begins
+LEVEL = 1e-2  # relative change over the first octave, below which a response has come to that at rest
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,6 +137,8 @@ def margins(model: SampledModel, command: str) -> Margins:
     real = _roots(omega[:-1], L[:-1].imag, lambda w: at(w).imag)
     gains = [1.0 / value for value in (at(w).real for w in real) if value > 0]
     gains += [1.0 / float(L[-1].real)] if L[-1].real > 0 else []  # at half the rate of the samples L is real
+    level = abs(at(2.0 * omega[0]) - complex(L[0])) < LEVEL * abs(L[0])  # and at rest, where nothing drifts
+    gains += [1.0 / float(L[0].real)] if level and L[0].real > 0 else []
     around = _roots(omega, np.abs(L) - 1.0, lambda w: abs(at(w)) - 1.0)
     phases = [float(np.angle(at(w))) for w in around]
     lags = [phase % (2 * np.pi) for phase in phases]  # L turns by -lag: it meets 1 after its own angle
