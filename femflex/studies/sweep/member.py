@@ -156,7 +156,6 @@ def history(seen: Watched, text: str) -> Array:
     """One component of a channel over time (n_t,), in its unit. Raises ValueError where it is not named."""
     path, _, component = text.partition(":")
     names = seen.names(path)
-    table = MeasureTable(channel=path, component=component or None)
     values = seen[path]
     if not component and values.ndim > 1:
         raise ValueError(
@@ -165,5 +164,5 @@ def history(seen: Watched, text: str) -> Array:
     if not component:
         return values
     if component not in names:
-        measured(table, seen)  # which raises the sentence
+        measured(MeasureTable(channel=path, component=component), seen)  # which raises the sentence
     return np.asarray(values[:, names.index(component)])
