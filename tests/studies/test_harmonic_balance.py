@@ -1,4 +1,4 @@
-# ruff: noqa: E501
+# ruff: noqa: B023, E501
 """Harmonic balance of bodies made at random, against derivatives of their energies and integrals over a period."""
 
 from __future__ import annotations

@@ -251,21 +251,9 @@ inertia = [85, 120, 100]
 of = "motion"
 vary."attitude.spin.2" = { between = ["0.4 rad/s", "0.8 rad/s"], points = 2 }
 """
-HINGE = """
-title = "a wheel on an axle"
-[run]
-duration = "1 s"
-[bodies.wheel]
-kind = "rigid"
-mass = 3
-inertia = [4, 3, 5]
-[[joints]]
-kind = "revolute"
-child = "wheel"
-name = "axle"
-[stability]
-vary."joints.0.damping" = { between = ["0.5 N m s/rad", "2 N m s/rad"], points = 2 }
-vary."joints.0.stiffness" = { between = ["-3 N m/rad", "1 N m/rad"], points = 3 }
+CHART = """of = "equilibrium"
+vary."bodies.hub.inertia.0" = { between = [60, 110], points = 3 }
+vary."attitude.spin.2" = { between = ["0.4 rad/s", "0.8 rad/s"], points = 2 }
 """
 
 
@@ -277,15 +265,16 @@ def test_the_period_of_a_spinner_is_that_of_its_spin():
 
 
 def test_values_go_with_their_keys_and_progress_runs_from_0_to_1():
-    """5 s^2 + d s + k = 0."""
+    """Growth about z: w sqrt((B - C)(C - A) / (A B)), B = 120, C = 100; none where A is above C, too."""
     told = []
-    found = case_stability(parse_case(HINGE), told.append).found
-    assert found.names == ("joints.0.damping", "joints.0.stiffness") and found.units == ("N m s/rad", "N m/rad")
-    assert found.first.tolist() == [0.5, 2.0] and found.second.tolist() == [-3.0, -1.0, 1.0]
-    for i, d in enumerate(found.first):
-        for j, k in enumerate(found.second):
-            assert found.growth[i, j] == pytest.approx(max(np.roots([5.0, d, k]).real.max(), 0.0), abs=1e-7)
-            assert found.kinds[i, j] == (UNSTABLE if k < 0 else STATIC)
+    found = case_stability(parse_case(SPINNER[: SPINNER.index("of = ")] + CHART), told.append).found
+    assert found.names == ("bodies.hub.inertia.0", "attitude.spin.2") and found.units == ("", "rad/s")
+    assert found.first.tolist() == [60.0, 85.0, 110.0] and found.second == pytest.approx([0.4, 0.8])
+    for i, A in enumerate(found.first):
+        for j, w in enumerate(found.second):
+            square = (120 - 100) * (100 - A) / (A * 120)
+            assert found.growth[i, j] == pytest.approx(w * np.sqrt(max(square, 0.0)), abs=1e-6)
+            assert found.kinds[i, j] == (UNSTABLE if square > 0 else STATIC)
     ((low, high, points),) = found.boundaries
-    assert (low, high) == (UNSTABLE, STATIC) and points[:, 1] == pytest.approx(0.0, abs=2.1 / 128)
+    assert (low, high) == (UNSTABLE, STATIC) and points[:, 0] == pytest.approx(100.0, abs=25 / 128)
     assert told == pytest.approx([k / 6 for k in range(1, 7)])

@@ -1,4 +1,4 @@
-# ruff: noqa: E501
+# ruff: noqa: B023, E501
 """Linear models made at random: truncations, zeros, poles, responses, files and margins against second formulations."""
 
 from __future__ import annotations

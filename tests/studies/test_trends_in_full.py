@@ -1,4 +1,3 @@
-# ruff: noqa: E501
 """States, limits and uncertainties of sequences: rounding known and found, laws in part, changes without a law."""
 
 from __future__ import annotations
