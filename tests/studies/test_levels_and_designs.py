@@ -153,9 +153,7 @@ def test_a_grid_has_all_pairs_and_a_list_those_side_by_side():
 
 @pytest.mark.parametrize("design", ["random", "latin_hypercube", "sobol", "sobol_indices"])
 def test_draws_are_between_their_ends_or_about_their_mean_and_bear_their_units(design: str):
-    made = table(
-        f'design = "{design}"\nmembers = 16\nseed = 3', 'between = ["2 kg", "5 kg"]', "normal = [10, 2]"
-    )
+    made = table(f'design = "{design}"\nmembers = 16\nseed = 3', 'between = ["2 kg", "5 kg"]', "normal = [10, 2]")
     unit, members = unit_samples(made), designed(made)
     runs = 16 * 4 if design == "sobol_indices" else 16
     assert unit.shape == (runs, 2) and len(members) == runs and ((unit > 0) & (unit < 1)).all()
