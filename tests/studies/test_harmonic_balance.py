@@ -126,7 +126,7 @@ def test_what_is_found_balances_over_a_fine_period_and_moves_its_place_by_the_am
 
 def test_few_harmonics_of_a_strong_spring_are_those_of_its_integrals():
     """x'' + x + 4 x^3 with the first harmonics alone: each balances to rounding, by a fine rule, though x^3 has more."""
-    found = backbone(oscillator(0.0, 4.0), 1, [0.4, 2.0], harmonics=3)
+    found = backbone(oscillator(0.0, 4.0), 1, [1.0], harmonics=3)
     phase = np.arange(400) * 2 * np.pi / 400
     for omega, c in zip(found.omega, found.harmonics[:, :, 0], strict=True):
         x = np.cos(np.outer(phase, np.arange(4))) @ c
@@ -178,7 +178,7 @@ def test_a_backbone_that_cannot_be_is_refused(mode, amplitudes, words):
 
 def test_a_softening_spring_ends_where_it_gives_way_and_keeps_what_was_found(monkeypatch):
     """x'' + x - x^3 has no vibration beyond x = 1; before, omega = pi sqrt(1 - a^2 / 2) / (2 K(m)), m = a^2 / (2 - a^2)."""
-    monkeypatch.setattr("femflex.studies.branch.POINTS", 12)
+    monkeypatch.setattr("femflex.studies.branch.POINTS", 7)
     monkeypatch.setattr("femflex.studies.branch.beyond_resonance", lambda *_: None)  # nothing lies beyond
     with pytest.raises(BackboneError, match=r"no free vibration with an amplitude of 1\.3 m was found") as told:
         backbone(oscillator(0.0, -1.0), 1, [0.3, 1.3], harmonics=3)
@@ -189,9 +189,9 @@ def test_a_softening_spring_ends_where_it_gives_way_and_keeps_what_was_found(mon
     top = max(found.path, key=lambda one: one.amplitude)
     assert (last, hertz) == pytest.approx((top.amplitude, top.omega / (2 * np.pi)), rel=1e-3)
     assert (
-        len(found.path) == 12
+        len(found.path) == 7
         and not len(found.gaps)
-        and str(told.value).endswith("Hz: it was followed over 12 steps. Request smaller amplitudes")
+        and str(told.value).endswith("Hz: it was followed over 7 steps. Request smaller amplitudes")
     )
 
 
@@ -203,11 +203,11 @@ def test_a_tongue_of_internal_resonance_is_stepped_over_and_reported():
     strain = StrainTensors(np.diag([1.0, 3.3**2]), np.zeros(2), np.zeros(4), V3)
     skin = Skin(np.zeros((1, 3)), {"vertex": np.array([[0]])}, np.array([[[0.0, 0.0, 1.0]], [[0.0, 0.0, 0.0]]]))
     body = FlexibleBody(moments, strain, np.zeros((2, 2)), {"origin": Marker.rigid(np.zeros(3), n_modes=2)}, skin)
-    found = backbone(body, 1, [0.2, 0.9], harmonics=5)
+    found = backbone(body, 1, [0.2, 0.7], harmonics=5)
     ((low, high),) = found.gaps
-    assert 0.2 < low < high < 0.9 and not [one for one in found.path if low < one.amplitude < high]
+    assert 0.2 < low < high < 0.7 and not [one for one in found.path if low < one.amplitude < high]
     before = max((one for one in found.path if one.amplitude <= low), key=lambda one: one.amplitude)
     after = min((one for one in found.path if one.amplitude >= high), key=lambda one: one.amplitude)
     assert (before.amplitude, after.amplitude) == pytest.approx((low, high))
     assert before.omega == pytest.approx(1.1, rel=1e-2) and before.omega < after.omega < 1.15
-    assert found.amplitudes.tolist() == [0.2, 0.9]
+    assert found.amplitudes.tolist() == [0.2, 0.7]
