@@ -126,7 +126,9 @@ def test_loads_are_named_and_turn_as_their_joints_let_them(moved):
     assert np.linalg.norm(stiff.arm) > 0.1 and not by_name["boom"]["load 'wind' on 'tip'"].arm.any()  # past the hinge
     assert by_name["panel"]["inertia and weight of the bodies attached at 'b'"].inertia[0, 0] == pytest.approx(0.7)
     assert not by_name["boom"]["inertia and weight of the bodies attached at 'c'"].inertia.any()
+    assert not by_name["boom"]["inertia and weight of the bodies attached at 'c'"].arm.any()  # it hangs on a hinge
     hung = by_name["hub"]["inertia and weight of the bodies attached at 'a'"]
+    assert hung.arm.any()
     assert np.trace(hung.inertia[:3, :3]) == pytest.approx(3 * (2.0 + 1.5 + 0.7))
 
 
