@@ -27,3 +27,24 @@ def orbiting(tmp_path_factory):
     path = write_run(tmp_path_factory.mktemp("runs") / "librating.h5", np.linspace(0, 5400, 1201), orbital=True)
     with open_run(path) as opened:
         yield opened
+
+
+@pytest.fixture
+def drawn_figure(monkeypatch):
+    """The figure that was written last, with the keywords it was written with; nothing is rendered."""
+    from matplotlib.figure import Figure
+
+    kept = []
+
+    def keep(figure, path, **keywords):
+        path.write_bytes(b"drawn")
+        kept.append((figure, keywords))
+
+    monkeypatch.setattr(Figure, "savefig", keep)
+
+    def last():
+        figure, keywords = kept[-1]
+        figure.keywords = keywords
+        return figure
+
+    return last
