@@ -135,7 +135,7 @@ def test_a_label_goes_to_the_side_that_is_empty():
     rng = np.random.default_rng(4)
     cloud = rng.uniform(-60, 60, (4000, 2))
     cloud = cloud[(cloud[:, 0] > -3) | (cloud[:, 1] < 0)]
-    side, area = _clearest(np.array([100.0, 50.0]), "12.34", cloud + [100.0, 50.0])
+    side, area = _clearest(np.array([100.0, 50.0]), "12.34", cloud + np.array([100.0, 50.0]))
     assert side in ((-6, 6), (-12, 12))
     assert (area[:, 0] < 100.0 - 5).all() and area[:, 1].mean() == pytest.approx(50.0 + side[1])
     assert np.ptp(area[:, 0]) == pytest.approx(2 * 0.31 * 7.5 * 5) and np.ptp(area[:, 1]) == pytest.approx(1.1 * 7.5)

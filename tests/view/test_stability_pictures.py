@@ -40,7 +40,7 @@ def test_a_chart_paints_every_cell_by_its_kind_and_traces_every_boundary(tmp_pat
         tmp_path / "a.svg",
         title="Spinning boom",
         dpi=77,
-        second=chart(((2, 0, other), (1, 0, other + [0.5, 0.0]))),
+        second=chart(((2, 0, other), (1, 0, other + np.array([0.5, 0.0])))),
         left_out=["damping", "thrust"],
         known=known,
     )
@@ -59,7 +59,7 @@ def test_a_chart_paints_every_cell_by_its_kind_and_traces_every_boundary(tmp_pat
     solid = [line for line in ax.lines if line.get_linestyle() == "-"]
     assert [data(line).tolist() for line in solid] == [points.tolist() for points in curves]
     dashed, dotted = ax.lines[2:4], ax.lines[4:]
-    assert [data(line).tolist() for line in dashed] == [other.tolist(), (other + [0.5, 0.0]).tolist()]
+    assert [data(line).tolist() for line in dashed] == [other.tolist(), (other + np.array([0.5, 0.0])).tolist()]
     assert [data(line).tolist() for line in dotted] == [points.tolist() for _, points in known]
     assert {line.get_color() for line in dashed} == {LIGHT.lines[0]}
     assert {line.get_color() for line in dotted} == {LIGHT.lines[3]}

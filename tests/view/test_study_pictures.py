@@ -1,4 +1,4 @@
-"""Convergence studies as drawn: values, limits, errors, laws, rings and names by their numbers; several side by side."""
+"""Convergence studies as drawn: values, limits, errors, laws and names by their numbers; several side by side."""
 
 from __future__ import annotations
 
