@@ -56,6 +56,7 @@ def test_branches_stand_over_the_speed_in_its_unit_with_orders_names_and_damping
     crossings = [
         SimpleNamespace(branch="lag 1", order=4, speed=14.0 * RPM, frequency=4 * 14.0 / 60),
         SimpleNamespace(branch="flap 1", order=4, speed=60.0 * RPM, frequency=2.5),
+        SimpleNamespace(branch="flap 1", order=1, speed=60.5 * RPM, frequency=1.5),
     ]
     plot_campbell(diagram(crossings=crossings), tmp_path / "a.svg", scale=RPM, unit="rpm", dpi=33)
     figure = drawn_figure()
@@ -94,8 +95,11 @@ def test_branches_stand_over_the_speed_in_its_unit_with_orders_names_and_damping
     assert texts["spin 3"].get_position() == pytest.approx((1.012, 3.2 / top))
     assert texts["spin 3"].get_color() == LIGHT.lines[5] and texts["flap 1 → lag 2"].get_color() == LIGHT.lines[0]
     rings = [line for line in above.lines if line.get_marker() == "o"]
-    np.testing.assert_allclose([np.ravel(line.get_data()) for line in rings], [[14.0, 56 / 60], [60.0, 2.5]])
+    np.testing.assert_allclose(
+        [np.ravel(line.get_data()) for line in rings], [[14.0, 56 / 60], [60.0, 2.5], [60.5, 1.5]]
+    )
     assert texts["14"].xy == pytest.approx((14.0, 56 / 60)) and texts["60"].xy == pytest.approx((60.0, 2.5))
+    assert "60.5" in texts
     damping = [line.get_ydata() for line in below.lines if len(line.get_xdata()) == 4]
     np.testing.assert_allclose(damping[0], [1, 2, 3, 4])
     np.testing.assert_allclose(damping[2], [0, -0.1, -0.2, 0])

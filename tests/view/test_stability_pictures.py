@@ -130,7 +130,10 @@ def test_a_locus_of_poles_draws_the_upper_half_plane_and_frequency_and_growth_ov
     full = [data(line)[0].tolist() for line in rings if line.get_markerfacecolor() != "none"]
     assert hollow == [[-0.1, 6 / (2 * np.pi)], [0.5, 1 / (2 * np.pi)]]
     assert full == [[0.3, 9 / (2 * np.pi)], [0.4, 2 / (2 * np.pi)]]
-    assert sorted(text.get_text() for text in plane.texts) == ["flap 1", "lag 2"]
+    assert {text.get_text(): text.xy for text in plane.texts} == {
+        "flap 1": (-0.1, 6 / (2 * np.pi)),
+        "lag 2": (0.5, 1 / (2 * np.pi)),
+    }
     for ax, part in ((above, lambda z: z.imag / (2 * np.pi)), (below, lambda z: z.real)):
         over = [line for line in ax.lines if len(line.get_xdata()) == 3]
         for line, branch in zip(over, (first, upper, dashed), strict=True):

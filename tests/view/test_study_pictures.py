@@ -89,6 +89,7 @@ def test_values_limit_tolerance_and_errors_stand_where_the_study_has_them(tmp_pa
     ("changes", "limits"),
     [
         ({"values": np.linspace(2.0, 2.01, 6), "estimate": 2.02, "tolerance": 0.001}, (2.0, 2.0225)),
+        ({"values": np.linspace(2.0, 2.01, 6), "estimate": 2.02, "tolerance": 0.02}, (1.97, 2.07)),
         ({"values": np.linspace(2.0, 2.01, 6), "estimate": 1.999, "tolerance": 1.0}, (1.999, 2.01)),
         ({"values": np.full(6, 2.0), "estimate": 2.0, "tolerance": 0.1}, (1.75, 2.25)),
     ],
