@@ -182,7 +182,7 @@ def test_instances_are_moved_and_turned_about_their_own_axis(tmp_path: Path):
     turn = Rotation.from_rotvec(np.radians(35) * (b - a) / np.linalg.norm(b - a))
     third = a + turn.apply(own + np.array([1.0, -2.0, 3.0]) - a)
     first, second, last, whole = (found.shifts[name] for name in ("FIRST", "SECOND", "THIRD", ""))
-    assert first == 0 and len({first, second, last, whole}) == 4
+    assert (first, second, last, whole) == (0, 100, 1000, 1100)  # behind 12, 250 and 1012, by powers of ten
     assert at(found, 1, 12) == pytest.approx(own)
     assert at(found, second + 1, second + 150) == pytest.approx(np.array([[10, 20, 37], [10, 20, 38.0]]))
     assert at(found, last + 1, last + 12) == pytest.approx(third, abs=1e-12)
@@ -199,6 +199,8 @@ def test_instances_are_moved_and_turned_about_their_own_axis(tmp_path: Path):
     assert found.nodes_of("12", "Third") == [last + 12] and found.nodes_of("TIP", "First") == [12]
     assert found.elements_of("third.BARS", "") == [last + 3] and found.elements_of("1", "second") == [second + 1]
     assert found.nsets.knows("Third.12", "") and found.nsets.knows("-3", "") and not found.nsets.knows("Third.no", "")
+    with pytest.raises(ValueError, match=r"here: NSET 'Second.late' is used but not defined"):
+        found.nodes_of("Second.late", "", "here")  # a set of the assembly, not of the instance
 
 
 @pytest.mark.parametrize(
