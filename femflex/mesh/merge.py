@@ -31,11 +31,16 @@ def merged(first: Mesh, second: Mesh) -> Mesh:
 
 def fused(mesh: Mesh, tolerance: float) -> Mesh:
     """The mesh with points closer than tolerance [m] made one (the first of each cluster is kept)."""
-    pairs = coincident(mesh.points, tolerance)
-    number = np.arange(len(mesh.points))
-    for low, high in pairs[np.lexsort(pairs.T[::-1])]:
-        number[high] = min(number[high], number[low])
-    return _renumbered(mesh, number)
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    pairs, n = coincident(mesh.points, tolerance), len(mesh.points)
+    if not len(pairs):
+        return mesh
+    links = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
+    _, cluster = connected_components(links, directed=False)
+    _, first = np.unique(cluster, return_index=True)
+    return _renumbered(mesh, first[cluster])
 
 
 def coincident(points: Array, tolerance: float) -> Index:

@@ -124,6 +124,24 @@ def test_chains_of_close_points_become_one_point():
     assert joined.point_groups["end"].tolist() == [0]
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_chains_become_one_point_in_whatever_order_their_points_are_numbered(seed):
+    """Three chains of links just below the tolerance, points numbered at random; the first of each is kept."""
+    rng = np.random.default_rng(seed)
+    chain = np.repeat(np.arange(3), (5, 4, 3))
+    x = np.concatenate([0.9 * np.arange(n) for n in (5, 4, 3)])
+    places = np.column_stack([x, 10.0 * chain, np.zeros(12)])
+    order = rng.permutation(12)
+    points, chain = places[order], chain[order]
+    lines = [[a, b] for a in range(12) for b in range(12) if chain[a] != chain[b]]
+    joined = Mesh(points, {"line": lines}, point_groups={"last": [11]}).merged(Mesh(np.zeros((0, 3)), {}), 1.0)
+    first = [int(np.flatnonzero(chain == k)[0]) for k in range(3)]
+    assert joined.points.tolist() == points[sorted(first)].tolist()
+    number = {k: sorted(first).index(first[k]) for k in range(3)}
+    assert joined.cells["line"].tolist() == [[number[chain[a]], number[chain[b]]] for a, b in lines]
+    assert joined.point_groups["last"].tolist() == [number[chain[11]]]
+
+
 def test_compaction_keeps_loose_points_only_if_a_group_names_them():
     mesh = Mesh([*SQUARE, [5, 5, 5], [6, 6, 6]], {"triangle": [[0, 1, 3]]}, point_groups={"beacon": [5]})
     small = mesh.compacted()
