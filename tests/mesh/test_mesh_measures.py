@@ -360,9 +360,12 @@ def test_points_along_a_polyline_and_a_curve_have_equal_steps():
 
 def test_free_memory_is_the_least_of_the_system_and_its_group(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(memory, "CGROUP", tmp_path)
-    system = memory.free_memory()
-    told = next(line for line in Path("/proc/meminfo").read_text().splitlines() if line.startswith("MemAvailable"))
-    assert system == pytest.approx(1024 * int(told.split()[1]), rel=0.2)
+    close = False
+    for _ in range(50):  # other processes take and free memory meanwhile
+        system = memory.free_memory()
+        told = next(line for line in Path("/proc/meminfo").read_text().splitlines() if line.startswith("MemAvailable"))
+        close |= system == pytest.approx(1024 * int(told.split()[1]), rel=3e-3)
+    assert close
     (tmp_path / "memory.max").write_text("3000000\n")
     (tmp_path / "memory.current").write_text("1000000\n")
     assert memory.free_memory() == 2e6

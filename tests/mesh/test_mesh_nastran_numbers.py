@@ -63,6 +63,7 @@ def test_numbers_among_known_ones_and_within_them_are_those_of_the_lists_written
     assert Numbers(tuple(parts)).within(whole) and not Numbers(tuple(parts)).within(whole - {written[-1]})
     assert not Numbers((parts[0],)).within(whole - {parts[0]})
     assert Numbers(tuple(parts), without).within(whole - less) and not Numbers((70,), without).within(whole)
+    assert Numbers((5,), Numbers((5,))).within(set()) and not Numbers((5, 6), Numbers((5,))).within(set())
     some = whole - {12}
     assert not Numbers(tuple(parts), without).within(some)
 
