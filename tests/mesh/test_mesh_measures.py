@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import femflex.mesh.memory as memory
-from femflex.mesh import Mesh, box, check, rectangle
+from femflex.mesh import Mesh, annulus, box, check, rectangle
 from femflex.mesh.cells import CELL_TYPES, CORNERS, EDGES, FACES
 from femflex.mesh.contents import Block, Contents, renamed, to_mesh
 from femflex.mesh.curves import along_curve, along_polyline
@@ -276,7 +276,7 @@ def test_groups_that_come_to_one_name_are_united():
         np.eye(4, 3),
         {"line": [[0, 1], [1, 2], [2, 3]], "triangle": [[0, 1, 2]]},
         {"set_1": {"line": [0]}, "set_2": {"line": [2], "triangle": [0]}, "pid_7": {"line": [1]}},
-        {"set_1": [3], "pts": [0], "more": [0, 2]},
+        {"set_1": [3], "pts": [0], "more": [2]},
     )
     wanted = {"root": "SET 1", "also": "set 1", "both": "Pts", "wing": "Left Wing"}
     found = renamed(mesh, wanted, {"set_2": "left wing", "pid_7": "beam", "more": "both", "none": "gone"}, "f")
@@ -325,6 +325,29 @@ def test_raised_cells_keep_their_groups_and_share_nodes_with_neighbours():
     nine = raised(again, {"quad8": np.array([1])})
     assert nine.points[nine.cells["quad9"][0, 8]] == pytest.approx(nine.points[nine.cells["quad9"][0, :4]].mean(axis=0))
     assert raised(mesh, {"quad": np.zeros(0, int)}) is mesh
+    ring = Mesh(
+        [[0, 0, 0], [2, 0, 0], [1, 2, 0], [0, -1, 0], [2, -1, 0], [3, 1, 0], [2, 3, 0], [0, 3, 0], [-1, 1, 0]],
+        {"triangle": [[0, 1, 2]], "quad": [[0, 3, 4, 1], [1, 5, 6, 2], [2, 7, 8, 0]]},
+    )
+    assert set(raised(ring, {"quad": np.arange(3)}).cells) == {"triangle", "quad8"}  # of no lower dimension
+
+
+@pytest.mark.parametrize("cell", ["triangle6", "quad"])
+@pytest.mark.parametrize("made", ["rectangle", "annulus"])
+def test_boundaries_of_a_surface_go_round_it_counterclockwise(made: str, cell: str):
+    """The cell on an edge lies to its left; middle nodes of points that are corners of lines stay further nodes."""
+    mesh = rectangle(2, 1, 3, 2, cell) if made == "rectangle" else annulus(1, 2, 2, 7, cell)
+    faces = mesh.cells[cell]
+    for kind in ("line", "line3"):
+        for edge in mesh.cells.get(kind, ()):
+            (face,) = [f for f in faces if {edge[0], edge[1]} <= set(f)]
+            a, b, inside = (mesh.points[k] for k in (edge[0], edge[1], face[: CELL_TYPES[cell].n_corners]))
+            assert np.cross(b - a, inside.mean(axis=0) - a)[2] > 0
+    further = sorted(set(faces[:, CELL_TYPES[cell].n_corners :].ravel().tolist()))
+    assert mesh.midside_points().tolist() == further
+    if further:
+        ribs = Mesh(mesh.points, {"line": [[further[0], further[1]]], **mesh.cells})
+        assert ribs.midside_points().tolist() == further[2:]
 
 
 @pytest.mark.parametrize("cell", ["triangle", "quad", "line"])
