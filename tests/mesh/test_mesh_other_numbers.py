@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from test_mesh_other_formats import dataset, unv_elements, unv_nodes
 
+import femflex.mesh.io_ansys as io_ansys
 import femflex.mesh.io_exodus as io_exodus
 from femflex.mesh import Mesh, box, describe, read_mesh, rectangle, write_mesh
 from femflex.mesh.cells import CELL_TYPES
@@ -202,7 +203,7 @@ def test_pixels_voxels_wedges_and_polylines_of_vtk_are_put_in_order():
     )
     given = leaf("", grid, range(8), kinds, cells)
     given["cell"] = {"mark%20a": np.array([1, 0, 1, 1, 0, 0, 1]), "mat": np.array([4, 5, 4, 4, 9, -2, 4], np.int8),
-                     "real": np.arange(7.0), "vector": np.ones((7, 3), int)}  # fmt: skip
+                     "real": np.arange(7.0), "vector": np.ones((7, 3), int), "short": np.array([1, 0])}  # fmt: skip
     given["point"] = {"tip": np.array([0, 0, 1, 0, 0, 0, 0, 1], bool), "short": np.array([1, 0])}
     found = leaf_contents(given)
     blocks = {block.cell: block for block in found.blocks}
@@ -226,6 +227,39 @@ def test_pixels_voxels_wedges_and_polylines_of_vtk_are_put_in_order():
         cells_of(bad)
     with pytest.raises(ValueError, match="its cells of type triangle have 3 to 4 nodes"):
         leaf_contents(leaf("", grid, range(8), [5, 5], [[0, 1, 2], [0, 1, 2, 3]]))
+
+
+def test_components_types_materials_and_sections_of_ansys_are_groups(monkeypatch: pytest.MonkeyPatch):
+    given = leaf("", GRID, range(7), [9, 9, 5], [[0, 1, 4, 3], [1, 2, 5, 4], [2, 6, 5]])
+    given["cell"] = {
+        "ansys_etype": np.array([2, 1, 2]),
+        "ansys_material_type": np.array([7, 7, 4]),
+        "ansys_real_constant": np.array([3, 5, 5]),
+        "ansys_elem_num": np.array([0, 1, 1]),
+        "WING": np.array([0, 1, 1], np.uint8),
+        "weight": np.array([0.0, 1.0, 0.0]),
+    }
+    given["point"] = {
+        "ROOT": np.array([1, 0, 0, 1, 0, 0, 0]),
+        "ansys_node_num": np.arange(7),
+        "origid": np.ones(7, int),
+    }
+    monkeypatch.setattr(io_ansys, "find_spec", lambda name: True)
+    monkeypatch.setattr(io_ansys, "read_leaves", lambda kind, path: [given] if kind == "ansys" else [])
+    found = io_ansys.read(Path("x.cdb"))
+    groups: dict[str, list[tuple[str, int]]] = {}
+    for block in found.blocks:
+        for name, rows in block.groups.items():
+            groups.setdefault(name, []).extend((block.cell, int(row)) for row in rows)
+    first, second, third = ("quad", 0), ("quad", 1), ("triangle", 0)
+    assert {name: sorted(rows) for name, rows in groups.items()} == {
+        "type_2": [first, third], "type_1": [second], "mat_7": [first, second], "mat_4": [third],
+        "real_3": [first], "real_5": [second, third], "WING": [second, third],
+    }  # fmt: skip
+    assert {name: rows.tolist() for name, rows in found.point_groups.items()} == {"ROOT": [0, 3]}
+    monkeypatch.setattr(io_ansys, "read_leaves", lambda kind, path: [{**given, "kinds": []}])
+    with pytest.raises(ValueError, match=r"x.cdb holds no elements \(EBLOCK\) that mapdl-archive understands"):
+        io_ansys.read(Path("x.cdb"))
 
 
 def test_an_array_of_few_whole_numbers_is_groups_and_one_of_many_or_reals_is_none():

@@ -53,14 +53,18 @@ def arrays():
     return found
 
 
+@pytest.fixture(scope="module")
+def full(tmp_path_factory):
+    with made(tmp_path_factory.mktemp("energy") / "run.h5", arrays()) as run:
+        yield run
+
+
 def work(path):
     return POWERS[path][1]
 
 
-def test_every_contributor_of_an_account_has_its_integral_and_sign(tmp_path):
-    given = arrays()
-    with made(tmp_path / "run.h5", given) as run:
-        account = energy_account(run)
+def test_every_contributor_of_an_account_has_its_integral_and_sign(full):
+    given, account = arrays(), energy_account(full)
     expected = {
         f"stored: {name}": given[f"monitors/{key}"] - given[f"monitors/{key}"][0]
         for key, name in (("kinetic", "kinetic"), ("elastic", "strain"), ("spring", "springs"), ("gravity", "gravity"))
@@ -99,11 +103,9 @@ def test_what_does_nothing_is_not_in_the_account_and_two_rows_have_no_work(tmp_p
     assert {name.split(":")[0] for name in account} == {"stored"}
 
 
-def test_energy_minus_work_holds_every_power_and_loss(tmp_path):
-    given = arrays()
-    with made(tmp_path / "run.h5", given) as run:
-        curve = balance_of(run)
-        assert has_balance(run) and default_channels(run)[-1] == "energy minus work"
+def test_energy_minus_work_holds_every_power_and_loss(tmp_path, full):
+    given, curve = arrays(), balance_of(full)
+    assert has_balance(full) and default_channels(full)[-1] == "energy minus work"
     E = given["monitors/energy"]
     brought = work("monitors/supplied") + work("monitors/drive_power") + work("monitors/variation_power")
     left = E - E[0] - brought + work("monitors/dissipation") + given["latches/door/loss"]
@@ -144,10 +146,9 @@ def band(collection):
     return at, np.array([y[x == one].min() for one in at]), np.array([y[x == one].max() for one in at])
 
 
-def test_the_picture_stacks_what_is_positive_upwards_and_what_is_negative_downwards(tmp_path, drawn_figure):
-    with made(tmp_path / "run.h5", arrays()) as run:
-        account, left = energy_account(run), balance_of(run).values
-        plot_energy(run, tmp_path / "a.svg", dpi=42)
+def test_the_picture_stacks_what_is_positive_upwards_and_what_is_negative_downwards(tmp_path, full, drawn_figure):
+    account, left = energy_account(full), balance_of(full).values
+    plot_energy(full, tmp_path / "a.svg", dpi=42)
     figure = drawn_figure()
     ax, below = figure.axes
     assert figure.get_suptitle() == "made" and figure.keywords == {"format": "svg", "dpi": 42}

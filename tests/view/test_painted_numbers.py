@@ -92,7 +92,7 @@ def test_along_a_line_values_are_linear_between_the_two_nearest_points_and_a_lit
 def two_members():
     """A plate, and a beam beside it that touches its skin by one corner; the skin of both, in two pieces."""
     plate = part_of("plate", plate_places(), 4)
-    beam = part_of("line", [[0.2 + 0.3 * k, 3.4 + 0.05 * k, 0] for k in range(9)], seed=5)
+    beam = part_of("line", [[0.3 * k, 3.2 + 0.25 * (k > 0) + 0.05 * k, 0] for k in range(9)], seed=5)
     x = np.array([[i, j, 0.0] for j in (0.0, 1.5, 3.0) for i in range(4)])
     rows = np.arange(12).reshape(3, 4)
     quads = np.stack([rows[:-1, :-1], rows[:-1, 1:], rows[1:, 1:], rows[1:, :-1]], axis=-1).reshape(-1, 4)
@@ -106,7 +106,13 @@ def two_members():
 def test_every_point_of_a_skin_has_the_member_of_its_piece_and_what_lacks_the_quantity_is_bare():
     field, skin = two_members()
     owner = owners(field, skin)
-    assert (owner[12:] == 1).all() and (owner[:8] == 0).all()
+    assert (owner[12:] == 1).all() and (owner[:12] == 0).all()
+    corner = np.linalg.norm(field[1].places - skin.points[8], axis=1).min()
+    assert corner < np.linalg.norm(field[0].places - skin.points[8], axis=1).min()  # it lies nearest to the beam
+    small = np.array([[1.0, 3.9, 0], [1.2, 3.9, 0], [1.1, 4.1, 0]])  # a piece of few points has its member too
+    cells = {**skin.cells, "triangle": np.array([[36, 37, 38]])}
+    more = owners(field, Skin(np.concatenate([skin.points, small]), cells, np.zeros((2, 39, 3))))
+    assert more.tolist() == [*owner.tolist(), 1, 1, 1]
     y = np.array([0.4, -0.8])
     bent = BodyPaint.of(chosen("strain:curvature_z", list(field), "b"), field, skin)
     values = bent.values(y)
@@ -177,7 +183,7 @@ def painted_run(tmp_path):
         writer.write_block(np.arange(3.0), arrays)
     bodies = {
         name: SimpleNamespace(n_modes=2, strain_field=field if name != "bare" else (), skin=skin)
-        for name in ("bare", "one", "two")
+        for name in ("bare", "two", "one")
     }
     with open_run(tmp_path / "run.h5") as run:
         yield run, bodies, field, skin, delta

@@ -355,9 +355,8 @@ def test_edges_are_sharp_ones_or_all_and_thick_ones_are_lines():
     )
 
 
-def test_a_movie_lasts_twelve_seconds_or_as_long_as_the_run(tmp_path, run):
+def test_a_movie_of_a_short_span_lasts_twelve_seconds_unless_it_has_a_speed(tmp_path, run):
     look = {"size": (64, 64), "samples": 1, "camera": "fixed"}
-    assert len(list(render_movie(run, tmp_path / "a", fps=0.25, **look).iterdir())) == 6  # 20 s as they were
     assert len(list(render_movie(run, tmp_path / "b", fps=0.25, span=(1.0, 4.0), **look).iterdir())) == 4  # slower
     assert len(list(render_movie(run, tmp_path / "c", fps=1.0, span=(1.0, 5.0), speed=2.0, **look).iterdir())) == 3
 
