@@ -1,7 +1,5 @@
 """Which strain an extent of motion calls for, and why: every reason with its two numbers, and the limits themselves."""
 
-# ruff: noqa: E501
-
 from __future__ import annotations
 
 import math
@@ -45,7 +43,8 @@ LINEAR = {
     ),
     "a little compression, known in part": (
         extent(0.005, -0.01, 0.3, 0.4, bent=0.02, doubt="up to t = 3 s only"),
-        "axial compression (loads or inertia) lowers the first frequency by 0.50%; loads and motions bend it by 2.00% of "
+        "axial compression (loads or inertia) lowers the first frequency by 0.50%; loads and motions bend it by "
+        "2.00% of "
         "its size at most (estimated up to t = 3 s only; the run checks it)",
         math.sqrt(1.005) - 1,
     ),
@@ -54,58 +53,70 @@ LINEAR = {
         "turning at 0.3 rad/s raises the first frequency by 0.50%; no load bends it",
         math.sqrt(1.01) - 1,
     ),
-}  # fmt: skip
+}
 CONDENSED = {
     "spin": (
         extent(0.44, -0.1, 0.3, 0.4),
         "turning at 0.3 rad/s may raise the first frequency by 20.0%, which linear strain leaves out",
-        0.2, 0.01,
+        0.2,
+        0.01,
     ),
     "much tension": (
         extent(8.0, 0.0, 0.0, 0.4),
         "axial tension may raise the first frequency 3-fold, which linear strain leaves out",
-        2.0, 0.01,
+        2.0,
+        0.01,
     ),
     "compression": (
         extent(0.21, -0.36, 0.3, 0.4),
         "axial compression (loads or inertia) may lower the first frequency by 20.0%, which linear strain leaves out",
-        0.2, 0.01,
+        0.2,
+        0.01,
     ),
     "buckling": (
         extent(0.0, -1.3, 0.3, 0.4),
         "axial compression (loads or inertia) may buckle it in its first mode, which linear strain leaves out",
-        1.0, 0.01,
+        1.0,
+        0.01,
     ),
     "a bend": (
         extent(bent=0.062, start=0.04),
         "loads and motions may bend it by 6.2% of its size of 4 m (limit 5%; linear strain is valid up to about 10%)",
-        0.062, 0.05,
+        0.062,
+        0.05,
     ),
     "a bend at the start": (
         extent(bent=0.062, start=0.061),
         "its initial deflection is 6.1% of its size of 4 m (limit 5%; linear strain is valid up to about 10%)",
-        0.062, 0.05,
+        0.062,
+        0.05,
     ),
     "a far bend": (
         extent(bent=0.31, dividing="divide it"),
         "loads and motions may bend it by 31.0% of its size of 4 m (limit 5%; linear strain is valid up to about 10%); "
-        "the estimated deflection is 31% of its size, and condensed strain is valid up to about 20%. If the run confirms "
+        "the estimated deflection is 31% of its size, and condensed strain is valid up to about 20%. If the run "
+        "confirms "
         "it, divide it",
-        0.31, 0.05,
+        0.31,
+        0.05,
     ),
     "stretch between supports": (
         extent(bent=0.01, stretched=0.44),
-        "loads and motions may bend it by 0.04 m. Stretching between its supports, which linear strain leaves out, then "
+        "loads and motions may bend it by 0.04 m. Stretching between its supports, which linear strain leaves "
+        "out, then "
         "adds 44% to the restoring force of its first mode",
-        0.2, 0.01,
+        0.2,
+        0.01,
     ),
     "phase": (
         extent(0.01, -0.016, 0.3, 0.4, phase=0.062, swing=1.1e-3),
-        "axial forces, which linear strain leaves out, change its first frequency by at most 0.80%. Its vibration would "
+        "axial forces, which linear strain leaves out, change its first frequency by at most 0.80%. Its "
+        "vibration would "
         "be out of phase by 0.062 rad at the end of the run (limit 0.05 rad)",
-        0.062, 0.05,
+        0.062,
+        0.05,
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", LINEAR)
@@ -129,11 +140,14 @@ def test_condensed_strain_is_called_for_with_both_numbers(case: str):
 @pytest.mark.parametrize(
     "reach",
     [
-        lambda f: extent(most=(1 + 0.01 * f) ** 2 - 1), lambda f: extent(least=(1 - 0.01 * f) ** 2 - 1),
-        lambda f: extent(bent=0.05 * f), lambda f: extent(stretched=(1 + 0.01 * f) ** 2 - 1),
-        lambda f: extent(phase=0.05 * f, swing=0.01), lambda f: extent(phase=1.0, swing=1e-3 * f),
+        lambda f: extent(most=(1 + 0.01 * f) ** 2 - 1),
+        lambda f: extent(least=(1 - 0.01 * f) ** 2 - 1),
+        lambda f: extent(bent=0.05 * f),
+        lambda f: extent(stretched=(1 + 0.01 * f) ** 2 - 1),
+        lambda f: extent(phase=0.05 * f, swing=0.01),
+        lambda f: extent(phase=1.0, swing=1e-3 * f),
     ],
-)  # fmt: skip
+)
 def test_each_limit_is_where_it_is_said_to_be(reach):
     assert (
         strain_of_extent("a", reach(0.99)).choice == "linear"
@@ -191,12 +205,15 @@ def test_a_load_near_buckling_decides_on_the_strain():
 @pytest.mark.parametrize(
     ("part", "flutters", "form", "start"),
     [
-        (0.89, False, "condensed", ""), (0.9, False, "condensed", "; above 0.9 of it, condensed strain gives too small"),
-        (0.99, False, "nonlinear", ""), (1.0, False, "nonlinear", "; 1.3 % past its buckling load"),
-        (0.99, True, "condensed", ""), (1.0, True, "nonlinear", "; past flutter the oscillation grows"),
+        (0.89, False, "condensed", ""),
+        (0.9, False, "condensed", "; above 0.9 of it, condensed strain gives too small"),
+        (0.99, False, "nonlinear", ""),
+        (1.0, False, "nonlinear", "; 1.3 % past its buckling load"),
+        (0.99, True, "condensed", ""),
+        (1.0, True, "nonlinear", "; past flutter the oscillation grows"),
         (2.0, False, "linear", ""),
     ],
-)  # fmt: skip
+)
 def test_what_a_form_of_strain_misses_near_buckling_is_said_from_its_limit_on(part, flutters, form, start):
     found = post_buckling_note(margin(part, flutters), form)
     assert found.startswith(start) and bool(found) == bool(start)
@@ -214,7 +231,8 @@ def test_a_linear_body_that_wants_another_strain_is_a_doubt_with_both_remedies()
     wanted = Advice("boom", "strain", "condensed", "why", 0.3, 0.2)
     found = strain_doubt(system, known, wanted)
     assert found.reason == (
-        "body 'boom' has linear strain: why. To follow it, do this, or divide it into several bodies, welded to each other"
+        "body 'boom' has linear strain: why. To follow it, do this, or divide it into several bodies, welded to "
+        "each other"
     )
     assert found.doubt and (found.choice, found.value, found.limit) == ("condensed", 0.3, 0.2)
     plain = Advice("boom", "strain", "linear", "why")
@@ -224,7 +242,11 @@ def test_a_linear_body_that_wants_another_strain_is_a_doubt_with_both_remedies()
 
 def test_notes_join_what_was_chosen_of_a_body():
     one = [
-        Advice("a", "strain", "linear", "x"), Advice("", "craft", None, "y"), Advice("a", "shapes", None, "z"),
-        Advice("a", "joints", {}, "w"), doubt("a", "bend", "v"), Advice("b", "buckling", None, "u"),
-    ]  # fmt: skip
+        Advice("a", "strain", "linear", "x"),
+        Advice("", "craft", None, "y"),
+        Advice("a", "shapes", None, "z"),
+        Advice("a", "joints", {}, "w"),
+        doubt("a", "bend", "v"),
+        Advice("b", "buckling", None, "u"),
+    ]
     assert notes_of(one) == {"a": "strain is linear: x; z", "b": "u"}

@@ -1,7 +1,5 @@
 """Loads on a body of a moving tree: they balance, and the field of its inertia is what its points feel."""
 
-# ruff: noqa: E501
-
 from __future__ import annotations
 
 from dataclasses import replace
@@ -37,10 +35,13 @@ def tree() -> tuple[System, np.ndarray]:
 
     bodies = {"hub": body(5.0), "boom": body(2.0), "panel": body(1.5), "tip": body(0.7)}
     joints = (
-        free("hub"), weld("boom", "hub", parent_marker="a", child_marker="b"),
-        revolute("panel", "boom", axis=[1.0, 2.0, -1.0], parent_marker="c", child_marker="a", stiffness=[3.0], damping=[0.5]),
+        free("hub"),
+        weld("boom", "hub", parent_marker="a", child_marker="b"),
+        revolute(
+            "panel", "boom", axis=[1.0, 2.0, -1.0], parent_marker="c", child_marker="a", stiffness=[3.0], damping=[0.5]
+        ),
         weld("tip", "panel", parent_marker="b", child_marker="c"),
-    )  # fmt: skip
+    )
     loads = (
         Load("thrust", "hub", "b", "body", np.array([1.0, -2.0, 0.5]), np.array([0.3, 0.2, -1.0])),
         Load("wind", "tip", "a", "inertial", np.array([0.4, 0.1, 0.9]), np.array([-0.2, 0.1, 0.4])),
@@ -110,15 +111,27 @@ def test_loads_are_named_and_turn_as_their_joints_let_them(moved):
     system, _, _, _, found = moved
     by_name = {name: {one.name: one for one in loads} for name, loads in found.items()}
     assert set(by_name["boom"]) == {
-        "its joint 'hub-boom'", "load 'jet'", "load 'wind' on 'tip'", "inertia and weight of the bodies attached at 'c'", OWN,
-    }  # fmt: skip
+        "its joint 'hub-boom'",
+        "load 'jet'",
+        "load 'wind' on 'tip'",
+        "inertia and weight of the bodies attached at 'c'",
+        OWN,
+    }
     assert set(by_name["hub"]) == {
-        f"its joint {system.joint_of('hub').label!r}", "load 'thrust'", "spring 'cord'", "load 'jet' on 'boom'", "load 'wind' on 'tip'",
-        "inertia and weight of the bodies attached at 'a'", OWN,
-    }  # fmt: skip
+        f"its joint {system.joint_of('hub').label!r}",
+        "load 'thrust'",
+        "spring 'cord'",
+        "load 'jet' on 'boom'",
+        "load 'wind' on 'tip'",
+        "inertia and weight of the bodies attached at 'a'",
+        OWN,
+    }
     assert set(by_name["panel"]) == {
-        "its joint 'boom-panel'", "load 'wind' on 'tip'", "inertia and weight of the bodies attached at 'b'", OWN,
-    }  # fmt: skip
+        "its joint 'boom-panel'",
+        "load 'wind' on 'tip'",
+        "inertia and weight of the bodies attached at 'b'",
+        OWN,
+    }
     assert by_name["boom"]["load 'jet'"].follows and not by_name["hub"]["load 'thrust'"].follows
     assert by_name["hub"]["load 'jet' on 'boom'"].follows  # welded on
     assert not by_name["panel"]["load 'wind' on 'tip'"].follows
@@ -133,7 +146,7 @@ def test_loads_are_named_and_turn_as_their_joints_let_them(moved):
 
 
 def test_the_inertia_of_attached_bodies_is_that_of_points_of_mass(moved):
-    """2 T of the attached bodies, which turn with the marker, by their own masses and inertias; reference at the start."""
+    """2 T of the attached bodies, which turn with the marker, by their masses and inertias; reference at the start."""
     system, model, times, states, found = moved
     (hung,) = (one for one in found["hub"] if one.name.startswith("inertia and weight"))
     seen = model.observe(times[:1], states[:1])
@@ -183,9 +196,12 @@ def test_a_loop_passes_its_force_on_to_both_bodies_about_their_own_places():
     body = rigid_body(1.0, np.eye(3), [0.5, 0.1, 0.2], {"end": Marker.rigid([1.0, 0.0, 0.0])})
     loop = replace(spherical("two", "one", parent_marker="end", child_marker="end"))
     system = System(
-        {"one": body, "two": body}, (revolute("one", axis=[0, 0, 1]), revolute("two", axis=[0, 0, 1])),
-        loops=(loop,), environment=Environment(np.array([0.0, -3.0, 0.0])), reactions=True,
-    )  # fmt: skip
+        {"one": body, "two": body},
+        (revolute("one", axis=[0, 0, 1]), revolute("two", axis=[0, 0, 1])),
+        loops=(loop,),
+        environment=Environment(np.array([0.0, -3.0, 0.0])),
+        reactions=True,
+    )
     model = compile_system(system)
     motion = RigidMotion(system, np.zeros(1), model.observe(np.zeros(1), model.x0[None]))
     ties = [one for one in motion.pushes if not one.load]

@@ -1,5 +1,4 @@
-# ruff: noqa: E501
-"""Watches and small judgements of bodies made by hand: deflections, axial forces, slackness, loads, rows of estimates."""
+"""Watches and judgements of bodies made by hand: deflections, axial forces, slackness, loads, rows of estimates."""
 
 from __future__ import annotations
 
@@ -101,8 +100,10 @@ def test_deflections_are_seen_of_each_body_in_every_row_and_the_worst_is_kept():
             one.warn("was", "a note")
         reached = 3 * bent(body, delta[worst])
         assert str(told[0].message) == (
-            f"body {name!r} was displaced by {reached * size:.3g} m, {reached:.0%} of its size of {size:.3g} m; linear strain is valid up to "
-            "about 10%. Check stiffness, loads and units, give it strain = 'condensed', or take the result as an indication only. Before "
+            f"body {name!r} was displaced by {reached * size:.3g} m, {reached:.0%} of its size of {size:.3g} m; "
+            f"linear strain is valid up to "
+            "about 10%. Check stiffness, loads and units, give it strain = 'condensed', or take the result as an "
+            "indication only. Before "
             "the run: a note."
         )
 
@@ -152,13 +153,15 @@ def test_the_lowest_tension_of_all_blocks_is_told_with_its_time_and_place():
     watch._sections = {"tape": SimpleNamespace(stations=np.array([0.0, 0.25, 1.0]))}
     watch.lowest = {"tape": Lowest()}
     blocks = [
-        ([1.0, 2.0], [[5.0, 4.0, 3.0], [2.0, -9.0, 1.0]], [10.0, 12.0]), ([3.0, 4.0], [[-1.0, 1.0, 1.0], [2.0, 2.0, -2.0]], [14.0, 16.0]),
-    ]  # fmt: skip
+        ([1.0, 2.0], [[5.0, 4.0, 3.0], [2.0, -9.0, 1.0]], [10.0, 12.0]),
+        ([3.0, 4.0], [[-1.0, 1.0, 1.0], [2.0, 2.0, -2.0]], [14.0, 16.0]),
+    ]
     for times, tension, length in blocks:
         watch.watch(np.array(times), {"bodies/tape/tension": np.array(tension), "bodies/tape/length": np.array(length)})
     with pytest.warns(
         PhysicsWarning,
-        match=r"body 'tape' went slack: at t = 2 s its tension is -9 N, 3 m from the exit \(length 12 m, largest tension 9 N\)",
+        match=r"body 'tape' went slack: at t = 2 s its tension is -9 N, 3 m from the exit "
+        r"\(length 12 m, largest tension 9 N\)",
     ):
         watch.warn()
 
@@ -169,13 +172,17 @@ def test_loads_on_a_body_are_named_by_marker_in_its_axes_at_their_largest():
     body = rigid_body(1.0, np.eye(3), markers={"tip": Marker.rigid([1, 0, 0]), "mid": Marker.rigid([0.5, 0, 0])})
     rows = np.array([[0.0, 0, 0], [9.0, 0, 0.3], [0, 0, 5.0], [0, 0, 0]])
     loads = (
-        Load("a", "arm", "tip", "inertial", np.array([3.0, 0.1, 0.2])), Load("b", "arm", "mid", "body", rows, times=np.arange(4.0)),
-        Load("c", "arm", "tip", "body", torque=np.array([0.0, 2.0, 1.0])), Load("d", "hub", "origin", "body", np.array([0, 0, 1.0])),
-    )  # fmt: skip
+        Load("a", "arm", "tip", "inertial", np.array([3.0, 0.1, 0.2])),
+        Load("b", "arm", "mid", "body", rows, times=np.arange(4.0)),
+        Load("c", "arm", "tip", "body", torque=np.array([0.0, 2.0, 1.0])),
+        Load("d", "hub", "origin", "body", np.array([0, 0, 1.0])),
+    )
     system = System(
-        {"arm": body, "hub": rigid_body(1.0, np.eye(3))}, (spherical("arm", q0=at), free("hub")), loads=loads,
+        {"arm": body, "hub": rigid_body(1.0, np.eye(3))},
+        (spherical("arm", q0=at), free("hub")),
+        loads=loads,
         environment=Environment(np.array([0.0, 0.2, -9.0])),
-    )  # fmt: skip
+    )
     assert _loads(system, "arm") == {"tip": ["y", "z", "ry", "rz"], "mid": ["x"]}
     assert _loads(system, "hub") == {"origin": ["z"]}
     assert _weight(system, "arm") == ["z"] and _weight(
@@ -249,7 +256,13 @@ def test_shapes_are_chosen_by_the_energy_that_the_others_do_not_hold():
 def tree() -> System:
     body = rigid_body(1.0, np.eye(3), markers={"p": Marker.rigid([1, 0, 0]), "q": Marker.rigid([0, 1, 0])})
     flexible = cloud(2, 5)
-    joints = (weld("base"), weld("mast", "base", parent_marker="p", child_marker="a"), weld("top", "mast", parent_marker="b"), revolute("arm", "base", parent_marker="q"), weld("fin", "arm", parent_marker="p", child_marker="a"))  # fmt: skip
+    joints = (
+        weld("base"),
+        weld("mast", "base", parent_marker="p", child_marker="a"),
+        weld("top", "mast", parent_marker="b"),
+        revolute("arm", "base", parent_marker="q"),
+        weld("fin", "arm", parent_marker="p", child_marker="a"),
+    )
     return System({"base": body, "mast": flexible, "top": body, "arm": body, "fin": flexible}, joints)
 
 
@@ -379,9 +392,14 @@ def test_a_torque_that_no_shape_follows_is_told_of():
     still = Marker(np.zeros(3), np.ones((3, 2)), np.zeros((3, 2)))
     body = cloud(2, 12)
     body = replace(body, markers={**body.markers, "pin": still})
-    loads = tuple(Load(name, "b", marker, "body", **what) for name, marker, what in (
-        ("idle", "pin", {"torque": np.array([0, 0, 1.0])}), ("push", "pin", {"force": np.array([0, 0, 1.0])}), ("turn", "a", {"torque": np.array([0, 0, 1.0])}),
-    ))  # fmt: skip
+    loads = tuple(
+        Load(name, "b", marker, "body", **what)
+        for name, marker, what in (
+            ("idle", "pin", {"torque": np.array([0, 0, 1.0])}),
+            ("push", "pin", {"force": np.array([0, 0, 1.0])}),
+            ("turn", "a", {"torque": np.array([0, 0, 1.0])}),
+        )
+    )
     found = [
         one
         for one in model_warnings(System({"b": body}, (free("b"),), loads=loads), KnownBodies({}), 1.0)

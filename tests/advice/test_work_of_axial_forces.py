@@ -1,7 +1,5 @@
 """What linear strain leaves out of bodies, against clouds of points of mass: the work of all that acts on them."""
 
-# ruff: noqa: E501
-
 from __future__ import annotations
 
 from dataclasses import replace
@@ -135,9 +133,13 @@ def boom(k: float = 5.0, mass: float = 2.0) -> FlexibleBody:
     theta[0, 0], theta[1, 0] = -0.3 * mass / k, -0.3 * 1.5 * mass / k
     marker = Marker(np.array([3.0, 0, 0]), np.array([[0.0], [0.5], [0.0]]), np.zeros((3, 1)))
     return FlexibleBody(
-        moments, StrainTensors.linear(np.array([[k]])), np.zeros((1, 1)), {"tip": marker},
-        foreshortening=Foreshortening(theta, {"tip": np.array([-0.4 / k, 0.0, 0.0])}), omega=np.array([np.sqrt(k / 3)]),
-    )  # fmt: skip
+        moments,
+        StrainTensors.linear(np.array([[k]])),
+        np.zeros((1, 1)),
+        {"tip": marker},
+        foreshortening=Foreshortening(theta, {"tip": np.array([-0.4 / k, 0.0, 0.0])}),
+        omega=np.array([np.sqrt(k / 3)]),
+    )
 
 
 def test_the_lowest_frequency_is_that_with_point_masses_at_all_markers():
@@ -148,18 +150,26 @@ def test_the_lowest_frequency_is_that_with_point_masses_at_all_markers():
     markers = {
         name: Marker(rng.normal(size=3), rng.normal(size=(3, 3)), rng.normal(size=(3, 3))) for name in ("a", "b")
     }
-    body = FlexibleBody(MassMoments(1.0, np.zeros((4, 3)), second), StrainTensors.linear(A @ A.T + np.eye(3)), np.zeros((3, 3)), markers)  # fmt: skip
+    body = FlexibleBody(
+        MassMoments(1.0, np.zeros((4, 3)), second), StrainTensors.linear(A @ A.T + np.eye(3)), np.zeros((3, 3)), markers
+    )
     M = B @ B.T + np.eye(3) + sum(m * markers[n].phi.T @ markers[n].phi for n, m in (("a", 2.0), ("b", 0.7)))
     wanted = np.sqrt(np.linalg.eigvals(np.linalg.solve(M, A @ A.T + np.eye(3))).real.min())
     assert lowest_frequency(body, {"a": 2.0, "b": 0.7}) == pytest.approx(wanted)
 
 
 def test_masses_at_one_marker_and_at_two_are_summed_marker_by_marker():
-    bodies = {name: rigid_body(m, np.eye(3), markers={"p": Marker.rigid([1, 0, 0]), "q": Marker.rigid([0, 1, 0])}) for name, m in (("a", 1.0), ("b", 2.0), ("c", 4.0), ("d", 8.0), ("e", 16.0))}  # fmt: skip
+    bodies = {
+        name: rigid_body(m, np.eye(3), markers={"p": Marker.rigid([1, 0, 0]), "q": Marker.rigid([0, 1, 0])})
+        for name, m in (("a", 1.0), ("b", 2.0), ("c", 4.0), ("d", 8.0), ("e", 16.0))
+    }
     joints = (
-        free("a"), weld("b", "a", parent_marker="p"), weld("c", "a", parent_marker="q"),
-        weld("d", "a", parent_marker="p"), weld("e", "c", parent_marker="q"),
-    )  # fmt: skip
+        free("a"),
+        weld("b", "a", parent_marker="p"),
+        weld("c", "a", parent_marker="q"),
+        weld("d", "a", parent_marker="p"),
+        weld("e", "c", parent_marker="q"),
+    )
     system = System(bodies, joints)
     assert attached_masses(system, "a") == {"p": 10.0, "q": 20.0} and attached_masses(system, "c") == {"q": 16.0}
 
@@ -207,7 +217,8 @@ def test_a_boom_that_a_load_stretches_or_presses_is_told_so():
     )
     (pressed,) = said(-6.0)
     assert pressed == (
-        f"body 'boom' was compressed, by loads or inertia, so that its first frequency ({np.sqrt(5 / 3) / (2 * np.pi):.4g} "
+        f"body 'boom' was compressed, by loads or inertia, so that its first frequency "
+        f"({np.sqrt(5 / 3) / (2 * np.pi):.4g} "
         f"Hz, not {np.sqrt(0.52 * 5 / 3) / (2 * np.pi):.4g} Hz) falls by {1 - np.sqrt(0.52):.0%}, which linear strain "
         "leaves out. Give it strain = 'condensed', or divide it into several bodies, welded to each other."
     )
@@ -219,17 +230,22 @@ def test_of_segments_the_worst_is_named_and_none_is_said_to_be_pressed():
     body = boom()
     system = System(
         {"s1": body, "s2": body, "hub": rigid_body(1.0, np.eye(3))},
-        (free("hub"), weld("s1", "hub"), weld("s2", "s1", parent_marker="tip")), segments={"wing": ("s1", "s2")},
-    )  # fmt: skip
+        (free("hub"), weld("s1", "hub"), weld("s2", "s1", parent_marker="tip")),
+        segments={"wing": ("s1", "s2")},
+    )
     guard = StiffeningWatch(compile_system(system))
-    for rows in ({"s1": np.array([0.1, 0.2]), "s2": np.array([0.69, -0.5])}, {"s1": np.array([0.3, 0.0]), "s2": np.array([0.1, 0.0])}):  # fmt: skip
+    for rows in (
+        {"s1": np.array([0.1, 0.2]), "s2": np.array([0.69, -0.5])},
+        {"s1": np.array([0.3, 0.0]), "s2": np.array([0.1, 0.0])},
+    ):
         guard._ignored = SimpleNamespace(gains=lambda seen, rows=rows: rows)
         guard.watch({f"bodies/{name}/rate": np.array([[3.0, 0.0, 4.0], [0.0, 1.0, 0.0]]) for name in ("s1", "s2")})
     with pytest.warns(PhysicsWarning) as told:
         guard.warn()
     (text,) = (str(one.message) for one in told)
     assert text == (
-        "body 'wing' turned at up to 5 rad/s: a stiffening of 30% of the first shape of its segment 's2' is left out by "
+        "body 'wing' turned at up to 5 rad/s: a stiffening of 30% of the first shape of its segment 's2' is left "
+        "out by "
         "linear strain within segments; limit 2%. Cut it into more than 2 segments, or give it strain = 'condensed'."
     )
 

@@ -1,7 +1,5 @@
 """Campbell diagrams of motions made by hand: what is followed, named, matched and met, each against its definition."""
 
-# ruff: noqa: E501
-
 from __future__ import annotations
 
 import numpy as np
@@ -72,12 +70,21 @@ def test_branches_end_begin_and_are_taken_up_as_the_matches_say():
 def diagram(**more):
     found = [
         (spin(0.0, [2j, 2j, 4j, 9j], ["lag", "flap", "flap", "torsion"]), None),
-        (spin(0.5, [1.5j, -0.1 + 2.2j, 4.4j, 9j], ["flap", "lag", "flap", "torsion"], False), Match(np.array([1, 0, 2, 3]), 0.9)),
         (
-            spin(2.0, [0.5, -0.2 + 2.4j, 5j, 9j, 3j], ["tilt", "lag", "flap", "torsion", "wobble"], True, [True, False, False, False, False]),
+            spin(0.5, [1.5j, -0.1 + 2.2j, 4.4j, 9j], ["flap", "lag", "flap", "torsion"], False),
+            Match(np.array([1, 0, 2, 3]), 0.9),
+        ),
+        (
+            spin(
+                2.0,
+                [0.5, -0.2 + 2.4j, 5j, 9j, 3j],
+                ["tilt", "lag", "flap", "torsion", "wobble"],
+                True,
+                [True, False, False, False, False],
+            ),
             Match(np.array([0, 1, 2, 3]), 0.9),
         ),
-    ]  # fmt: skip
+    ]
     return assembled_diagram(found, **{"modes": 3, "orders": (2, 1), "title": "made", **more})
 
 
@@ -217,7 +224,15 @@ def test_between_speeds_at_which_shapes_turn_more_are_looked_at_in_order():
 def test_a_jump_is_passed_after_as_many_halvings_as_are_said():
     def at(value: float, near, requested: bool) -> Spin:
         shapes = np.eye(2, dtype=complex)
-        return Spin(value, requested, np.zeros(1), motions([1j, 2j], shapes if value < 0.3 else shapes[:, ::-1] @ np.array([[1, 0.9], [-0.9, 1]]) / np.sqrt(1.81)), ("a", "b"))  # fmt: skip
+        return Spin(
+            value,
+            requested,
+            np.zeros(1),
+            motions(
+                [1j, 2j], shapes if value < 0.3 else shapes[:, ::-1] @ np.array([[1, 0.9], [-0.9, 1]]) / np.sqrt(1.81)
+            ),
+            ("a", "b"),
+        )
 
     speeds = [one.speed for one, _ in walked(at, [0.0, 1.0], 2)]
     assert min(np.diff(speeds)) == 1 / 64 and speeds == sorted(speeds) and len(speeds) == 8

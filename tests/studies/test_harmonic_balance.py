@@ -1,4 +1,3 @@
-# ruff: noqa: B023, E501
 """Harmonic balance of bodies made at random, against derivatives of their energies and integrals over a period."""
 
 from __future__ import annotations
@@ -25,14 +24,21 @@ def cloud_body(n: int, followers: int, seed: int = 1, stiff: float = 30.0) -> Fl
     moments = MassMoments(mass.sum(), np.einsum("p,pAa->Aa", mass, z), np.einsum("p,pAa,pBb->AaBb", mass, z, z))
     A, K = rng.normal(size=(followers, n, n)), rng.normal(size=(n, n))
     strain = StrainTensors(
-        stiff * (K @ K.T + n * np.eye(n)), np.zeros(n), rng.normal(size=n * (n + 1) * (n + 2) // 6),
+        stiff * (K @ K.T + n * np.eye(n)),
+        np.zeros(n),
+        rng.normal(size=n * (n + 1) * (n + 2) // 6),
         rng.uniform(0.1, 1.0, n * (n + 1) * (n + 2) * (n + 3) // 24),
-    )  # fmt: skip
+    )
     skin = Skin(rng.normal(size=(4, 3)), {"vertex": np.arange(4)[:, None]}, rng.normal(size=(n + followers, 4, 3)))
     marker = Marker.rigid(np.zeros(3), n_modes=n + followers)
     return FlexibleBody(
-        moments, strain, np.zeros((n, n)), {"origin": marker}, skin, slaves=A + A.swapaxes(1, 2) if followers else np.zeros((0, 0, 0))
-    )  # fmt: skip
+        moments,
+        strain,
+        np.zeros((n, n)),
+        {"origin": marker},
+        skin,
+        slaves=A + A.swapaxes(1, 2) if followers else np.zeros((0, 0, 0)),
+    )
 
 
 BODIES = [(2, 0), (2, 3), (3, 1)]
@@ -57,7 +63,7 @@ def test_inertia_is_lagranges_of_the_kinetic_energy_of_all_shapes(n: int, follow
         for k, e in enumerate(np.eye(n)):
 
             def momentum(t: float, e: np.ndarray = e) -> float:
-                there, speed = at + t * rate + t**2 / 2 * more, rate + t * more
+                there, speed = at + t * rate + t**2 / 2 * more, rate + t * more  # noqa: B023
                 return (energy(there, speed + h * e) - energy(there, speed - h * e)) / (2 * h)
 
             by_rate = (momentum(h) - momentum(-h)) / (2 * h)
@@ -125,7 +131,7 @@ def test_what_is_found_balances_over_a_fine_period_and_moves_its_place_by_the_am
 
 
 def test_few_harmonics_of_a_strong_spring_are_those_of_its_integrals():
-    """x'' + x + 4 x^3 with the first harmonics alone: each balances to rounding, by a fine rule, though x^3 has more."""
+    """x'' + x + 4 x^3 with the first harmonics alone: each balances by a fine rule, though x^3 has more."""
     found = backbone(oscillator(0.0, 4.0), 1, [1.0], harmonics=3)
     phase = np.arange(400) * 2 * np.pi / 400
     for omega, c in zip(found.omega, found.harmonics[:, :, 0], strict=True):
@@ -166,18 +172,22 @@ def oscillator(c2: float, c3: float) -> FlexibleBody:
 @pytest.mark.parametrize(
     ("mode", "amplitudes", "words"),
     [
-        (1, [], r"amplitudes are \[\]; give rising lengths above zero"), (1, [0.0, 1.0], r"amplitudes are \[0.0, 1.0\]; give"),
-        (1, [1.0, 1.0], "give rising"), (1, [2.0, 1.0], "give rising"), (1, [1.0, np.inf], "give rising"),
-        (0, [1.0], "mode 0 was requested; the body has modes 1 to 1"), (2, [1.0], "mode 2 was requested; the body has modes 1 to 1"),
+        (1, [], r"amplitudes are \[\]; give rising lengths above zero"),
+        (1, [0.0, 1.0], r"amplitudes are \[0.0, 1.0\]; give"),
+        (1, [1.0, 1.0], "give rising"),
+        (1, [2.0, 1.0], "give rising"),
+        (1, [1.0, np.inf], "give rising"),
+        (0, [1.0], "mode 0 was requested; the body has modes 1 to 1"),
+        (2, [1.0], "mode 2 was requested; the body has modes 1 to 1"),
     ],
-)  # fmt: skip
+)
 def test_a_backbone_that_cannot_be_is_refused(mode, amplitudes, words):
     with pytest.raises(ValueError, match=words):
         backbone(oscillator(0.0, 1.0), mode, amplitudes)
 
 
 def test_a_softening_spring_ends_where_it_gives_way_and_keeps_what_was_found(monkeypatch):
-    """x'' + x - x^3 has no vibration beyond x = 1; before, omega = pi sqrt(1 - a^2 / 2) / (2 K(m)), m = a^2 / (2 - a^2)."""
+    """x'' + x - x^3 has no vibration beyond x = 1; omega = pi sqrt(1 - a^2 / 2) / (2 K(m)), m = a^2 / (2 - a^2)."""
     monkeypatch.setattr("femflex.studies.branch.POINTS", 7)
     monkeypatch.setattr("femflex.studies.branch.beyond_resonance", lambda *_: None)  # nothing lies beyond
     with pytest.raises(BackboneError, match=r"no free vibration with an amplitude of 1\.3 m was found") as told:
@@ -196,7 +206,7 @@ def test_a_softening_spring_ends_where_it_gives_way_and_keeps_what_was_found(mon
 
 
 def test_a_tongue_of_internal_resonance_is_stepped_over_and_reported():
-    """As x'' + x + x^3 + 0.9 x^2 y = 0 hardens its third harmonic meets y at omega = 3.3 / 3; beyond the gap it goes on."""
+    """As x'' + x + x^3 + 0.9 x^2 y = 0 hardens, its third harmonic meets y at omega = 3.3 / 3; it goes on beyond."""
     moments = MassMoments(1.0, np.zeros((3, 3)), np.zeros((3, 3, 3, 3)))
     moments.second[1:, 2, 1:, 2] = np.eye(2)
     V3 = np.array([0.5, 0.15, 0.0, 0.0, 0.0])  # x^4 / 4, and 4 (0.15) x^3 y / 2

@@ -1,5 +1,4 @@
-# ruff: noqa: E501
-"""Inertia ratios, charts and loci of stability: crafts of skew bodies, grids that are not square, judgements made by hand."""
+"""Inertia ratios, charts and loci of stability: skew bodies, grids that are not square, judgements by hand."""
 
 from __future__ import annotations
 
@@ -125,9 +124,16 @@ def test_three_linearisations_judge_as_each_craft_by_itself(spring: float):
 
 
 def test_the_regions_of_a_rigid_craft_are_those_of_its_conditions():
-    assert [rigid_kind(*k) for k in ((0.5, 0.3), (0.3, 0.5), (-0.05, -0.1), (-0.9, -0.95), (0.5, -0.3), (-0.1, -0.2))] == [
-        STATIC, UNSTABLE, GYROSCOPIC, UNSTABLE, UNSTABLE, GYROSCOPIC,
-    ]  # fmt: skip
+    assert [
+        rigid_kind(*k) for k in ((0.5, 0.3), (0.3, 0.5), (-0.05, -0.1), (-0.9, -0.95), (0.5, -0.3), (-0.1, -0.2))
+    ] == [
+        STATIC,
+        UNSTABLE,
+        GYROSCOPIC,
+        UNSTABLE,
+        UNSTABLE,
+        GYROSCOPIC,
+    ]
     k_roll, k_yaw = delp_boundary(50).T
     assert 1 + 3 * k_roll + k_roll * k_yaw == pytest.approx(4 * np.sqrt(k_roll * k_yaw), abs=1e-12)
     assert (k_roll <= 0).all() and k_yaw[0] == 0 and k_yaw[-1] == -1 and len(k_roll) == 50
@@ -186,9 +192,12 @@ def test_a_chart_of_three_kinds_on_an_uneven_grid_has_its_boundaries_between_the
         order = np.diff(points[:, 0] + points[:, 1])
         assert (order > 0).all() or (order < 0).all()
         other = 0.31 - 0.53 - level  # edges that cross both belong to neither
-        crossed = sum((x0 - 2 * y0 > level) != (x1 - 2 * y1 > level) and (x0 - 2 * y0 > other) == (x1 - 2 * y1 > other)
-                      for i, x0 in enumerate(a) for j, y0 in enumerate(b[:4])
-                      for x1, y1 in ([(a[i + 1], y0)] if i < 5 else []) + ([(x0, b[j + 1])] if j < 3 else []))  # fmt: skip
+        crossed = sum(
+            (x0 - 2 * y0 > level) != (x1 - 2 * y1 > level) and (x0 - 2 * y0 > other) == (x1 - 2 * y1 > other)
+            for i, x0 in enumerate(a)
+            for j, y0 in enumerate(b[:4])
+            for x1, y1 in ([(a[i + 1], y0)] if i < 5 else []) + ([(x0, b[j + 1])] if j < 3 else [])
+        )
         assert len(points) == crossed
     with pytest.raises(ValueError, match=r"the values of q are to rise; found \[0\.0\]"):
         stability_chart(judge, a, [0.0], ("p", "q"))

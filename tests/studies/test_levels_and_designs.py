@@ -1,4 +1,3 @@
-# ruff: noqa: E501
 """What a level of a study changes in the tables of a case, and what a sweep makes of its table."""
 
 from __future__ import annotations
@@ -174,15 +173,19 @@ def test_draws_are_between_their_ends_or_about_their_mean_and_bear_their_units(d
 
 def test_results_are_in_the_order_of_members_and_come_back_from_their_file(tmp_path):
     made = parse_sweep(
-        SWEEP.format(head='design = "list"\nhistories = ["bodies/a/rate:z", "q:h"]\npercentiles = [10, 60]',
-                     first='values = ["1 kg", "2 kg", "4 kg"]', second='values = ["low", 6, 7]')
+        SWEEP.format(
+            head='design = "list"\nhistories = ["bodies/a/rate:z", "q:h"]\npercentiles = [10, 60]',
+            first='values = ["1 kg", "2 kg", "4 kg"]',
+            second='values = ["low", 6, 7]',
+        )
         + '[outputs.other]\nchannel = "q"\ncomponent = "h"\n'
-    )  # fmt: skip
+    )
     members = designed(made)
     done = [
-        Outcome(2, [3.0, 30.0], ["rad/s", "m", "rad/s", "rad"], [0.0, 0.5], [[1.0, 2.0], [3.0, 4.0]]), Outcome(1, [], [], [], [], "it broke"),
+        Outcome(2, [3.0, 30.0], ["rad/s", "m", "rad/s", "rad"], [0.0, 0.5], [[1.0, 2.0], [3.0, 4.0]]),
+        Outcome(1, [], [], [], [], "it broke"),
         Outcome(0, [1.0, 50.0], ["rad/s", "m", "rad/s", "rad"], [0.0, 0.5], [[5.0, 8.0], [7.0, 9.0]]),
-    ]  # fmt: skip
+    ]
     found = gathered(made, members, done)
     assert found.outputs["speed"].tolist()[::2] == [1.0, 3.0] and np.isnan(found.outputs["speed"][1])
     assert found.outputs["other"].tolist()[::2] == [50.0, 30.0] and found.problems == ("", "it broke", "")

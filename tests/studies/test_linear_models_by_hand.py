@@ -1,4 +1,3 @@
-# ruff: noqa: B023, E501
 """Linear models made at random: truncations, zeros, poles, responses, files and margins against second formulations."""
 
 from __future__ import annotations
@@ -40,9 +39,14 @@ def model(poles, n_in: int = 2, n_out: int = 3, seed: int = 0) -> StateSpace:
         at += len(block)
     T = rng.normal(size=(n, n))
     return StateSpace(
-        T @ A @ np.linalg.inv(T), T @ rng.normal(size=(n, n_in)), rng.normal(size=(n_out, n)) @ np.linalg.inv(T),
-        rng.normal(size=(n_out, n_in)), named("x", n, "m"), named("u", n_in, "N"), named("y", n_out, "V"),
-    )  # fmt: skip
+        T @ A @ np.linalg.inv(T),
+        T @ rng.normal(size=(n, n_in)),
+        rng.normal(size=(n_out, n)) @ np.linalg.inv(T),
+        rng.normal(size=(n_out, n_in)),
+        named("x", n, "m"),
+        named("u", n_in, "N"),
+        named("y", n_out, "V"),
+    )
 
 
 def response(one: StateSpace, s: complex) -> np.ndarray:
@@ -65,9 +69,9 @@ def test_a_modal_truncation_keeps_its_poles_residues_and_static_response():
 
         def beyond(s: complex) -> np.ndarray:
             out = np.zeros((3, 2), complex)
-            for k in np.flatnonzero(far):
-                scale = left[:, k].conj() @ right[:, k]
-                out += np.outer(whole.C @ right[:, k], left[:, k].conj() @ whole.B) / scale / (s - values[k])
+            for k in np.flatnonzero(far):  # noqa: B023
+                scale = left[:, k].conj() @ right[:, k]  # noqa: B023
+                out += np.outer(whole.C @ right[:, k], left[:, k].conj() @ whole.B) / scale / (s - values[k])  # noqa: B023
             return out
 
         s = 0.3 + 0.7j
@@ -128,12 +132,18 @@ def test_rigid_motion_is_kept_beside_the_balanced_states():
 @pytest.mark.parametrize(
     ("poles", "order", "words"),
     [
-        ((0.0,), 1, "the model has only rigid-body modes"), ((*SLOW, 6j), 2, "the one at 0.95493 Hz is not damped"),
+        ((0.0,), 1, "the model has only rigid-body modes"),
+        ((*SLOW, 6j), 2, "the one at 0.95493 Hz is not damped"),
         ((*SLOW, 0.1 + 6j, -0.01 + 300j), 2, "the one at 0.95493 Hz grows"),
         (SLOW, 0, "to 0 states was requested; 5 states are controllable and observable, and 0 more are"),
-        ((0.0, *SLOW), 6, "to 6 states was requested; 5 states are controllable and observable, and 1 more are rigid-body motion. Take a number from 1 to 5"),
+        (
+            (0.0, *SLOW),
+            6,
+            "to 6 states was requested; 5 states are controllable and observable, and 1 more are rigid-body "
+            "motion. Take a number from 1 to 5",
+        ),
     ],
-)  # fmt: skip
+)
 def test_a_balanced_truncation_that_cannot_be_is_refused(poles, order, words):
     with pytest.raises(ValueError, match=words):
         balanced_truncation(model(poles), order)

@@ -1,7 +1,5 @@
 """What studies say, word by word and number by number, of results made by hand."""
 
-# ruff: noqa: E501
-
 from __future__ import annotations
 
 import math
@@ -26,10 +24,19 @@ def study(
     """A study whose counts are ten times its levels and one, where nothing else is said."""
     counts = more.pop("counts", [10 * level + 1 for level in levels])
     return Convergence(
-        more.pop("title", "peak of x"), more.pop("unit", "m"), over, np.array(levels), np.array(counts),  # type: ignore[arg-type]
-        np.array(values), np.array(off), trend, more.pop("tolerance", 1e-3), more.pop("own", None),
-        more.pop("simulated", True), **more,
-    )  # fmt: skip
+        more.pop("title", "peak of x"),
+        more.pop("unit", "m"),
+        over,
+        np.array(levels),
+        np.array(counts),  # type: ignore[arg-type]
+        np.array(values),
+        np.array(off),
+        trend,
+        more.pop("tolerance", 1e-3),
+        more.pop("own", None),
+        more.pop("simulated", True),
+        **more,
+    )
 
 
 LAW = Trend("law", 4.0, 2e-4, Law("algebraic", 2.0, 0.04, 8.0), 0.05)
@@ -44,31 +51,76 @@ LAW = Trend("law", 4.0, 2e-4, Law("algebraic", 2.0, 0.04, 8.0), 0.05)
         ("modes", [2, 7], [0, 0], [0, 0], 3, "3 modes per body (7 elastic coordinates)"),
         ("modes", [2, 7], [0, 4], [0, 0], 3, "3 modes per body (7 elastic coordinates, 4 of them derivative shapes)"),
         ("modes", [1, 3], [0, 2], [0, 0], 3, "3 modes per body (3 elastic coordinates, 2 of them derivative shapes)"),
-        ("modes", [2, 7], [0, 0], [0, 5], 3, "3 modes per body (7 elastic coordinates, and 5 dependent derivative shapes)"),
-        ("derivatives", [4, 8], [1, 3], [0, 0], 3, "3 derivative shapes per body (8 elastic coordinates, 3 of them derivative shapes)"),
-        ("derivatives", [4, 8], [0, 0], [1, 3], 1, "1 derivative shape per body (4 shapes, 1 of them dependent derivative shapes)"),
+        (
+            "modes",
+            [2, 7],
+            [0, 0],
+            [0, 5],
+            3,
+            "3 modes per body (7 elastic coordinates, and 5 dependent derivative shapes)",
+        ),
+        (
+            "derivatives",
+            [4, 8],
+            [1, 3],
+            [0, 0],
+            3,
+            "3 derivative shapes per body (8 elastic coordinates, 3 of them derivative shapes)",
+        ),
+        (
+            "derivatives",
+            [4, 8],
+            [0, 0],
+            [1, 3],
+            1,
+            "1 derivative shape per body (4 shapes, 1 of them dependent derivative shapes)",
+        ),
         ("segments", [6, 18], [0, 0], [0, 0], 3, "3 segments per body (18 elastic coordinates)"),
         ("mesh", [60, 241], [0, 0], [0, 0], 3, "3 refinements (241 dofs)"),
         ("mesh", [60, 241], [0, 0], [0, 0], 1, "1 refinement (60 dofs)"),
         ("mesh", [60, 241], [0, 0], [0, 0], 0, "the mesh as it is"),
         ("mesh", [60, 241], [0, 0], [0, 0], 2, "2 refinements"),
     ],
-)  # fmt: skip
+)
 def test_a_level_is_said_with_what_it_counts(over, counts, derivatives, followers, level, words):
-    found = study(over, [1, 3], [1.0, 2.0], [1.0, 1.0], LAW, counts=counts, derivatives=np.array(derivatives), followers=np.array(followers))  # fmt: skip
+    found = study(
+        over,
+        [1, 3],
+        [1.0, 2.0],
+        [1.0, 1.0],
+        LAW,
+        counts=counts,
+        derivatives=np.array(derivatives),
+        followers=np.array(followers),
+    )
     assert level_text(found, level) == words
 
 
 @pytest.mark.parametrize(
     ("over", "law", "scatter", "words"),
     [
-        ("mesh", Law("algebraic", 3.982, 1.0, 1.0), 0.0213, "with order 3.98 in the cell size, +- 0.021 over the levels"),
-        ("segments", Law("algebraic", 1.5, 1.0, 1.0), math.nan, "with order 1.50 in the length of a segment, seen once"),
+        (
+            "mesh",
+            Law("algebraic", 3.982, 1.0, 1.0),
+            0.0213,
+            "with order 3.98 in the cell size, +- 0.021 over the levels",
+        ),
+        (
+            "segments",
+            Law("algebraic", 1.5, 1.0, 1.0),
+            math.nan,
+            "with order 1.50 in the length of a segment, seen once",
+        ),
         ("modes", Law("algebraic", 4.1, 1.0, 1.0), math.log(1.5), "like n^-4.10, within a factor 1.5"),
-        ("modes", Law("geometric", math.log(4.0), 1.0, 1.0), math.nan, "by a factor 0.25 with each mode, by two differences alone"),
+        (
+            "modes",
+            Law("geometric", math.log(4.0), 1.0, 1.0),
+            math.nan,
+            "by a factor 0.25 with each mode, by two differences alone",
+        ),
         ("modes", None, 0.1, ""),
     ],
-)  # fmt: skip
+)
 def test_a_law_is_said_with_its_rate_and_scatter(over, law, scatter, words):
     assert law_text(study(over, [1], [1.0], [1.0], Trend("law", 1.0, 0.1, law, scatter))) == words
 
@@ -76,7 +128,8 @@ def test_a_law_is_said_with_its_rate_and_scatter(over, law, scatter, words):
 CASES = {
     "law, converged, own level enough": (
         study("modes", [1, 2, 4], [5.0, 4.2, 4.001], [1.0, 0.2, 0.001], LAW, own=4),
-        "Converged to 0.001: 4 modes per body (41 elastic coordinates) suffice, with an estimated relative error of 0.00025. "
+        "Converged to 0.001: 4 modes per body (41 elastic coordinates) suffice, with an estimated relative error "
+        "of 0.00025. "
         "Errors fall like n^-2.00, within a factor 1.05; the limit is about 4 m, relative uncertainty 5e-05. "
         "The case keeps 4, which is enough (0.00025).",
     ),
@@ -103,44 +156,89 @@ CASES = {
         "Values oscillate, so there is no extrapolation and no order; errors are the last changes.",
     ),
     "mesh not reached": (
-        study("mesh", [0, 1, 2], [5.0, 4.2, 4.04], [1.0, 0.2, 0.04], Trend("law", 4.0, 0.02, Law("algebraic", 2.0, 0.04, 4.0)), counts=[9, 30, 99]),
+        study(
+            "mesh",
+            [0, 1, 2],
+            [5.0, 4.2, 4.04],
+            [1.0, 0.2, 0.04],
+            Trend("law", 4.0, 0.02, Law("algebraic", 2.0, 0.04, 4.0)),
+            counts=[9, 30, 99],
+        ),
         "Not converged to 0.001: with 2 refinements (99 dofs), the estimated relative error is 0.01. Errors fall with "
         "order 2.00 in the cell size, seen once; the limit is about 4 m, relative uncertainty 0.005. At this rate, 4 "
         "refinements would reach the tolerance.",  # 0.04 (x/4)^-2 = 0.004 at x = 12.65 = 2^3.66
     ),
     "segments not reached": (
-        study("segments", [1, 2, 4], [5.0, 4.2, 4.04], [1.0, 0.2, 0.04], Trend("law", 4.0, 0.02, Law("algebraic", 2.0, 0.04, 4.0))),
-        "Not converged to 0.001: with 4 segments per body (41 elastic coordinates), the estimated relative error is 0.01. "
-        "Errors fall with order 2.00 in the length of a segment, seen once; the limit is about 4 m, relative uncertainty "
+        study(
+            "segments",
+            [1, 2, 4],
+            [5.0, 4.2, 4.04],
+            [1.0, 0.2, 0.04],
+            Trend("law", 4.0, 0.02, Law("algebraic", 2.0, 0.04, 4.0)),
+        ),
+        "Not converged to 0.001: with 4 segments per body (41 elastic coordinates), the estimated relative error "
+        "is 0.01. "
+        "Errors fall with order 2.00 in the length of a segment, seen once; the limit is about 4 m, relative "
+        "uncertainty "
         "0.005. At this rate, 13 segments would reach the tolerance.",
     ),
     "modes not reached": (
-        study("modes", [1, 2, 4], [5.0, 4.2, 4.04], [1.0, 0.2, 0.04], Trend("law", 4.0, 0.06, Law("geometric", 0.5, 0.04, 4.0))),
+        study(
+            "modes",
+            [1, 2, 4],
+            [5.0, 4.2, 4.04],
+            [1.0, 0.2, 0.04],
+            Trend("law", 4.0, 0.06, Law("geometric", 0.5, 0.04, 4.0)),
+        ),
         "Not converged to 0.001: with 4 modes per body (41 elastic coordinates), the estimated relative error is 0.01. "
         "Errors fall by a factor 0.607 with each mode, by two differences alone; the limit is about 4 m, relative "
         "uncertainty 0.015. At this rate, about 9 elastic coordinates would reach the tolerance.",  # 4 + 2 ln 10 = 8.6
     ),
     "limit too uncertain": (
-        study("modes", [1, 2, 4], [5.0, 4.2, 4.04], [1.0, 0.2, 0.068], Trend("law", 4.0, 0.07, Law("geometric", 0.5, 0.04, 4.0))),
-        "Not converged to 0.001: with 4 modes per body (41 elastic coordinates), the estimated relative error is 0.017. "
+        study(
+            "modes",
+            [1, 2, 4],
+            [5.0, 4.2, 4.04],
+            [1.0, 0.2, 0.068],
+            Trend("law", 4.0, 0.07, Law("geometric", 0.5, 0.04, 4.0)),
+        ),
+        "Not converged to 0.001: with 4 modes per body (41 elastic coordinates), the estimated relative error is "
+        "0.017. "
         "Errors fall by a factor 0.607 with each mode, by two differences alone; the limit is about 4 m, relative "
         "uncertainty 0.018. The limit itself is not known to this accuracy; try more levels, or a larger tolerance.",
     ),
     "settling, not reached": (
         study("derivatives", [1, 2], [5.0, 4.0], [1.0, 0.2], Trend("settling", 4.0, 0.2)),
-        "Not converged to 0.001: with 2 derivative shapes per body (21 elastic coordinates), the estimated relative error "
+        "Not converged to 0.001: with 2 derivative shapes per body (21 elastic coordinates), the estimated "
+        "relative error "
         "is 0.05. The changes fall without a clear law, so there is no extrapolation; errors are the last changes. Try "
         "more levels.",
     ),
     "rounding of a body": (
-        study("mesh", [0, 1, 2], [5.0, 4.0, 4.0], [1.0, 0.1, 0.1], Trend("rounded", 4.0, 0.1, rounded=2), simulated=False, counts=[9, 30, 99]),
+        study(
+            "mesh",
+            [0, 1, 2],
+            [5.0, 4.0, 4.0],
+            [1.0, 0.1, 0.1],
+            Trend("rounded", 4.0, 0.1, rounded=2),
+            simulated=False,
+            counts=[9, 30, 99],
+        ),
         "Not converged to 0.001: with 1 refinement (30 dofs), the estimated relative error is 0.025. Only the first "
         "change is above rounding, too few for an order. From 2 refinements (99 dofs) on, rounding dominates: a finer "
         "mesh loses digits. Use elements of higher order.",
     ),
     "rounding of a run": (
-        study("mesh", [0, 1, 2], [5.0, 4.0, 4.0], [1.0, 1e-3, 0.1], Trend("rounded", 4.0, 0.1, rounded=2), counts=[9, 30, 99]),
-        "Converged to 0.001: 1 refinement (30 dofs) suffice, with an estimated relative error of 0.00025. Only the first "
+        study(
+            "mesh",
+            [0, 1, 2],
+            [5.0, 4.0, 4.0],
+            [1.0, 1e-3, 0.1],
+            Trend("rounded", 4.0, 0.1, rounded=2),
+            counts=[9, 30, 99],
+        ),
+        "Converged to 0.001: 1 refinement (30 dofs) suffice, with an estimated relative error of 0.00025. Only "
+        "the first "
         "change is above rounding, too few for an order. From 2 refinements (99 dofs) on, rounding or the tolerance of "
         "the integration dominates: finer meshes show no more.",
     ),
@@ -154,7 +252,8 @@ CASES = {
     ),
     "constant": (
         study("segments", [2, 5], [4.0, 4.0001], [1e-4, 1e-4], Trend("constant", 4.0001, 1e-4)),
-        "No dependence on the number of segments is seen: values at 2 to 5 segments differ by 2.5e-05, relative, without "
+        "No dependence on the number of segments is seen: values at 2 to 5 segments differ by 2.5e-05, relative, "
+        "without "
         "a trend.",
     ),
     "constant over meshes": (
@@ -167,15 +266,34 @@ CASES = {
         "Values differ by 0.25, relative: without a trend, but by more than the tolerance 0.001.",
     ),
     "all shapes there are, fewer do": (
-        study("modes", [1, 2, 4], [5.0, 4.002, 4.0], [1.0, 0.002, 1e-12], Trend("unsettled", math.nan, math.nan), whole=True, own=2, tolerance=1e-2, counts=[1, 2, 4]),
-        "4 modes: no further shapes exist. Of them 2 modes suffice: the value differs by 0.0004, relative. The case keeps "
+        study(
+            "modes",
+            [1, 2, 4],
+            [5.0, 4.002, 4.0],
+            [1.0, 0.002, 1e-12],
+            Trend("unsettled", math.nan, math.nan),
+            whole=True,
+            own=2,
+            tolerance=1e-2,
+            counts=[1, 2, 4],
+        ),
+        "4 modes: no further shapes exist. Of them 2 modes suffice: the value differs by 0.0004, relative. The "
+        "case keeps "
         "2, which is enough (0.0004).",  # of the largest value, 5
     ),
     "all shapes there are, none fewer do": (
-        study("derivatives", [1, 2, 4], [5.0, 4.5, 4.0], [1.0, 0.5, 1e-12], Trend("unsettled", math.nan, math.nan), whole=True, counts=[1, 2, 4]),
+        study(
+            "derivatives",
+            [1, 2, 4],
+            [5.0, 4.5, 4.0],
+            [1.0, 0.5, 1e-12],
+            Trend("unsettled", math.nan, math.nan),
+            whole=True,
+            counts=[1, 2, 4],
+        ),
         "4 derivative shapes: no further shapes exist. With fewer the value differs by 0.1 or more, relative.",
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -186,8 +304,18 @@ def test_a_verdict_says_what_was_reached_by_what_law_and_what_to_choose(name: st
 
 
 def test_a_study_in_plain_numbers_has_each_of_its_own():
-    found = study("mesh", [0, 1, 2], [5.0, 4.2, 4.04], [1.0, 0.2, 0.04], LAW, own=0, left_out=("0: coarse",), complete=False,
-                  derivatives=np.array([1, 2, 3]), followers=np.array([4, 5, 6]))  # fmt: skip
+    found = study(
+        "mesh",
+        [0, 1, 2],
+        [5.0, 4.2, 4.04],
+        [1.0, 0.2, 0.04],
+        LAW,
+        own=0,
+        left_out=("0: coarse",),
+        complete=False,
+        derivatives=np.array([1, 2, 3]),
+        followers=np.array([4, 5, 6]),
+    )
     told = found.to_dict()
     assert np.isnan(told["changes"][0]) and told["changes"][1:] == pytest.approx([-0.8, -0.16])
     assert (told["derivatives"], told["followers"], told["counts"]) == ([1, 2, 3], [4, 5, 6], [1, 11, 21])
@@ -228,10 +356,13 @@ def test_errors_are_no_less_than_the_uncertainty_of_the_limit_and_than_rounding(
 @pytest.mark.parametrize(
     ("over", "counts", "wanted"),
     [
-        ("modes", [3, 8, 11], [3, 8, 11]), ("modes", [3, 8, 8], [0, 1, 4]), ("derivatives", [5, 5, 4], [5, 5, 4]),
-        ("mesh", [9, 30, 99], [1, 2, 16]), ("segments", [9, 30, 99], [0, 1, 4]),
+        ("modes", [3, 8, 11], [3, 8, 11]),
+        ("modes", [3, 8, 8], [0, 1, 4]),
+        ("derivatives", [5, 5, 4], [5, 5, 4]),
+        ("mesh", [9, 30, 99], [1, 2, 16]),
+        ("segments", [9, 30, 99], [0, 1, 4]),
     ],
-)  # fmt: skip
+)
 def test_the_resolution_is_what_errors_fall_by(over, counts, wanted):
     assert resolution(over, np.array([0, 1, 4]), np.array(counts)).tolist() == wanted
 
@@ -242,7 +373,8 @@ def functions(name: str, levels: list[int], counts: list[int], values: list[floa
 
 def test_types_of_functions_are_judged_from_the_value_that_moved_least_at_last():
     found = FunctionStudy(
-        "peak of x", 1e-2,
+        "peak of x",
+        1e-2,
         (
             functions("characteristic", [1, 2, 4], [2, 4, 8], [-5.0, -4.3, -4.1]),
             functions("polynomial", [1, 2, 4], [3, 6, 12], [-4.01, -4.2, -4.03]),
@@ -251,7 +383,7 @@ def test_types_of_functions_are_judged_from_the_value_that_moved_least_at_last()
             functions("single", [9], [1], [-4.0]),
         ),
         {"boom": "polynomial, 3"},
-    )  # fmt: skip
+    )
     assert found.reference is not None and found.reference[0] == "characteristic, tip" and found.scale == 4.0
     kinds = dict(found.with_values)
     assert list(kinds) == ["characteristic", "polynomial", "characteristic, tip", "single"] and found.unit == "m"
@@ -266,8 +398,16 @@ def test_types_of_functions_are_judged_from_the_value_that_moved_least_at_last()
     )
     told = found.to_dict()
     assert [one.get("enough") for one in told["kinds"]] == [None, 4, None, 4, 9]
-    assert [(one["kind"], one["problem"], one["seconds"]) for one in told["kinds"][1:3]] == [("polynomial", "", 1.5), ("elements", "it diverges", pytest.approx(math.nan, nan_ok=True))]  # fmt: skip
-    assert (told["quantity"], told["over"], told["own"], told["tolerance"]) == ("peak of x", "functions", {"boom": "polynomial, 3"}, 1e-2)  # fmt: skip
+    assert [(one["kind"], one["problem"], one["seconds"]) for one in told["kinds"][1:3]] == [
+        ("polynomial", "", 1.5),
+        ("elements", "it diverges", pytest.approx(math.nan, nan_ok=True)),
+    ]
+    assert (told["quantity"], told["over"], told["own"], told["tolerance"]) == (
+        "peak of x",
+        "functions",
+        {"boom": "polynomial, 3"},
+        1e-2,
+    )
     assert "study" not in told["kinds"][2] and told["kinds"][0]["study"]["values"] == [-5.0, -4.3, -4.1]
     assert choice(found) == "single, 9"
 
@@ -342,7 +482,8 @@ def test_all_choices_are_said_in_one_sentence():
     assert choice(reached) == 2 and choice(short) == 1
     none = forms(*[math.nan] * 3)
     assert choice_text([reached, short, none]) == (
-        "Choose modes = 2, mesh = 1: each study used the results of the ones before it. Over mesh, strain the tolerance "
+        "Choose modes = 2, mesh = 1: each study used the results of the ones before it. Over mesh, strain the "
+        "tolerance "
         "is not reached."
     )
     assert choice_text([reached]) == "Choose modes = 2: each study used the results of the ones before it."
