@@ -15,6 +15,7 @@ WINDOW = "Blackman–Harris window"  # side lobes 92 dB down: what is seen is si
 PADDING = 4  # finer frequencies than the record's own, so that peaks are smooth
 PROMINENCE = 8.0  # a peak stands out of the valley next to it by this factor
 LEAST_CYCLES = 2.5  # in the record; the place of a slower peak cannot be reported
+ROUNDING = 1e-13  # of the largest value: less than that beside a straight line is no signal
 FLOOR = 1e-4  # of the highest peak; smaller ones are not reported, and may be side lobes
 
 
@@ -57,7 +58,8 @@ def amplitude_spectrum(time: Array, values: Array) -> Spectrum:
     line = np.polynomial.Polynomial.fit(
         even, values, 1, w=np.sqrt(window)
     )  # as the window sees it: no remainder at 0 Hz
-    values = values - line(even)
+    left = values - line(even)
+    values = left if np.abs(left).max() > ROUNDING * np.abs(values).max() else np.zeros(n)
     amplitude = 2.0 * np.abs(np.fft.rfft(values * window, PADDING * n)) / window.sum()
     frequency = np.fft.rfftfreq(PADDING * n, (even[-1] - even[0]) / (n - 1))
     return Spectrum(frequency, np.asarray(amplitude))

@@ -149,3 +149,5 @@ def test_questions_without_an_answer_are_refused():
         craig_bampton(structure, ["left", "edge"], 3)
     with pytest.raises(ValueError, match="group 'foot' is not in the mesh"):
         craig_bampton(structure, ["foot"], 3)
+    with pytest.raises(ValueError, match=r"reference 'edge' has nodes that belong to no interface \(left, right\)"):
+        craig_bampton(structure, ["left", "right"], 3, reference="edge")

@@ -49,6 +49,14 @@ def test_a_small_line_beside_a_large_one_is_found():
     assert [a for _, a in peaks] == pytest.approx([1.0, 2e-4], rel=0.02)
 
 
+@pytest.mark.parametrize("slope", [0.0, 0.2, -17.0])
+def test_a_straight_line_leaves_nothing_of_its_rounding(slope):
+    time = np.linspace(0, 40, 2001)
+    assert amplitude_spectrum(time, 3.1 + slope * time).peaks() == []
+    small = amplitude_spectrum(time, 3.1 + slope * time + 1e-9 * np.sin(2 * np.pi * 2.0 * time)).peaks()
+    assert len(small) == 1 and small[0] == pytest.approx((2.0, 1e-9), rel=1e-2)
+
+
 def test_uneven_times_are_evened():
     rng = np.random.default_rng(3)
     time = np.sort(np.concatenate([[0.0, 40.0], rng.uniform(0, 40, 7998)]))

@@ -50,6 +50,11 @@ def craig_bampton(
     held = held_dofs(structure, clamp)
     boundary = np.setdiff1d(held_dofs(structure, groups), held)
     follows = None if held.size else reference or groups[0]
+    if follows is not None and not np.isin(structure.clamped_dofs(follows), boundary).all():
+        raise ValueError(
+            f"reference {follows!r} has nodes that belong to no interface ({', '.join(groups)}); give a group of "
+            "interface nodes."
+        )
     motions = _interface_motions(structure, groups, boundary, interface, follows)
     everything = tuple(dict.fromkeys((*names(clamp), *groups)))
     fixed = np.union1d(held, boundary)
