@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -172,11 +173,12 @@ def test_a_wrong_name_is_told_before_the_files_in_the_way(folder, full, in_the_w
 
 
 def test_meshes_that_changed_or_went_away_are_noticed(folder, full, tmp_path):
-    shutil.copy(folder / "craft.toml", tmp_path)
-    there = tmp_path / "craft.toml"
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    there = Path(shutil.copy(folder / "craft.toml", elsewhere))
     code, _, wrong = told("terms", full, "--case", there)
     assert code == 2 and "boom.inp" in wrong
-    (tmp_path / "boom.inp").write_text((folder / "boom.inp").read_text().replace("4, 3.0", "4, 3.5"))
+    (elsewhere / "boom.inp").write_text((folder / "boom.inp").read_text().replace("4, 3.0", "4, 3.5"))
     code, _, wrong = told("terms", full, "--case", there)
     assert code == 2
     assert f"{full} was made with other inputs: the contents of boom.inp (bodies.boom.mesh) have changed. Undo" in wrong

@@ -50,7 +50,8 @@ def craig_bampton(
     held = held_dofs(structure, clamp)
     boundary = np.setdiff1d(held_dofs(structure, groups), held)
     follows = None if held.size else reference or groups[0]
-    if follows is not None and not np.isin(structure.clamped_dofs(follows), boundary).all():
+    nodes = np.concatenate([structure.mesh.group_points(group) for group in groups])
+    if follows is not None and not np.isin(structure.mesh.group_points(follows), nodes).all():
         raise ValueError(
             f"reference {follows!r} has nodes that belong to no interface ({', '.join(groups)}); give a group of "
             "interface nodes."
