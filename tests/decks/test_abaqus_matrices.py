@@ -626,3 +626,29 @@ def test_of_two_sections_of_an_element_the_last_counts_and_overrides_name_their_
 def test_mistakes_name_their_numbers(tmp_path, text, sentence):
     with pytest.raises(DeckError, match=sentence):
         deck(tmp_path, CHAIN + text)
+
+
+@pytest.mark.parametrize(("line", "about", "degrees"), [(", 35.", 1, 35.0), ("2", 2, 0.0), ("2, 25.", 2, 25.0)])
+def test_an_orientation_turns_about_its_first_axis_where_the_line_names_none(tmp_path, line, about, degrees):
+    text = NODES + orientation("R").rsplit("\n", 2)[0] + f"\n{line}\n"
+    text += "*ELEMENT, TYPE=ROTARYI, ELSET=J\n13, 2\n*ROTARY INERTIA, ELSET=J, ORIENTATION=O\n5., 6., 7., .2, -.3, .4\n"
+    text += "*ELEMENT, TYPE=MASS, ELSET=M\n11, 2\n*MASS, ELSET=M\n1.\n"
+    C = turned(basic("R", np.array(AT[2])), about, degrees)
+    wanted = C.T @ np.array([[5.0, 0.2, -0.3], [0.2, 6.0, 0.4], [-0.3, 0.4, 7.0]]) @ C * MASS * L**2
+    found = on_nodes(deck(tmp_path, text), "M", (2,))[3:, 3:]
+    assert found == pytest.approx(wanted, abs=1e-9 * np.abs(wanted).max())
+
+
+def test_corners_without_a_nodal_thickness_have_that_of_their_section(tmp_path):
+    """Mass and its centre of a rectangle of 2 x 1.2 in whose thickness is bilinear, 0.08 in at node 2 alone."""
+    nodes = "*NODE\n1, 0., 0., 0.\n2, 2., 0., 0.\n3, 2., 1.2, 0.\n4, 0., 1.2, 0.\n"
+    text = nodes + "*ELEMENT, TYPE=S4, ELSET=P\n1, 1, 2, 3, 4\n" + METAL
+    text += "*SHELL SECTION, ELSET=P, MATERIAL=METAL, NODAL THICKNESS\n.05\n*NODAL THICKNESS\n2, .08\n"
+    structure = deck(tmp_path, text).structure()
+    T, M = structure.translation.toarray(), structure.M.toarray()
+    move = np.linalg.pinv(T) @ np.kron(np.ones((T.shape[0] // 3, 1)), np.eye(3))
+    mass = np.diag(move.T @ M @ move)
+    assert mass == pytest.approx(RHO * 2.0 * 1.2 * (0.05 * 3 + 0.08) / 4 * MASS, rel=1e-9)
+    wanted = "shell 1 has a thickness of -0.00203 m at a corner; give a positive one in \\*NODAL THICKNESS"
+    with pytest.raises(DeckError, match=wanted.replace("0.00203", "0.002032")):
+        deck(tmp_path, text.replace("2, .08", "2, -.08"))

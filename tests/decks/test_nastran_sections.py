@@ -700,3 +700,16 @@ def test_two_of_three_elastic_constants_give_the_third(tmp_path, card, values):
     changed = inches(tmp_path, *QUAD, "CQUAD4,9,3,1,2,3,4", "PSHELL,3,1,.2,1,,1", card,
                      overrides={"mat_1": {"E": 5e10, "nu": 0.1}}).members[0].section  # fmt: skip
     assert changed.A[2, 2] == pytest.approx(5e10 / 2.2 * 0.2 * L)
+
+
+@pytest.mark.parametrize("kept", [1, 2])
+def test_a_sheet_without_stiffness_in_some_directions_keeps_the_rest(tmp_path, kept):
+    """G of MAT2 as a sum of dyads, of rank one or two: A and D are those of the card but for a 1e-9 part."""
+    rows = np.array([[1.0, 0.6, -0.3], [0.2, -0.5, 0.9]])[:kept]
+    Q = 1e6 * rows.T @ rows
+    mat = "MAT2,2," + ",".join(f"{Q[i, j]:.9g}" for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)))
+    deck = inches(tmp_path, *QUAD, "CQUAD4,9,3,1,2,3,4", "PSHELL,3,2,.2,2", f"{mat},{RHO}")
+    s = deck.members[0].section
+    for found, wanted in ((s.A, Q * 0.2 * F / L), (s.D, Q * 0.2**3 / 12 * F * L)):
+        assert found == pytest.approx(wanted, abs=3e-8 * np.abs(wanted).max())
+        assert np.linalg.eigvalsh(found)[0] > 0

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from integrate_models import chain, explosion, failing, oscillator, pulse, rigid_body
+from integrate_models import chain, duffing, explosion, failing, oscillator, pulse, rigid_body
 
 from femflex.integrate import INTEGRATORS, Dop853, Forecast, IntegrationError, Integrator, choose, forecast, integrator
 
@@ -140,3 +140,24 @@ def test_scipy_tells_the_coordinate_that_explodes():
 def test_an_unknown_scipy_method_is_told():
     with pytest.raises(ValueError, match="scipy method 'RK78' is not known"):
         INTEGRATORS["scipy_rk45"].func("RK78")
+
+
+@pytest.mark.parametrize(("name", "stages", "step"), [("scipy_rk23", 3, 0.01), ("scipy_rk45", 6, 0.07)])
+def test_scipy_statistics_count_the_evaluations_of_each_step_once(name, stages, step):
+    """Steps at their bound have no rejections: as many evaluations as the method has stages, the last one used again.
+
+    The rate of the pulse jumps at 0.5 s and 1.25 s, where a new solver starts."""
+    times = np.array([0.0, 2.0])
+    for model in (oscillator(), pulse(0.5, 1.25)):
+        method = integrator(name, rtol=1e-3, atol=1e-2, max_step=step)
+        steps = method.solve(model, times, [1.0, 0.0]).steps
+        assert steps.accepted >= 2.0 / step - 1e-9 and steps.evaluations == stages * steps.accepted
+        assert steps.largest == pytest.approx(step) and steps.smallest <= steps.largest
+
+
+def test_scipy_tells_the_coordinate_that_explodes_downwards():
+    """x'' = -x + x^3 from x = -3: both rates go to minus infinity, that of the velocity first."""
+    with pytest.raises(IntegrationError, match="near coordinate 1") as caught:
+        integrator("scipy_dop853").solve(duffing(-1.0), np.linspace(0, 3, 5), np.array([-3.0, -1.0]))
+    error = caught.value
+    assert np.isfinite(error.states).all() and error.coordinate == 1 and error.states[-1].max() < -1e3

@@ -194,3 +194,16 @@ def test_inertias_of_no_body_are_found():
         model = MatrixModel(name="m", ids=np.array([1, 2]), points=np.zeros((2, 3)), dofs=dofs, M=M, K=K)
         found = [text for text in check_model(model).warnings if "principal inertias" in text]
         assert bool(found) is not sound and all("cannot be those of a body" in text for text in found)
+
+
+@pytest.mark.parametrize("name", ["M", "K"])
+def test_of_several_negative_entries_the_least_is_told(bar, name):
+    """The second of three is the least, none of them first or last in the matrix."""
+    d = getattr(bar, name).diagonal()
+    added = {(k, k): -(1 + share) * d[k] for k, share in ((3, 0.1), (8, 5.0), (10, 0.2))}
+    least = -5.0 * d[8]
+    assert least < min(-0.1 * d[3], -0.2 * d[10])
+    word = {"M": "mass", "K": "stiffness"}[name]
+    node, component = bar.dofs[8]
+    text = f"its {word} matrix has 3 negative entries on the diagonal, the least {least:.4g} at node {node}, component "
+    assert any(f"{text}{component} (limit 0)" in error for error in check_model(changed(bar, **{name: added})).errors)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from femflex.body import rigid_body
 from femflex.dynamics import compile_system
 from femflex.integrate import Block
 from femflex.integrate import resume as head
-from femflex.pipeline.guard import MotionGuard
+from femflex.pipeline.guard import MotionGuard, first_overflow
 from femflex.reduction import BeamFunctions, UniformBeam, beam_body
 from femflex.system import System, prismatic, revolute, weld
 
@@ -49,3 +50,34 @@ def test_the_elastic_coordinate_that_moved_farthest_is_named():
         error = MotionGuard(model).divergence(block(np.zeros(1), states))
         assert error is not None and error.coordinate == k
         assert "the motion diverges: body 'boom' is displaced by" in str(error)
+
+
+@pytest.mark.parametrize("rows", [0, 2])
+def test_the_state_beyond_the_last_row_counts(rows):
+    """Motion that runs away between the last row of a block and where its integrator stands, with rows or without."""
+    model = compile_system(System({"wheel": rigid_body(1.0, np.eye(3))}, (revolute("wheel"),)))
+    times = np.arange(float(rows))
+    states = np.column_stack([times, np.full(rows, 10.0)])
+    made = block(np.append(times, rows + 0.5), np.vstack([states, [[7.0, 2.5e5]]]))
+    error = MotionGuard(model).divergence(Block(times, states, made.resume))
+    assert error is not None and error.t == rows + 0.5 and error.states.tolist() == [[7.0, 2.5e5]]
+    assert "is 2.5e+05 rad/s" in str(error)
+    made.resume[-1] = 9e4
+    assert MotionGuard(model).divergence(Block(times, states, made.resume)) is None
+
+
+@pytest.mark.parametrize("bad", [(2, 5), (4, 1), (3, 3)])
+def test_the_first_row_that_overflows_is_told_of_by_its_channel(bad):
+    """Channels with one and with three columns; the largest state is named, whatever its sign."""
+    times = np.arange(6.0)
+    states = np.column_stack([times, -100.0 - times, 50.0 + times])
+    one, three = np.ones(6), np.ones((6, 3))
+    one[bad[0] :], three[bad[1] :, 1] = np.nan, np.inf
+    seen = {"a/fine": np.ones((6, 2)), "b/one": one, "c/three": three}
+    error = first_overflow(seen, block(times, states))
+    k = min(bad)
+    assert error is not None and error.times.tolist() == [float(k)] and np.array_equal(error.states, states[k : k + 1])
+    assert (
+        str(error).startswith(f"{'b/one' if bad[0] <= bad[1] else 'c/three'} is not finite") and error.coordinate == 1
+    )
+    assert first_overflow({"a/fine": np.ones((6, 2))}, block(times, states)) is None

@@ -11,8 +11,8 @@ import pytest
 from femflex.fem import Material, Member, build_structure
 from femflex.fem.sections.laminates import Lamina, Ply, isotropic, sandwich
 from femflex.mesh import rectangle
-from femflex.reduction import cantilever_modes, free_free_modes, reduce_structure
-from femflex.reduction.strain.omitted_shear import frequency_errors
+from femflex.reduction import cantilever_modes, craig_bampton, free_free_modes, reduce_structure
+from femflex.reduction.strain.omitted_shear import frequency_errors, warn_of_omitted_shear
 from femflex.warning import PhysicsWarning
 
 METAL = Material(70e9, 0.3, 2700.0)
@@ -86,3 +86,15 @@ def test_thin_sheets_and_plates_that_shear_are_not(element):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         reduce_structure(structure, cantilever_modes(structure, "left", 4))
+
+
+def test_the_warning_of_a_craig_bampton_set_names_the_frequencies_of_its_vibration_modes():
+    """Its constraint modes come first and have none; the modes with both edges fixed are those of the clamped strip."""
+    structure = plate(SANDWICH, "dkt", 8)
+    modes = craig_bampton(structure, ["right"], 3, clamp="left", orthonormal=False)
+    fixed = cantilever_modes(structure, ["left", "right"], 3).omega[:3] / (2 * np.pi)
+    assert "vibration" not in modes.kinds[0] and len(modes.kinds) > 3
+    with pytest.warns(PhysicsWarning, match="leave out transverse shear") as caught:
+        warn_of_omitted_shear(structure, modes)
+    told = [float(value) for value in re.findall(r"([\d.e+]+) Hz by", str(caught[0].message))]
+    np.testing.assert_allclose(told, fixed, rtol=1e-3)
