@@ -144,6 +144,7 @@ def test_states_follow_coordinates_and_velocities(model):
     assert model.n_x == model.n_q + model.n_u + 5 == len(model.system.all_state_names())
     assert model.channels["z"].names == tuple(names)
     assert model.channels["effectors/pilot/valve"].description.endswith("sampled every 0.1 s (zero-order hold)")
+    assert model.channels["effectors/jet/thrust"].description == "state thrust of jet"
 
 
 @pytest.mark.parametrize("name", METHODS)

@@ -75,6 +75,8 @@ def test_the_picture_has_one_pair_of_axes_for_what_moves(tmp_path, grown, monkey
 def test_the_command_line_draws_it_for_one_run_alone(grown, femflex, tmp_path):
     code, out, _ = femflex("plot", grown.path, "markers/boom.tip/deflection", "--spectrogram", "-o", "c.png")
     assert code == 0 and "c.png" in out and (tmp_path / "c.png").stat().st_size > 5000
+    low = ("plot", grown.path, "markers/boom.tip/deflection", "--spectrogram", "--highest", "2", "-o", "low.png")
+    assert femflex(*low)[0] == 0 and (tmp_path / "low.png").read_bytes() != (tmp_path / "c.png").read_bytes()
     for other in (("--spectrum",), ("--with", grown.path)):
         code, _, said = femflex("plot", grown.path, "--spectrogram", *other)
         assert code == 2 and "--spectrogram plots one run" in " ".join(said.split())
