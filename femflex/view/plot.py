@@ -99,7 +99,7 @@ def plot_spectra(
         nyquist = float(spectra[0].frequency[-1])
         last = highest or min(nyquist, 1.3 * max((frequency for frequency, _ in peaks), default=nyquist))
         factor, unit = (1e3, "mHz") if last < 0.5 else (1.0, "Hz")
-        top = max(float(spectrum.amplitude.max()) for spectrum in spectra) or 1.0
+        top = max(float(spectrum.amplitude.max()) for spectrum in spectra)
         seen = []
         for (curve, style), spectrum in zip(_styled(group, colours), spectra, strict=True):
             if spectrum.amplitude[spectrum.frequency <= last].max(initial=0.0) < DEPTH * top and len(group) > 1:
@@ -108,7 +108,7 @@ def plot_spectra(
             seen.append(curve)
         if other is not None:
             name_second(ax, seen, run, other, colours)
-        ax.set_ylim(DEPTH * top, 10 * top)
+        ax.set_ylim(DEPTH * (top or 1.0), 10 * (top or 1.0))
         ax.set_xlim(0, last * factor)
         _name_peaks(ax, [(frequency * factor, amplitude) for frequency, amplitude in peaks], colours)
         ax.set_ylabel("amplitude of\n" + _ordinate(group))
