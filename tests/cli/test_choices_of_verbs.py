@@ -226,6 +226,8 @@ def test_what_the_compiler_lacks_is_told_by_its_place(monkeypatch: pytest.Monkey
     assert asked() == ""
     monkeypatch.setenv("FEMFLEX_PLAIN_NUMBA", "0")
     assert asked() == ""
+    monkeypatch.setenv("FEMFLEX_PLAIN_NUMBA", "")
+    assert asked() == ""
     monkeypatch.setitem(NEEDED, "numba.core.serialize", (("dumps", ("swim",)),))
     assert asked() == "numba.core.serialize.dumps.swim"
     monkeypatch.setitem(NEEDED, "numba.core.serialize", (("sing", ()),))

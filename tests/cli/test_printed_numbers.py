@@ -41,8 +41,9 @@ from femflex.cli.stability import one_axis, print_chart, print_locus
 from femflex.cli.stability import write_table as write_stability
 from femflex.cli.stress import _place
 from femflex.cli.tables import folded_columns, folded_line, print_json, print_table
-from femflex.cli.terms import term_rows
+from femflex.cli.terms import readable_part, term_rows
 from femflex.cli.times import read_seconds
+from femflex.studies.explain import Explanation
 from femflex.studies.stability import Chart, Locus
 from femflex.system import Environment
 
@@ -536,6 +537,24 @@ def test_terms_are_sorted_by_their_root_mean_square_with_the_parts_of_inertia_be
         ("  i1", "5", "0.5", "16.7%"),
         ("h", "8", "1", "33.3%"),
     ]
+
+
+@pytest.mark.parametrize(("places", "period"), [([1], 1.0), ([0], 40.0), ([1, 2], 1.0), ([0, 1, 2], 40.0)])
+def test_the_picture_of_terms_ends_where_the_chosen_coordinates_can_be_seen_to_swing(places: list[int], period: float):
+    """A strong slow coordinate, a fast one and one that hardly moves: what is not drawn does not count."""
+    t = np.linspace(0.0, 100.0, 4001)
+    u = np.column_stack([20 * np.sin(2 * np.pi * t / 40), np.sin(2 * np.pi * t), 1e-3 * np.sin(0.7 * t)])
+    push = np.column_stack([30 * np.cos(2 * np.pi * t / 40), 2 * np.cos(2 * np.pi * t), 1e-3 * np.cos(0.7 * t)])
+    terms = {"inertia": -push, "load": push}
+    found = Explanation(t, terms, {"inertia/a": -push}, u, ("a", "b", "c"), ("N", "N", "N"), ("inertia/a",) * 3)
+    shown, text = readable_part(found, places, True)
+    if period == 40.0:  # two and a half periods: all of it
+        assert shown is found and text == ""
+    else:
+        last = float(shown.time[-1])
+        assert 5 * period < last < 80.0 and len(shown.time) == np.count_nonzero(t <= last)
+        assert text == f", 0 to {last:g} s of 100 s, which shows single oscillations (--from, --to)"
+    assert readable_part(found, places, False) == (found, "")
 
 
 def test_a_backbone_is_printed_over_the_frequency_of_small_motion(capsys: pytest.CaptureFixture[str]):

@@ -164,6 +164,17 @@ def test_elements_on_nodes_that_do_not_exist_are_refused(tmp_path):
         read_mesh(path)
 
 
+@pytest.mark.parametrize("lost", [1, 28, 57])
+def test_binary_2_2_that_ends_before_its_last_node_is_said_to_be_cut_short(lost, tmp_path):
+    path = tmp_path / "short.msh"
+    write_mesh(path, line([[0, 0, 0], [1, 0, 0]], 2), version="2.2")
+    data = path.read_bytes()
+    end = data.index(b"$EndNodes") - (data[data.index(b"$EndNodes") - 1 :][:1] == b"\n")
+    path.write_bytes(data[: end - lost] + data[data.index(b"$EndNodes") :])
+    with pytest.raises(ValueError, match=r"short.msh announces 3 nodes but ends before the last; the file is cut"):
+        read_mesh(path)
+
+
 def test_binary_2_2_with_gaps_is_refused_with_advice(tmp_path):
     path = tmp_path / "mesh.msh"
     write_mesh(path, line([[0, 0, 0], [1, 0, 0]], 2), version="2.2")

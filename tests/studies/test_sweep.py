@@ -238,6 +238,25 @@ def test_a_member_that_fails_is_kept_with_its_problem(study, tmp_path):
         sweep(grid, tmp_path / "t.h5", workers=1)
 
 
+def test_a_failed_member_is_told_by_the_row_that_holds_no_numbers(study, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    inertia = '"bodies.wheel.inertia.2"]\nbetween = ["1 kg m^2", "3 kg m^2"]'
+    study(
+        ('"latin_hypercube"\nmembers = 6', '"grid"'),
+        (inertia, '"bodies.wheel.mass"]\nvalues = ["3 kg", "-1 kg", "2 kg"]'),
+        ("normal = [4, 0.5]", "values = [6]"),
+    )
+    found = CliRunner().invoke(app, ["sweep", "study.toml", "--workers", "1", "-o", "s.h5", "--json"])
+    data = json.loads(found.stdout)
+    assert found.exit_code == 0 and data["runs"] == 3
+    (failed,) = data["failed"]
+    empty = [k for k, value in enumerate(data["outputs"]["speed"]) if value is None]
+    assert [failed["run"]] == empty and data["inputs"]["bodies.wheel.mass"][failed["run"]] == -1.0
+    assert "bodies.wheel.mass" in failed["problem"] and f"run {empty[0]} failed: " in found.stderr
+    with h5py.File(tmp_path / "s.h5") as file:
+        assert bool(file["problems"][empty[0]])
+
+
 @pytest.mark.parametrize("design", ["random", "latin_hypercube", "sobol"])
 def test_scatters_have_their_distribution_and_repeat_by_their_seed(design):
     text = f'case = "c.toml"\ndesign = "{design}"\nmembers = 512\nseed = 7\nhistories = ["q:1"]\n'

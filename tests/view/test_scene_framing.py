@@ -12,6 +12,7 @@ from scipy.optimize import brentq
 from femflex.body import Skin, rigid_body
 from femflex.results import RunWriter, open_run
 from femflex.system import Channel
+from femflex.view.extent import cloud, thinned
 from femflex.view.framing import VIEW_ANGLE, Margins, best_direction, framed, framed_clear_of_corner
 from femflex.view.look import Look
 from femflex.view.motion import motion
@@ -279,3 +280,21 @@ def test_a_movie_ends_where_the_motion_does(tmp_path, settles, still):
         assert len(list(frames.iterdir())) == 7  # 12 s of the movie
         rest = render_movie(run, tmp_path / "rest", fps=1, speed=2.0, span=(90.0, None), size=(320, 180))
         assert len(list(rest.iterdir())) == 6  # a later start is shown to the end of the run
+
+
+@pytest.mark.parametrize("size", [(900, 300), (300, 900), (500, 400)])
+def test_a_colour_bar_takes_a_quarter_of_the_height_at_the_right_of_a_picture(size, run):
+    """Of a broad picture and a tall one; the margin of the other rim stays 0.04 of the width."""
+    look = Look(size=size, triads=False, view=(2.0, -3.0, 1.0), camera="fixed")
+    plan = planned(run, look)
+    width, height = size
+    low = np.array([0.04, 0.12]) * size
+    high = np.array([width - 0.25 * height, height - 0.12 * height])
+    assert plan.bar is not None and plan.view.angle == VIEW_ANGLE
+    times = np.union1d(run.time[np.linspace(0, len(run) - 1, 200).round().astype(int)], [plan.peak])
+    moving = motion(run, times, plan.camera, plan.body, (), plan.scale)
+    points = cloud(moving, thinned(plan.skins), plan.scale, {}, plan.sight)
+    seen = on_screen(points.reshape(-1, 3), plan.view, width / height) * size
+    assert np.all(seen > low - 1e-6 * height) and np.all(seen < high + 1e-6 * height)
+    slack = (seen.min(axis=0) - low) + (high - seen.max(axis=0))
+    assert slack.min() < 1e-6 * height  # one direction is used from rim to rim
