@@ -19,7 +19,7 @@ Quadratic strain is J. L. Sanders' for moderate rotations (Q. Appl. Math. 21 (19
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -99,11 +99,12 @@ def _fill_rows(geometry: ShellGeometry, points: Array, rows: Array) -> None:
     k = base.h.shape[1]
     frame, inverse = _frames(geometry, base)
     tied = products(geometry.cell, points)
-    strain = _cartesian(inverse, _inlayer(geometry, tied.inlayer))
+    covariant = _inlayer(geometry, tied.inlayer)
     if geometry.cell == "quad9":
-        strain += _mean_lost(geometry)
+        covariant += _mean_lost(geometry, base)
+    strain = _cartesian(inverse, covariant)
     if geometry.cell == "quad":
-        strain[..., : 6 * k] += _incompatible(geometry, points, strain[..., : 6 * k])
+        strain[..., : 6 * k] += _incompatible(geometry, points, base, inverse, strain[..., : 6 * k])
     membrane, bending = strain[..., : 6 * k], strain[..., 6 * k :]
     rows[:, :, 6:9] = bending
     np.matmul(inverse, _shear(geometry, tied), out=rows[:, :, 9:11])
@@ -167,21 +168,29 @@ def _crossed(V: Array, rows: Array) -> Array:
     return found.reshape(*rows.shape[:3], -1)
 
 
-def _mean_lost(geometry: ShellGeometry) -> Array:
-    """Constant rows (e, 1, 3, 12 k) that give tied strains the mean over the element that untied ones have.
+def _mean_lost(geometry: ShellGeometry, at: _Base) -> Array:
+    """Covariant rows (e, q, 3, 12 k) at points that give tied strains the mean over the element that untied ones have.
 
     In elements that are no parallelograms tying alone changes it, and patches of constant stress would not be exact.
+    The mean is of strains along the elements' own axes, so that it does not depend on those of the section.
     """
     points, weight = quadrature("quad", 3)
     tied = products(geometry.cell, points)
     base = _base(geometry, points)
-    _, inverse = _frames(geometry, base)
+    inverse = _own_inverse(geometry, base)
     share = np.linalg.norm(np.cross(base.g[:, :, 0], base.g[:, :, 1]), axis=2) * weight
     share = (share / share.sum(axis=1, keepdims=True))[..., None, None]
     e, q = share.shape[:2]
     weighted = (strain_transform(inverse) * share).swapaxes(1, 2).reshape(e, 3, 3 * q)
     lost = _inlayer(geometry, tied.untied - tied.inlayer).reshape(e, 3 * q, -1)
-    return np.asarray(np.matmul(weighted, lost)[:, None])
+    back = strain_transform(np.linalg.inv(_own_inverse(geometry, at)))
+    return np.asarray(np.matmul(back, np.matmul(weighted, lost)[:, None]))
+
+
+def _own_inverse(geometry: ShellGeometry, base: _Base) -> Array:
+    """dr^alpha/dx_a (e, q, 2, 2) along axes of the elements: their r direction at the centre laid into the surface."""
+    middle = _base(geometry, np.array([[0.5, 0.5]]))
+    return _frames(replace(geometry, axis=np.broadcast_to(middle.g[:, :, 0], geometry.x.shape)), base)[1]
 
 
 def _cartesian(inverse: Array, covariant: Array) -> Array:
@@ -201,20 +210,22 @@ def strain_transform(inverse: Array) -> Array:
     return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
 
 
-def _incompatible(geometry: ShellGeometry, points: Array, membrane: Array) -> Array:
+def _incompatible(geometry: ShellGeometry, points: Array, base: _Base, inverse: Array, membrane: Array) -> Array:
     """What the modes r for rr, s for ss and r, s for rs of four-node elements add to the membrane rows, (e, q, 3, l).
 
     Their amplitudes are those of least energy (J. C. Simo and M. S. Rifai, Int. J. Num. Meth. Engng 29 (1990) 1595), so
-    that the rows found are over the nodal dofs alone. In its own plane the element then bends without locking.
+    that the rows found are over the nodal dofs alone. In its own plane the element then bends without locking. The
+    modes are along the elements' own axes, and turned into those of the points, dr^alpha/dx_a = inverse (e, q, 2, 2).
     """
     centre = np.array([[0.5, 0.5]])
-    _, inverse = _frames(geometry, _base(geometry, centre))
+    own = strain_transform(_own_inverse(geometry, _base(geometry, centre)))
+    turned = strain_transform(inverse) @ strain_transform(np.linalg.inv(_own_inverse(geometry, base)))
     area0, _ = areas(geometry, centre)
     area, _ = areas(geometry, points)
     r, s = points.T - 0.5
     modes = np.zeros((len(points), 3, 4))
     modes[:, 0, 0], modes[:, 1, 1], modes[:, 2, 2], modes[:, 2, 3] = r, s, r, s
-    M = np.einsum("ecd,qdm->eqcm", strain_transform(inverse)[:, 0], modes) * (area0 / area)[..., None, None]
+    M = turned @ np.einsum("ecd,qdm->eqcm", own[:, 0], modes) * (area0 / area)[..., None, None]
     weighted = np.matmul(geometry.A, M) * area[..., None, None]  # equal weights of 2 by 2 points
     e, q = area.shape
     flat = weighted.reshape(e, 3 * q, 4).swapaxes(1, 2)
