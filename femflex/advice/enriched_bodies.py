@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.body import FlexibleBody, Marker, MassMoments, StrainTensors
+from femflex.body import FlexibleBody, Marker
 from femflex.dynamics.equilibria.rest_modes import linear_body
 from femflex.fem.structure import Structure
 from femflex.reduction.admissible import beam_body
@@ -22,13 +22,13 @@ from femflex.reduction.beams.beam_functions import (
 )
 from femflex.reduction.beams.uniform_beam import BeamFunctions, UniformBeam
 from femflex.reduction.boundary.markers import marker_rows
-from femflex.reduction.boundary.rigid import DIRECTIONS, rigid_shapes
-from femflex.reduction.inertia.moments import linear_stiffness
+from femflex.reduction.boundary.rigid import DIRECTIONS
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.modes.residuals import combined, residual_vectors
 from femflex.reduction.modes.statics import static_solver
 from femflex.reduction.modes.vibration import load_vectors, ritz
 from femflex.reduction.origin import Deployed
+from femflex.reduction.small_motions import in_shapes
 
 Array = NDArray[np.float64]
 Place = tuple[str, str]  # group or end of the body, and a direction there ("" for all that belong together)
@@ -76,7 +76,7 @@ class MeshedEnrichment:
         phi = np.column_stack([modes.phi, added])
         inside = np.vstack([np.zeros((modes.n_modes, len(labels))), added.T @ (structure.M @ first)])
         return EnrichedBody(
-            self._at_rest(body, phi),
+            self._in_shapes(body, phi),
             np.eye(phi.shape[1])[:, : modes.n_modes],
             {label: inside[:, [k]] for k, label in enumerate(labels) if first[:, k].any()},
         )
@@ -91,24 +91,10 @@ class MeshedEnrichment:
             F = np.column_stack([load_vectors(self.structure, DIRECTIONS, {}), F])
         return labels, F
 
-    def _at_rest(self, body: FlexibleBody, phi: Array) -> FlexibleBody:
-        """The body in shapes phi (n_dof, n); of its moments what small motions about rest need."""
-        structure, n = self.structure, phi.shape[1]
-        pull = rigid_shapes(structure).T @ (structure.M @ phi)  # momentum (3, n) and angular momentum (3, n) per shape
-        second = np.zeros((1 + n, 3, 1 + n, 3))
-        second[0, :, 0, :] = body.moments.second[0, :, 0, :]
-        turned = np.einsum("abc,ak->bkc", LEVI_CIVITA, pull[3:]) / 2
-        second[0, :, 1:, :] = turned
-        second[1:, :, 0, :] = turned.transpose(1, 2, 0)
-        Me = phi.T @ (structure.M @ phi)
-        second[1:, :, 1:, :] = np.einsum("kl,ab->kalb", Me, np.eye(3)) / 3
-        moments = MassMoments(body.moments.mass, np.vstack([body.moments.first[:1], pull[:3].T]), second)
-        return FlexibleBody(
-            moments=moments,
-            strain=StrainTensors.linear(linear_stiffness(structure.K, phi)),
-            damping=np.zeros((n, n)),
-            markers=_moved(body, {name: self._rows(name, phi) for name in self.places}, n),
-        )
+    def _in_shapes(self, body: FlexibleBody, phi: Array) -> FlexibleBody:
+        """The body in shapes phi (n_dof, n)."""
+        markers = _moved(body, {name: self._rows(name, phi) for name in self.places}, phi.shape[1])
+        return in_shapes(self.structure, phi, body.moments, markers)
 
     def _copied(self, body: FlexibleBody, name: str) -> str | None:
         """The mesh group of the marker that another one is a copy of."""
@@ -117,9 +103,6 @@ class MeshedEnrichment:
     def _rows(self, name: str, phi: Array) -> tuple[Array, Array]:
         rows = marker_rows(self.structure, self.places[name])
         return rows.translation @ phi, rows.rotation @ phi
-
-
-LEVI_CIVITA = np.array([[np.cross(a, b) for b in np.eye(3)] for a in np.eye(3)]).transpose(2, 0, 1)
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -49,6 +49,7 @@ from femflex.reduction import (
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.origin import Analytic, Meshed, Origin
 from femflex.reduction.preload.equilibrium import is_preloaded
+from femflex.reduction.small_motions import small_motion_body
 from femflex.system import Part, Segments
 from femflex.warning import PhysicsWarning
 
@@ -70,9 +71,10 @@ def build_bodies(case: Case) -> dict[str, Part]:
     return {name: built.part for name, built in built_bodies(case).items()}
 
 
-def built_bodies(case: Case) -> dict[str, BuiltBody]:
+def built_bodies(case: Case, drafts: Collection[str] = ()) -> dict[str, BuiltBody]:
     """All bodies of a case by name, with their origins.
 
+    drafts: bodies of elements that are made for small motions about rest alone, from which shapes are chosen.
     Bodies whose tables say the same but for their initial state, and that carry alike, are built once and shared.
     Raises CaseError with the problems of all bodies together.
     """
@@ -80,12 +82,15 @@ def built_bodies(case: Case) -> dict[str, BuiltBody]:
     alike: dict[str, BuiltBody] = {}
     problems: list[Problem] = []
     for name in case.bodies:
-        key = _content(case, name)
+        key = f"{name in drafts} {_content(case, name)}"
         if key in alike:
             bodies[name] = alike[key]
             continue
         try:
-            bodies[name] = alike[key] = built_body(case, name)
+            with warnings.catch_warnings():
+                if name in drafts:
+                    warnings.simplefilter("ignore", PhysicsWarning)  # given when the body itself is made
+                bodies[name] = alike[key] = built_body(case, name, draft=name in drafts)
         except CaseError as error:
             problems += error.problems
     if problems:
@@ -99,12 +104,17 @@ def build_part(case: Case, name: str, modes: int | None = None, refine: int = 0,
 
 
 def built_body(
-    case: Case, name: str, modes: int | None = None, refine: int = 0, segments: int | None = None
+    case: Case,
+    name: str,
+    modes: int | None = None,
+    refine: int = 0,
+    segments: int | None = None,
+    draft: bool = False,
 ) -> BuiltBody:
     """The body of that name, or its Segments when it is cut (into `segments` instead of the case's number, if given).
 
     modes: another number of modes; refine: how many times finer its mesh is. Its strain is what the case says, or
-    linear. What the case leaves open is decided above (`pipeline.decisions`).
+    linear. What the case leaves open is decided above (`pipeline.decisions`). draft: as of `built_bodies`.
 
     Raises CaseError with what is wrong with it.
     """
@@ -112,10 +122,10 @@ def built_body(
         raise CaseError(case.path.name, [Problem("bodies", f"found no body {name!r}; {near(name, case.bodies)}")])
     made = shared_parts()
     if made is None:
-        return _built(case, name, modes, refine, segments)
+        return _built(case, name, modes, refine, segments, draft)
     rest = case.model_copy(update={"bodies": {}, "initial": None})
-    key = f"{case.path} {name} {modes} {refine} {segments} {_content(case, name)} {rest!r}"
-    return made.part(key, lambda: _built(case, name, modes, refine, segments))
+    key = f"{case.path} {name} {modes} {refine} {segments} {draft} {_content(case, name)} {rest!r}"
+    return made.part(key, lambda: _built(case, name, modes, refine, segments, draft))
 
 
 def _content(case: Case, name: str) -> str:
@@ -133,7 +143,7 @@ def _content(case: Case, name: str) -> str:
     return f"{type(table).__name__} {table.model_dump_json(exclude=apart)} {context}"
 
 
-def _built(case: Case, name: str, modes: int | None, refine: int, segments: int | None) -> BuiltBody:
+def _built(case: Case, name: str, modes: int | None, refine: int, segments: int | None, draft: bool) -> BuiltBody:
     """`built_body`, anew."""
     table = case.bodies[name]
     try:
@@ -143,9 +153,9 @@ def _built(case: Case, name: str, modes: int | None, refine: int, segments: int 
         if isinstance(table, DeployingTable):
             made = build_deploying(case, name, table, modes)
             return BuiltBody(made.body, deployed_origin(case, name, table, made), added_note(case, name, table))
-        body, source, notes = _body(case, name, table, modes, refine)
+        body, source, notes = _body(case, name, table, modes, refine, draft)
         open_ = Origin(source, open_choices(table), bound_to_linear(table), remedy_of(table))
-        if isinstance(table, FlexibleTable | AnalyticTable | FileTable):
+        if isinstance(table, FlexibleTable | AnalyticTable | FileTable) and not draft:
             warn_of_doubtful_extents(case, name, table, body)
         return BuiltBody(_with_markers(body, name, table), None if isinstance(table, RigidTable) else open_, notes)
     except CaseError:
@@ -159,7 +169,7 @@ def _built(case: Case, name: str, modes: int | None, refine: int, segments: int 
 Made = tuple[FlexibleBody, Meshed | Analytic | None, tuple[str, ...]]  # body, source, notes
 
 
-def _body(case: Case, name: str, table: BodyTable, modes: int | None, refine: int) -> Made:
+def _body(case: Case, name: str, table: BodyTable, modes: int | None, refine: int, draft: bool) -> Made:
     if isinstance(table, RigidTable):
         return _rigid(case, table), None, ()
     if isinstance(table, AnalyticTable):
@@ -174,7 +184,10 @@ def _body(case: Case, name: str, table: BodyTable, modes: int | None, refine: in
     given = structure_of(case, name, table, refine)
     added = acting_loads(case, name, table, marker_groups(table))
     structure, modeset = build_modes(given, table, modes, name, added, preload_of(case, name, table))
-    body, modeset = _meshed(case, name, table, structure, modeset)
+    if draft:
+        body = small_motion_body(structure, modeset, marker_groups(table), turning_markers(case, name))
+    else:
+        body, modeset = _meshed(case, name, table, structure, modeset)
     r = table.reduction
     joints = getattr(r, "joints", None) or {}
     source = Meshed(

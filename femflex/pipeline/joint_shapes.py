@@ -1,14 +1,14 @@
 """Bodies with the static shapes that their joints ask for, chosen from their craft in richer sets.
 
-The bodies are built as their tables say. The modes of the craft in richer sets show which static shapes of the joints
-it needs (`advice.truncation`); those bodies are built again, of the same structures. Members that deploy are assessed
-at their first and last lengths.
+The modes of the craft in richer sets show which static shapes of the joints it needs (`advice.truncation`). Bodies of
+elements that leave these open are drafted for that, for small motions about rest, and built when it is known; others
+are built, and built again if they get such shapes. Members that deploy are assessed at their first and last lengths.
 """
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 
 from femflex.advice.advice import Advice
@@ -18,6 +18,7 @@ from femflex.assembly.bodies import BuiltBody, built_bodies
 from femflex.assembly.deploying import held_at
 from femflex.assembly.open_choices import open_joints, open_strains, table_text, with_joints, with_strains
 from femflex.assembly.system import problems_of_loads
+from femflex.case.body import FlexibleTable
 from femflex.case.case import Case
 from femflex.case.problems import CaseError
 from femflex.pipeline.references import duration_of
@@ -42,7 +43,8 @@ def with_joint_shapes(case: Case) -> tuple[Case, Built, list[AssessedCraft], lis
     Bodies that do not say their strain are linear. Members that deploy are assessed at their first and last lengths.
     """
     linear = with_strains(case, dict.fromkeys(open_strains(case), "linear"))
-    built = _built_with_loads(linear)
+    drafts = _drafts(linear)
+    built = _built_with_loads(linear, drafts)
     system, known = known_system(linear.model_copy(update={"initial": None}), built)
     alike = {name: table_text(case.bodies[name]) for name in open_joints(case)}
     views = [AssessedCraft(0.0, richer_craft(system, known))]
@@ -51,8 +53,20 @@ def with_joint_shapes(case: Case) -> tuple[Case, Built, list[AssessedCraft], lis
         views.append(AssessedCraft(end, richer_craft(*later)))
     chosen = joint_advice([view.richer for view in views], known, alike, case.run.band or 0.0)
     case = with_joints(case, {name: one.choice for name, one in chosen.items()})
-    built |= built_again(case, [name for name, one in chosen.items() if one.choice], silent=True)
+    built |= built_again(case, drafts)
+    changed = [name for name, one in chosen.items() if one.choice and name not in drafts]
+    built |= built_again(case, changed, silent=True)
     return case, built, views, list(chosen.values())
+
+
+def _drafts(case: Case) -> list[str]:
+    """Bodies of elements that leave the static shapes of their joints open; none whose strain the case measures."""
+    measured = {sensor.body for sensor in case.sensors.values() if sensor.kind == "strain"}
+    return [
+        name
+        for name in open_joints(case)
+        if isinstance(table := case.bodies[name], FlexibleTable) and not table.recovery and name not in measured
+    ]
 
 
 def known_system(case: Case, built: Mapping[str, BuiltBody]) -> tuple[System, KnownBodies]:
@@ -89,11 +103,11 @@ def truncation_doubts(case: Case, system: System, views: Iterable[AssessedCraft]
     return sorted(found, key=lambda one: -(one.value or 0.0))[:1]
 
 
-def _built_with_loads(case: Case) -> Built:
-    """The bodies of a case. Raises CaseError with their problems and those of the loads together."""
+def _built_with_loads(case: Case, drafts: Collection[str]) -> Built:
+    """The bodies of a case, some drafted. Raises CaseError with their problems and those of the loads together."""
     problems = problems_of_loads(case)
     try:
-        built = built_bodies(case)
+        built = built_bodies(case, drafts)
     except CaseError as error:
         raise CaseError(case.path.name, [*error.problems, *problems]) from None
     if problems:

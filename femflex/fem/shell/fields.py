@@ -183,14 +183,18 @@ def _mean_lost(geometry: ShellGeometry, at: _Base) -> Array:
     e, q = share.shape[:2]
     weighted = (strain_transform(inverse) * share).swapaxes(1, 2).reshape(e, 3, 3 * q)
     lost = _inlayer(geometry, tied.untied - tied.inlayer).reshape(e, 3 * q, -1)
-    back = strain_transform(np.linalg.inv(_own_inverse(geometry, at)))
-    return np.asarray(np.matmul(back, np.matmul(weighted, lost)[:, None]))
+    return np.asarray(np.matmul(_from_own(geometry, at), np.matmul(weighted, lost)[:, None]))
 
 
 def _own_inverse(geometry: ShellGeometry, base: _Base) -> Array:
     """dr^alpha/dx_a (e, q, 2, 2) along axes of the elements: their r direction at the centre laid into the surface."""
     middle = _base(geometry, np.array([[0.5, 0.5]]))
     return _frames(replace(geometry, axis=np.broadcast_to(middle.g[:, :, 0], geometry.x.shape)), base)[1]
+
+
+def _from_own(geometry: ShellGeometry, base: _Base) -> Array:
+    """Covariant strains (e, q, 3, 3) of strains along the elements' own axes [1, m, m^2]."""
+    return strain_transform(np.asarray(np.linalg.inv(_own_inverse(geometry, base)), float))
 
 
 def _cartesian(inverse: Array, covariant: Array) -> Array:
@@ -219,13 +223,13 @@ def _incompatible(geometry: ShellGeometry, points: Array, base: _Base, inverse: 
     """
     centre = np.array([[0.5, 0.5]])
     own = strain_transform(_own_inverse(geometry, _base(geometry, centre)))
-    turned = strain_transform(inverse) @ strain_transform(np.linalg.inv(_own_inverse(geometry, base)))
+    turned = np.matmul(strain_transform(inverse), _from_own(geometry, base))
     area0, _ = areas(geometry, centre)
     area, _ = areas(geometry, points)
     r, s = points.T - 0.5
     modes = np.zeros((len(points), 3, 4))
     modes[:, 0, 0], modes[:, 1, 1], modes[:, 2, 2], modes[:, 2, 3] = r, s, r, s
-    M = turned @ np.einsum("ecd,qdm->eqcm", own[:, 0], modes) * (area0 / area)[..., None, None]
+    M = np.matmul(turned, np.einsum("ecd,qdm->eqcm", own[:, 0], modes)) * (area0 / area)[..., None, None]
     weighted = np.matmul(geometry.A, M) * area[..., None, None]  # equal weights of 2 by 2 points
     e, q = area.shape
     flat = weighted.reshape(e, 3 * q, 4).swapaxes(1, 2)

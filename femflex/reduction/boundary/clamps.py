@@ -34,7 +34,7 @@ def held_dofs(structure: Structure, clamp: Groups) -> Index:
 
 def free_dofs(structure: Structure, held: Index) -> Index:
     """Numbers (k,) of independent dofs, ascending, that are not held."""
-    return np.setdiff1d(np.arange(structure.n_dof), held)
+    return np.delete(np.arange(structure.n_dof), held)
 
 
 def refuse_unheld(structure: Structure, held: Index, clamp: tuple[str, ...], loose: Array) -> NoReturn:

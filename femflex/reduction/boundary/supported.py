@@ -43,7 +43,7 @@ class Supported:
     @cached_property
     def free(self) -> Index:
         """Numbers (n,) of dofs that are not held."""
-        return np.setdiff1d(np.arange(self.whole_K.shape[0]), self.held)
+        return np.delete(np.arange(self.whole_K.shape[0]), self.held)
 
     @cached_property
     def K(self) -> sparse.csr_array:

@@ -10,13 +10,36 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.fem.structure import Structure
-from femflex.fem.tables import element_chunks
+from femflex.fem.tables import DenseInertia, element_chunks
+from femflex.reduction.boundary.rigid import rigid_motion, rigid_shapes
 
 Array = NDArray[np.float64]
 
 ANSWERED = 1e-4  # part of a field's answer, by amplitude, that may be left out
 SILENT = 1e-6  # answer over the largest of all fields below which it is rounding
 RANK = 1e-12  # of the largest energy: below it a combination is dependent on others
+
+
+def loads_of_rigid_accelerations(structure: Structure) -> Array:
+    """int N^T a dm (n_dof, 6) [kg, kg m] of the fields a of three unit accelerations and three unit turns about the
+    origin.
+
+    M R, but for masses that lie off nodes of flat plates: these nodes do not turn about the normal as the body does.
+    """
+    loads: Array = structure.recalled(("rigid loads",), lambda: _loads_of_rigid_accelerations(structure))
+    return loads
+
+
+def _loads_of_rigid_accelerations(structure: Structure) -> Array:
+    R = rigid_shapes(structure)
+    raw, left = structure.T @ R, np.zeros((structure.T.shape[0], 6))
+    for block in structure.inertia:
+        if isinstance(block, DenseInertia):
+            whole = slice(None)
+            a = rigid_motion(block.rho.reshape(-1, 3))[0].reshape(*block.rho.shape, 6) - block.shapes(raw, whole)
+            N = np.broadcast_to(block.N, (len(block.dm), *block.N.shape[1:]))
+            np.add.at(left, block.dofs, np.einsum("eqal,eq,eqak->elk", N, block.dm, a, optimize=True))
+    return np.asarray(structure.M @ R + structure.T.T @ left)
 
 
 def work_of_accelerations(structure: Structure, shapes: Array) -> Array:

@@ -15,6 +15,7 @@ from femflex.reduction.boundary.clamps import Groups, free_dofs, held_dofs, name
 from femflex.reduction.boundary.markers import marker_rows
 from femflex.reduction.boundary.rigid import DIRECTIONS, independent_columns, rigid_shapes
 from femflex.reduction.boundary.supported import lowest_modes_on, supported
+from femflex.reduction.inertia.accelerations import loads_of_rigid_accelerations
 from femflex.reduction.modes.buckling import refuse_buckled
 from femflex.reduction.modes.modeset import ModeSet
 
@@ -120,7 +121,7 @@ def load_vectors(structure: Structure, directions: Sequence[str], loads: Mapping
     unknown = [d for d in [*directions, *(d for given in loads.values() for d in given)] if d not in DIRECTIONS]
     if unknown:
         raise ValueError(f"directions {unknown} are not known; name some of {list(DIRECTIONS)}.")
-    columns = [structure.M @ rigid_shapes(structure)[:, [DIRECTIONS.index(d) for d in directions]]]
+    columns = [loads_of_rigid_accelerations(structure)[:, [DIRECTIONS.index(d) for d in directions]]]
     for group, given in loads.items():
         rows = marker_rows(structure, group)
         both = np.concatenate([rows.translation.toarray(), rows.rotation.toarray()])

@@ -72,7 +72,7 @@ def is_known(structure: Structure, what: str, held: Index) -> bool:
 
 def equilibrium(structure: Structure, held: Index, loads: Loads) -> Array:
     """Displacements (n_dof,) [m, rad] at which elastic forces balance the loads, zero at the held dofs."""
-    free = np.setdiff1d(np.arange(structure.n_dof), held)
+    free = np.delete(np.arange(structure.n_dof), held)
     elastic = structure.internal_force
     x = np.zeros(structure.n_dof)
     scale = float(np.abs(np.concatenate([loads.F[free], structure.f0])).max(initial=0.0))

@@ -88,7 +88,7 @@ def warn_if_slack(structure: Structure, modes: ModeSet) -> None:
 
 def _warn_if_unbalanced(structure: Structure, held: Index) -> None:
     """Warn when tethers or membranes are not at rest under their initial stress with these dofs held."""
-    free = np.setdiff1d(np.arange(structure.n_dof), held)
+    free = np.delete(np.arange(structure.n_dof), held)
     left, whole = (float(np.abs(f).max(initial=0.0)) for f in (structure.f0[free], structure.f0))
     if left > SMALL * whole:
         warnings.warn(
