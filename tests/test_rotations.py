@@ -15,12 +15,14 @@ from femflex.rotations import (
     dcm_from_angles,
     dcm_from_coordinates,
     dcm_from_quaternion,
+    dcm_from_vector,
     is_extrinsic,
     is_symmetric,
     letters_of,
     quaternion_from_dcm,
     regular_coordinates,
     singularity_distance,
+    vector_from_dcm,
 )
 
 
@@ -41,6 +43,7 @@ def test_a_sequence_is_the_product_of_its_turns(letters):
         (f"extrinsic {letters}", C @ B @ A),
     ):
         np.testing.assert_allclose(dcm_from_angles(angles, name), expected, atol=1e-12)
+        np.testing.assert_allclose(dcm_from_coordinates(angles, name), expected, atol=1e-12)
         np.testing.assert_allclose(dcm_from_angles(angles_from_dcm(expected, name), name), expected, atol=1e-12)
         assert letters_of(name) == letters and is_extrinsic(name) == name.startswith("extrinsic")
         assert is_symmetric(name) == (letters[0] == letters[2])
@@ -61,6 +64,8 @@ def test_parameters_are_functions_of_axis_and_angle(angle):
     e = np.array([np.cos(angle / 2), *np.sin(angle / 2) * axis])
     np.testing.assert_allclose(quaternion_from_dcm(C), e, atol=1e-12)
     np.testing.assert_allclose(dcm_from_quaternion(3.0 * e), C, atol=1e-12)
+    np.testing.assert_allclose(dcm_from_vector(angle * axis), C, atol=1e-12)
+    np.testing.assert_allclose(vector_from_dcm(C), angle * axis, atol=1e-12)
     expected = {
         "euler_parameters": e,
         "rodrigues": np.tan(angle / 2) * axis,
