@@ -1,4 +1,4 @@
-"""The matrices behind small motions and Newton's steps, against the equations that they stand for, of random numbers."""
+"""The matrices behind small motions and Newton's steps, against the equations that they stand for."""
 
 from __future__ import annotations
 
@@ -47,7 +47,8 @@ def test_modal_equations_are_those_of_coordinates_rates_and_states():
     rates = z.F_x @ x + z.F_u @ v + z.F_z @ states
     np.testing.assert_allclose(modal.A @ whole(x, v, states), whole(v, pulled, rates), rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(modal.shapes(whole(x, v, states)), x, atol=1e-12)
-    alone = _Modal.of(*(np.zeros((0, 0)),) * 3, StateEquations(*(np.zeros((0, 3)),) + (z.F_x[:, :0],) * 2 + (z.F_z,), z.names), sizes)  # fmt: skip
+    bare, none = np.zeros((0, 0)), np.zeros((M_Z, 0))
+    alone = _Modal.of(bare, bare, bare, StateEquations(none.T, none, none, z.F_z, z.names), sizes)
     np.testing.assert_allclose(alone.A, np.diag(1 / sizes) @ z.F_z @ np.diag(sizes))
 
 
@@ -126,7 +127,8 @@ def test_states_at_rest_come_first_then_those_that_drift():
 def test_a_state_bears_the_name_of_the_motion_it_makes_or_of_its_largest_own_state():
     modal, own = _Modal.of(*equations()), np.array([0, 2, 3, 5])
     field = np.arange(1.0, 7.0)
-    motions = (KnownMotion("drift", 0j, True, np.array([5, 0, -1, 2, 0, 1]) + 0j), KnownMotion("turn", 0j, True, field + 0j))  # fmt: skip
+    drift = KnownMotion("drift", 0j, True, np.array([5, 0, -1, 2, 0, 1]) + 0j)
+    motions = (drift, KnownMotion("turn", 0j, True, field + 0j))
     state = np.concatenate([-2.0 * modal.inverse @ field[own], np.zeros(N), [0.1, -0.3, 0.2]])
     assert modal.named(state, motions, own) == "turn"
     assert modal.named(state, motions[:1], own) == "b"

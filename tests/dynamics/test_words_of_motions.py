@@ -51,7 +51,7 @@ def bar() -> tuple[np.ndarray, np.ndarray]:
     return points, np.array([one / np.sqrt((one**2).sum() / len(one)) for one in shapes])
 
 
-def craft(*others, K=np.arange(1.0, 6.0)):
+def craft(*others, K=(1.0, 2.0, 3.0, 4.0, 5.0)):
     """The bar, welded, with other bodies on it; its model and the small motions of its coordinates."""
     points, shapes = bar()
     z = np.concatenate([points[:, None], shapes.swapaxes(0, 1)], axis=1)
@@ -71,7 +71,8 @@ def motions_of(model, shapes, eigenvalues, **more) -> SmallMotions:
     values = np.asarray(eigenvalues, complex)
     given = {"known": (), "driven": False, "owners": ("",) * n} | more
     return SmallMotions(
-        eigenvalues=values, shapes=shapes, spectrum=values, M=M, rate=0.0, bodies=body_motions(model, rest), thresholds=np.zeros(n), spectrum_thresholds=np.zeros(n), **given,
+        eigenvalues=values, shapes=shapes, spectrum=values, M=M, rate=0.0, bodies=body_motions(model, rest),
+        thresholds=np.zeros(n), spectrum_thresholds=np.zeros(n), **given,
     )  # fmt: skip
 
 
