@@ -61,3 +61,9 @@ def test_light_damping_is_not_lost_beside_large_loads_in_balance(J, k, c, torque
     load = Load("hold", "arm", frame="inertial", torque=np.array([0.0, 0.0, torque]))
     model = compile_system(System({"arm": rigid_body(1.0, J * np.eye(3))}, (hinge,), loads=(load,)))
     assert linearised(model, 0.0, model.x0).D[0, 0] == pytest.approx(c, rel=1e-6)
+
+
+def test_rounding_counts_by_its_size_on_both_sides_of_zero():
+    """Steps of 1 leave 6e-11 of the slope beside 1e6, steps a hundred times shorter 6e-9."""
+    found = local_derivative(lambda h: np.array([1e6 + 1e-3 * h, -1e6 + 1e-3 * h, -1e6 - 1e-3 * h]), 1.0)
+    assert found == pytest.approx([1e-3, 1e-3, -1e-3], abs=3e-10)
