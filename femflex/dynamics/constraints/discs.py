@@ -24,7 +24,7 @@ def tilts(constraints: Constraints, t: float, x: Array) -> dict[str, float]:
                 for key in ("motion_P", "motion_Q")
             )
             axis, normal = pool[int(record["axis"]) : int(record["axis"]) + 6].reshape(2, 3)
-            across = float(np.linalg.norm(np.cross(C_P.T @ normal, C_Q.T @ axis)))
+            across = float(np.linalg.norm(np.cross(C_P @ normal, C_Q @ axis)))
             out[name] = float(np.arcsin(min(across, 1.0)))
     return out
 
