@@ -154,7 +154,7 @@ def refuse_open(constraints: Constraints, x: Array, limits: Array) -> None:
     competing = competing_motions_text(constraints, 0.0, x, worst)
     raise ValueError(
         f"{constraints.kind_of(worst)} cannot close{competing}: the best configuration found leaves "
-        f" a gap of {gaps[constraints.rows_of(worst)].max():.3g} (m or rad){kept_text(constraints)}. Check the "
+        f"a gap of {gaps[constraints.rows_of(worst)].max():.3g} (m or rad){kept_text(constraints)}. Check the "
         f"lengths and the markers' axes, or start nearer to a closed configuration{clearance_text(constraints, gaps)}."
     )
 
