@@ -80,6 +80,31 @@ def test_a_free_length_of_kilometres_is_pulled_by_the_whole_attraction():
     assert seen["bodies/tether/drum_force"] == pytest.approx(-seen["effectors/reel/tension"], rel=1e-9)
 
 
+@pytest.mark.parametrize("reel", [None, Reel("reel", 1e4, 3.0, tension=18.0, damping=0.5)], ids=["profile", "reel"])
+def test_an_instant_of_a_slack_swing_is_that_of_the_integrals_along_the_tether(reel):
+    """Accelerations of pitch and of a free length, and the potential -mu/|R| of the tether and its tip body past O."""
+    if reel is None:
+        model = compile_system(tether(Profile.polynomial(1e4, 3.0)))
+    else:
+        model = compile_system(tether(reel, effectors=(reel.effector(25e3),)))
+    x = model.x0.copy()
+    x[:2] = 0.3, -1e-3
+
+    def acceleration(t, L, U, pull):
+        return 0.0 if reel is None else (pull - 18.0 - 0.5 * U - MASS * U * U) / (MASS * L + TIP)
+
+    U, A, w, pitched = moving(0.0, [1e4, 3.0, 0.3, -1e-3], acceleration)
+    assert model.state_rate(0.0, x) == pytest.approx([w, pitched] + [U, A] * (reel is not None), rel=1e-9)
+    seen = {key: value[0] for key, value in model.observe(np.zeros(1), x[None]).items()}
+    mu, s, dm = Orbit(RADIUS).mu, np.append(1e4 * XI, 1e4), np.append(MASS * 1e4 * W, TIP)
+    along = s * np.cos(0.3)
+    R = np.hypot(RADIUS + along, s * np.sin(0.3))
+    potential = dm @ (-mu / R + mu / RADIUS - mu / RADIUS**2 * along)
+    found = seen["monitors/energy"] - seen["monitors/kinetic"]
+    assert found == pytest.approx(potential, rel=1e-7)
+    assert seen["monitors/gravity"] != pytest.approx(potential, rel=3e-4)  # of the gradient alone
+
+
 @pytest.mark.parametrize("drum", ["root", "tip"])
 def test_the_drum_gives_what_the_energy_of_a_bending_tether_on_a_free_orbit_gains(drum):
     line = DeployingLine(mass_per_length=0.05, direction=(0.2, 1, 0.1))
