@@ -9,7 +9,7 @@ from femflex.body import rigid_body
 from femflex.deployment import DeployingLine, Reel, StringFunctions, deploying_line
 from femflex.dynamics import compile_system
 from femflex.integrate import IntegrationError, integrator
-from femflex.system import Environment, Orbit, System, universal, weld
+from femflex.system import Environment, Frame, Load, Orbit, Spring, System, free, revolute, spherical, universal, weld
 
 G = 9.81
 
@@ -97,6 +97,49 @@ def test_two_free_lengths_on_a_tumbling_hub_balance():
         assert change == pytest.approx(given, abs=1e-7)
 
 
+@pytest.mark.parametrize("orbit", [None, Orbit(60.0, 0.2, mu=2e4), Orbit(60.0, 0.2, mu=2e4, free=True)])
+def test_drums_of_loaded_bending_members_have_the_force_that_the_reels_give_at_any_instant(orbit):
+    """At a random state, with bodies, a load and a spring at the tips: the report against the equations."""
+    rng = np.random.default_rng(8)
+    bodies = {"hub": rigid_body(20.0, np.diag([3.0, 4.0, 5.0]), [0.1, -0.1, 0.2])}
+    joints, varying, reels, delta = [(spherical if orbit and not orbit.free else free)("hub")], {}, [], {}
+    for name, root, direction, mass in (
+        ("a", (0.5, 0, 0), (1, 0.2, 0), 0.3),
+        ("b", (-0.5, 0, 0.1), (-1, 0.1, 0.3), 0.7),
+    ):
+        line = DeployingLine(mass_per_length=0.2, root=root, direction=direction)
+        reels.append(
+            (name, Reel(f"reel_{name}", 2.0, 0.4 if name == "a" else -0.3, tension=0.02, damping=0.05, mass=mass))
+        )
+        made = deploying_line(line, StringFunctions(y=2, z=1), reels[-1][1], stock=20.0)
+        bodies[name], varying[name] = made.body, made.variation
+        bodies[f"tip_{name}"] = rigid_body(0.5, np.diag([0.1, 0.2, 0.25]), [0.2, 0.1, -0.1])
+        joints += [weld(name, "hub"), revolute(f"tip_{name}", name, axis=(1, 2, 3), parent_marker="tip")]
+        delta[name] = 0.1 * rng.normal(size=3)
+    acting = {"loads": (Load("jet", "a", "tip", "body", [0.3, -0.2, 0.5]),)}
+    acting["springs"] = (
+        (Spring("line", "a", "b", "tip", "tip", stiffness=0.4, damping=0.1, length=1.0),) if not orbit else ()
+    )
+    where = (
+        {"environment": Environment(np.array([0.1, -0.3, 0.2]))}
+        if orbit is None
+        else {"orbit": orbit, "frame": Frame("inertial")}
+    )
+    system = System(bodies, tuple(joints), varying=varying, delta0=delta,
+                    effectors=tuple(reel.effector() for _, reel in reels), **acting, **where)  # fmt: skip
+    model = compile_system(system)
+    x = model.x0.copy()
+    x[model.n_q : model.n_q + model.n_u] = 0.3 * rng.normal(size=model.n_u)
+    seen = {path: value[0] for path, value in model.observe(np.zeros(1), x[None]).items()}
+    rates = dict(zip([n for n, _ in system.all_state_names()], model.state_rate(0.0, x), strict=True))
+    for name, reel in reels:
+        acceleration = seen[f"bodies/{name}/length_acceleration"]
+        assert acceleration == pytest.approx(rates[f"reel_{name}.speed"]) and abs(acceleration) > 1e-3
+        given = seen[f"bodies/{name}/drum_force"] + reel.mass * acceleration
+        assert given == pytest.approx(-seen[f"effectors/reel_{name}/tension"], abs=1e-10)
+        assert seen[f"effectors/reel_{name}/tension"] == pytest.approx(0.02 + 0.05 * reel.speed)
+
+
 def test_a_brake_lets_out_a_tether_in_orbit():
     """Tension-controlled deployment of a heavy tether with a subsatellite, against its two equations of motion."""
     orbit = Orbit(6.8e6)
@@ -111,8 +154,6 @@ def test_a_brake_lets_out_a_tether_in_orbit():
         universal("tether", "craft"),
         weld("subsatellite", "tether", parent_marker="tip"),
     )
-    from femflex.system import Frame
-
     system = System(bodies, joints, varying={"tether": made.variation}, effectors=(reel.effector(),), orbit=orbit,
                     frame=Frame("orbital"), environment=Environment(attraction="gradient"))  # fmt: skip
     times = np.linspace(0, 600, 7)

@@ -10,6 +10,7 @@ from random_systems import random_tree
 
 from femflex.body import Marker, rigid_body
 from femflex.dynamics import compile_system
+from femflex.dynamics.constraints.assemble import clearance_text
 from femflex.dynamics.constraints.conflicts import competing_motions_text
 from femflex.dynamics.constraints.discs import flat_disc_text, tilts
 from femflex.dynamics.constraints.excess import count_passage
@@ -132,6 +133,21 @@ def test_motions_between_the_ends_of_a_loop_and_rows_on_the_same_freedoms_compet
     one = compile_system(alone)
     text = competing_motions_text(one.constraints, 0.0, one.x0, "near")
     assert text == " together with the prescribed motion of 'ja.angle'"
+
+
+def test_play_is_offered_where_digits_that_were_left_out_may_have_opened_the_loops():
+    """Markers reach 40 m from their bodies' origins: gaps up to a ten-thousandth of that, angles times their length."""
+    bodies = {"a": rigid_body(1.0, [1.0] * 3, markers={"far": Marker.rigid([24.0, 0.0, 32.0])})}
+    system, loop = System(bodies, (free("a"),)), object()
+    for gaps, loops, text in (
+        ([1e-3, 1e-4], (loop,), ", or give the loop `play` of 1e-02 m: the loop is overconstrained"),
+        ([1e-5, 2e-6], (loop,), ", or give the loop `play` of 1e-04 m: the loop is overconstrained"),
+        ([1e-3, 2.1e-4], (loop,), ""),
+        ([1e-3, 1e-4], (), ""),
+    ):
+        held = SimpleNamespace(lengths=np.array([1.0, 20.0]), system=SimpleNamespace(loops=loops, bodies=system.bodies,
+                                                                                     constraints=()))  # fmt: skip
+        assert clearance_text(held, np.array(gaps)) == text
 
 
 @pytest.mark.parametrize(
