@@ -42,6 +42,16 @@ def test_the_cheaper_method_is_chosen_and_both_costs_are_told():
     assert choose(TAU * 5e3, 10.0, 0.1, swinging, band=TAU * 4.0).name == "dop853"
 
 
+def test_explicit_steps_are_no_longer_than_stability_lets_them_and_cost_what_was_foretold_at_least():
+    """5.5 / omega is 0.000175 s at 5 kHz."""
+    trial = told_only({"dop853": (9e6, 1e-2), "esdirk4": (4.4e6, 2e-2)})
+    choice = choose(TAU * 5e3, 10.0, 0.1, trial, band=TAU * 4.0)
+    assert choice.name == "esdirk4"
+    assert choice.sentence.endswith(
+        "for 10 s at equal tolerance: explicit 9.0e+06 (steps of 0.00018 s), implicit 8.8e+06 (steps of 0.02 s)."
+    )
+
+
 def test_a_rigid_system_says_so():
     assert "the model has no linear vibration" in choose(0.0, 100.0, 0.1, no_trial).sentence
 
