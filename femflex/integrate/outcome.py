@@ -109,8 +109,9 @@ def failure(name: str, resume: Array, x: Array, model: object = None) -> Integra
     for that its constraints contradict each other), and the exception behind it, or "" and None.
     """
     t, coordinate = float(resume[head.T]), int(resume[head.COORDINATE])
+    wanted, largest = resume[head.H], resume[head.LARGEST]
     creeping = (
-        f"with steps of {resume[head.H]:.3g} s it would need more than {MOST:.0e} steps to the end. A discontinuous "
+        f"with steps of {min(wanted, largest or wanted):.3g} s it would need more than {MOST:.0e} steps to the end. A discontinuous "
         f"force (dry friction, a hard contact) keeps the steps of coordinate {coordinate} short; smooth that force"
     )
     reason = {
