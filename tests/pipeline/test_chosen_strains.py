@@ -1,0 +1,83 @@
+"""Bodies get the strain that was advised, or else the other one that is not linear, or stay linear; each with why."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from femflex.advice.advice import Advice
+from femflex.advice.bodies import KnownBodies
+from femflex.assembly.open_choices import open_choices
+from femflex.case import read_case
+from femflex.pipeline.chosen_strains import bodies_that_stretch
+from femflex.reduction.origin import Origin
+
+CONDENSED = 'method = "cantilever", clamp = "ROOT", modes = 2'
+LUMPED = 'method = "lumped", clamp = "ROOT"'  # it has no derivatives, which the condensed form needs
+NEITHER = 'method = "cantilever", clamp = "ROOT", modes = 2, derivatives = 3, third_derivatives = 9'
+
+
+def advised(write_case: Any, craft: str, reductions: dict[str, str], wanted: dict[str, str], bound: str = "") -> Any:
+    """The answer for booms with these reductions of which these strains are wanted, "it bends"."""
+    start, end = craft.index("[bodies.boom]"), craft.index("[[joints]]")
+    boom, weld = craft[start:end], craft[end : craft.index("[[loads]]")]
+    tables = [
+        boom.replace('method = "cantilever", clamp = "ROOT", modes = 4', own).replace("boom]", f"{name}]")
+        + weld.replace('"boom"', f'"{name}"')
+        for name, own in reductions.items()
+    ]
+    case = read_case(write_case("".join([craft[:start], *tables])))
+    origins = {bound: Origin(None, open_choices(case.bodies[bound]), "with some key it is bound")} if bound else {}
+    advice = {name: Advice(name, "strain", choice, f"{name} bends", 0.3, 0.1) for name, choice in wanted.items()}
+    system: Any = None  # it is asked for the loads of curved bodies alone
+    same, built, found = bodies_that_stretch(case, system, KnownBodies(origins), advice, [])
+    assert same is case and {name: one.part.strain_form for name, one in built.items()} == {
+        name: one.choice for name, one in found.items() if one.choice != "linear"
+    }
+    assert all(
+        (one.body, one.decision, one.value, one.limit) == (name, "strain", 0.3, 0.1) for name, one in found.items()
+    )
+    return {name: (one.choice, one.reason) for name, one in found.items()}
+
+
+def test_strains_that_can_be_are_built_together(write_case: Any, craft: str):
+    found = advised(
+        write_case,
+        craft,
+        {"a": CONDENSED, "b": LUMPED, "c": CONDENSED, "d": CONDENSED, "e": CONDENSED},
+        {"a": "condensed", "b": "nonlinear", "c": "linear", "d": "condensed"},
+        bound="d",
+    )
+    assert found == {
+        "a": ("condensed", "a bends"),
+        "b": ("nonlinear", "b bends"),
+        "c": ("linear", "c bends"),
+        "d": ("linear", "with some key it is bound; d bends"),
+    }
+
+
+def test_a_body_that_cannot_be_as_advised_is_otherwise_and_the_others_as_advised(write_case: Any, craft: str):
+    found = advised(
+        write_case,
+        craft,
+        {"a": LUMPED, "b": CONDENSED, "c": NEITHER},
+        {"a": "condensed", "b": "condensed", "c": "nonlinear"},
+    )
+    assert found["a"] == (
+        "nonlinear",
+        "a bends; condensed strain is not possible (the condensed form needs static derivatives as dependent shapes, "
+        "which nodal displacements do not have. Give it strain = 'nonlinear', or a reduction to modes, such as "
+        "'cantilever')",
+    )
+    assert found["b"] == ("condensed", "b bends")
+    assert found["c"] == (
+        "linear",
+        "c bends; neither condensed nor nonlinear strain is possible (third derivatives of 9 shapes were requested; "
+        "the set has 2)",
+    )
+
+
+@pytest.mark.parametrize("wanted", [{}, {"a": "linear"}])
+def test_nothing_is_built_where_all_are_linear(write_case: Any, craft: str, wanted: dict[str, str]):
+    assert advised(write_case, craft, {"a": CONDENSED}, wanted) == {name: ("linear", "a bends") for name in wanted}
