@@ -164,3 +164,50 @@ def test_a_column_of_several_units_is_told_in_its_own():
         return column_unit(table, Mixed())  # type: ignore[arg-type]
 
     assert [told("slide"), told("swing"), told(1), told(None)] == ["m", "rad", "rad", "m, rad"]
+
+
+class Short:
+    """Five instants, not evenly spaced, of a number and of a vector in a plane."""
+
+    time = np.array([0.0, 1.0, 2.0, 4.0, 5.0])
+
+    def __getitem__(self, path: str):
+        plane = [[3, 4], [0, -5], [6, 8], [0, 0], [-3, 4]]
+        return {"x": np.array([1.0, -3, 2, -1, 0.5]), "r": np.array(plane, float)}[path]
+
+    def names(self, path: str):
+        return ("a", "b") if path == "r" else ()
+
+    def unit(self, path: str):
+        return {"x": "N", "r": "m"}[path]
+
+
+@pytest.mark.parametrize(
+    ("table", "of_x", "of_r"),
+    [
+        ({"of": "value"}, 0.5, 5.0),
+        ({"of": "value", "at": 3.0}, 0.5, 5.0),  # halfway between 2 and -1, and between 10 and 0
+        ({"of": "value", "at": 3.5}, -0.25, 2.5),
+        ({"of": "change"}, -0.5, 6.0),
+        ({"of": "change", "start": 1.0, "end": 4.0}, 2.0, 5.0),
+        ({"of": "peak"}, 3.0, 10.0),
+        ({"of": "maximum"}, 2.0, 10.0),
+        ({"of": "minimum"}, -3.0, 0.0),
+        ({"of": "minimum", "start": 2.0}, -1.0, 0.0),
+        ({"of": "minimum", "end": 2.0}, -3.0, 5.0),
+        ({"of": "range"}, 5.0, 10.0),
+        ({"of": "mean"}, -0.1, 5.0),
+        ({"of": "rms"}, math.sqrt(15.25 / 5), math.sqrt(175 / 5)),
+        ({"of": "drift"}, 4.0, math.sqrt(90)),
+        ({"of": "drift", "relative": True}, 4.0 / 3, math.sqrt(0.9)),
+        ({"of": "drift", "start": 2.0}, 3.0, 10.0),
+    ],
+)
+def test_a_number_and_a_vector_are_reduced_by_hand(table: dict[str, object], of_x: float, of_r: float):
+    """Of a vector the magnitude counts; change and drift are magnitudes of its difference."""
+    for channel, expected in (("x", of_x), ("r", of_r)):
+        one = MeasureTable(channel=channel, **table)  # type: ignore[arg-type]
+        assert measured(one, Short(), None) == pytest.approx(expected, rel=1e-12), channel  # type: ignore[arg-type]
+    second = MeasureTable(channel="r", component="b", **table)  # type: ignore[arg-type]
+    if table == {"of": "mean"}:
+        assert measured(second, Short(), None) == pytest.approx(11 / 5)  # type: ignore[arg-type]

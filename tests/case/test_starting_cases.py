@@ -15,10 +15,11 @@ from femflex.case import CaseError, parse_case, read_case
 from femflex.case.body import FlexibleTable
 from femflex.case.mesh_groups import with_places
 from femflex.case.model_inputs import model_values
-from femflex.case.motion import Motion
+from femflex.case.motion import Motion, MotionOf
 from femflex.case.motions import ThreeAngles
 from femflex.case.run import PicturesTable
 from femflex.case.starting_case import named_like, starting_case
+from femflex.case.sweep import SweepTable
 from femflex.mesh import Mesh, box, rectangle
 from femflex.mesh.generators import line
 
@@ -197,6 +198,28 @@ def test_a_list_of_motions_has_one_for_every_coordinate():
     ):
         with pytest.raises(ValidationError, match=told):
             read({"angles": given})
+
+
+def test_a_polynomial_may_have_one_coefficient_or_many():
+    for given, at_2 in (([7], 7.0), ([1, "2 mm/s"], 1.004), ([0, 0, "3 m/s^2", 4, 5, 6], 12 + 32 + 80 + 192)):
+        motion = MotionOf("m").read({"kind": "polynomial", "coefficients": given})
+        assert motion is not None and motion.profile is not None
+        assert motion.profile(Path())(2.0)[0] == pytest.approx(at_2)
+
+
+@pytest.mark.parametrize("key", ["a", "b", "c"])
+def test_every_value_of_a_sweep_must_vary_as_its_design_says(key: str):
+    """Lists for a grid, limits or a scatter for a random one; any of three may be the wrong one."""
+    for design, right, wrong in (
+        ("grid", {"values": [1]}, {"normal": [1, 2]}),
+        ("random", {"normal": [1, 2]}, {"values": [1]}),
+    ):
+        need = "values" if design == "grid" else "between or normal"
+        table = {"case": "a", "histories": ["q"], "design": design, "members": None if design == "grid" else 3}
+        vary = dict.fromkeys("abc", right)
+        SweepTable.model_validate(table | {"vary": vary})
+        with pytest.raises(ValidationError, match=f"found design = '{design}', which needs {need} for '{key}'"):
+            SweepTable.model_validate(table | {"vary": vary | {key: wrong}})
 
 
 MESHED = {
