@@ -16,6 +16,7 @@ from femflex.dynamics import compile_system
 from femflex.integrate import Block
 from femflex.integrate import resume as head
 from femflex.pipeline.advised_case import advised_text, changed_keys
+from femflex.pipeline.decisions import build_system
 from femflex.pipeline.guard import MotionGuard, Singularities
 from femflex.pipeline.integrator import chosen_integrator
 from femflex.reduction import BeamFunctions, UniformBeam, beam_body
@@ -81,6 +82,22 @@ def test_the_choice_is_told_with_its_frequencies(wheel: Any):
     """The highest in the output is half of 10 rows a second; a band is in Hz."""
     for more, told in (("", "in the output 5 Hz"), ("band = 40", "wanted 40 Hz"), ("band = 36", "wanted 36 Hz")):
         assert f"the highest natural frequency is 37 Hz, the highest {told}" in settings(wheel, more)[1]
+
+
+def test_a_free_length_is_solved_by_the_explicit_method_unless_another_is_requested():
+    text = (
+        "[run]\nduration = 3\nsamples = 4\n[bodies.rope]\nkind = 'deploying'\nfamily = 'tether'\nstock = 9\n"
+        "mass_per_length = 0.4\nreel = { length = 2, tension = 3 }\n[[joints]]\nkind = 'weld'\nchild = 'rope'\n"
+    )
+    model = compile_system(build_system(parse_case(text)))
+    for more, begun, told in (
+        ("", "", "dop853 (the length of rope is free)"),
+        ("integrator = 'esdirk4'\n", "", "esdirk4 (requested)"),
+        ("", "esdirk4", "esdirk4 (of the run so far)"),
+    ):
+        case = parse_case(text.replace("samples = 4\n", "samples = 4\n" + more))
+        found, why = chosen_integrator(case, model, np.linspace(0, 3, 4), begun)
+        assert why.startswith(told) and found.name == told.split()[0]
 
 
 # advice written into a case
