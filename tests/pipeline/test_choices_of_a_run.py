@@ -78,7 +78,7 @@ def test_a_run_goes_on_with_the_method_that_began_it(wheel: Any):
     assert found.name == "esdirk4" and why.startswith("esdirk4 (of the run so far)")
 
 
-def test_the_choice_is_told_with_its_frequencies(wheel: Any):
+def test_the_choice_is_reported_with_its_frequencies(wheel: Any):
     """The highest in the output is half of 10 rows a second; a band is in Hz."""
     for more, told in (("", "in the output 5 Hz"), ("band = 40", "wanted 40 Hz"), ("band = 36", "wanted 36 Hz")):
         assert f"the highest natural frequency is 37 Hz, the highest {told}" in settings(wheel, more)[1]
@@ -144,7 +144,7 @@ def test_all_that_was_decided_is_written_with_its_reason(write_case: Any, craft:
     assert advised_text(case, SimpleNamespace(case=case, advice=ADVICE)) == text  # type: ignore[arg-type]
 
 
-def test_what_cannot_be_written_is_told_key_by_key(write_case: Any, craft: str):
+def test_what_cannot_be_written_is_reported_key_by_key(write_case: Any, craft: str):
     """A body in an inline table has no table of its own to write into."""
     start, end = craft.index("[bodies.boom]"), craft.index("[[joints]]")
     lines = [line for line in craft[start:end].splitlines()[1:] if line]
@@ -193,7 +193,7 @@ def test_advice_on_a_body_that_was_carried_off_follows_from_its_spin_and_shape(s
     assert told == advice.format(own=own / (2 * np.pi), ratio=own / first, first=first)
 
 
-def test_gimbal_lock_is_told_of_turns_and_the_closest_time_counts():
+def test_gimbal_lock_is_reported_of_turns_and_the_closest_time_counts():
     """A joint of three turns reports the angle that is left to 90 deg of its middle one."""
     joint = Joint("a", rotations=np.eye(3), q0=np.array([0.3, 0.4, 0.2]), name="gimbals")
     model = compile_system(System({"a": rigid_body(1.0, np.eye(3))}, (joint,)))

@@ -45,7 +45,7 @@ def moved(start: float, end: float) -> list[Advice]:
     return doubts(f'{{ kind = "smooth_step", from = {start}, to = {end}, start = 0, end = 150 }}')
 
 
-def test_the_worse_of_the_first_and_the_last_length_is_told_with_its_time():
+def test_the_worse_of_the_first_and_the_last_length_is_reported_with_its_time():
     """The same numbers as of members that have these lengths throughout; both lack functions."""
     (short,), (long,) = doubts("9.0"), doubts("16.0")
     assert short.value is not None and long.value is not None and 0.01 < 1.2 * short.value < long.value
