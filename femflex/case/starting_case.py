@@ -257,5 +257,6 @@ def _rectangles(corners: NDArray[np.float64]) -> bool:
 
 
 def named_like(groups: list[str], parts: tuple[str, ...]) -> str | None:
-    """The first group whose name contains one of these parts, in the order of the parts."""
-    return next((group for part in parts for group in groups if part in group.lower()), None)
+    """The group whose name contains one of these parts and least beside it, in the order of the parts."""
+    found = ([group for group in groups if part in group.lower()] for part in parts)
+    return next((min(one, key=len) for one in found if one), None)

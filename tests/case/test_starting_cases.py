@@ -123,7 +123,7 @@ def test_quadrilaterals_that_are_no_rectangles_of_one_plane_are_shells(moved: tu
 
 def test_names_are_matched_in_the_order_of_the_words():
     assert named_like(["Left side", "ROOT_2", "base"], ("root", "base", "left")) == "ROOT_2"
-    assert named_like(["a", "Left side", "left"], ("root", "left")) == "Left side"
+    assert named_like(["a", "bottom_left", "Left", "left"], ("root", "left")) == "Left"
     assert named_like(["a"], ("root",)) is None
 
 
