@@ -195,9 +195,10 @@ def _cards(lines: list[Line]) -> list[RawCard]:
                 for _ in range(int(again[1] or 1)):
                     cards.append(_replicated(changes, cards[-1], line))
             except ValueError:
+                given = ", ".join(word for word in changes if word)
                 raise ValueError(
-                    f"{line.file}:{line.number}: the line repeats {cards[-1].name} with {', '.join(changes)}, where a "
-                    "number is added to what is none; write the cards out"
+                    f"{line.file}:{line.number}: the line repeats {cards[-1].name} with {given}, where a number is "
+                    "added to what is none; write the cards out"
                 ) from None
             last = ""
         elif found.first and found.first[0] not in "+*":

@@ -340,12 +340,15 @@ def test_round_and_square_sections(tmp_path, kind, data, A, I2, I1, J):
 
 
 def test_a_box_of_four_walls_bends_about_its_centroid(tmp_path):
-    """Walls at +1, +2, -1, -2, each of its own thickness; Bredt's torsion of the middle lines and the walls'."""
+    """Walls at +1, +2, -1, -2, each of its own thickness; Bredt's torsion of the middle lines and the walls'.
+
+    The nodes are at the middle of the box, and the centroid is off them.
+    """
     a, b, right, top, left, bottom = 1.6, 2.2, 0.1, 0.2, 0.3, 0.15
     text = LINE.format(kind="B31") + METAL + "*BEAM SECTION, SECTION=BOX, ELSET=B, MATERIAL=METAL\n"
     text += f"{a}, {b}, {right}, {top}, {left}, {bottom}\n{N1[0]}, {N1[1]}, {N1[2]}\n"
     (member,) = deck(tmp_path, text).members
-    A, _, I = rects(
+    A, centre, I = rects(
         (-a / 2, a / 2, -b / 2, -b / 2 + bottom), (-a / 2, a / 2, b / 2 - top, b / 2),
         (-a / 2, -a / 2 + left, -b / 2 + bottom, b / 2 - top), (a / 2 - right, a / 2, -b / 2 + bottom, b / 2 - top),
     )  # fmt: skip
@@ -357,6 +360,10 @@ def test_a_box_of_four_walls_bends_about_its_centroid(tmp_path):
     J = 4 * (w * h) ** 2 / (w / top + w / bottom + h / left + h / right)
     J += (a * (top**3 + bottom**3) + b * (left**3 + right**3)) / 3
     assert member.section.GJ == pytest.approx(G * J * F * L**2)
+    y = np.asarray(member.options["orientation"])
+    y = (y - (y @ T) * T) / np.linalg.norm(y - (y @ T) * T)
+    off = np.asarray(member.options["offset"]) @ np.array([y, np.cross(T, y)])
+    assert off == pytest.approx(centre * L @ P, abs=1e-12) and np.linalg.norm(off) > 0.1 * L
 
 
 # Materials and shells
@@ -547,6 +554,16 @@ def test_steps_add_to_and_replace_the_supports_before_them(tmp_path):
         held(made, ["step 2"]) == {3: "3"} and held(made) == {3: "3", 4: "4"} and made.default_supports == ("step 3",)
     )
     assert deck(tmp_path, CHAIN + "*BOUNDARY\n1, 1, 3\n").default_supports == ("initial",)
+
+
+def test_steps_that_no_line_ends_are_kept_like_others(tmp_path):
+    text = CHAIN + "*BOUNDARY\n1, 1, 3\n*STEP\n*STATIC\n*BOUNDARY\n2, 2\n*STEP\n*FREQUENCY\n*BOUNDARY\n3, 3\n\n"
+    text += "*STEP\n*STATIC\n*BOUNDARY, OP=NEW\n4, 4\n"
+    made = deck(tmp_path, text)
+    wanted = {"initial": {1: "123"}, "step 1": {1: "123", 2: "2"}, "step 2": {1: "123", 2: "2", 3: "3"}}
+    wanted["step 3"] = {4: "4"}
+    assert {name: held(made, [name]) for name in made.supports} == wanted
+    assert made.default_supports == ("step 2",)
 
 
 def test_supports_of_dependent_components_are_left_out_with_both_named(tmp_path):

@@ -87,10 +87,9 @@ CORD2R,1,,1.,2.,3.,4.,5.,6.
     assert [fields[4:] for fields in grids] == [["17", "3456"]] * 5 + [[]]
     systems = [fields for name, fields in found if name == "CORD2R"]
     assert systems[1] == ["3", *systems[0][1:]] and len(systems[0]) == 10
-    with pytest.raises(
-        ValueError, match=r"deck.bdf:2: the line repeats FORCE with \*\(1\).* where a number is added to"
-    ):
-        cards(tmp_path, "FORCE,a,1\n=,*(1)\n")
+    wanted = r"deck.bdf:2: the line repeats FORCE with \*\(1\), =, \*2, where a number is added to what is none; write "
+    with pytest.raises(ValueError, match=wanted):
+        cards(tmp_path, "FORCE,a,1\n=,*(1),,=,*2\n")
 
 
 def test_fields_of_every_width_and_marks_of_continuations_are_joined(tmp_path: Path):

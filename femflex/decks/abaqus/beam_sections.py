@@ -148,7 +148,8 @@ def _shape(keyword: Keyword, kind: str, d: list[float]) -> tuple[Shape, tuple[fl
         a, b, right, top, left, bottom = d[:6]
         made = shape_of("BOX1", [a, b, top, bottom, right, left])  # z is against 1
         walls = (a * (top**3 + bottom**3) + b * (left**3 + right**3)) / 3  # what remains where one is cut
-        return replace(made, J=made.J + walls), (0.0, 0.0)
+        hole = (a - left - right) * (b - top - bottom) / made.A  # the nodes are at the middle of the box
+        return replace(made, J=made.J + walls), (hole * (top - bottom) / 2, -hole * (right - left) / 2)
     if kind == "I":
         low, h, b1, b2, t1, t2, web = d[:7]
         parts = [(t1 / 2, b1 * t1), (h - t2 / 2, b2 * t2), ((h + t1 - t2) / 2, web * (h - t1 - t2))]

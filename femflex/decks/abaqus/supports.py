@@ -31,23 +31,21 @@ def read_supports(model: AbaqusModel, transforms: dict[int, System]) -> tuple[di
     for one in model.flat.keywords:
         name = one.keyword.name
         if name == "STEP":
-            if not step:
-                states["initial"] = {node: set(own) for node, own in state.items()}
+            states[_name(step)] = {node: set(own) for node, own in state.items()}  # of what comes before it
             step += 1
-        elif name == "END STEP":
-            states[f"step {step}"] = {node: set(own) for node, own in state.items()}
         elif name == "FREQUENCY" and step and not chosen:
             chosen = f"step {step}"
         elif name == "BOUNDARY":
             model.found.use("*BOUNDARY")
             model.attempt(one.keyword, lambda one=one: _boundary(model, one, state))  # type: ignore[misc]
-    if not step:
-        states["initial"] = state
-    elif f"step {step}" not in states:
-        states[f"step {step}"] = state
+    states[_name(step)] = state
     chosen = chosen if chosen in states else ("step 1" if "step 1" in states else "initial")
     sets = {name: _held(model, own, name, transforms) for name, own in states.items()}
     return sets, (chosen,)
+
+
+def _name(step: int) -> str:
+    return f"step {step}" if step else "initial"
 
 
 def _boundary(model: AbaqusModel, one: Scoped, state: State) -> None:
