@@ -103,13 +103,13 @@ def _assign(model: AbaqusModel, reading: Reading, one: Scoped, owner: dict[int, 
     dimensions = {CELL_TYPES[kind].dimension for kind in kinds}
     made: dict[int, Make] = {}
     for dimension in dimensions:
-        if keyword.name in ("BEAM SECTION", "BEAM GENERAL SECTION"):
+        if keyword.name in ("BEAM SECTION", "BEAM GENERAL SECTION") and dimension == 1:
             made[dimension] = _beams(model, reading, one, elset)
         elif keyword.name == "SOLID SECTION" and dimension == 1:
             made[dimension] = _trusses(model, reading, one, elset)
         elif keyword.name == "SOLID SECTION" and dimension == 3:
             made[dimension] = _solids(model, reading, one, elset)
-        elif dimension == 2:
+        elif dimension == 2 and keyword.name.startswith(("SHELL", "MEMBRANE", "SOLID")):
             cells = [model.flat.elements[number] for number in numbers if model.flat.elements[number].cell]
             if any(element.kind.startswith(PLANE) for element in cells):
                 continue
