@@ -33,10 +33,10 @@ def _general(model: NastranModel, card: Card) -> None:
     grids = [grid for grid, _ in own + other]
     if not own:
         raise ValueError(f"{card} names no components UI")
-    if not model.grids.require(grids, card):
-        return
     if any(g in model.grids.scalars for g in grids):
         model.bulk.found.unused("GENEL", "matrices to scalar points are left out", card.place)
+        return
+    if not model.grids.require(grids, card):
         return
     unit = _units(model, own)
     K = _stiffness(card, parts, len(own)) * model.bulk.units.moment / np.outer(unit, unit)

@@ -122,6 +122,8 @@ def _thickness(model: NastranModel, card: Card, kind: Kind, made: ShellProperty)
     """Thickness of the element at its corners [m] where it has its own."""
     relative = card.is_integer(kind.relative) and card.integer(kind.relative) == 1
     given = [card.real(k, 0.0) for k in kind.thickness]
+    if not made.own and (relative or not all(given)):
+        raise ValueError(f"{card} has no thickness at a corner, and {made.card} gives none; give one of them")
     if not any(given):
         return None
     if made.scaled is None:

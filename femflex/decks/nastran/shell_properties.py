@@ -26,6 +26,7 @@ class ShellProperty:
     section    of the property's own thickness
     isotropic  whether the direction of its axes does not matter
     bends      whether it has bending stiffness
+    own        whether it has a thickness of its own; without one each element needs its own
     """
 
     number: int
@@ -35,6 +36,7 @@ class ShellProperty:
     isotropic: bool
     bends: bool = True
     scaled: object = None
+    own: bool = True
 
     def of(self, thickness: float | None) -> PlateSection:
         """The section, of another thickness [m] where given."""
@@ -95,7 +97,8 @@ class ShellProperties:
             raise ValueError(f"{card} has thickness {v['thickness']:.6g} m; it must be positive")
         if not mids[0] and not mids[1]:
             raise ValueError(f"{card} names no material for membrane or bending")
-        if v["thickness"] <= 0:  # every element brings its own
+        own = v["thickness"] > 0
+        if not own:  # every element brings its own
             v["thickness"] = 1e-3
         membrane, bending, shear, coupling = (self._materials(mid) if mid else None for mid in mids)
         if coupling and not (membrane and bending):
@@ -125,7 +128,7 @@ class ShellProperties:
         if not bending:
             self._bulk.found.note(f"{card} has no bending material (MID2): its elements are membranes without bending")
         return ShellProperty(
-            number, card, v["thickness"], section(v["thickness"]), isotropic, bending is not None, section
+            number, card, v["thickness"], section(v["thickness"]), isotropic, bending is not None, section, own
         )
 
     def _pcomp(self, card: Card) -> ShellProperty:
