@@ -229,16 +229,13 @@ def _strangers(keyword: Keyword, kind: str) -> list[Element]:
     for k, words in enumerate(keyword.data):
         start = start if row else k
         row += [word for word in words if word]
-        if words[-1] == "" and len(words) > 2:
+        if words[-1] == "" and len(words) > 2 and k + 1 < len(keyword.data):
             continue
         if row:
             number = keyword.integer(row[0], start, "the number of an element")
             nodes = tuple(int(word) if word.isdigit() else word for word in row[1:])
             found.append(Element(kind, "", number, nodes, (), keyword.place(start)))  # type: ignore[arg-type]
         row = []
-    if row:
-        number = keyword.integer(row[0], start, "the number of an element")
-        found.append(Element(kind, "", number, tuple(int(w) for w in row[1:] if w.isdigit()), (), keyword.place(start)))
     return found
 
 
