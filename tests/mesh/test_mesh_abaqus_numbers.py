@@ -297,6 +297,36 @@ def test_a_beam_may_name_a_node_for_its_orientation_and_springs_may_go_on(tmp_pa
         flat(tmp_path, text.replace("1, 1, 2, 4", "1, 1, 2, 4, 3"))
 
 
+def test_a_block_may_end_in_a_comma_whatever_its_nodes_are(tmp_path: Path):
+    """The last element goes on in no other line; its nodes are numbers, or those of instances."""
+    part = "*PART, NAME=P\n*NODE\n1, 0.\n2, 1.\n*END PART\n*ASSEMBLY, NAME=A\n"
+    text = part + "".join(f"*INSTANCE, NAME={name}, PART=P\n*END INSTANCE\n" for name in ("I", "J"))
+    text += "*NODE\n7, 5.\n*ELEMENT, TYPE=SPRINGA, ELSET=s\n9, I.1, 7\n10, I.2,\nJ.1,\n*END ASSEMBLY\n"
+    found = flat(tmp_path, text)
+    second, whole = found.shifts["J"], found.shifts[""]
+    assert second == 10 and whole == 20
+    assert found.elements[whole + 9].nodes == (1, whole + 7)
+    assert found.elements[whole + 10].nodes == (2, second + 1)
+    assert found.elements[whole + 10].place == "deck.inp, line 15"
+    assert found.elements_of("s", "") == [whole + 9, whole + 10]
+
+
+def test_all_keywords_that_make_nodes_or_elements_are_named_in_order(tmp_path: Path):
+    text = "*NODE\n1, 0.\n*NMAP, NSET=a\n*ELCOPY, OLD SET=b\n*NCOPY, OLD SET=c\n"
+    wanted = (
+        r"deck\.inp makes nodes or elements by \*ELCOPY, \*NCOPY, \*NMAP; only those written out, and \*NGEN, \*NFILL"
+    )
+    with pytest.raises(ValueError, match=wanted):
+        flat(tmp_path, text)
+
+
+def test_sets_that_name_one_another_hold_what_each_of_them_lists(tmp_path: Path):
+    text = "*NODE\n1\n2\n3\n4\n*NSET, NSET=a\n1, b\n*NSET, NSET=b\n2, a\n*NSET, NSET=c\n3\n*NSET, NSET=d\n4, c\n"
+    found = flat(tmp_path, text)
+    assert 1 in found.nodes_of("a", "") and 2 in found.nodes_of("b", "") and 1 in found.nodes_of("b", "")
+    assert sorted(found.nodes_of("d", "")) == [3, 4] and found.nodes_of("c", "") == [3]
+
+
 @pytest.mark.parametrize("pattern", ELEMENTS, ids=lambda entry: entry[1])
 def test_element_types_have_the_nodes_of_their_cell(pattern):
     _, cell, count = pattern

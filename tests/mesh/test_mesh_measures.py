@@ -401,6 +401,59 @@ def test_free_memory_is_the_least_of_the_system_and_its_group(tmp_path: Path, mo
     assert memory.free_memory() == pytest.approx(system, rel=0.2)
 
 
+def test_free_memory_comes_from_the_system_where_its_file_says_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Free pages times their size; without them there is no limit."""
+    monkeypatch.setattr(memory, "CGROUP", tmp_path)
+    pages = {"SC_AVPHYS_PAGES": 300_000, "SC_PAGE_SIZE": 4096}
+    monkeypatch.setattr(memory.os, "sysconf", pages.__getitem__)
+    for text in ("MemTotal: 5 kB\n", "MemAvailable:\n", "MemAvailable: x kB\n"):
+        monkeypatch.setattr(Path, "read_text", lambda self, text=text: text)
+        assert memory.free_memory() == 300_000 * 4096
+
+    def lacking(name: str) -> int:
+        raise ValueError(name)
+
+    monkeypatch.setattr(memory.os, "sysconf", lacking)
+    assert memory.free_memory() == np.inf
+
+
+@pytest.mark.parametrize(
+    ("free", "need", "soft", "most"),
+    [
+        (5e9, 1e9, -1, 4096_000 + 3e9),  # 2 GB for libraries besides the need
+        (5e9, 4e9, -1, 4096_000 + 5e9),  # no more than is free
+        (np.inf, 1e30, -1, 4096_000 + 2.0**60),
+        (5e9, 1e9, 4e9, 4096_000 + 3e9),
+        (5e9, 1e9, 2e9, None),  # a limit that is lower already stays
+    ],
+)
+def test_memory_is_limited_to_the_need_and_as_before_afterwards(
+    monkeypatch: pytest.MonkeyPatch, free, need, soft, most
+):
+    resource = pytest.importorskip("resource")
+    calls: list[tuple[int, tuple[int, int]]] = []
+    before = int(soft) if soft > 0 else resource.RLIM_INFINITY
+    monkeypatch.setattr(memory, "free_memory", lambda: free)
+    monkeypatch.setattr(memory.os, "sysconf", {"SC_PAGE_SIZE": 4096}.__getitem__)
+    monkeypatch.setattr(Path, "read_text", lambda self: "1000 7 7 7")
+    monkeypatch.setattr(resource, "getrlimit", lambda which: (before, 77))
+    monkeypatch.setattr(resource, "setrlimit", lambda which, limits: calls.append((which, limits)))
+    with pytest.raises(KeyError), memory.limited_memory(need):
+        assert calls == ([] if most is None else [(resource.RLIMIT_AS, (int(most), 77))])
+        raise KeyError
+    assert calls[1:] == ([] if most is None else [(resource.RLIMIT_AS, (before, 77))])
+
+
+def test_memory_is_not_limited_where_the_system_does_not_say_what_is_used(monkeypatch: pytest.MonkeyPatch):
+    resource = pytest.importorskip("resource")
+    calls: list[object] = []
+    monkeypatch.setattr(resource, "setrlimit", lambda *limits: calls.append(limits))
+    monkeypatch.setattr(Path, "read_text", lambda self: "x 1")
+    with memory.limited_memory(1.0):
+        assert not calls
+    assert not calls
+
+
 def test_counts_of_a_gmsh_file_are_compared_with_its_bytes():
     nodes = b"2 3 1 40\n2 1 0 1\n7\n0 0 0\n1 5 0 2\n40\n12\n1 0 0\n0 1 0\n"
     check_counts(nodes, b"1 2 1 2\n1 1 1 2\n1 7 40\n2 40 12\n", ("4.1", False, 8), "x.msh")

@@ -92,6 +92,25 @@ CORD2R,1,,1.,2.,3.,4.,5.,6.
         cards(tmp_path, "FORCE,a,1\n=,*(1),,=,*2\n")
 
 
+def test_a_continuation_goes_back_to_the_card_with_its_mark_and_so_does_the_next(tmp_path: Path):
+    """Lines of two cards alternate; a card that follows is a card of its own."""
+    line = lambda *words: "".join(f"{word:<8}" for word in words)  # noqa: E731
+    blank = [""] * 6
+    text = "\n".join(
+        [
+            line("PSHELL", "1", "11", *blank, "+A1"), line("PCOMP", "2", "22", *blank, "+B1"),
+            line("+B1", "23", "24", *blank, "+B2"), line("+A1", "12", "13", *blank, "+A2"),
+            line("+B2", "25"), line("+A2", "14"), line("GRID", "7"), line("+ZZ", "8"),
+        ]
+    )  # fmt: skip
+    found = {name: [word for word in fields if word] for name, fields in cards(tmp_path, text + "\n")}
+    assert found == {
+        "PSHELL": ["1", "11", "12", "13", "14"],
+        "PCOMP": ["2", "22", "23", "24", "25"],
+        "GRID": ["7", "8"],
+    }
+
+
 def test_fields_of_every_width_and_marks_of_continuations_are_joined(tmp_path: Path):
     wide = "PBEAML* " + "".join(f"{word:>16}" for word in ("7", "8", "", "TUBE")) + "*A\n"
     wide += "*A      " + "".join(f"{word:>16}" for word in (".1", ".08", "", "YES")) + "\n"
