@@ -70,7 +70,7 @@ def test_a_model_brings_its_moments_or_the_masses_of_its_points_or_nothing():
     assert isinstance(known, KnownMoments) and known.of_dofs is one.moments
     points = replace(one, moments=None).distribution
     assert isinstance(points, PointMasses)
-    assert points.masses.tolist() == [0.3, 0.4] and points.points is one.recovery.points
+    assert points.dm.tolist() == [0.3, 0.4] and points.rho is one.recovery.points
     assert points.rows is one.recovery.rows
     bare = Recovery(one.recovery.points, one.recovery.rows)
     assert replace(one, moments=None, recovery=bare).distribution is None
