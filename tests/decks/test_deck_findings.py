@@ -9,7 +9,7 @@ from nastran_decks import STEEL, bar, read, written
 from femflex.decks import DeckError, Units, read_deck, units_of
 from femflex.decks.builder import Builder
 from femflex.decks.findings import Findings, Place, toml_key
-from femflex.decks.report import describe, doubts, mass_and_centre, without_mass
+from femflex.decks.report import _grouped, describe, doubts, mass_and_centre, without_mass
 from femflex.decks.singular import unresisted
 from femflex.decks.units import implausible, likely_units
 
@@ -243,3 +243,26 @@ def test_a_deck_is_read_by_what_it_holds_where_its_suffix_is_of_another(tmp_path
         read_deck(tmp_path / "b.bdf")
     with pytest.raises(ValueError, match=r"b.nas does not exist; .* holds no such files"):
         read_deck(tmp_path / "b.nas")
+
+
+def test_a_deck_that_makes_no_structure_is_described_up_to_what_stops_it(tmp_path):
+    """Two masses on a rigid bar: no element has a stiffness. It is read, without supports of its own."""
+    cards = ["GRID,1,,0.,0.,0.", "GRID,2,,2.,0.,0.", "CONM2,7,1,,3.", "CONM2,8,2,,5.", "RBE2,9,1,123456,2"]
+    deck = read(tmp_path, *cards, "FORCE,1,1,,5.,1.", control="ECHO = NONE", units="mm-t-s")
+    with pytest.raises(ValueError) as stop:
+        deck.structure()
+    assert describe(deck).splitlines() == [
+        "deck.bdf: Nastran deck, read in mm-t-s (1 = 0.001 m, 1000 kg, 1 s)",
+        f"stops     {stop.value}",
+        "used      2 CONM2, 2 GRID, 1 RBE2",
+        "left out  1 FORCE: loads and temperatures are left out; the case has them (first at deck.bdf:10)",
+        "supports  in force: none; sets: none",
+        "groups    rbe2_9",
+    ]  # fmt: skip
+    assert deck.default_supports == () and len(deck.point_masses) == 2
+
+
+def test_warnings_that_differ_in_their_numbers_alone_are_one_line():
+    """The first stands for its kind, with their count; the last part of each, after "; ", says what kind it is."""
+    texts = ["pid_3: 5 Hz; mesh finer than 2 m", "pid_4 alone; use shells", "pid_9: 77 Hz; mesh finer than 31 m"]
+    assert _grouped([*texts, "pid_5: 6 Hz; mesh finer than 1 m"]) == [f"{texts[0]} (3 members alike)", texts[1]]
