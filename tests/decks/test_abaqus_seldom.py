@@ -364,3 +364,39 @@ def test_units_of_a_spring_and_of_a_mass_without_rotation_are_those_of_the_deck(
     assert K[np.ix_(x, x)] == pytest.approx(50 * F / L * np.array([[1, -1], [-1, 1]]))
     assert np.abs(K).sum() == pytest.approx(4 * 50 * F / L)
     assert G == E / 2.5  # of the steel of the other tests
+
+
+def test_keywords_of_every_kind_that_is_left_out_say_what_that_changes(tmp_path):
+    """One of each kind, and of each behaviour of a material; what else stands under *MATERIAL is passed over."""
+    said = {
+        "DLOAD": "loads are left out; give them in the case",
+        "CONTACT DAMPING": "contact is left out; the parts are not joined there",
+        "CONNECTOR SECTION": "connectors are left out; the parts may be unconnected",
+        "EMBEDDED ELEMENT": "the parts that it joins are not connected",
+        "MODAL DAMPING": "damping is left out; give it in the case",
+        "CYCLIC SYMMETRY MODEL": "the structure is taken as the deck gives it, not as a sector of one",
+        "USER ELEMENT": "the elements have the stiffness of their sections",
+        "NONSTRUCTURAL MASS": "mass that is not structure is left out; that mass is missing",
+        "REBAR LAYER": "rebars are left out",
+        "MODEL CHANGE": "elements stay in the model",
+        "DISTRIBUTION": "a distribution of values is left out; the default is used",
+        "IMPERFECTION": "imperfections are left out; the mesh is perfect",
+        "TORQUE PRINT": "it is not understood and left out",
+    }
+    behaviour = {
+        "HYPERFOAM": "the material needs *ELASTIC here",
+        "CREEP": "the material stays linear",
+        "VISCOELASTIC": "the material stays elastic",
+        "EXPANSION": "thermal strains are left out",
+        "CONDUCTIVITY": "heat conduction is left out",
+        "DAMPING": "give damping in the case",
+        "USER MATERIAL": "user materials are left out",
+        "FAIL STRAIN": "strength is left out",
+    }
+    text = CHAIN + "".join(f"*{name}\n" for name in said)
+    text += "*MATERIAL, NAME=Y\n*ELASTIC\n1.E7, .3\n" + "".join(f"*{name}\n1.\n" for name in behaviour)
+    made = deck(tmp_path, text + "*LATENT HEAT\n1., 2., 3.\n")
+    first = {name: 27 + k for k, name in enumerate(said)}
+    first |= {name: 30 + len(said) + 2 * k for k, name in enumerate(behaviour)}
+    wanted = {f"1 *{n}: {text} (first at model.inp:{first[n]})" for n, text in (said | behaviour).items()}
+    assert set(left_out(made)) == wanted and len(left_out(made)) == len(wanted)

@@ -280,6 +280,15 @@ def test_an_arc_of_ngen_goes_about_its_normal_where_one_is_given(tmp_path):
     assert by_chain(deck(tmp_path, text))[:, :2] == pytest.approx(around, abs=1e-12)
 
 
+def test_half_a_circle_of_ngen_goes_about_z(tmp_path):
+    """Its ends and its centre lie on a line, which gives no normal."""
+    text = "*NODE\n1, 3., 1., 2.\n5, -1., 1., 2.\n9, 1., 1., 2.\n*NGEN, LINE=C\n1, 5, 1, 9\n*ELEMENT, TYPE=T3D2\n"
+    text += "".join(f"{k}, {k}, {k + 1}\n" for k in range(1, 5))
+    angles = np.radians([0, 45, 90, 135, 180])
+    wanted = np.stack([1 + 2 * np.cos(angles), 1 + 2 * np.sin(angles), np.full(5, 2.0)], axis=1)
+    assert by_chain(deck(tmp_path, text)) == pytest.approx(wanted, abs=1e-12)
+
+
 @pytest.mark.parametrize(
     ("made", "sentence"),
     [

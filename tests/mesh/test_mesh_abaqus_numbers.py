@@ -309,6 +309,7 @@ def test_a_block_may_end_in_a_comma_whatever_its_nodes_are(tmp_path: Path):
     assert found.elements[whole + 10].nodes == (2, second + 1)
     assert found.elements[whole + 10].place == "deck.inp, line 15"
     assert found.elements_of("s", "") == [whole + 9, whole + 10]
+    assert found.elements_of("s", "J") == [whole + 9, whole + 10]  # a set of the assembly, as an instance sees it
 
 
 def test_all_keywords_that_make_nodes_or_elements_are_named_in_order(tmp_path: Path):

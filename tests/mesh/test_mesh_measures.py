@@ -13,6 +13,7 @@ from femflex.mesh import Mesh, annulus, box, check, rectangle
 from femflex.mesh.cells import CELL_TYPES, CORNERS, EDGES, FACES
 from femflex.mesh.contents import Block, Contents, renamed, to_mesh
 from femflex.mesh.curves import along_curve, along_polyline
+from femflex.mesh.formats import meshio_speaking
 from femflex.mesh.gmsh_counts import check_counts
 from femflex.mesh.midside import with_middle_nodes
 from femflex.mesh.quality import quadrature, qualities, sizes
@@ -269,6 +270,34 @@ def test_contents_become_a_mesh_with_blocks_joined_and_vertices_as_points():
         ValueError, match=r"f: 2 elements of type line use nodes that the file does not define \(it defines 6"
     ):
         to_mesh(bad, "f")
+
+
+def test_an_empty_group_of_cells_gives_way_to_the_points_of_its_name():
+    points = np.eye(3)
+    contents = Contents(points, [Block("line", np.array([[0, 1]]))], {"tip": np.array([2])}, empty=("tip", "gone"))
+    mesh = to_mesh(contents, "f")
+    assert mesh.cell_groups == {"gone": {}} and mesh.point_groups["tip"].tolist() == [2] and len(mesh.points) == 3
+
+
+def test_what_meshio_prints_is_logged_with_the_name_of_the_file(tmp_path: Path, caplog: pytest.LogCaptureFixture):
+    with caplog.at_level("INFO"), meshio_speaking(tmp_path / "a.med", "MED") as said:
+        print("cell  type\n unknown")
+    assert caplog.messages == ["meshio on a.med: cell type unknown"] and said.getvalue().startswith("cell")
+    caplog.clear()
+    with caplog.at_level("INFO"), meshio_speaking(tmp_path / "a.med", "MED"):
+        print(" ")
+    assert caplog.messages == []
+    wanted = (
+        "a.med could not be written as MED: the format cannot hold this mesh. Another format may hold it: .msh, .vtu."
+    )
+    with pytest.raises(ValueError) as error, meshio_speaking(tmp_path / "a.med", "MED", "written"):
+        raise SystemExit(3)
+    assert str(error.value) == wanted
+    with pytest.raises(ValueError, match=r"^a\.med could not be read as MED: .*\. Look elsewhere\.$"):
+        with meshio_speaking(tmp_path / "a.med", "MED", hint="Look elsewhere."):
+            raise KeyError("FAS")
+    with pytest.raises(MemoryError), meshio_speaking(tmp_path / "a.med", "MED"):
+        raise MemoryError
 
 
 def test_groups_that_come_to_one_name_are_united():
