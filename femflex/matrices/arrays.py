@@ -95,10 +95,11 @@ def contents_of(arrays: Mapping[str, Any]) -> Contents:
             stem = name[:-5]
             i, j = (np.asarray(arrays[f"{stem}_{part}"]).ravel().astype(np.int64) for part in ("row", "col"))
             shape = tuple(int(x) for x in np.ravel(arrays[f"{stem}_shape"]))
-            data = np.asarray(value, float).ravel()
+            data = np.asarray(value, complex if np.iscomplexobj(value) else float).ravel()
             contents.matrices[stem] = Entries(sparse.csr_array(sparse.coo_array((data, (i, j)), shape=shape)))
         elif name not in OWN and not name.startswith("moments_") and _is_matrix(value):
-            contents.matrices[name] = Entries(sparse.csr_array(value, dtype=float))
+            kind = complex if np.issubdtype(value.dtype, np.complexfloating) else float
+            contents.matrices[name] = Entries(sparse.csr_array(value, dtype=kind))
     contents.matrices.pop("recovery", None)
     if "recovery_points" in arrays:
         contents.recovery = _recovery(arrays)

@@ -166,7 +166,9 @@ def _op2(path: Path) -> Contents:
         frames = {}
     for name, frame in frames.items():
         if frame.shape[0] != frame.shape[1]:
-            contents.notes.append(f"DMIG {name.upper()} is rectangular, {frame.shape[0]} x {frame.shape[1]}, and is not used")
+            contents.notes.append(
+                f"DMIG {name.upper()} is rectangular, {frame.shape[0]} x {frame.shape[1]}, and is not used"
+            )
             continue
         dofs = np.array([tuple(pair) for pair in frame.index], np.int64)
         contents.matrices[name.upper()] = Entries(sparse.csr_array(frame.to_numpy()), dofs)

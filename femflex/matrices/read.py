@@ -120,14 +120,15 @@ def symmetric(model: MatrixModel) -> MatrixModel:
 def _roles(
     sources: Sources, read: Mapping[str, Contents], main: Contents | None, label: str
 ) -> tuple[dict[str, Entries], dict[str, str]]:
-    """Role -> entries, and role -> name in the file. Raises ValueError where mass or stiffness is not found."""
+    """Role -> entries, and role -> name in the file. Raises ValueError where mass or stiffness is not found, or one is
+    complex."""
     entries, names = dict[str, Entries](), dict[str, str]()
     for role in ROLES:
         own = getattr(sources, role)
         held = read[str(own)].matrices if own is not None else main.matrices if main is not None else {}
         chosen = _chosen(role, held, sources.names.get(role), own is not None, str(own or label))
         if chosen is not None:
-            entries[role], names[role] = held[chosen], chosen
+            entries[role], names[role] = _real(held[chosen], role, chosen, str(own or label)), chosen
     for role in ("mass", "stiffness"):
         if role not in entries:
             known = sorted({name for part in read.values() for name in part.matrices})
@@ -136,6 +137,20 @@ def _roles(
                 f'{", ".join(KNOWN[role])}; say which it is, names = {{ {role} = "NAME" }}, or give {role} = "FILE"'
             )
     return entries, names
+
+
+def _real(entries: Entries, role: str, name: str, label: str) -> Entries:
+    """The entries as real numbers. Raises ValueError where they have imaginary parts."""
+    A = entries.matrix
+    if not np.iscomplexobj(A.data):
+        return entries
+    size = float(abs(A.imag).max()) if A.nnz else 0.0
+    if size:
+        raise ValueError(
+            f"{label}: the {role} matrix {name} is complex (imaginary parts up to {size:.4g}); femflex takes real "
+            "matrices. Write its real part, and give structural damping as damping in the case"
+        )
+    return replace(entries, matrix=sparse.csr_array(A.real))
 
 
 def _chosen(role: str, held: Mapping[str, Entries], wanted: str | None, own: bool, label: str) -> str | None:
