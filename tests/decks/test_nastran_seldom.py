@@ -245,9 +245,11 @@ def test_springs_that_cannot_act_are_left_out_one_by_one(tmp_path):
     cards = ["GRID,1,,0.,0.,0.", "GRID,2,,1.,0.,0.", "GRID,3,,2.,0.,0.", "CROD,1,7,1,2", "CROD,2,7,2,3", 
              "PROD,7,1,1.-4", STEEL, "PBUSH,8,K,,,,5.", "CBUSH,21,8,2,,,,,0", "CELAS2,22,30.,2,2", "CELAS2,23,0.,2,1",
              "PBUSH,9",
-             "CBUSH,24,9,1,2,,,,0", "PBUSH1D,10,", "CBUSH1D,25,10,1,2"]  # fmt: skip
+             "CBUSH,24,9,1,2,,,,0", "PBUSH1D,10,", "CBUSH1D,25,10,1,2", "PBUSH,11,K,40.",
+             "CBUSH,26,11,3,,,,,0"]  # fmt: skip
     made = read(tmp_path, *cards, control="ECHO = NONE")
-    assert len(made.bushings) == 1 and made.bushings[0].stiffness == pytest.approx(30.0)
+    scalar, bush = made.bushings
+    assert scalar.stiffness == pytest.approx(30.0) and bush.translation == pytest.approx((40.0, 0.0, 0.0))
     said = [str(one) for one in made.unused]
     zero = "its stiffness is zero; nothing is left out"
     for line in (
@@ -316,6 +318,13 @@ def test_fluids_and_solids_of_other_properties_are_told_apart(tmp_path):
         [*tetra, "PLSOLID,5,1", "CTETRA,2,5,1,2,3,5"],
         "deck.bdf:13: CTETRA 2: names PLSOLID 5, which is not understood; give PSOLID instead",
     )
+
+
+def test_a_small_system_far_away_is_one(tmp_path):
+    """A third point 1 um off the z axis, 1 km from the origin; grids and forces count along its axes."""
+    cards = ["CORD2R,9,,1000.,0.,0.,1000.,0.,1.", ",1000.,1.E-6,0.", "GRID,2,9,3.,4.,0.", "GRID,1,,0.,0.,0."]
+    made = read(tmp_path, *cards, "CBAR,1,1,1,2,0.,0.,1.", PROPERTIES[0], STEEL, control="ECHO = NONE")
+    assert made.mesh.points[made.points_of_ids[2]] == pytest.approx([996.0, 3.0, 0.0])  # x along y, y against x
 
 
 def test_matrices_to_scalar_points_are_left_out(tmp_path):

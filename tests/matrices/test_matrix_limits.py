@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from matrix_examples import boom
 from scipy import sparse
+from scipy.io import savemat
 from test_matrix_numbers import DOFS, bodies, model, same
 
 from femflex.matrices import (
@@ -200,6 +201,7 @@ def test_tables_of_other_widths_say_which(tmp_path, text, widths):
         ("1 1 1\n1 1 5.\n", [[5]]),
         ("2 2 2\n1 1 5.\n3 3 6.\n", [[5, 0, 0], [0, 2, 0], [0, 0, 6]]),  # row 3 is beyond them
         ("1 2 2\n1 1 5.\n2 2 6.\n", [[5, 2], [2, 6]]),  # of a square matrix they are alike
+        ("3 2 2\n1 1 5.\n2 2 6.\n", [[5, 0, 0], [0, 6, 2], [0, 2, 0]]),
     ],
 )
 def test_counts_are_told_from_entries(tmp_path, text, entries):
@@ -222,3 +224,35 @@ def test_a_description_lists_errors_and_doubts_of_the_checks(tmp_path):
     assert [line[8:] for line in lines if line.startswith("doubt   ")] == list(report.warnings)
     assert any(f"|A - A^T| is {apart:.2g} of its largest entry (limit 1e-06)" in text for text in report.errors)
     assert any("resists the rigid motion y with 777 N/m" in text for text in report.warnings)
+
+
+@pytest.mark.parametrize("form", ["npz", "triplets", "mat", "op4"])
+def test_complex_matrices_are_refused_unless_their_imaginary_parts_are_zero(tmp_path, form):
+    """Structural damping as K (1 + 0.02 i)."""
+    K = np.kron([[3.0, -3.0], [-3.0, 3.0]], np.eye(3)).astype(complex)
+    points = np.array([[0, 0, 0], [2.0, 0, 0]])
+
+    def written(K: np.ndarray) -> Sources:
+        arrays = {"M": np.eye(6), "points": points, "K": K}
+        if form == "op4":
+            pytest.importorskip("pyyeti.nastran.op4").write(str(tmp_path / "a.op4"), {"kgg": K, "mgg": np.eye(6)})
+            (tmp_path / "nodes.csv").write_text("1,0,0,0\n2,2,0,0\n")
+            return Sources("a.op4", nodes="nodes.csv")
+        if form == "mat":
+            savemat(tmp_path / "a.mat", arrays)
+            return Sources("a.mat")
+        if form == "triplets":
+            i, j = np.nonzero(K)
+            arrays |= {"K_row": i, "K_col": j, "K_data": arrays.pop("K")[i, j], "K_shape": [6, 6]}
+        np.savez(tmp_path / "a.npz", **arrays)
+        return Sources("a.npz")
+
+    found = read_matrices(written(K), folder=tmp_path)
+    assert found.K.toarray() == pytest.approx(K.real) and found.K.dtype == float
+    name, suffix = ("KGG", "op4") if form == "op4" else ("K", "mat" if form == "mat" else "npz")
+    with pytest.raises(ValueError) as error:
+        read_matrices(written(K * (1 + 0.02j)), folder=tmp_path)
+    assert str(error.value) == (
+        f"a.{suffix}: the stiffness matrix {name} is complex (imaginary parts up to 0.06); femflex takes real matri"
+        "ces. Write its real part, and give structural damping as damping in the case"
+    )
