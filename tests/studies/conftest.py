@@ -6,11 +6,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from straight_beam import beam_mesh
 
 from femflex.case import Case, read_case
 
 SAID = 'strain = "linear"\n'  # of the beam, where a test says nothing of it; its load would choose another
-LENGTH, EI, MASS = 4.0, 50.0, 0.5  # m, N m^2, kg/m
+EI, MASS = 50.0, 0.5  # N m^2, kg/m
 
 HUB_AND_BEAM = f"""
 [run]
@@ -56,14 +57,6 @@ times = [0, 1, 2]
 [study]
 quantity = {{ of = "value", channel = "markers/beam.tip/deflection", component = "y" }}
 """
-
-
-def beam_mesh(cells: int) -> str:
-    """A straight beam along x as an Abaqus deck."""
-    nodes = "".join(f"{k + 1}, {LENGTH * k / cells}, 0.0, 0.0\n" for k in range(cells + 1))
-    elements = "".join(f"{k + 1}, {k + 1}, {k + 2}\n" for k in range(cells))
-    groups = f"*NSET, NSET=ROOT\n1\n*NSET, NSET=TIP\n{cells + 1}\n"
-    return f"*NODE\n{nodes}*ELEMENT, TYPE=B31, ELSET=BEAM\n{elements}{groups}"
 
 
 @pytest.fixture
