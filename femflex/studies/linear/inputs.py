@@ -69,7 +69,9 @@ class Input:
         joint, k = freedom(system, self.owner)
         motion: list[Any] = list(joint.motion)
         motion[k] = joint.held[k] + Profile(np.array([t]), coefficients[None])
-        led = replace(joint, motion=tuple(motion))
+        q0, u0 = joint.q0.copy(), joint.u0.copy()
+        q0[k] = u0[k] = 0.0  # left out: the new motion begins elsewhere
+        led = replace(joint, motion=tuple(motion), q0=q0, u0=u0)
         return replace(system, joints=tuple(led if one is joint else one for one in system.joints))
 
 
