@@ -69,7 +69,7 @@ def extent(body: FlexibleBody) -> float:
 
 
 def longest(system: System, name: str) -> float:
-    """Largest length of a body that deploys [m]; 0 of others, and where its length is free."""
+    """Largest length of a body that deploys [m], the upper bound of its table where it is free; 0 of others."""
     table = system.varying[name].write if name in system.varying else None
     return table.bounds[1] if isinstance(table, LengthTable) else 0.0
 
