@@ -55,7 +55,9 @@ inertia = [3, 3, 3]
 quantity = {{ of = "value", channel = "bodies/hub/rate", component = "y" }}
 {study}
 """
-CANTILEVER = 'strain = "linear"\nreduction = {{ method = "cantilever", clamp = "ROOT", modes = {n}, joints = {{}}{more} }}'
+CANTILEVER = (
+    'strain = "linear"\nreduction = {{ method = "cantilever", clamp = "ROOT", modes = {n}, joints = {{}}{more} }}'
+)
 
 
 def cantilever(n: int, more: str = "") -> str:
@@ -107,7 +109,9 @@ def test_derivative_shapes_of_segments_are_counted_over_all_of_them(tmp_path):
 def test_the_level_is_set_in_the_cut_member_alone(tmp_path):
     case = crafted(tmp_path, ("a", 4, ", segments = 3", ""))
     table = case.bodies["a"]
-    table = table.model_copy(update={"members": [table.members[0].model_copy(update={"segments": None}), *table.members]})
+    table = table.model_copy(
+        update={"members": [table.members[0].model_copy(update={"segments": None}), *table.members]}
+    )
     assert [one.segments for one in with_level(table, "segments", 7).members] == [None, 7]
     refined = table.model_copy(update={"refine": 2})
     assert with_level(refined, "mesh", 3).refine == 5 and with_level(refined, "mesh", 3).members == table.members
@@ -151,7 +155,9 @@ def test_every_kind_of_body_says_how_many_modes_it_keeps_and_gets_those_of_a_lev
         ("cut", 2, ", segments = 2", ""),
     ]
     for name in ("box", "still"):
-        block = build_structure(box(2.0, 0.3, 0.2, 2, 1, 1), [Member("volume", "solid", None, Material(7e7, 0.3, 270.0))])
+        block = build_structure(
+            box(2.0, 0.3, 0.2, 2, 1, 1), [Member("volume", "solid", None, Material(7e7, 0.3, 270.0))]
+        )
         write_matrices(full_model(block), tmp_path / f"{name}.npz")
     kept = 'reduction = { method = "cantilever", clamp = "all", modes = 8 }'
     joints = "".join(f'[[joints]]\nkind = "weld"\nchild = "{name}"\n' for name in ("box", "still", "pole", "mast"))
@@ -260,7 +266,9 @@ def test_modes_of_a_refined_mesh_come_with_the_rounding_of_their_frequency(tmp_p
 def test_a_body_from_a_file_has_the_modes_that_it_holds_unless_its_table_says_fewer(tmp_path):
     case = crafted(tmp_path, ("a", 6, "", cantilever(6)))
     save_body(tmp_path / "a.h5", build_body(case, "a"))
-    filed = '[bodies.f]\nkind = "file"\nfile = "a.h5"\n{}[[joints]]\nkind = "weld"\nchild = "f"\nchild_marker = "ROOT"\n'
+    filed = (
+        '[bodies.f]\nkind = "file"\nfile = "a.h5"\n{}[[joints]]\nkind = "weld"\nchild = "f"\nchild_marker = "ROOT"\n'
+    )
     whole = crafted(tmp_path, extra=filed.format(""))
     assert levels(mode_ladder(whole)) == [1, 2, 3, 4, 6] and mode_ladder(whole).own == 6
     part = crafted(tmp_path, extra=filed.format("modes = 2\n"))
