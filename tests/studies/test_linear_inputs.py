@@ -147,7 +147,7 @@ def test_a_prescribed_motion_gets_powers_of_the_time_from_its_instant_on():
 
 
 def test_a_prescribed_motion_that_begins_away_from_zero_is_an_input():
-    """The reaction of a craft on springs to a rail that is not at its zero: by differences of the length of the rail."""
+    """A rail that is locked away from its zero: outputs by differences of its length."""
     still = prismatic("rod", "arm", name="rail", parent_marker="end", motion=(0.25,))
     system = replace(craft(), effectors=(), joints=(craft().joints[0], replace(craft().joints[1], motion=()), still))
     found = linear_model(
