@@ -9,9 +9,12 @@ import numpy as np
 import pytest
 from straight_beam import LENGTH, beam_mesh
 
+from femflex.assembly import build_modes
+from femflex.assembly.structures import structure_of
 from femflex.case import Case, CaseError, read_case
 from femflex.fem import Material, Member, build_structure
 from femflex.matrices import full_model, write_matrices
+from femflex.mesh import write_mesh
 from femflex.mesh.generators import box
 from femflex.pipeline.case_bodies import build_body
 from femflex.reduction import save_body
@@ -54,6 +57,23 @@ inertia = [3, 3, 3]
 [study]
 quantity = {{ of = "value", channel = "bodies/hub/rate", component = "y" }}
 {study}
+"""
+SOLID = """
+[materials.soft]
+E = 7e7
+nu = 0.3
+density = 270
+[bodies.block]
+kind = "flexible"
+mesh = "block.msh"
+strain = "linear"
+members = [{ group = "volume", family = "solid", material = "soft" }]
+reduction = { method = "cantilever", clamp = "left", modes = 3, joints = {} }
+[[joints]]
+kind = "weld"
+parent = "hub"
+child = "block"
+child_marker = "left"
 """
 CANTILEVER = (
     'strain = "linear"\nreduction = {{ method = "cantilever", clamp = "ROOT", modes = {n}, joints = {{}}{more} }}'
@@ -159,7 +179,7 @@ def test_every_kind_of_body_says_how_many_modes_it_keeps_and_gets_those_of_a_lev
             box(2.0, 0.3, 0.2, 2, 1, 1), [Member("volume", "solid", None, Material(7e7, 0.3, 270.0))]
         )
         write_matrices(full_model(block), tmp_path / f"{name}.npz")
-    kept = 'reduction = { method = "cantilever", clamp = "all", modes = 8 }'
+    kept = 'reduction = { method = "free_free", modes = 8 }'
     joints = "".join(f'[[joints]]\nkind = "weld"\nchild = "{name}"\n' for name in ("box", "still", "pole", "mast"))
     case = crafted(tmp_path, *rods, extra=MATRICES.format(reduction=kept) + joints)
     names = mode_names(case)
@@ -170,6 +190,9 @@ def test_every_kind_of_body_says_how_many_modes_it_keeps_and_gets_those_of_a_lev
         (9, 0, 9, 0),
         (9, 9, 0, 0),
     ]
+    for name, own in (("pole", 5), ("mast", 3), ("box", 8), ("loose", 7)):
+        study = case.study.model_copy(update={"body": name})
+        assert mode_ladder(case.model_copy(update={"study": study}), [1, 2]).own == own
     with pytest.raises(ValueError) as caught:
         derivative_ladder(case)
     assert str(caught.value) == (
@@ -216,16 +239,17 @@ def test_no_more_modes_are_tried_than_a_mesh_has_but_a_request_for_more_fails(tm
         mode_ladder(case, [2, 40])
 
 
-@pytest.mark.parametrize("more", ['attachment = ["y", "rx"]', "derivatives = 1"])
+@pytest.mark.parametrize("more", ['attachment = ["y", "rx"]', "derivatives = 1", "strain condensed, derivatives = 1"])
 def test_sets_with_more_than_modes_are_made_anew_at_every_level(tmp_path, more):
     """Fewer shapes are not the first of more: static and derivative shapes are made for the modes that are kept."""
-    text = cantilever(3, f", {more}")
-    if more.startswith("derivatives"):
-        text = text.replace('"linear"', '"nonlinear"')
+    strain, _, extra = more.rpartition("strain condensed, ")
+    text = cantilever(3, f", {extra}")
+    if extra.startswith("derivatives"):
+        text = text.replace('"linear"', '"condensed"' if strain or "condensed" in more else '"nonlinear"')
     found = mode_ladder(crafted(tmp_path, ("a", 3, "", text)), [1, 2])
     for n, rung in zip((1, 2), found.rungs, strict=True):
         kinds = rung.build().bodies["a"].kinds
-        assert kinds.count("vibration") == n and len(kinds) == n + (1 if more.startswith("d") else 2)
+        assert kinds.count("vibration") == n and len(kinds) == n + (2 if "attachment" in more else 1)
 
 
 def test_a_frequency_of_a_body_does_not_ask_for_static_shapes_of_joints(built: Built):
@@ -241,6 +265,12 @@ def test_work_of_refinements_grows_with_the_points_of_all_meshes(tmp_path):
     case = crafted(tmp_path, ("a", 3, "", cantilever(2)), ("b", 6, "", cantilever(2)))
     found = mesh_ladder(case, [2, 0, 1, 1])
     assert found.own == 0 and levels(found) == [0, 1, 2] and [rung.weight for rung in found.rungs] == [11, 22, 44]
+    solid = HEAD.format(study="", EIz=80) + SOLID
+    write_mesh(tmp_path / "block.msh", box(2.0, 0.3, 0.2, 2, 1, 1))
+    (tmp_path / "solid.toml").write_text(solid)
+    points = 3 * 2 * 2
+    weights = [rung.weight for rung in mesh_ladder(read_case(tmp_path / "solid.toml")).rungs]
+    assert weights == [points, points * 8, points * 64, points * 512]  # a fourth refinement has more than 30 000
     built = found.rungs[1].build()
     assert built.count == 6 * (7 + 13) + 5 * (6 + 12) and [body.n_modes for body in built.bodies.values()] == [2, 2]
 
@@ -260,7 +290,12 @@ def test_modes_of_a_refined_mesh_come_with_the_rounding_of_their_frequency(tmp_p
         assert one.count == 6 * (cells + 1) + 5 * cells and not hasattr(one.bodies["a"], "kinds") and one.added == 0
     exact = 1.8751040687119611**2 / LENGTH**2 * np.sqrt(80.0 / 0.5)
     assert fine.bodies["a"].omega[1] == pytest.approx(exact, rel=1e-3)
-    assert 1e-16 < coarse.rounding < fine.rounding < 1e-8  # stiffness of short elements over that of the mode
+    for one, r in ((coarse, 0), (fine, 2)):
+        structure = structure_of(case, "a", case.bodies["a"], r)
+        K = structure.K.toarray()
+        phi = build_modes(structure, case.bodies["a"])[1].phi[:, 1]
+        terms = np.abs(phi) @ np.abs(K) @ np.abs(phi) / (phi @ K @ phi)
+        assert one.rounding == pytest.approx(2.0**-52 * terms / (2 * np.sqrt(len(K))), rel=1e-3)
 
 
 def test_a_body_from_a_file_has_the_modes_that_it_holds_unless_its_table_says_fewer(tmp_path):
