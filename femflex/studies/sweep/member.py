@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.case import Case, CaseError
-from femflex.case.evaluate import measured, measured_unit
+from femflex.case.evaluate import column_unit, measured, measured_unit
 from femflex.case.measure import OF_SYSTEM, MeasureTable
 from femflex.case.problems import near
 from femflex.case.read import parse_case
@@ -124,7 +124,7 @@ def _outcome(base: VariedCase, table: SweepTable, number: int, values: Mapping[s
             outputs.append(measured(one, seen, motion))
             units.append(measured_unit(one, seen))
     histories = [history(seen, text) for text in table.histories]
-    units += [seen.unit(path) for path in kept]
+    units += [column_unit(_column(text), seen) for text in table.histories]
     return Outcome(number, outputs, units, seen.time.tolist() if histories else [], [h.tolist() for h in histories])
 
 
@@ -152,6 +152,12 @@ def _watched(case: Case, bodies: Mapping[str, Part] | None, paths: list[str]) ->
     return Watched(times, values, model.channels, prepared.system.bodies), motion
 
 
+def _column(text: str) -> MeasureTable:
+    """What a history watches."""
+    path, _, component = text.partition(":")
+    return MeasureTable(channel=path, component=component or None)
+
+
 def history(seen: Watched, text: str) -> Array:
     """One component of a channel over time (n_t,), in its unit. Raises ValueError where it is not named."""
     path, _, component = text.partition(":")
@@ -164,5 +170,5 @@ def history(seen: Watched, text: str) -> Array:
     if not component:
         return values
     if component not in names:
-        measured(MeasureTable(channel=path, component=component), seen)  # which raises the sentence
+        measured(_column(text), seen)  # which raises the sentence
     return np.asarray(values[:, names.index(component)])
