@@ -1,0 +1,99 @@
+"""Charts of a few points: a rigid craft over its inertia ratios, by equilibria and by motions."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from femflex.case import CaseError
+from femflex.case.read import parse_case
+from femflex.studies.stability import case_stability
+from femflex.studies.stability.gravity_gradient import craft_inertia, rigid_kind, with_ratios
+from femflex.studies.varied import VariedCase
+
+ORBITER = """
+title = "two rigid bodies"
+[run]
+orbits = 1
+[orbit]
+kind = "specified"
+perigee_altitude = "600 km"
+[bodies.hub]
+kind = "rigid"
+mass = 200
+inertia = [50, 40, 45]
+[bodies.bar]
+kind = "rigid"
+mass = 2
+inertia = [3, 0.1, 3]
+[[joints]]
+kind = "weld"
+parent = "hub"
+child = "bar"
+[stability]
+inertia = "hub"
+{more}
+vary.k_yaw = {{ between = [-0.5, 0.4], points = 2 }}
+vary.k_roll = {{ between = [-0.3, 0.7], points = 3 }}
+"""
+YAW, ROLL = (-0.5, 0.4), (-0.3, 0.2, 0.7)
+
+
+def test_a_craft_of_these_ratios_has_them():
+    case = parse_case(ORBITER.format(more=""))
+    system = with_ratios(VariedCase.of(case, []).system({}), "hub", 0.3, -0.2)
+    pitch, yaw, roll = np.diag(craft_inertia(system)[0])
+    assert ((pitch - yaw) / roll, (pitch - roll) / yaw) == pytest.approx((0.3, -0.2)) and pitch == pytest.approx(53.0)
+
+
+ROD = """
+[bodies.rod]
+kind = "analytic"
+length = 6
+mass = 0.1
+EA = 1e5
+EIy = {EI}
+EIz = {EI}
+GJ = 10
+functions = {{ y = 1, z = 1 }}
+strain = "linear"
+[[joints]]
+kind = "weld"
+parent = "hub"
+child = "rod"
+"""
+
+
+def test_a_chart_over_the_ratios_in_any_order_has_the_regions_of_the_rigid_craft():
+    found = case_stability(parse_case(ORBITER.format(more="")))
+    assert found.ratios and found.left_out == () and found.second is None
+    assert found.found.names == ("k_yaw", "k_roll") and found.found.units == ("", "")
+    assert found.found.kinds.tolist() == [[rigid_kind(roll, yaw) for roll in ROLL] for yaw in YAW]
+
+
+def test_a_second_chart_leaves_flexibility_out_and_progress_goes_over_both():
+    """A rod as soft as its weight in the orbit bends for good; stiffened the craft is the rigid one."""
+    done: list[float] = []
+    case = parse_case(ORBITER.format(more='without = ["flexibility"]') + ROD.format(EI=1e-7))
+    found = case_stability(case, done.append)
+    assert found.left_out == ("flexibility",)
+    assert found.second.kinds.tolist() == [[rigid_kind(roll, yaw) for roll in ROLL] for yaw in YAW]
+    assert found.found.kinds.shape == (2, 3) and not (found.found.kinds > 0).any()
+    assert done == pytest.approx(np.arange(1, 13) / 12)
+
+
+def test_motions_over_the_ratios_grow_where_the_equilibrium_does():
+    """Over an orbit of its own period; where it is stable all multipliers lie on the unit circle."""
+    more = 'of = "motion"'
+    text = ORBITER.format(more=more).replace("points = 3", "points = 2").replace("[-0.5, 0.4]", "[-0.5, 0.2]")
+    found = case_stability(parse_case(text)).found
+    wanted = [[rigid_kind(roll, yaw) > 0 for roll in (-0.3, 0.7)] for yaw in (-0.5, 0.2)]
+    assert (found.kinds > 0).tolist() == wanted and not (found.kinds == -1).any()
+    assert np.abs(found.growth[np.array(wanted)]).max(initial=0.0) < 1e-9
+    assert (found.growth[~np.array(wanted)] > 1e-5).all()
+
+
+def test_a_craft_without_an_orbit_has_no_inertia_ratios():
+    text = ORBITER.format(more="").replace('[orbit]\nkind = "specified"\nperigee_altitude = "600 km"\n', "")
+    with pytest.raises((CaseError, ValueError), match="inertia ratios are those of a craft in the orbital frame"):
+        case_stability(parse_case(text.replace("orbits = 1", "duration = 1")))
