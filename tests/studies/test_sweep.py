@@ -200,6 +200,24 @@ def test_any_number_of_workers_gives_the_same_bits(study, tmp_path):
     assert np.array_equal(one.histories["bodies/wheel/rate:z"], two.histories["bodies/wheel/rate:z"])
 
 
+@pytest.mark.parametrize("workers", [3, None])
+def test_members_go_to_as_many_workers_as_requested_or_as_there_are_cores(study, tmp_path, monkeypatch, workers):
+    module = sys.modules[sweep.__module__]
+
+    asked, done = [], []
+
+    def here(plan, todo, count, scheduler):
+        asked.append((count, scheduler, [number for number, _ in todo]))
+        yield from (run_member(plan, number, values) for number, values in reversed(todo))
+
+    monkeypatch.setattr(module, "outcomes", here)
+    monkeypatch.setattr(module, "usable_cores", lambda: 7)
+    found = sweep(study(("members = 6", "members = 2")), tmp_path / "s.h5", workers=workers, progress=done.append)
+    assert asked == [(workers or 7, None, [0, 1])] and done == [1.0, 2.0]
+    rates = found.outputs["speed"] * found.inputs["bodies.wheel.inertia.2"] / found.inputs["loads.0.torque.2"]
+    assert rates == pytest.approx([2.0, 2.0], rel=1e-6) and found.units["bodies/wheel/rate:z"] == "rad/s"
+
+
 def test_members_that_differ_in_numbers_lower_each_body_once_and_compile_nothing(study, monkeypatch):
     """Counts, not times: a body whose numbers stay is lowered for the first member alone, and no kernel is compiled."""
     from femflex.dynamics.lowering import bodies as lowering
