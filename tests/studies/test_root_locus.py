@@ -39,3 +39,8 @@ def test_poles_move_along_a_circle_as_the_damping_grows():
 def test_a_path_that_is_not_in_the_case_is_refused():
     with pytest.raises(CaseError, match="joints is a list of 1"):
         root_locus(parse_case(HINGE), "joints.3.damping", [1.0])
+
+
+def test_a_locus_over_no_values_is_refused(craft, write_case):
+    with pytest.raises(ValueError, match=r"a root locus over joints\.0\.damping got no values; give it at least one"):
+        root_locus(read_case(write_case(craft)), "joints.0.damping", [])

@@ -32,6 +32,8 @@ def root_locus(case: Case, path: str, values: Sequence[Any]) -> RootLocus:
     Branches go from value to value by the least change of all poles together. Raises CaseError for a path or a value
     that the case does not take, ValueError where the number of states changes, and as `femflex.equilibrium`.
     """
+    if not len(values):
+        raise ValueError(f"a root locus over {path} got no values; give it at least one")
     rows: list[Complex] = []
     varied = VariedCase.of(case, [path])
     for value in values:
