@@ -110,18 +110,17 @@ def lowest_modes(
     try:
         return _elastic_modes(K, M, n, n_null, shift)
     except SingularError:
-        largest, least = _extremes(K)
-        raise ValueError(
-            f"the stiffness matrix is not positive definite within rounding: its diagonal goes from {least:.3g} to "
-            f"{largest:.3g}. Some stiffnesses are negative, or lie too many orders apart; check stiff springs, rods "
-            "and short bars."
-        ) from None
+        raise _indefinite(K) from None
 
 
-def _extremes(K: sparse.csr_array) -> tuple[float, float]:
-    """Largest and least entry of the diagonal."""
+def _indefinite(K: sparse.csr_array) -> ValueError:
+    """The error of a stiffness matrix with negative eigenvalues, with the largest and least entry of its diagonal."""
     diagonal = K.diagonal()
-    return float(diagonal.max()), float(diagonal.min())
+    return ValueError(
+        f"the stiffness matrix is not positive definite within rounding: its diagonal goes from {diagonal.min():.3g} to "
+        f"{diagonal.max():.3g}. Some stiffnesses are negative, or lie too many orders apart; check stiff springs, rods "
+        "and short bars."
+    )
 
 
 def stiffness_ratio(K: sparse.csr_array, phi: Array) -> Array:
@@ -240,6 +239,8 @@ def _null_count(K: sparse.csr_array, M: sparse.csr_array) -> tuple[int, float]:
             return _probed(K, M, part * scale)
         except SingularError:
             continue
+    if K.diagonal().min() < 0:
+        raise _indefinite(K)
     raise IdleError(np.flatnonzero((K.diagonal() == 0) & (M.diagonal() == 0)))
 
 
