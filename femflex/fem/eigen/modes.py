@@ -117,9 +117,9 @@ def _indefinite(K: sparse.csr_array) -> ValueError:
     """The error of a stiffness matrix with negative eigenvalues, with the largest and least entry of its diagonal."""
     diagonal = K.diagonal()
     return ValueError(
-        f"the stiffness matrix is not positive definite within rounding: its diagonal goes from {diagonal.min():.3g} to "
-        f"{diagonal.max():.3g}. Some stiffnesses are negative, or lie too many orders apart; check stiff springs, rods "
-        "and short bars."
+        "the stiffness matrix is not positive definite within rounding: its diagonal goes from "
+        f"{diagonal.min():.3g} to {diagonal.max():.3g}. Some stiffnesses are negative, or lie too many orders apart; "
+        "check stiff springs, rods and short bars."
     )
 
 
