@@ -135,6 +135,14 @@ def test_a_tip_body_is_carried_and_loads_the_member():
     assert drum == pytest.approx(seen["bodies/beam/drum_power"], abs=1e-12)
 
 
+def test_the_line_along_the_middle_of_a_strip_has_all_its_mass_and_tension():
+    strip = DeployingStrip(2.0, 0.3, tension=7.0, root=(1.0, 2, 3), direction=(0, 1.0, 1), across=(1.0, 0, 0))
+    line = strip.line
+    assert (line.mass_per_length, line.tension) == pytest.approx((0.6, 7.0))
+    r = np.sqrt(0.5)
+    assert line.root == (1.0, 2, 3) and line.frame == pytest.approx(np.array([[0, r, r], [1, 0, 0], [0, r, -r]]))
+
+
 def test_what_is_wrong_with_a_strip_is_said():
     with pytest.raises(ValueError, match="a deploying membrane has no tension, so it has no stiffness; give tension"):
         DeployingStrip(mass_per_area=1.0, width=1.0)

@@ -10,7 +10,7 @@ from scipy import linalg
 from femflex.fem import Member, build_structure
 from femflex.fem.beam.corners import corner_nodes
 from femflex.fem.sections import Box, CableSection, Circle, FullSection, Rectangle, Tube
-from femflex.mesh import Mesh, line
+from femflex.mesh import Mesh, line, rectangle
 from femflex.warning import PhysicsWarning
 
 BENT = line([[0, 0, 0], [1.0, 0.4, 0.2], [1.2, 1.1, -0.3]], 3)
@@ -212,6 +212,12 @@ def test_axes_that_are_selected_are_reported_with_their_reason_and_direction():
         assert notes(Circle(0.1), straight, **{name: (0.0, 0.0)}) == []
     (found,) = notes(FullSection(section_stiffness(), section_mass()), straight)
     assert found.startswith(begin + "its section couples stretch, shear, twist and bending: the section's y axis")
+
+
+def test_an_oblong_section_on_other_cells_is_refused_as_of_other_cells():
+    sheet = rectangle(1.0, 1.0, 1, 1, "quad")
+    with pytest.raises(ValueError, match="group 'surface' holds quad cells; the beam family is made of line, line3"):
+        build_structure(sheet, [Member("surface", "beam", Rectangle(0.1, 0.2), METAL)])
 
 
 def test_upright_elements_are_counted_and_their_own_axis_is_named():

@@ -52,7 +52,7 @@ def test_strains_of_fourth_order_store_what_the_equations_of_beams_say(far):
 
 
 def test_a_skew_shell_element_has_the_incompatible_modes_of_simo_and_rifai():
-    """A quadrilateral without parallel sides, orthotropic askew: K - L^T D^-1 L of its in-plane dofs, by 2 x 2 points."""
+    """Sides not parallel, orthotropic askew: K - L^T D^-1 L of its in-plane dofs, by 2 x 2 points."""
     sheet = layup([Ply(FIBRE, 0.003, 0.6)])
     x = np.array([[0.0, 0.0], [1.3, 0.1], [0.9, 0.8], [0.1, 0.6]])
     mesh = Mesh(np.column_stack([x, np.zeros(4)]), {"quad": [[0, 1, 2, 3]]}, {"surface": {"quad": [0]}})

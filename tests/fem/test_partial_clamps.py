@@ -99,7 +99,10 @@ def test_lumped_masses_stand_on_skew_supports():
         (lambda: symmetry([0, 0, 0]), "normal of a plane is .*three components, not all zero"),
         (lambda: antisymmetry([1.0, 0]), "three components, not all zero"),
         (lambda: Support(("x", "w")), r"components \['w'\] are not of a node"),
+        (lambda: symmetry([0, np.inf, 1.0]), r"normal of a plane is \[0, inf, 1.0\]; give three components"),
         (lambda: Support(("x",), ((1, 0, 0), (0, 1, 0))), "three directions of three components, not zero"),
+        (lambda: Support(("x",), ((1, 0, 0), (0, 0, 0), (0, 0, 1))), "three directions of three components, not zero"),
+        (lambda: Support(("x",), ((1, 0, 0), (0, np.nan, 0), (0, 0, 1))), "three directions of three components"),
         (lambda: Support(("x",), ((1, 0, 0), (1, 1, 0), (0, 0, 1))), "not at right angles"),
     ],
 )

@@ -83,3 +83,60 @@ def test_surfaces_that_are_not_there_are_refused(surface, words):
     mesh = mapped(flat, lambda p: np.stack([p[:, 0], np.cos(p[:, 1]), np.sin(p[:, 1])], axis=1))
     with pytest.raises(ValueError, match=words):
         build_structure(mesh, [Member("surface", "shell", 0.01, METAL, {"surface": surface})])
+
+
+def two_cells(heights) -> Mesh:
+    """Cells of 2 x 2 m and 0.5 x 2 m side by side, with heights of the nodes (x, y)."""
+    points = [(x, y, heights.get((x, y), 0.0)) for x in (0.0, 2.0, 2.5) for y in (0.0, 2.0)]
+    cells = {"quad": np.array([[0, 2, 3, 1], [2, 4, 5, 3]])}
+    return Mesh(points, cells, {"surface": {"quad": [0, 1]}})
+
+
+def on_surface(mesh, surface):
+    return build_structure(mesh, [Member("surface", "shell", 0.01, METAL, {"surface": surface})])
+
+
+def test_nodes_that_are_moved_are_counted_with_the_largest_distance():
+    s = on_surface(two_cells({(0.0, 2.0): 0.15, (2.5, 0.0): -0.04}), "3 * z - 0.06 * x")
+    x, _, z = s.mesh.points.T
+    np.testing.assert_allclose(z, 0.02 * x, atol=1e-12)
+    most = 0.15 / np.hypot(1, 0.02)
+    assert s.notes == (f"5 of 6 nodes of shell on group 'surface' are moved onto its surface, by up to {most:.3g} m",)
+
+
+def test_nodes_off_the_surface_are_judged_by_the_longest_side_they_have():
+    """Every node has a side of 2 m: 0.19 m passes, 0.21 m does not; the worst is named with its place."""
+    assert on_surface(two_cells({(2.5, 0.0): 0.19}), "z").notes[0].endswith("by up to 0.19 m")
+    with pytest.raises(ValueError) as refusal:
+        on_surface(two_cells({(0.0, 2.0): 0.21, (2.5, 0.0): -0.25, (2.0, 0.0): 0.1}), "z")
+    assert str(refusal.value) == (
+        "shell on group 'surface': 2 of 6 nodes lie off the surface 'z', the node at (2.5, 0, -0.25) m by 0.25 m, over "
+        "10% of its element's side; correct the formula or leave it out"
+    )
+    small = rectangle(1.0, 0.25, 4, 1, "quad")
+    points = np.concatenate([small.points, [[2.0, 0, 0.3], [2.0, 1.0, 0]]])
+    points[small.nearest_point([0, 0, 0]), 2] = 0.06  # more of its side than the higher node has
+    near, far = small.nearest_point([1.0, 0, 0]), small.nearest_point([1.0, 0.25, 0])
+    cells = np.concatenate([small.cells["quad"], [[near, len(points) - 2, len(points) - 1, far]]])
+    mesh = Mesh(points, {"quad": cells}, {"surface": {"quad": np.arange(5)}})
+    with pytest.raises(ValueError, match=r"2 of 12 nodes lie off .* the node at \(2, 0, 0.3\) m by 0.3 m"):
+        on_surface(mesh, "z")
+    points[-2, 2] = 0.15
+    mesh = Mesh(points, {"quad": cells}, {"surface": {"quad": np.arange(5)}})
+    with pytest.raises(ValueError, match=r"2 of 12 nodes lie off .* the node at \(0, 0, 0.06\) m by 0.06 m"):
+        on_surface(mesh, "z")
+
+
+def test_a_surface_that_is_nowhere_is_left_after_one_extent_of_the_mesh():
+    """exp(-z) is zero nowhere; every step of Newton rises by 1 m, and four pass the diagonal of sqrt(10.25) = 3.2 m."""
+    with pytest.raises(ValueError, match=r"6 of 6 nodes lie off the surface 'exp\(-z\)', .* m by 4 m, over 10%"):
+        on_surface(two_cells({}), "exp(-z)")
+
+
+def test_the_place_without_a_normal_is_named():
+    with pytest.raises(ValueError) as refusal:
+        on_surface(two_cells({}), "x**2 + y**2 + z**2")
+    assert str(refusal.value) == (
+        "shell on group 'surface': surface 'x**2 + y**2 + z**2' has no normal at (0, 0, 0) m, where its gradient "
+        "is zero; rewrite it"
+    )

@@ -196,6 +196,7 @@ def test_settled_stress_is_the_initial_one_and_that_of_the_linear_strain(name):
     assert np.isfinite(gained)
     for block, own in zip(found.strain, s.strain, strict=True):
         assert isinstance(block, RelaxedStrain)
+        np.testing.assert_array_equal(block.stiffness(), own.stiffness())
         eps = np.einsum("sg,eqg->eqs", own.linear_map, own.gradients((s.T @ x)[:, None], slice(None))[..., 0])
         stress = np.broadcast_to(own.stress, eps.shape) + np.matmul(own.elastic, eps[..., None])[..., 0]
         size = np.abs(stress).max(axis=(0, 1))

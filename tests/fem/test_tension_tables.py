@@ -214,3 +214,64 @@ def test_what_tension_members_cannot_use_is_named():
     assert words(lambda: rope(viscosity=-0.5)) == name + "viscosity -0.5 s; a damping time cannot be negative"
     assert words(lambda: rope(thermal_strain="hot")) == name + "thermal_strain 'hot'; give one finite number"
     assert words(lambda: rope(order=0)).startswith(name + "order 0; it may be 1 to 8")
+
+
+def test_the_picture_of_a_rope_runs_from_node_to_node_through_what_its_functions_say():
+    """Straight and curved cells in one member: five points along each, moved by the shape functions of order 3."""
+    points = np.array([[0, 0, 0], [1.0, 0.3, 0], [1.9, 0.2, 0.4], [3.0, 0.5, 0.1], [2.5, 0.6, 0.3]])
+    cells = {"line": np.array([[0, 1], [2, 1]]), "line3": np.array([[2, 3, 4]])}
+    mesh = Mesh(points, cells, {"line": {"line": [0, 1], "line3": [0]}})
+    s = build_structure(mesh, [Member("line", "tether", CableSection(1e5, 0.1), None, {"order": 3})])
+    assert list(s.skin.cells) == ["line"] and s.skin.points.shape == (15, 3)
+    assert np.array_equal(s.skin.cells["line"], [[5 * e + k, 5 * e + k + 1] for e in range(3) for k in range(4)])
+    t = np.linspace(0, 1, 5)[:, None]
+    quadratic = (1 - t) * (1 - 2 * t), t * (2 * t - 1), 4 * t * (1 - t)
+    curve = sum(f * points[node] for f, node in zip(quadratic, (2, 3, 4), strict=True))
+    wanted = [*((1 - t) * points[a] + t * points[b] for a, b in cells["line"]), curve]
+    assert s.skin.points == pytest.approx(np.concatenate(wanted), abs=1e-13)
+    H, x = np.random.default_rng(2).normal(size=(3, 3)), np.zeros(s.n_dof)
+    x += moved(s, H)
+    assert (s.skin.operator @ x).reshape(-1, 3) == pytest.approx(s.skin.points @ H.T, abs=1e-12)
+    inner = np.setdiff1d(np.arange(s.n_dof), s.translation.indices)
+    block, straight = s.strain[0], np.zeros(s.n_dof)
+    straight[np.intersect1d(block.dofs, inner)] = np.random.default_rng(3).normal(size=2 * 6)
+    drawn = (s.skin.operator @ straight).reshape(3, 5, 3)
+    own = (s.T @ straight)[block.dofs].reshape(2, 4, 3)
+    cubic = np.sqrt(5) * t * (1 - t) * (1 - 2 * t)  # the integral of sqrt(5) P_2
+    for e in range(2):
+        assert drawn[e] == pytest.approx(4 * t * (1 - t) * own[e, 2] + cubic * own[e, 3], abs=1e-12)
+    assert not drawn[2].any()
+
+
+def test_the_picture_of_a_sheet_is_four_triangles_of_each_cell_over_its_corners_and_sides():
+    """Cells of three nodes and of six with a curved side in one member; area, nodes and motion."""
+    points = np.array(
+        [[0, 0, 0], [1.0, 0, 0], [0.2, 0.9, 0], [1.1, 1.2, 0], [0.65, 0.4, 0], [1.3, 0.6, 0], [0.7, 1.1, 0]]
+    )
+    cells = {"triangle": np.array([[0, 1, 2]]), "triangle6": np.array([[1, 3, 2, 5, 6, 4]])}
+    mesh = Mesh(points @ C.T, cells, {"surface": {"triangle": [0], "triangle6": [0]}})
+    s = build_structure(mesh, [Member("surface", "membrane", CLOTH)])
+    x, four = s.skin.points @ C, s.skin.cells["triangle"]
+    assert list(s.skin.cells) == ["triangle"] and four.shape == (8, 3)
+    sides = [(points[a] + points[b]) / 2 for a, b in ((0, 1), (1, 2), (2, 0))]
+    assert x == pytest.approx(np.concatenate([points[:3], sides, points[[1, 3, 2, 5, 6, 4]]]), abs=1e-13)
+    a, b, c = x[four].swapaxes(0, 1)
+    area = np.cross(b - a, c - a)[:, 2] / 2
+    polygon = points[[1, 5, 3, 6, 2, 4]]
+    whole = np.sum(np.cross(polygon, np.roll(polygon, -1, axis=0))[:, 2]) / 2
+    assert (
+        (area > 0).all() and area[:4] == pytest.approx(np.full(4, 0.45 / 4)) and area[4:].sum() == pytest.approx(whole)
+    )
+    H = np.random.default_rng(2).normal(size=(3, 3))
+    assert (s.skin.operator @ moved(s, H)).reshape(-1, 3) == pytest.approx(s.skin.points @ H.T, abs=1e-12)
+
+
+def test_sides_count_as_curved_from_a_billionth_of_the_sheet():
+    """The rule has more points where a middle node lies off its side, be it by a thousandth."""
+    flat = rectangle(2.0, 1.0, 1, 1, "triangle6")
+    few = sheet("triangle6", mesh=flat).strain[0].weight.shape[1]
+    for off, more in ((1e-3, True), (1e-12, False)):
+        points = flat.points.copy()
+        points[flat.nearest_point([1.0, 0.0, 0])] += [0, off, 0]
+        bent = Mesh(points, flat.cells, flat.cell_groups)
+        assert (sheet("triangle6", mesh=bent).strain[0].weight.shape[1] > few) == more

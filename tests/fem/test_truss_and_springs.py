@@ -205,6 +205,10 @@ def test_nodes_that_coincide_but_for_rounding_are_compared_along_the_axes_of_the
             "has axes [[1.0, 0.0, 0.0], [0.1, 1.0, 0.0], [0.0, 0.0, 1.0]], which are not at right angles",
         ),
         ({"rotation": (1.0, 0, 0), "axes": np.eye(3)[:2]}, "give three directions of three components, not zero"),
+        (
+            {"rotation": (1.0, 0, 0), "axes": [[np.nan, 0, 0], [0, 1.0, 0], [0, 0, 1.0]]},
+            "has axes [[nan, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]; give three directions of three components",
+        ),
     ],
 )
 def test_impossible_bushings_are_refused(values, said):
