@@ -188,12 +188,18 @@ def test_chains_of_connections_work_and_circles_do_not():
         (lambda: Rigid("b", "a", ()), "no components"),
         (lambda: Rigid("b", "a", ("w",)), "not of a node"),
         (lambda: Distributing("line", "a", (1.0,)), "1 weights for 5 nodes"),
+        (lambda: Distributing("line", "a", (1.0, 1.0, np.inf, 1.0, 1.0)), "5 weights for 5 nodes; give one, not neg"),
+        (lambda: Distributing("line", "a", (1.0, np.nan, 1.0, 1.0, 1.0)), "5 weights for 5 nodes; give one, not neg"),
+        (lambda: Distributing("line", "a", (0.0,) * 5), "5 weights for 5 nodes; give one, not negative, for each"),
         (lambda: Equation(()), "no terms"),
+        (lambda: Equation((Term("a", "x", 1.0), Term("b", "v", 1.0))), "component 'v' of an equation is not of a node"),
+        (lambda: Equation((Term("a", "x", 1.0), Term("b", "y", 2.0), Term("tip", "y", np.nan))),
+         "factor of group 'tip' in an equation is nan; give a number, not 0"),
         (lambda: Equation((Term("a", "x", 0.0),)), "is 0.0"),
         (lambda: Equation((Term("a", "u", 1.0),)), "not of a node"),
         (lambda: Equation((Term("line", "x", 1.0),)), "has 6 nodes"),
     ],
-)
+)  # fmt: skip
 def test_mistakes_are_refused_in_words(make, found):
     with pytest.raises(ValueError, match=found):
         build_structure(two_bars(0.5), [beam()], connections=[make()])

@@ -157,6 +157,9 @@ def test_impossible_full_sections_say_what_is_wrong():
     thin[4, 5] = thin[5, 4] = 0.36  # (int y z)^2 just above int y^2 int z^2
     with pytest.raises(ValueError, match="no distribution of mass"):
         FullSection(stiff(), thin)
+    below = np.diag([2.0, 2.0, 2.0, -0.7, -0.3, -0.4])  # both moments negative, their product positive
+    with pytest.raises(ValueError, match="no distribution of mass"):
+        FullSection(stiff(), below)
 
 
 CARBON = Lamina(140e9, 10e9, 5e9, 0.3, 1600.0, 5e9, 3e9)
@@ -294,5 +297,15 @@ def test_impossible_solids_say_which_constant_is_wrong():
         Anisotropic(C, 1.0)
     with pytest.raises(ValueError, match="must be 6 x 6, symmetric and finite"):
         Anisotropic(np.eye(6) + 0.1 * np.eye(6, k=2), 1.0)
+    for off, refused in ((3e-7, False), (1e-5, True)):
+        C = np.eye(6) + 0.5 * (np.eye(6, k=1) + np.eye(6, k=-1))
+        C[0, 1] *= 1 + off
+        if refused:
+            with pytest.raises(ValueError, match="must be 6 x 6, symmetric and finite"):
+                Anisotropic(C, 1.0)
+        else:
+            assert Anisotropic(C, 1.0).elasticity()[[0, 1], [1, 0]] == pytest.approx(
+                [0.5 * (1 + off / 2)] * 2, rel=1e-12
+            )
     with pytest.raises(ValueError, match=r"density is -3.0 kg/m\^3; it must be finite and cannot be negative"):
         Anisotropic(np.eye(6), -3.0)

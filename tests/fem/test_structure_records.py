@@ -227,6 +227,17 @@ def test_rounding_in_members_without_stress_is_judged_by_the_stress_of_others():
     assert s.stressed and not settled(s, x).stressed
 
 
+def test_a_little_stress_beside_a_large_one_is_kept():
+    """What counts as rounding is judged member by member: 1e-9 of the heat of its neighbour is not."""
+    mesh = line([[0, 0, 0], [2.0, 0, 0]], 4).with_groups({"hot": {"line": [0, 1]}, "mild": {"line": [2, 3]}})
+    heats = {"hot": 1e-2, "mild": 1e-11}
+    members = [Member(g, "beam", Circle(0.02), METAL, {"thermal_strain": h, "extent": 2.0}) for g, h in heats.items()]
+    s = build_structure(mesh, members)
+    for block, h in zip(settled(s, np.zeros(s.n_dof)).strain, heats.values(), strict=True):
+        N = -h * METAL.E * np.pi * 4e-4
+        assert block.stress[..., 0] == pytest.approx(np.full(block.weight.shape, N)) and not block.stress[..., 1:].any()
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_inertias_that_no_body_has_are_points_of_either_sign(seed):
     J = np.diag([1.0, 0.1, 0.2]) if seed == 0 else np.random.default_rng(seed).normal(size=(3, 3))
