@@ -86,6 +86,21 @@ def test_strings_and_solids_take_springs_along_the_line_alone():
         build_structure(mesh, cords, bushings=[Bushing("a", "b", (0.0, 1.0, 0.0))])
 
 
+def test_a_bushing_from_a_beam_to_a_string_cannot_resist_rotation():
+    mesh = Mesh(np.array([[0.0, 0, 0], [1, 0, 0], [1.5, 0, 0], [2, 0, 0]]), {"line": np.array([[0, 1], [2, 3]])},
+                {"bar": {"line": [0]}, "cord": {"line": [1]}}, {"a": [1], "b": [2]})  # fmt: skip
+    members = [Member("bar", *BEAM), Member("cord", "tether", CableSection(1e5, 0.1), None, {"prestress": 10.0})]
+    for ends in (("a", "b"), ("b", "a")):
+        with pytest.raises(ValueError, match=f"bushing at group '{ends[0]}': nodes without rotation .* cannot resist"):
+            build_structure(mesh, members, bushings=[Bushing(*ends, rotation=(1.0, 0, 0))])
+    for ends in (("a", "b"), ("b", "a")):
+        found = build_structure(mesh, members, bushings=[spring(*ends, 30.0)])
+        x = np.random.default_rng(0).normal(size=found.n_dof)
+        u = (found.translation @ x).reshape(4, 3)[:, 0]
+        added = x @ (found.K - build_structure(mesh, members).K) @ x
+        assert added == pytest.approx(30.0 * (u[2] - u[1]) ** 2, rel=1e-4)
+
+
 def on_one_beam_alone(bushing):
     return build_structure(two_beams((0, 0, 0)).mesh, [Member("first", *BEAM)], bushings=[bushing])
 

@@ -130,8 +130,21 @@ def test_a_constraint_that_says_nothing_changes_nothing():
     """A component that follows itself: 0 = 0."""
     itself = np.zeros((1, 6))
     itself[0, 1] = 1.0
-    s = bars([MultiPointConstraint("n4", ("y",), ("n4",), itself)])
+    nothing = MultiPointConstraint("n4", ("y",), ("n4",), itself)
+    s = bars([nothing])
     assert s.n_dof == FREE
+    turning = np.array([[0, 0, 0, 0.3, -0.2, 0.6]])  # nor does a leader that leads by its rotation alone
+    s = bars([nothing, MultiPointConstraint("n5", ("z",), ("n2",), turning)])
+    check(s, [equation(7, (5, np.eye(6)[2]), (2, -turning[0]))], FREE)
+
+
+def test_a_node_of_no_weight_has_no_part_in_a_mean_motion():
+    place, leading, weights = (0.4, -0.7, 1.1), [1, 2, 4, 6], (0.5, 0.0, 1.3, 0.2)
+    some, all_ = (
+        bars([Distributing("led", place, w)], groups={"led": nodes})
+        for nodes, w in (([1, 4, 6], (0.5, 1.3, 0.2)), (leading, weights))
+    )
+    np.testing.assert_allclose(motion_of(all_)[7], motion_of(some)[7], atol=1e-12)
 
 
 def test_an_equation_divides_by_its_first_factor_and_keeps_the_components_apart():

@@ -100,6 +100,30 @@ def test_two_panels_of_one_kind_keep_their_own_cells_and_groups_that_reach_furth
     assert total == pytest.approx(7850 * (4 * np.pi * (0.05**2 - 0.048**2) + 0.01 + 0.01) + 6.0)
 
 
+def test_a_panel_of_triangles_and_quadrilaterals_beyond_a_cut_keeps_all_its_cells_there():
+    """It hangs on the cut and beyond: with the second segment; a mass at the cut stays with the first."""
+    points = [[x, 0, 0] for x in range(5)] + [[2.0, 1, 0], [3.0, 1, 0], [3.0, 2, 0]]
+    cells = {"line": [[k, k + 1] for k in range(4)], "quad": [[2, 3, 6, 5]], "triangle": [[5, 6, 7]]}
+    groups = {"line": {"line": range(4)}, "panel": {"quad": [0], "triangle": [0]}}
+    mesh = Mesh(points, cells, groups, {"cut": [2], "far": [7]})
+    members = [fem.Member("line", "beam", Tube(0.05, 0.002), STEEL), fem.Member("panel", "shell", 0.01, STEEL)]
+    first, second = cut(mesh, members, 2, "line", [fem.PointMass("cut", 2.0), fem.PointMass("far", 3.0)])
+    assert [len(s.members) for s in (first, second)] == [1, 2]
+    assert [[m.mass for m in s.point_masses] for s in (first, second)] == [[2.0], [3.0]]
+    held = second.mesh.group_cells("panel")
+    assert {kind: len(rows) for kind, rows in held.items()} == {"quad": 1, "triangle": 1}
+    assert sorted(second.mesh.points[held["triangle"][0]].tolist()) == sorted(np.array(points, float)[5:].tolist())
+    assert second.mesh.points[second.mesh.group_points("far")[0]] == pytest.approx(points[7])
+    both = fem.Member("panel", "beam", Tube(0.05, 0.002), STEEL)
+    assert refusal(lambda: cut(mesh, [both], 2, "panel")) == (
+        "the member on group 'panel' is made of quad, triangle cells; only a member of line cells can be cut into "
+        "segments"
+    )
+    other = Mesh(points, {k: cells[k] for k in ("triangle", "quad", "line")}, {
+        "line": groups["line"], "panel": {"triangle": [0], "quad": [0]}})  # fmt: skip
+    assert "made of quad, triangle cells" in refusal(lambda: cut(other, [both], 2, "panel"))
+
+
 def refusal(make) -> str:
     with pytest.raises(ValueError) as told:
         make()

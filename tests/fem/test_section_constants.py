@@ -307,5 +307,9 @@ def test_impossible_solids_say_which_constant_is_wrong():
             assert Anisotropic(C, 1.0).elasticity()[[0, 1], [1, 0]] == pytest.approx(
                 [0.5 * (1 + off / 2)] * 2, rel=1e-12
             )
+    with pytest.raises(ValueError, match=r"density is inf kg/m\^3; it must be finite and cannot be negative"):
+        Anisotropic(np.eye(6), np.inf)
+    with pytest.raises(ValueError, match=r"not positive definite \(least eigenvalue 0 N/m\^2\)"):
+        Anisotropic(np.diag([1.0, 1, 1, 0, 1, 1]), 1.0)
     with pytest.raises(ValueError, match=r"density is -3.0 kg/m\^3; it must be finite and cannot be negative"):
         Anisotropic(np.eye(6), -3.0)

@@ -142,6 +142,18 @@ def test_i_section_torsion_is_prandtls_stress_function(b, h, f, w, error):
     assert ISection(b, h, f, w).properties(STATION, 1.0).J[0] == pytest.approx(J, rel=error)
 
 
+def test_torsion_of_stout_and_thick_i_sections_is_roarks_formula():
+    """Formulas for Stress and Strain, table of torsional constants: K = 2 K_1 + K_2 + 2 alpha D^4, by its own letters."""
+    for b, h, f, w in ((0.1, 0.3, 0.06, 0.05), (0.2, 0.3, 0.03, 0.05), (0.2, 0.5, 0.04, 0.03)):
+        a, b_half, c, d = b, f, (h - 2 * f) / 2, w  # flange a x b, web 2 c x d
+        K1 = a * b_half**3 * (1 / 3 - 0.21 * b_half / a * (1 - b_half**4 / (12 * a**4)))
+        K2 = 2 / 3 * c * d**3
+        t, t1 = min(b_half, d), max(b_half, d)
+        D = (b_half**2 + d**2 / 4) / b_half  # inscribed circle, fillet radius 0
+        expected = 2 * K1 + K2 + 2 * 0.15 * t / t1 * D**4
+        assert ISection(b, h, f, w).properties(STATION, 1.0).J[0] == pytest.approx(expected, rel=1e-12)
+
+
 def test_dimensions_vary_along_the_member():
     s = np.linspace(0, 5, 11)
     taper = Tube("0.2 - 0.02*s", ([0.0, 5.0], [0.01, 0.005]))

@@ -314,6 +314,11 @@ def test_values_that_fields_cannot_have_are_named_with_their_element():
          f"density is 0 kg/m^3 in element {left} at (0.25, 0.5, 0) m; it must be positive everywhere"),
         ({"extra_mass": {"quad": np.where(np.arange(2) == right, -2.5, 5.0)}},
          f"extra_mass is -2.5 kg/m^2 in element {right} at (0.75, 0.5, 0) m; it is not negative"),
+        ({"extra_mass": {"quad": [-2.0, -2.5]}}, "extra_mass is -2.5 kg/m^2 in element 0 at ("),
+        ({"thickness": {"quad": [-2.0, -2.5]}}, "thickness is -2.5 m in element 0 at ("),
+        ({"density": {"quad": [np.nan, np.nan]}}, "density is not finite in element 0 at ("),
+        ({"thickness": np.ones(7)}, "thickness is [1. 1. 1. 1. 1. 1. 1.]; give a number, a formula"),
+        ({"thickness": np.ones(5)}, "thickness is [1. 1. 1. 1. 1.]; give a number, a formula"),
         ({"thickness": {"quad": np.where(np.arange(2) == right, np.nan, 0.1)}},
          f"thickness is not finite in element {right} at (0.75, 0.5, 0) m; correct it there"),
         ({"thickness": {"quad": [0.1, 0.1, 0.1]}}, "thickness of quad elements is given as (3,); give one value"),
@@ -333,6 +338,22 @@ def test_values_that_fields_cannot_have_are_named_with_their_element():
     light = isotropic(0.01, METAL.__class__(70e9, 0.3, 0.0))
     with pytest.raises(ValueError, match="has a density and a section without mass; give its material a density"):
         shell(mesh, light, density=100.0)
+
+
+def test_values_at_the_points_of_a_mesh_hold_where_the_shell_adds_nodes_of_its_own():
+    """Of eight-node quadrilaterals, which get a ninth: linear between the corners, by points or by corners."""
+    mesh = rectangle(1.0, 0.8, 2, 1, "quad8")
+    x, y, _ = mesh.points.T
+    corners = mesh.points[mesh.cells["quad8"][:, :4]]
+    by_point = 0.02 + 0.01 * x + 0.005 * y
+    by_corner = 0.02 + 0.01 * corners[..., 0] + 0.005 * corners[..., 1]
+    exact = shell(mesh, 0.03, thickness="0.02 + 0.01 * x + 0.005 * y")
+    for given in (by_point, {"quad8": by_corner}, {"quad9": by_corner}):
+        found = shell(mesh, 0.03, thickness=given)
+        assert len(found.mesh.points) == len(mesh.points) + 2
+        np.testing.assert_allclose(found.K.toarray(), exact.K.toarray(), atol=1e-9 * abs(exact.K).max())
+    with pytest.raises(ValueError, match="give a number, a formula of x, y and z, one value for each point of the"):
+        shell(mesh, 0.03, thickness=np.ones(len(mesh.points) + 3))
 
 
 @pytest.mark.parametrize("cell", CELLS)

@@ -97,6 +97,12 @@ def test_doubled_cells_are_counted_for_members_of_one_family_alone():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         build_structure(mesh, more[:2])
+    three = mesh.with_groups({"c": {"line": [3, 2]}, "d": {"line": [1, 0]}})
+    with pytest.warns(PhysicsWarning) as given:
+        build_structure(three, [Member(group, "rod", CableSection(1e5, 0.1)) for group in ("d", "c", "b")])
+    assert [str(one.message)[:76] for one in given] == [
+        f"2 of the 4 cells of group 'b' already belong to the rod member on group '{a}';" for a in "dc"
+    ]
 
 
 def test_supports_that_hold_nothing_or_combinations_name_their_groups():
