@@ -143,7 +143,7 @@ def test_i_section_torsion_is_prandtls_stress_function(b, h, f, w, error):
 
 
 def test_torsion_of_stout_and_thick_i_sections_is_roarks_formula():
-    """Formulas for Stress and Strain, table of torsional constants: K = 2 K_1 + K_2 + 2 alpha D^4, by its own letters."""
+    """Formulas for Stress and Strain, torsional constants: K = 2 K_1 + K_2 + 2 alpha D^4, by its letters."""
     for b, h, f, w in ((0.1, 0.3, 0.06, 0.05), (0.2, 0.3, 0.03, 0.05), (0.2, 0.5, 0.04, 0.03)):
         a, b_half, c, d = b, f, (h - 2 * f) / 2, w  # flange a x b, web 2 c x d
         K1 = a * b_half**3 * (1 / 3 - 0.21 * b_half / a * (1 - b_half**4 / (12 * a**4)))
