@@ -45,6 +45,9 @@ def test_to_the_body_frame_it_resists_all_motion_of_its_node():
     added = (with_it.K - two_beams((0, 0, 0)).K).toarray()
     rows = node_rows(with_it, "tip")
     assert added == pytest.approx(rows.T @ np.diag(k) @ rows, abs=1e-9 * k.max())
+    first = two_beams((0, 0, 0), Bushing("root", None, k[:3], k[3:]))  # the node whose numbers begin at zero
+    rows = node_rows(first, "root")
+    assert (first.K - two_beams((0, 0, 0)).K).toarray() == pytest.approx(rows.T @ np.diag(k) @ rows, abs=1e-9 * k.max())
 
 
 @pytest.mark.parametrize("gap", [(0, 0, 0), (0.1, 0, 0), (0.1, -0.2, 0.3)])

@@ -225,4 +225,6 @@ def test_a_circle_names_all_that_are_in_it_and_no_other():
         bars([*ring, Rigid("n2", "n0", name="apart")])
     said = str(refusal.value)
     assert all(f"to '{name}'" in said for name in ("one", "two", "three")) and "apart" not in said
+    places = [said.index(f"to '{name}'") for name in ("three", "one", "two")]  # of n1, n4 and n6, in this order
+    assert places == sorted(places)
     assert said.endswith("depend on each other in a cycle; a node may depend only on nodes that do not depend on it")

@@ -65,6 +65,33 @@ def test_shear_stiffness_of_shapes_is_cowpers_or_that_of_their_walls():
     assert (given.GAy[2], given.GAz[2]) == pytest.approx((31e9 * 5 / 6 * 0.1, 31e9 * 5 / 6 * 0.1))
 
 
+def test_shear_stiffness_of_tapered_shapes_is_that_of_the_section_at_every_station():
+    s, whole, b = AT, np.full(3, 4.0), 0.2 + 0.1 * AT
+    for name, section in (
+        ("box", Box("0.2 + 0.1 * s", "0.5 + 0.05 * s", "0.03 + 0.001 * s")),
+        ("I", ISection("0.2 + 0.1 * s", "0.5 + 0.05 * s", "0.04", "0.03 + 0.001 * s")),
+        ("tube", Tube("0.2 + 0.1 * s", "0.03 + 0.001 * s")),
+        ("bar", Rectangle("0.2 + 0.1 * s", 0.4)),
+        ("rod", Circle("0.2 + 0.1 * s")),
+        ("given", GivenSection("0.2 + 0.1 * s", 2e-3, 1e-3, 1e-4)),
+    ):
+        r = section.resultants(MATERIAL, s, whole)
+        assert r.GAy.shape == r.GAz.shape == (3,)
+        for k in range(3):
+            h, t, nu = 0.5 + 0.05 * s[k], 0.03 + 0.001 * s[k], MATERIAL.nu
+            m2 = ((b[k] - t) / b[k]) ** 2
+            area = {
+                "box": (2 * b[k] * t, 2 * h * t),
+                "I": (5 / 3 * b[k] * 0.04, h * t),
+                "tube": 2 * (6 * (1 + nu) * (1 + m2) ** 2 * np.pi * (b[k] ** 2 - (b[k] - t) ** 2)
+                             / ((7 + 6 * nu) * (1 + m2) ** 2 + (20 + 12 * nu) * m2),),
+                "bar": 2 * (10 * (1 + nu) / (12 + 11 * nu) * b[k] * 0.4,),
+                "rod": 2 * (6 * (1 + nu) / (7 + 6 * nu) * np.pi * b[k] ** 2,),
+                "given": 2 * (5 / 6 * b[k],),
+            }[name]  # fmt: skip
+            assert (r.GAy[k], r.GAz[k]) == pytest.approx(tuple(MATERIAL.G * a for a in area), rel=1e-12)
+
+
 def test_given_fibres_stand_and_missing_ones_are_the_ellipses():
     section = GivenSection(0.1, 2e-3, 1e-3, 1e-4, y_max=0.33)
     p = section.properties(AT, 1.0)
