@@ -83,6 +83,23 @@ def test_the_drum_of_a_strip_is_as_wide_as_the_strip_and_that_of_a_long_tether_a
     np.testing.assert_allclose(np.hypot(coil[:, 0] + 1.0, coil[:, 2]), 1 - 0.7 * 5 / 4000)
 
 
+def test_what_is_drawn_has_four_lines_for_each_function_and_at_least_twenty():
+    """Lines of a member without radius, tubes of twelve sides, sheets of five points across; then the drum's 32."""
+    for most in (2, 6):
+        n = 4 * max(5, most)
+        plain = deploying_line(line_of(EIz=1.0), BeamFunctions(y=most), LENGTH, until=3.0).body.skin
+        assert np.array_equal(plain.cells["line"], np.stack([np.arange(n), np.arange(1, n + 1)], axis=1))
+        assert len(plain.points) == n + 1 + 32 and plain.cells["quad"].min() == n + 1
+        tube = deploying_line(line_of(EIz=1.0, radius=0.05), BeamFunctions(y=most), LENGTH, until=3.0).body.skin
+        assert len(tube.points) == 12 * (n + 1) + 32 and len(tube.cells["quad"]) == 12 * n + 16
+        sheet = DeployingStrip(2.0, 0.5, bending=1.0, root=ROOT, direction=WAY, across=NEAR)
+        sheet = deploying_strip(sheet, StripFunctions(BeamFunctions(z=most), 2), LENGTH, until=3.0).body.skin
+        assert len(sheet.points) == 5 * (n + 1) + 32 and len(sheet.cells["quad"]) == 4 * n + 16
+        for skin in (plain, tube, sheet):
+            along = (skin.points[:-32] - ROOT) @ FRAME[0]
+            assert (along.min(), along.max()) == pytest.approx((0.0, 1.2), abs=1e-12)
+
+
 # --- forces in sections -----------------------------------------------------------------------------------------------
 
 
@@ -415,6 +432,10 @@ def test_linear_strain_is_warned_of_with_the_part_of_the_buckling_load():
         ):
             deploying_line(line_of(EIy=EIy, EIz=EIz), BeamFunctions(y=1 if EIz else 0, z=1 if EIy else 0), length,
                            strain="linear", until=1.0)  # fmt: skip
+    with pytest.warns(PhysicsWarning, match=r"\(up to 0\.4 m/s\^2\) reaches inf of its buckling load"):
+        deploying_line(line_of(tension=2.0), StringFunctions(y=1), length, strain="linear", until=1.0)
+    deploying_line(line_of(tension=2.0), StringFunctions(y=1), Profile.polynomial(2.0, 0.5), strain="linear", until=1.0)
+    deploying_line(line_of(EA=9.0), StringFunctions(axial=1), length, strain="linear", until=1.0)  # does not bend
     stiff = line_of(EIy=500.0, EIz=500.0)
     deploying_line(stiff, BeamFunctions(y=1), length, strain="linear", until=1.0)
 
