@@ -138,6 +138,13 @@ def test_a_constraint_that_says_nothing_changes_nothing():
     check(s, [equation(7, (5, np.eye(6)[2]), (2, -turning[0]))], FREE)
 
 
+def test_a_constraint_on_rotations_alone_leaves_the_translations_free():
+    matrix = RNG.normal(size=(2, 6))
+    s = bars([MultiPointConstraint("n4", ("rz", "rx"), ("n0",), matrix, AXES)])
+    ways = np.kron(np.eye(2), AXES)[[5, 3]]
+    check(s, [equation(7, (4, way), (0, -row)) for way, row in zip(ways, matrix, strict=True)], FREE)
+
+
 def test_a_node_of_no_weight_has_no_part_in_a_mean_motion():
     place, leading, weights = (0.4, -0.7, 1.1), [1, 2, 4, 6], (0.5, 0.0, 1.3, 0.2)
     some, all_ = (

@@ -10,7 +10,7 @@ from femflex.fem import Member, build_structure
 from femflex.fem.beam.strain import FOURTH, fourth_order, product_maps
 from femflex.fem.eigen import multifrontal
 from femflex.fem.eigen.modes import lowest_modes, warn_if_rounded
-from femflex.fem.eigen.multifrontal import worthwhile
+from femflex.fem.eigen.multifrontal import dissection, worthwhile
 from femflex.fem.plate.triangle_fields import side_shear_factor
 from femflex.fem.sections.laminates import Lamina, Ply, layup
 from femflex.mesh import Mesh
@@ -104,6 +104,17 @@ def test_fronts_pay_where_the_cube_of_the_level_sets_is_large_against_the_dofs(m
         monkeypatch.setattr(multifrontal, "WIDE", 0.1)
         monkeypatch.setattr(multifrontal, "FEW_DOFS", n + 1)
         assert not worthwhile(matrix)
+
+
+def test_the_first_cut_is_through_the_neck_of_a_graph():
+    """Rows of eight nodes, each joined to all of the next row; the 15th of 40 is one node, eliminated last and alone."""
+    sizes = np.where(np.arange(40) == 14, 1, 8)
+    row = np.repeat(np.arange(40), sizes)
+    edges = np.argwhere(row[:, None] + 1 == row)
+    A = sparse.coo_array((np.ones(len(edges)), edges.T), shape=(len(row),) * 2)
+    order, parts = dissection((A + A.T + 10 * sparse.eye_array(len(row))).tocsr())
+    last = parts[-1]
+    assert order[last.begin : last.end].tolist() == [8 * 14] and len(last.below) >= 2
 
 
 def test_frequencies_that_rounding_reaches_are_warned_of_with_the_worst_mode():

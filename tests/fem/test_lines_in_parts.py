@@ -124,6 +124,25 @@ def test_a_panel_of_triangles_and_quadrilaterals_beyond_a_cut_keeps_all_its_cell
     assert "made of quad, triangle cells" in refusal(lambda: cut(other, [both], 2, "panel"))
 
 
+def test_three_struts_at_one_segment_keep_their_own_cells():
+    """All of line cells, as the line itself; each has its own group, length and mass."""
+    points = [[x, 0, 0] for x in range(5)] + [[3.5, 1, 0], [3.0, 0, 2], [4.0, -3, 0], [4.0, -3.5, 0]]
+    lines = [[4, 7], [7, 8], [0, 1], [1, 2], [2, 3], [3, 4], [3, 5], [3, 6]]
+    groups = {"line": {"line": [2, 3, 4, 5]}, "a": {"line": [6]}, "b": {"line": [7]}, "c": {"line": [0, 1]}}
+    mesh = Mesh(points, {"line": lines}, groups)
+    radius = {"line": 0.05, "a": 0.01, "b": 0.02, "c": 0.03}
+    members = [fem.Member(g, "beam", fem.sections.Circle(r), STEEL) for g, r in radius.items()]
+    first, second = cut(mesh, members, 2, "line")
+    built = [fem.build_structure(s.mesh, s.members) for s in (first, second)]
+    length = {"line": 2.0, "a": np.hypot(0.5, 1.0), "b": 2.0, "c": 3.5}
+    assert [m.group for m in second.members] == ["line", "a", "b", "c"] and [m.group for m in first.members] == ["line"]
+    for member, block in zip(second.members, built[1].inertia, strict=True):
+        x = second.mesh.points[second.mesh.group_cells(member.group)["line"]]
+        assert np.linalg.norm(x[:, 1] - x[:, 0], axis=1).sum() == pytest.approx(length[member.group])
+        area = np.pi * radius[member.group] ** 2
+        assert block.dm.sum() == pytest.approx(7850 * area * length[member.group])
+
+
 def refusal(make) -> str:
     with pytest.raises(ValueError) as told:
         make()

@@ -39,9 +39,9 @@ def test_the_skin_of_a_plate_is_closed_and_has_its_volume(family):
 
 
 @pytest.mark.parametrize("family", ["plate", "plate_bfs"])
-@pytest.mark.parametrize("angle", [None, 1.2])
-def test_the_skin_follows_rigid_motions(family, angle):
-    turn = random_rotation(5)
+@pytest.mark.parametrize(("angle", "turn"), [(None, random_rotation(5)), (1.2, random_rotation(5)), (1.2, np.eye(3))])
+def test_the_skin_follows_rigid_motions(family, angle, turn):
+    """Also of folded plates of which one lies in a plane of the axes, the other askew."""
     structure = flat(family, turn) if angle is None else plate_structure(bent(angle, 1, family, turn), H, family)
     for omega in turn.T[:2] if angle is None else np.eye(3):  # a flat plate's nodes do not turn about its normal
         d = displaced(

@@ -130,6 +130,14 @@ def test_sections_are_pointed_where_they_are_drawn_and_positive_where_they_bear(
         "section larger"
     )
     assert issubclass(Box, Shape)
+    for closed, over in (
+        (Box(0.2, 0.5, 0.1), Box(0.2, 0.5, 0.1001)), (Tube(0.3, 0.3), Tube(0.3, 0.3001)),
+        (ISection(0.2, 0.5, 0.25, 0.2), ISection(0.2, 0.5, 0.2501, 0.2)),
+        (ISection(0.2, 0.5, 0.1, 0.2), ISection(0.2, 0.5, 0.1, 0.2001)),
+    ):  # fmt: skip
+        assert (closed.properties(AT, 1.0).A > 0).all()
+        with pytest.raises(ValueError, match="make the wall thinner or the section larger"):
+            over.properties(AT, 1.0)
 
 
 def points_of_mass():
@@ -164,6 +172,16 @@ def test_a_full_section_reads_its_mass_as_that_of_points():
     plain, bar = (FullSection(K, M, radius).outline(AT, 1.0).points for radius in (None, 0.25))
     assert np.abs(plain[2]).max(axis=0) == pytest.approx(2 * np.sqrt([K[5, 5] / K[0, 0], K[4, 4] / K[0, 0]]))
     assert np.linalg.norm(bar, axis=2) == pytest.approx(np.full((3, 24), 0.25))
+
+
+def test_a_full_section_takes_the_mean_of_a_matrix_and_its_transpose():
+    """Digits that tools round differently above and below the diagonal."""
+    M, *_ = points_of_mass()
+    K = stiff()
+    uneven = np.triu(np.full((6, 6), 3e-7), 1)
+    section = FullSection(K + uneven * K.max(), M + uneven * M[0, 0])
+    assert section.stiffness == pytest.approx(K + (uneven + uneven.T) / 2 * K.max(), rel=1e-12)
+    assert section.mass == pytest.approx(M + (uneven + uneven.T) / 2 * M[0, 0], rel=1e-12)
 
 
 def test_impossible_full_sections_say_what_is_wrong():
