@@ -107,7 +107,7 @@ def test_fronts_pay_where_the_cube_of_the_level_sets_is_large_against_the_dofs(m
 
 
 def test_the_first_cut_is_through_the_neck_of_a_graph():
-    """Rows of eight nodes, each joined to all of the next row; the 15th of 40 is one node, eliminated last and alone."""
+    """Rows of eight nodes, each joined to all of the next row; the 15th of 40 is one node, eliminated last, alone."""
     sizes = np.where(np.arange(40) == 14, 1, 8)
     row = np.repeat(np.arange(40), sizes)
     edges = np.argwhere(row[:, None] + 1 == row)
