@@ -111,8 +111,9 @@ def failure(name: str, resume: Array, x: Array, model: object = None) -> Integra
     t, coordinate = float(resume[head.T]), int(resume[head.COORDINATE])
     wanted, largest = resume[head.H], resume[head.LARGEST]
     creeping = (
-        f"with steps of {min(wanted, largest or wanted):.3g} s it would need more than {MOST:.0e} steps to the end. A discontinuous "
-        f"force (dry friction, a hard contact) keeps the steps of coordinate {coordinate} short; smooth that force"
+        f"with steps of {min(wanted, largest or wanted):.3g} s it would need more than {MOST:.0e} steps to the end. A "
+        f"discontinuous force (dry friction, a hard contact) keeps the steps of coordinate {coordinate} short; smooth "
+        "that force"
     )
     reason = {
         head.NOT_FINITE: f"the motion is not finite beyond this: coordinate {coordinate} is the first to fail",
