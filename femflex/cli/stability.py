@@ -10,6 +10,7 @@ import typer
 from femflex.cli.outputs import DIAGRAM_SUFFIXES, PICTURE, TABLE, outputs
 from femflex.cli.progress import Bar
 from femflex.cli.tables import print_json, print_table
+from femflex.cli.times import read_seconds
 from femflex.cli.verb import verb
 
 if TYPE_CHECKING:
@@ -93,7 +94,7 @@ def with_options(
     if floquet or period is not None or shooting:
         given["of"] = "motion"
     if period is not None:
-        given["period"] = period
+        given["period"] = read_seconds(period, "--period")
     if shooting:
         given["shooting"] = True
     if without is not None:
