@@ -50,7 +50,8 @@ def plot_bode(
     _finished(axes[1], [], colours, list(shown.values()))
     axes[1].set_ylabel("phase [deg]")
     axes[1].set_xlabel("frequency [Hz]")
-    axes[1].margins(x=0)
+    for ax in axes:
+        ax.margins(x=0)
     return saved(figure, path, dpi, force)
 
 
