@@ -657,7 +657,8 @@ def test_warnings_of_a_check_are_counted(femflex: Any, monkeypatch: pytest.Monke
 
 def test_a_case_is_described_by_its_tables(femflex: Any, tmp_path: Path):
     (tmp_path / "c.toml").write_text(
-        "[run]\norbits = 1.5\nintegrator = 'generalized_alpha'\n[orbit]\nkind = 'specified'\nsemi_major_axis = '7000 km'\n"
+        "[run]\norbits = 1.5\nintegrator = 'generalized_alpha'\n[orbit]\nkind = 'specified'\n"
+        "semi_major_axis = '7000 km'\n"
         "[bodies.hub]\nkind = 'rigid'\nmass = 2\ninertia = [3, 4, 5]\nmarkers.rim = { position = [1, 0, 0] }\n"
         "[bodies.arm]\nkind = 'rigid'\nmass = 1\ninertia = [1, 1, 1]\n"
         "[[joints]]\nkind = 'revolute'\nparent = 'hub'\nchild = 'arm'\naxis = [0, 0, 1]\n"
