@@ -20,7 +20,7 @@ from femflex.cli.errors import meaning
 from femflex.cli.grouped_warnings import grouped
 from femflex.cli.outputs import outputs
 from femflex.cli.second_run import second_output
-from femflex.cli.stability import with_options
+from femflex.cli.stability import one_axis, with_options
 from femflex.numba_interfaces import NEEDED, missing
 
 HUB = "[run]\nduration = 4\n[bodies.hub]\nkind = 'rigid'\nmass = 2\ninertia = [3, 4, 5]\n"
@@ -108,6 +108,32 @@ def test_options_of_stability_replace_those_of_the_case():
     plain: Any = with_options(parse_case(HUB), ["a=1:2:9", "b=3:4:5"], True, None, False, None).stability
     assert plain.of == "motion" and list(plain.vary) == ["a", "b"]
     assert with_options(parse_case(HUB), None, False, None, False, None).stability is None
+
+
+@pytest.mark.parametrize("text", ["=0:1:3", " =0:1:3", "a=0:1", "a=0:1:2:3", "a=0:1:x", "a=0:1:-3", "a:0:1:3"])
+def test_an_axis_has_a_key_two_ends_and_a_number(text: str):
+    with pytest.raises(
+        ValueError, match=f"--vary: found '{text}'; give KEY=FIRST:LAST:NUMBER, such as joints.0.damping="
+    ):
+        one_axis(text)
+
+
+FORCED = [
+    ("body", "c.toml hub -o {}", "a.h5"), ("campbell", "c.toml -o {}", "a.csv"), ("campbell", "c.toml -o {}", "a.png"),
+    ("converge", "c.toml -o {}", "a.png"),
+    ("equilibrium", "c.toml -o {}", "a.h5"), ("linearize", "c.toml -o {}", "a.npz"), ("modes", "c.toml -o {}", "a.png"),
+    ("modes", "c.toml -o {}", "a.mp4"), ("new", "{}", "a.toml"), ("run", "c.toml", "c.h5"),
+    ("stability", "c.toml -o {}", "a.csv"), ("sweep", "s.toml -o {}", "a.png"), ("terms", "r.h5 -o {}", "a.png"),
+    ("stress", "r.h5 -o {}", "a.csv"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("verb", "words", "name"), FORCED, ids=[f"{verb} {name}" for verb, _, name in FORCED])
+def test_no_verb_overwrites_a_file_unless_it_is_forced(verb: str, words: str, name: str, femflex: Any, tmp_path: Path):
+    (tmp_path / "c.toml").write_text(HUB)
+    (tmp_path / name).write_text("mine")
+    code, _, err = femflex(verb, *words.format(name).split())
+    assert code == 2 and f"{name} exists" in err and (tmp_path / name).read_text() == "mine"
 
 
 def test_levels_are_whole_numbers_of_one_study():

@@ -82,7 +82,7 @@ def run(tmp_path_factory, bodies, arrays):
         yield opened
 
 
-TRACES = ("boom.tip", "boom.1.end", "constraints/contact")
+TRACES = ("boom.tip", "constraints/contact", "boom.1.end")
 
 
 @pytest.mark.parametrize("camera", ["fixed", "follow", "orbital", "body"])
