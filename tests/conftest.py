@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
+from typing import Any
 
 import pytest
 from compiled_once import compile_kernels
@@ -41,6 +43,14 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
                 item.add_marker(pytest.mark.slow)
 
 
+@cache
+def _command(app: Any) -> Any:
+    """The verbs put together once: that takes as long as most calls of one."""
+    from typer.main import get_command
+
+    return get_command(app)
+
+
 @pytest.fixture
 def craft() -> str:
     """Text of a case: a rigid hub with a meshed boom."""
@@ -68,6 +78,7 @@ def femflex(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., tu
     from femflex.cli.app import app
 
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("typer.testing._get_command", _command, raising=False)
 
     def call(*arguments: object) -> tuple[int, str, str]:
         done = CliRunner().invoke(app, [str(argument) for argument in arguments])

@@ -625,12 +625,22 @@ def test_a_checked_case_is_summed_up(femflex: Any, tmp_path: Path):
     assert first == f"c.toml: {verdict}; 2 bodies, 5 kg, {free} degrees of freedom, {elastic} of them elastic"
     assert others[-1] == "advice      c_advised.toml"
     assert read_case(tmp_path / "c_advised.toml").bodies.keys() == {"hub", "mast"}
-    code, _, err = femflex("check", "c.toml", "--write-advice")
-    assert code == 2 and "c_advised.toml exists" in err
-    assert femflex("check", "c.toml", "--write-advice", "--force")[0] == 0
     data = json.loads(femflex("check", "c.toml", "--json")[1])
     assert data["problems"] == [] and len(data["warnings"]) == warned and list(data["bodies"]) == ["mast"]
     assert data["bodies"]["mast"]["note"] in "\n".join(others)
+
+
+def test_a_copy_with_the_advice_overwrites_no_other(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
+    (tmp_path / "c.v1.toml").write_text(HUB)
+    monkeypatch.setattr(
+        "femflex.pipeline.advised_case.advised_text", lambda case, decided: f"{case.path.name} {decided}"
+    )
+    copy = tmp_path / "c.v1_advised.toml"
+    for force, decided in ((False, "first"), (True, "second")):
+        assert check.advice_copy(tmp_path / "c.v1.toml", decided, force) == copy  # type: ignore[arg-type]
+        assert copy.read_text() == f"c.v1.toml {decided}"
+    with pytest.raises(FileExistsError, match=r"c\.v1_advised\.toml exists"):
+        check.advice_copy(tmp_path / "c.v1.toml", "third", False)  # type: ignore[arg-type]
 
 
 def test_warnings_of_a_check_are_counted(femflex: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
