@@ -118,6 +118,31 @@ def test_an_axis_has_a_key_two_ends_and_a_number(text: str):
         one_axis(text)
 
 
+def test_switches_are_off_and_options_empty_unless_they_are_given():
+    """But for the few whose value is in the help."""
+    from typer.main import get_command
+
+    from femflex.cli.app import app
+
+    given = {}
+    for name, command in get_command(app).commands.items():  # type: ignore[attr-defined]
+        for option in command.params:
+            if option.param_type_name == "option" and option.default not in (None, False):
+                given[name, option.opts[0]] = option.default
+    themes = {(name, "--theme"): "light" for name in ("campbell", "converge", "linearize", "plot", "render")}
+    themes |= {(name, "--theme"): "light" for name in ("stability", "sweep", "terms")}
+    assert given == themes | {
+        ("run", "--without"): "",
+        ("converge", "--over"): "modes",
+        ("info", "--units"): "m-kg-s",
+        ("render", "--fps"): 25.0,
+        ("render", "--scale"): "1",
+        ("render", "--colour"): "displacement",
+        ("render", "--size"): "1280x720",
+        ("render", "--edges"): "auto",
+    }
+
+
 FORCED = [
     ("body", "c.toml hub -o {}", "a.h5"), ("campbell", "c.toml -o {}", "a.csv"), ("campbell", "c.toml -o {}", "a.png"),
     ("converge", "c.toml -o {}", "a.png"),

@@ -748,6 +748,28 @@ def test_a_file_that_is_not_there_or_a_folder_is_told(femflex: Any, tmp_path: Pa
     assert femflex("info", "folder") == (2, "", "femflex: folder is a folder; name a file in it\n")
 
 
+HDF5 = b"\x89HDF\r\n\x1a\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "reader"),
+    [
+        ("a.h5", HDF5, "_hdf5"), ("a.odd", HDF5, "_hdf5"), ("a.med", HDF5, "_mesh_or_deck"),
+        ("a.toml", b"x", "_case"), ("a.op4", b"x", "_matrices"), ("a.MAT", b"x", "_matrices"),
+        ("a.dat", b"x\nDMIG,K\n", "_matrices"), ("a.dat", b"x\nGRID,1\n", "_mesh_or_deck"),
+        ("a.msh", b"x", "_mesh_or_deck"),
+    ],
+)  # fmt: skip
+def test_files_are_described_by_what_they_hold(
+    name: str, content: bytes, reader: str, femflex: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+):
+    (tmp_path / name).write_bytes(content)
+    for each in ("_hdf5", "_case", "_matrices", "_mesh_or_deck"):
+        monkeypatch.setattr(info, each, lambda *words, each=each: f"{each} of {' '.join(map(str, words))}")
+    units = " mm-t-s" if reader == "_mesh_or_deck" else ""
+    assert femflex("info", name, "--units", "mm-t-s") == (0, f"{reader} of {name}{units}\n", "")
+
+
 @pytest.mark.parametrize(
     ("name", "text", "found"),
     [
@@ -761,6 +783,58 @@ def test_a_file_that_is_not_there_or_a_folder_is_told(femflex: Any, tmp_path: Pa
 def test_bulk_data_of_matrices_alone_are_matrices(name: str, text: str, found: bool, tmp_path: Path):
     (tmp_path / name).write_text(text)
     assert info._has_matrices(tmp_path / name) is found
+
+
+@pytest.fixture
+def stressed(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """A run of two bodies with strain and one without; keeps what the tables are made of."""
+    field = SimpleNamespace(strain_field=("part",))
+    bodies = {"wing": field, "hub": SimpleNamespace(strain_field=()), "fin": field}
+    asked: list[Any] = []
+
+    @contextmanager
+    def opened(path: Path) -> Iterator[Any]:
+        yield SimpleNamespace(bodies=lambda: bodies)
+
+    def table(kind: str) -> Any:
+        def make(run: Any, found: Any, names: list[str], *words: Any) -> list[list[Any]]:
+            asked.append((kind, names, *words))
+            return [["body", "largest"], ["wing", 2.5], ["fin", -1.25]]
+
+        return make
+
+    monkeypatch.setattr("femflex.results.open_run", opened)
+    for name in ("_peaks", "_of_points", "_along_time"):
+        monkeypatch.setattr(stress, name, table(name))
+    monkeypatch.setattr(stress, "_draw", lambda run, found, names, *words: asked.append(("draw", names, *words)))
+    return asked
+
+
+def test_stress_is_of_the_bodies_that_have_strain(femflex: Any, stressed: list[Any], tmp_path: Path):
+    text = "body  largest\nwing      2.5\n fin    -1.25\n"
+    assert femflex("stress", "r.h5") == (0, text, "")
+    assert femflex("stress", "r.h5", "--points", "--quantity", "a", "--quantity", "b")[1] == text
+    assert femflex("stress", "r.h5", "--body", "fin", "--at", "1,2,3", "--at", "0,-1,0.5")[1] == text
+    assert stressed == [
+        ("_peaks", ["wing", "fin"], None),
+        ("_of_points", ["wing", "fin"], ["a", "b"]),
+        ("_along_time", ["fin"], [[1.0, 2.0, 3.0], [0.0, -1.0, 0.5]], None),
+    ]
+    code, out, _ = femflex("stress", "r.h5", "--json")
+    assert code == 0 and json.loads(out) == [{"body": "wing", "largest": 2.5}, {"body": "fin", "largest": -1.25}]
+    stressed.clear()
+    code, out, _ = femflex("stress", "r.h5", "-o", "s.csv", "-o", "s.png", "--force", "--quantity", "a")
+    assert (code, out) == (0, text) and stressed[1] == ("draw", ["wing", "fin"], Path("s.png"), ["a"], True)
+    table = "body,largest\nwing,2.5\nfin,-1.25\n"
+    assert (tmp_path / "s.csv").read_text().replace("\r", "").replace("\n\n", "\n") == table
+    for words in (["--points"], ["--at", "1,2,3"]):  # long tables go to the file alone
+        assert femflex("stress", "r.h5", "-o", "s.csv", "--force", *words) == (0, "", "")
+    for words, who in ((["hub"], "['hub']"), (["wing", "tail"], "['tail']")):
+        options = [word for name in words for word in ("--body", name)]
+        sentence = f"r.h5 has no strain of {who}; it has that of ['wing', 'fin']"
+        assert femflex("stress", "r.h5", *options) == (2, "", f"femflex: {sentence}\n")
+    code, _, err = femflex("stress", "r.h5", "--points", "--at", "1,2,3")
+    assert (code, err) == (2, "femflex: --at and --points are two tables; give one of them\n")
 
 
 def test_tables_of_stress_are_aligned_to_the_right():
@@ -942,6 +1016,69 @@ def test_a_bar_that_is_kept_alive_repeats_its_last_value(monkeypatch: pytest.Mon
     count = len(seen)
     assert seen[count - 1] == 0.75 and set(seen) <= {0.0, 0.25, 0.75}
     assert not Event().wait(0.02) and len(seen) == count
+
+
+def test_a_bar_counts_from_its_start_to_an_end_that_may_move():
+    bar, seen = Bar("integrating", 20.0, start=5.0, unit="s"), []
+    bar._bar = SimpleNamespace(update=lambda task, **more: seen.append(more), stop=lambda: seen.append("stopped"))
+    with bar:
+        bar(7.1234567)
+        bar(9.0, 30.0)
+        bar(30.0)
+    assert seen == [
+        {"completed": pytest.approx(2.1234567), "total": 15.0, "text": "7.12346 of 20 s"},
+        {"completed": 4.0, "total": 25.0, "text": "9 of 30 s"},
+        {"completed": 25.0, "total": 25.0, "text": "30 of 30 s"},
+        "stopped",
+    ]
+
+
+def test_the_verb_of_terms_draws_keeps_and_prints_what_is_asked(femflex: Any, monkeypatch: Any, tmp_path: Path):
+    from femflex.cli import terms
+
+    (tmp_path / "r.h5").touch()
+    asked: dict[str, Any] = {}
+    found = SimpleNamespace(
+        names=("a", "b"), units=("N", "N m"), own=("inertia/a", "inertia/b"), terms={"inertia": 1, "load": 2},
+        parts={"inertia/a": 3}, time=[0.0, 4.0],
+    )  # fmt: skip
+    run = SimpleNamespace(time=np.array([0.5, 2.0, 4.5]), attributes={"advice": "[]"}, without=("K3",), path="r.h5")
+
+    def keep(name: str, answer: Any = None) -> Any:
+        return lambda *words, **more: asked.__setitem__(name, (words, more)) or answer
+
+    @contextmanager
+    def opened(path: Path) -> Iterator[Any]:
+        yield run
+
+    monkeypatch.setattr("femflex.results.open_run", opened)
+    monkeypatch.setattr("femflex.pipeline.rebuilt", keep("rebuilt", "model"))
+    monkeypatch.setattr("femflex.studies.explain.explain", keep("explain", found))
+    monkeypatch.setattr("femflex.studies.explain.chosen", keep("chosen", [1]))
+    monkeypatch.setattr("femflex.view.terms.plot_terms", keep("drawn"))
+    monkeypatch.setattr(terms, "readable_part", keep("readable", (found, ", of which a part")))
+    monkeypatch.setattr(terms, "print_term_tables", lambda *words: print("tables", *words[2]))
+    monkeypatch.setattr(terms, "print_term_json", lambda *words: print("json", *words[2]))
+    monkeypatch.setattr(terms, "keep_terms", keep("kept"))
+    words = ["--coordinate", "b", "-o", "t.svg", "--case", "c.toml", "--theme", "dark", "--title", "mine", "--force"]
+    code, out, _ = femflex("terms", "r.h5", *words, "--keep")
+    assert code == 0 and out.splitlines() == [
+        "tables 1", "picture     t.svg, of which a part", "kept        r.h5: terms/inertia, terms/load",
+    ]  # fmt: skip
+    assert asked["rebuilt"] == ((run, Path("c.toml")), {}) and asked["explain"] == ((run, "model", (0.5, 4.5)), {})
+    assert asked["chosen"] == ((found, ["b"]), {}) and asked["readable"] == ((found, [1]), {"wanted": True})
+    (drawn, time, parts, (one,), path, theme, title), more = asked["drawn"]
+    assert (drawn, time, parts, path, theme, title) == (run, found.time, found.parts, Path("t.svg"), "dark", "mine")
+    assert (one.index, one.name, one.unit, one.own) == (1, "b", "N m", "inertia/b") and more == {"force": True}
+    assert asked["kept"][0][:2] == (Path("r.h5"), found) and asked["kept"][0][2].path == Path("r.h5")
+    code, out, _ = femflex("terms", "r.h5", "--from", "1", "--to", "0.05 min", "-o", "u.svg", "--whole", "--json")
+    assert (code, out) == (0, "json 1\n") and asked["explain"][0][2] == (1.0, 3.0)
+    assert asked["readable"][1] == {"wanted": False} and asked["chosen"][0][1] == []
+    assert asked["drawn"][0][2] == found.terms and asked["drawn"][0][3][0].own == "inertia"
+    assert femflex("terms", "r.h5", "--keep", "--json")[1] == "json 1\n"
+    for word in ("--from", "--to"):
+        sentence = "--keep keeps the terms of the whole run; leave out --from and --to"
+        assert femflex("terms", "r.h5", "--keep", word, "1") == (2, "", f"femflex: {sentence}\n")
 
 
 def test_warnings_wait_and_are_each_printed_once(capsys: pytest.CaptureFixture[str]):

@@ -131,6 +131,19 @@ def test_a_craft_without_coordinates_has_no_table_of_them(capsys: pytest.Capture
     assert lines(capsys)[: len(MARKERS)] == MARKERS
 
 
+def test_lengths_that_stay_are_told_wherever_an_equilibrium_is(monkeypatch: pytest.MonkeyPatch, capsys: Any):
+    lengths = {"boom": 2.5, "mast": 1.23456789}
+    monkeypatch.setattr("femflex.system.fixed_length.fixed_lengths", lambda system: lengths)
+    told = ["length      of boom stays at 2.5 m", "length      of mast stays at 1.23457 m"]
+    found = rest([])
+    equilibrium.print_equilibrium(found)
+    craft_modes.print_modes(parse_case(HUB), modes_of(about=found), None, {})
+    model: Any = SimpleNamespace(states=[0], about=found, left_out=())
+    linearize.print_model(model, SimpleNamespace(states=[0]), {"poles": [], "inputs": [], "outputs": []})  # type: ignore[arg-type]
+    assert [line for line in lines(capsys) if line.startswith("length")] == told * 3
+    assert equilibrium.equilibrium_data(found)["lengths"] == lengths
+
+
 def test_equal_rigid_motions_are_counted(capsys: pytest.CaptureFixture[str]):
     known = [SimpleNamespace(name=name) for name in ("turn", "drift x", "turn", "turn")]
     equilibrium.print_stability(rest([], motions=SimpleNamespace(known=known)))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib
+import inspect
 from types import SimpleNamespace
 
 import numpy as np
@@ -96,6 +98,24 @@ def is_finished(ax, label_size=9):
     seen = {side: spine.get_visible() for side, spine in ax.spines.items()}
     assert seen == {"left": True, "bottom": True, "right": False, "top": False}
     assert {to_hex(spine.get_edgecolor()) for spine in ax.spines.values()} == {FAINT}
+
+
+DRAWING = (
+    "bode.plot_bode", "bode.plot_nichols", "campbell.plot_campbell", "convergence.plot_convergence",
+    "energy.plot_energy", "modes.craft_montage", "modes.craft_movie", "modes.mode_montage", "modes.mode_movie",
+    "plot.plot_histories", "plot.plot_spectra", "render.render_movie", "render.render_picture",
+    "side_by_side.plot_studies", "spectrogram.plot_spectrograms", "stability.plot_chart", "stability.plot_locus",
+    "sweep_plots.plot_envelopes", "sweep_plots.plot_indices", "sweep_plots.plot_scatter", "terms.plot_terms",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("name", DRAWING)
+def test_what_draws_is_light_and_overwrites_nothing_unless_it_is_said(name):
+    module, _, function = name.partition(".")
+    known = inspect.signature(getattr(importlib.import_module(f"femflex.view.{module}"), function)).parameters
+    assert known["force"].default is False
+    assert "theme" not in known or known["theme"].default == "light"
+    assert "dpi" not in known or known["dpi"].default == 150
 
 
 def test_axes_have_the_colours_of_the_theme_and_a_legend_beside_them():
