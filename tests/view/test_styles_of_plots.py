@@ -23,7 +23,7 @@ from femflex.view.campbell import plot_campbell
 from femflex.view.convergence import finish as finish_study
 from femflex.view.convergence import plot_convergence
 from femflex.view.plot import figure_of, finish
-from femflex.view.second_run import mark_end
+from femflex.view.second_run import fit_limits, mark_end
 from femflex.view.side_by_side import plot_studies
 from femflex.view.stability import plot_chart, plot_locus
 from femflex.view.sweep_plots import plot_envelopes, plot_indices, plot_scatter
@@ -232,6 +232,45 @@ def test_a_campbell_diagram_has_thin_orders_wide_growth_and_rings_above_the_bran
     dx = speed.xyann[0]
     assert speed.get_ha() == ("left" if dx > 0 else "right" if dx < 0 else "center")
     assert above.get_position().height == pytest.approx(6.0 / 1.8 * below.get_position().height, rel=0.15)
+
+
+@pytest.mark.parametrize("fall", [1.0, -1.0])
+def test_the_speed_at_a_crossing_stands_beside_the_branch_that_runs_through_it(tmp_path, drawn_figure, fall):
+    """The diagram begins at a speed of 10, and the branch rises or falls through the ring."""
+    speeds = np.array([10.0, 20.0, 30.0])
+    branch = SimpleNamespace(
+        name="flap 1",
+        frequencies=2.0 + fall * np.array([-1.0, 0.0, 1.0]),
+        damping_ratios=np.zeros(3),
+        growing=np.zeros(3, bool),
+        becomes="",
+    )
+    level = SimpleNamespace(
+        name="lag 1", frequencies=np.full(3, 3.0), damping_ratios=np.zeros(3), growing=np.zeros(3, bool), becomes=""
+    )
+    found = SimpleNamespace(
+        title="T", value="mass", speeds=speeds, asked=np.ones(3, bool), branches=[branch, level], orders=(),
+        crossings=[SimpleNamespace(branch="flap 1", order=1, speed=20.0, frequency=2.0)],
+    )  # fmt: skip
+    plot_campbell(found, tmp_path / "a.png")
+    (ax,) = drawn_figure().axes
+    assert ax.get_xlim() == (10.0, 30.0)
+    (label,) = [text for text in ax.texts if text.get_text() == "20"]
+    dx, dy = label.xyann
+    assert dx * dy * fall <= 0  # on the other diagonal, or straight to a side
+
+
+@pytest.mark.parametrize(("second", "limits"), [(9.1, (4.0, 6.0)), (0.9, (4.0, 6.0))])
+def test_a_second_run_far_from_one_that_stands_still_leaves_one_unit_about_it(second, limits):
+    ax = Figure().subplots()
+    made = [SimpleNamespace(second=which, values=np.full(3, value)) for which, value in ((False, 5.0), (True, second))]
+    fit_limits(ax, made)  # type: ignore[arg-type]
+    assert ax.get_ylim() == limits
+    near = Figure().subplots()
+    before = near.get_ylim()
+    made[1].values = np.array([5.0, 7.9, 2.1])
+    fit_limits(near, made)  # type: ignore[arg-type]
+    assert near.get_ylim() == before
 
 
 def test_responses_have_legends_above_and_a_ring_at_the_critical_point(tmp_path, drawn_figure):

@@ -10,12 +10,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import pyvista as pv
-from made_runs import box_skin
+from made_runs import box_skin, panel_skin
 
+import femflex.view.modes as modes
 import femflex.view.overlay as overlay
 import femflex.view.scene
 from femflex.body import Skin
 from femflex.view.actors import BodyActor, SightActor, TraceActor, _style, add_ghost
+from femflex.view.framing import Margins, framed
 from femflex.view.look import Look
 from femflex.view.motion import motion
 from femflex.view.movie import write_movie
@@ -147,6 +149,7 @@ def test_bodies_ghosts_traces_and_sights_have_their_colours():
         faces = actor.mapper.dataset.faces.size > 0
         assert (hexes(actor), actor.prop.line_width) == (DARK.ghost, pytest.approx(2.2))
         assert actor.prop.opacity == pytest.approx(0.16 if faces else 0.9)
+        assert faces or str(actor.prop.interpolation).endswith(("Flat", "FLAT"))
     before = set(plotter.actors)
     TraceActor(plotter, np.random.default_rng(1).normal(size=(5, 3)), DARK, 2.0)
     SightActor(plotter, 4.0, DARK, 2.0)
@@ -178,6 +181,32 @@ def test_a_window_has_two_lights_the_themes_background_and_its_camera():
     assert (camera.position, camera.focal_point, camera.up) == ((1, 2, 3), (0, 1, 0), (0, 0, 1))
     assert camera.view_angle == pytest.approx(np.degrees(0.5)) and camera.clipping_range == (0.25, 9.0)
     plotter.close()
+
+
+def test_shapes_are_framed_at_both_ends_of_their_swing_with_room_for_the_caption(monkeypatch, placed_texts):
+    monkeypatch.setattr(modes, "add_text", overlay.add_text)
+    own = panel_skin(n=(4, 2))
+    made = []
+    real = modes.BodyActor
+    monkeypatch.setattr(modes, "BodyActor", lambda *words: made.append(words) or real(*words))
+    size = np.linalg.norm(np.ptp(own.points, axis=0))
+    shapes = [0.14 * size * shape / np.linalg.norm(shape, axis=1).max() for shape in own.shapes]
+    cloud = np.concatenate([own.points, *(own.points + sign * shape for shape in shapes for sign in (1, -1))])
+    towards, up = np.array([1.0, -2.0, 0.5]), np.array([0.0, 0.0, 1.0])
+    margins = Margins(left=0.05, right=0.05, top=0.06, bottom=0.16)
+    view = framed(cloud, towards, up, 1.5, margins)
+    with modes._ModeScene(own, DARK, (150, 100), tuple(towards), 2, None) as scene:
+        camera = scene._plotter.camera
+        assert camera.position == pytest.approx(view.place) and camera.focal_point == pytest.approx(view.focus)
+        assert list(scene._plotter.window_size) == [300, 200]
+        scene.choose(1, "mode 2")
+        assert scene._caption.GetInput() == "mode 2"
+    (_, surface, colour, theme, bar, pixel, paint) = made[0]
+    assert (colour, theme, paint) == (DARK.rigid[0], DARK, None) and pixel == pytest.approx(200 / 720 + 0.7)
+    assert bar == Bar(1.0, "", pytest.approx(0.14 * size), 4) and len(surface.quads)
+    assert placed_texts[""] == ((0.5, 0.045), 0.03 * 200 + 18, DARK.text, "center bottom", False)
+    band = modes._title_band("Modes", 120, 40, DARK)
+    assert band.shape == (40, 120, 3) and placed_texts["Modes"] == ((0.5, 0.45), 20, DARK.text, "center center", True)
 
 
 def test_a_machine_without_a_renderer_is_told_what_to_install(monkeypatch):
