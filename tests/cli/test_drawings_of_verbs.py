@@ -363,11 +363,11 @@ def test_the_movie_of_a_craft_is_of_one_mode(drawn: Any, bars: Any):
     movies = drawn("femflex.view", "craft_movie")
     path = Path("m.mp4")
     for mode, known in ((None, [True, True, False, False]), (2, [True, True, False]), (None, [True, True])):
-        made = craft_modes.Drawing(None, path, mode, False).make(craft(known), "a craft")
+        made = craft_modes.Drawing(None, path, mode, mode == 2).make(craft(known), "a craft")
         assert made == [("movie", path)]
     assert [some(one, "skin", "caption", "path", "force") for one in movies] == [
         (("skin", 3), "3 · mode c · 2.5 Hz", path, False),
-        (("skin", 2), "2 · mode b · 1.25 Hz", path, False),
+        (("skin", 2), "2 · mode b · 1.25 Hz", path, True),
         (("skin", 1), "1 · mode a · 0 Hz", path, False),
     ]
     assert bars == [("drawing", "frames", 3, 4)] * 3

@@ -770,6 +770,23 @@ def test_files_are_described_by_what_they_hold(
     assert femflex("info", name, "--units", "mm-t-s") == (0, f"{reader} of {name}{units}\n", "")
 
 
+def test_an_hdf5_file_of_no_format_holds_matrices_or_nothing(femflex: Any, monkeypatch: Any, tmp_path: Path):
+    import h5py
+
+    with h5py.File(tmp_path / "m.h5", "w") as file:
+        file["M"] = np.eye(2)
+    with h5py.File(tmp_path / "other.h5", "w") as file:
+        file["M"] = np.eye(2)
+        file.attrs["format"] = "of another program"
+    with h5py.File(tmp_path / "empty.h5", "w"):
+        pass
+    monkeypatch.setattr(info, "_matrices", lambda file: f"matrices of {file}")
+    assert femflex("info", "m.h5") == (0, "matrices of m.h5\n", "")
+    for name in ("other.h5", "empty.h5"):
+        sentence = f"{name} is an HDF5 file, but neither a run nor a body of femflex, nor one of matrices"
+        assert femflex("info", name) == (2, "", f"femflex: {sentence}\n")
+
+
 @pytest.mark.parametrize(
     ("name", "text", "found"),
     [
