@@ -1050,6 +1050,38 @@ def test_a_bar_counts_from_its_start_to_an_end_that_may_move():
     ]
 
 
+def test_a_bar_is_opened_after_two_seconds_on_a_terminal_alone(monkeypatch: pytest.MonkeyPatch):
+    opened = []
+    monkeypatch.setattr(
+        Bar,
+        "_open",
+        lambda self: opened.append(self) or setattr(self, "_bar", SimpleNamespace(update=lambda task, **more: None)),
+    )
+    for watched, waited in ((True, 1.5), (False, 3.0), (True, 3.0)):
+        monkeypatch.setattr("femflex.cli.progress.on_terminal", lambda watched=watched: watched)
+        bar = Bar("integrating", 20.0)
+        bar._began -= waited
+        bar(5.0)
+        assert len(opened) == (watched and waited > 2.0)
+
+
+def test_an_interrupted_run_that_took_the_place_of_another_keeps_its_own_rows(monkeypatch: Any, tmp_path: Path):
+    class Opened(list):
+        time = np.array([0.0, 0.5, 1.25])
+
+    @contextmanager
+    def opened(path: Path) -> Iterator[Any]:
+        yield Opened([1, 2, 3])
+
+    monkeypatch.setattr("femflex.results.open_run", opened)
+    path = tmp_path / "r.h5"
+    path.write_text("rows")
+    found = path.stat()
+    for earlier in (None, (found.st_ino, found.st_size, found.st_mtime_ns - 1), (1, found.st_size, found.st_mtime_ns)):
+        kept = run._what_is_kept(path, earlier)
+        assert kept == f"interrupted; {path} keeps 3 rows, to 1.25 s, and --resume goes on from there"
+
+
 def test_the_verb_of_terms_draws_keeps_and_prints_what_is_asked(femflex: Any, monkeypatch: Any, tmp_path: Path):
     from femflex.cli import terms
 

@@ -316,6 +316,7 @@ def test_sweeps_have_points_bands_and_bars_of_their_outputs_colours(tmp_path, dr
     for k, ax in enumerate(figure.axes):
         assert [colour for colour, *_ in fills(ax)] == [shade(LINES[k], 0.15), shade(LINES[k], 0.35)]
         assert strokes(ax) == [(LINES[k], 1.2, False, None, 2)] and ax.get_xlim() == (0.0, 3.0)
+        assert ax.get_ylabel() == "ab"[k]
         title = ax._left_title
         assert (title.get_text(), title.get_fontsize(), title.get_color()) == (list(runs)[k], 9, TEXT)
         assert [text.get_text() for text in ax.get_legend().get_texts()] == ["all runs", "5 to 95 %", "50 %"]
