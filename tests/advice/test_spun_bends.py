@@ -129,15 +129,15 @@ def test_what_only_spin_holds_straight_loses_by_its_lever_about_the_axis(bodies,
     made, omega = bodies
     system = craft(made, root)
     size = np.linalg.norm(np.ptp(made["twin"].skin.points, axis=0))
-    centre = np.array([[0.0, 0, 0], [1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [0.0, 0, 0]])
+    centre = np.array([[0.0, 0, 0], [1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [-3.0, 0, 1.0]])
     offset = np.array([0.05, 0.0, -0.12])  # 0.13 m
     places = (centre if root is free else 0.0 * centre) + offset
-    rates = [0.0, 20 * omega, 30 * omega, 0.0]
-    (said,) = watched(system, {"twin": ([0.5, 0.08, 0.07, 0.5], rates)}, places, centre)
+    rates = [0.0, 0.0, 20 * omega, 30 * omega]
+    (said,) = watched(system, {"twin": ([0.5, 0.5, 0.08, 0.07], rates)}, places, centre)
     assert said == words("twin", "8%", 20 * omega, "over 10 times", f"{100 * size / 0.26 * 0.08**2:.1f}%")
-    (said,) = watched(system, {"twin": ([0.5, 0.03, 0.02, 0.5], rates)}, places - offset, centre)
+    (said,) = watched(system, {"twin": ([0.5, 0.5, 0.03, 0.02], rates)}, places - offset, centre)
     assert said == words("twin", "3%", 20 * omega, "over 10 times", f"{100 * 42 * 0.03**2:.1f}%")
-    (said,) = watched(system, {"twin": ([0.5, 0.11, 0.09, 0.5], rates)}, places + np.array([9.0, 0, 0]), centre)
+    (said,) = watched(system, {"twin": ([0.5, 0.5, 0.11, 0.09], rates)}, places + np.array([9.0, 0, 0]), centre)
     assert said == words("twin", "11%", 20 * omega, "over 10 times", f"{100 * 0.9 * 0.11**2:.1f}%")
 
 

@@ -70,6 +70,7 @@ def test_the_first_set_that_holds_the_bar_clamps_it_where_none_is_in_force(facts
     found = facts(more="SPC1,5,123,11\nSPC1,7,123456,11\nSPC1,8,123456,30")
     assert (found.clamp, found.root, found.tip) == ("spc_7", 11, 30)
     assert found.supports == ("spc_5", "spc_7", "spc_8") and found.notes == ()
+    assert facts(more="SPC1,7,123456,11\nSPC1,8,123456,30").clamp == "spc_7"
 
 
 def test_a_bar_that_nothing_holds_is_free_and_its_nodes_are_those_about_its_centre(facts):
