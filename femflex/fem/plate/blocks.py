@@ -104,12 +104,11 @@ class PlateInertia:
     def shapes(self, phi: Array, elements: slice) -> Array:
         """Displacement (e, r q, 3, n) [m] of the points per column of phi (n_raw, n)."""
         local = self.map.local(phi, elements)
-        m, (e, _, n) = self.P.shape[1], local.shape
+        m = self.P.shape[1]
         u, v = (np.matmul(self.P, local[:, i : 2 * m : 2]) for i in (0, 1))  # (e, q, n)
         w, bx, by = np.matmul(self.bending(elements), local[:, None, 2 * m :]).swapaxes(0, 1)
         layers = [np.stack([u + z * bx, v + z * by, w], axis=2) for z in self.heights]
-        own = np.stack(layers, axis=1).reshape(e, -1, 3, n)
-        return np.matmul(of(self.axes, elements).swapaxes(1, 2)[:, None], own)
+        return np.matmul(of(self.axes, elements).swapaxes(1, 2)[:, None], np.concatenate(layers, axis=1))
 
     def scalar_mass(self, elements: slice = EVERY) -> Array:
         """Mass matrices (e, m, m) of one in-plane component."""

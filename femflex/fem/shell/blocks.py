@@ -38,8 +38,8 @@ class ShellInertia:
 
     def shapes(self, phi: Array, elements: slice) -> Array:
         """Displacement (e, r q, 3, n) [m] of the points per column of phi (n_raw, n)."""
-        k = self.N.shape[1]
-        nodal = phi[self.dofs[elements]].reshape(-1, 2, k, 3, phi.shape[1])
+        dofs, k = self.dofs[elements], self.N.shape[1]
+        nodal = phi[dofs].reshape(len(dofs), 2, k, 3, phi.shape[1])
         turned = np.cross(nodal[:, 1], self.V[elements][..., None], axis=2)
         layers = [np.einsum("qk,ekin->eqin", self.N, nodal[:, 0] + z * turned, optimize=True) for z in self.heights]
         return np.concatenate(layers, axis=1)

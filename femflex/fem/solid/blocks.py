@@ -32,8 +32,8 @@ class SolidInertia:
 
     def shapes(self, phi: Array, elements: slice) -> Array:
         """Displacement (e, q, 3, n) [m] of the points per column of phi (n_raw, n)."""
-        nodal = phi[self.dofs[elements]].reshape(-1, self.N.shape[1], 3 * phi.shape[1])
-        return np.matmul(self.N, nodal).reshape(len(nodal), len(self.N), 3, -1)
+        dofs, (q, k), n = self.dofs[elements], self.N.shape, phi.shape[1]
+        return np.matmul(self.N, phi[dofs].reshape(len(dofs), k, 3 * n)).reshape(len(dofs), q, 3, n)
 
     def scalar_mass(self, elements: slice = EVERY) -> Array:
         """Element mass matrices of one component (e, k, k) [kg]: int N_k N_l dm."""

@@ -42,7 +42,7 @@ STILL = 1e-9  # of the largest rotation, below which a node does not turn
 def warn_of_omitted_shear(structure: Structure, modes: ModeSet) -> None:
     """Warn where the shear that thin plates leave out lowers one of the first three frequencies by over 1.5 %."""
     thin = [block.thin for block in _thin_blocks(structure) if block.thin is not None]
-    if not thin:
+    if not thin or not modes.n_modes:
         return
     errors, which = frequency_errors(structure, modes)
     if np.round(errors, 3).max(initial=0.0) <= DOUBTFUL:
