@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from matrix_examples import brick
+from scipy import linalg
 from typer.testing import CliRunner
 
 from femflex.case import read_case
@@ -82,6 +83,43 @@ def case_with(folder, text):
     path = folder / "changed.toml"
     path.write_text(CRAFT + text)
     return path
+
+
+def squares(body):
+    """Squared frequencies (n,) of the body held in its frame."""
+    return linalg.eigvalsh(body.strain.V1, body.moments.elastic_mass()) if body.n_modes else np.zeros(0)
+
+
+@pytest.mark.parametrize(
+    ("method", "more"),
+    [
+        ('"free_free", modes = 4, joints = {}', ""),
+        ('"nodal", clamp = "left"', ""),
+        ('"rigid"', ""),
+        ('"craig_bampton", interfaces = ["left"], modes = 2, joints = {}', ""),
+        (
+            '"cantilever", clamp = "left", modes = 2, loads = { right = ["z"] }, joints = {}',
+            "damping = { ratio = 0.02 }",
+        ),
+    ],
+)
+def test_each_reduction_makes_the_body_of_matrices_that_it_makes_of_their_elements(folder, method, more):
+    model = full_model(brick((2, 1, 1)))
+    np.savez(folder / "apart.npz", A=model.M.toarray(), B=model.K.toarray())
+    names = "nodes = 'bar.npz', names = { mass = 'A', stiffness = 'B' }"
+    files = f"{{ mass = 'apart.npz', stiffness = 'apart.npz', {names} }}"
+    texts = []
+    for text in (ELEMENTS, MATRICES, MATRICES.replace('"bar.npz"', files)):
+        own = text[: text.index("reduction = {")].replace("right = {} }", "right = {}, left = {} }")
+        texts.append(f"{own}{more}\nreduction = {{ method = {method} }}\n")
+    one, *others = (build_body(read_case(case_with(folder, text)), "bar") for text in texts)
+    for other in others:
+        assert other.kinds == one.kinds and other.n_modes == one.n_modes
+        assert other.moments.mass == pytest.approx(one.moments.mass)
+        assert other.moments.inertia() == pytest.approx(one.moments.inertia(), rel=1e-6, abs=1e-6)
+        assert squares(other) == pytest.approx(squares(one), rel=1e-6)
+        assert np.trace(other.damping) == pytest.approx(np.trace(one.damping), rel=1e-6)
+        assert set(other.markers) == set(one.markers)
 
 
 def test_a_craig_bampton_model_of_one_case_is_a_body_of_another(folder):
