@@ -74,19 +74,19 @@ def test_a_motion_that_diverges_is_kept_up_to_where_it_fails():
     turning = Frame("spinning", np.array([0.0, 0.0, 200.0]))
     joint = prismatic("b", axis=[1, 0, 0], q0=np.array([1e-3]))
     system = System({"b": rigid_body(2.0, np.eye(3))}, (joint,), frame=turning)
-    found, why = estimate_rigid_motion(system, 20.0)
+    found, why = estimate_rigid_motion(system, 64.0)
     assert (
         why == ""
         and found.short.startswith("up to t = ")
         and found.short.endswith(" s only, where the rigid-body simulation fails")
     )
     reached = float(found.short.removeprefix("up to t = ").split()[0])
-    assert 0.05 < found.times[-1] <= reached * 1.001 < 19.0 and (np.diff(found.times) > 0).all()
-    assert reached - found.times[-1] < 0.05  # the part in which it fails is kept up to there
+    assert 0.05 < found.times[-1] <= reached * 1.001 < 60.0 and (np.diff(found.times) > 0).all()
+    assert reached - found.times[-1] < 0.2  # the last part is kept up to there
     early = found.times < 0.1
-    assert early.sum() > 5
+    assert early.sum() > 2
     assert found.states[early, 0] == pytest.approx(1e-3 * np.cosh(200.0 * found.times[early]), rel=1e-3)
-    whole = estimate_motion(system, 20.0)
+    whole = estimate_motion(system, 64.0)
     assert whole.short == found.short and whole.rigid is not None
 
 

@@ -105,9 +105,10 @@ def squares(body):
 )
 def test_each_reduction_makes_the_body_of_matrices_that_it_makes_of_their_elements(folder, method, more):
     model = full_model(brick((2, 1, 1)))
-    np.savez(folder / "apart.npz", A=model.M.toarray(), B=model.K.toarray())
+    np.savez(folder / "m.npz", A=model.M.toarray())
+    np.savez(folder / "k.npz", B=model.K.toarray())
     names = "nodes = 'bar.npz', names = { mass = 'A', stiffness = 'B' }"
-    files = f"{{ mass = 'apart.npz', stiffness = 'apart.npz', {names} }}"
+    files = f"{{ mass = 'm.npz', stiffness = 'k.npz', {names} }}"
     texts = []
     for text in (ELEMENTS, MATRICES, MATRICES.replace('"bar.npz"', files)):
         own = text[: text.index("reduction = {")].replace("right = {} }", "right = {}, left = {} }")
