@@ -98,8 +98,8 @@ def contents_of(arrays: Mapping[str, Any]) -> Contents:
             data = np.asarray(value, complex if np.iscomplexobj(value) else float).ravel()
             contents.matrices[stem] = Entries(sparse.csr_array(sparse.coo_array((data, (i, j)), shape=shape)))
         elif name not in OWN and not name.startswith("moments_") and _is_matrix(value):
-            kind = complex if np.issubdtype(value.dtype, np.complexfloating) else float
-            contents.matrices[name] = Entries(sparse.csr_array(value, dtype=kind))
+            dtype = complex if np.issubdtype(value.dtype, np.complexfloating) else float
+            contents.matrices[name] = Entries(sparse.csr_array(value, dtype=dtype))
     contents.matrices.pop("recovery", None)
     if "recovery_points" in arrays:
         contents.recovery = _recovery(arrays)
