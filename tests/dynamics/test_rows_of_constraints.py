@@ -15,6 +15,7 @@ from femflex.dynamics.constraints.conflicts import competing_motions_text
 from femflex.dynamics.constraints.discs import flat_disc_text, tilts
 from femflex.dynamics.constraints.excess import count_passage
 from femflex.dynamics.constraints.moved_start import MovedValue, moved_start
+from femflex.dynamics.constraints.reach import weighed_rows
 from femflex.dynamics.constraints.user import Rows
 from femflex.dynamics.lowering import tie_layout as at
 from femflex.rotations import dcm_from_angles, dcm_from_quaternion
@@ -55,6 +56,8 @@ def test_of_rows_that_depend_on_each_other_the_smallest_multipliers_hold_the_mot
     targets = A @ rng.normal(size=n)
     root = np.linalg.cholesky(M).T
     nearest = np.linalg.solve(root, np.linalg.pinv(A @ np.linalg.inv(root), rcond=1e-9) @ targets)
+    W = weighed_rows(model, t, x)
+    np.testing.assert_allclose(W @ W.T, A @ inverse @ A.T, atol=1e-10 * np.abs(W @ W.T).max())
     step, rank = model.constraints.nearest(t, x, targets)
     np.testing.assert_allclose(step, nearest, atol=1e-8 * np.abs(nearest).max())
     assert rank == 4
