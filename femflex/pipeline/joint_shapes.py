@@ -86,7 +86,7 @@ def _system_at(case: Case, t: float) -> tuple[System, KnownBodies] | None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PhysicsWarning)  # given of the members as they start
         try:
-            return known_system(held.model_copy(update={"initial": None}), built_bodies(held))
+            return known_system(held.model_copy(update={"initial": None}), built_bodies(held, _drafts(held)))
         except CaseError:
             return None
 
