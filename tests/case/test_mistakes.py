@@ -174,6 +174,12 @@ IN_THE_TEXT = [
     ('clamp = "ROOT"', "clamp = []", "no group to clamp", "'free_free'"),
     ('clamp = "ROOT"', 'clamp = {ROOT=["x","y","z"]}', "bodies.boom", "3 rigid motions"),
     ('clamp = "ROOT"', 'clamp = {ROOT=["u"]}', "bodies.boom.reduction.clamp", "x, y, z, rx, ry, rz"),
+    (
+        'clamp = "ROOT"',
+        "clamp = {ROOT = {components = [], axes = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}}",
+        "bodies.boom.reduction.clamp",
+        "found [] (a list) at group 'ROOT'; name components of x, y, z, rx, ry, rz",
+    ),
     ('clamp = "ROOT"', "clamp = {ROOT = {symmetry = [0, 0, 0]}}", "bodies.boom.reduction.clamp", "not all zero"),
     (
         'clamp = "ROOT"',

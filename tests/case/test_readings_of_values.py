@@ -281,6 +281,7 @@ def test_a_load_table_has_every_column_in_its_place(tmp_path: Path):
         ("time,fx\n0,1\n", "a.csv holds 1 row of numbers"),
         ("time,fx\n0,1\n\n2,1\n1.5,1\n", "line 5 of a.csv has time 1.5 s after 2 s"),
         ("time,fx,fx\n0,1,1\n", "column 'fx' stands twice in a.csv"),
+        ("time,fx [N],FX (kN)\n0,1,1\n", "column 'fx' stands twice in a.csv"),
         ("time,fw\n0,1\n", "column 'fw' of a.csv is not known; known are 'fx'"),
         ("time [m],fx\n0,1\n", "column 'time' of a.csv: found '1 m'"),
         ("time\n0\n1\n", r"a.csv has the columns \['time'\]; it needs time and at least one"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -327,6 +328,10 @@ def test_equal_bodies_are_grouped_and_others_are_not():
 
     bodies = {"a": body(1, 2), "b": body(1, 3), "c": body(1, 2), "d": body(1, 2), "e": body(1, 2), "f": body(1, 3)}
     assert [names for names, _ in group_equal_bodies(bodies)] == ["a to e, 4 bodies", "b, f"]
+    softer = {"a": replace(bodies["a"], omega=np.array([2.0])), "c": replace(bodies["c"], omega=np.array([3.0]))}
+    assert [names for names, _ in group_equal_bodies(softer)] == ["a", "c"]
+    other = {"a": bodies["a"], "b": body(1, 2), "c": replace(bodies["a"], kinds=("static",))}
+    assert [names for names, _ in group_equal_bodies(other)] == ["a, b", "c"]
     assert kind_counts(("vibration", "static", "vibration")) == " (2 vibration, 1 static)"
     assert kind_counts(("vibration", "vibration")) == ""
 

@@ -328,6 +328,14 @@ def test_old_elements_without_a_family_are_said_to_be_old(tmp_path):
         read(tmp_path, *CHAIN, "CBEND,90,3,1,2", control="ECHO = NONE")
 
 
+def test_grids_that_are_held_in_one_loose_component_are_held_in_the_others_too(tmp_path):
+    """Of a rod along x, nothing resists y and z at its ends; the deck holds y of one of them."""
+    rod = ["GRID,1,,0.,0.,0.", "GRID,2,,2.,0.,0.", "CONROD,1,1,2,1,0.5", STEEL, "SPC1,1,123456,1", "SPC1,1,2,2"]
+    deck = read(tmp_path, *rod, control="SPC = 1")
+    assert held(deck)[2] == "23" or held(deck)[2] == "23456"
+    assert {"z"} <= {c for s in deck.held(["autospc"]).values() for c in s.components}
+
+
 def test_parameters_switch_off_autospc_and_scale_masses(tmp_path):
     rods = ["GRID,1,,0.,0.,0.", "GRID,2,,1.,0.,0.", "CROD,1,7,1,2", "PROD,7,1,1.-4", STEEL]
     assert "autospc" in read(tmp_path, *rods, control="ECHO = NONE").supports

@@ -81,6 +81,11 @@ def test_texts_of_a_scene_have_their_places_sizes_and_colours(run, placed_texts)
     assert not any("axes" in text for text in found) and found["deformation true to scale"][0] == (0.98, 0.035)
 
 
+@pytest.mark.parametrize(("title", "shown"), [(None, True), ("", False)])
+def test_an_empty_title_takes_the_place_of_that_of_the_run(run, placed_texts, title, shown):
+    assert (run.title in shown_texts(run, placed_texts, title=title)) == shown
+
+
 def test_a_scene_in_orbit_names_its_axes_and_the_run_its_title(orbiting, placed_texts):
     found = shown_texts(orbiting, placed_texts)
     assert {"orbital axes; arrows on bodies: x, y, z", "normal", "up", "flight", orbiting.title} <= found.keys()
