@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
+from contextlib import nullcontext
 
 import numpy as np
 import pytest
 
 from femflex.advice.bodies import KnownBodies
-from femflex.advice.tension import TensionWatch
+from femflex.advice.tension import SLACK, TensionWatch
 from femflex.dynamics import compile_system
 from femflex.fem import Material, Member, build_structure
 from femflex.mesh.generators import rectangle
@@ -77,6 +78,23 @@ def test_a_film_that_wrinkles_is_warned_of_with_the_worst_of_all_rows(film):
     assert re.fullmatch(head + rest + "compression. Raise the tension, or lower the load against it", said)
     watch.watch(np.zeros(1), weak)
     watch.warn()  # in tension: warnings are errors here
+
+
+@pytest.mark.parametrize(("part", "warned"), [(0.5, False), (-0.5, False), (-2.0, True)])
+def test_a_film_is_wrinkled_where_its_least_tension_lies_below_zero_by_more_than_rounding(film, part, warned):
+    """The least tension is linear in the weight; that weight is taken at which it is a part of the limit."""
+    wanted = part * SLACK * max(ALONG, ACROSS)
+    least = {}
+    for g in (0.0, 100.0):
+        watch, channels = watched(film, gravity=[g, 0, 0])
+        watch.watch(np.zeros(1), channels)
+        least[g] = watch.lowest()["film", "surface"].value
+    g = 100.0 * (wanted - least[0.0]) / (least[100.0] - least[0.0])
+    watch, channels = watched(film, gravity=[g, 0, 0])
+    watch.watch(np.zeros(1), channels)
+    assert watch.lowest()["film", "surface"].value == pytest.approx(wanted, abs=0.1 * SLACK * ALONG)
+    with pytest.warns(PhysicsWarning, match="went wrinkled") if warned else nullcontext():
+        watch.warn()
 
 
 def test_bodies_whose_elements_are_not_known_are_not_watched(film):

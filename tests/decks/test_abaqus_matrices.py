@@ -620,7 +620,7 @@ def test_an_influence_radius_counts_from_the_reference_in_the_units_of_the_deck(
 def test_of_two_sections_of_an_element_the_last_counts_and_overrides_name_their_set(tmp_path):
     text = CHAIN.split("*BEAM SECTION")[0].replace("B31", "T3D2") + "*ELSET, ELSET=C\n2, 3\n"
     text += "*SOLID SECTION, ELSET=B, MATERIAL=METAL\n.5\n*SOLID SECTION, ELSET=C, MATERIAL=METAL\n.7\n"
-    made = deck(tmp_path, text, C={"area": 3e-4}, METAL={"E": 5e10})
+    made = deck(tmp_path, text, c={"area": 3e-4}, Metal={"E": 5e10})
     areas = {member.group: float(member.section.EA) / 5e10 for member in made.members}
     assert sorted(areas.values()) == pytest.approx(sorted([0.5 * L**2, 3e-4]))
     assert made.moduli == pytest.approx((5e10,)) and made.materials == ("METAL",)

@@ -77,6 +77,14 @@ def test_a_bushing_between_two_grids_lies_along_its_line_and_its_vector(tmp_path
     assert place @ K @ place == pytest.approx(400.0, rel=1e-6)
 
 
+@pytest.mark.parametrize(("K", "turns"), [("900.,,", False), (",400.,", True), (",,100.", True)])
+def test_a_bushing_across_a_distance_turns_its_grids(tmp_path, K, turns):
+    """Forces across the line act on lever arms of half the distance; those along it on none."""
+    cards = ["GRID,1,,0.,0.,0.", "GRID,2,,1.,0.,0.", "CONM2,11,2,,2.", "SPC1,1,123456,1", "PARAM,AUTOSPC,NO"]
+    deck = read(tmp_path, *cards, f"PBUSH,5,K,{K}", "CBUSH,3,5,1,2,0.,1.,0.")
+    assert bool(deck.structure().rotation.nnz) == turns
+
+
 def test_a_bushing_against_rotation_turns_the_inertia_on_it(tmp_path):
     cards = ["GRID,1,,0.,0.,0.", "GRID,2,,0.,0.,0.", *body(2, 2.0, (0.5, 0.6, 0.7)), "SPC1,1,123456,1"]
     cards += ["PBUSH,5,K,1.+9,1.+9,1.+9,50.,60.,140.", "CBUSH,3,5,1,2,,,,0"]

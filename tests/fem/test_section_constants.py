@@ -340,6 +340,10 @@ def test_impossible_solids_say_which_constant_is_wrong():
     C = np.diag([3.0, 2.0, -1.5, 1, 1, 1])
     with pytest.raises(ValueError, match=r"not positive definite \(least eigenvalue -1.5 N/m\^2\)"):
         Anisotropic(C, 1.0)
+    C = np.eye(6)
+    C[2, 5] = C[5, 2] = 3.0
+    with pytest.raises(ValueError, match=r"not positive definite \(least eigenvalue -2 N/m\^2\)"):
+        Anisotropic(C, 1.0)
     with pytest.raises(ValueError, match="must be 6 x 6, symmetric and finite"):
         Anisotropic(np.eye(6) + 0.1 * np.eye(6, k=2), 1.0)
     for off, refused in ((3e-7, False), (1e-5, True)):

@@ -8,15 +8,33 @@ from pathlib import Path
 import numpy as np
 import pytest
 from test_mesh_other_numbers import GRID, leaf, xdmf_grid
+from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet, vtkUnstructuredGrid
 
 from femflex.mesh import io_exodus, io_xdmf, vtk_process
 from femflex.mesh.vtk_process import VtkError, read_leaves
+from femflex.mesh.vtk_worker import _leaves
 
 
 def legacy(folder: Path, data: str, name: str = "a.vtk") -> Path:
     path = folder / name
     path.write_text(f"# vtk DataFile Version 3.0\na title\nASCII\n{data}")
     return path
+
+
+def test_blocks_without_names_are_numbered_by_their_places():
+    """An empty block, a data set, a block of two, one of which has a name, and another data set."""
+    names = []
+    inner, outer = vtkMultiBlockDataSet(), vtkMultiBlockDataSet()
+    inner.SetBlock(0, vtkUnstructuredGrid())
+    inner.SetBlock(1, vtkUnstructuredGrid())
+    inner.GetMetaData(1).Set(vtkMultiBlockDataSet.NAME(), "wing")
+    outer.SetNumberOfBlocks(4)
+    outer.SetBlock(1, vtkUnstructuredGrid())
+    outer.SetBlock(2, inner)
+    outer.SetBlock(3, vtkUnstructuredGrid())
+    names = [name for name, _ in _leaves(outer, "")]
+    assert names == ["2", "3/1", "3/wing", "4"]
+    assert [name for name, _ in _leaves(inner, "tail")] == ["tail/1", "tail/wing"]
 
 
 def test_a_structured_grid_is_cells_with_all_of_its_arrays(tmp_path: Path):

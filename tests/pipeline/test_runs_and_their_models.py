@@ -97,6 +97,8 @@ def test_the_model_built_again_moves_as_the_run_did(folder: Path):
         assert {path for path in seen if path in run} == set(run)
         for path in run:
             np.testing.assert_allclose(seen[path], run[path], rtol=1e-12, atol=1e-12, err_msg=path)
+        (folder / "a.toml").unlink()  # its text is in the file, and its folder is still there
+        assert rebuilt(run).omitted == run.without
         before, after = (model.parts(run.states()[k])[1] for k in (4, 6))
         rate = model.state_rate(0.5, run.states()[5])[2:]
         assert rate == pytest.approx((after - before) / 0.2, rel=0.02)

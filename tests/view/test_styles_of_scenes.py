@@ -86,6 +86,19 @@ def test_an_empty_title_takes_the_place_of_that_of_the_run(run, placed_texts, ti
     assert (run.title in shown_texts(run, placed_texts, title=title)) == shown
 
 
+def test_lines_are_as_much_thicker_as_the_window_that_is_drawn_is_larger(run):
+    look = Look(size=(300, 180), theme="dark")
+    plan = planned(run, look)
+    widths = []
+    for samples in (1, 3):
+        with Scene(run, look, plan, samples, "") as scene:
+            scene.show(motion(run, run.time[:1], plan.camera, plan.body, (), plan.scale), 0)
+            actors = [one for one in scene._plotter.actors.values() if hasattr(one, "prop")]
+            widths.append(sorted(one.prop.line_width for one in actors))
+    thick = [(a, b) for a, b in zip(*widths, strict=True) if b != 1.0]
+    assert thick and all(b == pytest.approx(3 * a) for a, b in thick)
+
+
 def test_a_scene_in_orbit_names_its_axes_and_the_run_its_title(orbiting, placed_texts):
     found = shown_texts(orbiting, placed_texts)
     assert {"orbital axes; arrows on bodies: x, y, z", "normal", "up", "flight", orbiting.title} <= found.keys()
