@@ -163,7 +163,8 @@ def test_a_column_of_several_units_is_told_in_its_own():
         table = MeasureTable(of="value", channel="q", **named)
         return column_unit(table, Mixed())  # type: ignore[arg-type]
 
-    assert [told("slide"), told("swing"), told(1), told(None)] == ["m", "rad", "rad", "m, rad"]
+    found = [told("slide"), told("swing"), told(1), told(0), told(None)]
+    assert found == ["m", "rad", "rad", "m", "m, rad"]
 
 
 class Short:
