@@ -33,7 +33,8 @@ def mass_moments(inertia: Sequence[InertiaBlock], phi_raw: Array) -> MassMoments
         n_points = block.dm.shape[1]
         for chunk in element_chunks(block.dm.shape[0], 2 * n_points * 3 * (1 + n)):
             dm, rho = block.dm[chunk].ravel(), block.rho[chunk].reshape(-1, 3)
-            total = _sum(total, point_moments(dm, rho, block.shapes(phi_raw, chunk).reshape(dm.size, 3, n)))
+            shapes = block.shapes(phi_raw, chunk) if n else np.zeros((dm.size, 3, 0))  # which takes their functions
+            total = _sum(total, point_moments(dm, rho, shapes.reshape(dm.size, 3, n)))
     return total
 
 
