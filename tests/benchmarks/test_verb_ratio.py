@@ -7,8 +7,8 @@ thread, side by side.
 
 Wanted are 1.5 times that work, and 2.5 with initial stress. Where strain is chosen, the load that buckles the body is
 sought too: that takes the stiffness of its stress and one more Lanczos search, which count as work there. Reached, at
-1e5 dofs of plates: 1.2 to 1.4 clamped and 1.6 to 1.7 free, 1.6 to 1.8 where strain is chosen, 2.2 to 2.3 with initial
-stress. The limits that are tested lie above these.
+1e5 dofs of plates: 1.2 to 1.55 clamped and 1.6 free, 1.6 to 1.85 where strain is chosen, 2.2 to 2.3 with initial stress.
+The limits that are tested lie above these.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from femflex.warning import PhysicsWarning
 
 pytestmark = pytest.mark.benchmark
 
-LIMITS = {("linear", CLAMPED): 1.8, ("linear", FREE): 2.1, ("", CLAMPED): 2.1, ("", FREE): 2.0}
+LIMITS = {("linear", CLAMPED): 1.8, ("linear", FREE): 1.9, ("", CLAMPED): 2.1, ("", FREE): 2.0}
 STRESSED = 2.8
 N = 6  # modes, and those searched beside them
 BESIDE = 4
