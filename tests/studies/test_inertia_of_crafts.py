@@ -31,7 +31,7 @@ from femflex.studies.stability.gravity_gradient import (
     with_ratios,
 )
 from femflex.studies.stability.judgement import GYROSCOPIC, NONE, STATIC, UNSTABLE, definite, none
-from femflex.system import Frame, Orbit, System, free, revolute, spherical, weld
+from femflex.system import Frame, Load, Orbit, System, free, revolute, spherical, weld
 
 
 def craft(spring: float = 0.0) -> System:
@@ -101,6 +101,11 @@ def test_a_body_that_cannot_have_them_is_named():
         with_ratios(craft(), "tub", 0.4, 0.2)
     J = np.array([[9.0, 1, 2], [1, 8, 0.5], [2, 0.5, 7]])
     assert with_inertia(craft(), "hub", J).bodies["hub"].moments.inertia() == pytest.approx(J)
+
+
+def test_a_torque_tilts_each_craft_otherwise_so_that_no_three_linearisations_serve_for_all():
+    pushed = replace(craft(), loads=(Load("push", "hub", "origin", torque=np.array([0.0, 1e-6, 0.0])),))
+    assert AffineChart.of(pushed, "hub") is None
 
 
 @pytest.mark.parametrize("spring", [0.0, 1e-4])
