@@ -1,0 +1,243 @@
+"""Effectors and controllers of a case, two of each, with every value of their tables, as the ones made from Python."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+import pytest
+
+from femflex.assembly import build_bodies
+from femflex.assembly.craft import build_craft
+from femflex.case import read_case
+from femflex.system import blocks
+from femflex.system.cable import cable
+from femflex.system.gimbals import control_moment_gyro
+from femflex.system.separation import separation_spring
+from femflex.system.signal import signal
+from femflex.system.thruster import Supply, tank, thruster
+from femflex.system.wheel import reaction_wheel
+
+TABLES = """
+[signals.level]
+times = [1, 2, "3 s"]
+values = [0.1, 0.4, 0.2]
+kind = "smooth"
+
+[signals.spin]
+times = [0, 5]
+values = [3, 7]
+unit = "rad/s"
+kind = "steps"
+
+[sensors.turn]
+kind = "attitude"
+body = "hub"
+
+[sensors.rate]
+kind = "rate"
+body = "hub"
+
+[controllers.hold]
+kind = "attitude"
+error = "turn"
+rate = "rate"
+stiffness = [4, 5, 6]
+damping = [7, 8, 9]
+inertia = [[120, 1, 2], [1, 100, 3], [2, 3, 140]]
+limit = 0.7
+period = "0.2 s"
+
+[controllers.smooth]
+kind = "low_pass"
+inputs = ["rate.y", "rate.x"]
+outputs = ["b", "a"]
+frequency = 3
+order = 2
+damping = 0.6
+limit = [2, 3]
+scaled = true
+
+[controllers.share]
+kind = "allocation"
+inputs = ["hold"]
+effect = [[1, 0, 0, 0.5], [0, 1, 0, 0.5], [0, 0, 1, 0.5]]
+period = "0.3 s"
+
+[controllers.pulse]
+kind = "pulses"
+inputs = ["level", "smooth.a"]
+outputs = ["p", "q"]
+full = [2, 5]
+period = "0.5 s"
+minimum_on = "20 ms"
+
+[wheels.one]
+body = "hub"
+marker = "left"
+axis = [1, 2, 2]
+inertia = 0.2
+inertia_in_body = "contained"
+command = "level.value"
+max_torque = 0.3
+max_speed = "600 rad/s"
+initial_speed = "20 rad/s"
+viscous = 1e-4
+coulomb = 2e-3
+coulomb_speed = "0.05 rad/s"
+
+[wheels.two]
+body = "boom"
+marker = "tip"
+inertia = 0.01
+inertia_in_body = "added"
+mass = 0.4
+transverse_inertia = 0.007
+command = "spin.value"
+commanded = "speed"
+bandwidth = 4
+
+[gyros.single]
+body = "hub"
+marker = "left"
+momentum = 30
+gimbal_axis = [0, 3, 4]
+spin_axis = [1, 0, 0]
+rates = ["0.1 rad/s"]
+initial_angles = ["10 deg"]
+gimbal_inertia = 0.3
+max_rate = "1 rad/s"
+max_torque = 9
+
+[gyros.double]
+body = "hub"
+momentum = -20
+gimbal_axis = [0, 0, 1]
+spin_axis = [1, 0, 0]
+inner_axis = [0, 1, 0]
+angles = ["5 deg", "level.value"]
+gain = 0.4
+bandwidth = 3
+
+[thrusters.jet]
+body = "hub"
+marker = "left"
+thrust = 2
+axis = [0, 1, 0]
+misalignment = ["1 deg", 0, "2 deg"]
+train = { start = 1, period = 2, width = 0.5, count = 3 }
+lag = 0.02
+minimum_on = 0.1
+specific_impulse = 220
+tank = "fuel"
+
+[thrusters.push]
+body = "hub"
+thrust = 5
+profile = { times = [0, 2, 6], levels = [0.2, 1, 0] }
+specific_impulse = 300
+tank = "fuel"
+
+[thrusters.kick]
+body = "boom"
+marker = "tip"
+thrust = 0.1
+command = "pulse.q"
+switched = true
+
+[tanks.fuel]
+body = "hub"
+marker = "left"
+propellant = 8
+mass_in_body = "added"
+gyration = 0.2
+
+[separations.spring]
+parent = "hub"
+parent_marker = "left"
+body = "boom"
+marker = "tip"
+stiffness = 40
+length = 5
+
+[cables.line]
+parent = "boom"
+parent_marker = "tip"
+body = "hub"
+marker = "left"
+length = 2.5
+EA = 1e5
+damping = 12
+"""
+
+
+def expected() -> dict[str, Any]:
+    jets = Supply("fuel", "hub", "left", 0.2)
+    share = blocks.allocation([[1, 0, 0, 0.5], [0, 1, 0, 0.5], [0, 0, 1, 0.5]])
+    inertia = np.array([[120.0, 1, 2], [1, 100, 3], [2, 3, 140]])
+    rates, turns = [f"rate.{axis}" for axis in "xyz"], [f"turn.{axis}" for axis in "xyz"]
+    made = (
+        signal("level", [1, 2, 3], [0.1, 0.4, 0.2], "smooth"),
+        signal("spin", [0, 5], [3, 7], "steps", "rad/s"),
+        blocks.attitude_feedback("hold", turns, rates, [4, 5, 6], [7, 8, 9], inertia=inertia, limit=0.7, period=0.2),
+        blocks.block(
+            "smooth", blocks.low_pass(3, 2, 0.6, 2), ["rate.y", "rate.x"], ["b", "a"], limit=[2, 3], scaled=True
+        ),
+        blocks.block("share", share, ["hold.x", "hold.y", "hold.z"], ["y1", "y2", "y3", "y4"], period=0.3),
+        blocks.pulses("pulse", ["level.value", "smooth.a"], ["p", "q"], [2, 5], 0.5, 0.02),
+        reaction_wheel(
+            "one", "hub", 0.2, marker="left", axis=[1, 2, 2], torque="level.value", max_torque=0.3, max_speed=600,
+            initial_speed=20, viscous=1e-4, coulomb=2e-3, coulomb_speed=0.05,
+        ),
+        reaction_wheel("two", "boom", 0.01, marker="tip", speed="spin.value", bandwidth=4),
+        control_moment_gyro(
+            "single", "hub", 30, marker="left", gimbal_axis=[0, 3, 4], rates=[0.1], initial_angles=[np.radians(10)],
+            gimbal_inertia=0.3, max_rate=1, max_torque=9,
+        ),
+        control_moment_gyro(
+            "double", "hub", -20, inner_axis=[0, 1, 0], angles=[np.radians(5), "level.value"], gain=0.4, bandwidth=3
+        ),
+        thruster(
+            "jet", "hub", 2, marker="left", axis=[0, 1, 0], misalignment=np.radians([1, 0, 2]),
+            pulses=[(1, 0.5), (3, 0.5), (5, 0.5)], lag=0.02, minimum_on=0.1, specific_impulse=220, supply=jets,
+        ),
+        thruster("push", "hub", 5, profile=([0, 2, 6], [0.2, 1, 0]), specific_impulse=300, supply=jets),
+        thruster("kick", "boom", 0.1, marker="tip", command="pulse.q", switched=True),
+        tank("fuel", 8, ["jet", "push"]),
+        separation_spring("spring", (("hub", "left"), ("boom", "tip")), 40, 5),
+        cable("line", (("boom", "tip"), ("hub", "left")), 2.5, 1e5, 12),
+    )  # fmt: skip
+    return {one.name: one for one in made}
+
+
+def same(a: Any, b: Any) -> bool:
+    """Whether two values say the same: arrays by numbers, functions by where they are written and what they hold."""
+    if callable(a) and hasattr(a, "__code__"):
+        held = [[cell.cell_contents for cell in one.__closure__ or ()] for one in (a, b)]
+        return a.__code__ is b.__code__ and same(*held)
+    if isinstance(a, np.ndarray):
+        return a.shape == np.shape(b) and np.allclose(a, b, rtol=1e-12, atol=1e-14)
+    if isinstance(a, (list, tuple)):
+        return len(a) == len(b) and all(same(x, y) for x, y in zip(a, b, strict=True))
+    if hasattr(a, "__dataclass_fields__"):
+        return type(a) is type(b) and all(same(getattr(a, f.name), getattr(b, f.name)) for f in fields(a))
+    if isinstance(a, float):
+        return bool(a == pytest.approx(b, rel=1e-12))
+    return bool(a == b)
+
+
+def test_every_effector_of_a_case_is_the_one_made_from_python(craft, write_case):
+    case = read_case(write_case(craft + TABLES))
+    bodies = build_bodies(case)
+    found = build_craft(case, bodies)
+    made = {one.name: one for one in found.effectors}
+    wanted = expected()
+    assert list(dict.fromkeys(name for name in made if name in wanted)) == list(wanted)
+    for name, one in wanted.items():
+        assert type(made[name]) is type(one)
+        for field in fields(one):
+            assert same(getattr(made[name], field.name), getattr(one, field.name)), (name, field.name)
+    hub, boom = found.parts["hub"].moments, found.parts["boom"].moments
+    assert hub.mass == pytest.approx(200 + 8) and boom.mass == pytest.approx(bodies["boom"].moments.mass + 0.4)
+    assert set(found.varying) == {"hub"}
