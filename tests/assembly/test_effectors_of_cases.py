@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from same_values import same
 
 from femflex.assembly import build_bodies
 from femflex.assembly.craft import build_craft
@@ -209,22 +210,6 @@ def expected() -> dict[str, Any]:
         cable("line", (("boom", "tip"), ("hub", "left")), 2.5, 1e5, 12),
     )  # fmt: skip
     return {one.name: one for one in made}
-
-
-def same(a: Any, b: Any) -> bool:
-    """Whether two values say the same: arrays by numbers, functions by where they are written and what they hold."""
-    if callable(a) and hasattr(a, "__code__"):
-        held = [[cell.cell_contents for cell in one.__closure__ or ()] for one in (a, b)]
-        return a.__code__ is b.__code__ and same(*held)
-    if isinstance(a, np.ndarray):
-        return a.shape == np.shape(b) and np.allclose(a, b, rtol=1e-12, atol=1e-14)
-    if isinstance(a, (list, tuple)):
-        return len(a) == len(b) and all(same(x, y) for x, y in zip(a, b, strict=True))
-    if hasattr(a, "__dataclass_fields__"):
-        return type(a) is type(b) and all(same(getattr(a, f.name), getattr(b, f.name)) for f in fields(a))
-    if isinstance(a, float):
-        return bool(a == pytest.approx(b, rel=1e-12))
-    return bool(a == b)
 
 
 def test_every_effector_of_a_case_is_the_one_made_from_python(craft, write_case):
