@@ -1,5 +1,7 @@
 """Files Gmsh writes are read with their groups; files written here are read by Gmsh with theirs."""
 
+import signal
+
 import numpy as np
 import pytest
 
@@ -16,6 +18,7 @@ GROUPS = {"body": 3, "root": 2, "tip": 0}
 @pytest.fixture(scope="module", autouse=True)
 def session():
     gmsh.initialize(interruptible=False)
+    signal.signal(signal.SIGPIPE, signal.SIG_IGN)  # as Python has it; gmsh lets a closed pipe end the process
     gmsh.option.setNumber("General.Terminal", 0)
     yield
     gmsh.finalize()

@@ -299,7 +299,15 @@ def test_a_lock_on_a_file_that_was_deleted_meanwhile_is_taken_again(tmp_path, mo
         FileLock(tmp_path / "a.h5").release()
 
 
-def test_an_interrupt_waits_until_what_is_inside_is_done():
+@pytest.fixture
+def interruptible():
+    """Ctrl-C raises KeyboardInterrupt, also where the tests run in the background of a shell."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+def test_an_interrupt_waits_until_what_is_inside_is_done(interruptible):
     done = []
     with pytest.raises(KeyboardInterrupt):
         with finished_on_interrupt("a movie"), finished_on_interrupt("a movie"):
