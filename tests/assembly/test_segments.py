@@ -129,7 +129,7 @@ def refusal(path: Path) -> str:
         ('parent_marker = "left"', 'parent_marker = "left"\nname = "w"', None),
     ],
 )
-def test_what_a_cut_body_cannot_be_is_told(
+def test_what_a_cut_body_cannot_be_is_reported(
     old: str, new: str, told: str | None, cut: str, write_case: Callable[..., Path]
 ):
     assert old in cut

@@ -67,7 +67,7 @@ def test_a_frequency_is_found_by_crossings_and_by_a_fit_of_two_tones():
     assert measure(tone=2, per_orbit=True, **roll) == pytest.approx(1.9266 / 0.5, rel=1e-10)
 
 
-def test_three_close_tones_are_told_apart():
+def test_three_close_tones_are_distinguished():
     omega = np.array([1.0, 1.3, 1.31])
     t = np.linspace(0, 900, 9001)
     signal = sum(a * np.cos(w * t + p) for a, w, p in zip((1, 0.3, 0.5), omega, (0.1, 2.0, 1.0), strict=True))
@@ -148,7 +148,7 @@ def test_an_expectation_in_another_dimension_is_refused():
         judged(parse_case(text), Signals())
 
 
-def test_a_column_of_several_units_is_told_in_its_own():
+def test_a_column_of_several_units_is_reported_in_its_own():
     class Mixed:
         """A run whose coordinates have units of their own."""
 

@@ -330,7 +330,7 @@ def test_the_case_without_mistakes_is_sound(write_case: Callable[..., Path]):
     assert system.root == "hub" and system.bodies["boom"].n_modes == 4
 
 
-def test_all_problems_of_a_file_are_told_together(craft: str, write_case: Callable[..., Path]):
+def test_all_problems_of_a_file_are_reported_together(craft: str, write_case: Callable[..., Path]):
     text = (
         craft.replace("mass = 200", "mass = -200")
         .replace('group = "TIP"', 'group = "END"')
@@ -349,7 +349,7 @@ def test_a_misspelt_key_is_not_also_called_missing(craft: str, write_case: Calla
     assert [p.text for p in caught.value.problems] == ["this key is not known; did you mean 'mass'?"]
 
 
-def test_a_case_file_that_cannot_be_read_is_told(tmp_path: Path, write_case: Callable[..., Path]):
+def test_a_case_file_that_cannot_be_read_is_reported(tmp_path: Path, write_case: Callable[..., Path]):
     write_case()
     with pytest.raises(CaseError, match=r"no such case file; did you mean 'craft.toml'\?"):
         read_case(tmp_path / "kraft.toml")

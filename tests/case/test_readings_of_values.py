@@ -349,7 +349,7 @@ def test_values_of_a_list_change_one_table_of_it_alone():
 # sentences
 
 
-def test_names_nearby_and_known_are_told():
+def test_names_nearby_and_known_are_reported():
     assert near("bom", ["boom", "hub"]) == "did you mean 'boom'? known are 'boom', 'hub'"
     assert near("bom", ["boom"]) == "did you mean 'boom'?"
     assert near("bom", ["boom", "a1", "b2", "c3", "d4"]) == "did you mean 'boom'?"
@@ -392,7 +392,7 @@ def test_entries_that_cannot_be_read_are_numbered_from_one():
     assert found.endswith("; and 1 more") and "row 5" not in found
 
 
-def test_plies_and_foams_of_another_unit_are_told():
+def test_plies_and_foams_of_another_unit_are_reported():
     materials = "[materials.{}]\nkind = 'isotropic'\nE = 7e10\ndensity = {}\n"
     layup = "[sections.s]\nkind = 'layup'\n"
     layup += "plies = [{{ material = 'a', thickness = {} }}, {{ material = 'a', thickness = 0.06 }}]\n"
@@ -490,7 +490,7 @@ def test_names_of_sensors_controllers_and_signals_stand_for_all_of_their_outputs
         signals_of(case, ["lok"])
 
 
-def test_what_a_craft_adds_to_its_bodies_is_told_with_its_numbers():
+def test_what_a_craft_adds_to_its_bodies_is_reported_with_its_numbers():
     assert craft_notes(parse_case(CRAFT)) == [
         "Wheel w was added to hub: mass 3.25 kg, transverse inertia 0.125 kg m^2.",
         "Wheel v is contained in hub: its axial inertia of 0.25 kg m^2 was taken out of the body's.",

@@ -271,7 +271,7 @@ def test_problems_of_a_check_are_listed_for_programs(femflex: Any, tmp_path: Pat
     assert problem["where"] == "bodies.hub.mas" and "did you mean 'mass'" in problem["text"]
 
 
-def test_what_the_compiler_lacks_is_told_by_its_place(monkeypatch: pytest.MonkeyPatch):
+def test_what_the_compiler_lacks_is_reported_by_its_place(monkeypatch: pytest.MonkeyPatch):
     asked = missing.__wrapped__
     monkeypatch.delenv("FEMFLEX_PLAIN_NUMBA", raising=False)
     assert asked() == ""

@@ -141,7 +141,7 @@ def tether(length: float, **environment: Any) -> System:
     )
 
 
-def test_a_large_craft_is_told_how_its_attraction_is_taken():
+def test_a_large_craft_is_reported_how_its_attraction_is_taken():
     where = (
         "0.0004 of the distance from the centre (auto integrates from 0.0001 on); the gradient has an error of 0.06%"
     )
@@ -158,7 +158,7 @@ def test_a_large_craft_is_told_how_its_attraction_is_taken():
     assert _attraction_lines(System(BODY, (free("hub"),))) == []
 
 
-def test_a_free_length_that_reached_far_is_told_after_the_run(monkeypatch: pytest.MonkeyPatch):
+def test_a_free_length_that_reached_far_is_reported_after_the_run(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr("femflex.system.attraction.free_members", lambda system: ["mast"])
     monkeypatch.setattr("femflex.system.attraction._stock", lambda system, name: 0.0)
     run: Any = Empty({"bodies/mast/length": np.array([10.0, 2800.0, 1400.0])})

@@ -256,7 +256,7 @@ def test_a_caption_has_number_name_frequency_and_growth():
     assert caption(modes_of(), 3) == "3 · boom bending z · 2.5 Hz · grows"
 
 
-def test_a_mode_whose_damping_is_not_that_of_its_body_is_told():
+def test_a_mode_whose_damping_is_not_that_of_its_body_is_reported():
     text = (
         "[run]\nduration = 1\n[bodies.{}]\nkind = 'analytic'\nlength = 1\nEA = 1\nEIy = 1\nEIz = 1\nGJ = 1\nmass = 1\n"
     )
@@ -306,7 +306,7 @@ def test_modes_beyond_those_shown_are_counted(capsys: pytest.CaptureFixture[str]
         ("inertial", None, "at rest in the inertial frame"),
     ],
 )
-def test_the_frame_of_an_equilibrium_is_told(kind: str, orbit: Any, text: str):
+def test_the_frame_of_an_equilibrium_is_reported(kind: str, orbit: Any, text: str):
     system = SimpleNamespace(frame=SimpleNamespace(kind=kind), orbit=orbit)
     found: Any = SimpleNamespace(model=SimpleNamespace(system=system))
     assert frame_text(found) == text
@@ -659,7 +659,7 @@ def test_pictures_of_what_a_run_leaves_out_are_not_there():
     assert _there(run, bodies, "picture", 3.0)
 
 
-def test_the_kind_of_a_file_is_told_by_its_format(tmp_path: Path):
+def test_the_kind_of_a_file_is_reported_by_its_format(tmp_path: Path):
     with h5py.File(tmp_path / "a.h5", "w") as file:
         file.attrs["format"] = "femflex body"
     with h5py.File(tmp_path / "b.h5", "w") as file:

@@ -79,7 +79,7 @@ STOPS = [None, KeyboardInterrupt("interrupted here"), EquilibriumError("there is
 
 
 @pytest.mark.parametrize("stop", STOPS, ids=["whole", "interrupted", "no equilibrium"])
-def test_a_diagram_over_a_value_is_told_as_far_as_it_goes(
+def test_a_diagram_over_a_value_is_reported_as_far_as_it_goes(
     stop: Any, femflex: Any, monkeypatch: pytest.MonkeyPatch, bars: Any, tmp_path: Path
 ):
     (tmp_path / "c.toml").write_text("title = 'a hub'\n" + HUB)
@@ -230,7 +230,7 @@ def outputs(**more: Any) -> StudyOutputs:
     )
 
 
-def test_several_studies_are_told_together(capsys: pytest.CaptureFixture[str]):
+def test_several_studies_are_reported_together(capsys: pytest.CaptureFixture[str]):
     notes = {"boom": "a note", "hub": ""}
     outputs().begin(notes)
     assert lines(capsys) == ["body        boom: a note"]
@@ -478,7 +478,7 @@ def test_what_the_second_run_leaves_out_is_looked_for_first(monkeypatch: pytest.
 # sweeps, linear models, charts
 
 
-def test_a_sweep_is_told_in_tables_and_in_json(
+def test_a_sweep_is_reported_in_tables_and_in_json(
     femflex: Any, monkeypatch: pytest.MonkeyPatch, bars: Any, tmp_path: Path
 ):
     asked, drawn, began = [], [], []
@@ -741,7 +741,9 @@ def test_decks_are_described_and_those_that_are_none_say_why(femflex: Any, tmp_p
     assert code == 0 and again == mesh.rstrip() and "162 kg" in deck  # 2700 * 0.1 * 0.2 * 3
 
 
-def test_a_file_that_is_not_there_or_a_folder_is_told(femflex: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_a_file_that_is_not_there_or_a_folder_is_reported(
+    femflex: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "folder").mkdir()
     assert femflex("info", "a.msh") == (2, "", "femflex: a.msh does not exist\n")
@@ -863,7 +865,7 @@ def test_tables_of_stress_are_aligned_to_the_right():
     ]
 
 
-def test_bodies_and_quantities_without_strain_are_told():
+def test_bodies_and_quantities_without_strain_are_reported():
     with pytest.raises(ValueError, match="quantity 'c' is not known of body 'wing'; it has a, b"):
         stress._check_known("wing", ["a", "c"], {"a": 1, "b": 2})
     stress._check_known("wing", None, [])

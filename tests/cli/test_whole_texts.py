@@ -131,7 +131,7 @@ def test_a_craft_without_coordinates_has_no_table_of_them(capsys: pytest.Capture
     assert lines(capsys)[: len(MARKERS)] == MARKERS
 
 
-def test_lengths_that_stay_are_told_wherever_an_equilibrium_is(monkeypatch: pytest.MonkeyPatch, capsys: Any):
+def test_lengths_that_stay_are_reported_wherever_an_equilibrium_is(monkeypatch: pytest.MonkeyPatch, capsys: Any):
     lengths = {"boom": 2.5, "mast": 1.23456789}
     monkeypatch.setattr("femflex.system.fixed_length.fixed_lengths", lambda system: lengths)
     told = ["length      of boom stays at 2.5 m", "length      of mast stays at 1.23457 m"]
@@ -181,7 +181,7 @@ def test_the_json_of_an_equilibrium_has_every_number():
     assert (data["rigid"], data["left_growth"], data["loops"]) == ([], None, {})
 
 
-def test_what_is_at_rest_is_printed_or_kept_and_failures_are_told(
+def test_what_is_at_rest_is_printed_or_kept_and_failures_are_reported(
     femflex: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ):
     """The verb itself: options on their way to the solver and to the file."""
@@ -417,7 +417,9 @@ def _mac(body: FlexibleBody) -> np.ndarray:
     return dot**2 / np.outer(np.diag(dot), np.diag(dot))
 
 
-def test_bodies_of_a_case_are_told_one_after_the_other_with_their_notes(femflex: Any, monkeypatch: pytest.MonkeyPatch):
+def test_bodies_of_a_case_are_reported_one_after_the_other_with_their_notes(
+    femflex: Any, monkeypatch: pytest.MonkeyPatch
+):
     one, other = two_masses(("vibration",) * 2), two_masses(("static", "vibration"))
     bodies = {"left": one, "boom": other, "right": one}
     notes = {"left": "strain of left", "right": "strain of left", "boom": "strain of boom"}
@@ -474,7 +476,7 @@ DATA = {
 }
 
 
-def test_a_backbone_is_told_as_far_as_it_was_found(femflex: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
+def test_a_backbone_is_reported_as_far_as_it_was_found(femflex: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
     save_body(tmp_path / "wing.h5", two_masses(("vibration",) * 2))
     asked = []
     monkeypatch.setattr(

@@ -306,7 +306,7 @@ def test_scalar_masses_come_from_their_property_and_are_scaled(tmp_path):
     assert found[3:, 3:] == pytest.approx(C.T @ np.diag([0, 1.5, 4.5]) @ C, abs=1e-9)
 
 
-def test_fluids_and_solids_of_other_properties_are_told_apart(tmp_path):
+def test_fluids_and_solids_of_other_properties_are_distinguished(tmp_path):
     tetra = [*IN_PLANE[:3], ABOVE[0], "PSOLID,4,1", STEEL, "CTETRA,1,4,1,2,3,5"]
     for fluid in (["PSOLID,5,1,,,,,PFLUID"], ["PSOLID,5,2", "MAT10,2,1.E9,1000."]):
         made = read(tmp_path, *tetra, *fluid, "CTETRA,2,5,1,2,3,5", control="ECHO = NONE")

@@ -30,7 +30,7 @@ def test_a_short_run_stays_explicit_without_a_trial():
     assert f"at most {12 * 0.3 * TAU * 1e3 / 0.3:.1e} evaluations" in choice.sentence
 
 
-def test_the_cheaper_method_is_chosen_and_both_costs_are_told():
+def test_the_cheaper_method_is_chosen_and_both_costs_are_reported():
     trial = told_only({"dop853": (4e5, 1e-4), "esdirk4": (1e5, 5e-3)})
     choice = choose(TAU * 5e3, 10.0, 0.1, trial, band=TAU * 4.0)
     assert choice.name == "esdirk4"
@@ -42,7 +42,7 @@ def test_the_cheaper_method_is_chosen_and_both_costs_are_told():
     assert choose(TAU * 5e3, 10.0, 0.1, swinging, band=TAU * 4.0).name == "dop853"
 
 
-def test_explicit_steps_are_no_longer_than_stability_lets_them_and_cost_what_was_foretold_at_least():
+def test_explicit_steps_are_no_longer_than_stability_lets_them_and_cost_what_was_forecast_at_least():
     """5.5 / omega is 0.000175 s at 5 kHz."""
     trial = told_only({"dop853": (9e6, 1e-2), "esdirk4": (4.4e6, 2e-2)})
     choice = choose(TAU * 5e3, 10.0, 0.1, trial, band=TAU * 4.0)
@@ -63,7 +63,7 @@ def test_what_is_asked_for_is_taken():
 
 
 @pytest.mark.parametrize("method", ["dop853", "esdirk4"])
-def test_the_calls_foretold_are_those_spent(method):
+def test_the_calls_forecast_are_those_spent(method):
     """A slow swing beside a stiff mode, undamped: exact for a run of less than 120 steps; for thousands those of the
 
     first sixty that count are a sample of a swing that is not periodic: 2 and 4 % off.
@@ -97,7 +97,7 @@ def test_every_registered_integrator_has_its_own_name_and_follows_the_protocol()
         assert integrator(name).order >= 2
 
 
-def test_an_unknown_name_is_told_with_the_near_one():
+def test_an_unknown_name_is_reported_with_the_near_one():
     with pytest.raises(ValueError, match=r"'dop583' is not known\. Did you mean 'dop853'\? Known are \["):
         integrator("dop583")
 
@@ -147,7 +147,7 @@ def test_scipy_tells_the_coordinate_that_explodes():
     assert caught.value.coordinate == 1
 
 
-def test_an_unknown_scipy_method_is_told():
+def test_an_unknown_scipy_method_is_reported():
     with pytest.raises(ValueError, match="scipy method 'RK78' is not known"):
         INTEGRATORS["scipy_rk45"].func("RK78")
 

@@ -95,7 +95,7 @@ def test_a_run_that_would_take_too_many_steps_is_given_up_with_and_without_event
     assert method.solve(model, np.array([0.0, 1.5]), START).steps.accepted >= 1500  # within the limit
 
 
-def test_a_run_of_equal_steps_is_foretold_to_the_step():
+def test_a_run_of_equal_steps_is_forecast_to_the_step():
     method, model = Dop853(max_step=2e-3), oscillator()
     found = forecast(method, model, 6.0, START)
     steps = method.solve(model, np.array([0.0, 6.0]), START).steps

@@ -197,7 +197,7 @@ def test_inertias_of_no_body_are_found():
 
 
 @pytest.mark.parametrize("name", ["M", "K"])
-def test_of_several_negative_entries_the_least_is_told(bar, name):
+def test_of_several_negative_entries_the_least_is_reported(bar, name):
     """The second of three is the least, none of them first or last in the matrix."""
     d = getattr(bar, name).diagonal()
     added = {(k, k): -(1 + share) * d[k] for k, share in ((3, 0.1), (8, 5.0), (10, 0.2))}

@@ -204,7 +204,7 @@ def test_tables_of_other_widths_say_which(tmp_path, text, widths):
         ("3 2 2\n1 1 5.\n2 2 6.\n", [[5, 0, 0], [0, 6, 2], [0, 2, 0]]),
     ],
 )
-def test_counts_are_told_from_entries(tmp_path, text, entries):
+def test_counts_are_reported_from_entries(tmp_path, text, entries):
     (tmp_path / "a.mtx").write_text(text)
     assert read_contents(tmp_path / "a.mtx").matrices["a"].matrix.toarray() == pytest.approx(np.array(entries, float))
 

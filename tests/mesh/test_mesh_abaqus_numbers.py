@@ -64,7 +64,9 @@ def test_parameters_and_data_lines_keep_their_place_across_files(tmp_path: Path)
         ("*INCLUDE, INPUT=rows.txt\n", "*INCLUDE, INPUT=rows.txt\n", r"rows.txt, line 1: .* is the 10th file within"),
     ],
 )  # fmt: skip
-def test_files_that_are_named_wrongly_are_told_with_their_line(tmp_path: Path, text: str, other: str, sentence: str):
+def test_files_that_are_named_wrongly_are_reported_with_their_line(
+    tmp_path: Path, text: str, other: str, sentence: str
+):
     (tmp_path / "rows.txt").write_text(other)
     with pytest.raises(ValueError, match=sentence):
         flat(tmp_path, text)

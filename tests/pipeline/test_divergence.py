@@ -67,7 +67,7 @@ def test_the_state_beyond_the_last_row_counts(rows):
 
 
 @pytest.mark.parametrize("bad", [(2, 5), (4, 1), (3, 3)])
-def test_the_first_row_that_overflows_is_told_of_by_its_channel(bad):
+def test_the_first_row_that_overflows_is_reported_of_by_its_channel(bad):
     """Channels with one and with three columns; the largest state is named, whatever its sign."""
     times = np.arange(6.0)
     states = np.column_stack([times, -100.0 - times, 50.0 + times])

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from small_cases import clamped_rod, sprung_wheels
 
 from femflex.case import Case
 from femflex.case.read import parse_case
@@ -22,51 +23,9 @@ from femflex.studies.sweep.member import Plan, run_member
 from femflex.studies.verdict import level_text
 from femflex.system import Sensor
 
-WHEELS = """
-title = "two wheels and a rod"
-[run]
-duration = "1 s"
-samples = 5
-[attitude]
-frame = "inertial"
-[bodies.a]
-kind = "rigid"
-mass = 3
-inertia = [2, 2, 2]
-[bodies.b]
-kind = "rigid"
-mass = 3
-inertia = [2, 2, 3]
-[[joints]]
-kind = "revolute"
-child = "a"
-name = "first"
-stiffness = 8
-rate = "0.5 rad/s"
-[[joints]]
-kind = "revolute"
-child = "b"
-name = "second"
-stiffness = 48
-"""
-ROD = """
-[bodies.rod]
-kind = "analytic"
-length = 2
-mass = 1
-EA = 1e7
-EIy = 2000
-EIz = 3000
-GJ = 1500
-radius = 0.02
-functions = { y = 2, family = "polynomial" }
-strain = "linear"
-[[joints]]
-kind = "weld"
-child = "rod"
-[study]
-quantity = { of = "system_frequency", mode = 3 }
-"""
+WHEELS = sprung_wheels(48, 'samples = 5\n[attitude]\nframe = "inertial"')
+STUDY = '[study]\nquantity = { of = "system_frequency", mode = 3 }\n'
+ROD = clamped_rod('{ y = 2, family = "polynomial" }') + STUDY
 CLAMPED = 1.8751040687119611**2 / 4 * np.sqrt(3000.0 / 0.5) / (2 * np.pi)
 
 

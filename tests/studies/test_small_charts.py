@@ -4,37 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from small_cases import HUB_AND_BAR
 
 from femflex.case import CaseError
 from femflex.case.read import parse_case
 from femflex.studies.stability import case_stability
 from femflex.studies.stability.gravity_gradient import rigid_kind
 
-ORBITER = """
-title = "two rigid bodies"
-[run]
-orbits = 1
-[orbit]
-kind = "specified"
-perigee_altitude = "600 km"
-[bodies.hub]
-kind = "rigid"
-mass = 200
-inertia = [50, 40, 45]
-[bodies.bar]
-kind = "rigid"
-mass = 2
-inertia = [3, 0.1, 3]
-[[joints]]
-kind = "weld"
-parent = "hub"
-child = "bar"
-[stability]
-inertia = "hub"
-{more}
+ORBITER = (
+    HUB_AND_BAR
+    + """{more}
 vary.k_yaw = {{ between = [-0.5, 0.4], points = 2 }}
 vary.k_roll = {{ between = [-0.3, 0.7], points = 3 }}
 """
+)
 YAW, ROLL = (-0.5, 0.4), (-0.3, 0.2, 0.7)
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.optimize import brentq
+from small_cases import HUB_AND_BAR
 from typer.testing import CliRunner
 
 from femflex.body import Marker, rigid_body
@@ -24,30 +25,12 @@ from femflex.studies.varied import VariedCase
 from femflex.system import Frame, Load, System, free, revolute
 
 CASES = Path(__file__).parents[2] / "cases"
-ORBITER = """
-title = "rigid"
-[run]
-orbits = 1
-[orbit]
-kind = "specified"
-perigee_altitude = "600 km"
-[bodies.hub]
-kind = "rigid"
-mass = 200
-inertia = [50, 40, 45]
-[bodies.bar]
-kind = "rigid"
-mass = 2
-inertia = [3, 0.1, 3]
-[[joints]]
-kind = "weld"
-parent = "hub"
-child = "bar"
-[stability]
-inertia = "hub"
-vary.k_roll = { between = [-0.33, 0.79], points = 9 }
+ORBITER = (
+    HUB_AND_BAR
+    + """vary.k_roll = { between = [-0.33, 0.79], points = 9 }
 vary.k_yaw = { between = [-0.9, 0.7], points = 9 }
 """
+)
 
 
 @pytest.mark.slow

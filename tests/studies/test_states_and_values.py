@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from small_cases import clamped_rod, sprung_wheels
 
 from femflex.case import CaseError
 from femflex.case.read import parse_case
@@ -14,49 +15,8 @@ from femflex.studies.linear.instant import state_of_run
 from femflex.studies.linear.root_locus import root_locus
 from femflex.studies.varied import VariedCase
 
-WHEELS = """
-title = "two wheels"
-[run]
-duration = "1 s"
-output_step = "0.25 s"
-[bodies.a]
-kind = "rigid"
-mass = 3
-inertia = [2, 2, 2]
-[bodies.b]
-kind = "rigid"
-mass = 3
-inertia = [2, 2, 3]
-[[joints]]
-kind = "revolute"
-child = "a"
-name = "first"
-stiffness = 8
-rate = "0.5 rad/s"
-[[joints]]
-kind = "revolute"
-child = "b"
-name = "second"
-stiffness = 20
-"""
-
-
-ROD = """
-[bodies.rod]
-kind = "analytic"
-length = 2
-mass = 1
-EA = 1e7
-EIy = 2000
-EIz = 3000
-GJ = 1500
-radius = 0.02
-functions = { y = 1 }
-strain = "linear"
-[[joints]]
-kind = "weld"
-child = "rod"
-"""
+WHEELS = sprung_wheels(20, 'output_step = "0.25 s"')
+ROD = clamped_rod("{ y = 1 }")
 
 
 @pytest.fixture(scope="module")

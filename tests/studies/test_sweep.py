@@ -252,7 +252,7 @@ def test_a_member_that_fails_is_kept_with_its_problem(study, tmp_path):
         sweep(grid, tmp_path / "t.h5", workers=1)
 
 
-def test_a_failed_member_is_told_by_the_row_that_holds_no_numbers(study, tmp_path, monkeypatch):
+def test_a_failed_member_is_reported_by_the_row_that_holds_no_numbers(study, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     inertia = '"bodies.wheel.inertia.2"]\nbetween = ["1 kg m^2", "3 kg m^2"]'
     study(

@@ -311,7 +311,7 @@ def test_the_corner_is_cleared_by_the_margin_that_leaves_the_picture_larger():
         ({"theme": "red"}, r"theme 'red' is not known; known are \['dark', 'light'\]"),
     ],
 )
-def test_looks_that_cannot_be_are_told(options, sentence):
+def test_looks_that_cannot_be_are_reported(options, sentence):
     with pytest.raises(ValueError, match=sentence):
         Look(**options)
     assert Look(size=(64, 16384), scale="auto", view=(0.0, 0.0, 1.0)).colours.background == "#ffffff"

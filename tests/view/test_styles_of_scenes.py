@@ -227,7 +227,7 @@ def test_shapes_are_framed_at_both_ends_of_their_swing_with_room_for_the_caption
     assert band.shape == (40, 120, 3) and placed_texts["Modes"] == ((0.5, 0.45), 20, DARK.text, "center center", True)
 
 
-def test_a_machine_without_a_renderer_is_told_what_to_install(monkeypatch):
+def test_a_machine_without_a_renderer_is_reported_what_to_install(monkeypatch):
     from vtkmodules.vtkCommonCore import vtkObject
 
     closed = []
@@ -254,7 +254,7 @@ FRAMES = [np.full((4, 6, 3), k, np.uint8) for k in range(3)]
         ("cat > /dev/null; exit 3", "ffmpeg ended with 3"),
     ],
 )
-def test_an_encoder_that_fails_is_told_and_leaves_nothing(script, said, tmp_path, monkeypatch):
+def test_an_encoder_that_fails_is_reported_and_leaves_nothing(script, said, tmp_path, monkeypatch):
     program = tmp_path / "ffmpeg"
     program.write_text(f"#!/bin/sh\n{script}\n")
     program.chmod(program.stat().st_mode | stat.S_IXUSR)
@@ -265,7 +265,7 @@ def test_an_encoder_that_fails_is_told_and_leaves_nothing(script, said, tmp_path
     assert [entry.name for entry in tmp_path.iterdir()] == ["ffmpeg"]
 
 
-def test_an_encoder_that_ends_early_is_told(tmp_path, monkeypatch):
+def test_an_encoder_that_ends_early_is_reported(tmp_path, monkeypatch):
     program = tmp_path / "ffmpeg"
     program.write_text("#!/bin/sh\necho 'no such codec' >&2; exit 1\n")
     program.chmod(program.stat().st_mode | stat.S_IXUSR)
