@@ -254,9 +254,11 @@ def linear_block(table: Any, n: int) -> blocks.StateSpace:
     """The matrices of a linear controller of n inputs. Raises ValueError."""
     match table:
         case tables.PdTable():
-            return blocks.pd(spread(table.stiffness, n // 2), spread(table.damping, n // 2))
+            errors = _half(n, table.kind)
+            return blocks.pd(spread(table.stiffness, errors), spread(table.damping, errors))
         case tables.PidTable():
-            gains = (spread(getattr(table, key), n // 2) for key in ("stiffness", "integral", "damping"))
+            errors = _half(n, table.kind)
+            gains = (spread(getattr(table, key), errors) for key in ("stiffness", "integral", "damping"))
             return blocks.pid(*gains)
         case tables.LowPassTable():
             return blocks.low_pass(table.frequency, table.order, table.damping, n)
@@ -272,6 +274,15 @@ def linear_block(table: Any, n: int) -> blocks.StateSpace:
             return blocks.momentum_management(table.rate, table.effect)
     D = table.D if table.D is not None else np.zeros((len(table.C), len(table.B[0])))
     return blocks.state_space(table.A, table.B, table.C, D)
+
+
+def _half(n: int, kind: str) -> int:
+    """How many of n inputs are errors; the others are their rates. Raises ValueError."""
+    if n % 2:
+        raise ValueError(
+            f"kind {kind!r} takes errors, then as many rates; found {n} inputs in all. Give an even number."
+        )
+    return n // 2
 
 
 def spread(gains: tuple[float, ...], n: int) -> np.ndarray[Any, Any]:

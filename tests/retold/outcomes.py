@@ -1,0 +1,117 @@
+"""What the verbs say of a craft, and the numbers that they leave: read so that two tellings can be compared."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from contextlib import chdir
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from typer.testing import CliRunner
+
+from femflex.cli.app import app
+
+CRAFTS = Path(__file__).parent / "crafts"
+NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w])")
+RULE = re.compile(r"[─━]+")
+
+
+def verbs_of(craft: str) -> list[str]:
+    """The verbs that its file names, in lines such as "# femflex check craft.toml"."""
+    lines = text_of(craft).splitlines()
+    return [line.removeprefix("# femflex ") for line in lines if line.startswith("# femflex ")]
+
+
+def text_of(craft: str) -> str:
+    """The case of a craft."""
+    return (CRAFTS / f"{craft}.toml").read_text(encoding="utf-8")
+
+
+def told(text: str, verbs: Sequence[str], folder: Path) -> tuple[dict[str, str], dict[str, NDArray[np.float64]]]:
+    """What the verbs say of a craft, by verb, and the numbers of its run; folder: where it is written, with its meshes."""
+    with chdir(folder), pytest.MonkeyPatch.context() as patch:
+        patch.setattr("femflex.cli.tables.screen_width", lambda: 200)
+        for file in CRAFTS.iterdir():
+            if file.suffix != ".toml":
+                shutil.copy(file, folder)
+        Path("craft.toml").write_text(text, encoding="utf-8")
+        return {verb: _said(verb.split()) for verb in verbs}, numbers_of(Path("run.h5")) if Path(
+            "run.h5"
+        ).exists() else {}
+
+
+def _said(words: list[str]) -> str:
+    """What a verb prints, on both channels; it has to end well."""
+    done = CliRunner().invoke(app, words)
+    assert done.exit_code == 0, f"{' '.join(words)}: {done.stdout}{done.stderr}"
+    return f"{done.stdout}\n{done.stderr}"
+
+
+def words_of(text: str) -> list[str]:
+    """The words of a text, however its lines are folded and its columns are wide."""
+    return [word for word in text.split() if not RULE.fullmatch(word)]
+
+
+def said_at_all(text: str) -> Counter[str]:
+    """The words of a text, numbers and commas left out, and how often it says each."""
+    return Counter(word.rstrip(",;") for word in words_of(NUMBER.sub("", text)))
+
+
+def same_words(found: str, wanted: str) -> str:
+    """Empty where two texts say the same, their numbers to the last digit but one; else the first difference."""
+    a, b = words_of(found), words_of(wanted)
+    for k, (one, other) in enumerate(zip(a, b, strict=False)):
+        if one != other and not _close(one, other):
+            return f"{' '.join(a[max(k - 8, 0) : k + 4])!r}, expected {' '.join(b[max(k - 8, 0) : k + 4])!r}"
+    return "" if len(a) == len(b) else f"{len(a)} words, expected {len(b)}: {a[len(b) :][:9]} {b[len(a) :][:9]}"
+
+
+def _close(one: str, other: str) -> bool:
+    """Whether two words are the same but for numbers, which differ by two units of the last digit or are rounding."""
+    if NUMBER.sub("#", one) != NUMBER.sub("#", other):
+        return False
+    for x, y in zip(NUMBER.findall(one), NUMBER.findall(other), strict=True):
+        step = 2.1 * max(_last_digit(x), _last_digit(y))
+        if abs(float(x) - float(y)) > step and max(abs(float(x)), abs(float(y))) > 1e-9:
+            return False
+    return True
+
+
+def _last_digit(number: str) -> float:
+    digits, _, power = number.partition("e")
+    return float(10.0 ** (int(power or 0) - len(digits.partition(".")[2])))
+
+
+def numbers_of(path: Path) -> dict[str, NDArray[np.float64]]:
+    """Every table of numbers of a result file that follows time, by name."""
+    found: dict[str, NDArray[np.float64]] = {}
+    with h5py.File(path) as file:
+        rows = len(file["time"])
+
+        def visit(name: str, one: Any) -> None:
+            if isinstance(one, h5py.Dataset) and one.dtype.kind == "f" and one.shape[:1] == (rows,):
+                found[name] = np.asarray(one, float)
+
+        file.visititems(visit)
+    return found
+
+
+def differing(
+    found: Mapping[str, NDArray[np.float64]], wanted: Mapping[str, NDArray[np.float64]], part: float = 1e-6
+) -> list[str]:
+    """Names of numbers that differ by more than a part of the largest of their name or of 1e-6 in SI units."""
+    wrong = [f"{name}: in one alone" for name in sorted(set(found) ^ set(wanted))]
+    for name in sorted(set(found) & set(wanted)):
+        a, b = found[name], wanted[name]
+        if a.shape != b.shape:
+            wrong.append(f"{name}: shape {a.shape}, expected {b.shape}")
+        elif a.size and (gap := np.abs(a - b).max()) > part * np.abs(b).max() + 1e-3 * part:
+            wrong.append(f"{name}: {gap:.2g} off, of {np.abs(b).max():.3g}")
+    return wrong
