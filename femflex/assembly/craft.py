@@ -279,9 +279,7 @@ def linear_block(table: Any, n: int) -> blocks.StateSpace:
 def _half(n: int, kind: str) -> int:
     """How many of n inputs are errors; the others are their rates. Raises ValueError."""
     if n % 2:
-        raise ValueError(
-            f"kind {kind!r} takes errors, then as many rates; found {n} inputs in all. Give an even number."
-        )
+        raise ValueError(f"kind {kind!r} takes errors, then as many rates; found {n} inputs. Give an even number.")
     return n // 2
 
 

@@ -73,9 +73,9 @@ def test_mistakes_of_a_table_are_told_when_it_is_read(more, said):
         (LAW + '[controllers.law]\nkind = "pd"\ninputs = ["star", "gyro"]\nstiffness = [1, 2]\ndamping = 1\n',
          "found 2 numbers where 3 channels are"),
         (LAW + '[controllers.law]\nkind = "pd"\ninputs = ["star", "gyro.x", "gyro.y"]\nstiffness = 1\ndamping = 1\n',
-         "controllers.law: kind 'pd' takes errors, then as many rates; found 5 inputs. Give an even number"),
+         "kind 'pd' takes errors, then as many rates; found 5 inputs. Give an even number"),
         (LAW + '[controllers.law]\nkind = "pid"\ninputs = ["star.x"]\nstiffness = 1\nintegral = 1\ndamping = 1\n',
-         "controllers.law: kind 'pid' takes errors, then as many rates; found 1 inputs. Give an even number"),
+         "kind 'pid' takes errors, then as many rates; found 1 inputs. Give an even number"),
         (LAW + '[controllers.law]\nkind = "pd"\ninputs = ["star.w", "gyro.x"]\nstiffness = 1\ndamping = 1\n',
          "input 'star.w' of effector 'law' is neither a state nor a channel; did you mean 'star."),
         (LAW + '[controllers.law]\nkind = "pd"\ninputs = ["star.w", "gyro.x"]\nstiffness = 1\n'

@@ -35,7 +35,7 @@ def text_of(craft: str) -> str:
 
 
 def told(text: str, verbs: Sequence[str], folder: Path) -> tuple[dict[str, str], dict[str, NDArray[np.float64]]]:
-    """What the verbs say of a craft, by verb, and the numbers of its run; folder: where it is written, with its meshes."""
+    """What the verbs say of a craft, by verb, and the numbers of its run; it is written to a folder of its own."""
     with chdir(folder), pytest.MonkeyPatch.context() as patch:
         patch.setattr("femflex.cli.tables.screen_width", lambda: 200)
         for file in CRAFTS.iterdir():
