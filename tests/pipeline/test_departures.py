@@ -178,9 +178,9 @@ def test_increments_take_the_short_way_round():
 def test_a_craft_in_orbit_departs_from_the_axes_of_its_orbital_frame(frame: str):
     """Other joints, and the root in other frames, stay as they start."""
     q0 = np.array([np.cos(0.2), np.sin(0.2), 0.0, 0.0])
-    hinge = revolute("arm", "hub", name="hinge", q0=[0.7], u0=[2.0])
+    hinge = revolute("arm", "hub", name="hinge", q0=[0.7], u0=[2.0], stiffness=[0.1], rest=[0.7])
     system = System(
-        {"hub": rigid_body(5.0, np.eye(3)), "arm": rigid_body(1.0, np.eye(3))},
+        {"hub": rigid_body(5.0, np.diag([4.0, 5.0, 2.0])), "arm": rigid_body(1.0, np.eye(3))},
         (spherical("hub", name="attitude", q0=q0), hinge),
         orbit=Orbit(7e6),
         frame=Frame(frame),
