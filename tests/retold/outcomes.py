@@ -1,4 +1,7 @@
-"""What the verbs say of a craft, and the numbers that they leave: read so that two tellings can be compared."""
+"""What the verbs say of a craft, and the numbers that they leave: read so that two tellings can be compared.
+
+A craft may have a folder of its own name with further files (TOML) that name its things, such as sweeps.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,10 @@ import shutil
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import chdir
+from importlib import import_module
+from itertools import count
 from pathlib import Path
+from types import MappingProxyType, SimpleNamespace
 from typing import Any
 
 import h5py
@@ -34,24 +40,36 @@ def text_of(craft: str) -> str:
     return (CRAFTS / f"{craft}.toml").read_text(encoding="utf-8")
 
 
-def told(text: str, verbs: Sequence[str], folder: Path) -> tuple[dict[str, str], dict[str, NDArray[np.float64]]]:
+def beside(craft: str) -> dict[str, str]:
+    """Further files of a craft, by name."""
+    return {path.name: path.read_text(encoding="utf-8") for path in sorted((CRAFTS / craft).glob("*.toml"))}
+
+
+def told(
+    text: str, verbs: Sequence[str], folder: Path, further: Mapping[str, str] = MappingProxyType({})
+) -> tuple[dict[str, str], dict[str, NDArray[np.float64]]]:
     """What the verbs say of a craft, by verb, and the numbers of its run; it is written to a folder of its own."""
     with chdir(folder), pytest.MonkeyPatch.context() as patch:
         patch.setattr("femflex.cli.tables.screen_width", lambda: 200)
+        doubling = (2.0**k for k in count())
+        clock = SimpleNamespace(perf_counter=lambda: next(doubling))
+        patch.setattr(import_module("femflex.studies.strain_forms"), "time", clock)
         for file in CRAFTS.iterdir():
-            if file.suffix != ".toml":
+            if file.is_file() and file.suffix != ".toml":
                 shutil.copy(file, folder)
-        Path("craft.toml").write_text(text, encoding="utf-8")
+        for name, written in {**further, "craft.toml": text}.items():
+            Path(name).write_text(written, encoding="utf-8")
         return {verb: _said(verb.split()) for verb in verbs}, numbers_of(Path("run.h5")) if Path(
             "run.h5"
         ).exists() else {}
 
 
 def _said(words: list[str]) -> str:
-    """What a verb prints, on both channels; it has to end well."""
+    """What a verb prints, on both channels, and the tables (CSV) that it writes; it has to end well."""
     done = CliRunner().invoke(app, words)
     assert done.exit_code == 0, f"{' '.join(words)}: {done.stdout}{done.stderr}"
-    return f"{done.stdout}\n{done.stderr}"
+    tables = [Path(word).read_text(encoding="utf-8") for word in words if word.endswith(".csv")]
+    return "\n".join((done.stdout, done.stderr, *tables))
 
 
 def words_of(text: str) -> list[str]:
@@ -74,12 +92,14 @@ def same_words(found: str, wanted: str) -> str:
 
 
 def _close(one: str, other: str) -> bool:
-    """Whether two words are the same but for numbers, which differ by two units of the last digit or are rounding."""
+    """Whether two words are the same but for numbers, which differ by two units of the last digit, by 1e-6 of them, or
+    are rounding."""
     if NUMBER.sub("#", one) != NUMBER.sub("#", other):
         return False
     for x, y in zip(NUMBER.findall(one), NUMBER.findall(other), strict=True):
-        step = 2.1 * max(_last_digit(x), _last_digit(y))
-        if abs(float(x) - float(y)) > step and max(abs(float(x)), abs(float(y))) > 1e-9:
+        size = max(abs(float(x)), abs(float(y)))
+        step = max(2.1 * max(_last_digit(x), _last_digit(y)), 1e-6 * size)
+        if abs(float(x) - float(y)) > step and size > 1e-9:
             return False
     return True
 

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from outcomes import CRAFTS, text_of, told, verbs_of
+from outcomes import CRAFTS, beside, text_of, told, verbs_of
 
 HEAD = "$ femflex "
 ROWS = 4  # of each table that follows time: the first, the last, and some between them
@@ -37,7 +37,7 @@ def record(craft: str) -> None:
     """Writes what is said of a craft, and its numbers, beside it."""
     path = CRAFTS / f"{craft}.toml"
     with tempfile.TemporaryDirectory() as folder:
-        texts, numbers = told(text_of(craft), verbs_of(craft), Path(folder))
+        texts, numbers = told(text_of(craft), verbs_of(craft), Path(folder), beside(craft))
     said = "".join(f"{HEAD}{verb}\n{text.rstrip()}\n\n" for verb, text in texts.items())
     path.with_suffix(".txt").write_text(said, encoding="utf-8")
     lines = [f"{json.dumps(key)}: {_listed(value)}" for key, value in some_rows(numbers).items()]

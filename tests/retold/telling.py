@@ -71,7 +71,7 @@ def in_other_units(text: str) -> str:
     """A case whose values have other units."""
     tables = tomllib.loads(text)
     changed = list(_quantities(tables))
-    assert len(changed) > 20, "a case of few values with units"
+    assert changed, "no values with units"
     for holder, key, number, unit in changed:
         other, many = OTHER_UNITS[unit]
         holder[key] = f"{number * many:.15g} {other}"

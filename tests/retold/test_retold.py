@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from outcomes import CRAFTS, differing, said_at_all, same_words, text_of, told, verbs_of
+from outcomes import CRAFTS, beside, differing, said_at_all, same_words, text_of, told, verbs_of
 from recorded import known, some_rows
 from telling import alike, in_other_units, names_of, renamed, reordered
 
@@ -20,7 +20,7 @@ NAMES = sorted(path.stem for path in CRAFTS.glob("*.toml"))
 
 @pytest.mark.parametrize("craft", NAMES)
 def test_a_craft_does_and_is_said_to_do_what_was_recorded(craft: str, tmp_path: Path):
-    texts, numbers = told(text_of(craft), verbs_of(craft), tmp_path)
+    texts, numbers = told(text_of(craft), verbs_of(craft), tmp_path, beside(craft))
     wanted, values = known(craft)
     assert list(texts) == list(wanted)
     assert {verb: same_words(texts[verb], wanted[verb]) for verb in texts} == dict.fromkeys(texts, "")
@@ -32,7 +32,11 @@ def test_other_names_units_and_order_change_nothing(craft: str, tmp_path: Path):
     names = alike(names_of(text_of(craft)))
     back = {other: one for one, other in names.items()}
     verbs = {verb: renamed(verb, names) for verb in verbs_of(craft)}
-    texts, numbers = told(renamed(reordered(in_other_units(text_of(craft))), names), [*verbs.values()], tmp_path)
+    text, *others = (
+        renamed(reordered(in_other_units(one)), names) for one in (text_of(craft), *beside(craft).values())
+    )
+    further = dict(zip(beside(craft), others, strict=True))
+    texts, numbers = told(text, [*verbs.values()], tmp_path, further)
     wanted, values = known(craft)
     found = {renamed(name, back): one for name, one in some_rows(numbers).items()}
     for name in set(found) & {"q", "u", "z"}:  # these are in the order of the tables
