@@ -5,6 +5,7 @@ A craft may have a folder of its own name with further files (TOML) that name it
 
 from __future__ import annotations
 
+import csv
 import re
 import shutil
 from collections import Counter
@@ -27,6 +28,9 @@ from femflex.cli.app import app
 CRAFTS = Path(__file__).parent / "crafts"
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w])")
 RULE = re.compile(r"[─━]+")
+WRITTEN = re.compile(r"<!-- (.*?) -->", re.DOTALL)  # above its outlines, a text of a picture stands as it was written
+POWER = re.compile(r"\$\\mathdefault\{(?:(-?[\d.]+)\\times)?10\^\{(-?\d+)\}\}\$")
+DIGITS = 6  # of a number in a table: those that other processors have too
 
 
 def verbs_of(craft: str) -> list[str]:
@@ -65,11 +69,32 @@ def told(
 
 
 def _said(words: list[str]) -> str:
-    """What a verb prints, on both channels, and the tables (CSV) that it writes; it has to end well."""
+    """What a verb prints, on both channels, and what it leaves in files; it has to end well."""
+    there = set(Path().iterdir())
     done = CliRunner().invoke(app, words)
     assert done.exit_code == 0, f"{' '.join(words)}: {done.stdout}{done.stderr}"
-    tables = [Path(word).read_text(encoding="utf-8") for word in words if word.endswith(".csv")]
-    return "\n".join((done.stdout, done.stderr, *tables))
+    left = sorted(path for path in set(Path().iterdir()) - there if path.suffix != ".h5")
+    return "\n".join([done.stdout, done.stderr, *(f"left {path}\n{written(path)}" for path in left)])
+
+
+def written(path: Path) -> str:
+    """What stands in a file: the words of a picture (.svg), not where they stand, or the cells of a table (.csv)."""
+    if path.suffix == ".svg":
+        text = path.read_text(encoding="utf-8").replace("\N{MINUS SIGN}", "-")
+        return "\n".join(POWER.sub(_plain_power, found) for found in WRITTEN.findall(text))
+    if path.suffix == ".csv":
+        with path.open(encoding="utf-8", newline="") as lines:
+            return "\n".join("  ".join(map(_cell, row)) for row in csv.reader(lines))
+    return ""
+
+
+def _plain_power(found: re.Match[str]) -> str:
+    return f"{found[1] or 1}e{found[2]}"
+
+
+def _cell(text: str) -> str:
+    """A cell of a table, its number shortened; empty ones are marked."""
+    return (f"{float(text):.{DIGITS}g}" if "." in text and NUMBER.fullmatch(text) else text) or "-"
 
 
 def words_of(text: str) -> list[str]:
