@@ -65,6 +65,7 @@ def mesh_problems(name: str, table: FlexibleTable, mesh: Mesh) -> Iterator[Probl
         if entry.position is not None:
             at = np.array(entry.position)
             yield from _distance_problems(f"bodies.{name}.markers.{marker}.position", mesh, mesh.nearest_point(at), at)
+    lone = {m.group for m in table.members if m.family == "nodes"}  # points serve them
     for where, group in groups_named(name, table):
         if group not in mesh.groups:
             text = f"found {group!r}, which is no group of {table.source}; {near(group, mesh.groups)}"
@@ -72,7 +73,7 @@ def mesh_problems(name: str, table: FlexibleTable, mesh: Mesh) -> Iterator[Probl
             yield Problem(where, text + known)
             continue
         try:
-            mesh.group_cells(group) if ".members[" in where else mesh.group_points(group)
+            mesh.group_cells(group) if ".members[" in where and group not in lone else mesh.group_points(group)
         except ValueError as error:
             yield Problem(where, str(error))
 

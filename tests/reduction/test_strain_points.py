@@ -8,6 +8,7 @@ import pytest
 from nonlinear_models import bent_beam, bfs, folded_plate, plate, solid, tapered_beam
 
 from femflex.body import StrainTensors
+from femflex.body.recovery import named
 from femflex.fem import Material, Member, build_structure
 from femflex.fem.sections import Circle
 from femflex.mesh import box, line, rectangle
@@ -79,6 +80,20 @@ def test_energy_density_of_a_beam_on_functions(strain):
     assert energy(kept.strain_field, kept.amplitudes(delta[:4])) == pytest.approx(
         kept.strain.energy(delta[:4]), rel=1e-6
     )
+
+
+@pytest.mark.parametrize("strain", ["linear", "nonlinear"])
+def test_section_forces_of_a_beam_on_functions_are_those_of_its_stretch_bends_and_twist(strain):
+    """One polynomial for each field: u and theta are linear in x, v and w quadratic, so that the tip tells them."""
+    beam = UniformBeam(2.0, 7e5, 30.0, 50.0, 20.0, 1.2, 0.03, 0.04, root=(1, 2, 3), direction=(0, 1, 0))
+    body = beam_body(beam, BeamFunctions(y=1, z=1, axial=1, torsion=1, family="polynomial"), strain=strain)
+    (part,), tip = body.strain_field, body.markers["tip"]
+    for delta in 1e-9 * np.eye(body.n_modes):
+        u, v, w = beam.frame @ tip.phi @ body.amplitudes(delta)
+        twist = beam.frame[0] @ tip.psi @ body.amplitudes(delta)
+        wanted = {"axial_force": 7e5 * u / 2.0, "moment_z": 50.0 * v / 2.0, "moment_y": -30.0 * w / 2.0}
+        for name, value in {**wanted, "torque": 20.0 * twist / 2.0}.items():
+            assert named(part, name, body.amplitudes(delta))[0, :3] == pytest.approx(value, rel=1e-4, abs=1e-12), name
 
 
 @pytest.mark.parametrize("most", [3000, 3])

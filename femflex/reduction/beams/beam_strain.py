@@ -30,6 +30,7 @@ class BeamStrains:
     linear      (s, 9)
     quadratic   (s, 9, 9)
     stiffness   (p, s)        of (eps, kappa_z, kappa_y, r kappa_x), r^2 = I_p / A, and seven more (`fourth_order`)
+    polar       ()            r [m], 1 where the beam has no I_p
     """
 
     xi: Array
@@ -38,6 +39,7 @@ class BeamStrains:
     linear: Array
     quadratic: Array
     stiffness: Array
+    polar: float
 
 
 def beam_strains(beam: UniformBeam, functions: BeamFunctions, X: Array, following: bool) -> BeamStrains:
@@ -65,7 +67,7 @@ def beam_strains(beam: UniformBeam, functions: BeamFunctions, X: Array, followin
     rows = np.concatenate([slope, curvature[:, 1:3], turned], axis=1)
     linear = np.concatenate([linear, np.zeros((len(fourth), linear.shape[1]))])
     quadratic = np.concatenate([quadratic, fourth])
-    return BeamStrains(xi, weight * beam.length, rows, linear, quadratic, np.stack(stiffness, axis=1))
+    return BeamStrains(xi, weight * beam.length, rows, linear, quadratic, np.stack(stiffness, axis=1), polar)
 
 
 def inextensible(beam: UniformBeam, polar2: float) -> tuple[Array, Array]:

@@ -149,4 +149,5 @@ def beam_field(beam: UniformBeam, functions: BeamFunctions, X: Array, nonlinear:
         first=np.eye(X.shape[1]),
         nonlinear=nonlinear,
         per=len(found.xi),
+        lever=np.array([found.polar]),
     )

@@ -10,6 +10,7 @@ from scipy import sparse
 from scipy.spatial import KDTree
 
 from femflex.body import FlexibleBody
+from femflex.fem.eigen.canonical import canonical
 from femflex.fem.eigen.modes import dense_modes
 
 Array = NDArray[np.float64]
@@ -53,7 +54,7 @@ def effective_mass(body: FlexibleBody, about: Array | None = None) -> EffectiveM
     frame's origin).
 
     From the moments alone: int phi_k dm, and int (r - about) x phi_k dm. Shapes that are not modes (nodal, constraint,
-    admissible) are first recombined into the modes of V1 and Me.
+    admissible) are first recombined into the modes of V1 and Me; the shape with most part in a mode counts positive.
     """
     point = np.zeros(3) if about is None else np.asarray(about, float)
     body = body.without_slaves()
@@ -66,6 +67,7 @@ def effective_mass(body: FlexibleBody, about: Array | None = None) -> EffectiveM
     if not n:
         return EffectiveMass(np.zeros(0), np.zeros((0, 6)), total)
     eigenvalues, X = dense_modes(body.strain.V1, moments.elastic_mass())
+    X = canonical(eigenvalues, X)
     participation = X.T @ np.concatenate([s, turning], axis=1)
     share = X * (moments.elastic_mass() @ X)
     kinds = tuple(body.kinds[k] for k in np.argmax(share, axis=0)) if body.kinds else ()
