@@ -157,7 +157,10 @@ def _mesh_or_deck(file: Path, units: str) -> str:
             warnings.simplefilter("ignore")  # said by `describe`
             deck = describe(read_deck(file, declared))
     except ValueError as error:
-        return f"{_mesh(file)}\n\nas a deck: {error}"
+        try:
+            return f"{_mesh(file)}\n\nas a deck: {error}"
+        except ValueError as other:  # coordinate systems of its own, say
+            raise ValueError(f"{error}\n\nas a mesh: {other}") from None
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")

@@ -68,7 +68,7 @@ def report_unused(model: AbaqusModel) -> None:
     strange = [
         element
         for element in model.flat.elements.values()
-        if (not element.cell and element.kind not in known) or element.kind.startswith(PLANE)
+        if element.kind not in known and (not element.cell or element.kind.startswith(PLANE))
     ]
     for kind, (count, place) in elements_by_kind(model, strange).items():
         model.found.unused(f"elements {kind}", unread(kind), place, count)

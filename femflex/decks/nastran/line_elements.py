@@ -203,12 +203,20 @@ def bar_section(model: NastranModel, made: BarProperty, length: float) -> Stiffn
             for s, m in zip(stations, values["mass_per_length"], strict=True)
         ]
     if made.K1 > 0 and made.K2 > 0 and made.G > 0:
-        values["GAy"] = [max(made.K1 * made.G * s.A, WEAK * largest["EA"]) for s in stations]
-        values["GAz"] = [max(made.K2 * made.G * s.A, WEAK * largest["EA"]) for s in stations]
+        K1, K2 = _shear_factors(made)
+        values["GAy"] = [max(K1 * made.G * s.A, WEAK * largest["EA"]) for s in stations]
+        values["GAz"] = [max(K2 * made.G * s.A, WEAK * largest["EA"]) for s in stations]
     given: dict[str, Any] = {}
     for name, v in values.items():
         given[name] = v[0] if all(value == v[0] for value in v) else ([x * length for x in made.at], v)
     return StiffnessSection(**given)
+
+
+def _shear_factors(made: BarProperty) -> tuple[float, float]:
+    """Shear factors along the principal axes of the section, whose flexibilities are those of K1 and K2 turned."""
+    alpha, _ = principal(made.stations[0])
+    c, s = math.cos(alpha) ** 2, math.sin(alpha) ** 2
+    return made.K1 * made.K2 / (c * made.K2 + s * made.K1), made.K1 * made.K2 / (s * made.K2 + c * made.K1)
 
 
 def bar_options(model: NastranModel, made: BarProperty, card: Card) -> dict[str, object]:
@@ -225,9 +233,11 @@ def bar_options(model: NastranModel, made: BarProperty, card: Card) -> dict[str,
     if any(made.centroid) or any(made.mass):
         one = made.stations[0]
         own, more = made.density * one.A, one.nsm
-        N, M = np.array(made.centroid), np.array(made.mass)
+        alpha, _ = principal(one)
+        turn = np.array([[math.cos(alpha), math.sin(alpha)], [-math.sin(alpha), math.cos(alpha)]])
+        N, M = turn @ made.centroid, turn @ made.mass  # along the principal axes, as the section
         centre = (own * N + more * M) / (own + more) - N if own + more > 0 else np.zeros(2)
-        found["offset"] = made.centroid
+        found["offset"] = tuple(float(c) for c in N)
         if shears:
             found["shear_centre"] = tuple(float(-c) for c in N)
         elif N.any():

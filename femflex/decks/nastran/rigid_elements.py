@@ -124,8 +124,9 @@ def _following(
         )
     )  # fmt: skip
     model.wanted.update([grid, *leaders])
+    bare = grid not in model.moving or grid in model.turning  # grids of rods and solids have no rotation
     model.moving.add(grid)
-    if set(components) & {4, 5, 6}:
+    if set(components) & {4, 5, 6} and bare:
         model.turning.add(grid)
         model.wanted_turning.add(grid)
     turned = matrix.reshape(len(matrix), len(leaders), 2, 3)[:, :, 1]
