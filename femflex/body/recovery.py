@@ -139,7 +139,8 @@ def _slopes(part: StrainPart) -> sparse.csr_array:
     D = weight[:, None, :] / weight[:, :, None] / apart
     D *= 1.0 - np.eye(part.per)
     D -= D.sum(axis=2, keepdims=True) * np.eye(part.per)
-    return sparse.block_diag(list((D / span[:, None, None]).swapaxes(1, 2)), format="csr")
+    blocks = (D / span[:, None, None]).swapaxes(1, 2)
+    return sparse.bsr_array((blocks, np.arange(len(x)), np.arange(len(x) + 1))).tocsr()
 
 
 def quantities(parts: Sequence[StrainPart]) -> dict[str, str]:

@@ -120,3 +120,42 @@ def test_what_a_damped_spring_between_markers_takes_is_what_its_craft_loses():
     rate = CubicSpline(times, length)(times, 1)
     assert lost[-1] > 0.5 and power[5:-5] == pytest.approx(3.0 * rate[5:-5] ** 2, abs=2e-3 * power.max())
     assert CubicSpline(times, power).integrate(0.0, 3.0) == pytest.approx(lost[-1], rel=1e-4)
+
+
+def test_every_spring_reports_its_length_and_its_pull():
+    """Of two: k (length - free length) + c times the rate of the length; the ground holds the one's other end."""
+    side = Marker(np.array([0.4, 0.1, -0.2]), np.zeros((3, 0)), np.zeros((3, 0)))
+    hub = rigid_body(3.0, np.diag([2.0, 3.0, 2.5]), markers={"side": side})
+    line = Spring("line", "tip", "hub", "origin", "side", stiffness=20.0, damping=3.0, length=0.5)
+    stay = Spring("stay", "hub", marker="side", stiffness=7.0, length=1.5)
+    joints = (
+        free("hub", u0=[0.3, 0, 0, 0.2, -0.5, 0.4]),
+        free("tip", q0=[1.5, 0.7, 0, 1, 0, 0, 0], u0=[0, 1.0] + [0] * 4),
+    )
+    system = System({"hub": hub, "tip": rigid_body(2.0, np.diag([0.5, 0.6, 0.4]))}, joints, springs=(line, stay))
+    model, times = compile_system(system), np.linspace(0.0, 1.0, 201)
+    seen = model.observe(times, Dop853(rtol=1e-11, atol=1e-12).solve(model, times, model.x0).states)
+    at, v = seen["markers/hub.side/position"], seen["markers/hub.side/velocity"]
+    across = seen["bodies/tip/position"] - at
+    length = np.linalg.norm(across, axis=1)
+    assert seen["springs/line/length"] == pytest.approx(length, rel=1e-12)
+    assert seen["springs/stay/length"] == pytest.approx(np.linalg.norm(at, axis=1), rel=1e-12)
+    assert seen["springs/stay/tension"] == pytest.approx(7.0 * (np.linalg.norm(at, axis=1) - 1.5), rel=1e-12)
+    tip = np.gradient(seen["bodies/tip/position"], times, axis=0)[90]  # central differences, to 1e-4
+    rate = (across[90] / length[90]) @ (tip - v[90])
+    assert seen["springs/line/tension"][90] == pytest.approx(20.0 * (length[90] - 0.5) + 3.0 * rate, rel=1e-3)
+    assert [model.channels[f"springs/{name}"].unit for name in ("line/length", "stay/tension")] == ["m", "N"]
+
+
+def test_a_spring_pulls_with_the_force_that_it_reports():
+    """The momentum of a body on one spring changes by the reported tension along the line."""
+    stay = Spring("stay", "hub", stiffness=7.0, damping=0.4, length=0.5)
+    system = System(
+        {"hub": rigid_body(3.0, np.eye(3))}, (free("hub", q0=[1, 2, 2, 1, 0, 0, 0], u0=[1, 0, 0, 0, 0, 0]),)
+    )
+    model = compile_system(replace(system, springs=(stay,)))
+    seen = model.observe(np.zeros(1), model.x0[None])
+    assert seen["springs/stay/length"] == pytest.approx(3.0)
+    assert seen["springs/stay/tension"] == pytest.approx(7.0 * 2.5 + 0.4 / 3)  # its end moves along x alone
+    push = model.bias(0.0, model.x0)[:3]  # resisting
+    assert push == pytest.approx(seen["springs/stay/tension"][0] * np.array([1, 2, 2]) / 3)

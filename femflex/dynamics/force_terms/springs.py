@@ -40,7 +40,7 @@ from femflex.dynamics.lowering.layout import (
 from femflex.dynamics.lowering.pool import Pool, Scratch
 from femflex.dynamics.lowering.tie_layout import ENDS
 from femflex.dynamics.lowering.ties import lower_ends
-from femflex.system import System
+from femflex.system import Channel, System
 
 Array = NDArray[np.float64]
 Table = NDArray[np.int64]
@@ -84,16 +84,21 @@ def stretched(s: Record, table: Table, pool: Array, work: Array) -> tuple[Vector
 
 
 @inner
+def tension(data: int, length: float, speed: float, pool: Array) -> float:
+    """Force with which a spring and its damper pull their ends together, [N]."""
+    return pool[data] * (length - pool[data + 2]) + pool[data + 1] * speed
+
+
+@inner
 def apply_spring(s: Record, table: Table, pool: Array, work: Array) -> None:
     """Put the force of a spring on its two bodies."""
     r_P, r_Q, e, length, speed = stretched(s, table, pool, work)
-    data = s["data"]
-    tension = pool[data] * (length - pool[data + 2]) + pool[data + 1] * speed
+    pull = tension(s["data"], length, speed, pool)
     P, Q = body_of(table, s["parent"]), body_of(table, s["child"])
     if s["parent"] > 0:
-        force = scale(tension, turn(load9(work, P["work"] + W_CIN), e))
+        force = scale(pull, turn(load9(work, P["work"] + W_CIN), e))
         push(P, force, ZERO, r_P, UNIT, s["bends_P"], s["shape_P"], s["spin_P"], pool, work)
-    force = scale(-tension, turn(load9(work, Q["work"] + W_CIN), e))
+    force = scale(-pull, turn(load9(work, Q["work"] + W_CIN), e))
     push(Q, force, ZERO, r_Q, UNIT, s["bends_Q"], s["shape_Q"], s["spin_Q"], pool, work)
 
 
@@ -108,11 +113,13 @@ def apply(t: float, q: Array, u: Array, at: int, first: int, last: int, table: T
 def report(
     t: float, q: Array, u: Array, at: int, n: int, row: Array, account: Array, table: Table, pool: Array, work: Array
 ) -> None:
-    """Energy stored in all springs, and the power that their dampers take."""
+    """Length and tension of every spring; energy stored in all of them, and the power that their dampers take."""
     for i in range(n):
         s = spring_at(table, at + N_SPRING * i)
         data = s["data"]
         _, _, _, length, speed = stretched(s, table, pool, work)
+        row[2 * i] = length
+        row[2 * i + 1] = tension(data, length, speed, pool)
         account[A_ENERGY] += 0.5 * pool[data] * (length - pool[data + 2]) ** 2
         account[A_DISSIPATION] += pool[data + 1] * speed * speed
 
@@ -132,6 +139,13 @@ class Springs(ForceTerm):
             lower_ends(record, ((spring.parent, spring.parent_marker), (spring.body, spring.marker)), system, pool)
             record["data"] = pool.put([spring.stiffness, spring.damping, spring.length])
         return records
+
+    def channels(self, system: System) -> dict[str, Channel]:
+        out = {}
+        for spring in system.springs:
+            out[f"springs/{spring.name}/length"] = Channel("m", f"distance between the ends of {spring.name}")
+            out[f"springs/{spring.name}/tension"] = Channel("N", f"pull of {spring.name} on its ends")
+        return out
 
     def without(self, system: System, item: str) -> System:
         return replace(system, springs=tuple(spring for spring in system.springs if spring.name != item))
