@@ -36,6 +36,7 @@ from femflex.system import (
     universal,
     weld,
 )
+from femflex.system.freedoms import latch_start_problems
 
 Array = NDArray[np.float64]
 
@@ -60,7 +61,7 @@ def build_joint(table: JointTable, folder: Path) -> Joint:
     """The Joint of one entry of [[joints]] of a case in that folder. Raises ValueError."""
     joint = _with_motion(_loose_joint(table), table, folder)
     laws, latches = read_laws(table.laws, table.coordinates())
-    joint = replace(joint, laws=laws, latches=latches) if laws or latches else joint
+    joint = _started(replace(joint, laws=laws, latches=latches) if laws or latches else joint)
     at = table.release_at
     if table.release is None and at is None:
         return joint
@@ -71,7 +72,14 @@ def build_joint(table: JointTable, folder: Path) -> Joint:
         )
     opens = table.release if at is None else Threshold(_path(at.signal), at.above, at.below)
     locks = tuple(Latch(k, float(start), opens=opens) for k, start in enumerate(joint.q0))
-    return replace(joint, latches=locks)
+    return _started(replace(joint, latches=locks))
+
+
+def _started(joint: Joint) -> Joint:
+    """The joint, whose latches fit its initial coordinates. Raises ValueError."""
+    if problems := latch_start_problems(joint):
+        raise ValueError("\n".join(problems))
+    return joint
 
 
 def _path(signal: str) -> str:

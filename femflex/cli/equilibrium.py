@@ -88,7 +88,10 @@ def print_equilibrium(found: Equilibrium) -> None:
     if rows:
         print_table(["coordinate", "value", "unit"], rows)
     if len(rows) < len(names):
-        print(f"and {len(names) - len(rows)} elastic coordinates, which --json and the result file hold\n")
+        shown = {row[0] for row in rows}
+        elastic = all(name.rpartition(".delta")[1] for name, _ in names if name not in shown)
+        what = "elastic" if elastic else "other"
+        print(f"and {len(names) - len(rows)} {what} coordinates, which --json and the result file hold\n")
     print_table(
         ["marker", *(f"{a}, m" for a in XYZ), *(f"deflection {a}, m" for a in XYZ)],
         [

@@ -284,7 +284,7 @@ class Reference:
     def matrix(self, t: float) -> Array:
         """A (n_y, n_y) [SI]."""
         x = self.at(t)
-        held, udot = held_freedoms(self.calm), np.zeros(self.model.n_u)
+        held, udot = held_freedoms(self.calm, x), np.zeros(self.model.n_u)
         if held.any() and not self.constant:
             rate = self.calm.state_rate(t, x)[self.model.n_q : self.model.n_q + self.model.n_u]
             udot = np.where(held, rate, 0.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -67,14 +68,26 @@ def check_laws(joint: Joint) -> None:
         name = joint.freedom_names()[latch.freedom]
         if latched.count(latch.freedom) > 1:
             raise ValueError(f"{name!r} has {latched.count(latch.freedom)} latches; give it one")
-        if latch.opens is not None:
-            if joint.q0[latch.freedom] != latch.at or joint.u0[latch.freedom]:
-                raise ValueError(
-                    f"{name!r} starts at {joint.q0[latch.freedom]:g} at a rate of {joint.u0[latch.freedom]:g}, and is "
-                    f"locked at {latch.at:g} until it opens ({latch.opens}); let it start there, at rest"
-                )
-        elif joint.q0[latch.freedom] == latch.at:
-            raise ValueError(f"{name!r} starts at {latch.at:g}, where it latches; lock it, or start elsewhere")
+
+
+def latch_start_problems(joint: Joint, z0: Mapping[str, float] | None = None) -> list[str]:
+    """Sentences on latches that do not fit the joint's initial coordinates, with states that z0 gives by name.
+
+    A latch that has locked already is where it locks, and one that has opened may be anywhere.
+    """
+    out = []
+    names, starts = joint.state_names()[:: len(OPEN)], joint.initial_states()[:: len(OPEN)]
+    for latch, (state, _), start in zip(joint.latches, names, starts, strict=True):
+        k, since = latch.freedom, (z0 or {}).get(state, float(start))
+        name, moves = joint.freedom_names()[k], bool(joint.u0[k])
+        if latch.opens is not None and since >= 0.0 and (joint.q0[k] != latch.at or moves):
+            out.append(
+                f"{name!r} starts at {joint.q0[k]:g} at a rate of {joint.u0[k]:g}, and is locked at {latch.at:g} until "
+                f"it opens ({latch.opens}); let it start there, at rest"
+            )
+        if latch.opens is None and since < 0.0 and joint.q0[k] == latch.at:
+            out.append(f"{name!r} starts at {latch.at:g}, where it latches; lock it, or start elsewhere")
+    return out
 
 
 def _refuse_ball(joint: Joint, k: int, what: str) -> None:

@@ -17,6 +17,7 @@ from femflex.system.controller import Controller
 from femflex.system.effector import Effector
 from femflex.system.effector_problems import effector_problems
 from femflex.system.environment import Environment
+from femflex.system.freedoms import latch_start_problems
 from femflex.system.joint import Joint
 from femflex.system.kept import keep_problems
 from femflex.system.length_table import LengthTable
@@ -200,6 +201,7 @@ class System(Summarised):
         known = sorted(self.bodies)
         out = [] if self.bodies else ["the system has no bodies"]
         out += [text for j in self.joints if (text := j.singular_start()) is not None]
+        out += [text for j in self.joints for text in latch_start_problems(j, self.z0)]
         out += [
             f"joint {j.label!r} has play, but its coordinates keep it together exactly; play belongs to a loop"
             for j in self.joints

@@ -106,8 +106,11 @@ def test_an_unstable_equilibrium_is_printed_with_all_that_is_known_of_it(capsys:
     ]
 
 
-def test_many_coordinates_are_printed_without_those_of_segments(capsys: pytest.CaptureFixture[str]):
-    names = [("boom.1.delta1", "m"), *((f"link{k}.angle", "rad") for k in range(25)), ("boom.2.delta9", "m")]
+@pytest.mark.parametrize(("joints", "left_out"), [(24, "2 elastic"), (25, "3 other")])
+def test_many_coordinates_are_printed_without_those_of_segments(
+    joints: int, left_out: str, capsys: pytest.CaptureFixture[str]
+):
+    names = [("boom.1.delta1", "m"), *((f"link{k}.angle", "rad") for k in range(joints)), ("boom.2.delta9", "m")]
     left = SimpleNamespace(verdict="unstable: it swings up", growth=0.5)
     found = rest(names, stable=True, verdict="stable", left=left, eigenvalues=np.zeros(0, complex), share=0.5)
     found.model.constraints = None
@@ -116,7 +119,7 @@ def test_many_coordinates_are_printed_without_those_of_segments(capsys: pytest.C
     assert [line.split() for line in text[2:26]] == [[f"link{k}.angle", f"{k + 1.5}", "rad"] for k in range(24)]
     assert text[26:] == [
         "",
-        "and 3 elastic coordinates, which --json and the result file hold",
+        f"and {left_out} coordinates, which --json and the result file hold",
         "",
         *MARKERS,
         "frame       at rest in the frame that spins at [0, -1.25, 2] rad/s",

@@ -232,7 +232,8 @@ def test_bad_tanks_and_latches_are_refused():
     with pytest.raises(ValueError, match="hold 7 kg of propellant, and their body has a mass of 5 kg"):
         tank_variation(rigid_body(5.0, np.eye(3)), {"tank": ("origin", 7.0, 0.0)})
     with pytest.raises(ValueError, match="let it start there, at rest"):
-        turns("hub", slides=np.eye(3), latches=(Latch(0, 1.0, opens=2.0),))
+        joint = turns("hub", slides=np.eye(3), latches=(Latch(0, 1.0, opens=2.0),))
+        System({"hub": rigid_body(5.0, np.eye(3))}, (joint,))
 
 
 def test_a_body_with_an_unknown_word_for_its_writer_is_refused():

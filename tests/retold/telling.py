@@ -24,17 +24,20 @@ OTHER_UNITS = {
     "m/s": ("mm/s", 1e3), "m/s^2": ("mm/s^2", 1e3), "N m s": ("N mm s", 1e3), "kg/m": ("g/m", 1e3),
     "kg/m^2": ("g/m^2", 1e3), "km": ("m", 1e3), "kPa": ("Pa", 1e3), "Pa": ("kPa", 1e-3), "%": ("1", 1e-2),
     "N m^2": ("N mm^2", 1e6), "h": ("min", 60.0), "1/s": ("1/ms", 1e-3), "Hz": ("mHz", 1e3),
+    "mm/s": ("m/s", 1e-3), "kN/m": ("N/mm", 1.0),
 }  # fmt: skip
 QUANTITY = re.compile(r"([-+]?[\d.]+(?:e[-+]?\d+)?) (.+)")
 
 
 def names_of(text: str) -> list[str]:
-    """Names that a case gives to its things, and to the markers of its bodies, in alphabetical order."""
+    """Names that a case gives to its things, to the markers of its bodies and to laws of joints, in order."""
     tables = tomllib.loads(text)
     found = set()
     for key in NAMED:
         part = tables.get(key, {})
         found |= set(part) if isinstance(part, Mapping) else {one["name"] for one in part if "name" in one}
+    for joint in tables.get("joints", []):
+        found |= {law["name"] for law in joint.get("laws", []) if "name" in law}
     for body in tables.get("bodies", {}).values():
         found |= set(body.get("markers", {}))
     return sorted(found)

@@ -26,10 +26,15 @@ def start_pivots(constraints: Constraints) -> None:
     _, pool, work = constraints.own
     small, m, rank = int(constraints.closing["small"]), constraints.n_rows, constraints.rank()
     pivots = np.array([work[small + k * m + k] for k in range(rank)])
-    play = float((constraints.plays * constraints.lengths).max(initial=0.0)) / characteristic_length(constraints.system)
     part = float(pivots[-1] / pivots[0]) if rank else 1.0
-    pool[int(constraints.closing["tolerance"]) + 2] = max(constraints.slack, part * max(LOST, WIDER * play**0.5))
+    pool[int(constraints.closing["tolerance"]) + 2] = max(constraints.slack, part * lost_part(constraints))
     constraints.forget_passage()
+
+
+def lost_part(constraints: Constraints) -> float:
+    """Part of the last pivot at the start below which a row is left out, wider for loops with play."""
+    play = float((constraints.plays * constraints.lengths).max(initial=0.0)) / characteristic_length(constraints.system)
+    return float(max(LOST, WIDER * play**0.5))
 
 
 @dataclass(frozen=True)
@@ -49,12 +54,12 @@ class Passage:
 
 
 def passage(constraints: Constraints) -> Passage | None:
-    """The Passage of a run; None where none was found and the rows stayed a hundred times above."""
+    """The Passage of a run; None where none was found and the rows stayed a hundred times above what is LOST."""
     note, pool = int(constraints.closing["note"]), constraints.own[1]
     lost = float(pool[int(constraints.closing["tolerance"]) + 2])
     kept = constraints.own[2][note : note + at.NOTE_SIZE]
     least, t, count = float(kept[at.N_LEAST]), float(kept[at.N_TIME]), int(kept[at.N_COUNT])
-    near = least <= 100.0 * lost
+    near = least <= lost * max(1.0, 100.0 * LOST / lost_part(constraints))
     if not kept[at.N_RANK] or not (near or count) or lost <= constraints.slack:
         return None
     first = tuple(float(when) for when in kept[at.N_FIRST : at.N_FIRST + min(count, at.NOTED)])

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 
 from femflex.dynamics.equilibria.closed_motion import refuse_rolling
-from femflex.system import Joint, Load, Profile, System
+from femflex.system import Joint, Load, Profile, System, Threshold
 from femflex.system.fixed_length import moving_lengths, with_fixed_lengths
+from femflex.system.freedoms import OPEN, RELEASED
 
 ROUNDING = 1e-12  # relative; gravity this nearly along the axis of spin is along it
 CIRCULAR = 1e-9  # eccentricity below which an orbit counts as circular
 
 
 def frozen_system(system: System, at: float | None = None) -> System:
-    """The system with loads, prescribed motions and lengths of deploying bodies as they are at a time [s].
+    """The system with loads, prescribed motions, releases and lengths of deploying bodies as they are at a time [s].
 
     Raises ValueError with what changes over time there for a system at rest in its base frame.
     """
@@ -30,6 +32,7 @@ def frozen_system(system: System, at: float | None = None) -> System:
         system,
         joints=tuple(_still(joint, at) for joint in system.joints),
         loads=tuple(_frozen(load, at) for load in system.loads),
+        z0=system.z0 | _released(system, at),
     )
     if problems := [*_orbit_problems(still), *_gravity_problems(still), *_load_problems(still)]:
         raise ValueError("\n".join(problems))
@@ -47,7 +50,7 @@ def without_damping(system: System) -> System:
 
 
 def _still(joint: Joint, at: float | None) -> Joint:
-    """The joint with its prescribed freedoms locked where they are at a time."""
+    """The joint with its prescribed freedoms locked where they are at a time, and locked if it awaits a value."""
     still: list[Profile | float | None] = list(joint.motion)
     q0 = joint.q0.copy()
     for k, profile in joint.held.items():
@@ -58,7 +61,18 @@ def _still(joint: Joint, at: float | None) -> Joint:
                 "'spinning')"
             )
         still[k] = q0[k] = float(profile(at or 0.0)[0])
-    return replace(joint, motion=tuple(still), q0=q0, u0=0.0 * joint.u0)
+    latches = tuple(replace(one, opens=math.inf) if isinstance(one.opens, Threshold) else one for one in joint.latches)
+    return replace(joint, motion=tuple(still), latches=latches, q0=q0, u0=0.0 * joint.u0)
+
+
+def _released(system: System, at: float | None) -> dict[str, float]:
+    """States of the latches that have opened at a time; without one, none has."""
+    return {
+        joint.state_names()[len(OPEN) * k][0]: RELEASED
+        for joint in system.joints
+        for k, latch in enumerate(joint.latches)
+        if at is not None and isinstance(latch.opens, int | float) and latch.opens <= at
+    }
 
 
 def _frozen(load: Load, at: float | None) -> Load:

@@ -23,6 +23,7 @@ from femflex.dynamics.equilibria.closed_motion import (
 from femflex.dynamics.equilibria.increments import advanced
 from femflex.dynamics.equilibria.local_derivative import along, local_derivative
 from femflex.dynamics.equilibria.states import StateEquations, state_equations
+from femflex.dynamics.joints.law_report import latch_places
 from femflex.dynamics.lowering.layout import BALL_NONE, body_records
 from femflex.dynamics.model import Model
 from femflex.system import System
@@ -98,7 +99,7 @@ def linearised(model: Model, t: float, x: Array, udot: Array | None = None) -> L
 
 def free_directions(model: Model, t: float, x: Array) -> tuple[NDArray[np.int64], Array]:
     """Freedoms (m,) that are neither held nor follow others through loops, and how all move with them, (n_u, m)."""
-    free = np.flatnonzero(~held_freedoms(model))
+    free = np.flatnonzero(~held_freedoms(model, x))
     Z = np.eye(model.n_u)[:, free]
     if model.constraints is None:
         return free, Z
@@ -108,11 +109,16 @@ def free_directions(model: Model, t: float, x: Array) -> tuple[NDArray[np.int64]
     return free[own], Z @ following
 
 
-def held_freedoms(model: Model) -> NDArray[np.bool_]:
-    """(n_u,): which freedoms are locked or prescribed."""
+def held_freedoms(model: Model, x: Array | None = None) -> NDArray[np.bool_]:
+    """(n_u,): which freedoms are locked or prescribed, those that rigid latches lock in the state x included.
+
+    x: (n_x,), the initial state when left out
+    """
     held = np.zeros(model.n_u, bool)
     for name, record in zip(model.system.order, body_records(model.table)[1:], strict=True):
         held[[int(record["u"]) + k for k in model.system.joint_of(name).held]] = True
+    z = model.parts(model.x0 if x is None else x)[2]
+    held[[its.u for its in latch_places(model.system) if its.latch.rigid and z[its.time] >= 0.0]] = True
     return held
 
 
@@ -121,7 +127,7 @@ def multipliers(model: Model, t: float, x: Array) -> Array:
     if model.constraints is None:
         return np.zeros(0)
     ties, force = model.constraints.matrix(t, x), model.bias(t, x)
-    held = held_freedoms(model)
+    held = held_freedoms(model, x)
     return least_multipliers(np.where(held, 0.0, ties), np.where(held, 0.0, force), slack_of_loops(model.system))
 
 
