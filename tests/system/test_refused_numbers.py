@@ -77,6 +77,11 @@ def pair(**more) -> System:
     return System({"hub": hub("a"), "arm": hub("b")}, (free("hub"), revolute("arm", "hub", name="hinge")), **more)
 
 
+def latched(latch: Latch, angle: float, rate: float = 0.0) -> System:
+    """A body on a hinge with a latch."""
+    return System({"arm": hub()}, (revolute("arm", name="h", q0=[angle], u0=[rate], latches=(latch,)),))
+
+
 def gyro(**change):
     return control_moment_gyro("gyro", "hub", 3.0, **({"rates": [0.1]} | change))
 
@@ -394,16 +399,16 @@ BAD = {
         "'u.angle2' has 2 latches; give it one",
     ),
     "latch that opens elsewhere": (
-        lambda: revolute("arm", name="h", q0=[0.25], latches=(Latch(0, at=0.5, opens=2.0),)),
+        lambda: latched(Latch(0, at=0.5, opens=2.0), 0.25),
         "'h.angle' starts at 0.25 at a rate of 0, and is locked at 0.5 until it opens (2.0); let it start there, at "
         "rest",
     ),
     "latch that opens in motion": (
-        lambda: revolute("arm", name="h", q0=[0.5], u0=[3.0], latches=(Latch(0, at=0.5, opens=2.0),)),
+        lambda: latched(Latch(0, at=0.5, opens=2.0), 0.5, 3.0),
         "'h.angle' starts at 0.5 at a rate of 3, and is locked at 0.5",
     ),
     "latch at its place": (
-        lambda: revolute("arm", name="h", q0=[0.5], latches=(Latch(0, at=0.5),)),
+        lambda: latched(Latch(0, at=0.5), 0.5),
         "'h.angle' starts at 0.5, where it latches; lock it, or start elsewhere",
     ),
     "latch damping": (
