@@ -125,6 +125,8 @@ def print_modes(case: Case, modes: SystemModes, number: int | None, known: Known
         print(line)
     if modes.left_out:
         print(f"left out    {', '.join(modes.left_out)}. Use --at TIME to evaluate them at a time")
+    if modes.held:
+        print(f"held        commands of the sampled controllers {', '.join(modes.held)}: their loops are open")
     print_stability(modes.about)
     for verdict in judged_modes(case, modes):
         print(f"expected    {verdict}")

@@ -240,6 +240,7 @@ def modes_of(**more: Any) -> Any:
             "mast.1": np.array([0.0, 0.0, 0.451, 0.909]),
         },
         "left_out": (),
+        "held": [],
     }
     return SimpleNamespace(**found | more)
 

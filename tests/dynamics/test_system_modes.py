@@ -16,6 +16,7 @@ from femflex.dynamics.equilibria.linearised import advanced
 from femflex.mesh import line
 from femflex.reduction import BeamFunctions, UniformBeam, beam_body, cantilever_modes, reduce_structure
 from femflex.system import (
+    Controller,
     Environment,
     Frame,
     Load,
@@ -27,6 +28,7 @@ from femflex.system import (
     spherical,
     weld,
 )
+from femflex.system.wheel import reaction_wheel
 
 BEAM = UniformBeam(1.0, EA=1e4, EIy=10.0, EIz=1.0, GJ=10.0, mass_per_length=1.0, rotary_inertia=False)
 
@@ -130,6 +132,22 @@ def test_the_drawn_craft_moves_as_its_states_do(part):
     assert skin.points[last].mean(axis=0) == pytest.approx(tip[2], abs=1e-9)
     velocity = (tip[0] - tip[1]) / (2 * h)
     assert skin.shapes[0][last].mean(axis=0) == pytest.approx(velocity, abs=1e-6 * np.abs(skin.shapes).max())
+
+
+def test_a_craft_with_sampled_controllers_has_the_modes_of_its_open_loops():
+    """The rotors of two wheels whose commands are held stay as they are: the sprung hub of 8 kg m^2 moves alone."""
+    hub = rigid_body(4.0, np.diag([3.0, 5.0, 8.0]))
+    wheels = [reaction_wheel(name, "hub", 0.5, axis=[0, 0, 1], torque=f"{name}_law.u") for name in ("left", "right")]
+    laws = [
+        Controller(f"{name}_law", lambda t, seen, memory: ([1.0], memory), period, commands={"u": "N m"}, held=[u])
+        for name, period, u in (("left", 0.1, 0.0), ("right", 0.2, 0.0))
+    ]
+    system = System({"hub": hub}, (revolute("hub", axis=[0, 0, 1], stiffness=[20.0]),), effectors=(*wheels, *laws))
+    found = femflex.system_modes(system)
+    assert found.held == ["left_law", "right_law"] and found.to_dict()["held"] == found.held
+    assert 2 * np.pi * found.frequencies[-1] == pytest.approx(np.sqrt(20.0 / 8.0), rel=1e-6)
+    assert found.left_out == () and femflex.system_modes(system, at=3.0).held == found.held
+    assert femflex.system_modes(replace(system, effectors=tuple(wheels[:0]))).held == []
 
 
 def test_modes_that_are_not_there_are_refused():

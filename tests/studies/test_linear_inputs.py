@@ -11,7 +11,7 @@ from femflex.body import Marker, rigid_body
 from femflex.dynamics import compile_system
 from femflex.reduction import BeamFunctions, UniformBeam, beam_body
 from femflex.studies.linear import linear_model
-from femflex.studies.linear.inputs import commanded, inputs_of, known_inputs, usual_inputs
+from femflex.studies.linear.inputs import inputs_of, known_inputs, usual_inputs
 from femflex.system import (
     Controller,
     Environment,
@@ -26,6 +26,7 @@ from femflex.system import (
     spherical,
     weld,
 )
+from femflex.system.held_commands import commanded
 
 XYZ = "xyz"
 

@@ -13,8 +13,9 @@ from femflex.body import Skin
 from femflex.dynamics.equilibria.character import motion_character, numbered_names
 from femflex.dynamics.equilibria.craft_shape import craft_skin
 from femflex.dynamics.equilibria.equilibrium import Equilibrium, EquilibriumError, equilibrium
-from femflex.system import Joint, Profile, System
+from femflex.system import Effector, Joint, Profile, System
 from femflex.system.fixed_length import moving_lengths, with_fixed_lengths
+from femflex.system.held_commands import commanded, is_commanded
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -61,6 +62,13 @@ class SystemModes:
         """Whether no mode grows."""
         return self.about.stable
 
+    @property
+    def held(self) -> list[str]:
+        """Names of the sampled controllers, whose commands are held: the modes are those of the craft without them."""
+        return [
+            one.name for one in self.about.model.system.effectors if isinstance(one, Effector) and is_commanded(one)
+        ]
+
     def frequency(self, mode: int | str) -> float:
         """Frequency [Hz] of a mode by its name or its number from 1, rigid-body modes counted.
 
@@ -99,6 +107,7 @@ class SystemModes:
             "verdict": self.about.verdict,
             "growth_threshold": self.about.growth_threshold,
             "left_out": list(self.left_out),
+            "held": self.held,
         }
 
 
@@ -107,8 +116,10 @@ def system_modes(system: System, at: float | None = None) -> SystemModes:
 
     at: time [s] at which loads and prescribed motions are taken. Left out, loads given as tables over time do not act,
     and prescribed motions stay at their initial values; where no equilibrium is found under the loads that remain, as
-    of a free craft that is pushed, these do not act either. Raises as `equilibrium`.
+    of a free craft that is pushed, these do not act either. Sampled controllers hold their commands as they are before
+    the first sample. Raises as `equilibrium`.
     """
+    system = commanded(system)
     if at is not None:
         return modes_about(equilibrium(system, at))
     still, left_out = without_variation(system)

@@ -11,23 +11,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, TypeGuard
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from femflex.case.problems import near
 from femflex.system import Controller, Effector, Joint, Load, Profile, System
+from femflex.system.held_commands import UNIT, is_commanded
 from femflex.system.segments import marker_label
-from femflex.system.signal import signal
-from femflex.system.wheel import UNLIMITED
 
 Array = NDArray[np.float64]
 
 XYZ = ("x", "y", "z")
 UNITS = {"force": "N", "torque": "N m"}
 OWN = "linear-model-input"  # name of a load that is added to a system
-UNIT = "-unit"  # after the name of a controller: a signal that its held commands multiply
 FIRST = 4  # number of a block of constants at which its gains begin
 SIZE = 1.0  # of a signal or a command, in which it is stepped
 STEP = 1e-4  # of that size: the first of steps that fall
@@ -174,38 +172,3 @@ def _shifted(one: Effector | Controller, channel: str, amount: float, owner: str
     else:
         numbers[FIRST + list(one.channels).index(channel)] += amount
     return replace(one, parameters=numbers)
-
-
-# Sampled controllers have no equilibrium: in a linear model their commands are held, and are inputs.
-
-
-def commanded(system: System) -> System:
-    """The system in which the commands of sampled controllers stay at what they are before the first sample."""
-    effectors = tuple(part for one in system.effectors for part in (_held(one) if is_sampled(one) else (one,)))
-    names = {name for one in system.controllers for name, _ in one.state_names()}
-    return replace(system, effectors=effectors, z0={k: v for k, v in system.z0.items() if k not in names})
-
-
-def is_sampled(one: Effector | Controller) -> TypeGuard[Controller]:
-    """Whether something that acts is a sampled controller."""
-    return isinstance(one, Controller)
-
-
-def is_commanded(one: Effector) -> bool:
-    """Whether an effector stands for the held commands of a controller."""
-    return one.inputs == (f"{one.name}{UNIT}.value",)
-
-
-def _held(controller: Controller) -> tuple[Effector, Effector]:
-    """A signal that is 1, and a block that multiplies it by the commands."""
-    n = len(controller.commands)
-    numbers = np.concatenate([[1.0, 0.0, n, 0.0], controller.held, np.full(n, UNLIMITED)])
-    unit = f"{controller.name}{UNIT}"
-    block = Effector(
-        controller.name,
-        "state_space",
-        inputs=(f"{unit}.value",),
-        channels=dict(controller.commands),
-        parameters=numbers,
-    )
-    return signal(unit, [0.0], [1.0]), block

@@ -30,9 +30,10 @@ from femflex.dynamics.equilibria.states import moving_states
 from femflex.dynamics.equilibria.system_modes import SystemModes, modes_about
 from femflex.dynamics.model import Model, compile_system
 from femflex.pipeline.rest import rest_of, rest_state, rest_system
-from femflex.studies.linear.inputs import UNIT, Input, commanded, inputs_of, usual_inputs
+from femflex.studies.linear.inputs import Input, inputs_of, usual_inputs
 from femflex.studies.linear.space import StateSpace
 from femflex.system import System
+from femflex.system.held_commands import UNIT, commanded
 
 Array = NDArray[np.float64]
 

@@ -26,8 +26,8 @@ from femflex.dynamics.equilibria.local_derivative import along, local_derivative
 from femflex.dynamics.equilibria.states import moving_states
 from femflex.dynamics.model import Model, compile_system
 from femflex.pipeline.rest import rest_of, rest_state, rest_system
-from femflex.studies.linear.inputs import commanded, is_sampled
 from femflex.system import System
+from femflex.system.held_commands import commanded, is_sampled
 from femflex.system.sensor import without_quantum
 
 Array = NDArray[np.float64]

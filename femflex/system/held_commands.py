@@ -1,0 +1,48 @@
+"""A system whose sampled controllers hold their commands, as it has to be where it is linearised or at rest."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TypeGuard
+
+import numpy as np
+
+from femflex.system.controller import Controller
+from femflex.system.effector import Effector
+from femflex.system.signal import signal
+from femflex.system.system import System
+from femflex.system.wheel import UNLIMITED
+
+UNIT = "-unit"  # after the name of a controller: a signal that its held commands multiply
+
+
+def commanded(system: System) -> System:
+    """The system in which the commands of sampled controllers stay at what they are before the first sample."""
+    effectors = tuple(part for one in system.effectors for part in (_held(one) if is_sampled(one) else (one,)))
+    names = {name for one in system.controllers for name, _ in one.state_names()}
+    return replace(system, effectors=effectors, z0={k: v for k, v in system.z0.items() if k not in names})
+
+
+def is_sampled(one: Effector | Controller) -> TypeGuard[Controller]:
+    """Whether something that acts is a sampled controller."""
+    return isinstance(one, Controller)
+
+
+def is_commanded(one: Effector) -> bool:
+    """Whether an effector stands for the held commands of a controller."""
+    return one.inputs == (f"{one.name}{UNIT}.value",)
+
+
+def _held(controller: Controller) -> tuple[Effector, Effector]:
+    """A signal that is 1, and a block that multiplies it by the commands."""
+    n = len(controller.commands)
+    numbers = np.concatenate([[1.0, 0.0, n, 0.0], controller.held, np.full(n, UNLIMITED)])
+    unit = f"{controller.name}{UNIT}"
+    block = Effector(
+        controller.name,
+        "state_space",
+        inputs=(f"{unit}.value",),
+        channels=dict(controller.commands),
+        parameters=numbers,
+    )
+    return signal(unit, [0.0], [1.0]), block
