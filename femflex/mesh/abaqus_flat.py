@@ -78,12 +78,12 @@ class Flat:
     placements: Mapping[str, Placement]
 
     def nodes_of(self, word: str, scope: str, place: str = "") -> list[int]:
-        """Numbers of the nodes that a word of a data line names: a number or a set, and those that exist."""
-        return Numbers(tuple(self.nsets.named(word, scope, place))).among(self.nodes)
+        """Numbers of the nodes that a word of a data line names: a number or a set, those that exist, each once."""
+        return list(dict.fromkeys(Numbers(tuple(self.nsets.named(word, scope, place))).among(self.nodes)))
 
     def elements_of(self, word: str, scope: str, place: str = "") -> list[int]:
         """Numbers of the elements that a word names, likewise."""
-        return Numbers(tuple(self.elsets.named(word, scope, place))).among(self.elements)
+        return list(dict.fromkeys(Numbers(tuple(self.elsets.named(word, scope, place))).among(self.elements)))
 
 
 def read_flat(path: Path) -> Flat:
