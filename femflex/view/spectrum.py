@@ -35,13 +35,13 @@ class Spectrum:
             return []
         level = np.log(np.maximum(self.amplitude, 1e-300))
         tops, _ = find_peaks(level, prominence=np.log(PROMINENCE), height=level.max() + np.log(FLOOR))
-        tops = tops[tops >= LEAST_CYCLES * PADDING]
-        tops = np.sort(tops[np.argsort(level[tops])[::-1][:most]])
         a, b, c = level[tops - 1], level[tops], level[tops + 1]
         shift = 0.5 * (a - c) / (a - 2 * b + c)
+        ranked = np.argsort(b)[::-1]
+        kept = np.sort(ranked[(tops + shift)[ranked] >= LEAST_CYCLES * PADDING][:most])
         step = self.frequency[1] - self.frequency[0]
-        places = self.frequency[tops] + shift * step
-        return list(zip(places.tolist(), np.exp(b - 0.25 * (a - c) * shift).tolist(), strict=True))
+        places, heights = self.frequency[tops] + shift * step, np.exp(b - 0.25 * (a - c) * shift)
+        return list(zip(places[kept].tolist(), heights[kept].tolist(), strict=True))
 
 
 def amplitude_spectrum(time: Array, values: Array) -> Spectrum:

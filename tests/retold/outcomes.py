@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import csv
 import re
+import shlex
 import shutil
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -30,6 +31,7 @@ NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w])")
 RULE = re.compile(r"[─━]+")
 WRITTEN = re.compile(r"<!-- (.*?) -->", re.DOTALL)  # above its outlines, a text of a picture stands as it was written
 POWER = re.compile(r"\$\\mathdefault\{(?:(-?[\d.]+)\\times)?10\^\{(-?\d+)\}\}\$")
+CHANNEL = re.compile(r"(?<=\brun_)\S+(?=\.\w+$)", re.MULTILINE)  # in the name of a picture, with names of the craft
 DIGITS = 6  # of a number in a table: those that other processors have too
 
 
@@ -63,7 +65,7 @@ def told(
                 shutil.copy(file, folder)
         for name, written in {**further, "craft.toml": text}.items():
             Path(name).write_text(written, encoding="utf-8")
-        return {verb: _said(verb.split()) for verb in verbs}, numbers_of(Path("run.h5")) if Path(
+        return {verb: _said(shlex.split(verb)) for verb in verbs}, numbers_of(Path("run.h5")) if Path(
             "run.h5"
         ).exists() else {}
 
@@ -103,8 +105,8 @@ def words_of(text: str) -> list[str]:
 
 
 def said_at_all(text: str) -> Counter[str]:
-    """The words of a text, numbers and commas left out, and how often it says each."""
-    return Counter(word.rstrip(",;") for word in words_of(NUMBER.sub("", text)))
+    """The words of a text, and how often it says each; numbers, brackets, commas and channels of pictures are left out."""
+    return Counter(word.strip("(),;") for word in words_of(NUMBER.sub("", CHANNEL.sub("", text))))
 
 
 def same_words(found: str, wanted: str) -> str:
