@@ -31,6 +31,7 @@ NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w])")
 RULE = re.compile(r"[─━]+")
 WRITTEN = re.compile(r"<!-- (.*?) -->", re.DOTALL)  # above its outlines, a text of a picture stands as it was written
 POWER = re.compile(r"\$\\mathdefault\{(?:(-?[\d.]+)\\times)?10\^\{(-?\d+)\}\}\$")
+PLAIN = re.compile(r"\$\\mathdefault\{(-?[\d.]+)\}\$")
 CHANNEL = re.compile(r"(?<=\brun_)\S+(?=\.\w+$)", re.MULTILINE)  # in the name of a picture, with names of the craft
 DIGITS = 6  # of a number in a table: those that other processors have too
 
@@ -83,7 +84,7 @@ def written(path: Path) -> str:
     """What stands in a file: the words of a picture (.svg), not where they stand, or the cells of a table (.csv)."""
     if path.suffix == ".svg":
         text = path.read_text(encoding="utf-8").replace("\N{MINUS SIGN}", "-")
-        return "\n".join(POWER.sub(_plain_power, found) for found in WRITTEN.findall(text))
+        return "\n".join(PLAIN.sub(r"\1", POWER.sub(_plain_power, found)) for found in WRITTEN.findall(text))
     if path.suffix == ".csv":
         with path.open(encoding="utf-8", newline="") as lines:
             return "\n".join("  ".join(map(_cell, row)) for row in csv.reader(lines))
