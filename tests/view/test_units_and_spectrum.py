@@ -57,6 +57,26 @@ def test_a_straight_line_leaves_nothing_of_its_rounding(slope):
     assert len(small) == 1 and small[0] == pytest.approx((2.0, 1e-9), rel=1e-2)
 
 
+@pytest.mark.parametrize("phase", np.linspace(0.0, 2.8, 8))
+def test_a_peak_of_fewer_cycles_than_can_be_placed_is_not_named(phase):
+    """Slow sines leave a hump at about two cycles, wherever they are; from 2.5 on it is where it says, to a tenth."""
+    time = np.linspace(0, 20, 801)
+    for cycles in np.arange(0.6, 3.4, 0.1):
+        spectrum = amplitude_spectrum(time, np.sin(2 * np.pi * cycles / 20 * time + phase))
+        places = [place * 20 for place, height in spectrum.peaks() if height > 1e-3]  # no side lobes
+        assert all(place >= 2.5 * 800 / 801 and abs(place / cycles - 1) < 0.13 for place in places)
+        assert len(places) == 1 or cycles < 2.6
+
+
+def test_a_slow_hump_takes_no_place_among_the_highest_peaks():
+    time = np.linspace(0, 20, 801)
+    slow = 5.0 * np.sin(2 * np.pi * 0.05 * time)
+    values = slow + 0.3 * np.sin(2 * np.pi * 1.1 * time) + 0.2 * np.sin(2 * np.pi * 2.3 * time)
+    spectrum = amplitude_spectrum(time, values)
+    assert [place for place, _ in spectrum.peaks(2)] == pytest.approx([1.1, 2.3], rel=1e-3)
+    assert spectrum.peaks(1) == spectrum.peaks(2)[:1]
+
+
 def test_uneven_times_are_evened():
     rng = np.random.default_rng(3)
     time = np.sort(np.concatenate([[0.0, 40.0], rng.uniform(0, 40, 7998)]))
