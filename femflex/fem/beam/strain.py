@@ -130,6 +130,29 @@ class BeamStrain(DenseStrain):
         )
 
 
+@dataclass(frozen=True, eq=False)
+class ShearStrain(DenseStrain):
+    """The strains of a beam with its shears, and the stiffness of the shears and of their coupling to the others.
+
+    named (e, q, 6, 6)   the stiffness of the others among themselves, which is not part of this block
+    """
+
+    named: Array = field(default_factory=lambda: np.zeros((1, 1, 6, 6)))
+
+    def sampled(self, elements: slice) -> DenseStrain:
+        """See StrainBlock."""
+        return replace(super().sampled(elements), named=of(self.named, elements))  # type: ignore[call-arg]
+
+    def nonlinear(self, elements: slice, stress: StressAt | None = None) -> tuple[StrainBlock, ...]:
+        """See StrainBlock; of strains that shear is coupled to, all that is positive and what is too much of it."""
+        own, named = self.sampled(elements), of(self.named, elements)
+        stressed = own if stress is None else replace(own, stress=stress(own))
+        if not self.quadratic_map.any():
+            return (stressed,)
+        excess = replace(own, elastic=-named, stress=np.zeros((1, 1, 1)))
+        return replace(stressed, elastic=own.elastic + named), excess
+
+
 def sectional_stiffness(r: Resultants, stiffness: Array | None) -> Array:
     """Elastic matrix (e, q, 4, 4) [N, N m, N m^2] over (eps, kappa_z, kappa_y, r kappa_x).
 
@@ -153,13 +176,16 @@ def shear_strain(
     scale[..., 3] = 1 / np.sqrt(r.polar2)
     order = [*NAMED_ROWS, 1, 2]
     elastic = stiffness[..., order, :][..., order] * scale[..., None, :] * scale[..., :, None]
-    elastic[..., :4, :4] = 0.0
+    named = np.zeros_like(elastic)
+    named[..., :4, :4] = elastic[..., :4, :4]
     n = strain.G.shape[2]
     linear, quadratic = np.zeros((6, n + 2)), np.zeros((6, n + 2, n + 2))
-    linear[:4, :n], quadratic[:4, :n, :n] = strain.linear_map, strain.quadratic_map
+    linear[:4, :n] = strain.linear_map
     linear[4, n] = linear[5, n + 1] = 1.0
+    if elastic[..., :4, 4:].any():
+        quadratic[:4, :n, :n] = strain.quadratic_map  # which works on shear alone
     G = np.concatenate([strain.G, elements.shears(xi)], axis=2)
-    return DenseStrain(strain.dofs, strain.weight, elastic, linear, quadratic, G)
+    return ShearStrain(strain.dofs, strain.weight, elastic - named, linear, quadratic, G, named=named)
 
 
 def beam_strain(

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from femflex.fem.deflected import tension_blocks
 from femflex.fem.relaxed import settled
 from femflex.fem.structure import Structure
+from femflex.fem.tables import StrainBlock
 from femflex.reduction.boundary.clamps import Groups, held_dofs
 from femflex.reduction.boundary.rigid import RIGID
 from femflex.reduction.boundary.supported import unstressed
@@ -133,9 +134,8 @@ def largest_strain(given: Structure, left: Structure) -> float:
     largest = 0.0
     for before, after in zip(given.strain, left.strain, strict=True):
         n = before.linear_map.shape[0]
-        named = np.abs(np.asarray(before.stress)).reshape(-1, n).max(axis=0) > 0
-        stress = np.broadcast_to(after.stress, (*after.weight.shape, n))
-        strain = np.linalg.solve(after.elastic, stress[..., None])[..., 0]
+        named = np.abs(np.broadcast_to(before.stress, (*before.weight.shape, n))).max(axis=(0, 1)) > 0
+        _, strain = _stress_and_strain(after)
         largest = max(largest, float(np.abs(strain[..., named]).max(initial=0.0)))
     return largest
 
@@ -153,7 +153,17 @@ def stress_energy(structure: Structure) -> float:
     """Energy that the initial stress stores, int sigma0.C^-1 sigma0 / 2 [J]."""
     total = 0.0
     for block in structure.strain:
-        stress = np.broadcast_to(block.stress, (*block.weight.shape, block.linear_map.shape[0]))
-        strain = np.linalg.solve(block.elastic, stress[..., None])[..., 0]
+        stress, strain = _stress_and_strain(block)
         total += float(np.sum(block.weight[..., None] * stress * strain)) / 2
     return total
+
+
+def _stress_and_strain(block: StrainBlock) -> tuple[Array, Array]:
+    """Stress (e, q, n) of a table of strains, and the least strain that goes with it.
+
+    In the table of a beam's shears, extension and bending have no stiffness but what couples them to shear.
+    """
+    stress = np.broadcast_to(block.stress, (*block.weight.shape, block.linear_map.shape[0]))
+    if np.einsum("...ii->...i", block.elastic).all():
+        return stress, np.linalg.solve(block.elastic, stress[..., None])[..., 0]
+    return stress, np.einsum("...ij,...j->...i", np.linalg.pinv(block.elastic, rcond=1e-13, hermitian=True), stress)
