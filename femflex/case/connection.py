@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from femflex.case.base import Table, exactly_one
-from femflex.case.values import Direction, Plain, Position
+from femflex.case.values import Direction, Plain, Position, Whole
 
 Component = Literal["x", "y", "z", "rx", "ry", "rz"]
 Axes = tuple[Direction, Direction, Direction]
@@ -92,7 +92,7 @@ class RegionTable(Table):
     """Two opposite corners of a box, in the body frame: all points in it, and the cells between them."""
     nearest: Position | None = None
     """The mesh point nearest to this position in the body frame."""
-    points: Annotated[list[int], Field(min_length=1)] | None = None
+    points: Annotated[list[Whole], Field(min_length=1)] | None = None
     """Points by number, from 1 in the order of the mesh file."""
     within: str | None = None
     """Mesh group whose points alone count, with box. Default: all points."""

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, StrictBool, model_validator
 
 from femflex.case.base import Name, Table, refuse
 from femflex.case.inertia import InertiaMatrix
-from femflex.case.values import Duration, Positive, Quantity, ValueProblem, _Readable
+from femflex.case.values import Count, Duration, Positive, Quantity, ValueProblem, _Readable
 
 Numbers = tuple[float, ...]
 Rows = tuple[Numbers, ...]
@@ -17,16 +18,20 @@ Rows = tuple[Numbers, ...]
 class _OneOrMany(_Readable):
     """A number, or a list of numbers: one per channel."""
 
+    def __init__(self, above: float = -math.inf) -> None:
+        self.one, self.many = Quantity(above=above), Quantity("", (None,), above=above)
+
     def read(self, value: object) -> object:
         """The numbers as a tuple."""
-        return Quantity("", (None,)).read(value) if isinstance(value, list) else (Quantity().read(value),)
+        return self.many.read(value) if isinstance(value, list) else (self.one.read(value),)
 
     def json_schema(self) -> dict[str, object]:
         """JSON Schema of both forms."""
-        return {"anyOf": [Quantity().json_schema(), Quantity("", (None,)).json_schema()]}
+        return {"anyOf": [self.one.json_schema(), self.many.json_schema()]}
 
 
 Gains = Annotated[Numbers, _OneOrMany()]
+Limits = Annotated[Numbers, _OneOrMany(above=0.0)]
 
 
 class _Matrix(_Readable):
@@ -65,9 +70,9 @@ class LinearTable(BlockTable):
 
     inputs: Annotated[list[str], Field(min_length=1)]
     """Signals, such as "gyro.x"; a name alone, such as "gyro", stands for all its outputs."""
-    limit: Gains | None = None
+    limit: Limits | None = None
     """Largest size of every output, or of each. Default: none."""
-    scaled: bool = False
+    scaled: StrictBool = False
     """Beyond a limit all outputs are scaled down together, which keeps their ratios."""
 
 
@@ -102,7 +107,7 @@ class LowPassTable(LinearTable):
     """Selects this controller: a low-pass filter."""
     frequency: Annotated[float, Quantity("Hz", above=0.0)]
     """Corner frequency."""
-    order: Literal[1, 2] = 1
+    order: Annotated[int, Count(1, 2)] = 1
     """Order of the filter."""
     damping: Positive = 0.7071067811865476
     """Damping ratio of a filter of order 2."""
@@ -212,7 +217,7 @@ class PulsesTable(Table):
     """Demanded forces, one per thruster; below zero counts as zero."""
     outputs: Annotated[list[Name], Field(min_length=1)]
     """Names of the commands, one per thruster."""
-    full: Gains
+    full: Limits
     """Force of each thruster at full thrust."""
     period: Duration
     """Time between two samples."""

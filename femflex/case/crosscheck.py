@@ -136,9 +136,9 @@ def doubles(outline: Outline) -> Iterator[Problem]:
 
 def times(outline: Outline) -> Iterator[Problem]:
     """Pictures and answers ask for instants the run reaches."""
-    if outline.run is None or outline.run.duration is None:
+    end = _length(outline)
+    if end is None:
         return
-    end = outline.run.duration
     asked: list[tuple[str, float | None]] = []
     if outline.pictures is not None:
         asked += [("pictures.times", t) for t in outline.pictures.times]
@@ -148,6 +148,13 @@ def times(outline: Outline) -> Iterator[Problem]:
     for where, t in asked:
         if t is not None and not 0 <= t <= end:
             yield Problem(where, f"found {t:g} s; the run lasts from 0 to {end:g} s")
+
+
+def _length(outline: Outline) -> float | None:
+    """Duration of the run [s], as far as it is known."""
+    if outline.run is None or outline.run.duration is not None or outline.orbit is None or outline.orbit.kind == "none":
+        return None if outline.run is None else outline.run.duration
+    return outline.run.length(outline.orbit.period)
 
 
 def answers(outline: Outline) -> Iterator[Problem]:

@@ -12,7 +12,7 @@ from femflex.case.body_base import BodyTable
 from femflex.case.motion import Motion, MotionOf
 from femflex.case.reduction import _Ratio
 from femflex.case.shape import MarkerTable
-from femflex.case.values import MOST_FUNCTIONS, Count, Direction, Mass, Position, PositiveLength, Quantity
+from femflex.case.values import MOST_FUNCTIONS, Count, Direction, Mass, Position, PositiveLength, Quantity, count
 
 LINES, SHEETS = ("beam", "tether"), ("plate", "membrane")
 Stiffness = Annotated[float, Quantity("N m^2", least=0.0)]
@@ -95,7 +95,8 @@ class TaperTable(Table):
             refuse("found a taper without factors; give mass, bending, axial or torsion")
         for key, values in self.factors().items():
             if len(values) != len(self.along):
-                refuse(f"found {len(values)} factors in {key} at {len(self.along)} points; give one at each")
+                found = count(len(values), "factor", "factors")
+                refuse(f"found {found} in {key} at {len(self.along)} points; give one at each")
         return self
 
 

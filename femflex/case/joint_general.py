@@ -10,7 +10,7 @@ from femflex.case.base import refuse
 from femflex.case.joint_base import JointTable
 from femflex.case.joint_values import Axis
 from femflex.case.motions import GeneralMotion
-from femflex.case.values import Quantity
+from femflex.case.values import Quantity, count
 
 SLIDE_KEYS = ("position", "velocity", "slide_stiffness", "slide_damping", "slide_rest")
 TURN_KEYS = ("angles", "rates", "stiffness", "damping", "rest")
@@ -67,10 +67,12 @@ class General(JointTable):
             wanted = len(getattr(self, axes))
             for key in keys:
                 if len(getattr(self, key)) not in (0, wanted):
-                    refuse(f"found {len(getattr(self, key))} values in {key} and {wanted} {axes}; give as many of both")
-            found = len(self.motions(keys[0]))
-            if found not in (0, wanted):
-                refuse(f"found {found} motions in motion.{keys[0]} and {wanted} {axes}; give as many of both")
+                    found = count(len(getattr(self, key)), "value", "values")
+                    refuse(f"found {found} in {key} and {count(wanted, axes[:-1], axes)}; give as many of both")
+            given = len(self.motions(keys[0]))
+            if given not in (0, wanted):
+                motions = f"{count(given, 'motion', 'motions')} in motion.{keys[0]}"
+                refuse(f"found {motions} and {count(wanted, axes[:-1], axes)}; give as many of both")
         return self
 
     def padded(self, key: str) -> list[float]:

@@ -141,7 +141,7 @@ def read_laws(
         try:
             made = _made(table, coordinates)
         except (ValueError, UnitError) as problem:
-            raise ValueProblem(f"laws[{k + 1}]: {problem}") from None
+            raise ValueProblem(f"laws: entry {k + 1}: {problem}") from None
         if isinstance(made, Latch):
             latches.append(made)
         else:

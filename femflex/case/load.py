@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from pydantic import model_validator
 
 from femflex.case.base import Name, Table, refuse
-from femflex.case.values import Quantity, Vector, _Readable
+from femflex.case.values import Quantity, Vector, _Readable, count
 
 
 class _SteadyOrTable(_Readable):
@@ -79,8 +79,9 @@ class LoadTable(Table):
             return
         rows = isinstance(value[0], tuple)
         if rows and self.times is None:
-            refuse(f"found {len(value)} rows in {key} without times; give the time of every row")
+            refuse(f"found {count(len(value), 'row', 'rows')} in {key} without times; give the time of every row")
         if not rows and self.times is not None:
             refuse(f"found times with a constant {key}; give one row of {key} per time, {len(self.times)} of them")
         if rows and self.times is not None and len(value) != len(self.times):
-            refuse(f"found {len(value)} rows in {key} and {len(self.times)} times; give as many of both")
+            rows_found, times = count(len(value), "row", "rows"), count(len(self.times), "time", "times")
+            refuse(f"found {rows_found} in {key} and {times}; give as many of both")

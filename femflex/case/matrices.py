@@ -10,7 +10,7 @@ from femflex.case.base import Name, Table, refuse
 from femflex.case.body_base import BodyTable
 from femflex.case.inertia import InertiaMatrix
 from femflex.case.reduction import DampingTable, Reduction
-from femflex.case.values import Direction, Mass, Position, Quantity
+from femflex.case.values import Direction, Mass, Position, Quantity, Whole
 
 ELEMENTS_ONLY = ("derivatives", "third_derivatives", "deflection", "responses", "spin")
 
@@ -75,7 +75,7 @@ class MatricesTable(BodyTable):
     """File with matrices, coordinates and map of degrees of freedom, relative to the case file; or a table of files."""
     units: str = "m-kg-s"
     """Units of the files: length-mass-time or length-force-time, such as "mm-t-s" or "in-lbf-s"."""
-    groups: dict[Name, list[int]] = Field(default_factory=dict)
+    groups: dict[Name, list[Whole]] = Field(default_factory=dict)
     """Name -> numbers of nodes. Without, node_17 and all are names too."""
     reduction: Reduction | None = None
     """Shapes that the body may take. Default, only for reduced models: all of their modes, with the first node as

@@ -13,6 +13,12 @@ from femflex.case.values import Count, Quantity, Time, ValueProblem, Whole, _Rea
 OF_BODY = ("mode_frequency", "body_mass")
 OF_CAMPBELL = "campbell_frequency"
 OF_SYSTEM = "system_frequency"
+UNIT_OF = {  # and other units in which it may be given
+    "body_mass": ("kg",),
+    "mode_frequency": ("Hz", "rad/s"),
+    "campbell_frequency": ("Hz", "rad/s"),
+    "system_frequency": ("Hz", "rad/s"),
+}
 Reduction = Literal[
     "value",
     "change",
@@ -135,6 +141,8 @@ class MeasureTable(Table):
             refuse(f"found tone = {self.tone} and tones = {self.tones}; tone is at most tones, so raise `tones`")
         if self.relative and self.of != "drift":
             refuse(f"found `relative` together with of = {self.of!r}; it goes with of = 'drift'")
+        if self.start is not None and self.end is not None and self.start > self.end:
+            refuse(f"found start = {self.start:g} s after end = {self.end:g} s; start comes first")
         return self
 
 
@@ -175,6 +183,10 @@ class ExpectTable(MeasureTable):
                 "found units that do not belong together: "
                 + ", ".join(f"{key} in {u or 'plain numbers'}" for key, u in self.units().items())
             )
+        known = UNIT_OF.get(self.of)
+        for key, unit in self.units().items():
+            if known is not None and unit not in {to_base(f"1 {one}")[1] for one in known}:
+                refuse(f"found {key} in {unit or 'plain numbers'}; {self.of} is in {known[0]}")
         if self.above is not None and self.below is not None and not self.above < self.below:
             refuse(f"found above = {self.above:g} and below = {self.below:g}, between which nothing lies")
         return self

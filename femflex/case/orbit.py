@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Literal
 
 from pydantic import StrictBool, model_validator
@@ -60,6 +61,12 @@ class OrbitTable(Table):
             return self.radius + self.perigee_altitude
         assert self.semi_major_axis is not None
         return self.semi_major_axis * (1.0 - self.eccentricity)
+
+    @property
+    def period(self) -> float:
+        """Time of one revolution [s]."""
+        a = self.perigee_radius / (1.0 - self.eccentricity)
+        return 2.0 * math.pi * math.sqrt(a**3 / self.mu)
 
 
 class AttitudeTable(Table):

@@ -159,6 +159,10 @@ class PicturesTable(Table):
     def _one_second_run(self) -> PicturesTable:
         if self.without and self.linearised:
             refuse("found without and linearised; the plots hold one second run, so give one of them")
+        if self.start is not None and self.end is not None and not self.start < self.end:
+            refuse(
+                f"found a movie from start = {self.start:g} s to end = {self.end:g} s; the end comes after the start"
+            )
         return self
 
 

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import model_validator
 
 from femflex.case.base import Orientation, Table, refuse
-from femflex.case.values import Count, Direction, Duration, Position, Quantity
+from femflex.case.values import Count, Direction, Duration, Position, Quantity, count
 from femflex.case.wheel import PositiveRate
 
 NEEDED = {"joint": "coordinate", "value": "signal", "acceleration": "bandwidth", "strain": "component"}
@@ -100,5 +100,6 @@ class SensorTable(Table):
             refuse(f"found {late[0] if late else 'a strain'} without period; give the time between two samples")
         outputs = 1 if self.kind in ("pointing", "value", "strain") else 2 if self.kind == "joint" else 3
         if self.bias is not None and len(self.bias) != outputs:
-            refuse(f"found {len(self.bias)} numbers in bias; a sensor of kind {self.kind!r} has {outputs} outputs")
+            found, has = count(len(self.bias), "number", "numbers"), count(outputs, "output", "outputs")
+            refuse(f"found {found} in bias; a sensor of kind {self.kind!r} has {has}")
         return self

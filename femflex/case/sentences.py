@@ -54,7 +54,7 @@ def _sentence(item: Any, place: _Place) -> str:
     if kind == "extra_forbidden":
         return _unknown_key(place)
     if kind == "missing" and isinstance(item["loc"][-1], int):
-        return "too few entries in the list"
+        return f"this entry is missing; found {count(len(found), 'entry', 'entries')} in the list"
     if kind == "missing":
         return "this key is missing" + _needed(place)
     if kind == "union_tag_not_found":
@@ -77,6 +77,7 @@ def _sentence(item: Any, place: _Place) -> str:
     return f"found {shown(found)}; expected {_EXPECTED.get(kind, item['msg'][0].lower() + item['msg'][1:])}"
 
 
+PROPER = ("Poisson", "Rayleigh", "CSV")  # words that keep their capital letters
 OF_GROUP = "The marker of a mesh group with another name gives that as its group: edge = { group = 'Kante 1' }"
 _EXPECTED = {
     "string_type": "text in quotes",
@@ -106,7 +107,8 @@ def _unknown_key(place: _Place) -> str:
 def _needed(place: _Place) -> str:
     field = next((table.model_fields[place.key] for table in place.tables if place.key in table.model_fields), None)
     text = " ".join((field.description or "").split()).partition(". ")[0].rstrip(".") if field else ""
-    return f" ({text[0].lower()}{text[1:]})" if text else ""
+    first = text if text.startswith(PROPER) else f"{text[:1].lower()}{text[1:]}"
+    return f" ({first})" if text else ""
 
 
 def _tags(place: _Place, key: str) -> list[str]:

@@ -9,7 +9,7 @@ from pydantic import Field, StrictBool, ValidationError, model_validator
 from femflex.case.base import Table, refuse
 from femflex.case.problems import CaseError
 from femflex.case.sentences import schema_problems
-from femflex.case.sweep import split_number
+from femflex.case.sweep import Scattered, split_number
 from femflex.case.units import UnitError
 from femflex.case.values import Count, Duration
 
@@ -20,7 +20,7 @@ MOST = 2001  # points along one value
 class AxisTable(Table):
     """A value of the case over which stability is charted."""
 
-    between: Annotated[list[float | str], Field(min_length=2, max_length=2)]
+    between: Annotated[list[Scattered], Field(min_length=2, max_length=2)]
     """First and last value, in one unit."""
     points: Annotated[int, Count(2)] = 41
     """Number of values, evenly spaced."""

@@ -13,10 +13,27 @@ from femflex.case.measure import OF_CAMPBELL, MeasureTable
 from femflex.case.problems import CaseError, Problem
 from femflex.case.sentences import schema_problems
 from femflex.case.units import UnitError, split_quantity
-from femflex.case.values import Count, Whole
+from femflex.case.values import Count, Quantity, ValueProblem, Whole, _Readable, shown
 
 Design = Literal["grid", "list", "random", "latin_hypercube", "sobol", "sobol_indices"]
 DRAWN = ("random", "latin_hypercube", "sobol", "sobol_indices")
+
+
+class _Number(_Readable):
+    """A number, or a text with a unit, as it is written."""
+
+    def read(self, value: Any) -> float | str:
+        """The number, or the text."""
+        if isinstance(value, bool) or not isinstance(value, int | float | str):
+            raise ValueProblem(f"found {shown(value)}; expected a number or a string such as '3 kg'")
+        return value
+
+    def json_schema(self) -> dict[str, Any]:
+        """JSON Schema of both."""
+        return {"anyOf": [{"type": "number"}, {"type": "string"}]}
+
+
+Scattered = Annotated[float | str, _Number()]
 
 
 class VaryTable(Table):
@@ -24,9 +41,9 @@ class VaryTable(Table):
 
     values: Annotated[list[Any] | None, Field(min_length=1)] = None
     """Values as the case file writes them, for the designs grid and list."""
-    between: Annotated[list[float | str] | None, Field(min_length=2, max_length=2)] = None
+    between: Annotated[list[Scattered] | None, Field(min_length=2, max_length=2)] = None
     """Lowest and highest value; uniform between."""
-    normal: Annotated[list[float | str] | None, Field(min_length=2, max_length=2)] = None
+    normal: Annotated[list[Scattered] | None, Field(min_length=2, max_length=2)] = None
     """Mean and standard deviation of a normal scatter."""
 
     @model_validator(mode="after")
@@ -80,14 +97,15 @@ class SweepTable(Table):
     """Numbers that are kept of every run, by name."""
     histories: Annotated[list[str], Field(default_factory=list)]
     """Channels that are kept over time, one component each, such as "attitude/angles:y"."""
-    percentiles: tuple[float, ...] = (5.0, 50.0, 95.0)
+    percentiles: Annotated[tuple[float, ...], Quantity("", (None,), least=0.0, most=100.0)] = (5.0, 50.0, 95.0)
     """Percentiles of outputs and histories over all runs."""
 
     @model_validator(mode="after")
     def _belongs_together(self) -> SweepTable:
         drawn = self.design in DRAWN
         if drawn != (self.members is not None):
-            refuse(f"found design = {self.design!r} {'without' if drawn else 'with'} members; they go with {DRAWN}")
+            given = "without" if drawn else "with"
+            refuse(f"found design = {self.design!r} {given} members; they go with {', '.join(DRAWN)}")
         if self.design == "sobol_indices" and (
             (self.members or 0) < 2 or (self.members or 0) & ((self.members or 0) - 1)
         ):
@@ -106,8 +124,6 @@ class SweepTable(Table):
         for name, quantity in self.outputs.items():
             if quantity.of == OF_CAMPBELL:
                 refuse(f"found of = {OF_CAMPBELL!r} for {name!r}; a sweep looks at runs, bodies and modes")
-        if not all(0 <= p <= 100 for p in self.percentiles):
-            refuse(f"found percentiles {self.percentiles}; they lie between 0 and 100")
         return self
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import model_validator
+from pydantic import StrictBool, model_validator
 
 from femflex.case.base import Table, refuse
 from femflex.case.values import Direction, Duration, Mass, Quantity, Time, Whole
@@ -50,7 +50,7 @@ class ThrusterTable(MountedTable):
     """Levels over time, in place of pulses."""
     command: str | None = None
     """Signal of the level from 0 to 1, in place of pulses."""
-    switched: bool = False
+    switched: StrictBool = False
     """On-off: full thrust while the command is above 0.5, else none."""
     lag: Annotated[float, Quantity("s", least=0.0)] = 0.0
     """Time constant with which the thrust follows its level."""
@@ -66,7 +66,8 @@ class ThrusterTable(MountedTable):
         keys = ("pulses", "train", "profile", "command")
         given = [key for key in keys if getattr(self, key) is not None]
         if len(given) != 1:
-            refuse(f"found {' and '.join(given) or 'none of pulses, train, profile, command'}; give one of {keys}")
+            known = ", ".join(keys)
+            refuse(f"found {' and '.join(given) or f'none of {known}'}; give one of {known}")
         if self.tank is not None and self.specific_impulse is None:
             refuse(f"found tank {self.tank!r} without specific_impulse; give it")
         if self.switched and self.command is None:

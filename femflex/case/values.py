@@ -116,8 +116,9 @@ class Quantity(_Readable):
         )
         if not shape:
             return one
-        sizes = " of ".join("a list" if size is None else f"a list of {size}" for size in shape)
-        return f"{sizes} numbers" + (f" in {self.unit}, or strings such as {example(self.unit)!r}" if self.unit else "")
+        outer = "".join(f"{'' if size is None else f'{size} '}lists of " for size in shape[:-1])
+        sizes = f"a list of {outer}{'' if shape[-1] is None else f'{shape[-1]} '}numbers"
+        return sizes + (f" in {self.unit}, or strings such as {example(self.unit)!r}" if self.unit else "")
 
     def json_schema(self) -> dict[str, Any]:
         """JSON Schema of the value; `unit` names the SI unit of plain numbers."""
@@ -160,15 +161,22 @@ class Along(_Readable):
                 f"found a table with keys {sorted(value)}; expected {{s = [...], values = [...]}} or "
                 f'{{formula = "..."}}'
             )
-        s = Quantity("m", (None,), least=0.0).read(value["s"])
-        values = Quantity(self.unit, (None,), least=self.least).read(value["values"])
+        s = self._rows("s", Quantity("m", (None,), least=0.0), value)
+        values = self._rows("values", Quantity(self.unit, (None,), least=self.least), value)
         if len(s) != len(values) or len(s) < 2:
-            raise ValueProblem(
-                f"found {len(s)} arc lengths and {len(values)} values; a table needs as many of both, at least 2"
-            )
+            found = f"{count(len(s), 'arc length', 'arc lengths')} and {count(len(values), 'value', 'values')}"
+            raise ValueProblem(f"found {found}; a table needs as many of both, at least 2")
         if any(b <= a for a, b in pairwise(s)):
             raise ValueProblem(f"found arc lengths {list(s)} m; they must increase")
         return s, values
+
+    @staticmethod
+    def _rows(key: str, kind: Quantity, value: Mapping[str, Any]) -> tuple[float, ...]:
+        try:
+            rows: tuple[float, ...] = kind.read(value[key])
+            return rows
+        except (ValueProblem, UnitError) as problem:
+            raise ValueProblem(f"{key}: {problem}") from None
 
     def json_schema(self) -> dict[str, Any]:
         """JSON Schema of the three forms."""
@@ -233,8 +241,10 @@ def word(value: Any, known: Iterable[str], key: str, of: str = "") -> str:
     known = tuple(known)
     if isinstance(value, str) and value in known:
         return value
-    if isinstance(value, str) or value is None:
-        raise ValueProblem(f"found {key} = {value!r}{of}; {near(str(value), known)}")
+    if value is None:
+        raise ValueProblem(f"key {key!r}{of} is missing; {near('', known)}")
+    if isinstance(value, str):
+        raise ValueProblem(f"found {key} = {value!r}{of}; {near(value, known)}")
     raise ValueProblem(f"found {key} = {shown(value)}{of}; {near('', known)}")
 
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+import re
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
 from femflex.case.base import Table, refuse
 from femflex.case.joint_values import Damper
 from femflex.case.motion import Motion, MotionOf
-from femflex.case.values import Direction, Mass, Plain, Quantity, Rate
+from femflex.case.values import Count, Direction, Mass, Plain, Quantity, Rate, _Readable, count
 
 Inertia = Annotated[float, Quantity("kg m^2", above=0.0)]
 PositiveRate = Annotated[float, Quantity("rad/s", above=0.0)]
@@ -79,6 +80,26 @@ class WheelTable(MountedTable):
         return self
 
 
+BEGINS, SIGNAL = re.compile(r"\s*[-+]?\.?\d"), re.compile(r"[\w-]+\.[A-Za-z_]\w*")
+
+
+class _NumberOrSignal(_Readable):
+    """A number with that unit, or the name of a signal."""
+
+    def __init__(self, unit: str) -> None:
+        self.number = Quantity(unit)
+
+    def read(self, value: Any) -> float | str:
+        """The number in SI, or the name: what does not begin with a number, or reads like "2nd.value"."""
+        if isinstance(value, str) and not (BEGINS.match(value) and not SIGNAL.fullmatch(value)):
+            return value
+        return float(self.number.read(value))
+
+    def json_schema(self) -> dict[str, Any]:
+        """JSON Schema of both."""
+        return {"anyOf": [self.number.json_schema(), {"type": "string", "description": "name of a signal"}]}
+
+
 class GyroTable(MountedTable):
     """A control-moment gyro: a rotor of constant axial momentum in one or two gimbals."""
 
@@ -90,9 +111,9 @@ class GyroTable(MountedTable):
     """Spin axis at gimbal angles of zero, in the marker's axes."""
     inner_axis: Direction | None = None
     """Axis of the inner gimbal at an outer angle of zero. Default: a single gimbal."""
-    rates: list[Rate | str] | None = None
+    rates: list[Annotated[float | str, _NumberOrSignal("rad/s")]] | None = None
     """Commanded rate of each gimbal, outer first: a number, or the name of a signal."""
-    angles: list[Annotated[float, Quantity("rad")] | str] | None = None
+    angles: list[Annotated[float | str, _NumberOrSignal("rad")]] | None = None
     """Commanded angle of each gimbal, outer first, in place of rates: a number, or the name of a signal."""
     gain: Bandwidth = 1.0
     """Rate per angle error, where angles are commanded."""
@@ -139,7 +160,7 @@ class CableTable(MountedTable):
     """Damping while it is taut; it never makes the cable push."""
     mass_per_length: Annotated[float | None, Quantity("kg/m", above=0.0)] = None
     """Mass per length of a cable of constant length, as point masses on a line. Default: no mass."""
-    masses: Annotated[int, Field(ge=1, le=500)] = 20
+    masses: Annotated[int, Count(1, 500)] = 20
     """Number of point masses, with mass_per_length. They start on the straight line between the markers."""
 
 
@@ -158,7 +179,8 @@ class SignalTable(Table):
     @model_validator(mode="after")
     def _as_many(self) -> SignalTable:
         if len(self.times) != len(self.values):
-            refuse(f"found {len(self.times)} times and {len(self.values)} values; give as many of both")
+            times, values = count(len(self.times), "time", "times"), count(len(self.values), "value", "values")
+            refuse(f"found {times} and {values}; give as many of both")
         if any(b <= a for a, b in zip(self.times, self.times[1:], strict=False)):
             refuse(f"found times {list(self.times)}; they must rise")
         return self

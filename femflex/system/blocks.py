@@ -105,10 +105,15 @@ def observer(A: ArrayLike, B: ArrayLike, C: ArrayLike, feedback: ArrayLike, corr
     """State feedback over an observer: dx/dt = A x + B v + L (y - C x), v = -K x; input y, output v."""
     A, B, C = (np.atleast_2d(np.asarray(matrix, float)) for matrix in (A, B, C))
     K, L = (np.atleast_2d(np.asarray(matrix, float)) for matrix in (feedback, correction))
-    try:
-        return state_space(A - B @ K - L @ C, L, -K, np.zeros((len(K), C.shape[0])))
-    except ValueError as error:
-        raise ValueError(f"matrices of an observer do not fit: {error}") from None
+    n, n_v, n_y = len(A), len(K), len(C)
+    wanted = {"A": (n, n), "B": (n, n_v), "C": (n_y, n), "feedback": (n_v, n), "correction": (n, n_y)}
+    for (name, shape), matrix in zip(wanted.items(), (A, B, C, K, L), strict=True):
+        if matrix.shape != shape:
+            raise ValueError(
+                f"matrices of an observer do not fit: {name} has shape {matrix.shape}; with {n} states (rows of A), "
+                f"{n_y} inputs (rows of C) and {n_v} outputs (rows of feedback) it needs {shape}"
+            )
+    return state_space(A - B @ K - L @ C, L, -K, np.zeros((n_v, n_y)))
 
 
 def allocation(effect: ArrayLike) -> StateSpace:

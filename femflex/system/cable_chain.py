@@ -39,9 +39,13 @@ def with_heavy_cable(
     Channels of effector NAME: tension [N] and tension_end [N], at the first and at the second marker; slack, part of
     the length. Raises ValueError for numbers that are not positive and for names that are taken.
     """
-    for what, value in (("length", length), ("stiffness", stiffness), ("mass per length", mass_per_length)):
+    for what, value, unit in (
+        ("length", length, "m"),
+        ("stiffness", stiffness, "N"),
+        ("mass per length", mass_per_length, "kg/m"),
+    ):
         if not (np.isfinite(value) and value > 0.0):
-            raise ValueError(f"{what} of cable {name!r} is {value:g}; it must be positive")
+            raise ValueError(f"{what} of cable {name!r} is {value:g} {unit}; it must be positive")
     if not damping >= 0.0:
         raise ValueError(f"damping of cable {name!r} is {damping:g}; it must not be negative")
     if not 1 <= masses <= MOST_MASSES:

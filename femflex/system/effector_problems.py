@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from difflib import get_close_matches
 from typing import TYPE_CHECKING
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 
 
 MOST = 20  # known names in a sentence
+HELD = re.compile(r"\.(memory\d+|next)$")  # states of sampled ones, which are not listed
 
 
 def effector_problems(
@@ -30,7 +32,8 @@ def effector_problems(
     ]
     freedoms = movable(joints)
     states = [name for effector in effectors for name, _ in effector.state_names()]
-    signals = [*states, *(f"{e.name}.{c}" for e in effectors if isinstance(e, Effector) for c in e.channels)]
+    held = [name for name in states if not HELD.search(name)]
+    signals = [*held, *(f"{e.name}.{c}" for e in effectors if isinstance(e, Effector) for c in e.channels)]
     for effector in effectors:
         if not isinstance(effector, Effector):
             continue
@@ -44,7 +47,7 @@ def effector_problems(
         out += [unknown(f"degree of freedom {name!r} of {who} is not a slide or turn of a joint", name, freedoms)
                 for name in effector.freedoms if name not in freedoms]  # fmt: skip
         out += [unknown(f"input {name!r} of {who} is neither a state nor a channel", name, signals)
-                for name in effector.inputs if name not in signals]  # fmt: skip
+                for name in dict.fromkeys(effector.inputs) if name not in (*signals, *states)]  # fmt: skip
     return out or circle_problems(effectors)
 
 

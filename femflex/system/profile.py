@@ -180,7 +180,7 @@ def _check_table(times: Array, values: Array, degree: int, ends: str) -> None:
     if degree not in LEAST_POINTS or ends not in ENDS:
         raise ValueError(f"a spline has degree 3 or 5 and ends {list(ENDS)}; found degree {degree} and ends {ends!r}")
     if times.ndim != 1 or times.shape != values.shape:
-        raise ValueError(f"a spline needs as many values as times; found {values.shape} values and {times.shape} times")
+        raise ValueError(f"a spline needs as many values as times; found {values.size} values and {times.size} times")
     least = LEAST_POINTS[degree] if ends == "not_a_knot" else 2
     if len(times) < least:
         raise ValueError(f"a spline of degree {degree} needs at least {least} points; found {len(times)}")

@@ -147,7 +147,7 @@ def tank(name: str, propellant: float, thrusters: Sequence[str]) -> Effector:
     if not propellant > 0.0:
         raise ValueError(f"tank {name!r} holds {propellant:g} kg of propellant; it must be positive")
     if not thrusters:
-        raise ValueError(f"no thruster draws from tank {name!r}; give one `supply` from it, or leave the tank out")
+        raise ValueError(f"no thruster draws from tank {name!r}; let one draw from it, or leave the tank out")
     return Effector(
         name,
         "tank",

@@ -44,7 +44,7 @@ LAW = '[sensors.star]\nkind = "attitude"\nbody = "hub"\n[sensors.gyro]\nkind = "
         ('[sensors.s]\nkind = "rate"\nbody = "hub"\nnoise = 0.1\n', "found noise without period"),
         ('[sensors.s]\nkind = "joint"\n', "found no coordinate for a sensor of kind 'joint'"),
         ('[sensors.s]\nkind = "rate"\nbody = "hub"\noffset = [0, 0, 1]\n', "it belongs to displacement"),
-        ('[sensors.s]\nkind = "rate"\nbody = "hub"\nbias = [1]\n', "found 1 numbers in bias"),
+        ('[sensors.s]\nkind = "rate"\nbody = "hub"\nbias = [1]\n', "found 1 number in bias"),
         ('[signals.s]\ntimes = [1, 0]\nvalues = [1, 2]\n', "they must rise"),
         ('[controllers.p]\nkind = "pulses"\ninputs = ["a.b"]\noutputs = ["o"]\nfull = 1\n'
          'period = 0.1\nminimum_on = 0.2\n',

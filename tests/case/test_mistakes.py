@@ -140,7 +140,12 @@ IN_THE_TEXT = [
     ("[attitude]", "[attitude]\nheld = true", "held = true together with rates"),
     ("[attitude]", "[attitude]\nnominal_axes = ['x', 'z', 'y']", "['x', 'z', 'y']", "right-handed"),
     ("[attitude]", "[attitude]\nnominal_axes = ['x', 'y', 'w']", "attitude.nominal_axes[2]", "'w'", "'-x'"),
-    ("[attitude]", "[attitude]\nnominal_axes = ['x', 'y']", "attitude.nominal_axes[2]", "too few"),
+    (
+        "[attitude]",
+        "[attitude]\nnominal_axes = ['x', 'y']",
+        "attitude.nominal_axes[2]",
+        "this entry is missing; found 2 entries",
+    ),
     ("[attitude]", "[attitude]\nsequence = 'xxz'", "attitude.sequence", "did you mean 'zxz'?"),
     ("[attitude]", "[attitude]\npitch = 0.1\nangles = [0, 0, 0]", "angles and pitch together"),
     ("[attitude]", "[attitude]\npitch = 0.1\nsequence = 'zxz'", "turns about one axis twice"),
@@ -248,7 +253,7 @@ IN_THE_TEXT = [
     ('kind = "weld"', 'kind = "revolute"\nstiffness = -1', "joints[boom].stiffness", "at least 0"),
     ('kind = "weld"', 'kind = "revolute"\nstiffness = "1 N/m"', "expected a rotational stiffness"),
     ('kind = "weld"', 'kind = "universal"\naxes = ["x", "x"]', "parallel", "use revolute"),
-    ('kind = "weld"', 'kind = "general"\nslides = ["x"]\nposition = [1, 2]', "2 values in position and 1 slides"),
+    ('kind = "weld"', 'kind = "general"\nslides = ["x"]\nposition = [1, 2]', "2 values in position and 1 slide"),
     ('kind = "weld"', 'kind = "general"\nslides = ["x", "x"]', "translation axes", "depend on each other"),
     # loads
     ('body = "hub"', 'body = "hob"', "loads[push].body", "did you mean 'hub'?"),

@@ -235,9 +235,9 @@ def test_laws_are_read_in_the_unit_of_their_coordinate(turning: bool):
         ),
         (
             [{"kind": "latch", "at": 1}, {"kind": "spring", "at": [0, 1, 2], "force": [1]}],
-            r"laws\[2\]: found 3 places and 1 force in a spring",
+            r"laws: entry 2: found 3 places and 1 force in a spring",
         ),
-        ([{"kind": "latch", "at": "1 m"}], r"laws\[1\]: at: found '1 m', which is a length; expected an angle"),
+        ([{"kind": "latch", "at": "1 m"}], r"laws: entry 1: at: found '1 m', which is a length; expected an angle"),
         ([{"kind": "latch", "at": 1, "coordinate": "slide"}], "which the joint does not have"),
     ],
 )

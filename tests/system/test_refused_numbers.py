@@ -176,15 +176,15 @@ BAD = {
     ),
     "heavy cable": (
         lambda: with_heavy_cable(pair(), "line", ENDS, 2.0, -1.0, 0.1, 2, np.zeros((2, 3))),
-        "stiffness of cable 'line' is -1; it must be positive",
+        "stiffness of cable 'line' is -1 N; it must be positive",
     ),
     "heavy cable length": (
         lambda: with_heavy_cable(pair(), "line", ENDS, np.inf, 1.0, 0.1, 2, np.zeros((2, 3))),
-        "length of cable 'line' is inf; it must be positive",
+        "length of cable 'line' is inf m; it must be positive",
     ),
     "heavy cable mass": (
         lambda: with_heavy_cable(pair(), "line", ENDS, 1.0, 1.0, 0.0, 2, np.zeros((2, 3))),
-        "mass per length of cable 'line' is 0; it must be positive",
+        "mass per length of cable 'line' is 0 kg/m; it must be positive",
     ),
     "heavy cable damping": (
         lambda: with_heavy_cable(pair(), "line", ENDS, 2.0, 1.0, 0.1, 2, np.zeros((2, 3)), damping=-0.5),
@@ -571,7 +571,7 @@ BAD = {
     "tank": (lambda: tank("main", 0.0, ("jet",)), "tank 'main' holds 0 kg of propellant; it must be positive"),
     "tank of nothing": (
         lambda: tank("main", 1.0, ()),
-        "no thruster draws from tank 'main'; give one `supply` from it, or leave the tank out",
+        "no thruster draws from tank 'main'; let one draw from it, or leave the tank out",
     ),
     "segments": (lambda: Segments(()), "a body cut into segments needs at least one; found none"),
     "segment ends": (
