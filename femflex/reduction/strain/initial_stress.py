@@ -165,6 +165,7 @@ def _stress_and_strain(block: StrainBlock) -> tuple[Array, Array]:
     """
     stress = np.broadcast_to(block.stress, (*block.weight.shape, block.linear_map.shape[0]))
     if np.einsum("...ii->...i", block.elastic).all():
-        return stress, np.linalg.solve(block.elastic, stress[..., None])[..., 0]
-    inverse = np.linalg.pinv(block.elastic, rcond=1e-13, hermitian=True)
-    return stress, np.asarray(np.matmul(inverse, stress[..., None])[..., 0], np.float64)
+        strain = np.linalg.solve(block.elastic, stress[..., None])
+    else:
+        strain = np.matmul(np.linalg.pinv(block.elastic, rcond=1e-13, hermitian=True), stress[..., None])
+    return stress, np.asarray(strain[..., 0], np.float64)
