@@ -144,3 +144,17 @@ def test_energy_minus_work_of_two_rows_takes_the_mean_of_both_powers(tmp_path):
     with open_run(tmp_path / "run.h5") as run:
         found = balance_of(run)
     assert found.values == pytest.approx([0.0, 111.0 - 100.0 - (16.0 - 4.0) + 2.0]) and found.unit == "J"
+
+
+def test_lengths_and_angles_of_other_quantities_have_axes_of_their_own_and_other_units_share_them(tmp_path):
+    t = np.linspace(0.0, 1.0, 9)
+    units = {"bodies/hub/position": "m", "markers/hub.tip/deflection": "m", "joints/pin/angle": "rad", "q": "rad",
+             "bodies/hub/rate": "rad/s", "effectors/wheel/speed": "rad/s"}  # fmt: skip
+    with RunWriter(tmp_path / "run.h5", {path: Channel(unit, path) for path, unit in units.items()}, {}) as writer:
+        writer.write_block(t, {path: (k + 1) * t for k, path in enumerate(units)})
+    with open_run(tmp_path / "run.h5") as run:
+        groups = curves_of(run, list(units))
+    assert [[(one.quantity, one.unit) for one in group] for group in groups] == [
+        [("position", "cm")], [("deflection", "m")], [("angle", "deg")], [("coordinate", "deg")],
+        [("rate", "deg/s"), ("speed", "deg/s")],
+    ]  # fmt: skip
