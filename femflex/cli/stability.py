@@ -154,8 +154,8 @@ def print_locus(locus: Locus) -> None:
         count = len(locus.trivial)
         print(f"trivial     {count} multipliers are 1: {', '.join(locus.trivial)}")
         print(f"split       multipliers 1 are found within {locus.split:.2g}: rounding separates double eigenvalues")
-    changes = ", ".join(f"{value:.8g}" for value in locus.critical) or "nowhere"
-    print(f"changes     {changes} {locus.unit}".rstrip())
+    changes = ", ".join(f"{value:.8g}" for value in locus.critical)
+    print(f"changes     {changes} {locus.unit}".rstrip() if changes else "changes     nowhere")
 
 
 def print_chart(chart: Chart) -> None:

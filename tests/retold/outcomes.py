@@ -107,7 +107,8 @@ def words_of(text: str) -> list[str]:
 
 def said_at_all(text: str) -> Counter[str]:
     """The words of a text, and how often it says each; numbers, stops and channels of pictures are left out."""
-    return Counter(word.strip("(),;.") for word in words_of(NUMBER.sub("", CHANNEL.sub("", text))))
+    text = NUMBER.sub("", CHANNEL.sub("", text)).replace(",", " ")
+    return Counter(word.strip("():;.") for word in words_of(text))
 
 
 def same_words(found: str, wanted: str) -> str:
