@@ -12,7 +12,8 @@ from femflex.dynamics import compile_system
 from femflex.dynamics.equilibria.equilibrium import equilibrium
 from femflex.dynamics.equilibria.linearised import free_directions, held_freedoms
 from femflex.dynamics.equilibria.system_modes import system_modes
-from femflex.system import Latch, System, Threshold, revolute, signal, started
+from femflex.dynamics.latches import Latches
+from femflex.system import Latch, Load, System, Threshold, revolute, signal, started
 
 AXIS = 0.3  # kg m^2, of each of the two bodies about the axis that both turn about
 STIFFNESS, REST = (5.0, 7.0), (0.4, -0.2)
@@ -90,3 +91,20 @@ def test_a_latch_that_does_not_fit_the_start_is_refused_by_the_craft():
     with pytest.raises(ValueError) as raised:
         System({"a": craft().bodies["a"]}, (revolute("a", name="one", q0=[0.4], latches=(Latch(0, at=0.4),)),))
     assert str(raised.value) == "'one.angle' starts at 0.4, where it latches; lock it, or start elsewhere"
+
+
+def test_what_a_joint_awaits_comes_near_at_the_rate_of_its_channel():
+    """A clock that runs by time alone, and kinetic energy that grows by the power of a torque."""
+    body = rigid_body(2.0, np.diag([0.1, 0.2, AXIS]))
+    late, slow = Threshold("effectors/clock/value", above=7.0), Threshold("monitors/kinetic", below=0.05)
+    joints = (
+        revolute("a", name="one", q0=[0.1], latches=(Latch(0, at=0.1, opens=late),)),
+        revolute("b", name="two", q0=[0.4], latches=(Latch(0, at=0.4, opens=slow),)),
+        revolute("c", name="three", u0=[1.5]),
+    )
+    clock = signal("clock", [0.0, 10.0], [1.0, 31.0])
+    push = Load("push", "c", torque=[0.0, 0.0, 0.6])
+    model = compile_system(System({"a": body, "b": body, "c": body}, joints, loads=(push,), effectors=(clock,)))
+    latches = Latches(model)
+    assert latches.values(0.5, model.x0) == pytest.approx([7.0 - 2.5, 0.5 * AXIS * 1.5**2 - 0.05])
+    assert latches.rates(0.5, model.x0) == pytest.approx([-3.0, 0.6 * 1.5], rel=1e-6)
