@@ -145,7 +145,8 @@ def numbers_of(path: Path) -> dict[str, NDArray[np.float64]]:
         rows = len(file["time"])
 
         def visit(name: str, one: Any) -> None:
-            if isinstance(one, h5py.Dataset) and one.dtype.kind == "f" and one.shape[:1] == (rows,):
+            follows = isinstance(one, h5py.Dataset) and one.dtype.kind == "f" and one.shape[:1] == (rows,)
+            if follows and not name.startswith("model/"):
                 found[name] = np.asarray(one, float)
 
         file.visititems(visit)

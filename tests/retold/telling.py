@@ -13,6 +13,8 @@ NAMED = (
     "bodies", "joints", "loops", "springs", "constraints", "loads", "signals", "sensors", "controllers", "wheels",
     "gyros", "thrusters", "tanks", "separations", "cables", "sights", "materials", "sections",
 )  # fmt: skip
+UNORDERED = {"name", "family", "mass", "translation"}  # keys of tables whose order in a list means nothing
+OF_BODIES = ("markers", "recovery", "regions")
 ALIKE = ("n", "n1", "n11", "n_", "n_1", "n_1_1", "nn")  # each begins another, or differs from it by its end alone
 
 # unit: another one of the same kind, how many of it make one
@@ -24,13 +26,14 @@ OTHER_UNITS = {
     "m/s": ("mm/s", 1e3), "m/s^2": ("mm/s^2", 1e3), "N m s": ("N mm s", 1e3), "kg/m": ("g/m", 1e3),
     "kg/m^2": ("g/m^2", 1e3), "km": ("m", 1e3), "kPa": ("Pa", 1e3), "Pa": ("kPa", 1e-3), "%": ("1", 1e-2),
     "N m^2": ("N mm^2", 1e6), "h": ("min", 60.0), "1/s": ("1/ms", 1e-3), "Hz": ("mHz", 1e3),
-    "mm/s": ("m/s", 1e-3), "kN/m": ("N/mm", 1.0),
+    "mm/s": ("m/s", 1e-3), "kN/m": ("N/mm", 1.0), "g/m": ("kg/m", 1e-3), "g/m^2": ("kg/m^2", 1e-3),
+    "mm^2": ("cm^2", 1e-2), "mm^4": ("cm^4", 1e-4),
 }  # fmt: skip
 QUANTITY = re.compile(r"([-+]?[\d.]+(?:e[-+]?\d+)?) (.+)")
 
 
 def names_of(text: str) -> list[str]:
-    """Names that a case gives to its things, to the markers of its bodies and to laws of joints, in order."""
+    """Names that a case gives to its things, to what its bodies have and to laws of joints, in alphabetical order."""
     tables = tomllib.loads(text)
     found = set()
     for key in NAMED:
@@ -39,7 +42,7 @@ def names_of(text: str) -> list[str]:
     for joint in tables.get("joints", []):
         found |= {law["name"] for law in joint.get("laws", []) if "name" in law}
     for body in tables.get("bodies", {}).values():
-        found |= set(body.get("markers", {}))
+        found |= set().union(*(body.get(key, {}) for key in OF_BODIES))
     return sorted(found)
 
 
@@ -65,7 +68,7 @@ def reordered(text: str) -> str:
 def _turned(value: Any) -> Any:
     if isinstance(value, dict):
         return {key: _turned(part) for key, part in reversed(value.items())}
-    if isinstance(value, list) and any(isinstance(part, dict) and "name" in part for part in value):
+    if isinstance(value, list) and any(isinstance(part, dict) and set(part) & UNORDERED for part in value):
         return [_turned(part) for part in reversed(value)]
     return [_turned(part) for part in value] if isinstance(value, list) else value
 
