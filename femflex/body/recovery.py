@@ -97,7 +97,9 @@ def fibre_stress(part: StrainPart, y: Array) -> Array:
 
 
 def one_sheet(part: StrainPart) -> bool:
-    """Whether plates are sheets of one material: D = A h^2 / 12."""
+    """Whether plates are sheets of one material: D = A h^2 / 12. Membranes, which have no D, are not."""
+    if len(part.names) < 6:
+        return False
     h = 2 * part.lever
     A, D = part.elastic[:, 0, 0], part.elastic[:, 3, 3]
     return bool(np.all(h > 0) and np.all(np.abs(12 * D / (A * h**2) - 1) < ONE_SHEET))

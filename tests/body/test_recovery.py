@@ -117,6 +117,23 @@ def test_shear_forces_of_a_bar_in_many_elements_and_in_means(order, monkeypatch)
     assert "shear_force_y" not in quantities([replace(part, per=1)])
 
 
+def test_a_membrane_has_forces_per_length_alone():
+    """A square pulled along x by e: N = E h e / (1 - nu^2) (1, nu, 0), on top of the initial forces."""
+    options = {"prestress": [50.0, 40.0, 5.0]}
+    mesh = rectangle(1.0, 1.0, 1, 1, "triangle6")
+    s = build_structure(mesh, [Member("surface", "membrane", 1e-4, METAL, options)])
+    e = 2e-6
+    parts = strain_field(s, s.translation.T @ (e * mesh.points * [1, 0, 0]).reshape(-1, 1), False)
+    assert quantities(parts) == {"force_xx": "N/m", "force_yy": "N/m", "force_xy": "N/m"}
+    stiffness = 70e9 * 1e-4 / (1 - 0.3**2)
+    wanted = {"force_xx": 50.0 + stiffness * e, "force_yy": 40.0 + 0.3 * stiffness * e, "force_xy": 5.0}
+    for peak in peaks(parts, np.array([[0.0], [1.0]]), np.array([3.0, 4.0])):
+        assert (peak.kind, peak.unit) == ("plate", "N/m")
+        assert peak.value == pytest.approx(wanted.pop(peak.name), rel=1e-4)
+        assert peak.time == (3.0 if peak.name == "force_xy" else 4.0)
+    assert not wanted
+
+
 def test_shear_force_of_a_beam_on_admissible_functions():
     """Root shear of the first mode: mass times acceleration of all beyond, omega^2 int m w dx."""
     from femflex.reduction import beam_body
