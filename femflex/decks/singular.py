@@ -12,7 +12,11 @@ from femflex.fem import Structure, Support
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-RATIO = 1e-8  # least over largest stiffness of a node below which nothing resists (Nastran's EPZERO)
+RATIO = (
+    1e-8  # least over largest stiffness of a node below which nothing resists (Nastran's EPZERO); the largest counts
+)
+# as that of the usual node where it is above, for bushings and springs may stand for rigid links
+ROUNDING = 1e-13  # part of the largest stiffness of a node that may be rounding of it
 SAME = 1e-9  # part by which a node's motion may differ from that of three dofs of its own
 
 
@@ -36,7 +40,9 @@ def unresisted(structure: Structure, points: Index) -> list[tuple[Index, Support
             block[follows, a, a] = np.maximum(np.abs(block[follows]).max(axis=(1, 2)), max(overall, 1.0) * 1e-12)
         value, vectors = np.linalg.eigh(block[nodes])
         largest = value[:, 2]
-        loose = value <= RATIO * np.maximum(largest[:, None], np.finfo(float).tiny)
+        usual = float(np.median(largest[largest > 0])) if largest.any() else 0.0
+        least = np.maximum(RATIO * np.minimum(largest, usual), ROUNDING * largest)  # a rigid link makes no other loose
+        loose = value <= np.maximum(least[:, None], RATIO * np.finfo(float).tiny)
         loose |= (largest <= 1e-14 * overall)[:, None]
         for node, free, axes in zip(nodes, loose, vectors.swapaxes(1, 2), strict=True):
             if not free.any():
