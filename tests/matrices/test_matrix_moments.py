@@ -11,7 +11,7 @@ from femflex.fem.matrix_structure import structure_from_matrices
 from femflex.matrices import full_model
 from femflex.mesh import Mesh
 from femflex.reduction import cantilever_modes, craig_bampton, free_free_modes, reduce_structure
-from femflex.reduction.inertia.mass_matrix import matrix_moments, nodal_mass
+from femflex.reduction.inertia.mass_matrix import PointMasses, matrix_moments, nodal_mass
 from femflex.reduction.matrices import reduce_matrices
 from femflex.warning import PhysicsWarning
 
@@ -70,6 +70,24 @@ def test_scalar_mass_with_rigid_masses_at_nodes_is_exact():
     assert found.moments.first == pytest.approx(first, rel=1e-11, abs=1e-11)
     assert found.moments.mass == pytest.approx(scalar.sum() + sum(dm.sum() for dm, _ in points))
     assert found.moments.elastic_mass() == pytest.approx(phi.T @ M @ phi, rel=1e-11)
+
+
+@pytest.mark.parametrize(("shares", "missed"), [((0.8, 1.1), 0.2), ((1.3, 0.9), 0.3), ((1.0, 1.0), 0.0)])
+def test_the_elastic_mass_that_a_distribution_misses_is_told_and_made_up_for(shares, missed):
+    """Two nodes of 2 and 5 kg that move along x and along y, and a distribution with a share of each alone."""
+    X, m = np.array([[0.0, 0, 0], [1.0, 2, 0]]), np.array([2.0, 5.0])
+    dofs = np.stack(np.divmod(np.arange(6), 3), axis=1)
+    M = sparse.diags_array(np.repeat(m, 3)).tocsr()
+    s = structure_from_matrices(Mesh(X, {}), dofs, M, sparse.csr_array(np.eye(6)))
+    phi = np.zeros((6, 2))
+    phi[0, 0], phi[4, 1] = 0.5, 0.4
+    found = matrix_moments(s, phi, PointMasses(m * shares, X, s.translation))
+    assert not found.exact and found.missed == pytest.approx(missed, abs=1e-12)
+    exact = matrix_moments(s, phi)
+    assert exact.exact and exact.missed == 0.0
+    for name in ("mass", "first"):
+        assert getattr(found.moments, name) == pytest.approx(getattr(exact.moments, name)), name
+    assert found.moments.second[1:, :, 1:] == pytest.approx(exact.moments.second[1:, :, 1:], abs=1e-12)
 
 
 def test_beams_are_exact_at_rest_and_close_in_what_follows_the_deformation():
