@@ -12,6 +12,8 @@ from femflex.fem.connections import Rigid
 from femflex.fem.sections import Tube
 from femflex.mesh.generators import line, rectangle
 from femflex.reduction import cantilever_modes, effective_mass, lumped, nodal, nodal_translations, reduce_structure
+from femflex.reduction import reduce as reduce_module
+from femflex.reduction.modes.nodal import is_lumped
 
 
 def frequencies(body):
@@ -100,3 +102,24 @@ def test_nodes_tied_to_another_keep_their_lumped_mass():
     M = tied.M.toarray()[np.ix_(carry, carry)]
     assert M == pytest.approx(np.einsum("n,nij,nik->jk", m, rigid, rigid), abs=1e-11 * m.sum())
     assert set(carry) <= set(nodal_translations(tied, ()).phi.any(axis=1).nonzero()[0])
+
+
+def test_a_structure_is_lumped_when_every_mass_of_it_moves_with_one_node():
+    mesh, beam = line([[0, 0, 0], [1.0, 0, 0]], 2), Member("line", "beam", Tube(0.05, 0.002), ALUMINIUM)
+    light, arm = PointMass("end", 3.0), PointMass("end", 2.0, offset=(0.0, 0.1, 0.0))
+    for masses in ((), (light,), (light, arm)):
+        structure = build_structure(mesh, [beam], masses)
+        assert is_lumped(lumped(structure)) and not is_lumped(structure)
+    loose = [Member("all", "nodes")]
+    points = mesh.with_groups(points={"all": [0, 1, 2]})
+    assert is_lumped(build_structure(points, loose, [light])) and not is_lumped(build_structure(points, loose, [arm]))
+
+
+def test_linear_bodies_know_how_they_shorten_but_for_lumped_and_very_many_coordinates(monkeypatch):
+    structure = slender_beam(n=3, order=3)
+    modes = cantilever_modes(structure, "start", 3)
+    monkeypatch.setattr(reduce_module, "MANY", 3)
+    assert reduce_structure(structure, modes).foreshortening is not None
+    assert reduce_structure(lumped(structure), modes).foreshortening is None
+    assert reduce_structure(structure, cantilever_modes(structure, "start", 4)).foreshortening is None
+    assert reduce_structure(structure, modes, strain="nonlinear").foreshortening is None
