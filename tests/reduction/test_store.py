@@ -137,3 +137,26 @@ def test_files_that_are_no_bodies_are_refused(body, tmp_path):
         load_body(later)
     with pytest.raises(ValueError, match=r"torn.h5 is a femflex body file with parts missing"):
         load_body(torn)
+
+
+def test_a_file_has_what_its_body_has_and_nothing_empty(body, tmp_path):
+    places = {place: place.replace("%", "%25").replace("/", "%2F").replace(".", "%2E") for place in body.markers}
+    marker = {"axis", "orientation", "phi", "position", "psi", "stretch"}
+    part = {"elastic", "fibres", "first", "lever", "linear", "places", "quadratic", "rows", "stress", "weight"}
+    rigid = {"damping", "omega", *(f"moments/{name}" for name in ("first", "mass", "second"))}
+    rigid |= {f"strain/{name}" for name in ("V1", "V2", "V3", "f0")} | {f"markers/origin/{name}" for name in marker}
+    whole = rigid | {f"markers/{place}/{name}" for place in places.values() for name in marker}
+    whole |= {f"strain_field/{k}/{name}" for k in range(len(body.strain_field)) for name in part}
+    whole |= {"skin/points", "skin/shapes", *(f"skin/cells/{kind}" for kind in body.skin.cells)}
+    shortening = {"ignored/mass", *(f"ignored/at/{places[place]}" for place in body.foreshortening.at)}
+    bodies = {
+        "rigid": (rigid_body(2.0, np.eye(3)), rigid),
+        "whole": (body, whole | shortening),
+        "bare": (replace(body, foreshortening=None), whole),
+    }
+    for name, (one, wanted) in bodies.items():
+        save_body(tmp_path / f"{name}.h5", one)
+        found = set()
+        with h5py.File(tmp_path / f"{name}.h5") as file:
+            file.visititems(lambda path, item, found=found: found.add(path) if isinstance(item, h5py.Dataset) else None)
+        assert found == wanted, name
