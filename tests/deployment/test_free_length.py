@@ -87,6 +87,8 @@ def test_two_free_lengths_on_a_tumbling_hub_balance():
     for name in "ab":
         force = seen[f"bodies/{name}/drum_force"] + 0.3 * seen[f"bodies/{name}/length_acceleration"]
         assert force == pytest.approx(-seen[f"effectors/reel_{name}/tension"], abs=1e-9)
+    terms = model.terms(times, states)
+    assert np.abs(sum(terms.values())).max() < 1e-12 * max(np.abs(rows).max() for rows in terms.values())
     h = 1e-5
     for t, x in zip(times, states, strict=True):
         rate = model.state_rate(t, x)

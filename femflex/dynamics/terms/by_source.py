@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from femflex.dynamics.force_terms import force_terms
 from femflex.dynamics.joints.held_places import held_places
+from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.terms.equation_terms import EQUATION_TERMS
 from femflex.system import System
 
@@ -34,7 +35,7 @@ def terms(model: Model, times: Array, states: Array) -> dict[str, Array]:
     to zero to rounding, row by row.
     """
     times, states, rates = _motion(model, times, states)
-    out = _ledger(model, times, states, rates)
+    out = _ledger_of_motion(model, times, states, rates)
     rows = all_rows(model.system)
     present = [name for name in term_names(model.system) if name not in model.omitted]
     found = {name: out[:, rows.index(name)] for name in present}
@@ -84,6 +85,20 @@ def _motion(model: Model, times: Array, states: Array) -> tuple[Array, Array, Ar
     for k, (t, x) in enumerate(zip(times, states, strict=True)):
         rates[k] = model.parts(model.state_rate(t, x))[1]
     return times, states, rates
+
+
+def _ledger_of_motion(model: Model, times: Array, states: Array, rates: Array) -> Array:
+    """All rows of the ledger along a motion, (n_t, n_rows, n_u).
+
+    Accelerations of free lengths stand in the model's scratch, where the evaluation before leaves them.
+    """
+    if not any(record["free_length"] for record in body_records(model.table)):
+        return _ledger(model, times, states, rates)
+    found = []
+    for k, (t, x) in enumerate(zip(times, states, strict=True)):
+        model.state_rate(t, x)
+        found.append(_ledger(model, times[k : k + 1], states[k : k + 1], rates[k : k + 1]))
+    return np.concatenate(found)
 
 
 def _ledger(model: Model, times: Array, states: Array, rates: Array) -> Array:
