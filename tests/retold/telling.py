@@ -15,7 +15,7 @@ NAMED = (
 )  # fmt: skip
 UNORDERED = {"name", "family", "mass", "translation"}  # keys of tables whose order in a list means nothing
 OF_BODIES = ("markers", "recovery", "regions")
-ALIKE = ("n", "n1", "n11", "n_", "n_1", "n_1_1", "nn")  # each begins another, or differs from it by its end alone
+ALIKE = ("w", "w1", "w11", "w_", "w_1", "w_1_1", "ww")  # each begins another, or differs from it by its end alone
 
 # unit: another one of the same kind, how many of it make one
 OTHER_UNITS = {
@@ -55,9 +55,9 @@ def alike(names: list[str]) -> dict[str, str]:
 
 
 def renamed(text: str, names: Mapping[str, str]) -> str:
-    """A text with every one of these words replaced, and the names that sampled sensors make of theirs."""
+    """A text with every one of these words replaced, and the names that sampled sensors and reels make of theirs."""
     words = "|".join(sorted(map(re.escape, names), key=len, reverse=True))
-    return re.sub(rf"(?<!\w)({words})(?=_exact\b|\W|$)", lambda found: names[found[1]], text)
+    return re.sub(rf"(?<!\w)({words})(?=_exact\b|_reel\b|\W|$)", lambda found: names[found[1]], text)
 
 
 def reordered(text: str) -> str:
