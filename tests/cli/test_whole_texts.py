@@ -106,6 +106,22 @@ def test_an_unstable_equilibrium_is_printed_with_all_that_is_known_of_it(capsys:
     ]
 
 
+def test_places_of_markers_below_rounding_of_the_largest_are_printed_as_nothing():
+    """The largest lies on the negative side, or belongs to another marker."""
+    seen = {
+        "markers/rod.end/position": np.array([[-1000.0, 0.9e-10, -1.1e-10]]),
+        "markers/rod.end/deflection": np.array([[-0.9e-10, 0.25, -2.0]]),
+        "markers/rod.end/rotation": np.array([[0.1, 0.2, 0.3]]),
+        "markers/rod/position": np.array([[0.9e-10, -0.5, 1.1e-10]]),
+        "bodies/rod/position": np.array([[-1e9, 0.0, 0.0]]),
+    }
+    model = SimpleNamespace(observe=lambda times, x: seen)
+    assert equilibrium.markers(SimpleNamespace(model=model, x=np.zeros(2))) == {  # type: ignore[arg-type]
+        "rod.end": {"position": [-1000.0, 0.0, -1.1e-10], "deflection": [0.0, 0.25, -2.0]},
+        "rod": {"position": [0.0, -0.5, 1.1e-10]},
+    }
+
+
 @pytest.mark.parametrize(("joints", "left_out"), [(24, "2 elastic"), (25, "3 other")])
 def test_many_coordinates_are_printed_without_those_of_segments(
     joints: int, left_out: str, capsys: pytest.CaptureFixture[str]

@@ -285,6 +285,47 @@ def test_motions_and_output_must_fit_the_run(tmp_path: Path):
     assert str(problem).startswith("run.output_step: found 4e+09 rows of output, 512 GB, where ")  # 16 numbers a row
 
 
+def test_of_two_joints_the_motion_that_ends_before_the_run_is_named():
+    def joint(name: str, child: str, **last: float) -> Any:
+        held = {k: SimpleNamespace(last=t) for k, t in enumerate(last.values())}
+        return SimpleNamespace(name=name, child=child, held=held, freedom_names=lambda: list(last))
+
+    joints = [joint("axle", "arm", turn=4.0, slide=9.0), joint("axles", "arms", slide=5.0, turn=3.0, roll=1.5)]
+    found = [str(problem) for problem in motion_problems(parse_case(HUB), SimpleNamespace(joints=joints, orbit=None))]  # type: ignore[arg-type]
+    rest = "the run lasts 4 s; give the motion to the end, or run for less"
+    assert found == [
+        f"joints[axles].motion: {name!r} is prescribed up to {t} s, {rest}" for name, t in (("turn", 3), ("roll", 1.5))
+    ]
+
+
+def test_all_of_two_answers_a_study_and_two_pictures_that_a_run_has_not_are_told_with_their_places():
+    case = parse_case(
+        f"""{HUB}
+[expect]
+a = {{ channel = "bodies/hub/rate", component = "u", above = 1 }}
+b = {{ channel = "bodies/hub/rate", component = "y", above = 1 }}
+c = {{ channel = "bodies/hub/dyad", component = 2, above = 1 }}
+[study]
+quantity = {{ channel = "bodies/hub/rates", component = "v" }}
+[pictures]
+plots = ["time", "bodies/hub/rate:v", "bodies/hub/rate:2"]
+spectra = ["bodies/hub/rate:z over bodies/hub/dyad:7"]
+spectrograms = ["times"]
+traces = ["hub.tip", "hub.tips"]
+"""
+    )
+    found = [str(problem).partition(";")[0] for problem in channel_problems(case, CHANNELS)]
+    assert found == [
+        "expect.a.component: found 'u', which is no entry of bodies/hub/rate",
+        "expect.c.component: found 2",
+        "study.quantity.channel: found 'bodies/hub/rates', which the run will not report",
+        "pictures.plots[1]: found 'v', which is no entry of bodies/hub/rate",
+        "pictures.spectra[0]: found entry 7 of bodies/hub/dyad, which has 6, counted from 1",
+        "pictures.spectrograms[0]: found 'times', which the run will not report",
+        "pictures.traces[1]: found 'hub.tips', which is no marker of the craft",
+    ]
+
+
 # resuming
 
 

@@ -315,3 +315,15 @@ def test_a_coordinate_is_found_by_its_name_its_rate_or_its_number():
     many = Explanation(found.time, {}, {}, found.u, tuple(f"q{k}" for k in range(20)), (), ())
     with pytest.raises(KeyError, match=r"'q15'\] and 4 more"):
         many.index("zzz")
+
+
+@pytest.mark.parametrize("design", ["latin_hypercube", "random"])
+def test_each_layer_of_a_latin_hypercube_is_drawn_from_once(design: str):
+    table = parse_sweep(
+        f"case = 'a'\ndesign = '{design}'\nmembers = 20\nseed = 3\nhistories = ['time']\n"
+        "[vary.a]\nbetween = [0, 1]\n[vary.ab]\nbetween = [0, 1]\n[vary.b]\nnormal = [0, 1]\n"
+    )
+    drawn = unit_samples(table)
+    layers = [sorted(np.floor(20 * column).astype(int).tolist()) for column in drawn.T]
+    assert [layer == list(range(20)) for layer in layers] == [design == "latin_hypercube"] * 3
+    assert len(np.unique(drawn)) == 60
