@@ -256,6 +256,7 @@ def test_axes_of_a_gyro_are_perpendicular_where_they_have_to_be():
     control_moment_gyro("g", "hub", 1.0, gimbal_axis=(1, 0, 1), inner_axis=(0, 1, 0), rates=[0.0, 0.0])
     for axes, product in (
         ({"inner_axis": (1, 2, 0)}, "inner_axis and spin_axis of 'g' are not perpendicular: their product is 0.447"),
+        ({"inner_axis": (-1, 2, 0)}, "inner_axis and spin_axis of 'g' are not perpendicular: their product is -0.447"),
         ({"inner_axis": (0, 1, 2)}, "inner_axis and gimbal_axis of 'g' are not perpendicular: their product is 0.894"),
         ({"gimbal_axis": (1, 0, 2)}, "gimbal_axis and spin_axis of 'g' are not perpendicular: their product is 0.447"),
     ):
