@@ -16,6 +16,8 @@ from telling import alike, in_other_units, names_of, renamed, reordered
 
 pytestmark = pytest.mark.filterwarnings("ignore::femflex.warning.PhysicsWarning")
 NAMES = sorted(path.stem for path in CRAFTS.glob("*.toml"))
+DEAR = {"stations", "reels", "drawings", "charts"}  # over 5 s
+EACH = [pytest.param(name, marks=[pytest.mark.slow] if name in DEAR else []) for name in NAMES]
 
 
 @pytest.mark.parametrize("craft", NAMES)
@@ -27,7 +29,7 @@ def test_a_craft_does_and_is_said_to_do_what_was_recorded(craft: str, tmp_path: 
     assert differing(some_rows(numbers), values) == []
 
 
-@pytest.mark.parametrize("craft", NAMES)
+@pytest.mark.parametrize("craft", EACH)
 def test_other_names_units_and_order_change_nothing(craft: str, tmp_path: Path):
     names = alike(names_of(text_of(craft)))
     back = {other: one for one, other in names.items()}
