@@ -189,7 +189,7 @@ MISTAKES = [
         "kind = 'universal'\nmotion.angles = ['free', '3 m']",
         "entry 2: found '3 m', which is a length; expected an angle",
     ),
-    ("kind = 'general'\nturns = ['z']\nmotion.angles = [1, 2]", "found 2 motions in motion.angles and 1 turns"),
+    ("kind = 'general'\nturns = ['z']\nmotion.angles = [1, 2]", "found 2 motions in motion.angles and 1 turn;"),
 ]
 TABLES = [
     ("times = [0, 1, 2], values = [0, 1, 2]", "a spline of degree 3 needs at least 4 points; found 3"),

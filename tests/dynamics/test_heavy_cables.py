@@ -130,7 +130,7 @@ def test_cables_with_mass_that_cannot_be_are_refused():
     def made(name="line", length=2.0, density=0.1, n=2):
         return with_heavy_cable(system, name, ENDS, length, 10.0, density, n, np.zeros((n, 3)))
 
-    with pytest.raises(ValueError, match="mass per length of cable 'line' is -1; it must be positive"):
+    with pytest.raises(ValueError, match="mass per length of cable 'line' is -1 kg/m; it must be positive"):
         made(density=-1.0)
     with pytest.raises(ValueError, match="cable 'line' has 501 masses; give 1 to 500"):
         made(n=501)

@@ -133,7 +133,8 @@ def test_ratios_and_frequencies_are_those_of_the_eigenvalues():
 
 def found_modes() -> SystemModes:
     values = np.array([0.0, -0.3 + 0.4j, 1e-12 + 7j, 0.5])
-    about = SimpleNamespace(stable=False, verdict="unstable: so", growth_threshold=1e-7)
+    model = SimpleNamespace(system=SimpleNamespace(effectors=()))
+    about = SimpleNamespace(stable=False, verdict="unstable: so", growth_threshold=1e-7, model=model)
     return SystemModes(
         values, ("translation x", "bending 1", "bending 2", "joint 1"), np.array([True, False, False, False]),
         np.array([False, False, False, True]),
@@ -155,7 +156,7 @@ def test_modes_in_plain_numbers_hold_each_its_own():
     assert [mode["stable"] for mode in plain["modes"]] == [True, True, True, False]
     assert plain["modes"][2]["damping_ratio"] == 0.0 and plain["modes"][3]["damping_ratio"] == -1.0
     assert (plain["stable"], plain["verdict"], plain["growth_threshold"]) == (False, "unstable: so", 1e-7)
-    assert plain["left_out"] == ["load 'push'"]
+    assert plain["left_out"] == ["load 'push'"] and plain["held"] == []
 
 
 def test_a_mode_is_found_by_name_and_by_number_from_one():
