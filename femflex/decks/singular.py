@@ -12,10 +12,9 @@ from femflex.fem import Structure, Support
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-RATIO = (
-    1e-8  # least over largest stiffness of a node below which nothing resists (Nastran's EPZERO); the largest counts
-)
-# as that of the usual node where it is above, for bushings and springs may stand for rigid links
+# Least over largest stiffness of a node below which nothing resists (Nastran's EPZERO). A largest above that of the
+# usual node counts as that, for bushings and springs may stand for rigid links.
+RATIO = 1e-8
 ROUNDING = 1e-13  # part of the largest stiffness of a node that may be rounding of it
 SAME = 1e-9  # part by which a node's motion may differ from that of three dofs of its own
 

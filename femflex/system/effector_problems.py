@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from difflib import get_close_matches
 from typing import TYPE_CHECKING
@@ -17,7 +16,6 @@ if TYPE_CHECKING:
 
 
 MOST = 20  # known names in a sentence
-HELD = re.compile(r"\.(memory\d+|next)$")  # states of sampled ones, which are not listed
 
 
 def effector_problems(
@@ -32,8 +30,9 @@ def effector_problems(
     ]
     freedoms = movable(joints)
     states = [name for effector in effectors for name, _ in effector.state_names()]
-    held = [name for name in states if not HELD.search(name)]
-    signals = [*held, *(f"{e.name}.{c}" for e in effectors if isinstance(e, Effector) for c in e.channels)]
+    # memory and times of sampled controllers are no signals to choose from
+    listed = [f"{e.name}.{s}" for e in effectors for s in (e.states if isinstance(e, Effector) else e.commands)]
+    signals = [*listed, *(f"{e.name}.{c}" for e in effectors if isinstance(e, Effector) for c in e.channels)]
     for effector in effectors:
         if not isinstance(effector, Effector):
             continue

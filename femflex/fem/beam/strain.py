@@ -141,7 +141,9 @@ class ShearStrain(DenseStrain):
 
     def sampled(self, elements: slice) -> DenseStrain:
         """See StrainBlock."""
-        return replace(super().sampled(elements), named=of(self.named, elements))  # type: ignore[call-arg]
+        own = super().sampled(elements)
+        assert isinstance(own, ShearStrain)
+        return replace(own, named=of(self.named, elements))
 
     def nonlinear(self, elements: slice, stress: StressAt | None = None) -> tuple[StrainBlock, ...]:
         """See StrainBlock; of strains that shear is coupled to, all that is positive and what is too much of it."""
