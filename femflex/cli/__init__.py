@@ -6,16 +6,16 @@ import os
 import sys
 from typing import NoReturn
 
-from femflex.cli.interrupt import INTERRUPTED, answer_at_once, leave
-
 
 def main() -> NoReturn:
     """Run the command line and leave the process.
 
     Exit codes: 0 done, 1 a fault of femflex itself, 2 bad input, 3 the numerics failed, 130 interrupted.
     """
-    answer_at_once()
     _check_folder()
+    from femflex.cli.interrupt import INTERRUPTED, answer_at_once, leave  # after it: Python's own modules fail there
+
+    answer_at_once()
     try:
         from femflex.cli.app import app
 

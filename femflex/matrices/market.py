@@ -24,7 +24,7 @@ def _mtx(path: Path) -> Contents:
         from scipy.io import mmread
 
         try:
-            return _one(path, Entries(sparse.csr_array(mmread(path))))
+            return _one(path, Entries(sparse.csr_array(mmread(path, spmatrix=False))))
         except ValueError as error:  # "Line 3: Invalid integer value. ..."
             place = re.match(r"Line (\d+): ([^.]*)", str(error))
             what = f", line {place[1]}: {place[2].lower()}" if place else f": {error}"

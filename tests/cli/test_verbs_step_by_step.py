@@ -22,6 +22,7 @@ from test_printed_numbers import campbell, lines
 from test_whole_texts import raising, rest
 
 import femflex.cli
+import femflex.cli.interrupt
 from femflex.case import parse_case, read_case
 from femflex.cli import campbell as campbell_verb
 from femflex.cli import check, grouped_warnings, info, interrupt, linearize, run, second_run, stability, stress, sweep
@@ -954,7 +955,7 @@ def test_the_command_line_ends_with_the_code_of_its_verb(raised: Any, code: Any,
     from femflex.cli import app as module
 
     began = []
-    monkeypatch.setattr(femflex.cli, "answer_at_once", lambda: began.append(1))
+    monkeypatch.setattr(femflex.cli.interrupt, "answer_at_once", lambda: began.append(1))
 
     def leave() -> None:
         raise Left
@@ -963,7 +964,7 @@ def test_the_command_line_ends_with_the_code_of_its_verb(raised: Any, code: Any,
         if raised is not None:
             raise raised
 
-    monkeypatch.setattr(femflex.cli, "leave", leave)
+    monkeypatch.setattr(femflex.cli.interrupt, "leave", leave)
     monkeypatch.setattr(module, "app", app)
     with pytest.raises(Left if code == "left" else SystemExit) as end:
         femflex.cli.main()

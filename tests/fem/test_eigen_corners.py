@@ -36,7 +36,7 @@ def test_systems_without_mass_or_without_stiffness_say_so():
     assert words(lambda: lowest_modes(none, sparse.csr_array(np.diag([1.0, 2, 3])), 1)) == (
         "1 modes were requested, but of the 3 degrees of freedom 3 are motions without stiffness; request at most 0."
     )
-    K, M = (sparse.block_diag([A, np.zeros((2, 2))]).tocsr() for A in (chain(3, 1.0, 1.0), np.eye(3)))
+    K, M = (sparse.block_diag([sparse.csr_array(A), np.zeros((2, 2))]).tocsr() for A in (chain(3, 1.0, 1.0), np.eye(3)))
     assert "neither stiffness nor mass (2 degrees of freedom by themselves)" in words(lambda: lowest_modes(K, M, 1))
 
 
