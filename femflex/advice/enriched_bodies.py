@@ -25,7 +25,6 @@ from femflex.reduction.boundary.markers import marker_rows
 from femflex.reduction.boundary.rigid import DIRECTIONS
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.modes.residuals import combined, residual_vectors
-from femflex.reduction.modes.statics import static_solver
 from femflex.reduction.modes.vibration import load_vectors, ritz
 from femflex.reduction.origin import Deployed
 from femflex.reduction.small_motions import in_shapes
@@ -69,9 +68,8 @@ class MeshedEnrichment:
         structure = self.structure
         modes = self.modes.picked([k for k, kind in enumerate(self.modes.kinds) if kind not in FOLLOWERS])
         labels, F = self._loads(body, markers)
-        solve = static_solver(structure, modes)
-        first = residual_vectors(structure, modes, F, solve)
-        second = residual_vectors(structure, modes, structure.M @ first, solve)
+        first = residual_vectors(structure, modes, F)
+        second = residual_vectors(structure, modes, structure.M @ first)
         added = ritz(structure, combined(structure, np.column_stack([first, second])))[1]
         phi = np.column_stack([modes.phi, added])
         inside = np.vstack([np.zeros((modes.n_modes, len(labels))), added.T @ (structure.M @ first)])

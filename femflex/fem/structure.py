@@ -156,6 +156,11 @@ class Structure:
         them: sides of plates, twists, bubbles. Raises ValueError when a group is unknown, when no member gave its
         nodes such dofs, and when a support sets combinations of dofs to zero, which wants `build_structure` to know it.
         """
+        key = tuple((group, as_support(value)) for group, value in supports.items())
+        held: Index = self.recalled(("held", *key), lambda: self._held_dofs(supports))
+        return held
+
+    def _held_dofs(self, supports: Supports) -> Index:
         for group, value in supports.items():
             nodes, support = self.mesh.group_points(group), as_support(value)
             moves = [c for c in support.components if c in COMPONENTS[:3]]

@@ -31,6 +31,7 @@ class Support:
         unknown = [c for c in self.components if c not in COMPONENTS]
         if unknown:
             raise ValueError(f"components {unknown} are not of a node; name some of {list(COMPONENTS)}")
+        object.__setattr__(self, "components", tuple(self.components))
         rows = np.asarray(self.axes, float)
         if rows.shape != (3, 3) or not np.isfinite(rows).all() or not np.linalg.norm(rows, axis=1).all():
             raise ValueError(

@@ -13,7 +13,7 @@ from femflex.reduction.boundary.rigid import DIRECTIONS, independent_columns
 from femflex.reduction.large_deflection.bent_states import over_mass
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.modes.residuals import residual_vectors
-from femflex.reduction.modes.statics import static_response, static_solver
+from femflex.reduction.modes.statics import static_response
 from femflex.reduction.modes.vibration import load_vectors
 from femflex.reduction.strain.following import FASTER
 
@@ -43,10 +43,10 @@ def slow_loads(
     With many modes a pull is no faster than that; unless the strain is linear it is left out as what the set's
     derivatives hold already (`brought_about`).
     """
-    solve, highest = static_solver(structure, modes), np.nanmax(modes.omega, initial=0.0)
+    highest = np.nanmax(modes.omega, initial=0.0)
     found = [np.zeros((structure.n_dof, 0))]
     for F in _spaces(structure, directions, loads or {}):
-        x = residual_vectors(structure, modes, F, solve)
+        x = residual_vectors(structure, modes, F)
         size = np.sqrt(np.einsum("in,in->n", x, structure.M @ x))
         F, x = F[:, size > 0.0] / size[size > 0.0], x[:, size > 0.0] / size[size > 0.0]
         own = independent_columns(x)

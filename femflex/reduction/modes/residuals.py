@@ -7,8 +7,10 @@ loaded place exactly in statics.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
+from hashlib import sha256
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +19,7 @@ from femflex.fem.structure import Structure
 from femflex.reduction.boundary.rigid import DIRECTIONS
 from femflex.reduction.modes.damping import UNANSWERED
 from femflex.reduction.modes.modeset import ModeSet
-from femflex.reduction.modes.statics import static_solver
+from femflex.reduction.modes.statics import static_response
 from femflex.reduction.modes.vibration import load_vectors, ritz
 
 Array = NDArray[np.float64]
@@ -74,32 +76,41 @@ def _unanswered(structure: Structure, modes: ModeSet, F: Array, shapes: Array) -
     return np.asarray(share[:, moving > UNMOVED * whole].sum(axis=1) <= UNMOVED * share.sum(axis=1))
 
 
-def residual_vectors(
-    structure: Structure, modes: ModeSet, F: Array, solve: Callable[[Array], Array] | None = None
-) -> Array:
+def residual_vectors(structure: Structure, modes: ModeSet, F: Array) -> Array:
     """Static responses (n_dof, k) [m, rad] to loads F (n_dof, k), M-orthogonal to the set; zero where the set holds
-    them.
-
-    solve: the set's `static_solver`, if there is one already.
-    """
-    solve = solve or static_solver(structure, modes)
+    them."""
     phi, M = modes.phi, structure.M
     exact = phi[:, [kind in EXACT for kind in modes.kinds]]
     free = np.delete(np.arange(structure.n_dof), modes.held)
     whole = np.linalg.norm(F[free], axis=0)
     acting = np.flatnonzero(whole)  # loads at a clamp move nothing
-    found, F, whole = np.zeros_like(F), F[:, acting], whole[acting]
+    found, whole = np.zeros_like(F), whole[acting]
     if not acting.size:
         return found
-    F = F - M @ (exact @ (exact.T @ F))  # exact modes answer this part; solved for the rest alone, it keeps its digits
-    x = solve(F)
-    size = np.sqrt(np.einsum("in,in->n", x, M @ x))
+    x, F = _responses_beside(structure, modes, exact, F[:, acting])
+    Mx = M @ x
+    size = np.sqrt(np.einsum("in,in->n", x, Mx))
     for _ in range(2):
-        x = x - phi @ (phi.T @ (M @ x))
-    left = np.sqrt(np.einsum("in,in->n", x, M @ x))
+        x = x - phi @ (phi.T @ Mx)
+        Mx = M @ x
+    left = np.sqrt(np.einsum("in,in->n", x, Mx))
     nothing = (left <= ANSWERED * size) | (np.linalg.norm(F[free], axis=0) <= ANSWERED * whole)
     found[:, acting] = np.where(nothing, 0.0, x)
     return found
+
+
+def _responses_beside(structure: Structure, modes: ModeSet, exact: Array, F: Array) -> tuple[Array, Array]:
+    """Static responses (n_dof, k) to what is left of loads F (n_dof, k) by exact modes (n_dof, m), and those loads.
+
+    Solved for the rest alone, it keeps its digits. A set and what judges it have loads in common: each is solved once.
+    """
+    rest = F - structure.M @ (exact @ (exact.T @ F))
+    on = ("response", modes.held.tobytes(), modes.reference, sha256(exact.tobytes()).digest())
+    keys = [(*on, sha256(load.tobytes()).digest()) for load in F.T]
+    new = [k for k, key in enumerate(keys) if key not in structure.known]
+    solved = dict(zip(new, static_response(structure, modes, rest[:, new]).T, strict=True)) if new else {}
+    x = [structure.recalled(key, partial(solved.__getitem__, k)) for k, key in enumerate(keys)]
+    return np.column_stack(x), rest
 
 
 def combined(structure: Structure, x: Array) -> Array:

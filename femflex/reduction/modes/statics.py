@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import partial
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,11 +11,6 @@ from femflex.reduction.boundary.supported import supported
 from femflex.reduction.modes.modeset import ModeSet
 
 Array = NDArray[np.float64]
-
-
-def static_solver(structure: Structure, modes: ModeSet) -> Callable[[Array], Array]:
-    """Turns loads (n_dof, k) [N, N m] into displacements (n_dof, k) with the set's supports; see `static_response`."""
-    return partial(static_response, structure, modes)
 
 
 def static_response(structure: Structure, modes: ModeSet, load: Array) -> Array:
