@@ -6,10 +6,10 @@ import csv
 import io
 import json as json_format
 import sys
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from math import isfinite
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -17,6 +17,12 @@ from femflex.cli.outputs import PICTURE, TABLE, outputs
 from femflex.cli.progress import Patience
 from femflex.cli.verb import verb
 
+if TYPE_CHECKING:
+    from femflex.body.recovery import Peak
+
+ROUNDED = 1e-12  # of the largest of the same unit in members of the kind: zero to rounding
+MOMENTS = {"N": "N m", "N/m": "N"}  # units of moments by those of the forces that make them
+NOWHERE = [None] * 4  # time and place of what is zero
 HELP_AT = "Place on the body, x,y,z in metres: values along time at the strain points nearest to it; may be repeated."
 
 
@@ -73,16 +79,18 @@ def stress(
 
 
 def _peaks(run: Any, bodies: Any, names: list[str], wanted: list[str] | None) -> list[list[Any]]:
-    from femflex.body.recovery import peaks
-
     rows: list[list[Any]] = [["body", "members", "quantity", "largest", "unit", "time_s", "x_m", "y_m", "z_m"]]
+    found = _peaks_of_bodies(run, bodies, names)
+    rounding = _rounding(bodies, found)
     for name in names:
-        found = peaks(bodies[name].strain_field, run[f"bodies/{name}/delta"], run.time)
-        known = [peak.name for peak in found]
+        known = [peak.name for peak in found[name]]
         _check_known(name, wanted, known)
-        for peak in found:
+        for peak in found[name]:
             if not wanted or peak.name in wanted:
-                rows.append([name, peak.kind, peak.name, peak.value, peak.unit, peak.time, *peak.place])
+                what = [peak.value, peak.unit, peak.time, *peak.place]
+                if peak.value <= rounding[peak.kind, peak.unit]:
+                    what = [0.0, peak.unit, *NOWHERE]
+                rows.append([name, peak.kind, peak.name, *what])
     return rows
 
 
@@ -91,19 +99,43 @@ def _of_points(run: Any, bodies: Any, names: list[str], wanted: list[str] | None
     from femflex.body.recovery import over_time, quantities
 
     rows: list[list[Any]] = [["body", "members", "x_m", "y_m", "z_m", "quantity", "largest", "unit", "time_s"]]
+    rounding = _rounding(bodies, _peaks_of_bodies(run, bodies, names))
     for name in names:
         y, parts = run[f"bodies/{name}/delta"], bodies[name].strain_field
         _check_known(name, wanted, quantities(parts))
         for part in parts:
             units = {key: unit for key, unit in quantities([part]).items() if not wanted or key in wanted}
             for key, (largest, when) in over_time(part, y, list(units)).items():
-                rows += [
-                    [name, part.kind, *place, key, value, units[key], t]
-                    for place, value, t in zip(
-                        part.places.tolist(), largest.tolist(), run.time[when].tolist(), strict=True
-                    )
-                ]
+                least = rounding[part.kind, units[key]]
+                for place, value, t in zip(
+                    part.places.tolist(), largest.tolist(), run.time[when].tolist(), strict=True
+                ):
+                    what = [value, units[key], t] if value > least else [0.0, units[key], None]
+                    rows.append([name, part.kind, *place, key, *what])
     return rows
+
+
+def _peaks_of_bodies(run: Any, bodies: Any, names: list[str]) -> dict[str, list[Peak]]:
+    from femflex.body.recovery import peaks
+
+    return {name: peaks(bodies[name].strain_field, run[f"bodies/{name}/delta"], run.time) for name in names}
+
+
+def _rounding(bodies: Any, found: Mapping[str, list[Peak]]) -> dict[tuple[str, str], float]:
+    """Largest value that is zero to rounding, by kind of member and unit, from the peaks of all quantities of bodies.
+
+    A force across the extent of its body is a moment that the moments may be what is left of.
+    """
+    import numpy as np
+
+    sizes: dict[tuple[str, str], float] = {}
+    for name, peaks in found.items():
+        places = [part.places for part in bodies[name].strain_field]
+        extent = max(float(np.ptp(x, axis=0).max()) for x in places)
+        for peak in peaks:
+            for unit, size in ((peak.unit, peak.value), (MOMENTS.get(peak.unit, ""), extent * peak.value)):
+                sizes[peak.kind, unit] = max(size, sizes.get((peak.kind, unit), 0.0))
+    return {key: ROUNDED * size for key, size in sizes.items()}
 
 
 def _draw(run: Any, bodies: Any, names: list[str], path: Path, wanted: list[str] | None, force: bool) -> None:
@@ -155,6 +187,9 @@ def _place(text: str) -> list[float]:
 
 
 def _table(rows: list[list[Any]]) -> str:
-    shown = [[f"{cell:.5g}" if isinstance(cell, float) else str(cell) for cell in row] for row in rows]
+    shown = [
+        [f"{cell:.5g}" if isinstance(cell, float) else "-" if cell is None else str(cell) for cell in row]
+        for row in rows
+    ]
     width = [max(len(row[k]) for row in shown) for k in range(len(shown[0]))]
     return "\n".join("  ".join(cell.rjust(w) for cell, w in zip(row, width, strict=True)) for row in shown)

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import csv
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from matplotlib.image import imread
 from typer.testing import CliRunner
 
-from femflex.body.recovery import at_points, named
+from femflex.body.recovery import Peak, at_points, named
 from femflex.cli.app import app
+from femflex.cli.stress import _rounding
 from femflex.mesh import line, write_mesh
 from femflex.results import open_run
 from femflex.view.paint import painted
@@ -75,6 +77,38 @@ def test_peaks_and_places(run_file):
     assert rows["moment_y"]["largest"] > 3.0 * 0.9  # with the overshoot of the start
     table = stress(run_file, "--quantity", "moment_y").stdout
     assert "moment_y" in table and "moment_z" not in table and "N m" in table
+
+
+def test_what_a_force_across_does_not_make_is_zero_without_time_and_place(run_file):
+    """3 N along z: moment_y and shear_force_z alone; the rest is rounding, 1e-13 N and less."""
+    nothing = ["axial_force", "moment_z", "shear_force_y", "torque"]
+    options = [word for name in nothing for word in ("--quantity", name)]
+    for line_ in stress(run_file, *options).stdout.splitlines()[1:]:
+        assert line_.split()[3] == "0" and line_.split()[-4:] == ["-"] * 4
+    for table in ([], ["--points"]):
+        rows = json.loads(stress(run_file, "--json", *table, *options).stdout)
+        assert {row["quantity"] for row in rows} == set(nothing)
+        assert {(row["largest"], row["time_s"]) for row in rows} == {(0.0, None)}
+
+
+def test_rounding_is_judged_by_kind_and_unit_and_moments_by_forces_across_a_body_too():
+    """Bodies of 4 m and 2 m: 3 N and 30 N m of lines; 5 N/m of plates, whose moments are in N; 7 Pa of solids."""
+    made = [("a", "line", "N", 3.0), ("a", "line", "N m", 30.0), ("b", "plate", "N/m", 5.0), ("b", "plate", "N", 1.0)]
+    made += [("b", "solid", "Pa", 7.0), ("b", "line", "N m", 11.0)]
+    peaks = {body: [Peak(k, "x", unit, v, 0.0, (0, 0, 0)) for b, k, unit, v in made if b == body] for body in "ab"}
+    bodies = {
+        body: SimpleNamespace(strain_field=[SimpleNamespace(places=np.diag([extent, 0, 1.0]))])
+        for body, extent in (("a", 4.0), ("b", 2.0))
+    }
+    found = _rounding(bodies, peaks)
+    expected = {
+        ("line", "N"): 3.0,
+        ("line", "N m"): 30.0,
+        ("plate", "N/m"): 5.0,
+        ("plate", "N"): 10.0,
+        ("solid", "Pa"): 7.0,
+    }
+    assert {key: found[key] for key in expected} == pytest.approx({key: 1e-12 * size for key, size in expected.items()})
 
 
 def test_peaks_are_printed_where_they_are_written_too_and_long_tables_are_not(run_file, tmp_path):
