@@ -6,7 +6,7 @@ import csv
 import io
 import json as json_format
 import sys
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -62,10 +62,11 @@ def stress(
         if unknown or not names:
             having = [name for name, found in bodies.items() if found.strain_field]
             raise ValueError(f"{file.name} has no strain of {unknown or 'any body'}; it has that of {having}")
+        wanted = _wanted(bodies, names, quantity)
         if places:
-            rows = _along_time(run, bodies, names, places, quantity)
+            rows = _along_time(run, bodies, names, places, wanted)
         else:
-            rows = (_of_points if points else _peaks)(run, bodies, names, quantity)
+            rows = (_of_points if points else _peaks)(run, bodies, names, wanted)
         if PICTURE in files:
             _draw(run, bodies, names, files[PICTURE], quantity, force)
     if json:
@@ -78,15 +79,13 @@ def stress(
         files[TABLE].write_text(text.getvalue(), encoding="utf-8")
 
 
-def _peaks(run: Any, bodies: Any, names: list[str], wanted: list[str] | None) -> list[list[Any]]:
+def _peaks(run: Any, bodies: Any, names: list[str], wanted: Mapping[str, list[str]]) -> list[list[Any]]:
     rows: list[list[Any]] = [["body", "members", "quantity", "largest", "unit", "time_s", "x_m", "y_m", "z_m"]]
     found = _peaks_of_bodies(run, bodies, names)
     rounding = _rounding(bodies, found)
     for name in names:
-        known = [peak.name for peak in found[name]]
-        _check_known(name, wanted, known)
         for peak in found[name]:
-            if not wanted or peak.name in wanted:
+            if peak.name in wanted[name]:
                 what = [peak.value, peak.unit, peak.time, *peak.place]
                 if peak.value <= rounding[peak.kind, peak.unit]:
                     what = [0.0, peak.unit, *NOWHERE]
@@ -94,7 +93,7 @@ def _peaks(run: Any, bodies: Any, names: list[str], wanted: list[str] | None) ->
     return rows
 
 
-def _of_points(run: Any, bodies: Any, names: list[str], wanted: list[str] | None) -> list[list[Any]]:
+def _of_points(run: Any, bodies: Any, names: list[str], wanted: Mapping[str, list[str]]) -> list[list[Any]]:
     """The largest magnitude of each quantity over the run at every strain point, and when."""
     from femflex.body.recovery import over_time, quantities
 
@@ -102,9 +101,8 @@ def _of_points(run: Any, bodies: Any, names: list[str], wanted: list[str] | None
     rounding = _rounding(bodies, _peaks_of_bodies(run, bodies, names))
     for name in names:
         y, parts = run[f"bodies/{name}/delta"], bodies[name].strain_field
-        _check_known(name, wanted, quantities(parts))
         for part in parts:
-            units = {key: unit for key, unit in quantities([part]).items() if not wanted or key in wanted}
+            units = {key: unit for key, unit in quantities([part]).items() if key in wanted[name]}
             for key, (largest, when) in over_time(part, y, list(units)).items():
                 least = rounding[part.kind, units[key]]
                 for place, value, t in zip(
@@ -152,13 +150,19 @@ def _draw(run: Any, bodies: Any, names: list[str], path: Path, wanted: list[str]
     print(f"picture     {path} ({name})", file=sys.stderr)
 
 
-def _check_known(body: str, wanted: list[str] | None, known: Collection[str]) -> None:
-    if wrong := [each for each in wanted or [] if each not in known]:
-        raise ValueError(f"quantity {wrong[0]!r} is not known of body {body!r}; it has {', '.join(known)}")
+def _wanted(bodies: Any, names: list[str], requested: list[str] | None) -> dict[str, list[str]]:
+    """The requested quantities that each body has, all without a request; ValueError for one that no body has."""
+    from femflex.body.recovery import quantities
+
+    known = {name: list(quantities(bodies[name].strain_field)) for name in names}
+    every = list(dict.fromkeys(each for own in known.values() for each in own))
+    if wrong := [each for each in requested or [] if each not in every]:
+        raise ValueError(f"no body of {names} has the quantity {wrong[0]!r}; known are {', '.join(every)}")
+    return {name: [each for each in requested or own if each in own] for name, own in known.items()}
 
 
 def _along_time(
-    run: Any, bodies: Any, names: list[str], places: list[list[float]], wanted: list[str] | None
+    run: Any, bodies: Any, names: list[str], places: list[list[float]], wanted: Mapping[str, list[str]]
 ) -> list[list[Any]]:
     import numpy as np
 
@@ -168,7 +172,7 @@ def _along_time(
     columns = [run.time]
     for name in names:
         parts, y = bodies[name].strain_field, run[f"bodies/{name}/delta"]
-        for each in wanted or quantities(parts):
+        for each in wanted[name]:
             values, where = at_points(parts, each, places, y)
             unit = quantities(parts)[each]
             head += [f"{name} {each} [{unit}] at ({', '.join(f'{c:.4g}' for c in x)}) m" for x in where]

@@ -205,10 +205,10 @@ def test_a_map_of_peaks_as_table_and_as_picture(run_file, tmp_path):
     [
         (("--at", "1,2"), "give three numbers in metres"),
         (("--body", "wing"), "has no strain of"),
-        (("--quantity", "xx"), "is not known of body"),
-        (("--at", "0,0,0", "--quantity", "xx"), "it has axial_force"),
+        (("--quantity", "xx"), "no body of ['bar'] has the quantity 'xx'; known are axial"),
+        (("--at", "0,0,0", "--quantity", "xx"), "known are axial_force"),
         (("--at", "0,0,0", "--points"), "two tables; give one of them"),
-        (("--points", "--quantity", "xx"), "is not known of body"),
+        (("--points", "--quantity", "xx"), "no body of ['bar'] has the quantity 'xx'; known are axial"),
         (("--quantity", "torque", "--quantity", "moment_y", "-o", "two.png"), "draws one quantity"),
     ],
 )

@@ -826,6 +826,7 @@ def stressed(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     monkeypatch.setattr("femflex.results.open_run", opened)
     for name in ("_peaks", "_of_points", "_along_time"):
         monkeypatch.setattr(stress, name, table(name))
+    monkeypatch.setattr(stress, "_wanted", lambda found, names, requested: requested)
     monkeypatch.setattr(stress, "_draw", lambda run, found, names, *words: asked.append(("draw", names, *words)))
     return asked
 
@@ -866,11 +867,13 @@ def test_tables_of_stress_are_aligned_to_the_right():
     ]
 
 
-def test_bodies_and_quantities_without_strain_are_reported():
-    with pytest.raises(ValueError, match="quantity 'c' is not known of body 'wing'; it has a, b"):
-        stress._check_known("wing", ["a", "c"], {"a": 1, "b": 2})
-    stress._check_known("wing", None, [])
-    stress._check_known("wing", ["b"], ["a", "b"])
+def test_a_quantity_is_that_of_the_bodies_that_have_it(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr("femflex.body.recovery.quantities", lambda parts: dict.fromkeys(parts, "N"))
+    bodies = {name: SimpleNamespace(strain_field=own) for name, own in (("wing", "ab"), ("fin", "bc"), ("tail", "d"))}
+    assert stress._wanted(bodies, ["wing", "fin"], None) == {"wing": ["a", "b"], "fin": ["b", "c"]}
+    assert stress._wanted(bodies, ["wing", "fin"], ["c", "b"]) == {"wing": ["b"], "fin": ["c", "b"]}
+    with pytest.raises(ValueError, match=r"no body of \['wing', 'fin'\] has the quantity 'd'; known are a, b, c"):
+        stress._wanted(bodies, ["wing", "fin"], ["a", "d"])
 
 
 # processes and signals
