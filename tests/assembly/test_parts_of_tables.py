@@ -17,7 +17,16 @@ from femflex.assembly.initial import initial_shape, wanted_displacement
 from femflex.assembly.joints import build_joint, nominal_axes
 from femflex.assembly.orbits import build_orbit
 from femflex.assembly.sections import build_material, build_section, build_solid_material
-from femflex.assembly.structures import bushings_of, connections_of, mean_motion, point_masses_of, preload_of
+from femflex.assembly.shared import shared_structures
+from femflex.assembly.structures import (
+    build_mesh,
+    bushings_of,
+    connections_of,
+    mean_motion,
+    point_masses_of,
+    preload_of,
+    structure_of,
+)
 from femflex.assembly.system import build_frame, system_of
 from femflex.body import rigid_body
 from femflex.case import parse_case, read_case
@@ -390,3 +399,15 @@ def test_the_text_of_a_body_has_its_centre_of_mass():
     body = rigid_body(4.0, np.diag([3.0, 4, 5]), np.array([0.25, -0.5, 0.75]))
     text = body_text(Path("a.h5"), body)
     assert text.startswith("a.h5: reduced body, 4 kg\ncentre of mass (0.25, -0.5, 0.75) m\nshapes  none")
+
+
+@pytest.mark.parametrize(("own", "more"), [(0, 0), (0, 2), (1, 0), (1, 1), (2, 1)])
+def test_a_level_of_a_study_refines_on_top_of_what_the_case_refines(craft: str, write_case: Any, own: int, more: int):
+    case = read_case(write_case(craft.replace("damping =", f"refine = {own}\ndamping =")))
+    table: Any = case.bodies["boom"]
+    assert len(build_mesh(case, "boom", table, more).cells["line"]) == 3 * 2 ** (own + more)
+    alone = structure_of(case, "boom", table, more)
+    with shared_structures():
+        of_both = [structure_of(case, "boom", table, times) for times in (more, more + 1)]
+    elements = 3 * 2 ** (own + more)
+    assert [one.n_dof for one in (alone, *of_both)] == [6 + 11 * n for n in (elements, elements, 2 * elements)]

@@ -11,7 +11,7 @@ from scipy.linalg import null_space, subspace_angles
 
 from femflex.dynamics.equilibria.balance import newton_step, stiff_answers, unbalanced_forces
 from femflex.dynamics.equilibria.rigid_motions import KnownMotion
-from femflex.dynamics.equilibria.small_motions import _eigen, _Modal, _one_of_each, spectrum
+from femflex.dynamics.equilibria.small_motions import _eigen, _Modal, _one_of_each, known_with_states, spectrum
 from femflex.dynamics.equilibria.states import StateEquations
 
 N, M_Z = 4, 3  # coordinates, states of effectors
@@ -122,6 +122,33 @@ def test_states_at_rest_come_first_then_those_that_drift():
         assert subspace_angles(one, wanted).max() < 1e-9
     beyond = modal.rests(T[:, [3]])
     assert [one.shape[1] for one in beyond] == [1, 1, 1] and not modal.rests(np.eye(n))
+
+
+@pytest.mark.parametrize("chain", [0.0, 2.0])
+def test_known_motions_are_those_left_alone_and_rests_that_drift_where_others_push_them(chain):
+    """Field 4 is a motion that the effectors leave alone, field 7 one that they do not; 0 to 3 stay, or 1 pushes 0."""
+    n, own, rng = 2 * N + M_Z, np.array([0, 2, 3, 5]), np.random.default_rng(3)
+    modal, fields = _Modal.of(*equations()), np.zeros((6, 2))
+    fields[own] = rng.normal(size=(N, 2))
+    columns = rng.normal(size=(n, n))
+    columns[:, [4, 7]] = np.vstack([modal.inverse @ fields[own], np.zeros((n - N, 2))])
+    J = np.diag(np.concatenate([np.zeros(4), -np.arange(1.0, n - 3)]))
+    J[0, 1], J[5, 7] = chain, 0.3
+    order = [4, 7, 0, 1, 2, 3, 5, 6, 8, 9, 10]
+    T = np.linalg.qr(columns[:, order])[0][:, np.argsort(order)]  # orthonormal, the span of 4 and that of 4 and 7 kept
+    modal = replace(modal, A=T @ J @ T.T)
+    fields[own, 1] = modal.phi @ T[:N, 7]
+    given = tuple(KnownMotion(name, 0j, True, fields[:, k] + 0j) for k, name in enumerate(("moves", "is hindered")))
+    Z = rng.normal(size=(6, N))
+    R, motions = known_with_states(modal, T[:, [4, 7]], given, own, Z)
+    assert subspace_angles(R, T[:, :5]).max() < 1e-9 and R.shape == (n, 5)
+    assert motions[0] is given[0] and len(motions) == (5 if chain == 0.0 else 4)
+    rests = T[:, [0, 2, 3] if chain else [0, 1, 2, 3]]
+    field = Z @ modal.phi @ rests[:N]
+    shapes = np.column_stack([one.shape for one in motions[1:]])
+    np.testing.assert_allclose(shapes @ shapes.T, field @ field.T, atol=1e-10 * np.abs(field @ field.T).max())
+    assert {(one.eigenvalue, one.drifts) for one in motions[1:]} == {(0j, chain > 0.0)}
+    assert known_with_states(modal, np.eye(n), given, own, Z)[1] == given
 
 
 def test_a_state_bears_the_name_of_the_motion_it_makes_or_of_its_largest_own_state():

@@ -330,6 +330,34 @@ def test_energy_of_a_varying_stiffness_balances():
     assert work == pytest.approx(gained, rel=1e-8)
 
 
+PARTS = {
+    "stiffness": lambda at, out, V1, D: at.put_stiffness(out, V1, np.array([0.7, -1.1, 0.4])),
+    "damping": lambda at, out, V1, D: at.put_damping(out, D),
+}
+
+
+@pytest.mark.parametrize("varies", [("stiffness",), ("damping",), ("damping", "stiffness"), ("mass",)])
+def test_matrices_that_couple_modes_take_the_place_of_diagonal_ones(varies):
+    """Of unit modes with diagonal V1 and D: ddelta'' = -(f0 + V1 delta + D delta')."""
+    rng = np.random.default_rng(4)
+    moments = MassMoments(2.0, np.zeros((4, 3)), np.zeros((4, 3, 4, 3)))
+    moments.second[0, :, 0, :] = np.eye(3)
+    moments.second[1:, 2, 1:, 2] = np.eye(3)
+    body = FlexibleBody(moments, StrainTensors.linear(np.diag([1.0, 4.0, 9.0])), np.diag([0.1, 0.2, 0.3]), {})
+    V1, D = rng.normal(size=(3, 3)), rng.normal(size=(3, 3))
+    V1, delta, rate = V1 + V1.T, rng.normal(size=3), rng.normal(size=3)
+    at = Block(body, varies)
+    block = at.laid(body)
+    for part in varies:
+        if part in PARTS:
+            PARTS[part](at, block, V1, D)
+    system = System({"beam": body}, (weld("beam"),), varying={"beam": Variation(polynomial, varies, block)})
+    found = compile_system(system).state_rate(0.3, np.concatenate([delta, rate]))
+    V1, f0 = (V1, np.array([0.7, -1.1, 0.4])) if "stiffness" in varies else (body.strain.V1, np.zeros(3))
+    D = D if "damping" in varies else body.damping
+    assert found == pytest.approx(np.concatenate([rate, -(f0 + V1 @ delta + D @ rate)]), abs=1e-13)
+
+
 def test_flexibility_and_stiffness_can_be_switched_off():
     model = compile_system(parametric_oscillator())
     assert model.without("elastic").state_rate(0.7, model.x0)[1] == 0.0

@@ -9,8 +9,9 @@ import pytest
 from femflex.advice.advice import Advice
 from femflex.advice.bodies import KnownBodies
 from femflex.assembly.open_choices import open_choices
-from femflex.case import read_case
+from femflex.case import parse_case, read_case
 from femflex.pipeline.chosen_strains import bodies_that_stretch
+from femflex.pipeline.decisions import decided
 from femflex.reduction.origin import Origin
 
 CONDENSED = 'method = "cantilever", clamp = "ROOT", modes = 2'
@@ -81,3 +82,35 @@ def test_a_body_that_cannot_be_as_advised_is_otherwise_and_the_others_as_advised
 @pytest.mark.parametrize("wanted", [{}, {"a": "linear"}])
 def test_nothing_is_built_where_all_are_linear(write_case: Any, craft: str, wanted: dict[str, str]):
     assert advised(write_case, craft, {"a": CONDENSED}, wanted) == {name: ("linear", "a bends") for name in wanted}
+
+
+ROD = """
+[bodies.{0}]
+kind = "analytic"
+length = 2
+mass = 1
+EA = 1e7
+EIy = 2000
+EIz = 3000
+GJ = 1500
+radius = 0.02
+functions = {{ y = 1, z = 1, axial = 1, family = "polynomial" }}
+{1}
+[[joints]]
+kind = "weld"
+parent = "hub"
+child = "{0}"
+"""
+
+
+def test_a_body_keeps_the_strain_it_says_though_another_is_advised():
+    """Both rods bend as they spin up; the doubt about the one that says linear strain changes nothing of it."""
+    text = "[run]\nduration = 0.2\n[attitude]\nrates = [0, 0, 9]\n"
+    text += "[bodies.hub]\nkind = 'rigid'\nmass = 50\ninertia = [90, 90, 90]\n"
+    case = parse_case(text + ROD.format("open", "") + ROD.format("stated", "strain = 'linear'"))
+    found = decided(case, thorough=True)
+    wanted = {"open": "condensed", "stated": "linear"}
+    strains = {one.body: (one.choice, one.doubt) for one in found.advice if one.decision == "strain"}
+    assert strains == {"open": ("condensed", False), "stated": ("condensed", True)}
+    assert {name: getattr(found.case.bodies[name], "strain", None) for name in wanted} == wanted
+    assert {name: found.system.bodies[name].strain_form for name in wanted} == wanted

@@ -201,6 +201,13 @@ def test_what_has_no_linear_motion_is_refused(tmp_path):
     model = compile_system(replace(pendulum(0.1), effectors=(law,)))
     with pytest.raises(ValueError, match="controller 'law' is sampled, and a linearised run is continuous"):
         LinearMotion().blocks(model, np.linspace(0, 1, 3), model.x0).__next__()
+    about = (compile_system(pendulum(0.1)), np.linspace(0, 1, 3))
+    state = next(LinearMotion().blocks(*about, about[0].x0)).resume
+    for method in (LinearMotion().blocks, LinearMotion().solve):
+        with pytest.raises(ValueError, match="a linearised run is not resumed"):
+            method(*about, x0=about[0].x0, state=state)
+    with pytest.raises(ValueError, match="a linearised motion is that of a compiled femflex system"):
+        LinearMotion().solve(object(), about[1], about[0].x0)
     with pytest.raises(ValueError, match="a linearised run is not resumed"):
         prepare(CASES / "eccentric_pitch.toml", tmp_path / "x.h5", resume=True, linearised=True)
     (tmp_path / "arm.toml").write_text(

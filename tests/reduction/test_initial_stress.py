@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 from full_solution import Reduced, static_path
 from nonlinear_models import METAL
+from scipy import sparse
 from scipy.linalg import eigh
 
 from femflex.fem import Member, build_structure
+from femflex.fem.eigen.modes import factorised
 from femflex.fem.sections import Rectangle
 from femflex.fem.sections.laminates import Lamina, Ply, layup
 from femflex.mesh import Mesh, line, rectangle
@@ -24,6 +26,7 @@ from femflex.reduction import (
     with_derivatives,
 )
 from femflex.reduction.boundary.clamps import held_dofs
+from femflex.reduction.modes import buckling
 from femflex.reduction.strain.initial_stress import largest_strain, stress_energy, warn_of_initial_stress
 from femflex.warning import PhysicsWarning
 
@@ -71,6 +74,20 @@ def test_the_critical_factor_is_eulers(n, order):
     assert critical_factor(structure, held_dofs(structure, PINS)) == pytest.approx(2.5, rel=1e-6)
     pulled = beam(prestress=EULER)
     assert critical_factor(pulled, held_dofs(pulled, PINS)) == np.inf
+
+
+@pytest.mark.parametrize("dense", [True, False])
+@pytest.mark.parametrize("ends", [(-0.4, 7.0), (-3.0, 0.2), (0.1, 0.5), (-5.0, -2.0)])
+def test_the_lowest_ratio_is_found_among_larger_ones_of_either_sign(dense, ends, monkeypatch):
+    monkeypatch.setattr(buckling, "SMALL", 40 if dense else 0)
+    n = 30
+    ratios, S = np.linspace(*ends, n), np.eye(n) + 0.2 * np.random.default_rng(5).normal(size=(n, n))
+    K0 = sparse.csr_array(S.T @ S)
+    K_sigma = sparse.csr_array(S.T @ (ratios[:, None] * S))
+    assert buckling.lowest_ratio(K_sigma, K0) == pytest.approx(ends[0], rel=1e-9)
+    found, x = buckling.roughly_lowest(K_sigma, K0, factorised(K0))
+    assert found == pytest.approx(ends[0], abs=buckling.ROUGHLY * abs(1 + ends[0]))
+    assert x @ K_sigma @ x / (x @ K0 @ x) == pytest.approx(found, abs=1e-9)
 
 
 def test_a_buckled_structure_is_refused_with_the_factor_it_bears():

@@ -1,6 +1,7 @@
 """Static equilibria of tethers and membranes, and their vibration about these: chains, spun cables, orbits."""
 
 import contextlib
+import re
 import warnings
 from dataclasses import replace
 
@@ -231,6 +232,15 @@ def test_an_equilibrium_that_is_not_reached_is_no_equilibrium(steps, found, monk
     refused = pytest.raises(ValueError, match="no static equilibrium was found: the unbalanced force is")
     with contextlib.nullcontext() if found else refused:
         static_equilibrium(cord([2.0, 0, 0], 8, SOFT), PINS, Preload.weight([0, 0, -40.0]))
+
+
+@pytest.mark.parametrize(("left", "scale"), [(3.0, 50.0), (40.0, 25.0), (6e-9, 0.5)])
+def test_what_is_not_carried_is_compared_with_the_largest_load(left, scale):
+    x = np.arange(3.0)
+    assert equilibrium._settled(x, 0.9e-8 * scale, scale) is x
+    said = f"the unbalanced force is {left:.3g} N, and the largest load {scale:.3g} N. Check"
+    with pytest.raises(ValueError, match=re.escape(said)):
+        equilibrium._settled(x, left, scale)
 
 
 @pytest.mark.parametrize(("other", "said"), [(97.0, "leaves 2.4 N unbalanced, over 1%"), (99.5, None)])

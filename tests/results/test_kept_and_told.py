@@ -84,6 +84,22 @@ def test_states_are_coordinates_velocities_and_the_states_of_effectors_in_this_o
         assert next(iter(channels_of(run.file))) == "time" and set(channels_of(run.file)) == {"time", "q", "u", "z"}
 
 
+def test_channels_of_a_file_are_those_it_was_made_of(tmp_path):
+    channels = {
+        "plain": Channel("", ""),
+        "rate": Channel("rad/s", "rate of the hub", (3,), ("x", "y", "z"), "body"),
+        "group/pull": Channel("N", "pull", (2, 3), ("u", "v", "w"), "inertial"),
+        "group/pitch": Channel("rad", "pitch", (), (), "orbital"),
+    }
+    arrays = {path: np.zeros((3, *channel.shape)) for path, channel in channels.items()}
+    with RunWriter(tmp_path / "run.h5", channels, {}, {}) as writer:
+        writer.write_block(TIMES, arrays)
+    more = Channel("m", "place", (3,), ("x", "y", "z"), "marker")
+    add_channels(tmp_path / "run.h5", {"more": (more, np.zeros((3, 3)))})
+    with open_run(tmp_path / "run.h5") as run:
+        assert run.channels == channels | {"more": more}
+
+
 def test_an_unknown_path_among_many_is_answered_with_groups_or_with_what_it_is_part_of(tmp_path):
     arrays = {f"bodies/panel{k}/rate": np.zeros(3) for k in range(7)} | {
         f"loads/push{k}/power": np.zeros(3) for k in range(6)

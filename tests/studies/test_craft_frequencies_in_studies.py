@@ -41,6 +41,8 @@ def test_a_frequency_of_the_craft_is_that_of_its_mode_or_branch_at_every_level()
     for quantity, hertz, tolerance in (
         ("mode = 2", wheels[1], 1e-6),
         ('branch = "joint 1"', wheels[0], 1e-6),
+        ('branch = "joint 2"', wheels[1], 1e-6),
+        ('branch = "joint 1", mode = 2', wheels[0], 1e-6),
         ("mode = 3", CLAMPED, 5e-3),
     ):
         assert study(quantity).value(built, print) == (pytest.approx(hertz, rel=tolerance), "Hz", 0.0)
