@@ -149,6 +149,9 @@ def test_a_second_run_is_named_by_what_tells_it_apart():
     assert title_of(of(without=("nonlinear_strain", "loads/push"))) == "T (without nonlinear strain, push)"
     assert omission_text(of()) == "in full" and omission_text(of(integrator="linearised")) == "linearised"
     assert omission_text(of(without=("damping", "nonlinear_strain"))) == "without damping, linear strain"
+    both = of(integrator="linearised", without=("loads/push", "nonlinear_strain"))
+    assert omission_text(both) == "without push, linear strain, linearised"
+    assert difference_text(both, of(integrator="linearised")) == omission_text(both) != difference_text(of(), both)
     assert difference_text(of("A"), of("B")) == "A"
     assert difference_text(of(name="b.h5"), of()) == "b.h5"
     assert (
