@@ -226,6 +226,34 @@ def test_the_digest_changes_with_every_source_of_the_kernel_and_no_other(package
     assert digest_of(place) in seen
 
 
+@pytest.mark.parametrize("kernel", ["femflex/parts/a.py", "user/own.py"])
+def test_sources_are_found_through_any_number_of_imports(tmp_path, monkeypatch, kernel):
+    """a -> b -> c -> a, d; d -> the package e; what no file names, and what is named inside a function, is none."""
+    imports = {
+        "femflex/parts/a.py": "from femflex.parts.b import one\n",
+        "femflex/parts/b.py": "from femflex.parts import (  # several\n    c,\n)\n",
+        "femflex/parts/c.py": "import femflex.parts.d\nfrom femflex.parts.a import two as three\n",
+        "femflex/parts/d.py": "def late():\n    import femflex.other\n\n\nfrom femflex.parts.e import four, five\n",
+        "femflex/parts/e/__init__.py": "five = 5\nfrom femflex.parts.e.four import six\n",
+        "femflex/parts/e/four.py": "six = 6\n",
+        "femflex/parts/__init__.py": "",
+        "femflex/other.py": "",
+        "femflex/kernels.py": "from femflex.under import seven\n",
+        "femflex/under.py": "",
+        "user/own.py": "import beside\nfrom femflex.parts.c import four\n",
+        "user/beside.py": "",
+    }
+    for name, text in imports.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text)
+    monkeypatch.setattr(kernel_digest, "PACKAGE", tmp_path / "femflex")
+    monkeypatch.setattr(kernel_digest, "COMPILERS", ("kernels.py",))
+    found = {str(source.relative_to(tmp_path)) for source in kernel_digest.sources_of(tmp_path / kernel)}
+    own = {"user/own.py", "user/beside.py"} if kernel.startswith("user") else set()
+    parts = {f"femflex/parts/{name}" for name in ("a.py", "b.py", "c.py", "d.py", "e/__init__.py", "e/four.py")}
+    assert found == own | parts | {"femflex/kernels.py", "femflex/under.py"}
+
+
 def test_another_file_is_another_source(package, digest_of):
     before = digest_of("integrate/probe.py")
     (package / "integrate" / "callee.py").rename(package / "integrate" / "called.py")
