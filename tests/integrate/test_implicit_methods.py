@@ -236,6 +236,26 @@ def test_settings_that_mean_nothing_are_refused():
         Esdirk4(step=-1.0)
 
 
+@pytest.mark.parametrize("method", [Dop853, Esdirk4, GeneralizedAlpha])
+def test_settings_at_their_limits(method):
+    """What is allowed, and what is not any more."""
+    limits = {
+        "rtol": ([0.0, 1e-3], [-1e-300, np.nan]),
+        "atol": ([1e-300, np.full(2, 1.0)], [0.0, np.array([1.0, 0.0])]),
+    }
+    limits["max_step"] = ([1e-300, np.inf], [0.0, -1.0, np.nan])
+    if method is not Dop853:
+        limits["step"] = ([None, 1e-300], [0.0, -1.0, np.nan])
+    if method is GeneralizedAlpha:
+        limits["rho"] = ([0.0, 0.5, 1.0], [-1e-12, 1.0 + 1e-12, np.nan])
+    for key, (allowed, refused) in limits.items():
+        for value in allowed:
+            assert getattr(method(**{key: value}), key) is value
+        for value in refused:
+            with pytest.raises(ValueError, match=f"{key} = .*(must lie|be positive|must not be)"):
+                method(**{key: value})
+
+
 def test_embedded_error_estimates_are_of_the_size_of_the_error():
     """The tolerance means something: errors of a run fall with it and stay near it, for each method alike."""
     model, ends = cubic_spring(0.5), np.array([0.0, 6.0])

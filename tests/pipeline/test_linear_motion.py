@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,8 +18,9 @@ from femflex.case import CaseError, read_case
 from femflex.cli.app import app
 from femflex.dynamics import compile_system
 from femflex.integrate import Dop853
+from femflex.integrate import resume as head
 from femflex.pipeline import prepare
-from femflex.pipeline.linear_motion import LinearMotion, increment
+from femflex.pipeline.linear_motion import NODES, RTOL, LinearMotion, Steps, check, increment, parabola, response
 from femflex.results import open_run
 from femflex.system import Controller, Environment, Load, Profile, System, prismatic, revolute
 
@@ -194,6 +196,82 @@ def test_the_verb_leaves_both_runs_and_lays_them_over_each_other(tmp_path):
     assert done.exit_code == 0 and "linear equations about the equilibrium" in done.stdout
     done = runner.invoke(app, ["run", str(path), "--linearised", "--resume", "-o", str(tmp_path / "arm_linearised.h5")])
     assert done.exit_code == 2 or "complete already" in done.stdout
+
+
+class KnownError(Steps):
+    """Steps of y' = 0 with an error of C h^5 each, whose halves differ from the whole by 15/16 of it."""
+
+    C = 16 * RTOL  # the estimate, a fifteenth of the difference, is the tolerance at h = 1
+
+    def _step(self, y, t, h):
+        return y + self.C * h**5
+
+
+def test_steps_keep_to_their_error_and_go_on_after_short_ones():
+    """At h the error is h^5 tolerances: 10, 2.5 and then 0.8 at first."""
+    resume = np.zeros(head.HEAD)
+    resume[head.SMALLEST] = np.inf
+    steps = KnownError(SimpleNamespace(sizes=np.ones(1)), RTOL, resume, np.array([0.0, 100.0]))
+
+    def counts():
+        return [resume[k] for k in (head.ACCEPTED, head.REJECTED, head.SMALLEST, head.LARGEST)]
+
+    y = steps.moved(np.ones(1), 0.0, 10.0)  # twelve steps of 0.8, and 0.4 that are left, are no reason for less
+    assert counts() == pytest.approx([13, 2, 0.4, 0.8], rel=1e-4) and steps.h == pytest.approx(0.8, rel=1e-4)
+    assert y - 1 == pytest.approx([(12 * 0.8**5 + 0.4**5) * KnownError.C / 16], rel=1e-4)
+    y = steps.moved(y, 10.0, 10.1)
+    assert counts() == pytest.approx([14, 2, 0.1, 0.8], rel=1e-4) and steps.h == pytest.approx(0.8, rel=1e-4)
+    steps.moved(y, 10.1, 10.9)  # one step, though rounding leaves a little
+    assert counts() == pytest.approx([15, 2, 0.1, 0.8], rel=1e-4) and steps.h == pytest.approx(0.8, rel=1e-4)
+    steps.C = 0.0  # steps grow four times each
+    steps.moved(y, 10.9, 30.0)
+    assert counts() == pytest.approx([19, 2, 0.1, 12.8], rel=1e-4) and steps.h == pytest.approx(51.2, rel=1e-4)
+
+
+def test_a_step_of_a_thousand_millionth_is_taken_whatever_its_error():
+    resume = np.zeros(head.HEAD)
+    resume[head.SMALLEST] = np.inf
+    steps = KnownError(SimpleNamespace(sizes=np.ones(1)), RTOL, resume, np.array([0.0, 1.0]))
+    calls = []
+
+    def moved(y, t, h):
+        calls.append(h)
+        return y + (t == 0.0 and len(calls) % 3 == 1)  # at the start the whole is never what its halves are
+
+    steps._step = moved
+    assert steps.moved(np.zeros(1), 0.0, 1.0) == 0.0
+    assert resume[head.REJECTED] == 15 and min(calls[::3][:16]) == pytest.approx(0.25**15, rel=1e-12)
+    assert resume[head.ACCEPTED] == len(calls) / 3 - 15
+
+
+def test_response_and_parabola_are_the_exact_solution_under_a_load_of_second_degree():
+    """x' = A x + c_0 + c_1 s + c_2 s^2 / 2, x = -(p_0 + p_1 s + p_2 s^2) + exp(A s) p_0, with p by coefficients."""
+    rng = np.random.default_rng(2)
+    A, h, x = rng.normal(size=(3, 3)), 0.7, rng.normal(size=3)
+    c = rng.normal(size=(3, 3))
+    values = [c[0] + c[1] * s + c[2] * s**2 / 2 for s in h / 2 * (1 + NODES)]
+    found = parabola(values, h)
+    np.testing.assert_allclose(found, c, atol=1e-13)
+    E, P = response(A, h)
+    p2 = -np.linalg.solve(A, c[2] / 2)
+    p1 = np.linalg.solve(A, 2 * p2 - c[1])
+    p0 = np.linalg.solve(A, p1 - c[0])
+    wanted = expm(A * h) @ (x - p0) + p0 + p1 * h + p2 * h**2
+    np.testing.assert_allclose(E @ x + P @ np.concatenate(found), wanted, atol=1e-12)
+
+
+@pytest.mark.parametrize("loops", [(), ("closing",)])
+@pytest.mark.parametrize("moves", [False, True])
+@pytest.mark.parametrize("latches", [(), ("latch",)])
+def test_loops_with_moving_joints_and_latches_have_no_linear_motion(loops, moves, latches):
+    still = SimpleNamespace(latches=(), held={0: SimpleNamespace(moves=False)})
+    joint = SimpleNamespace(latches=latches, held={0: SimpleNamespace(moves=False), 2: SimpleNamespace(moves=moves)})
+    system = SimpleNamespace(constraints=(), controllers=(), loops=loops, joints=(still, joint))
+    if not latches and not (loops and moves):
+        return check(system)
+    said = "a joint latches during the run" if latches else "with loops a linearised run needs prescribed joints that"
+    with pytest.raises(ValueError, match=said):
+        check(system)
 
 
 def test_what_has_no_linear_motion_is_refused(tmp_path):
