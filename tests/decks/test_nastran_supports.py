@@ -298,7 +298,6 @@ def test_older_rigid_elements_name_components_of_each_grid(tmp_path):
         ("SUPORT,1,123", "free bodies are reduced by the case (method = 'free_free')"),
         ("EIGRL,1,,,10", "choice of modes is left out; the case says how many"),
         ("FORCE,1,1,,1.,1.", "loads and temperatures are left out; the case has them"),
-        ("NSM1,1,PSHELL", "nonstructural mass of NSM cards is left out; that mass is missing"),
         ("ASET1,1,2", "reductions are left out; choose the reduction in the case"),
         ("CAERO1,1,2", "aerodynamics is left out"),
         ("DESVAR,1,A", "optimisation is left out; the values of the deck are used"),

@@ -54,6 +54,17 @@ class BarProperty:
     mass: tuple[float, float] = (0.0, 0.0)
     names: list[str] = field(default_factory=list, compare=False)
 
+    def loaded(self, mass: float) -> BarProperty:
+        """The property with more nonstructural mass per length [kg/m] where that of its own lies."""
+        if not mass:
+            return self
+        more = tuple(replace(one, nsm=one.nsm + mass) for one in self.stations)
+        if any(self.density * one.A + one.nsm < 0 for one in more):
+            raise ValueError(
+                f"{self.card} and nonstructural mass give a mass per length below zero; correct one of them"
+            )
+        return replace(self, stations=more)
+
 
 class BarProperties:
     """The properties of bars of a deck by number."""

@@ -122,12 +122,12 @@ def _control(bulk: Bulk) -> None:
         if re.match(r"(SUBCASE|STEP)\b", text):
             subcases.append({})
             continue
-        found = re.match(r"(SPC|MPC|METHOD)\s*[= ]\s*(\d+)", text)
+        found = re.match(r"(SPC|MPC|METHOD|NSM)\s*[= ]\s*(\d+)", text)
         if found:
             (subcases[-1] if subcases else above)[found[1]] = int(found[2])
     first = subcases[0] if subcases else {}
     bulk.chosen = {**first, **above} if not first else {**above, **first}
-    for key in ("SPC", "MPC"):
+    for key in ("SPC", "MPC", "NSM"):
         others = {one[key] for one in subcases[1:] if key in one} - {bulk.chosen.get(key)}
         if others:
             bulk.found.note(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -52,6 +52,8 @@ def _bar(model: NastranModel, card: Card) -> None:
     made = model.bars(pid)
     if made is None:
         return
+    more = model.nonstructural(number)
+    made = made.loaded(more)
     axes = model.grids.axes(ends[0])
     word = card.word(7)
     frames = word if word.isalpha() and len(word) == 3 else "GGG"
@@ -86,7 +88,7 @@ def _bar(model: NastranModel, card: Card) -> None:
     if alpha and any(set(p) & {2, 3} in ({2}, {3}) or set(p) & {5, 6} in ({5}, {6}) for p in pins):
         raise ValueError(f"{card} has pin flags for one plane alone and a section with I12; give principal axes")
     varies = any(s != made.stations[0] for s in made.stations)
-    key = ("bar", pid, direction_key(orientation), number if varies or any(pins) else None)
+    key = ("bar", pid, direction_key(orientation), number if varies or any(pins) else None, more)
     section = bar_section(model, made, length)
     options = {"orientation": tuple(float(c) for c in orientation), **bar_options(model, made, card)}
     if any(pins):
@@ -299,6 +301,9 @@ def _conrod(model: NastranModel, card: Card) -> None:
 def _add_rod(model: NastranModel, card: Card, ends: list[int], rod: Rod, name: str, key: object) -> None:
     if not model.grids.require(ends, card):
         return
+    rod = replace(rod, mass=rod.mass + model.nonstructural(card.integer(0)))
+    if rod.mass < 0:
+        raise ValueError(f"{card} has a mass per length below zero; correct its nonstructural mass")
     a, b = (model.grids[g].position for g in ends)
     length = float(np.linalg.norm(b - a))
     if not length > 0:
@@ -312,7 +317,7 @@ def _add_rod(model: NastranModel, card: Card, ends: list[int], rod: Rod, name: s
     section = CableSection(rod.EA, max(rod.mass, LIGHT * rod.EA))
     rows = [model.row(g) for g in ends]
     model.build.cell(
-        "line", rows, key, name, "rod", section, None, {}, model.bulk.names_of(int(name[4:] or 0))
+        "line", rows, (key, rod.mass), name, "rod", section, None, {}, model.bulk.names_of(int(name[4:] or 0))
         if name.startswith("pid_") else (), card.integer(0),
     )  # fmt: skip
     model.moving.update(ends)

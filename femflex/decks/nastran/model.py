@@ -13,6 +13,7 @@ from femflex.decks.nastran.bulk import Bulk
 from femflex.decks.nastran.card import Card
 from femflex.decks.nastran.grids import Grids
 from femflex.decks.nastran.materials import Materials
+from femflex.decks.nastran.nonstructural_mass import NonstructuralMass
 from femflex.decks.nastran.systems import Systems
 from femflex.fem import Bushing, PointMass, ScalarSpring
 from femflex.fem.connections.connection import Connection
@@ -31,6 +32,7 @@ class NastranModel:
     grids: Grids
     materials: Materials
     bars: BarProperties
+    nonstructural: NonstructuralMass
     build: Builder = field(default_factory=Builder)
     point_masses: list[PointMass] = field(default_factory=list)
     connections: list[Connection] = field(default_factory=list)

@@ -14,6 +14,7 @@ from femflex.decks.nastran.line_elements import read_line_elements
 from femflex.decks.nastran.masses import finish_masses, read_masses
 from femflex.decks.nastran.materials import Materials
 from femflex.decks.nastran.model import NastranModel
+from femflex.decks.nastran.nonstructural_mass import NonstructuralMass
 from femflex.decks.nastran.older import renew
 from femflex.decks.nastran.rigid_elements import read_rigid_elements
 from femflex.decks.nastran.sets import read_sets
@@ -47,7 +48,10 @@ def read(path: Path, units: Units, overrides: Overrides) -> Deck:
         bulk.found.check(path)
     systems = Systems(bulk)
     materials = Materials(bulk)
-    model = NastranModel(bulk, systems, Grids(bulk, systems), materials, BarProperties(bulk, materials))
+    grids = Grids(bulk, systems)
+    model = NastranModel(
+        bulk, systems, grids, materials, BarProperties(bulk, materials), NonstructuralMass(bulk, grids)
+    )
     read_line_elements(model)
     read_three_node_beams(model)
     read_shell_elements(model)

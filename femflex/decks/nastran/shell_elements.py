@@ -74,7 +74,7 @@ def _shell(model: NastranModel, card: Card, kind: Kind, properties: ShellPropert
     x = np.array([model.grids[g].position for g in corners])
     normal = _normal(x, card)
     thickness = _thickness(model, card, kind, made)
-    section = made.section
+    section, more = made.section, model.nonstructural(number)
     axis = None if made.isotropic else _axis(model, card, kind, x, normal)
     offset = card.real(kind.offset, 0.0) * model.bulk.units.length if kind.offset >= 0 else 0.0
     rows = [model.row(g) for g in corners]
@@ -87,16 +87,17 @@ def _shell(model: NastranModel, card: Card, kind: Kind, properties: ShellPropert
         axis = np.array([0.0, 1.0, 0.0])
     options: dict[str, object] = {"offset": offset} if offset else {}
     fields: dict[str, object] = {}
-    key: tuple[object, ...] = ("shell", family, pid, offset, axis is None, thickness is None)
+    key: tuple[object, ...] = ("shell", family, pid, offset, axis is None, thickness is None, more > 0)
     if family == "shell":
         fields |= {} if axis is None else {"axis": axis}
         fields |= {} if thickness is None else {"thickness": thickness}
+        fields |= {"extra_mass": more} if more else {}
     else:  # flat facets: one axis and one thickness for a member
         mean = None if thickness is None else float(np.mean(thickness))
         below = axis is not None and not same_side(normal)
-        section = made.of(mean).turned_over() if below else made.of(mean)
+        section = (made.of(mean).turned_over() if below else made.of(mean)).loaded(more)
         options |= {} if axis is None else {"axis": tuple(float(c) for c in axis)}
-        key += (mean, None if axis is None else direction_key(axis, 6), below)
+        key += (mean, None if axis is None else direction_key(axis, 6), below, more)
         if thickness is not None and np.ptp(thickness) > 1e-6 * np.max(thickness):
             model.bulk.found.unused(
                 f"{card.name} T1 to T3 that differ", "each such facet has the mean of its corners' thicknesses",

@@ -37,6 +37,8 @@ def _beam(model: NastranModel, card: Card) -> None:
     made = model.bars(pid)
     if made is None:
         return
+    more = model.nonstructural(number)
+    made = made.loaded(more)
     given = [k for k in range(8, 20) if card.has(k) and card.real(k) != 0]
     if given:
         raise ValueError(
@@ -61,7 +63,7 @@ def _beam(model: NastranModel, card: Card) -> None:
             raise ValueError(f"{card} has no length between two of its grid points")
         bar_frame(span, v, card)  # refuses an orientation along the element
         options = {"orientation": tuple(float(x) for x in v / np.linalg.norm(v)), **bar_options(model, made, card)}
-        key = ("bar", pid, direction_key(v / np.linalg.norm(v)), None)
+        key = ("bar", pid, direction_key(v / np.linalg.norm(v)), None, more)
         add_bar(model, card, pid, (rows[k], rows[k + 1]), key, bar_section(model, made, length), options, (), [])
     mark_turning(model, named)
 
