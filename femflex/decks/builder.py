@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -30,6 +30,19 @@ class _Gathered:
     fields: dict[str, list[Mapping[str, Any]]] = field(default_factory=dict)  # by cell type, one for each cell
 
 
+@dataclass(frozen=True)
+class Built:
+    """A cell that stands in the mesh: number of its element, type and row, and what its member is made of."""
+
+    number: int | None
+    kind: str
+    row: int
+    family: str
+    section: Any
+    material: Any
+    fields: Mapping[str, Any]
+
+
 class Builder:
     """Points by number of their node, cells by type, members and groups."""
 
@@ -38,6 +51,7 @@ class Builder:
         self.row_of: dict[int, int] = {}  # node of the deck -> row of points
         self.cells: dict[str, list[Sequence[int]]] = {}
         self.cell_of: dict[int, tuple[str, int]] = {}  # element of the deck -> cell type and row
+        self._number_of: dict[tuple[str, int], int] = {}  # and the way back, from every one of its cells
         self.cell_groups: dict[str, dict[str, list[int]]] = {}
         self.point_groups: dict[str, list[int]] = {}
         self._members: dict[Hashable, _Gathered] = {}
@@ -90,6 +104,39 @@ class Builder:
             self.cell_groups.setdefault(group, {}).setdefault(kind, []).append(row)
         if number is not None:
             self.cell_of[number] = kind, row
+            self._number_of[kind, row] = number
+
+    def built(self) -> Iterator[Built]:
+        """Every cell with what it is made of."""
+        for one in self._members.values():
+            for kind, rows in one.rows.items():
+                for row, fields in zip(rows, one.fields[kind], strict=True):
+                    number = self._number_of.get((kind, row))
+                    yield Built(number, kind, row, one.family, one.section, one.material, fields)
+
+    def remake(self, values: Mapping[int, Hashable], made: Callable[[Any, Any, Any], tuple[Any, Any]]) -> None:
+        """Give elements, by their numbers, another section and material: what `made` makes of both and of a value.
+
+        Elements of a member with unlike values, or some without, become members of their own.
+        """
+        before, self._members = self._members, {}
+        for key, one in before.items():
+            for kind, rows in one.rows.items():
+                for row, fields in zip(rows, one.fields[kind], strict=True):
+                    value = values.get(self._number_of.get((kind, row), -1))
+                    own = key if value is None else (key, value)
+                    if own not in self._members:
+                        section, material = (one.section, one.material)
+                        if value is not None:
+                            section, material = made(section, material, value)
+                        self._members[own] = replace(one, section=section, material=material, rows={}, fields={})
+                    self._members[own].rows.setdefault(kind, []).append(row)
+                    self._members[own].fields.setdefault(kind, []).append(fields)
+        self._names = {}
+        for one in self._members.values():
+            name = one.name.rpartition("-part")[0]
+            self._names[name] = self._names.get(name, 0) + 1
+            one.name = f"{name}-part{self._names[name]}"
 
     def mesh(self) -> Mesh:
         """The mesh with all groups: those of members and those of properties, sets and points."""

@@ -376,7 +376,6 @@ def test_keywords_of_every_kind_that_is_left_out_say_what_that_changes(tmp_path)
         "MODAL DAMPING": "damping is left out; give it in the case",
         "CYCLIC SYMMETRY MODEL": "the structure is taken as the deck gives it, not as a sector of one",
         "USER ELEMENT": "the elements have the stiffness of their sections",
-        "NONSTRUCTURAL MASS": "mass that is not structure is left out; that mass is missing",
         "REBAR LAYER": "rebars are left out",
         "MODEL CHANGE": "elements stay in the model",
         "DISTRIBUTION": "a distribution of values is left out; the default is used",

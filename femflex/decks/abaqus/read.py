@@ -11,6 +11,7 @@ from femflex.decks.abaqus.axes import read_orientations, read_transforms
 from femflex.decks.abaqus.connections import read_connections, read_ties
 from femflex.decks.abaqus.materials import Materials
 from femflex.decks.abaqus.model import AbaqusModel
+from femflex.decks.abaqus.nonstructural_mass import read_nonstructural_mass
 from femflex.decks.abaqus.points import finish_masses, read_masses, read_springs
 from femflex.decks.abaqus.sections import Reading, read_elements
 from femflex.decks.abaqus.supports import read_supports
@@ -49,6 +50,7 @@ def read(path: Path, units: Units, overrides: Overrides) -> Deck:
     transforms = read_transforms(model)
     reading = Reading(Materials(model), systems, _thickness(model))
     read_elements(model, reading)
+    read_nonstructural_mass(model)
     read_connections(model, reading, surfaces, transforms)
     read_masses(model, reading)
     read_springs(model, reading)

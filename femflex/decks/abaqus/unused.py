@@ -21,6 +21,7 @@ READ = {  # keywords that are read, or that say nothing of the structure
     "SECTION FILE", "PRINT", "CONTROLS", "SOLUTION TECHNIQUE", "TIME POINTS", "AMPLITUDE", "FREQUENCY", "STATIC",
     "DYNAMIC", "BUCKLE", "MODAL DYNAMIC", "STEADY STATE DYNAMICS", "VISCO", "COUPLED TEMPERATURE-DISPLACEMENT",
     "HEAT TRANSFER", "SECTION CONTROLS", "HOURGLASS STIFFNESS", "TRANSVERSE SHEAR STIFFNESS", "PHYSICAL CONSTANTS",
+    "NONSTRUCTURAL MASS",
     "FILTER", "DIAGNOSTICS", "VISUALIZATION", "END", "USER OUTPUT VARIABLES", "COMPLEX FREQUENCY", "DISTRIBUTION TABLE",
 }  # fmt: skip
 CONSEQUENCES = {
@@ -46,7 +47,6 @@ CONSEQUENCES = {
         "CYCLIC SYMMETRY MODEL", "SELECT CYCLIC SYMMETRY MODES",
     ),
     "the elements have the stiffness of their sections": ("STIFFENER", "USER ELEMENT", "MATRIX"),
-    "mass that is not structure is left out; that mass is missing": ("NONSTRUCTURAL MASS",),
     "rebars are left out": ("REBAR", "REBAR LAYER"),
     "elements stay in the model": ("MODEL CHANGE",),
     "a distribution of values is left out; the default is used": ("DISTRIBUTION",),
