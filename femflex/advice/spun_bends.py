@@ -30,8 +30,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 SLOPE, MOST = 0.42, 0.9  # c over (rate / first frequency)^2, and at most
-FAST = 10.0  # times the first frequency; that of a wire which only its spin pulls tight is 0
-LOOSEST = 50.0  # c of a wire whose root is on the axis
+FAST = 10.0  # times the first frequency; that of a wire which only its spin pulls tight is 0. c is then SLOPE FAST^2
 SLOW = 0.15  # of the first frequency: no bend that is meant turns slowly enough to matter there
 
 
@@ -76,7 +75,7 @@ class SpunBends:
         marker = "root" if one.name in self._system.varying else self._system.joint_of(one.name).child_marker
         place = channels.get(f"markers/{one.name}.{marker}/position", channels[f"bodies/{one.name}/position"])
         lever = np.linalg.norm(place[rows] - axis, axis=1)
-        loose = np.where(ratio < FAST, MOST, np.maximum(MOST, one.size / np.maximum(2.0 * lever, one.size / LOOSEST)))
+        loose = np.where(ratio < FAST, MOST, np.maximum(MOST, one.size / np.maximum(2.0 * lever, 1e-300)))
         return np.minimum(SLOPE * ratio**2, loose)
 
     def warn(self) -> None:

@@ -50,8 +50,8 @@ class Builder:
         self.points: list[Array] = []
         self.row_of: dict[int, int] = {}  # node of the deck -> row of points
         self.cells: dict[str, list[Sequence[int]]] = {}
-        self.cell_of: dict[int, tuple[str, int]] = {}  # element of the deck -> cell type and row
-        self._number_of: dict[tuple[str, int], int] = {}  # and the way back, from every one of its cells
+        self.cell_of: dict[int, list[tuple[str, int]]] = {}  # element of the deck -> cell type and row of its cells
+        self._number_of: dict[tuple[str, int], int] = {}  # and the way back
         self.cell_groups: dict[str, dict[str, list[int]]] = {}
         self.point_groups: dict[str, list[int]] = {}
         self._members: dict[Hashable, _Gathered] = {}
@@ -103,7 +103,7 @@ class Builder:
         for group in (name, *groups):
             self.cell_groups.setdefault(group, {}).setdefault(kind, []).append(row)
         if number is not None:
-            self.cell_of[number] = kind, row
+            self.cell_of.setdefault(number, []).append((kind, row))
             self._number_of[kind, row] = number
 
     def built(self) -> Iterator[Built]:

@@ -331,9 +331,12 @@ def test_mistakes_that_name_nodes_and_sets_say_which(tmp_path, text, sentence):
          "1 elements of type B31, the first is 1, have no section; give one for an ELSET with "
          "them (*BEAM SECTION) [model.inp, line 5]"),
         (PATCH + METAL, "1 elements of type S4, the first is 1, have no section; give one for an ELSET with them "
-         "(*SHELL or *SOLID SECTION) [model.inp, line 7]"),
+         "(*SHELL SECTION) [model.inp, line 7]"),
         (PATCH + METAL + BEAM.format("METAL").replace("=B", "=P"),
-         "model.inp, line 13: *BEAM SECTION is for other elements than those of ELSET 'P' (quad); give the section of "
+         "model.inp, line 13: *BEAM SECTION is for other elements than those of ELSET 'P' (S4); give the section of "
+         "their kind."),
+        (PATCH + METAL + "*SOLID SECTION, ELSET=P, MATERIAL=METAL\n.1\n",
+         "model.inp, line 13: *SOLID SECTION is for other elements than those of ELSET 'P' (S4); give the section of "
          "their kind."),
     ],
 )  # fmt: skip

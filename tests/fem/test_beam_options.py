@@ -241,6 +241,17 @@ def test_stoutness_is_judged_by_the_larger_radius_and_the_extent_that_is_given()
         beam(section, mesh, extent=3.5, orientation=(0, 1, 0))
 
 
+def test_curved_cells_of_three_nodes_are_warned_of_by_the_length_that_their_chords_lack():
+    """An arc over the angle a in n cells: two chords a / 2 n each, longer by (a / 4 n) / sin(a / 4 n)."""
+    arcs = {n: line(lambda s: [np.cos(np.pi * s / 2), np.sin(np.pi * s / 2), 0], n, "line3") for n in (1, 2, 3)}
+    section = Rectangle(0.01, 0.02)
+    for n in (1, 2):
+        angle = np.pi / 8 / n
+        with pytest.warns(PhysicsWarning, match=f"they are {angle / np.sin(angle) - 1:.1%} shorter than the arcs"):
+            beam(section, arcs[n], orientation=(0, 0, 1))
+    beam(section, arcs[3], orientation=(0, 0, 1))
+
+
 @pytest.mark.parametrize(
     ("options", "said"),
     [

@@ -124,8 +124,8 @@ def _sets(model: AbaqusModel) -> None:
     for name, numbers in model.flat.elsets.members().items():
         rows: dict[str, list[int]] = {}
         for number in numbers.among(build.cell_of):
-            cell, row = build.cell_of[number]
-            rows.setdefault(cell, []).append(row)
+            for cell, row in build.cell_of[number]:
+                rows.setdefault(cell, []).append(row)
         if rows:
             build.cell_groups[name] = {cell: sorted(own) for cell, own in rows.items()}
     used = {node for node in model.flat.nodes if model.same(node) in build.row_of}

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from femflex.decks.abaqus.axes import System
 from femflex.decks.abaqus.beam_sections import beam_section, general_section, with_shear
 from femflex.decks.abaqus.materials import Elastic, Materials
 from femflex.decks.abaqus.model import AbaqusModel
+from femflex.decks.arcs import chain_of
 from femflex.decks.builder import direction_key
 from femflex.fem.plate.frames import same_side
 from femflex.fem.sections.laminates import PlateSection, Ply, layup
@@ -87,20 +89,29 @@ def read_elements(model: AbaqusModel, reading: Reading) -> None:
             continue  # said where they are counted
         model.found.problem(
             f"{len(elements)} elements of type {kind}, the first is {elements[0].number}, have no section; give one "
-            f"for an ELSET with them ({'*BEAM SECTION' if kind.startswith('B') else '*SHELL or *SOLID SECTION'}) "
+            f"for an ELSET with them (*{_section_of(elements[0])} SECTION) "
             f"[{elements[0].place}]"
         )
+
+
+def _section_of(element: Element) -> str:
+    """The section that an element takes."""
+    dimension = CELL_TYPES[element.cell].dimension
+    if dimension == 3 or element.kind.startswith("T"):
+        return "SOLID"
+    return "BEAM" if dimension == 1 else "MEMBRANE" if element.kind.startswith("M") else "SHELL"
 
 
 def _assign(model: AbaqusModel, reading: Reading, one: Scoped, owner: dict[int, tuple[Scoped, Make]]) -> None:
     scope, keyword = one
     elset = keyword.parameter("elset")
     numbers = model.flat.elements_of(elset, scope, keyword.place())
-    kinds = {model.flat.elements[number].cell for number in numbers} - {""}
-    if not kinds:
+    cells = [model.flat.elements[number] for number in numbers if model.flat.elements[number].cell]
+    if not cells:
         model.found.note(f"{keyword.place()}: ELSET {elset!r} of *{keyword.name} has no elements that are cells")
         return
-    dimensions = {CELL_TYPES[kind].dimension for kind in kinds}
+    dimensions = {CELL_TYPES[element.cell].dimension for element in cells}
+    plane = any(element.kind.startswith(PLANE) for element in cells)
     made: dict[int, Make] = {}
     for dimension in dimensions:
         if keyword.name in ("BEAM SECTION", "BEAM GENERAL SECTION") and dimension == 1:
@@ -109,21 +120,19 @@ def _assign(model: AbaqusModel, reading: Reading, one: Scoped, owner: dict[int, 
             made[dimension] = _trusses(model, reading, one, elset)
         elif keyword.name == "SOLID SECTION" and dimension == 3:
             made[dimension] = _solids(model, reading, one, elset)
-        elif dimension == 2 and keyword.name.startswith(("SHELL", "MEMBRANE", "SOLID")):
-            cells = [model.flat.elements[number] for number in numbers if model.flat.elements[number].cell]
-            if any(element.kind.startswith(PLANE) for element in cells):
-                continue
+        elif dimension == 2 and plane and not keyword.name.startswith("BEAM"):
+            continue  # said where they are counted
+        elif dimension == 2 and keyword.name.startswith(("SHELL", "MEMBRANE")):
             triangles = sum(_collapsed(element).cell == "triangle" for element in cells)
             made[dimension] = _shells(model, reading, one, elset, triangles > FACETS * len(cells))
         else:
             raise ValueError(
                 f"{keyword.place()}: *{keyword.name} is for other elements than those of ELSET {elset!r} "
-                f"({', '.join(sorted(kinds))}); give the section of their kind."
+                f"({', '.join(sorted({element.kind for element in cells}))}); give the section of their kind."
             )
-    for number in numbers:
-        element = model.flat.elements[number]
-        if element.cell and CELL_TYPES[element.cell].dimension in made:
-            owner[number] = one, made[CELL_TYPES[element.cell].dimension]
+    for element in cells:
+        if CELL_TYPES[element.cell].dimension in made:
+            owner[element.number] = one, made[CELL_TYPES[element.cell].dimension]
 
 
 def _solids(model: AbaqusModel, reading: Reading, one: Scoped, elset: str) -> Make:
@@ -212,7 +221,13 @@ def _beams(model: AbaqusModel, reading: Reading, one: Scoped, elset: str) -> Mak
             if not options["shear"]:
                 raise ValueError(f"{element.place}: a beam off its nodes needs shear; give elements B31 or B32.")
         key = ("beam", id(keyword), scope, options["shear"], direction_key(second, 6))
-        _add(model, element, key, elset, "beam", made.section, None, options)
+        cells = [(element.cell, [model.row(n) for n in element.nodes])]
+        if element.cell == "line3":
+            start, end, middle = cells[0][1]
+            chain = chain_of(model.build, start, middle, end)
+            cells = [("line", list(pair)) for pair in pairwise(chain)] if len(chain) > 3 else cells
+        for cell, rows in cells:
+            model.build.cell(cell, rows, key, elset, "beam", made.section, None, options, (), element.number)
         nodes = set(map(model.same, element.nodes))
         model.moving.update(nodes)
         model.turning.update(nodes)

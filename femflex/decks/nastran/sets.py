@@ -32,6 +32,6 @@ def read_sets(model: NastranModel) -> None:
                     build.point_groups.setdefault(name, [build.row_of[g] for g in known])
             continue
         for element in members.among(build.cell_of):
-            kind, row = build.cell_of[element]
-            for name in names:
-                build.cell_groups.setdefault(name, {}).setdefault(kind, []).append(row)
+            for kind, row in build.cell_of[element]:
+                for name in names:
+                    build.cell_groups.setdefault(name, {}).setdefault(kind, []).append(row)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from femflex.decks.arcs import chain_of
 from femflex.decks.builder import direction_key
 from femflex.decks.nastran.bar_properties import principal
 from femflex.decks.nastran.card import Card
@@ -16,9 +17,6 @@ from femflex.decks.nastran.line_elements import (
     mark_turning,
 )
 from femflex.decks.nastran.model import NastranModel
-
-HALF = 4  # straight elements between the middle and an end; the arc's length is off by (angle / 8)^2 / 24
-STRAIGHT = 1e-9  # of the length: distance of the middle from that of the chord that counts as none
 
 
 def read_three_node_beams(model: NastranModel) -> None:
@@ -46,15 +44,10 @@ def _beam(model: NastranModel, card: Card) -> None:
         )
     if principal(made.stations[0])[0]:
         raise ValueError(f"{made.card} has Iyz; give principal axes to {card}")
-    a, b = (model.grids[g].position for g in grids)
     v = bar_orientation(model, _as_bar(card), grids[0], model.grids.axes(grids[0]), None, "GGG")
     rows = [model.row(g) for g in named]
-    if middle and np.linalg.norm(model.grids[middle].position - (a + b) / 2) > STRAIGHT * np.linalg.norm(b - a):
-        c = model.grids[middle].position
-        at = np.linspace(-1, 1, 2 * HALF + 1)
-        x = np.stack([at * (at - 1) / 2, 1 - at**2, at * (at + 1) / 2], axis=1) @ np.stack([a, c, b])
-        inner = [model.build.point(x[k]) for k in range(1, 2 * HALF) if k != HALF]
-        rows = [rows[0], *inner[: HALF - 1], rows[1], *inner[HALF - 1 :], rows[2]]
+    if middle:
+        rows = chain_of(model.build, *rows)
     places = [model.build.points[row] for row in rows]
     for k in range(len(rows) - 1):
         span = places[k + 1] - places[k]

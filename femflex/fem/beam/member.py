@@ -19,7 +19,7 @@ from femflex.fem.beam.shapes import NODAL, BeamOrder
 from femflex.fem.beam.skin import swept_outline
 from femflex.fem.beam.strain import beam_strain, shear_strain
 from femflex.fem.family import Contribution, StrainPlaces, family, member_cells
-from femflex.fem.line.chain import LINE_TYPES, ArcLength, arc_length, element_frames, straight_elements
+from femflex.fem.line.chain import LINE_TYPES, ArcLength, arc_excess, arc_length, element_frames, straight_elements
 from femflex.fem.line.section_points import section_points
 from femflex.fem.option import Option, Options, member_options
 from femflex.fem.sections.section import Shape
@@ -64,6 +64,7 @@ OPTIONS: Options = {
 ORDERS = range(3, 9)
 STRETCH_ORDERS = range(1, 2 * ORDERS.stop - 2)  # of the axial and torsional fields, up to 2 * 8 - 1
 VARYING_DEGREE = 8  # polynomial degree added to the quadrature where properties vary along the element
+CURVED = 5e-3  # relative length that chords of curved cells may lack: an arc of 39 deg in two of them
 SLENDER = 20.0  # length over radius of gyration below which shear, left out here, shifts the first mode by over 1 %
 
 
@@ -140,9 +141,11 @@ def _fibres(elements: BeamElements, member: Member, degree: int, options: dict[s
 
 
 def _elements(mesh: Mesh, member: Member, numbering: Numbering, options: dict[str, Any]) -> BeamElements:
-    nodes = straight_elements(member_cells(mesh, member, LINE_TYPES))
+    cells = member_cells(mesh, member, LINE_TYPES)
+    nodes = straight_elements(cells)
     start, end = mesh.points[nodes[:, 0]], mesh.points[nodes[:, 1]]
     length, frame = element_frames(start, end, options["orientation"], member.group)
+    _warn_if_curved(mesh, member, cells)
     if member.section.varies:
         arc = arc_length(mesh, nodes, member.group, options["start"])
     else:
@@ -228,6 +231,19 @@ def _checked(options: dict[str, Any], member: Member) -> dict[str, Any]:
         if orientation.shape != (3,) or not np.isfinite(orientation).all() or not orientation.any():
             raise ValueError(f"{where} has orientation {orientation.tolist()}; give three components, not all zero")
     return {**options, **fields, "orientation": orientation}
+
+
+def _warn_if_curved(mesh: Mesh, member: Member, cells: dict[str, Index]) -> None:
+    line3 = cells.get("line3")
+    excess = 0.0 if line3 is None else arc_excess(mesh.points, line3)
+    if excess > CURVED:
+        warnings.warn(
+            f"beam group {member.group!r} has curved line3 cells, each taken as two straight elements: they are "
+            f"{excess:.1%} shorter than the arcs through their nodes (limit {CURVED:.1%}), and their mass and "
+            "flexibility are too small. Mesh the curve with smaller cells",
+            PhysicsWarning,
+            stacklevel=6,
+        )
 
 
 def _warn_if_stout(rho: Array, gyration: float, member: Member) -> None:

@@ -27,6 +27,17 @@ def straight_elements(cells: dict[str, Index]) -> Index:
     return np.concatenate([line, line3[:, [0, 2, 2, 1]].reshape(-1, 2)])
 
 
+def arc_excess(points: Array, line3: Index) -> float:
+    """Relative length by which the arcs through the three points of line3 cells (n, 3) exceed their chords."""
+    a, b, c = (points[line3[:, k]] for k in range(3))
+    chords = np.stack([np.linalg.norm(c - a, axis=1), np.linalg.norm(b - c, axis=1)])
+    across = np.linalg.norm(np.cross(c - a, b - c), axis=1)
+    curvature = 2 * across / (chords.prod(axis=0) * np.linalg.norm(b - a, axis=1))  # of the circle through the points
+    angle = np.arcsin(np.minimum(chords * curvature / 2, 1.0))  # half of that which a chord spans
+    arcs = chords / np.sinc(angle / np.pi)
+    return float(arcs.sum() / chords.sum() - 1)
+
+
 def element_frames(start: Array, end: Array, orientation: Array | None, group: str) -> tuple[Array, Array]:
     """Lengths (e,) and frames (e, 3, 3) of elements from start to end (e, 3); rows of a frame are its x, y, z axes.
 
