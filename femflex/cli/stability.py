@@ -154,6 +154,11 @@ def print_locus(locus: Locus) -> None:
         count = len(locus.trivial)
         print(f"trivial     {count} multipliers are 1: {', '.join(locus.trivial)}")
         print(f"split       multipliers 1 are found within {locus.split:.2g}: rounding separates double eigenvalues")
+    if locus.lost is not None:
+        print(
+            f"lost        no equilibrium at {locus.lost:.6g} {locus.unit}".rstrip()
+            + "; values beyond are not looked at"
+        )
     changes = ", ".join(f"{value:.8g}" for value in locus.critical)
     print(f"changes     {changes} {locus.unit}".rstrip() if changes else "changes     nowhere")
 
@@ -195,7 +200,7 @@ def _plain(one: Locus | Chart) -> dict[str, Any]:
         return {"of": one.of, "name": one.name, "unit": one.unit, "values": one.values.tolist(), "branches": parts,
                 "names": list(one.names),
                 "trivial": list(one.trivial), "split": one.split,
-                "critical": list(one.critical), **kinds}  # fmt: skip
+                "critical": list(one.critical), "lost": one.lost, **kinds}  # fmt: skip
     lines = [{"between": [KINDS[a], KINDS[b]], "points": points.tolist()} for a, b, points in one.boundaries]
     return {"names": list(one.names), "units": list(one.units), "first": one.first.tolist(),
             "second": one.second.tolist(), "boundaries": lines, "error": list(one.error), **kinds}  # fmt: skip

@@ -626,6 +626,7 @@ def test_the_json_of_a_locus_and_a_chart_has_every_number():
         "found": {
             "of": "motion", "name": "gain", "unit": "N", "values": [1.0, 2.5], "names": ["a", "b"], "trivial": ["q"],
             "branches": [[[1.0, 2.0], [0.0, -3.0]], [[4.0, 0.0], [5.0, -6.0]]], "split": 2e-5, "critical": [1.75],
+            "lost": None,
             "kinds": [0, 1], "growth": [-0.5, 0.25], "meaning": meaning,
         },
         "without": ["flexibility"],

@@ -10,9 +10,12 @@ from typer.testing import CliRunner
 
 from femflex.case import CaseError
 from femflex.case.read import parse_case
+from femflex.case.stability import stability_table
 from femflex.cli.app import app
+from femflex.dynamics.equilibria.equilibrium import EquilibriumError
 from femflex.studies.campbell import value_diagram
 from femflex.studies.stability import case_stability
+from femflex.studies.stability.judgement import NONE, STATIC
 
 WHEELS = """
 title = "two wheels on sprung axles"
@@ -97,3 +100,53 @@ def test_the_branches_of_a_locus_bear_the_names_of_modes():
     assert sorted(found.names) == ["joint 1", "joint 1", "joint 2", "joint 2"]
     for name, branch in zip(found.names, found.branches.T, strict=True):
         assert abs(branch[0].imag) / (2 * np.pi) == pytest.approx(exact(0.5)[int(name[-1]) - 1], rel=1e-6)
+
+
+PENDULUM = """
+title = "a pendulum under a torque"
+[run]
+duration = "1 s"
+[environment]
+gravity = [0, -9, 0]
+[bodies.rod]
+kind = "rigid"
+mass = 2
+inertia = [1, 1, 1]
+center_of_mass = [0.5, 0, 0]
+[[joints]]
+kind = "revolute"
+child = "rod"
+axis = "z"
+angle = "-90 deg"
+[[loads]]
+name = "motor"
+body = "rod"
+torque = [0, 0, 1]
+[stability]
+vary."loads.0.torque.2" = { between = ["2.5 N m", "12.5 N m"], points = 5 }
+"""
+
+
+def test_beyond_the_fold_of_a_pendulum_there_is_no_equilibrium_and_none_without_its_load_is_taken():
+    """m g l = 9 N m: w^2 = sqrt(81 - T^2) / 1.5 (about the hinge), and nothing from T = 9 on."""
+    case = parse_case(PENDULUM)
+    found = value_diagram(case, "loads.0.torque.2", [3.0, 6.0], "N m")
+    wanted = np.sqrt(np.sqrt(81 - np.array([9, 36])) / 1.5)
+    assert 2 * np.pi * found.branches[0].frequencies == pytest.approx(wanted, rel=1e-7)
+    text = (
+        r"at loads\.0\.torque\.2 = 9\.5 N m no equilibrium was found under the loads that act below it; let the values"
+    )
+    with pytest.raises(EquilibriumError, match=text):
+        value_diagram(case, "loads.0.torque.2", [3.0, 9.5, 12.0], "N m")
+    with pytest.raises(
+        EquilibriumError, match=r"^below .* = -6 N m no equilibrium was found under the loads that act at"
+    ):
+        value_diagram(case, "loads.0.torque.2", [-12.0, -6.0], "N m")
+    seen: list[float] = []
+    locus = case_stability(case, seen.append).found
+    assert locus.kinds.tolist() == [STATIC, STATIC, STATIC, NONE, NONE] and np.isnan(locus.growth[3:]).all()
+    assert locus.lost == 10.0 and seen == pytest.approx([0.2, 0.4, 0.6]) and locus.critical == ()
+    across = {"between": ["-15 N m", "-5 N m"], "points": 3}
+    table = stability_table({"vary": {"loads.0.torque.2": across}}, "a test")
+    other = case_stability(case.model_copy(update={"stability": table}))
+    assert other.found.kinds.tolist() == [NONE, NONE, STATIC] and other.found.lost is None

@@ -56,7 +56,7 @@ def value_motions(
     """The small motions at every value in turn, and how they continue those before."""
     if len(values) < 2 or not (np.diff(values) > 0).all():
         raise ValueError(f"the values of {path} are to rise; found {list(values[:6])}")
-    varied, counts = VariedCase.of(case, [path]), list[int]()
+    varied, counts, acting = VariedCase.of(case, [path]), list[int](), list[int]()
 
     def motions(value: float, near: Array | None, asked: bool) -> Spin:
         system = varied.system({path: f"{float(value)!r} {unit}" if unit else float(value)})
@@ -64,6 +64,14 @@ def value_motions(
             about = rest_of(system)[0]
         except EquilibriumError as error:
             raise EquilibriumError(f"at {path} = {value:.6g} {unit}".rstrip() + f" {error}", error.last) from None
+        acting.append(len(about.moving.loads))
+        if acting[-1] != acting[0]:
+            where = ("at", "below") if acting[-1] < acting[0] else ("below", "at")
+            raise EquilibriumError(
+                f"{where[0]} {path} = {value:.6g} {unit}".rstrip() + " no equilibrium was found under the loads that "
+                f"act {where[1]} it; let the values stay on one side of it",
+                about,
+            )
         found, model = about.motions.of_craft(), about.model
         counts.append(model.n_u)
         if counts[-1] != counts[0]:

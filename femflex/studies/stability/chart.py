@@ -56,12 +56,15 @@ def stability_chart(
         if len(values) < 2 or not (np.diff(values) > 0).all():
             raise ValueError(f"the values of {name} are to rise; found {values[:6].tolist()}")
     kinds, growth = np.empty((len(a), len(b)), np.int64), np.empty((len(a), len(b)))
+    loads = np.empty((len(a), len(b)), np.int64)
     for i, x in enumerate(a):
         for j, y in enumerate(b):
             found = judge(float(x), float(y))
-            kinds[i, j], growth[i, j] = found.kind, found.growth
+            kinds[i, j], growth[i, j], loads[i, j] = found.kind, found.growth, found.loads
             if progress is not None:
                 progress(float(i * len(b) + j + 1))
+    fewer = loads < loads.max()  # no equilibrium under the loads that act elsewhere
+    kinds[fewer], growth[fewer] = NONE, np.nan
     crossings = _crossings(judge, a, b, kinds)
     error = (float(np.diff(a).max()) / 2**HALVINGS, float(np.diff(b).max()) / 2**HALVINGS)
     return Chart(names, units, a, b, kinds, growth, tuple(_joined(kinds, crossings)), error)

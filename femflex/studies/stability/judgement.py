@@ -34,7 +34,8 @@ DEFINITE = 1e-9  # of the square of the orbit's rate times the largest inertia: 
 class Judgement:
     """Kind of KINDS, growth [1/s] of the fastest motion, poles [1/s] or multipliers (n,), and why there is none.
 
-    about: the equilibrium, where one is judged; trivial, split: as of the `Floquet` of a motion.
+    about: the equilibrium, where one is judged; lost: whether none was found; trivial, split: as of the `Floquet` of a
+    motion.
     """
 
     kind: int
@@ -44,6 +45,12 @@ class Judgement:
     about: Equilibrium | None = None
     trivial: tuple[str, ...] = ()
     split: float = 0.0
+    lost: bool = False
+
+    @property
+    def loads(self) -> int:
+        """Number of loads that act in the equilibrium; where there is none under them, they do not act."""
+        return 0 if self.about is None else len(self.about.moving.loads)
 
     @property
     def size(self) -> int:
@@ -73,9 +80,9 @@ class Judgement:
         return self.kind > UNSTABLE
 
 
-def none(problem: str) -> Judgement:
-    """The judgement where there is nothing to judge."""
-    return Judgement(NONE, float("nan"), np.zeros(0, complex), problem)
+def none(problem: str, lost: bool = False) -> Judgement:
+    """The judgement where there is nothing to judge; lost: for want of an equilibrium."""
+    return Judgement(NONE, float("nan"), np.zeros(0, complex), problem, lost=lost)
 
 
 def judged_rest(system: System) -> Judgement:
@@ -87,7 +94,7 @@ def judged_rest(system: System) -> Judgement:
     try:
         about, _ = rest_of(system)
     except (EquilibriumError, ValueError) as error:
-        return none(str(error))
+        return none(str(error), isinstance(error, EquilibriumError))
     values = about.eigenvalues
     growth = float(values.real.max(initial=0.0))
     if not about.stable:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from femflex.studies.stability.judgement import NONE, Judgement
+from femflex.studies.stability.judgement import NONE, Judgement, none
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -28,6 +28,7 @@ class Locus:
     names     (k,) of the modes that branches begin as, "" where they are not known
     trivial   names of the multipliers that are 1 by symmetry, at the first value; split their largest distance from 1
               among the eigenvalues of the whole matrix at any value
+    lost      value at which the equilibrium that was there before is not found; those beyond it are not looked at
     """
 
     of: str
@@ -41,6 +42,7 @@ class Locus:
     names: tuple[str, ...] = ()
     trivial: tuple[str, ...] = ()
     split: float = 0.0
+    lost: float | None = None
 
 
 def stability_locus(
@@ -57,11 +59,7 @@ def stability_locus(
     found by bisection. Raises ValueError where nothing can be judged at any value, and where the number of poles
     changes.
     """
-    found: list[Judgement] = []
-    for k, value in enumerate(values):
-        found.append(judge(float(value)))
-        if progress is not None:
-            progress(float(k + 1))
+    found, lost = _judged(judge, values, progress)
     good = [one for one in found if one.kind != NONE]
     if not good:
         raise ValueError(f"nothing can be judged at any value of {name}; at the first: {found[0].problem}")
@@ -73,8 +71,28 @@ def stability_locus(
     kinds, growth = np.array([one.kind for one in found]), np.array([one.growth for one in found])
     return Locus(
         of, name, unit, np.asarray(values, float), np.array(rows), kinds, growth, tuple(critical),
-        good[0].names(), good[0].trivial, max(one.split for one in good),
+        good[0].names(), good[0].trivial, max(one.split for one in good), lost,
     )  # fmt: skip
+
+
+def _judged(
+    judge: Callable[[float], Judgement], values: Sequence[float], progress: Progress | None
+) -> tuple[list[Judgement], float | None]:
+    """The judgement at every value, and the value at which an equilibrium is lost: at it and beyond, there is none.
+
+    Without an equilibrium under its loads a craft may have one without them, which is another: as many loads act all
+    along.
+    """
+    found: list[Judgement] = []
+    for k, value in enumerate(values):
+        one = judge(float(value))
+        if found and found[-1].about is not None and (one.lost or one.loads < found[-1].loads):
+            return [*found, *[none("the equilibrium is lost", True)] * (len(values) - k)], float(value)
+        found.append(one)
+        if progress is not None:
+            progress(float(k + 1))
+    most = max(one.loads for one in found)
+    return [one if one.loads == most else none("no equilibrium under the loads", True) for one in found], None
 
 
 def _branches(values: Sequence[float], found: list[Judgement], name: str, of: str) -> list[Complex]:
