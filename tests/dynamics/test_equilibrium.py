@@ -120,6 +120,25 @@ def test_a_small_craft_on_a_long_tether_comes_to_rest_too():
     assert found.stable and len(found.neutral) == 0
 
 
+@pytest.mark.parametrize("parts", [[np.eye(3)], [np.diag([1.3, 0.7, 1.1]), np.diag([0.4, 1.0, 0.6])]])
+def test_every_attitude_of_a_craft_of_three_equal_moments_is_an_equilibrium(parts):
+    """What is left of the gravity gradient is rounding, 1e-16 of the moments times the square of the orbit's rate."""
+    bodies = {f"part{k}": rigid_body(1.0, inertia) for k, inertia in enumerate(parts)}
+    start = quaternion_from_dcm(dcm_from_angles([0.4, 0.2, -0.7], "xzy"))
+    joints = (spherical("part0", q0=start), *(weld(name, "part0") for name in list(bodies)[1:]))
+    found = equilibrium(System(bodies, joints, orbit=Orbit.from_perigee(5e5), frame=Frame("orbital")))
+    assert found.stable and found.iterations == 0 and len(found.neutral) == 3
+    assert found.q == pytest.approx(start, abs=1e-12)
+
+
+def test_a_craft_that_is_nearly_a_sphere_has_an_attitude_of_its_own():
+    system = craft(0.3)
+    body = rigid_body(9.0, np.eye(3) + 1e-7 * np.diag([8.2, 8.6, 1.1]), markers=system.bodies["craft"].markers)
+    found = equilibrium(replace(system, bodies={"craft": body}))
+    seen = found.model.observe(np.zeros(1), found.x[None])
+    assert seen["attitude/angles"][0] == pytest.approx(0.0, abs=1e-6) and not found.neutral and found.stable
+
+
 def test_the_attitude_on_its_side_is_an_unstable_equilibrium():
     found = equilibrium(craft(1.4))
     seen = found.model.observe(np.zeros(1), found.x[None])

@@ -29,7 +29,7 @@ SETTLED = 1e-8  # last step over usual sizes, likewise
 SLOWLY_SETTLED = 1e-5  # the same along directions whose small forces show rounding of the large ones
 LONGEST = 0.5  # step over usual sizes: half a radian, half the craft's length
 NEUTRAL = 1e-7  # stiffness over the largest of the free coordinates below which a direction counts as neutral
-NOISE = 1e-9  # of the largest force: stiffness that differences cannot distinguish from zero
+NOISE = 1e-9  # of the largest force, or energy of spin: stiffness that differences cannot distinguish from zero
 DIFFERENCES = 1e-9  # of the stiffness of coordinates alone: what their differences cannot distinguish from zero
 ROUNDING = 1e-14  # of the largest stiffness: what directions across many coordinates, as loops leave them, pick up
 TRIES, HALVINGS = 30, 12
@@ -150,7 +150,7 @@ def newton_step(problem: Steady, K: Array, g: Array, size: float, A: Array, iner
     rest = R.T @ g - R.T @ K @ E @ relaxed[:, -1]
     rounding = ROUNDING * float(np.abs(K).max(initial=0.0)) if len(A) else 0.0
     M = None if inertia is None else R.T @ inertia @ R
-    resisted, neutrals = _resisted(S, M, max(NOISE * size, rounding))
+    resisted, neutrals = _resisted(S, M, max(NOISE * max(size, problem.energy_of_spin), rounding))
     along = resisted @ np.linalg.lstsq(S @ resisted, -rest, rcond=None)[0]
     move = R @ along - E @ (relaxed[:, -1] + relaxed[:, :-1] @ along)
     if not np.isfinite(move).all():

@@ -71,11 +71,17 @@ class Steady:
 
     @cached_property
     def energy_of_spin(self) -> float:
-        """Kinetic energy of the turning base frame [J], whose rounding is left over where forces cancel; 0 if still."""
+        """Energy of the turning base frame [J], whose rounding is left over where forces cancel; 0 if it is still.
+
+        In a spinning frame the kinetic one; in an orbital frame, without that of the orbit, inertia times the square of
+        the rate.
+        """
+        q = self.full.x0[: self.full.n_q]
+        if self.full.system.frame.kind == "orbital":
+            return float(np.diag(self.inertia(q)).max(initial=0.0)) * frame_rate(self.full.system) ** 2
         if self.full.system.frame.kind != "spinning":
             return 0.0
-        x = self.full.at_rest(self.full.x0[: self.full.n_q])
-        return float(self.full.observe(np.zeros(1), x[None])["monitors/kinetic"][0])
+        return float(self.full.observe(np.zeros(1), self.full.at_rest(q)[None])["monitors/kinetic"][0])
 
     @cached_property
     def slack(self) -> float:
