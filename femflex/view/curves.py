@@ -165,6 +165,7 @@ def _divided(above: list[Curve], below: list[Curve], channel: str) -> list[Curve
     return [
         replace(
             curve,
+            label=f"{curve.label}{OVER}{by.label}",
             values=np.divide(curve.values, by.values, out=np.zeros(len(by.values)), where=by.values != 0),
             unit="1" if curve.unit == by.unit else f"{curve.unit}/({by.unit})",
             quantity=f"{curve.quantity}{OVER}{by.quantity}",

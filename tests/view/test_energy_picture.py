@@ -222,7 +222,7 @@ def test_quotients_labels_and_units_of_curves(tmp_path):
             with pytest.raises(KeyError, match=rf"'{bad[-1]}' is not a component of 'q'; its components are"):
                 curves_of(run, [bad])
     assert one.values == pytest.approx([0.5, 0.0, 1.25, 1.4]) and two.values == pytest.approx([1, 0, 1.5, 1.6])
-    assert (one.unit, one.quantity, one.label) == ("N/(m)", "b over d", "1") and two.label == "2"
+    assert (one.unit, one.quantity, one.label) == ("N/(m)", "b over d", "1 over d") and two.label == "2 over d"
     assert [c.label for c in torques] == ["hinge x", "hinge y"] and [c.label for c in forces] == ["hinge force"]
     assert (forces[0].unit, torques[1].unit) == ("N", "N m")
     assert forces[0].values == pytest.approx([2, 5, 8, 11])

@@ -52,7 +52,7 @@ def test_a_chirp_lies_where_its_frequency_is():
 def test_a_channel_over_another_is_their_quotient(grown):
     ((curve,),) = curves_of(grown, ["markers/boom.tip/deflection over bodies/boom/length"])
     assert curve.values == pytest.approx(chirp(grown.time) / (1 + 0.02 * grown.time), abs=1e-15)
-    assert (curve.unit, curve.quantity, curve.label) == ("1", "deflection over length", "boom.tip y")
+    assert (curve.unit, curve.quantity, curve.label) == ("1", "deflection over length", "boom.tip y over boom")
     with pytest.raises(ValueError, match=r"has 3 components; name one to divide by"):
         curves_of(grown, ["bodies/boom/length over markers/boom.tip/deflection"])
 
