@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     from femflex.pipeline import Prepared
     from femflex.results import FileLock, Run
 
+HELP_WITHOUT = (
+    "Switch off by name: gravity_gradient,gyroscopic, a load, flexibility, nonlinear_strain; may be repeated."
+)
+
 
 @verb("femflex run cases/orbiter_beam.toml -o beam.h5")
 def run(
@@ -27,12 +31,7 @@ def run(
     ] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the unfinished run in the output file.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,
-    without: Annotated[
-        str,
-        typer.Option(
-            "--without", help="Switch off by name: gravity_gradient,gyroscopic, a load, flexibility, nonlinear_strain."
-        ),
-    ] = "",
+    without: Annotated[list[str] | None, typer.Option("--without", help=HELP_WITHOUT)] = None,
     linearised: Annotated[
         bool,
         typer.Option("--linearised", help="Solve the linear equations about the equilibrium, or along a deployment."),
@@ -47,14 +46,14 @@ def run(
     from femflex.case import read_case
     from femflex.results import FileLock, open_run
 
-    output = output or Path(f"{case.stem}.h5")
+    output, omitted = output or Path(f"{case.stem}.h5"), listed_names(without)
     with ExitStack() as stack:
         with Patience("reading the case") as say:
             read = read_case(case)
             if resume and pipeline.is_finished(read, output):
                 print(f"done        {output} is complete already; there is nothing to resume (--force runs it anew)")
                 return
-            with pipeline.wrong_names_first(read, listed_names(without)):
+            with pipeline.wrong_names_first(read, omitted):
                 if not resume:
                     pipeline.check_output(read, output, force=force, resume=False)
                 if not no_pictures:
@@ -65,7 +64,7 @@ def run(
                 "minute)"
             )
             prepared = pipeline.prepare(
-                read, output, force=force, resume=resume, without=listed_names(without), linearised=linearised
+                read, output, force=force, resume=resume, without=omitted, linearised=linearised
             )
             if not no_pictures:
                 check_left_out(prepared)
@@ -77,11 +76,11 @@ def run(
         missed = [] if linearised else print_verdicts(read, done)
         if not no_pictures:
             draw_pictures(prepared, done, output, force)
-    if read.campbell is not None and not (no_pictures or without or linearised):
+    if read.campbell is not None and not (no_pictures or omitted or linearised):
         from femflex.cli.campbell import write_diagram_files
 
         missed += write_diagram_files(read, output, force)
-    missed += [] if without or linearised else print_modes_verdicts(read)
+    missed += [] if omitted or linearised else print_modes_verdicts(read)
     if missed:
         print_error(
             f"warning: the run is complete, but these expected values of the case do not hold: {', '.join(missed)}. "
@@ -124,9 +123,9 @@ def _what_is_kept(output: Path, earlier: tuple[int, int, int] | None) -> str:
         return f"interrupted; {output} keeps {len(run)} rows, to {run.time[-1]:.6g} s, and --resume goes on from there"
 
 
-def listed_names(text: str) -> list[str]:
-    """The names in a list with commas."""
-    return [name.strip() for name in text.split(",") if name.strip()]
+def listed_names(texts: list[str] | None) -> list[str]:
+    """The names in lists with commas."""
+    return [name.strip() for text in texts or [] for name in text.split(",") if name.strip()]
 
 
 def draw_pictures(prepared: Prepared, run: Run, output: Path, force: bool) -> None:

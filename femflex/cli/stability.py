@@ -9,6 +9,7 @@ import typer
 
 from femflex.cli.outputs import DIAGRAM_SUFFIXES, PICTURE, TABLE, outputs
 from femflex.cli.progress import Bar
+from femflex.cli.run import listed_names
 from femflex.cli.tables import print_json, print_table
 from femflex.cli.times import read_seconds
 from femflex.cli.verb import verb
@@ -38,7 +39,8 @@ def stability(
         bool, typer.Option("--shooting", help="Find the periodic motion near the initial state first.")
     ] = False,
     without: Annotated[
-        str | None, typer.Option("--without", help="Terms that a second, dashed one omits, such as flexibility.")
+        list[str] | None,
+        typer.Option("--without", help="Terms that a second, dashed one omits, such as flexibility; may be repeated."),
     ] = None,
     output: Annotated[
         list[Path] | None,
@@ -81,7 +83,7 @@ def stability(
 
 
 def with_options(
-    case: Case, vary: list[str] | None, floquet: bool, period: str | None, shooting: bool, without: str | None
+    case: Case, vary: list[str] | None, floquet: bool, period: str | None, shooting: bool, without: list[str] | None
 ) -> Case:
     """The case with what the command line says in place of its [stability]."""
     from femflex.case.stability import stability_table
@@ -98,7 +100,7 @@ def with_options(
     if shooting:
         given["shooting"] = True
     if without is not None:
-        given["without"] = [name.strip() for name in without.split(",") if name.strip()]
+        given["without"] = listed_names(without)
     if not given:
         return case
     return case.model_copy(update={"stability": stability_table(given, "the command line")})

@@ -99,10 +99,10 @@ def test_options_of_stability_replace_those_of_the_case():
     given = "[stability]\nof = 'motion'\nperiod = 3\ninertia = 'hub'\n"
     given += "vary = { k_roll = { between = [0, 0.5] }, k_yaw = { between = [0, 1] } }\n"
     case = parse_case(HUB + given)
-    found: Any = with_options(case, ["a.b=1:2:9"], False, "2 min", True, "flexibility, ,gyroscopic").stability
+    found: Any = with_options(case, ["a.b=1:2:9"], False, "2 min", True, ["flexibility, ,K2", "gyroscopic"]).stability
     assert list(found.vary) == ["a.b"] and (found.vary["a.b"].between, found.vary["a.b"].points) == ([1, 2], 9)
     assert (found.of, found.period, found.shooting, found.inertia) == ("motion", 120, True, None)
-    assert found.without == ["flexibility", "gyroscopic"]
+    assert found.without == ["flexibility", "K2", "gyroscopic"]
     kept: Any = with_options(case, None, False, None, False, None).stability
     assert (kept.period, kept.inertia, kept.shooting, list(kept.vary)) == (3, "hub", False, ["k_roll", "k_yaw"])
     plain: Any = with_options(parse_case(HUB), ["a=1:2:9", "b=3:4:5"], True, None, False, None).stability
@@ -132,7 +132,6 @@ def test_switches_are_off_and_options_empty_unless_they_are_given():
     themes = {(name, "--theme"): "light" for name in ("campbell", "converge", "linearize", "plot", "render")}
     themes |= {(name, "--theme"): "light" for name in ("stability", "sweep", "terms")}
     assert given == themes | {
-        ("run", "--without"): "",
         ("converge", "--over"): "modes",
         ("info", "--units"): "m-kg-s",
         ("render", "--fps"): 25.0,

@@ -521,7 +521,9 @@ def test_poles_are_printed_with_their_three_largest_states(capsys: pytest.Captur
         line.startswith("inputs      u0, u1") and line.endswith("u23 and 3 more, which --json lists") for line in text
     )
     assert text[-2:] == ["error       below 0.0625, as largest singular value", "about       the state at 1.5 s"]
-    assert listed(" a , ,b") == ["a", "b"] and listed(None) is None and listed_names(" a ,, b") == ["a", "b"]
+    assert (
+        listed(" a , ,b") == ["a", "b"] and listed(None) is None and listed_names([" a ,, b", "c"]) == ["a", "b", "c"]
+    )
 
 
 def test_terms_are_sorted_by_their_root_mean_square_with_the_parts_of_inertia_below_it():

@@ -389,12 +389,12 @@ def test_the_options_of_a_run_reach_the_pipeline(femflex: Any, monkeypatch: pyte
     assert asked["draw_pictures"] == [((prepared, "run of r.h5", output, True), {})]
     assert asked["diagram"] == [((case, output, True), {})] and "is_finished" not in asked
     asked.clear()
-    code, _, err = femflex("run", "c.toml", "--without", "gyroscopic, ,K3", "--resume")
+    code, _, err = femflex("run", "c.toml", "--without", "gyroscopic, ,K3", "--without", "damping", "--resume")
     assert code == 0 and "hold: low. Check" in err
     assert asked["prepare"][0][1] == {
         "force": False,
         "resume": True,
-        "without": ["gyroscopic", "K3"],
+        "without": ["gyroscopic", "K3", "damping"],
         "linearised": False,
     }
     assert asked["integrate"][0][0][1] == Path("c.h5") and asked["integrate"][0][1]["resume"]
@@ -590,12 +590,12 @@ def test_a_chart_of_a_case_is_printed_written_and_drawn(femflex: Any, monkeypatc
     monkeypatch.setattr(stability, "draw", lambda *words: asked.append(words))
     monkeypatch.setattr(stability, "print_stability_of", lambda one: print("the chart"))
     monkeypatch.setattr(stability, "stability_data", lambda one: {"found": one.found})
-    words = ["--vary", "a=1:2:3", "--floquet", "--period", "2", "--without", "K3", "--theme", "dark", "--force"]
-    code, out, err = femflex("stability", "c.toml", *words, "-o", "c.csv", "-o", "c.svg")
+    words = ["--vary", "a=1:2:3", "--floquet", "--period", "2", "--without", "K3", "--theme", "dark", "--without", "K2"]
+    code, out, err = femflex("stability", "c.toml", *words, "--force", "-o", "c.csv", "-o", "c.svg")
     assert code == 0, err
     assert out.splitlines() == ["a hub", "the chart", "table       c.csv", "picture     c.svg"]
     case, table, picture = asked
-    assert (case.stability.of, case.stability.period, case.stability.without) == ("motion", 2, ["K3"])
+    assert (case.stability.of, case.stability.period, case.stability.without) == ("motion", 2, ["K3", "K2"])
     assert not case.stability.shooting
     assert table == ("chart", Path("c.csv"), True) and picture == (found, Path("c.svg"), "a hub", "dark", True)
     assert bars == [("charting", 1.0, "of the points", 0.5)]
