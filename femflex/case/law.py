@@ -81,7 +81,7 @@ MEANINGS = {
     },
 }
 COORDINATE = "Coordinate on which the law acts, such as slide, angle or angle2. Default: the joint's only one."
-NAME = "Name in channels and terms. Default: the kind of the law."
+NAME = {"name": {"type": "string", "description": "Name in channels and terms. Default: the kind of the law."}}
 
 
 class Laws(_Readable):
@@ -96,7 +96,7 @@ class Laws(_Readable):
                 kind = word(table.get("kind"), KEYS, "kind")
             except ValueProblem as problem:
                 raise ValueProblem(f"entry {k + 1}: {problem}") from None
-            known = (*KEYS[kind], "kind", "coordinate", "name")
+            known = (*KEYS[kind], "kind", "coordinate", *_name_of(kind))
             for key in table:
                 if key not in known:
                     raise ValueProblem(f"entry {k + 1}: found key {key!r} in a {kind}; {near(key, known)}")
@@ -117,7 +117,7 @@ class Laws(_Readable):
                 "properties": {
                     "kind": {"const": kind, "description": MEANINGS[kind]["kind"]},
                     "coordinate": {"type": "string", "description": COORDINATE},
-                    "name": {"type": "string", "description": NAME},
+                    **_name_of(kind),
                     **{key: {"description": MEANINGS[kind][key]} for key in keys},
                 },
                 "required": ["kind", *NEEDED[kind]],
@@ -126,6 +126,11 @@ class Laws(_Readable):
             for kind, keys in KEYS.items()
         ]
         return {"type": "array", "items": {"anyOf": tables}}
+
+
+def _name_of(kind: str) -> dict[str, dict[str, str]]:
+    """Key for a name with its schema; none of latches, whose channels have the name of the coordinate."""
+    return {} if kind == "latch" else NAME
 
 
 def read_laws(

@@ -238,6 +238,7 @@ def test_laws_are_read_in_the_unit_of_their_coordinate(turning: bool):
             r"laws: entry 2: found 3 places and 1 force in a spring",
         ),
         ([{"kind": "latch", "at": "1 m"}], r"laws: entry 1: at: found '1 m', which is a length; expected an angle"),
+        ([{"kind": "latch", "at": 1, "name": "lock"}], "entry 1: found key 'name' in a latch; known are 'at', 'coord"),
         ([{"kind": "latch", "at": 1, "coordinate": "slide"}], "which the joint does not have"),
     ],
 )
