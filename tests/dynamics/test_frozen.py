@@ -26,6 +26,7 @@ from femflex.system import (
     Spring,
     System,
     block,
+    cable,
     control_moment_gyro,
     free,
     gain,
@@ -245,3 +246,27 @@ def test_an_effector_without_a_word_of_a_rotor_is_left_as_it_is():
     plain = Effector("e", lambda seen, out: None)
     system = craft(effectors=(plain,))
     assert with_coasting_rotors(system) is system and controlled_rotors(system) == []
+
+
+@pytest.mark.parametrize(
+    ("lengths", "told"),
+    [
+        (
+            (Profile.smooth_step(0, 10, 0.6, 0.4), 0.5),
+            r"needs constant forces; --at .*change over time: cable 'a'\. Give",
+        ),
+        (
+            (Profile.sine(0.1, 2.0, mean=0.5), Profile.sine(0.1, 3.0, mean=0.5)),
+            r"over time: cable 'a', cable 'b'\. Give",
+        ),
+    ],
+)
+def test_cables_whose_length_changes_are_named_with_what_to_do(lengths, told):
+    held = revolute("arm", "hub", axis=[0, 0, 1], stiffness=3.0)
+    ends = (("hub", "m"), ("arm", "far"))
+    far = rigid_body(1.0, [0.1, 0.1, 0.1], markers={"far": Marker.rigid(np.array([0.1, 1.2, 0.3]))})
+    cables = tuple(cable(name, ends, length, 100.0) for name, length in zip("ab", lengths, strict=True))
+    system = System({"hub": hub(), "arm": far}, (weld("hub"), held), effectors=cables)
+    for at in (None, 3.0):
+        with pytest.raises(ValueError, match=told):
+            steady(system, at)

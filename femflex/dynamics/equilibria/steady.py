@@ -21,11 +21,12 @@ from femflex.dynamics.equilibria.linearised import (
 from femflex.dynamics.equilibria.states import moving_states, settled_states, state_equations
 from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.model import Model, compile_system
-from femflex.system import Environment, Frame, System
+from femflex.system import Effector, Environment, Frame, System
 
 Array = NDArray[np.float64]
 
 SLACK = 1e-12  # of the largest: stiffness of a direction that neither shapes nor springs resist
+TIMES = 0.0, 12345.678  # s, of no common period
 CHANGED = 1e-9  # relative change of the forces over time that is still rounding
 
 
@@ -173,7 +174,7 @@ def steady(system: System, at: float | None = None) -> Steady:
 def _check_constant(found: Steady) -> None:
     """Raise ValueError when the forces at rest depend on time for a reason not named before."""
     x = found.at_rest(found.full.x0[: found.full.n_q])
-    now, later = (np.where(found.held, 0.0, found.full.bias(t, x)) * found.sizes for t in (0.0, 12345.678))
+    now, later = (np.where(found.held, 0.0, found.full.bias(t, x)) * found.sizes for t in TIMES)
     inertia = float((np.diag(found.full.mass_matrix(0.0, x)) * found.sizes**2).max(initial=0.0))
     turning = inertia * frame_rate(found.full.system) ** 2  # whose rounding is left where forces cancel
     size = max(turning, *(np.abs(part).max(initial=0.0) for part in (*found.forces(x[: found.full.n_q]), now)))
@@ -181,5 +182,24 @@ def _check_constant(found: Steady) -> None:
     if change > CHANGED * size:
         raise ValueError(
             f"the forces on the system at rest change over time: their work over a typical displacement changes by "
-            f"{change:.3g} J, and is {size:.3g} J. An equilibrium needs constant forces"
+            f"{change:.3g} J, and is {size:.3g} J. An equilibrium needs constant forces{_remedy(found.full, x)}"
         )
+
+
+def _remedy(model: Model, x: Array) -> str:
+    """What to do about the effectors that change over time by themselves, "" without any."""
+    seen = model.observe(np.array(TIMES), np.stack([x, x]))
+    changing = {
+        path.split("/")[1]
+        for path, (now, later) in seen.items()
+        if path.startswith("effectors/") and not np.array_equal(now, later, equal_nan=True)
+    }
+    sources = [one for one in model.system.effectors if isinstance(one, Effector) and not one.inputs]
+    kinds = {one.name: one.act if isinstance(one.act, str) else "effector" for one in sources}
+    names = [f"{kind} {name!r}" for name, kind in kinds.items() if name in changing]
+    if not names:
+        return ""
+    return (
+        f"; --at does not hold effectors, of which these change over time: {', '.join(names)}. Give them constant "
+        "values in the case, those of the time that is meant"
+    )
