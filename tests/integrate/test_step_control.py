@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from femflex.integrate import Dop853, choose
+from femflex.integrate import Dop853, choose, hermite
 from femflex.integrate import resume as head
 from femflex.integrate.driver import adapted, checked, interval, until
 from femflex.integrate.outcome import Block, Steps, failure
@@ -55,6 +55,25 @@ def test_an_error_is_measured_by_the_larger_of_both_ends():
     atol = np.array([1e-3, 2e-3, 4e-3])
     wanted = math.sqrt(((1e-3 / 2.1e-2) ** 2 + (4e-3 / 5.2e-2) ** 2 + 0.25) / 3)
     assert plain(scaled_norm)(e, x, y, 1e-2, atol) == pytest.approx(wanted, rel=1e-12)
+
+
+@pytest.mark.parametrize("fixed", [0.0, 0.1])
+@pytest.mark.parametrize("bad", [None, 0, 1, 2])
+@pytest.mark.parametrize("size", [0.5, 1.0, 1.5, math.inf])
+def test_a_step_is_judged_by_its_error_and_by_every_rate_at_its_end(fixed, bad, size, monkeypatch):
+    """The error of one entry of three is measured; a fixed step has none, but a rate that is not finite ends it too."""
+    for name, part in vars(hermite).items():
+        monkeypatch.setattr(hermite, name, plain(part))  # compiled parts serve kernels alone
+    x, ydot, at = np.zeros(3), np.ones(3), state(CONTRACTION=0.1)
+    if bad is not None:
+        ydot[bad] = math.nan
+    e = np.array([0.0, size * math.sqrt(3.0), 0.0])
+    found = hermite.judged(0.2, 4, 0.1, fixed, e, x, x, ydot, 0.0, np.ones(3), at)
+    error = 0.0 if fixed and math.isfinite(size) else size
+    if error <= 1.0 and bad is None:
+        assert found == pytest.approx(error) and at[head.CONTRACTION] == 0.1 and at[head.REJECTED] == 0
+    else:
+        assert found == -1.0 and at[head.CONTRACTION] == hermite.DOUBT and at[head.REJECTED] == 1
 
 
 def test_a_step_that_fails_is_cut_by_the_root_of_its_error():

@@ -1,0 +1,107 @@
+"""Ways to an equilibrium: shares of the outer forces one after the other, and steps down from an unstable one."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from femflex.dynamics.equilibria import equilibrium as module
+from femflex.dynamics.equilibria import stable_state
+from femflex.dynamics.equilibria.character import WAYS, _slice_shares
+
+FIRST, LEAST = module.FIRST, module.LEAST
+
+
+@pytest.fixture
+def way(monkeypatch):
+    """The shares tried, how it ends, and Newton's steps in all; q is the share that is balanced there.
+
+    reach: shares apart from which Newton's method does not get there; up_to: the last share that has an equilibrium
+    """
+
+    def go(reach=1.0, up_to=1.0, iterations=4, rest=True, least=True, preload=None):
+        tried = []
+
+        def balance(problem, q, share):
+            tried.append(share)
+            balanced = {0.0: rest, LEAST: least}.get(share, abs(share - q[0]) <= reach and share <= up_to)
+            return SimpleNamespace(q=np.array([share]), balanced=balanced, iterations=iterations, share=share)
+
+        bent = None if preload is None else SimpleNamespace(q=np.array([preload]), balanced=True, iterations=70)
+        monkeypatch.setattr(module, "balance", balance)
+        monkeypatch.setattr(module, "_about_preload", lambda problem, q: bent)
+        monkeypatch.setattr(module, "finely_balanced", lambda problem, found: found)
+        monkeypatch.setattr(module, "_as_equilibrium", lambda problem, found, count: (found.q[0], count))
+        monkeypatch.setattr(module, "_failed", lambda problem, q, *rest: RuntimeError(q[0], *rest))
+        try:
+            return tried, *module._nearest(None, np.zeros(1))
+        except RuntimeError as error:
+            return tried, error.args
+
+    return go
+
+
+def test_what_is_found_at_once_needs_no_shares(way):
+    assert way() == ([1.0], 1.0, 4)
+    assert way(reach=0.3, preload=0.7) == ([1.0], 0.7, 4 + 70)
+
+
+@pytest.mark.parametrize(("iterations", "after"), [(6, [0.25, 0.75, 0.5, 1.0, 0.75, 1.0]), (7, [0.25, 0.5, 0.75, 1.0])])
+def test_shares_grow_in_steps_that_double_after_quick_ones_and_are_halved_where_they_are_too_long(
+    way, iterations, after
+):
+    tried = [1.0, 0.0, LEAST, *after]
+    assert way(reach=0.4, iterations=iterations) == (tried, 1.0, iterations * len(tried))
+
+
+def test_it_ends_at_the_last_share_that_has_an_equilibrium(way):
+    tried, (q, share, count, last) = way(reach=0.3, up_to=0.6)
+    assert q == share and 0.6 - 2 * LEAST < share <= 0.6 and count == 4 * len(tried)
+    assert last.share == tried[-1] > 0.6 and tried[-1] - share < 2 * LEAST
+    assert way(reach=0.1, rest=False)[0] == [1.0, 0.0] and way(reach=0.1, rest=False)[1][:3] == (0.0, 0.0, 8)
+    tried, (q, share, count, last) = way(reach=0.1, least=False)
+    assert (tried, q, share, count, last.share) == ([1.0, 0.0, LEAST], 0.0, 0.0, 12, LEAST)
+
+
+@pytest.mark.parametrize(("begun", "valley"), [(0.3, 1.0), (-0.2, -1.0), (1e-6, 1.0)])
+def test_steps_off_an_unstable_equilibrium_lead_into_the_nearer_valley_of_its_side(monkeypatch, begun, valley):
+    """V = cos pi x + 2 y^2, an unstable equilibrium at rest between valleys 2 apart; no step is longer than 0.1."""
+    moves, down = [], stable_state._down
+
+    def gradient(q):
+        return np.array([-np.pi * np.sin(np.pi * q[0]), 4.0 * q[1]])
+
+    def resistance(problem, q):
+        values = np.array([-(np.pi**2) * np.cos(np.pi * q[0]), 4.0])
+        return gradient(q), np.diag(values), values, np.eye(2)
+
+    def recorded(problem, q, g, K, move):
+        moves.append(np.abs(move).max())
+        return down(problem, q, g, K, move)
+
+    problem = SimpleNamespace(shape=lambda q: q, ties=lambda q: None)
+    monkeypatch.setattr(stable_state, "_resistance", resistance)
+    monkeypatch.setattr(stable_state, "_moved", lambda problem, q, K, move: q + move)
+    monkeypatch.setattr(stable_state, "unbalanced_forces", lambda problem, q, share, A: (gradient(q), None))
+    monkeypatch.setattr(stable_state, "_down", recorded)
+    found = stable_state.stable_state_below(problem, np.zeros(2), np.array([begun, 0.1]))
+    assert found == pytest.approx([valley, 0.0], abs=stable_state.NEAR)
+    assert max(moves) == pytest.approx(stable_state.LONGEST) and moves[0] < stable_state.LONGEST
+    assert moves[-1] < 0.5 * stable_state.LONGEST  # the last are Newton's own
+
+
+@pytest.mark.parametrize("count", [1, 4])
+def test_points_at_one_place_have_no_line_and_flap_along_the_axis(count):
+    points, motion = np.tile([0.3, -0.2, 0.5], (count, 1)), np.zeros((3, count, 3))
+    axis = np.array([0.0, 3.0, 4.0])
+    motion[0] = 2.0 * axis / 5.0
+    motion[1] = [3.0, 0.0, 0.0]
+    motion[2] = [0.0, 1.6, -0.2]
+    found = _slice_shares(points, motion + 0j, axis)
+    wanted = np.zeros((3, len(WAYS)))
+    along = (motion[:, 0] @ axis / 5.0) ** 2
+    wanted[:, WAYS.index("flap")] = along
+    wanted[:, WAYS.index("lag")] = (motion[:, 0] ** 2).sum(axis=1) - along
+    np.testing.assert_allclose(found, wanted, atol=1e-12)
