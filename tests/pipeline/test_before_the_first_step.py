@@ -5,14 +5,20 @@ from __future__ import annotations
 import warnings
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
+from random_systems import random_body
 
+from femflex.body import Marker, rigid_body
 from femflex.case import parse_case, read_case
+from femflex.case.initial import InitialTable
 from femflex.pipeline import prepare
 from femflex.pipeline.compiled import compiled
-from femflex.pipeline.decisions import build_system, decided
+from femflex.pipeline.decisions import _large_displacements, build_system, decided
+from femflex.system import System, weld
 from femflex.warning import PhysicsWarning
 
 HUB = """
@@ -99,3 +105,37 @@ def test_a_bend_beyond_a_tenth_of_the_length_is_doubted_where_strain_is_linear(
             warnings.simplefilter("always", PhysicsWarning)
             build_system(case)
         assert sum("initial displacement of marker 'tip'" in str(one.message) for one in caught) == 1
+
+
+def test_displacements_are_compared_with_the_length_from_the_joint_or_with_that_of_the_table():
+    """Of rods 4 m long, held at their middle: 0.2 of the 2 m to the tip, or 0.2 of 3 m along the marker's axes."""
+    places = {
+        "tip": Marker.rigid([4.0, 0.0, 0.0], n_modes=2),
+        "middle": Marker.rigid([2.0, 0.0, 0.0], n_modes=2),
+        "turned": Marker.rigid([4.0, 0.0, 0.0], np.eye(3)[[2, 0, 1]], 2),
+    }
+    rod = replace(random_body(np.random.default_rng(1), 2)[0], markers=places)
+    rigid = rigid_body(1.0, np.eye(3), markers={name: Marker.rigid(one.position) for name, one in places.items()})
+    tables: dict[str, Any] = {
+        "far": {"marker": "tip", "displacement": (0.0, 0.24, -0.32)},
+        "near": {"marker": "tip", "displacement": (0.0, 0.1, -0.1)},
+        "just": {"marker": "tip", "displacement": (0.0, 0.2, 0.0)},
+        "relative": {"marker": "turned", "relative": (0.0, -0.2, 0.0), "length": 3.0},
+        "amplitudes": {"amplitudes": (9.0, 9.0)},
+        "nothing": None,
+        "rigid": {"marker": "tip", "displacement": (0.0, 0.5, 0.0)},
+        "elsewhere": {"marker": "tip", "displacement": (0.0, 0.5, 0.0)},
+    }
+    bodies = {name: rod for name in tables if name != "elsewhere"} | {"rigid": rigid}
+    joints = tuple(weld(name, child_marker="middle") for name in bodies)
+    case: Any = SimpleNamespace(
+        bodies={
+            name: SimpleNamespace(initial=None if keys is None else InitialTable.model_construct(**keys))
+            for name, keys in tables.items()
+        }
+    )
+    found = {one.body: one for one in _large_displacements(case, System(bodies, joints))}
+    assert list(found) == ["far", "relative"]
+    assert (found["far"].value, found["far"].limit) == (pytest.approx(0.2), 0.1)
+    assert "of body 'far' is 0.4 m, 20% of the length 2 m (limit 10%)" in found["far"].reason
+    assert "'turned' of body 'relative' is 0.6 m, 20% of the length 3 m" in found["relative"].reason
