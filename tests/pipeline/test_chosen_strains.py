@@ -114,3 +114,43 @@ def test_a_body_keeps_the_strain_it_says_though_another_is_advised():
     assert strains == {"open": ("condensed", False), "stated": ("condensed", True)}
     assert {name: getattr(found.case.bodies[name], "strain", None) for name in wanted} == wanted
     assert {name: found.system.bodies[name].strain_form for name in wanted} == wanted
+
+
+@pytest.mark.parametrize("group", ["TIP", "NOWHERE"])
+def test_a_body_that_snaps_answers_its_loads_or_else_is_condensed(write_case: Any, craft: str, monkeypatch, group: str):
+    """Static responses are written into the case of a body alone that can have them; the other boom stays as it is."""
+    start, end = craft.index("[bodies.boom]"), craft.index("[[joints]]")
+    boom, weld = craft[start:end].replace("modes = 4", "modes = 2"), craft[end : craft.index("[[loads]]")]
+    text = craft[:start] + boom + weld + boom.replace("boom]", "plain]") + weld.replace('"boom"', '"plain"')
+    case = read_case(write_case(text))
+    keys = {"loads": {group: ["z"]}, "attachment": [], "derivatives": "none", "responses": 1, "deflection": 0.02}
+    asked = []
+
+    def answer(*about: Any) -> Advice:
+        asked.append(about)
+        return Advice("boom", "responses", keys, "1 of its shapes is a static response")
+
+    monkeypatch.setattr("femflex.pipeline.chosen_strains.response_advice", answer)
+    system: Any = object()
+    origins = {name: Origin(None, open_choices(case.bodies[name]), "") for name in ("boom", "plain")}
+    known = KnownBodies(origins)
+    advice = {
+        "boom": Advice("boom", "strain", "nonlinear", "it snaps", 0.3, 0.1),
+        "plain": Advice("plain", "strain", "condensed", "it bends", 0.2, 0.1),
+    }
+    found, built, strains = bodies_that_stretch(case, system, known, advice, ["boom"])
+    assert [(a.origin, *rest) for a, *rest in asked] == [(origins["boom"], system, "boom", {}, [])]
+    can = group == "TIP"
+    assert {name: one.part.strain_form for name, one in built.items()} == {
+        "boom": "nonlinear" if can else "condensed",
+        "plain": "condensed",
+    }
+    assert strains["plain"] == advice["plain"] and built["boom"].part.kinds.count("response") == can
+    why = "it snaps; 1 of its shapes is a static response"
+    if not can:
+        why = "it snaps; static responses to its loads are not possible ("
+    assert strains["boom"].reason.startswith(why) and (strains["boom"].reason == why) == can
+    assert strains["boom"].choice == ("nonlinear" if can else "condensed") and strains["boom"].value == 0.3
+    reduction: Any = found.bodies["boom"].reduction  # type: ignore[union-attr]
+    assert (found is case) != can and ({key: getattr(reduction, key) for key in keys} == keys) == can
+    assert found.bodies["plain"] is case.bodies["plain"]
