@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from femflex.dynamics.equilibria import elastic_response, rigid_motions, stable_state
 from femflex.dynamics.equilibria import equilibrium as module
-from femflex.dynamics.equilibria import stable_state
 from femflex.dynamics.equilibria.character import WAYS, _slice_shares
 
 FIRST, LEAST = module.FIRST, module.LEAST
@@ -90,6 +90,95 @@ def test_steps_off_an_unstable_equilibrium_lead_into_the_nearer_valley_of_its_si
     assert found == pytest.approx([valley, 0.0], abs=stable_state.NEAR)
     assert max(moves) == pytest.approx(stable_state.LONGEST) and moves[0] < stable_state.LONGEST
     assert moves[-1] < 0.5 * stable_state.LONGEST  # the last are Newton's own
+
+
+@pytest.mark.parametrize(("stiffness", "found"), [(4.0, True), (-4.0, False)])
+def test_where_no_step_goes_down_what_resists_is_the_equilibrium(monkeypatch, stiffness, found):
+    values = np.array([9.0, stiffness])
+    problem = SimpleNamespace(shape=lambda q: q, ties=lambda q: None)
+    monkeypatch.setattr(stable_state, "_resistance", lambda problem, q: (np.ones(2), None, values, np.eye(2)))
+    monkeypatch.setattr(stable_state, "_moved", lambda problem, q, K, move: q + move)
+    monkeypatch.setattr(stable_state, "_down", lambda *about: None)
+    to = stable_state.stable_state_below(problem, np.zeros(2), np.zeros(2))
+    if found:
+        assert to == pytest.approx([0.0, stable_state.FIRST])
+    else:
+        assert to is None
+    monkeypatch.setattr(stable_state, "_down", lambda problem, q, g, K, move: q + move)  # down for ever
+    assert stable_state.stable_state_below(problem, np.zeros(2), np.zeros(2)) is None
+
+
+@pytest.mark.parametrize(("reach", "halvings"), [(0.5, 0), (0.3, 1), (0.07, 3), (0.0, None)])
+def test_a_step_is_halved_until_its_end_pushes_back_by_half_of_what_it_began_with_at_most(monkeypatch, reach, halvings):
+    """The force g of 2 along a step of 0.4 becomes -1.01 at its end where that is beyond the reach."""
+    monkeypatch.setattr(stable_state, "_moved", lambda problem, q, K, move: q + move)
+
+    def forces(problem, to, share, A):
+        return np.array([0.0, 0.99 if to[1] <= reach else 1.01]), None
+
+    monkeypatch.setattr(stable_state, "unbalanced_forces", forces)
+    problem, move = SimpleNamespace(ties=lambda q: None), np.array([0.0, 0.4])
+    to = stable_state._down(problem, np.zeros(2), np.array([0.0, -2.0]), None, move)
+    if halvings is None:
+        assert to is None
+    else:
+        assert to == pytest.approx(move / 2**halvings)
+
+
+@pytest.mark.parametrize(
+    ("near", "residual", "stable", "found"),
+    [(1.0, 1e-12, True, True), (None, 0.0, True, False), (1.0, 1e-3, True, False), (1.0, 1e-12, False, False)],
+)
+def test_an_unstable_equilibrium_is_left_for_one_that_is_in_balance_and_stable(
+    monkeypatch, near, residual, stable, found
+):
+    unstable = SimpleNamespace(q=np.zeros(1), iterations=5, verdict="unstable: it falls")
+    after = SimpleNamespace(q=near, residual=residual, iterations=3)
+    monkeypatch.setattr(module, "stable_state_below", lambda problem, q, begun: near)
+    monkeypatch.setattr(module, "balance", lambda problem, q, share: after)
+    monkeypatch.setattr(module, "_as_equilibrium", lambda problem, *about: SimpleNamespace(stable=stable, about=about))
+    if found:
+        assert module._beyond(None, unstable, np.zeros(1)).about == (after, 8, unstable)
+        return
+    with pytest.raises(module.EquilibriumError) as caught:
+        module._beyond(None, unstable, np.zeros(1))
+    assert caught.value.last is unstable and str(caught.value) == (
+        "the equilibrium that was found is unstable: it falls, and no stable one was found from it. Start from another "
+        "state, lower the loads, or let a damped run come to rest"
+    )
+
+
+def test_forces_that_loops_carry_are_left_out_of_those_on_shapes(monkeypatch):
+    """Rows of joints 0, 3 and 4 are balanced by multipliers; coordinate 5 is prescribed, and 1 and 2 are elastic."""
+    rng = np.random.default_rng(6)
+    A, multipliers, own = rng.normal(size=(2, 6)), rng.normal(size=(3, 2, 2)), np.zeros((3, 2, 6))
+    own[:, :, [1, 2]], own[:, :, 5] = rng.normal(size=(3, 2, 2)), 3.0
+    left = own + multipliers @ A  # of every time, without and with the jump
+    jumps, states = rng.normal(size=(3, 6)), np.zeros((3, 9))
+
+    def residual(t, x, rate):
+        return left[int(t), 0 if np.array_equal(rate, np.ones(6)) else 1]
+
+    model = SimpleNamespace(n_u=6, system=None, residual=residual, constraints=SimpleNamespace(matrix=lambda t, x: A))
+    monkeypatch.setattr(elastic_response, "elastic_places", lambda model: (None, np.array([1, 2])))
+    monkeypatch.setattr(elastic_response, "slack_of_loops", lambda system: 1e-12)
+    monkeypatch.setattr(elastic_response, "held_freedoms", lambda model: np.arange(6) == 5)
+    force, impulse = elastic_response.unmodelled_response(model, np.arange(3.0), states, np.ones((3, 6)), jumps)
+    shapes = np.isin(np.arange(6), [1, 2])
+    np.testing.assert_allclose(force, np.where(shapes, -own[:, 0], 0.0), atol=1e-12)
+    np.testing.assert_allclose(impulse, np.where(shapes, own[:, 0] - own[:, 1], 0.0), atol=1e-12)
+    model.constraints = None
+    force, _ = elastic_response.unmodelled_response(model, np.arange(3.0), states, np.ones((3, 6)), jumps)
+    np.testing.assert_allclose(force, np.where(shapes, -left[:, 0], 0.0), atol=1e-12)
+
+
+@pytest.mark.parametrize(("part", "still"), [(0.0, True), (0.9e-6, True), (1.1e-6, False), (1.0, False)])
+def test_a_field_stands_still_where_its_stiffness_is_nothing_beside_its_inertia_in_the_spin(part, still):
+    """In usual sizes of 2 m and 0.5 rad, spinning at 3 rad/s."""
+    M, field, sizes = np.diag([4.0, 8.0]), np.array([1.0, 2.0]), np.array([2.0, 0.5])
+    largest = 9.0 * 8.0  # of 2 x 4 x 1 and 0.5 x 8 x 2, times the rate squared
+    K = np.array([[0.0, part * largest / 2.0 / 2.0], [0.0, 0.0]])
+    assert rigid_motions._still(field, (M, None, K), 3.0, sizes) == still
 
 
 @pytest.mark.parametrize("count", [1, 4])
