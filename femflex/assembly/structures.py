@@ -189,7 +189,7 @@ def mean_motion(case: Case) -> float | None:
 def bushings_of(table: FlexibleTable) -> list[Bushing | ScalarSpring]:
     """The springs and bushings of a body."""
     return [
-        Bushing(b.group, b.to, (b.stiffness, 0.0, 0.0) if b.stiffness else b.translation, b.rotation, b.axes)
+        Bushing(b.group, b.to, (b.stiffness, 0.0, 0.0) if b.stiffness else b.translation, b.rotation, b.axes, b.at)
         for b in table.bushings
     ]
 

@@ -112,7 +112,7 @@ class BushingTable(Table):
     to: str | None = None
     """Group of the other node. Default: the body frame."""
     stiffness: Annotated[float, Quantity("N/m", above=0.0)] | None = None
-    """Stiffness of a spring along the line between the two nodes, in place of translation, rotation and axes."""
+    """Stiffness of a spring along the line between the two nodes, in place of translation, rotation, axes and at."""
     translation: Annotated[Vector, Quantity("N/m", (3,), least=0.0)] = (0.0, 0.0, 0.0)
     """Stiffnesses against relative displacement along the axes."""
     rotation: Annotated[Vector, Quantity("N m", (3,), least=0.0)] = (0.0, 0.0, 0.0)
@@ -120,10 +120,13 @@ class BushingTable(Table):
     axes: tuple[Direction, Direction, Direction] | None = None
     """Directions of the three axes in the body frame, at right angles. Default: the first from the node towards the
     other one; the body frame's where they coincide, and to the body frame."""
+    at: Position | None = None
+    """Where displacements are compared, in the body frame: each node takes that point along rigidly. Default: in the
+    middle between the nodes."""
 
     @model_validator(mode="after")
     def _one_form(self) -> BushingTable:
-        given = sorted(self.model_fields_set & {"translation", "rotation", "axes"})
+        given = sorted(self.model_fields_set & {"translation", "rotation", "axes", "at"})
         if self.stiffness is not None and given:
             refuse(f"found stiffness together with {', '.join(given)}; give one form or the other")
         if self.stiffness is not None and self.to is None:

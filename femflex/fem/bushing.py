@@ -35,9 +35,10 @@ class Bushing:
     rotation     (3,) stiffnesses against relative rotation about them [N m/rad]
     axes         (3, 3) rows: directions of x, y, z in mesh axes. None: x from the node towards the other one, y and z
                  across; the mesh's axes where they coincide and to the body frame
+    at           (3,) where displacements are compared [m], in mesh axes. None: in the middle between the nodes
 
-    Between nodes that are apart, displacements are compared in the middle, where each node takes it along rigidly, so
-    that rigid motion costs nothing. A spring along the line between two nodes is translation = (k, 0, 0).
+    Each node takes that point along rigidly, so that rigid motion costs nothing. A spring along the line between two
+    nodes is translation = (k, 0, 0).
     """
 
     group: str
@@ -45,6 +46,7 @@ class Bushing:
     translation: ArrayLike = (0.0, 0.0, 0.0)
     rotation: ArrayLike = (0.0, 0.0, 0.0)
     axes: ArrayLike | None = None
+    at: ArrayLike | None = None
 
     def __post_init__(self) -> None:
         where = f"bushing at group {self.group!r}"
@@ -54,6 +56,10 @@ class Bushing:
                 raise ValueError(f"{where} has {name} {value.tolist()}; give three stiffnesses, none negative")
         if not (np.any(self.translation) or np.any(self.rotation)):
             raise ValueError(f"{where} has no stiffness; give translation, rotation, or both")
+        if self.at is not None:
+            place = np.asarray(self.at, float)
+            if place.shape != (3,) or not np.isfinite(place).all():
+                raise ValueError(f"{where} has at = {place.tolist()}; give a place by three coordinates")
         if self.axes is not None:
             rows = np.asarray(self.axes, float)
             if rows.shape != (3, 3) or not np.isfinite(rows).all() or not np.linalg.norm(rows, axis=1).all():
@@ -95,19 +101,19 @@ def bushing_part(mesh: Mesh, bushing: Bushing, numbering: Numbering) -> Contribu
         rows = np.asarray(bushing.axes, float)
         axes = rows / np.linalg.norm(rows, axis=1, keepdims=True)
     else:
-        axes = _along(span / length) if apart else np.eye(3)
+        axes = along(span / length) if apart else np.eye(3)
     k = np.concatenate([np.asarray(bushing.translation, float), np.asarray(bushing.rotation, float)])
-    across = np.linalg.norm(np.cross(axes, span), axis=1)[k[:3] > 0].max(initial=0.0) > SQUARE * length
-    turns = bool(k[3:].any() or (apart and across))
+    middle = x.mean(axis=0) if bushing.at is None else np.asarray(bushing.at, float)
+    arms = middle - x if apart or bushing.at is not None else np.zeros_like(x)
+    turns = bool(k[3:].any()) or turns_nodes(axes[k[:3] > 0], arms)
     if turns and (rotation < 0).any():
-        what = "resist rotation" if k[3:].any() else "be compared across the line between them"
+        what = "resist rotation" if k[3:].any() else "be compared off the line between them"
         raise ValueError(
             f"{where}: nodes without rotation (solids, tethers, membranes) cannot {what}; give stiffness along the "
             "line between them alone, or connect nodes of beams or plates"
         )
-    middle = x.mean(axis=0)
     signs = (1.0,) if bushing.to is None else (-1.0, 1.0)
-    moved = [s * np.hstack([axes, -axes @ a]) for s, a in zip(signs, cross_matrices(middle - x), strict=True)]
+    moved = [s * np.hstack([axes, -axes @ a]) for s, a in zip(signs, cross_matrices(arms), strict=True)]
     turned = [s * np.hstack([np.zeros((3, 3)), axes]) for s in signs]
     G = np.concatenate([np.hstack(moved), np.hstack(turned)])[k > 0]
     if turns:
@@ -122,6 +128,12 @@ def bushing_part(mesh: Mesh, bushing: Bushing, numbering: Numbering) -> Contribu
     return Contribution((), (strain,), skin)
 
 
+def turns_nodes(axes: Array, arms: Array) -> bool:
+    """Whether forces along any of the axes (m, 3) have moments about nodes, over arms (n, 3) from these [m]."""
+    moments = np.linalg.norm(np.cross(axes[:, None], arms), axis=2)
+    return bool((moments > SQUARE * np.linalg.norm(arms, axis=1).max()).any())
+
+
 def _node(mesh: Mesh, group: str, where: str) -> int:
     nodes = mesh.group_points(group)
     if len(nodes) != 1:
@@ -129,7 +141,7 @@ def _node(mesh: Mesh, group: str, where: str) -> int:
     return int(nodes[0])
 
 
-def _along(x: Array) -> Array:
+def along(x: Array) -> Array:
     """Orthonormal rows, the first of them x (3,)."""
     y = np.cross(np.eye(3)[np.abs(x).argmin()], x)
     y /= np.linalg.norm(y)

@@ -180,7 +180,13 @@ TABLE = {
     ],
     "bushings": [
         {"group": "a", "to": "b", "stiffness": 7},
-        {"group": "c", "translation": [1, 2, 3], "rotation": [4, 5, 6], "axes": [[0, 1, 0], [0, 0, 1], [1, 0, 0]]},
+        {
+            "group": "c",
+            "translation": [1, 2, 3],
+            "rotation": [4, 5, 6],
+            "axes": [[0, 1, 0], [0, 0, 1], [1, 0, 0]],
+            "at": [7, 8, 9],
+        },
     ],
     "point_masses": [
         {"group": "m", "mass": 3, "inertia": [1, 2, 2.5], "offset": [0.1, 0.2, 0.3]},
@@ -206,6 +212,7 @@ def test_connections_bushings_and_masses_have_the_numbers_of_their_tables():
     made: Any = (spring, bushing)
     assert [(b.translation, b.rotation) for b in made] == [((7, 0, 0), (0, 0, 0)), ((1, 2, 3), (4, 5, 6))]
     assert [tuple(vars(b).values())[:2] for b in made] == [("a", "b"), ("c", None)] and made[1].axes[0] == (0, 1, 0)
+    assert [b.at for b in made] == [None, (7, 8, 9)]
     heavy, light = point_masses_of(table)
     assert (heavy.group, heavy.mass, light.mass) == ("m", 3, 4)
     np.testing.assert_array_equal(heavy.inertia, np.diag([1, 2, 2.5]))

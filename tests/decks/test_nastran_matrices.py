@@ -167,13 +167,17 @@ def test_a_scalar_spring_acts_between_components_along_the_axes_of_their_grids(t
     assert on_grids(deck, "K") == pytest.approx(wanted, abs=1e-9 * np.abs(wanted).max())
 
 
-def bushing(a: int, b: int | None, C: np.ndarray, K: list[float], units: str) -> np.ndarray:
-    """A bushing in the middle between two grids, which its arms reach rigidly; one grid: there, to the ground."""
+def bushing(
+    a: int, b: int | None, C: np.ndarray, K: list[float], units: str, at: np.ndarray | None = None
+) -> np.ndarray:
+    """A bushing in the middle between two grids, or at a place, which its arms reach rigidly; one grid: there, to the
+    ground."""
     length, force = UNITS[units]
     ends = [np.array(AT[g]) * length for g in (a, b or a)]
+    place = (ends[0] + ends[1]) / 2 if at is None else at * length
     B = np.zeros((6, 3, 6))
     for g, sign in ((a, 1.0), *(((b, -1.0),) if b else ())):
-        arm = (ends[0] + ends[1]) / 2 - np.array(AT[g]) * length
+        arm = place - np.array(AT[g]) * length
         B[:, g - 1] = sign * np.block([[C, -C @ skew(arm)], [np.zeros((3, 3)), C]])
     B = B.reshape(6, 18)
     return B.T @ np.diag(np.array(K) * force * np.array([1 / length] * 3 + [length] * 3)) @ B
@@ -214,6 +218,27 @@ def test_a_bushing_has_the_matrix_of_its_six_springs_in_its_axes(tmp_path, units
     K = [11.0, 500.0 * length / force, 33.0, 44.0, 55.0, 600.0 / (length * force)]
     wanted = bushing(*ends, C, K, units)
     assert on_grids(changed, "K") == pytest.approx(wanted, abs=1e-9 * np.abs(wanted).max())
+
+
+TURNED = 1.5 * (np.cos(np.radians(40.0)) * SIX[0] + np.sin(np.radians(40.0)) * SIX[1]) - 0.2 * SIX[2]
+
+
+@pytest.mark.parametrize(
+    ("where", "at"),
+    [
+        (",.2", 0.8 * np.array(AT[1]) + 0.2 * np.array(AT[2])),
+        (",0.,-1", np.array(AT[1])),
+        (",.2,0,.7,.1,-.9", np.array([0.7, 0.1, -0.9])),
+        (",,5,.3,-.4,1.1", ORIGIN[5] + np.array([0.3, -0.4, 1.1]) @ FIVE),
+        (",,6,1.5,40.,-.2", ORIGIN[6] + TURNED),
+    ],
+)
+def test_a_bushing_acts_at_the_place_of_its_card(tmp_path, where, at):
+    masses = [f"CONM2,{90 + g},{g},,1.\n,1.,,1.,,,1." for g in (1, 2, 3)]
+    card = f"PBUSH,8,K,{','.join(map(str, STIFF))}\nCBUSH,9,8,1,2,,,,5\n{where}"
+    deck = read(tmp_path, *CARDS, *masses, card, control="ECHO = NONE", units="in-lbf-s")
+    wanted = bushing(1, 2, FIVE, STIFF, "in-lbf-s", at)
+    assert on_grids(deck, "K") == pytest.approx(wanted, abs=1e-9 * np.abs(wanted).max())
 
 
 @pytest.mark.parametrize("units", UNITS)
@@ -426,8 +451,6 @@ def test_mistakes_in_constraints_name_what_is_wrong(tmp_path, cards, sentence):
         (["CMASS2,9,5.,1,1", "CMASS2,8,6.,1,2", "CMASS2,7,5.,1,3"],
          "3 CMASS2: a mass in one direction alone is left out; that mass is missing"),
         (["CONM2,9,1"], "1 CONM2: no mass and no inertia; nothing is left out"),
-        (["PBUSH,8,K,5.,5.,5.", "CBUSH,9,8,1,2,,,,0", ",.2"],
-         "1 CBUSH S, OCID: the bushing acts in the middle of its two grids instead"),
         (["PBUSH,8,K,5.", ",,M,3.", "CBUSH,9,8,1,2,,,,0"],
          "1 PBUSH M: the mass of bushings is left out; give it by CONM2"),
         (["PBUSH1D,8,5.,,,,,,,", ",SPRING,TABLE,9", "CBUSH1D,9,8,1,2"],

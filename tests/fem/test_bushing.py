@@ -57,6 +57,22 @@ def test_rigid_motion_costs_nothing(gap):
     assert np.abs(structure.K @ R).max() < 1e-9 * abs(structure.K).max()
 
 
+@pytest.mark.parametrize("gap", [(0, 0, 0), (0.1, -0.2, 0.3)])
+def test_displacements_are_compared_at_its_place(gap):
+    """That of a node is u + theta x (at - x)."""
+    k, at = np.array([2e6, 3e5, 4e4, 5e3, 6e2, 7e1]), np.array([1.3, 0.4, -0.2])
+    with_it = two_beams(gap, Bushing("a", "b", k[:3], k[3:], np.eye(3), at))
+    rows = []
+    for group, sign in (("a", -1.0), ("b", 1.0)):
+        arm = at - with_it.mesh.points[with_it.mesh.group_points(group)[0]]
+        u, theta = np.split(node_rows(with_it, group), 2)
+        rows.append(sign * np.concatenate([u + np.cross(theta.T, arm).T, theta]))
+    relative = rows[0] + rows[1]
+    added = (with_it.K - two_beams(gap).K).toarray()
+    assert added == pytest.approx(relative.T @ np.diag(k) @ relative, abs=1e-9 * k.max())
+    assert np.abs(with_it.K @ rigid_shapes(with_it)).max() < 1e-9 * abs(with_it.K).max()
+
+
 def test_a_spring_makes_masses_swing_at_the_root_of_stiffness_over_mass():
     """Two stiff short beams, a soft spring along the line between them, the second mass free along it."""
     structure = two_beams((0.5, 0, 0), spring("a", "b", 40.0), masses=[PointMass("tip", 1e4)])
@@ -85,7 +101,7 @@ def test_strings_and_solids_take_springs_along_the_line_alone():
     assert (found.K - build_structure(mesh, cords).K).diagonal().max() == pytest.approx(30.0)
     with pytest.raises(ValueError, match=r"nodes without rotation .* cannot resist rotation"):
         build_structure(mesh, cords, bushings=[Bushing("a", "b", rotation=(1.0, 0, 0))])
-    with pytest.raises(ValueError, match="cannot be compared across the line"):
+    with pytest.raises(ValueError, match="cannot be compared off the line"):
         build_structure(mesh, cords, bushings=[Bushing("a", "b", (0.0, 1.0, 0.0))])
 
 
@@ -114,6 +130,7 @@ def on_one_beam_alone(bushing):
         (lambda: Bushing("a", "b"), "has no stiffness"),
         (lambda: Bushing("a", "b", (-1.0, 0, 0)), "none negative"),
         (lambda: Bushing("a", "b", (1.0, 0, 0), axes=np.ones((3, 3))), "not at right angles"),
+        (lambda: Bushing("a", "b", (1.0, 0, 0), at=(1.0, 0)), "give a place by three coordinates"),
         (lambda: two_beams((0, 0, 0), Bushing("both", None, (1.0, 0, 0))), "group 'both' has 2 nodes"),
         (lambda: on_one_beam_alone(Bushing("tip", None, (1.0, 0, 0))), "belongs to no member"),
     ],

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from femflex.decks.nastran.card import Card
 from femflex.decks.nastran.model import NastranModel
 from femflex.fem import Bushing, ScalarSpring
+from femflex.fem.bushing import along, turns_nodes
 
 Array = NDArray[np.float64]
 
@@ -180,14 +181,18 @@ def _bush(model: NastranModel, card: Card, stiff: dict[int, Array]) -> None:
         axes = np.stack([x, y, np.cross(x, y)])
     else:
         axes = None if apart else model.grids.axes(ends[0])
-    place = card.real(8, 0.5)
-    if (apart and abs(place - 0.5) > 1e-9) or (card.has(9) and card.integer(9, -1) >= 0):
-        model.bulk.found.unused("CBUSH S, OCID", "the bushing acts in the middle of its two grids instead", card.place)
+    at: Array | None = None
+    if card.has(9) and card.integer(9, -1) >= 0:
+        at = model.systems(card.integer(9)).position(card.reals(10, 3), model.bulk.units.length)
+    elif apart and abs(card.real(8, 0.5) - 0.5) > 1e-9:
+        at = points[0] + card.real(8) * span
     if axes is None and (K[[1, 2]] > 0).any() and not np.isclose(K[1], K[2]):
         raise ValueError(f"{card} has no orientation, and its K2 and K3 differ; give CID, G0 or X1, X2, X3")
     groups = [model.group(g) for g in ends]
-    bush = Bushing(groups[0], groups[1] if len(groups) == 2 else None, tuple(K[:3]), tuple(K[3:]), axes)
-    across = apart and bool(K[1:3].any())
+    bush = Bushing(groups[0], groups[1] if len(groups) == 2 else None, tuple(K[:3]), tuple(K[3:]), axes, at)
+    rows = along(span / np.linalg.norm(span)) if axes is None else axes
+    arms = (np.mean(points, axis=0) if at is None else at) - np.array(points)
+    across = (apart or at is not None) and turns_nodes(rows[K[:3] > 0], arms)
     model.springs.append((bush, ends, bool(K[3:].any()) or across, card))
     model.wanted.update(ends)
     if K[3:].any() or across:
