@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from femflex.assembly import structures
 from femflex.assembly.acting_loads import ActingLoads, acting_loads, added_shapes_text, load_directions
 from femflex.assembly.bodies import marker_groups
 from femflex.assembly.deck_facts import _clamp, _ends, holds
@@ -418,3 +419,49 @@ def test_a_level_of_a_study_refines_on_top_of_what_the_case_refines(craft: str, 
         of_both = [structure_of(case, "boom", table, times) for times in (more, more + 1)]
     elements = 3 * 2 ** (own + more)
     assert [one.n_dof for one in (alone, *of_both)] == [6 + 11 * n for n in (elements, elements, 2 * elements)]
+
+
+@pytest.mark.parametrize(
+    ("keys", "strain", "steps"),
+    [
+        ("", "linear", []),
+        ("derivatives = 3", "linear", [("with_static_derivatives", 3, None, "bodies.boom")]),
+        ("derivatives = 0", "nonlinear", []),
+        ("derivatives = 'none'", "nonlinear", []),
+        ("derivatives = 'all'", "nonlinear",
+         [("with_own_bends", None, None), ("with_static_derivatives", "all", None, "bodies.boom")]),
+        ("derivatives = 3, deflection = 0.2", "condensed",
+         [("with_own_bends", None, 0.2), ("with_static_derivatives", 3, 0.2, "bodies.boom")]),
+        ("derivatives = 'none', third_derivatives = 1", "nonlinear", [("with_own_bends", 1, None)]),
+        ("derivatives = 'none', responses = 2, deflection = 0.2", "nonlinear", [("with_responses", 2, 0.2, [], {})]),
+        ("derivatives = 2, responses = 2, deflection = 0.2, attachment = ['y', 'rx'], loads = { TIP = ['z', 'rx'] }",
+         "nonlinear",
+         [("with_own_bends", None, 0.2), ("with_static_derivatives", 2, None, "bodies.boom"),
+          ("with_responses", 2, 0.2, ["y"], {"TIP": ["z", "rx"]})]),
+    ],
+)  # fmt: skip
+def test_a_set_gets_its_shapes_in_order_and_each_as_the_table_says(
+    craft: str, write_case: Any, monkeypatch: pytest.MonkeyPatch, keys: str, strain: str, steps: list[Any]
+):
+    reduction = 'clamp = "ROOT", modes = 4' + (f", {keys}" if keys else "")
+    text = craft.replace('clamp = "ROOT", modes = 4', reduction).replace("damping =", f"strain = '{strain}'\ndamping =")
+    case = read_case(write_case(text))
+    table: Any = case.bodies["boom"]
+    done: list[Any] = []
+
+    def noted(name: str) -> None:
+        def step(structure: Any, modes: Any, *about: Any) -> Any:
+            assert structure == "relaxed" and modes == (done[-1] if done else "vibrating")
+            done.append((name, *about))
+            return done[-1]
+
+        monkeypatch.setattr(structures, name, step)
+
+    for name in ("with_own_bends", "with_static_derivatives", "with_responses"):
+        noted(name)
+    monkeypatch.setattr(structures, "relaxed", lambda structure, clamp: "relaxed")
+    monkeypatch.setattr(structures, "warn_of_initial_stress", lambda *about: None)
+    monkeypatch.setattr(structures, "vibrating", lambda structure, r, modes, acting: "vibrating")
+    given: Any = "given"
+    assert structures.build_modes(given, table, name="boom") == ("relaxed", steps[-1] if steps else "vibrating")
+    assert done == steps

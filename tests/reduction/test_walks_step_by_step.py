@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy import sparse
 
+from femflex.reduction import wide_sheets
 from femflex.reduction.large_deflection import sheet_bends
 from femflex.reduction.large_deflection.load_path import DRAG, KEPT, LONGEST, RATE, STIFFEST, LoadedStructure, LoadPath
 
@@ -138,6 +139,38 @@ def test_a_sheet_whose_first_state_is_not_found_or_stretches_has_none(sheet):
     with pytest.raises(ValueError, match="not found"):
         sheet(found_up_to=0.01)
     assert sheet(stretched_from=0.01)[0] is None
+
+
+@pytest.mark.parametrize(
+    ("bent", "third", "kept"), [(True, True, "bent"), (False, True, "third"), (False, False, "set")]
+)
+@pytest.mark.parametrize("error", [ValueError("not found"), RuntimeError("singular")])
+def test_a_wide_sheet_gets_its_bend_or_the_third_derivative_at_rest_or_keeps_its_set(
+    monkeypatch, bent, third, kept, error
+):
+    modes, asked = SimpleNamespace(held=np.arange(6), n_modes=2), []
+
+    def sheet_bends(structure, given, start, deflection):
+        assert given is modes
+        asked.append((start, deflection))
+        if not bent:
+            raise error
+        return "bent"
+
+    def third_derivatives(structure, given, count):
+        assert given is modes and count == 1
+        if not third:
+            raise ValueError("not found")
+        return "third"
+
+    monkeypatch.setattr(wide_sheets, "sheet_of", lambda structure: wide_sheets.Sheet(0.6, 1e-3, 0.03, 1.2))
+    monkeypatch.setattr(wide_sheets, "with_sheet_bends", sheet_bends)
+    monkeypatch.setattr(wide_sheets, "with_third_derivatives", third_derivatives)
+    found = wide_sheets.with_own_bends(None, modes, None, None)
+    assert (found is modes if kept == "set" else found == kept) and asked == [(0.03, wide_sheets.FAR * 1.2)]
+    for less in (SimpleNamespace(held=np.zeros(0), n_modes=2), SimpleNamespace(held=np.arange(6), n_modes=0)):
+        assert wide_sheets.with_own_bends(None, less, None, None) is less
+    assert wide_sheets.with_own_bends(None, modes, None, 0.1) is modes and len(asked) == 1
 
 
 def test_a_state_is_kept_where_the_tangent_has_as_many_negative_pivots_as_the_load_explains():
