@@ -12,6 +12,23 @@ from femflex.decks import DeckError
 from femflex.decks.report import describe
 
 
+@pytest.mark.parametrize("tip", [(1100.0, 20.0, 5.0), (1010.0, 90.0, -30.0), (1000.0, 0.0, 70.0)])
+def test_a_link_keeps_the_distance_of_two_nodes_and_nothing_else(tip, tmp_path):
+    """Of a mass that is linked to the tip of a beam: all motions but along their line are left."""
+    mass = (
+        f"*NODE\n20, {tip[0]}, {tip[1]}, {tip[2]}\n*ELEMENT, TYPE=MASS, ELSET=LUMP\n99, 20\n*MASS, ELSET=LUMP\n1E-3\n"
+    )
+    loose = deck(tmp_path, beam("RECT", "10., 20.\n0., 1., 0.") + mass).structure()
+    for pair in ("20, 11", "11, 20"):
+        made = deck(tmp_path, beam("RECT", "10., 20.\n0., 1., 0.") + mass + f"*MPC\nLINK, {pair}\n")
+        structure = made.structure()
+        rows = [made.points_of_ids[node] for node in (11, 20)]
+        a, b = (structure.translation[3 * row : 3 * row + 3].toarray() for row in rows)
+        line = structure.mesh.points[rows[1]] - structure.mesh.points[rows[0]]
+        assert np.abs(line @ (b - a)).max() < 1e-12 and np.linalg.matrix_rank(np.vstack([a, b])) == 5
+        assert structure.n_dof == loose.n_dof - 1
+
+
 def said(folder: Path, text: str) -> str:
     """What is told of a deck."""
     return " ".join(describe(deck(folder, text)).split())

@@ -213,12 +213,12 @@ def _spread(
 
 
 def _mpc(model: AbaqusModel, one: Scoped) -> None:
-    """BEAM, TIE and PIN between pairs of nodes, or a set and a node; the first follows."""
+    """BEAM, TIE, PIN and LINK between pairs of nodes, or a set and a node; the first follows."""
     scope, keyword = one
     for k, row in enumerate(keyword.data):
         kind = row[0].upper()
         words = [word for word in row[1:] if word]
-        if kind not in ("BEAM", "TIE", "PIN") or len(words) != 2:
+        if kind not in ("BEAM", "TIE", "PIN", "LINK") or len(words) != 2:
             model.found.unused(f"*MPC {kind}", "it is left out; parts may be unconnected", place_of(keyword, k))
             continue
         first, second = (model.nodes_of(word, scope, keyword, k) for word in words)
@@ -230,8 +230,23 @@ def _mpc(model: AbaqusModel, one: Scoped) -> None:
             if kind == "BEAM":
                 _rigid(model, [node], other, ALL, what, keyword)
                 continue
+            if kind == "LINK":
+                _link(model, node, other, what, keyword)
+                continue
             components = ALL if kind == "TIE" else (0, 1, 2)
             _follow(model, node, components, {other: np.eye(6)[list(components)]}, what, keyword)
+
+
+def _link(model: AbaqusModel, node: int, other: int, what: str, keyword: Keyword) -> None:
+    """The distance between two nodes is kept: the node's component that lies nearest to their line follows."""
+    t = model.x(other) - model.x(node)
+    if not np.linalg.norm(t) > 0:
+        raise ValueError(f"{what}: its two nodes are at one place; give TIE or PIN.")
+    c = int(np.abs(t).argmax())
+    row = np.concatenate([t / t[c], np.zeros(3)])
+    own = -row
+    own[c] = 0.0
+    _follow(model, node, (c,), {other: row[None], node: own[None]}, what, keyword)
 
 
 def _equation(model: AbaqusModel, transforms: Transforms, one: Scoped) -> None:
