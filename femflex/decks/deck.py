@@ -112,7 +112,8 @@ class Deck:
                 structure = self.structure(held)
         except ValueError:
             return self
-        loose = unresisted(structure, np.array(sorted(self.points_of_ids.values()), np.int64))
+        points = np.array(sorted(self.points_of_ids.values()), np.int64)
+        loose = unresisted(structure, points, structure.held_dofs(held).tolist())
         fixed = {
             (int(node), component)
             for group, support in held.items()

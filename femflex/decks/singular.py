@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
@@ -19,24 +21,30 @@ ROUNDING = 1e-13  # part of the largest stiffness of a node that may be rounding
 SAME = 1e-9  # part by which a node's motion may differ from that of three dofs of its own
 
 
-def unresisted(structure: Structure, points: Index) -> list[tuple[Index, Support]]:
+def unresisted(structure: Structure, points: Index, held: Sequence[int] = ()) -> list[tuple[Index, Support]]:
     """Nodes (k,) and the components that nothing resists at them, of the points that count (n,).
 
+    held: dofs that supports fix already, of nodes that follow others in part.
+
     A node is looked at by itself, as Nastran does: the 3 x 3 stiffness of its displacement and of its rotation. Nodes
-    that follow others by connections are passed over.
+    that follow others by connections in all components are passed over.
     """
     found: dict[tuple[float, ...], list[int]] = {}
     supports: dict[tuple[float, ...], Support] = {}
+    users = _users(structure)
+    users[list(held)] = 0
     for kind, rows in enumerate((structure.translation, structure.rotation)):
-        block, own = _blocks(structure.K, rows)
+        block, along, own = _blocks(structure.K, rows, users)
         nodes = points[own[points].any(axis=1)]
         if not len(nodes):
             continue
         overall = float(np.abs(block[nodes]).max(initial=0.0))
-        for a in range(3):  # components that follow others count as stiff
+        block = along.swapaxes(1, 2) @ block @ along
+        for a in range(3):  # directions that follow others count as stiff
             follows = nodes[~own[nodes, a]]
             block[follows, a] = block[follows, :, a] = 0.0
             block[follows, a, a] = np.maximum(np.abs(block[follows]).max(axis=(1, 2)), max(overall, 1.0) * 1e-12)
+        block = along @ block @ along.swapaxes(1, 2)
         value, vectors = np.linalg.eigh(block[nodes])
         largest = value[:, 2]
         usual = float(np.median(largest[largest > 0])) if largest.any() else 0.0
@@ -59,8 +67,17 @@ def unresisted(structure: Structure, points: Index) -> list[tuple[Index, Support
     return [(np.array(nodes), supports[key]) for key, nodes in found.items()]
 
 
-def _blocks(K: sparse.csr_array, rows: sparse.csr_array) -> tuple[Array, NDArray[np.bool_]]:
-    """Stiffness (n, 3, 3) of nodes against their own three components, and which (n, 3) have a dof of their own."""
+def _users(structure: Structure) -> Index:
+    """Number (n_dof,) of the nodes that each dof moves or turns."""
+    moved = [sparse.csr_array(abs(rows)) for rows in (structure.translation, structure.rotation)]
+    n = moved[0].shape[0] // 3
+    sums = sparse.csr_array((np.ones(3 * n), np.arange(3 * n), np.arange(0, 3 * n + 1, 3)), shape=(n, 3 * n))
+    return np.bincount((sums @ (moved[0] + moved[1])).tocoo().coords[1], minlength=moved[0].shape[1])
+
+
+def _blocks(K: sparse.csr_array, rows: sparse.csr_array, users: Index) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Stiffness (n, 3, 3) of nodes against their own three components, directions (n, 3, 3) at right angles, as
+    columns, and which of these (n, 3) have a dof of their own."""
     n = rows.shape[0] // 3
     moved = (rows @ K).tocsr()
     block, gram = np.zeros((n, 3, 3)), np.zeros((n, 3, 3))
@@ -69,5 +86,16 @@ def _blocks(K: sparse.csr_array, rows: sparse.csr_array) -> tuple[Array, NDArray
             other = rows[b::3]
             block[:, a, b] = np.asarray(moved[a::3].multiply(other).sum(axis=1)).ravel()
             gram[:, a, b] = np.asarray(rows[a::3].multiply(other).sum(axis=1)).ravel()
+    along = np.tile(np.eye(3), (n, 1, 1))
     own = np.abs(gram - np.eye(3)).max(axis=2) < SAME
-    return (block + block.swapaxes(1, 2)) / 2, own
+    for node in np.flatnonzero(~own.all(axis=1)).tolist():  # it may follow others along skew axes, and have dofs across
+        R = rows[3 * node : 3 * node + 3]
+        dofs = np.unique(R.indices)
+        dofs = dofs[users[dofs] == 1]
+        U, size, Vt = np.linalg.svd(R[:, dofs].toarray())
+        r = int((size > SAME).sum())
+        if r:
+            V = Vt[:r].T / size[:r]
+            along[node], own[node] = U, np.arange(3) < r
+            block[node] = U[:, :r] @ (V.T @ K[dofs][:, dofs].toarray() @ V) @ U[:, :r].T
+    return (block + block.swapaxes(1, 2)) / 2, along, own

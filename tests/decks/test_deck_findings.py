@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from nastran_decks import STEEL, bar, read, written
+from nastran_decks import STEEL, bar, frequencies, read, written
 
 from femflex.decks import DeckError, Units, read_deck, units_of
 from femflex.decks.builder import Builder
@@ -116,7 +116,10 @@ def test_cells_are_gathered_by_key_and_groups_by_name():
     }
     assert cells == {"pid_3": [[0, 1], [1, 2], [2, 3]], "pid_3-part1": [[0, 1], [2, 3]], "pid_3-part2": [[1, 2]],
                      "boom": [[0, 1]], "pid_5": [[3, 0]]}  # fmt: skip
-    assert build.cell_of == {31: ("line", 0), 32: ("line", 1), 33: ("line", 2)} and build.families() == {"beam", "rod"}
+    assert build.cell_of == {31: [("line", 0)], 32: [("line", 1)], 33: [("line", 2)]} and build.families() == {
+        "beam",
+        "rod",
+    }
 
 
 def test_values_of_cells_are_one_where_they_are_alike_and_by_cell_where_not():
@@ -186,6 +189,21 @@ def test_directions_that_nothing_resists_stand_across_a_skew_rod(tmp_path):
     structure = deck.structure()
     (nodes, found), *_ = unresisted(structure, np.array([deck.points_of_ids[2]]))
     assert nodes.tolist() == [deck.points_of_ids[2]] and len(found.components) == 2
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.5])
+def test_what_nothing_resists_beside_a_component_that_depends_is_fixed_along_skew_axes_too(tmp_path, angle):
+    """Grid 15 follows the tip of a beam along y of its own axes, a rod holds it along z, and nothing along x."""
+    a, b = np.cos(angle), np.sin(angle)
+    cards = ["CORD2R,7,,0.,0.,0.,0.,0.,1.", f",{a:.12f},{b:.12f},0.", "GRID,15,,2.5,.3,0.,7", "GRID,16,,2.5,.3,1."]
+    cards += ["CROD,20,4,15,16", "PROD,4,1,1.E-3", "RBE2,21,9,2,15", "SPC1,1,123456,16"]
+    deck = read(tmp_path, *bar(), *cards)
+    ((group, support),) = deck.supports["autospc"].items()
+    assert deck.mesh.group_points(group).tolist() == [deck.points_of_ids[15]]
+    (component,) = support.components
+    direction = np.asarray(support.axes)[("x", "y", "z").index(component)]
+    assert np.abs(direction) == pytest.approx([a, b, 0.0], abs=1e-9)
+    assert len(frequencies(deck)) == 4
 
 
 def test_mass_and_centre_are_those_of_bars_and_point_masses(tmp_path):
