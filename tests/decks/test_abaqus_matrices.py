@@ -228,10 +228,17 @@ def test_equations_hold_along_transformed_axes_in_the_units_of_the_deck(tmp_path
     assert 2 * part(made, 2, "2") == pytest.approx(3 * part(made, 4, "3"), abs=1e-12)
 
 
+CLOUD = (
+    "*ELEMENT, TYPE=MASS, ELSET=CLOUD\n91, 1\n92, 2\n93, 3\n*MASS, ELSET=CLOUD\n2.\n"  # nothing else moves these nodes
+)
+BEAMS = "*ELEMENT, TYPE=B31, ELSET=B\n81, 1, 2\n82, 2, 3\n*BEAM SECTION, SECTION=RECT, ELSET=B, MATERIAL=METAL\n"
+BEAMS += ".8, 1.4\n1., 2., 3.\n"
+
+
+@pytest.mark.parametrize("nodes", [BEAMS, CLOUD], ids=["beams", "masses"])
 @pytest.mark.parametrize("weights", [{1: 2.0, 2: 0.5, 3: 1.0}, {3: 2.0, 1: 0.5, 2: 1.5}])
-def test_a_distributing_coupling_is_the_weighted_least_squares_of_its_nodes(tmp_path, weights):
-    text = NODES + METAL + "*ELEMENT, TYPE=B31, ELSET=B\n81, 1, 2\n82, 2, 3\n"
-    text += "*BEAM SECTION, SECTION=RECT, ELSET=B, MATERIAL=METAL\n.8, 1.4\n1., 2., 3.\n"
+def test_a_distributing_coupling_is_the_weighted_least_squares_of_its_nodes(tmp_path, weights, nodes):
+    text = NODES + METAL + nodes
     text += "*ELEMENT, TYPE=DCOUP3D, ELSET=D\n800, 4\n*DISTRIBUTING COUPLING, ELSET=D\n"
     text += "".join(f"{n}, {w}\n" for n, w in weights.items())
     made = deck(tmp_path, text)

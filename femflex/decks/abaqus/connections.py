@@ -208,7 +208,8 @@ def _spread(
     order = sorted(nodes, key=model.row)
     given = None if weights is None else tuple(weights.get(node, 1.0) for node in order)
     model.connections.append(Distributing(name, model.group(ref), given))
-    model.moving.update([ref, *nodes])
+    model.wanted.update(nodes)
+    model.moving.add(ref)
     model.turning.add(ref)
 
 
