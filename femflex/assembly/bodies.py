@@ -155,8 +155,8 @@ def _built(case: Case, name: str, modes: int | None, refine: int, segments: int 
             return BuiltBody(made.body, deployed_origin(case, name, table, made), added_note(case, name, table))
         body, source, notes = _body(case, name, table, modes, refine, draft)
         open_ = Origin(source, open_choices(table), bound_to_linear(table), remedy_of(table))
-        if isinstance(table, FlexibleTable | AnalyticTable | FileTable) and not draft:
-            warn_of_doubtful_extents(case, name, table, body)
+        if isinstance(source, Meshed) and not draft:
+            warn_of_doubtful_extents(case, name, table, source.structure.mesh, body.moments.mass)
         return BuiltBody(_with_markers(body, name, table), None if isinstance(table, RigidTable) else open_, notes)
     except CaseError:
         raise

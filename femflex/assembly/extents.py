@@ -7,12 +7,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from femflex.assembly.structures import build_mesh
-from femflex.body import FlexibleBody
 from femflex.case.body import FlexibleTable
 from femflex.case.case import Case
 from femflex.case.section import Layup, Plate, Sandwich
 from femflex.case.starting_case import LARGE
+from femflex.mesh import Mesh
 from femflex.warning import PhysicsWarning
 
 SMALL = 0.05  # m; meshes that are smaller are more often in another unit than of that size
@@ -20,24 +19,23 @@ THICK = 0.25  # of the mesh's largest extent; what is thicker is no plate
 PER_METRE = {"m": 1.0, "cm": 100.0, "mm": 1000.0, "inch": 1 / 0.0254}
 
 
-def warn_of_doubtful_extents(case: Case, name: str, table: object, body: FlexibleBody) -> None:
-    """Warn of a mesh in the wrong unit, and of sections too thick for it."""
-    if body.skin is None or not isinstance(table, FlexibleTable) or table.deck is not None:  # a deck has its own doubts
+def warn_of_doubtful_extents(case: Case, name: str, table: object, mesh: Mesh, mass: float) -> None:
+    """Warn of a mesh [m] of a body of a mass [kg] in the wrong unit, and of sections too thick for it."""
+    if not isinstance(table, FlexibleTable) or table.deck is not None:  # a deck has its own doubts
         return
-    size = float(np.ptp(body.skin.points, axis=0).max())
+    size = float(np.ptp(mesh.points, axis=0).max())
     longest = 1e3 * LARGE if any(member.family == "tether" for member in table.members) else LARGE
-    for text in list(_mesh(case, name, table, size, longest, body.moments.mass)) or list(_thickness(case, table, size)):
+    for text in list(_mesh(name, table, size, longest, mass)) or list(_thickness(case, table, size)):
         warnings.warn(text, PhysicsWarning, stacklevel=5)
 
 
-def _mesh(case: Case, name: str, table: FlexibleTable, size: float, longest: float, mass: float) -> Iterator[str]:
+def _mesh(name: str, table: FlexibleTable, size: float, longest: float, mass: float) -> Iterator[str]:
     if size > longest and "mesh_unit" not in table.model_fields_set:
         yield (
             f"bodies.{name}: the mesh spans {size:.4g} m, over {longest:g} m, and its mass is {mass:.4g} kg; if its "
             "unit is millimetres, set mesh_unit = 'mm', and if it is metres, mesh_unit = 'm'"
         )
-    if size < SMALL and table.mesh_unit != "m":
-        size = float(np.ptp(build_mesh(case, name, table).points, axis=0).max())  # without the drawn thickness
+    if 0 < size < SMALL and table.mesh_unit != "m":
         written = size * PER_METRE[table.mesh_unit]
         yield (
             f"bodies.{name}: the mesh spans {size:.4g} m, read in {table.mesh_unit}; if its unit is metres, it spans "

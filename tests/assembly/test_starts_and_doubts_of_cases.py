@@ -12,13 +12,14 @@ from femflex.assembly.extents import warn_of_doubtful_extents
 from femflex.assembly.initial import initial_shape
 from femflex.assembly.structures import with_static_derivatives
 from femflex.assembly.system import bodies_and_loads, problems_of_loads
-from femflex.body import FlexibleBody, Marker, MassMoments, Skin, StrainTensors, rigid_body
+from femflex.body import FlexibleBody, Marker, MassMoments, StrainTensors
 from femflex.case import parse_case, read_case
 from femflex.case.body import FlexibleTable
 from femflex.case.initial import InitialTable
 from femflex.case.problems import CaseError
 from femflex.fem import Material, Member, build_structure
 from femflex.fem.sections import Rectangle
+from femflex.mesh import Mesh
 from femflex.mesh.generators import line
 from femflex.reduction import cantilever_modes
 from femflex.warning import PhysicsWarning
@@ -110,14 +111,14 @@ def doubts(size: float, family: str = "beam", mass: float = 12.0, **keys) -> lis
         **keys,
     }
     points = np.array([[0.0, 0.1, 0.0], [size / 2, 0.1 + size, 0.0], [0.1 * size, 0.1, 0.3 * size]])
-    body = rigid_body(mass, np.eye(3), skin=Skin(points, {"triangle": np.array([[0, 1, 2]])}, np.zeros((0, 3, 3))))
+    mesh = Mesh(points, {"triangle": np.array([[0, 1, 2]])})
     case = parse_case(
         "[run]\nduration = 1\n[bodies.b]\nkind = 'rigid'\nmass = 1\ninertia = [1, 1, 1]\n"
         "[sections.wall]\nkind = 'plate'\nthickness = 2\n"
     )
     with warnings.catch_warnings(record=True) as given:
         warnings.simplefilter("always")
-        warn_of_doubtful_extents(case, "b", FlexibleTable.model_validate(table), body)
+        warn_of_doubtful_extents(case, "b", FlexibleTable.model_validate(table), mesh, mass)
     assert all(one.category is PhysicsWarning for one in given)
     return [str(one.message) for one in given]
 
@@ -142,9 +143,10 @@ def test_sections_too_thick_for_their_mesh_are_doubted():
     assert doubts(7.9) == []
 
 
+@pytest.mark.parametrize("radius", ["0.3 mm", "60 mm"])  # drawn, the second is over 5 cm across
 @pytest.mark.parametrize(("unit", "per_metre"), [("mm", 1000), ("cm", 100)])
-def test_a_small_mesh_that_is_read_in_another_unit_may_be_in_metres(craft, write_case, unit, per_metre):
-    thin = craft.replace("30 mm", "0.3 mm").replace("2 mm", "0.1 mm")
+def test_a_small_mesh_that_is_read_in_another_unit_may_be_in_metres(craft, write_case, unit, per_metre, radius):
+    thin = craft.replace("30 mm", radius).replace("2 mm", "0.1 mm")
     case = read_case(write_case(thin.replace('mesh = "boom.inp"', f'mesh = "boom.inp"\nmesh_unit = "{unit}"')))
     spans = f"{3 / per_metre:g}"
     with pytest.warns(PhysicsWarning) as given:
