@@ -13,6 +13,8 @@ from femflex.advice.bodies import KnownBodies
 from femflex.advice.limits import CARRIED, DRIFT, DUST
 from femflex.body import FlexibleBody
 from femflex.dynamics import compile_system
+from femflex.dynamics.equilibria.linearised import held_freedoms
+from femflex.dynamics.lowering.layout import body_records
 from femflex.reduction.boundary.rigid import DIRECTIONS
 from femflex.reduction.origin import Meshed
 from femflex.rotations import dcm_from_quaternion
@@ -21,11 +23,16 @@ from femflex.system.ties import tie_places
 
 Array = NDArray[np.float64]
 
+LINE = 1e-9  # least over largest moment of inertia about the centre of mass: mass on a line
+NO_INERTIA = 1e-13  # eigenvalue of the scaled mass matrix: a motion that accelerations cannot be solved for
+NOTABLE = 0.1  # of a body in that motion
+
 
 def model_warnings(system: System, known: KnownBodies, duration: float) -> list[Advice]:
     """What is doubtful of a craft and its bodies, whatever they are going to do."""
     out = [*_held_elsewhere(system, known), *_dragged_supports(system, known), *_idle_torques(system)]
-    return [*out, *_light_sets(system), *_loose_bodies(system), *_driven_orbit(system, duration)]
+    out += [*_light_sets(system), *_loose_bodies(system), *_driven_orbit(system, duration)]
+    return [*out, *_turns_without_inertia(system)]
 
 
 def output_warnings(system: System, step: float) -> list[Advice]:
@@ -207,3 +214,35 @@ def _driven_orbit(system: System, duration: float) -> Iterator[Advice]:
             f"{DRIFT * speed:.2g} m/s, {DRIFT:g} of the orbital speed). Set orbit.kind = 'free'"
         )
         yield doubt("", "craft", text, change, DRIFT * speed)
+
+
+def _turns_without_inertia(system: System) -> Iterator[Advice]:
+    """Bodies whose mass lies on a line, such as tethers, that joints let turn about it: a run cannot solve for that."""
+    lines = [name for name in system.order if _on_a_line(system.bodies[name])]
+    if not lines:
+        return
+    model = compile_system(system)
+    held, joints, own = held_freedoms(model), dict[str, list[int]](), list[int]()
+    for name, record in zip(system.order, body_records(model.table)[1:], strict=True):
+        joints[name] = [k for k in range(int(record["u"]), int(record["ue"])) if not held[k]]
+        own += joints[name]
+    M = model.mass_matrix(0.0, model.x0)[np.ix_(own, own)]
+    size = np.sqrt(np.where(np.diag(M) > 0, np.diag(M), 1.0))
+    values, vectors = np.linalg.eigh(M / size / size[:, None])
+    for value, vector in zip(values, vectors.T, strict=True):
+        turning = {name: float(np.abs(vector[np.isin(own, joints[name])]).max(initial=0.0)) for name in lines}
+        if value < NO_INERTIA and max(turning.values()) > NOTABLE:
+            name = max(turning, key=lambda one: turning[one])
+            text = (
+                f"bodies.{name}: its mass lies on a line, and its joints let it turn about this line without inertia: "
+                f"the mass matrix, scaled to a diagonal of 1, has an eigenvalue of {abs(value):.2g} (limit "
+                f"{NO_INERTIA:g}), so that the craft cannot be run. Give it a universal joint with both axes across "
+                "the line, or a section with inertia about it"
+            )
+            yield doubt(name, "inertia", text, float(value), NO_INERTIA)
+
+
+def _on_a_line(body: FlexibleBody) -> bool:
+    r, J = body.moments.center_of_mass(), body.moments.inertia()
+    moments = np.linalg.eigvalsh(J - body.moments.mass * (r @ r * np.eye(3) - np.outer(r, r)))
+    return bool(moments[0] <= LINE * moments[2])

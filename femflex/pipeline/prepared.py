@@ -121,6 +121,8 @@ def prepare(
     if output is not None and resume:
         check_same_model(model, Path(output))
     times = case.run.times(duration_of(case, system))
+    if turning := [one.reason for one in found.advice if one.decision == "inertia"]:
+        raise ValueError(turning[0])
     found = replace(found, advice=(*found.advice, *output_warnings(system, float(times[1] - times[0]))))
     warn_of(found.advice)
     begun = ""

@@ -9,10 +9,11 @@ import pytest
 
 from femflex.advice.bodies import KnownBodies
 from femflex.advice.model_warnings import model_warnings
-from femflex.body import rigid_body
+from femflex.body import Marker, rigid_body
 from femflex.case import parse_case
 from femflex.pipeline.decisions import build_system
-from femflex.system import Load, Orbit, System, free, spherical, weld
+from femflex.pipeline.prepared import prepare
+from femflex.system import Load, Orbit, System, free, spherical, universal, weld
 from femflex.warning import PhysicsWarning
 
 BLOCK = rigid_body(100.0, np.diag([10.0, 12.0, 14.0]))
@@ -90,3 +91,35 @@ def test_a_short_pulse_between_the_instants_looked_at_counts_whole():
     assert "push the craft by up to 2000 N, 2 m/s over 100 s" in text
     later = Load("pulse", "hub", "origin", force=rows, times=np.where(edges < 100.0, edges + 100.0, 300.0))
     assert not texts(orbiting(later))
+
+
+ROOT = {"child": "cord", "parent": "hub", "child_marker": "root"}
+TIP = {"child": "end", "parent": "cord", "parent_marker": "tip"}
+
+
+@pytest.mark.parametrize(
+    ("joints", "turns"),
+    [
+        ((spherical(**ROOT), spherical(**TIP)), True),
+        ((spherical(**ROOT), weld(**TIP)), False),
+        ((universal(axes=[[0, 0, 1], [0, 1, 0]], **ROOT), spherical(**TIP)), False),
+        ((universal(axes=[[1, 0, 0], [0, 1, 0]], **ROOT), spherical(**TIP)), True),
+        ((weld(**ROOT), spherical(**TIP)), False),
+    ],
+    ids=["two balls", "ball and weld", "axes across", "axis along", "weld and ball"],
+)
+def test_a_body_on_a_line_must_not_turn_about_it_without_inertia(joints, turns):
+    """A cord of 2 m along (1, 0, 0) from a hub to an end body, each of inertia; its own is on its line."""
+    places = {"root": Marker.rigid(np.zeros(3)), "tip": Marker.rigid([2.0, 0.0, 0.0])}
+    cord = rigid_body(0.3, np.diag([0.0, 0.1, 0.1]), [1.0, 0.0, 0.0], markers=places)
+    found = texts(System({"hub": BLOCK, "cord": cord, "end": BLOCK}, (free(child="hub"), *joints)))
+    assert [text.partition(":")[0] for text in found] == ["bodies.cord"] * turns
+    assert not turns or "Give it a universal joint with both axes across the line" in found[0]
+
+
+def test_a_run_of_a_body_that_turns_without_inertia_is_refused():
+    case = CASE + '[[joints]]\nkind = "spherical"\nparent = "wall"\nchild = "panel"\n'
+    thin = case.replace("inertia = [1, 1, 1]\n[[joints]]", "inertia = [0, 1, 1]\n[[joints]]")
+    prepare(parse_case(case))
+    with pytest.raises(ValueError, match=r"bodies\.panel: its mass lies on a line, .* \(limit 1e-13\)"):
+        prepare(parse_case(thin))
