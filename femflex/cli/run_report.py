@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from femflex.system import System
 
 ENERGIES = ("kinetic", "elastic", "spring", "load")  # whose sizes the energy's change is measured by
-RELEASED = -2.0  # in place of the time of a latch that has opened
+RELEASED = -2.0  # minus the time at which it opened, in place of the time, of a latch that has opened
 MOVED = 4  # initial values listed on screen when the start moves them
 
 
@@ -154,15 +154,14 @@ def change_line(run: Run, path: str) -> str:
 
 
 def latch_lines(run: Run) -> list[str]:
-    """A line per latch: when it locked and what was lost, or the first row at which it is open."""
-    import numpy as np
-
+    """A line per latch: when it locked and what was lost, or when it was released."""
     out = []
     for path in sorted(name for name in run if name.startswith("latches/") and name.endswith("/time")):
         name, at = path.split("/")[1], float(run[path][-1])
         if at <= RELEASED:
-            since = run.time[np.argmax(run[path] <= RELEASED)]
-            out.append(f"latch       {name} was released (open at t = {since:.6g} s)")
+            at_start = float(run[path][0]) <= RELEASED  # in the run that this one starts from
+            when = "before the start" if at_start else f"at t = {RELEASED - at:.9g} s"
+            out.append(f"latch       {name} was released {when}")
         elif at < 0:
             out.append(f"latch       {name} did not lock")
         else:

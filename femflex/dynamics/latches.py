@@ -87,7 +87,7 @@ class Latches:
         """Close these latches at once."""
         for k in together:
             if self.places[k].latch.opens is not None:
-                x[self.places[k].time] = RELEASED
+                x[self.places[k].time] = RELEASED - t
         closing = [self.places[k] for k in together if self.places[k].latch.opens is None]
         for place in closing:
             x[place.time], x[place.q] = t, place.latch.at

@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 OPEN = (-1.0, 0.0)  # states of a latch: the time at which it locked (-1: it has not), and the energy that was lost
 SHUT = (0.0, 0.0)  # of one that is locked from the start
-RELEASED = -2.0  # in place of the time of one that has opened
+RELEASED = -2.0  # minus the time at which it opened, in place of the time, of one that has opened
 
 
 def started_motion(joint: Joint) -> tuple[Array, Array]:

@@ -75,13 +75,15 @@ def test_latches_tell_when_they_locked_what_was_lost_and_that_they_did_not():
             "latches/b.angle/time": np.array([-1.0, -1.0, 1.1234567891, 1.1234567891]),
             "latches/b.angle/loss": np.array([0.0, 0.0, 0.25, 0.375]),
             "latches/a.slide/time": np.full(4, -1.0),
-            "latches/c.slide/time": np.array([-1.0, -2.0, -2.0, -2.0]),
+            "latches/c.slide/time": np.array([0.0, -2.375, -2.375, -2.375]),
+            "latches/d.slide/time": np.full(4, -9.0),
         }
     )
     assert latch_lines(run) == [
         "latch       a.slide did not lock",
         "latch       b.angle locked at t = 1.12345679 s, 0.375 J lost",
-        "latch       c.slide was released (open at t = 0.5 s)",
+        "latch       c.slide was released at t = 0.375 s",
+        "latch       d.slide was released before the start",
     ]
 
 

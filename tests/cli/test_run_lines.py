@@ -16,6 +16,6 @@ def test_a_saturated_wheel_is_named_with_the_part_of_the_rows_and_the_times():
     assert wheel_lines(run) == ["wheel       x was saturated in 50% of the rows, first at t = 1 s, last at t = 2 s"]
 
 
-def test_a_released_joint_is_named_with_the_first_row_at_which_it_is_open():
-    run = Rows({"latches/rail.slide/time": np.array([-1.0, -1.0, -2.0, -2.0])})
-    assert latch_lines(run) == ["latch       rail.slide was released (open at t = 2 s)"]
+def test_a_released_joint_is_named_with_the_time_of_its_release_between_two_rows():
+    run = Rows({"latches/rail.slide/time": np.array([0.0, 0.0, -3.25, -3.25])})
+    assert latch_lines(run) == ["latch       rail.slide was released at t = 1.25 s"]

@@ -182,6 +182,8 @@ def test_separation_by_a_spring_keeps_momentum():
     assert distance[-1] > 1.0
     E = seen["monitors/energy"]
     assert np.abs(E - E[0]).max() < 1e-11
+    times = [values[-1] for path, values in seen.items() if path.startswith("latches/") and path.endswith("/time")]
+    assert times == pytest.approx([-2.0 - 0.3] * 6, abs=1e-12)  # that of the release is kept
 
 
 def test_a_separation_spring_between_coincident_markers_is_refused():

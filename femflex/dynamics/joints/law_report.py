@@ -91,7 +91,7 @@ def law_channels(system: System) -> dict[str, Channel]:
         name = its.joint.freedom_names()[its.latch.freedom]
         path = f"latches/{name}"
         out[f"{path}/locked"] = Channel("1", f"1 from when {name} latched")
-        out[f"{path}/time"] = Channel("s", f"when {name} latched; -1 before")
+        out[f"{path}/time"] = Channel("s", f"when {name} latched; -1 before; -2 - t once released at t")
         out[f"{path}/loss"] = Channel("J", f"energy lost when {name} latched")
     if is_damped(system):
         out["monitors/dissipation"] = Channel("W", "power taken by dampers, friction, stops and structural damping")
