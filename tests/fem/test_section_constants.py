@@ -338,7 +338,9 @@ def test_impossible_solids_say_which_constant_is_wrong():
         assert str(refusal.value).startswith(said)
     assert orthotropic(nu12=-0.3, density=0.0).density == 0.0
     C = np.diag([3.0, 2.0, -1.5, 1, 1, 1])
-    with pytest.raises(ValueError, match=r"not positive definite \(least eigenvalue -1.5 N/m\^2\)"):
+    with pytest.raises(
+        ValueError, match=r"^the constants of an anisotropic material make .* \(least eigenvalue -1.5 N/m\^2\)"
+    ):
         Anisotropic(C, 1.0)
     C = np.eye(6)
     C[2, 5] = C[5, 2] = 3.0

@@ -98,7 +98,7 @@ class Anisotropic:
         C = np.asarray(self.C, float)
         if C.shape != (6, 6) or not np.isfinite(C).all() or not np.allclose(C, C.T, rtol=1e-6, atol=0.0):
             raise ValueError("the elastic matrix of an anisotropic material must be 6 x 6, symmetric and finite")
-        _require_positive(C, "the elastic matrix of an anisotropic material")
+        _require_positive(C, "the constants of an anisotropic material")
         if not math.isfinite(self.density) or self.density < 0:
             raise ValueError(f"density is {self.density} kg/m^3; it must be finite and cannot be negative")
 
