@@ -5,6 +5,7 @@ Other integer arrays with few values (MaterialIDs, CellEntityIds) are read as on
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -14,10 +15,11 @@ import numpy as np
 from femflex.mesh.contents import Contents
 from femflex.mesh.formats import WriteOptions, register
 from femflex.mesh.mesh import Mesh
-from femflex.mesh.vtk_data import TYPES, WEDGE, Arrays, leaf_contents, make_grid
+from femflex.mesh.vtk_data import TYPES, WEDGE, Arrays, cells_of, leaf_contents, make_grid
 from femflex.mesh.vtk_process import read_leaves
 
 VTU, VTK = "VTU", "legacy VTK"
+SIZES = rb"(?is)# vtk DataFile Version [0-4]\..*?\bUNSTRUCTURED_GRID\b.*?\nCELLS[ \t]+(\d+)[ \t]+(\d+)\s"
 LEGACY = 42  # version that programs besides VTK read, too
 
 
@@ -30,6 +32,13 @@ def read_vtu(path: Path) -> Contents:
 def read_vtk(path: Path) -> Contents:
     """Contents of a legacy .vtk file of any single data set."""
     (leaf,) = read_leaves("vtk", path)
+    if found := re.match(SIZES, path.read_bytes()):  # VTK reads past the numbers that are announced
+        count, size = map(int, found.groups())
+        if size != count + int(cells_of(leaf).offsets[-1]):
+            raise ValueError(
+                f"its line CELLS {count} {size} and its cells do not agree; the second number is that of all numbers "
+                "below it, one for each cell and one for each of its nodes"
+            )
     return leaf_contents(leaf)
 
 

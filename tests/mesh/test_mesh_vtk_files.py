@@ -11,6 +11,7 @@ from test_mesh_other_numbers import GRID, leaf, xdmf_grid
 from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet, vtkUnstructuredGrid
 
 from femflex.mesh import io_exodus, io_xdmf, vtk_process
+from femflex.mesh.io_vtk import read_vtk
 from femflex.mesh.vtk_process import VtkError, read_leaves
 from femflex.mesh.vtk_worker import _leaves
 
@@ -95,6 +96,16 @@ CELL_TYPES 4
     assert found["kinds"].tolist() == [5, 10, 3, 5] and found["offsets"].tolist() == [0, 3, 7, 9, 12]
     assert found["nodes"].tolist() == [0, 1, 2, 0, 1, 2, 3, 1, 4, 1, 2, 3]
     assert found["cell"] == {} and found["point"] == {}
+
+
+@pytest.mark.parametrize("size", [7, 9])
+def test_a_count_of_numbers_that_the_cells_do_not_have_is_refused(size: int, tmp_path: Path):
+    """Two triangles, of 3 nodes and a count each: 8 numbers. VTK reads beyond 7, and 9 as a third cell."""
+    text = "DATASET UNSTRUCTURED_GRID\nPOINTS 4 double\n0 0 0  1 0 0  0 1 0  1 1 0\nCELLS 2 {}\n3 0 1 2\n3 1 3 2\n"
+    path = legacy(tmp_path, text.format(size) + "CELL_TYPES 2\n5\n5\n")
+    with pytest.raises(ValueError, match=rf"its line CELLS 2 {size} and its cells do not agree; the second number"):
+        read_vtk(path)
+    assert len(read_vtk(legacy(tmp_path, text.format(8) + "CELL_TYPES 2\n5\n5\n")).blocks[0].nodes) == 2
 
 
 def test_collections_of_grids_are_listed_with_their_names_along_the_way(tmp_path: Path):
