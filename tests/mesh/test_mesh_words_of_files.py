@@ -103,26 +103,27 @@ def test_a_group_beyond_the_mesh_names_the_number_that_is_none(rows: list[int], 
         SMALL.with_groups(cells={"far": {"quad": rows}})
 
 
-def test_nodes_between_neighbours_are_none_and_both_are_in_the_set(tmp_path: Path):
-    path = tmp_path / "row.inp"
-    path.write_text(
-        "*NODE\n1, 0., 0., 0.\n2, 1., 0., 0.\n6, 9., 0., 0.\n*NGEN, NSET=ROW\n1, 2\n2, 6, 2\n"
-        "*ELEMENT, TYPE=T3D2, ELSET=E\n1, 1, 2\n"
-    )
-    flat = read_flat(path)
-    assert {number: x.tolist() for number, x in flat.nodes.items()} == {
-        1: [0, 0, 0], 2: [1, 0, 0], 4: [5, 0, 0], 6: [9, 0, 0],
-    }  # fmt: skip
-    assert flat.nodes_of("ROW", "") == [1, 2, 4, 6]
+ROW = {1: [0, 0, 0], 2: [1, 0, 0], 4: [5, 0, 0], 6: [9, 0, 0]}
 
 
-def test_elements_of_springs_go_on_after_a_comma_unless_nothing_follows(tmp_path: Path):
-    path = tmp_path / "springs.inp"
-    path.write_text(
-        "*NODE\n1, 0., 0., 0.\n2, 1., 0., 0.\n*ELEMENT, TYPE=SPRING2, ELSET=S\n11, 1,\n2\n12, 2, 1,\n"
-        "*ELEMENT, TYPE=SPRING1, ELSET=S1\n13, 2\n"
-    )
+@pytest.mark.parametrize(
+    ("text", "nodes", "elements", "sets"),
+    [
+        (  # nodes between neighbours are none, and both are in the set
+            "6, 9., 0., 0.\n*NGEN, NSET=ROW\n1, 2\n2, 6, 2\n*ELEMENT, TYPE=T3D2, ELSET=E\n1, 1, 2\n",
+            ROW, {1: (1, 2)}, {"ROW": [1, 2, 4, 6]},
+        ),
+        (  # elements of springs go on after a comma unless nothing follows
+            "*ELEMENT, TYPE=SPRING2, ELSET=S\n11, 1,\n2\n12, 2, 1,\n*ELEMENT, TYPE=SPRING1, ELSET=S1\n13, 2\n",
+            {1: ROW[1], 2: ROW[2]}, {11: (1, 2), 12: (2, 1), 13: (2,)}, {"S": [11, 12], "S1": [13]},
+        ),
+    ],
+    ids=["nodes generated", "elements of springs"],
+)  # fmt: skip
+def test_nodes_elements_and_sets_are_those_of_the_lines(text, nodes, elements, sets, tmp_path: Path):
+    path = tmp_path / "lines.inp"
+    path.write_text("*NODE\n1, 0., 0., 0.\n2, 1., 0., 0.\n" + text)
     flat = read_flat(path)
-    assert {number: element.nodes for number, element in flat.elements.items()} == {11: (1, 2), 12: (2, 1), 13: (2,)}
-    assert flat.elements_of("S", "") == [11, 12]
-    assert flat.elements_of("S1", "") == [13]
+    assert {number: x.tolist() for number, x in flat.nodes.items()} == nodes
+    assert {number: element.nodes for number, element in flat.elements.items()} == elements
+    assert {name: flat.nodes_of(name, "") if name == "ROW" else flat.elements_of(name, "") for name in sets} == sets

@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 import pytest
+from small_cases import sprung_wheels
 from typer.testing import CliRunner
 
 from femflex.case import CaseError
@@ -17,32 +18,8 @@ from femflex.studies.campbell import value_diagram
 from femflex.studies.stability import case_stability
 from femflex.studies.stability.judgement import NONE, STATIC
 
-WHEELS = """
-title = "two wheels on sprung axles"
-[run]
-duration = "1 s"
-[bodies.a]
-kind = "rigid"
-mass = 3
-inertia = [2, 2, 2]
-[bodies.b]
-kind = "rigid"
-mass = 3
-inertia = [2, 2, 3]
-[[joints]]
-kind = "revolute"
-child = "a"
-name = "first"
-stiffness = 8
-[[joints]]
-kind = "revolute"
-parent = "a"
-child = "b"
-name = "second"
-stiffness = 20
-[stability]
-vary."joints.0.stiffness" = { between = ["0.5 N m", "60 N m"], points = 7 }
-"""
+SPRUNG = sprung_wheels(20, "").replace('rate = "0.5 rad/s"\n', "").replace('child = "b"', 'parent = "a"\nchild = "b"')
+WHEELS = SPRUNG + '[stability]\nvary."joints.0.stiffness" = { between = ["0.5 N m", "60 N m"], points = 7 }\n'
 
 
 def exact(k: float) -> np.ndarray:
