@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from femflex.assembly.signals import signal_problems
 from femflex.body import FlexibleBody
 from femflex.case import controller as tables
 from femflex.case.case import Case
@@ -94,11 +95,13 @@ def build_craft(case: Case, parts: Mapping[str, Part]) -> Craft:
         if line.mass_per_length is not None:
             continue  # its masses start between its ends (`femflex.pipeline.start`)
         effectors.append(made(f"cables.{name}", build_cable, case, name, line))
+    acting = tuple(one for one in effectors if one is not None)
+    problems += [] if problems else signal_problems(case, acting)
     tanks = {name: held for name, held in case.tanks.items() if held.body in bodies}
     varying = (made("tanks", emptied, bodies, tanks) or {}) if not problems else {}
     if problems:
         raise CaseError(case.path.name, problems)
-    return Craft(tuple(e for e in effectors if e is not None), bodies, varying)
+    return Craft(acting, bodies, varying)
 
 
 def whole(part: Part) -> FlexibleBody:

@@ -67,7 +67,7 @@ def test_mistakes_of_a_table_are_told_when_it_is_read(more, said):
         (JET + 'pulses = [[0, 1]]\nspecific_impulse = 200\ntank = "tnk"\n[tanks.tank]\nbody = "hub"\npropellant = 1\n'
          'mass_in_body = "added"\n', "found tank 'tnk', which is not in .tanks.; did you mean 'tank'"),
         ('[tanks.tank]\nbody = "hub"\npropellant = 1\nmass_in_body = "added"\n', "no thruster draws from tank 'tank'"),
-        (WHEEL + 'command = "law.x"\n', "input 'law.x' of effector 'w' is neither a state nor a channel"),
+        (WHEEL + 'command = "law.x"\n', "wheels.w.command: found 'law.x', which is no signal; known are 'w.friction'"),
         (LAW + '[controllers.law]\nkind = "pd"\ninputs = ["star", "gyros"]\nstiffness = 1\ndamping = 1\n',
          "controllers.law: found 'gyros', which is no sensor, controller or signal; did you mean 'gyro'"),
         (LAW + '[controllers.law]\nkind = "pd"\ninputs = ["star", "gyro"]\nstiffness = [1, 2]\ndamping = 1\n',
@@ -77,10 +77,11 @@ def test_mistakes_of_a_table_are_told_when_it_is_read(more, said):
         (LAW + '[controllers.law]\nkind = "pid"\ninputs = ["star.x"]\nstiffness = 1\nintegral = 1\ndamping = 1\n',
          "kind 'pid' takes errors, then as many rates; found 1 inputs. Give an even number"),
         (LAW + '[controllers.law]\nkind = "pd"\ninputs = ["star.w", "gyro.x"]\nstiffness = 1\ndamping = 1\n',
-         "input 'star.w' of effector 'law' is neither a state nor a channel; did you mean 'star."),
+         "controllers.law.inputs: found 'star.w', which is no signal; did you mean 'star."),
         (LAW + '[controllers.law]\nkind = "pd"\ninputs = ["star.w", "gyro.x"]\nstiffness = 1\n'
          'damping = 1\nperiod = 0.1\n',
-         "sensor 'effectors/star/w' of controller 'law' is no channel; did you mean 'effectors/star/"),
+         "controllers.law.inputs: found 'star.w', which is no signal; did you mean 'star."),
+        (LAW + '[sensors.seen]\nkind = "value"\nsignal = "gyro"\n', "sensors.seen.signal: found .gyro., which is"),
         (LAW + '[controllers.law]\nkind = "gain"\ninputs = ["gyro.x"]\nmatrix = [[1]]\nperiod = 1e-12\n',
          "would call it .* times; the most is 1e.07"),
         (LAW.replace('body = "hub"\n[sensors.gyro]', 'body = "hub"\nperiod = "1e-9 s"\n[sensors.gyro]'),
@@ -210,7 +211,9 @@ values = [0, 5]
         distance, t = run["effectors/spring/distance"], run.time
         assert distance[t <= 3.0] == pytest.approx(0.1) and distance[t > 3.0].min() > 0.1
         assert np.abs(run["monitors/momentum"]).max() < 1e-12
-    with pytest.raises(ValueError, match=r"'effectors/clok/value', at which joint 'latch' opens, is no channel"):
+    with pytest.raises(
+        ValueError, match=r"joints\[latch\].release_at.signal: found 'clok.value', which is no signal; did you"
+    ):
         prepare(parse_case(at_speed.replace("clock.value", "clok.value")))
     with pytest.raises(ValueError, match="found release and release_at together; give one of them"):
         prepare(parse_case(at_speed.replace("release_at", "release = 2\nrelease_at")))
