@@ -11,8 +11,10 @@ from plate_models import METAL, random_rotation
 
 from femflex.fem import Member, build_structure
 from femflex.fem.sections.laminates import Lamina, Ply, isotropic, layup
+from femflex.fem.shell import fields
 from femflex.fem.shell.coarse import warn_if_coarse, warn_of_trapezoids
 from femflex.mesh import Mesh, rectangle
+from femflex.mesh.quality import quadrature
 from femflex.warning import PhysicsWarning
 
 FIBRE = Lamina(140e9, 10e9, 5e9, 0.3, 1600.0, 5e9, 3.5e9)
@@ -378,3 +380,15 @@ def test_tension_and_heat_of_a_coupled_shell_pull_as_forces_and_moments_of_its_p
         turn = np.stack([-(k[1] * y + k[2] * x / 2), k[0] * x + k[2] * y / 2, 0 * x])
         v = s.translation.T @ (C @ u).T.ravel() + s.rotation.T @ (C @ turn).T.ravel()
         assert s.f0 @ v == pytest.approx(0.8 * up * M @ (mirror * k), rel=1e-8)
+
+
+@pytest.mark.parametrize(("cell", "count"), [("quad", 2), ("quad9", 3), ("triangle6", 1)])
+def test_base_vectors_are_found_once_at_every_set_of_points(cell, count, monkeypatch):
+    """Those of the rows, those in the middle of four-sided elements, and those over which nine-node ones take means."""
+    seen, plain = [], fields._base
+    monkeypatch.setattr(fields, "_base", lambda geometry, points: seen.append(len(points)) or plain(geometry, points))
+    mesh = rectangle(1.0, 0.8, 1, 1, cell)
+    x = mesh.points[mesh.cells[cell]]
+    geometry = fields.ShellGeometry(cell, x, np.broadcast_to([0, 0, 1.0], x.shape), np.array([1.0, 0, 0]), np.eye(3))
+    fields.gradient_rows(geometry, quadrature(cell.rstrip("69"), 2)[0])
+    assert len(seen) == count

@@ -34,6 +34,7 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 ROWS = 11
+MIDDLE = np.array([[0.5, 0.5]])  # of four-sided cells
 CHUNK_VALUES = 350_000  # doubles in the rows of elements made at once: few enough to stay in cache
 
 
@@ -77,10 +78,14 @@ def _base(geometry: ShellGeometry, points: Array) -> _Base:
 
 def areas(geometry: ShellGeometry, points: Array) -> tuple[Array, Array]:
     """Area (e, q) per unit cell and unit normals (e, q, 3) at points (q, 2)."""
-    base = _base(geometry, points)
-    normal = np.cross(base.g[:, :, 0], base.g[:, :, 1])
-    area = np.linalg.norm(normal, axis=2)
+    normal, area = _normals(_base(geometry, points))
     return area, normal / area[..., None]
+
+
+def _normals(base: _Base) -> tuple[Array, Array]:
+    """Normals g_1 x g_2 (e, q, 3) and their lengths (e, q), the area per unit cell."""
+    normal = np.cross(base.g[:, :, 0], base.g[:, :, 1])
+    return normal, np.linalg.norm(normal, axis=2)
 
 
 def gradient_rows(geometry: ShellGeometry, points: Array) -> Array:
@@ -177,24 +182,24 @@ def _mean_lost(geometry: ShellGeometry, at: _Base) -> Array:
     points, weight = quadrature("quad", 3)
     tied = products(geometry.cell, points)
     base = _base(geometry, points)
-    inverse = _own_inverse(geometry, base)
-    share = np.linalg.norm(np.cross(base.g[:, :, 0], base.g[:, :, 1]), axis=2) * weight
+    middle = _base(geometry, MIDDLE)
+    inverse = _own_inverse(geometry, base, middle)
+    share = _normals(base)[1] * weight
     share = (share / share.sum(axis=1, keepdims=True))[..., None, None]
     e, q = share.shape[:2]
     weighted = (strain_transform(inverse) * share).swapaxes(1, 2).reshape(e, 3, 3 * q)
     lost = _inlayer(geometry, tied.untied - tied.inlayer).reshape(e, 3 * q, -1)
-    return np.asarray(np.matmul(_from_own(geometry, at), np.matmul(weighted, lost)[:, None]))
+    return np.asarray(np.matmul(_from_own(geometry, at, middle), np.matmul(weighted, lost)[:, None]))
 
 
-def _own_inverse(geometry: ShellGeometry, base: _Base) -> Array:
-    """dr^alpha/dx_a (e, q, 2, 2) along axes of the elements: their r direction at the centre laid into the surface."""
-    middle = _base(geometry, np.array([[0.5, 0.5]]))
+def _own_inverse(geometry: ShellGeometry, base: _Base, middle: _Base) -> Array:
+    """dr^alpha/dx_a (e, q, 2, 2) along axes of the elements: their r direction at the middle laid into the surface."""
     return _frames(replace(geometry, axis=np.broadcast_to(middle.g[:, :, 0], geometry.x.shape)), base)[1]
 
 
-def _from_own(geometry: ShellGeometry, base: _Base) -> Array:
+def _from_own(geometry: ShellGeometry, base: _Base, middle: _Base) -> Array:
     """Covariant strains (e, q, 3, 3) of strains along the elements' own axes [1, m, m^2]."""
-    return strain_transform(np.asarray(np.linalg.inv(_own_inverse(geometry, base)), float))
+    return strain_transform(np.asarray(np.linalg.inv(_own_inverse(geometry, base, middle)), float))
 
 
 def _cartesian(inverse: Array, covariant: Array) -> Array:
@@ -221,11 +226,10 @@ def _incompatible(geometry: ShellGeometry, points: Array, base: _Base, inverse: 
     that the rows found are over the nodal dofs alone. In its own plane the element then bends without locking. The
     modes are along the elements' own axes, and turned into those of the points, dr^alpha/dx_a = inverse (e, q, 2, 2).
     """
-    centre = np.array([[0.5, 0.5]])
-    own = strain_transform(_own_inverse(geometry, _base(geometry, centre)))
-    turned = np.matmul(strain_transform(inverse), _from_own(geometry, base))
-    area0, _ = areas(geometry, centre)
-    area, _ = areas(geometry, points)
+    middle = _base(geometry, MIDDLE)
+    own = strain_transform(_own_inverse(geometry, middle, middle))
+    turned = np.matmul(strain_transform(inverse), _from_own(geometry, base, middle))
+    area0, area = _normals(middle)[1], _normals(base)[1]
     r, s = points.T - 0.5
     modes = np.zeros((len(points), 3, 4))
     modes[:, 0, 0], modes[:, 1, 1], modes[:, 2, 2], modes[:, 2, 3] = r, s, r, s
