@@ -85,6 +85,16 @@ class Flat:
         """Numbers of the elements that a word names, likewise."""
         return list(dict.fromkeys(Numbers(tuple(self.elsets.named(word, scope, place))).among(self.elements)))
 
+    def label(self, number: int, element: int | None = None) -> str:
+        """A number as the file has it, with the instance that it is of, such as "7 of instance 'wing-2'".
+
+        element: number of the one that uses a node which does not exist, and is then taken for one of its instance
+        """
+        below = [scope for scope, shift in self.shifts.items() if shift <= (number if element is None else element)]
+        own = number - self.shifts[below[-1]]
+        spelled = {one.scope.upper(): one.scope for one in self.keywords}
+        return f"{own} of instance {spelled[below[-1]]!r}" if below[-1] else str(own)
+
 
 def read_flat(path: Path) -> Flat:
     """The Flat of a deck; ValueError with file and line where it cannot be read."""

@@ -35,7 +35,7 @@ def contents_of(flat: Flat, source: str) -> Contents:
     elements = [Numbered(one.cell, one.number, one.nodes) for one in flat.elements.values() if one.cell]
     left_out = Counter(one.kind for one in flat.elements.values() if not one.cell)
     order = {number: k for k, number in enumerate(flat.nodes)}
-    require_nodes(elements, order, source, "*NODE block")
+    require_nodes(elements, order, source, "*NODE block", flat.label)
     sets = flat.elsets.members()
     point_groups = {
         group: np.array([order[n] for n in numbers.among(order)], np.int64)

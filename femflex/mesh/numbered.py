@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -45,14 +45,26 @@ def blocks_of(elements: Sequence[Numbered], nodes: Mapping[int, int], sets: Mapp
     return blocks
 
 
-def require_nodes(elements: Sequence[Numbered], nodes: Mapping[int, int], where: str, card: str) -> None:
-    """Raise ValueError where elements use nodes that the deck does not define; card: what defines one."""
+def require_nodes(
+    elements: Sequence[Numbered],
+    nodes: Mapping[int, int],
+    where: str,
+    card: str,
+    label: Callable[[int, int], str] = lambda number, element: str(number),
+) -> None:
+    """Raise ValueError where elements use nodes that the deck does not define.
+
+    card: what defines one;  label: how the deck calls a number that an element uses, or its own
+    """
     unknown = sorted({n for element in elements for n in element.nodes} - nodes.keys() - {MISSING})
     if not unknown:
         return
-    user = next(element for element in elements if unknown[0] in element.nodes)
+    users = {n: element for element in reversed(elements) for n in element.nodes}
+    user = users[unknown[0]]
+    named = ", ".join(label(n, users[n].number) for n in unknown[:10])
     more = f" and {len(unknown) - 10} more" if len(unknown) > 10 else ""
     raise ValueError(
-        f"{where}: elements use nodes {unknown[:10]}{more} that no {card} defines; the first is used by element "
-        f"{user.number} ({CELL_TYPES[user.cell].shape}). Add the nodes, or the file that holds them."
+        f"{where}: elements use nodes [{named}]{more} that no {card} defines; the first is used by element "
+        f"{label(user.number, user.number)} ({CELL_TYPES[user.cell].shape}). Add the nodes, or the file that holds "
+        "them."
     )

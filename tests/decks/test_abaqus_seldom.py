@@ -33,6 +33,7 @@ from test_abaqus_matrices import (
 )
 
 from femflex.decks import DeckError, read_deck
+from femflex.mesh import read_mesh
 
 INERTIA = "*ELEMENT, TYPE=MASS, ELSET=M\n11, 2\n*MASS, ELSET=M\n1.\n*ELEMENT, TYPE=ROTARYI, ELSET=J\n13, 2\n"
 INERTIA += "*ROTARY INERTIA, ELSET=J, ORIENTATION=O\n5., 6., 7., .2, -.3, .4\n"
@@ -402,3 +403,55 @@ def test_keywords_of_every_kind_that_is_left_out_say_what_that_changes(tmp_path)
     first |= {name: 30 + len(said) + 2 * k for k, name in enumerate(behaviour)}
     wanted = {f"1 *{n}: {text} (first at model.inp:{first[n]})" for n, text in (said | behaviour).items()}
     assert set(left_out(made)) == wanted and len(left_out(made)) == len(wanted)
+
+
+TWINS = """*PART, NAME=BAR
+*NODE
+1, 0., 0., 0.
+2, 1., 0., 0.
+3, 2., 0., 0.
+*ELEMENT, TYPE=B31, ELSET=E
+1, 1, 2
+2, 2, 3
+*BEAM SECTION, SECTION=RECT, ELSET=E, MATERIAL=AL
+.1, .1
+0., 0., -1.
+*END PART
+*INSTANCE, NAME=Left-1, PART=BAR
+*END INSTANCE
+*INSTANCE, NAME=Right-1, PART=BAR
+0., 5., 0.
+*END INSTANCE
+*MPC
+TIE, Right-1.1, Left-1.3
+TIE, Right-1.1, Left-1.1
+*MATERIAL, NAME=AL
+*ELASTIC
+70e9, .3
+*DENSITY
+2700.
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        (
+            "",
+            "",
+            "*MPC TIE of node 1 of instance 'Right-1' makes component 1 of node 1 of instance 'Right-1' dependent",
+        ),
+        ("2, 2, 3", "2, 2, 99", "element 2 of instance 'Left-1' uses node 99 of instance 'Left-1', which no *NODE"),
+    ],
+)
+def test_nodes_and_elements_are_named_with_their_instance_as_in_the_file(old, new, said, tmp_path):
+    """In the whole model node 1 of the second of two instances has the number 11."""
+    path = tmp_path / "twins.inp"
+    path.write_text(TWINS.replace(old, new))
+    with pytest.raises(DeckError, match=re.escape(said)):
+        read_deck(path, "m-kg-s")
+    if new:
+        with pytest.raises(
+            ValueError, match=r"nodes \[99 of instance 'Left-1', 99 of instance 'Right-1'\] that no \*N"
+        ):
+            read_mesh(path)

@@ -108,7 +108,7 @@ def _rigid(
 def _rigid_body(model: AbaqusModel, one: Scoped) -> None:
     scope, keyword = one
     ref = model.node_of(keyword.parameter("refnode"), scope, keyword)
-    what = f"*RIGID BODY at node {ref}"
+    what = f"*RIGID BODY at node {model.flat.label(ref)}"
     if keyword.parameter("rotnode"):
         model.rotation_nodes[model.node_of(keyword.parameter("rotnode"), scope, keyword)] = ref
     nodes: list[int] = []
@@ -143,7 +143,7 @@ def _kinematic_coupling(model: AbaqusModel, reading: Reading, one: Scoped) -> No
         if row[0]:
             by.setdefault(_range(keyword, k, row[1:3]), []).extend(model.nodes_of(row[0], scope, keyword, k))
     for components, nodes in by.items():
-        _rigid(model, nodes, ref, components, f"*KINEMATIC COUPLING at node {ref}", keyword, system)
+        _rigid(model, nodes, ref, components, f"*KINEMATIC COUPLING at node {model.flat.label(ref)}", keyword, system)
 
 
 def _couplings(model: AbaqusModel, reading: Reading, surfaces: Surfaces) -> None:
@@ -170,7 +170,7 @@ def _coupling(model: AbaqusModel, reading: Reading, surfaces: Surfaces, head: Sc
     if radius and radius.upper() != "WORLD":
         far = float(radius)
         nodes = [n for n in nodes if np.linalg.norm(model.flat.nodes[n] - model.flat.nodes[ref]) <= far]
-    what = f"*COUPLING {keyword.parameter('constraintname') or ''} at node {ref}".replace("  ", " ")
+    what = f"*COUPLING {keyword.parameter('constraintname') or ''} at node {model.flat.label(ref)}".replace("  ", " ")
     if kind.keyword.name == "KINEMATIC":
         components: set[int] = set()
         for k, row in enumerate(kind.keyword.data):
@@ -194,7 +194,7 @@ def _distributing(model: AbaqusModel, one: Scoped) -> None:
         for node in model.nodes_of(row[0], scope, keyword, k):
             weights[node] = keyword.real(row[1], k, "a weight") if len(row) > 1 and row[1] else 1.0
     ref = elements[0].nodes[0]
-    _spread(model, list(weights), ref, weights, f"*DISTRIBUTING COUPLING at node {ref}", keyword)
+    _spread(model, list(weights), ref, weights, f"*DISTRIBUTING COUPLING at node {model.flat.label(ref)}", keyword)
 
 
 def _spread(
@@ -227,7 +227,7 @@ def _mpc(model: AbaqusModel, one: Scoped) -> None:
         if len(first) != len(second):
             raise ValueError(f"{keyword.place(k)}: *MPC {kind} of {len(first)} nodes to {len(second)}; give as many.")
         for node, other in zip(first, second, strict=True):
-            what = f"*MPC {kind} of node {node}"
+            what = f"*MPC {kind} of node {model.flat.label(node)}"
             if kind == "BEAM":
                 _rigid(model, [node], other, ALL, what, keyword)
                 continue

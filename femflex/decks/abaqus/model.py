@@ -150,8 +150,8 @@ class AbaqusModel:
             first = self.depending.get((node, c))
             if first is not None:
                 self.found.problem(
-                    f"{what} makes component {c + 1} of node {node} dependent, which {first} does already; make it "
-                    "dependent once", place_of(keyword),
+                    f"{what} makes component {c + 1} of node {self.flat.label(node)} dependent, which {first} does "
+                    "already; make it dependent once", place_of(keyword),
                 )  # fmt: skip
                 return False
         self.depending |= {(node, c): what for c in components}

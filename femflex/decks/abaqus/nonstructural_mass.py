@@ -52,7 +52,8 @@ def _add(model: AbaqusModel, scoped: Scoped, built: dict[int, list[Built]], chan
     value = keyword.real(word, 0, "a mass") * model.units.mass / model.units.length ** EXPONENT[units]
     by_volume = units == "MASS PER VOLUME" or (units == "TOTAL MASS" and distribution == "VOLUME PROPORTIONAL")
     for one in cells:
-        _check(one, keyword, elset, units, by_volume)
+        label = model.flat.label(one.number or 0)
+        _check(one, label, keyword, elset, units, by_volume)
     if units == "TOTAL MASS":
         value /= sum(size * (_height(one) if by_volume else _own(one)) for one, size in _sized(model, cells))
     for one in cells:
@@ -63,7 +64,10 @@ def _add(model: AbaqusModel, scoped: Scoped, built: dict[int, list[Built]], chan
         first = one is built[one.number or 0][0]  # of an element in two pieces
         changes[one.number or 0] = (known[0] + part, known[1] + more) if first else known
         if changes[one.number or 0][0] * _own(one) + changes[one.number or 0][1] <= -_own(one):
-            raise ValueError(f"{keyword.place()}: *{keyword.name} leaves element {one.number} no mass; correct it.")
+            raise ValueError(
+                f"{keyword.place()}: *{keyword.name} leaves element {model.flat.label(one.number or 0)} no mass; "
+                "correct it."
+            )
 
 
 def _choice(keyword: Keyword, name: str, known: tuple[str, ...], default: str) -> str:
@@ -75,7 +79,7 @@ def _choice(keyword: Keyword, name: str, known: tuple[str, ...], default: str) -
     return word
 
 
-def _check(one: Built, keyword: Keyword, elset: str, units: str, by_volume: bool) -> None:
+def _check(one: Built, label: str, keyword: Keyword, elset: str, units: str, by_volume: bool) -> None:
     """Refuse elements to which the units do not apply, or that have no mass which more could be added to."""
     wrong = (units == "MASS PER AREA" and one.family not in FLAT) or (
         units == "MASS PER LENGTH" and one.family not in LINES
@@ -83,12 +87,12 @@ def _check(one: Built, keyword: Keyword, elset: str, units: str, by_volume: bool
     if wrong or (by_volume and one.family in LINES):
         how = "by volume to beams or trusses" if by_volume else f"with UNITS={units} to a {one.family}"
         raise ValueError(
-            f"{keyword.place()}: *{keyword.name} adds mass {how}, element {one.number} of ELSET {elset!r}; "
+            f"{keyword.place()}: *{keyword.name} adds mass {how}, element {label} of ELSET {elset!r}; "
             f"{'give MASS PER LENGTH' if by_volume else 'give units that fit'}."
         )
     if not _own(one) > 0:
         raise ValueError(
-            f"{keyword.place()}: *{keyword.name}: element {one.number} of ELSET {elset!r} has no mass of its own; "
+            f"{keyword.place()}: *{keyword.name}: element {label} of ELSET {elset!r} has no mass of its own; "
             "give its material a density."
         )
 

@@ -75,7 +75,9 @@ def finish_masses(model: AbaqusModel) -> None:
     for node, (mass, inertia, where) in model.lumped.items():
         if inertia is not None and inertia.any():
             if mass <= 0:
-                model.found.note(f"{where}: node {node} has an inertia and no mass; it gets {NO_MASS:g} kg")
+                model.found.note(
+                    f"{where}: node {model.flat.label(node)} has an inertia and no mass; it gets {NO_MASS:g} kg"
+                )
         elif mass <= 0:
             continue
         else:
@@ -178,7 +180,9 @@ def _elements(model: AbaqusModel, one: Scoped) -> list[Element]:
     for element in found:
         unknown = [node for node in element.nodes if node not in model.flat.nodes]
         if unknown:
+            label = model.flat.label
             raise ValueError(
-                f"{element.place}: element {element.number} uses node {unknown[0]}, which no *NODE block defines."
+                f"{element.place}: element {label(element.number)} uses node {label(unknown[0], element.number)}, "
+                "which no *NODE block defines."
             )
     return found

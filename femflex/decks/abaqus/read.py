@@ -38,7 +38,8 @@ def read(path: Path, units: Units, overrides: Overrides) -> Deck:
         bad = sorted(missing & {*element.nodes, *element.extra})
         if bad:
             found.problem(
-                f"{element.place}: element {element.number} uses node {bad[0]}, which no *NODE block defines; "
+                f"{element.place}: element {flat.label(element.number)} uses node "
+                f"{flat.label(bad[0], element.number)}, which no *NODE block defines; "
                 f"{len(missing)} nodes are missing in all"
             )
             break
