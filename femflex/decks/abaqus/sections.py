@@ -88,8 +88,8 @@ def read_elements(model: AbaqusModel, reading: Reading) -> None:
         if kind.startswith((*PLANE, "R3D", "SFM", "F3D", "RB", "R2D")) or kind in ("LINE2",):
             continue  # said where they are counted
         model.found.problem(
-            f"{len(elements)} elements of type {kind}, the first is {elements[0].number}, have no section; give one "
-            f"for an ELSET with them (*{_section_of(elements[0])} SECTION) "
+            f"{len(elements)} elements of type {kind}, the first is {model.flat.label(elements[0].number)}, have no "
+            f"section; give one for an ELSET with them (*{_section_of(elements[0])} SECTION) "
             f"[{elements[0].place}]"
         )
 
@@ -203,7 +203,8 @@ def _beams(model: AbaqusModel, reading: Reading, one: Scoped, elset: str) -> Mak
         if np.linalg.norm(np.cross(t, first)) < 1e-6 * np.linalg.norm(first):
             if n1 is not None or element.extra:
                 raise ValueError(
-                    f"{element.place}: beam {element.number} has its direction n1 along its axis; give another."
+                    f"{element.place}: beam {model.flat.label(element.number)} has its direction n1 along its axis; "
+                    "give another."
                 )
             first = np.array([0.0, 1.0, 0.0])
         second = np.cross(t, first)  # n2: the section's y axis here, so that heights lie along y
@@ -398,7 +399,7 @@ def _normal(model: AbaqusModel, element: Element) -> tuple[Array, Array]:
     normal = np.cross(x[2] - x[0], x[-1] - x[1]) if len(x) == 4 else np.cross(x[1] - x[0], x[2] - x[0])
     size = np.linalg.norm(normal)
     if not size > 1e-12 * float(np.linalg.norm(np.ptp(x, axis=0))) ** 2:
-        raise ValueError(f"{element.place}: shell {element.number} has no area; correct its nodes.")
+        raise ValueError(f"{element.place}: shell {model.flat.label(element.number)} has no area; correct its nodes.")
     return normal / size, x.mean(axis=0)
 
 
@@ -481,7 +482,7 @@ def _thicknesses(model: AbaqusModel, reading: Reading, element: Element, otherwi
     found = tuple(given[n] * model.units.length if n in given else otherwise for n in corners)
     if min(found) <= 0:
         raise ValueError(
-            f"{element.place}: shell {element.number} has a thickness of {min(found):.6g} m at a corner; give a "
-            "positive one in *NODAL THICKNESS."
+            f"{element.place}: shell {model.flat.label(element.number)} has a thickness of {min(found):.6g} m at "
+            "a corner; give a positive one in *NODAL THICKNESS."
         )
     return found

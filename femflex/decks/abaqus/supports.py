@@ -102,7 +102,8 @@ def _held(model: AbaqusModel, state: State, name: str, transforms: dict[int, Sys
         if follows:
             model.found.note(
                 f"{name}: components {sorted(c + 1 for c in follows)} of node {model.flat.label(node)} are supported, "
-                f"but depend on others by {model.depending[node, min(follows)]}; this support is left out, so support the others"
+                f"but depend on others by {model.depending[node, min(follows)]}; this support is left out, so support "
+                "the others"
             )
             own -= follows
         if own:
