@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from random_systems import random_body
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from typer.testing import CliRunner
@@ -20,9 +21,31 @@ from femflex.dynamics import compile_system
 from femflex.integrate import Dop853
 from femflex.integrate import resume as head
 from femflex.pipeline import prepare
-from femflex.pipeline.linear_motion import NODES, RTOL, LinearMotion, Steps, check, increment, parabola, response
+from femflex.pipeline.linear_motion import (
+    NODES,
+    RTOL,
+    LinearMotion,
+    Steps,
+    check,
+    increment,
+    nominal_state,
+    parabola,
+    response,
+)
 from femflex.results import open_run
-from femflex.system import Controller, Environment, Load, Profile, System, prismatic, revolute
+from femflex.system import (
+    Controller,
+    Environment,
+    Frame,
+    Load,
+    Orbit,
+    Profile,
+    System,
+    free,
+    prismatic,
+    revolute,
+    spherical,
+)
 
 CASES = Path(__file__).parents[2] / "cases"
 INERTIA = 0.2 + 2.0 * 0.25  # of the arm about its hinge
@@ -258,6 +281,37 @@ def test_response_and_parabola_are_the_exact_solution_under_a_load_of_second_deg
     p0 = np.linalg.solve(A, p1 - c[0])
     wanted = expm(A * h) @ (x - p0) + p0 + p1 * h + p2 * h**2
     np.testing.assert_allclose(E @ x + P @ np.concatenate(found), wanted, atol=1e-12)
+
+
+@pytest.mark.parametrize("orbital", [True, False])
+@pytest.mark.parametrize(("rotation", "along"), [("euler_parameters", [1, 0, 0, 0]), ("intrinsic xzy", [0, 0, 0])])
+def test_the_nominal_state_is_undeformed_and_at_rest_along_the_orbital_frame(orbital, rotation, along):
+    """Places and joints stay as they start; so do attitudes of all but the root in orbit."""
+    rng = np.random.default_rng(3)
+    hub = rigid_body(5.0, np.eye(3), markers={"a": Marker.rigid([0.1, 0.0, 0.0])})
+    bodies = {"hub": hub, "one": random_body(rng, 2)[0], "two": random_body(rng, 3)[0]}
+    turned = [0.8, 0.6, 0.0, 0.0] if len(along) == 4 else [0.4, -0.3, 0.2]
+    place = [] if orbital else [1.0, 2.0, 3.0]
+    root = spherical if orbital else free
+    system = System(
+        bodies,
+        (
+            root("hub", rotation=rotation, q0=[*place, *turned], u0=[9.0] * (len(place) + 3)),
+            revolute("one", "hub", parent_marker="a", q0=[0.7], u0=[0.3]),
+            spherical("two", "one", rotation=rotation, parent_marker="b", q0=turned, u0=[0.1, 0.2, 0.3]),
+        ),
+        delta0={"one": np.array([0.1, 0.2]), "two": np.array([0.3, 0.4, 0.5])},
+        **({"orbit": Orbit(7e6), "frame": Frame("orbital")} if orbital else {}),
+    )
+    model = compile_system(system)
+    q, u, _ = model.parts(nominal_state(model))
+    names = [name for name, _ in system.coordinate_names()]
+    elastic = [k for k, name in enumerate(names) if "delta" in name]
+    assert len(elastic) == 5 and not q[elastic].any() and model.parts(model.x0)[0][elastic].all()
+    wanted = [*place, *(along if orbital else turned), 0.7, *turned]
+    np.testing.assert_allclose(np.delete(q, elastic), wanted)
+    assert not np.asarray(u[len(place) + 3 :]).any() and (orbital or not u.any())
+    np.testing.assert_array_equal(nominal_state(model), model.at_rest(q))
 
 
 @pytest.mark.parametrize("loops", [(), ("closing",)])
