@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import count
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -20,7 +21,8 @@ from femflex.cli.app import app
 from femflex.dynamics import compile_system
 from femflex.integrate import Dop853
 from femflex.integrate import resume as head
-from femflex.pipeline import prepare
+from femflex.integrate.pace import BLOCK_SECONDS
+from femflex.pipeline import linear_motion, prepare
 from femflex.pipeline.linear_motion import (
     NODES,
     RTOL,
@@ -259,12 +261,27 @@ def test_a_step_of_a_thousand_millionth_is_taken_whatever_its_error():
 
     def moved(y, t, h):
         calls.append(h)
-        return y + (t == 0.0 and len(calls) % 3 == 1)  # at the start the whole is never what its halves are
+        return y + (t == 5.0 and len(calls) % 3 == 1)  # at the start the whole is never what its halves are
 
     steps._step = moved
-    assert steps.moved(np.zeros(1), 0.0, 1.0) == 0.0
+    assert steps.moved(np.zeros(1), 5.0, 6.0) == 0.0
     assert resume[head.REJECTED] == 15 and min(calls[::3][:16]) == pytest.approx(0.25**15, rel=1e-12)
     assert resume[head.ACCEPTED] == len(calls) / 3 - 15
+
+
+@pytest.mark.parametrize(("seconds", "rows"), [(0.0, [7, 7, 1]), (0.4 * BLOCK_SECONDS, [3, 3, 2])])
+def test_blocks_are_full_or_take_their_time_and_end_where_their_rows_do(monkeypatch, seconds, rows):
+    """seconds: that a row takes, by a clock that is looked at after every one, and once at the start of a block."""
+    clock = count()
+    monkeypatch.setattr(linear_motion, "ROWS", 7)
+    monkeypatch.setattr(linear_motion, "perf_counter", lambda: seconds * next(clock))
+    model, times = compile_system(pendulum(0.1)), np.linspace(0.0, 1e-3, sum(rows))
+    blocks = list(LinearMotion().blocks(model, times, model.x0))
+    assert [len(block.times) for block in blocks] == rows
+    np.testing.assert_array_equal(np.concatenate([block.times for block in blocks]), times)
+    for block in blocks:
+        assert block.t == block.times[-1] == block.resume[head.LAST_OUT]
+        np.testing.assert_array_equal(block.resume[head.HEAD :], block.states[-1])
 
 
 def test_response_and_parabola_are_the_exact_solution_under_a_load_of_second_degree():
