@@ -11,6 +11,7 @@ import sys
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -22,6 +23,8 @@ from test_equations import elastic_forces
 from femflex.body import FlexibleBody, Marker, MassMoments, StrainTensors, rigid_body
 from femflex.body.symmetric import packed_size
 from femflex.dynamics import compile_system
+from femflex.dynamics.lowering.layout import VARIES, W_POS
+from femflex.dynamics.reports import variations
 from femflex.dynamics.terms.by_source import linear_terms
 from femflex.integrate import integrator
 from femflex.system import (
@@ -328,6 +331,37 @@ def test_energy_of_a_varying_stiffness_balances():
     model = compile_system(parametric_oscillator())
     gained, work = balance(model, model.x0, np.linspace(0, 20, 81))
     assert work == pytest.approx(gained, rel=1e-8)
+
+
+@pytest.mark.parametrize("part", [None, "flow", "growth", "stiffness", "strain", "children", "bearing"])
+def test_the_power_of_a_change_is_the_sum_of_that_of_its_parts(monkeypatch, part):
+    """1 W of each part twice that of the one before; growth brings 5 kg/s in a place where gravity gives 5 g . r."""
+    powers = {"flow": 1.0, "stiffness": 4.0, "strain": 8.0, "children": 16.0, "bearing": 32.0}
+    body = random_body(np.random.default_rng(2), 2)[0]
+    parts = ("mass", "flow", "growth", "stiffness", "strain")
+    acting = parts if part is None else tuple(one for one in ("mass", part) if one in parts)
+    variation = Variation(polynomial, parts, frozen=tuple(set(parts) - set(acting)))
+    work = np.zeros(W_POS + 3)
+    work[W_POS : W_POS + 3] = [0.0, 2.0, 0.0]
+    every = part is None
+    record = {"block": 0, "n_shapes": 2, "n": 2, "n_blocks": 1, "work": 0}
+    record["own_bends"] = VARIES if every or part == "bearing" else 0
+    bends = VARIES if every or part == "children" else 0
+    children = [{"parent": 1, "bends": bends}, {"parent": 1, "bends": 0}, {"parent": 2, "bends": VARIES}]
+    system = SimpleNamespace(
+        order=["a"], bodies={"a": body}, varying={"a": variation},
+        environment=SimpleNamespace(gravity=np.array([0.0, -3.0, 0.0])),
+    )  # fmt: skip
+    model = SimpleNamespace(table=None, pool=np.zeros(999), work=work, system=system)
+    monkeypatch.setattr(variations, "body_records", lambda table: [None, record, *children])
+    monkeypatch.setattr(variations, "body_motion", lambda model, k: SimpleNamespace(y=np.array([1.0, 0.1, 0.2])))
+    monkeypatch.setattr(variations, "growth_power", lambda *about: (2.0, 5.0, np.array([7.0, 0.0, 0.0])))
+    monkeypatch.setattr(variations, "_C", lambda work, w: np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0, 0, 1.0]]))
+    for name, key in (("flow", "flow"), ("stiffness", "stiffness"), ("strain", "strain"), ("carried", "children"),
+                      ("bearing", "bearing")):  # fmt: skip
+        monkeypatch.setattr(variations, f"{name}_power", lambda *about, key=key: powers[key])
+    powers["growth"] = 2.0 + 3.0 * (5.0 * 2.0 + 7.0)
+    assert variations.power_of(model, 1) == pytest.approx(sum(powers.values()) if every else powers[part])
 
 
 PARTS = {
