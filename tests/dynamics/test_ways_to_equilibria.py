@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from femflex.dynamics.equilibria import elastic_response, rigid_motions, stable_state
+from femflex.dynamics.equilibria import character, elastic_response, rigid_motions, stable_state
 from femflex.dynamics.equilibria import equilibrium as module
 from femflex.dynamics.equilibria.character import WAYS, _slice_shares
 
@@ -194,3 +194,19 @@ def test_points_at_one_place_have_no_line_and_flap_along_the_axis(count):
     wanted[:, WAYS.index("flap")] = along
     wanted[:, WAYS.index("lag")] = (motion[:, 0] ** 2).sum(axis=1) - along
     np.testing.assert_allclose(found, wanted, atol=1e-12)
+
+
+@pytest.mark.parametrize(("lengths", "stretched"), [((1.0, 3.9), True), ((1.0, 4.1), False), ((2.0, 4.1), True)])
+def test_energy_of_stretch_and_of_bending_counts_by_the_length_it_is_stored_over(lengths, stretched):
+    """A beam stretched by 2 at one point of stiffness 5 and bent by 1 at another, energy 20 to 5 per length."""
+    rows = np.zeros((2, 6, 1))
+    stiffness = np.diag([5.0, 7.0, 7.0, 5.0, 7.0, 7.0])
+    first_bend = character.MEMBRANE["line"]
+    rows[0, 0], rows[1, first_bend] = 2.0, 1.0
+    stiffness[first_bend, first_bend] = 5.0
+    part = SimpleNamespace(kind="line", linear=np.eye(6), rows=rows, elastic=stiffness, weight=np.array(lengths, float))
+    shapes = np.array([[1.0, 1j, -2.0]])
+    assert character._stretched(SimpleNamespace(strain_field=[part]), shapes).tolist() == [stretched] * 3
+    part.kind = "solid"
+    assert character._stretched(SimpleNamespace(strain_field=[part]), shapes).all()
+    assert character._stretched(SimpleNamespace(strain_field=[]), shapes).all()
