@@ -19,6 +19,8 @@ from femflex.fem.assembly import Assembler, Part, assembled
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
+CACHED_VALUES = 250_000  # doubles that stay in the cache of a processor (2 MB)
+CACHED_ELEMENTS = 50  # at least in such a chunk: each takes some calls
 CHUNK_VALUES = 4_000_000  # doubles held at once while a table is contracted with a basis (32 MB)
 
 
@@ -205,3 +207,9 @@ def element_chunks(n_elements: int, values_per_element: int, most: int = CHUNK_V
     step = max(1, most // max(1, values_per_element))
     for start in range(0, n_elements, step):
         yield slice(start, min(start + step, n_elements))
+
+
+def cached_chunks(n_elements: int, values_per_element: int) -> Iterator[slice]:
+    """The same of so few that they stay in the cache, for what is looked at several times and then summed up."""
+    most = max(CACHED_VALUES, CACHED_ELEMENTS * values_per_element)
+    return element_chunks(n_elements, values_per_element, min(most, CHUNK_VALUES))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from femflex.body.strain_field import StrainPart
 from femflex.fem.family import StrainPlaces
 from femflex.fem.structure import Structure
-from femflex.fem.tables import StrainBlock, element_chunks
+from femflex.fem.tables import StrainBlock, cached_chunks, element_chunks
 from femflex.reduction.beams.beam_strain import beam_strains
 from femflex.reduction.beams.uniform_beam import BeamFunctions, UniformBeam
 
@@ -43,7 +43,7 @@ def _part(block: StrainBlock, places: StrainPlaces, raw: Array, nonlinear: bool)
     seen = block.sampled(slice(0, 1)) if nonlinear else block
     s, g = seen.linear_map.shape
     rows = np.empty((e, kept, g if whole else s, raw.shape[1]), np.float32)
-    for chunk in element_chunks(e, q * (g + s) * max(1, raw.shape[1])):
+    for chunk in cached_chunks(e, q * (g + s) * max(1, raw.shape[1])):
         gradients = points.gradients(raw, chunk)
         own = gradients if whole else seen.linear_map @ gradients
         rows[chunk] = own if shares is None else np.einsum("ekq,eqgn->ekgn", shares[chunk], own)

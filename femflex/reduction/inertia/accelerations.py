@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.fem.structure import Structure
-from femflex.fem.tables import DenseInertia, element_chunks
+from femflex.fem.tables import DenseInertia, cached_chunks
 from femflex.reduction.boundary.rigid import rigid_motion, rigid_shapes
 
 Array = NDArray[np.float64]
@@ -48,7 +48,7 @@ def work_of_accelerations(structure: Structure, shapes: Array) -> Array:
     raw = structure.T @ shapes
     total = np.zeros((4, 3, shapes.shape[1]))
     for block in structure.inertia:
-        for chunk in element_chunks(len(block.dm), 3 * block.dm.shape[1] * (1 + shapes.shape[1])):
+        for chunk in cached_chunks(len(block.dm), 3 * block.dm.shape[1] * (1 + shapes.shape[1])):
             dm, rho = block.dm[chunk].ravel(), block.rho[chunk].reshape(-1, 3)
             z = np.column_stack([dm, dm[:, None] * rho])
             total += (z.T @ block.shapes(raw, chunk).reshape(len(dm), -1)).reshape(total.shape)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from femflex.body import MassMoments
-from femflex.fem.tables import InertiaBlock, StrainBlock, element_chunks
+from femflex.fem.tables import InertiaBlock, StrainBlock, cached_chunks, element_chunks
 
 Array = NDArray[np.float64]
 
@@ -31,7 +31,7 @@ def mass_moments(inertia: Sequence[InertiaBlock], phi_raw: Array) -> MassMoments
     total = _empty(n)
     for block in inertia:
         n_points = block.dm.shape[1]
-        for chunk in element_chunks(block.dm.shape[0], 2 * n_points * 3 * (1 + n)):
+        for chunk in cached_chunks(block.dm.shape[0], 2 * n_points * 3 * (1 + n)):
             dm, rho = block.dm[chunk].ravel(), block.rho[chunk].reshape(-1, 3)
             shapes = block.shapes(phi_raw, chunk) if n else np.zeros((dm.size, 3, 0))  # which takes their functions
             total = _sum(total, point_moments(dm, rho, shapes.reshape(dm.size, 3, n)))
