@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from femflex.cli.names import listed_names
 from femflex.cli.progress import Bar, Patience
 from femflex.cli.run_report import print_modes_verdicts, print_run_heading, print_run_summary, print_verdicts
 from femflex.cli.second_run import check_left_out, second_output, second_run
@@ -121,11 +122,6 @@ def _what_is_kept(output: Path, earlier: tuple[int, int, int] | None) -> str:
         return f"interrupted before the first row; {output} is still that of an earlier run"
     with open_run(output) as run:
         return f"interrupted; {output} keeps {len(run)} rows, to {run.time[-1]:.6g} s, and --resume goes on from there"
-
-
-def listed_names(texts: list[str] | None) -> list[str]:
-    """The names in lists with commas."""
-    return [name.strip() for text in texts or [] for name in text.split(",") if name.strip()]
 
 
 def draw_pictures(prepared: Prepared, run: Run, output: Path, force: bool) -> None:

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from femflex.cli.names import listed_names
 from femflex.cli.outputs import DIAGRAM_SUFFIXES, PICTURE, TABLE, outputs
 from femflex.cli.progress import Bar
-from femflex.cli.run import listed_names
 from femflex.cli.tables import print_json, print_table
 from femflex.cli.times import read_seconds
 from femflex.cli.verb import verb

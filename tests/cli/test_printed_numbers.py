@@ -24,9 +24,10 @@ from femflex.cli.equilibrium import frame_text, print_stability
 from femflex.cli.info import kind_of_hdf5
 from femflex.cli.linearize import listed, print_model
 from femflex.cli.modes import group_equal_bodies, kind_counts
+from femflex.cli.names import listed_names
 from femflex.cli.pictures import _there, _wanted, portable_name
 from femflex.cli.render import read_numbers
-from femflex.cli.run import _what_is_kept, listed_names
+from femflex.cli.run import _what_is_kept
 from femflex.cli.run_report import (
     _orbit_lines,
     cable_lines,

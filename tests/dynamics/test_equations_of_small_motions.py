@@ -174,7 +174,8 @@ NAMES = [(f"c{k}_rate", "1") for k in range(7)]
 
 def problem_of(E, R, **more):
     system = SimpleNamespace(velocity_names=lambda: NAMES)
-    return SimpleNamespace(directions=lambda A: (E, R), full=SimpleNamespace(system=system), **more)
+    full = SimpleNamespace(system=system)
+    return SimpleNamespace(directions=lambda A: (E, R), full=full, energy_of_spin=0.0, **more)
 
 
 def neutral_stiffness(seed=4):
