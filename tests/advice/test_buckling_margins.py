@@ -135,3 +135,10 @@ def test_a_square_plate_pressed_in_its_plane_buckles_at_four_pi_squared():
     D = 7e10 * h**3 / 12 / (1 - 0.3**2)
     found = bearing.nearest([push((-0.5 * 4 * np.pi**2 * D, 0, 0))])
     assert found.part == pytest.approx(0.5, rel=0.02)  # nodes at the corners carry twice their part of the edge
+
+
+def test_a_following_load_that_softens_gives_way_where_the_stiffness_is_used_up():
+    """Real squares of frequencies, 4 - 1.5 lambda over 2 and 9 - lambda over 3: the first passes zero at 8 / 3."""
+    K, G, M = np.diag([4.0, 9.0]), np.diag([-1.5, -1.0]), np.diag([2.0, 3.0])
+    assert first_flutter(K, G, M) == pytest.approx(8 / 3, rel=1e-5)
+    assert first_flutter(K, -G, M) == np.inf
