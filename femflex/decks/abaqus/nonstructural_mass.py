@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -37,7 +38,7 @@ def read_nonstructural_mass(model: AbaqusModel) -> None:
             built.setdefault(one.number, []).append(one)
     changes: dict[int, Change] = {}
     for scoped in keywords:
-        model.attempt(scoped.keyword, lambda scoped=scoped: _add(model, scoped, built, changes))  # type: ignore[misc]
+        model.attempt(scoped.keyword, partial(_add, model, scoped, built, changes))
     model.build.remake({number: (round(a, 15), b) for number, (a, b) in changes.items()}, _heavier)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -50,7 +51,7 @@ class NonstructuralMass:
                 )
                 continue
             bulk.found.use(card.name)
-            bulk.attempt(card, lambda card=card: self._add(card))  # type: ignore[misc]
+            bulk.attempt(card, partial(self._add, card))
         self._note()
 
     def __call__(self, number: int) -> float:
@@ -64,7 +65,7 @@ class NonstructuralMass:
         known = {card.integer(0) for card in cards if card.is_integer(0)}
         sums: dict[int, list[int]] = {}
         for card in bulk.each("NSMADD"):
-            bulk.attempt(card, lambda card=card: sums.update({card.integer(0): numbers_of(card, 1)}))  # type: ignore[misc]
+            bulk.attempt(card, partial(self._add_sum, card, sums))
         if chosen is None and len(known) == 1 and not bulk.raw.control:
             chosen = next(iter(known))
             bulk.found.note(f"no case control names an NSM set; the only one, {chosen}, is used")
@@ -74,6 +75,9 @@ class NonstructuralMass:
         for number in sorted(wanted - known):
             bulk.found.note(f"NSM set {number} is in force, and the deck has no card of it; it adds no mass")
         return wanted
+
+    def _add_sum(self, card: Card, sums: dict[int, list[int]]) -> None:
+        sums[card.integer(0)] = numbers_of(card, 1)
 
     def _every(self) -> Iterator[_Element]:
         """The elements of the deck that take nonstructural mass, as far as they can be read."""
