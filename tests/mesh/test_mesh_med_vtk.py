@@ -27,6 +27,17 @@ def test_med_files_without_families_or_with_families_of_no_group_are_read(med):
         mesh.group_cells("left")
 
 
+def test_med_meshes_without_time_steps_are_read_as_those_of_one_step(med):
+    before = read_mesh(med)
+    with h5py.File(med, "r+") as file:
+        for part in ("NOE", "MAI"):
+            file.move(f"{STEP}/{part}", f"ENS_MAA/mesh/{part}")
+        del file[STEP]
+    mesh = read_mesh(med)
+    assert np.array_equal(mesh.points, before.points) and mesh.groups == before.groups
+    assert np.array_equal(mesh.cells["quad"], before.cells["quad"])
+
+
 def test_med_cells_that_are_not_understood_are_left_out_and_said(med):
     with h5py.File(med, "r+") as file:
         group = file[f"{STEP}/MAI"].create_group("PG1")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -161,6 +162,11 @@ def test_included_files_are_found_beside_their_includer_or_the_deck_in_any_case(
         ("GRID", "3", "Grids.BDF", 4),
         ("CROD", "5", "deck.bdf", 5),
     ]
+    (tmp_path / "sub" / "deep" / "last.bdf").write_text("GRID,2,,7.\n\nINCLUDE 'gone.bdf'\n")  # the nearer of two
+    folders = f"{tmp_path / 'sub' / 'deep'} or {tmp_path}"
+    sentence = f"last.bdf:3: the file 'gone.bdf' that is included does not exist in {folders}."
+    with pytest.raises(ValueError, match=re.escape(sentence)):
+        read_deck(path)
     path.write_text("BEGIN BULK\nINCLUDE 'deck.bdf'\n")
     with pytest.raises(ValueError, match=r"deck.bdf:2: files include each other more than 10 deep"):
         read_deck(path)
