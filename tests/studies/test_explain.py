@@ -78,3 +78,9 @@ def test_the_energy_of_a_coordinate_is_the_work_that_goes_to_and_fro(found):
         2 * 5 / (4 * np.pi), rel=1e-2
     )  # of the trapezoidal rule: (4 pi h)^2 / 12
     assert found.energies()[0] == pytest.approx(2 * 0.01 * 3 / 0.4, rel=3e-3)
+
+
+def test_the_remainder_is_a_share_of_the_largest_term_and_zero_at_rest(found):
+    push = found.terms["loads/push"]
+    assert replace(found, terms={"inertia": -0.9 * push, "loads/push": push}).remainder == pytest.approx(0.1)
+    assert replace(found, terms={"inertia": 0.0 * push, "loads/push": 0.0 * push}).remainder == 0.0

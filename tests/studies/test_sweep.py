@@ -326,8 +326,11 @@ def test_mistakes_in_the_file_are_answered(study, tmp_path, old, new, sentence):
 def test_a_file_that_is_no_sweep_is_refused(tmp_path):
     with h5py.File(tmp_path / "x.h5", "w") as file:
         file["a"] = 1.0
-    with pytest.raises(ValueError, match="does not hold a sweep"):
-        open_sweep(tmp_path / "x.h5")
+    with h5py.File(tmp_path / "chart.h5", "w") as file:
+        file["percentiles"] = [5.0]
+    for name in ("x.h5", "chart.h5"):
+        with pytest.raises(ValueError, match=rf"{name} does not hold a sweep; `femflex sweep` writes one"):
+            open_sweep(tmp_path / name)
     with pytest.raises(CaseError, match="there is no such file"):
         sweep(tmp_path / "none.toml", tmp_path / "s.h5")
 
