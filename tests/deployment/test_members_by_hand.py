@@ -482,3 +482,9 @@ def test_a_length_may_reach_its_stock_and_a_strip_may_stay_flat():
     np.testing.assert_array_equal(flat.resting_rates(np.zeros(0)), np.zeros(0))
     centre = (0.6 * 1.2 + 0.0 * 0.9) / 2.1  # of 1.2 m that are out and 0.9 m at the exit
     np.testing.assert_allclose(flat.body.moments.center_of_mass(), ROOT + centre * FRAME[0], rtol=1e-9)
+
+
+@pytest.mark.parametrize("numbers", [(4, 2, 1), (2, 4, 1), (1, 2, 4)])
+def test_the_degree_of_strings_is_that_of_the_field_with_most_functions(numbers: tuple[int, int, int]):
+    functions = StringFunctions(*numbers)
+    assert functions.count == 7 and functions.most == 5

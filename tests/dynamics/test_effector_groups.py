@@ -1,6 +1,7 @@
 """Effectors at one marker: their forces are added up and their motion is found once, with the same answers."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from random_systems import random_body
 
 from femflex.dynamics import compile_system
 from femflex.dynamics.effectors.acting import Given, given_size
+from femflex.dynamics.effectors.lowering import grouped
 from femflex.integrate import Esdirk4
 from femflex.system import Effector, System, free, reaction_wheel, thruster
 
@@ -93,3 +95,14 @@ def test_what_an_effector_writes_has_its_place_and_no_more():
     """Wrenches at markers, forces of freedoms, zdot, channels and the four accounts, one after another."""
     shapes = {"force": 2 * 3, "torque": 2 * 3, "effort": 5, "zdot": 4, "channel": 7}
     assert given_size(2, 5, 4, 7) == sum(shapes.values()) + len(Given._fields) - len(shapes)
+
+
+def test_effectors_of_one_marker_and_no_freedom_are_grouped_by_it():
+    given = [
+        SimpleNamespace(markers=markers, freedoms=freedoms)
+        for markers, freedoms in (
+            (["b.tip"], []), (["a.tip"], []), (["b.tip"], ["hinge"]),
+            (["b.tip", "a.tip"], []), ([], []), (["b.tip"], []),
+        )
+    ]  # fmt: skip
+    assert grouped(given) == [[0, 5], [1]]

@@ -267,3 +267,15 @@ def test_values_that_a_beam_cannot_use_are_named(options, said):
     with pytest.raises(ValueError) as refusal:
         beam(Circle(0.01), **options)
     assert str(refusal.value) == f"beam on group 'line' {said}"
+
+
+@pytest.mark.parametrize("option", ["offset", "shear_centre"])
+def test_beams_with_centres_apart_shear_and_others_do_not(option: str):
+    section = Rectangle(0.3, 0.2)
+    stiffness = {
+        (apart, shear): beam(section, shear=shear, **({option: (0.05, 0.02)} if apart else {})).K.toarray()
+        for apart, shear in ((True, None), (True, True), (False, None), (False, True), (False, False))
+    }
+    assert np.array_equal(stiffness[True, None], stiffness[True, True])
+    assert np.array_equal(stiffness[False, None], stiffness[False, False])
+    assert stiffness[False, None].shape != stiffness[False, True].shape  # shear has dofs of its own
