@@ -81,3 +81,16 @@ def test_the_first_row_that_overflows_is_reported_of_by_its_channel(bad):
         str(error).startswith(f"{'b/one' if bad[0] <= bad[1] else 'c/three'} is not finite") and error.coordinate == 1
     )
     assert first_overflow({"a/fine": np.ones((6, 2))}, block(times, states)) is None
+
+
+@pytest.mark.parametrize(
+    ("said", "end"),
+    [("the boom came to its end", " The boom came to its end."), ("", "which no craft reaches. Check ")],
+)
+def test_a_run_that_has_run_away_says_what_its_model_says_of_the_row_or_else_what_to_check(monkeypatch, said, end):
+    model = compile_system(System({"wheel": rigid_body(1.0, np.eye(3))}, (revolute("wheel"),)))
+    rows = []
+    monkeypatch.setattr(type(model), "diagnosis", lambda self, t, x: (rows.append((t, *x)), (said, None))[1])
+    error = MotionGuard(model).divergence(block(np.arange(3.0), np.array([[0.0, 1.0], [1.0, 2e5], [2.0, 3e5]])))
+    assert end in str(error) and str(error).endswith(".") and ("Check" in str(error)) == (not said)
+    assert rows == [(1.0, 1.0, 2e5)]
