@@ -32,6 +32,7 @@ from femflex.reduction.beams.beam_functions import (
     polynomials,
     with_static,
 )
+from femflex.reduction.boundary.rigid import check_no_rigid_motion
 
 ENDS = [
     "clamped-free",
@@ -262,3 +263,11 @@ def test_nodes_off_the_line_are_refused():
 def test_beams_and_functions_that_cannot_be_are_refused(make, sentence):
     with pytest.raises(ValueError, match=sentence):
         make()
+
+
+@pytest.mark.parametrize("phi", [[[1.0, 0.0], [2.0, 0.0], [0.5, 0.0]], [[1.0, -2.0], [2.0, -4.0], [0.5, -1.0]]])
+def test_shapes_that_are_zero_or_multiples_of_others_are_refused(phi):
+    with pytest.raises(
+        ValueError, match=r"the 2 shapes are not independent \(smallest singular value \d\.\de[+-]\d\d of"
+    ):
+        check_no_rigid_motion(np.zeros((3, 0)), np.array(phi), np.ones(3))
