@@ -33,6 +33,7 @@ from test_abaqus_matrices import (
 )
 
 from femflex.decks import DeckError, read_deck
+from femflex.decks.abaqus.sections import _default_axis
 from femflex.mesh import read_mesh
 
 INERTIA = "*ELEMENT, TYPE=MASS, ELSET=M\n11, 2\n*MASS, ELSET=M\n1.\n*ELEMENT, TYPE=ROTARYI, ELSET=J\n13, 2\n"
@@ -455,3 +456,17 @@ def test_nodes_and_elements_are_named_with_their_instance_as_in_the_file(old, ne
             ValueError, match=r"nodes \[99 of instance 'Left-1', 99 of instance 'Right-1'\] that no \*N"
         ):
             read_mesh(path)
+
+
+@pytest.mark.parametrize(
+    ("normal", "axis"),
+    [
+        ([0, 0, 1], [1, 0, 0]),
+        ([0, -1, 0], [1, 0, 0]),
+        ([0.6, 0, 0.8], [0.8, 0, -0.6]),
+        ([1, 0, 0], [0, 0, 1]),
+        ([-1, 0, 0], [0, 0, 1]),
+    ],
+)
+def test_direction_1_of_a_surface_is_x_laid_into_it_or_z_where_x_stands_on_it(normal, axis):
+    assert _default_axis(np.array(normal, float)) == pytest.approx(np.array(axis, float), abs=1e-12)
