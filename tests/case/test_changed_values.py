@@ -59,7 +59,7 @@ def test_paths_that_lead_nowhere_are_refused_with_what_is_known(case):
 
 def test_a_text_is_read_back_as_it_was_written():
     raw = {
-        "title": 'two "words" and ünits',
+        "title": 'two "words" and ünits \U0001f6f0 of\ttwo\nlines',
         "on": True,
         "run": {"duration": "10 s", "step": 1e-3},
         "bodies": {"hub": {"mass": 4, "markers": {"left side": {"position": [0.5, 0, -1e-20]}}}, "empty": {}},

@@ -27,6 +27,18 @@ def caught(call: Callable[[], object]) -> Exception:
     return error.value
 
 
+@pytest.mark.parametrize(
+    ("call", "text"),
+    [
+        (lambda: {}["hub"], "hub"),
+        (lambda: b"\xff".decode(), "'utf-8' codec can't decode byte 0xff in position 0: invalid start byte"),
+    ],
+)
+def test_the_text_of_an_error_is_what_it_says_in_full(call: Callable[[], object], text: str):
+    """A key without quotes; every argument of the others."""
+    assert meaning(caught(call))[1][0].partition(": ")[2].partition(": ")[2] == text
+
+
 def test_what_femflex_raises_is_a_mistake_of_the_user():
     code, sentences = meaning(caught(lambda: formula("sqrt(s, s)", np.zeros(1), 1.0)))
     assert code == 2 and sentences == ["formula 'sqrt(s, s)': sqrt takes 1 argument; found 2"]
