@@ -313,6 +313,8 @@ def test_times_of_an_estimate_are_dense_where_loads_jump_and_sines_turn():
     ):
         assert np.abs(times - wanted).min() < 1e-9 if wanted <= 10 else True
     assert 2000 <= len(times) < 2100 and np.isin(np.linspace(0, 10, 2000), times).mean() > 0.99
+    unloaded = estimate_times(compile_system(System({"b": body}, (free("b"),))), 10.0)
+    assert all(np.abs(unloaded - at).min() < 1e-9 for at in period * np.arange(1, 9) / 8 if at <= 10.0)
     shaken = prismatic("b", axis=[1, 0, 0], motion=(Profile.sine(0.1, 60.0),))
     dense = estimate_times(compile_system(System({"b": body}, (shaken,))), 100.0)
     assert len(dense) >= 12 * 60.0 * 100 / (2 * np.pi) * 0.99

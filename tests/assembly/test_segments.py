@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from femflex.assembly import build_bodies
+from femflex.assembly.bodies import build_part
 from femflex.case import CaseError, read_case
 from femflex.dynamics import compile_system
 from femflex.dynamics.equilibria.linearised import linearised
@@ -88,6 +89,23 @@ def test_a_cut_body_has_no_one_set_of_modes(cut: str, write_case: Callable[..., 
     assert len(build_bodies(case)["boom"].bodies) == 3  # type: ignore[union-attr]
     with pytest.raises(CaseError, match="found a body cut into 3 segments, which has no one set of modes"):
         build_body(case, "boom")
+
+
+@pytest.mark.parametrize(
+    "reduction",
+    [
+        'method = "cantilever", clamp = "ROOT"',
+        'method = "free_free"',
+        'method = "craig_bampton", interfaces = ["ROOT", "TIP"]',
+    ],
+)
+def test_segments_have_the_modes_of_the_case_or_those_asked_for(
+    cut: str, write_case: Callable[..., Path], reduction: str
+):
+    case = read_case(write_case(cut.replace("refine = 1\n", f"reduction = {{ {reduction}, modes = 2 }}\n")))
+    stated, asked = (build_part(case, "boom", modes=n) for n in (None, 4))
+    added = [more.n_modes - one.n_modes for one, more in zip(stated.bodies, asked.bodies, strict=True)]  # type: ignore[union-attr]
+    assert added == [2, 2, 2]
 
 
 def refusal(path: Path) -> str:

@@ -364,6 +364,8 @@ def test_a_case_file_that_cannot_be_read_is_reported(tmp_path: Path, write_case:
         write_case(name=f"other{k}.toml")
     with pytest.raises(CaseError, match=r"no such case file; 13 others are there, such as 'craft.toml'$"):
         read_case(tmp_path / "zzz.toml")
+    with pytest.raises(CaseError, match=r"no such case file; did you mean 'craft.toml'\?"):  # however many there are
+        read_case(tmp_path / "kraft.toml")
     with pytest.raises(CaseError, match="found a folder"):
         read_case(tmp_path)
     (tmp_path / "run.toml").write_bytes(b"\x89HDF\r\n\x1a\n\xff\xff")

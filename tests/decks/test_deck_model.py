@@ -50,6 +50,8 @@ def test_a_deck_becomes_a_structure_with_its_own_supports():
 
 def test_nodes_are_named_by_number():
     assert deck().with_named(["node_7", "pid_3"]).mesh.group_points("node_7").tolist() == [1]
+    other = deck()  # names that only begin or end so are no nodes
+    assert other.with_named(["node_7b", "my_node_7", "node_", "node_7 "]) is other
     with pytest.raises(ValueError, match=r"one.bdf has no node 9 .*near it are \[7\]"):
         deck().with_named(["node_9"])
     with pytest.raises(ValueError, match=r"no set of supports 'spc_2'; it has \['spc_1'\].*Did you mean 'spc_1'"):

@@ -100,6 +100,26 @@ def test_users_rows_of_another_shape_or_without_a_number_are_refused(A, b, text)
     assert text in str(error.value)
 
 
+def test_users_rows_of_a_ball_see_four_coordinates_and_tie_three_rates():
+    """A = 2 (x, y, z) of a quaternion (w, x, y, z) as a row, q and u each of a length of its own."""
+
+    def function(t, q):
+        assert q.shape == (5,)
+        return np.append(2 * q[1:4], q[4])[None], np.array([q[0]])
+
+    def rates(q, u):
+        assert u.shape == (4,)
+        w, v = q[0], q[1:4]
+        return np.concatenate([[-v @ u[:3] / 2], (w * u[:3] + np.cross(v, u[:3])) / 2, u[3:]])
+
+    rows, out = Rows("mine", function, 1, 5, 4, rates), np.zeros(6)
+    q, u = np.array([0.8, 0.2, -0.4, 0.4, 1.5]), np.array([0.3, -0.7, 0.2, 0.9])
+    rows.write(0.0, np.append(q, 9.0), np.append(u, 9.0), out)
+    dq = rates(q, u)
+    np.testing.assert_allclose(out[:5], [0.4, -0.8, 0.8, 1.5, 0.8], rtol=1e-15)
+    assert out[5] == pytest.approx(2 * dq[1:4] @ u[:3] + dq[4] * u[3] - dq[0], rel=1e-9)
+
+
 def planar_chain():
     """A turntable with three bars in a row; the first and the last are locked, two loops tie bars to the turntable."""
     angles = {"a": 0.3, "b": -0.5, "c": 0.9}

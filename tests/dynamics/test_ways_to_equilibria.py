@@ -66,15 +66,22 @@ def test_it_ends_at_the_last_share_that_has_an_equilibrium(way):
 
 
 @pytest.mark.parametrize(("begun", "valley"), [(0.3, 1.0), (-0.2, -1.0), (1e-6, 1.0)])
-def test_steps_off_an_unstable_equilibrium_lead_into_the_nearer_valley_of_its_side(monkeypatch, begun, valley):
-    """V = cos pi x + 2 y^2, an unstable equilibrium at rest between valleys 2 apart; no step is longer than 0.1."""
+@pytest.mark.parametrize(("stiffness", "sideways"), [(4.0, 0.0), (1e-3, 0.05), (4e-5, 0.0)])
+def test_steps_off_an_unstable_equilibrium_lead_into_the_nearer_valley_of_its_side(
+    monkeypatch, begun, valley, stiffness, sideways
+):
+    """V = cos pi x + k (y - b)^2 / 2, an unstable equilibrium at rest between valleys 2 apart; no step is over 0.1.
+
+    Growth below 0.3 % of the unstable equilibrium's own is none: k above 9e-5 counts, 4e-5 does not.
+    """
+    level = 0.05 if stiffness < 9e-5 else sideways
     moves, down = [], stable_state._down
 
     def gradient(q):
-        return np.array([-np.pi * np.sin(np.pi * q[0]), 4.0 * q[1]])
+        return np.array([-np.pi * np.sin(np.pi * q[0]), stiffness * (q[1] - level)])
 
     def resistance(problem, q):
-        values = np.array([-(np.pi**2) * np.cos(np.pi * q[0]), 4.0])
+        values = np.array([-(np.pi**2) * np.cos(np.pi * q[0]), stiffness])
         return gradient(q), np.diag(values), values, np.eye(2)
 
     def recorded(problem, q, g, K, move):
@@ -87,9 +94,32 @@ def test_steps_off_an_unstable_equilibrium_lead_into_the_nearer_valley_of_its_si
     monkeypatch.setattr(stable_state, "unbalanced_forces", lambda problem, q, share, A: (gradient(q), None))
     monkeypatch.setattr(stable_state, "_down", recorded)
     found = stable_state.stable_state_below(problem, np.zeros(2), np.array([begun, 0.1]))
-    assert found == pytest.approx([valley, 0.0], abs=stable_state.NEAR)
+    assert found == pytest.approx([valley, sideways], abs=stable_state.NEAR)
     assert max(moves) == pytest.approx(stable_state.LONGEST) and moves[0] < stable_state.LONGEST
     assert moves[-1] < 0.5 * stable_state.LONGEST  # the last are Newton's own
+
+
+def test_bodies_with_a_preload_are_tried_undeformed_and_at_once(monkeypatch):
+    """Of five coordinates the second and third are those of a body's shapes; without a preload nothing is tried."""
+    tried = []
+
+    def balance(problem, q, share):
+        tried.append((q.tolist(), share))
+        return SimpleNamespace(balanced=len(tried) == 1)
+
+    records = [{"qe": 0, "n": 5}, {"qe": 1, "n": 2}]  # the first is the ground's
+    monkeypatch.setattr(module, "balance", balance)
+    monkeypatch.setattr(module, "body_records", lambda table: records)
+    q = np.array([0.5, 0.6, 0.7, 0.8, 0.9])
+
+    def found(f0):
+        body = SimpleNamespace(strain=SimpleNamespace(f0=np.array(f0)))
+        model = SimpleNamespace(table=None, system=SimpleNamespace(bodies={"wire": body}))
+        return module._about_preload(SimpleNamespace(full=model), q)
+
+    assert found([0.0, 0.0]) is None and tried == []
+    assert found([0.0, 3.0]).balanced and found([0.0, 3.0]) is None  # the second is out of balance
+    assert tried == [([0.5, 0.0, 0.0, 0.8, 0.9], 1.0)] * 2 and q[1] == 0.6
 
 
 @pytest.mark.parametrize(("stiffness", "found"), [(4.0, True), (-4.0, False)])

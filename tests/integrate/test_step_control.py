@@ -76,6 +76,26 @@ def test_a_step_is_judged_by_its_error_and_by_every_rate_at_its_end(fixed, bad, 
         assert found == -1.0 and at[head.CONTRACTION] == hermite.DOUBT and at[head.REJECTED] == 1
 
 
+@pytest.mark.parametrize("signs", [0, 1])
+def test_coordinates_that_are_renewed_have_their_own_rates_at_the_time_that_is_reached(monkeypatch, signs):
+    """Of q = (q0, q1) the first changes its sign; its rate is then that of the new one, in the row of the step's end."""
+
+    def switch(t, x):
+        x[0] *= 1 - 2 * signs
+        return signs
+
+    def kinematic(t, q, u, out):
+        out[:] = q * u[0] + t
+
+    monkeypatch.setattr(hermite, "clipped", plain(hermite.clipped))
+    vectors, at = np.zeros((4, 3)), state(T=2.5, DENSE=1.0)
+    vectors[0], vectors[1], vectors[3] = [4.0, 5.0, 6.0], [24.5, 32.5, 7.0], [1.0, 2.0, 3.0]
+    plain(hermite.renew_coordinates)(switch, kinematic, (), (0, 0.0, 2.0), 2, at, vectors)
+    assert vectors[0].tolist() == [-4.0 if signs else 4.0, 5.0, 6.0] and vectors[3].tolist() == [1.0, 2.0, 3.0]
+    assert vectors[1].tolist() == ([-22.0, 32.0, 7.0] if signs else [24.5, 32.5, 7.0])  # at 2 s, the end
+    assert at[head.DENSE] == 1 - signs
+
+
 def test_a_step_that_fails_is_cut_by_the_root_of_its_error():
     assert plain(shorter)(16.0, 4, 0.8, 0.1, 0.3) == pytest.approx(0.4)
     assert plain(shorter)(1e12, 4, 0.8, 0.1, 0.3) == 0.1

@@ -154,6 +154,10 @@ def test_plain_arrays_with_the_map_by_their_size(spring):
     m = read_matrices(folder / "two.npz", groups={"end": [2]})
     same(m, M, K)
     assert m.dofs[3].tolist() == [2, 1] and m.nodes_of("end").tolist() == [2]
+    write_matrices(m, folder / "named.npz")  # groups that are stated go before those of the same name in the file
+    again = read_matrices(folder / "named.npz", groups={"end": [1], "both": [1, 2]})
+    assert again.nodes_of("end").tolist() == [1] and again.nodes_of("both").tolist() == [1, 2]
+    assert read_matrices(folder / "named.npz", groups={"both": [1, 2]}).nodes_of("end").tolist() == [2]
     with pytest.raises(ValueError, match=f"group 'end' has a node number above {2**63 - 1}; give numbers of its nodes"):
         read_matrices(folder / "two.npz", groups={"end": [10**30]})
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from reduction_examples import slender_beam
@@ -11,7 +13,7 @@ from femflex.fem.sections import Circle
 from femflex.mesh import Mesh
 from femflex.reduction import cantilever_modes, free_free_modes, with_responses
 from femflex.reduction.large_deflection import load_path
-from femflex.reduction.large_deflection.response_states import _both_ways
+from femflex.reduction.large_deflection.response_states import _both_ways, _strongest
 from femflex.reduction.preload.equilibrium import static_equilibrium
 from femflex.reduction.preload.loads import Preload
 
@@ -72,6 +74,25 @@ def test_a_load_comes_upon_saddles_and_its_structure_buckles_to_both_sides(truss
     reach = np.linalg.norm(np.vstack([plain, buckled]), axis=1).max()
     assert found.note == f"1 response shapes of {len(plain) + len(buckled)} states bent by up to {reach:.3g} m"
     assert found.kinds == ("vibration", "response")
+
+
+def test_states_count_by_what_they_store_beside_the_work_of_the_initial_stress():
+    """Energy x' K x / 2 + f0' x: each state counts 2 whatever its size, and so does the one that f0 pushes along."""
+    K, f0 = np.diag([4.0, 9.0, 25.0]), np.array([0.0, 6.0, 0.0])
+    structure = SimpleNamespace(
+        K=K,
+        M=np.eye(3),
+        f0=f0,
+        internal_force=SimpleNamespace(energy=lambda x: x @ K @ x / 2 + f0 @ x),
+        mesh=SimpleNamespace(points=np.eye(3)),
+        translation=np.eye(3),
+        rotation=np.zeros((0, 3)),
+    )
+    states = np.array([[0.3, 0.0, 0.0], [0.0, 2.0, 0.0]])  # x' K x / 2 = f0' x = 18 of the second is 12 of f0
+    none = np.zeros((3, 0))
+    both = np.abs(_strongest(structure, none, states, 3, 0.9))  # the mean left by one of two is 1
+    np.testing.assert_allclose(both, np.eye(3)[:, :2], atol=1e-12)
+    assert _strongest(structure, none, states, 3, 1.1).shape == (3, 1)
 
 
 def test_a_set_without_clamps_or_a_way_without_a_state_has_no_responses(truss, monkeypatch):

@@ -97,6 +97,7 @@ def test_a_sum_is_the_sum():
         (lambda: Profile([0, 1], [[0, 1], [0, 1]]), r"s of a profile jumps from 1 to 0 at t = 1 s"),
         (lambda: Profile([0, 1], [[0, 1], [1, 2]]), r"its rate of a profile jumps from 1 to 2 at t = 1 s"),
         (lambda: Profile([1, 0], [[0], [0]]), "knots of a profile must ascend"),
+        (lambda: Profile([0, 1, 1], [[0], [0], [0]]), "knots of a profile must ascend"),
         (lambda: Profile([0, 1], [[0]]), "2 knots and 1 pieces"),
         (lambda: Profile.constant(np.inf), "coefficients of a profile hold a number that is not finite"),
     ],

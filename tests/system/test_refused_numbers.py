@@ -633,6 +633,10 @@ IN_SYSTEMS = {
         {"effectors": (waiting("a"), waiting("b", "a.x", "d.y"), waiting("c", "b.x"), waiting("d", "c.y"))},
         "algebraic loop: b -> d -> c -> b take each other's channels, so none of them can be evaluated first",
     ),
+    "into a loop": (
+        {"effectors": (waiting("a", "b.x"), waiting("b", "c.y"), waiting("c", "b.x"))},
+        "algebraic loop: b -> c -> b take each other's channels",
+    ),
     "keep": (
         {"keep": ("hinge.angle", "hinge.angel")},
         "keep names 'hinge.angel', which is no joint that moves and no slide or turn of one; did you mean "
