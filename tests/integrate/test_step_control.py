@@ -78,7 +78,7 @@ def test_a_step_is_judged_by_its_error_and_by_every_rate_at_its_end(fixed, bad, 
 
 @pytest.mark.parametrize("signs", [0, 1])
 def test_coordinates_that_are_renewed_have_their_own_rates_at_the_time_that_is_reached(monkeypatch, signs):
-    """Of q = (q0, q1) the first changes its sign; its rate is then that of the new one, in the row of the step's end."""
+    """Of q = (q0, q1) the first changes its sign; its rate is then that of the new one, in the row of the end."""
 
     def switch(t, x):
         x[0] *= 1 - 2 * signs
