@@ -19,8 +19,8 @@ class Advice:
     """One decision about a body, or one doubt of it.
 
     body      its name; empty for the whole craft
-    decision  what it is about: "strain", "shapes", "joints", "spin", "responses", "stiffening", "bend", "buckling", "slack",
-              "truncation", "support", "torque", "mass", "inertia", "output", "craft"
+    decision  what it is about: "strain", "shapes", "joints", "spin", "responses", "stiffening", "bend",
+              "buckling", "slack", "truncation", "support", "torque", "mass", "inertia", "output", "craft"
     choice    what was chosen, as the tables of a case say it: "condensed", {"TIP": ["z", "ry"]}; None of a doubt
     reason    in words, with both numbers
     value     what was found, and
