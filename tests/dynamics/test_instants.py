@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from test_loads import load_power
 
 from femflex.body import rigid_body
 from femflex.dynamics import compile_system
+from femflex.dynamics.reports import diagnosis
 from femflex.system import (
     Controller,
     Frame,
@@ -226,6 +228,17 @@ def test_dampers_count_where_motion_dies_faster_than_anything_vibrates():
     rubbed = compile_system(slides(Friction(limit=2.0, velocity=0.01)))
     assert rubbed.max_frequency == pytest.approx(2.0 / 0.01 * np.linalg.inv(M)[1, 1], rel=1e-3)
     assert compile_system(slides()).max_frequency == 0.0
+
+
+@pytest.mark.parametrize("cause", range(4))
+def test_every_cause_of_an_end_is_looked_for_and_the_first_is_told(monkeypatch, cause):
+    names = ("end_of_length", "gimbal_lock", "flat_disc", "end_of_reach")
+    for k, name in enumerate(names):
+        monkeypatch.setattr(diagnosis, name, lambda model, t, x, k=k: f"cause {k} at {t:g} s" if k >= cause else "")
+    assert diagnosis.diagnosis(SimpleNamespace(constraints=None), 2.5, np.zeros(1), False) == (
+        f"cause {cause} at 2.5 s",
+        None,
+    )
 
 
 def test_the_joint_that_has_locked_is_named_though_others_come_before_it():

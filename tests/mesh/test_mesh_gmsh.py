@@ -326,3 +326,15 @@ def test_cells_out_of_order_in_two_groups_of_format_22_stay_with_their_groups(tm
     assert middles("sheet", "quad") == [0.5, 1.5, 2.5, 3.5]
     assert middles("odd", "quad") == [1.5, 3.5]
     assert middles("rim", "line") == [0.5, 3.5]
+
+
+def test_points_of_a_file_belong_to_the_entity_of_lowest_dimension_that_has_them(tmp_path):
+    """Of a rectangle of 2 x 2 cells: 1 to the group of a corner, 2 to that of its edge, and 6 to the face."""
+    mesh = rectangle(2, 1, 2, 2, "quad")
+    edge = np.flatnonzero(mesh.points[:, 0] == mesh.points[:, 0].min())
+    edge = edge[np.argsort(mesh.points[edge, 1])]
+    cells = {**mesh.cells, "line": np.c_[edge[:-1], edge[1:]]}
+    groups = {"face": {"quad": np.arange(4)}, "edge": {"line": np.arange(2)}}
+    write_mesh(tmp_path / "a.msh", Mesh(mesh.points, cells, groups, {"corner": edge[:1]}))
+    gmsh.open(str(tmp_path / "a.msh"))
+    assert [len(gmsh.model.mesh.getNodes(dim)[0]) for dim in range(3)] == [1, 2, 6]
