@@ -86,6 +86,14 @@ def test_mistakes_are_named_by_key(more, clamp, sentence):
     assert re.search(sentence, str(found.value), re.S), str(found.value)
 
 
+def test_supports_of_case_control_are_asked_for_where_it_names_none(tmp_path: Path):
+    deck = (MESHES / "mast.bdf").read_text(encoding="utf-8")
+    (tmp_path / "mast.bdf").write_text(deck.replace("SPC = 1\n", ""), encoding="utf-8")
+    text = "reduction.clamp: found 'supports', and case control of mast.bdf names no set of supports; its sets are "
+    with pytest.raises(CaseError, match=re.escape(f"bodies.mast.{text}['spc_1']")):
+        build_part(parse_case(CASE.format(more="", clamp='"supports"'), tmp_path / "case.toml"), "mast")
+
+
 def test_a_body_needs_a_mesh_or_a_deck_and_a_mesh_needs_members():
     text = CASE.format(more="", clamp='"spc_1"').replace('deck = "mast.bdf"\nunits = "mm-t-s"\n', "")
     with pytest.raises(CaseError, match="found neither mesh nor deck; give the file of one"):

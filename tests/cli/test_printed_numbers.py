@@ -449,7 +449,7 @@ def test_a_locus_is_printed_and_written_row_by_row(tmp_path: Path, capsys: pytes
     branches = np.column_stack([values * (1 + 2j), values * (3 - 4j)])
     locus = blank(
         Locus, name="gain", unit="N", values=values, growth=-values / 3, kinds=np.zeros(50, int), names=("a", ""),
-        branches=branches, trivial=("q1", "q2"), split=2e-5, critical=(1.23456789, 4.5), of="motion",
+        branches=branches, trivial=("q1", "q2"), split=2e-5, critical=(1.23456789, 4.5), of="motion", lost=6.25,
     )  # fmt: skip
     print_locus(locus)
     text = lines(capsys)
@@ -459,6 +459,7 @@ def test_a_locus_is_printed_and_written_row_by_row(tmp_path: Path, capsys: pytes
     assert "branches    a, named at the first value" in text
     assert "trivial     2 multipliers are 1: q1, q2" in text and any("within 2e-05" in line for line in text)
     assert "changes     1.2345679, 4.5 N" in text
+    assert "lost        no equilibrium at 6.25 N; values beyond are not looked at" in text
     write_stability(locus, tmp_path / "a.csv", force=False)
     head, *rows = csv.reader((tmp_path / "a.csv").read_text().splitlines())
     assert head == ["gain", "kind", "growth", "real_1 a", "imag_1 a", "real_2", "imag_2"]

@@ -27,6 +27,9 @@ def test_a_link_keeps_the_distance_of_two_nodes_and_nothing_else(tip, tmp_path):
         line = structure.mesh.points[rows[1]] - structure.mesh.points[rows[0]]
         assert np.abs(line @ (b - a)).max() < 1e-12 and np.linalg.matrix_rank(np.vstack([a, b])) == 5
         assert structure.n_dof == loose.n_dof - 1
+    at_tip = mass.replace(f"{tip[0]}, {tip[1]}, {tip[2]}", "1000., 0., 0.")
+    with pytest.raises(DeckError, match=r"its two nodes are at one place; give TIE or PIN"):
+        deck(tmp_path, beam("RECT", "10., 20.\n0., 1., 0.") + at_tip + "*MPC\nLINK, 20, 11\n")
 
 
 def said(folder: Path, text: str) -> str:

@@ -103,6 +103,8 @@ def test_solids_become_denser(tmp_path: Path):
         (added("BOOM", "TOTAL MASS", 1.0, ", DISTRIBUTION=EVEN"),
          "has DISTRIBUTION=EVEN; give MASS PROPORTIONAL, VOLUME PROPORTIONAL"),
         (added("BOOM", "TOTAL MASS", -2e-3), "*NONSTRUCTURAL MASS leaves element 1 no mass; correct it"),
+        ("*ELEMENT, TYPE=SPRINGA, ELSET=S\n90, 1, 2\n*SPRING, ELSET=S\n\n1.\n" + added("S", "TOTAL MASS", 1.0),
+         "ELSET 'S' of *NONSTRUCTURAL MASS has no elements with mass"),
         ("*NONSTRUCTURAL MASS, ELSET=BOOM\n1.\n", "*NONSTRUCTURAL MASS has UNITS=none"),
         (added("BOOM", "TOTAL MASS", 1.0).replace("1.0", "one"), "'one'"),
     ],

@@ -38,6 +38,8 @@ SHELL = "PSHELL,2,1,0.01,1,,1"
          r"RBE3 8: .* \(they lie on a line or at one point\)"),
         (["GRID,1,,0.,0.,0.", "GRID,2,,1.,0.,0.", "CBAR,1,3,1,2,1.,0.,0.", "PBAR,3,1,1.,1.,1.,1.", STEEL],
          r"CBAR 1 has its orientation vector along its axis; give one across it"),
+        (["GRID,1,,0.,0.,0.", "GRID,2,,1.,0.,0.", "CONROD,3,1,2,1,1.-4,,,-3.", STEEL],
+         r"deck.bdf:7: CONROD 3 has a mass per length below zero; correct its nonstructural mass"),
         (["CORD2R,1,2,0.,0.,0.,0.,0.,1.", ",1.,0.,0.", "CORD2R,2,1,0.,0.,0.,0.,0.,1.", ",1.,0.,0.",
           "GRID,1,1,0.,0.,0."], r"coordinate systems \[1, 2\] refer to each other in a cycle"),
         ([*GRIDS, "CHEXA,7,2,1,2,3,4,1,2", ",3,4", STEEL],
