@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 from femflex.body import Marker, rigid_body
 from femflex.dynamics import compile_system
 from femflex.dynamics.joints.channels import singularity_notes
+from femflex.dynamics.reports.sensing import Sensing
 from femflex.integrate import Dop853, Esdirk4, GeneralizedAlpha, driver, integrator
 from femflex.rotations import (
     NAMED_SEQUENCES,
@@ -186,6 +187,8 @@ def test_the_coordinates_of_extrinsic_angles_are_the_users():
     e = (z * y * x).as_quat(scalar_first=True)
     assert out["bodies/hub/attitude"][0] == pytest.approx(e * np.sign(e[0]), abs=1e-14)
     assert out["attitude/angles"][0] == pytest.approx(angles, abs=1e-14)
+    sensed = Sensing(model).read(0.0, model.x0, ["attitude/angles"])["attitude/angles"]
+    assert sensed == pytest.approx(angles, abs=1e-14)
     assert model.channels["attitude/angles"].description.endswith("extrinsic xyz")
     assert [name for name, _ in model.system.coordinate_names()] == [f"base-hub.fixed_{a}" for a in ("x1", "y2", "z3")]
 
