@@ -92,6 +92,16 @@ def test_a_value_between_two_rows_lies_on_the_line_between_them():
     assert value(of="value", channel="vector", component="z", at=t) == pytest.approx(expected)
 
 
+@pytest.mark.parametrize("size", [1e8, 1e-8])
+def test_ends_of_a_span_are_met_within_rounding_of_their_size(size: float):
+    """Instants of three years, and of a hundred-millionth of a second, a few roundings off the ends."""
+    run = Rows(scalar=np.array([1.0, 2.0, 3.0, 5.0]))
+    run.time = size * (np.array([0.9, 1.0 - 4e-16, 2.0 + 8e-16, 2.1]))
+    span = {"channel": "scalar", "start": size, "end": 2 * size}
+    for of, expected in (("minimum", 2.0), ("maximum", 3.0)):
+        assert measured(MeasureTable.model_validate({"of": of, **span}), run) == expected
+
+
 def test_a_span_without_rows_is_told_with_both_ends():
     with pytest.raises(ValueError, match=r"between start = 0.51 s and end = 0.9 s"):
         value(of="peak", channel="scalar", start=0.51, end=0.9)
