@@ -205,6 +205,27 @@ def test_mistakes_are_refused_in_words(make, found):
         build_structure(two_bars(0.5), [beam()], connections=[make()])
 
 
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        (
+            {"components": ("x", "w")},
+            "components ['w'] are not of a node; name some of ['x', 'y', 'z', 'rx', 'ry', 'rz']",
+        ),
+        (
+            {"axes": ((1.0, 0.0, 0.0), (0.6, 0.8, 0.0), (0.0, 0.0, 1.0))},
+            "axes of a support, [[1.0, 0.0, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]], are not at right angles; give "
+            "orthogonal directions",
+        ),
+        ({"components": ()}, "the rigid connection of group 'b' has no components; name some"),
+    ],
+)
+def test_a_rigid_connection_is_checked_where_it_is_made(given, sentence):
+    with pytest.raises(ValueError) as caught:
+        Rigid("b", "a", **given)
+    assert str(caught.value) == sentence
+
+
 @pytest.mark.parametrize("matrix", [np.zeros((1, 6)), np.full((1, 12), np.nan), [[np.inf] + [0.0] * 11]])
 def test_factors_of_a_constraint_are_finite_and_one_for_each_motion(matrix):
     with pytest.raises(ValueError, match=r"1 components and 2 leaders need \(1, 12\) finite numbers"):
