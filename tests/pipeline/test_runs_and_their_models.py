@@ -242,6 +242,19 @@ def test_a_run_is_resumed_with_what_began_it(folder: Path):
     assert str(caught.value) == f"{path} is complete; there is nothing to resume"
 
 
+def test_a_run_without_instants_yet_is_begun_again_with_the_same_model(folder: Path):
+    """It has no row to compare with; what is switched off and what varies are compared all the same."""
+    case, path = read_case(folder / "a.toml"), folder / "a.h5"
+    edited(path, complete=False)
+    model = prepare(case, path, resume=True, without=["push"]).model
+    with h5py.File(path, "r+") as file:
+        file["progress"][0] = 0
+    check_same_model(model, path)
+    edited(path, without="gravity")
+    with pytest.raises(ValueError, match="was begun with gravity switched off, not loads/push; resume"):
+        check_same_model(model, path)
+
+
 def test_a_complete_run_is_returned_as_it_is(folder: Path):
     before = (folder / "a.h5").read_bytes()
     with femflex.run(folder / "a.toml", folder / "a.h5", resume=True) as run:
