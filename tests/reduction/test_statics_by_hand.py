@@ -260,6 +260,16 @@ def test_more_shapes_than_dofs_and_shapes_of_nothing_are_not_independent():
     check_no_rigid_motion(R, np.zeros((2, 0)), weight)
 
 
+def test_the_energy_of_a_state_rises_by_inner_forces_less_those_of_initial_stress():
+    pulled = {"order": 3, "orientation": (0, 1, 0), "prestress": 4e3}
+    member = Member("line", "beam", Rectangle(0.05, 0.01), ALUMINIUM, pulled)
+    beam = build_structure(line([[0, 0, 0], [1.0, 0, 0]], 2), [member])
+    assert np.abs(beam.f0).max() == pytest.approx(4e3)
+    x, way = 1e-4 * np.random.default_rng(6).normal(size=(2, beam.n_dof))
+    ahead, back = (bent_states.state_energy(beam, x + s * way) for s in (1e-3, -1e-3))
+    assert (ahead - back) / 2e-3 == pytest.approx(way @ (beam.internal_force.force(x) - beam.f0), rel=1e-6)
+
+
 def test_a_state_that_is_not_found_is_said_with_its_amplitudes(boom, monkeypatch):
     modes = cantilever_modes(boom, "start", 2)
     monkeypatch.setattr(bent_states, "ITERATIONS", 1)
