@@ -9,6 +9,7 @@ from scipy.optimize import minimize
 from scipy.special import ellipk
 from test_buckling_warnings import BEAM, HELD, SILENT, STRIP
 
+from femflex.assembly.structures import bends_far
 from femflex.body.symmetric import form, gradient
 from femflex.case import CaseError, read_case
 from femflex.fem import Material, Member, build_structure
@@ -163,6 +164,17 @@ def test_a_case_with_nonlinear_strain_bends_far_unless_it_says_otherwise(write_c
         strain = body(write_case, STRIP, NONLINEAR, DERIVED, *changes).strain
         energies.append(strain.energy(3 * scaled(strain)))
     assert energies[0] == energies[2] != energies[1]
+
+
+@pytest.mark.parametrize(
+    ("strain", "derivatives", "far"),
+    [("linear", 0, False), ("nonlinear", 0, False), ("nonlinear", "none", False), ("nonlinear", 1, True),
+     ("nonlinear", "auto", True), ("condensed", 1, True), ("condensed", "none", False)],
+)  # fmt: skip
+def test_bodies_bend_far_with_a_strain_for_it_and_any_derivatives(write_case, strain, derivatives, far):
+    table = read_case(write_case(STRIP)).bodies["boom"]
+    reduction = table.reduction.model_copy(update={"derivatives": derivatives})
+    assert bends_far(table.model_copy(update={"strain": strain, "reduction": reduction})) is far
 
 
 def test_far_bends_that_are_neither_true_nor_false_are_refused(write_case):
