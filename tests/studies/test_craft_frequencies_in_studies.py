@@ -137,6 +137,13 @@ def test_analytic_bodies_have_a_strain_to_choose_where_they_bend():
     assert not has_strain(parse_case(WHEELS).bodies["a"])
 
 
+def test_meshed_bodies_have_a_strain_to_choose_where_they_bend(built: Callable[..., Case]):
+    assert has_strain(built().bodies["beam"])
+    rigid = '"cantilever", clamp = "ROOT", modes = 4', '"rigid"'
+    case = built(rigid, ('strain = "linear"', ""), ('child_marker = "ROOT"', 'child_marker = "origin"'))
+    assert not has_strain(case.bodies["beam"])
+
+
 def test_the_states_of_a_craft_are_two_per_coordinate_and_those_of_its_effectors():
     system = build_system(parse_case(WHEELS))
     found = judged_rest(system)
