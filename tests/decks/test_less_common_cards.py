@@ -187,6 +187,17 @@ def test_a_repetition_that_adds_to_no_number_is_named_with_its_line(tmp_path: Pa
         read(tmp_path, "GRID,1,X,0.,0.,0.", "=,*1,*4,==", "=7")
 
 
+def test_what_is_not_elastic_of_a_material_is_left_out_and_not_counted_as_used(tmp_path: Path):
+    deck = read(tmp_path, *bar(), "MATS1,1,,PLASTIC", "MATT1,1,4", "MATT1,2,4", "MAT4,9,1.", "MATHP,8,1.")
+    assert deck.used == {"CBAR": 8, "GRID": 9, "MAT1": 1, "PBAR": 1, "SPC1": 1}
+    assert [str(one).partition(" (first at ")[0] for one in deck.unused] == [
+        "1 MAT4: heat conduction is left out",
+        "1 MATHP: hyperelasticity is left out",
+        "1 MATS1: plasticity is left out; the material stays linear",
+        "2 MATT1: dependence on temperature is left out; the values of MAT1 are used",
+    ]
+
+
 def test_pshell_with_mid4_is_the_laminate_that_it_was_made_of(tmp_path: Path):
     """The stiffness of two plies of unlike material, off the grids, by PCOMP and by PSHELL with MID1, MID2 and MID4."""
     grids = [f"GRID,{5 * i + j + 1},,{0.2 * i:.3f},{0.1 * j:.3f},0." for i in range(7) for j in range(5)]
