@@ -180,6 +180,7 @@ def test_the_reference_of_a_coupling_is_none_of_its_own_nodes(tmp_path):
 
 
 SPRING = "*ELEMENT, TYPE=SPRINGA, ELSET=S\n71, 1, 2\n*SPRING, ELSET=S\n\n50.\n"
+FACED = "*SURFACE, NAME=F, TYPE=NODE\n2\n*COUPLING, CONSTRAINT NAME=C, REF NODE=3, SURFACE=F\n"
 
 
 @pytest.mark.parametrize(
@@ -200,6 +201,15 @@ SPRING = "*ELEMENT, TYPE=SPRINGA, ELSET=S\n71, 1, 2\n*SPRING, ELSET=S\n\n50.\n"
         ("*EQUATION, REMOVE\n1\n", "1 *EQUATION, REMOVE: the equations stay (first at {}:27)"),
         ("*MPC\nSLIDER, 3, 4, 5\nBEAM, 3, 4, 5\n",
          "1 *MPC SLIDER: it is left out; parts may be unconnected (first at {}:28)"),
+        ("*KINEMATIC\n1, 3\n",
+         "1 *KINEMATIC: a *COUPLING and one *KINEMATIC or *DISTRIBUTING after it make a coupling; parts may be "
+         "unconnected (first at {}:27)"),
+        (FACED + "*KINEMATIC\n*DISTRIBUTING\n",
+         "1 *DISTRIBUTING: a *COUPLING and one *KINEMATIC or *DISTRIBUTING after it make a coupling; parts may be "
+         "unconnected (first at {}:31)"),
+        (FACED + FACED + "*DISTRIBUTING\n" + FACED,
+         "2 *COUPLING: a *COUPLING and one *KINEMATIC or *DISTRIBUTING after it make a coupling; parts may be "
+         "unconnected (first at {}:29)"),
         ("*SPRING, ELSET=B, NONLINEAR\n\n1., 2.\n",
          "1 NONLINEAR of *SPRING: the spring is left out (first at {}:27)"),
         ("*CONTACT PAIR\nA, B\n",

@@ -149,16 +149,27 @@ def _kinematic_coupling(model: AbaqusModel, reading: Reading, one: Scoped) -> No
 def _couplings(model: AbaqusModel, reading: Reading, surfaces: Surfaces) -> None:
     """*COUPLING with the *KINEMATIC or *DISTRIBUTING that follows it."""
     open_one: Scoped | None = None
+    alone: list[Scoped] = []
     for one in model.flat.keywords:
         if one.keyword.name == "COUPLING":
+            alone.append(one)
             open_one = one
-        elif one.keyword.name in ("KINEMATIC", "DISTRIBUTING") and open_one is not None:
+        elif one.keyword.name in ("KINEMATIC", "DISTRIBUTING") and open_one is None:
+            alone.append(one)
+        elif one.keyword.name in ("KINEMATIC", "DISTRIBUTING"):
+            alone.pop()
             model.found.use("*COUPLING")
             model.attempt(
                 one.keyword,
                 lambda head=open_one, kind=one: _coupling(model, reading, surfaces, head, kind),  # type: ignore[misc]
             )
             open_one = None
+    for one in alone:
+        model.found.unused(
+            f"*{one.keyword.name}",
+            "a *COUPLING and one *KINEMATIC or *DISTRIBUTING after it make a coupling; parts may be unconnected",
+            place_of(one.keyword),
+        )
 
 
 def _coupling(model: AbaqusModel, reading: Reading, surfaces: Surfaces, head: Scoped, kind: Scoped) -> None:
