@@ -43,7 +43,7 @@ from femflex.cli.stability import one_axis, print_chart, print_locus
 from femflex.cli.stability import write_table as write_stability
 from femflex.cli.stress import _place
 from femflex.cli.tables import folded_columns, folded_line, print_json, print_table
-from femflex.cli.terms import readable_part, term_rows
+from femflex.cli.terms import print_term_tables, readable_part, term_rows
 from femflex.cli.times import read_seconds
 from femflex.studies.explain import Explanation
 from femflex.studies.stability import Chart, Locus
@@ -549,6 +549,24 @@ def test_terms_are_sorted_by_their_root_mean_square_with_the_parts_of_inertia_be
         ("  i1", "5", "0.5", "16.7%"),
         ("h", "8", "1", "33.3%"),
     ]
+
+
+def test_tables_of_terms_are_headed_by_their_coordinate_and_what_is_left_out(capsys: pytest.CaptureFixture[str]):
+    t = np.linspace(0.0, 1.0, 5)
+    push = np.column_stack([4.0 * t, -2.0 * t])
+    terms = {"inertia": -push, "load": (1 + 1e-3) * push}
+    found = Explanation(t, terms, {"inertia/a": -push}, push, ("a", "b"), ("N", "N m"), ("inertia/a",) * 2)
+    print_term_tables(("gyroscopic", "hub: V3"), found, [1])
+    text = lines(capsys)
+    assert text[0] == "without gyroscopic, hub: V3" and text[-1] == (
+        "the terms sum to zero to 1.0e-03 of the largest, over 5 instants"
+    )
+    assert any("b, N m" in line for line in text) and not any("a, N" in line for line in text)
+    assert [line.split()[0] for line in text if "100.0%" in line] == ["load"]
+    print_term_tables((), found, [0, 1])
+    both = lines(capsys)
+    assert not any("without" in line for line in both)
+    assert [line for line in both if "a, N" in line or "b, N m" in line] == ["a, N", "b, N m"]
 
 
 @pytest.mark.parametrize(("places", "period"), [([1], 1.0), ([0], 40.0), ([1, 2], 1.0), ([0, 1, 2], 40.0)])
