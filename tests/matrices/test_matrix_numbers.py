@@ -566,3 +566,16 @@ def test_what_a_file_holds_is_described_with_its_numbers(tmp_path):
     text = describe_matrices(tmp_path / "b.pch")
     assert "matrix  KAAX: 3 x 3, 2 entries, not symmetric by 1.0e+00, 3 nodes" in text
     assert "scalar  2 points (modal coordinates)" in text and "alone   gives no mass matrix" in text
+
+
+@pytest.mark.parametrize("nodes", [None, "map.npz"])
+def test_coordinates_are_those_of_any_file_where_the_file_of_nodes_has_none(tmp_path, nodes):
+    np.savez(tmp_path / "mass.npz", M=2.0 * np.eye(6))
+    np.savez(tmp_path / "stiffness.npz", K=np.eye(6), points=POINTS[:2], nodes=IDS[:2])
+    np.savez(tmp_path / "map.npz", dofs=[[node, k] for node in IDS[:2] for k in (1, 2, 3)])
+    found = read_matrices(Sources(mass="mass.npz", stiffness="stiffness.npz", nodes=nodes), folder=tmp_path)
+    assert found.ids.tolist() == IDS[:2].tolist() and found.points.tolist() == POINTS[:2].tolist()
+    with pytest.raises(
+        ValueError, match=r"^mass\.npz has no coordinates of nodes; give the file that has them: nodes = "
+    ):
+        read_matrices(Sources(mass="mass.npz", stiffness="mass.npz", names={"stiffness": "M"}), folder=tmp_path)
