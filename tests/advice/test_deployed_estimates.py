@@ -9,6 +9,7 @@ import pytest
 
 import femflex.advice.deployed_estimate as module
 from femflex.advice.deployed import Lowest
+from femflex.pipeline import decisions
 
 TAPE = Lowest(value=-9.0, time=2.5, place=0.25, length=12.0, largest=40.0)
 BOOM = SimpleNamespace(force=-30.0, gain=-0.6, time=7.5, length=4.5)
@@ -62,3 +63,18 @@ def test_of_many_rows_four_hundred_are_looked_at_from_the_first_to_the_last(esti
     for times, seen in looked:
         assert (len(times), times[0], times[-1]) == (400, 0.0, 9.0)
         np.testing.assert_array_equal(seen["x"], np.c_[times, -times])
+
+
+@pytest.mark.parametrize(
+    ("known", "members", "estimated", "used"),
+    [(None, ["tape"], True, "own"), ("known", ["tape"], False, "known"), (None, [], False, None)],
+)
+def test_the_rigid_motion_is_computed_for_members_alone_and_only_where_none_is_known(
+    monkeypatch, known, members, estimated, used
+):
+    asked = []
+    monkeypatch.setattr(decisions, "slender_members", lambda system: members)
+    monkeypatch.setattr(decisions, "estimate_rigid_motion", lambda *what: asked.append(what) or ("own", ""))
+    monkeypatch.setattr(decisions, "deployed_estimates", lambda rigid, system: [(rigid, system)])
+    assert decisions._deployed(known, "craft", 30.0) == [(used, "craft")]
+    assert asked == ([("craft", 30.0)] if estimated else [])
