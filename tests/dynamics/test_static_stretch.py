@@ -10,6 +10,7 @@ from femflex import equilibrium, fem
 from femflex.body import Marker, rigid_body
 from femflex.dynamics import compile_system
 from femflex.dynamics.reports.static_stretch import body_fields
+from femflex.fem.sections import StiffnessSection
 from femflex.integrate import Dop853
 from femflex.mesh import line
 from femflex.reduction import (
@@ -22,6 +23,7 @@ from femflex.reduction import (
     save_body,
     with_derivatives,
 )
+from femflex.reduction.strain.static_stretch import stretching_answers
 from femflex.system import Environment, Load, Profile, System, free, prismatic, revolute, weld
 
 RADIUS, SPEED, G = 1.5, 3.0, 9.81
@@ -125,3 +127,21 @@ def test_the_field_that_stretches_is_the_acceleration_of_every_place_less_gravit
         r = moved[f"markers/b.p{k}/position"]
         wanted = turns[0, 0] @ ((r[0] - 2 * r[1] + r[2]) / h**2 + [0, 0, G])
         assert fields[0, 0, 0] + place @ fields[0, 0, 1:] == pytest.approx(wanted, abs=1e-4)
+
+
+@pytest.mark.parametrize("weight", [1.0, 1e-6, 1e6])
+def test_a_field_stretches_a_light_soft_beam_as_one_of_the_same_frequencies(weight):
+    """At the tip, of a uniform field and one that grows as x; what the shapes hold leaves no answer, however light."""
+    L, EA, m, EI, GJ = 2.0, 1e6 * weight, 0.5 * weight, 40.0 * weight, 25.0 * weight
+    section = StiffnessSection(EA=EA, EIy=EI, EIz=EI, GJ=GJ, mass_per_length=m, ry=0.01, rz=0.01)
+    structure = fem.build_structure(line([[0, 0, 0], [L, 0, 0]], 8), [fem.Member("line", "beam", section)])
+    shapes = cantilever_modes(structure, "start", 4)
+    tip = structure.translation.toarray()[-3:]
+    all_of_it = tip @ stretching_answers(structure, shapes, shapes.phi[:, :0])
+    assert all_of_it[0, [0, 3]] == pytest.approx([m * L**2 / (2 * EA), m * L**3 / (3 * EA)], rel=5e-3)
+    assert all_of_it[[1, 2], [1, 2]] == pytest.approx(m * L**4 / (8 * EI), rel=5e-3)
+    answers = stretching_answers(structure, shapes, shapes.phi)
+    assert (tip @ answers)[0, [0, 3]] == pytest.approx([m * L**2 / (2 * EA), m * L**3 / (3 * EA)], rel=5e-3)
+    held = stretching_answers(structure, shapes, np.column_stack([shapes.phi, answers[:, [1, 2]]]))
+    assert not held[:, [1, 2]].any() and held[:, 0] == pytest.approx(answers[:, 0], rel=1e-9)
+    assert np.abs(answers[:, [6, 8, 9, 10]]).max(axis=0).all()  # small beside the others, yet not held
