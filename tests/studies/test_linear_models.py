@@ -22,7 +22,19 @@ from femflex.studies.linear import (
     transmission_zeros,
 )
 from femflex.studies.linear.grid import response_grid
-from femflex.system import Controller, Effector, Environment, Frame, Load, Profile, System, prismatic, revolute, weld
+from femflex.system import (
+    Controller,
+    Effector,
+    Environment,
+    Frame,
+    Load,
+    Profile,
+    System,
+    free,
+    prismatic,
+    revolute,
+    weld,
+)
 
 BEAM = UniformBeam(1.0, EA=1e4, EIy=10.0, EIz=1.0, GJ=10.0, mass_per_length=1.0, rotary_inertia=False)
 CLAMPED = np.array([brentq(lambda b: np.cos(b) * np.cosh(b) + 1, *ends) for ends in ((1, 3), (4, 5), (7, 8))]) ** 2
@@ -297,3 +309,21 @@ def test_a_response_is_refused_at_an_undamped_pole():
         model.frequency_response(np.array([2.0]))
     with pytest.raises(KeyError, match="has no output 'c'"):
         model.selected(outputs=["c"])
+
+
+def test_poles_of_a_spun_body_are_named_one_by_one():
+    """Its wobble in body axes is at Omega sqrt((C - A) (C - B) / A B), the axis of its spin tilts at Omega."""
+    A, B, C, Omega = 1.0, 2.0, 2.5, 0.5
+    body = rigid_body(2.0, np.diag([A, B, C]), [0.1, 0.2, -0.1])
+    found = poles_of(linear_model(System({"b": body}, (free("b"),), frame=Frame("spinning", np.array([0, 0, Omega])))))
+    told = sorted((one.name, one.rigid, round(one.value.imag, 6)) for one in found)
+    assert told == [
+        ("spin", True, 0.0),
+        ("spin", True, 0.0),
+        ("tilt of the spin axis", True, Omega),
+        ("translation across the spin axis", True, Omega),
+        ("translation across the spin axis", True, Omega),
+        ("translation along the spin axis", True, 0.0),
+        ("translation along the spin axis", True, 0.0),
+        ("wobble", False, round(Omega * np.sqrt((C - A) * (C - B) / (A * B)), 6)),
+    ]
