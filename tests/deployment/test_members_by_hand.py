@@ -25,6 +25,7 @@ from femflex.deployment import (
 from femflex.deployment.drawn import skin_of
 from femflex.deployment.intervals import Pieces, gauss_between, integral_of
 from femflex.deployment.reel import reel_law
+from femflex.deployment.shapes import clean
 from femflex.reduction import BeamFunctions
 from femflex.system import Profile
 from femflex.warning import PhysicsWarning
@@ -488,3 +489,10 @@ def test_a_length_may_reach_its_stock_and_a_strip_may_stay_flat():
 def test_the_degree_of_strings_is_that_of_the_field_with_most_functions(numbers: tuple[int, int, int]):
     functions = StringFunctions(*numbers)
     assert functions.count == 7 and functions.most == 5
+
+
+@pytest.mark.parametrize("size", [1e-14, 1.0, 1e14])
+def test_rounding_is_taken_off_functions_of_any_size(size: float):
+    """At xi = 0 the function is 3e-14 of its largest value, at 0.5 a quarter of it."""
+    found = clean(lambda xi: size * (xi**2 + 3e-14), np.array([0.0, 1e-6, 0.5]))
+    assert found[0] == 0.0 and found[1:] == pytest.approx(size * np.array([1e-12, 0.25]), rel=0.05)
