@@ -144,6 +144,12 @@ def refusal(path: Path) -> str:
             "markers.all = { group = 'BOOM' }\nmarkers.root = { group",
             "needs group 'BOOM', whose points are on several of the 3",
         ),
+        (
+            '[[loads]]\nname = "push"',
+            '[sensors.gauge]\nkind = "strain"\nbody = "boom"\npoint = [1, 0, 0]\ncomponent = "axial"\nperiod = 0.1\n'
+            '[[loads]]\nname = "push"',
+            "sensors.gauge: found a strain sensor on a body cut into segments, whose strain is not known at one point",
+        ),
         ('parent_marker = "left"', 'parent_marker = "left"\nname = "w"', None),
     ],
 )
