@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -70,6 +71,13 @@ def case(tmp_path):
         return path
 
     return write
+
+
+def test_loops_of_sampled_controllers_are_said_to_be_open(femflex):
+    code, out, err = femflex("modes", Path(__file__).parents[2] / "cases" / "detumble.toml")
+    assert code == 0 and err == ""
+    assert "held        commands of the sampled controllers gyro, demand, valves: their loops are open" in out
+    assert out.count("craft 100 %") == 6
 
 
 def test_the_table_has_rigid_modes_by_name_and_the_exact_frequencies(femflex, case):
