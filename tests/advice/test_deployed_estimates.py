@@ -49,7 +49,7 @@ def test_a_slack_tape_and_a_boom_near_buckling_are_told_with_time_place_and_leng
     )
 
 
-def test_what_is_rounding_within_its_limit_or_of_a_beam_without_condensed_strain_is_not_told(estimates):
+def test_what_is_rounding_within_its_limit_or_of_a_beam_without_condensed_strain_is_not_reported(estimates):
     doubts, looked = estimates
     assert doubts(lowest=Lowest(-0.039, 2.5, 0.25, 12.0, 40.0), condensed=False) == []
     assert doubts(lowest=Lowest(1.0, 2.5, 0.25, 12.0, 40.0), pressed=SimpleNamespace(gain=-0.24)) == []

@@ -104,7 +104,7 @@ def test_segments_have_the_modes_of_the_case_or_those_asked_for(
 ):
     case = read_case(write_case(cut.replace("refine = 1\n", f"reduction = {{ {reduction}, modes = 2 }}\n")))
     stated, asked = (build_part(case, "boom", modes=n) for n in (None, 4))
-    added = [more.n_modes - one.n_modes for one, more in zip(stated.bodies, asked.bodies, strict=True)]  # type: ignore[union-attr]
+    added = [more.n_modes - one.n_modes for one, more in zip(stated.bodies, asked.bodies, strict=True)]
     assert added == [2, 2, 2]
 
 

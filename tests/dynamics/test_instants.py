@@ -231,7 +231,7 @@ def test_dampers_count_where_motion_dies_faster_than_anything_vibrates():
 
 
 @pytest.mark.parametrize("cause", range(4))
-def test_every_cause_of_an_end_is_looked_for_and_the_first_is_told(monkeypatch, cause):
+def test_every_cause_of_an_end_is_looked_for_and_the_first_is_reported(monkeypatch, cause):
     names = ("end_of_length", "gimbal_lock", "flat_disc", "end_of_reach")
     for k, name in enumerate(names):
         monkeypatch.setattr(diagnosis, name, lambda model, t, x, k=k: f"cause {k} at {t:g} s" if k >= cause else "")

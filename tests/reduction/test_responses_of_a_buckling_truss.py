@@ -76,7 +76,7 @@ def test_a_load_comes_upon_saddles_and_its_structure_buckles_to_both_sides(truss
     assert found.kinds == ("vibration", "response")
 
 
-def test_states_count_by_what_they_store_beside_the_work_of_the_initial_stress():
+def test_states_count_by_what_they_store_apart_from_the_work_of_the_initial_stress():
     """Energy x' K x / 2 + f0' x: each state counts 2 whatever its size, and so does the one that f0 pushes along."""
     K, f0 = np.diag([4.0, 9.0, 25.0]), np.array([0.0, 6.0, 0.0])
     structure = SimpleNamespace(

@@ -316,8 +316,8 @@ def test_poles_of_a_spun_body_are_named_one_by_one():
     A, B, C, Omega = 1.0, 2.0, 2.5, 0.5
     body = rigid_body(2.0, np.diag([A, B, C]), [0.1, 0.2, -0.1])
     found = poles_of(linear_model(System({"b": body}, (free("b"),), frame=Frame("spinning", np.array([0, 0, Omega])))))
-    told = sorted((one.name, one.rigid, round(one.value.imag, 6)) for one in found)
-    assert told == [
+    named = sorted((one.name, one.rigid, round(one.value.imag, 6)) for one in found)
+    assert named == [
         ("spin", True, 0.0),
         ("spin", True, 0.0),
         ("tilt of the spin axis", True, Omega),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -148,22 +149,22 @@ def _kinematic_coupling(model: AbaqusModel, reading: Reading, one: Scoped) -> No
 
 def _couplings(model: AbaqusModel, reading: Reading, surfaces: Surfaces) -> None:
     """*COUPLING with the *KINEMATIC or *DISTRIBUTING that follows it."""
-    open_one: Scoped | None = None
+    head: Scoped | None = None
     alone: list[Scoped] = []
     for one in model.flat.keywords:
         if one.keyword.name == "COUPLING":
-            alone.append(one)
-            open_one = one
-        elif one.keyword.name in ("KINEMATIC", "DISTRIBUTING") and open_one is None:
-            alone.append(one)
+            if head is not None:
+                alone.append(head)
+            head = one
         elif one.keyword.name in ("KINEMATIC", "DISTRIBUTING"):
-            alone.pop()
+            if head is None:
+                alone.append(one)
+                continue
             model.found.use("*COUPLING")
-            model.attempt(
-                one.keyword,
-                lambda head=open_one, kind=one: _coupling(model, reading, surfaces, head, kind),  # type: ignore[misc]
-            )
-            open_one = None
+            model.attempt(one.keyword, partial(_coupling, model, reading, surfaces, head, one))
+            head = None
+    if head is not None:
+        alone.append(head)
     for one in alone:
         model.found.unused(
             f"*{one.keyword.name}",
