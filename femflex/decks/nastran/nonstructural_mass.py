@@ -11,11 +11,8 @@ import numpy as np
 from femflex.decks.nastran.bulk import Bulk
 from femflex.decks.nastran.card import Card, FieldError, numbers_of
 from femflex.decks.nastran.grids import Grids
+from femflex.decks.nastran.shell_kinds import KINDS as SHELLS
 
-AREAS = {  # corners of elements that take mass per area
-    **dict.fromkeys(("CQUAD4", "CQUADR", "CQUAD8", "CQUAD4K", "CSHEAR"), 4),
-    **dict.fromkeys(("CTRIA3", "CTRIAR", "CTRIA6", "CTRIA3K"), 3),
-}
 LINES = ("CBAR", "CBEAM", "CBEAM3", "CROD", "CTUBE", "CONROD")  # per length
 OF_AREAS = ("PSHELL", "PCOMP", "PCOMPG", "PSHEAR")
 OF_LINES = ("PBAR", "PBARL", "PBEAM", "PBEAML", "PBCOMP", "PBEAM3", "PROD", "PTUBE")
@@ -81,16 +78,16 @@ class NonstructuralMass:
 
     def _every(self) -> Iterator[_Element]:
         """The elements of the deck that take nonstructural mass, as far as they can be read."""
-        for name in (*AREAS, *LINES):
+        for name in (*SHELLS, *LINES):
             for card in self._bulk.each(name, use=False):
-                ends = AREAS.get(name, 2)
+                ends = SHELLS[name].corners if name in SHELLS else 2
                 first = 1 if name == "CONROD" else 2
                 if card.is_integer(0) and all(card.is_integer(first + k) for k in range(ends)):
                     number = card.integer(0)
                     pid = card.integer(1) if name != "CONROD" and card.is_integer(1) else number
                     grids = tuple(card.integer(first + k) for k in range(ends))
                     if all(grid in self._grids for grid in grids):
-                        yield _Element(number, pid, grids, name in AREAS, name)
+                        yield _Element(number, pid, grids, name in SHELLS, name)
 
     def _add(self, card: Card) -> None:
         kind = card.word(1)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,37 +11,13 @@ from femflex.decks.builder import direction_key
 from femflex.decks.nastran.card import Card
 from femflex.decks.nastran.middle_nodes import with_middles
 from femflex.decks.nastran.model import NastranModel
+from femflex.decks.nastran.shell_kinds import KINDS, Kind
 from femflex.decks.nastran.shell_properties import ShellProperties, ShellProperty
 from femflex.fem.plate.frames import same_side
 
 Array = NDArray[np.float64]
 
 MANY_TRIANGLES = 0.2  # of a property's elements, above which its triangles are facets with a quadratic field
-
-
-@dataclass(frozen=True)
-class Kind:
-    """A shell element: corners, whether it may have middle nodes, and the fields (from 0) of its values."""
-
-    corners: int
-    middles: bool
-    theta: int
-    offset: int
-    thickness: tuple[int, ...]
-    relative: int = 9  # TFLAG
-
-
-KINDS = {
-    "CQUAD4": Kind(4, False, 6, 7, (10, 11, 12, 13)),
-    "CQUADR": Kind(4, False, 6, 7, (10, 11, 12, 13)),
-    "CQUAD4K": Kind(4, False, 6, 7, (10, 11, 12, 13)),  # MYSTRAN's thin plates
-    "CTRIA3K": Kind(3, False, 5, 6, (10, 11, 12)),
-    "CTRIA3": Kind(3, False, 5, 6, (10, 11, 12)),
-    "CTRIAR": Kind(3, False, 5, 6, (10, 11, 12)),
-    "CQUAD8": Kind(4, True, 14, 15, (10, 11, 12, 13), 16),
-    "CTRIA6": Kind(3, True, 8, 9, (10, 11, 12), 13),
-    "CSHEAR": Kind(4, False, -1, -1, ()),
-}
 CELLS = {(4, False): "quad", (4, True): "quad8", (3, False): "triangle", (3, True): "triangle6"}
 
 
