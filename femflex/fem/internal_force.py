@@ -65,13 +65,16 @@ class InternalForce:
         return np.asarray(self._T.T @ raw)
 
     def work_of_stress(self, x: Array, phi: Array) -> Array:
-        """phi^T `geometric_stiffness`(x) phi (k, k) for shapes phi (n_dof, k) [m, rad], without the matrix."""
+        """phi^T `geometric_stiffness`(x) phi (p, k, k) of displacements x (n_dof, p), shapes phi (n_dof, k) [m, rad],
+        without the matrices."""
         raw, raw_phi = self._T @ np.asarray(x, float), self._T @ phi
-        total = np.zeros((phi.shape[1], phi.shape[1]))
+        total = np.zeros((x.shape[1], phi.shape[1], phi.shape[1]))
         for part in self._curving_parts(phi.shape[1]):
             g = part.gradients(raw_phi, slice(None))
-            inner = bent_by(linear_stress(part, raw) * part.weight[..., None], part.quadratic_map)
-            total += np.matmul(g.swapaxes(2, 3), np.matmul(inner, g)).sum(axis=(0, 1))
+            stress = linear_stress(part, raw) * part.weight[..., None, None]
+            for work, one in zip(total, np.moveaxis(stress, 3, 0), strict=True):
+                inner = bent_by(one, part.quadratic_map)
+                work += np.matmul(g.swapaxes(2, 3), np.matmul(inner, g)).sum(axis=(0, 1))
         return total
 
     def quartic_energy(self, phi: Array) -> Array:
@@ -80,8 +83,11 @@ class InternalForce:
         total = np.zeros(phi.shape[1])
         for part in self._curving_parts(phi.shape[1]):
             g = part.gradients(raw, slice(None))
-            eps = np.einsum("sgh,eqgk,eqhk->eqsk", part.quadratic_map, g, g, optimize=True) / 2
-            total += np.einsum("eq,eqsk,eqsk->k", part.weight, eps, np.matmul(part.elastic, eps), optimize=True) / 2
+            eps = np.zeros((*g.shape[:2], len(part.quadratic_map), g.shape[3]))
+            for s, row, column in zip(*np.nonzero(part.quadratic_map), strict=True):
+                eps[:, :, s] += part.quadratic_map[s, row, column] / 2 * g[:, :, row] * g[:, :, column]
+            energy = (eps * np.matmul(part.elastic, eps)).sum(axis=2)
+            total += np.tensordot(part.weight, energy, 2) / 2
         return total
 
     def second_derivative(self, phi: Array, i: Index | None = None, j: Index | None = None) -> Array:
@@ -198,7 +204,7 @@ def tangents(block: StrainBlock, raw: Array) -> Array:
 
 def stressed(block: StrainBlock, raw: Array) -> Array:
     """Element matrices (e, l, l) [N/m, N, N m] of `InternalForce.geometric_stiffness`."""
-    return stress_matrices(block, linear_stress(block, raw) if _curves(block) else np.zeros((1, 1, 1)))
+    return stress_matrices(block, linear_stress(block, raw[:, None])[..., 0] if _curves(block) else np.zeros((1, 1, 1)))
 
 
 def _curves(part: StrainBlock) -> bool:
@@ -220,9 +226,9 @@ def initial_forces(part: StrainBlock) -> Array:
 
 
 def linear_stress(block: StrainBlock, raw: Array) -> Array:
-    """Stress (e, q, s) of the linear strain of raw displacements (n_raw,) [m, rad]."""
-    g = block.gradients(raw[:, None], slice(None))[..., 0]
-    return np.asarray(np.matmul(block.elastic, np.matmul(block.linear_map, g[..., None]))[..., 0])
+    """Stress (e, q, s, k) of the linear strain of raw displacements (n_raw, k) [m, rad]."""
+    g = block.gradients(raw, slice(None))
+    return np.asarray(np.matmul(block.elastic, np.matmul(block.linear_map, g)))
 
 
 def stress_matrices(block: StrainBlock, stress: Array) -> Array:

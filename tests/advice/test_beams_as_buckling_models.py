@@ -91,7 +91,7 @@ def test_a_column_buckles_at_the_loads_of_euler_with_its_head_free_and_held(mode
     assert lowest(model, -P * push[:, 0]) == pytest.approx(-P / euler, rel=2e-3)
     held = model.at("head", np.diag([0.0, 1.0, 1.0, 0.0, 0.0, 0.0]))
     assert lowest(model, -P * push[:, 0], held) == pytest.approx(-P * L**2 / (20.1907 * EIZ), rel=5e-3)
-    sigma = model.stress_in_basis(-P * push[:, 0])
+    sigma = model.stress_in_basis(-P * push[:, :1])[0]
     assert np.allclose(sigma, model.basis.T @ (model.stress(-P * push[:, 0]) @ model.basis), atol=1e-9)
 
 

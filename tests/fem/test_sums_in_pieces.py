@@ -48,7 +48,7 @@ def everything(s) -> list[np.ndarray]:
     more = [
         V.force(x),
         V.initial_force(),
-        V.work_of_stress(x, phi),
+        V.work_of_stress(phi, phi),
         V.quartic_energy(phi),
         V.second_derivative(phi, np.arange(phi.shape[1]), np.arange(phi.shape[1])[::-1]),
     ]

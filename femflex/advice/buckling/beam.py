@@ -100,9 +100,9 @@ class BeamBuckling:
         answer = np.asarray(np.linalg.solve(self.K, load[:n]), float)
         return hessian(self.body.strain.V2, answer, 3) - np.tensordot(load[n:], self.body.slaves, axes=1)
 
-    def stress_in_basis(self, load: Array) -> Array:
+    def stress_in_basis(self, loads: Array) -> Array:
         """See Elastic, with its shapes and units."""
-        return np.asarray(self.basis.T @ self.stress(load) @ self.basis)
+        return np.stack([self.basis.T @ self.stress(load) @ self.basis for load in loads.T])
 
     def moved(self, load: Array) -> float:
         """See Elastic, with its shapes and units: what the ends move, in addition to the rigid motions."""

@@ -53,8 +53,8 @@ class StaticStructure(Protocol):
 class ElasticStructure(StaticStructure, Protocol):
     """The same, with the shapes that select the worst instant and those for flutter."""
 
-    def stress_in_basis(self, load: Array) -> Array:
-        """`stress` of a load (n_load,) in the shapes of the basis (m, m)."""
+    def stress_in_basis(self, loads: Array) -> Array:
+        """`stress` of loads (n_load, k) in the shapes of the basis (k, m, m)."""
 
     def moved(self, load: Array) -> float:
         """How far the static answer to a load (n_load,) moves what moves most [m]."""
@@ -126,7 +126,7 @@ class BucklingAnalysis:
             other = int((amounts[:, 0] * np.sign(amounts[largest, 0])).argmin())
             return [largest, other] if amounts[other, 0] * amounts[largest, 0] < 0.0 else [largest]
         loads = np.hstack([self.elastic.loads(one.marker) for one in applied]) @ patterns.T
-        small = np.stack([self.elastic.stress_in_basis(load) for load in loads.T])
+        small = self.elastic.stress_in_basis(loads)
         parts = -np.linalg.eigvalsh(np.einsum("tp,pij->tij", amounts, small))[:, 0]
         worst = int(parts.argmax())
         return [worst] if parts[worst] > UNLIKE * parts[largest] else sorted({worst, largest})

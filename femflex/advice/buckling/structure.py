@@ -10,13 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from femflex.advice.buckling.applied_load import FIELD
 from femflex.advice.buckling.few_shapes import lowest_of_few
 from femflex.fem.eigen.modes import factorised
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.markers import MarkerRows, marker_rows
-from femflex.reduction.boundary.rigid import lifted
 from femflex.reduction.boundary.supported import Supported, supported
+from femflex.reduction.inertia.accelerations import loads_of_linear_accelerations
 from femflex.reduction.large_deflection.load_path import largest_displacement
 from femflex.reduction.modes.buckling import roughly_lowest
 from femflex.reduction.modes.modeset import ModeSet
@@ -91,7 +90,7 @@ class StructureBuckling:
     def loads(self, marker: str | None) -> Array:
         """See Elastic, with its shapes and units."""
         if marker is None:
-            return self._fields
+            return -loads_of_linear_accelerations(self.structure)
         rows = self._rows(marker)
         return np.asarray(sparse.vstack([rows.translation, rows.rotation]).toarray().T)
 
@@ -105,11 +104,11 @@ class StructureBuckling:
         """See Elastic, with its shapes and units."""
         return self.structure.internal_force.geometric_stiffness(self._answer(load))[self.free][:, self.free]
 
-    def stress_in_basis(self, load: Array) -> Array:
+    def stress_in_basis(self, loads: Array) -> Array:
         """See Elastic, with its shapes and units."""
         shapes = np.zeros((self.structure.n_dof, self.basis.shape[1]))
         shapes[self.free] = self.basis
-        return self.structure.internal_force.work_of_stress(self._answer(load), shapes)
+        return self.structure.internal_force.work_of_stress(self._answer(loads), shapes)
 
     def moved(self, load: Array) -> float:
         """See Elastic, with its shapes and units."""
@@ -125,24 +124,11 @@ class StructureBuckling:
         return mu, x / np.sqrt(x @ (K @ x))
 
     def _answer(self, load: Array) -> Array:
-        """Static displacements (n_dof,)."""
+        """Static displacements (n_dof,) or (n_dof, k)."""
         return self.on.answers(load)
 
     def _rows(self, marker: str) -> MarkerRows:
         return marker_rows(self.structure, self.groups[marker])
-
-    @cached_property
-    def _fields(self) -> Array:
-        """Forces (n_dof, 12) of the fields: b along each axis, then W_ij of (i, j) = (0, 0), (1, 0), ... by columns."""
-        points = self.structure.mesh.points
-        moved, turned = np.zeros((len(points), 3, FIELD)), np.zeros((len(points), 3, FIELD))
-        moved[:, :, :3] = np.eye(3)
-        for j in range(3):
-            for i in range(3):
-                moved[:, i, 3 + 3 * j + i] = points[:, j]
-                W = np.outer(np.eye(3)[i], np.eye(3)[j])
-                turned[:, :, 3 + 3 * j + i] = [W[2, 1] - W[1, 2], W[0, 2] - W[2, 0], W[1, 0] - W[0, 1]] / np.array(2.0)
-        return -np.asarray(self.structure.M @ lifted(self.structure, moved, turned))
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,7 +163,7 @@ class ReducedBuckling:
     def stress(self, load: Array) -> Array:
         """See Statics, with its shapes and units."""
         phi = self.whole.modes.phi
-        return self.whole.structure.internal_force.work_of_stress(phi @ np.linalg.solve(self.K, load), phi)
+        return self.whole.structure.internal_force.work_of_stress(phi @ np.linalg.solve(self.K, load[:, None]), phi)[0]
 
     def lowest(self, K_sigma: Array, held: Array | None) -> tuple[float, Array]:
         """See Statics, with its shapes and units."""

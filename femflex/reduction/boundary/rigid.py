@@ -11,6 +11,7 @@ from femflex.fem.eigen.modes import factorised
 from femflex.fem.structure import Structure
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 ROUNDING = 1e-13  # force on a dof over the sum of its terms, of all dofs the largest, below which it is none
 RANK = 1e-9  # smallest singular value of unit columns below which they count as dependent
@@ -25,6 +26,19 @@ def lifted(structure: Structure, translation: Array, rotation: Array) -> Array:
     belong to no node take the values of least strain energy, K_ee x_e = -K_en x_n, but those of tethers and membranes,
     which are zero where nodes move linearly in their places.
     """
+    x, nodal, extra = _following(structure, translation, rotation)
+    if extra.size:
+        K = structure.K[extra]
+        load, size = K[:, nodal] @ x[nodal], abs(K[:, nodal]) @ np.abs(x[nodal])
+        pulled = np.flatnonzero((np.abs(load) > ROUNDING * size.max(axis=0)).any(axis=0))
+        if pulled.size:  # in a rigid motion of fields that are linear without them, none is
+            x[np.ix_(extra, pulled)] = -factorised(K[:, extra]).solve(np.ascontiguousarray(load[:, pulled]))
+    return x
+
+
+def _following(structure: Structure, translation: Array, rotation: Array) -> tuple[Array, Index, Index]:
+    """Dof vectors (n_dof, k) of motions of the nodes, all other dofs zero; numbers of dofs at nodes, and of those that
+    belong to none and are not zero where nodes move linearly."""
     k = translation.shape[2]
     A = sparse.vstack([structure.translation, structure.rotation]).tocsc()
     nodal = np.flatnonzero(np.diff(A.indptr) > 0)
@@ -34,14 +48,7 @@ def lifted(structure: Structure, translation: Array, rotation: Array) -> Array:
     x[nodal] = _least_squares((A.T @ A).tocsc(), np.ascontiguousarray(A.T @ given))
     other = np.ones(structure.n_dof, bool)
     other[nodal] = other[structure.T[structure.numbering.faded].indices] = False
-    extra = np.flatnonzero(other)
-    if extra.size:
-        K = structure.K[extra]
-        load, size = K[:, nodal] @ x[nodal], abs(K[:, nodal]) @ np.abs(x[nodal])
-        pulled = np.flatnonzero((np.abs(load) > ROUNDING * size.max(axis=0)).any(axis=0))
-        if pulled.size:  # in a rigid motion of fields that are linear without them, none is
-            x[np.ix_(extra, pulled)] = -factorised(K[:, extra]).solve(np.ascontiguousarray(load[:, pulled]))
-    return x
+    return x, nodal, np.flatnonzero(other)
 
 
 def _least_squares(AA: sparse.csc_array, Ab: Array) -> Array:
@@ -67,6 +74,26 @@ def rigid_motion(r: Array) -> tuple[Array, Array]:
     translation[:, :, 3:] = np.cross(np.eye(3)[None], r[:, None, :]).swapaxes(1, 2)  # e_k x r in column k
     rotation[:, :, 3:] = np.eye(3)
     return translation, rotation
+
+
+def linear_shapes(structure: Structure) -> Array:
+    """Dof vectors (n_dof, 12) of unit motions z_a e_b, z = (1, r), that are uniform or linear in the place.
+
+    Dofs that belong to no node stay zero where no rigid motion moves them: the fields are linear without them. Least
+    energy would have these relax the strain at free edges.
+    """
+    motion = linear_motion(structure.mesh.points)
+    x, _, extra = _following(structure, *motion)
+    return lifted(structure, *motion) if rigid_shapes(structure)[extra].any() else x
+
+
+def linear_motion(r: Array) -> tuple[Array, Array]:
+    """Translations z_a e_b, z = (1, r), at places r (n, 3), and their rotations, half the curl: (n, 3, 12) each."""
+    e = np.eye(3)
+    z = np.column_stack([np.ones(len(r)), r])
+    turn = np.concatenate([np.zeros((1, 3, 3)), np.cross(e[:, None], e[None]) / 2])  # e_a x e_b / 2
+    translation = np.einsum("na,bc->ncab", z, e).reshape(len(r), 3, 12)
+    return translation, np.broadcast_to(turn.transpose(2, 0, 1).reshape(1, 3, 12), (len(r), 3, 12))
 
 
 def independent_columns(columns: Array) -> Array:

@@ -6,12 +6,14 @@ theta is a static derivative, this is how the field stiffens or softens the pair
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
 from femflex.fem.structure import Structure
 from femflex.fem.tables import DenseInertia, cached_chunks
-from femflex.reduction.boundary.rigid import rigid_motion, rigid_shapes
+from femflex.reduction.boundary.rigid import linear_motion, linear_shapes, rigid_motion, rigid_shapes
 
 Array = NDArray[np.float64]
 
@@ -26,20 +28,30 @@ def loads_of_rigid_accelerations(structure: Structure) -> Array:
 
     M R, but for masses that lie off nodes of flat plates: these nodes do not turn about the normal as the body does.
     """
-    loads: Array = structure.recalled(("rigid loads",), lambda: _loads_of_rigid_accelerations(structure))
-    return loads
+    how = rigid_shapes, rigid_motion
+    found: Array = structure.recalled(("rigid loads",), lambda: _loads(structure, *how))
+    return found
 
 
-def _loads_of_rigid_accelerations(structure: Structure) -> Array:
-    R = rigid_shapes(structure)
-    raw, left = structure.T @ R, np.zeros((structure.T.shape[0], 6))
+def loads_of_linear_accelerations(structure: Structure) -> Array:
+    """The same (n_dof, 12) of the fields a = z_a e_b, z = (1, r), uniform or linear in the place."""
+    how = linear_shapes, linear_motion
+    found: Array = structure.recalled(("linear loads",), lambda: _loads(structure, *how))
+    return found
+
+
+def _loads(
+    structure: Structure, shapes: Callable[[Structure], Array], motion: Callable[[Array], tuple[Array, Array]]
+) -> Array:
+    """int N^T a dm (n_dof, k) of k fields of acceleration, given as shapes of the dofs and as motion at places."""
+    followed = shapes(structure)
+    raw, left = structure.T @ followed, np.zeros((structure.T.shape[0], followed.shape[1]))
     for block in structure.inertia:
         if isinstance(block, DenseInertia):
-            whole = slice(None)
-            a = rigid_motion(block.rho.reshape(-1, 3))[0].reshape(*block.rho.shape, 6) - block.shapes(raw, whole)
+            a = motion(block.rho.reshape(-1, 3))[0].reshape(*block.rho.shape, -1) - block.shapes(raw, slice(None))
             N = np.broadcast_to(block.N, (len(block.dm), *block.N.shape[1:]))
             np.add.at(left, block.dofs, np.einsum("eqal,eq,eqak->elk", N, block.dm, a, optimize=True))
-    return np.asarray(structure.M @ R + structure.T.T @ left)
+    return np.asarray(structure.M @ followed + structure.T.T @ left)
 
 
 def work_of_accelerations(structure: Structure, shapes: Array) -> Array:

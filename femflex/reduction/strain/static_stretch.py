@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from femflex.body import FlexibleBody
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.markers import marker_rows
-from femflex.reduction.boundary.rigid import lifted
+from femflex.reduction.inertia.accelerations import loads_of_linear_accelerations
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.modes.statics import static_response
 
@@ -61,18 +61,9 @@ def with_stretch_of_slaved(body: FlexibleBody, whole: FlexibleBody, n: int) -> F
 
 def stretching_answers(structure: Structure, modes: ModeSet, phi: Array) -> Array:
     """Static displacements (n_dof, 12) [m, rad] in 12 fields z_a e_b of force per mass, beyond those of shapes phi."""
-    load = structure.M @ lifted(structure, *linear_motion(structure.mesh.points))
+    load = loads_of_linear_accelerations(structure)
     whole = static_response(structure, modes, load)
     x = whole - phi @ np.linalg.solve(phi.T @ (structure.K @ phi), phi.T @ load)
     energy, size = (np.einsum("in,in->n", part, structure.K @ part) for part in (x, whole))
     x[:, energy <= HELD * size] = 0.0
     return np.asarray(x)
-
-
-def linear_motion(r: Array) -> tuple[Array, Array]:
-    """Translations z_a e_b, z = (1, r), at places r (n, 3), and their rotations, half the curl: (n, 3, 12) each."""
-    e = np.eye(3)
-    z = np.column_stack([np.ones(len(r)), r])
-    turn = np.concatenate([np.zeros((1, 3, 3)), np.cross(e[:, None], e[None]) / 2])  # e_a x e_b / 2
-    translation = np.einsum("na,bc->ncab", z, e).reshape(len(r), 3, 12)
-    return translation, np.broadcast_to(turn.transpose(2, 0, 1).reshape(1, 3, 12), (len(r), 3, 12))
