@@ -61,7 +61,7 @@ def report_unused(model: AbaqusModel) -> None:
     for _, keyword in model.flat.keywords:
         name = keyword.name
         behaviour = name == "MATERIAL" or (behaviour and not name.endswith("SECTION") and name != "STEP")
-        if name in READ or (behaviour and (name not in by or name in BEHAVIOUR)):  # those of materials are said there
+        if name in READ or (behaviour and name in BEHAVIOUR):  # those of materials are said there
             continue
         model.found.unused(f"*{name}", by.get(name, "it is not understood and left out"), place_of(keyword))
     known = ("MASS", "ROTARYI", "SPRINGA", "SPRING1", "SPRING2", "JOINTC", "DCOUP3D", "DISTRIBUTING")
