@@ -78,8 +78,8 @@ def plot_terms(
 def readable_name(name: str) -> str:
     """A term as a reader calls it.
 
-    >>> readable_name("loads/slew"), readable_name("inertia/boom"), readable_name("gravity_gradient")
-    ('load slew', 'inertia of boom', 'gravity gradient')
+    >>> readable_name("loads/slew"), readable_name("inertia/tip_arm"), readable_name("gravity_gradient")
+    ('load slew', 'inertia of tip_arm', 'gravity gradient')
     """
     if name.startswith("loads/"):
         return f"load {name.removeprefix('loads/')}"

@@ -10,6 +10,7 @@ from same_values import same
 
 from femflex.assembly.joints import build_joints
 from femflex.assembly.loops import build_constraint, build_loops, build_spring
+from femflex.case import CaseError
 from femflex.case.read import parse_case
 from femflex.system import (
     Joint,
@@ -112,6 +113,15 @@ def test_every_joint_of_a_case_is_the_one_made_from_python(text, wanted):
     assert other.child == "a" and other.kind == "free"
     for field in fields(wanted):
         assert same(getattr(found, field.name), getattr(wanted, field.name)), field.name
+
+
+def test_problems_of_all_joints_are_told_at_once():
+    text = "".join(f'[[joints]]\nkind = "ball"\nchild = "{name}"\nrelease = "1 s"\n' for name in "ab")
+    text = text.replace('"ball"', '"spherical"')
+    with pytest.raises(CaseError) as caught:
+        build_joints(parse_case(CASE + text))
+    first, second = (line for line in str(caught.value).splitlines() if "release" in line)
+    assert "joints[a]" in first and "joints[b]" in second
 
 
 def test_loops_springs_and_constraints_are_those_made_from_python():

@@ -186,6 +186,17 @@ def test_facets_of_one_thickness_each_have_the_section_of_their_own(tmp_path):
     assert said in [str(one) for one in made.unused]
 
 
+@pytest.mark.parametrize(("triangles", "others", "family"), [(1, 4, "shell"), (2, 7, "plate"), (2, 8, "shell")])
+def test_triangles_are_facets_where_they_are_more_than_a_fifth_of_their_property(tmp_path, triangles, others, family):
+    corners = [f"GRID,{2 * k + j},,{k}.,{j}.,0." for k in range(1, 12) for j in (0, 1)]
+    cells = [f"CQUAD4,{k},3,{2 * k},{2 * k + 2},{2 * k + 3},{2 * k + 1}" for k in range(1, 1 + others)]
+    first = 2 * (1 + others)
+    cells += [f"CTRIA3,{20 + k},3,{first},{first + 2 - k},{first + 3 - k}" for k in range(triangles)]
+    made = read(tmp_path, *corners, "PSHELL,3,1,.01,1", STEEL, *cells, control="ECHO = NONE")
+    found = {member.family for member in made.members if "triangle" in made.mesh.cell_groups[member.group]}
+    assert found == {family}
+
+
 def test_an_isotropic_shell_across_x_has_its_axis_along_y(tmp_path):
     cards = ["GRID,1,,0.,0.,0.", "GRID,2,,0.,2.,0.", "GRID,3,,0.,2.,1.", "GRID,4,,0.,0.,1.", "CQUAD4,9,3,1,2,3,4"]
     (member,) = read(tmp_path, *cards, "PSHELL,3,1,.01,1", STEEL, control="ECHO = NONE").members

@@ -239,10 +239,11 @@ def test_refused_plates_name_what_is_wrong():
 
 @pytest.mark.parametrize("size", [1.0, 0.01, 1e4])
 def test_curved_sides_are_counted_and_the_worst_is_that_of_the_largest_share(size):
-    """Sides of 2 m bulge by 8 mm, sides of 0.5 m by 5 mm; one is straight but for rounding; in any unit."""
+    """Sides of 2 m bulge by 8 mm, sides of 0.5 m by 5 mm; one is straight but for rounding, and its node off its
+    middle; in any unit."""
     mesh = rectangle(2.0, 0.5, 1, 1, "quad8")
     points = mesh.points.copy()
-    for place, off in (((1.0, 0), [0, -0.008, 0]), ((1.0, 0.5), [0, 0, 0.0001]), ((0, 0.25), [0.005, 0, 0])):
+    for place, off in (((1.0, 0), [0, -0.008, 0]), ((1.0, 0.5), [0.05, 0, 0.0001]), ((0, 0.25), [0.005, 0, 0])):
         points[mesh.nearest_point([*place, 0])] += off
     with pytest.warns(PhysicsWarning) as given:
         build_structure(

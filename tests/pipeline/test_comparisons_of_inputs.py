@@ -476,6 +476,24 @@ def test_what_a_body_leaves_to_be_chosen_follows_from_its_keys(
     assert (found.strain, found.joints, found.few) == (strain, joints, few)
 
 
+@pytest.mark.parametrize(
+    ("reduction", "at_roots", "elsewhere", "responses"),
+    [
+        (CANTILEVER, True, True, True),
+        (CANTILEVER + ", attachment = ['x']", False, True, True),
+        (CANTILEVER + ", loads = { TIP = ['x'] }", True, False, True),
+        (CANTILEVER + ", attachment = [], loads = { TIP = ['x'] }", False, False, True),
+        (CANTILEVER + ", joints = {}", False, False, True),
+        (CANTILEVER + ", derivatives = 'auto'", True, True, False),
+        ("method = 'free_free', modes = 3", True, True, False),
+    ],
+)
+def test_shapes_that_a_table_names_itself_are_not_chosen_for_it(reduction, at_roots, elsewhere, responses):
+    found = open_choices(meshed(reduction))
+    assert (found.at_roots, found.elsewhere, found.responses) == (at_roots, elsewhere, responses)
+    assert found.roots == (() if "free_free" in reduction else ("ROOT",))
+
+
 def test_remedies_name_the_key_that_binds_a_body_to_linear_strain():
     assert bound_to_linear(meshed(CANTILEVER)) == "" and remedy_of(meshed(CANTILEVER)) == "give it strain = 'condensed'"
     none = meshed(CANTILEVER + ", derivatives = 'none'")

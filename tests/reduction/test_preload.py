@@ -194,6 +194,25 @@ def test_slack_is_reported_with_where_and_how_far():
     assert any("falls to -28" in str(one.message) for one in found)
 
 
+def test_a_slack_tether_beside_a_taut_one_is_reported():
+    mesh = line([[0, 0, 0], [0, 0, -10.0]], 10)
+    beside = line([[1.0, 0, 0], [1.0, 0, -10.0]], 10)
+    n = len(mesh.points)
+    both = Mesh(
+        np.vstack([mesh.points, beside.points]),
+        {"line": np.vstack([mesh.cells["line"], beside.cells["line"] + n])},
+        {"taut": {"line": np.arange(10)}, "rope": {"line": np.arange(10, 20)}},
+        {"ends": np.array([0, 10, n, n + 10])},
+    )
+    rope = CableSection(1e5, 1.0)
+    made = build_structure(
+        both, [Member(group, "tether", rope, None, {"prestress": T}) for group, T in (("taut", 500.0), ("rope", 20.0))]
+    )
+    with pytest.warns(PhysicsWarning, match=r"tether on group 'rope' is slack over 29") as found:
+        static_equilibrium(made, {"ends": ("x", "y", "z")}, Preload.weight([0, 0, -G]))
+    assert not any("'taut'" in str(one.message) for one in found)
+
+
 def test_frames_about_a_small_displacement_keep_the_stress_of_their_loads():
     """A beam under a dead pull: its frequencies are those of the same pull given as prestress, but for its stretch."""
     section, metal = Circle(0.01), Material(7e10, 0.3, 2700.0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from hub_beam import exact_frequencies
+from mechanisms import four_bar
 from scipy.integrate import solve_ivp
 from scipy.linalg import eigh, expm
 from scipy.optimize import brentq
@@ -206,6 +207,18 @@ def test_an_instant_of_a_motion_has_the_derivative_of_the_rate():
         [(model.state_rate(1.5, x + e) - model.state_rate(1.5, x - e))[free] / 2e-6 for e in steps]
     )
     assert pytest.approx(wanted, abs=1e-6 * np.abs(wanted).max()) == found.A
+
+
+def test_a_closed_loop_is_linear_about_the_state_that_is_given_wherever_it_starts():
+    away = compile_system(four_bar(speed=0.0, start=(1.6, 0.1, 1.9))).x0
+    found, wanted, other = (
+        linear_model(four_bar(speed=0.0, start=start), ["joints/drive.angle/effort"], ["bodies/rocker/rate:z"], at=0.0,
+                     state=x)
+        for start, x in (((0.3, 0.4, 1.6), away), ((1.6, 0.1, 1.9), away), ((0.3, 0.4, 1.6), None))
+    )  # fmt: skip
+    assert found.A == pytest.approx(wanted.A) and found.B == pytest.approx(wanted.B)
+    assert found.C == pytest.approx(wanted.C) and found.D == pytest.approx(wanted.D)
+    assert np.abs(found.C - other.C).max() > 0.1
 
 
 @pytest.mark.slow
