@@ -421,6 +421,16 @@ def test_a_level_of_a_study_refines_on_top_of_what_the_case_refines(craft: str, 
     assert [one.n_dof for one in (alone, *of_both)] == [6 + 11 * n for n in (elements, elements, 2 * elements)]
 
 
+def test_bodies_that_bend_far_have_a_structure_of_their_own(craft: str, write_case: Any):
+    plain, far = (
+        read_case(write_case(craft.replace("damping =", f"strain = '{strain}'\ndamping =")))
+        for strain in ("linear", "nonlinear")
+    )
+    with shared_structures():
+        one, other, again = (structure_of(case, "boom", case.bodies["boom"]) for case in (plain, far, plain))  # type: ignore[arg-type]
+    assert one is again and other is not one
+
+
 @pytest.mark.parametrize(
     ("keys", "strain", "steps"),
     [

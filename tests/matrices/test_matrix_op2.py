@@ -102,7 +102,7 @@ def test_dmig_tables_have_their_map_and_rectangular_ones_are_noted(tmp_path):
 def test_plain_matrices_of_an_op2_are_square_ones_by_name(tmp_path):
     K, M, P = spd(3, 6), spd(4, 6), np.arange(1.0, 13.0).reshape(6, 2)
     K[0, 1] = K[1, 0] = 0.0  # a column that begins further down
-    path = op2(tmp_path / "a.op2", matrix("KGG", K), matrix("PGG", P), matrix("MGG", M))
+    path = op2(tmp_path / "A.OP2", matrix("KGG", K), matrix("PGG", P), matrix("MGG", M))
     found = read_contents(path)
     assert sorted(found.matrices) == ["KGG", "MGG"] and not found.notes
     for name, A in (("KGG", K), ("MGG", M)):

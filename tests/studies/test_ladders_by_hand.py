@@ -239,7 +239,10 @@ def test_no_more_modes_are_tried_than_a_mesh_has_but_a_request_for_more_fails(tm
         mode_ladder(case, [2, 40])
 
 
-@pytest.mark.parametrize("more", ['attachment = ["y", "rx"]', "derivatives = 1", "strain condensed, derivatives = 1"])
+@pytest.mark.parametrize(
+    "more",
+    ['attachment = ["y", "rx"]', 'loads = { TIP = ["z"] }', "derivatives = 1", "strain condensed, derivatives = 1"],
+)
 def test_sets_with_more_than_modes_are_made_anew_at_every_level(tmp_path, more):
     """Fewer shapes are not the first of more: static and derivative shapes are made for the modes that are kept."""
     strain, _, extra = more.rpartition("strain condensed, ")
@@ -273,6 +276,15 @@ def test_work_of_refinements_grows_with_the_points_of_all_meshes(tmp_path):
     assert weights == [points, points * 8, points * 64, points * 512]  # a fourth refinement has more than 30 000
     built = found.rungs[1].build()
     assert built.count == 6 * (7 + 13) + 5 * (6 + 12) and [body.n_modes for body in built.bodies.values()] == [2, 2]
+
+
+def test_segments_are_made_of_the_refined_mesh(tmp_path):
+    found = mesh_ladder(crafted(tmp_path, ("a", 2, ", segments = 2", "")), [0, 1, 3])
+    whole, half, eighth = (
+        [sum(map(len, one.skin.cells.values())) for one in rung.build().bodies["a"].bodies] for rung in found.rungs
+    )
+    for one, two, eight in zip(whole, half, eighth, strict=True):  # cells of its length, and those of its ends
+        assert eight - one == 7 * (two - one) > 0
 
 
 def test_modes_of_a_refined_mesh_come_with_the_rounding_of_their_frequency(tmp_path):
