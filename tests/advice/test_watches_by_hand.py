@@ -198,8 +198,11 @@ def test_an_enriched_body_at_rest_has_the_moments_of_the_same_shapes_reduced():
     structure = build_structure(line([[0.1, 0.2, 0.3], [1.0, 0.5, 0.1]], 4), [member])
     modes = cantilever_modes(structure, "start", 3)
     body = reduce_structure(structure, modes, markers={"tip": "end"})
+    body = replace(body, markers={**body.markers, "grip": body.markers["tip"]})
     found = MeshedEnrichment(structure, modes, {"tip": "end", "start": "start"})(body, ["tip"])
     assert isinstance(found, EnrichedBody) and found.body.n_modes > 3 + 6
+    grip, tip = (found.body.markers[name] for name in ("grip", "tip"))
+    assert np.array_equal(grip.phi, tip.phi) and np.array_equal(grip.psi, tip.psi) and grip.phi.any()
     assert found.kept == pytest.approx(np.eye(found.body.n_modes)[:, :3])
     own, rich = body.moments, found.body.moments
     assert rich.first[:4] == pytest.approx(own.first[:4], abs=1e-9) and rich.mass == own.mass

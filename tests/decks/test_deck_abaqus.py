@@ -394,8 +394,10 @@ def test_a_keyword_that_is_not_understood_is_reported_wherever_it_stands(tmp_pat
 def test_a_deck_that_cannot_be_used_says_where_and_why(old: str, new: str, sentence: str, tmp_path: Path):
     text = beam("RECT", "10., 20.")
     assert old in text
-    with pytest.raises(ValueError, match=sentence):
+    with pytest.raises(ValueError, match=sentence) as caught:
         deck(tmp_path, text.replace(old, new))
+    for line in str(caught.value).splitlines():  # a place stands once
+        assert len(set(re.findall(r"line (\d+)", line))) == len(re.findall(r"line (\d+)", line))
 
 
 def test_two_dependences_of_one_node_are_a_problem(tmp_path: Path):

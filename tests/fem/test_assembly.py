@@ -52,8 +52,13 @@ def test_alike_components_are_summed_one_by_one(spacing):
     assert found == pytest.approx(sum(triplet_sum(dofs[:, :, c], values) for c in range(3)), abs=1e-13)
 
 
-def test_components_numbered_at_random_are_summed_too():
+@pytest.mark.parametrize("first", [False, True])
+def test_components_numbered_at_random_are_summed_too(first: bool):
+    """All of them, or those of nodes that the first element does not have."""
     dofs = RNG.permutation(36)[3 * NODES[:, :, None] + np.arange(3)]
+    if first:
+        own = np.isin(NODES, NODES[0])
+        dofs = np.where(own[:, :, None], 3 * NODES[:, :, None] + np.arange(3), 3 * NODES[:, :, None] + [1, 0, 2])
     values = RNG.normal(size=(7, 4, 4))
     found = assembled([Part(dofs, values.__getitem__)], sparse.eye_array(N, format="csr")).toarray()
     assert found == pytest.approx(sum(triplet_sum(dofs[:, :, c], values) for c in range(3)), abs=1e-13)

@@ -21,14 +21,13 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
+from compared import NUMBER, words_of
 from numpy.typing import NDArray
 from typer.testing import CliRunner
 
 from femflex.cli.app import app
 
 CRAFTS = Path(__file__).parent / "crafts"
-NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w])")
-RULE = re.compile(r"[─━]+")
 WRITTEN = re.compile(r"<!-- (.*?) -->", re.DOTALL)  # above its outlines, a text of a picture stands as it was written
 POWER = re.compile(r"\$\\mathdefault\{(?:(-?[\d.]+)\\times)?10\^\{(-?\d+)\}\}\$")
 PLAIN = re.compile(r"\$\\mathdefault\{(-?[\d.]+)\}\$")
@@ -100,42 +99,10 @@ def _cell(text: str) -> str:
     return (f"{float(text):.{DIGITS}g}" if "." in text and NUMBER.fullmatch(text) else text) or "-"
 
 
-def words_of(text: str) -> list[str]:
-    """The words of a text, however its lines are folded and its columns are wide."""
-    return [word for word in text.split() if not RULE.fullmatch(word)]
-
-
 def said_at_all(text: str) -> Counter[str]:
     """The words of a text, and how often it says each; numbers, stops and channels of pictures are left out."""
     text = NUMBER.sub("", CHANNEL.sub("", text)).replace(",", " ")
     return Counter(word.strip("():;.") for word in words_of(text))
-
-
-def same_words(found: str, wanted: str) -> str:
-    """Empty where two texts say the same, their numbers to the last digit but one; else the first difference."""
-    a, b = words_of(found), words_of(wanted)
-    for k, (one, other) in enumerate(zip(a, b, strict=False)):
-        if one != other and not _close(one, other):
-            return f"{' '.join(a[max(k - 8, 0) : k + 4])!r}, expected {' '.join(b[max(k - 8, 0) : k + 4])!r}"
-    return "" if len(a) == len(b) else f"{len(a)} words, expected {len(b)}: {a[len(b) :][:9]} {b[len(a) :][:9]}"
-
-
-def _close(one: str, other: str) -> bool:
-    """Whether two words are the same but for numbers, which differ by two units of the last digit, by 1e-6 of them, or
-    are rounding."""
-    if NUMBER.sub("#", one) != NUMBER.sub("#", other):
-        return False
-    for x, y in zip(NUMBER.findall(one), NUMBER.findall(other), strict=True):
-        size = max(abs(float(x)), abs(float(y)))
-        step = max(2.1 * max(_last_digit(x), _last_digit(y)), 1e-6 * size)
-        if abs(float(x) - float(y)) > step and size > 1e-9:
-            return False
-    return True
-
-
-def _last_digit(number: str) -> float:
-    digits, _, power = number.partition("e")
-    return float(10.0 ** (int(power or 0) - len(digits.partition(".")[2])))
 
 
 def numbers_of(path: Path) -> dict[str, NDArray[np.float64]]:
@@ -151,17 +118,3 @@ def numbers_of(path: Path) -> dict[str, NDArray[np.float64]]:
 
         file.visititems(visit)
     return found
-
-
-def differing(
-    found: Mapping[str, NDArray[np.float64]], wanted: Mapping[str, NDArray[np.float64]], part: float = 1e-6
-) -> list[str]:
-    """Names of numbers that differ by more than a part of the largest of their name or of 1e-6 in SI units."""
-    wrong = [f"{name}: in one alone" for name in sorted(set(found) ^ set(wanted))]
-    for name in sorted(set(found) & set(wanted)):
-        a, b = found[name], wanted[name]
-        if a.shape != b.shape:
-            wrong.append(f"{name}: shape {a.shape}, expected {b.shape}")
-        elif a.size and (gap := np.abs(a - b).max()) > part * np.abs(b).max() + 1e-3 * part:
-            wrong.append(f"{name}: {gap:.2g} off, of {np.abs(b).max():.3g}")
-    return wrong

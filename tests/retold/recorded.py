@@ -9,15 +9,14 @@ import json
 import sys
 import tempfile
 import warnings
-from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
+from compared import listed, some_rows
 from numpy.typing import NDArray
 from outcomes import CRAFTS, beside, text_of, told, verbs_of
 
 HEAD = "$ femflex "
-ROWS = 4  # of each table that follows time: the first, the last, and some between them
 
 
 def known(name: str) -> tuple[dict[str, str], dict[str, NDArray[np.float64]]]:
@@ -28,11 +27,6 @@ def known(name: str) -> tuple[dict[str, str], dict[str, NDArray[np.float64]]]:
     return texts, {key: np.array(value, float) for key, value in numbers.items()}
 
 
-def some_rows(numbers: Mapping[str, NDArray[np.float64]]) -> dict[str, NDArray[np.float64]]:
-    """Rows of each table, those that are recorded, as one list of numbers each."""
-    return {name: one[np.linspace(0, len(one) - 1, ROWS).astype(int)].ravel() for name, one in numbers.items()}
-
-
 def record(craft: str) -> None:
     """Writes what is said of a craft, and its numbers, beside it."""
     path = CRAFTS / f"{craft}.toml"
@@ -40,12 +34,8 @@ def record(craft: str) -> None:
         texts, numbers = told(text_of(craft), verbs_of(craft), Path(folder), beside(craft))
     said = "".join(f"{HEAD}{verb}\n{text.rstrip()}\n\n" for verb, text in texts.items())
     path.with_suffix(".txt").write_text(said, encoding="utf-8")
-    lines = [f"{json.dumps(key)}: {_listed(value)}" for key, value in some_rows(numbers).items()]
+    lines = [f"{json.dumps(key)}: {listed(value)}" for key, value in some_rows(numbers).items()]
     path.with_suffix(".json").write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
-
-
-def _listed(values: NDArray[np.float64]) -> str:
-    return "[" + ", ".join("NaN" if np.isnan(value) else f"{value:.9g}" for value in values) + "]"
 
 
 if __name__ == "__main__":

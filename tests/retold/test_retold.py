@@ -10,8 +10,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from outcomes import CRAFTS, beside, differing, said_at_all, same_words, text_of, told, verbs_of
-from recorded import known, some_rows
+from compared import differing, same_words, some_rows
+from outcomes import CRAFTS, beside, said_at_all, text_of, told, verbs_of
+from recorded import known
 from telling import alike, in_other_units, names_of, renamed, reordered
 
 pytestmark = pytest.mark.filterwarnings("ignore::femflex.warning.PhysicsWarning")

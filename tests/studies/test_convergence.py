@@ -245,6 +245,7 @@ REFUSED = [
     (("[study]\n" + QUANTITY, ""), "modes", None, r"no \[study\] .* add one, such as"),
     (None, "time", None, "varies modes, mesh, derivatives, segments, functions or strain; found 'time'"),
     (None, "modes", [4], "found levels 4; give at least two different numbers of modes"),
+    (None, "modes", [4, 4], "found levels 4, 4; give at least two different numbers of modes"),
     (None, "modes", [0, 2, 4], "found levels 0, 2, 4; give .* each at least 1"),
     (None, "mesh", [-1, 0], "numbers of refinements, each at least 0"),
     (None, "modes", [10, 100], "bodies.beam: 100 modes were requested, but only .* request at most"),
