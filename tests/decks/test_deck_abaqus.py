@@ -396,8 +396,7 @@ def test_a_deck_that_cannot_be_used_says_where_and_why(old: str, new: str, sente
     assert old in text
     with pytest.raises(ValueError, match=sentence) as caught:
         deck(tmp_path, text.replace(old, new))
-    for line in str(caught.value).splitlines():  # a place stands once
-        assert len(set(re.findall(r"line (\d+)", line))) == len(re.findall(r"line (\d+)", line))
+    assert not re.search(r"model.inp:\d+: model.inp", str(caught.value))  # a place stands once
 
 
 def test_two_dependences_of_one_node_are_a_problem(tmp_path: Path):
