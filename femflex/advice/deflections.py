@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from femflex.advice.bodies import KnownBodies
 from femflex.advice.limits import BENT, SWUNG
 from femflex.advice.remedies import division_remedy
+from femflex.body.skin import farthest
 from femflex.system import LengthTable
 from femflex.warning import PhysicsWarning
 
@@ -42,8 +43,7 @@ class DeflectionWatch:
         self.name, self.at, self._body, self.remedy = name, at, body, remedy
         if body not in PLACES:
             places, size = _places(body)
-            largest = np.linalg.norm(places[: body.n_modes], axis=2).max(axis=1)
-            PLACES[body] = places, size, largest, farthest_places(places)
+            PLACES[body] = places, size, farthest(places[: body.n_modes]), farthest_places(places)
         self._places, size, self._largest, self._few = PLACES[body]
         self.size = max(size, longest)
         self._worst, self._delta = -1.0, np.zeros(body.n_modes)
@@ -121,12 +121,13 @@ def farthest_places(places: Array) -> Array:
     n, p, _ = places.shape
     if p <= MANY:
         return places
-    size = np.maximum(np.linalg.norm(places, axis=2).max(axis=1), TINY)
+    size = np.maximum(farthest(places), TINY)
     rng = np.random.default_rng(0)
     mixed = np.concatenate([np.eye(n), rng.standard_normal((MIXTURES, n))]) / size
     chosen = set(map(int, rng.permutation(p)[:MANY]))
+    along = np.ascontiguousarray(np.moveaxis(places, 2, 0))  # axis by axis
     for amplitudes in mixed:
-        chosen.add(int(np.sum(np.einsum("spa,s->pa", places, amplitudes) ** 2, axis=1).argmax()))
+        chosen.add(int(((amplitudes @ along) ** 2).sum(axis=0).argmax()))
     return np.ascontiguousarray(places[:, sorted(chosen)])
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,3 +26,13 @@ class Skin:
     cells: dict[str, NDArray[np.int64]]
     shapes: Array
     growth: Array | None = None
+
+    @cached_property
+    def reach(self) -> Array:
+        """How far each shape moves the point that it moves farthest (n,) [m per amplitude]."""
+        return farthest(self.shapes)
+
+
+def farthest(shapes: Array) -> Array:
+    """Largest displacement (n,) [m per amplitude] of the places that shapes (n, p, 3) move."""
+    return np.asarray(np.sqrt(np.einsum("spa,spa->sp", shapes, shapes).max(axis=1, initial=0.0)))

@@ -201,7 +201,7 @@ class _ModeScene:
 
     def choose(self, number: int, text: str, quadrature: int | None = None) -> None:
         """Turn to shape `number`, counted from 0, and to one that moves a quarter of a cycle later, if any."""
-        largest = np.linalg.norm(self._skin.shapes[number], axis=1).max()
+        largest = self._skin.reach[number]
         self._unit = np.zeros(len(self._skin.shapes))
         if largest:
             self._unit[number] = min(AMPLITUDE * self._size / largest, TWISTED / max(self._twist[number], 1e-300))
@@ -231,9 +231,9 @@ class _ModeScene:
         """A camera that has every shape in the picture, at both ends of its swing."""
         towards = best_direction(self._skin.points, Z) if view is None else np.asarray(view, float)
         reach = [self._skin.points]
-        for shape in self._skin.shapes:
-            largest = np.linalg.norm(shape, axis=1).max() or 1.0
-            reach += [self._skin.points + sign * AMPLITUDE * self._size / largest * shape for sign in (1, -1)]
+        for shape, largest in zip(self._skin.shapes, self._skin.reach, strict=True):
+            swing = AMPLITUDE * self._size / (largest or 1.0) * shape
+            reach += [self._skin.points + swing, self._skin.points - swing]
         return framed(np.concatenate(reach), towards, Z, aspect, Margins(0.05, 0.05, 0.06, 0.16))
 
 

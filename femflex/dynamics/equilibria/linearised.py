@@ -229,7 +229,7 @@ def usual_sizes(model: Model) -> Array:
             reach = max(float(np.linalg.norm(marker.phi[:, k])) for marker in body.markers.values()) / spans[name]
             turn = max(float(np.linalg.norm(marker.psi[:, k])) for marker in body.markers.values())
             if body.skin is not None and len(body.skin.points):
-                reach = max(reach, float(np.linalg.norm(body.skin.shapes[k], axis=1).max()) / spans[name])
+                reach = max(reach, float(body.skin.reach[k]) / spans[name])
             still = 1.0 / (spans[name] * np.sqrt(body.moments.mass))  # a shape that moves no marker, of a body undrawn
             sizes[int(record["ue"]) + k] = 1.0 / (max(reach, turn) or still)
     return sizes
