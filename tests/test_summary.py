@@ -8,6 +8,7 @@ import numpy as np
 
 from femflex.body import rigid_body
 from femflex.dynamics import compile_system
+from femflex.dynamics.terms.without import without
 from femflex.mesh import read_mesh
 from femflex.summary import Summarised
 from femflex.system import Load, System, free
@@ -22,6 +23,12 @@ def craft() -> System:
 def test_a_system_tells_its_bodies_mass_and_freedoms():
     text = repr(craft())
     assert text.startswith("System\n") and "12.5 kg" in text and "6, 0 of them elastic" in text and "array" not in text
+
+
+def test_a_model_tells_what_was_switched_off():
+    model = without(compile_system(craft()), "loads/push")
+    assert dict(model.summary()[1])["switched off"] == "loads/push"
+    assert "switched off" not in dict(compile_system(craft()).summary()[1])
 
 
 def test_html_is_a_table_with_escaped_text():

@@ -230,6 +230,18 @@ def test_a_graze_that_no_row_of_a_step_shows_is_caught(method, depth):
     assert seen["latches/base-cart.slide/locked"][-1] == 0.0
 
 
+def test_of_several_latches_the_one_that_is_grazed_closes():
+    """The cart ahead would need twice the swing; the one behind comes to its latch 1e-5 short of its turning point."""
+    ahead, behind = (
+        prismatic(name, stiffness=2.0, q0=[-1.0], latches=(Latch(0, at),), name=name)
+        for name, at in (("ahead", 2.0), ("behind", 1.0 - 1e-5))
+    )
+    bodies = {name: rigid_body(2.0, np.eye(3)) for name in ("ahead", "behind")}
+    _, _, seen = run(compile_system(System(bodies, (ahead, behind))), 7.0, 8, "dop853", **TIGHT)
+    assert seen["latches/behind.slide/time"][-1] == pytest.approx(np.pi - np.arccos(1.0 - 1e-5), abs=1e-7)
+    assert seen["latches/ahead.slide/locked"][-1] == 0.0
+
+
 def two_wings(delay=0.0):
     """A floating hub that unfolds two flexible panels, one the image of the other; the second latch `delay` farther."""
     rng = np.random.default_rng(8)

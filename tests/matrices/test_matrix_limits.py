@@ -172,7 +172,7 @@ def test_nodes_of_abaqus_are_read_whatever_their_capitals_and_blanks(tmp_path):
     """Names of sets in a set are left out; a set without a name is called so; further values of a node are none."""
     text = "*Heading\n 5, 6\n*Node , Nset = Aft\n 9, 1., 2., 3., 7., 8.\n\n 4, .5,\n*nset,  NSET=mix\n 4, Aft\n 9\n"
     text += "*NSET\n4\n*Nset, nset=run, Generate\n 2, 8, 3\n*ELSET, ELSET=e\n1, 2\n"
-    (tmp_path / "a.inp").write_text(text)
+    (tmp_path / "a.inp").write_bytes("** Träger\n".encode("latin-1") + text.encode())
     found = read_contents(tmp_path / "a.inp")
     assert found.ids.tolist() == [9, 4] and found.points.tolist() == [[1, 2, 3], [0.5, 0, 0]]
     sets = {name: nodes.tolist() for name, nodes in found.groups.items()}

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from femflex.mesh import read_mesh, write_mesh
+from femflex.mesh import Mesh, read_mesh, write_mesh
+from femflex.mesh.cells import CELL_TYPES
 from femflex.mesh.generators import rectangle
 from femflex.mesh.nastran_cards import listed
 from femflex.warning import PhysicsWarning
@@ -216,6 +217,26 @@ def test_a_written_deck_has_properties_sets_and_names(tmp_path):
     assert '$HMNAME PROP               1"inner"' in text
     assert all(len(line) <= 80 for line in text.splitlines())
     assert read_mesh(path, groups={"first": "PID 1"}).group_cells("first")["quad"].shape == (10, 4)
+
+
+@pytest.mark.parametrize(
+    ("cell", "card"),
+    [
+        ("pyramid", "CPYRAM"),
+        ("pyramid13", "CPYRAM"),
+        ("hexahedron20", "CHEXA"),
+        ("wedge15", "CPENTA"),
+        ("tetra10", "CTETRA"),
+    ],
+)
+def test_written_solids_have_the_names_of_the_manual_and_come_back(tmp_path, cell, card):
+    kind = CELL_TYPES[cell]
+    unit = np.column_stack([kind.nodes, np.zeros((len(kind.nodes), 3 - kind.nodes.shape[1]))])
+    path = tmp_path / "solid.bdf"
+    write_mesh(path, Mesh(unit, {cell: np.arange(len(unit))[None]}))
+    cards = {line.split(",")[0][:8].strip() for line in path.read_text().splitlines() if line.startswith("C")}
+    assert card in cards
+    assert read_mesh(path).cells[cell].shape == (1, len(unit))
 
 
 def test_long_sets_stay_within_a_card_and_come_back(tmp_path):
