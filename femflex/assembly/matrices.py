@@ -56,5 +56,7 @@ def _modes(structure: MatrixStructure, table: MatricesTable, modes: int | None) 
 
 
 def _sources(m: MatrixFilesTable) -> Sources:
-    names = {key: name for key, name in m.names.model_dump().items() if name is not None}
-    return Sources(m.file, m.mass, m.stiffness, m.damping, m.geometric, m.nodes, m.dofs, names)
+    """The files, with the same keys, and the names that are given."""
+    given = m.model_dump()
+    names = {role: name for role, name in given.pop("names").items() if name is not None}
+    return Sources(**given, names=names)

@@ -16,6 +16,7 @@ from femflex.assembly.deck_facts import _clamp, _ends, holds
 from femflex.assembly.functions import AddedShapes, with_static
 from femflex.assembly.initial import initial_shape, wanted_displacement
 from femflex.assembly.joints import build_joint, nominal_axes
+from femflex.assembly.matrices import _sources
 from femflex.assembly.orbits import build_orbit
 from femflex.assembly.sections import build_material, build_section, build_solid_material
 from femflex.assembly.shared import shared_structures
@@ -33,6 +34,7 @@ from femflex.body import rigid_body
 from femflex.case import parse_case, read_case
 from femflex.case.body import FlexibleTable
 from femflex.case.initial import InitialTable
+from femflex.case.matrices import MatrixFilesTable
 from femflex.case.orbit import AttitudeTable
 from femflex.cli.info import body_text
 from femflex.fem.support import Support
@@ -419,6 +421,14 @@ def test_a_level_of_a_study_refines_on_top_of_what_the_case_refines(craft: str, 
         of_both = [structure_of(case, "boom", table, times) for times in (more, more + 1)]
     elements = 3 * 2 ** (own + more)
     assert [one.n_dof for one in (alone, *of_both)] == [6 + 11 * n for n in (elements, elements, 2 * elements)]
+
+
+def test_files_of_matrices_keep_their_keys():
+    keys = ("file", "mass", "stiffness", "damping", "geometric", "nodes", "dofs")
+    table = MatrixFilesTable.model_validate({**{key: f"{key}.npz" for key in keys}, "names": {"stiffness": "KGG"}})
+    found = _sources(table)
+    assert {key: getattr(found, key) for key in keys} == {key: f"{key}.npz" for key in keys}
+    assert found.names == {"stiffness": "KGG"}
 
 
 def test_bodies_that_bend_far_have_a_structure_of_their_own(craft: str, write_case: Any):
