@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -524,6 +525,8 @@ def test_a_starting_case_is_scaled_to_the_deck():
     assert body["markers"] == {"root": {"group": "node_3"}, "tip": {"group": "node_8"}}
     assert read["joints"][0]["child_marker"] == "root" and "where it is clamped" in deck_tables(facts)
     text = " ".join(deck_tables(facts).replace("\n# ", " ").split())
+    all_shown = " ".join(deck_tables(replace(facts, groups=facts.groups[:24])).replace("\n# ", " ").split())
+    assert "g22, g23. A node" in all_shown
     assert "g23 and 2 more" in text and "g24" not in text and "# overrides = { mat_1 = { density" in deck_tables(facts)
 
 

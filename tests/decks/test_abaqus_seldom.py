@@ -323,6 +323,8 @@ def test_mistakes_that_name_nodes_and_sets_say_which(tmp_path, text, sentence):
          "model.inp, line 5: a beam off its nodes needs shear; give elements B31 or B32."),
         (LINE.format(kind="B31") + METAL + "*BEAM SECTION, SECTION=RECT, ELSET=B, MATERIAL=METAL\n",
          "model.inp, line 11: SECTION=RECT has dimensions [] m; give 2, none negative."),
+        (LINE.format(kind="B31") + METAL + "*BEAM SECTION, SECTION=PIPE, ELSET=B, MATERIAL=METAL\n.5\n",
+         "model.inp, line 11: SECTION=PIPE has dimensions [0.0127] m; give 2, none negative."),
         (LINE.format(kind="B31") + METAL + "*BEAM SECTION, SECTION=HEX, ELSET=B, MATERIAL=METAL\n1., 2.\n",
          "SECTION=HEX is not read; known are RECT, CIRC, PIPE, THICK PIPE, BOX, I, T, L and, in *BEAM GENERAL SECTION, "
          "GENERAL with A, I11, I12, I22 and J."),

@@ -218,6 +218,13 @@ def test_rods_have_area_torsion_and_mass_of_their_cards(tmp_path, cards, area, J
     )
 
 
+def test_a_rod_without_mass_has_next_to_none(tmp_path):
+    """Elements need some: that over EA is far below what any wave needs."""
+    deck = inches(tmp_path, *ENDS, "PROD,3,1,.9", "CROD,9,3,1,2", f"MAT1,1,{E},{G}")
+    (rod,) = deck.members
+    assert rod.section.mass_per_length == pytest.approx(1e-18 * rod.section.EA)
+
+
 def test_overrides_of_rods_replace_area_torsion_and_mass(tmp_path):
     cards = [*ENDS, "PROD,3,1,.9,.2,,.004", "CROD,9,3,1,2", MAT1]
     values = {"A": 4e-4, "nonstructural_mass": 0.3}

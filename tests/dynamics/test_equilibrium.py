@@ -201,7 +201,9 @@ def test_a_force_that_nothing_resists_has_no_equilibrium():
     )
     with pytest.raises(EquilibriumError, match=r"beyond 0 of the loads.*base-slider.slide.*nothing resists") as told:
         equilibrium(slider)
-    assert told.value.last.x == pytest.approx(0.0) and told.value.last.share == 0.0
+    last = told.value.last
+    assert last.x == pytest.approx(0.0) and last.share == 0.0
+    assert len(last.eigenvalues) == 0
 
 
 def refusal(system: System) -> str:

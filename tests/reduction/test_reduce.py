@@ -215,9 +215,10 @@ def test_shapes_that_hold_a_rigid_motion_are_refused(boom):
         reduce_structure(slender_beam(n=2), nodal(slender_beam(n=2), ()))
     modes = cantilever_modes(boom, "start", 3)
     moved = replace(modes, phi=modes.phi + 0.0)
-    moved.phi[:, 1] = rigid_shapes(boom) @ np.arange(1.0, 7.0)
-    with pytest.raises(ValueError, match="clamp a group, name a reference interface, or use free-free modes"):
-        reduce_structure(boom, moved)
+    for rigid in (np.arange(1.0, 7.0), np.eye(6)[5]):  # of any kind, and a turn alone
+        moved.phi[:, 1] = rigid_shapes(boom) @ rigid
+        with pytest.raises(ValueError, match="clamp a group, name a reference interface, or use free-free modes"):
+            reduce_structure(boom, moved)
 
 
 def test_shapes_that_repeat_each_other_are_refused(boom):
