@@ -65,15 +65,14 @@ class DeflectionWatch:
         displaced = np.zeros(len(states))
         for rows in np.array_split(np.arange(len(states)), 1 + len(states) * self._few[0].size // LARGE):
             delta = self._body.amplitudes(states[rows, self.at : self.at + self._body.n_modes])
-            moved = np.einsum("spa,ks->kpa", self._few, delta, optimize=True)
-            displaced[rows] = np.linalg.norm(moved, axis=2).max(axis=1)
+            displaced[rows] = farthest(np.tensordot(delta, self._few, axes=1))
         return displaced / self.size
 
     @property
     def reached(self) -> float:
         """Largest displacement of a place of the body over its size."""
-        displaced = np.einsum("spa,s->pa", self._places, self._body.amplitudes(self._delta))
-        return float(np.linalg.norm(displaced, axis=1).max()) / self.size
+        displaced = np.tensordot(self._body.amplitudes(self._delta)[None], self._places, axes=1)
+        return float(farthest(displaced)[0]) / self.size
 
     def warn(self, verb: str, note: str = "") -> None:
         """Warn when the body was bent by more than its strain is good for, with both numbers.

@@ -7,7 +7,7 @@ thread, side by side.
 
 Wanted are 1.5 times that work, and 2.5 with initial stress. Where strain is chosen, the load that buckles the body is
 sought too: that takes the stiffness of its stress and one more Lanczos search, which count as work there. Reached, at
-1e5 dofs of plates (medians of seven): 1.37 free and 1.46 clamped with linear strain, 1.65 to 1.75 where strain is
+1e5 dofs of plates (medians of seven): 1.37 free and 1.46 clamped with linear strain, 1.51 and 1.57 where strain is
 chosen, 2.2 with initial stress. Single ratios scatter by 0.15; the limits that are tested lie above these.
 """
 
@@ -37,7 +37,7 @@ from femflex.warning import PhysicsWarning
 
 pytestmark = pytest.mark.benchmark
 
-LIMITS = {("linear", CLAMPED): 1.8, ("linear", FREE): 1.9, ("", CLAMPED): 2.1, ("", FREE): 2.0}
+LIMITS = {("linear", CLAMPED): 1.8, ("linear", FREE): 1.9, ("", CLAMPED): 1.9, ("", FREE): 1.9}
 STRESSED = 2.8
 N = 6  # modes, and those searched beside them
 BESIDE = 4
