@@ -12,7 +12,7 @@ from femflex.fem import Member, build_structure
 from femflex.mesh import box, rectangle
 from femflex.reduction import cantilever_modes, reduce_structure, with_derivatives
 from femflex.reduction.boundary.clamps import free_dofs
-from femflex.reduction.inertia.accelerations import work_of_accelerations
+from femflex.reduction.inertia.accelerations import loads_of_linear_accelerations, work_of_accelerations
 
 
 def plate():
@@ -32,6 +32,25 @@ def field_load(structure, B, b):
     """Load (n_dof,) of accelerations b + B rho."""
     dm, rho, N = mass_points(structure)
     return N.T @ (dm[:, None] * (rho @ B.T + b)).ravel()
+
+
+@pytest.mark.parametrize("name", ["triangles", *MADE])
+def test_loads_of_linear_accelerations_are_those_of_the_points_of_mass(name):
+    """In its plane, and as it moves rigidly; a sheet's own field across it, which bends it, is that of its nodes."""
+    mesh = rectangle(1.0, 0.7, 5, 4)
+    made = {"triangles": lambda: build_structure(mesh, [Member("surface", "plate", 0.01, METAL)])}
+    structure = (made | {key: make for key, (make, *_) in MADE.items()})[name]()
+    found = loads_of_linear_accelerations(structure)
+    fields = [(np.zeros((3, 3)), e) for e in np.eye(3)]
+    fields += [(np.outer(e, f), np.zeros(3)) for f in np.eye(3) for e in np.eye(3)]
+    wanted = np.column_stack([field_load(structure, B, b) for B, b in fields])
+    size = np.abs(wanted).max()
+    for i, j in ((0, 1), (1, 2), (2, 0)):  # turns
+        ours, theirs = (loads[:, 3 + 3 * j + i] - loads[:, 3 + 3 * i + j] for loads in (found, wanted))
+        assert ours == pytest.approx(theirs, abs=1e-9 * size)
+    assert found[:, :3] == pytest.approx(wanted[:, :3], abs=1e-9 * size)
+    some = range(12) if name == "solid" else [3, 4, 6, 7] if "beam" not in name else []
+    assert found[:, some] == pytest.approx(wanted[:, some], abs=1e-9 * size)
 
 
 def stiffened(structure, modes, load):
