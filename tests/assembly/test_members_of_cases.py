@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from femflex.assembly import build_bodies, build_part
+from femflex.assembly.bodies import built_body
 from femflex.assembly.deploying import build_deploying, held_at, reel_of
 from femflex.assembly.open_choices import with_responses_to, with_spin, with_strains
 from femflex.assembly.system import system_of
@@ -126,6 +127,13 @@ def test_a_tether_of_a_case_is_that_of_python(tip: str):
     )
     functions = StringFunctions(3, 2, 1, tip=tip, family="polynomial")  # type: ignore[arg-type]
     same(deployed(text), deploying_line(line, functions, Profile.constant(5.0), stock=8.0, until=4.0, strain="linear"))
+
+
+def test_a_member_without_functions_has_nothing_that_could_be_richer():
+    text = f"{RUN}[bodies.arm]\nkind = 'deploying'\nfamily = 'tether'\nlength = 3\nstock = 4\nmass_per_length = 1\n"
+    case = parse_case(text)
+    origin = built_body(case, "arm").origin
+    assert origin is not None and origin.source is None and not origin.open.joints
 
 
 def test_a_reel_of_a_case_has_the_numbers_of_its_table():
