@@ -188,6 +188,7 @@ KNOWN = [SimpleNamespace(name=name) for name in ("spin", "u", "spin")]
         (verdict_of([-0.1, -2.0]), STABLE, True),
         (verdict_of([0.25, -2.0]), GROWS + " monotonically by a factor e in 4 s", False),
         (verdict_of([0.25 + 1j, 0.2, -2.0]), GROWS + " in oscillations by a factor e in 4 s", False),
+        (verdict_of([0.25 - 1j, 0.2, -2.0]), GROWS + " in oscillations by a factor e in 4 s", False),
         (verdict_of([]), "nothing is free to move", True),
         (verdict_of([], neutral=("a", "b")), STABLE + ", neutral along a, b", True),
         (verdict_of([4j], neutral=("a",)), STABLE + "; its slowest vibration has 0.63662 Hz, neutral along a", True),
