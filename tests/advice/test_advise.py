@@ -98,6 +98,8 @@ def test_check_run_and_python_say_the_same(craft, write_case, femflex):
     with api.open_run("run.h5") as run:
         kept = advice_from(run.attributes["advice"])
     assert [one.data() for one in kept] == [one.data() for one in found.advice]
+    later = json.dumps([{**one.data(), "mood": "of a later version"} for one in kept])
+    assert [one.data() for one in advice_from(later)] == [one.data() for one in kept]
     data = json.loads(femflex("check", path, "--json")[1])["bodies"]["boom"]
     assert data["advice"] == [one.data() for one in found.advice if one.body == "boom"]
     assert note in femflex("terms", "run.h5")[1]

@@ -136,6 +136,16 @@ def test_a_member_without_functions_has_nothing_that_could_be_richer():
     assert origin is not None and origin.source is None and not origin.open.joints
 
 
+def test_the_length_of_a_member_is_looked_at_until_the_orbits_end():
+    """A quarter of an orbit of 5 470 s, in which it comes out by a metre."""
+    text = "[run]\norbits = 0.25\n[orbit]\nperigee_altitude = '331 km'\n[bodies.arm]\nkind = 'deploying'\n"
+    text += "family = 'tether'\nmass_per_length = 1\n"
+    text += "length = { kind = 'smooth_step', from = 3, to = 4, start = 0, end = 1000 }\n"
+    case = parse_case(text)
+    made = build_deploying(case, "arm", case.bodies["arm"])  # type: ignore[arg-type]
+    assert made.body.moments.mass == pytest.approx(4.0)  # the largest length that is reached
+
+
 def test_a_reel_of_a_case_has_the_numbers_of_its_table():
     case = parse_case(
         f"{RUN}[bodies.arm]\nkind = 'deploying'\nfamily = 'tether'\nmass_per_length = 0.2\nstock = 9\n"

@@ -6,6 +6,7 @@ import pytest
 from nastran_decks import STEEL, bar, frequencies, read, written
 
 from femflex.decks import DeckError, read_deck
+from femflex.decks.register import HEAD, reader_of
 
 GRIDS = ["GRID,1,,0.,0.,0.", "GRID,2,,1.,0.,0.", "GRID,3,,1.,1.,0.", "GRID,4,,0.,1.,0."]
 QUAD = "CQUAD4,7,2,1,2,3,4"
@@ -69,6 +70,13 @@ def test_a_deck_of_another_solver_is_refused_by_name(tmp_path):
     path.write_text("/PREP7\nET,1,185\nN,1,0,0,0\n")
     with pytest.raises(ValueError, match=r"frame.bdf is no deck of a known solver; known are Nastran"):
         read_deck(path)
+
+
+def test_a_letter_across_the_first_block_of_a_file_does_not_hide_its_solver(tmp_path):
+    path = tmp_path / "frame.bdf"
+    cards = "SOL 103\nCEND\nBEGIN BULK\n"
+    path.write_bytes((cards + "$".ljust(HEAD - 1 - len(cards)) + "\N{DEGREE SIGN} \nENDDATA\n").encode())
+    assert reader_of(path).solver == "Nastran"
 
 
 def test_superelements_in_parts_are_refused_before_anything_else(tmp_path):

@@ -278,6 +278,21 @@ def test_a_lagging_thruster_spends_mass_and_stops_when_it_is_empty():
         assert states[~burning, -2] == pytest.approx(thrust, abs=10 * ERRORS[name])
 
 
+def test_the_rate_of_an_event_counts_time_and_states():
+    """By the difference of a wave in time and the square of a jet's thrust."""
+    due = StateEvent("due", lambda t, z: 2.0 + np.sin(3.0 * t) - 5.0 * z[0] ** 2, lambda t, z: z)
+    jet = replace(THRUSTER, parameters=np.array([4.0, 0.3, 50.0]), z0=np.array([0.6, 0.1]), events=(due,))
+    open_ = Controller("pilot", valve, 10.0, commands={"valve": "1"})
+    centred = rigid_body(20.0, np.diag([3.0, 4.0, 5.0]), markers={"nozzle": Marker.rigid(np.zeros(3))})
+    model = compile_system(System({"hub": centred}, (free("hub"),), effectors=(open_, jet)))
+    x, t = model.x0.copy(), 0.2
+    first = [name for name, _ in model.system.all_state_names()].index(jet.state_names()[0][0])
+    z, rate = x[first], model.state_rate(t, x)[first]
+    assert rate != 0.0 and z == 0.6
+    assert model.events.values(t, x) == pytest.approx([2.0 + np.sin(0.6) - 5.0 * z**2])
+    assert model.events.rates(t, x) == pytest.approx([3.0 * np.cos(0.6) - 10.0 * z * rate], rel=1e-6)
+
+
 def tank(t, z, numbers, block):
     """A body whose moments are those of a unit mass times the dry mass and the propellant."""
     for i in range(len(block)):

@@ -427,6 +427,8 @@ def test_tables_of_springs_and_dampers_go_on_straight_and_store_what_they_resist
     q = np.linspace(-3.0, 5.0, 4001)
     steepest = np.max(np.gradient(spring.force(q, 0 * q), q))
     assert spring.stiffest == pytest.approx(steepest, rel=0.02)
+    step = TabulatedSpring(stretch=[0.0, 1.0, 2.0, 3.0], resisting=[0.0, 0.0, 1.0, 1.0])  # flat at its points
+    assert step.stiffest == pytest.approx(1.5)
     damper = TabulatedDamper(rate=[-2.0, -0.5, 0.0, 1.0], resisting=[-6.0, -0.5, 0.0, 2.0])
     u = np.array([-2.0, -0.5, 1.0])
     np.testing.assert_allclose(damper.force(0 * u, u), [-6.0, -0.5, 2.0], atol=1e-12)
