@@ -115,7 +115,7 @@ def test_every_joint_of_a_case_is_the_one_made_from_python(text, wanted):
         assert same(getattr(found, field.name), getattr(wanted, field.name)), field.name
 
 
-def test_problems_of_all_joints_are_told_at_once():
+def test_problems_of_all_joints_are_reported_together():
     text = "".join(f'[[joints]]\nkind = "ball"\nchild = "{name}"\nrelease = "1 s"\n' for name in "ab")
     text = text.replace('"ball"', '"spherical"')
     with pytest.raises(CaseError) as caught:

@@ -194,13 +194,13 @@ def test_slack_is_reported_with_where_and_how_far():
     assert any("falls to -28" in str(one.message) for one in found)
 
 
-def test_a_slack_tether_beside_a_taut_one_is_reported():
+def test_a_slack_tether_next_to_a_taut_one_is_reported():
     mesh = line([[0, 0, 0], [0, 0, -10.0]], 10)
-    beside = line([[1.0, 0, 0], [1.0, 0, -10.0]], 10)
+    second = line([[1.0, 0, 0], [1.0, 0, -10.0]], 10)
     n = len(mesh.points)
     both = Mesh(
-        np.vstack([mesh.points, beside.points]),
-        {"line": np.vstack([mesh.cells["line"], beside.cells["line"] + n])},
+        np.vstack([mesh.points, second.points]),
+        {"line": np.vstack([mesh.cells["line"], second.cells["line"] + n])},
         {"taut": {"line": np.arange(10)}, "rope": {"line": np.arange(10, 20)}},
         {"ends": np.array([0, 10, n, n + 10])},
     )
