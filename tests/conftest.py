@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from compiled_once import compile_kernels
-from small_craft import BOOM, CRAFT
+from support.compiled_once import compile_kernels
+from support.small_craft import BOOM, CRAFT
 
 # doctest would import every conftest.py as a module of that one name
 collect_ignore_glob = ["*conftest.py"]

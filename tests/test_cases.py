@@ -7,8 +7,8 @@ import warnings
 from pathlib import Path
 
 import pytest
-from compared import differing, same_words
-from recorded_cases import done, known
+from support.compared import differing, same_words
+from support.recorded_cases import done, known
 
 import femflex
 from femflex.case import read_case

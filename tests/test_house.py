@@ -41,14 +41,16 @@ def test_every_test_module_has_a_name_of_its_own():
     assert sorted(names) == sorted(set(names))
 
 
-def test_test_modules_take_from_their_own_folder_or_from_the_top_one():
-    """So that any file, any folder and any two of them can be run alone."""
+def test_tests_import_no_test_module_and_no_private_name():
+    """Shared builders are fixtures or stand in tests/support; any file can be run alone."""
     tests = TOP / "tests"
-    homes = {path.stem: path.parent for path in tests.rglob("*.py")}
+    modules = {path.stem for path in tests.rglob("test_*.py")}
     for path in tests.rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.ImportFrom) and node.module in homes:
-                assert homes[node.module] in (path.parent, tests), f"{path} takes from {node.module}"
+            if isinstance(node, ast.ImportFrom):
+                assert node.module not in modules, f"{path} imports the test module {node.module}"
+                private = [alias.name for alias in node.names if alias.name.startswith("_")]
+                assert path.parent.name == "benchmarks" or not private, f"{path} imports {private}"
 
 
 @pytest.mark.slow

@@ -2,9 +2,9 @@
 
 import tracemalloc
 
-import large_systems
 import numpy as np
 import pytest
+from support import large_systems
 from typer.testing import CliRunner
 
 import femflex

@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 import scipy.sparse.linalg as sla
-from advised_bodies import noted_system
+from support.advised_bodies import noted_system
 
 import femflex
 from femflex.assembly import build_mesh, build_structure_of

@@ -11,7 +11,7 @@ import warnings
 
 import numpy as np
 import pytest
-from advised_bodies import noted_system
+from support.advised_bodies import noted_system
 
 from femflex.advice.bodies import KnownBodies
 from femflex.advice.buckling.margin import buckling_margins

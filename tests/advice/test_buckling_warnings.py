@@ -3,7 +3,7 @@
 import warnings
 
 import pytest
-from advised_bodies import noted_system
+from support.advised_bodies import noted_system
 
 from femflex.case import read_case
 from femflex.warning import PhysicsWarning

@@ -6,8 +6,8 @@ import warnings
 
 import numpy as np
 import pytest
-from advised_bodies import noted_body, noted_system
-from full_solution import Full, held_at
+from support.advised_bodies import noted_body, noted_system
+from support.full_solution import Full, held_at
 
 import femflex
 from femflex.assembly import build_mesh, build_structure_of

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from advised_bodies import noted_system
+from support.advised_bodies import noted_system
 from test_strain_selected_in_systems import BOOM, EI, HELD, LENGTH, LINE, RUN
 
 from femflex.case import CaseError, read_case

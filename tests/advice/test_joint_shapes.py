@@ -7,8 +7,8 @@ import warnings
 
 import numpy as np
 import pytest
-from advised_bodies import noted_body, noted_system
 from scipy.optimize import brentq
+from support.advised_bodies import noted_body, noted_system
 
 from femflex.case import read_case
 from femflex.dynamics.equilibria.rest_modes import rest_modes

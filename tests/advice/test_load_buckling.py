@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from lateral_buckling import EI, END_LOAD, GJ, LENGTH
-from strips import SLIM, STRIPS, derived, strip, under_end_load
+from support.lateral_buckling import EI, END_LOAD, GJ, LENGTH
+from support.strips import SLIM, STRIPS, derived, strip, under_end_load
 
 from femflex.advice.buckling.applied_load import AppliedLoad
 from femflex.advice.buckling.beam import BeamBuckling

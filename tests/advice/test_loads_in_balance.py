@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from random_systems import random_tree
 from scipy.spatial.transform import Rotation
+from support.random_systems import random_tree
 
 from femflex.advice.buckling.applied_forces import RigidMotion
 from femflex.advice.buckling.applied_load import AppliedLoad, skew

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from advised_bodies import noted_system
+from support.advised_bodies import noted_system
 
 from femflex.advice.limits import LEEWAY, PHASE, STIFFENED
 from femflex.case import parse_case

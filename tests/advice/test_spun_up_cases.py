@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from advised_bodies import noted_system
-from spin_up import KANE, TIMES
+from support.advised_bodies import noted_system
+from support.spin_up import KANE, TIMES
 
 from femflex.case import read_case
 from femflex.dynamics import compile_system

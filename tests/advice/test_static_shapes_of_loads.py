@@ -4,8 +4,8 @@ import warnings
 
 import numpy as np
 import pytest
-from advised_bodies import noted_body
-from lateral_buckling import END_LOAD, WEIGHT, critical
+from support.advised_bodies import noted_body
+from support.lateral_buckling import END_LOAD, WEIGHT, critical
 from test_buckling_warnings import LOAD, PRANDTL, STRIP, held
 
 from femflex.case import read_case

@@ -7,7 +7,7 @@ import warnings
 
 import numpy as np
 import pytest
-from advised_bodies import noted_body
+from support.advised_bodies import noted_body
 
 import femflex
 from femflex.advice.strain import hardened_bend

@@ -6,7 +6,7 @@ import warnings
 
 import numpy as np
 import pytest
-from advised_bodies import noted_body, noted_system
+from support.advised_bodies import noted_body, noted_system
 
 import femflex
 from femflex.advice.deflections import deflection_watches

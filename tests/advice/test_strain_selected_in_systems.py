@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from advised_bodies import noted_system
+from support.advised_bodies import noted_system
 
 from femflex.case import read_case
 from femflex.warning import PhysicsWarning

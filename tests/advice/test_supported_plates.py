@@ -5,8 +5,8 @@ from functools import cache
 
 import numpy as np
 import pytest
-from advised_bodies import noted_system
-from von_karman import Plate
+from support.advised_bodies import noted_system
+from support.von_karman import Plate
 
 import femflex
 from femflex.case.read import parse_case

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from advised_bodies import noted_system
 from scipy.integrate import solve_bvp
+from support.advised_bodies import noted_system
 
 import femflex
 from femflex.case.read import parse_case

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from random_systems import random_tree
+from support.random_systems import random_tree
 
 from femflex.advice.stiffening import OmittedStiffness, StiffeningWatch, attached_masses, lowest_frequency
 from femflex.advice.strain import pendulum_stiffening

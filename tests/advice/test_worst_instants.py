@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from spin_up import KANE
+from support.spin_up import KANE
 
 from femflex.advice.stiffening import StiffeningWatch, attached_masses
 from femflex.dynamics import compile_system

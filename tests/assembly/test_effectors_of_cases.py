@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from same_values import same
+from support.same_values import same
 
 from femflex.assembly import build_bodies
 from femflex.assembly.craft import build_craft

@@ -6,7 +6,7 @@ from dataclasses import fields
 
 import numpy as np
 import pytest
-from same_values import same
+from support.same_values import same
 
 from femflex.assembly.joints import build_joints
 from femflex.assembly.loops import build_constraint, build_loops, build_spring

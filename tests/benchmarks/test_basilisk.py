@@ -4,7 +4,7 @@ import time
 
 import numpy as np
 import pytest
-from basilisk_craft import DURATION, basilisk_hinged_run, basilisk_run, femflex_model, hinged_model
+from support.basilisk_craft import DURATION, basilisk_hinged_run, basilisk_run, femflex_model, hinged_model
 
 from femflex.integrate import Dop853
 

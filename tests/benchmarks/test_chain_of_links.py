@@ -4,7 +4,7 @@ import time
 
 import numpy as np
 import pytest
-from chain_of_links import DURATION, TIP_AT_END, exudyn_run, femflex_model
+from support.chain_of_links import DURATION, TIP_AT_END, exudyn_run, femflex_model
 
 from femflex.integrate import Dop853, Esdirk4, GeneralizedAlpha
 

@@ -4,7 +4,7 @@ import time
 
 import numpy as np
 import pytest
-from hub_and_panels import femflex_model
+from support.hub_and_panels import femflex_model
 
 from femflex.body import Marker
 from femflex.dynamics import compile_system

@@ -4,7 +4,7 @@ import time
 
 import numpy as np
 import pytest
-from hub_and_panels import DURATION, TIP_AT_END, exudyn_run, femflex_model
+from support.hub_and_panels import DURATION, TIP_AT_END, exudyn_run, femflex_model
 
 from femflex.integrate import Dop853
 

@@ -5,7 +5,7 @@ from timeit import timeit
 
 import numpy as np
 import pytest
-from hub_and_panels import femflex_model
+from support.hub_and_panels import femflex_model
 
 from femflex.body.symmetric import packed_size
 from femflex.dynamics import compile_system

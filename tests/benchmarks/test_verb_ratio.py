@@ -23,7 +23,7 @@ import pytest
 from threadpoolctl import threadpool_limits
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from work_counts import CLAMPED, FREE, HELD, write_case
+from support.work_counts import CLAMPED, FREE, HELD, write_case
 
 from femflex.assembly import build_mesh, build_structure_of
 from femflex.case import read_case

@@ -6,7 +6,7 @@ from dataclasses import replace
 import h5py
 import numpy as np
 import pytest
-from small_craft import BOOM, CRAFT
+from support.small_craft import BOOM, CRAFT
 
 from femflex.body import rigid_body
 from femflex.case import read_case

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hub_beam import exact_frequencies
+from support.hub_beam import exact_frequencies
 
 CRAFT = """
 title = "hub and beam"

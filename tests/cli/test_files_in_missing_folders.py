@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from small_craft import BOOM, CRAFT
+from support.small_craft import BOOM, CRAFT
 
 from femflex.dynamics.model import Model
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from mutations import CASES, VALUES, beside, mutated, places, raw_case, renamed, toml
+from support.mutations import CASES, VALUES, beside, mutated, places, raw_case, renamed, toml
 
 from femflex.cli.check import examine_case
 from femflex.cli.errors import meaning

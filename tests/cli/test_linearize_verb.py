@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from small_craft import BOOM, CRAFT
+from support.small_craft import BOOM, CRAFT
 from typer.testing import CliRunner
 
 from femflex.cli.app import app

@@ -8,7 +8,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from small_craft import BOOM, CRAFT
+from support.small_craft import BOOM, CRAFT
 from typer.testing import CliRunner
 
 import femflex

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from small_craft import BOOM, CRAFT
+from support.small_craft import BOOM, CRAFT
 
 Called = Callable[..., tuple[int, str, str]]
 

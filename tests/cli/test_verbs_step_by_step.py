@@ -725,7 +725,7 @@ def test_a_body_file_is_described_with_shapes_markers_and_skin(tmp_path: Path):
 
 
 def test_decks_are_described_and_those_that_are_none_say_why(femflex: Any, tmp_path: Path):
-    from small_craft import BOOM
+    from support.small_craft import BOOM
 
     (tmp_path / "a.inp").write_text(BOOM)
     code, out, _ = femflex("info", "a.inp")

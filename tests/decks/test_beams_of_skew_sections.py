@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from nastran_decks import STEEL, frequencies, read
+from support.nastran_decks import STEEL, frequencies, read
 
 NORMAL, ACROSS, TURNED = 8e-7, 3e-7, radians(25.0)  # principal moments [m^4], and the angle to the first axis
 

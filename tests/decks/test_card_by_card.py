@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from nastran_decks import STEEL, bar, frequencies, read
+from support.nastran_decks import STEEL, bar, frequencies, read
 
 from femflex.decks import DeckError
 from femflex.decks.report import describe, mass_and_centre

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from nastran_decks import bar, written
+from support.nastran_decks import bar, written
 from typer.testing import CliRunner
 
 from femflex.cli.app import app

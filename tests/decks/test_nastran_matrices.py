@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
-from nastran_decks import read
+from support.nastran_decks import read
 
 from femflex.decks import Deck
 from femflex.fem import Structure

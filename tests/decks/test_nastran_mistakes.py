@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from nastran_decks import STEEL, bar, frequencies, read, written
+from support.nastran_decks import STEEL, bar, frequencies, read, written
 
 from femflex.decks import DeckError, read_deck
 from femflex.decks.register import HEAD, reader_of

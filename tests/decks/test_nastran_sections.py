@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from nastran_decks import read
+from support.nastran_decks import read
 
 from femflex.decks import DeckError
 from femflex.mesh.cells import CELL_TYPES

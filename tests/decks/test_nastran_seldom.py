@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 import pytest
-from nastran_decks import STEEL, bar, read
+from support.nastran_decks import STEEL, bar, read
 from test_nastran_matrices import AT, CARDS, axes, on_grids
 
 from femflex.decks import DeckError

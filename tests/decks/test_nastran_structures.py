@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from nastran_decks import STEEL, bar, frequencies, read, written
+from support.nastran_decks import STEEL, bar, frequencies, read, written
 
 from femflex.decks import read_deck
 from femflex.decks.findings import Place

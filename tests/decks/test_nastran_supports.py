@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from nastran_decks import STEEL, read
+from support.nastran_decks import STEEL, read
 
 from femflex.decks import DeckError, read_deck
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from nastran_decks import frequencies, read
+from support.nastran_decks import frequencies, read
 
 MAT1 = "MAT1,1,7.E10,,.3,2700."
 GRIDS = [f"GRID,{k + 1 + 10 * j},,{0.25 * k},{0.2 * j},0." for j in (0, 1) for k in range(5)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from nastran_decks import bar, frequencies, read
+from support.nastran_decks import bar, frequencies, read
 
 from femflex.decks.report import describe
 

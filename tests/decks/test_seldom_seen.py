@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from nastran_decks import bar, frequencies, read, written
+from support.nastran_decks import bar, frequencies, read, written
 
 from femflex.decks import DeckError, read_deck
 from femflex.decks.report import mass_and_centre

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 
-import deck_texts
 import numpy as np
 import pytest
-from nastran_decks import frequencies
+from support import deck_texts
+from support.nastran_decks import frequencies
 
 pytestmark = pytest.mark.filterwarnings("ignore::femflex.warning.PhysicsWarning")
 NUMBER = re.compile(r"[-+]?\d+\.?\d*(?:e[-+]?\d+)?")

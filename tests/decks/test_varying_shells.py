@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from nastran_decks import read
+from support.nastran_decks import read
 
 from femflex.assembly.decks import refined_members
 from femflex.decks import read_deck

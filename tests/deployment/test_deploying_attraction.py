@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from members import solved
 from scipy.integrate import solve_ivp
+from support.members import solved
 
 from femflex.body import rigid_body
 from femflex.deployment import DeployingLine, Reel, StringFunctions, deploying_line

@@ -4,8 +4,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from members import TIP, UNIT, first_mode, hub_with_arms, solved, wall_beam
-from pde import beam_from_a_wall
+from support.members import TIP, UNIT, first_mode, hub_with_arms, solved, wall_beam
+from support.pde import beam_from_a_wall
 
 from femflex.deployment import DeployingLine, deploying_line
 from femflex.dynamics import compile_system

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from members import solved
+from support.members import solved
 
 from femflex.body import rigid_body
 from femflex.deployment import DeployingLine, StringFunctions, deploying_line

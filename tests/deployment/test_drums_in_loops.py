@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from members import solved
 from scipy.integrate import solve_ivp
+from support.members import solved
 
 from femflex.body import Marker, rigid_body
 from femflex.deployment import DeployingLine, Reel, deploying_line

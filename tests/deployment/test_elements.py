@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from members import TIP, UNIT, first_mode, solved, wall_beam
-from pde import beam_from_a_wall
+from support.members import TIP, UNIT, first_mode, solved, wall_beam
+from support.pde import beam_from_a_wall
 
 from femflex.deployment import (
     DeployingLine,

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from members import UNIT, solved, wall_beam
+from support.members import UNIT, solved, wall_beam
 
 from femflex.advice.deployed import SlackWatch
 from femflex.body.skin import Skin

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from members import hub_with_arms, solved
 from scipy.integrate import solve_ivp
+from support.members import hub_with_arms, solved
 
 from femflex.body import rigid_body
 from femflex.deployment import DeployingLine, Reel, StringFunctions, deploying_line

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from members import TIP, hub_with_arms, solved, wall_beam
 from scipy.integrate import cumulative_trapezoid, trapezoid
+from support.members import TIP, hub_with_arms, solved, wall_beam
 from test_free_length import falling_chain
 
 from femflex.body import rigid_body

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from material_points import H, frame_of, gauss_of
+from support.material_points import H, frame_of, gauss_of
 from test_tables_of_members import LENGTH, NEAR, ROOT, WAY, line_of, material_of_line
 
 from femflex.deployment import (

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from members import solved
-from orbit_beam import held_beam
+from support.members import solved
+from support.orbit_beam import held_beam
 
 from femflex.body import rigid_body
 from femflex.deployment import DeployingLine, deploying_line

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from members import solved
-from orbit_beam import held_beam
 from scipy.integrate import solve_ivp
+from support.members import solved
+from support.orbit_beam import held_beam
 from test_orbiter import BEAM, EI, LENGTH, ORBIT, ORBITER
 
 from femflex.body import rigid_body

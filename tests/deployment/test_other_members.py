@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from members import TIP, solved, wall_beam
-from pde import rod_from_a_wall, stretch_from_a_wall, string_between_supports
+from support.members import TIP, solved, wall_beam
+from support.pde import rod_from_a_wall, stretch_from_a_wall, string_between_supports
 
 from femflex.deployment import (
     DeployingLine,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from material_points import Material, frame_of, gauss_of, put_markers, slope_of
+from support.material_points import Material, frame_of, gauss_of, put_markers, slope_of
 
 from femflex.deployment import (
     DeployingLine,

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from members import UNIT, hub_with_arms, solved
 from scipy.integrate import trapezoid
+from support.members import UNIT, hub_with_arms, solved
 
 from femflex.deployment import (
     DeployingLine,

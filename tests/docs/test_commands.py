@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from pages import PAGES, blocks_of, copy_inputs, name_of, run_blocks
+from support.pages import PAGES, blocks_of, copy_inputs, name_of, run_blocks
 
 BLOCKS = {name_of(path): [block for block in blocks_of(path) if block.runs] for path in PAGES}
 COMMANDS = {

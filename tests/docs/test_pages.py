@@ -10,7 +10,7 @@ from typing import Any
 
 import jsonschema
 import pytest
-from pages import PAGES, TOP, blocks_of, name_of
+from support.pages import PAGES, TOP, blocks_of, name_of
 
 from femflex.case import read_case
 from femflex.case.schema import json_schema

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pointwise import Jet, Tree, equations
-from random_systems import random_tree
+from support.pointwise import Jet, Tree, equations
+from support.random_systems import random_tree
 
 from femflex.body.mass_points import MassPoints
 from femflex.dynamics import compile_system

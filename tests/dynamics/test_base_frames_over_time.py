@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pointwise import Jet, Tree, equations, skew
-from random_systems import random_tree
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
+from support.pointwise import Jet, Tree, equations, skew
+from support.random_systems import random_tree
 
 from femflex.body import rigid_body
 from femflex.dynamics import compile_system

@@ -4,8 +4,8 @@ from functools import cache
 
 import numpy as np
 import pytest
-from elastica import EI, LENGTH, SECTION, cantilever
 from scipy.special import ellipe, ellipk
+from support.elastica import EI, LENGTH, SECTION, cantilever
 
 from femflex import equilibrium, fem
 from femflex.body import Marker, rigid_body

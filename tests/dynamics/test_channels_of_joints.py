@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from random_systems import random_body
+from support.random_systems import random_body
 
 from femflex.body import rigid_body
 from femflex.dynamics import compile_system

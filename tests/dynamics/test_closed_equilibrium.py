@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from elastica import EI, LENGTH, SECTION, beam
-from mechanisms import four_bar, sleigh
 from scipy.optimize import brentq, minimize_scalar
+from support.elastica import EI, LENGTH, SECTION, beam
+from support.mechanisms import four_bar, sleigh
 
 from femflex.body import Marker, rigid_body
 from femflex.dynamics import compile_system

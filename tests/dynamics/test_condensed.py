@@ -5,10 +5,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from mechanisms import four_bar
-from pointwise import Jet, Tree, const, equations, skew
-from random_systems import random_state, random_tree
 from scipy.spatial.transform import Rotation
+from support.mechanisms import four_bar
+from support.pointwise import Jet, Tree, const, equations, skew
+from support.random_systems import random_state, random_tree
 from test_curved_strain import curved
 from test_equations import frozen, orbital_frame
 from test_terms import along, furnished, one

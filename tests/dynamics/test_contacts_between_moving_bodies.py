@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pointwise import Jet, Tree
-from random_systems import random_tree
+from support.pointwise import Jet, Tree
+from support.random_systems import random_tree
 
 from femflex.dynamics import compile_system
 from femflex.system import knife_edge, rolling_disc

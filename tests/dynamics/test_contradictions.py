@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from mechanisms import four_bar, planar
+from support.mechanisms import four_bar, planar
 
 from femflex.body import Marker, rigid_body
 from femflex.dynamics import compile_system

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from prescribed_systems import held_tree
-from random_systems import random_tree
+from support.prescribed_systems import held_tree
+from support.random_systems import random_tree
 from test_condensed import random_condensed
 from test_curved_strain import curved
 

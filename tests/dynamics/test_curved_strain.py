@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from random_systems import random_tree
+from support.random_systems import random_tree
 from test_terms import along, one
 
 from femflex.body.symmetric import packed_size

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pointwise import Jet, Tree, equations, partial_velocities
-from random_systems import random_body, random_state
+from support.pointwise import Jet, Tree, equations, partial_velocities
+from support.random_systems import random_body, random_state
 from test_equations import elastic_forces
 
 from femflex.deployment import DeployingLine, deploying_line

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from random_systems import random_body
+from support.random_systems import random_body
 
 from femflex.dynamics import compile_system
 from femflex.dynamics.effectors.acting import Given, given_size

@@ -6,9 +6,9 @@ from functools import cache
 
 import numpy as np
 import pytest
-from pointwise import Jet, Tree
-from random_systems import random_state, random_tree
 from scipy.spatial.transform import Rotation
+from support.pointwise import Jet, Tree
+from support.random_systems import random_state, random_tree
 
 from femflex.dynamics import compile_system
 from femflex.system import Effector, Profile, Sensor, Supply, reaction_wheel, tank, thruster

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
-from pointwise import Jet, Tree, equations, skew
-from random_systems import random_tree
+from support.pointwise import Jet, Tree, equations, skew
+from support.random_systems import random_tree
 
 from femflex.body import rigid_body
 from femflex.dynamics import compile_system

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from elastica import EI, LENGTH, MATTIASSON, beam, cantilever, elastica
 from scipy.optimize import brentq
+from support.elastica import EI, LENGTH, MATTIASSON, beam, cantilever, elastica
 
 from femflex import build_system
 from femflex.body import Marker, rigid_body

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from random_systems import random_body
+from support.random_systems import random_body
 
 from femflex.body import Marker, rigid_body
 from femflex.dynamics.equilibria.coasting import controlled_rotors, with_coasting_rotors

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mechanisms import flexible_four_bar, four_bar, sleigh
+from support.mechanisms import flexible_four_bar, four_bar, sleigh
 
 from femflex.dynamics import compile_system
 from femflex.integrate import Dop853, Esdirk4, GeneralizedAlpha

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from random_systems import random_tree
+from support.random_systems import random_tree
 from test_loads import load_power
 
 from femflex.body import rigid_body

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from random_systems import random_body
 from scipy.spatial.transform import Rotation
 from scipy.special import ellipj
+from support.random_systems import random_body
 
 from femflex.body import FlexibleBody, Marker, MassMoments, StrainTensors, rigid_body
 from femflex.dynamics import compile_system

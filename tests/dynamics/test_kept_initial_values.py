@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from mechanisms import four_bar
 from scipy.optimize import brentq
+from support.mechanisms import four_bar
 
 from femflex.dynamics import compile_system
 

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from mechanisms import four_bar
-from random_systems import random_body
+from support.mechanisms import four_bar
+from support.random_systems import random_body
 
 from femflex.body import Marker, rigid_body
 from femflex.dynamics import compile_system

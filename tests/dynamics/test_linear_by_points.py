@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pointwise import Jet, Tree, equations
-from random_loops import random_loops, row_jets
-from random_systems import random_tree
+from support.pointwise import Jet, Tree, equations
+from support.random_loops import random_loops, row_jets
+from support.random_systems import random_tree
 from test_equations import elastic_forces, frozen
 
 from femflex.dynamics import compile_system

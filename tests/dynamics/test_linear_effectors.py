@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from random_systems import random_body
+from support.random_systems import random_body
 
 from femflex.body import Marker
 from femflex.body.rigid import rigid_body

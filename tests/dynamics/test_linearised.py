@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from random_systems import random_tree
 from scipy.integrate import solve_ivp
+from support.random_systems import random_tree
 
 from femflex.body import rigid_body
 from femflex.dynamics import compile_system

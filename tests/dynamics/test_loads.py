@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from random_systems import random_tree
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
+from support.random_systems import random_tree
 
 from femflex.body import Marker, rigid_body
 from femflex.dynamics import compile_system

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from mechanisms import bar, four_bar
 from scipy.spatial.transform import Rotation
+from support.mechanisms import bar, four_bar
 
 from femflex.body import Marker, rigid_body
 from femflex.dynamics import compile_system

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from pointwise import Jet, Tree, equations, partial_velocities
-from random_loops import random_loops, row_jets
+from support.pointwise import Jet, Tree, equations, partial_velocities
+from support.random_loops import random_loops, row_jets
 from test_equations import elastic_forces, frozen, orbital_frame
 
 from femflex.dynamics import compile_system

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pointwise import Jet, Tree, equations
-from random_systems import random_body, random_state, random_tree
+from support.pointwise import Jet, Tree, equations
+from support.random_systems import random_body, random_state, random_tree
 
 from femflex.body import MassMoments
 from femflex.dynamics import compile_system

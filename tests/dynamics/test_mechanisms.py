@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mechanisms import ANDREWS, andrews, bar, floating_loop, four_bar, leaning_disc, planar, sleigh
+from support.mechanisms import ANDREWS, andrews, bar, floating_loop, four_bar, leaning_disc, planar, sleigh
 
 from femflex.body import Marker, rigid_body
 from femflex.dynamics import compile_system

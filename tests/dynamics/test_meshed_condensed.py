@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rotating_beams import Rotating
+from support.rotating_beams import Rotating
 
 from femflex import fem
 from femflex.dynamics import compile_system

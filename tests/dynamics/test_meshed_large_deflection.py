@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from elastica import EI, LENGTH, SECTION, elastica
+from support.elastica import EI, LENGTH, SECTION, elastica
 
 from femflex import equilibrium, fem
 from femflex.dynamics import compile_system

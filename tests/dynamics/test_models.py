@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from random_systems import random_tree
+from support.random_systems import random_tree
 
 from femflex.body import rigid_body
 from femflex.dynamics import compile_system

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from random_systems import random_state, random_tree
 from scipy.spatial.transform import Rotation
+from support.random_systems import random_state, random_tree
 
 from femflex.dynamics import compile_system
 from femflex.dynamics.reports.channels import channels_of, row_length, row_places

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from prescribed_systems import held_tree
-from random_systems import random_body, random_tree
+from support.prescribed_systems import held_tree
+from support.random_systems import random_body, random_tree
 
 from femflex.body.symmetric import packed_size
 from femflex.dynamics import compile_system

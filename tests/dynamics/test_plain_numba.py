@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from random_systems import random_tree
+from support.random_systems import random_tree
 
 from femflex import numba_interfaces
 from femflex.dynamics import compile_system

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pointwise import Tree, equations
-from prescribed_systems import at_time, held_tree
-from random_systems import random_tree
+from support.pointwise import Tree, equations
+from support.prescribed_systems import at_time, held_tree
+from support.random_systems import random_tree
 from test_equations import elastic_forces, frozen
 
 from femflex.body import Marker, rigid_body
@@ -94,7 +94,7 @@ def places(system, joint):
 def crane(motion=(), torque=0.0, n=2):
     """A hub afloat with a flexible arm on a hinge, and the torque on it as an equal and opposite pair."""
     rng = np.random.default_rng(5)
-    from random_systems import random_body
+    from support.random_systems import random_body
 
     arm = replace(random_body(rng, n)[0], damping=np.zeros((n, n)))
     hub = rigid_body(

@@ -8,9 +8,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from numpy.polynomial.legendre import leggauss
-from pointwise import equations
 from scipy.linalg import eigh
 from scipy.spatial.transform import Rotation
+from support.pointwise import equations
 from test_condensed import Followed, strain_and_damping
 from test_equations import frozen
 

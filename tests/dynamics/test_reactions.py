@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from mechanisms import bar, flexible_four_bar, four_bar, sleigh
-from random_loops import random_loops
-from random_systems import random_body, random_tree
 from scipy.spatial.transform import Rotation
+from support.mechanisms import bar, flexible_four_bar, four_bar, sleigh
+from support.random_loops import random_loops
+from support.random_systems import random_body, random_tree
 
 from femflex.body import Marker, rigid_body
 from femflex.dynamics import compile_system

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from random_systems import random_tree
+from support.random_systems import random_tree
 
 from femflex.body import Marker, rigid_body
 from femflex.dynamics import compile_system

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from prescribed_systems import held_tree
-from random_loops import random_loops
-from random_systems import random_tree
+from support.prescribed_systems import held_tree
+from support.random_loops import random_loops
+from support.random_systems import random_tree
 
 from femflex.dynamics import compile_system
 

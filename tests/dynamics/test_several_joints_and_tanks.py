@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from mechanisms import four_bar, planar
-from random_systems import random_body
+from support.mechanisms import four_bar, planar
+from support.random_systems import random_body
 
 from femflex.body import rigid_body
 from femflex.dynamics import compile_system

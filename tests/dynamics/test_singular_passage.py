@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from mechanisms import four_bar
+from support.mechanisms import four_bar
 
 from femflex.dynamics import compile_system
 from femflex.dynamics.constraints.singular_passage import passage

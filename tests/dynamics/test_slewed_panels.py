@@ -6,7 +6,7 @@ import warnings
 
 import numpy as np
 import pytest
-from slewed_panels import CASE, FIRST, beams, corner, plates, solids
+from support.slewed_panels import CASE, FIRST, beams, corner, plates, solids
 
 import femflex
 from femflex.case import read_case

@@ -7,9 +7,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from random_systems import random_body
 from scipy.integrate import solve_ivp
 from scipy.linalg import null_space
+from support.random_systems import random_body
 
 from femflex.body import Marker, rigid_body
 from femflex.body.skin import Skin

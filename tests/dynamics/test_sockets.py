@@ -11,9 +11,9 @@ from dataclasses import replace
 import numba
 import numpy as np
 import pytest
-from mechanisms import four_bar
-from random_systems import random_body
 from scipy.optimize import brentq
+from support.mechanisms import four_bar
+from support.random_systems import random_body
 
 from femflex import run as run_case
 from femflex.body import Marker

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from spin_up import KANE, TIMES, WU_HAUG
+from support.spin_up import KANE, TIMES, WU_HAUG
 
 
 def converged(case, times):

@@ -6,8 +6,8 @@ from functools import cache
 
 import numpy as np
 import pytest
-from discrete_rod import EA, EI, LENGTH, MASS, OM, TS, spin, tip_of_rod
-from elastica import beam
+from support.discrete_rod import EA, EI, LENGTH, MASS, OM, TS, spin, tip_of_rod
+from support.elastica import beam
 
 from femflex import fem
 from femflex.dynamics import compile_system

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from ritz_plates import ritz_frequencies
-from rotating_beams import Rotating
 from scipy.interpolate import CubicSpline
-from spinning_plates import Rise, SpinningPlate
+from support.ritz_plates import ritz_frequencies
+from support.rotating_beams import Rotating
+from support.spinning_plates import Rise, SpinningPlate
 
 from femflex.case import read_case
 

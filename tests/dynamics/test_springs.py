@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from random_systems import random_body
 from scipy.interpolate import CubicSpline
+from support.random_systems import random_body
 
 from femflex.body import Marker, rigid_body
 from femflex.dynamics import compile_system

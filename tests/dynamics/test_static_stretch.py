@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from spin_up import KANE
+from support.spin_up import KANE
 
 from femflex import equilibrium, fem
 from femflex.body import Marker, rigid_body

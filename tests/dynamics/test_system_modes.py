@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hub_beam import exact_frequencies
+from support.hub_beam import exact_frequencies
 
 import femflex
 from femflex import fem

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from random_systems import random_tree
+from support.random_systems import random_tree
 
 from femflex.dynamics import compile_system
 from femflex.dynamics.terms.by_source import force_units, inertia_by_source, linear_terms, sources, terms

@@ -5,8 +5,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from random_systems import random_body
 from scipy.spatial.transform import Rotation
+from support.random_systems import random_body
 
 from femflex.body import Marker
 from femflex.body.rigid import rigid_body

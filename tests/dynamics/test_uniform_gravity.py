@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from mechanisms import four_bar
-from pointwise import Tree
-from random_systems import random_tree
 from scipy.special import ellipk, jn_zeros
+from support.mechanisms import four_bar
+from support.pointwise import Tree
+from support.random_systems import random_tree
 from test_condensed import Followed, random_condensed, strain_and_damping
 from test_equations import equations, frozen
 from test_terms import along, one

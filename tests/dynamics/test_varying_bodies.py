@@ -15,9 +15,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from pointwise import Jet, Tree, equations, partial_velocities
-from random_systems import random_body, random_tree
 from scipy.integrate import solve_ivp
+from support.pointwise import Jet, Tree, equations, partial_velocities
+from support.random_systems import random_body, random_tree
 from test_equations import elastic_forces
 
 from femflex.body import FlexibleBody, Marker, MassMoments, StrainTensors, rigid_body

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numba
 import numpy as np
 import pytest
-from random_systems import random_body
 from scipy.special import fresnel
+from support.random_systems import random_body
 
 from femflex.body import Marker
 from femflex.body.rigid import rigid_body

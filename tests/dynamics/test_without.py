@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from random_systems import random_tree
-from spin_up import KANE
+from support.random_systems import random_tree
+from support.spin_up import KANE
 from test_terms import one, random_model
 
 from femflex.body import StrainTensors

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from mechanisms import flexible_four_bar, floating_loop, four_bar, sleigh
-from pointwise import Jet, Tree, equations, partial_velocities, skew
-from random_loops import random_loops
+from support.mechanisms import flexible_four_bar, floating_loop, four_bar, sleigh
+from support.pointwise import Jet, Tree, equations, partial_velocities, skew
+from support.random_loops import random_loops
 from test_equations import elastic_forces, frozen, orbital_frame
 from test_loops import dense, no_force, solved
 from test_terms import KINDS, STRONG, one

@@ -4,8 +4,8 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from random_loops import random_loops
-from random_systems import random_tree
+from support.random_loops import random_loops
+from support.random_systems import random_tree
 from test_varying_bodies import random_varying
 
 from femflex.dynamics import compile_system

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from plate_models import random_rotation
 from scipy import linalg
+from support.plate_models import random_rotation
 
 from femflex.fem import Material, Member, build_structure
 from femflex.fem.sections import Rectangle

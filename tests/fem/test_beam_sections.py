@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from plate_models import frequencies
 from scipy.sparse.linalg import spsolve
+from support.plate_models import frequencies
 from test_solids import timoshenko_cantilever
 
 from femflex.fem import Material, Member, build_structure

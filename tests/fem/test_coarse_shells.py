@@ -7,8 +7,8 @@ import warnings
 
 import numpy as np
 import pytest
-from plate_models import frequencies
-from shell_problems import pinched_cylinder, ratio
+from support.plate_models import frequencies
+from support.shell_problems import pinched_cylinder, ratio
 
 from femflex.fem import Material, Member, build_structure
 from femflex.mesh import Mesh, annulus, rectangle

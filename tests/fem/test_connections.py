@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from plate_models import frequencies, random_rotation
 from scipy.sparse.linalg import spsolve
+from support.plate_models import frequencies, random_rotation
 
 from femflex.fem import (
     Distributing,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from element_meshes import SOLIDS, brick
+from support.element_meshes import SOLIDS, brick
 from test_dynamic_standards import bending, mindlin
 from test_solids import nodal, structure_of
 

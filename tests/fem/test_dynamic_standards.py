@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from plate_models import frequencies
 from scipy.linalg import expm
 from scipy.optimize import brentq
+from support.plate_models import frequencies
 
 from femflex.fem import Material, Member, Structure, build_structure
 from femflex.fem.sections import Circle, FullSection, Tube

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from plate_models import frequencies
 from scipy.sparse.linalg import eigsh, spsolve
-from shell_problems import edge_weights, mapped
+from support.plate_models import frequencies
+from support.shell_problems import edge_weights, mapped
 
 from femflex.fem import Material, Member, build_structure
 from femflex.mesh import box, rectangle

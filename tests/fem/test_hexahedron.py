@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import skfem
-from plate_models import frequencies, random_rotation
 from scipy import sparse
 from scipy.sparse.linalg import eigsh
 from skfem.helpers import ddot, dot, sym_grad, trace
+from support.plate_models import frequencies, random_rotation
 
 from femflex.fem import Material, Member, build_structure
 from femflex.fem.assembly import assembler

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import nonlinear_models
 import numpy as np
 import pytest
-from nonlinear_models import METAL, SANDWICH, STRUCTURES, random_state, solid
-from plate_models import displaced
+from support import nonlinear_models
+from support.nonlinear_models import METAL, SANDWICH, STRUCTURES, random_state, solid
+from support.plate_models import displaced
 
 from femflex.fem import Member, build_structure
 from femflex.fem.plate import rectangles as plate_bfs

@@ -6,7 +6,16 @@ import re
 from dataclasses import replace
 
 import pytest
-from solid_problems import curved, hemisphere, pinched_cylinder, raasch_hook, ratio, scordelis_lo, straight, twisted
+from support.solid_problems import (
+    curved,
+    hemisphere,
+    pinched_cylinder,
+    raasch_hook,
+    ratio,
+    scordelis_lo,
+    straight,
+    twisted,
+)
 
 from femflex.warning import PhysicsWarning
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from plate_models import METAL, random_rotation
 from scipy import linalg, sparse
+from support.plate_models import METAL, random_rotation
 
 from femflex.fem import Member, Support, antisymmetry, build_structure, symmetry
 from femflex.fem.assembly import Assembler, Part

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from nonlinear_models import METAL
-from plate_models import EDGES, frequencies, random_rotation
+from support.nonlinear_models import METAL
+from support.plate_models import EDGES, frequencies, random_rotation
 
 from femflex.fem import Member, build_structure
 from femflex.fem.assembly.conditions import conditions

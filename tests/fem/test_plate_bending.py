@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from plate_models import plate_structure
+from support.plate_models import plate_structure
 
 from femflex.mesh import rectangle
 

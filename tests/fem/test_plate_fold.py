@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from plate_models import CELL, METAL, displaced, frequencies, plate_structure, random_rotation
+from support.plate_models import CELL, METAL, displaced, frequencies, plate_structure, random_rotation
 
 from femflex.fem import Member, build_structure
 from femflex.fem.plate.sides import fold_keys

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.polynomial import legendre
-from plate_models import (
+from scipy.linalg import eigh
+from support.plate_models import (
     CELL,
     METAL,
     flexural_rigidity,
@@ -16,7 +17,6 @@ from plate_models import (
     simply_supported,
     supported_square,
 )
-from scipy.linalg import eigh
 
 from femflex.fem import Material, Member, build_structure
 from femflex.fem.sections.laminates import Lamina, Ply, isotropic, orthotropic, sandwich

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from plate_models import METAL, bent_mesh, displaced, flexural_rigidity, plate_structure, random_rotation
+from support.plate_models import METAL, bent_mesh, displaced, flexural_rigidity, plate_structure, random_rotation
 
 from femflex.fem.sections.laminates import Lamina, Ply, sandwich
 from femflex.mesh import Mesh, rectangle

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from plate_models import CELL, bent_mesh, displaced, plate_structure, random_rotation
+from support.plate_models import CELL, bent_mesh, displaced, plate_structure, random_rotation
 from test_plate_fold import bent
 
 from femflex.mesh import rectangle

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from plate_models import METAL, displaced, random_rotation
 from scipy.sparse.linalg import spsolve
+from support.plate_models import METAL, displaced, random_rotation
 
 from femflex.fem import Member, build_structure
 from femflex.fem.plate.frames import in_plane, oriented, plane_frames, plane_normals, same_side, section_angles

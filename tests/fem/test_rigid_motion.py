@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from plate_models import random_rotation
+from support.plate_models import random_rotation
 
 from femflex.fem import Material, Member, Structure, build_structure
 from femflex.fem.sections import CableSection, FullSection, Rectangle

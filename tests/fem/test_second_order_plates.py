@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 import pytest
-from plate_models import METAL
+from support.plate_models import METAL
 
 from femflex.fem import Member, build_structure
 from femflex.mesh import Mesh, rectangle

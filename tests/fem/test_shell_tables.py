@@ -7,7 +7,7 @@ import warnings
 
 import numpy as np
 import pytest
-from plate_models import METAL, random_rotation
+from support.plate_models import METAL, random_rotation
 
 from femflex.fem import Member, build_structure
 from femflex.fem.sections.laminates import Lamina, Ply, isotropic, layup

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from element_meshes import mixed_sheet
-from plate_models import frequencies, random_rotation
 from scipy.sparse.linalg import spsolve
-from shell_problems import (
+from support.element_meshes import mixed_sheet
+from support.plate_models import frequencies, random_rotation
+from support.shell_problems import (
     curved_beam,
     edge_weights,
     hemisphere,

@@ -7,8 +7,8 @@ import warnings
 
 import numpy as np
 import pytest
-from element_meshes import brick
-from plate_models import METAL, random_rotation
+from support.element_meshes import brick
+from support.plate_models import METAL, random_rotation
 
 from femflex.fem import Anisotropic, Material, Member, Orthotropic, build_structure
 from femflex.fem.solid.elastic import elasticity

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from element_meshes import SECOND_ORDER, SOLIDS, brick, mixed_bricks, straight_sided
-from plate_models import random_rotation
 from scipy.linalg import expm
 from scipy.optimize import brentq
 from scipy.sparse.linalg import eigsh, spsolve
+from support.element_meshes import SECOND_ORDER, SOLIDS, brick, mixed_bricks, straight_sided
+from support.plate_models import random_rotation
 
 from femflex.fem import Anisotropic, Material, Member, Orthotropic, build_structure
 from femflex.fem.solid.elastic import elasticity, isotropic_elasticity

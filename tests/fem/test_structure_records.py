@@ -6,9 +6,9 @@ import warnings
 
 import numpy as np
 import pytest
-from nonlinear_models import STRUCTURES, random_state
-from plate_models import METAL, random_rotation
 from scipy import sparse
+from support.nonlinear_models import STRUCTURES, random_state
+from support.plate_models import METAL, random_rotation
 
 from femflex.fem import Member, PointMass, Support, antisymmetry, build_structure, symmetry
 from femflex.fem.deflected import deflected

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from nonlinear_models import METAL, STRUCTURES, random_state
+from support.nonlinear_models import METAL, STRUCTURES, random_state
 
 from femflex.fem import Member, build_structure
 from femflex.fem.assembly import assembler

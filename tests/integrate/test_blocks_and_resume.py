@@ -5,7 +5,7 @@ import signal
 import h5py
 import numpy as np
 import pytest
-from integrate_models import chain, explosion, failing, oscillator, pulse, rigid_body
+from support.integrate_models import chain, explosion, failing, oscillator, pulse, rigid_body
 
 from femflex.integrate import Dop853, Esdirk4, GeneralizedAlpha, IntegrationError, Interrupted, driver, pace
 from femflex.integrate import resume as head

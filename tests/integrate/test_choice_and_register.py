@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from integrate_models import chain, duffing, explosion, failing, oscillator, pulse, rigid_body
+from support.integrate_models import chain, duffing, explosion, failing, oscillator, pulse, rigid_body
 
 from femflex.integrate import INTEGRATORS, Dop853, Forecast, IntegrationError, Integrator, choose, forecast, integrator
 

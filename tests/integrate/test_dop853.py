@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from integrate_models import chain, duffing, kepler, oscillator, pulse, rigid_body, spun
 from scipy.special import ellipj
+from support.integrate_models import chain, duffing, kepler, oscillator, pulse, rigid_body, spun
 
 from femflex.integrate import Dop853, integrator
 from femflex.integrate.dop853_table import A, B, C

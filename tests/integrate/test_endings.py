@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from integrate_models import ADVANCE, CORRECT, KINEMATIC, RATE, Compiled, Second, oscillator
 from numba import njit
+from support.integrate_models import ADVANCE, CORRECT, KINEMATIC, RATE, Compiled, Second, oscillator
 
 from femflex.integrate import IntegrationError, integrator, pace
 from femflex.integrate import resume as head

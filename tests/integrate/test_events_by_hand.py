@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from integrate_models import Compiled, failing, oscillator
+from support.integrate_models import Compiled, failing, oscillator
 
 from femflex.integrate import Dop853, Forecast, IntegrationError, forecast, pace
 

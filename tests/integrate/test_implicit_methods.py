@@ -5,7 +5,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from integrate_models import (
+from scipy.special import ellipj
+from support.integrate_models import (
     Compiled,
     Second,
     chain,
@@ -22,7 +23,6 @@ from integrate_models import (
     rigid_body,
     spun,
 )
-from scipy.special import ellipj
 
 from femflex.integrate import Dop853, Esdirk4, GeneralizedAlpha, IntegrationError
 from femflex.integrate.esdirk_table import EMBEDDED, STAGES, A, fractions

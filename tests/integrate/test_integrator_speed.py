@@ -4,7 +4,7 @@ import time
 
 import numpy as np
 import pytest
-from integrate_models import chain
+from support.integrate_models import chain
 
 from femflex.integrate import Dop853, integrator
 

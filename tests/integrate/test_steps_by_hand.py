@@ -10,8 +10,8 @@ import math
 
 import numpy as np
 import pytest
-from integrate_models import chain, chain_matrices, kepler
 from scipy.integrate import DOP853 as table
+from support.integrate_models import chain, chain_matrices, kepler
 
 from femflex.integrate import Dop853, Esdirk4, GeneralizedAlpha
 from femflex.integrate.esdirk_table import ERROR, GAMMA

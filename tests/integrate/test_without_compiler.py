@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from integrate_models import chain, oscillator, rigid_body
+from support.integrate_models import chain, oscillator, rigid_body
 
 from femflex.integrate import Dop853, Esdirk4, GeneralizedAlpha
 

@@ -7,8 +7,8 @@ import warnings
 
 import numpy as np
 import pytest
-from matrix_examples import boom
 from scipy.linalg import eigh
+from support.matrix_examples import boom
 
 from femflex.matrices import check_model, craig_bampton_model, matrix_body, read_matrices, write_matrices
 from femflex.reduction import ModalDamping, cantilever_modes, craig_bampton, free_free_modes, reduce_structure

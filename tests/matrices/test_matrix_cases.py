@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from matrix_examples import brick
 from scipy import linalg
+from support.matrix_examples import brick
 from typer.testing import CliRunner
 
 from femflex.case import read_case

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from matrix_examples import boom, brick
 from scipy import sparse
+from support.matrix_examples import boom, brick
 
 from femflex.matrices import MatrixModel, Sources, StatedMass, check_model, full_model, matrix_body, read_matrices
 from femflex.reduction import cantilever_modes, free_free_modes

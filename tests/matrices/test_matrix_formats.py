@@ -7,9 +7,9 @@ import importlib
 
 import numpy as np
 import pytest
-from matrix_examples import SOFT, boom, brick
 from scipy import sparse
 from scipy.io import mmwrite
+from support.matrix_examples import SOFT, boom, brick
 
 from femflex.fem import Member, Rigid, build_structure
 from femflex.fem.sections import Tube

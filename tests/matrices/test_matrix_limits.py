@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from matrix_examples import boom
 from scipy import sparse
 from scipy.io import savemat
+from support.matrix_examples import boom
 from test_matrix_numbers import DOFS, bodies, model, same
 
 from femflex.matrices import (

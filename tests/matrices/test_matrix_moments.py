@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from matrix_examples import boom, brick
 from scipy import sparse
+from support.matrix_examples import boom, brick
 
 from femflex.fem.matrix_structure import structure_from_matrices
 from femflex.matrices import full_model

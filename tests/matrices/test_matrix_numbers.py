@@ -7,8 +7,8 @@ from dataclasses import replace
 import h5py
 import numpy as np
 import pytest
-from matrix_examples import SOFT, boom
 from scipy import sparse
+from support.matrix_examples import SOFT, boom
 
 from femflex.body import MassMoments
 from femflex.fem import Member, build_structure

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from random_systems import random_body
+from support.random_systems import random_body
 
 from femflex.body import Marker, rigid_body
 from femflex.case import parse_case, read_case

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from small_craft import BOOM
+from support.small_craft import BOOM
 
 from femflex.case import Case, CaseError, read_case
 from femflex.dynamics.equilibria.equilibrium import Equilibrium

@@ -9,9 +9,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from random_systems import random_body
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
+from support.random_systems import random_body
 from typer.testing import CliRunner
 
 import femflex

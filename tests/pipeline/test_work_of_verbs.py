@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from work_counts import CLAMPED, FREE, HELD, count_work, write_case
+from support.work_counts import CLAMPED, FREE, HELD, count_work, write_case
 
 from femflex.assembly import build_mesh, build_structure_of
 from femflex.case import read_case

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from reduction_examples import EI_Y, EI_Z, LENGTH, MASS, slender_beam
 from scipy.linalg import eigh
+from support.reduction_examples import EI_Y, EI_Z, LENGTH, MASS, slender_beam
 
 from femflex.fem import Member, build_structure
 from femflex.fem.sections import StiffnessSection

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from lateral_buckling import EI, END_LOAD, GJ, LENGTH, MOMENT, WEIGHT, critical, of_narrow_beams
+from support.lateral_buckling import EI, END_LOAD, GJ, LENGTH, MOMENT, WEIGHT, critical, of_narrow_beams
 
 from femflex.body.symmetric import packed_indices
 from femflex.fem import Member, build_structure

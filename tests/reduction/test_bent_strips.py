@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from full_solution import Full, static_path
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
+from support.full_solution import Full, static_path
 
 from femflex.fem import Material, Member, build_structure
 from femflex.mesh import rectangle

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from kirchhoff import tip_of_rod
+from support.kirchhoff import tip_of_rod
 from test_bent_strips import bent_tip
 
 from femflex import fem, reduction

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from reduction_examples import bent_boom, dense_frequencies, frame
 from scipy.linalg import eigh, null_space
+from support.reduction_examples import bent_boom, dense_frequencies, frame
 
 from femflex.reduction import cantilever_modes, craig_bampton, reduce_structure
 from femflex.reduction.boundary.markers import marker_rows

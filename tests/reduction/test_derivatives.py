@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from nonlinear_models import METAL
-from reduction_examples import slender_beam
+from support.nonlinear_models import METAL
+from support.reduction_examples import slender_beam
 
 from femflex.fem import Member, build_structure
 from femflex.fem.sections import Rectangle

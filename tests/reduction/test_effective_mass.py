@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from reduction_examples import LENGTH, MASS, bent_boom, slender_beam
+from support.reduction_examples import LENGTH, MASS, bent_boom, slender_beam
 
 from femflex.body import rigid_body
 from femflex.reduction import (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from reduction_examples import CLAMPED_FREE, EI_Y, EI_Z, LENGTH, MASS, slender_beam
+from support.reduction_examples import CLAMPED_FREE, EI_Y, EI_Z, LENGTH, MASS, slender_beam
 
 from femflex.reduction import (
     BeamFunctions,

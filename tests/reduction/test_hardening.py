@@ -1,7 +1,7 @@
 """What stretching adds to the force on a bent shape: closed forms between supports, nothing where it may draw in."""
 
 import pytest
-from nonlinear_models import METAL
+from support.nonlinear_models import METAL
 
 from femflex.fem import Member, build_structure
 from femflex.fem.sections import Rectangle

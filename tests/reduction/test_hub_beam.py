@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hub_beam import exact_frequencies
 from scipy.linalg import eigh
+from support.hub_beam import exact_frequencies
 
 from femflex.fem import Member, build_structure
 from femflex.fem.sections import StiffnessSection

@@ -6,10 +6,10 @@ import warnings
 
 import numpy as np
 import pytest
-from full_solution import Reduced, static_path
-from nonlinear_models import METAL
 from scipy import sparse
 from scipy.linalg import eigh
+from support.full_solution import Reduced, static_path
+from support.nonlinear_models import METAL
 
 from femflex.fem import Member, build_structure
 from femflex.fem.eigen.modes import factorised

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from full_solution import Full, Reduced, arc_length, free_motion, held_at, static_path
-from nonlinear_models import METAL
 from scipy.interpolate import CubicSpline
 from scipy.special import ellipk
+from support.full_solution import Full, Reduced, arc_length, free_motion, held_at, static_path
+from support.nonlinear_models import METAL
 
 from femflex.body.symmetric import unpacked
 from femflex.fem import Material, Member, build_structure

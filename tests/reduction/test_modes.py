@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from reduction_examples import (
+from support.reduction_examples import (
     ALUMINIUM,
     CLAMPED_FREE,
     EI_Y,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from reduction_examples import ALUMINIUM, LENGTH, MASS, bent_boom, frame, slender_beam
+from support.reduction_examples import ALUMINIUM, LENGTH, MASS, bent_boom, frame, slender_beam
 
 from femflex.fem import Member, PointMass, build_structure, tables
 from femflex.fem.sections import Tube

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from reduction_examples import ALUMINIUM, CLAMPED_FREE, EI_Y, LENGTH, MASS, bent_boom, frame, slender_beam
 from scipy.linalg import eigh
+from support.reduction_examples import ALUMINIUM, CLAMPED_FREE, EI_Y, LENGTH, MASS, bent_boom, frame, slender_beam
 
 from femflex.fem import Member, PointMass, build_structure
 from femflex.fem.connections import Rigid

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from nonlinear_models import METAL
 from scipy import sparse
+from support.nonlinear_models import METAL
 
 from femflex.fem import Member, build_structure
 from femflex.mesh import rectangle

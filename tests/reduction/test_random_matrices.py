@@ -8,9 +8,9 @@ import stat
 import h5py
 import numpy as np
 import pytest
-from reduction_examples import bent_boom, slender_beam
 from scipy import sparse
 from scipy.linalg import eigh
+from support.reduction_examples import bent_boom, slender_beam
 
 from femflex.body import FlexibleBody, Foreshortening, Marker, Skin, StrainTensors
 from femflex.body.mass_points import MassPoints

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from reduction_examples import bent_boom, frame, slender_beam
+from support.reduction_examples import bent_boom, frame, slender_beam
 
 from femflex.fem import Material, Member, build_structure
 from femflex.fem.sections import StiffnessSection

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from full_solution import Reduced, held_at
-from nonlinear_models import METAL
 from scipy.interpolate import CubicSpline
+from support.full_solution import Reduced, held_at
+from support.nonlinear_models import METAL
 from test_large_deflection import PINS, H, arch, load_off, panel, snapped
 
 from femflex.advice.curved import curvature_note

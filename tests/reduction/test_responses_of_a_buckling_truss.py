@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from reduction_examples import slender_beam
+from support.reduction_examples import slender_beam
 
 from femflex.fem import Material, Member, build_structure
 from femflex.fem.sections import Circle

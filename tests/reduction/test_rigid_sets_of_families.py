@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from reduction_examples import ALUMINIUM
+from support.reduction_examples import ALUMINIUM
 
 from femflex.fem import Member, build_structure
 from femflex.fem.sections import Rectangle

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from reduction_examples import ALUMINIUM, bent_boom, frame
+from support.reduction_examples import ALUMINIUM, bent_boom, frame
 from test_walked_trusses import energy, of_free, slopes, truss  # noqa: F401
 
 from femflex.fem import Material, Member, PointMass, build_structure

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from full_solution import Full, Reduced, static_path
-from nonlinear_models import METAL
-from reduction_examples import EI_Y, slender_beam
+from support.full_solution import Full, Reduced, static_path
+from support.nonlinear_models import METAL
+from support.reduction_examples import EI_Y, slender_beam
 
 from femflex.fem import Member, PointMass, build_structure
 from femflex.mesh import rectangle

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from full_solution import Full, Reduced, static_path
+from support.full_solution import Full, Reduced, static_path
 
 from femflex.assembly import build_mesh, build_modes, build_structure_of
 from femflex.case import read_case

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from full_solution import Full, Reduced, solved, stepped_motion
-from nonlinear_models import METAL
+from support.full_solution import Full, Reduced, solved, stepped_motion
+from support.nonlinear_models import METAL
 from test_large_deflection import PINS, H
 
 from femflex.fem import Member, build_structure

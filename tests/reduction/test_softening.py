@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from lateral_buckling import END_LOAD, MOMENT, WEIGHT, critical, critical_of_structure, of_narrow_beams
-from strips import STRIPS, derived, strip, under_end_load
+from support.lateral_buckling import END_LOAD, MOMENT, WEIGHT, critical, critical_of_structure, of_narrow_beams
+from support.strips import STRIPS, derived, strip, under_end_load
 
 from femflex.fem import Material, Member, build_structure
 from femflex.mesh import rectangle

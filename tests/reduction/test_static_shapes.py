@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from nonlinear_models import METAL, TURN
+from support.nonlinear_models import METAL, TURN
 
 from femflex.fem import Member, build_structure
 from femflex.fem.sections import Rectangle

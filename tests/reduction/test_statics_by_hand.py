@@ -7,7 +7,7 @@ import warnings
 
 import numpy as np
 import pytest
-from reduction_examples import ALUMINIUM, bent_boom, frame, slender_beam
+from support.reduction_examples import ALUMINIUM, bent_boom, frame, slender_beam
 
 from femflex.fem import Material, Member, PointMass, build_structure
 from femflex.fem.line.cut import cut

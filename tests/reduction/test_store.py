@@ -8,7 +8,7 @@ from dataclasses import replace
 import h5py
 import numpy as np
 import pytest
-from reduction_examples import bent_boom
+from support.reduction_examples import bent_boom
 
 from femflex.body import Marker, StrainTensors, rigid_body
 from femflex.reduction import ModalDamping, cantilever_modes, load_body, reduce_structure, save_body

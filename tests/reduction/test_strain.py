@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from nonlinear_models import STRUCTURES
+from support.nonlinear_models import STRUCTURES
 
 from femflex.reduction.strain import tensors as module
 from femflex.reduction.strain.tensors import strain_tensors

@@ -5,7 +5,7 @@ from __future__ import annotations
 import h5py
 import numpy as np
 import pytest
-from nonlinear_models import bent_beam, bfs, folded_plate, plate, solid, tapered_beam
+from support.nonlinear_models import bent_beam, bfs, folded_plate, plate, solid, tapered_beam
 
 from femflex.body import StrainTensors
 from femflex.body.recovery import named

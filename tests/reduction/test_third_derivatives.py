@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from full_solution import Full, Reduced, static_path
-from nonlinear_models import METAL
+from support.full_solution import Full, Reduced, static_path
+from support.nonlinear_models import METAL
 
 from femflex.fem import Member, build_structure
 from femflex.fem.sections import Rectangle

@@ -84,7 +84,7 @@ def test_a_schema_that_does_not_fit_is_told_by_the_command_line(tmp_path: Path):
 
 def test_channels_that_do_not_fit_are_refused_before_the_copy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     sys.path.insert(0, str(HERE))
-    from known_run import CHANNELS, known_arrays, known_bodies
+    from support.known_run import CHANNELS, known_arrays, known_bodies
 
     path, times = tmp_path / "run.h5", np.arange(50.0)
     with RunWriter(path, CHANNELS, known_bodies()) as writer:

@@ -10,7 +10,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from known_run import CHANNELS, known_arrays, known_bodies
+from support.known_run import CHANNELS, known_arrays, known_bodies
 
 from femflex.results import RunWriter, open_run, resume_point
 
@@ -20,7 +20,7 @@ KILLER = """
 import os, random, signal, sys, time
 import numpy as np
 sys.path.insert(0, {here!r})
-from known_run import CHANNELS, known_arrays, known_bodies
+from support.known_run import CHANNELS, known_arrays, known_bodies
 from femflex.results import RunWriter, open_run
 
 def write_on(path, pipe, rows):
@@ -151,7 +151,7 @@ FULL_DISK = """
 import resource, signal, sys
 import numpy as np
 sys.path.insert(0, {here!r})
-from known_run import CHANNELS, known_arrays, known_bodies
+from support.known_run import CHANNELS, known_arrays, known_bodies
 from femflex.results import RunWriter
 
 resource.setrlimit(resource.RLIMIT_FSIZE, (2_000_000, resource.RLIM_INFINITY))

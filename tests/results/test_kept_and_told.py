@@ -11,7 +11,7 @@ from dataclasses import replace
 import h5py
 import numpy as np
 import pytest
-from known_run import CHANNELS, known_arrays, known_bodies
+from support.known_run import CHANNELS, known_arrays, known_bodies
 
 from femflex.body import Skin
 from femflex.results import FileLock, RunWriter, add_channels, open_run, resume_point

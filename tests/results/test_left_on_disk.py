@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from known_run import CHANNELS, known_arrays, known_bodies
+from support.known_run import CHANNELS, known_arrays, known_bodies
 
 from femflex.results import RunWriter, copying, layout, open_run
 from femflex.results.interrupts import PARTS, has_work_to_finish, without_interrupts

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from known_run import CHANNELS, known_bodies
+from support.known_run import CHANNELS, known_bodies
 
 from femflex.results import FileLock, RunWriter, add_channels, open_run
 from femflex.results import lock as lock_module

@@ -7,7 +7,7 @@ import io
 import h5py
 import numpy as np
 import pytest
-from known_run import CHANNELS, known_arrays, known_bodies
+from support.known_run import CHANNELS, known_arrays, known_bodies
 
 from femflex.results import RunWriter, open_run, resume_point
 from femflex.results.copying import conclude

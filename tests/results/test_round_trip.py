@@ -5,7 +5,7 @@ from __future__ import annotations
 import h5py
 import numpy as np
 import pytest
-from known_run import CHANNELS, known_arrays, known_bodies, write_known_run
+from support.known_run import CHANNELS, known_arrays, known_bodies, write_known_run
 
 from femflex.results import RunWriter, open_run
 from femflex.system import Channel

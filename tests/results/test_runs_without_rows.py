@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from known_run import CHANNELS, known_arrays, known_bodies
+from support.known_run import CHANNELS, known_arrays, known_bodies
 
 from femflex.results import RunWriter
 

@@ -21,8 +21,8 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from compared import NUMBER, words_of
 from numpy.typing import NDArray
+from support.compared import NUMBER, words_of
 from typer.testing import CliRunner
 
 from femflex.cli.app import app

@@ -12,9 +12,9 @@ import warnings
 from pathlib import Path
 
 import numpy as np
-from compared import listed, some_rows
 from numpy.typing import NDArray
 from outcomes import CRAFTS, beside, text_of, told, verbs_of
+from support.compared import listed, some_rows
 
 HEAD = "$ femflex "
 

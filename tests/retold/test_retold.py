@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from compared import differing, same_words, some_rows
 from outcomes import CRAFTS, beside, said_at_all, text_of, told, verbs_of
 from recorded import known
+from support.compared import differing, same_words, some_rows
 from telling import alike, in_other_units, names_of, renamed, reordered
 
 pytestmark = pytest.mark.filterwarnings("ignore::femflex.warning.PhysicsWarning")

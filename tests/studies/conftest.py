@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from straight_beam import beam_mesh
+from support.straight_beam import beam_mesh
 
 from femflex.case import Case, read_case
 

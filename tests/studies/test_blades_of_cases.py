@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from advised_bodies import noted_system
-from rotating_beams import Rotating
+from support.advised_bodies import noted_system
+from support.rotating_beams import Rotating
 
 from femflex.case import read_case
 from femflex.mesh import line, write_mesh

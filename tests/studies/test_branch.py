@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from shallow_arch import ShallowArch
+from support.shallow_arch import ShallowArch
 
 from femflex.dynamics import compile_system
 from femflex.fem import Material, Member, build_structure

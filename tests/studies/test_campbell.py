@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from mechanisms import four_bar
-from rotating_beams import Rotating
+from support.mechanisms import four_bar
+from support.rotating_beams import Rotating
 
 from femflex.body import Marker, rigid_body
 from femflex.reduction import BeamFunctions, UniformBeam, beam_body

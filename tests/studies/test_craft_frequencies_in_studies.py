@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from small_cases import clamped_rod, sprung_wheels
+from support.small_cases import clamped_rod, sprung_wheels
 
 from femflex.case import Case
 from femflex.case.read import parse_case

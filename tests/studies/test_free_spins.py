@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from spinning_craft import random_craft
+from support.spinning_craft import random_craft
 
 from femflex.body import Marker, rigid_body
 from femflex.dynamics.equilibria.equilibrium import equilibrium

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from straight_beam import LENGTH, beam_mesh
+from support.straight_beam import LENGTH, beam_mesh
 
 from femflex.assembly import build_modes
 from femflex.assembly.structures import structure_of

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hub_beam import exact_frequencies
-from mechanisms import four_bar
 from scipy.integrate import solve_ivp
 from scipy.linalg import eigh, expm
 from scipy.optimize import brentq
+from support.hub_beam import exact_frequencies
+from support.mechanisms import four_bar
 
 from femflex.body import Marker, rigid_body
 from femflex.dynamics import compile_system

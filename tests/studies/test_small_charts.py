@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from small_cases import HUB_AND_BAR
+from support.small_cases import HUB_AND_BAR
 
 from femflex.case import CaseError
 from femflex.case.read import parse_case

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.optimize import brentq
-from small_cases import HUB_AND_BAR
+from support.small_cases import HUB_AND_BAR
 from typer.testing import CliRunner
 
 from femflex.body import Marker, rigid_body

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from small_cases import clamped_rod, sprung_wheels
+from support.small_cases import clamped_rod, sprung_wheels
 
 from femflex.case import CaseError
 from femflex.case.read import parse_case

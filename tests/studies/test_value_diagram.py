@@ -6,7 +6,7 @@ import json
 
 import numpy as np
 import pytest
-from small_cases import sprung_wheels
+from support.small_cases import sprung_wheels
 from typer.testing import CliRunner
 
 from femflex.case import CaseError

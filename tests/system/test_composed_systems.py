@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from random_systems import random_body, random_tree
+from support.random_systems import random_body, random_tree
 
 from femflex.body import Marker, rigid_body
 from femflex.system import (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from made_runs import write_run
+from support.made_runs import write_run
 
 from femflex.results import open_run
 

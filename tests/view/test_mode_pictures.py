@@ -8,8 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from made_runs import craft
 from PIL import Image
+from support.made_runs import craft
 
 from femflex.body import rigid_body
 from femflex.view import mode_montage, mode_movie

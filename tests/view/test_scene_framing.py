@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_runs import box_skin, flexible
 from scipy.optimize import brentq
+from support.made_runs import box_skin, flexible
 
 from femflex.body import Skin, rigid_body
 from femflex.results import RunWriter, open_run

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from made_runs import panel_skin, tube_skin, write_run
+from support.made_runs import panel_skin, tube_skin, write_run
 from test_pictures import SMALL, read, texts  # noqa: F401
 
 from femflex.body import Skin

@@ -6,9 +6,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from made_runs import craft, panel_skin
 from PIL import Image
 from scipy.spatial.transform import Rotation
+from support.made_runs import craft, panel_skin
 
 import femflex.view.modes as modes
 import femflex.view.overlay as overlay

@@ -7,8 +7,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from made_runs import craft
 from PIL import Image
+from support.made_runs import craft
 
 import femflex.view.scene
 from femflex import System, compile_system, rigid_body, system

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from nonlinear_models import bent_beam, folded_plate, plate, solid, tapered_beam
+from support.nonlinear_models import bent_beam, folded_plate, plate, solid, tapered_beam
 
 from femflex import System, compile_system, rigid_body, system
 from femflex.fem import Material, Member, build_structure

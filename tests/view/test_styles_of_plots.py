@@ -8,9 +8,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from made_runs import write_run
 from matplotlib.colors import to_hex, to_rgba
 from matplotlib.figure import Figure
+from support.made_runs import write_run
 from test_campbell_picture import RPM, diagram
 from test_stability_pictures import POLES, chart, locus
 from test_study_pictures import functions_study, strain_study, study

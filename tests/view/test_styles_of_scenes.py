@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import pyvista as pv
-from made_runs import box_skin, panel_skin
+from support.made_runs import box_skin, panel_skin
 
 import femflex.view.modes as modes
 import femflex.view.overlay as overlay

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_runs import BOOM, PANEL, box_skin, clamped_free, panel_skin, tube_skin
+from support.made_runs import BOOM, PANEL, box_skin, clamped_free, panel_skin, tube_skin
 
 from femflex.body import Skin
 from femflex.view.surface import breadth, surface_of

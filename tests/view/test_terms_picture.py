@@ -5,8 +5,8 @@ from __future__ import annotations
 import h5py
 import numpy as np
 import pytest
-from made_runs import write_run
 from PIL import Image
+from support.made_runs import write_run
 
 import femflex.view.terms
 from femflex.results import RunWriter, open_run

@@ -3,13 +3,13 @@
 from dataclasses import replace
 
 import numpy as np
-from pointwise import Jet, Tree, const
-from random_systems import KINDS, random_tree
 from scipy.linalg import expm as matrix_exponential
 from scipy.spatial.transform import Rotation
 
 from femflex.body import Marker
 from femflex.system import closure, free
+from support.pointwise import Jet, Tree, const
+from support.random_systems import KINDS, random_tree
 
 
 def skew(v):

@@ -16,12 +16,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from full_spin import Spun, mass_points, skew
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from femflex.reduction import cantilever_modes
 from femflex.reduction.boundary.clamps import held_dofs
+from support.full_spin import Spun, mass_points, skew
 
 SPECTRAL = 0.8  # spectral radius at infinite frequency
 SLOW = 0.05  # a correction over the one before from which on the tangent is made anew

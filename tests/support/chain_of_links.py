@@ -12,7 +12,6 @@ from functools import cache
 from itertools import pairwise
 
 import numpy as np
-from hub_and_panels import nodal_matrices
 
 from femflex.body import FlexibleBody
 from femflex.dynamics import Model, compile_system
@@ -21,6 +20,7 @@ from femflex.mesh import box
 from femflex.reduction import cantilever_modes, reduce_structure
 from femflex.rotations import dcm_from_vector
 from femflex.system import System, revolute
+from support.hub_and_panels import nodal_matrices
 
 LENGTH, WIDTH, THICKNESS = 1.0, 0.06, 0.006  # m
 LINKS, DURATION = 8, 2.0  # s

@@ -16,7 +16,7 @@ import numpy as np
 from femflex.decks import Deck, read_deck
 from femflex.decks.report import describe
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).parents[1] / "decks"
 UNITS = "mm-t-s"
 DECKS = {"two_of_every_card": ".bdf", "two_of_every_keyword": ".inp"}
 NOTHING = 1e-9  # what is smaller is rounding, or stands for a stiffness that is none

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from full_spin import skew
 from numpy.polynomial.legendre import Legendre, leggauss
 from scipy import linalg
+
+from support.full_spin import skew
 
 
 class Polynomials:

@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from full_spin import Spun
 
 from femflex import fem, reduction
 from femflex.dynamics import compile_system
@@ -20,6 +19,7 @@ from femflex.integrate import integrator
 from femflex.mesh import rectangle
 from femflex.reduction.boundary.clamps import held_dofs
 from femflex.system import Frame, Profile, System, revolute, weld
+from support.full_spin import Spun
 
 
 @dataclass(frozen=True)

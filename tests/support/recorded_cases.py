@@ -14,13 +14,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from compared import listed, some_rows
 
 import femflex
 from femflex.results import Run
+from support.compared import listed, some_rows
 
-CASES = Path(__file__).parents[1] / "cases"
-RECORDS = Path(__file__).parent / "recorded"
+CASES = Path(__file__).parents[2] / "cases"
+RECORDS = Path(__file__).parents[1] / "recorded"
 BY_SHAPES = re.compile(r"q|u|z|bodies/[^/]+/delta")  # differ by processor where two frequencies of a body are alike
 
 

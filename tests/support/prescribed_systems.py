@@ -3,10 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
-from random_systems import random_state, random_tree
 
 from femflex.dynamics.joints.held_places import held_places
 from femflex.system import Profile, turns
+from support.random_systems import random_state, random_tree
 
 
 def random_profile(rng):

@@ -7,7 +7,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from element_meshes import brick
 from scipy.sparse.linalg import spsolve
 
 from femflex.fem import Material, Member, build_structure
@@ -15,6 +14,7 @@ from femflex.fem.support import Support, symmetry
 from femflex.mesh import Mesh
 from femflex.mesh.cells import CELL_TYPES, FACES
 from femflex.warning import PhysicsWarning
+from support.element_meshes import brick
 
 X, Y, Z = np.eye(3)
 FIXED = Support(("x", "y", "z"))

@@ -2,12 +2,11 @@
 
 from functools import cache
 
-from lateral_buckling import EI, END_LOAD, GJ, LENGTH, critical, of_narrow_beams
-
 from femflex.fem import Member, build_structure
 from femflex.fem.sections import StiffnessSection
 from femflex.mesh import line
 from femflex.reduction import cantilever_modes, reduce_structure, with_attachment, with_derivatives
+from support.lateral_buckling import EI, END_LOAD, GJ, LENGTH, critical, of_narrow_beams
 
 SLIM = 400  # stiffness of the stiff plane over that of the weak one, as of a strip 20 times as wide as thick
 

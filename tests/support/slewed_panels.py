@@ -6,7 +6,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from full_slew import Hub, Slewed
 from scipy.interpolate import CubicSpline
 
 from femflex import fem, reduction, system
@@ -16,8 +15,9 @@ from femflex.case import read_case
 from femflex.dynamics import compile_system
 from femflex.integrate import integrator
 from femflex.mesh import box, line
+from support.full_slew import Hub, Slewed
 
-CASE = Path(__file__).parents[1] / "cases" / "panel_slew_hard.toml"
+CASE = Path(__file__).parents[2] / "cases" / "panel_slew_hard.toml"
 ROOT = 0.6  # of the panel from the hub's middle [m]
 LENGTH, WIDTH = 6.0, 1.5  # of the panel [m]
 FIRST = 3.658308  # first frequency of the clamped panel [rad/s], femflex modes

@@ -15,9 +15,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from full_solution import Full
 from scipy import sparse
 from scipy.sparse.linalg import eigs, splu
+
+from support.full_solution import Full
 
 
 def skew(e):

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-CASES = Path(__file__).parents[1] / "cases"
+CASES = Path(__file__).parents[2] / "cases"
 MESHES = CASES.parent / "meshes"
 
 NUMBERS = [0, -1, 1, 3, 0.5, -0.0, 1e-300, 1e300, -1e300, 1e30, 1e18, 1e-18, 1e9, 1e-9, float("nan"), float("inf")]

@@ -13,7 +13,7 @@ from typing import Any
 
 import numba
 
-PACKAGE = Path(__file__).resolve().parents[1] / "femflex"
+PACKAGE = Path(__file__).resolve().parents[2] / "femflex"
 
 
 def kernel_modules() -> list[str]:

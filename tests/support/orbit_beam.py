@@ -9,8 +9,9 @@ A = n^2 (N N^T - 3 l l^T) is what turning axes and the gradient of gravity make 
 """
 
 import numpy as np
-from pde import CLAMPED_FREE, basis
 from scipy.integrate import solve_ivp
+
+from support.pde import CLAMPED_FREE, basis
 
 
 def held_beam(length, shape, times, EI, m, M, n, count=8, rtol=1e-9, axes=None):
