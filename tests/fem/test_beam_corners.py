@@ -10,7 +10,7 @@ from support.plate_models import random_rotation
 from femflex.fem import Material, Member, build_structure
 from femflex.fem.sections import Rectangle
 from femflex.fem.support import Support
-from femflex.mesh import Mesh, line
+from femflex.mesh import line
 
 STRIP = {"orientation": [0.0, 0.0, 1.0]}
 
@@ -64,27 +64,3 @@ def arch_moments(angle, n, material, section) -> tuple[float, float]:
     ends = [3 * mesh.group_points(group)[0] + 2 for group in ("start", "end")]
     rows = structure.rotation[ends].toarray()
     return load_factors(structure, structure.held_dofs(supports), rows[0] - rows[1])
-
-
-def test_beams_in_line_are_as_they_were():
-    """A straight beam of two members, its elements running both ways, has no corner in its strain."""
-    mesh = line([[0, 0, 0], [1.0, 0, 0]], 4)
-    cells = mesh.cells["line"].copy()
-    cells[2:] = cells[2:, ::-1]
-    both = Mesh(mesh.points, {"line": cells}, {"a": {"line": [0, 1]}, "b": {"line": [2, 3]}})
-    members = [Member(g, "beam", Rectangle(0.01, 0.02), Material(70e9, 0.3, 2700.0), STRIP) for g in ("a", "b")]
-    for block in build_structure(both, members).strain:
-        assert block.quadratic_map.shape == (4, 9, 9)
-
-
-def test_the_tangent_at_a_corner_is_the_derivative_of_the_energy():
-    mesh = line([[0, 0, 0], [1.0, 0, 0], [1.0, 0.8, 0.3]], 2)
-    members = [Member("line", "beam", Rectangle(0.01, 0.02), Material(70e9, 0.3, 2700.0), {"far_bends": True})]
-    structure = build_structure(mesh, members)
-    elastic, rng = structure.internal_force, np.random.default_rng(1)
-    x, d = 1e-2 * rng.normal(size=(2, structure.n_dof))
-    step = 1e-5
-    slope = (elastic.energy(x + step * d) - elastic.energy(x - step * d)) / (2 * step)
-    assert elastic.force(x) @ d == pytest.approx(slope, rel=1e-6)
-    bend = (elastic.force(x + step * d) - elastic.force(x - step * d)) / (2 * step)
-    np.testing.assert_allclose(elastic.tangent(x) @ d, bend, rtol=1e-5, atol=1e-6 * np.abs(bend).max())

@@ -58,14 +58,6 @@ def test_frequencies_of_a_thick_beam_are_timoshenkos():
     assert found[0] == pytest.approx(exact, rel=1e-6)
 
 
-def test_slender_beams_are_as_without_shear():
-    tube = Tube(0.01, 0.001)
-    with_, without = (beam(tube, shear=shear) for shear in (True, False))
-    a, b = (frequencies(s, s.clamped_dofs("start"), 4) for s in (with_, without))
-    np.testing.assert_allclose(a, b, rtol=0.01)
-    assert (a < b).all()
-
-
 def test_a_centroid_off_the_node_line_bends_under_an_axial_force():
     """N at the node line is N and M = N e at the centroid: w = N e L^2 / 2 EI, u = N L / EA + N e^2 L / EI."""
     e = 0.05
@@ -201,49 +193,3 @@ def test_a_hinge_in_a_beam_carries_no_moment():
     one = build_structure(mesh, [Member("line", "beam", section, METAL)])
     u, _ = tip(one, (0, 0, 1.0), group="middle", held="ends")
     assert u[2] == pytest.approx(1.0 / 192 / EI, rel=1e-9)
-
-
-def test_a_node_that_all_elements_release_is_named():
-    mesh = bar(2)
-    middle = mesh.nearest_point([0.5, 0, 0])
-    mesh = mesh.with_groups(points={"middle": [middle]})
-    options = {"release": ["ry"], "release_at": "middle"}
-    s = build_structure(mesh, [Member("line", "beam", Rectangle(0.02, 0.02), METAL, options)])
-    with pytest.raises(ValueError, match=r"such as ry of the node at \(0.5, 0, 0\) m\); give every member both"):
-        cantilever_modes(s, "start", 2)
-
-
-def test_nonlinear_force_of_a_beam_that_shears_is_the_derivative_of_its_energy():
-    s = build_structure(bar(2), [Member("line", "beam", FullSection(coupled(), mass_of()))])
-    rng = np.random.default_rng(1)
-    x, d = 1e-2 * rng.normal(size=(2, s.n_dof))
-    V, step = s.internal_force, 1e-4
-    slope = (V.energy(x + step * d) - V.energy(x - step * d)) / (2 * step)
-    assert V.force(x) @ d == pytest.approx(slope, rel=1e-6)
-
-
-@pytest.mark.parametrize(
-    ("section", "options", "found"),
-    [
-        (StiffnessSection(1.0, 1.0, 1.0, 1.0, 1.0), {"shear": True}, "no shear stiffness; give GAy and GAz"),
-        (Rectangle(0.1, 0.1), {"shear": 3}, "has shear 3"),
-        (Rectangle(0.1, 0.1), {"offset": (1.0,)}, "has offset"),
-        (Rectangle(0.1, 0.1), {"release": ["rq"], "release_at": "end"}, "name some of"),
-        (Rectangle(0.1, 0.1), {"release": ["rx"]}, "without release_at"),
-    ],
-)
-@pytest.mark.filterwarnings("ignore:beam group .* extends over")
-def test_mistakes_are_refused_in_words(section, options, found):
-    with pytest.raises(ValueError, match=found):
-        beam(section, **options)
-
-
-def test_impossible_full_sections_are_refused():
-    with pytest.raises(ValueError, match="not symmetric"):
-        FullSection(np.triu(np.ones((6, 6))), mass_of())
-    with pytest.raises(ValueError, match="not positive definite"):
-        FullSection(-coupled(), mass_of())
-    with pytest.raises(ValueError, match="equal and positive"):
-        FullSection(coupled(), np.diag([1.0, 2.0, 1.0, 1, 1, 1]))
-    with pytest.raises(ValueError, match="no distribution of mass"):
-        FullSection(coupled(), mass_of(yy=0.0))

@@ -11,7 +11,7 @@ from support.plate_models import frequencies
 from support.shell_problems import pinched_cylinder, ratio
 
 from femflex.fem import Material, Member, build_structure
-from femflex.mesh import Mesh, annulus, rectangle
+from femflex.mesh import Mesh, rectangle
 from femflex.warning import PhysicsWarning
 
 
@@ -45,20 +45,3 @@ def test_low_modes_on_elements_of_twice_the_length_are_within_a_hundredth():
     with pytest.warns(PhysicsWarning, match="low modes bend smoothly and are within 1 % up to 2 sqrt"):
         np.testing.assert_allclose(hertz("quad", 16), exact, rtol=0.012)
         assert np.abs(hertz("quad", 8) / exact - 1).max() > 0.05
-
-
-def test_second_order_elements_of_a_very_thin_dish_are_warned_of():
-    """A dish of 4 x 12 nine-node elements, R / h = 10^4: the first mode is 2.5 times too high, and 5 % twice finer."""
-
-    def hertz(n: int):
-        flat = annulus(0.3, 2.0, n, 3 * n, "quad9")
-        x, y, _ = flat.points.T
-        dish = Mesh(np.stack([x, y, (x * x + y * y) / 8], axis=1), flat.cells, flat.cell_groups, flat.point_groups)
-        s = build_structure(dish, [Member("surface", "shell", 0.0004, Material(70e9, 0.3, 1600.0))])
-        return frequencies(s, s.clamped_dofs("inner"), 1)[0]
-
-    with pytest.warns(PhysicsWarning, match="second-order elements are longer than 16 sqrt") as given:
-        coarse = hertz(4)
-    assert len(given) == 1
-    fine = hertz(8)
-    assert coarse > 2 * fine

@@ -12,7 +12,6 @@ from femflex.fem import (
     Equation,
     Material,
     Member,
-    MultiPointConstraint,
     PointMass,
     Rigid,
     Term,
@@ -110,14 +109,6 @@ def test_a_distributing_interface_adds_no_stiffness_and_spreads_forces():
     assert f @ motion == pytest.approx(force @ (u0 + np.cross(w, points[hook])) + moment @ w, rel=1e-9)
 
 
-def test_a_line_of_nodes_cannot_lead_a_rotation():
-    mesh = rectangle(1.0, 0.5, 2, 2, "quad")
-    with pytest.raises(ValueError, match="lie on a line"):
-        build_structure(
-            mesh, [Member("surface", "shell", 0.02, METAL)], connections=[Distributing("left", (0.0, 0.0, 1.0))]
-        )
-
-
 def test_solids_take_moments_through_a_rigid_face():
     """A block on a rigid end face with a reference in its middle, twisted: T L / G J of the square bar."""
     mesh = box(4.0, 1.0, 1.0, 6, 2, 2, "hexahedron20")
@@ -160,73 +151,3 @@ def test_an_equation_makes_a_gear():
     turn = (s.rotation @ x).reshape(-1, 3)[mesh.group_points("tip")[0], 0]
     GJ = METAL.G * np.pi * 0.02**4 / 2
     assert turn == pytest.approx(1 / GJ + 4 / GJ, rel=1e-9)
-
-
-def test_chains_of_connections_work_and_circles_do_not():
-    mesh = two_bars(0.5)
-    far = Mesh(
-        np.concatenate([mesh.points, [[3.0, 1.0, 0.0], [3.5, 1.0, 0.0]]]), mesh.cells, mesh.cell_groups,
-        {**mesh.point_groups, "p": [len(mesh.points)], "q": [len(mesh.points) + 1]},
-    )  # fmt: skip
-    chain = [Rigid("p", "tip"), Rigid("q", "p"), Rigid("b", "a")]
-    s = build_structure(far, [beam()], connections=chain)
-    x = np.random.default_rng(0).normal(size=s.n_dof)
-    u, t = ((A @ x).reshape(-1, 3) for A in (s.translation, s.rotation))
-    tip, q = (far.group_points(g)[0] for g in ("tip", "q"))
-    np.testing.assert_allclose(u[q], u[tip] + np.cross(t[tip], far.points[q] - far.points[tip]), atol=1e-12)
-    with pytest.raises(ValueError, match="cycle"):
-        build_structure(far, [beam()], connections=[Rigid("p", "tip"), Rigid("tip", "q"), Rigid("q", "p")])
-    with pytest.raises(ValueError, match="make the same node dependent"):
-        build_structure(far, [beam()], connections=[Rigid("p", "tip"), Rigid("p", "a")])
-
-
-@pytest.mark.parametrize(
-    ("make", "found"),
-    [
-        (lambda: Rigid("b", "line"), "has 6 nodes; name a group of one node"),
-        (lambda: Rigid("a", "a"), "connection of group 'a' to 'a' has no nodes besides its reference"),
-        (lambda: Rigid("b", "a", ()), "no components"),
-        (lambda: Rigid("b", "a", ("w",)), "not of a node"),
-        (lambda: Distributing("line", "a", (1.0,)), "1 weights for 5 nodes"),
-        (lambda: Distributing("line", "a", (1.0, 1.0, np.inf, 1.0, 1.0)), "5 weights for 5 nodes; give one, not neg"),
-        (lambda: Distributing("line", "a", (1.0, np.nan, 1.0, 1.0, 1.0)), "5 weights for 5 nodes; give one, not neg"),
-        (lambda: Distributing("line", "a", (0.0,) * 5), "5 weights for 5 nodes; give one, not negative, for each"),
-        (lambda: Equation(()), "no terms"),
-        (lambda: Equation((Term("a", "x", 1.0), Term("b", "v", 1.0))), "component 'v' of an equation is not of a node"),
-        (lambda: Equation((Term("a", "x", 1.0), Term("b", "y", 2.0), Term("tip", "y", np.nan))),
-         "factor of group 'tip' in an equation is nan; give a number, not 0"),
-        (lambda: Equation((Term("a", "x", 0.0),)), "is 0.0"),
-        (lambda: Equation((Term("a", "u", 1.0),)), "not of a node"),
-        (lambda: Equation((Term("line", "x", 1.0),)), "has 6 nodes"),
-    ],
-)  # fmt: skip
-def test_mistakes_are_refused_in_words(make, found):
-    with pytest.raises(ValueError, match=found):
-        build_structure(two_bars(0.5), [beam()], connections=[make()])
-
-
-@pytest.mark.parametrize(
-    ("given", "sentence"),
-    [
-        (
-            {"components": ("x", "w")},
-            "components ['w'] are not of a node; name some of ['x', 'y', 'z', 'rx', 'ry', 'rz']",
-        ),
-        (
-            {"axes": ((1.0, 0.0, 0.0), (0.6, 0.8, 0.0), (0.0, 0.0, 1.0))},
-            "axes of a support, [[1.0, 0.0, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]], are not at right angles; give "
-            "orthogonal directions",
-        ),
-        ({"components": ()}, "the rigid connection of group 'b' has no components; name some"),
-    ],
-)
-def test_a_rigid_connection_is_checked_where_it_is_made(given, sentence):
-    with pytest.raises(ValueError) as caught:
-        Rigid("b", "a", **given)
-    assert str(caught.value) == sentence
-
-
-@pytest.mark.parametrize("matrix", [np.zeros((1, 6)), np.full((1, 12), np.nan), [[np.inf] + [0.0] * 11]])
-def test_factors_of_a_constraint_are_finite_and_one_for_each_motion(matrix):
-    with pytest.raises(ValueError, match=r"1 components and 2 leaders need \(1, 12\) finite numbers"):
-        MultiPointConstraint("tip", ("x",), ("a", "b"), matrix)

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy import linalg
-from support.plate_models import METAL, displaced, random_rotation
+from support.plate_models import METAL, random_rotation
 
 from femflex.fem import Member, Support, build_structure
-from femflex.fem.plate.sides import fold_keys
 from femflex.mesh import Mesh, rectangle
 
 CELL = {"plate": "triangle", "plate_bfs": "quad"}
@@ -71,54 +70,3 @@ def test_supports_of_one_edge_hold_the_same_whichever_side_of_its_cells_it_is(fa
         found.append(linalg.eigh(K, M, eigvals_only=True))
     for other in found[1:]:
         np.testing.assert_allclose(other, found[0], rtol=1e-6, atol=1e-8 * found[0][-1])
-
-
-@pytest.mark.parametrize("family", CELL)
-def test_a_gutter_that_twists_about_its_length_moves_alike_on_both_sides_of_every_fold(family):
-    """Drawn points of both planes at a fold keep together under random motions: folds do not open between nodes."""
-    mesh = gutter(family)
-    s = build_structure(mesh, [Member("surface", family, 1e-6, METAL)])
-    skin = s.skin
-    v = np.random.default_rng(1).normal(size=s.n_dof)
-    u = (skin.operator @ v).reshape(-1, 3)
-    for y, z in ((0.4, 0.0), (0.4 + 0.3 * np.cos(0.9), 0.3 * np.sin(0.9))):
-        on = np.flatnonzero(np.linalg.norm(skin.points[:, 1:] - [y, z], axis=1) < 1e-5)
-        places, which, count = np.unique(skin.points[on, 0].round(6), return_inverse=True, return_counts=True)
-        assert len(places) == 7 and (count == 4).all()  # two faces of two planes, at nodes and middles of sides
-        for k in range(len(places)):
-            same = u[on[which == k]]
-            assert np.abs(same - same.mean(axis=0)).max() < 1e-4
-
-
-@pytest.mark.parametrize("family", CELL)
-def test_the_picture_of_a_gutter_has_the_volume_of_its_strips(family):
-    """Every plane is drawn closed, with its own corners at the folds."""
-    s, h = build_structure(gutter(family), [Member("surface", family, 0.02, METAL)]), 0.02
-    skin = s.skin
-    quads = skin.cells.get("quad", np.zeros((0, 4), int))
-    parts = [quads[:, [0, 1, 2]], quads[:, [0, 2, 3]], skin.cells.get("triangle", np.zeros((0, 3), int))]
-    faces = np.concatenate(parts)
-    a, b, c = skin.points[faces].swapaxes(0, 1)
-    assert np.einsum("fi,fi->", a, np.cross(b, c)) / 6 == pytest.approx(1.5 * 1.2 * h)
-    area = np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2
-    assert area == pytest.approx(2 * 1.5 * 1.2 + h * 2 * (3 * 1.5 + 1.2))
-
-
-@pytest.mark.parametrize("family", CELL)
-def test_a_side_in_the_picture_bends_by_an_eighth_of_its_turning_ends(family):
-    """Ends that turn by opposite angles about the side's normal in the plate lift its middle by angle L / 4."""
-    s = build_structure(rectangle(1.2, 0.7, 1, 1, CELL[family]), [Member("surface", family, 0.01, METAL)])
-    v = displaced(s, lambda p: 0 * p, lambda p: np.outer(p[:, 0] - 0.6, [0, -1.0, 0]) / 0.6)
-    u = (s.skin.operator @ v).reshape(-1, 3)
-    middle = np.abs(s.skin.points[:, 0] - 0.6) + np.abs(np.abs(s.skin.points[:, 1] - 0.35) - 0.35) < 1e-9
-    assert middle.sum() == 4  # both faces of the two long sides
-    # w = x^2 / 2L shifted: w' = -theta_y = (x - L/2) 2/L, so the middle lies L / 4 below the ends
-    assert u[middle, 2] == pytest.approx(np.full(4, -1.2 / 4))
-
-
-def test_folds_are_sides_of_cells_in_different_planes_whatever_their_kind():
-    points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [1, 0.5, 1], [2, 0, 0], [0, 2, 0.0]])
-    mesh = Mesh(points, {"quad": [[0, 1, 2, 3]], "triangle": [[2, 1, 4], [1, 5, 2], [3, 2, 6]], "line": [[0, 1]]}, {})
-    assert fold_keys(mesh).tolist() == [1 * 7 + 2]
-    flat = Mesh(points, {"quad": [[0, 1, 2, 3]], "triangle": [[1, 5, 2], [2, 3, 6]]}, {})
-    assert fold_keys(flat).tolist() == []

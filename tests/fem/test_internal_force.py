@@ -4,14 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support import nonlinear_models
 from support.nonlinear_models import METAL, SANDWICH, STRUCTURES, random_state, solid
 from support.plate_models import displaced
 
 from femflex.fem import Member, build_structure
-from femflex.fem.plate import rectangles as plate_bfs
-from femflex.fem.plate import triangles as plate
-from femflex.fem.relaxed import settled
 from femflex.fem.sections import Rectangle
 from femflex.fem.sections.laminates import isotropic, orthotropic
 from femflex.mesh import line, rectangle
@@ -57,16 +53,6 @@ def test_a_solid_under_a_homogeneous_gradient_has_the_energy_of_green_and_lagran
     voigt = np.array([E[0, 0], E[1, 1], E[2, 2], 2 * E[1, 2], 2 * E[0, 2], 2 * E[0, 1]])
     volume = structure.strain[0].weight.sum()
     assert structure.internal_force.energy(x) == pytest.approx((density + sigma0 @ voigt) * volume, rel=1e-12)
-
-
-def test_a_solid_turned_by_any_angle_stores_nothing():
-    structure = solid()
-    q = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
-    turn = q * np.linalg.det(q)
-    x = structure.translation.T @ (structure.mesh.points @ (turn - np.eye(3)).T).ravel()
-    scale = x @ structure.K @ x
-    assert structure.internal_force.energy(x) < 1e-20 * scale
-    assert np.abs(structure.internal_force.force(x)).max() < 1e-12 * np.abs(structure.K @ x).max()
 
 
 @pytest.mark.parametrize("order", [3, 5])
@@ -149,60 +135,3 @@ def test_a_hot_beam_free_to_stretch_finds_the_length_at_which_it_pushes_no_more(
     elastic = structure.internal_force
     assert np.abs(elastic.force(x)).max() < 1e-12 * np.abs(structure.f0).max()
     assert elastic.energy(x) == pytest.approx(-METAL.E * 0.0015 * strain**2 / 2 * 2.0, rel=1e-12)
-
-
-def test_rows_and_gradients_agree_and_parts_of_a_table_are_the_table():
-    for name in STRUCTURES:
-        structure = STRUCTURES[name]()
-        x = random_state(structure, 1.0)
-        raw = structure.T @ x
-        for block in structure.strain:
-            rows = np.matmul(block.rows(slice(None)), raw[block.dofs][:, None, :, None])
-            direct = rows[..., 0]
-            np.testing.assert_allclose(
-                block.gradients(raw[:, None], slice(None))[..., 0], direct, atol=1e-12 * np.abs(direct).max()
-            )
-            part = block.sampled(slice(1, 3))
-            whole = block.sampled(slice(None)).gradients(raw[:, None], slice(None))[1:3]
-            np.testing.assert_allclose(
-                part.gradients(raw[:, None], slice(None)), whole, atol=1e-12 * np.abs(whole).max()
-            )
-
-
-@pytest.mark.parametrize(
-    ("name", "family", "options", "text"),
-    [
-        ("plate", "plate", {"prestress": (1.0, 2.0)}, r"prestress of a plate is \(1.0, 2.0\); give three finite"),
-        ("plate", "plate_bfs", {"thermal_strain": (1.0, 2.0)}, r"thermal_strain of a plate is \(1.0, 2.0\)"),
-    ],
-)
-def test_initial_stress_that_is_not_understood_is_refused(name, family, options, text):
-    mesh = rectangle(1.0, 1.0, 2, 2, "triangle" if family == "plate" else "quad")
-    with pytest.raises(ValueError, match=text):
-        build_structure(mesh, [Member("surface", family, 0.01, METAL, options)])
-
-
-def test_initial_stress_of_beams_and_solids_is_checked_too():
-    mesh = line([[0, 0, 0], [2.0, 0, 0]], 2)
-    with pytest.raises(ValueError, match=r"beam on group 'line' has prestress '5 N'; give one finite number"):
-        build_structure(mesh, [Member("line", "beam", Rectangle(0.05, 0.03), METAL, {"prestress": "5 N"})])
-    with pytest.raises(ValueError, match=r"prestress of a solid is \(1.0, 2.0\) .* give six finite stresses"):
-        solid(prestress=(1.0, 2.0))
-
-
-def test_more_points_leave_the_energy_of_initial_stress_in_plates_unchanged(monkeypatch):
-    """Of a stress that has settled too, which is linear in triangles and quadratic in rectangles."""
-
-    def energies():
-        found = []
-        for make in (nonlinear_models.plate, nonlinear_models.bfs):
-            plain = make(thermal_strain=1e-2)
-            for structure in (plain, settled(plain, random_state(plain, 1e-2, seed=1))):
-                found.append(structure.internal_force.energy(random_state(plain, 1.0)))
-        return found
-
-    once = energies()
-    assert abs(once[1] / once[0] - 1) > 1e-4 and abs(once[3] / once[2] - 1) > 1e-4
-    monkeypatch.setattr(plate, "SQUARES", 12)
-    monkeypatch.setattr(plate_bfs, "_SQUARES", np.polynomial.legendre.leggauss(10))
-    assert energies() == pytest.approx(once, rel=1e-12)

@@ -89,11 +89,6 @@ def test_thin_curved_layers_are_warned_of_with_what_is_missing(problem, least, c
     assert ("integration" in str(found[0].message)) == (cell == "hexahedron20")
 
 
-def test_another_integration_is_refused():
-    with pytest.raises(ValueError, match="integration 'half'; give 'reduced'"):
-        ratio(straight("along"), "hexahedron20", integration="half")
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("cell", ("hexahedron20", "hexahedron27", "wedge15"))
 @pytest.mark.parametrize("name", THIN)

@@ -8,9 +8,8 @@ from support.nonlinear_models import METAL
 from support.plate_models import EDGES, frequencies, random_rotation
 
 from femflex.fem import Member, build_structure
-from femflex.fem.assembly.conditions import conditions
 from femflex.fem.sections import Rectangle
-from femflex.fem.support import Support, antisymmetry, symmetry
+from femflex.fem.support import Support
 from femflex.mesh import line, rectangle
 from femflex.reduction import cantilever_modes, lumped, nodal_translations
 
@@ -64,24 +63,6 @@ def test_bubbles_of_a_beam_that_slides_along_itself_are_held_across():
     assert across < 1e-9 * np.abs(skin).max()
 
 
-def test_a_boundary_that_turns_a_corner_leaves_the_side_inside_free():
-    """Of a group of lines: of the corner's triangle the two sides on the boundary are held, its third is not."""
-    mesh = rectangle(1.0, 1.0, 2, 2)
-    both = {"line": np.concatenate([mesh.cell_groups[edge]["line"] for edge in ("top", "left")])}
-    mesh = mesh.with_groups(cells={"both": both})
-    structure = build_structure(mesh, [Member("surface", "plate", 0.01, METAL)])
-    apart = np.union1d(structure.clamped_dofs("top"), structure.clamped_dofs("left"))
-    np.testing.assert_array_equal(structure.clamped_dofs("both"), apart)
-
-
-def test_a_support_that_the_structure_was_not_built_for_is_refused():
-    structure = build_structure(
-        rectangle(1.0, 1.0, 2, 2).rotated(random_rotation(1)), [Member("surface", "plate", 0.01, METAL)]
-    )
-    with pytest.raises(ValueError, match=r"supports of \['left'\] set combinations of dofs to zero .*supports=\.\.\."):
-        cantilever_modes(structure, {"right": ("x", "y", "z", "rx", "ry", "rz"), "left": symmetry([0, 0, 1])}, 2)
-
-
 def test_lumped_masses_stand_on_skew_supports():
     """The lumped model turned with its supports is the same model."""
     mesh, C, found = rectangle(1.0, 0.7, 4, 3), random_rotation(13), []
@@ -91,24 +72,6 @@ def test_lumped_masses_stand_on_skew_supports():
         K, M = phi.T @ structure.K @ phi, phi.T @ structure.M @ phi
         found.append(np.linalg.eigvals(np.linalg.solve(M, K)).real.min())
     assert found[1] == pytest.approx(found[0], rel=1e-7)
-
-
-@pytest.mark.parametrize(
-    ("make", "sentence"),
-    [
-        (lambda: symmetry([0, 0, 0]), "normal of a plane is .*three components, not all zero"),
-        (lambda: antisymmetry([1.0, 0]), "three components, not all zero"),
-        (lambda: Support(("x", "w")), r"components \['w'\] are not of a node"),
-        (lambda: symmetry([0, np.inf, 1.0]), r"normal of a plane is \[0, inf, 1.0\]; give three components"),
-        (lambda: Support(("x",), ((1, 0, 0), (0, 1, 0))), "three directions of three components, not zero"),
-        (lambda: Support(("x",), ((1, 0, 0), (0, 0, 0), (0, 0, 1))), "three directions of three components, not zero"),
-        (lambda: Support(("x",), ((1, 0, 0), (0, np.nan, 0), (0, 0, 1))), "three directions of three components"),
-        (lambda: Support(("x",), ((1, 0, 0), (1, 1, 0), (0, 0, 1))), "not at right angles"),
-    ],
-)
-def test_supports_that_cannot_be_are_refused(make, sentence):
-    with pytest.raises(ValueError, match=sentence):
-        make()
 
 
 @pytest.mark.parametrize(
@@ -123,13 +86,3 @@ def test_an_edge_held_in_its_place_alone_is_free_to_turn(family, cell, n, error)
     exact = np.pi**2 * np.sqrt(rigidity / (METAL.density * h)) * np.array([2.0, 5.0, 5.0, 8.0])
     found = frequencies(structure, held, 4, shift=float(exact[0] ** 2) / 2)
     assert found == pytest.approx(exact, rel=error)
-
-
-def test_a_face_lies_on_a_group_of_lines_where_all_its_edges_do():
-    """The corner's triangle has its three nodes on the boundary, and its third edge inside."""
-    mesh = rectangle(1.0, 1.0, 2, 2)
-    both = {"line": np.concatenate([mesh.cell_groups[edge]["line"] for edge in ("top", "left")])}
-    (found,) = conditions(mesh.with_groups(cells={"both": both}), {"both": ("x",)})
-    nodes = [int(np.argmin(np.linalg.norm(mesh.points - at, axis=1))) for at in ([0, 1, 0], [0, 0.5, 0], [0.5, 1, 0])]
-    assert found.contains(np.array([nodes])).tolist() == [False]
-    assert found.contains(np.array([nodes[:2], nodes[1:]])).tolist() == [True, False]

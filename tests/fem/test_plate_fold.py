@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.plate_models import CELL, METAL, displaced, frequencies, plate_structure, random_rotation
+from support.plate_models import CELL, METAL, frequencies, plate_structure
 
 from femflex.fem import Member, build_structure
-from femflex.fem.plate.sides import fold_keys
 from femflex.mesh import Mesh, box, rectangle
 
 LENGTH, WIDTH = 1.0, 0.25
@@ -28,29 +27,6 @@ def bent(angle: float, n: int, family: str, turn: np.ndarray | None = None) -> M
     }
     points = points if turn is None else points @ turn.T
     return Mesh(points, {CELL[family]: cells}, groups, {"root": np.flatnonzero(x < 1e-9)})
-
-
-@pytest.mark.parametrize("family", ["plate", "plate_bfs"])
-@pytest.mark.parametrize("angle", [np.pi / 2, 0.6])
-def test_a_folded_plate_has_six_rigid_motions_and_no_mechanism(family, angle):
-    structure = plate_structure(bent(angle, 2, family, random_rotation(1)), 0.01, family)
-    K = structure.K.toarray()
-    scale = np.sqrt(np.abs(np.diag(K)))
-    values = np.linalg.eigvalsh(K / np.outer(scale, scale))
-    assert np.abs(values[:6]).max() < 1e-11
-    assert values[6] > 1e-8
-    omega = np.array([0.3, -0.5, 0.7])
-    d = displaced(structure, lambda x: np.cross(omega, x), lambda x: np.broadcast_to(omega, x.shape))
-    assert np.abs(structure.K @ d).max() < 1e-8 * np.abs(K).max()
-
-
-@pytest.mark.parametrize("family", ["plate", "plate_bfs"])
-def test_a_fold_between_two_members_is_that_of_one(family):
-    mesh = bent(1.1, 2, family)
-    one = plate_structure(mesh, 0.01, family)
-    two = build_structure(mesh, [Member(g, family, 0.01, METAL) for g in "ab"])
-    found = [frequencies(s, s.clamped_dofs("root"), 6) for s in (one, two)]
-    assert found[0] == pytest.approx(found[1], rel=1e-9)
 
 
 @pytest.mark.slow
@@ -106,55 +82,6 @@ def test_three_plates_may_share_a_side():
     values = np.linalg.eigvalsh(K / np.outer(scale, scale))
     assert np.abs(values[:6]).max() < 1e-11
     assert values[6] > 1e-8
-
-
-def test_folds_are_where_planes_meet_and_nowhere_else():
-    mesh = bent(0.5, 2, "plate")
-    keys = fold_keys(mesh)
-    ends = np.stack([keys // len(mesh.points), keys % len(mesh.points)], axis=1)
-    assert len(keys) == 8
-    assert mesh.points[ends][..., 1:] == pytest.approx(0.0, abs=1e-12)
-    assert len(fold_keys(bent(0.0, 2, "plate"))) == 0
-    assert len(fold_keys(box(1.0, 1.0, 1.0, 1, 1, 1))) == 12  # the faces of a cube in the mesh
-
-
-def test_at_a_fold_both_plates_move_alike():
-    """The side's middle from the in-plane field of one plate is the deflection of the other, at a right angle."""
-    structure = plate_structure(bent(np.pi / 2, 2, "plate"), 0.01)
-    rng = np.random.default_rng(8)
-    raw = structure.T @ rng.normal(size=structure.n_dof)
-    block = structure.inertia[0]
-    local = block.map.local(raw[:, None], slice(None))[..., 0]
-    axes = np.broadcast_to(block.axes, (len(local), 3, 3))
-    keys, where, corners = fold_middles(structure)
-    for key in np.unique(keys):
-        pair = [where[i] for i in np.flatnonzero(keys == key)]
-        assert len(pair) == 2
-        moved = [middle_displacement(local[e], axes[e], corners[e], side) for e, side in pair]
-        assert moved[0] == pytest.approx(moved[1], abs=1e-12)
-
-
-def fold_middles(structure):
-    """Keys of fold sides, (element, side) that lie on them, and the places (e, 3, 3) of all corners."""
-    mesh, block = structure.mesh, structure.inertia[0]
-    node = np.full(structure.T.shape[0], -1)
-    points = np.arange(len(mesh.points))
-    node[structure.numbering.translation_of(points)[:, 0]] = points
-    corners = node[block.dofs[:, 0:9:3]]
-    pairs = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2), axis=2)
-    keys = pairs[..., 0] * len(points) + pairs[..., 1]
-    found = np.argwhere(np.isin(keys, fold_keys(mesh)))
-    return keys[tuple(found.T)], [tuple(row) for row in found], mesh.points[corners]
-
-
-def middle_displacement(local, axes, x, side):
-    """Displacement of a side's middle: quadratic in the plane; w by Hermite, (w_i + w_j)/2 + (w,s_i - w,s_j) L/8."""
-    i, j = side, (side + 1) % 3
-    u = (local[2 * i : 2 * i + 2] + local[2 * j : 2 * j + 2]) / 2 + local[2 * (3 + side) : 2 * (3 + side) + 2]
-    dx, dy = axes[:2] @ (x[j] - x[i])
-    rise = [dy * local[13 + 3 * k] - dx * local[14 + 3 * k] for k in (i, j)]  # L dw/ds = L (theta_x t_y - theta_y t_x)
-    w = (local[12 + 3 * i] + local[12 + 3 * j]) / 2 + (rise[0] - rise[1]) / 8
-    return axes[:2].T @ u + axes[2] * w
 
 
 def folded_strip(along: int, across: int, family: str = "plate_bfs") -> Mesh:

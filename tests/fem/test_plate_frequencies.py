@@ -11,7 +11,6 @@ from support.plate_models import (
     METAL,
     flexural_rigidity,
     frequencies,
-    held,
     plate_structure,
     random_rotation,
     simply_supported,
@@ -19,7 +18,7 @@ from support.plate_models import (
 )
 
 from femflex.fem import Material, Member, build_structure
-from femflex.fem.sections.laminates import Lamina, Ply, isotropic, orthotropic, sandwich
+from femflex.fem.sections.laminates import Lamina, Ply, orthotropic, sandwich
 from femflex.mesh import Mesh, rectangle
 
 SUPPORTED = np.pi**2 * np.array([2.0, 5.0, 5.0, 8.0])
@@ -227,66 +226,3 @@ def test_second_order_cells_are_used_by_their_corners():
             structure = plate_structure(rectangle(1.0, 0.7, 4, 3, cell), 0.02, family)
             found.append(frequencies(structure, structure.clamped_dofs("left"), 5))
         assert found[0] == pytest.approx(found[1], rel=1e-10)
-
-
-def test_two_members_on_one_plane_are_as_good_as_one():
-    for family in ("plate", "plate_bfs"):
-        mesh = rectangle(1.0, 0.7, 6, 4, CELL[family])
-        count = len(mesh.cells[CELL[family]])
-        rows = np.random.default_rng(0).permutation(count)
-        parts = {"a": {CELL[family]: rows[:10]}, "b": {CELL[family]: rows[10:]}}
-        one = plate_structure(mesh, 0.02, family)
-        two = build_structure(mesh.with_groups(cells=parts), [Member(g, family, 0.02, METAL) for g in "ab"])
-        assert one.n_dof == two.n_dof
-        clamp = [s.clamped_dofs("left") for s in (one, two)]
-        assert frequencies(one, clamp[0], 6) == pytest.approx(frequencies(two, clamp[1], 6), rel=1e-10)
-
-
-def test_an_edge_clamp_holds_the_sides_and_the_twists_on_it():
-    for family in ("plate", "plate_bfs"):
-        structure = plate_structure(rectangle(1.0, 1.0, 4, 4, CELL[family]), 0.02, family)
-        clamped = structure.clamped_dofs("left")
-        nodal = held(structure, "left", "xyzab")
-        extra = 4 * 2 + (5 if family == "plate_bfs" else 0)  # two per side, one twist per node
-        assert len(nodal) == 25
-        assert len(clamped) == 25 + extra
-
-
-def test_section_with_material_beside_it_and_other_mistakes_are_refused_in_words():
-    mesh = rectangle(1.0, 1.0, 2, 2)
-    sheet = isotropic(0.01, METAL)
-
-    def build(section=0.01, material=METAL, family="plate", target=mesh, **options):
-        return build_structure(target, [Member("surface", family, section, material, options)])
-
-    with pytest.raises(ValueError, match=r"plate on group 'surface' has a material and a section"):
-        build(sheet)
-    with pytest.raises(ValueError, match=r"has a thickness but no isotropic material; give one"):
-        build(0.01, None)
-    with pytest.raises(ValueError, match=r"has the section None; give a plate section"):
-        build(None)
-    with pytest.raises(ValueError, match=r"thickness of a ply is -0.01; it must be positive"):
-        build(-0.01)
-    with pytest.raises(ValueError, match=r"names element 'acm'; it can be 'dkmt' or 'dkt'"):
-        build(element="acm")
-    with pytest.raises(ValueError, match=r"no option 'elment'.*Did you mean 'element'"):
-        build(elment="dkt")
-    with pytest.raises(ValueError, match=r"axis of a plate is \(0, 0, 0\); give a direction"):
-        build(axis=(0, 0, 0))
-    with pytest.raises(ValueError, match=r"group 'surface' holds quad cells; the plate family is made of triangle"):
-        build(target=rectangle(1.0, 1.0, 2, 2, "quad"))
-    flat = Mesh(mesh.points * [1, 0, 0], dict(mesh.cells), mesh.cell_groups)
-    with pytest.raises(ValueError, match=r"8 of 8 elements have no area, the first is element 0"):
-        build(target=flat)
-
-
-def test_quadrilaterals_that_are_no_rectangles_are_refused_in_words():
-    mesh = rectangle(1.0, 1.0, 2, 2, "quad")
-    points = mesh.points.copy()
-    points[4, :2] += 0.05
-    bent = Mesh(points, dict(mesh.cells), mesh.cell_groups)
-    with pytest.raises(ValueError, match=r"4 of 4 quadrilaterals are not rectangles; element 0 .* plate family on tri"):
-        plate_structure(bent, 0.01, "plate_bfs")
-    sheared = Mesh(mesh.points @ np.array([[1, 0, 0], [0.3, 1, 0], [0, 0, 1]]), dict(mesh.cells), mesh.cell_groups)
-    with pytest.raises(ValueError, match=r"4 of 4 quadrilaterals are not rectangles"):
-        plate_structure(sheared, 0.01, "plate_bfs")

@@ -5,13 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.sparse.linalg import spsolve
-from support.plate_models import METAL, displaced, random_rotation
+from support.plate_models import displaced, random_rotation
 
 from femflex.fem import Member, build_structure
-from femflex.fem.plate.frames import in_plane, oriented, plane_frames, plane_normals, same_side, section_angles
-from femflex.fem.sections.laminates import isotropic, orthotropic
+from femflex.fem.sections.laminates import orthotropic
 from femflex.mesh import Mesh, rectangle
-from femflex.warning import PhysicsWarning
 
 SHEET = orthotropic(0.01, 140e9, 10e9, 5e9, 0.3, 1600.0, G13=4e9, G23=3e9)
 FAMILIES = (("plate", "triangle"), ("plate_bfs", "quad"))
@@ -163,93 +161,3 @@ def test_fibres_lie_along_the_axis_laid_into_every_plane(family, cell):
         elastic = np.broadcast_to(block.elastic, (*eps.shape[:2], *block.elastic.shape[2:]))[..., :3, :3]
         total += np.einsum("eq,eqs,eqst,eqt->", block.weight, eps, elastic, eps)
     assert total == pytest.approx(energy, rel=1e-9)
-
-
-def test_normals_point_up_or_along_y_or_along_x():
-    given = np.array(
-        [[0.3, 0.2, -0.5], [0.4, -0.6, 0.0], [-1.0, 0, 0], [0.1, -0.9, 1e-9], [0, 0, 2.0], [-3.0, 0, 1e-14]]
-    )
-    unit = given / np.linalg.norm(given, axis=1, keepdims=True)
-    signs = np.array([-1, -1, -1, -1, 1, -1.0])
-    assert oriented(unit) == pytest.approx(signs[:, None] * unit, abs=1e-12)
-    assert [same_side(n) for n in given] == (signs > 0).tolist()
-
-
-def test_upright_directions_are_laid_in_with_components_shifted():
-    """x on a plane across x becomes y, y becomes z, z becomes x; all others their own shadow."""
-    e = np.eye(3)
-    for k in range(3):
-        assert in_plane(e[k], e[[k]])[0] == pytest.approx(e[(k + 1) % 3])
-        frames = plane_frames(e[[k]])
-        assert np.linalg.det(frames[0]) == pytest.approx(1.0) and frames[0, 2] == pytest.approx(e[k])
-    n = np.array([[0.6, 0.0, 0.8]])
-    assert in_plane([5.0, 0, 0], n)[0] == pytest.approx([0.8, 0, -0.6])
-    angles = section_angles([0.3, 0.9, 0.0], plane_frames(n))
-    assert angles == pytest.approx(np.arctan2(0.9, 0.3 * 0.8))
-
-
-def test_elements_without_area_are_counted_and_the_first_is_shown():
-    x = np.array(
-        [[[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 0, 0], [1, 1, 0], [2, 2, 0]], [[5, 0, 0], [5, 0, 0], [6, 1, 1]]], float
-    )
-    with pytest.raises(ValueError) as refusal:
-        plane_normals(x, "plate on group 'g'")
-    assert str(refusal.value) == (
-        f"plate on group 'g': 2 of 3 elements have no area, the first is element 1 with corners {x[1].tolist()}; "
-        "repair the mesh"
-    )
-
-
-def words(mesh, family, section=SHEET, material=None, **options) -> str:
-    with pytest.raises(ValueError) as refusal:
-        build_structure(mesh, [Member("surface", family, section, material, options)])
-    return str(refusal.value)
-
-
-def test_refused_plates_name_what_is_wrong():
-    mesh = rectangle(1.0, 1.0, 2, 2)
-    at = "plate on group 'surface' "
-    assert words(mesh, "plate", element="acm") == f"{at}names element 'acm'; it can be 'dkmt' or 'dkt'"
-    assert (
-        words(mesh, "plate", SHEET, METAL) == f"{at}has a material and a section with its own material; leave one out"
-    )
-    assert (
-        words(mesh, "plate", 0.01) == f"{at}has a thickness but no isotropic material; give one, or a section of plies"
-    )
-    assert words(mesh, "plate", True, METAL).startswith(f"{at}has the section True; give a plate section of femflex")
-    assert words(mesh, "plate", isotropic(0.01, METAL).shifted(0.1)).startswith(f"{at}has a section that couples mem")
-    for axis in ((0, 0, 0), (1.0, 2.0), (np.nan, 1, 0)):
-        said = f"axis of a plate is {axis!r}; give a direction of three numbers, not all zero"
-        assert words(mesh, "plate", axis=axis) == said
-    points = rectangle(2.0, 1.0, 2, 1, "quad").points.copy()
-    cells = rectangle(2.0, 1.0, 2, 1, "quad").cells["quad"]
-    skew = points + np.outer(points[:, 1], [0.3, 0, 0])
-    group = {"surface": {"quad": [0, 1]}}
-    said = words(Mesh(skew, {"quad": cells}, group), "plate_bfs")
-    assert said.startswith("plate_bfs on group 'surface': 2 of 2 quadrilaterals are not rectangles; element 0 has cor")
-    corner = int(np.argmax(points.sum(axis=1)))
-    points[corner] += [0.1, 0, 0]
-    second = int(np.flatnonzero((cells == corner).any(axis=1))[0])
-    said = words(Mesh(points, {"quad": cells}, group), "plate_bfs")
-    assert said == (
-        f"plate_bfs on group 'surface': 1 of 2 quadrilaterals are not rectangles; element {second} has corners "
-        f"{points[cells[second]].tolist()}. Use the plate family on triangles there"
-    )
-
-
-@pytest.mark.parametrize("size", [1.0, 0.01, 1e4])
-def test_curved_sides_are_counted_and_the_worst_is_that_of_the_largest_share(size):
-    """Sides of 2 m bulge by 8 mm, sides of 0.5 m by 5 mm; one is straight but for rounding, and its node off its
-    middle; in any unit."""
-    mesh = rectangle(2.0, 0.5, 1, 1, "quad8")
-    points = mesh.points.copy()
-    for place, off in (((1.0, 0), [0, -0.008, 0]), ((1.0, 0.5), [0.05, 0, 0.0001]), ((0, 0.25), [0.005, 0, 0])):
-        points[mesh.nearest_point([*place, 0])] += off
-    with pytest.warns(PhysicsWarning) as given:
-        build_structure(
-            Mesh(size * points, mesh.cells, mesh.cell_groups), [Member("surface", "plate_bfs", 0.01 * size, METAL)]
-        )
-    text = str(given[0].message)
-    assert "plate_bfs on group 'surface': 2 of 4 sides of its second-order cells are curved" in text
-    assert f"the worst middle node lies {0.005 * size:.3g} m off a side of {0.5 * size:.3g} m (1.00%; at most" in text
-    assert "0.01% counts as straight)" in text

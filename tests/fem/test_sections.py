@@ -9,7 +9,7 @@ from scipy.sparse.linalg import spsolve
 from skfem import Basis, ElementQuad2, MeshQuad
 from skfem.models.poisson import laplace, unit_load
 
-from femflex.fem.sections import Box, Circle, GivenSection, ISection, Rectangle, StiffnessSection, Tube
+from femflex.fem.sections import Box, Circle, GivenSection, ISection, Rectangle, Tube
 from femflex.fem.sections.materials import Material
 from femflex.fem.sections.section import Outline
 
@@ -72,15 +72,6 @@ def test_second_moments_are_integrals_over_the_drawn_outline(section):
     assert (p.A[0], p.Iy[0], p.Iz[0], 0, 0) == pytest.approx(
         area_moments(section.outline(STATION, 1.0)), rel=1e-13, abs=1e-16
     )
-
-
-@pytest.mark.parametrize("section", SHAPES, ids=lambda s: type(s).__name__)
-def test_extreme_fibres_are_the_outlines_and_the_polar_moment_is_the_sum(section):
-    p = section.properties(STATION, 1.0)
-    reach = np.abs(section.outline(STATION, 1.0).points[0]).max(axis=0)
-    assert reach == pytest.approx([p.y_max[0], p.z_max[0]], rel=1e-14)
-    assert p.polar == pytest.approx(p.Iy + p.Iz)
-    assert area_moments(section.outline(STATION, 1.0))[3:] == pytest.approx((0, 0), abs=1e-16)
 
 
 def test_hollow_sections_are_differences_of_solid_ones():
@@ -172,40 +163,3 @@ def test_resultants_are_moduli_times_properties():
     stiffness = np.array([70e9 * p.A, 70e9 * p.Iy, 70e9 * p.Iz, material.G * p.J, 2700 * p.A])
     assert np.array([r.EA, r.EIy, r.EIz, r.GJ, r.mass]) == pytest.approx(stiffness, rel=1e-14)
     assert np.array([r.ry2, r.rz2, r.polar2]) == pytest.approx(np.array([p.Iy, p.Iz, p.polar]) / p.A, rel=1e-14)
-
-
-def test_a_stiffness_section_takes_its_radii_from_stiffness_unless_given():
-    plain = StiffnessSection(1e6, 40.0, 90.0, 20.0, 1.5)
-    r = plain.resultants(None, STATION, STATION)
-    assert (r.ry2[0], r.rz2[0], r.polar2[0], r.mass[0]) == pytest.approx((4e-5, 9e-5, 13e-5, 1.5))
-    given = StiffnessSection(1e6, 40.0, 90.0, 20.0, 1.5, ry=0.1, rz=0.2, area=np.pi)
-    r = given.resultants(None, STATION, STATION)
-    assert (r.ry2[0], r.rz2[0], r.polar2[0]) == pytest.approx((0.01, 0.04, 13e-5))
-    assert np.abs(given.outline(STATION, 1.0).points).max() == pytest.approx(1.0)
-    moments = area_moments(plain.outline(STATION, 1.0))
-    assert moments[1] / moments[0] == pytest.approx(4e-5, rel=0.05)  # a polygon for an ellipse
-
-
-@pytest.mark.parametrize(
-    ("section", "sentence"),
-    [
-        (Tube(0.1, 0.11), r"thickness of Tube is 0.11 m at s = 0 m, more than the half width 0.1 m"),
-        (Box(0.1, 0.5, 0.06), "thickness of Box is 0.06"),
-        (ISection(0.1, 0.2, 0.11, 0.01), "flange of ISection is 0.11 .* more than half the height 0.1"),
-        (ISection(0.1, 0.2, 0.01, 0.2), "web of ISection is 0.2 .* more than the width 0.1"),
-        (Circle(-1.0), "radius of Circle is -1 at s = 0 m; it must be positive along the whole member"),
-        (Circle(np.nan), "radius of Circle: nan is nan"),
-        (Circle("x"), "radius of Circle: formula 'x' holds"),
-        (GivenSection(1.0, 0.0, 1.0, 1.0), "Iy of GivenSection is 0"),
-    ],
-)
-def test_impossible_sections_are_refused(section, sentence):
-    with pytest.raises(ValueError, match=sentence):
-        section.properties(STATION, 1.0)
-
-
-def test_a_shape_without_material_is_refused():
-    with pytest.raises(
-        ValueError, match=r"Circle needs a material; found none\. Name one, or give the section by its stiffnesses"
-    ):
-        Circle(0.1).resultants(None, STATION, STATION)

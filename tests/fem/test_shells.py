@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.sparse.linalg import spsolve
-from support.element_meshes import mixed_sheet
-from support.plate_models import frequencies, random_rotation
+from support.plate_models import frequencies
 from support.shell_problems import (
     curved_beam,
     edge_weights,
@@ -23,113 +22,14 @@ from support.shell_problems import (
 from femflex.fem import Material, Member, build_structure
 from femflex.fem.sections.laminates import Lamina, Ply, isotropic, layup
 from femflex.mesh import Mesh, line, rectangle
-from femflex.mesh.raised import raised
 from femflex.warning import PhysicsWarning
 
-CELLS = ("triangle", "triangle6", "quad", "quad8", "quad9")
 METAL = Material(70e9, 0.3, 2700.0)
 pytestmark = pytest.mark.filterwarnings("ignore:shell on group .* three-node triangles")
 
 
 def shell(mesh: Mesh, h=0.05, material=METAL, **options):
     return build_structure(mesh, [Member("surface", "shell", h, material, options)])
-
-
-def straight_patch(cell: str, n: int = 2, seed: int = 0) -> Mesh:
-    """A rectangle with shaken corners and straight sides."""
-    corner = "triangle" if "triangle" in cell else "quad"
-    mesh = rectangle(1.0, 0.8, n, n, corner)
-    inner = (np.abs(mesh.points[:, 0] - 0.5) < 0.49) & (np.abs(mesh.points[:, 1] - 0.4) < 0.39)
-    shift = np.random.default_rng(seed).uniform(-0.07, 0.07, mesh.points.shape) * [1, 1, 0]
-    mesh = Mesh(mesh.points + inner[:, None] * shift, mesh.cells, mesh.cell_groups)
-    if cell == corner:
-        return mesh
-    mesh = raised(mesh, {corner: np.arange(len(mesh.cells[corner]))})
-    return raised(mesh, {"quad8": np.arange(len(mesh.cells["quad8"]))}) if cell == "quad9" else mesh
-
-
-def dofs_of(structure, u, theta):
-    """Dofs (n_dof,) with these translations and rotations (n_points, 3) of the nodes."""
-    rows = np.concatenate(
-        [(structure.translation @ np.eye(structure.n_dof)), structure.rotation @ np.eye(structure.n_dof)]
-    )
-    return np.linalg.lstsq(rows, np.concatenate([u.ravel(), theta.ravel()]), rcond=None)[0]
-
-
-@pytest.mark.parametrize("cell", CELLS)
-def test_patches_of_constant_membrane_strain_and_of_constant_curvature(cell):
-    check_patches(shell(straight_patch(cell, 3)))
-
-
-@pytest.mark.parametrize("order", [1, 2])
-@pytest.mark.parametrize("seed", range(3))
-def test_random_meshes_of_quadrilaterals_and_triangles_pass_the_patch_tests(seed, order):
-    mesh = mixed_sheet(seed=seed)
-    if order == 2:
-        mesh = raised(mesh, {kind: np.arange(len(cells)) for kind, cells in mesh.cells.items()})
-    check_patches(shell(mesh))
-
-
-def check_patches(s):
-    """Free inner nodes go with constant strain and with constant curvature given on the boundary, to rounding."""
-    x, y, _ = s.mesh.points.T
-    o = 0 * x
-    H = np.array([[1.0, 0.3], [0.5, -0.7]])
-    stretch = np.stack([x * H[0, 0] + y * H[0, 1], x * H[1, 0] + y * H[1, 1], o], axis=1)
-    k = np.array([0.6, -0.4, 0.9])  # w,xx w,yy w,xy
-    bend = np.stack([o, o, k[0] * x * x / 2 + k[1] * y * y / 2 + k[2] * x * y], axis=1)
-    turn = np.stack([k[1] * y + k[2] * x, -(k[0] * x + k[2] * y), o], axis=1)
-    section = isotropic(0.05, METAL)
-    e = np.array([H[0, 0], H[1, 1], H[0, 1] + H[1, 0]])
-    kappa = np.array([k[0], k[1], 2 * k[2]])
-    for u, theta, energy in (
-        (stretch, 0 * stretch, 0.8 * e @ section.A @ e),
-        (bend, turn, 0.8 * kappa @ section.D @ kappa),
-    ):
-        exact = dofs_of(s, u, theta)
-        border = (np.abs(x * (x - 1)) < 1e-9) | (np.abs(y * (y - 0.8)) < 1e-9)
-        rows = abs(s.translation.T) @ np.repeat(~border, 3) + abs(s.rotation.T) @ np.repeat(~border, 3)
-        free = np.flatnonzero(rows)
-        assert len(free)
-        found = np.where(np.isin(np.arange(s.n_dof), free), 0.0, exact)
-        found[free] = spsolve(s.K[free][:, free].tocsc(), -(s.K @ found)[free])
-        assert np.abs(found - exact).max() < 1e-9 * np.abs(exact).max()
-        assert found @ s.K @ found == pytest.approx(energy, rel=1e-9)
-
-
-def bowl(cell: str, n: int = 2) -> Mesh:
-    """A rectangle on a paraboloid that twists: all four-node elements are warped."""
-    flat = rectangle(1.0, 0.8, n, n, cell)
-    x, y, _ = flat.points.T
-    return Mesh(np.stack([x, y, 0.3 * x * x + 0.1 * y * y + 0.2 * x * y], axis=1), flat.cells, flat.cell_groups)
-
-
-@pytest.mark.filterwarnings("ignore:.*four-node elements are longer:femflex.warning.PhysicsWarning")
-@pytest.mark.parametrize("cell", CELLS)
-def test_rigid_motion_costs_nothing_and_axes_do_not_matter(cell):
-    """Rotations about directors are no dofs of smooth shells: rigid ones are set by the others."""
-    mesh, C = bowl(cell), random_rotation(3)
-    both = [shell(mesh), shell(mesh.rotated(C).moved([30.0, -20.0, 10.0]), axis=C[:, 0])]
-    stiff = []
-    for s in both:
-        points = s.mesh.points
-        for e in np.eye(3):
-            for u, theta in (
-                (np.broadcast_to(e, points.shape), 0 * points),
-                (np.cross(e, points), np.broadcast_to(e, points.shape)),
-            ):
-                rotation = s.rotation.T @ theta.ravel()  # its parts in the tangent planes
-                x = s.translation.T @ u.ravel() + rotation
-                assert np.abs(s.K @ x).max() < 1e-10 * abs(s.K).max() * np.abs(x).max()
-        value = np.linalg.eigvalsh(s.K.toarray())
-        assert (np.abs(value[:6]) < 1e-12 * value[-1]).all() and value[6] > 1e-9 * value[-1]
-        stiff.append(np.linalg.eigvalsh(s.K.toarray()))
-        mass = s.translation.T @ np.tile([1.0, 0, 0], len(points))
-        area = sum(block.weight.sum() for block in s.strain)
-        assert mass @ s.M @ mass == pytest.approx(METAL.density * 0.05 * area, rel=2e-3)
-        assert sum(block.dm.sum() for block in s.inertia) == pytest.approx(mass @ s.M @ mass, rel=1e-12)
-        assert np.linalg.eigvalsh(s.M.toarray())[0] > 0
-    np.testing.assert_allclose(stiff[0][6:], stiff[1][6:], rtol=1e-10, atol=1e-10 * stiff[0][-1])
 
 
 # ratio of femflex to the published answer on the finest standard mesh; what a second-order element may be off is 2 %
@@ -185,13 +85,6 @@ def test_four_node_elements_of_a_trapezoid_lock_in_their_plane_as_published():
     with pytest.warns(PhysicsWarning, match=r"6 of 6 four-node elements are trapezoids .* up to 26 times as stiff"):
         assert ratio(straight_beam("quad", "in plane", "trapezoid")) == pytest.approx(0.05, abs=0.02)
     assert ratio(straight_beam("quad", "in plane", "parallelogram")) > 0.6
-
-
-def test_eight_node_elements_get_a_node_in_their_centre():
-    s = shell(rectangle(1.0, 1.0, 2, 2, "quad8"))
-    assert s.mesh.cells["quad9"].shape == (4, 9) and "4 eight-node" in s.notes[0]
-    same = shell(rectangle(1.0, 1.0, 2, 2, "quad9"))
-    np.testing.assert_allclose(*(np.linalg.eigvalsh(a.K.toarray())[-10:] for a in (s, same)), rtol=1e-9)
 
 
 @pytest.mark.parametrize(("cell", "n", "rel"), [("quad", 12, 0.02), ("quad9", 6, 0.002), ("triangle6", 6, 0.01)])
@@ -255,19 +148,6 @@ def test_a_beam_stands_on_a_shell_and_twists_it():
     assert 1 / GJ < turn < 1.2 / GJ  # the plate adds a little to the twist of the mast
 
 
-@pytest.mark.parametrize("cell", ["quad", "quad9", "triangle6", "triangle"])
-def test_force_and_tangent_are_the_derivatives_of_the_energy(cell):
-    s = shell(bowl(cell, 1))
-    rng = np.random.default_rng(1)
-    x, d = 1e-3 * rng.normal(size=(2, s.n_dof))
-    V = s.internal_force
-    step = 1e-4
-    slope = (V.energy(x + step * d) - V.energy(x - step * d)) / (2 * step)
-    assert V.force(x) @ d == pytest.approx(slope, rel=1e-6)
-    change = (V.force(x + step * d) - V.force(x - step * d)) / (2 * step)
-    np.testing.assert_allclose(V.tangent(x) @ d, change, atol=1e-6 * np.abs(change).max())
-
-
 @pytest.mark.parametrize(("cell", "n"), [("quad", 20), ("quad9", 8)])
 def test_a_strip_bent_far_by_a_tip_moment_keeps_its_length(cell, n):
     """A clamped strip under an end force, 10 % of its length: the elastica's deflection."""
@@ -301,30 +181,6 @@ def test_a_strip_bent_far_by_a_tip_moment_keeps_its_length(cell, n):
     assert tip[2] == pytest.approx(w * L, rel=0.003)
     u = np.sqrt(2) * np.sqrt(2 * p * p - 1) / alpha  # horizontal projection
     assert tip[0] == pytest.approx((u - 1) * L, rel=0.04)
-
-
-def test_mistakes_are_refused_in_words():
-    mesh = rectangle(1.0, 1.0, 1, 1, "quad")
-    with pytest.raises(ValueError, match=r"fold_angle 2\.0"):
-        shell(mesh, fold_angle=2.0)
-    with pytest.raises(ValueError, match="axis \\[0, 0, 0\\]"):
-        shell(mesh, axis=[0, 0, 0])
-    with pytest.raises(ValueError, match="prestress"):
-        shell(mesh, prestress=[1.0, 2.0])
-    crossed = Mesh(mesh.points, {"quad": mesh.cells["quad"][:, [0, 2, 1, 3]]}, {"surface": {"quad": [0]}})
-    with pytest.raises(ValueError, match=r"1 of 1 .* element 0 at \(0.5, 0.5, 0\) m"):
-        shell(crossed)
-    bent = Mesh(mesh.points + [[0, 0, 0.4 * k] for k in (0, 1, 0, 1)], mesh.cells, mesh.cell_groups)
-    bent = Mesh(
-        mesh.points + np.array([0, 0, 0.3]) * (mesh.points.sum(axis=1) == 2)[:, None], mesh.cells, mesh.cell_groups
-    )
-    with pytest.warns(PhysicsWarning, match="warped by more than 15 deg"):
-        shell(bent)
-
-
-def test_a_mesh_of_three_node_triangles_is_told_of_the_plate_family():
-    with pytest.warns(PhysicsWarning, match="family = 'plate'"):
-        shell(rectangle(1.0, 1.0, 2, 2, "triangle"))
 
 
 FIBRE = Lamina(140e9, 10e9, 5e9, 0.3, 1600.0, 5e9, 3.5e9)
@@ -369,14 +225,6 @@ def test_an_offset_sheet_is_stiffer_about_its_nodes_and_weighs_the_same():
     turn = same.translation.T @ np.cross([1.0, 0, 0], same.mesh.points).ravel()
     turn = turn + same.rotation.T @ np.tile([1.0, 0, 0], len(same.mesh.points))
     assert turn @ same.M @ turn == pytest.approx(dm @ (rho[:, 1] ** 2 + rho[:, 2] ** 2), rel=1e-9)
-
-
-def test_plates_refuse_coupled_sections():
-    section = isotropic(0.01, METAL).shifted(0.02)
-    with pytest.raises(ValueError, match="use the family shell"):
-        build_structure(rectangle(1.0, 1.0, 1, 1), [Member("surface", "plate", section)])
-    with pytest.raises(ValueError, match="give one length"):
-        shell(rectangle(1.0, 1.0, 1, 1, "quad"), offset="up")
 
 
 def navier(a, h, lamina, plies, q=1.0) -> float:

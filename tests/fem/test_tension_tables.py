@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.plate_models import METAL, random_rotation
+from support.plate_models import random_rotation
 
-from femflex.fem import Material, Member, build_structure
+from femflex.fem import Member, build_structure
 from femflex.fem.deflected import deflected
-from femflex.fem.sections import CableSection, Circle
+from femflex.fem.sections import CableSection
 from femflex.fem.sections.laminates import orthotropic
-from femflex.fem.tension.strain import least_squares, lowest_principal
 from femflex.mesh import Mesh, line, rectangle
 
 C = random_rotation(17)
@@ -116,15 +115,6 @@ def test_a_rope_under_a_homogeneous_gradient_has_the_energy_of_its_lengths(cell,
         )
 
 
-def test_a_bar_as_a_rope_has_the_stress_of_its_section():
-    s = rope(section=Circle("0.01 + 0.002 * s"), material=METAL)
-    place = s.places[0]
-    assert place.fibres.shape == (*s.strain[0].weight.shape, 4)
-    r = np.sqrt(1 / (np.pi * place.fibres[..., 0]))
-    assert s.strain[0].elastic[..., 0, 0] == pytest.approx(METAL.E * np.pi * r**2)
-    assert place.fibres[..., 1] == pytest.approx(4 / (np.pi * r**3))
-
-
 MADE = {"rope": lambda: rope(prestress=40.0), "sheet": lambda: sheet("triangle", prestress=300.0, thermal_strain=1e-4)}
 
 
@@ -153,125 +143,3 @@ def test_a_state_about_a_deflection_is_the_same_structure_seen_from_there(kind):
     force = np.einsum("eq,eqi->i", block.weight, far.places - block.places)
     moved = np.einsum("qm,emc->eqc", block.moved, (s.T @ (x + y))[block.dofs].reshape(len(block.dofs), -1, 3))
     assert force == pytest.approx(np.einsum("eq,eqi->i", block.weight, moved))
-
-
-def test_stress_is_smoothed_in_the_weighted_mean():
-    """Projection onto polynomials: it leaves them alone, and what is left over is orthogonal to them."""
-    x, w = np.polynomial.legendre.leggauss(7)
-    w = w * (1 + 0.3 * x)
-    values = np.stack([np.ones(7), x, x**2], axis=1)
-    P = least_squares(values, w)
-    assert P @ values == pytest.approx(values, abs=1e-12) and P @ P == pytest.approx(P, abs=1e-12)
-    rest = np.sin(5 * x) - P @ np.sin(5 * x)
-    assert values.T @ (w * rest) == pytest.approx(np.zeros(3), abs=1e-12)
-
-
-def test_the_lowest_principal_stress_is_the_lower_eigenvalue():
-    xx, yy, xy = stress = np.random.default_rng(1).normal(size=(3, 50))
-    expected = np.linalg.eigvalsh(np.array([[xx, xy], [xy, yy]]).transpose(2, 0, 1))[:, 0]
-    assert lowest_principal(stress.T) == pytest.approx(expected)
-    assert lowest_principal(stress[:1].T) == pytest.approx(xx)
-
-
-def test_a_tether_with_one_end_on_a_membrane_keeps_its_own_order():
-    """Along the edge it shares the side's displacements; one that leaves the sheet has more of its own."""
-    mesh = rectangle(1.0, 1.0, 2, 2)
-    corner = mesh.nearest_point([1.0, 1.0, 0])
-    points = np.concatenate([mesh.points, [[2.0, 1.5, 0.3]]])
-    n = len(mesh.points)
-    cells = {**mesh.cells, "line": np.concatenate([mesh.cells["line"], [[corner, n]]])}
-    stay = {"line": [len(mesh.cells["line"])]}
-    mesh = Mesh(points, cells, {**mesh.cell_groups, "stay": stay}, mesh.point_groups)
-    film = Member("surface", "membrane", 1e-4, Material(3e9, 0.3, 1400.0), {"prestress": 20.0})
-    cord = CableSection(1e5, 1e-3)
-    alone, stayed, edged = (
-        build_structure(mesh, [film, *more])
-        for more in ([], [Member("stay", "tether", cord)], [Member("right", "tether", cord)])
-    )
-    assert stayed.n_dof == alone.n_dof + 3 + 3 * 3  # its end, its side, and two more functions of order 3 and 4
-    assert edged.n_dof == alone.n_dof
-
-
-def words(make) -> str:
-    with pytest.raises(ValueError) as refusal:
-        make()
-    return str(refusal.value)
-
-
-def test_what_tension_members_cannot_use_is_named():
-    name = "membrane on group 'surface' has "
-    assert words(lambda: sheet("triangle", prestress=(3.0, 1.0, 2.0))).startswith(
-        f"{name}prestress [3.0, 1.0, 2.0] N/m, of which the lowest principal value is {2 - np.sqrt(5):.4g} N/m"
-    )
-    sheet("triangle", prestress=(3.0, 1.5, 2.0))
-    assert words(lambda: sheet("triangle", viscosity=np.inf)) == (
-        name + "viscosity inf; give one number of seconds, not negative"
-    )
-    name = "tether on group 'line' has "
-    assert words(lambda: rope(prestress=-5.5)) == (
-        name + "prestress -5.5 N; a tether carries no compression, so give a tension"
-    )
-    assert words(lambda: rope(viscosity=-0.5)) == name + "viscosity -0.5 s; a damping time cannot be negative"
-    assert words(lambda: rope(thermal_strain="hot")) == name + "thermal_strain 'hot'; give one finite number"
-    assert words(lambda: rope(order=0)).startswith(name + "order 0; it may be 1 to 8")
-
-
-def test_the_picture_of_a_rope_runs_from_node_to_node_through_what_its_functions_say():
-    """Straight and curved cells in one member: five points along each, moved by the shape functions of order 3."""
-    points = np.array([[0, 0, 0], [1.0, 0.3, 0], [1.9, 0.2, 0.4], [3.0, 0.5, 0.1], [2.5, 0.6, 0.3]])
-    cells = {"line": np.array([[0, 1], [2, 1]]), "line3": np.array([[2, 3, 4]])}
-    mesh = Mesh(points, cells, {"line": {"line": [0, 1], "line3": [0]}})
-    s = build_structure(mesh, [Member("line", "tether", CableSection(1e5, 0.1), None, {"order": 3})])
-    assert list(s.skin.cells) == ["line"] and s.skin.points.shape == (15, 3)
-    assert np.array_equal(s.skin.cells["line"], [[5 * e + k, 5 * e + k + 1] for e in range(3) for k in range(4)])
-    t = np.linspace(0, 1, 5)[:, None]
-    quadratic = (1 - t) * (1 - 2 * t), t * (2 * t - 1), 4 * t * (1 - t)
-    curve = sum(f * points[node] for f, node in zip(quadratic, (2, 3, 4), strict=True))
-    wanted = [*((1 - t) * points[a] + t * points[b] for a, b in cells["line"]), curve]
-    assert s.skin.points == pytest.approx(np.concatenate(wanted), abs=1e-13)
-    H, x = np.random.default_rng(2).normal(size=(3, 3)), np.zeros(s.n_dof)
-    x += moved(s, H)
-    assert (s.skin.operator @ x).reshape(-1, 3) == pytest.approx(s.skin.points @ H.T, abs=1e-12)
-    inner = np.setdiff1d(np.arange(s.n_dof), s.translation.indices)
-    block, straight = s.strain[0], np.zeros(s.n_dof)
-    straight[np.intersect1d(block.dofs, inner)] = np.random.default_rng(3).normal(size=2 * 6)
-    drawn = (s.skin.operator @ straight).reshape(3, 5, 3)
-    own = (s.T @ straight)[block.dofs].reshape(2, 4, 3)
-    cubic = np.sqrt(5) * t * (1 - t) * (1 - 2 * t)  # the integral of sqrt(5) P_2
-    for e in range(2):
-        assert drawn[e] == pytest.approx(4 * t * (1 - t) * own[e, 2] + cubic * own[e, 3], abs=1e-12)
-    assert not drawn[2].any()
-
-
-def test_the_picture_of_a_sheet_is_four_triangles_of_each_cell_over_its_corners_and_sides():
-    """Cells of three nodes and of six with a curved side in one member; area, nodes and motion."""
-    points = np.array(
-        [[0, 0, 0], [1.0, 0, 0], [0.2, 0.9, 0], [1.1, 1.2, 0], [0.65, 0.4, 0], [1.3, 0.6, 0], [0.7, 1.1, 0]]
-    )
-    cells = {"triangle": np.array([[0, 1, 2]]), "triangle6": np.array([[1, 3, 2, 5, 6, 4]])}
-    mesh = Mesh(points @ C.T, cells, {"surface": {"triangle": [0], "triangle6": [0]}})
-    s = build_structure(mesh, [Member("surface", "membrane", CLOTH)])
-    x, four = s.skin.points @ C, s.skin.cells["triangle"]
-    assert list(s.skin.cells) == ["triangle"] and four.shape == (8, 3)
-    sides = [(points[a] + points[b]) / 2 for a, b in ((0, 1), (1, 2), (2, 0))]
-    assert x == pytest.approx(np.concatenate([points[:3], sides, points[[1, 3, 2, 5, 6, 4]]]), abs=1e-13)
-    a, b, c = x[four].swapaxes(0, 1)
-    area = np.cross(b - a, c - a)[:, 2] / 2
-    polygon = points[[1, 5, 3, 6, 2, 4]]
-    whole = np.sum(np.cross(polygon, np.roll(polygon, -1, axis=0))[:, 2]) / 2
-    assert (
-        (area > 0).all() and area[:4] == pytest.approx(np.full(4, 0.45 / 4)) and area[4:].sum() == pytest.approx(whole)
-    )
-    H = np.random.default_rng(2).normal(size=(3, 3))
-    assert (s.skin.operator @ moved(s, H)).reshape(-1, 3) == pytest.approx(s.skin.points @ H.T, abs=1e-12)
-
-
-def test_sides_count_as_curved_from_a_billionth_of_the_sheet():
-    """The rule has more points where a middle node lies off its side, be it by a thousandth."""
-    flat = rectangle(2.0, 1.0, 1, 1, "triangle6")
-    few = sheet("triangle6", mesh=flat).strain[0].weight.shape[1]
-    for off, more in ((1e-3, True), (1e-12, False)):
-        points = flat.points.copy()
-        points[flat.nearest_point([1.0, 0.0, 0])] += [0, off, 0]
-        bent = Mesh(points, flat.cells, flat.cell_groups)
-        assert (sheet("triangle6", mesh=bent).strain[0].weight.shape[1] > few) == more

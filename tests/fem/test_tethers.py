@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-from femflex.fem import Material, Member, PointMass, build_structure
+from femflex.fem import Material, Member, build_structure
 from femflex.fem.deflected import deflected
 from femflex.fem.sections import CableSection, Circle
-from femflex.fem.tension.tether import frames
-from femflex.mesh import Mesh, line
+from femflex.mesh import line
 from femflex.reduction import cantilever_modes, reduce_structure, strain_tensors
 from femflex.warning import PhysicsWarning
 
@@ -74,48 +73,6 @@ def test_a_large_rotation_costs_no_energy():
     x[structure.translation.tocoo().col] = moved.ravel()[structure.translation.tocoo().row]
     assert abs(structure.internal_force.energy(x)) < 1e-12 * 1e6
     assert np.abs(structure.internal_force.force(x)).max() < 1e-9 * 1e6
-
-
-def test_a_point_mass_on_a_string_may_not_have_an_inertia():
-    mesh = line([[0, 0, 0], [2, 0, 0]], 4)
-    with pytest.raises(ValueError, match="its nodes have no rotation"):
-        build_structure(mesh, [Member("line", "tether", CORD)], [PointMass("end", 1.0, np.eye(3))])
-
-
-@pytest.mark.parametrize(
-    ("options", "section", "sentence"),
-    [
-        ({"prestress": -5.0}, CORD, "carries no compression"),
-        ({"prestress": "5 N"}, CORD, "give one finite number"),
-        ({"order": 9}, CORD, "it may be 1 to 8"),
-        ({"viscosity": -1.0}, CORD, "a damping time cannot be negative"),
-        ({"stiffness": 1.0}, CORD, "has no option 'stiffness'"),
-        ({}, 0.01, "give a cable section"),
-    ],
-)
-def test_what_it_cannot_use_is_refused_in_a_sentence(options, section, sentence):
-    mesh = line([[0, 0, 0], [2, 0, 0]], 4)
-    with pytest.raises(ValueError, match=sentence):
-        build_structure(mesh, [Member("line", "tether", section, METAL, options)])
-
-
-def test_other_cells_are_refused():
-    mesh = Mesh(np.eye(3), {"triangle": np.array([[0, 1, 2]])}, {"line": {"triangle": np.array([0])}})
-    with pytest.raises(ValueError, match="the tether family is made of line, line3"):
-        build_structure(mesh, [Member("line", "tether", CORD)])
-
-
-def test_a_beam_does_not_take_a_cable():
-    with pytest.raises(ValueError, match="give one of femflex"):
-        build_structure(line([[0, 0, 0], [2, 0, 0]], 4), [Member("line", "beam", CORD)])
-
-
-def test_axes_along_a_tether_are_right_handed():
-    x = np.random.default_rng(3).standard_normal((20, 4, 3))
-    x /= np.linalg.norm(x, axis=-1, keepdims=True)
-    axes = frames(x)
-    assert np.linalg.det(axes) == pytest.approx(np.ones((20, 4)), rel=1e-13)
-    np.testing.assert_array_equal(axes[..., 0, :], x)
 
 
 def test_points_and_centre_of_mass_of_a_deflected_tether_are_where_it_is():

@@ -68,32 +68,6 @@ def test_a_rod_of_a_beam_section_has_its_area_alone(section, area, fibres):
         assert place.fibres.ravel() == pytest.approx(np.array([1, *fibres]) / area)
 
 
-def test_rods_are_drawn_from_end_to_end_and_move_with_their_nodes():
-    s = truss()
-    assert s.skin.points[s.skin.cells["line"]] == pytest.approx(POINTS[BARS])
-    x = np.random.default_rng(1).normal(size=15)
-    u = (s.translation @ x).reshape(5, 3)
-    assert (s.skin.operator @ x).reshape(-1, 3)[s.skin.cells["line"]] == pytest.approx(u[BARS])
-
-
-def test_what_a_rod_cannot_use_is_refused():
-    for section, said in (
-        (
-            0.01,
-            "rod on group 'line' has section 0.01; give a cable section (EA and mass per length) or one of the beam",
-        ),
-        (CableSection("1e6 + s", 0.1), "rod on group 'line' has a section that varies; rods are uniform, so give num"),
-    ):
-        with pytest.raises(ValueError) as refusal:
-            truss(section)
-        assert str(refusal.value).startswith(said)
-    points = POINTS.copy()
-    points[[1, 3]] = points[0]
-    mesh = Mesh(points, {"line": BARS}, {"line": {"line": np.arange(5)}})
-    with pytest.raises(ValueError, match="rod on group 'line' has 2 line cells of no length"):
-        build_structure(mesh, [Member("line", "rod", CableSection(1.0, 1.0))])
-
-
 def grid(bushings=(), rotations=True):
     """Bare nodes."""
     mesh = Mesh(POINTS, {}, {}, {**NAMES, "all": np.arange(5), "two": [0, 1]})
@@ -114,20 +88,6 @@ def test_a_scalar_spring_resists_its_one_combination(stiffness):
     row = s.translation.T @ move.ravel() + s.rotation.T @ turn.ravel()
     assert s.K.toarray() == pytest.approx(stiffness * np.outer(row, row), abs=1e-12)
     assert s.n_dof == 30 and grid(rotations=False).n_dof == 15
-
-
-def test_refused_springs_name_their_group():
-    for spring, rotations, said in (
-        (ScalarSpring((("n1", "rotation", (1.0, 0, 0)),), 1.0), False, "'n1': no member gives the node a rotation; na"),
-        (ScalarSpring((("two", "rotation", (1.0, 0, 0)),), 1.0), True, "'two': it has 2 nodes; name groups of one no"),
-    ):
-        with pytest.raises(ValueError) as refusal:
-            grid([spring], rotations)
-        assert str(refusal.value).startswith(f"scalar spring at group {said}")
-    with pytest.raises(ValueError, match=r"a scalar spring has 1 terms and stiffness 0\.0; give terms and a finite"):
-        ScalarSpring((("n1", "rotation", (1.0, 0, 0)),), 0.0)
-    with pytest.raises(ValueError, match=r"a scalar spring has 0 terms and stiffness 3\.0; give terms and a finite"):
-        ScalarSpring((), 3.0)
 
 
 C = random_rotation(6)
@@ -153,65 +113,3 @@ def test_a_bushing_between_distant_nodes_compares_them_in_their_middle(axes):
     assert x @ s.K @ x == pytest.approx(k @ squares, rel=1e-12)
     assert s.skin.points[s.skin.cells["line"][0]] == pytest.approx(POINTS[[3, 1]])
     assert (s.skin.operator @ x).reshape(2, 3) == pytest.approx(u[[3, 1]])
-
-
-def test_across_and_along_is_judged_by_the_axes_and_not_by_the_units_of_the_mesh():
-    """Nodes without rotation take a spring along their line on a mesh of millimetres, and none across."""
-    small = Mesh(1e-3 * POINTS, {}, {}, {**NAMES, "all": np.arange(5)})
-    t = POINTS[1] - POINTS[3]
-    y = np.cross(t, [1.0, 0, 0])
-    axes = [t, y, np.cross(t, y)]
-    member = [Member("all", "nodes", options={"rotations": False})]
-    s = build_structure(small, member, bushings=[Bushing("n3", "n1", (20.0, 0, 0), axes=axes)])
-    x = np.random.default_rng(0).normal(size=15)
-    u = (s.translation @ x).reshape(5, 3)
-    assert x @ s.K @ x == pytest.approx(20.0 * ((u[1] - u[3]) @ t / np.linalg.norm(t)) ** 2)
-    with pytest.raises(ValueError, match="cannot be compared off the line between them"):
-        build_structure(small, member, bushings=[Bushing("n3", "n1", (20.0, 1.0, 0), axes=axes)])
-
-
-def test_an_axis_that_rounding_turns_off_the_line_is_along_it_on_large_meshes_too():
-    large = Mesh(1e4 * POINTS, {}, {}, {**NAMES, "all": np.arange(5)})
-    t = (POINTS[1] - POINTS[3]) / np.linalg.norm(POINTS[1] - POINTS[3])
-    y = np.cross(t, [1.0, 0, 0])
-    y /= np.linalg.norm(y)
-    axes = [t + 2e-7 * y, y - 2e-7 * t, np.cross(t, y)]
-    member = [Member("all", "nodes", options={"rotations": False})]
-    s = build_structure(large, member, bushings=[Bushing("n3", "n1", (20.0, 0, 0), axes=axes)])
-    assert s.K.diagonal().sum() == pytest.approx(2 * 20.0)
-
-
-def test_nodes_that_coincide_but_for_rounding_are_compared_along_the_axes_of_the_mesh():
-    points = POINTS.copy()
-    points[1] = points[3] + [3e-13, -2e-13, 1e-13]
-    mesh = Mesh(points, {}, {}, {**NAMES, "all": np.arange(5)})
-    s = build_structure(mesh, [Member("all", "nodes")], bushings=[Bushing("n3", "n1", (5.0, 1.0, 2.0))])
-    x = np.random.default_rng(0).normal(size=30)
-    u = (s.translation @ x).reshape(5, 3)
-    assert x @ s.K @ x == pytest.approx((u[1] - u[3]) ** 2 @ [5.0, 1.0, 2.0]) and s.skin is None
-
-
-@pytest.mark.parametrize(
-    ("values", "said"),
-    [
-        ({"rotation": (1.0, np.inf, 0)}, "has rotation [1.0, inf, 0.0]; give three stiffnesses, none negative"),
-        ({"translation": (1.0, 2.0)}, "has translation [1.0, 2.0]; give three stiffnesses"),
-        (
-            {"rotation": (1.0, 0, 0), "axes": [[1.0, 0, 0], [0, 0, 0], [0, 0, 1.0]]},
-            "has axes [[1.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]]; give three directions of three components",
-        ),
-        (
-            {"rotation": (1.0, 0, 0), "axes": [[1.0, 0, 0], [0.1, 1.0, 0], [0, 0, 1.0]]},
-            "has axes [[1.0, 0.0, 0.0], [0.1, 1.0, 0.0], [0.0, 0.0, 1.0]], which are not at right angles",
-        ),
-        ({"rotation": (1.0, 0, 0), "axes": np.eye(3)[:2]}, "give three directions of three components, not zero"),
-        (
-            {"rotation": (1.0, 0, 0), "axes": [[np.nan, 0, 0], [0, 1.0, 0], [0, 0, 1.0]]},
-            "has axes [[nan, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]; give three directions of three components",
-        ),
-    ],
-)
-def test_impossible_bushings_are_refused(values, said):
-    with pytest.raises(ValueError) as refusal:
-        Bushing("n3", "n1", **values)
-    assert str(refusal.value).startswith("bushing at group 'n3' ") and said in str(refusal.value)

@@ -130,31 +130,6 @@ def test_a_polar_orthotropic_ring_pulled_outwards_moves_as_lekhnitskii_says():
     np.testing.assert_allclose(radial, c[0] * r**k + c[1] * r**-k, rtol=5e-3)
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        ({"thickness": "0.02 * (1 - 2 * x)"}, "thickness is -.* m in element .* at .* it must be positive everywhere"),
-        ({"thickness": "0.02 * q"}, "thickness: formula .* holds 'q'; it may use the names"),
-        ({"thickness": "0.02 / (x - x)"}, "thickness: formula .* is inf at x = "),
-        ({"thickness": np.full(3, 0.1)}, "one value for each point of the mesh"),
-        (
-            {"thickness": {"quad": np.ones((2, 3))}},
-            r"give one value for each of the 6 elements, or 4 for their corners",
-        ),
-        ({"thickness": {"triangle": np.ones(6)}}, r"given as \['triangle'\]"),
-        ({"thickness": {"quad": np.full(6, np.nan)}}, "thickness is not finite in element 0 at"),
-        ({"density": -1.0}, "density is -1 kg/m"),
-        ({"extra_mass": "x - 0.5"}, "extra_mass is -.* it is not negative"),
-        ({"axis": ("0", "0", "1")}, "axis is normal to the surface"),
-        ({"axis": ("x", "y")}, "give three numbers or three formulas"),
-        ({"angle": "1 / x * 0 + 1 / 0"}, "angle: formula"),
-    ],
-)
-def test_fields_that_mean_nothing_are_refused(options, words):
-    with pytest.raises(ValueError, match=words):
-        shell(rectangle(1.0, 0.6, 3, 2, "quad"), **options)
-
-
 def test_strain_points_have_the_stiffness_of_their_own_element():
     """Energy of a bent tapered strip over its strain points, against its stiffness matrix."""
     s = shell(rectangle(1.0, 0.1, 20, 1, "quad"), thickness="0.02 * (1 - 0.9 * x)")

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from femflex.mesh import line, read_mesh, write_mesh
+from femflex.mesh import read_mesh
 from femflex.mesh.quality import sizes
 from femflex.warning import PhysicsWarning
 
@@ -55,11 +55,6 @@ def deck(tmp_path, text=DECK):
     return path
 
 
-def read(path):
-    with pytest.warns(PhysicsWarning, match=r"left out: CONN3D2 \(1\), MASS \(1\); 3 are kept|1 of 9 points belong"):
-        return read_mesh(path)
-
-
 @pytest.fixture
 def mesh(tmp_path):
     with pytest.warns(PhysicsWarning) as caught:
@@ -95,11 +90,6 @@ def test_sets_of_all_kinds_are_read(mesh):
     assert heights(mesh, "from elements") == [0, 0.5, 1, 1.5, 2]
 
 
-def test_a_set_whose_elements_were_left_out_is_empty_and_says_so(mesh):
-    with pytest.raises(ValueError, match="cell group 'gone' of the mesh is empty"):
-        mesh.group_cells("gone")
-
-
 def test_a_brick_over_several_lines_and_an_included_file(tmp_path):
     from femflex.mesh import box
 
@@ -117,16 +107,6 @@ def test_a_brick_over_several_lines_and_an_included_file(tmp_path):
     with pytest.warns(PhysicsWarning, match=r"C3D27 \(1\)"):
         mesh = read_mesh(path)
     assert mesh.points[mesh.cells["hexahedron20"][0]] == pytest.approx(brick.points[nodes])
-
-
-def test_one_part_in_place_is_as_good_as_a_flat_deck(tmp_path):
-    part = (
-        "*PART, NAME=Panel\n"
-        + DECK.split("*Beam")[0]
-        + "*END PART\n*ASSEMBLY, NAME=A\n*INSTANCE, NAME=Panel-1, PART=Panel\n"
-    )
-    mesh = read(deck(tmp_path, part + "*END INSTANCE\n*NSET, NSET=late, INSTANCE=Panel-1\n 10, 20\n*END ASSEMBLY\n"))
-    assert mesh.points[mesh.point_groups["late"]][:, 0].tolist() == [0, 1]
 
 
 def test_parts_are_placed_where_their_instances_are(tmp_path):
@@ -196,51 +176,6 @@ def test_nodes_and_elements_are_made_by_ngen_nfill_and_elgen(tmp_path):
     )  # trapezia in an eighth of the circle each
 
 
-def test_bare_stars_and_nodes_of_a_number_alone_are_read(tmp_path):
-    text = "*\n*NODE\n1\n2, 1.\n3, 2., , 1.\n*\n**\n*ELEMENT, TYPE=T3D2\n1, 1, 2\n2, 2, 3,\n"
-    assert read_mesh(deck(tmp_path, text)).points.tolist() == [[0, 0, 0], [1, 0, 0], [2, 0, 1]]
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "sentence"),
-    [
-        ("*Node, nset=plate nodes", "*NCOPY", r"arm.inp makes nodes or elements by \*NCOPY; only those written out"),
-        (
-            " 20, 1., 0., 0.",
-            " 20, 1., O., 0.",
-            r"arm.inp, line 6: \*NODE has 'O.' where a coordinate belongs; it is",
-        ),
-        (
-            " 10, 0., 0.",
-            " 1o, 0., 0.",
-            r"arm.inp, line 5: \*NODE has '1o' where the number of a node belongs; it",
-        ),
-        (" 1, 10, 20, 30, 40", " 1, 10, 20, 30, 50", r"elements use nodes \[50\] that no \*NODE block defines"),
-        (" 1, 10, 20, 30, 40", " 1, 10, 20, 30", "element 1 of type S4R has 3 nodes; it needs 4"),
-        (" 1, 10, 20, 30, 40", " 1, 10, 20, 30, 40, 1000", "element 1 of type S4R has 5 nodes; it needs 4"),
-        (" Root, Arm\n", " Rot, Arm\n", r"arm.inp, line 31: NSET 'Rot' is used but not defined; known are \['ARM'"),
-    ],
-)
-def test_decks_that_cannot_be_read_rightly_are_refused(old, new, sentence, tmp_path):
-    with pytest.raises(ValueError, match=sentence):
-        read_mesh(deck(tmp_path, DECK.replace(old, new)))
-
-
-def test_a_deck_without_nodes_is_refused(tmp_path):
-    with pytest.raises(ValueError, match=r"arm.inp has no \*NODE block"):
-        read_mesh(deck(tmp_path, "*HEADING\n text\n"))
-
-
-def test_a_written_deck_names_common_elements_and_quotes_odd_names(tmp_path):
-    mesh = line([[0, 0, 0], [1, 0, 0]], 2, "line3").with_groups(points={"two words": np.array([0, 1])})
-    path = tmp_path / "beam.inp"
-    write_mesh(path, mesh)
-    text = path.read_text()
-    assert "*ELEMENT, TYPE=B32\n1,1,2,3\n2,3,4,5\n" in text
-    assert '*NSET, NSET="two words"\n1, 2\n' in text
-    assert "*ELSET, ELSET=line\n1, 2\n" in text
-
-
 CHAIN = "*ELEMENT, TYPE=T3D2\n1, 1, 2\n2, 2, 3\n"
 
 
@@ -278,26 +213,3 @@ def test_an_arc_of_ngen_goes_about_its_normal_where_one_is_given(tmp_path):
     angles = -np.linspace(0, 270, 7)  # the longer way round, clockwise
     around = np.stack([np.cos(np.radians(angles)), np.sin(np.radians(angles))], axis=1)
     assert by_chain(deck(tmp_path, text))[:, :2] == pytest.approx(around, abs=1e-12)
-
-
-def test_half_a_circle_of_ngen_goes_about_z(tmp_path):
-    """Its ends and its centre lie on a line, which gives no normal."""
-    text = "*NODE\n1, 3., 1., 2.\n5, -1., 1., 2.\n9, 1., 1., 2.\n*NGEN, LINE=C\n1, 5, 1, 9\n*ELEMENT, TYPE=T3D2\n"
-    text += "".join(f"{k}, {k}, {k + 1}\n" for k in range(1, 5))
-    angles = np.radians([0, 45, 90, 135, 180])
-    wanted = np.stack([1 + 2 * np.cos(angles), 1 + 2 * np.sin(angles), np.full(5, 2.0)], axis=1)
-    assert by_chain(deck(tmp_path, text)) == pytest.approx(wanted, abs=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("made", "sentence"),
-    [
-        ("*NGEN\n1, 3, 4\n", r"\*NGEN goes from node 1 to 3 in steps of 4"),
-        ("*NGEN, LINE=P\n1, 3, 1\n", r"\*NGEN on a parabola \(LINE=P\) is not read; write the nodes out"),
-        ("*NGEN\n1, 9, 1\n", r"\*NGEN uses node 9, which is not defined before"),
-        ("*NFILL, BIAS=0.5\n1, 3, 2\n", r"\*NFILL with BIAS or SINGULAR is not read; write the nodes out"),
-    ],
-)
-def test_nodes_that_cannot_be_made_are_refused_with_their_line(tmp_path, made, sentence):
-    with pytest.raises(ValueError, match=sentence):
-        read_mesh(deck(tmp_path, f"*NODE\n1\n3, 0., 1., 1.\n{made}{CHAIN}"))

@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 
 from femflex.mesh import Mesh, line, rectangle
-from femflex.warning import PhysicsWarning
 
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float)
 
@@ -18,52 +17,6 @@ def test_group_points_are_those_of_the_point_group_or_all_nodes_of_the_cell_grou
     assert mesh.group_points("root").tolist() == [0, 3]
     assert mesh.group_points("skin").tolist() == [0, 1, 2, 3]
     assert mesh.group_cells("skin")["triangle"].tolist() == [[0, 1, 2], [0, 2, 3]]
-
-
-def test_an_unknown_group_is_answered_with_those_there_are():
-    mesh = square(cell_groups={"skin": {"triangle": [0]}}, point_groups={"tip": [2]})
-    with pytest.raises(ValueError, match=r"group 'rot' is not in the mesh; it has \['skin', 'tip'\]"):
-        mesh.group_points("rot")
-    with pytest.raises(
-        ValueError, match=r"cell group 'tip' is not in the mesh; it has \['skin'\]. 'tip' is a group of"
-    ):
-        mesh.group_cells("tip")
-
-
-def test_empty_groups_are_kept_and_refused_when_used():
-    mesh = square(cell_groups={"none": {"triangle": []}}, point_groups={"nowhere": []})
-    assert mesh.groups == ["none", "nowhere"]
-    with pytest.raises(ValueError, match="cell group 'none' of the mesh is empty"):
-        mesh.group_points("none")
-    with pytest.raises(ValueError, match="point group 'nowhere' of the mesh is empty"):
-        mesh.group_points("nowhere")
-
-
-def test_two_groups_of_one_name_are_warned_of_with_both_numbers():
-    mesh = square(cell_groups={"root": {"line": [0]}}, point_groups={"root": [0]})
-    with pytest.warns(PhysicsWarning, match="'root' names a group of 1 points and another of cells with 2 points"):
-        assert mesh.group_points("root").tolist() == [0]
-    same = square(cell_groups={"root": {"line": [0]}}, point_groups={"root": [0, 3]})
-    assert same.group_points("root").tolist() == [0, 3]
-
-
-@pytest.mark.parametrize(
-    ("changes", "sentence"),
-    [
-        ({"points": SQUARE * [1, np.nan, 1]}, "4 of 4 mesh points have coordinates that are not finite, the first is"),
-        ({"points": SQUARE[:, :2]}, r"mesh points have shape \(4, 2\); \(n, 3\) is needed"),
-        ({"cells": {"triangle": [[0, 1, 4]]}}, "cells 'triangle' use points 0 to 4, but the mesh has points 0 to 3"),
-        ({"cells": {"triangle": [[0, 1, 2, 3]]}}, r"cells 'triangle' have shape \(1, 4\); \(n, 3\) is needed"),
-        ({"cells": {"pyramid14": [[0, 1, 2, 3, 0]]}}, "cell type 'pyramid14' is not understood; known are"),
-        ({"cell_groups": {"skin": {"triangle": [2]}}}, "group 'skin' names triangle 2, but there are 2"),
-        ({"cell_groups": {"skin": {"quad": [0]}}}, "group 'skin' names quad 0, but there are 0"),
-        ({"point_groups": {"tip": [-1]}}, "group 'tip' names point -1, but there are 4"),
-        ({"point_groups": {"tip": [0.5]}}, "group 'tip' must hold integer indices of points"),
-    ],
-)
-def test_inconsistent_input_is_refused_in_a_sentence(changes, sentence):
-    with pytest.raises(ValueError, match=sentence):
-        square(**changes)
 
 
 def test_arrays_are_read_only_copies():
@@ -93,14 +46,6 @@ def test_moving_and_turning_keep_distances_and_turn_by_the_right_hand():
     assert Mesh([vector], {}).rotated(vector).points[0] == pytest.approx(vector, abs=1e-14)  # the axis stays
 
 
-def test_mirrors_and_senseless_factors_are_refused():
-    mesh = square()
-    with pytest.raises(ValueError, match=r"orthonormal matrix .* determinant -1"):
-        mesh.rotated(np.diag([1, 1, -1.0]))
-    with pytest.raises(ValueError, match="positive factor, not -2"):
-        mesh.scaled(-2)
-
-
 def test_merging_unites_groups_and_fuses_only_within_the_tolerance():
     a = rectangle(1, 1, 2, 2, "quad")
     b = rectangle(1, 1, 2, 2, "quad").moved([1, 0, 1e-7])
@@ -113,15 +58,6 @@ def test_merging_unites_groups_and_fuses_only_within_the_tolerance():
     assert len(np.intersect1d(joined.cells["quad"][:4], joined.cells["quad"][4:])) == 3
     assert len(joined.group_points("left")) == 6  # x = 0 of one, x = 1 of the other
     assert joined.points[joined.group_points("right")][:, 0] == pytest.approx([1, 1, 1, 2, 2, 2])
-
-
-def test_chains_of_close_points_become_one_point():
-    points = [[0, 0, 0], [1, 0, 0], [0, 0, 6e-4], [0, 0, 1.2e-3], [2, 0, 0]]
-    mesh = Mesh(points, {"line": [[0, 1], [2, 1], [3, 4]]}, point_groups={"end": [3]})
-    joined = mesh.merged(Mesh(np.empty((0, 3)), {}), tolerance=1e-3)
-    assert len(joined.points) == 3
-    assert joined.cells["line"].tolist() == [[0, 1], [0, 1], [0, 2]]
-    assert joined.point_groups["end"].tolist() == [0]
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -140,18 +76,3 @@ def test_chains_become_one_point_in_whatever_order_their_points_are_numbered(see
     number = {k: sorted(first).index(first[k]) for k in range(3)}
     assert joined.cells["line"].tolist() == [[number[chain[a]], number[chain[b]]] for a, b in lines]
     assert joined.point_groups["last"].tolist() == [number[chain[11]]]
-
-
-def test_compaction_keeps_loose_points_only_if_a_group_names_them():
-    mesh = Mesh([*SQUARE, [5, 5, 5], [6, 6, 6]], {"triangle": [[0, 1, 3]]}, point_groups={"beacon": [5]})
-    small = mesh.compacted()
-    assert len(small.points) == 4
-    assert small.points[small.point_groups["beacon"]].tolist() == [[6, 6, 6]]
-    assert small.points[small.cells["triangle"]].tolist() == mesh.points[mesh.cells["triangle"]].tolist()
-
-
-def test_with_groups_adds_and_replaces():
-    mesh = square(point_groups={"tip": [1]}).with_groups(points={"tip": [2], "root": [0]}, cells={"one": {"line": [0]}})
-    assert mesh.point_groups["tip"].tolist() == [2]
-    assert mesh.groups == ["one", "root", "tip"]
-    assert mesh.nearest_point([0.9, 1.2, 0.1]) == 2

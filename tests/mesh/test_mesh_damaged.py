@@ -11,10 +11,6 @@ import numpy as np
 import pytest
 
 from femflex.mesh import Mesh, read_mesh, write_mesh
-from femflex.mesh import memory as memory_module
-from femflex.mesh.memory import free_memory, limited_memory, require_memory
-from femflex.mesh.numbers import Numbers
-from femflex.warning import PhysicsWarning
 
 FORMATS = [
     (".msh", {"binary": True, "version": "4.1"}),
@@ -132,65 +128,3 @@ def test_ranges_of_a_deck_take_no_memory_however_long(tmp_path: Path):
         'CBAR,1,1,1,2,0.,0.,1.\nCBAR,2,1,2,77,0.,0.,1.\n$HMSET 1 1 "ends"\nENDDATA\n'
     )
     assert read_mesh(path).point_groups["ends"].tolist() == [0, 2]
-
-
-def test_numbers_among_known_ones_are_in_the_order_listed():
-    numbers = Numbers((7, range(1, 10**12, 3), range(9, 0, -1)), Numbers((5, range(2, 4))))
-    known = {1: 0, 2: 0, 4: 0, 5: 0, 7: 0, 9: 0, 11: 0}
-    assert numbers.among(known) == [7, 1, 4, 7, 9, 7, 4, 1]
-    assert not numbers.within(known)
-    assert Numbers((1, range(4, 6))).within(known) and not Numbers((3,)).within(known)
-
-
-@pytest.mark.parametrize(
-    ("nodes", "sentence"),
-    [
-        (
-            "2.2 0 8\n$EndMeshFormat\n$Nodes\n1000000000\n1 0 0 0\n",
-            "claims 1000000000 nodes, and its section of 19 bytes",
-        ),
-        ("4.1 0 8\n$EndMeshFormat\n$Nodes\n1 1000000000 1 1\n1 1 0 1\n1\n0 0 0\n", "claims 1000000000 nodes"),
-        ("4.1 0 8\n$EndMeshFormat\n$Nodes\n1 3 1 3\n1 1 0 2\n1\n2\n0 0 0\n1 0 0\n", "hold 2; the file is damaged"),
-        ("4.1 0 8\n$EndMeshFormat\n$Nodes\n1 1 1 1\n1 1 0 1\n1e15\n0 0 0\n", "node numbers up to 1e+15 takes about"),
-    ],
-)
-def test_counts_that_a_gmsh_file_cannot_hold_are_refused(nodes: str, sentence: str, tmp_path: Path):
-    path = tmp_path / "head.msh"
-    path.write_text(f"$MeshFormat\n{nodes}$EndNodes\n$Elements\n1 1 1 1\n1 1 1 1\n1 1 2\n$EndElements\n")
-    with pytest.raises(ValueError, match=re.escape(sentence)):
-        read_mesh(path)
-
-
-def test_memory_is_stated_above_a_gigabyte_and_refused_above_what_is_free(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(memory_module, "free_memory", lambda: 4e9)
-    require_memory(0.9e9, "x.inp: reading it", "take less.")
-    with pytest.warns(PhysicsWarning, match=r"x.inp: reading it takes about 2 GB of memory; 4 GB are free"):
-        require_memory(2e9, "x.inp: reading it", "take less.")
-    with pytest.raises(ValueError, match=r"x.inp: reading it takes about 5 GB, and 4 GB are free; take less\."):
-        require_memory(5e9, "x.inp: reading it", "take less.")
-
-
-def test_a_mesh_that_does_not_fit_is_refused_before_it_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    path = tmp_path / "mesh.inp"
-    write_mesh(path, sheet())
-    monkeypatch.setattr(memory_module, "free_memory", lambda: 1e3)
-    with pytest.raises(
-        ValueError, match=r"mesh.inp: reading it takes about .* GB, and 1e-06 GB are free; take a coarser"
-    ):
-        read_mesh(path)
-
-
-@pytest.mark.parametrize("times", [20, 10**6])
-def test_refining_beyond_the_memory_is_refused_at_once(times: int):
-    with pytest.raises(
-        ValueError, match=rf"a mesh of 12 cells refined {times} times .* are free; refine it less often"
-    ):
-        sheet().refined(times)
-
-
-@pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="the limit is that of Linux")
-def test_asking_for_too_much_memory_in_a_library_ends_at_once():
-    with limited_memory(0.0), pytest.raises(MemoryError):
-        np.ones(10**10)
-    assert 1e6 < free_memory() < 1e15
-    np.ones(10**6)

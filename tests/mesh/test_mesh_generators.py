@@ -108,20 +108,6 @@ def test_faces_of_a_box_are_faces_of_its_solids(cell):
                 assert inside.sum() == 1
 
 
-def test_the_27_node_brick_follows_the_node_order_of_vtk():
-    """VTK_TRIQUADRATIC_HEXAHEDRON: 8 corners, 12 edges, faces -x +x -y +y -z +z, centre."""
-    mesh = box(2, 2, 2, 1, 1, 1, "hexahedron27")
-    nodes = mesh.points[mesh.cells["hexahedron27"][0]]
-    assert nodes[:8].tolist() == [
-        [0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [0, 0, 2], [2, 0, 2], [2, 2, 2], [0, 2, 2]
-    ]  # fmt: skip
-    assert nodes[8:20].tolist() == [
-        [1, 0, 0], [2, 1, 0], [1, 2, 0], [0, 1, 0], [1, 0, 2], [2, 1, 2], [1, 2, 2], [0, 1, 2],
-        [0, 0, 1], [2, 0, 1], [2, 2, 1], [0, 2, 1],
-    ]  # fmt: skip
-    assert nodes[20:].tolist() == [[0, 1, 1], [2, 1, 1], [1, 0, 1], [1, 2, 1], [1, 1, 0], [1, 1, 2], [1, 1, 1]]
-
-
 def test_vtk_puts_every_node_of_a_27_node_brick_where_we_do():
     """VTK's own shape functions, at our unit-cell position of each node, give that node's place and number."""
     pyvista = pytest.importorskip("pyvista")
@@ -140,29 +126,3 @@ def _reference(value):
     from vtkmodules.vtkCommonCore import reference
 
     return reference(value)
-
-
-@pytest.mark.parametrize(
-    ("make", "sentence"),
-    [
-        (lambda: line([[0, 0, 0]], 3), r"a polyline is an array \(k, 3\) of at least 2 points"),
-        (lambda: line([[0, 0, 0], [1, 0, 0], [1, 0, 0]], 3), "points 1 and 2 of the polyline coincide"),
-        (
-            lambda: line([[0, 0, 0], [1, 0, 0], [1, 1, 0]], 1),
-            "a polyline of 2 legs needs at least as many cells; n is 1",
-        ),
-        (lambda: line([[0, 0, 0], [1, 0, 0]], 0), "n is 0; a mesh needs a whole number of cells"),
-        (
-            lambda: line([[0, 0, 0], [1, 0, 0]], 2, "quad"),
-            r"cell 'quad' is not made by this generator; it makes \['line'",
-        ),
-        (lambda: rectangle(-1, 1, 2, 2), "length is -1 m; it must be finite and positive"),
-        (lambda: rectangle(1, 1, 2, 2.5), "n_width is 2.5; a mesh needs a whole number"),
-        (lambda: annulus(2, 1, 2, 8), "an annulus needs inner < outer; got inner 2 and outer 1 m"),
-        (lambda: annulus(1, 2, 2, 2), "n_around is 2; an annulus needs at least 3"),
-        (lambda: box(1, 1, np.nan, 1, 1, 1), "height is nan m; it must be finite and positive"),
-    ],
-)
-def test_senseless_sizes_are_refused_in_a_sentence(make, sentence):
-    with pytest.raises(ValueError, match=sentence):
-        make()

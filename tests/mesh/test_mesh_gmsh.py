@@ -138,21 +138,6 @@ def test_nastran_decks_of_gmsh_are_read_by_property_id(kind, order, tmp_path):
     assert sorted_rows(mesh.points[mesh.group_points("root")], 3).shape == told("root").shape
 
 
-def test_curved_edges_in_nastran_decks_of_gmsh_keep_their_middle_nodes(tmp_path):
-    gmsh.model.occ.addDisk(0, 0, 0, 1, 1)
-    gmsh.model.occ.synchronize()
-    gmsh.model.addPhysicalGroup(1, [1], 1)
-    gmsh.model.addPhysicalGroup(2, [1], 2)
-    gmsh.model.mesh.generate(2)
-    gmsh.model.mesh.setOrder(2)
-    gmsh.write(str(tmp_path / "disk.bdf"))
-    mesh = read_mesh(tmp_path / "disk.bdf", groups={"rim": "PID 1", "disk": "PID 2"})
-    rim = mesh.points[mesh.group_points("rim")]
-    assert len(rim) == 2 * len(mesh.group_cells("rim")["line3"])
-    assert np.linalg.norm(rim, axis=1) == pytest.approx(1, abs=1e-4)  # 8 columns
-    assert sizes(mesh.points, "line3", mesh.cells["line3"]).sum() == pytest.approx(2 * np.pi, rel=1e-4)
-
-
 @pytest.mark.parametrize(("kind", "order", "incomplete"), BLOCKS)
 def test_legacy_vtk_of_gmsh_is_read_with_its_group_numbers(kind, order, incomplete, tmp_path):
     block(kind, order, incomplete)
@@ -196,22 +181,6 @@ def test_groups_that_share_cells_names_and_numbers_stay_apart(version, binary, t
     assert sorted(mesh.points[mesh.point_groups["root"]].tolist()) == [[0, 0, 0], [2, 0, 0]]
     with pytest.warns(PhysicsWarning, match="'root' names a group of 2 points and another of cells with 3 points"):
         mesh.group_points("root")
-
-
-@pytest.mark.parametrize("version", [2.2, 4.1])
-def test_elements_in_no_group_are_kept_beside_grouped_ones(version, tmp_path):
-    gmsh.model.occ.addRectangle(0, 0, 0, 2, 1)
-    gmsh.model.occ.synchronize()
-    gmsh.model.mesh.setSize(gmsh.model.getEntities(0), 0.5)
-    gmsh.model.addPhysicalGroup(1, [4], name="root")
-    gmsh.model.mesh.generate(2)
-    gmsh.option.setNumber("Mesh.SaveAll", version == 4.1)  # format 2.2 then writes no groups at all
-    gmsh.option.setNumber("Mesh.MshFileVersion", version)
-    gmsh.write(str(tmp_path / "plate.msh"))
-    mesh = read_mesh(tmp_path / "plate.msh")
-    assert mesh.groups == ["root"]
-    assert len(mesh.group_cells("root")["line"]) == 2
-    assert ("triangle" in mesh.cells) == (version == 4.1)
 
 
 @pytest.mark.parametrize("form", ["msh", "msh binary", "msh2", "msh2 binary", "bdf", "inp", "med", "vtk"])
@@ -267,74 +236,3 @@ def test_gmsh_reads_the_med_files_written_here(cell, tmp_path):
     measure = gmsh.model.mesh.getElementQualities(gmsh.model.mesh.getElements(mesh.dimension)[1][0], "minDetJac")
     assert measure.min() > 0
     assert len(measure) == len(mesh.cells[cell])
-
-
-def test_parametric_coordinates_and_old_versions_are_refused_with_advice(tmp_path):
-    gmsh.model.occ.addDisk(0, 0, 0, 1, 1)
-    gmsh.model.occ.synchronize()
-    gmsh.model.mesh.generate(2)
-    gmsh.option.setNumber("Mesh.SaveParametric", 1)
-    path = tmp_path / "disk.msh"
-    gmsh.write(str(path))
-    with pytest.raises(ValueError, match=r"disk.msh could not be read as Gmsh .msh: .*SaveParametric = 0"):
-        read_mesh(path)
-    gmsh.option.setNumber("Mesh.SaveParametric", 0)
-    gmsh.option.setNumber("Mesh.MshFileVersion", 4.0)
-    gmsh.write(str(path))
-    with pytest.raises(ValueError, match=r"disk.msh is of Gmsh format 4.0; 2.2 and 4.1 are read"):
-        read_mesh(path)
-
-
-STRIP_22 = """$MeshFormat
-2.2 0 8
-$EndMeshFormat
-$PhysicalNames
-3
-2 1 "sheet"
-2 2 "odd"
-1 3 "rim"
-$EndPhysicalNames
-$Nodes
-10
-{nodes}
-$EndNodes
-$Elements
-8
-1 3 2 1 1 4 5 10 9
-2 3 2 2 1 4 5 10 9
-3 3 2 1 1 1 2 7 6
-4 1 2 3 2 9 10
-5 3 2 1 1 3 4 9 8
-6 3 2 2 1 2 3 8 7
-7 3 2 1 1 2 3 8 7
-8 1 2 3 2 6 7
-$EndElements
-"""
-
-
-def test_cells_out_of_order_in_two_groups_of_format_22_stay_with_their_groups(tmp_path):
-    """Four squares side by side, named by their number from the left, neither in the order of the file nor sorted."""
-    nodes = "\n".join(f"{k + 1} {k % 5}.0 {k // 5}.0 0.0" for k in range(10))
-    (tmp_path / "strip.msh").write_text(STRIP_22.format(nodes=nodes))
-    mesh = read_mesh(tmp_path / "strip.msh")
-    places = mesh.points[mesh.cells["quad"]].mean(axis=1)[:, 0]
-    assert places.tolist() == [3.5, 0.5, 2.5, 1.5]  # each once, in the order of the file
-
-    def middles(group, cell):
-        return sorted(mesh.points[mesh.group_cells(group)[cell]].mean(axis=1)[:, 0].tolist())
-
-    assert middles("sheet", "quad") == [0.5, 1.5, 2.5, 3.5]
-    assert middles("odd", "quad") == [1.5, 3.5]
-    assert middles("rim", "line") == [0.5, 3.5]
-
-
-def test_points_of_a_file_belong_to_the_entity_of_lowest_dimension_that_has_them(tmp_path):
-    """Of a rectangle of 2 x 2 cells: 1 to the group of a corner, 2 to that of its edge, and 6 to the face."""
-    mesh = rectangle(2, 1, 2, 2, "quad")
-    edge = np.flatnonzero(mesh.points[:, 0] == mesh.points[:, 0].min())
-    edge = edge[np.argsort(mesh.points[edge, 1])]
-    cells = {**mesh.cells, "line": np.c_[edge[:-1], edge[1:]]}
-    groups = {"face": {"quad": np.arange(4)}, "edge": {"line": np.arange(2)}}
-    write_mesh(tmp_path / "a.msh", Mesh(mesh.points, cells, groups, {"corner": edge[:1]}))
-    gmsh.open(str(tmp_path / "a.msh"))
-    assert [len(gmsh.model.mesh.getNodes(dim)[0]) for dim in range(3)] == [1, 2, 6]

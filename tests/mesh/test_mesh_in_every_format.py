@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from test_mesh_other_formats import dataset, unv_elements, unv_nodes
 
-from femflex.mesh import Mesh, describe, read_mesh, write_mesh
+from femflex.mesh import Mesh, read_mesh, write_mesh
 
 POINTS = np.array([
     [0, 0, 0], [1.5, 0, 0], [1.5, 1.25, 0], [0, 1.25, 0], [0, 0, 1], [1.5, 0, 1.125], [1.5, 1.25, 1], [0, 1.25, 1],
@@ -178,27 +178,3 @@ def test_a_mesh_of_gmsh_is_read_with_its_cells_by_entities(form: str, tmp_path: 
     path = tmp_path / "parts.msh"
     write_mesh(path, whole(), **GMSH[form])
     assert placed(read_mesh(path)) == placed(whole())
-
-
-def test_a_mesh_is_described_by_its_sizes_and_its_members():
-    said = """\
-points  13
-extent  x 0 .. 4 m   y 0 .. 1.25 m   z 0 .. 1.75 m
-cells
-  hexahedron          1   volume 1.93359 m^3, each 1.934 .. 1.934; quality 0.94, worst 0.94 at (0.75, 0.625, 0.5156)
-  tetra               3   volume 1.14453 m^3, each 0.2266 .. 0.5664; quality 0.71, worst 0.46 at (2.938, 0.4375, 0.4688)
-  quad                2   area 2.84375 m^2, each 1.25 .. 1.594; quality 0.95, worst 0.92 at (0.75, 0, 0.5312)
-  triangle            3   area 2.52491 m^2, each 0.7967 .. 0.8844; quality 0.77, worst 0.51 at (2.833, 0.1667, 0.4583)
-  line                4   length 4.74194 m, each 1 .. 1.346
-groups of cells
-  core                 1 hexahedron (volume 1.93359 m^3), 1 tetra (volume 0.566406 m^3), 10 points
-  core1                2 tetra (volume 0.578125 m^3), 6 points
-  seam                 2 line (length 2.49194 m), 3 points
-  seam1                2 line (length 2.25 m), 3 points
-  skin                 1 quad (area 1.25 m^2), 2 triangle (area 1.72819 m^2), 8 points
-  skin1                2 quad (area 2.84375 m^2), 1 triangle (area 0.796722 m^2), 9 points
-groups of points
-  spot                 1 point at (3.25, 1.25, 1.75) m
-  spot1                3 points
-  spot11               1 point at (0, 1.25, 0) m"""
-    assert describe(whole()) == said

@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 
 from femflex.mesh import box, line, read_mesh, rectangle, write_mesh
-from femflex.warning import PhysicsWarning
 
 h5py = pytest.importorskip("h5py")
 STEP = "ENS_MAA/mesh/-0000000000000000001-0000000000000000001"
@@ -15,18 +14,6 @@ def med(tmp_path):
     return path
 
 
-def test_med_files_without_families_or_with_families_of_no_group_are_read(med):
-    with h5py.File(med, "r+") as file:
-        del file[f"{STEP}/NOE/FAM"]
-        del file[f"{STEP}/MAI/SE2/FAM"]
-        file["FAS/mesh/ELEME"].create_group("FAM_empty").attrs["NUM"] = -99
-    mesh = read_mesh(med)
-    assert len(mesh.group_cells("surface")["quad"]) == 2
-    assert not mesh.point_groups
-    with pytest.raises(ValueError, match="group 'left' of the mesh is empty"):
-        mesh.group_cells("left")
-
-
 def test_med_meshes_without_time_steps_are_read_as_those_of_one_step(med):
     before = read_mesh(med)
     with h5py.File(med, "r+") as file:
@@ -36,34 +23,6 @@ def test_med_meshes_without_time_steps_are_read_as_those_of_one_step(med):
     mesh = read_mesh(med)
     assert np.array_equal(mesh.points, before.points) and mesh.groups == before.groups
     assert np.array_equal(mesh.cells["quad"], before.cells["quad"])
-
-
-def test_med_cells_that_are_not_understood_are_left_out_and_said(med):
-    with h5py.File(med, "r+") as file:
-        group = file[f"{STEP}/MAI"].create_group("PG1")
-        group.create_dataset("NOD", data=[1, 2, 3, 4, 5]).attrs["NBR"] = 1
-    with pytest.warns(PhysicsWarning, match=r"plate.med: elements not understood and left out: MED PG1 \(1\); 8 are"):
-        assert len(read_mesh(med).cells["quad"]) == 2
-
-
-def test_med_meshes_of_two_dimensions_lie_in_the_plane(med):
-    with h5py.File(med, "r+") as file:
-        coordinates = file[f"{STEP}/NOE/COO"][()]
-        attributes = dict(file[f"{STEP}/NOE/COO"].attrs)
-        del file[f"{STEP}/NOE/COO"]
-        flat = file[f"{STEP}/NOE"].create_dataset("COO", data=coordinates[: 2 * len(coordinates) // 3])
-        flat.attrs.update(attributes)
-        file["ENS_MAA/mesh"].attrs["ESP"] = 2
-    assert read_mesh(med).points == pytest.approx(rectangle(2, 1, 2, 1, "quad").points)
-
-
-def test_med_files_with_two_meshes_are_refused(med):
-    with h5py.File(med, "r+") as file:
-        file["ENS_MAA"].create_group("other")
-    with pytest.raises(
-        ValueError, match=r"plate.med could not be read as MED: .*it holds 2 meshes, \['mesh', 'other'\]"
-    ):
-        read_mesh(med)
 
 
 def test_med_solids_are_numbered_the_way_of_med(tmp_path):
@@ -128,68 +87,6 @@ def test_vtk_itself_reads_what_is_written_here(suffix, cell, tmp_path):
     total = np.sum(sizes["Volume"]) if mesh.dimension == 3 else np.sum(sizes["Area"][: len(mesh.cells[cell])])
     expected = {"wedge": -0.5}.get(cell, 6)  # VTK's wedge has its first face outward, and VTK counts that as negative
     assert total == pytest.approx(expected, rel=1e-6)
-
-
-def test_polygons_and_other_strangers_are_left_out_and_said(tmp_path):
-    pyvista = pytest.importorskip("pyvista")
-    points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 0.5, 1]], float)
-    path = tmp_path / "grid.vtu"
-    pyvista.UnstructuredGrid([4, 0, 1, 2, 3, 5, 0, 1, 2, 3, 4], [9, 7], points).save(path)
-    with pytest.warns(
-        PhysicsWarning, match=r"grid.vtu: elements not understood and left out: VTK type 7 \(1\); 1 are kept"
-    ):
-        mesh = read_mesh(path)
-    assert len(mesh.points) == 4  # the fifth went with it
-    pyvista.UnstructuredGrid([5, 0, 1, 2, 3, 4], [7], points).save(path)
-    with pytest.raises(ValueError, match=r"holds no elements that are understood, only VTK type 7 \(1\); under"):
-        read_mesh(path)
-
-
-def test_a_legacy_file_of_strangers_alone_is_told(tmp_path):
-    path = tmp_path / "u.vtk"
-    head = "# vtk DataFile Version 3.0\nx\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 float\n"
-    path.write_text(head + "0 0 0 1 0 0 0 1 0 1 1 0\nCELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n36\n")
-    with pytest.raises(ValueError, match=r"u.vtk holds no elements that are understood, only VTK type 36 \(1\); under"):
-        read_mesh(path)
-
-
-@pytest.mark.parametrize(
-    ("old", "new"),
-    [
-        (b"Float64", b"Float63"),
-        (b"connectivity", b"conn"),
-        (b"<DataArray", b"<DataArrey"),
-        (b"</VTKFile>", b""),
-        (b"AQAAAACAAA", b"!!!!AAAAAA"),
-    ],
-)
-def test_a_damaged_file_is_told_in_words_of_femflex(old, new, tmp_path):
-    path = tmp_path / "plate.vtu"
-    write_mesh(path, rectangle(1, 1, 3, 3, "quad"))
-    path.write_bytes(path.read_bytes().replace(old, new, 1))
-    sentence = (
-        "plate.vtu could not be read as VTU: its contents are not those of this format. The file may be cut short, "
-        "damaged or of another format; write it again from its source."
-    )
-    with pytest.raises(ValueError) as error:
-        read_mesh(path)
-    assert str(error.value) == sentence
-
-
-@pytest.mark.parametrize("binary", [True, False])
-@pytest.mark.parametrize("suffix", [".vtu", ".vtk"])
-def test_cells_that_are_left_out_do_not_shift_the_markers(suffix, binary, tmp_path):
-    pyvista = pytest.importorskip("pyvista")
-    points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0, 0]], float)
-    grid = pyvista.UnstructuredGrid([2, 0, 1, 3, 0, 1, 4, 4, 0, 1, 2, 3], [3, 4, 9], points)  # a polyline between
-    grid.cell_data["plate"] = np.array([0, 1, 1])
-    grid.point_data["velocity"] = np.ones((5, 3))
-    path = tmp_path / f"grid{suffix}"
-    grid.save(path, binary=binary)
-    with pytest.warns(PhysicsWarning, match=r"left out: VTK type 4 \(1\); 2 are kept"):
-        mesh = read_mesh(path)
-    assert mesh.cell_groups["plate"]["quad"].tolist() == [0]
-    assert list(mesh.cell_groups["plate"]) == ["quad"]
 
 
 def test_percent_signs_and_blanks_in_names_survive_vtk(tmp_path):

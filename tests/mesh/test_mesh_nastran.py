@@ -1,10 +1,8 @@
 import numpy as np
 import pytest
 
-from femflex.mesh import Mesh, read_mesh, write_mesh
-from femflex.mesh.cells import CELL_TYPES
+from femflex.mesh import read_mesh, write_mesh
 from femflex.mesh.generators import rectangle
-from femflex.mesh.nastran_cards import listed
 from femflex.warning import PhysicsWarning
 
 DECK = """\
@@ -75,15 +73,6 @@ def test_every_field_format_is_read_with_properties_and_sets(tmp_path):
     assert corners == [[1, 1], [1, 2], [0, 2]]
 
 
-def test_groups_are_named_by_the_caller(tmp_path):
-    mesh = read(deck(tmp_path), groups={"root": "SET 4", "panel": "PID 1", "tip": "set_9"})
-    assert mesh.groups == ["panel", "pid_2", "pid_7", "root", "set_5", "set_8", "tip"]
-    assert at(mesh, "root") == [[0, 0], [0, 1], [0, 2]]
-    with pytest.warns(PhysicsWarning), pytest.raises(ValueError) as error:
-        read_mesh(deck(tmp_path), groups={"root": "SET 44"})
-    assert "panel.bdf has no group 'SET 44' to be named 'root'; it has ['pid_1', 'pid_2'" in str(error.value)
-
-
 def test_names_in_comments_of_preprocessors_are_used(tmp_path):
     names = '$HMSET        4        1 "root"\n$HMSET 5 2 "first row"\n$HMNAME PROP     1"panel"  4\n'
     femap = "$ Femap with NX Nastran Property 2 : corner plates\n"
@@ -91,58 +80,6 @@ def test_names_in_comments_of_preprocessors_are_used(tmp_path):
     assert read(path).groups == ["corner plates", "first row", "panel", "pid_7", "root", "set_8", "set_9"]
     both = read(path, groups={"clamp": "SET 4", "skin": "panel"})
     assert {"clamp", "skin"} <= set(both.groups) and not {"root", "panel"} & set(both.groups)
-
-
-def test_a_set_said_to_be_of_elements_is_not_taken_for_points(tmp_path):
-    text = DECK.replace("$ small", "SET3    10      ELEM    11\n$ small").replace("GRID    101 ", "GRID    11  ")
-    mesh = read(deck(tmp_path, text.replace("101     102     105", "11      102     105")))
-    assert list(mesh.group_cells("set_10")) == ["quad"]
-    assert "set_10" not in mesh.point_groups
-
-
-def test_included_files_are_read(tmp_path):
-    start, stop = DECK.index("GRID    101"), DECK.index("CQUAD4  11")
-    (tmp_path / "grids.bdf").write_text(DECK[start:stop])
-    path = deck(tmp_path, DECK[:start] + "INCLUDE 'grids.bdf'\n" + DECK[stop:])
-    with pytest.warns(PhysicsWarning, match="CONM2"):
-        assert len(read_mesh(path).cells["quad"]) == 2
-    (tmp_path / "grids.bdf").unlink()
-    with pytest.raises(ValueError, match=r"panel.bdf:12: the file 'grids.bdf' that is included does not exist"):
-        read_mesh(path)
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "sentence"),
-    [
-        ("GRID    103     ", "GRID    103     5", "1 GRID cards, the first is 103, are given in a local coordinate"),
-        (
-            "GRID    103 ",
-            "GRID    113 ",
-            r"elements use nodes \[103\] that no GRID card defines; the first is used by",
-        ),
-        ("102     103     106     105", "102     103     106", "CQUAD4 12 has 3 nodes; it needs 4 corners"),
-        (
-            "CQUAD4  12      1       102     103     106     105",
-            "CQUAD8,12,1,102,103,,105,109,\n,108",
-            "CQUAD8 12 has 3 nodes; it needs 4 corners",
-        ),
-        (
-            "CQUAD4  12 ",
-            "CQUAD4  1x ",
-            "panel.bdf could not be read as Nastran bulk data: it has '1x' where a number belongs. The file may",
-        ),
-        ("GRID", "XRID", "panel.bdf has no GRID cards; it is no Nastran bulk data"),
-        (
-            "GRID    103             2. ",
-            "GRID    103             2.x",
-            r"panel.bdf: GRID 103 has '2.x' where a number belongs; correct the field",
-        ),
-        ("GRID    103             2. ", "GRID    103             nan", r"1 of 9 mesh points have coordinates that are"),
-    ],
-)
-def test_decks_that_cannot_be_read_rightly_are_refused(old, new, sentence, tmp_path):
-    with pytest.raises(ValueError, match=sentence):
-        read_mesh(deck(tmp_path, DECK.replace(old, new).replace("CONM2", "$").replace("RBE2", "$")))
 
 
 def test_comments_and_continuations_of_every_form_are_read(tmp_path):
@@ -196,47 +133,6 @@ ENDDATA
     assert first[5] == second[3]
     assert mesh.points[second[4]].tolist() == [1, 2, 0]
     assert mesh.points[second[5]].tolist() == [0, 1, 0]
-
-
-def test_lists_of_numbers():
-    assert listed("1 THRU 4 7 10 THRU 20 BY 5".split()).among(range(99)) == [1, 2, 3, 4, 7, 10, 15, 20]
-    assert listed("1 THRU 6 EXCEPT 3 4".split()).among(range(99)) == [1, 2, 5, 6]
-
-
-def test_a_written_deck_has_properties_sets_and_names(tmp_path):
-    mesh = rectangle(2, 0.4, 10, 2, "quad")
-    quads = np.arange(20)
-    mesh = mesh.with_groups(
-        {"inner": {"quad": quads[:10]}, "outer": {"quad": quads[10:]}}, {"ends": [0, 1, 2, 30, 31, 32], "odd": [1, 5]}
-    )
-    path = tmp_path / "strip.bdf"
-    write_mesh(path, mesh)
-    text = path.read_text()
-    assert "SET 1 = 1 THRU 3" not in text  # points come in the order they were put: corners first
-    assert '"ends"' in text and " = 1 THRU 3, 31 THRU 33" in text and " = 2, 6" in text
-    assert '$HMNAME PROP               1"inner"' in text
-    assert all(len(line) <= 80 for line in text.splitlines())
-    assert read_mesh(path, groups={"first": "PID 1"}).group_cells("first")["quad"].shape == (10, 4)
-
-
-@pytest.mark.parametrize(
-    ("cell", "card"),
-    [
-        ("pyramid", "CPYRAM"),
-        ("pyramid13", "CPYRAM"),
-        ("hexahedron20", "CHEXA"),
-        ("wedge15", "CPENTA"),
-        ("tetra10", "CTETRA"),
-    ],
-)
-def test_written_solids_have_the_names_of_the_manual_and_come_back(tmp_path, cell, card):
-    kind = CELL_TYPES[cell]
-    unit = np.column_stack([kind.nodes, np.zeros((len(kind.nodes), 3 - kind.nodes.shape[1]))])
-    path = tmp_path / "solid.bdf"
-    write_mesh(path, Mesh(unit, {cell: np.arange(len(unit))[None]}))
-    cards = {line.split(",")[0][:8].strip() for line in path.read_text().splitlines() if line.startswith("C")}
-    assert card in cards
-    assert read_mesh(path).cells[cell].shape == (1, len(unit))
 
 
 def test_long_sets_stay_within_a_card_and_come_back(tmp_path):

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from test_mesh_damaged import damaged, sheet
 
-from femflex.mesh import Mesh, box, read_mesh, rectangle, write_mesh
+from femflex.mesh import box, read_mesh, rectangle, write_mesh
 from femflex.mesh.quality import sizes
 from femflex.mesh.vtk_data import make_grid
 from femflex.warning import PhysicsWarning
@@ -108,44 +108,6 @@ def test_a_universal_file_is_read_with_its_groups(tmp_path: Path):
 UNV = dataset(2411, *unv_nodes(np.eye(3))) + dataset(2412, *unv_elements([(1, 91, 1, [11, 12, 13])]))
 
 
-def test_lines_and_faces_of_three_nodes_are_told_apart_by_their_descriptor(tmp_path: Path):
-    points = np.array([[0, 0, 0], [0.5, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0.0]])
-    cells = [(1, 91, 1, [11, 13, 14]), (2, 22, 2, [11, 12, 13]), (3, 11, 3, [11, 14]), (4, 94, 4, [11, 13, 15, 14])]
-    path = tmp_path / "x.unv"
-    path.write_text(dataset(2411, *unv_nodes(points)) + dataset(2412, *unv_elements(cells)))
-    mesh = read_mesh(path)
-    assert {kind: len(rows) for kind, rows in mesh.cells.items()} == {"line": 1, "line3": 1, "triangle": 1, "quad": 1}
-    assert mesh.points[mesh.cells["line3"][0]] == pytest.approx(points[[0, 2, 1]])
-    assert mesh.points[mesh.cells["triangle"][0]] == pytest.approx(points[[0, 2, 3]])
-
-
-@pytest.mark.parametrize(
-    ("text", "sentence"),
-    [
-        ("", "x.unv has no datasets between lines of -1; it is no universal file"),
-        (dataset(151, "a model"), r"x.unv has no nodes \(dataset 15, 781 or 2411\)"),
-        (UNV.replace("91", "9x"), "holds words that are no whole numbers"),
-        (
-            UNV.replace("        13\n    -1", "        14\n    -1"),
-            r"elements use nodes \[14\] that no dataset of nodes d",
-        ),
-        (UNV.replace("        12        13\n    -1\n", ""), "element 1 has 1 of its 3 nodes; the file is cut short"),
-    ],
-)
-def test_a_universal_file_that_cannot_be_read_is_refused(text: str, sentence: str, tmp_path: Path):
-    path = tmp_path / "x.unv"
-    path.write_text(text)
-    with pytest.raises(ValueError, match=sentence):
-        read_mesh(path)
-
-
-def test_a_universal_file_in_millimetres_says_so(tmp_path: Path):
-    path = tmp_path / "x.unv"
-    path.write_text(dataset(164, "5mm (milli-newton)", "1000.0D+0 1.0 1.0", "273.15") + UNV)
-    with pytest.warns(PhysicsWarning, match="a length of 1000 in it is 1 m; the numbers are taken"):
-        read_mesh(path)
-
-
 CDB = """\
 /PREP7
 ET,1,185
@@ -180,55 +142,6 @@ def test_an_ansys_archive_is_read_with_its_components(tmp_path: Path, monkeypatc
     monkeypatch.setattr("femflex.mesh.io_ansys.find_spec", lambda name: None)
     with pytest.raises(ValueError, match=r"brick.cdb: reading Ansys archives needs mapdl-archive.*pip install"):
         read_mesh(path)
-
-
-def test_med_under_its_other_suffix_and_a_mesh_on_one_axis(tmp_path: Path):
-    h5py = pytest.importorskip("h5py")
-    mesh = Mesh([[0, 0, 0], [1, 0, 0], [3, 0, 0]], {"line": [[0, 1], [1, 2]]}, {"boom": {"line": [0, 1]}})
-    path = tmp_path / "boom.mmed"
-    write_mesh(path, mesh)
-    with h5py.File(path, "r+") as file:
-        nodes = next(iter(file["ENS_MAA/mesh"].values()))["NOE"]
-        attributes, x = dict(nodes["COO"].attrs), nodes["COO"][()][:3]
-        del nodes["COO"]
-        nodes.create_dataset("COO", data=x).attrs.update(attributes)
-        del file["FAS"]
-    found = read_mesh(path)
-    assert found.points.tolist() == [[0, 0, 0], [1, 0, 0], [3, 0, 0]]
-    assert not found.cell_groups  # their names went with the families
-    with h5py.File(path, "w") as file:
-        file["x"] = 1
-    with pytest.raises(ValueError, match=r"boom.mmed is an HDF5 file without a mesh of MED .* it has \['x'\]"):
-        read_mesh(path)
-
-
-def test_a_file_of_bad_cells_is_shown_where_it_is_only_looked_at(tmp_path: Path):
-    path = tmp_path / "flat.msh"
-    write_mesh(path, Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], {"triangle": [[0, 1, 2]]}))
-    with pytest.raises(ValueError, match="1 of 1 cells of type triangle have no area"):
-        read_mesh(path)
-    with pytest.warns(PhysicsWarning, match="1 of 1 cells of type triangle have no area"):
-        assert "triangle" in read_mesh(path, strict=False).summary()
-    deck = tmp_path / "mass.inp"
-    deck.write_text("*NODE\n1\n*ELEMENT, TYPE=MASS\n1, 1\n")
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        assert not read_mesh(deck, strict=False).cells
-    with pytest.raises(ValueError, match=r"holds no elements that are understood, only MASS \(1\)"):
-        read_mesh(deck)
-
-
-def test_solids_of_mirrored_copies_are_turned_one_by_one(tmp_path: Path):
-    """Half of a symmetric mesh keeps its numbering in the mirror."""
-    half = box(1, 1, 1, 1, 1, 1)
-    points = np.concatenate([half.points, half.points * [-1, 1, 1]])
-    cells = np.concatenate([half.cells["hexahedron"], half.cells["hexahedron"] + len(half.points)])
-    path = tmp_path / "whole.vtu"
-    write_mesh(path, Mesh(points, {"hexahedron": cells}).merged(Mesh(points, {}), 1e-9))
-    said = r"1 of 2 cells .* inside out .*, the first is number 1 at \(-0.5, 0.5, 0.5\) m"
-    with pytest.warns(PhysicsWarning, match=said):
-        mesh = read_mesh(path)
-    assert sizes(mesh.points, "hexahedron", mesh.cells["hexahedron"]) == pytest.approx([1, 1])
 
 
 def whole_file(kind: str, path: Path) -> bytes:

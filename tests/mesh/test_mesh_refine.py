@@ -109,28 +109,6 @@ def test_point_groups_grow_along_whole_edges_only():
     assert len(fine.group_points("all")) == len(fine.points)
 
 
-def test_second_order_point_groups_need_the_middle_node_too():
-    mesh = rectangle(1, 1, 1, 1, "quad9")
-    ends = np.flatnonzero((mesh.points[:, 0] == 0) & (mesh.points[:, 1] != 0.5))
-    fine = mesh.with_groups(points={"ends": ends}).refined()
-    assert fine.group_points("ends").tolist() == ends.tolist()
-
-
-def test_lines_on_the_edge_of_second_order_cells_take_their_middle_nodes():
-    quad = rectangle(2, 1, 2, 1, "quad9")
-    left = quad.group_cells("left")["line3"][:, :2]
-    mesh = Mesh(quad.points, {"quad9": quad.cells["quad9"], "line": left}, {"left": {"line": np.arange(len(left))}})
-    fine = mesh.refined()
-    assert fine.cells["line"].max() < len(quad.points)
-    assert len(fine.group_points("left")) == 3
-
-
-def test_two_curved_cells_between_the_same_ends_are_refused():
-    ring = Mesh([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]], {"line3": [[0, 1, 2], [1, 0, 3]]})
-    with pytest.raises(ValueError, match="points 2 and 3 are both the middle of one edge"):
-        ring.refined()
-
-
 def test_lines_between_corners_and_middles_of_curved_cells_stay_on_their_edges():
     """Ribs of two lines on each edge of nine-node shells share all points with them, on the curve, however often."""
     flat = rectangle(1.0, 1.0, 2, 2, "quad9")

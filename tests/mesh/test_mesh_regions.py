@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from femflex.mesh import Mesh, box, rectangle
-from femflex.mesh.regions import with_box, with_point_at, with_points, with_whole
+from femflex.mesh import box, rectangle
+from femflex.mesh.regions import with_box, with_whole
 
 
 @pytest.fixture
@@ -68,20 +68,3 @@ def test_a_box_within_a_group_takes_its_points_and_cells_alone(mesh):
         with_box(mesh, "x", [6, 0, 0], [9, 9, 9], within="corner")
     with pytest.raises(ValueError, match=r"no point lies in the box of region 'x' from \[10, 0, 0\]"):
         with_box(mesh, "x", [10, 0, 0], [11, 1, 1])
-
-
-def test_rounding_at_the_sides_of_a_box_does_not_matter():
-    mesh = Mesh([[0.1 + 0.2, 0, 0], [1, 0, 0], [0.3 - 1e-8, 0, 0]], {"line": [[0, 1], [1, 2]]})
-    assert with_box(mesh, "end", [0.0, 0, 0], [0.3, 0, 0]).point_groups["end"].tolist() == [0, 2]
-    assert with_box(mesh, "end", [0.3, 0, 0], [2, 0, 0]).point_groups["end"].tolist() == [0, 1]
-
-
-def test_points_by_number_count_from_one_and_a_new_point_is_alone(mesh):
-    n = len(mesh.points)
-    assert with_points(mesh, "p", [3, 1, n]).point_groups["p"].tolist() == [0, 2, n - 1]
-    for bad in ([0, 1], [1, n + 1], []):
-        with pytest.raises(ValueError, match=rf"region 'p' names points \[.*\]; the mesh has points 1 to {n}"):
-            with_points(mesh, "p", bad)
-    found = with_point_at(mesh, "eye", [[1.0], [2.0], [3.0]])
-    assert found.points[found.point_groups["eye"]].tolist() == [[1, 2, 3]] and len(found.points) == n + 1
-    assert np.array_equal(found.points[:n], mesh.points) and not any((t == n).any() for t in found.cells.values())

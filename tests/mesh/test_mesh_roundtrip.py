@@ -112,30 +112,6 @@ def test_several_cell_types_share_a_file(suffix, tmp_path):
     same(mesh, read_mesh(path), 1e-12)
 
 
-@pytest.mark.parametrize("suffix", [".msh", ".vtu", ".vtk", ".inp"])
-def test_groups_without_members_are_remembered_where_the_format_can(suffix, tmp_path):
-    mesh = rectangle(1, 1, 1, 1, "quad").with_groups(cells={"nothing": {}})
-    path = tmp_path / f"mesh{suffix}"
-    write_mesh(path, mesh)
-    with pytest.raises(ValueError, match="group 'nothing' of the mesh is empty"):
-        read_mesh(path).group_points("nothing")
-
-
-def test_a_point_group_off_the_cells_is_kept_and_warned_of(tmp_path):
-    from femflex.warning import PhysicsWarning
-
-    mesh = line([[0, 0, 0], [1, 0, 0]], 2)
-    beacon = Mesh([*mesh.points, [5, 5, 5]], mesh.cells, mesh.cell_groups, {"beacon": [3]})
-    for suffix in (".msh", ".vtu", ".vtk", ".med", ".inp", ".bdf"):
-        path = tmp_path / f"mesh{suffix}"
-        write_mesh(path, beacon)
-        with pytest.warns(
-            PhysicsWarning, match=r"1 of 4 points belong to no cell; some are in the point groups \['beacon"
-        ):
-            read = read_mesh(path)
-        assert read.points[read.group_points("beacon")].tolist() == [[5, 5, 5]]
-
-
 def test_vertex_cells_become_point_groups(tmp_path):
     mesh = Mesh([[0, 0, 0], [1, 0, 0]], {"line": [[0, 1]], "vertex": [[1]]}, {"tip": {"vertex": [0]}})
     path = tmp_path / "mesh.msh"
@@ -152,32 +128,3 @@ def test_groups_may_be_renamed_while_reading(tmp_path):
     assert "clamp" in mesh.groups and "left" not in mesh.groups
     with pytest.raises(ValueError, match=r"mesh.vtu has no group 'lift' to be named 'clamp'; it has \['bottom'"):
         read_mesh(path, groups={"clamp": "lift"})
-
-
-@pytest.mark.parametrize(
-    ("suffix", "name", "sentence"),
-    [
-        (".msh", 'a "b"', r"group names \['a \"b\"'\] have a quotation mark"),
-        (".inp", 'a "b"', "cannot stand in an Abaqus deck"),
-        (".bdf", 'a "b"', "cannot stand in a Nastran comment"),
-        (".med", "a" * 81, "MED group names have at most 80 bytes"),
-    ],
-)
-def test_names_a_format_cannot_hold_are_refused_and_nothing_is_written(suffix, name, sentence, tmp_path):
-    mesh = line([[0, 0, 0], [1, 0, 0]], 2).with_groups(points={name: [1]})
-    with pytest.raises(ValueError, match=sentence):
-        write_mesh(tmp_path / f"mesh{suffix}", mesh)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_writing_needs_a_known_suffix_and_version_and_some_cells(tmp_path):
-    mesh = line([[0, 0, 0], [1, 0, 0]], 2)
-    with pytest.raises(ValueError, match=r"mesh.stl: .stl is not a known mesh format; known are .bdf \(Nastran"):
-        write_mesh(tmp_path / "mesh.stl", mesh)
-    with pytest.raises(ValueError, match=r"Gmsh version '3' is not written; known are '4.1' and '2.2'"):
-        write_mesh(tmp_path / "mesh.msh", mesh, version="3")
-    with pytest.raises(ValueError, match=r"a mesh without cells cannot be written to mesh.msh"):
-        write_mesh(tmp_path / "mesh.msh", Mesh(mesh.points, {}))
-    with pytest.raises(ValueError, match=r"mesh.msh cannot be written: the folder .*nowhere does not exist"):
-        write_mesh(tmp_path / "nowhere" / "mesh.msh", mesh)
-    assert list(tmp_path.iterdir()) == []
