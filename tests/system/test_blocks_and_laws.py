@@ -1,4 +1,4 @@
-"""Blocks and laws of controllers against their transfer functions and formulas, several channels at once."""
+"""Blocks, control laws and sampled sensors against their transfer functions and formulas."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def transfer(system, s):
 
 
 @pytest.mark.parametrize("s", POINTS)
-def test_filters_of_three_channels_keep_these_apart(s):
+def test_filters_have_their_transfer_function_in_every_channel(s):
     w, wn = 2 * math.pi * 0.7, 2 * math.pi * 0.4
     wanted = [
         (low_pass(0.7, channels=3), w / (s + w)),
@@ -48,14 +48,14 @@ def test_filters_of_three_channels_keep_these_apart(s):
 
 
 @pytest.mark.parametrize("s", POINTS)
-def test_gains_of_pd_and_pid_belong_to_their_errors_and_rates(s):
+def test_pd_and_pid_transfer_functions(s):
     P, I, D = np.array([2.0, 3.0]), np.array([0.5, 0.7]), np.array([11.0, 13.0])
     np.testing.assert_allclose(transfer(pd(P, D), s), -np.hstack([np.diag(P), np.diag(D)]))
     np.testing.assert_allclose(transfer(pid(P, I, D), s), -np.hstack([np.diag(P + I / s), np.diag(D)]), rtol=1e-12)
 
 
 @pytest.mark.parametrize("s", POINTS)
-def test_an_observer_is_the_loop_of_plant_model_and_feedback(s):
+def test_observer_equals_the_loop_of_model_and_feedback(s):
     rng = np.random.default_rng(3)
     A, B, C = rng.normal(size=(3, 3)), rng.normal(size=(3, 2)), rng.normal(size=(1, 3))
     K, L = rng.normal(size=(2, 3)), rng.normal(size=(3, 1))
@@ -65,7 +65,7 @@ def test_an_observer_is_the_loop_of_plant_model_and_feedback(s):
     np.testing.assert_allclose(transfer(observer(A, B, C, K, L), s), v, rtol=1e-10)
 
 
-def test_commands_meet_the_demand_with_the_least_size_and_wheels_are_asked_for_minus_their_momentum():
+def test_allocation_has_the_least_norm():
     E = np.array([[1.0, 0.5, -0.2, 0.3], [0.1, -0.8, 0.6, 0.4]])
     D = allocation(E).D
     np.testing.assert_allclose(E @ D, np.eye(2), atol=1e-12)
@@ -74,13 +74,7 @@ def test_commands_meet_the_demand_with_the_least_size_and_wheels_are_asked_for_m
     np.testing.assert_allclose(momentum_management(0.25, E).D @ h, -0.25 * (E @ h))
 
 
-def test_rows_and_columns_are_taken_for_matrices_of_one_state():
-    A, B, C, D = state_space(-2.0, [3.0, 4.0], [5.0], [[6.0, 7.0]])
-    assert (A.shape, B.shape, C.shape, D.shape) == ((1, 1), (1, 2), (1, 1), (1, 2))
-    np.testing.assert_allclose(transfer((A, B, C, D), 2.0), [[15.0 / 4 + 6.0, 20.0 / 4 + 7.0]])
-
-
-def test_a_sampled_block_follows_its_input_as_held_over_each_period():
+def test_sampled_block_equals_zero_order_hold_discretisation():
     rng = np.random.default_rng(5)
     one = state_space(
         rng.normal(size=(3, 3)), rng.normal(size=(3, 2)), rng.normal(size=(2, 3)), rng.normal(size=(2, 2))
@@ -103,7 +97,7 @@ def test_a_sampled_block_follows_its_input_as_held_over_each_period():
     assert max(abs(y) / [0.3, 0.2]) == pytest.approx(1.0) and y @ raw > 0.0
 
 
-def test_sampled_quaternion_feedback_is_its_formula_with_and_without_wheels():
+def test_attitude_feedback_is_its_formula():
     rng = np.random.default_rng(7)
     P, D, J = (rng.normal(size=(3, 3)) for _ in range(3))
     e, w, H = rng.normal(size=(3, 3))
@@ -122,7 +116,7 @@ def test_sampled_quaternion_feedback_is_its_formula_with_and_without_wheels():
     np.testing.assert_allclose(gains(0.0, given, np.zeros(0))[0], -e * [1.0, 2.0, 3.0] - 4.0 * w)
 
 
-def test_pulses_are_as_long_as_their_demands_each_with_its_own_full_thrust():
+def test_pulse_widths_follow_the_demands():
     one = pulses("jets", ["d.a", "d.b", "d.c", "d.d", "d.e"], list("abcde"), [2.0, 4.0, 1.0, 5.0, 1.0], 0.5, 0.06)
     demands = dict(zip([f"effectors/d/{k}" for k in "abcde"], [0.8, 0.8, 7.0, 0.5, -0.3], strict=True))
     t, memory, instants, on = 3.0, one.memory, [], []
@@ -137,7 +131,7 @@ def test_pulses_are_as_long_as_their_demands_each_with_its_own_full_thrust():
 
 
 @pytest.mark.parametrize(("delay", "late", "rest"), [(0.0, 0, 0.0), (0.3, 3, 0.0), (0.25, 2, 0.05), (0.05, 0, 0.05)])
-def test_a_sampled_sensor_gives_the_numbers_of_its_delay_ago(delay, late, rest):
+def test_sampled_sensor_delays_and_quantises(delay, late, rest):
     sensor = Sensor("gyro", "rate", "hub", bias=[0.5, -1.0, 2.0], sampling=Sampling(0.1, delay, quantum=0.25))
     exact, one = sensor.effectors
     assert exact.name == "gyro_exact" and not exact.parameters[2:5].any()
@@ -157,15 +151,3 @@ def test_a_sampled_sensor_gives_the_numbers_of_its_delay_ago(delay, late, rest):
 
     for k in range(8):
         np.testing.assert_allclose(seen[k], measured(max(k - late, 0)), atol=1e-12)
-
-
-def test_between_a_sample_and_its_arrival_the_number_before_is_known():
-    sensor = Sensor("tach", "value", signal="wheel.speed", sampling=Sampling(0.1, 0.04))
-    one = sensor.effectors[1]
-    first, memory, later = one.law(0.0, {"effectors/tach_exact/value": np.array(3.0)}, one.memory)
-    assert first == 3.0 and later == pytest.approx(0.04)  # before the first number arrives the first one is known
-    arrived, memory, later = one.law(0.04, {}, memory)
-    assert arrived == 3.0 and later is None
-    between, memory, later = one.law(0.1, {"effectors/tach_exact/value": np.array(8.0)}, memory)
-    assert between == 3.0 and later == pytest.approx(0.14)
-    assert one.law(0.14, {}, memory)[0] == 8.0
