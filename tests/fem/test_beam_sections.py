@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.sparse.linalg import spsolve
+from support.closed_forms import timoshenko_cantilever
 from support.plate_models import frequencies
-from test_solids import timoshenko_cantilever
 
 from femflex.fem import Material, Member, build_structure
 from femflex.fem.sections import FullSection, GivenSection, Rectangle, StiffnessSection, Tube

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 from scipy.optimize import brentq
+from support.closed_forms import mindlin
 from support.plate_models import frequencies
 
 from femflex.fem import Material, Member, Structure, build_structure
@@ -136,14 +137,6 @@ def test_a_thick_plate_on_simple_supports(cell, n):
     found = bending(s, 4)
     np.testing.assert_allclose(found, [45.897, 109.44, 109.44, 167.89], rtol=0.015)
     np.testing.assert_allclose(found, [mindlin(*waves) for waves in ((1, 1), (1, 2), (2, 1), (2, 2))], rtol=0.008)
-
-
-def mindlin(m: int, n: int, a=10.0, h=1.0, E=200e9, nu=0.3, rho=8000.0) -> float:
-    """Frequency [Hz] of m by n half waves: the smaller root of Mindlin's quadratic equation of omega^2."""
-    k2 = (m * m + n * n) * (np.pi / a) ** 2
-    G, D, inertia = 5 / 6 * E / 2 / (1 + nu) * h, E * h**3 / 12 / (1 - nu**2), rho * h**3 / 12
-    K = np.array([[G * k2, -G * np.sqrt(k2)], [-G * np.sqrt(k2), G + D * k2]])  # w, and the rotation along the waves
-    return float(np.sqrt(np.linalg.eigvals(K / np.array([[rho * h], [inertia]])).real.min()) / (2 * np.pi))
 
 
 STIFF = (

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.linalg import expm
-from scipy.optimize import brentq
 from scipy.sparse.linalg import eigsh, spsolve
+from support.closed_forms import timoshenko_cantilever
 from support.element_meshes import SECOND_ORDER, SOLIDS, brick, straight_sided
 from support.plate_models import random_rotation
 
@@ -54,22 +53,6 @@ def check_patch(structure):
     voigt = np.array([*np.diag(strain), 2 * strain[1, 2], 2 * strain[0, 2], 2 * strain[0, 1]])
     volume = sum(sizes(mesh.points, name, nodes).sum() for name, nodes in mesh.cells.items())
     assert x @ structure.K @ x == pytest.approx(volume * voigt @ C @ voigt, rel=1e-11)
-
-
-def timoshenko_cantilever(L, EI, kGA, m, mr2) -> float:
-    """First circular frequency of a clamped-free Timoshenko beam: root of the determinant of its transfer matrix."""
-
-    def determinant(omega):
-        A = np.array([  # w, theta, M, V along x
-            [0, 1, 0, 1 / kGA],
-            [0, 0, 1 / EI, 0],
-            [0, -mr2 * omega**2, 0, -1],
-            [-m * omega**2, 0, 0, 0],
-        ])  # fmt: skip
-        return np.linalg.det(expm(A * L)[2:, 2:])
-
-    euler = 3.516015 * np.sqrt(EI / m) / L**2
-    return float(brentq(determinant, 0.5 * euler, 1.001 * euler))
 
 
 @pytest.mark.parametrize("cell", SECOND_ORDER)
