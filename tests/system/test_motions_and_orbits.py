@@ -11,8 +11,6 @@ from femflex.system import Orbit, Profile, Segments, System, assembled, free, re
 from femflex.system.orbit import EARTH_RADIUS
 
 TIMES = np.array([0.0, 0.7, 1.1, 2.0, 3.5, 4.0, 6.0])
-
-
 PROFILES = {
     "constant": Profile.constant(0.7),
     "polynomial": Profile.polynomial(0.3, -1.0, 0.5, 0.2),
@@ -23,8 +21,6 @@ PROFILES = {
     "quintic spline": Profile.spline(TIMES, np.cos(TIMES), 5),
     "quintic at rest": Profile.spline(TIMES, np.cos(TIMES), 5, "rest"),
 }
-
-
 PROFILES["sum"] = PROFILES["smooth step"] + PROFILES["sine"] + PROFILES["cubic spline"] + PROFILES["polynomial"]
 
 
@@ -108,8 +104,6 @@ def segment(k: int, *markers: str):
 
 
 BOOM = Segments((segment(0, "root"), segment(1, "lug"), segment(2, "mid"), segment(3, "tip")))
-
-
 HUB = rigid_body(9.0, [1.0, 1.0, 1.0], markers={"m": Marker.rigid(np.zeros(3))})
 
 

@@ -1,0 +1,290 @@
+"""Files of matrices: written and read back, in other units, and as other programs write them."""
+
+from __future__ import annotations
+
+import importlib
+from dataclasses import replace
+
+import h5py
+import numpy as np
+import pytest
+from scipy import sparse
+from scipy.io import mmwrite
+
+from femflex.body import MassMoments
+from femflex.matrices import MatrixModel, Recovery, Sources, read_matrices, write_matrices
+
+IDS = np.array([12, 5, 40])
+POINTS = np.array([[0.1, 0.2, 0.3], [1.1, -0.4, 0.5], [0.7, 2.0, -0.6]])
+DOFS = np.array([[5, 2], [12, 1], [12, 6], [40, 3], [700, 0], [5, 4], [701, 0]])
+GROUPS = {"ends": np.array([5, 40])}
+
+
+def symmetric(n: int, rng: np.random.Generator) -> np.ndarray:
+    X = rng.standard_normal((n, n))
+    return X @ X.T + n * np.eye(n)
+
+
+def model(sparse_ones: bool = False) -> MatrixModel:
+    """A model in SI with something in every array; sparse_ones: matrices with few entries."""
+    rng = np.random.default_rng(3)
+    n = len(DOFS)
+    M, K, D, G = (sparse.csr_array(symmetric(n, rng)) for _ in range(4))
+    rows = sparse.csr_array(rng.standard_normal((6, n)))
+    if sparse_ones:
+        M, K, D = (sparse.csr_array(np.diag(A.diagonal())) for A in (M, K, D))
+        rows = sparse.csr_array(np.eye(6, n))
+    frames = np.array([np.linalg.qr(rng.standard_normal((3, 3)))[0] for _ in IDS])
+    second = rng.standard_normal((1 + n, 3, 1 + n, 3))
+    return MatrixModel(
+        "m", IDS, POINTS, DOFS, M, K, D, G, frames=frames,
+        recovery=Recovery(rng.standard_normal((2, 3)), rows, np.array([0.3, 0.4])),
+        moments=MassMoments(2.5, rng.standard_normal((1 + n, 3)), second + second.transpose(2, 3, 0, 1)), groups=GROUPS,
+        cells={"line": np.array([[5, 12], [12, 40]])},
+    )  # fmt: skip
+
+
+def same(found: MatrixModel, wanted: MatrixModel, tol: float = 1e-12) -> None:
+    """All of a model."""
+    order = np.array([np.flatnonzero((found.dofs == pair).all(axis=1))[0] for pair in wanted.dofs])
+    assert len(found.dofs) == len(wanted.dofs)
+    for name in ("M", "K", "D", "geometric"):
+        a, b = getattr(found, name), getattr(wanted, name)
+        assert (a is None) == (b is None), name
+        if b is not None:
+            a, b = a.toarray()[np.ix_(order, order)], b.toarray()
+            assert a == pytest.approx(b, abs=tol * np.abs(b).max()), name
+    nodes = [found.ids.tolist().index(n) for n in wanted.ids]
+    assert found.points[nodes] == pytest.approx(wanted.points)
+    if wanted.frames is not None:
+        assert found.frames[nodes] == pytest.approx(wanted.frames)
+    assert {k: sorted(v) for k, v in found.groups.items()} == {k: sorted(v) for k, v in wanted.groups.items()}
+    assert {k: v.tolist() for k, v in found.cells.items()} == {k: v.tolist() for k, v in wanted.cells.items()}
+    if wanted.recovery is not None:
+        one, other = found.recovery, wanted.recovery
+        assert one.points == pytest.approx(other.points) and one.masses == pytest.approx(other.masses)
+        assert one.rows.toarray()[:, order] == pytest.approx(other.rows.toarray())
+        assert found.moments.mass == pytest.approx(wanted.moments.mass)
+        assert found.moments.first == pytest.approx(wanted.moments.first)
+        assert found.moments.second == pytest.approx(wanted.moments.second)
+
+
+def test_units_of_every_array(tmp_path):
+    """Numbers as they are for u / mm, rad and modal coordinates of no unit, energies in kg mm^2 / ms^2."""
+    length, mass, time = 1e-3, 1.0, 1e-3
+    si = model()
+    s = np.where((DOFS[:, 1] > 0) & (DOFS[:, 1] < 4), length, 1.0)  # what one unit of a coordinate is
+    arrays = {"nodes": IDS, "points": POINTS / length, "dofs": DOFS, "frames": si.frames, "group_ends": GROUPS["ends"],
+              "cells_line": si.cells["line"]}  # fmt: skip
+    for name, power in (("M", 0), ("K", 2), ("D", 1), ("geometric", 2)):
+        arrays[name] = getattr(si, name).toarray() * np.outer(s, s) / (mass * length**2 / time**power)
+    arrays["recovery_points"], arrays["recovery_masses"] = si.recovery.points / length, si.recovery.masses / mass
+    arrays["recovery"] = si.recovery.rows.toarray() * s / length
+    z = np.concatenate([[1.0], s]) / length  # position; displacement per unit of a coordinate
+    arrays["moments_mass"] = si.moments.mass / mass
+    arrays["moments_first"] = si.moments.first * z[:, None] / mass
+    arrays["moments_second"] = si.moments.second * z[:, None, None, None] * z[None, None, :, None] / mass
+    np.savez(tmp_path / "a.npz", **arrays)
+    same(read_matrices(tmp_path / "a.npz", units="mm-kg-ms"), si)
+
+
+@pytest.mark.parametrize("few", [False, True])
+@pytest.mark.parametrize("suffix", [".npz", ".h5", ".hdf5", ".mat"])
+def test_every_array_of_a_model_survives_a_file(tmp_path, suffix, few):
+    one = model(few)
+    same(read_matrices(write_matrices(one, tmp_path / f"a{suffix}")), one)
+
+
+def test_output4_keeps_recovery_and_moments(tmp_path):
+    pytest.importorskip("pyyeti")
+    one = replace(model(), frames=None, groups={}, cells={})
+    same(read_matrices(write_matrices(one, tmp_path / "a.op4")), one)
+
+
+def test_matlab_files_of_version_7_3(tmp_path):
+    """Written column by column; a sparse matrix by its columns with the number of rows as an attribute."""
+    one = replace(model(), geometric=None, frames=None, recovery=None, moments=None, groups={}, cells={})
+    path = tmp_path / "a.mat"
+    with h5py.File(path, "w", userblock_size=512) as file:
+        for name, value in (("points", POINTS), ("nodes", IDS[:, None]), ("dofs", DOFS), ("M", one.M.toarray())):
+            file[name] = np.asarray(value).T
+        upper = sparse.csc_array(one.K.toarray())
+        group = file.create_group("K")
+        group["data"], group["ir"], group["jc"] = upper.data, upper.indices, upper.indptr
+        group.attrs["MATLAB_sparse"] = np.uint64(upper.shape[0])
+        group = file.create_group("D")
+        columns = sparse.csc_array(one.D.toarray())
+        group["data"], group["ir"], group["jc"] = columns.data, columns.indices, columns.indptr
+        group.attrs["MATLAB_sparse"] = np.uint64(7)
+        file.create_group("struct")["x"] = [1.0]
+    with open(path, "r+b") as file:
+        file.write(b"MATLAB 7.3 MAT-file".ljust(128))
+    same(read_matrices(path), one)
+
+
+def test_bulk_data_survive_a_file(tmp_path):
+    rng = np.random.default_rng(7)
+    n = len(DOFS)
+    M, K, D = (sparse.csr_array(symmetric(n, rng) * 10.0**p) for p in (-12, 11, 3))
+    one = MatrixModel("m", IDS, POINTS, DOFS, M, K, D)
+    path = write_matrices(one, tmp_path / "a.bdf")
+    found = read_matrices(path)
+    same(found, one, 1e-9)
+    assert found.n_modal == 2
+    same(read_matrices(write_matrices(replace(one, D=None), path, force=True)), replace(one, D=None), 1e-9)
+
+
+def test_maps_of_external_superelements(tmp_path):
+    """EXTRN names the components of matrices that other files hold."""
+    text = "GRID,5,,0.,0.,0.\nGRID,7,,1.,0.,0.\nSPOINT,90\nEXTRN,7,13,5,2,90,0\n"
+    (tmp_path / "a.pch").write_text(text)
+    np.savez(tmp_path / "b.npz", M=np.eye(4), K=2 * np.eye(4))
+    one = read_matrices(Sources("b.npz", nodes="a.pch", dofs="a.pch"), folder=tmp_path)
+    assert one.dofs.tolist() == [[7, 1], [7, 3], [5, 2], [90, 0]] and one.ids.tolist() == [5, 7]
+
+
+def table(path, one: MatrixModel) -> None:
+    path.write_text("# a comment\nnumber; x; y; z\n" + "".join(
+        f"{n};\t{x[0]!r}; {x[1]!r}; {x[2]!r}\n" for n, x in zip(one.ids.tolist(), one.points.tolist(), strict=True)
+    ))  # fmt: skip
+
+
+@pytest.mark.parametrize("triangle", ["lower", "upper", "both"])
+def test_matrices_by_node_and_component_share_one_map(tmp_path, triangle):
+    """The mass has entries at fewer degrees of freedom than the stiffness, and each file another order."""
+    one = model()
+    physical = np.flatnonzero(DOFS[:, 1] > 0)
+    M, K = (A.toarray()[np.ix_(physical, physical)].copy() for A in (one.M, one.K))
+    M[1, :], M[:, 1] = 0.0, 0.0
+    rng = np.random.default_rng(1)
+    for name, A in (("m", M), ("k", K)):
+        # the map sorts nodes and components: a triangle is one of that order
+        order = np.lexsort((DOFS[physical, 1], DOFS[physical, 0]))
+        S = A[np.ix_(order, order)]
+        keep = {"lower": np.tril(S), "upper": np.triu(S), "both": S}[triangle]
+        pairs = list(zip(*np.nonzero(keep), strict=True))
+        rng.shuffle(pairs)
+        at = DOFS[physical][order]
+        lines = [f"{at[i][0]},{at[i][1]}, {at[j][0]},{at[j][1]}, {keep[i, j]!r}".replace("np.float64(",
+         "").replace(")", "")
+                 for i, j in pairs]  # fmt: skip
+        (tmp_path / f"{name}.mtx").write_text("\n".join(lines) + "\n")
+    table(tmp_path / "nodes.csv", one)
+    found = read_matrices(Sources(mass="m.mtx", stiffness="k.mtx", nodes="nodes.csv"), folder=tmp_path)
+    wanted = MatrixModel("m", IDS, POINTS, DOFS[physical], sparse.csr_array(M), sparse.csr_array(K))
+    same(found, wanted)
+
+
+GRIDS = """$ two nodes of a rod, the second with cylindrical displacement axes about basic z at 90 degrees
+CORD2C,7,0,0.,0.,0.,0.,0.,1.,+
++,1.,0.,0.
+GRID,11,,1000.,0.,0.
+GRID    12             7   1000.     90.      0.       7
+"""
+DMIG = """DMIG    MAAX           0       6       2       0
+DMIG*   MAAX                          11               1
+*                     11               1 2.000000000D-03
+DMIG*   MAAX                          12               2
+*                     12               2 3.000000000-03
+DMIG    KAAX           0       6       2       0
+DMIG    KAAX          11       1              11       1     5.0
++             12       2     4.0
+DMIG    KAAX          12       2              12       2    50.0
+ENDDATA
+"""
+
+
+def test_small_and_large_fields_units_and_displacement_axes(tmp_path):
+    path = tmp_path / "rod.pch"
+    path.write_text(GRIDS + DMIG)
+    m = read_matrices(path, units="mm-t-s")
+    assert m.dofs.tolist() == [[11, 1], [12, 2]]
+    assert m.points == pytest.approx(np.array([[1.0, 0, 0], [0, 1.0, 0]]), abs=1e-12)
+    assert m.M.toarray() == pytest.approx(np.diag([2.0, 3.0]))  # kg
+    assert m.K.toarray() == pytest.approx(np.array([[5e3, 4e3], [4e3, 50e3]]))  # N/mm to N/m
+    assert m.frames[1] == pytest.approx(np.array([[0, 1, 0], [-1, 0, 0], [0, 0, 1]]), abs=1e-12)
+    moved = m.structure().translation.toarray()
+    assert moved[3:, 1] == pytest.approx([-1, 0, 0], abs=1e-12)  # around the axis, at 90 degrees: -x
+
+
+@pytest.fixture
+def spring(tmp_path):
+    """Two nodes with three translations each: files of coordinates and the matrices."""
+    (tmp_path / "nodes.csv").write_text("node, x, y, z\n1, 0, 0, 0\n2, 1, 0, 0\n")
+    M, K = np.diag([1.0, 1, 1, 2, 2, 2]), np.zeros((6, 6))
+    K[np.ix_([0, 3], [0, 3])] = 7 * np.array([[1, -1], [-1, 1]])
+    return tmp_path, M, K
+
+
+def same_matrices(model: MatrixModel, M, K):
+    assert model.M.toarray() == pytest.approx(M) and model.K.toarray() == pytest.approx(K)
+
+
+def test_matrix_market_files(spring):
+    folder, M, K = spring
+    for name, A in (("m", M), ("k", K)):
+        mmwrite(folder / f"{name}.mtx", sparse.coo_array(A), symmetry="symmetric")
+    same_matrices(read_matrices(Sources(mass="m.mtx", stiffness="k.mtx", nodes="nodes.csv"), folder=folder), M, K)
+
+
+@pytest.mark.parametrize("form", ["input", "coordinate"])
+@pytest.mark.parametrize("triangle", [True, False])
+def test_abaqus_matrix_generate(spring, form, triangle):
+    folder, M, K = spring
+    for name, A in (("job_MASS1", M), ("job_STIF1", K)):
+        rows = [(i, j) for i, j in zip(*np.nonzero(A), strict=True) if not triangle or j <= i]
+        if form == "coordinate":
+            lines = [f"{i + 1} {j + 1} {A[i, j]:.16e}" for i, j in rows]
+        else:
+            lines = [f"{i // 3 + 1},{i % 3 + 1}, {j // 3 + 1},{j % 3 + 1},  {A[i, j]:.16e}" for i, j in rows]
+        (folder / f"{name}.mtx").write_text("\n".join(lines) + "\n")
+    (folder / "job.inp").write_text("*HEADING\n*NODE, NSET=ENDS\n1, 0., 0., 0.\n2, 1., 0., 0.\n*ELEMENT\n")
+    m = read_matrices(Sources(mass="job_MASS1.mtx", stiffness="job_STIF1.mtx", nodes="job.inp"), folder=folder)
+    same_matrices(m, M, K)
+    assert m.groups["ENDS"].tolist() == [1, 2]
+
+
+def test_calculix_matrices_with_their_map(spring):
+    folder, M, K = spring
+    for name, A in (("job.mas", M), ("job.sti", K)):
+        rows = [f"{i + 1} {j + 1} {A[i, j]:.9e}" for i, j in zip(*np.nonzero(np.triu(A)), strict=True)]
+        (folder / name).write_text("\n".join(rows) + "\n")
+    (folder / "job.dof").write_text("".join(f"{i // 3 + 1}.{i % 3 + 1}\n" for i in range(6)))
+    sources = Sources(mass="job.mas", stiffness="job.sti", nodes="nodes.csv", dofs="job.dof")
+    same_matrices(read_matrices(sources, folder=folder), M, K)
+
+
+def test_plain_arrays(spring):
+    folder, M, K = spring
+    np.savez(folder / "two.npz", mass=M, stiffness=K, xyz=[[0, 0, 0], [1, 0, 0]])
+    m = read_matrices(folder / "two.npz", groups={"end": [2]})
+    same_matrices(m, M, K)
+    assert m.dofs[3].tolist() == [2, 1] and m.nodes_of("end").tolist() == [2]
+    write_matrices(m, folder / "named.npz")  # stated groups replace those of the file
+    again = read_matrices(folder / "named.npz", groups={"end": [1], "both": [1, 2]})
+    assert again.nodes_of("end").tolist() == [1] and again.nodes_of("both").tolist() == [1, 2]
+    assert read_matrices(folder / "named.npz", groups={"both": [1, 2]}).nodes_of("end").tolist() == [2]
+
+
+def test_output4_of_another_program(spring):
+    with np.printoptions():  # which pyYeti changes for the whole process
+        op4 = importlib.import_module("pyyeti.nastran.op4") if importlib.util.find_spec("pyyeti") else None
+    if op4 is None:
+        pytest.skip("pyyeti is not installed")
+    folder, M, K = spring
+    op4.write(str(folder / "a.op4"), {"MAA": M, "KAA": K, "PHG": np.ones((6, 2))})
+    same_matrices(read_matrices(Sources(file="a.op4", nodes="nodes.csv", dofs="xyz"), folder=folder), M, K)
+    op4.write(str(folder / "b.op4"), {"MAA": M, "KAA": K}, binary=False)
+    same_matrices(read_matrices(Sources(file="b.op4", nodes="nodes.csv"), folder=folder), M, K)
+
+
+def test_internal_degrees_of_freedom_of_abaqus_are_scalars(spring):
+    folder, M, K = spring
+    for name, A in (("job_MASS1", M), ("job_STIF1", K)):
+        pairs = zip(*np.nonzero(A), strict=True)
+        rows = [f"{i // 3 + 1},{i % 3 + 1}, {j // 3 + 1},{j % 3 + 1}, {A[i, j]:.16e}" for i, j in pairs]
+        rows += ["-1,2, -1,2, 5.", "1,1, -1,2, .5", "-1,2, 1,1, .5"]
+        (folder / f"{name}.mtx").write_text("\n".join(rows) + "\n")
+    m = read_matrices(Sources(mass="job_MASS1.mtx", stiffness="job_STIF1.mtx", nodes="nodes.csv"), folder=folder)
+    assert m.M.shape == (7, 7) and m.dofs[-1, 1] == 0 and m.dofs[-1, 0] not in (1, 2)
+    assert m.K.toarray()[6, 6] == 5.0 and m.K.toarray()[0, 6] == m.K.toarray()[6, 0] == 0.5
