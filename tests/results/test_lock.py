@@ -1,5 +1,6 @@
 """A result file has one writer at a time, and a killed one blocks nobody."""
 
+import errno
 import os
 import signal
 import subprocess
@@ -13,16 +14,20 @@ from support.known_run import CHANNELS, known_bodies
 
 from femflex.results import FileLock, RunWriter, add_channels, open_run
 from femflex.results import lock as lock_module
+from femflex.results.interrupts import finished_on_interrupt, has_work_to_finish, without_interrupts
 from femflex.system.channel import Channel
 
 HOLDER = """
 import sys, time
+import errno
+
+from femflex.results.interrupts import finished_on_interrupt, has_work_to_finish, without_interrupts
 from femflex.results import FileLock
 lock = FileLock(sys.argv[1])
 print("locked", flush=True)
 time.sleep(600)
 """
-BUSY = "is being written by another run; wait until it ends, stop it, or choose another file"
+BUSY = "is being written by another run"
 
 
 @pytest.fixture
@@ -46,7 +51,7 @@ def written(path, count=3):
     return path
 
 
-def test_no_writer_gets_a_file_that_another_process_writes(tmp_path, holder):
+def test_file_of_another_writer_is_refused(tmp_path, holder):
     path = tmp_path / "run.h5"
     with pytest.raises(BlockingIOError, match=BUSY):
         RunWriter(path, CHANNELS, known_bodies())
@@ -60,12 +65,12 @@ def test_no_writer_gets_a_file_that_another_process_writes(tmp_path, holder):
     with pytest.raises(BlockingIOError, match=BUSY):
         add_channels(path, {"y": (Channel("m", "other"), np.zeros(3))})
     (tmp_path / "linked.h5").symlink_to(path)
-    with pytest.raises(BlockingIOError, match=r"linked\.h5 is being written"):
+    with pytest.raises(BlockingIOError, match=BUSY):
         RunWriter.resumed(tmp_path / "linked.h5")
     assert path.read_bytes() == before and len(open_run(path)) == 3  # readers need no lock
 
 
-def test_a_killed_writer_blocks_nobody(tmp_path, holder):
+def test_lock_of_a_killed_writer_is_free(tmp_path, holder):
     path = tmp_path / "run.h5"
     holder.send_signal(signal.SIGKILL)
     holder.wait(30)
@@ -74,7 +79,7 @@ def test_a_killed_writer_blocks_nobody(tmp_path, holder):
     assert os.listdir(tmp_path) == ["run.h5"]  # and what it left is gone
 
 
-def test_the_lock_ends_with_the_writer_however_it_ends(tmp_path):
+def test_lock_ends_with_its_writer(tmp_path):
     path = written(tmp_path / "run.h5")
     with pytest.raises(FileExistsError):
         RunWriter(path, CHANNELS, known_bodies())
@@ -91,7 +96,7 @@ def test_the_lock_ends_with_the_writer_however_it_ends(tmp_path):
 
 
 @pytest.mark.slow
-def test_of_many_that_want_a_lock_one_has_it_at_a_time(tmp_path):
+def test_four_processes_take_the_lock_in_turn(tmp_path):
     """Each adds one to a number in a file, which only works when nobody else does so at the same time."""
     counted = tmp_path / "count"
     counted.write_text("0")
@@ -109,18 +114,11 @@ def test_of_many_that_want_a_lock_one_has_it_at_a_time(tmp_path):
     assert counted.read_text() == "200"
 
 
-def test_without_locks_of_the_system_files_are_written_all_the_same(tmp_path, monkeypatch):
-    monkeypatch.setattr(lock_module, "fcntl", None)  # as on Windows
-    with FileLock(tmp_path / "run.h5"):
-        written(tmp_path / "run.h5")
-    assert os.listdir(tmp_path) == ["run.h5"]
-
-
 RUN = [sys.executable, "-m", "femflex", "run"]
 
 
 @pytest.mark.slow
-def test_a_second_run_or_resume_is_refused_and_the_first_ends_well(write_case, craft, tmp_path):
+def test_second_run_or_resume_is_refused_and_the_first_completes(write_case, craft, tmp_path):
     long = craft.replace('duration = "10 s"', 'duration = "400 s"').replace(
         "output_step = 0.05", "output_step = 0.05\nmax_step = 0.0001"
     )
@@ -131,8 +129,63 @@ def test_a_second_run_or_resume_is_refused_and_the_first_ends_well(write_case, c
         for words in (["--force"], ["--resume"]):
             second = subprocess.run([*RUN, str(case), "-o", str(output), *words], capture_output=True, text=True)
             assert first.poll() is None
-            assert (second.returncode, second.stderr) == (2, f"femflex: {output} {BUSY}\n")
+            assert second.returncode == 2 and BUSY in second.stderr
         assert first.wait(300) == 0
     with open_run(output) as run:
         assert run.complete and len(run) == 8001
     assert not Path(f"{output}.part").exists()
+
+
+def test_file_system_without_locks(tmp_path, monkeypatch):
+    def none(*_):
+        raise OSError(errno.ENOLCK, "no locks here")
+
+    monkeypatch.setattr(lock_module.fcntl, "flock", none)
+    with FileLock(tmp_path / "a.h5"), FileLock(tmp_path / "a.h5") as second:
+        second.release()
+        second.release()
+
+
+def test_lock_file_deleted_meanwhile_is_locked_again(tmp_path, monkeypatch):
+    place, real, calls = tmp_path / ".a.h5.lock", lock_module.fcntl.flock, []
+
+    def meanwhile(handle, how):
+        real(handle, how)
+        calls.append(handle)
+        if len(calls) == 1:
+            place.unlink()  # by the one that had it
+        elif len(calls) == 2:
+            place.unlink()
+            place.write_text("")  # and made anew by a third
+
+    monkeypatch.setattr(lock_module.fcntl, "flock", meanwhile)
+    with FileLock(tmp_path / "a.h5") as lock:
+        assert len(calls) == 3 and place.exists()
+        monkeypatch.setattr(lock_module.fcntl, "flock", real)
+        with pytest.raises(BlockingIOError, match=r"a.h5 is being written by another run"):
+            FileLock(tmp_path / "a.h5")
+        lock.release()
+        assert not place.exists()
+        FileLock(tmp_path / "a.h5").release()
+
+
+@pytest.fixture
+def interruptible():
+    """Ctrl-C raises KeyboardInterrupt, also where the tests run in the background of a shell."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+def test_interrupt_waits_for_the_protected_block(interruptible):
+    done = []
+    with pytest.raises(KeyboardInterrupt):
+        with finished_on_interrupt("a movie"), finished_on_interrupt("a movie"):
+            with without_interrupts():
+                os.kill(os.getpid(), signal.SIGINT)
+                done.append(has_work_to_finish())
+            done.append("never")
+    assert done == [True] and not has_work_to_finish()
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    with without_interrupts():
+        pass
