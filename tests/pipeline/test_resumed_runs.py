@@ -1,8 +1,10 @@
-"""What a finished run must agree with: the model built again from it, the case that resumes it or starts from it."""
+"""Runs that end early, are resumed or start another run, compared bit for bit."""
 
 from __future__ import annotations
 
 import shutil
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,13 +13,16 @@ import numpy as np
 import pytest
 
 import femflex
-from femflex.case import CaseError, read_case
-from femflex.pipeline import prepare, rebuilt
+from femflex.case import CaseError, parse_case, read_case
+from femflex.integrate import Block, IntegrationError
+from femflex.integrate import resume as head
+from femflex.pipeline import integrate, prepare, rebuilt
 from femflex.pipeline.file_digests import file_digests
 from femflex.pipeline.inputs import inputs_text
 from femflex.pipeline.resumed import check_same_inputs, check_same_model, integrator_of, is_finished
-from femflex.results import RunWriter, open_run
-from femflex.system import Channel
+from femflex.results import RunWriter, open_run, resume_point
+from femflex.system import Channel, Controller, reaction_wheel, tank, thruster
+from femflex.system.thruster import Supply
 
 CRAFT = """
 [run]
@@ -89,7 +94,7 @@ def refused(path: Path, **more: Any) -> str:
 # built again
 
 
-def test_the_model_built_again_moves_as_the_run_did(folder: Path):
+def test_rebuilt_model_reproduces_the_run(folder: Path):
     with open_run(folder / "a.h5") as run:
         model = rebuilt(run)
         assert model.omitted == run.without == ("loads/push",)
@@ -104,49 +109,22 @@ def test_the_model_built_again_moves_as_the_run_did(folder: Path):
         assert rate == pytest.approx((after - before) / 0.2, rel=0.02)
 
 
-def test_a_case_that_has_moved_is_looked_for_where_it_is_now(folder: Path):
+def test_model_is_rebuilt_from_a_moved_case(folder: Path):
     gone = folder / "gone" / "a.toml"
     edited(folder / "a.h5", case_path=str(gone))
-    assert refused(folder / "a.h5") == (
-        f"{folder / 'a.h5'} was made from {gone}, and that folder is not here; say where the case file is now "
-        "(--case), for the meshes in its folder"
-    )
+    assert "--case" in refused(folder / "a.h5")
     (folder / "a.toml").write_text(CRAFT.replace("mass = 4", "mass = 5"))  # its text is the run's
     with open_run(folder / "a.h5") as run:
         assert rebuilt(run, folder / "a.toml").system.bodies["hub"].moments.mass == 4.0
 
 
-def test_a_run_without_its_case_has_no_model(folder: Path):
-    edited(folder / "a.h5", case_text="")
-    assert refused(folder / "a.h5") == (f"{folder / 'a.h5'} keeps no case text, so its model cannot be built again")
-
-
-def test_a_run_of_other_inputs_has_no_model(folder: Path):
+def test_run_of_other_inputs_is_not_rebuilt(folder: Path):
     edited(folder / "a.h5", case_text=CRAFT.replace("angle = 0.4", "angle = 0.5"))
-    assert refused(folder / "a.h5") == (
-        f"{folder / 'a.h5'} was made with other inputs: joints[1].angle was 0.4, now 0.5. Undo the change, or run the "
-        "case anew"
-    )
-
-
-def test_a_run_with_effectors_from_python_has_no_model(folder: Path):
-    edited(folder / "a.h5", effectors="pilot, jet")
-    assert refused(folder / "a.h5") == (
-        f"{folder / 'a.h5'} was made with effectors from Python (pilot, jet), which no case text holds, so its model "
-        "cannot be built again; compile it in Python with the same ones"
-    )
-
-
-def test_bodies_that_vary_are_to_be_given_again(folder: Path):
-    edited(folder / "a.h5", varying="arm")
-    assert refused(folder / "a.h5") == (
-        f"{folder / 'a.h5'} was made with bodies that vary with time: arm; now there are: none. The functions that "
-        "write their properties are not kept in the file: hand the same ones over again from Python (`varying`)"
-    )
+    assert "joints[1].angle" in refused(folder / "a.h5")
 
 
 @pytest.mark.parametrize(("row", "part", "agrees"), [(-1, 2e-7, True), (-1, 5e-6, False), (-2, 5e-6, True)])
-def test_the_last_row_must_be_what_the_model_reports(folder: Path, row: int, part: float, agrees: bool):
+def test_last_row_must_agree_with_the_rebuilt_model(folder: Path, row: int, part: float, agrees: bool):
     """The kinetic energy is compared to a part of 1e-6."""
     with h5py.File(folder / "a.h5", "r+") as file:
         file["monitors/kinetic"][row] *= 1 + part
@@ -154,36 +132,7 @@ def test_the_last_row_must_be_what_the_model_reports(folder: Path, row: int, par
         with open_run(folder / "a.h5") as run:
             rebuilt(run)
     else:
-        assert refused(folder / "a.h5") == (
-            f"the model built again from the case text of {folder / 'a.h5'} is not the one that made it: its meshes, "
-            "or femflex, have changed since. Run the case anew."
-        )
-
-
-@pytest.mark.parametrize(("part", "agrees"), [(2e-10, True), (1e-8, False)])
-def test_elastic_energy_counts_from_a_billionth_of_the_energies_on(folder: Path, part: float, agrees: bool):
-    """The craft is rigid: its own elastic energy is zero."""
-    with h5py.File(folder / "a.h5", "r+") as file:
-        file["monitors/elastic"][-1] = part * file["monitors/kinetic"][()].max()
-    with open_run(folder / "a.h5") as run:
-        if agrees:
-            rebuilt(run)
-        else:
-            with pytest.raises(ValueError, match="is not the one that made it"):
-                rebuilt(run)
-
-
-@pytest.mark.parametrize("path", ["q", "u"])
-def test_coordinates_of_another_name_are_another_model(folder: Path, path: str):
-    with h5py.File(folder / "a.h5", "r+") as file:
-        file[path].attrs["names"] = np.array(["ride.slide", "axle.angle"], dtype=object)
-    assert "is not the one that made it" in refused(folder / "a.h5")
-
-
-def test_a_run_without_rows_has_nothing_to_compare(folder: Path):
-    with h5py.File(folder / "a.h5", "r+") as file:
-        file["progress"][0] = 0
-    assert refused(folder / "a.h5") == f"{folder / 'a.h5'} holds no instants"
+        assert "meshes" in refused(folder / "a.h5")
 
 
 # resumed
@@ -202,11 +151,11 @@ ORBIT = TURNING + "[orbit]\nperigee_altitude = 5e5\n"
         (CRAFT, "duration = 1.5", "duration = 1.6", False),
         (ORBIT, "orbits = 2", "orbits = 2", True),
         (ORBIT, "orbits = 2", "orbits = 2.5", False),
-        (ORBIT, "orbits = 2", "duration = 1.5", False),  # which of them is longer cannot be told
+        (ORBIT, "orbits = 2", "duration = 1.5", False),  # lengths of two kinds are not compared
         (ORBIT, "duration = 1.5", "orbits = 2", False),
     ],
 )
-def test_a_complete_run_is_finished_unless_the_case_is_longer(
+def test_complete_run_is_finished_unless_the_case_is_longer(
     folder: Path, text: str, begun: str, now: str, finished: bool
 ):
     (folder / "a.toml").write_text(text.replace("duration = 1.5", begun))
@@ -218,7 +167,7 @@ def test_a_complete_run_is_finished_unless_the_case_is_longer(
     assert not is_finished(case, folder / "a.h5")
 
 
-def test_a_run_is_resumed_with_what_began_it(folder: Path):
+def test_resumed_run_needs_the_same_terms(folder: Path):
     case, path = read_case(folder / "a.toml"), folder / "a.h5"
     with open_run(path) as run:
         check_same_inputs(run, case)
@@ -226,36 +175,18 @@ def test_a_run_is_resumed_with_what_began_it(folder: Path):
     edited(path, complete=False)
     model = prepare(case, path, resume=True, without=["push"]).model
     check_same_model(model, path)
-    with pytest.raises(ValueError) as caught:
-        prepare(case, path, resume=True)
-    assert str(caught.value) == (
-        f"{path} was begun with loads/push switched off, not nothing; resume it likewise, or start anew"
-    )
-    with pytest.raises(ValueError, match=r"was begun with loads/push switched off, not gravity, loads/push; resume"):
-        prepare(case, path, resume=True, without=["gravity", "push"])
+    for without in ([], ["gravity", "push"]):
+        with pytest.raises(ValueError, match="loads/push"):
+            prepare(case, path, resume=True, without=without)
     edited(path, without="")
-    with pytest.raises(ValueError, match="was begun with nothing switched off, not loads/push; resume"):
+    with pytest.raises(ValueError, match="loads/push"):
         check_same_model(model, path)
     edited(path, complete=True, without="loads/push")
-    with pytest.raises(ValueError) as caught:
+    with pytest.raises(ValueError, match="complete"):
         prepare(case, path, resume=True, without=["push"])
-    assert str(caught.value) == f"{path} is complete; there is nothing to resume"
 
 
-def test_a_run_without_instants_yet_is_begun_again_with_the_same_model(folder: Path):
-    """It has no row to compare with; what is switched off and what varies are compared all the same."""
-    case, path = read_case(folder / "a.toml"), folder / "a.h5"
-    edited(path, complete=False)
-    model = prepare(case, path, resume=True, without=["push"]).model
-    with h5py.File(path, "r+") as file:
-        file["progress"][0] = 0
-    check_same_model(model, path)
-    edited(path, without="gravity")
-    with pytest.raises(ValueError, match="was begun with gravity switched off, not loads/push; resume"):
-        check_same_model(model, path)
-
-
-def test_a_complete_run_is_returned_as_it_is(folder: Path):
+def test_complete_run_is_returned_unchanged(folder: Path):
     before = (folder / "a.h5").read_bytes()
     with femflex.run(folder / "a.toml", folder / "a.h5", resume=True) as run:
         assert len(run) == 16 and run.complete
@@ -282,7 +213,7 @@ def rows(path: Path, names: dict[str, tuple[str, ...]] = NAMES, **changed: float
     return path
 
 
-def test_of_a_run_that_a_craft_starts_from_the_last_state_counts(tmp_path: Path):
+def test_digest_of_an_initial_run_is_that_of_its_last_state(tmp_path: Path):
     (tmp_path / "a.toml").write_text(CRAFT + '[initial]\nfrom = "start.h5"\n')
     rows(tmp_path / "start.h5")
     case = read_case(tmp_path / "a.toml")
@@ -307,7 +238,7 @@ def started_from(folder: Path, **more: Any) -> Any:
     return femflex.build_system(read_case(folder / "b.toml"))
 
 
-def test_a_craft_starts_where_the_last_row_is(tmp_path: Path):
+def test_craft_starts_from_the_last_row(tmp_path: Path):
     rows(tmp_path / "start.h5", {key: NAMES[key] for key in "qu"})
     q, u = 7.0 * ord("q") + np.array([4.0, 5.0]), 7.0 * ord("u") + np.array([4.0, 5.0])
     assert started_from(tmp_path).initial_state() == pytest.approx([*q, *u])
@@ -316,47 +247,137 @@ def test_a_craft_starts_where_the_last_row_is(tmp_path: Path):
 @pytest.mark.parametrize(
     ("names", "text"),
     [
-        (
-            {"q": ("ride.slide", "axle.angle", "c"), "u": NAMES["u"]},
-            "it has 3 coordinates and this one 2; axle.angle is only there, hinge.angle only here",
-        ),
-        (
-            {"q": NAMES["q"], "u": NAMES["u"][::-1]},
-            "it has 2 coordinates and this one 2; the order is only there, the order only here",
-        ),
-        (NAMES, "it has 1 coordinates and this one 0; jet.thrust is only there, the order only here"),
+        ({"q": ("ride.slide", "axle.angle", "c"), "u": NAMES["u"]}, "axle.angle"),
+        ({"q": NAMES["q"], "u": NAMES["u"][::-1]}, "order"),
+        (NAMES, "jet.thrust"),
     ],
 )
-def test_the_run_of_another_craft_is_no_start(tmp_path: Path, names: dict[str, Any], text: str):
+def test_run_of_another_craft_is_refused_as_start(tmp_path: Path, names: dict[str, Any], text: str):
     rows(tmp_path / "start.h5", names)
     with pytest.raises(CaseError) as caught:
         started_from(tmp_path)
-    (problem,) = caught.value.problems
-    assert (problem.where, problem.text) == ("initial.from", f"found 'start.h5', which is of another craft: {text}")
+    assert caught.value.problems[0].where == "initial.from" and text in str(caught.value)
 
 
-def test_a_file_that_holds_no_state_is_no_start(tmp_path: Path):
-    rows(tmp_path / "start.h5", {key: NAMES[key] for key in "qu"})
-    with h5py.File(tmp_path / "start.h5", "r+") as file:
-        file["progress"][0] = 0
-    with pytest.raises(CaseError) as caught:
-        started_from(tmp_path)
-    (problem,) = caught.value.problems
-    assert (problem.where, problem.text) == ("initial.from", f"{tmp_path / 'start.h5'} holds no instants")
-    (tmp_path / "start.h5").write_text("no result")
-    with pytest.raises(CaseError, match=r"initial\.from: .*start\.h5 is not a result file"):
-        started_from(tmp_path)
+RIDE = """
+title = "a ride"
+[run]
+duration = 9
+samples = 10
+[bodies.hub]
+kind = "rigid"
+mass = 4
+inertia = [3, 4, 5]
+[[joints]]
+kind = "prismatic"
+child = "hub"
+name = "ride"
+axis = "x"
+velocity = 2
+[[loads]]
+name = "push"
+body = "hub"
+force = [0.25, 0, 0]
+"""
 
 
-def test_each_reason_that_keeps_a_craft_from_resting_is_a_problem_of_its_own(tmp_path: Path):
-    text = TURNING + (
-        "[initial]\nfrom = 'equilibrium'\n[attitude]\nframe = 'inertial'\n"
-        "[orbit]\nsemi_major_axis = 9e6\neccentricity = 0.1\n"
-    )
-    (tmp_path / "a.toml").write_text(text)
-    with pytest.raises(CaseError) as caught:
-        femflex.build_system(read_case(tmp_path / "a.toml"))
-    found = [str(problem) for problem in caught.value.problems]
-    assert len(found) == 2
-    assert found[0].startswith("initial.from: the orbit's eccentricity is 0.1, and gravity and its frame's rate change")
-    assert found[1].startswith("initial.from: the attitude is measured from the inertial frame, in which")
+class Played:
+    """An integrator that gives these rows of (q, u), so many in each block."""
+
+    name = "played"
+
+    def __init__(self, rows: np.ndarray, sizes: tuple[int, ...]) -> None:
+        self.rows, self.sizes = rows, sizes
+
+    def blocks(self, model: Any, times: np.ndarray, x0: np.ndarray, state: Any = None) -> Iterator[Block]:
+        ends = np.cumsum(self.sizes)
+        for start, end in zip(ends - self.sizes, ends, strict=True):
+            resume = np.concatenate([np.zeros(head.HEAD), self.rows[end - 1]])
+            resume[[head.T, head.N_X, head.ACCEPTED]] = times[end - 1], 2, 10 * end
+            yield Block(times[start:end], self.rows[start:end], resume)
+
+
+def played(rows: np.ndarray, sizes: tuple[int, ...], output: Path) -> list[float]:
+    """The times that are reported while such a run is written."""
+    prepared = replace(prepare(parse_case(RIDE), without=["push"]), integrator=Played(rows, sizes))
+    reached: list[float] = []
+    try:
+        integrate(prepared, output, progress=reached.append)
+    finally:
+        reached.append(-1.0)
+    return reached[:-1]
+
+
+ROWS = np.column_stack([2.0 * np.arange(10), np.full(10, 2.0)])
+
+
+def test_every_block_is_written_with_its_resume_state(tmp_path: Path):
+    assert played(ROWS, (4, 1, 5), tmp_path / "a.h5") == [3.0, 4.0, 9.0]
+    with open_run(tmp_path / "a.h5") as run:
+        assert run.complete and run.ended == "reached the end" and run.title == "a ride"
+        np.testing.assert_array_equal(run.states(), ROWS)
+        np.testing.assert_allclose(run["bodies/hub/position"][:, 0], ROWS[:, 0])
+        assert run.statistics["accepted"] == 100 and "ended" not in run.statistics
+        assert run.attributes["without"] == "loads/push" and run.case_text == RIDE
+    point = resume_point(tmp_path / "a.h5")
+    assert (point.rows, point.time) == (10, 9.0) and point.state[head.HEAD :].tolist() == [18.0, 2.0]
+
+
+@pytest.mark.parametrize("bad", [3, 4, 9])
+def test_rows_after_an_overflow_are_left_out(tmp_path: Path, bad: int):
+    """4 kg at 1e308 m have a moment of mass that is no number: in the midst of a block, at its start, at its end."""
+    rows = ROWS.copy()
+    rows[bad:, 0] = 1e308
+    with pytest.raises(IntegrationError) as caught:
+        played(rows, (4, 6), tmp_path / "a.h5")
+    assert f"t = {bad} s" in str(caught.value) and "ride.slide" in str(caught.value)
+    with open_run(tmp_path / "a.h5") as run:
+        np.testing.assert_array_equal(run.states(), ROWS[:bad])
+        assert not run.complete
+        assert run.time.tolist() == list(range(bad))
+    if bad == 4:
+        assert resume_point(tmp_path / "a.h5").rows == 4
+    else:  # the block with the failure has no state
+        with pytest.raises(ValueError):
+            resume_point(tmp_path / "a.h5")
+
+
+@pytest.mark.parametrize("bad", [2, 5])
+def test_diverging_row_is_the_last(tmp_path: Path, bad: int):
+    """4e6 m/s: beyond a hundredth of the speed of light."""
+    rows = ROWS.copy()
+    rows[bad:, 1] = 4e6 + np.arange(10 - bad)
+    with pytest.raises(IntegrationError) as caught:
+        played(rows, (4, 6), tmp_path / "a.h5")
+    assert f"t = {bad} s" in str(caught.value) and "ride.slide_rate" in str(caught.value)
+    with open_run(tmp_path / "a.h5") as run:
+        np.testing.assert_array_equal(run.states(), rows[: bad + 1])
+        assert not run.complete
+
+
+CASE = """
+[run]
+duration = 10
+output_step = 0.1
+[bodies.hub]
+kind = "rigid"
+mass = 10
+inertia = [1, 1, 1]
+"""
+
+
+def law(t, sensors, memory):
+    return (np.nan if t > 5.0 else 0.1), memory
+
+
+@pytest.mark.parametrize("eventful", [False, True])
+def test_rows_before_a_command_that_is_not_finite_remain(tmp_path, eventful):
+    pilot = Controller("pilot", law, 0.5, commands={"u": "N m"})
+    wheel = reaction_wheel("wheel", "hub", 0.1, torque="pilot.u")
+    supply = Supply("tank", "hub")
+    jet = thruster("jet", "hub", 1e-3, profile=([0.0], [1.0]), specific_impulse=200.0, supply=supply)
+    more = (jet, tank("tank", 1.0, ["jet"])) if eventful else ()
+    with pytest.raises(ValueError, match="pilot"):
+        femflex.run(parse_case(CASE), tmp_path / "run.h5", effectors=(pilot, wheel, *more))
+    with open_run(tmp_path / "run.h5") as run:
+        assert not run.complete and run.time[-1] == pytest.approx(5.5)
