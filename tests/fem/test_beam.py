@@ -1,4 +1,4 @@
-"""Frequencies of beams against closed forms: the characteristic equations of uniform and tapered beams."""
+"""Beams against closed forms: characteristic equations of uniform and tapered beams, and exact statics."""
 
 from __future__ import annotations
 
@@ -8,17 +8,26 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 from scipy.optimize import brentq
+from scipy.sparse.linalg import spsolve
 from scipy.special import iv, jv
 
 from femflex.fem import Material, Member, PointMass, Structure, build_structure
-from femflex.fem.sections import Circle, GivenSection, Rectangle, StiffnessSection, Tube
+from femflex.fem.sections import Circle, Rectangle, StiffnessSection, Tube
 from femflex.mesh import Mesh, line
 from femflex.reduction import cantilever_modes
 
 E, RHO, L = 70e9, 2700.0, 10.0
+
+
 ALUMINIUM = Material(E, 0.33, RHO)
+
+
 OBLIQUE = np.array([1.0, 2.0, -0.5]) / np.linalg.norm([1.0, 2.0, -0.5])
+
+
 CANTILEVER = [1.8751040687119611, 4.694091132974175, 7.854757438237613, 10.995540734875467, 14.13716839104647]
+
+
 FREE_FREE = [4.730040744862704, 7.853204624095838, 10.995607838001671, 14.137165491257464]
 
 
@@ -160,41 +169,87 @@ def test_pointed_cantilevers_have_kirchhoffs_bessel_frequencies(power, order_of_
         assert np.abs(omega / expected - 1).min() < 1e-6
 
 
-def test_a_table_equals_its_formula():
-    s = np.linspace(0, L, 41)
-    formula = StiffnessSection("1e7*(1-s/20)", "2e4*(1-s/20)**3", "3e4*(1-s/20)**3", "1e4", "4*(1-s/20)")
-    taper = 1 - s / 20
-    table = StiffnessSection((s, 1e7 * taper), (s, 2e4 * taper**3), [s, 3e4 * taper**3], 1e4, np.array([s, 4 * taper]))
-    omega = [modes(beam(boom(6), section, order=5))[0][6:16] for section in (formula, table)]
-    assert omega[1] == pytest.approx(omega[0], rel=1e-5)  # third order in the table's step
+E_BEAM_TABLES, NU, RHO_BEAM_TABLES, L_BEAM_TABLES = 70e9, 0.3, 2700.0, 4.0
 
 
-def test_varying_properties_do_not_depend_on_the_direction_of_cells():
-    mesh = boom(6)
-    cells = mesh.cells["line"].copy()
-    cells[[1, 4]] = cells[[1, 4], ::-1]
-    mixed = Mesh(mesh.points, {"line": cells}, mesh.cell_groups, mesh.point_groups)
-    omega = [modes(beam(m, Tube("0.2 - 0.01*s", 0.005), order=5))[0][6:20] for m in (mesh, mixed)]
-    assert omega[1] == pytest.approx(omega[0], rel=1e-8)
+ALUMINIUM_BEAM_TABLES = Material(E_BEAM_TABLES, NU, RHO_BEAM_TABLES)
 
 
-def test_given_numbers_are_the_shape_they_come_from():
-    p = Rectangle(0.1, 0.2).properties(np.zeros(1), 1.0)
-    numbers = GivenSection(p.A[0], p.Iy[0], p.Iz[0], p.J[0])
-    stiffness = StiffnessSection(E * p.A[0], E * p.Iy[0], E * p.Iz[0], ALUMINIUM.G * p.J[0], RHO * p.A[0])
-    shape, *others = (modes(beam(boom(4), section))[0][6:] for section in (Rectangle(0.1, 0.2), numbers, stiffness))
-    for omega in others:
-        assert omega == pytest.approx(shape, rel=1e-9)
+SECTION = Rectangle(0.06, 0.1)
 
 
-def test_an_angle_frame_has_the_frequencies_of_a_finer_one():
-    """Bending, torsion and stretch meet at the corner: cubic elements converge on four high-order ones."""
-    corner = [[0, 0, 0], [L, 0, 0], [L, L / 2, 0]]
-    fine = beam(line(corner, 6), Rectangle(0.1, 0.2), order=8)
-    expected = modes(fine, fine.clamped_dofs("start"))[0][:8]
-    errors = []
-    for n in (15, 30):
-        structure = beam(line(corner, n), Rectangle(0.1, 0.2))
-        errors.append(modes(structure, structure.clamped_dofs("start"))[0][:8] / expected - 1)
-    assert errors[1] == pytest.approx(0, abs=3e-5)
-    assert errors[0][4:] / errors[1][4:] == pytest.approx(16, rel=0.1)  # below, rounding shows
+PROPERTIES = SECTION.properties(np.zeros(1), 1.0)
+
+
+A, IY, IZ, J = (float(getattr(PROPERTIES, name)[0]) for name in ("A", "Iy", "Iz", "J"))
+
+
+def boom_beam_tables(n: int, direction=OBLIQUE, start=(3.0, -1.0, 2.0)) -> Mesh:
+    return line([start, np.asarray(start) + L_BEAM_TABLES * np.asarray(direction)], n)
+
+
+def beam_beam_tables(mesh: Mesh, section=SECTION, point_masses=(), **options) -> Structure:
+    return build_structure(mesh, [Member("line", "beam", section, ALUMINIUM_BEAM_TABLES, options)], point_masses)
+
+
+def deflection(structure: Structure, load: np.ndarray, group: str = "end") -> tuple[np.ndarray, np.ndarray]:
+    """Displacement and rotation of the loaded node under a force (3,) and moment (3,) there, clamped at the start."""
+    node = structure.mesh.group_points(group)[0]
+    rows = [operator[3 * node : 3 * node + 3] for operator in (structure.translation, structure.rotation)]
+    force = rows[0].T @ load[:3] + rows[1].T @ load[3:]
+    free = np.setdiff1d(np.arange(structure.n_dof), structure.clamped_dofs("start"))
+    u = np.zeros(structure.n_dof)
+    u[free] = spsolve(structure.K.tocsc()[free][:, free], force[free])
+    return rows[0] @ u, rows[1] @ u
+
+
+def axes(y: np.ndarray, x: np.ndarray = OBLIQUE) -> np.ndarray:
+    y = y - (y @ x) * x
+    y = y / np.linalg.norm(y)
+    return np.stack([x, y, np.cross(x, y)])
+
+
+@pytest.mark.parametrize(("n", "order"), [(1, 3), (5, 3), (2, 6)])
+def test_a_tip_load_gives_the_exact_deflection_in_the_section_axes(n, order):
+    """F L^3 / 3EI and M L / EI, F L^2 / 2EI both ways, N L / EA, T L / GJ; the section's y along the orientation."""
+    orientation = np.array([0.3, 0.1, 1.0])
+    C = axes(orientation)
+    structure = beam_beam_tables(boom_beam_tables(n), order=order, orientation=orientation.tolist())
+    N, Fy, Fz, T, My, Mz = load = np.array([5e3, 70.0, -110.0, 40.0, 30.0, -20.0])
+    u, theta = deflection(structure, np.concatenate([C.T @ load[:3], C.T @ load[3:]]))
+    expected_u = [
+        N * L_BEAM_TABLES / (E_BEAM_TABLES * A),
+        Fy * L_BEAM_TABLES**3 / (3 * E_BEAM_TABLES * IZ) + Mz * L_BEAM_TABLES**2 / (2 * E_BEAM_TABLES * IZ),
+        Fz * L_BEAM_TABLES**3 / (3 * E_BEAM_TABLES * IY) - My * L_BEAM_TABLES**2 / (2 * E_BEAM_TABLES * IY),
+    ]
+    expected_theta = [
+        T * L_BEAM_TABLES / (ALUMINIUM_BEAM_TABLES.G * J),
+        My * L_BEAM_TABLES / (E_BEAM_TABLES * IY) - Fz * L_BEAM_TABLES**2 / (2 * E_BEAM_TABLES * IY),
+        Mz * L_BEAM_TABLES / (E_BEAM_TABLES * IZ) + Fy * L_BEAM_TABLES**2 / (2 * E_BEAM_TABLES * IZ),
+    ]
+    assert C @ u == pytest.approx(expected_u, rel=1e-8)
+    assert C @ theta == pytest.approx(expected_theta, rel=1e-8)
+
+
+def test_an_angle_frame_bends_and_twists_by_the_closed_form():
+    """Load F out of the plane at the end of arms a, b: F (a^3 + b^3) / 3EI + F a b^2 / GJ, and in the plane across b:
+    F b^3 / 3EI + F a b^2 / EI from the first arm's end rotation, F a / EA from its stretch."""
+    a, b, F = 3.0, 2.0, 50.0
+    structure = beam_beam_tables(line([[0, 0, 0], [a, 0, 0], [a, b, 0]], 5), Tube(0.05, 0.005))
+    p = Tube(0.05, 0.005).properties(np.zeros(1), 1.0)
+    EI, GJ, EA = E_BEAM_TABLES * p.Iy[0], ALUMINIUM_BEAM_TABLES.G * p.J[0], E_BEAM_TABLES * p.A[0]
+    out = deflection(structure, np.array([0, 0, F, 0, 0, 0]))[0][2]
+    assert out == pytest.approx(F * (a**3 + b**3) / (3 * EI) + F * a * b**2 / GJ, rel=1e-8)
+    across = deflection(structure, np.array([F, 0, 0, 0, 0, 0]))[0][0]
+    assert across == pytest.approx(F * b**3 / (3 * EI) + F * a * b**2 / EI + F * a / EA, rel=1e-8)
+
+
+def test_varying_mass_is_the_integral():
+    """A frustum's mass and centre: radius r0 to r1."""
+    r0, r1 = 0.1, 0.04
+    structure = beam_beam_tables(boom_beam_tables(2, [1, 0, 0], (0, 0, 0)), Circle(f"{r0} + ({r1} - {r0})*s/L"))
+    (block,) = structure.inertia
+    volume = np.pi * L_BEAM_TABLES / 3 * (r0**2 + r0 * r1 + r1**2)
+    assert block.dm.sum() == pytest.approx(RHO_BEAM_TABLES * volume, rel=1e-13)
+    centre = L_BEAM_TABLES / 4 * (r0**2 + 2 * r0 * r1 + 3 * r1**2) / (r0**2 + r0 * r1 + r1**2)
+    assert np.einsum("eqa,eq->a", block.rho, block.dm) / block.dm.sum() == pytest.approx([centre, 0, 0], abs=1e-13)

@@ -82,13 +82,16 @@ def test_mass_and_inertia_are_those_of_the_body(name):
     """Rigid motions by the mass matrix and by the points of mass, and the mass of the patch."""
     s = patch_of(name)
     R = rigid_shapes(s, about=np.zeros(3))
-    expected = np.zeros((6, 6))
+    expected, second = np.zeros((6, 6)), np.zeros((3, 3))
     for block in s.inertia:
         rho, dm = block.rho.reshape(-1, 3), block.dm.ravel()
         moves = np.concatenate([np.tile(np.eye(3), (len(rho), 1, 1)), np.cross(np.eye(3)[None], rho[:, None])], axis=1)
         expected += np.einsum("p,pai,pbi->ab", dm, moves, moves)
+        second += PLACE.T @ np.einsum("p,pi,pj->ij", dm, rho, rho) @ PLACE
     assert expected[0, 0] == pytest.approx(FAMILIES[name].mass, rel=1e-9)
     assert R.T @ s.M @ R == pytest.approx(expected, rel=1e-9, abs=1e-9 * expected.max())
+    if FAMILIES[name].second is not None:
+        assert second == pytest.approx(FAMILIES[name].second, rel=1e-9, abs=1e-9 * second.max())
 
 
 @pytest.mark.parametrize("name", NAMES)

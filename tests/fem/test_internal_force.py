@@ -1,9 +1,12 @@
-"""The full nonlinear elastic force: homogeneous strain in closed form, differences of the energy, rigid motion."""
+"""The nonlinear elastic force, its tangent and initial stress: closed forms and differences of the energy."""
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
+from support.element_families import rough_of
 from support.nonlinear_models import METAL, SANDWICH, STRUCTURES, random_state, solid
 from support.plate_models import displaced
 
@@ -13,9 +16,8 @@ from femflex.fem.sections.laminates import isotropic, orthotropic
 from femflex.mesh import line, rectangle
 
 
-@pytest.mark.parametrize("size", [1e-4, 0.1, 30.0])
 @pytest.mark.parametrize("name", STRUCTURES)
-def test_force_and_tangent_are_derivatives_of_the_energy(name, size):
+def test_force_and_tangent_are_derivatives_far_from_rest(name, size=30.0):
     structure = STRUCTURES[name]()
     elastic = structure.internal_force
     x, way = random_state(structure, size), random_state(structure, size, seed=1)
@@ -135,3 +137,54 @@ def test_a_hot_beam_free_to_stretch_finds_the_length_at_which_it_pushes_no_more(
     elastic = structure.internal_force
     assert np.abs(elastic.force(x)).max() < 1e-12 * np.abs(structure.f0).max()
     assert elastic.energy(x) == pytest.approx(-METAL.E * 0.0015 * strain**2 / 2 * 2.0, rel=1e-12)
+
+
+@pytest.fixture(params=["prestressed plate", "hot bfs", "prestressed solid", "pretensioned beam"])
+def structure(request):
+    return STRUCTURES[request.param]()
+
+
+def test_work_of_stress_is_that_of_the_matrix(structure):
+    rng = np.random.default_rng(0)
+    x, phi = 1e-4 * rng.standard_normal(structure.n_dof), rng.standard_normal((structure.n_dof, 3))
+    elastic = structure.internal_force
+    whole = phi.T @ (elastic.geometric_stiffness(x) @ phi)
+    assert np.abs(elastic.work_of_stress(x[:, None], phi)[0] - whole).max() < 1e-12 * np.abs(whole).max()
+
+
+def test_geometric_stiffness_is_what_the_tangent_gains_under_stress_alone(structure):
+    """x.K_sigma(y) x = (dK/dy) x . x less twice the work of y on the second-order strain's own stress, by differences.
+
+    Along one direction x = y all three parts of the third derivative of the energy are alike.
+    """
+    elastic = structure.internal_force
+    x = 1e-3 * np.random.default_rng(1).standard_normal(structure.n_dof)
+    third = float(elastic.second_derivative(x[:, None])[:, 0] @ x)
+    assert float(x @ (elastic.geometric_stiffness(x) @ x)) == pytest.approx(third / 3, rel=1e-9)
+
+
+def test_quartic_energy_is_what_remains_far_out(structure):
+    """The even part of the energy less its quadratic one, where it is all of the energy but rounding."""
+    elastic = structure.internal_force
+    phi = np.random.default_rng(2).standard_normal((structure.n_dof, 2))
+    far = 1e4
+    for shape, quartic in zip(phi.T, elastic.quartic_energy(phi), strict=True):
+        even = (elastic.energy(far * shape) + elastic.energy(-far * shape)) / 2
+        even -= far**2 * float(shape @ (structure.K @ shape)) / 2
+        assert even / far**4 == pytest.approx(quartic, rel=1e-6)
+
+
+MORE = {
+    name: partial(rough_of, name) for name in ("tether", "shell quad", "shell quad9", "beam of order 5 that shears")
+}
+
+
+@pytest.mark.parametrize("name", ["tapered beam", "folded plate", "prestressed plate", "hot bfs", *MORE])
+def test_the_change_of_the_tangent_is_its_central_difference(name):
+    """(dK/da) b at rest, of two motions of unlike size, where the energy is of degree four."""
+    s = {**STRUCTURES, **MORE}[name]()
+    a, b = random_state(s, 1.0, seed=2), random_state(s, 0.3, seed=3)
+    V, h = s.internal_force, 1e-3
+    slope = (V.tangent(h * a) @ b - V.tangent(-h * a) @ b) / (2 * h)
+    found = V.second_derivative(np.column_stack([a, b]), np.array([0]), np.array([1]))[:, 0]
+    np.testing.assert_allclose(found, slope, atol=1e-6 * np.abs(slope).max())

@@ -1,13 +1,18 @@
-"""Building a Structure: dofs, clamps, operators, elimination of drilling rotations, and the sentences on bad input."""
+"""Structures: shared nodes, assembly, matrices that are given, and stress that settles."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy import sparse
+from support.nonlinear_models import STRUCTURES, random_state
+from support.plate_models import METAL, random_rotation
 
 from femflex.fem import Material, Member, build_structure
+from femflex.fem.matrix_structure import SCALAR, structure_from_matrices
+from femflex.fem.relaxed import RelaxedStrain, settled, settled_stress
 from femflex.fem.sections import Circle
-from femflex.mesh import Mesh
+from femflex.mesh import Mesh, line
 
 MATERIAL = Material(70e9, 0.3, 2700.0)
 
@@ -33,13 +38,67 @@ def test_members_share_the_dofs_of_shared_nodes_and_loose_nodes_have_none():
     assert abs(one.translation @ one.rotation.T).max() == 0.0
 
 
-def test_a_clamp_fixes_nodes_and_the_bubbles_between_them():
-    structure = build_structure(cross_mesh(), [Member("all", "beam", Circle(0.02), MATERIAL)])
-    assert len(structure.clamped_dofs("root")) == 6
-    assert len(structure.clamped_dofs("side")) == 2 * 6 + 5
-    assert len(structure.clamped_dofs("all")) == structure.n_dof
-    ball = structure.clamped_dofs("side", ["x", "y", "z"])
-    assert len(ball) == 2 * 3 + 4  # its bubble of torsion is a turn
-    assert len(structure.clamped_dofs("root", ["rx"])) == 1
-    moved = np.abs(structure.translation.toarray()[:, structure.clamped_dofs("root", ["y"])]).sum(axis=1)
-    assert np.flatnonzero(moved).tolist() == [1]
+def matrices():
+    """A modal coordinate, displacements of two points along skew axes, a rotation of one, in no order."""
+    rng = np.random.default_rng(3)
+    dofs = np.array([[2, 1], [SCALAR, 0], [0, 2], [2, 0], [0, 4], [2, 2], [0, 0]])
+    A = rng.normal(size=(3, 7, 7))
+    M, K, D = (sparse.csr_array(a @ a.T) for a in A)
+    mesh = Mesh(rng.normal(size=(3, 3)), {"line": [[0, 2]]}, {"wire": {"line": [0]}}, {"far": [2]})
+    frames = np.stack([random_rotation(k) for k in (41, 42, 43)])
+    return mesh, dofs, M, K, D, frames
+
+
+def test_matrices_on_own_axes_move_the_points_along_them():
+    mesh, dofs, M, K, D, frames = matrices()
+    recovery = (np.array([[9.0, 8, 7], [6, 5, 4]]), sparse.csr_array(np.random.default_rng(1).normal(size=(6, 7))))
+    s = structure_from_matrices(mesh, dofs, M, K, D, frames, recovery)
+    x = np.random.default_rng(2).normal(size=7)
+    u, turn = np.zeros((3, 3)), np.zeros((3, 3))
+    for value, (point, component) in zip(x, dofs, strict=True):
+        if point >= 0:
+            (u if component < 3 else turn)[point] += value * frames[point][component % 3]
+    assert (s.translation @ x).reshape(3, 3) == pytest.approx(u)
+    assert (s.rotation @ x).reshape(3, 3) == pytest.approx(turn)
+    assert s.scalars.tolist() == [1] and np.array_equal(s.places_of_dofs, dofs)
+    for found, given in ((s.M, M), (s.K0, K), (s.D, D)):
+        assert found.toarray() == pytest.approx(given.toarray())
+    assert s.skin.points == pytest.approx(np.concatenate([mesh.points, recovery[0]]))
+    assert s.skin.cells["line"].tolist() == [[0, 2]] and s.skin.cells["vertex"].tolist() == [[3], [4]]
+    moved = (s.skin.operator @ x).reshape(-1, 3)
+    assert moved[[0, 2]] == pytest.approx(u[[0, 2]]) and moved[3:].ravel() == pytest.approx(recovery[1] @ x)
+    plain = structure_from_matrices(Mesh(mesh.points, {}), dofs, M, K)
+    assert plain.D is None and plain.skin.cells["vertex"].ravel().tolist() == [0, 1, 2]
+    assert (plain.translation @ x).reshape(3, 3)[2] == pytest.approx(x[[3, 0, 5]])
+
+
+@pytest.mark.parametrize("name", ["prestressed plate", "hot bfs", "prestressed solid", "pretensioned beam", "bfs"])
+def test_settled_stress_is_the_initial_one_and_that_of_the_linear_strain(name):
+    """f0 gains K0 x, whatever the elements' own points; the energy gains the work of that stress."""
+    s = STRUCTURES[name]()
+    x, d = random_state(s, 1e-4), random_state(s, 1e-3, seed=1)
+    found = settled(s, x)
+    assert found.f0 == pytest.approx(s.f0 + s.K0 @ x, abs=1e-7 * np.abs(s.K0 @ x).max())
+    V, W = s.internal_force, found.internal_force
+    gained = W.energy(d) - V.energy(d)
+    linear = (W.energy(1e-3 * d) - W.energy(-1e-3 * d)) / 2e-3
+    assert linear == pytest.approx(found.f0 @ d, rel=1e-5)
+    assert np.isfinite(gained)
+    for block, own in zip(found.strain, s.strain, strict=True):
+        assert isinstance(block, RelaxedStrain)
+        np.testing.assert_array_equal(block.stiffness(), own.stiffness())
+        eps = np.einsum("sg,eqg->eqs", own.linear_map, own.gradients((s.T @ x)[:, None], slice(None))[..., 0])
+        stress = np.broadcast_to(own.stress, eps.shape) + np.matmul(own.elastic, eps[..., None])[..., 0]
+        size = np.abs(stress).max(axis=(0, 1))
+        assert np.abs(block.stress - stress).max(axis=(0, 1)) == pytest.approx(0 * size, abs=1e-6 * size.max())
+        part = block.sampled(slice(1, 2))
+        assert part.stress == pytest.approx(settled_stress(own.sampled(slice(1, 2)), s.T @ x), abs=1e-6 * size.max())
+
+
+def test_a_stress_that_settles_away_is_none():
+    """Free to stretch, a hot bar keeps rounding alone, which counts as nothing."""
+    mesh = line([[0, 0, 0], [2.0, 0, 0]], 3)
+    s = build_structure(mesh, [Member("line", "beam", Circle(0.02), METAL, {"thermal_strain": 1e-4})])
+    x = s.translation.T @ (mesh.points * [1e-4, 0, 0]).ravel()
+    assert s.stressed and not settled(s, x).stressed
+    assert settled(s, 0.999 * x).stressed

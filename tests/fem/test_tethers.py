@@ -7,7 +7,7 @@ from femflex.fem import Material, Member, build_structure
 from femflex.fem.deflected import deflected
 from femflex.fem.sections import CableSection, Circle
 from femflex.mesh import line
-from femflex.reduction import cantilever_modes, reduce_structure, strain_tensors
+from femflex.reduction import cantilever_modes, reduce_structure
 from femflex.warning import PhysicsWarning
 
 CORD = CableSection(1e6, 0.3)
@@ -47,32 +47,6 @@ def test_sections_may_vary_along_it():
     K = np.diag([50 * (k * np.pi / 2) ** 2 for k in range(1, 21)])
     exact = np.sqrt(np.sort(np.linalg.eigvals(np.linalg.solve(M, K)).real))
     assert cantilever_modes(structure, EDGES, 4).omega[::2] == pytest.approx(exact[:2], rel=1e-7)
-
-
-@pytest.mark.parametrize("about_a_deflection", [False, True])
-def test_strain_tensors_hold_the_whole_energy(about_a_deflection):
-    rng = np.random.default_rng(0)
-    structure = string(n=3)
-    x = np.zeros(structure.n_dof)
-    if about_a_deflection:
-        x = 0.2 * rng.standard_normal(structure.n_dof)
-        structure = deflected(structure, x)
-    phi, d = rng.standard_normal((structure.n_dof, 4)), 0.3 * rng.standard_normal(4)
-    elastic = string(n=3).internal_force
-    energy = elastic.energy(x + phi @ d) - elastic.energy(x)
-    assert strain_tensors(structure, phi).energy(d) == pytest.approx(energy, rel=1e-11)
-    force = phi.T @ elastic.force(x + phi @ d)
-    assert strain_tensors(structure, phi).force(d) == pytest.approx(force, rel=1e-10, abs=1e-10 * np.abs(force).max())
-
-
-def test_a_large_rotation_costs_no_energy():
-    structure = string(tension=0.0, cell="line3")
-    x = np.zeros(structure.n_dof)
-    turn = np.array([[0, 0, 1.0], [1, 0, 0], [0, 1, 0]])
-    moved = structure.mesh.points @ turn.T - structure.mesh.points
-    x[structure.translation.tocoo().col] = moved.ravel()[structure.translation.tocoo().row]
-    assert abs(structure.internal_force.energy(x)) < 1e-12 * 1e6
-    assert np.abs(structure.internal_force.force(x)).max() < 1e-9 * 1e6
 
 
 def test_points_and_centre_of_mass_of_a_deflected_tether_are_where_it_is():

@@ -1,4 +1,4 @@
-"""Rods, scalar springs, bushings and bare nodes: matrices, energy and pictures written out by hand."""
+"""Rods, springs, bushings and point masses: matrices and energies written out by hand, and masses that swing."""
 
 from __future__ import annotations
 
@@ -6,14 +6,24 @@ import numpy as np
 import pytest
 from support.plate_models import METAL, random_rotation
 
-from femflex.fem import Bushing, Member, ScalarSpring, build_structure
+from femflex.fem import Bushing, Material, Member, PointMass, ScalarSpring, build_structure, spring
 from femflex.fem.sections import Box, CableSection, Circle, StiffnessSection
-from femflex.mesh import Mesh
+from femflex.mesh import Mesh, line
+from femflex.reduction import cantilever_modes
+from femflex.reduction.boundary.rigid import rigid_shapes
 
 POINTS = np.array([[0.0, 0.2, 0.1], [1.0, -0.3, 0.4], [0.3, 1.5, 0.2], [-0.4, 0.3, 2.0], [0.0, 0.0, -1.0]])
+
+
 BARS = np.array([[0, 1], [2, 1], [3, 0], [2, 3], [4, 0]])  # the last runs nearly along z
+
+
 SPAN = POINTS[BARS[:, 1]] - POINTS[BARS[:, 0]]
+
+
 LENGTH = np.linalg.norm(SPAN, axis=1)
+
+
 NAMES = {f"n{k}": [k] for k in range(5)}
 
 
@@ -113,3 +123,78 @@ def test_a_bushing_between_distant_nodes_compares_them_in_their_middle(axes):
     assert x @ s.K @ x == pytest.approx(k @ squares, rel=1e-12)
     assert s.skin.points[s.skin.cells["line"][0]] == pytest.approx(POINTS[[3, 1]])
     assert (s.skin.operator @ x).reshape(2, 3) == pytest.approx(u[[3, 1]])
+
+
+BEAM = ("beam", Circle(0.05), METAL)
+
+
+def two_beams(gap, *bushings, masses=()):
+    """Two beams along x, the second begins at `gap` (3,) from the end of the first."""
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 0, 0], [1, 0, 0]])
+    points[2:] += np.add([1, 0, 0], gap)
+    cells, groups = {"line": np.array([[0, 1], [2, 3]])}, {"first": {"line": [0]}, "second": {"line": [1]}}
+    named = {"root": [0], "a": [1], "b": [2], "tip": [3], "both": [1, 2]}
+    mesh = Mesh(points, cells, groups, named)
+    return build_structure(mesh, [Member(g, *BEAM) for g in groups], masses, bushings=bushings)
+
+
+def node_rows(structure, group):
+    """Rows (6, n_dof) of the displacement and rotation of a group's node."""
+    node = structure.mesh.group_points(group)[0]
+    return np.concatenate([op.toarray()[3 * node : 3 * node + 3] for op in (structure.translation, structure.rotation)])
+
+
+@pytest.mark.parametrize("gap", [(0, 0, 0), (0.1, -0.2, 0.3)])
+def test_displacements_are_compared_at_its_place(gap):
+    """That of a node is u + theta x (at - x)."""
+    k, at = np.array([2e6, 3e5, 4e4, 5e3, 6e2, 7e1]), np.array([1.3, 0.4, -0.2])
+    with_it = two_beams(gap, Bushing("a", "b", k[:3], k[3:], np.eye(3), at))
+    rows = []
+    for group, sign in (("a", -1.0), ("b", 1.0)):
+        arm = at - with_it.mesh.points[with_it.mesh.group_points(group)[0]]
+        u, theta = np.split(node_rows(with_it, group), 2)
+        rows.append(sign * np.concatenate([u + np.cross(theta.T, arm).T, theta]))
+    relative = rows[0] + rows[1]
+    added = (with_it.K - two_beams(gap).K).toarray()
+    assert added == pytest.approx(relative.T @ np.diag(k) @ relative, abs=1e-9 * k.max())
+    assert np.abs(with_it.K @ rigid_shapes(with_it)).max() < 1e-9 * abs(with_it.K).max()
+
+
+def test_a_spring_makes_masses_swing_at_the_root_of_stiffness_over_mass():
+    """Two stiff short beams, a soft spring along the line between them, the second mass free along it."""
+    structure = two_beams((0.5, 0, 0), spring("a", "b", 40.0), masses=[PointMass("tip", 1e4)])
+    held = {"root": ("x", "y", "z", "rx", "ry", "rz"), "b": ("y", "z", "rx", "ry", "rz")}
+    mass = structure.inertia[1].dm.sum() + 1e4
+    found = cantilever_modes(structure, held, 1).omega[0]
+    assert found == pytest.approx(np.sqrt(40.0 / mass), rel=1e-6)
+
+
+BEAM_POINT_MASS = Member("line", "beam", Circle(0.05), Material(70e9, 0.3, 2700.0))
+
+
+def random_inertia(seed: int) -> np.ndarray:
+    r = np.random.default_rng(seed).normal(size=(5, 3))
+    return (r**2).sum() * np.eye(3) - r.T @ r
+
+
+def boom() -> Mesh:
+    return line([[0, 0, 0], [1.0, 2.0, 3.0]], 3)
+
+
+def test_a_mass_with_offset_adds_its_rigid_mass_matrix_at_the_node():
+    """m, m r x, J + m (r.r 1 - r r^T) on the node's six dofs, and nothing elsewhere."""
+    mesh, r, J, m = boom(), np.array([0.1, -0.4, 0.2]), random_inertia(3), 4.0
+    bare, loaded = (
+        build_structure(mesh, [BEAM_POINT_MASS]),
+        build_structure(mesh, [BEAM_POINT_MASS], [PointMass("end", m, J, r)]),
+    )
+    added = (loaded.M - bare.M).toarray()
+    node = mesh.group_points("end")[0]
+    rows = [op.toarray()[3 * node : 3 * node + 3] for op in (loaded.translation, loaded.rotation)]
+    D = np.concatenate(rows)
+    cross = np.cross(np.eye(3), r)  # rows e_i x r
+    expected = np.block([[m * np.eye(3), m * cross.T], [m * cross, J + m * (r @ r * np.eye(3) - np.outer(r, r))]])
+    assert D @ added @ D.T == pytest.approx(expected, rel=1e-11, abs=1e-11)
+    assert np.abs(added - D.T @ expected @ D).max() < 1e-11
+    rho, dm = loaded.inertia[-1].rho[0], loaded.inertia[-1].dm[0]
+    assert dm @ rho / m == pytest.approx(mesh.points[node] + r)

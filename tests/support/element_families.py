@@ -52,6 +52,7 @@ class Family:
     patch    a flat or straight mesh of unequal cells, 1 m by 0.8 m by 0.6 m; rough   one that is curved or bent
     member   of a rotation C of the mesh; measure   volume, area or length of the patch; mass   of the patch [kg]
     volume   enclosed by the drawn surface of the patch, if it is closed; states   uniform strains of the patch
+    second   int x x^T dm about the corner or end of the patch, if it is known
     stress   von Mises stress, of a line its axial stress, under the first of these states, if it is known
     """
 
@@ -62,6 +63,7 @@ class Family:
     states: tuple[State, ...]
     volume: float | None = None
     stress: float | None = None
+    second: Array | None = None
 
 
 def zero(x: Array) -> Array:
@@ -117,7 +119,9 @@ def sheet(family: str, patch: Mesh, rough: Mesh, twist: float = 0.9, h: float = 
     member = lambda C: Member("surface", family, section, None, {"axis": C[:, 0], **given, **options})  # noqa: E731
     volume = None if family == "membrane" else 0.8 * h
     stress = None if family == "membrane" else von_mises(np.array([xx, yy, 0, 0, 0, xy]))
-    return Family(patch, rough, member, METAL.density * h * 0.8, tuple(states), volume, stress)
+    m, layer = METAL.density * h * 0.8, 0.0 if family == "membrane" else h * h / 12
+    second = m * np.array([[1 / 3, 0.2, 0], [0.2, 0.64 / 3, 0], [0, 0, layer]])
+    return Family(patch, rough, member, m, tuple(states), volume, stress, second)
 
 
 STRAIGHT = Mesh(
@@ -154,7 +158,8 @@ def beam(section: object = BAR, **options: object) -> Family:
         return Member("line", "beam", section, None if isinstance(section, FullSection) else METAL, given)
 
     patch = STRAIGHT if volume else Mesh(STRAIGHT.points, {"line": [[0, 1], [1, 2], [2, 3]]}, STRAIGHT.cell_groups)
-    return Family(patch, BENT, member, float(mass), states, volume, stress)
+    second = mass * np.diag([1 / 3, 0.01 / 12, 0.0036 / 12]) if volume else None
+    return Family(patch, BENT, member, float(mass), states, volume, stress, second)
 
 
 def rope(family: str, **options: object) -> Family:

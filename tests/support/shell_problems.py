@@ -47,8 +47,8 @@ def edge_weights(mesh: Mesh, group: str) -> dict[int, float]:
 
 def solved(problem: Problem, family: str = "shell", **options) -> tuple[Structure, np.ndarray]:
     """The structure and the displacements (n_points, 3)."""
-    section = problem.thickness if family == "shell" else None
-    group = "surface" if family == "shell" else "volume"
+    section = problem.thickness if family in ("shell", "plate") else None
+    group = "volume" if family == "solid" else "surface"
     member = Member(group, family, section, problem.material, options)
     structure = build_structure(problem.mesh, [member], supports=problem.supports)
     held = structure.held_dofs(problem.supports)

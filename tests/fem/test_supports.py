@@ -1,30 +1,65 @@
-"""Numbers of dofs: ties, supports of second-order groups, twists, and sums on raw and on independent dofs."""
+"""Supports: skew directions, hinges, planes of symmetry and antisymmetry, released ends."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 from scipy import linalg
-from support.plate_models import METAL, random_rotation
+from support.plate_models import EDGES, METAL, frequencies, random_rotation
 
 from femflex.fem import Member, Support, antisymmetry, build_structure, symmetry
-from femflex.fem.sections import Circle, Rectangle
+from femflex.fem.sections import Rectangle
 from femflex.mesh import Mesh, line, rectangle
 
 
-def test_directions_of_supports_at_one_node_add_up_however_close():
-    """Held along x and along a direction 15 degrees from it: free across the plane of the two alone."""
-    c, n = np.cos(np.radians(15)), np.sin(np.radians(15))
-    close = Support(("x",), ((c, n, 0), (-n, c, 0), (0, 0, 1.0)))
-    mesh = line([[0, 0, 0], [1, 2, 2]], 2).with_groups(points={"a": [1], "b": [1]})
-    for supports, count in (({"a": ("x",), "b": close}, 2), ({"a": close, "b": ("z", "x")}, 3), ({"b": close}, 1)):
-        s = build_structure(mesh, [Member("line", "beam", Circle(0.02), METAL)], supports=supports)
-        held = s.held_dofs(supports)
-        assert len(held) == count
-        free = np.setdiff1d(np.arange(s.n_dof), held)
-        moves = s.translation.toarray()[3:6][:, free]
-        assert np.abs([c, n, 0] @ moves).max() < 1e-12
-        assert np.linalg.matrix_rank(moves) == 3 - count
+@pytest.mark.parametrize(("family", "cell"), [("plate", "triangle"), ("plate_bfs", "quad")])
+def test_an_edge_held_across_stays_straight_and_slides_along_itself(family, cell):
+    """Pressed by a thermal strain, a plate held in x between two edges and free in y: sigma_x = -E eps, sigma_y = 0."""
+    strain, h = 1e-4, 0.01
+    mesh = rectangle(1.0, 1.0, 3, 3, cell)
+    structure = build_structure(mesh, [Member("surface", family, h, METAL, {"thermal_strain": strain})])
+    held = [structure.clamped_dofs(edge, ("x",)) for edge in ("left", "right")]
+    held += [structure.clamped_dofs("bottom", ("y",)), structure.clamped_dofs("surface", ("z", "rx", "ry", "rz"))]
+    held = np.unique(np.concatenate(held))
+    free = np.setdiff1d(np.arange(structure.n_dof), held)
+    K = structure.K[free][:, free].toarray()
+    x = np.zeros(structure.n_dof)
+    x[free] = np.linalg.lstsq(K, -structure.f0[free], rcond=None)[0]
+    u = (structure.translation @ x).reshape(-1, 3)
+    np.testing.assert_allclose(u[:, 0], 0.0, atol=1e-10)
+    np.testing.assert_allclose(u[:, 1], (1 + METAL.nu) * strain * mesh.points[:, 1], rtol=1e-3, atol=1e-10)
+
+
+HINGES = {"left": ("x", "y", "z", "ry"), "right": ("x", "z"), "bottom": ("y",)}
+
+
+def turned(supports, C):
+    """The supports of a structure that is turned by C."""
+    return {group: Support(tuple(held), tuple(map(tuple, C.T))) for group, held in supports.items()}
+
+
+@pytest.mark.parametrize(("family", "cell"), [("plate", "triangle"), ("plate_bfs", "quad")])
+def test_hinges_and_slides_hold_the_same_dofs_in_any_axes(family, cell):
+    mesh, C = rectangle(1.0, 0.7, 4, 3, cell), random_rotation(11)
+    found = []
+    for placed, supports in ((mesh, turned(HINGES, np.eye(3))), (mesh.rotated(C), turned(HINGES, C))):
+        structure = build_structure(placed, [Member("surface", family, 0.02, METAL)], supports=supports)
+        found.append(frequencies(structure, structure.held_dofs(supports), 6))
+    np.testing.assert_allclose(found[1], found[0], rtol=3e-8)
+
+
+@pytest.mark.parametrize(
+    ("family", "cell", "n", "error"), [("plate", "triangle", 16, 2e-2), ("plate_bfs", "quad", 8, 3e-3)]
+)
+def test_an_edge_held_in_its_place_alone_is_free_to_turn(family, cell, n, error):
+    """A square plate held in x, y, z along its edges, slopes and twists left to themselves: Navier's frequencies."""
+    h = 0.01
+    structure = build_structure(rectangle(1.0, 1.0, n, n, cell), [Member("surface", family, h, METAL)])
+    held = np.unique(np.concatenate([structure.clamped_dofs(edge, ("x", "y", "z")) for edge in EDGES]))
+    rigidity = METAL.E * h**3 / 12 / (1 - METAL.nu**2)
+    exact = np.pi**2 * np.sqrt(rigidity / (METAL.density * h)) * np.array([2.0, 5.0, 5.0, 8.0])
+    found = frequencies(structure, held, 4, shift=float(exact[0] ** 2) / 2)
+    assert found == pytest.approx(exact, rel=error)
 
 
 @pytest.mark.parametrize(("family", "cell"), [("plate", "triangle"), ("plate_bfs", "quad"), ("shell", "quad9")])
