@@ -1,4 +1,4 @@
-"""Campbell diagrams: exact frequencies at every speed, branches followed, crossings, damping, instability."""
+"""Campbell diagrams over spin and over a value of a case: exact frequencies, branches, crossings, damping."""
 
 from __future__ import annotations
 
@@ -8,13 +8,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.mechanisms import four_bar
 from support.rotating_beams import Rotating
+from support.small_cases import sprung_wheels
 
 from femflex.body import Marker, rigid_body
+from femflex.case.read import parse_case
+from femflex.case.stability import stability_table
+from femflex.dynamics.equilibria.equilibrium import EquilibriumError
 from femflex.reduction import BeamFunctions, UniformBeam, beam_body
-from femflex.studies.campbell import campbell
-from femflex.studies.campbell.crossings import crossings
+from femflex.studies.campbell import axis_of, campbell, case_campbell, case_spins, diagram_of, value_diagram
+from femflex.studies.stability import case_stability
+from femflex.studies.stability.judgement import NONE, STATIC
 from femflex.system import System, reaction_wheel, revolute, weld, without_axial_inertia
 
 
@@ -44,7 +48,7 @@ def test_branches_cross_without_changing_what_they_are(blade):
 
 
 @pytest.mark.slow
-def test_southwell_bounds_hold_and_the_slope_at_rest_is_that_of_the_mode_at_rest():
+def test_southwell_bounds_and_slope_at_rest():
     speeds = np.linspace(0, 6, 7)
     flap = 2 * np.pi * diagram(Rotating(0.0, lag=12.0), speeds, modes=1).branch("flap 1").frequencies
     x, weight = np.polynomial.legendre.leggauss(60)
@@ -62,7 +66,7 @@ def test_southwell_bounds_hold_and_the_slope_at_rest_is_that_of_the_mode_at_rest
 
 
 @pytest.mark.slow
-def test_crossings_with_multiples_of_the_spin_are_where_the_exact_frequency_is_that_multiple(blade):
+def test_crossings_with_multiples_of_the_spin(blade):
     assert blade.crossings
     assert [c.speed for c in blade.crossings] == sorted(c.speed for c in blade.crossings)
     for c in blade.crossings:
@@ -71,51 +75,8 @@ def test_crossings_with_multiples_of_the_spin_are_where_the_exact_frequency_is_t
         assert exact == pytest.approx([c.order * c.speed], rel=2e-5)
 
 
-@pytest.mark.parametrize("count", [4, 9])
-def test_a_crossing_at_a_sampled_speed_is_told_once_with_its_neighbours(count):
-    """A branch of omega^2 = 4 + 0.25 Omega^2 meets n Omega at 2 / sqrt(n^2 - 0.25), here at speeds that were taken.
-
-    With few speeds, between which squares are straight lines, and with more, which a spline takes.
-    """
-    orders = [1, 2, 4]  # whose squares multiply without rounding: the sample lies on the line to the last digit
-    exact = {n: 2.0 / np.sqrt(n**2 - 0.25) for n in orders}
-    for n in orders:
-        others, sample = np.linspace(0.1, 3.0, count), 2 * np.pi * (n * exact[n] / (2 * np.pi)) / n
-        for kept in (others, others[others > sample], others[others < sample]):  # inside, first, last
-            speeds = np.sort([*kept, sample])
-            frequencies = np.sqrt(4.0 + 0.25 * speeds**2) / (2 * np.pi)
-            frequencies[speeds == sample] = n * exact[n] / (2 * np.pi)
-            found = crossings("flap 1", speeds, frequencies, orders)
-            inside = [m for m in reversed(orders) if m == n or speeds[0] < exact[m] < speeds[-1]]
-            assert [one.order for one in found] == inside
-            assert [one.speed for one in found] == pytest.approx([exact[m] for m in inside], rel=1e-9)
-            assert [one.frequency for one in found] == pytest.approx([m * exact[m] / (2 * np.pi) for m in inside])
-
-
-def test_a_branch_that_bends_between_four_speeds_is_followed_by_a_spline():
-    """(2 pi f)^2 = 4 + z / 4 + z^2 / 40, z = Omega^2, meets z at the smaller root of z^2 - 30 z + 160 = 0."""
-    speeds = np.sqrt(np.array([1.0, 4.0, 9.0, 14.0]))
-    z = speeds**2
-    (found,) = crossings("flap 1", speeds, np.sqrt(4.0 + z / 4 + z**2 / 40) / (2 * np.pi), [1])
-    assert found.speed**2 == pytest.approx(15.0 - np.sqrt(65.0), rel=1e-9)
-
-
-def test_a_crossing_at_the_fastest_speed_is_found_on_any_curve():
-    """There a spline is off by rounding, and may have no change of sign."""
-    rng = np.random.default_rng(0)
-    for order in [1, 2, 4] * 20:
-        omega = rng.uniform(1.0, 3.0)
-        frequency = omega / (2 * np.pi)
-        last = 2 * np.pi * frequency / order
-        speeds = np.sort([*rng.uniform(0.05, 0.99, 8) * last, last])
-        bent = omega**2 + 0.05 * (np.sin(3 * speeds**2) - np.sin(3 * last**2))
-        frequencies = np.where(speeds == last, frequency, np.sqrt(bent) / (2 * np.pi))
-        (found,) = crossings("flap 1", speeds, frequencies, [order])
-        assert found.speed == pytest.approx(last, rel=1e-12)
-
-
 @pytest.mark.slow
-def test_crossings_are_as_many_as_the_exact_frequencies_say(blade):
+def test_number_of_crossings(blade):
     """Every branch rises from above n Omega at rest; where it is below at the fastest, it has crossed once."""
     fastest = blade.speeds[-1]
     for branch in blade.branches:
@@ -126,7 +87,7 @@ def test_crossings_are_as_many_as_the_exact_frequencies_say(blade):
 
 
 @pytest.mark.slow
-def test_a_round_blade_whose_flap_and_lag_are_one_at_rest_is_told_apart():
+def test_flap_and_lag_of_a_round_blade():
     found = diagram(Rotating(0.0), np.linspace(0, 8, 5), modes=4)
     names = [branch.name for branch in found.branches]
     assert sorted(names) == ["flap 1", "flap 2", "lag 1", "lag 2"]
@@ -136,7 +97,7 @@ def test_a_round_blade_whose_flap_and_lag_are_one_at_rest_is_told_apart():
 
 
 @pytest.mark.slow
-def test_branches_that_veer_away_from_each_other_are_followed_through():
+def test_veering_branches():
     """Turned by a small angle, flap and lag are coupled: they come near, exchange what they are, and never meet."""
     speeds = np.linspace(0, 12, 7)
     found = diagram(Rotating(0.0, lag=12.0, setting=0.1), speeds, modes=2)
@@ -165,7 +126,7 @@ def sprung_rod(rim: float, arm: float, stiffness: float, damping: float = 0.0) -
     return System({"hub": hub, "rod": rod}, (weld("hub"), hinge))
 
 
-def test_damping_and_frequency_of_a_hinged_rod_are_those_of_its_own_equation():
+def test_damping_and_frequency_of_a_hinged_rod():
     stiffness, damping = 40.0, 3.0
     speeds = np.array([0.0, 2.0, 5.0])
     (branch,) = campbell(sprung_rod(RIM, ARM, stiffness, damping), speeds, modes=1).branches
@@ -175,7 +136,7 @@ def test_damping_and_frequency_of_a_hinged_rod_are_those_of_its_own_equation():
     assert branch.damping_ratios == pytest.approx(damping / (2 * omega * (X + Z)), rel=1e-8)
 
 
-def test_a_wheel_stiffens_the_flap_of_the_rod_that_carries_it():
+def test_wheel_stiffens_the_flap_of_its_rod():
     """Its axis along the spin: I b'' + (k + W^2 (...) + W J_s s) b = 0, s its speed relative to the rod."""
     stiffness, J_s, s = 40.0, 0.004, 900.0
     plain = sprung_rod(RIM, ARM, stiffness)
@@ -188,7 +149,7 @@ def test_a_wheel_stiffens_the_flap_of_the_rod_that_carries_it():
     assert 2 * np.pi * branch.frequencies == pytest.approx(np.sqrt(square), rel=1e-8)
 
 
-def test_a_rod_that_points_inwards_stops_swinging_and_grows_from_its_critical_speed_on():
+def test_inward_rod_is_unstable_above_its_critical_speed():
     stiffness, rim = 40.0, 3.0
     pull = MASS * rim * ARM - (X - Z)  # towards the outside: against the spring
     critical = np.sqrt(stiffness / pull)
@@ -204,28 +165,8 @@ def test_a_rod_that_points_inwards_stops_swinging_and_grows_from_its_critical_sp
     assert all(c.speed < critical for c in found.crossings)
 
 
-def test_closed_loops_are_refused():
-    with pytest.raises(ValueError, match="'closure' close loops, and the shapes of a Campbell diagram are followed"):
-        campbell(four_bar(), [0.0, 1.0])
-
-
-def test_what_cannot_vibrate_is_refused():
-    with pytest.raises(ValueError, match="the craft has no vibration"):
-        campbell(System({"hub": rigid_body(1.0, np.eye(3))}, (weld("hub"),)), [0.0, 1.0])
-
-
-def test_unknown_branches_and_speeds_are_told(blade):
-    with pytest.raises(KeyError, match="branch 'torsion 1' is not in the diagram; it has flap 1, lag 1"):
-        blade.frequency("torsion 1", 0.0)
-    with pytest.raises(KeyError, match="2 rad/s is none of the diagram's speeds, from 0 to 12 rad/s"):
-        blade.frequency("flap 1", 2.0)
-    with pytest.raises(KeyError, match="the nearest is 3 rad/s"):
-        blade.frequency("flap 1", 3.001)
-    assert blade.frequency("flap 1", 3.0) == blade.branch("flap 1").frequencies[2]
-
-
 @pytest.mark.slow
-def test_torsion_of_a_spinning_strip_has_tension_and_propeller_moment(femflex, tmp_path):
+def test_torsion_of_a_spinning_strip(femflex, tmp_path):
     """d(omega^2)/d(Omega^2) of its first torsion: 1 by the propeller moment, and by the pull
 
     int (1 - s^2)/2 (pi/2 cos(pi s/2))^2 ds / int sin(pi s/2)^2 ds, on strips so thin that twist is St Venant's.
@@ -255,7 +196,7 @@ reduction = {{ method = "cantilever", clamp = "root", modes = 4 }}
 """
 
 
-def test_motions_of_every_kind_have_the_name_of_their_kind():
+def test_names_and_frequencies_of_flap_lag_stretch_and_torsion():
     """A strip at rest: bending in both planes, stretch and twist of a clamped-free rod, pi/2 sqrt(stiffness / mass)."""
     strip = UniformBeam(1.0, EA=9e4, EIy=4.0, EIz=60.0, GJ=2.0, mass_per_length=1.0, ry=0.005, rz=0.05)
     body = beam_body(strip, BeamFunctions(y=2, z=2, axial=2, torsion=2, family="polynomial"))
@@ -266,3 +207,133 @@ def test_motions_of_every_kind_have_the_name_of_their_kind():
     rods = {"stretch 1": np.sqrt(9e4), "torsion 1": np.sqrt(2.0 / (0.005**2 + 0.05**2))}
     for name, speed in rods.items():
         assert 2 * np.pi * found.branch(name).frequencies[0] == pytest.approx(np.pi / 2 * speed, rel=0.02)
+
+
+SPRUNG = sprung_wheels(20, "").replace('rate = "0.5 rad/s"\n', "").replace('child = "b"', 'parent = "a"\nchild = "b"')
+WHEELS = SPRUNG + '[stability]\nvary."joints.0.stiffness" = { between = ["0.5 N m", "60 N m"], points = 7 }\n'
+
+
+def exact(k: float) -> np.ndarray:
+    """Frequencies [Hz] of 2 a'' + 3 (a + b)'' + k a = 0, 3 (a + b)'' + 20 b = 0."""
+    M, K = np.array([[5.0, 3.0], [3.0, 3.0]]), np.diag([k, 20.0])
+    return np.sqrt(np.sort(np.linalg.eigvals(np.linalg.solve(M, K)).real)) / (2 * np.pi)
+
+
+def test_branches_over_a_stiffness():
+    found = value_diagram(parse_case(WHEELS), "joints.0.stiffness", [0.5, 4.0, 20.0, 60.0], "N m")
+    assert [one.name for one in found.branches] == ["joint 1", "joint 2"] and not found.crossings
+    for k, value in enumerate(found.speeds):
+        assert [one.frequencies[k] for one in found.branches] == pytest.approx(exact(value), rel=1e-7)
+    assert found.value == "joints.0.stiffness" and found.to_dict()["over"] == found.value
+
+
+def test_crossing_branches_over_a_stiffness():
+    """Two wheels on the ground that do not feel each other: one frequency stays, the other crosses it."""
+    case = parse_case(WHEELS.replace('parent = "a"\n', ""))
+    found = value_diagram(case, "joints.0.stiffness", np.linspace(4.0, 60.0, 15).tolist(), "N m")
+    first, second = found.branches
+    assert first.frequencies == pytest.approx(np.sqrt(found.speeds / 2.0) / (2 * np.pi), rel=1e-7)
+    assert second.frequencies == pytest.approx(np.full(len(found.speeds), np.sqrt(20.0 / 3.0) / (2 * np.pi)), rel=1e-7)
+
+
+PENDULUM = """
+title = "a pendulum under a torque"
+[run]
+duration = "1 s"
+[environment]
+gravity = [0, -9, 0]
+[bodies.rod]
+kind = "rigid"
+mass = 2
+inertia = [1, 1, 1]
+center_of_mass = [0.5, 0, 0]
+[[joints]]
+kind = "revolute"
+child = "rod"
+axis = "z"
+angle = "-90 deg"
+[[loads]]
+name = "motor"
+body = "rod"
+torque = [0, 0, 1]
+[stability]
+vary."loads.0.torque.2" = { between = ["2.5 N m", "12.5 N m"], points = 5 }
+"""
+
+
+def test_no_equilibrium_beyond_the_fold_of_a_pendulum():
+    """m g l = 9 N m: w^2 = sqrt(81 - T^2) / 1.5 (about the hinge), and nothing from T = 9 on."""
+    case = parse_case(PENDULUM)
+    found = value_diagram(case, "loads.0.torque.2", [3.0, 6.0], "N m")
+    wanted = np.sqrt(np.sqrt(81 - np.array([9, 36])) / 1.5)
+    assert 2 * np.pi * found.branches[0].frequencies == pytest.approx(wanted, rel=1e-7)
+    with pytest.raises(EquilibriumError, match="9"):
+        value_diagram(case, "loads.0.torque.2", [3.0, 9.5, 12.0], "N m")
+    seen: list[float] = []
+    locus = case_stability(case, seen.append).found
+    assert locus.kinds.tolist() == [STATIC, STATIC, STATIC, NONE, NONE] and np.isnan(locus.growth[3:]).all()
+    assert locus.lost == 10.0 and seen == pytest.approx([0.2, 0.4, 0.6]) and locus.critical == ()
+    across = {"between": ["-15 N m", "-5 N m"], "points": 3}
+    table = stability_table({"vary": {"loads.0.torque.2": across}}, "a test")
+    other = case_stability(case.model_copy(update={"stability": table}))
+    assert other.found.kinds.tolist() == [NONE, NONE, STATIC] and other.found.lost is None
+
+
+TWO_WHEELS = sprung_wheels(20, 'output_step = "0.25 s"')
+
+
+@pytest.fixture(scope="module")
+def wheels():
+    return parse_case(TWO_WHEELS)
+
+
+STONE = """
+title = "a stone on a spring"
+[run]
+duration = "1 s"
+[environment]
+gravity = [0, 0, -9]
+[bodies.stone]
+kind = "rigid"
+mass = 2
+inertia = [1, 1, 1]
+[[joints]]
+kind = "prismatic"
+child = "stone"
+axis = [0, 0, 1]
+name = "shaft"
+stiffness = 8
+"""
+
+
+SPINNING = (
+    STONE.replace("[environment]\ngravity = [0, 0, -9]\n", "")
+    + """
+[attitude]
+frame = "inertial"
+[campbell]
+speeds = ["0 rad/s", "1 rad/s", "3 rad/s"]
+axis = [3, 0, 4]
+orders = [1, 2]
+modes = 2
+"""
+)
+
+
+def test_diagram_of_a_case_about_its_axis(tmp_path):
+    """A stone on a shaft at an angle to the spin, cos = 0.8: omega^2 = k / m - (0.6 Omega)^2."""
+    case = parse_case(SPINNING)
+    assert axis_of(case) == pytest.approx([0.6, 0.0, 0.8])
+    (tmp_path / "c.toml").write_text(SPINNING)
+    seen: list[float] = []
+    for given in (case, tmp_path / "c.toml", str(tmp_path / "c.toml")):
+        found = case_campbell(given, progress=seen.append)
+        assert found.title == "a stone on a spring" and found.orders == (1, 2) and found.complete
+        assert found.speeds[found.asked] == pytest.approx([0, 1, 3])
+        exact = np.sqrt(4.0 - (0.6 * found.speeds) ** 2) / (2 * np.pi)
+        assert found.branches[0].frequencies == pytest.approx(exact, rel=1e-6)
+        met = [(one.order, one.speed) for one in found.crossings]
+        assert met == [(n, pytest.approx(np.sqrt(4 / (n**2 + 0.36)), rel=1e-6)) for n in (2, 1)]
+    assert seen == [0, 1, 3] * 3
+    part = diagram_of(case, list(case_spins(case))[:2], complete=False)
+    assert not part.complete and part.speeds.tolist() == [0, 1]

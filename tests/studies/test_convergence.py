@@ -1,20 +1,23 @@
-"""Convergence studies of a hub and a beam: against closed forms, and against the run without any reduction."""
+"""Convergence studies over meshes, modes, derivatives and segments, against closed forms and unreduced runs."""
 
 from __future__ import annotations
 
+import json
 import math
 import warnings
 from collections.abc import Callable
-from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
-from femflex.case import Case, CaseError
-from femflex.case.measure import MeasureTable
+from femflex.case import Case
+from femflex.cli.app import app
 from femflex.pipeline import prepare
-from femflex.studies import Point, assessed, convergence, planned
-from femflex.studies.study import described
+from femflex.pipeline.case_bodies import build_body
+from femflex.reduction import save_body
+from femflex.studies import assessed, convergence, planned
 from femflex.warning import PhysicsWarning
 
 LENGTH, EI, MASS = 4.0, 50.0, 0.5  # as in conftest.py
@@ -50,29 +53,19 @@ def test_cubic_elements_show_order_four_and_richardson_hits_the_closed_form(buil
 
 
 @pytest.mark.parametrize(("tolerance", "level"), [(1e-2, 0), (1e-4, 1), (1e-5, 2), (1e-7, None)])
-def test_the_verdict_names_the_refinement_that_the_closed_form_asks_for(
-    built: Built, tolerance: float, level: int | None
-):
+def test_recommended_refinement_matches_the_closed_form(built: Built, tolerance: float, level: int | None):
     found = convergence(built((QUANTITY, FIRST_MODE), cells=2), "mesh", [0, 1, 2], tolerance)
     within = np.abs(found.values / clamped_free(ROOTS[0], EI) - 1) <= tolerance
     assert found.recommended == level == (int(np.argmax(within)) if within.any() else None)
-    if level is None:
-        assert found.verdict.startswith("Not converged to 1e-07: with 2 refinements (94 dofs)")
-        assert "At this rate, 4 refinements would reach the tolerance." in found.verdict
-    elif level:
-        assert f"{level} refinement{'s' * (level > 1)}" in found.verdict
-    else:
-        assert "the mesh as it is (28 dofs) suffices" in found.verdict
 
 
-def test_too_many_cubic_elements_meet_rounding_and_the_verdict_says_so(built: Built):
+def test_rounding_of_too_many_cubic_elements(built: Built):
     found = convergence(built((QUANTITY, FIRST_MODE), cells=16), "mesh", [0, 1, 2, 3, 4, 5], 1e-6)
     exact = clamped_free(ROOTS[0], EI)
     assert found.trend.rounded is not None and found.trend.rounded <= 4
     assert abs(found.estimate - exact) < 2e-8 * exact
     assert np.all(found.errors >= 0.2 * np.abs(found.values - exact))
     assert found.recommended == 0
-    assert "rounding dominates" in found.verdict and "elements of higher order" in found.verdict
 
 
 def value_of_run(case: Case) -> float:
@@ -86,7 +79,7 @@ def value_of_run(case: Case) -> float:
 
 
 @pytest.mark.slow
-def test_the_verdict_names_the_number_of_modes_the_unreduced_run_asks_for(built: Built):
+def test_recommended_modes_match_the_unreduced_run(built: Built):
     exact = value_of_run(built(NODAL))
     study = planned(built(PLAIN), "modes", [1, 2, 3, 4, 5, 6, 8, 10])
     points = list(study.points())
@@ -95,74 +88,12 @@ def test_the_verdict_names_the_number_of_modes_the_unreduced_run_asks_for(built:
         found = assessed(study, points, tolerance)
         bad = np.flatnonzero(np.abs(found.values / exact - 1) > tolerance)
         assert found.recommended == found.levels[bad[-1] + 1]
-        assert f"Converged to {tolerance:g}: {found.recommended} modes suffice" in found.verdict
         recommended.append(found.recommended)
     assert recommended[0] < recommended[1] < 10
     assert found.estimate == pytest.approx(exact, rel=1e-3)
 
 
-@pytest.mark.slow
-def test_a_level_gives_what_the_case_itself_gives_with_so_many_modes(built: Built):
-    found = convergence(built(), "modes", [1, 2, 3, 5])
-    for modes, value in zip(found.levels, found.values, strict=True):
-        assert value == pytest.approx(value_of_run(built(("modes = 4", f"modes = {modes}"))), rel=1e-8)
-
-
-def test_joints_that_a_case_gives_are_those_of_every_level(built: Built):
-    given = ("modes = 4 }", 'modes = 4, joints = { ROOT = ["y", "rz"] } }')
-    found = convergence(built(given), "modes", [2, 4])
-    assert found.counts.tolist() == [4, 6]
-    assert found.values[0] == pytest.approx(value_of_run(built(given, ("modes = 4,", "modes = 2,"))), rel=1e-8)
-
-
-@pytest.mark.slow
-def test_static_shapes_are_made_anew_for_each_level_and_converge_faster(built: Built):
-    exact = value_of_run(built(NODAL))
-    plain = convergence(built(PLAIN), "modes", [2, 4, 6])
-    given = ("modes = 4 }", 'modes = 4, joints = {}, attachment = ["y"] }')
-    attached = convergence(built(given), "modes", [2, 4, 6])
-    assert plain.counts.tolist() == [2, 4, 6] and attached.counts.tolist() == [3, 5, 7]
-    off = np.abs(attached.values / exact - 1) / np.abs(plain.values / exact - 1)
-    print(off, plain.values, attached.values, exact)
-    assert off[0] < 0.3 and np.all(off < 0.9)
-
-
-def test_the_usual_ladder_goes_to_twice_the_modes_of_the_case(built: Built):
-    ladder = planned(built()).ladder
-    assert [rung.level for rung in ladder.rungs] == [1, 2, 3, 4, 6, 8] and ladder.own == 4
-    few = planned(built(("modes = 4", "modes = 6"), cells=1)).ladder  # the mesh has no more than 8
-    assert [rung.level for rung in few.rungs] == [1, 2, 3, 4, 6]
-    named = planned(built((QUANTITY, QUANTITY + "\nmodes = [2, 3, 5]\nrefinements = [0, 2]"))).ladder
-    assert [rung.level for rung in named.rungs] == [2, 3, 5]
-    assert [rung.level for rung in planned(built(), "mesh").ladder.rungs] == [0, 1, 2, 3, 4]
-
-
-def test_close_pairs_are_not_parted(built: Built):
-    case = built((f"EIz = {2 * EI}", f"EIz = {EI}"), PLAIN)
-    assert [rung.level for rung in planned(case).ladder.rungs] == [2, 4, 6, 8]
-    found = convergence(case, "modes", [1, 2, 3])
-    assert found.levels.tolist() == found.counts.tolist() == [2, 4]
-
-
-def test_modes_of_a_fixed_body_do_not_change_with_their_number(built: Built):
-    found = convergence(built((QUANTITY, FIRST_MODE.replace("1", "3"))), "modes", [1, 2, 3, 4, 6])
-    assert found.trend.state == "constant" and found.recommended == 3
-    assert "No dependence on the number of modes is seen" in found.verdict
-    assert found.left_out == (
-        "1: mode 3 of body 'beam' has no natural frequency; 1 of its modes have one",
-        "2: mode 3 of body 'beam' has no natural frequency; 2 of its modes have one",
-    )
-
-
-def test_levels_too_coarse_for_the_initial_state_are_left_out(built: Built):
-    initial = '[bodies.beam.initial]\nmarker = "tip"\ndisplacement = [0, 0.01, 0]\n\n[[joints]]'
-    found = convergence(built(("[[joints]]", initial), PLAIN), "modes", [1, 2, 4, 6])
-    assert found.levels.tolist() == [2, 4, 6]  # the first mode bends the other way
-    (text,) = found.left_out
-    assert text.startswith("1: bodies.beam.initial: marker 'tip': the requested initial displacement is [0, 0.01, 0] m")
-
-
-def test_a_frequency_of_the_whole_craft_converges_to_that_of_the_coupled_beam(built: Built):
+def test_frequency_of_a_run_converges_to_that_of_the_coupled_beam(built: Built):
     """Hub and beam free in the plane: the transcendental equation of a free-free beam with a rigid body at one end."""
     ring = QUANTITY.replace('"value"', '"frequency"').replace("}", ", start = 2, tones = 2 }")
     long = ('duration = "4 s"', 'duration = "40 s"')
@@ -193,97 +124,126 @@ def coupled_frequency(EI: float) -> float:
     return (root / LENGTH) ** 2 * math.sqrt(EI / MASS) / (2 * math.pi)
 
 
-def test_progress_runs_from_nothing_to_everything(built: Built):
-    told: list[float] = []
-    convergence(built(), "modes", [1, 2, 3], progress=told.append)
-    assert told[0] == 0.0 and told[-1] == pytest.approx(1.0)
-    assert all(a <= b for a, b in pairwise(told))
-
-
-def judged(case: Case, values: list[float], over: str = "modes", tolerance: float = 1e-3):
-    """The verdict on made-up values at 1, 2, 4, 8, ... modes or 0, 1, 2, ... refinements."""
-    study = planned(case, over)  # type: ignore[arg-type]
-    levels = [2**k if over == "modes" else k for k in range(len(values))]
-    return assessed(
-        study, [Point(level, 10 * 2**level, v, 1e-12, "m") for level, v in zip(levels, values, strict=True)], tolerance
-    )
-
-
-@pytest.mark.parametrize("over", ["modes", "mesh"])
-def test_values_that_do_not_converge_get_an_honest_verdict(built: Built, over: str):
-    found = judged(built(), [1.0, 1.1, 1.25, 1.5, 1.9], over)
-    assert found.recommended is None and math.isnan(found.estimate)
-    assert found.verdict.startswith("Does not converge over") and "the changes do not fall" in found.verdict
-    assert np.isnan(found.errors).all()
-
-
-@pytest.mark.parametrize("over", ["modes", "mesh"])
-def test_values_that_swing_are_not_extrapolated(built: Built, over: str):
-    found = judged(built(), [1.0, 1.2, 1.05, 1.0501, 1.05, 1.05004], over)
-    assert found.law is None and found.estimate == 1.05004
-    assert found.recommended == (4 if over == "modes" else 2)
-    assert "Values oscillate" in found.verdict and "no order" in found.verdict
-    assert judged(built(), [1.0, 1.2, 1.05, 1.0501, 1.05, 1.05004], over, 1e-6).recommended is None
-
-
-def test_two_values_and_one_are_not_judged(built: Built):
-    two, one = judged(built(), [1.0, 1.1]), judged(built(), [1.0])
-    assert math.isnan(two.estimate) and math.isnan(one.estimate)
-    assert two.recommended is None and two.verdict.startswith("Two levels differ by 0.091, relative")
-    assert one.recommended is None and "1 mode" in one.verdict and "at least three levels" in one.verdict
-
-
-def test_a_quantity_that_is_nothing_is_constant(built: Built):
-    found = judged(built(), [0.0, 0.0, 0.0, 0.0])
-    assert found.trend.state == "constant" and found.recommended == 1
-
-
 HUBS_MODE, MODE_200, LOST = (
     FIRST_MODE.replace(old, new) for old, new in (("beam", "hub"), ("1", "200"), ("beam", "bem"))
 )
-REFUSED = [
-    (("[study]\n" + QUANTITY, ""), "modes", None, r"no \[study\] .* add one, such as"),
-    (None, "time", None, "varies modes, mesh, derivatives, segments, functions or strain; found 'time'"),
-    (None, "modes", [4], "found levels 4; give at least two different numbers of modes"),
-    (None, "modes", [4, 4], "found levels 4, 4; give at least two different numbers of modes"),
-    (None, "modes", [0, 2, 4], "found levels 0, 2, 4; give .* each at least 1"),
-    (None, "mesh", [-1, 0], "numbers of refinements, each at least 0"),
-    (None, "modes", [10, 100], "bodies.beam: 100 modes were requested, but only .* request at most"),
-    (("deflection", "deflexion"), "modes", None, "study.quantity.channel: found .* did you mean 'markers/beam.tip/def"),
-    (("deflection", "deflexion"), "mesh", None, "study.quantity.channel: found .* did you mean 'markers/beam.tip/def"),
-    ((QUANTITY, HUBS_MODE), "modes", None, "body 'hub', which the study is about, has no modes to vary"),
-    ((QUANTITY, HUBS_MODE), "mesh", None, "has no mesh to refine; its bodies are hub"),
-    ((QUANTITY, MODE_200), "modes", None, "mode 200 of body 'beam' has no natural frequency"),
-    ((QUANTITY, MODE_200), "mesh", None, "mode 200 of body 'beam' has no natural frequency"),
-    ((QUANTITY, LOST), "modes", None, "study.quantity.body: found 'bem'"),
-    ((QUANTITY, QUANTITY + "\nbody = 'hub'"), "modes", None, "body 'hub', which the study is about, has no modes"),
-    (NODAL, "modes", None, r"there is no modes to vary; its bodies are hub \(rigid\), beam \(flexible, nodal\)"),
+
+
+FREQUENCY = (
+    'of = "value", channel = "markers/beam.tip/deflection", component = "y"',
+    'of = "mode_frequency", body = "beam", mode = 1',
+)
+CANTILEVER = 'method = "cantilever", clamp = "ROOT", modes = 4'
+MESHED = """kind = "flexible"
+mesh = "beam.inp"
+members = [{ group = "BEAM", family = "beam", section = "beam", options = { rotary_inertia = false } }]
+reduction = { method = "cantilever", clamp = "ROOT", modes = 4 }
+markers.tip = { group = "TIP" }
+"""
+POLYNOMIALS = """kind = "analytic"
+length = 4
+EA = 1e5
+EIy = 50
+EIz = 100
+GJ = 4
+mass = 2
+rotary_inertia = false
+functions = { y = 3, z = 3, family = "polynomial" }
+"""
+EXACT = (1.8751040687119611 / 4.0) ** 2 * math.sqrt(50.0 / 0.5) / (2 * math.pi)  # clamped-free, EIy
+
+
+def test_polynomials_converge_to_the_beam(built: Built):
+    case = built(FREQUENCY, (MESHED, POLYNOMIALS), ('child_marker = "ROOT"', 'child_marker = "root"'))
+    found = convergence(case, "modes", [1, 2, 3, 4], 1e-3)
+    assert found.counts.tolist() == [2, 4, 6, 8]
+    error = np.abs(found.values / EXACT - 1)
+    assert np.all(found.errors >= 0.95 * error * EXACT)
+    assert abs(found.estimate - EXACT) < 1.2 * found.trend.spread  # errors fall faster than by either law
+    assert found.recommended == found.levels[np.argmax(error < 1e-3)]
+
+
+def test_craig_bampton_levels_converge_from_above(built: Built):
+    fixed = 'method = "craig_bampton", clamp = "ROOT", interfaces = ["TIP"], modes = 2, joints = {}'
+    found = convergence(built(FREQUENCY, (CANTILEVER, fixed)), "modes", [1, 2, 4, 6])
+    assert found.counts.tolist() == [7, 8, 10, 12]  # six of the tip
+    assert np.all(np.diff(found.values) <= 1e-12) and found.values[0] > EXACT  # Rayleigh and Ritz
+    assert found.values[-1] == pytest.approx(EXACT, rel=5e-5)  # of six elements
+
+
+def test_levels_of_a_body_file_match_those_of_its_mesh(built: Built):
+    plain = ("modes = 4 }", "modes = 4, joints = {} }")
+    case = built(FREQUENCY, plain)
+    save_body(case.path.parent / "beam.h5", build_body(case, "beam", modes=6))
+    filed = built((MESHED, 'kind = "file"\nfile = "beam.h5"\n'))
+    assert [rung.level for rung in planned(filed).ladder.rungs] == [1, 2, 3, 4, 6]
+    direct, cut = convergence(built(plain), "modes", [2, 4, 6]), convergence(filed, "modes", [2, 4, 6])
+    np.testing.assert_allclose(cut.values, direct.values, rtol=1e-9)
+
+
+@pytest.mark.slow
+def test_segments_converge_with_second_order():
+    cases = Path(__file__).resolve().parents[2] / "cases"
+    found = convergence(cases / "elastica.toml", "segments", [2, 4, 8])
+    assert list(found.levels) == [2, 4, 8] and list(found.counts) == [12, 24, 48]
+    assert found.order == pytest.approx(2.0, abs=0.3)
+
+
+FAR = [
+    ("modes = 4 }", 'modes = 3, joints = {}, derivatives = "auto" }\nstrain = "nonlinear"'),
+    ("torque = [[0, 0, 0], [0, 4, 8], [0, 0, 0]]", "torque = [[0, 0, 0], [0, 0, 20], [0, 0, 0]]"),
+    ('duration = "4 s"\noutput_step = "0.05 s"\nrtol = 1e-10', 'duration = "2 s"\noutput_step = "0.02 s"\nrtol = 1e-6'),
+    ('of = "value", channel', 'of = "peak", channel'),
 ]
 
 
-@pytest.mark.parametrize(("replaced", "over", "levels", "told"), REFUSED, ids=range(len(REFUSED)))
-def test_a_study_that_cannot_be_is_refused_in_a_sentence(built: Built, replaced, over: str, levels, told: str):
-    with pytest.raises((ValueError, CaseError), match=f"(?s){told}"):
-        convergence(built(*([replaced] if replaced else [])), over, levels)  # type: ignore[arg-type]
+def test_few_derivatives_are_enough_for_large_deflection(built: Callable[..., Case]):
+    found = convergence(built(*FAR), "derivatives", [0, 1, 2, 3])
+    assert found.levels.tolist() == found.derivatives.tolist() == [0, 1, 2, 3]
+    assert found.counts.tolist() == [3, 4, 5, 6]
+    exact = found.values[-1]
+    assert found.values[0] < 0.3 * exact
+    assert np.abs(found.values[2] / exact - 1) < 1e-3
 
 
-def test_a_tolerance_that_is_none_is_refused(built: Built):
-    with pytest.raises(ValueError, match="tolerance is -1; it must be above 0"):
-        judged(built(), [1.0, 2.0], tolerance=-1)
-
-
-@pytest.mark.parametrize(
-    ("given", "words"),
-    [
-        ({"of": "frequency", "channel": "q"}, "frequency of q"),
-        ({"of": "frequency", "channel": "q", "tones": 3, "tone": 2}, "frequency 2 of 3 of q"),
-        ({"of": "peak", "channel": "attitude/angles", "component": "pitch"}, "peak of attitude/angles pitch"),
-        ({"channel": "q"}, "value of q at the end"),
-        ({"channel": "q", "at": 2.5}, "value of q at 2.5 s"),
-        ({"of": "body_mass", "body": "hub"}, "mass of hub"),
-        ({"of": "mode_frequency", "body": "boom", "mode": 2}, "frequency of mode 2 of boom"),
-        ({"of": "system_frequency", "mode": 4}, "frequency of mode 4 of the craft"),
-    ],
+Written = Callable[..., Path]
+DERIVED = 'modes = 3, derivatives = 2 }\nstrain = "condensed"'
+UNSAID = ('strain = "linear"\n', "")
+SILENT = ("modes = 4 }", "modes = 3, derivatives = 2 }")
+SHORT = (
+    'duration = "4 s"\noutput_step = "0.05 s"\nrtol = 1e-10',
+    'duration = "1 s"\noutput_step = "0.02 s"\nrtol = 1e-7',
 )
-def test_quantities_in_words(given, words):
-    assert described(MeasureTable(**given)) == words
+SPUN = ('kind = "weld"\nparent', 'kind = "revolute"\naxis = "z"\nrate = "9 rad/s"\nparent')
+
+
+def called(*arguments: object) -> tuple[int, str, str]:
+    done = CliRunner().invoke(app, [str(word) for word in arguments])
+    return done.exit_code, " ".join(done.stdout.split()), " ".join(done.stderr.split())
+
+
+@pytest.mark.slow
+def test_automatic_and_condensed_strain_have_the_same_study(built: Built):
+    automatic = convergence(built(UNSAID, SILENT, SPUN, SHORT), "derivatives", [1, 2])
+    condensed = convergence(built(("modes = 4 }", DERIVED), SPUN, SHORT), "derivatives", [1, 2])
+    assert automatic.values.tolist() == condensed.values.tolist()
+    assert automatic.followers.tolist() == [1, 2]
+
+
+@pytest.mark.slow
+def test_backbones_of_condensed_and_nonlinear_strain_agree(written: Written):
+    found = {}
+    for strain in ("condensed", "nonlinear"):
+        path = written(("modes = 4 }", DERIVED.replace("condensed", strain)))
+        found[strain] = json.loads(called("modes", path, "--backbone", "1 mm, 1 cm", "--json")[1])["beam"]["backbone"]
+    own, other = (np.array(found[strain]["frequency_hz"]) for strain in ("condensed", "nonlinear"))
+    assert own == pytest.approx(other, rel=1e-4) and (own != other).any()
+
+
+@pytest.mark.sampled(1)
+@pytest.mark.parametrize("strain", ["condensed", "nonlinear"])
+def test_backbone_of_a_body_file(written: Written, tmp_path: Path, strain: str):
+    path, file = written(("modes = 4 }", DERIVED.replace("condensed", strain))), tmp_path / "beam_file.h5"
+    assert called("body", path, "beam", "-o", file)[0] == 0
+    own, kept = (json.loads(called("modes", f, "--backbone", "1 mm, 1 cm", "--json")[1]) for f in (path, file))
+    assert kept["beam_file"]["backbone"]["frequency_hz"] == own["beam"]["backbone"]["frequency_hz"]

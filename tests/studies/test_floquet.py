@@ -1,4 +1,4 @@
-"""Floquet multipliers against Mathieu's equation and librations in a circular orbit."""
+"""Floquet multipliers against Mathieu's equation, librations in orbit, carts on a rail and a flexible spinner."""
 
 from __future__ import annotations
 
@@ -7,16 +7,30 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.linalg import expm
 from scipy.special import mathieu_a, mathieu_b
 
-from femflex.body import rigid_body
+from femflex.body import FlexibleBody, Marker, MassMoments, StrainTensors, rigid_body
 from femflex.case import read_case
 from femflex.dynamics import compile_system
 from femflex.dynamics.equilibria.equilibrium import equilibrium
 from femflex.integrate import Dop853
 from femflex.pipeline.decisions import build_system
 from femflex.studies.floquet import floquet, periodic_state
-from femflex.system import Environment, Frame, Orbit, Profile, System, prismatic, revolute, spherical
+from femflex.studies.stability import judged_rest
+from femflex.system import (
+    Environment,
+    Frame,
+    Joint,
+    Orbit,
+    Profile,
+    System,
+    free,
+    prismatic,
+    revolute,
+    spherical,
+    weld,
+)
 
 
 def pendulum(a: float, q: float) -> System:
@@ -44,7 +58,7 @@ def mathieu_trace(a: float, q: float) -> float:
 
 
 @pytest.mark.parametrize(("a", "q"), [(0.7, 0.2), (1.0, 0.4), (2.5, 0.8)])
-def test_a_shaken_pendulum_has_the_multipliers_of_mathieu(a, q):
+def test_shaken_pendulum_has_multipliers_of_mathieu(a, q):
     found = floquet(pendulum(a, q), np.pi)
     assert found.names == ("pin.angle", "pin.angle_rate") and found.gap < 1e-9
     assert np.trace(found.monodromy) == pytest.approx(mathieu_trace(a, q), abs=1e-6)
@@ -52,14 +66,14 @@ def test_a_shaken_pendulum_has_the_multipliers_of_mathieu(a, q):
     assert found.stable == (abs(mathieu_trace(a, q)) < 2)
 
 
-def test_the_first_tongue_begins_and_ends_at_the_characteristic_values():
+def test_first_tongue_lies_between_the_characteristic_values():
     q, slack = 0.4, 1e-3
     low, high = float(mathieu_b(1, q)), float(mathieu_a(1, q))
     stable = [floquet(pendulum(a, q), np.pi).stable for a in (low - slack, low + slack, high - slack, high + slack)]
     assert stable == [True, False, False, True]
 
 
-def test_librations_in_a_circular_orbit_come_back_by_their_phase():
+def test_librations_in_a_circular_orbit():
     """Of quaternions: multipliers exp(i omega T) of the three librations."""
     orbit = Orbit.from_perigee(620e3, 0.0)
     craft = System(
@@ -75,7 +89,7 @@ def test_librations_in_a_circular_orbit_come_back_by_their_phase():
         assert np.abs(found.multipliers - one).min() < 1e-5 * max(1.0, abs(one))
 
 
-def test_shooting_finds_the_pitch_that_an_eccentric_orbit_forces():
+def test_shooting_finds_the_periodic_pitch_in_an_eccentric_orbit():
     """VALIDATION J: the amplitude of the case eccentric_pitch, begun without the rate that makes it periodic."""
     case = read_case(Path(__file__).parents[2] / "cases" / "eccentric_pitch.toml").with_values(
         {"attitude.rates": [0, 0, 0]}
@@ -92,11 +106,117 @@ def test_shooting_finds_the_pitch_that_an_eccentric_orbit_forces():
     assert floquet(system, period, x).stable
 
 
-def test_a_motion_that_is_not_periodic_is_refused():
-    system = pendulum(1.0, 0.4)
-    x = system.initial_state()
-    x[1] += 0.2
-    with pytest.raises(ValueError, match=r"the motion is not periodic: after 3\.14159265 s pin\.angle"):
-        floquet(system, np.pi, x)
-    with pytest.raises(ValueError, match=r"the period is 0\.0 s; it must be above 0"):
-        floquet(system, 0.0)
+SPAN = {"far": Marker.rigid([0.0, 0.0, 2.0])}
+
+
+def carts(damping: float = 0.0) -> System:
+    """Two carts on a rail, 3 kg and 2 kg, joined by a spring of 5 N/m."""
+    slides = {"axis": [1, 0, 0]}
+    return System(
+        {"first": rigid_body(3.0, np.eye(3), markers=SPAN), "second": rigid_body(2.0, np.eye(3))},
+        (
+            prismatic("first", name="rail", **slides),
+            prismatic("second", "first", name="gap", stiffness=[5.0], damping=[damping], **slides),
+        ),
+    )
+
+
+def flow_of_carts(damping: float, period: float) -> np.ndarray:
+    """exp(A T) of (rail, gap) and their rates."""
+    M, K, D = np.array([[5.0, 2.0], [2.0, 2.0]]), np.diag([0.0, 5.0]), np.diag([0.0, damping])
+    A = np.block([[np.zeros((2, 2)), np.eye(2)], [-np.linalg.solve(M, K), -np.linalg.solve(M, D)]])
+    return expm(A * period)
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.8])
+def test_monodromy_matrix_of_two_carts(damping):
+    period, place = 0.7, np.array([0.6, 0.0, 0.0, 0.0])
+    found = floquet(carts(damping), period, place)
+    assert found.names == ("rail.slide", "gap.slide", "rail.slide_rate", "gap.slide_rate")
+    assert found.monodromy == pytest.approx(flow_of_carts(damping, period), abs=1e-6)
+    assert found.trivial == ("translation x", "drift") and found.x.tolist() == place.tolist()
+    assert found.period == period and found.gap < 1e-9 and found.stable and 0 <= found.split < 1e-3
+    s = np.roots([1.0, damping * 5 / 6, 25 / 6])  # of the gap: m = 3 2 / 5
+    assert np.sort_complex(found.multipliers) == pytest.approx(
+        np.sort_complex(np.append(np.exp(s * period), [1, 1])), abs=1e-6
+    )
+    assert (np.diff(np.abs(found.multipliers)) <= 0).all() and (found.multipliers == 1.0).sum() == 2
+
+
+def test_monodromy_matrix_in_a_spinning_frame():
+    """After a turn the frame is where it was: departures come back, and rates have moved it as in inertial axes."""
+    w = 0.8
+    system = System(
+        {"stone": rigid_body(2.0, np.eye(3))},
+        (Joint("stone", name="plane", translations=np.eye(3)[:2], kind="general"),),
+        frame=Frame("spinning", np.array([0, 0, w])),
+    )
+    q, T = np.array([0.5, 0.2]), 2 * np.pi / w
+    cross = np.array([[0.0, -w], [w, 0.0]])
+    found = floquet(system, T, np.concatenate([q, -cross @ q]))
+    wanted = np.block([[np.eye(2) + T * cross, T * np.eye(2)], [-T * cross @ cross, np.eye(2) - T * cross]])
+    assert found.monodromy == pytest.approx(wanted, abs=1e-5)
+    assert found.trivial == ("translation x", "translation y", "drift", "drift")
+
+
+W, M, ARM, K, D = 0.8, 2.0, 1.5, 3.0, 0.2
+PERIOD = 2 * np.pi / W
+
+
+def sprung_mass(damping: float) -> FlexibleBody:
+    """The mass on its spring as a body of one shape, along z."""
+    second = np.zeros((2, 3, 2, 3))
+    second[0, 0, 0, 0], second[1, 2, 1, 2] = M * ARM**2, 1.0
+    second[0, 0, 1, 2] = second[1, 2, 0, 0] = np.sqrt(M) * ARM
+    first = np.array([[M * ARM, 0.0, 0.0], [0.0, 0.0, np.sqrt(M)]])
+    tip = Marker(np.array([ARM, 0.0, 0.0]), np.array([[0.0], [0.0], [1 / np.sqrt(M)]]), np.zeros((3, 1)))
+    strain = StrainTensors.linear(np.array([[K / M]]))
+    return FlexibleBody(MassMoments(M, first, second), strain, np.array([[damping / M]]), {"tip": tip})
+
+
+def spinner(inertia: tuple[float, float, float], damping: float, joint=spherical, frame: Frame | None = None) -> System:
+    """The craft, at rest in a spinning frame, or turning in an inertial one."""
+    n = 3 if joint is spherical else 6
+    rates = np.zeros(n)
+    if frame is None:
+        rates[-1] = W
+    hub = joint("hub", u0=rates)
+    bodies = {"hub": rigid_body(30.0, np.diag(inertia)), "mass": sprung_mass(damping)}
+    return System(bodies, (hub, weld("mass", "hub")), frame=frame or Frame())
+
+
+def own_matrix(inertia: tuple[float, float, float], damping: float) -> np.ndarray:
+    """Matrix (4, 4) of d(x, y, w, w')/dt."""
+    A, B, C = inertia
+    left = np.array([[A, 0, 0, 0], [0, B + M * ARM**2, 0, -M * ARM], [0, 0, 1, 0], [0, -M * ARM, 0, M]], float)
+    right = np.array([
+        [0, -(C - B) * W, 0, 0],
+        [W * (C + M * ARM**2 - A), 0, M * ARM * W**2, 0],
+        [0, 0, 0, 1],
+        [-M * ARM * W, 0, -K, -damping],
+    ])  # fmt: skip
+    return np.linalg.solve(left, right)
+
+
+@pytest.mark.parametrize(("inertia", "stable"), [((10.0, 14.0, 20.0), True), ((10.0, 20.0, 14.0), False)])
+def test_multipliers_of_a_flexible_spinner(inertia, stable):
+    found = floquet(spinner(inertia, D), PERIOD)
+    wanted = np.linalg.eigvals(expm(own_matrix(inertia, D) * PERIOD))
+    assert sorted(found.trivial) == ["drift", "rotation x", "rotation y", "rotation z"]
+    own = found.multipliers[found.multipliers != 1.0]
+    assert len(own) == 4 and len(found.multipliers) == 8
+    for one in wanted:
+        assert np.abs(own - one).min() < 3e-6 * max(1.0, abs(one))
+    assert found.stable == stable == bool((np.abs(wanted) < 1).all())
+    assert found.split < 1e-2  # the root of an error of 1e-8 is 1e-4; a defective pair keeps no more
+
+
+def test_multipliers_of_a_free_spinner_match_its_poles():
+    """Two formulations: motions in inertial axes over a turn, and the equations linearised in axes that spin."""
+    spun = spinner((10.0, 14.0, 20.0), D, free, Frame("spinning", np.array([0.0, 0.0, W])))
+    rest = judged_rest(spun)
+    assert rest.about is not None
+    own = floquet(spun, PERIOD, rest.about.x)
+    for pole in rest.values:
+        assert np.abs(own.multipliers - np.exp(pole * PERIOD)).min() < 3e-6
+    assert own.stable and own.trivial.count("drift") >= 3 and "neutral" not in own.trivial

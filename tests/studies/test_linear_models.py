@@ -2,38 +2,35 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.linalg import eigh, expm
+from scipy.linalg import expm
 from scipy.optimize import brentq
 from support.hub_beam import exact_frequencies
 from support.mechanisms import four_bar
 
 from femflex.body import Marker, rigid_body
+from femflex.case.read import parse_case
 from femflex.dynamics import compile_system
 from femflex.reduction import BeamFunctions, ModalDamping, UniformBeam, beam_body
 from femflex.studies.linear import (
-    StateSpace,
-    balanced_truncation,
     linear_model,
-    modal_truncation,
     poles_of,
-    save_model,
     transmission_zeros,
 )
-from femflex.studies.linear.grid import response_grid
+from femflex.studies.linear.root_locus import root_locus
 from femflex.system import (
-    Controller,
-    Effector,
     Environment,
-    Frame,
     Load,
     Profile,
+    Sensor,
     System,
-    free,
     prismatic,
     revolute,
+    spherical,
     weld,
 )
 
@@ -51,7 +48,7 @@ def hub_and_beam(damping: float = 0.0, **more) -> System:
     )
 
 
-def test_poles_of_a_hub_with_a_beam_are_its_exact_frequencies():
+def test_poles_of_a_hub_with_a_beam_are_exact():
     model = linear_model(hub_and_beam(), ["joints/axle.angle/effort"], ["bodies/hub/rate:z"])
     poles = poles_of(model)
     assert [pole.name for pole in poles[:3]] == ["rotation z", "rotation z", "bending 1"]
@@ -61,26 +58,11 @@ def test_poles_of_a_hub_with_a_beam_are_its_exact_frequencies():
     assert all(sum(pole.participation.values()) <= 1.0 + 1e-12 for pole in poles)
 
 
-def test_participation_is_that_of_kinetic_energy_and_of_the_motion_where_it_is_rigid():
-    """Without damping coordinate k of mode phi has |phi_k (M phi)_k|, one half for it and one for its rate."""
-    model = linear_model(hub_and_beam(), ["joints/axle.angle/effort"], ["bodies/hub/rate:z"])
-    names, n = [name for name, _ in model.states], len(model.mass)
-    squares, phi = eigh(model.stiffness, model.mass)
-    poles = poles_of(model)
-    assert [pole.participation for pole in poles[:2]] == [{names[0]: 1.0}] * 2
-    for pole, k in zip(poles[2:], np.flatnonzero(squares > 1.0), strict=True):
-        share = np.abs(phi[:, k] * (model.mass @ phi[:, k]))
-        for name, part in zip(names[:n], share / share.sum(), strict=True):
-            assert pole.participation.get(name, 0.0) == pytest.approx(part / 2 if part > 0.04 else 0.0, abs=1e-6)
-
-
-def test_zeros_from_the_axle_to_the_hub_are_the_frequencies_of_the_clamped_beam():
+def test_zeros_are_the_frequencies_of_the_clamped_beam():
     model = linear_model(hub_and_beam(), ["joints/axle.angle/effort"], ["attitude/angles:z"])
     zeros = transmission_zeros(model)
     assert np.abs(zeros[:6:2]) == pytest.approx(CLAMPED, rel=1e-5)
     assert np.abs(zeros.real).max() < 1e-6 * np.abs(zeros).max()
-    with pytest.raises(ValueError, match="as many inputs as outputs; found 1 and 0"):
-        transmission_zeros(model.selected(outputs=[]))
 
 
 def swinging(strength: float = 0.0) -> System:
@@ -108,31 +90,6 @@ def arm():
     return linear_model(swinging(), INPUTS, OUTPUTS)
 
 
-def test_inputs_and_outputs_are_derivatives_of_the_motion(arm):
-    """Differences of the compiled rate and channels, of another formulation and step, to 1e-7 of the largest entry."""
-    names = [name for name, _ in arm.states]
-    n = len(arm.mass)
-    for k, (quantity, body, marker) in enumerate((("torque", "arm", "origin"), ("force", "beam", "tip"))):
-        axis = 2 if quantity == "torque" else 1
-        rates = []
-        for sign in (1.0, -1.0):
-            push = Load("x", body, marker, "marker", **{quantity: 0.5 * sign * np.eye(3)[axis]})
-            system = arm.model.system
-            model = compile_system(type(system)(**{**vars_of(system), "loads": (*system.loads, push)}))
-            rates.append(model.parts(model.state_rate(0.0, arm.x))[1])
-        wanted = rates[0] - rates[1]
-        free = [i for i, (name, _) in enumerate(arm.model.system.velocity_names()) if name in names[n : 2 * n]]
-        assert arm.B[n : 2 * n, k] == pytest.approx(wanted[free], rel=0, abs=1e-7 * np.abs(wanted).max())
-    step = 3e-5
-    place = names.index("hinge.angle")
-    q = [name for name, _ in arm.model.system.coordinate_names()].index("hinge.angle")
-    seen = [arm.model.observe(np.zeros(1), (arm.x + s * step * np.eye(arm.model.n_x)[q])[None]) for s in (1, -1)]
-    tip = [one["markers/beam.tip/position"][0] for one in seen]
-    first = [name for name, _ in arm.outputs].index("markers/beam.tip/position:x")
-    wanted = (tip[0] - tip[1]) / (2 * step)
-    assert arm.C[first : first + 3, place] == pytest.approx(wanted, abs=1e-7 * np.abs(wanted).max())
-
-
 def vars_of(system: System) -> dict:
     """The fields of a system."""
     return {key: getattr(system, key) for key in system.__dataclass_fields__}
@@ -144,7 +101,7 @@ def with_motor(system: System, torque: float) -> System:
     return type(system)(**{**vars_of(system), "loads": (motor,)})
 
 
-def test_linear_and_nonlinear_response_differ_at_second_order(arm):
+def test_difference_to_nonlinear_response_is_of_second_order(arm):
     """A step of torque for half a second: an error that falls four times when the step is halved."""
     steps, errors, end = (0.4, 0.2, 0.1), [], 0.5
     row = [name for name, _ in arm.outputs].index("bodies/arm/rate:z")
@@ -160,7 +117,7 @@ def test_linear_and_nonlinear_response_differ_at_second_order(arm):
     assert slope == pytest.approx(2.0, abs=0.1) and errors[-1] < 0.05 * abs(linear * steps[-1])
 
 
-def test_the_response_to_a_ridden_slide_is_that_of_a_simulated_sweep(arm):
+def test_frequency_response_to_a_moving_slide(arm):
     """Small sines of the slide's place below, near and beyond resonances; a period, begun in the steady answer."""
     row = [name for name, _ in arm.outputs].index("bodies/arm/rate:z")
     n, free = len(arm.mass), np.array([1, 2, 3])  # the slide stands first
@@ -180,36 +137,7 @@ def test_the_response_to_a_ridden_slide_is_that_of_a_simulated_sweep(arm):
         assert phasor == pytest.approx(wanted, abs=3e-4 * abs(wanted))
 
 
-def test_a_steady_spin_has_the_poles_of_its_modes():
-    beam = beam_body(BEAM, BeamFunctions(y=2, z=2, axial=0, torsion=0), strain="condensed")
-    spun = System({"beam": beam}, (weld("beam", child_marker="root"),), frame=Frame("spinning", np.array([0, 0, 3.0])))
-    model = linear_model(spun, ["markers/beam.tip/force"], ["markers/beam.tip/deflection"])
-    assert model.inputs[2] == ("markers/beam.tip/force:z", "N") and len(model.outputs) == 3
-    assert model.modes is not None
-    assert sorted(p.value.imag for p in poles_of(model)) == pytest.approx(
-        sorted(model.modes.eigenvalues.imag), rel=1e-7
-    )
-    assert {p.name for p in poles_of(model)} == set(model.modes.names)
-    gyroscopic = model.damping - model.damping.T
-    assert np.abs(gyroscopic + gyroscopic.T).max() < 1e-9
-
-
-def test_an_instant_of_a_motion_has_the_derivative_of_the_rate():
-    system = swinging()
-    model = compile_system(system)
-    x = model.x0 + 0.3 * np.sin(np.arange(model.n_x))
-    x[0] = x[model.n_q] = 0.0  # the slide is held
-    found = linear_model(system, ["loads/motor/torque:z"], ["q"], at=1.5, state=x)
-    assert found.about is None and found.t == 1.5
-    free = [k for k in range(model.n_x) if k not in (0, model.n_q)]
-    steps = 1e-6 * np.eye(model.n_x)[free]
-    wanted = np.column_stack(
-        [(model.state_rate(1.5, x + e) - model.state_rate(1.5, x - e))[free] / 2e-6 for e in steps]
-    )
-    assert pytest.approx(wanted, abs=1e-6 * np.abs(wanted).max()) == found.A
-
-
-def test_a_closed_loop_is_linear_about_the_state_that_is_given_wherever_it_starts():
+def test_closed_loop_is_linearised_about_the_given_state():
     away = compile_system(four_bar(speed=0.0, start=(1.6, 0.1, 1.9))).x0
     found, wanted, other = (
         linear_model(four_bar(speed=0.0, start=start), ["joints/drive.angle/effort"], ["bodies/rocker/rate:z"], at=0.0,
@@ -221,122 +149,118 @@ def test_a_closed_loop_is_linear_about_the_state_that_is_given_wherever_it_start
     assert np.abs(found.C - other.C).max() > 0.1
 
 
-@pytest.mark.slow
-def test_commands_of_a_sampled_controller_are_inputs():
-    law = Controller("law", lambda t, seen, memory: (np.zeros(1), memory), 0.1, (), {"torque": "N m"})
-
-    def motor(seen, out):
-        out.effort[0] = 2.0 * seen.input[0]
-
-    effectors = (Effector("motor", motor, freedoms=("axle.angle",), inputs=("law.torque",)), law)
-    model = linear_model(hub_and_beam(effectors=effectors))
-    effort = linear_model(hub_and_beam(), ["joints/axle.angle/effort"], [])
-    assert model.inputs == (("effectors/law/torque", "N m"),)
-    assert 2.0 * effort.B == pytest.approx(model.B, rel=1e-8)
-
-
-def test_a_balanced_truncation_keeps_its_bound_and_the_rigid_motion():
-    system = hub_and_beam()
-    damped = {
-        **system.bodies,
-        "beam": beam_body(BEAM, BeamFunctions(y=8, z=0, axial=0, torsion=0), damping=ModalDamping(0.01)),
-    }
-    model = linear_model(System(damped, system.joints), ["joints/axle.angle/effort"], ["bodies/hub/rate:z"])
-    small = balanced_truncation(model, 4)
-    omega = response_grid(model)
-    error = np.abs(small.frequency_response(omega) - model.frequency_response(omega)).max()
-    assert len(small.A) == 6 and 0 < error <= small.bound * (1 + 1e-6)
-    assert small.bound < 0.2 * np.abs(model.frequency_response(np.array([18.0]))).max() * 100
-    modal = modal_truncation(model, 100.0)
-    low = omega[omega < 2.0]
-    assert modal.frequency_response(low) == pytest.approx(model.frequency_response(low), rel=1e-4)
-    with pytest.raises(ValueError, match=r"keeps none of the poles|keeps all of the poles"):
-        modal_truncation(model, 1e9)
-    with pytest.raises(ValueError, match=r"to 99 states was requested; .* Take a number from 1 to"):
-        balanced_truncation(model, 99)
+HINGE = """
+title = "a wheel on a sprung axle"
+[run]
+duration = "1 s"
+[bodies.wheel]
+kind = "rigid"
+mass = 3
+inertia = [2, 2, 2]
+[[joints]]
+kind = "revolute"
+child = "wheel"
+name = "axle"
+stiffness = 8
+damping = 1
+"""
 
 
-def test_an_undamped_model_is_not_balanced():
-    model = linear_model(hub_and_beam(), ["joints/axle.angle/effort"], ["bodies/hub/rate:z"])
-    with pytest.raises(ValueError, match=r"Hz is not damped. Give bodies and joints damping"):
-        balanced_truncation(model, 4)
+def test_root_locus_of_a_damped_hinge_is_a_circle():
+    """s = -d / 2 J +- i sqrt(k / J - (d / 2 J)^2): |s| stays at 2 rad/s."""
+    dampings = [0.0, 1.0, 2.0, 4.0, 6.0]
+    found = root_locus(parse_case(HINGE), "joints.0.damping", dampings)
+    real = -np.array(dampings) / 4.0
+    for branch, side in zip(found.poles.T, (1.0, -1.0) if found.poles[0, 0].imag > 0 else (-1.0, 1.0), strict=True):
+        assert branch == pytest.approx(real + side * 1j * np.sqrt(4.0 - real**2), abs=1e-8)
+    assert found.path == "joints.0.damping" and found.values == tuple(dampings)
 
 
-@pytest.mark.parametrize("kind", ["mat", "npz", "h5"])
-def test_a_saved_model_is_read_back(arm, kind, tmp_path):
-    path = save_model(arm, tmp_path / f"arm.{kind}")
-    if kind == "mat":
-        from scipy.io import loadmat
-
-        read = loadmat(path, simplify_cells=True)
-        names = list(read["inputs"])
-    elif kind == "npz":
-        read = np.load(path)
-        names = [str(name) for name in read["inputs"]]
-    else:
-        import h5py
-
-        read = h5py.File(path)
-        names = [name.decode() for name in read["inputs"][:]]
-    assert names == list(INPUTS)
-    for key, value in {"A": arm.A, "B": arm.B, "C": arm.C, "D": arm.D, "M": arm.mass}.items():
-        assert np.array_equal(np.asarray(read[key]), value)
-    with pytest.raises(FileExistsError):
-        save_model(arm, path)
-    with pytest.raises(ValueError, match=r"written as \.mat, \.npz, \.h5; arm\.csv"):
-        save_model(arm, tmp_path / "arm.csv")
+XYZ = "xyz"
 
 
-def test_python_control_has_the_same_poles_or_is_missed(arm):
-    try:
-        import control  # noqa: F401
-    except ImportError:
-        with pytest.raises(ImportError, match="python-control is not installed; pip install control"):
-            arm.to_control()
-        return
-    assert sorted(arm.to_control().poles().real) == pytest.approx(sorted(arm.eigenvalues().real))
+TURNED = np.array([[np.cos(0.3), -np.sin(0.3), 0.0], [np.sin(0.3), np.cos(0.3), 0.0], [0.0, 0.0, 1.0]])
+SOFT_BEAM = UniformBeam(1.0, EA=1e4, EIy=10.0, EIz=7.0, GJ=10.0, mass_per_length=1.0, rotary_inertia=False)
 
 
-@pytest.mark.parametrize(
-    ("words", "sentence"),
-    [
+def spinner(load: float = 0.6, effort: float = 0.0, gain: float = 0.0) -> System:
+    """A ball-jointed hub with a beam under gravity, an accelerometer with a lag on it, and a sprung wheel."""
+    hub = rigid_body(2.0, np.array([[0.5, 0.02, 0], [0.02, 0.4, 0.03], [0, 0.03, 0.6]]), [0.0, 0.02, 0.05])
+    hub = replace(hub, markers={**hub.markers, "rim": Marker.rigid([0.2, 0.1, 0.0], TURNED)})
+    wheel = rigid_body(0.3, np.diag([0.02, 0.01, 0.01]))
+    beam = beam_body(SOFT_BEAM, BeamFunctions(y=1, z=1, axial=0, torsion=0))
+    gauge = Sensor("gauge", "acceleration", "hub", "rim", bandwidth=4.0, bias=np.array([gain, 0, 0]))
+    return System(
+        {"hub": hub, "beam": beam, "wheel": wheel},
         (
-            {"inputs": ["loads/moter/torque:z"]},
-            "has no input 'loads/moter/torque:z'; did you mean 'loads/motor/torque:z'?",
+            spherical("hub", rotation="euler_parameters", stiffness=3.0, damping=0.2),
+            weld("beam", "hub", parent_marker="rim", child_marker="root"),
+            revolute("wheel", "hub", name="axle", axis=[1, 2, 2], stiffness=[0.8], rest=[effort / 0.8]),
         ),
-        ({"outputs": ["bodies/arm/rat"]}, "has no output 'bodies/arm/rat'; did you mean 'bodies/arm/rate'?"),
-        ({"outputs": ["bodies/arm/rate:w"]}, "channel 'bodies/arm/rate' has no component 'w'; known are 'x', 'y', 'z'"),
-        ({"state": np.zeros(3)}, r"the state has the shape \(3,\); expected"),
-    ],
-)
-def test_mistakes_are_answered(words, sentence):
-    with pytest.raises((KeyError, ValueError), match=sentence.replace("?", r"\?")):
-        linear_model(swinging(), **words)
-
-
-def test_a_response_is_refused_at_an_undamped_pole():
-    model = StateSpace(
-        np.array([[0.0, 2.0], [-2.0, 0.0]]), np.eye(2), np.eye(2), np.zeros((2, 2)), *[(("a", "1"), ("b", "1"))] * 3
+        environment=Environment(gravity=np.array([0.3, -1.0, -9.0])),
+        loads=(Load("motor", "hub", "rim", "marker", torque=np.array([0.0, load, 0.0])),),
+        effectors=gauge.effectors,
     )
-    with pytest.raises(ValueError, match="undamped pole at 2 rad/s"):
-        model.frequency_response(np.array([2.0]))
-    with pytest.raises(KeyError, match="has no output 'c'"):
-        model.selected(outputs=["c"])
 
 
-def test_poles_of_a_spun_body_are_named_one_by_one():
-    """Its wobble in body axes is at Omega sqrt((C - A) (C - B) / A B), the axis of its spin tilts at Omega."""
-    A, B, C, Omega = 1.0, 2.0, 2.5, 0.5
-    body = rigid_body(2.0, np.diag([A, B, C]), [0.1, 0.2, -0.1])
-    found = poles_of(linear_model(System({"b": body}, (free("b"),), frame=Frame("spinning", np.array([0, 0, Omega])))))
-    named = sorted((one.name, one.rigid, round(one.value.imag, 6)) for one in found)
-    assert named == [
-        ("spin", True, 0.0),
-        ("spin", True, 0.0),
-        ("tilt of the spin axis", True, Omega),
-        ("translation across the spin axis", True, Omega),
-        ("translation across the spin axis", True, Omega),
-        ("translation along the spin axis", True, 0.0),
-        ("translation along the spin axis", True, 0.0),
-        ("wobble", False, round(Omega * np.sqrt((C - A) * (C - B) / (A * B)), 6)),
+def test_linear_model_is_the_derivative_of_rates_and_outputs():
+    system = spinner()
+    model = compile_system(system)
+    n_q, n_u = model.n_q, model.n_u
+    rng = np.random.default_rng(5)
+    turn = np.array([0.9, 0.2, -0.3, 0.25])
+    x = model.x0 + 0.2 * rng.normal(size=model.n_x)
+    x[:4] = turn / np.linalg.norm(turn)
+    outputs = ["effectors/gauge/y", "markers/beam.tip/position:z", "bodies/hub/rate:x"]
+    found = linear_model(system, ["loads/motor/torque:y", "joints/axle.angle/effort"], outputs, at=0.7, state=x)
+    names = [name for name, _ in system.velocity_names()]
+    assert [name for name, _ in found.states] == [
+        *(name.removesuffix("_rate").replace("omega_", "turn_") for name in names),
+        *names,
+        *(f"gauge.lagged_{a}" for a in XYZ),
     ]
+    units = [unit for _, unit in found.states]
+    assert units[:3] == ["rad"] * 3 and units[n_u : n_u + 3] == ["rad/s"] * 3 and units[-3:] == ["m/s"] * 3
+    assert (
+        units[names.index("beam.delta1_rate")] == "kg^1/2 m"
+        and units[n_u + names.index("beam.delta1_rate")] == "kg^1/2 m/s"
+    )
+    assert found.inputs == (("loads/motor/torque:y", "N m"), ("joints/axle.angle/effort", "N m"))
+    assert [unit for _, unit in found.outputs] == ["m/s^2", "m", "rad/s"] and found.t == 0.7 and found.about is None
+
+    def displaced(dxi: np.ndarray) -> np.ndarray:
+        """Increments: rotation vector in body axes of the ball, the others as they are."""
+        q, u, z = x[:n_q].copy(), x[n_q : n_q + n_u] + dxi[n_u : 2 * n_u], x[n_q + n_u :] + dxi[2 * n_u :]
+        s, v = np.cos(np.linalg.norm(dxi[:3]) / 2), dxi[:3] / 2
+        a, b = x[0], x[1:4]
+        q[:4] = np.concatenate([[a * s - b @ v], a * v + s * b + np.cross(b, v)])
+        q[4:] += dxi[3:n_u]
+        return np.concatenate([q, u, z])
+
+    def flow(model, x):
+        """Rates of increments (dxi' = du + W dxi comes by hand below), velocities and states; outputs."""
+        rate = model.state_rate(0.7, x)
+        seen = model.observe(np.array([0.7]), x[None])
+        out = [seen["effectors/gauge/y"][0], seen["markers/beam.tip/position"][0][2], seen["bodies/hub/rate"][0][0]]
+        return rate[n_q:], np.array(out, float)
+
+    h, n = 1e-6, 2 * n_u + 3
+    below, C = np.zeros((n_u + 3, n)), np.zeros((3, n))
+    for k in range(n):
+        ends = [flow(model, displaced(s * h * np.eye(n)[k])) for s in (1, -1)]
+        below[:, k], C[:, k] = ((ends[0][i] - ends[1][i]) / (2 * h) for i in (0, 1))
+    assert found.A[n_u:] == pytest.approx(below, abs=3e-7 * np.abs(below).max())
+    assert found.C == pytest.approx(C, abs=3e-7 * np.abs(C).max())
+    w = x[n_q : n_q + 3]
+    W = np.zeros((n_u, n_u))
+    W[:3, :3] = np.array([[0, w[2], -w[1]], [-w[2], 0, w[0]], [w[1], -w[0], 0]])
+    assert found.A[:n_u] == pytest.approx(np.hstack([W, np.eye(n_u), np.zeros((n_u, 3))]), abs=1e-6)
+    for k, (load, effort) in enumerate(((0.5, 0.0), (0.0, 0.5))):
+        ends = [flow(compile_system(spinner(0.6 + s * load, s * effort)), x) for s in (1, -1)]
+        assert found.B[:n_u, k] == pytest.approx(np.zeros(n_u), abs=1e-12)
+        wanted = ends[0][0] - ends[1][0]
+        assert found.B[n_u:, k] == pytest.approx(wanted, abs=1e-7 * np.abs(wanted).max())
+        assert found.D[:, k] == pytest.approx(ends[0][1] - ends[1][1], abs=1e-7)
+    assert found.y0 == pytest.approx(flow(model, x)[1], rel=1e-12)
+    part = found.selected(["joints/axle.angle/effort"], ["bodies/hub/rate:x", "effectors/gauge/y"])
+    assert part.y0 == pytest.approx(found.y0[[2, 0]]) and part.inputs == found.inputs[1:]

@@ -1,4 +1,4 @@
-"""Campbell diagrams of free craft, spun about a principal axis that lies anywhere in body axes, and of driven ones."""
+"""Campbell diagrams of free and driven craft, and of blades of case files."""
 
 from __future__ import annotations
 
@@ -7,13 +7,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from support.advised_bodies import noted_system
+from support.rotating_beams import Rotating
 from support.spinning_craft import random_craft
 
 from femflex.body import Marker, rigid_body
+from femflex.case import read_case
 from femflex.dynamics.equilibria.equilibrium import equilibrium
 from femflex.dynamics.equilibria.linearised import linearised
+from femflex.mesh import line, write_mesh
 from femflex.reduction import BeamFunctions, UniformBeam, beam_body
 from femflex.studies.campbell import campbell
+from femflex.studies.campbell.sweep import spins
 from femflex.system import Frame, System, free, revolute, weld
 
 SPEEDS = np.array([0.0, 0.2, 0.5, 1.0])
@@ -34,7 +39,7 @@ def turned_pair(C: np.ndarray) -> System:
 
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("k", [0, 1, 2])
-def test_a_diagram_does_not_depend_on_how_the_craft_lies_in_its_body_axes(k):
+def test_diagram_is_independent_of_body_axes(k):
     """About x, y, z of the craft, and about the same axis of a craft turned in its hub's axes: one diagram."""
     plain = campbell(turned_pair(np.eye(3)), SPEEDS, np.eye(3)[k])
     C = Rotation.random(random_state=7).as_matrix()
@@ -68,17 +73,17 @@ def agreement(system: System, axis: np.ndarray) -> None:
 
 
 @pytest.mark.sampled(1)
-@pytest.mark.parametrize("seed", [pytest.param(k, marks=() if k in (0, 3) else pytest.mark.slow) for k in range(10)])
-def test_free_craft_are_as_stable_in_the_diagram_as_at_each_equilibrium(seed):
+@pytest.mark.parametrize("seed", [pytest.param(k, marks=() if k in (0, 3) else pytest.mark.slow) for k in range(5)])
+def test_diagram_and_equilibria_of_free_craft_agree(seed):
     agreement(*random_craft(seed))
 
 
-@pytest.mark.parametrize("seed", [pytest.param(k, marks=() if k == 10 else pytest.mark.slow) for k in range(10, 20)])
-def test_driven_craft_are_as_stable_in_the_diagram_as_at_each_equilibrium(seed):
+@pytest.mark.parametrize("seed", [pytest.param(k, marks=() if k == 10 else pytest.mark.slow) for k in range(10, 15)])
+def test_diagram_and_equilibria_of_driven_craft_agree(seed):
     agreement(*random_craft(seed, driven=True))
 
 
-def test_a_free_rigid_body_is_a_diagram_of_its_wobble():
+def test_wobble_of_a_free_rigid_body():
     C = Rotation.random(random_state=3).as_matrix()
     system = System({"top": rigid_body(5.0, C @ np.diag([2.0, 3.0, 4.5]) @ C.T)}, (free("top"),))
     found = campbell(system, SPEEDS, C[:, 2])
@@ -91,7 +96,7 @@ def test_a_free_rigid_body_is_a_diagram_of_its_wobble():
     assert across.to_dict()["growth_threshold"] == 1e-8
 
 
-def test_a_free_hinge_swings_only_in_the_spin():
+def test_free_hinge_swings_with_the_spin():
     """A rod on a free flap hinge at the rim of a driven hub: no branch at rest, sqrt(1 + ...) times the spin beyond."""
     hub = rigid_body(10.0, np.eye(3), markers={"rim": Marker.rigid(np.array([0.7, 0.0, 0.0]))})
     rod = rigid_body(2.0, np.diag([0.02, 0.5, 0.5]), np.array([1.2, 0.0, 0.0]))
@@ -101,3 +106,84 @@ def test_a_free_hinge_swings_only_in_the_spin():
     pull = 2.0 * 1.2 * (0.7 + 1.2) + 0.5 - 0.02 - 0.0
     assert branch.name == "flap 1" and np.isnan(branch.frequencies[0])
     assert 2 * np.pi * branch.frequencies[1:] == pytest.approx(SPEEDS[1:] * np.sqrt(pull / about), rel=1e-8)
+
+
+BLADE_SPEEDS = np.array([0.0, 4.0, 12.0])
+BLADE = """
+[run]
+duration = 1
+samples = 11
+
+[attitude]
+frame = "spinning"
+spin = [0, 0, 12]
+
+[campbell]
+speeds = "0:12:4"
+modes = 6
+
+[sections.spar]
+kind = "stiffness"
+EA = 1e6
+EIy = 1
+EIz = {lag}
+GJ = 1
+mass_per_length = 1
+ry = 1e-3
+rz = 1e-3
+
+[bodies.hub]
+kind = "rigid"
+mass = 1
+inertia = [1, 1, 1]
+markers.seat = {{ position = [{hub}, 0, 0] }}
+
+[bodies.blade]
+kind = "flexible"
+mesh = "blade.msh"
+members = [{{ group = "line", family = "beam", section = "spar", options = {{ order = 4, orientation = {up} }} }}]
+reduction = {{ method = "cantilever", clamp = "start", modes = {modes}{more} }}
+
+[[joints]]
+kind = "weld"
+child = "hub"
+
+[[joints]]
+kind = "weld"
+parent = "hub"
+parent_marker = "seat"
+child = "blade"
+child_marker = "start"
+"""
+
+
+def blade(folder, hub=0.0, lag=1.9, setting=0.0, modes=4, more=""):
+    """The system of the case."""
+    write_mesh(folder / "blade.msh", line([[0, 0, 0], [1, 0, 0]], 6))
+    up = [0, float(np.cos(setting)), float(np.sin(setting))]
+    (folder / "blade.toml").write_text(BLADE.format(hub=hub, lag=lag, up=up, modes=modes, more=more))
+    return noted_system(read_case(folder / "blade.toml"))
+
+
+def frequencies(system, count):
+    """(n_speeds, count) the lowest, about the steady state at each speed."""
+    found = {
+        one.speed: np.sort(one.vibration.eigenvalues.imag[one.vibration.eigenvalues.imag > 0])[:count]
+        for one, _ in spins(system, np.array([0, 0, 1.0]), BLADE_SPEEDS, 6)
+        if one.asked
+    }
+    return np.array([found[speed] for speed in BLADE_SPEEDS])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("hub", "lag", "setting"), [(0.0, 1.9, 0.0), (1.0, 1.9, 0.0), (0.0, 3.0, 0.5)])
+def test_blade_of_four_modes_has_exact_frequencies(tmp_path, hub, lag, setting):
+    """Flap and lag, two of each, over spins up to 12 sqrt(EI / m L^4): eight coordinates."""
+    system = blade(tmp_path, hub, lag, setting)
+    body = system.bodies["blade"]
+    assert body.n_modes == 8 and "(spin)" in body.note and body.strain_form == "condensed"
+    for speed, found in zip(BLADE_SPEEDS, frequencies(system, 4), strict=True):
+        beam = Rotating(float(speed), hub=hub, lag=lag, setting=setting)
+        exact = beam.exact(found, within=2e-3)
+        assert found[:2] == pytest.approx(exact[:2], rel=5e-4)
+        assert found == pytest.approx(exact, rel=1.5e-3)

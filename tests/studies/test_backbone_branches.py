@@ -1,18 +1,23 @@
-"""A shallow arch's backbone curve stays on its branch: energy's quadrature, a run over a period, where it ends."""
+"""Branches of backbone curves: a shallow arch, folds and internal resonances, against runs over a period."""
 
 from __future__ import annotations
 
+from itertools import permutations
+
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from support.shallow_arch import ShallowArch
 
+from femflex.body import FlexibleBody, Marker, MassMoments, Skin, StrainTensors
+from femflex.body.symmetric import packed
 from femflex.dynamics import compile_system
 from femflex.fem import Material, Member, build_structure
 from femflex.fem.sections import Rectangle
 from femflex.integrate import integrator
 from femflex.mesh import line
 from femflex.reduction import cantilever_modes, reduce_structure, with_derivatives
-from femflex.studies import BackboneError, backbone
+from femflex.studies import backbone
 from femflex.system import System, weld
 
 LENGTH, H, WIDTH, E, RHO = 1.3, 0.008, 0.02, 2e11, 7800.0
@@ -55,30 +60,12 @@ def by_energy(rise, amplitude):
 
 
 @pytest.mark.slow
-def test_a_shallow_arch_first_softens_and_then_hardens_as_its_energy_says(shallow):
+def test_shallow_arch_matches_its_energy(shallow):
     amplitudes = np.array([1.6, 3.2, 4.8, 6.4, 8.0]) * 1e-3
     found = backbone(shallow, 1, amplitudes)
     sign = np.sign(found.direction[2])
     exact = np.array([by_energy(sign * 0.6 * H, a) for a in amplitudes])
     np.testing.assert_allclose(found.omega, exact, rtol=1e-2)  # one sine, on an arch whose mode is nearly one
-
-
-@pytest.mark.slow
-def test_steps_of_amplitude_may_be_as_long_as_they_like(shallow):
-    fine = backbone(shallow, 1, np.arange(0.8, 8.1, 0.8) * 1e-3)
-    coarse = backbone(shallow, 1, [8e-3])
-    assert coarse.omega[0] == pytest.approx(fine.omega[-1], rel=1e-6)
-
-
-@pytest.mark.slow
-def test_an_arch_comes_back_after_the_period_and_is_on_the_other_side_half_way(shallow):
-    found = backbone(shallow, 1, [8e-3])
-    delta, n = found.harmonics[0].sum(axis=0), shallow.n_modes
-    model = compile_system(System({"arch": shallow}, (weld("arch"),), delta0={"arch": delta}))
-    times = 2 * np.pi / found.omega[0] * np.array([0.0, 0.5, 1.0])
-    states = integrator("dop853", rtol=1e-10, atol=1e-13).solve(model, times, model.x0).states
-    np.testing.assert_allclose(states[2, :n], delta, atol=1e-3 * np.abs(delta).max())
-    assert states[1, 0] * delta[0] < 0
 
 
 def after_a_period(body, vibration):
@@ -90,18 +77,12 @@ def after_a_period(body, vibration):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "amplitudes",
-    [
-        [1.6e-3, 4.8e-3, 9.6e-3, 12e-3],
-        pytest.param(list(np.arange(1.6, 12.1, 0.8) * 1e-3), marks=pytest.mark.slow),
-    ],
-)
-def test_the_tongue_of_another_mode_is_stepped_over_and_told(shallow, amplitudes):
+def test_internal_resonance_is_stepped_over(shallow):
     """Near 9.45 mm the fourth harmonic meets a higher mode, and the branch turns; beyond it goes on as its energy says.
 
     The tongue takes the frequency up before, and down beyond, by up to 2 %.
     """
+    amplitudes = [1.6e-3, 4.8e-3, 9.6e-3, 12e-3]
     found = backbone(shallow, 1, amplitudes)
     (gap,) = found.gaps
     assert gap == pytest.approx([9.449e-3, 10.6e-3], rel=5e-3)
@@ -120,14 +101,14 @@ def second_program(step=5e-3):
 
 
 @pytest.mark.slow
-def test_the_branch_is_that_of_a_second_program(shallow):
+def test_branch_matches_a_second_program(shallow):
     other = second_program()[:23]
     found = backbone(shallow, 1, other[:, 0])
     np.testing.assert_allclose(found.omega / (2 * np.pi), other[:, 1], rtol=1e-3)
 
 
 @pytest.mark.slow
-def test_a_fold_is_passed_and_what_lies_behind_it_are_motions_too(shallow):
+def test_branch_continues_behind_a_fold(shallow):
     """The branch turns where that of a second program does, within 1e-3, and leads on to smaller amplitudes.
 
     There too the compiled equations repeat it. (Uniform tension in place of waves of stretch: 4e-4.)
@@ -142,17 +123,67 @@ def test_a_fold_is_passed_and_what_lies_behind_it_are_motions_too(shallow):
         np.testing.assert_allclose(end, start, atol=3e-3 * np.abs(start).max())
 
 
-@pytest.mark.slow
-def test_amplitudes_that_all_lie_in_the_tongue_are_refused_with_its_bounds(shallow):
-    with pytest.raises(
-        BackboneError, match=r"between amplitudes of 0\.0094.* and 0\.01.* m a higher harmonic is in internal resonance"
-    ):
-        backbone(shallow, 1, [9.7e-3])
+def oscillators(K, quartic):
+    """Two coordinates of unit mass, each seen as metres along z at a point of its own; V = x.K x / 2 + the quartic.
+
+    quartic: factor of x_i x_j x_k x_l by their numbers.
+    """
+    second, V3 = np.zeros((3, 3, 3, 3)), np.zeros((2, 2, 2, 2))
+    second[1, 2, 1, 2] = second[2, 2, 2, 2] = 1.0
+    for numbers, factor in quartic.items():
+        alike = set(permutations(numbers))
+        for place in alike:
+            V3[place] = 2 * factor / len(alike)
+    first = np.array([[0, 0, 0], [0, 0, 1.0], [0, 0, 1.0]])
+    shapes = np.zeros((2, 2, 3))
+    shapes[0, 0, 2] = shapes[1, 1, 2] = 1.0
+    skin = Skin(np.array([[0.0, 0, 0], [1.0, 0, 0]]), {"vertex": np.array([[0], [1]])}, shapes)
+    strain = StrainTensors(np.array(K, float), np.zeros(2), np.zeros(4), packed(V3))
+    origin = {"origin": Marker.rigid(np.zeros(3), n_modes=2)}
+    return FlexibleBody(MassMoments(1.0, first, second), strain, np.zeros((2, 2)), origin, skin)
+
+
+def missed(force, vibration):
+    """How far x'' = -force(x) is from where it began after a period, over how far it moved."""
+    start = vibration.harmonics.sum(axis=0)
+
+    def rate(_, y):
+        return [y[2], y[3], *(-np.array(force(*y[:2])))]
+
+    times = (0, 2 * np.pi / vibration.omega)
+    end = solve_ivp(rate, times, [*start, 0, 0], rtol=1e-11, atol=1e-13).y[:, -1]
+    return np.abs(end[:2] - start).max() / np.abs(start).max()
 
 
 @pytest.mark.slow
-def test_an_arch_that_snaps_through_tells_no_negative_frequency():
-    with pytest.raises(BackboneError, match=r"the branch was followed up to") as error:
-        backbone(arch(2 * H, (*PINNED, "ry"), "nonlinear"), 1, H * np.array([0.2, 0.6, 1.2]))
-    reached = error.value.found
-    assert reached is not None and len(reached.omega) == 2 and (reached.omega > 0.5 * reached.small).all()
+@pytest.mark.parametrize("coupling", [0.1, 0.3])
+def test_three_to_one_resonance(coupling):
+    """x'' + x + x^3 + 3 c x^2 y = 0, y'' + 3.1^2 y + c x^3 = 0: each motion on the way repeats itself."""
+    body = oscillators([[1, 0], [0, 3.1**2]], {(0, 0, 0, 0): 0.25, (0, 0, 0, 1): coupling})
+    found = backbone(body, 1, np.linspace(0.1, 1.5, 15))
+    assert len(found.gaps) == 1 and 0.3 < found.gaps[0, 0] < 0.4 and found.gaps[0, 1] < 0.41
+
+    def force(x, y):
+        return x + x**3 + 3 * coupling * x**2 * y, 3.1**2 * y + coupling * x**3
+
+    assert max(missed(force, at) for at in found.path) < 1e-8
+    third = np.array([at.harmonics[3, 1] for at in found.path])
+    deepest = int(np.argmax(np.abs(third)))
+    assert abs(third[deepest]) > 0.5 * found.path[deepest].amplitude  # well into the tongue
+    assert 3 * found.path[deepest].omega == pytest.approx(3.1, rel=5e-3)  # where the other mode's frequency is met
+    assert third[deepest] * found.harmonics[3, 3, 1] < 0  # beyond it, it answers in the other phase
+    np.testing.assert_allclose(found.amplitudes, np.linspace(0.1, 1.5, 15))
+
+
+@pytest.mark.slow
+def test_hardening_spring_at_one_of_two_masses():
+    """x'' + 2 x - y + x^3 / 2 = 0, y'' + 2 y - x = 0 (Kerschen, Peeters, Golinval, Vakakis 2009), in phase."""
+    body = oscillators([[2, -1], [-1, 2]], {(0, 0, 0, 0): 0.125})
+    found = backbone(body, 1, [0.5, 2.0, 4.0, 8.0])
+    assert not found.gaps.size and (np.diff(found.omega) > 0).all()
+    assert found.omega[-1] < np.sqrt(2.0)  # the other mass alone, where this one stands still
+
+    def force(x, y):
+        return 2 * x - y + x**3 / 2, 2 * y - x
+
+    assert max(missed(force, at) for at in found.path) < 1e-5

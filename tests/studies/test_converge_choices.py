@@ -1,0 +1,158 @@
+"""Choices by study: types of functions, forms of strain, and the verb that compares them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+from typer.testing import CliRunner
+
+from femflex.case import Case, parse_case
+from femflex.cli.app import app
+from femflex.studies import StrainForm, StrainStudy, choice, convergence, function_kinds, strain_forms, with_choice
+
+BOOM = """
+title = "a boom that stays"
+source = "numbers of no meaning"
+[run]
+duration = "1 s"
+output_step = "0.1 s"
+[bodies.boom]
+kind = "deploying"
+family = "beam"
+length = "1 m"
+mass_per_length = 1
+EIy = 1
+EIz = 1
+functions = { y = 2 }
+TAPER
+[[joints]]
+kind = "weld"
+child = "boom"
+[study]
+quantity = { of = "mode_frequency", body = "boom", mode = 1 }
+tolerance = 1e-4
+"""
+TAPER = "taper = { along = [0, 1], mass = [0.3, 1.0], bending = [0.05, 1.0] }"
+
+
+def boom(taper="", **changes):
+    text = BOOM.replace("TAPER", taper)
+    for old, new in changes.items():
+        text = text.replace(old, new)
+    return parse_case(text, Path("boom.toml"))
+
+
+def test_one_characteristic_function_is_the_mode_of_a_uniform_boom():
+    found = function_kinds(boom(), [1, 2, 4])
+    assert found.chosen == ("characteristic", 1)
+    assert found.recommended == choice(found) == "characteristic, 1"
+    assert {one.kind for one in found.kinds} == {
+        "characteristic", "characteristic, static", "characteristic, tip", "polynomial", "elements",
+    }  # fmt: skip
+    assert found.own == {"boom": "by default, 2"}
+    exact = 3.51601527 / (2 * np.pi)
+    for kind, study in found.with_values:
+        assert study.values[-1] == pytest.approx(exact, rel=4e-4), kind
+
+
+@pytest.mark.slow
+def test_tapered_boom_needs_elements():
+    """Elements have the taper in their shapes; one of their modes is enough, however strong the taper."""
+    case = boom(TAPER)
+    found = function_kinds(case, [1, 2, 3, 4, 6])
+    assert found.chosen == ("elements", 1)
+    uniform = dict(found.with_values)["characteristic"]
+    assert found.enough(uniform) is None or found.enough(uniform) > 3
+    functions = with_choice(case, found, tuple(found.own)).bodies["boom"].functions
+    assert (functions.family, functions.y) == ("elements", 1)
+
+
+Built = Callable[..., Case]
+SPUN = [  # 0.3 of a turn a second about z, faster than the beam's first flap
+    ("torque = [[0, 0, 0], [0, 4, 8], [0, 0, 0]]", "torque = [[0, 0, 0], [0, 0, 20], [0, 0, 0]]"),
+    ('duration = "4 s"\noutput_step = "0.05 s"\nrtol = 1e-10', 'duration = "2 s"\noutput_step = "0.02 s"\nrtol = 1e-6'),
+    ('of = "value", channel', 'of = "peak", channel'),
+    ("modes = 4 }", 'modes = 3, joints = {}, derivatives = "auto" }\nstrain = "linear"'),
+]
+
+
+@pytest.fixture(scope="module")
+def forms() -> StrainStudy:
+    """A made-up comparison."""
+    made = [
+        StrainForm("linear", 4, 0, 0, 1.3, 0.1, "", "m"),
+        StrainForm("condensed", 4, 0, 3, 1.0005, 0.2, "", "m"),
+        StrainForm("nonlinear", 7, 3, 0, 1.0, 4.0, "", "m"),
+    ]
+    return StrainStudy("peak of tip", 1e-3, tuple(made), {"beam": "linear"})
+
+
+def test_large_deflection_needs_more_than_linear_strain(built: Built):
+    """By a fifth of its length: linear strain leaves the foreshortening out, and the beam on a small hub feels it."""
+    found = strain_forms(built(*SPUN))
+    linear, condensed, nonlinear = found.forms
+    assert [form.problem for form in found.forms] == ["", "", ""]
+    assert (linear.derivatives, linear.followers) == (0, 0)
+    assert condensed.coordinates == linear.coordinates == 3 and condensed.followers == nonlinear.derivatives > 0
+    assert found.difference(condensed) < 0.05 * found.difference(linear)
+    assert found.own == {"beam": "linear"}
+
+
+def test_choice_of_a_study_is_set_in_the_case(built: Built):
+    case = built(*SPUN)
+    found = convergence(case, "modes", [1, 2, 3])
+    chosen = with_choice(case, found, ("beam",))
+    assert chosen.bodies["beam"].reduction.modes == choice(found)
+    finer = with_choice(case, replace(found, over="mesh"), ("beam",))
+    assert finer.bodies["beam"].refine == case.bodies["beam"].refine + choice(found)
+
+
+def called(*arguments: object):
+    return CliRunner().invoke(app, ["converge", *map(str, arguments)])
+
+
+@pytest.mark.slow
+def test_several_studies_in_turn(written: Callable[..., Path], tmp_path: Path):
+    case = written(*SPUN[:-1], ("modes = 4 }", 'modes = 2, derivatives = "auto" }\nstrain = "nonlinear"'))
+    picture = tmp_path / "study.png"
+    done = called(case, "--over", "modes,derivatives,strain", "--tolerance", "0.02", "-o", picture)
+    assert done.exit_code == 0, done.stderr
+    assert np.ptp(imread(picture)) > 0.5
+    both = json.loads(called(case, "--over", "derivatives,strain", "--json").stdout)
+    assert [study["over"] for study in both["studies"]] == ["derivatives", "strain"]
+    assert set(both["choice"]) == {"derivatives", "strain"} and len(both["studies"][1]["forms"]) == 3
+
+
+Called = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture
+def converge(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Called:
+    """Runs `femflex converge` in a folder of its own; returns exit code, standard output and standard error."""
+    monkeypatch.chdir(tmp_path)
+
+    def call(*arguments: object) -> tuple[int, str, str]:
+        done = CliRunner().invoke(app, ["converge", *map(str, arguments)])
+        if done.exception is not None and not isinstance(done.exception, SystemExit):
+            raise done.exception
+        return done.exit_code, done.stdout, done.stderr
+
+    return call
+
+
+def rows(out: str) -> list[list[str]]:
+    """Cells of the lines that begin with a number."""
+    return [line.split() for line in out.splitlines() if line.lstrip(" ")[:1].isdigit() and not line.startswith("  ")]
+
+
+def test_verb_recommends_six_modes(converge: Called, written: Callable[..., Path]):
+    code, out, err = converge(written(), "--levels", "2,3,4,6,8,10", "--tolerance", "1e-3")
+    assert (code, err) == (0, "")
+    assert [row[0] for row in rows(out)] == ["2", "3", "4", "6", "8", "10"]
+    assert [row[0] for row in rows(out) if row[-1] == "<-"] == ["6"]
