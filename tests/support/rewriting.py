@@ -1,4 +1,4 @@
-"""The same craft told in other words: with other names, its tables from last to first, its values in other units."""
+"""The same craft written otherwise: with other names, its tables from last to first, its values in other units."""
 
 from __future__ import annotations
 
