@@ -65,21 +65,6 @@ def test_a_tether_that_deploys_to_kilometres_swings_as_under_the_whole_attractio
     assert abs(linear[-1]) != pytest.approx(abs(exact[-1]), rel=3e-4)
 
 
-@pytest.mark.slow
-def test_a_free_length_of_kilometres_is_pulled_by_the_whole_attraction():
-    reel = Reel("reel", 1e4, 3.0, tension=18.0, damping=0.5)
-    times = np.linspace(0.0, 600.0, 4)
-
-    def acceleration(t, L, U, pull):
-        return (pull - 18.0 - 0.5 * U - MASS * U * U * (U > 0)) / (MASS * L + TIP)
-
-    exact = solved_alone(times, [1e4, 3.0, 0.0, 0.0], acceleration)
-    _, states, seen = solved(tether(reel, effectors=(reel.effector(25e3),)), times)
-    assert seen["bodies/tether/length"] == pytest.approx(exact[0], rel=1e-9)
-    assert np.abs(states[:, 0]) == pytest.approx(np.abs(exact[2]), rel=1e-6, abs=1e-10)
-    assert seen["bodies/tether/drum_force"] == pytest.approx(-seen["effectors/reel/tension"], rel=1e-9)
-
-
 @pytest.mark.parametrize("reel", [None, Reel("reel", 1e4, 3.0, tension=18.0, damping=0.5)], ids=["profile", "reel"])
 def test_an_instant_of_a_slack_swing_is_that_of_the_integrals_along_the_tether(reel):
     """Accelerations of pitch and of a free length, and the potential -mu/|R| of the tether and its tip body past O."""

@@ -5,7 +5,7 @@ import pytest
 from support.members import solved
 
 from femflex.body import rigid_body
-from femflex.deployment import DeployingLine, StringFunctions, deploying_line
+from femflex.deployment import DeployingLine, deploying_line
 from femflex.dynamics import compile_system
 from femflex.system import Environment, Frame, Orbit, Profile, System, revolute, weld
 
@@ -78,23 +78,3 @@ def test_a_stopped_tether_carries_the_tension_of_its_own_weight_and_of_its_tip()
     for k, L in enumerate((200.0, 5000.0)):
         tension = 1.5 * RATE**2 * rho * L**2 + 3 * RATE**2 * m_t * L
         assert -seen["bodies/tether/drum_force"][k] == pytest.approx(tension, rel=1e-9)
-
-
-def test_a_bending_tether_deploys_as_its_rigid_line_does():
-    """A tether on its own functions, the straight turn among them: small pitch about the vertical."""
-    rate, end = 0.02 * RATE, 3000.0
-    line = DeployingLine(mass_per_length=0.01, direction=(0, 1, 0))
-    length = exponential(1000.0, rate, end)
-    made = deploying_line(line, StringFunctions(y=2, z=3), length, until=end)
-    times = np.linspace(0, end, 13)
-    system = craft_with_tether(made, weld("tether", "craft"))
-    straight = deploying_line(line, None, length, until=end)
-    swung = solved(craft_with_tether(straight, revolute("tether", "craft", axis=(1, 0, 0))), times)[1][:, 0]
-    # of the first order both: the chord's pitch, not the tip's alone, follows the rigid line
-    L, phi = length(times)[0], made.shapes
-    xi, w = (np.polynomial.legendre.leggauss(20)[0] + 1) / 2, np.polynomial.legendre.leggauss(20)[1] / 2
-    states = solved(system, times)[1]
-    fields = phi.fields(xi, 0)
-    rows = np.einsum("ba,kbn->kan", line.frame, fields[:, :3])  # body components
-    pitch = 3.0 * (states[:, : phi.n] @ (rows[:, 2].T @ (w * xi))) / L  # momentum-weighted
-    assert np.abs(pitch - np.tan(swung)).max() < 3e-3 * np.abs(swung).max()

@@ -1,30 +1,32 @@
-"""Lengths that are coordinates: chains that fall from a heap, tethers that a brake lets out (THEORY section 6)."""
+"""Lengths that are coordinates: falling chains, brakes, and loads at the tip (THEORY section 6)."""
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from support.members import hub_with_arms, solved
+from support.members import falling_chain, hub_with_arms, solved
 
 from femflex.body import rigid_body
 from femflex.deployment import DeployingLine, Reel, StringFunctions, deploying_line
 from femflex.dynamics import compile_system
 from femflex.dynamics.reports.diagnosis import end_of_length
 from femflex.integrate import IntegrationError, integrator
-from femflex.system import Environment, Frame, Load, Orbit, Spring, System, free, revolute, spherical, universal, weld
+from femflex.system import (
+    Effector,
+    Environment,
+    Frame,
+    Load,
+    Orbit,
+    Profile,
+    Spring,
+    System,
+    free,
+    revolute,
+    spherical,
+    universal,
+    weld,
+)
 
 G = 9.81
-
-
-def falling_chain(reel, gravity=G, tip_mass=0.0, **more):
-    """A chain along -z out of a heap that lies on a ledge."""
-    line = DeployingLine(mass_per_length=2.0, direction=(0, 0, -1))
-    made = deploying_line(line, None, reel, stock=100.0, **more)
-    bodies, joints = {"chain": made.body}, [weld("chain")]
-    if tip_mass:
-        bodies["weight"] = rigid_body(tip_mass, 1e-6 * np.eye(3))
-        joints.append(weld("weight", "chain", parent_marker="tip"))
-    return System(bodies, tuple(joints), varying={"chain": made.variation}, effectors=(reel.effector(),),
-                  environment=Environment(np.array([0, 0, -gravity])))  # fmt: skip
 
 
 def test_a_chain_that_falls_from_a_heap_accelerates_with_a_third_of_gravity():
@@ -176,17 +178,6 @@ def test_a_brake_lets_out_a_tether_in_orbit():
     assert exact[0][-1] > 500
 
 
-def test_what_is_wrong_with_a_reel_is_said():
-    with pytest.raises(ValueError, match=r"initial length of reel .* is 0 m; it must be positive"):
-        Reel("reel", 0.0)
-    with pytest.raises(ValueError, match="damping, stiffness and mass of the reel 'reel' must be zero or positive"):
-        Reel("reel", 1.0, damping=-1.0)
-    reel = Reel("reel", 1.0)
-    made = deploying_line(DeployingLine(mass_per_length=1.0), None, reel, stock=5.0)
-    with pytest.raises(ValueError, match=r"the length of body 'arm' is state 'reel\.length', which does not exist"):
-        System({"arm": made.body}, (weld("arm"),), varying={"arm": made.variation})
-
-
 @pytest.mark.parametrize(
     ("method", "options", "error"),
     [("esdirk4", {"rtol": 1e-8, "atol": 1e-10}, 1e-6), ("generalized_alpha", {"step": 5e-4, "rho": 0.9}, 1e-5)],
@@ -204,15 +195,6 @@ def test_implicit_integrators_take_free_lengths(method, options, error):
     exact = integrator("dop853", rtol=1e-11, atol=1e-13).solve(model, times, model.x0).states
     found = integrator(method, **options).solve(model, times, model.x0).states
     assert np.abs(found - exact).max() < error
-
-
-def test_a_check_by_scipy_takes_free_lengths():
-    """Another program's Runge-Kutta method over the same right-hand side."""
-    model = compile_system(falling_chain(Reel("reel", 1.0, 0.5, damping=2.0), tip_mass=3.0))
-    times = np.linspace(0, 0.5, 3)
-    own = integrator("dop853", rtol=1e-11, atol=1e-13).solve(model, times, model.x0).states
-    found = solve_ivp(model.state_rate, (0, 0.5), model.x0, t_eval=times, method="Radau", rtol=1e-9, atol=1e-11).y.T
-    assert own[-1] == pytest.approx(found[-1], rel=1e-7)
 
 
 @pytest.mark.parametrize(
@@ -243,3 +225,80 @@ def test_a_run_of_a_free_length_goes_on_bit_for_bit():
     assert 0 < len(first.times) < len(times)
     rest = method.solve(model, times, model.x0, state=first.resume)
     assert np.array_equal(np.concatenate([first.states, rest.states]), whole.states)
+
+
+MASS = 2.0  # kg/m
+
+
+def push_along(seen, out):
+    """A force of the first parameter along the marker's x axis."""
+    axis = seen.attitude[0]
+    for i in range(3):
+        out.force[0, i] = seen.parameters[0] * axis[0, i]
+
+
+def member(length, joint=None, **more):
+    made = deploying_line(DeployingLine(mass_per_length=MASS), None, length, stock=20.0, until=4.0)
+    return System({"arm": made.body}, (joint or weld("arm"),), varying={"arm": made.variation}, **more)
+
+
+def three():
+    """A load, a spring to a fixed point and an effector at the tip, and their force along a member on the x axis."""
+    jet = Effector("jet", push_along, markers=(("arm", "tip"),), parameters=np.array([0.7]))
+    load = Load("push", "arm", "tip", force=np.array([-1.5, 0.0, 0.0]), frame="body")
+    spring = Spring("spring", "arm", marker="tip", stiffness=3.0, length=1.0)
+    acting = {"loads": (load,), "springs": (spring,), "effectors": (jet,)}
+    return acting, lambda L: 0.7 - 1.5 - 3.0 * (L - 1.0)
+
+
+@pytest.mark.slow
+def test_the_drum_works_against_what_acts_on_the_tip():
+    """F = m' L A + m' U^2 - force at the tip, for a straight member that is pushed out of a wall."""
+    acting, force = three()
+    times = np.linspace(0.0, 4.0, 9)
+    seen = solved(member(Profile.polynomial(2.0, 0.3, 0.1), **acting), times)[2]
+    L, U, A = (seen[f"bodies/arm/{key}"] for key in ("length", "length_rate", "length_acceleration"))
+    assert seen["bodies/arm/drum_force"] == pytest.approx(MASS * L * A + MASS * U**2 - force(L), rel=1e-12)
+    h = 1e-4
+    near = np.array([2.0 - h, 2.0, 2.0 + h])
+    seen = solved(member(Profile.polynomial(2.0, 0.3, 0.1), **acting), near)[2]
+    change = (seen["monitors/energy"][2] - seen["monitors/energy"][0]) / (2 * h)
+    own = (seen["bodies/arm/drum_power"] - seen["bodies/arm/pickup_loss"] - 0.8 * seen["bodies/arm/length_rate"])[1]
+    assert change == pytest.approx(own, rel=1e-6)
+
+
+def test_a_free_length_feels_what_acts_on_its_tip():
+    """m' L dU/dt + m' U^2 [U > 0] = force at the tip - tension."""
+    reel = Reel("reel", 2.0, 0.4, tension=0.2, damping=0.5)
+    acting, force = three()
+    acting["effectors"] = (*acting["effectors"], reel.effector(20.0))
+    times = np.linspace(0.0, 1.0, 5)
+    seen = solved(member(reel, **acting), times)[2]
+
+    def equation(t, x):
+        L, U = x
+        return [U, (force(L) - 0.2 - 0.5 * U - MASS * U * U * (U > 0)) / (MASS * L)]
+
+    exact = solve_ivp(equation, (0, 1), [2.0, 0.4], t_eval=times, rtol=1e-11, atol=1e-12, max_step=1e-2).y
+    assert seen["bodies/arm/length"] == pytest.approx(exact[0], rel=1e-6)
+    assert seen["bodies/arm/drum_force"] == pytest.approx(-seen["effectors/reel/tension"], abs=1e-9)
+
+
+def test_a_free_length_of_a_turning_member_feels_a_spring_across_it():
+    """A member on a pin, its tip on a spring from a point at its side, against Lagrange's equations of (angle, L)."""
+    reel = Reel("reel", 2.0, -0.1, tension=0.1)
+    spring = Spring("spring", "arm", marker="tip", stiffness=4.0, length=0.5)
+    system = member(reel, revolute("arm"), springs=(spring,), effectors=(reel.effector(20.0),),
+                    loads=(Load("side", "arm", "tip", force=np.array([0.3, 0.2, 0.0]), frame="inertial"),))  # fmt: skip
+    times = np.linspace(0.0, 1.0, 5)
+    seen = solved(system, times)[2]
+
+    def equation(t, x):
+        a, w, L, U = x
+        force = 0.3 * np.cos(a) + 0.2 * np.sin(a) - 4.0 * (L - 0.5)
+        across = -0.3 * np.sin(a) + 0.2 * np.cos(a)
+        A = (MASS * L**2 / 2 * w**2 - MASS * U * U * (U > 0) + force - 0.1) / (MASS * L)
+        return [w, (across * L - MASS * L**2 * U * w) / (MASS * L**3 / 3), U, A]
+
+    exact = solve_ivp(equation, (0, 1), [0.0, 0.0, 2.0, -0.1], t_eval=times, rtol=1e-11, atol=1e-12, max_step=1e-2).y
+    assert seen["bodies/arm/length"] == pytest.approx(exact[2], rel=1e-6)

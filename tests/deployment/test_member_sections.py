@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 from scipy.integrate import cumulative_trapezoid, trapezoid
-from support.members import TIP, hub_with_arms, solved, wall_beam
-from test_free_length import falling_chain
+from support.members import TIP, falling_chain, hub_with_arms, solved, wall_beam
 
 from femflex.body import rigid_body
 from femflex.deployment import DeployingLine, MaterialTaper, Reel, deploying_line, deploying_tapered_line

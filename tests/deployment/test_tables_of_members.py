@@ -9,7 +9,6 @@ from support.material_points import Material, frame_of, gauss_of, put_markers, s
 from femflex.deployment import (
     DeployingLine,
     DeployingStrip,
-    ElementFunctions,
     MaterialTaper,
     StringFunctions,
     StripFunctions,
@@ -273,26 +272,3 @@ def test_the_table_of_a_strip_holds_the_integrals_over_its_material(drum):
         block.put_stiffness(out, U * slope_of(stiffness, L), np.zeros(n), True)
 
     check(made, material, others)
-
-
-def test_elements_of_unequal_length_make_the_same_table_as_many_functions_do():
-    """Inner ends that are not even, all four fields; mass, stiffness and followers against the elements' own sums."""
-    line = line_of(EA=90.0, EIy=3.0, EIz=5.0, GJ=2.0, ry=0.05, rz=0.09)
-    functions = ElementFunctions(y=2, z=1, axial=1, torsion=1, elements=[0.2, 0.5, 0.85])
-    made = deploying_line(line, functions, LENGTH, stock=2.6, until=3.0)
-    X, (x, w) = made.shapes.X, gauss_of([0.0, 0.2, 0.5, 0.85, 1.0], 8)
-    K = np.zeros((5, 5))
-    M = np.zeros((5, 5))
-    for row, (order, stiff) in enumerate(((1, 90.0), (2, 5.0), (2, 3.0), (1, 2.0))):
-        f, g = functions.fields(x, 1.2, 0)[:, row] @ X, functions.fields(x, 1.2, order)[:, row] @ X
-        dx = 1.2 * w[:, None]
-        K += stiff * (g * dx).T @ g
-        M += 0.8 * (0.05**2 + 0.09**2 if row == 3 else 1.0) * (f * dx).T @ f
-    np.testing.assert_allclose(M, np.eye(5), atol=1e-10)
-    np.testing.assert_allclose(K, np.diag(made.body.omega[:5] ** 2), atol=1e-8 * K.max())
-    assert (np.diff(made.body.omega[:5]) > 0).all()
-    tip = made.body.marker("tip")
-    d = np.array([0.02, -0.03, 0.05, 0.01, 0.04])
-    slope = (functions.fields(x, 1.2, 1) @ X @ d)[:, 1:3]
-    drawn = frame_of(WAY, NEAR)[0] @ (tip.phi @ made.body.amplitudes(d) - tip.phi[:, :5] @ d)
-    assert drawn == pytest.approx(-1.2 * w @ (slope**2).sum(axis=1) / 2, rel=1e-8)

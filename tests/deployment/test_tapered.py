@@ -14,10 +14,6 @@ from femflex.deployment import (
     deploying_line,
     deploying_tapered_line,
 )
-from femflex.deployment.line import LineShapes
-from femflex.deployment.parts import exit_marker
-from femflex.deployment.series import at
-from femflex.deployment.tapered import pieces_of, tapered_line
 from femflex.dynamics import compile_system
 from femflex.reduction import BeamFunctions
 from femflex.system import Profile, System, weld
@@ -43,24 +39,6 @@ def test_a_table_without_taper_is_the_uniform_member():
         rates.append((np.abs(tip @ x[:n]), np.abs(rate[n:]), seen["bodies/b/drum_force"][0]))
     for found, wanted in zip(*rates, strict=True):
         assert found == pytest.approx(wanted, rel=1e-5, abs=1e-6)
-
-
-def test_the_error_of_a_table_is_that_of_its_worst_piece():
-    """Whose density rises steeply as the first piece comes out, and is uniform after it."""
-    taper = MaterialTaper(mass=lambda s: 2.0 + np.tanh((s - 1.15) / 0.2))
-    made = tapered_line(LineShapes(None, 1.0, line=DeployingLine(mass_per_length=0.8)), taper, 4.0, False, 0.0)
-    pieces, error = pieces_of(made, (1.0, 3.0), {}, exit_marker(made.shapes))
-    worst = []
-    x, w = np.polynomial.legendre.leggauss(60)
-    for piece in pieces:
-        errors = []
-        for s in np.linspace(0.0, 1.0, 21):
-            L = piece.origin + s * piece.reference
-            sigma = L * (x + 1) / 2
-            exact = 0.8 * L / 2 * float(w @ (taper.mass(sigma) * (L - sigma) ** 2))
-            errors.append(abs(at(piece.inertia.second, s)[0, 0, 0, 0] / exact - 1.0))
-        worst.append(max(errors))
-    assert max(worst) > 10 * worst[1] and 0.1 * max(worst) < error < 1.05 * max(worst)
 
 
 def test_spin_falls_as_a_tapered_arm_comes_out():
@@ -128,14 +106,3 @@ def test_shapes_of_elements_of_a_wedge_have_its_frequency():
     made = deploying_tapered_line(UNIT, taper, functions, Profile.constant(2.0), stock=2.0)
     assert made.body.n_modes == 2
     assert made.body.omega[0] * 2.0**2 == pytest.approx(5.315, rel=2e-4)
-
-
-def test_what_is_wrong_with_a_taper_is_said():
-    with pytest.raises(ValueError, match=r"the density of a deploying member falls to -1 of its mass_per_length"):
-        deploying_tapered_line(UNIT, MaterialTaper(mass=lambda s: 1 - s), None, RAMP, until=3.0, stock=2.0)
-    with pytest.raises(ValueError, match="taper on its bending falls to -1; it must not be negative"):
-        deploying_tapered_line(UNIT, MaterialTaper(bending=lambda s: 1 - s), None, RAMP, until=3.0, stock=2.0)
-    with pytest.raises(ValueError, match=r"points of a taper are \[0\.0, 0\.0\]; give at least two distances"):
-        MaterialTaper.table((0.0, 0.0), mass=(1.0, 2.0))
-    with pytest.raises(ValueError, match="1 factors on mass are given at 2 points"):
-        MaterialTaper.table((0.0, 1.0), mass=(1.0,))

@@ -8,7 +8,7 @@ from femflex.dynamics import compile_system
 from femflex.integrate import integrator
 from femflex.reduction.beams.beam_functions import bending_characteristic
 from femflex.reduction.beams.uniform_beam import BeamFunctions
-from femflex.system import System, free, weld
+from femflex.system import Environment, System, free, weld
 
 UNIT = DeployingLine(mass_per_length=1.0, EIy=1.0, EIz=1.0)
 TIP = 1e-3  # initial deflection of the tip, of the first length
@@ -49,3 +49,15 @@ def hub_with_arms(arms, rate=(0.0, 0.0, 0.5), until=6.0, mass=20.0, inertia=(3.0
         n = bodies[name].n_modes
         delta[name] = 0.05 / (1 + np.arange(n)) ** 2
     return System(bodies, tuple(joints), varying=varying, delta0=delta, **more)
+
+
+def falling_chain(reel, gravity=9.81, tip_mass=0.0, **more):
+    """A chain along -z out of a heap that lies on a ledge."""
+    line = DeployingLine(mass_per_length=2.0, direction=(0, 0, -1))
+    made = deploying_line(line, None, reel, stock=100.0, **more)
+    bodies, joints = {"chain": made.body}, [weld("chain")]
+    if tip_mass:
+        bodies["weight"] = rigid_body(tip_mass, 1e-6 * np.eye(3))
+        joints.append(weld("weight", "chain", parent_marker="tip"))
+    return System(bodies, tuple(joints), varying={"chain": made.variation}, effectors=(reel.effector(),),
+                  environment=Environment(np.array([0, 0, -gravity])))  # fmt: skip

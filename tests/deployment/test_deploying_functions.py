@@ -1,15 +1,16 @@
-"""Twist, stretch, tethers, membranes and plates that deploy, each against an answer from outside."""
+"""Twist, stretch, membranes, plates and elements that deploy, each against an answer from outside."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.members import TIP, solved, wall_beam
+from support.members import TIP, UNIT, solved, wall_beam
 from support.pde import rod_from_a_wall, stretch_from_a_wall, string_between_supports
 
 from femflex.deployment import (
     DeployingLine,
     DeployingStrip,
+    ElementFunctions,
     StringFunctions,
     StripFunctions,
     deploying_line,
@@ -135,20 +136,30 @@ def test_a_tip_body_is_carried_and_loads_the_member():
     assert drum == pytest.approx(seen["bodies/beam/drum_power"], abs=1e-12)
 
 
-def test_the_line_along_the_middle_of_a_strip_has_all_its_mass_and_tension():
-    strip = DeployingStrip(2.0, 0.3, tension=7.0, root=(1.0, 2, 3), direction=(0, 1.0, 1), across=(1.0, 0, 0))
-    line = strip.line
-    assert (line.mass_per_length, line.tension) == pytest.approx((0.6, 7.0))
-    r = np.sqrt(0.5)
-    assert line.root == (1.0, 2, 3) and line.frame == pytest.approx(np.array([[0, r, r], [1, 0, 0], [0, r, -r]]))
+@pytest.mark.parametrize("n", [2, 4, 8])
+def test_frequencies_of_cubic_elements_err_with_the_fourth_power_of_their_size(n):
+    """(beta h)^4 / 1440 relative: the known error of cubic Hermite beam elements."""
+    made = deploying_line(UNIT, ElementFunctions(y=1, elements=n), Profile.constant(1.0))
+    exact = deploying_line(UNIT, BeamFunctions(y=1), Profile.constant(1.0))
+    off = made.body.omega[0] / exact.body.omega[0] - 1.0
+    assert off == pytest.approx((1.87510407 / n) ** 4 / 1440, rel=0.3)
 
 
-def test_what_is_wrong_with_a_strip_is_said():
-    with pytest.raises(ValueError, match="a deploying membrane has no tension, so it has no stiffness; give tension"):
-        DeployingStrip(mass_per_area=1.0, width=1.0)
-    with pytest.raises(ValueError, match="numbers of string functions"):
-        StringFunctions()
-    with pytest.raises(ValueError, match=r"the tip of a string is 'glued'; it is one of \['free', 'held'\]"):
-        StringFunctions(y=1, tip="glued")
-    with pytest.raises(ValueError, match="3 damping ratios were given for 2 coordinates"):
-        wall_beam(RAMP, 2, damping=[0.1, 0.1, 0.1])
+def test_elements_of_all_fields_and_of_strings_have_the_closed_frequencies():
+    beam = DeployingLine(mass_per_length=2.0, EA=8.0, EIy=1.0, EIz=3.0, GJ=0.02, ry=0.1, rz=0.1)
+    made = deploying_line(beam, ElementFunctions(y=1, z=1, axial=1, torsion=1), Profile.constant(1.0))
+    bend, stretch = 3.51601527, np.pi / 2 * 2.0
+    twist = np.pi / 2 * np.sqrt(0.02 / (2.0 * 0.02))
+    wanted = sorted([bend * np.sqrt(0.5), bend * np.sqrt(1.5), stretch, twist])
+    assert np.sort(made.body.omega[:4]) == pytest.approx(wanted, rel=1e-4)
+    string = DeployingLine(mass_per_length=2.0, tension=8.0)
+    held = deploying_line(string, ElementFunctions(y=2, string=True, held=True), Profile.constant(1.0))
+    assert held.body.omega[:2] == pytest.approx([2 * np.pi, 4 * np.pi], rel=1e-3)
+
+
+def test_a_strip_of_elements_has_the_frequency_of_the_beam():
+    strip = DeployingStrip(mass_per_area=2.0, width=0.5, bending=2.0)
+    functions = StripFunctions(ElementFunctions(z=2), 1)
+    made = deploying_strip(strip, functions, Profile.constant(1.0))
+    assert made.body.n_modes == 2
+    assert made.body.omega[0] == pytest.approx(3.51601527, rel=1e-5)

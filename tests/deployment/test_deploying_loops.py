@@ -1,4 +1,4 @@
-"""Drums of members that close loops, and free lengths in loops, against a linkage of one degree of freedom."""
+"""Deploying members in loops against linkages of one degree of freedom, and a spinning craft with a blade."""
 
 import numpy as np
 import pytest
@@ -6,10 +6,18 @@ from scipy.integrate import solve_ivp
 from support.members import solved
 
 from femflex.body import Marker, rigid_body
-from femflex.deployment import DeployingLine, Reel, deploying_line
+from femflex.deployment import (
+    DeployingLine,
+    DeployingStrip,
+    Reel,
+    StringFunctions,
+    StripFunctions,
+    deploying_line,
+    deploying_strip,
+)
 from femflex.dynamics import compile_system
 from femflex.reduction import BeamFunctions
-from femflex.system import Profile, System, revolute, weld
+from femflex.system import Profile, System, free, revolute, weld
 
 BASE, ROD, DENSITY, MASS = 2.0, 1.5, 0.6, 3.0
 
@@ -99,3 +107,36 @@ def test_a_motor_lets_a_boom_out_within_a_loop():
     assert exact[0][-1] > 1.45
     assert seen["bodies/boom/length"] == pytest.approx(exact[0], rel=1e-7)
     assert seen["bodies/boom/length_rate"] == pytest.approx(exact[1], rel=1e-6)
+
+
+@pytest.mark.slow
+def test_a_spinning_craft_rolls_out_a_blade():
+    """Spin falls as J grows, J omega = H; the flap of a membrane from the axis has the spin's own frequency."""
+    hub = np.diag([200.0, 200.0, 300.0])
+    strip = DeployingStrip(mass_per_area=0.05, width=0.4, tension=1e-4, across=(0, 1, 0))
+    length = Profile.smooth_step(0.0, 60.0, 1.0, 10.0)
+    functions = StripFunctions(StringFunctions(z=1), 1)
+    made = deploying_strip(strip, functions, length, until=200.0, stock=10.0)
+    bodies = {"hub": rigid_body(1e6, hub), "blade": made.body}
+    delta = np.array([1e-3 / made.body.marker("tip").phi[2, 0]])
+    system = System(bodies, (free("hub", u0=[0, 0, 0, 0, 0, 1.0]), weld("blade", "hub")), delta0={"blade": delta},
+                    varying={"blade": made.variation})  # fmt: skip
+    times = np.linspace(0, 200, 4001)
+    seen = solved(system, times, 1e-10)[2]
+    H = seen["monitors/angular_momentum"]
+    assert np.abs(H - H[0]).max() < 1e-9 * np.linalg.norm(H[0])
+    L, m = length(times)[0], 0.05 * 0.4
+    spin = seen["bodies/hub/rate"][:, 2]
+    across = m * 10.0 * 0.4**2 / 12  # all of the blade turns with its width
+    J = 300.0 + m * L**3 / 3 + across - (m * L**2 / 2) ** 2 / (1e6 + m * 10.0)
+    assert spin * J == pytest.approx(spin[0] * J[0], rel=2e-6)
+    assert spin[-1] < 0.98 * spin[0]
+    flap = seen["markers/blade.tip/deflection"][:, 2]
+    after = times > 70.0
+    crossings = times[after][:-1][np.diff(np.sign(flap[after])) != 0]
+    frequency = np.pi / np.diff(crossings).mean()
+    # the hub of 200 kg m^2 tilts against the blade: J_b / J_t of 6.7 / 200 shifts the square by as much
+    assert frequency == pytest.approx(spin[-1], rel=0.03)
+    tension = seen["bodies/blade/tension"][-1]
+    x = np.linspace(0.0, 1.0, 11) * 10.0
+    assert tension == pytest.approx(m * spin[-1] ** 2 * (10.0**2 - x**2) / 2 + 1e-4, rel=1e-3, abs=1e-4)
