@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 from scipy.optimize import brentq
-from scipy.sparse.linalg import spsolve
 from scipy.special import iv, jv
+from support.closed_forms import static_solution
 
 from femflex.fem import Material, Member, PointMass, Structure, build_structure
 from femflex.fem.sections import Circle, Rectangle, StiffnessSection, Tube
@@ -197,9 +197,7 @@ def deflection(structure: Structure, load: np.ndarray, group: str = "end") -> tu
     node = structure.mesh.group_points(group)[0]
     rows = [operator[3 * node : 3 * node + 3] for operator in (structure.translation, structure.rotation)]
     force = rows[0].T @ load[:3] + rows[1].T @ load[3:]
-    free = np.setdiff1d(np.arange(structure.n_dof), structure.clamped_dofs("start"))
-    u = np.zeros(structure.n_dof)
-    u[free] = spsolve(structure.K.tocsc()[free][:, free], force[free])
+    u = static_solution(structure, force, structure.clamped_dofs("start"))
     return rows[0] @ u, rows[1] @ u
 
 

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy import linalg
-from scipy.sparse.linalg import spsolve
-from support.closed_forms import timoshenko_cantilever
+from support.closed_forms import static_solution, timoshenko_cantilever
 from support.plate_models import METAL, frequencies
 
 from femflex.fem import Member, build_structure
@@ -30,10 +28,8 @@ def tip(structure, force=(0, 0, 0), moment=(0, 0, 0), group="end", held="start")
     node = structure.mesh.group_points(group)[0]
     F, M = np.zeros((2, len(structure.mesh.points), 3))
     F[node], M[node] = force, moment
-    free = np.setdiff1d(np.arange(structure.n_dof), structure.clamped_dofs(held))
-    x = np.zeros(structure.n_dof)
     f = structure.translation.T @ F.ravel() + structure.rotation.T @ M.ravel()
-    x[free] = spsolve(structure.K[free][:, free].tocsc(), f[free])
+    x = static_solution(structure, f, structure.clamped_dofs(held))
     return ((A @ x).reshape(-1, 3)[node] for A in (structure.translation, structure.rotation))
 
 
@@ -245,22 +241,3 @@ def test_centroid_shear_centre_and_mass_centre_of_a_shape_lie_apart():
     known = FullSection(at.T @ axial @ at + where.T @ across @ where, mass_about(own, *np.add(offset, mass)))
     found = beam_beam_options(section, offset=offset, shear_centre=shear, mass_centre=mass)
     same(found, beam_beam_options(known))
-
-
-@pytest.mark.parametrize(
-    ("orders", "component", "speed"),
-    [
-        ({"torsion_order": 9, "axial_order": 2}, "rx", np.sqrt(METAL.G / METAL.density)),
-        ({"torsion_order": 2, "axial_order": 9}, "x", np.sqrt(METAL.E / METAL.density)),
-    ],
-)
-def test_one_element_of_high_order_twists_and_stretches_as_waves_do(orders, component, speed):
-    """A round bar between fixed ends, L = 2: k pi c / L, four of them on an element whose bends are cubic."""
-    mesh = line([[0, 0, 0], [2.0, 0, 0]], 1)
-    s = beam_beam_options(Tube(0.02, 0.005), mesh, orientation=(0, 1, 0), order=3, **orders)
-    others = [c for c in ("x", "y", "z", "rx", "ry", "rz") if c != component]
-    held = np.union1d(s.held_dofs({"start": (component,), "end": (component,)}), s.held_dofs({"line": others}))
-    free = np.setdiff1d(np.arange(s.n_dof), held)
-    assert len(free) == 8  # the bubbles of one field
-    value = linalg.eigh(s.K[free][:, free].toarray(), s.M[free][:, free].toarray(), eigvals_only=True)
-    assert np.sqrt(value[:3]) == pytest.approx(np.arange(1, 4) * np.pi / 2 * speed, rel=1e-4)

@@ -30,6 +30,7 @@ def bent(angle: float, n: int, family: str, turn: np.ndarray | None = None) -> M
     return Mesh(points, {CELL[family]: cells}, groups, {"root": np.flatnonzero(x < 1e-9)})
 
 
+@pytest.mark.slow
 def test_an_angle_section_bends_like_a_solid_one():
     """A cantilever of 27-node hexahedra against plates on the middle planes; the models differ by h / WIDTH, 4 %, of
     how far the corner stiffens the legs, which the first mode, of the whole section, hardly feels."""
@@ -46,15 +47,6 @@ def test_an_angle_section_bends_like_a_solid_one():
     found = frequencies(plates, plates.clamped_dofs("root"), 4)
     assert found[0] == pytest.approx(expected[0], rel=8e-3)
     assert found == pytest.approx(expected, rel=2.5e-2)
-
-
-@pytest.mark.parametrize("family", ["plate", "plate_bfs"])
-def test_a_fold_that_closes_becomes_a_flat_plate(family):
-    found = []
-    for angle in (0.0, 1e-3):
-        structure = plate_structure(bent(angle, 3, family), 0.01, family)
-        found.append(frequencies(structure, structure.clamped_dofs("root"), 5))
-    assert found[1] == pytest.approx(found[0], rel=2e-3)
 
 
 def folded_strip(along: int, across: int, family: str = "plate_bfs") -> Mesh:
@@ -138,7 +130,7 @@ QUARTER = np.array([[0, -1.0, 0], [1.0, 0, 0], [0, 0, 1.0]])  # folds along y, a
 @pytest.mark.parametrize("family", CELL)
 def test_frequencies_of_a_gutter_do_not_depend_on_the_axes_that_its_planes_take(family, angle):
     found = []
-    for C in (np.eye(3), QUARTER, random_rotation(4), QUARTER @ random_rotation(5)):
+    for C in (np.eye(3), QUARTER @ random_rotation(5)):
         s = build_structure(gutter(family, angle, C), [Member("surface", family, 0.02, METAL)])
         free = np.setdiff1d(np.arange(s.n_dof), s.clamped_dofs("root"))
         K, M = (A[free][:, free].toarray() for A in (s.K, s.M))
@@ -151,7 +143,7 @@ def test_frequencies_of_a_gutter_do_not_depend_on_the_axes_that_its_planes_take(
 @pytest.mark.parametrize("family", CELL)
 def test_supports_of_one_edge_hold_the_same_whichever_side_of_its_cells_it_is(family, held):
     flat, found = rectangle(1.0, 0.7, 2, 3, CELL[family]), []
-    for C in (np.eye(3), QUARTER, random_rotation(6), QUARTER @ random_rotation(6)):
+    for C in (np.eye(3), QUARTER @ random_rotation(6)):
         supports = {"left": Support(held, tuple(map(tuple, C.T))), "top": Support(("z", "rx"), tuple(map(tuple, C.T)))}
         s = build_structure(flat.rotated(C), [Member("surface", family, 0.02, METAL)], supports=supports)
         free = np.setdiff1d(np.arange(s.n_dof), s.held_dofs(supports))

@@ -73,6 +73,7 @@ def test_bricks_of_eight_points_come_to_the_published_answers(name):
     assert fine == pytest.approx(1.0, abs=0.02) and fine == pytest.approx(REDUCED[name][1], abs=2e-3)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("cell", CELLS)
 def test_the_hook_of_solids_comes_to_the_published_answer(cell):
     """Raasch's hook on 20 elements: within 3 % (on 40 within 1.1 %, as the shells)."""

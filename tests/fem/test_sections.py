@@ -17,14 +17,7 @@ from femflex.fem.sections.section import Outline
 STATION = np.zeros(1)
 
 
-SHAPES = [
-    Rectangle(0.2, 0.5),
-    Box(0.2, 0.5, 0.03),
-    Circle(0.3),
-    Tube(0.3, 0.02),
-    ISection(0.2, 0.5, 0.04, 0.03),
-    GivenSection(0.1, 2e-3, 1e-3, 1e-4),
-]
+SHAPES = (Rectangle(0.2, 0.5), ISection(0.2, 0.5, 0.04, 0.03))
 
 
 def area_moments(outline: Outline) -> tuple[float, float, float, float, float]:
@@ -69,7 +62,7 @@ def graded(*pieces: tuple[float, float, int]) -> np.ndarray:
     return np.unique(np.concatenate([np.linspace(a, b, n + 1) for a, b, n in pieces]))
 
 
-@pytest.mark.parametrize("section", [SHAPES[0], SHAPES[4]], ids=["rectangle", "I"])
+@pytest.mark.parametrize("section", SHAPES, ids=["rectangle", "I"])
 def test_second_moments_are_integrals_over_the_drawn_outline(section):
     p = section.properties(STATION, 1.0)
     assert (p.A[0], p.Iy[0], p.Iz[0], 0, 0) == pytest.approx(
@@ -87,14 +80,6 @@ def test_hollow_sections_are_differences_of_solid_ones():
         assert getattr(tube, name) == pytest.approx(getattr(disc, name) - getattr(bore, name), rel=1e-13)
     assert tube.J == pytest.approx(disc.J - bore.J, rel=1e-13)
     assert disc.J == pytest.approx(np.pi / 2 * 0.3**4)
-
-
-@pytest.mark.parametrize(
-    ("ratio", "published"), [(1.0, 0.1406), (1.5, 0.196), (2.0, 0.229), (4.0, 0.281), (10.0, 0.312)]
-)
-def test_rectangle_torsion_is_timoshenkos_table(ratio, published):
-    J = Rectangle(1.0, ratio).properties(STATION, 1.0).J[0] / ratio
-    assert J == pytest.approx(published, abs=6e-4)
 
 
 def test_rectangle_torsion_to_ten_digits():

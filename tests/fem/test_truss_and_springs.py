@@ -10,7 +10,6 @@ from femflex.fem import Bushing, Material, Member, PointMass, ScalarSpring, buil
 from femflex.fem.sections import Box, CableSection, Circle, StiffnessSection
 from femflex.mesh import Mesh, line
 from femflex.reduction import cantilever_modes
-from femflex.reduction.boundary.rigid import rigid_shapes
 
 POINTS = np.array([[0.0, 0.2, 0.1], [1.0, -0.3, 0.4], [0.3, 1.5, 0.2], [-0.4, 0.3, 2.0], [0.0, 0.0, -1.0]])
 
@@ -136,28 +135,6 @@ def two_beams(gap, *bushings, masses=()):
     named = {"root": [0], "a": [1], "b": [2], "tip": [3], "both": [1, 2]}
     mesh = Mesh(points, cells, groups, named)
     return build_structure(mesh, [Member(g, *BEAM) for g in groups], masses, bushings=bushings)
-
-
-def node_rows(structure, group):
-    """Rows (6, n_dof) of the displacement and rotation of a group's node."""
-    node = structure.mesh.group_points(group)[0]
-    return np.concatenate([op.toarray()[3 * node : 3 * node + 3] for op in (structure.translation, structure.rotation)])
-
-
-@pytest.mark.parametrize("gap", [(0, 0, 0), (0.1, -0.2, 0.3)])
-def test_displacements_are_compared_at_its_place(gap):
-    """That of a node is u + theta x (at - x)."""
-    k, at = np.array([2e6, 3e5, 4e4, 5e3, 6e2, 7e1]), np.array([1.3, 0.4, -0.2])
-    with_it = two_beams(gap, Bushing("a", "b", k[:3], k[3:], np.eye(3), at))
-    rows = []
-    for group, sign in (("a", -1.0), ("b", 1.0)):
-        arm = at - with_it.mesh.points[with_it.mesh.group_points(group)[0]]
-        u, theta = np.split(node_rows(with_it, group), 2)
-        rows.append(sign * np.concatenate([u + np.cross(theta.T, arm).T, theta]))
-    relative = rows[0] + rows[1]
-    added = (with_it.K - two_beams(gap).K).toarray()
-    assert added == pytest.approx(relative.T @ np.diag(k) @ relative, abs=1e-9 * k.max())
-    assert np.abs(with_it.K @ rigid_shapes(with_it)).max() < 1e-9 * abs(with_it.K).max()
 
 
 def test_a_spring_makes_masses_swing_at_the_root_of_stiffness_over_mass():

@@ -90,25 +90,6 @@ def test_sets_of_all_kinds_are_read(mesh):
     assert heights(mesh, "from elements") == [0, 0.5, 1, 1.5, 2]
 
 
-def test_a_brick_over_several_lines_and_an_included_file(tmp_path):
-    from femflex.mesh import box
-
-    brick = box(1, 1, 1, 1, 1, 1, "hexahedron20")
-    nodes = brick.cells["hexahedron20"][0]
-    (tmp_path / "nodes.inp").write_text(
-        "*NODE\n" + "".join(f"{k + 5}, {x}, {y}, {z}\n" for k, (x, y, z) in enumerate(brick.points))
-    )
-    numbers = [str(n + 5) for n in nodes]
-    path = deck(
-        tmp_path,
-        f"*INCLUDE, INPUT=nodes.inp\n*ELEMENT, TYPE=C3D20R, ELSET=all\n3, {', '.join(numbers[:15])},\n"
-        f"{', '.join(numbers[15:])}\n*ELEMENT, TYPE=C3D27\n4, {', '.join(numbers[:15])},\n{', '.join(numbers[15:])}\n",
-    )
-    with pytest.warns(PhysicsWarning, match=r"C3D27 \(1\)"):
-        mesh = read_mesh(path)
-    assert mesh.points[mesh.cells["hexahedron20"][0]] == pytest.approx(brick.points[nodes])
-
-
 def test_parts_are_placed_where_their_instances_are(tmp_path):
     """Two instances of a part, one moved and one moved and turned by 90 degrees about an upright axis."""
     text = """\

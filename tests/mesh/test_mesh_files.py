@@ -37,17 +37,6 @@ def test_the_panels_have_their_area_root_and_hinges(name, cell):
     assert np.isin(mesh.group_points("hinge_1"), mesh.group_points("root")).all()
 
 
-def test_the_frame_is_an_l_of_two_legs():
-    mesh = read_mesh(MESHES / "l_frame.inp")
-    for group, length in {"mast": 4, "arm": 3}.items():
-        assert sizes(mesh.points, "line", mesh.group_cells(group)["line"]).sum() == pytest.approx(length)
-    assert (
-        np.intersect1d(mesh.group_points("mast"), mesh.group_points("arm")).tolist()
-        == mesh.group_points("corner").tolist()
-    )
-    assert mesh.points[mesh.group_points("tip")].tolist() == [[3, 0, 4]]
-
-
 def test_the_strip_is_read_by_name_and_by_number():
     mesh = read_mesh(MESHES / "strip.bdf")
     assert mesh.groups == ["inner", "outer", "root", "strip", "tip"]
@@ -58,7 +47,7 @@ def test_the_strip_is_read_by_name_and_by_number():
 
 
 @pytest.mark.filterwarnings("ignore:half_panels.inp. 13 pairs of points lie within")  # its *TIE joins them in a deck
-@pytest.mark.sampled(6)
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("script", sorted(MESHES.glob("make_*.py")), ids=lambda p: p.name)
 def test_every_script_makes_the_files_beside_it(script, tmp_path):
     if "gmsh" in script.read_text():
@@ -81,12 +70,6 @@ def test_every_script_makes_the_files_beside_it(script, tmp_path):
 def numbers_of(path):
     """Every number of a file of text."""
     return [float(word.replace("D", "E")) for word in re.findall(r"[-+]?\d+\.?\d*(?:[DE][-+]?\d+)?", path.read_text())]
-
-
-def msh(nodes, elements):
-    """Text of format 2.2."""
-    parts = ["$MeshFormat", "2.2 0 8", "$EndMeshFormat", "$Nodes", str(len(nodes)), *nodes, "$EndNodes"]
-    return "\n".join([*parts, "$Elements", str(len(elements)), *elements, "$EndElements", ""])
 
 
 def test_a_failed_write_leaves_the_old_file(tmp_path):

@@ -138,20 +138,6 @@ def test_nastran_decks_of_gmsh_are_read_by_property_id(kind, order, tmp_path):
     assert sorted_rows(mesh.points[mesh.group_points("root")], 3).shape == told("root").shape
 
 
-@pytest.mark.parametrize(("kind", "order", "incomplete"), BLOCKS)
-def test_legacy_vtk_of_gmsh_is_read_with_its_group_numbers(kind, order, incomplete, tmp_path):
-    block(kind, order, incomplete)
-    path = tmp_path / "block.vtk"
-    gmsh.write(str(path))
-    mesh = read_mesh(path, groups={name: f"CellEntityIds_{k + 1}" for k, name in enumerate(GROUPS)})
-    volume = sum(sizes(mesh.points, c, n).sum() for c, n in mesh.cells.items() if CELL_TYPES[c].dimension == 3)
-    assert volume == pytest.approx(2, rel=1e-6)
-    assert_middles(mesh, 1e-7)
-    for group in GROUPS:
-        found = mesh.points[mesh.group_points(group)]
-        assert sorted_rows(found, 6) == pytest.approx(sorted_rows(told(group), 6), abs=2e-6)
-
-
 def plate():
     """A rectangle whose groups share cells, names and numbers across dimensions."""
     gmsh.model.occ.addRectangle(0, 0, 0, 2, 1)

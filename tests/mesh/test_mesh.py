@@ -1,7 +1,12 @@
+"""The mesh container: groups, moves, merging, and groups by place."""
+
+from __future__ import annotations
+
 import numpy as np
 import pytest
 
-from femflex.mesh import Mesh, line, rectangle
+from femflex.mesh import Mesh, box, line, rectangle
+from femflex.mesh.regions import with_box, with_whole
 
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float)
 
@@ -76,3 +81,43 @@ def test_chains_become_one_point_in_whatever_order_their_points_are_numbered(see
     number = {k: sorted(first).index(first[k]) for k in range(3)}
     assert joined.cells["line"].tolist() == [[number[chain[a]], number[chain[b]]] for a, b in lines]
     assert joined.point_groups["last"].tolist() == [number[chain[11]]]
+
+
+@pytest.fixture
+def mesh():
+    """A block with its shell faces, a plate beside it, and a mast of lines; skew places."""
+    block = box(3, 2, 1, 3, 2, 1).moved([1.0, -2.0, 0.5])
+    plate = rectangle(2, 1, 4, 2, "triangle").moved([6.0, 0.0, 0.3])
+    return block.merged(plate).with_groups(points={"corner": [0, 1]})
+
+
+def test_whole_groups_hold_all_cells_of_their_dimension(mesh):
+    found = with_whole(mesh, ["all", "all_surfaces", "all_lines", "corner", "all", "other"])
+    assert {n: sorted(by) for n, by in found.cell_groups.items() if n.startswith("all")} == {
+        "all": ["hexahedron"],
+        "all_surfaces": ["quad", "triangle"],
+        "all_lines": ["line"],
+    }
+    for kind, rows in found.cell_groups["all_surfaces"].items():
+        assert rows.tolist() == list(range(len(mesh.cells[kind])))
+    plate = rectangle(2, 1, 2, 1)
+    assert with_whole(plate, ["all"]).cell_groups["all"]["triangle"].tolist() == [0, 1, 2, 3]
+    assert with_whole(plate, ["all_solids", "surface"]) is plate
+    own = plate.with_groups({"all": {"line": [2]}})
+    assert with_whole(own, ["all"]).cell_groups["all"]["line"].tolist() == [2]  # the mesh's own stays
+
+
+def test_a_box_takes_the_points_in_it_and_the_cells_between_them(mesh):
+    low, high = np.array([4.0, 0.0, 0.2]), np.array([2.0, -2.0, 1.5])  # its corners in any order
+    found = with_box(mesh, "end", low, high)
+    a, b = np.minimum(low, high), np.maximum(low, high)
+    inside = [k for k, p in enumerate(mesh.points) if all(a[i] - 1e-7 <= p[i] <= b[i] + 1e-7 for i in range(3))]
+    assert 0 < len(inside) < len(mesh.points) and found.point_groups["end"].tolist() == inside
+    expected = {
+        kind: [row for row, nodes in enumerate(table) if set(nodes) <= set(inside)]
+        for kind, table in mesh.cells.items()
+    }
+    assert {k: rows.tolist() for k, rows in found.cell_groups["end"].items()} == {
+        k: v for k, v in expected.items() if v
+    }
+    assert len(expected["hexahedron"]) == 4
