@@ -36,3 +36,17 @@ def bar(
     grids = [f"GRID,{k + 1},,{length * k / n:.6f},0.,0." for k in range(n + 1)]
     bars = [f"CBAR,{k + 1},3,{k + 1},{k + 2},0.,1.,0.{line}" for k in range(n)]
     return [*grids, *bars, section, STEEL, "SPC1,1,123456,1"]
+
+
+def lines(*words: object) -> list[str]:
+    """A card of any length in free fields, eight on a line."""
+    name, *rest = words
+    return [",".join(map(str, [name if k == 0 else "", *rest[k : k + 8]])) for k in range(0, len(rest), 8)]
+
+
+def plate(*properties: str, n: int = 4) -> list[str]:
+    """A cantilever plate of n by 2 quadrilaterals, 1 m by 0.5 m, held along x = 0."""
+    grids = [f"GRID,{1 + i + (n + 1) * j},,{i / n},{j / 4},0." for j in range(3) for i in range(n + 1)]
+    firsts = [1 + i + (n + 1) * j for j in range(2) for i in range(n)]
+    cells = [f"CQUAD4,{100 + k},3,{a},{a + 1},{a + n + 2},{a + n + 1}" for k, a in enumerate(firsts)]
+    return [*grids, *cells, *properties, "SPC1,1,123456," + ",".join(str(1 + (n + 1) * j) for j in range(3))]

@@ -1,4 +1,4 @@
-"""Springs, masses and constraints of Nastran decks: whole matrices in skew axes and inches, written out here."""
+"""Springs, masses and constraints of Nastran decks: whole matrices in skew axes and inches, against formulas."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from femflex.fem import Structure
 INCH, POUND_FORCE = 0.0254, 0.45359237 * 9.80665
 MASS = POUND_FORCE / INCH  # kg of one lbf s^2 / in
 WTMASS = 0.25
-UNITS = {"in-lbf-s": (INCH, POUND_FORCE)}
 
 
 def turn(axis: tuple[float, float, float], degrees: float) -> np.ndarray:
@@ -97,17 +96,9 @@ J0 = np.array([[5.0, -0.2, 0.3], [-0.2, 6.0, 0.4], [0.3, 0.4, 7.0]])
 R0 = np.array([0.4, -0.7, 0.2])
 
 
-def in_si(units: str) -> tuple[float, float, float]:
-    """Length, mass and inertia of one unit [m, kg, kg m^2]."""
-    length, force = UNITS[units]
-    mass = force / length
-    return length, mass, mass * length**2
-
-
-@pytest.mark.parametrize("units", UNITS)
 @pytest.mark.parametrize(("grid", "cid"), [(1, 5), (2, 6), (3, 6), (1, 0)])
 @pytest.mark.parametrize("card", ["CONM2", "CONM1"])
-def test_a_mass_with_offset_and_inertia_in_a_skew_system_has_the_matrix_of_its_body(tmp_path, units, grid, cid, card):
+def test_conm1_and_conm2_have_the_matrix_of_their_body(tmp_path, grid, cid, card):
     if card == "CONM2":
         given = [J0[0, 0], -J0[1, 0], J0[1, 1], -J0[2, 0], -J0[2, 1], J0[2, 2]]
         cards = [f"CONM2,9,{grid},{cid},2.5,{R0[0]},{R0[1]},{R0[2]},", "," + ",".join(map(str, given))]
@@ -115,24 +106,14 @@ def test_a_mass_with_offset_and_inertia_in_a_skew_system_has_the_matrix_of_its_b
         words = [f"{v:.12g}" for i, row in enumerate(rigid_mass(2.5, R0, J0)) for v in row[: i + 1]]
         words = ["9", str(grid), str(cid), *words]
         cards = [",".join(["CONM1" if k == 0 else "", *words[k : k + 8]]) for k in range(0, len(words), 8)]
-    deck = read(tmp_path, *CARDS, f"PARAM,WTMASS,{WTMASS}", *cards, control="ECHO = NONE", units=units)
-    length, mass, inertia = in_si(units)
+    deck = read(tmp_path, *CARDS, f"PARAM,WTMASS,{WTMASS}", *cards, control="ECHO = NONE", units="in-lbf-s")
     C = axes(grid, cid)
-    wanted = rigid_mass(2.5 * mass, C.T @ R0 * length, C.T @ J0 @ C * inertia) * WTMASS
+    wanted = rigid_mass(2.5 * MASS, C.T @ R0 * INCH, C.T @ J0 @ C * MASS * INCH**2) * WTMASS
     found = on_grids(deck, "M", (grid,))
     assert found == pytest.approx(wanted, abs=1e-8 * np.abs(wanted).max())
-    assert deck.used[card] == 1
 
 
-def test_the_centre_of_a_mass_in_basic_coordinates_counts_in_the_units_of_the_deck(tmp_path):
-    centre = np.array([3.5, 3.1, 2.0])
-    cards = ["CONM2,9,1,-1,2.5,3.5,3.1,2.", ",5.,.2,6.,-.3,-.4,7."]
-    deck = read(tmp_path, *CARDS, *cards, control="ECHO = NONE", units="in-lbf-s")
-    wanted = rigid_mass(2.5 * MASS, (centre - AT[1]) * INCH, J0 * MASS * INCH**2)
-    assert on_grids(deck, "M", (1,)) == pytest.approx(wanted, abs=1e-8 * np.abs(wanted).max())
-
-
-def test_scalar_masses_are_masses_and_inertias_along_the_axes_of_their_grid(tmp_path):
+def test_scalar_masses_lie_along_the_axes_of_their_grid(tmp_path):
     """By CMASS2 and by the last of the masses on a card PMASS."""
     cards = ["PMASS,31,9.,32,8.,33,7.,34,6.", *(f"CMASS2,{20 + c},2.5,2,{c}" for c in (1, 2, 3))]
     cards += ["CMASS1,24,34,2,4", "CMASS2,26,4.,2,6", f"PARAM,WTMASS,{WTMASS}"]
@@ -140,11 +121,8 @@ def test_scalar_masses_are_masses_and_inertias_along_the_axes_of_their_grid(tmp_
     J = FIVE.T @ np.diag([6.0, 0.0, 4.0]) @ FIVE * MASS * INCH**2
     wanted = rigid_mass(2.5 * MASS, np.zeros(3), J) * WTMASS
     assert on_grids(deck, "M", (2,)) == pytest.approx(wanted, abs=1e-8 * np.abs(wanted).max())
-    assert deck.used["CMASS2"] == 4 and deck.used["CMASS1"] == 1
-    assert "CMASS1 24 has an inertia and no mass" in " ".join(deck.notes)
 
 
-@pytest.mark.parametrize("units", UNITS)
 @pytest.mark.parametrize(
     ("cards", "terms", "k"),
     [
@@ -157,30 +135,26 @@ def test_scalar_masses_are_masses_and_inertias_along_the_axes_of_their_grid(tmp_
         (["CELAS2,9,70.,2,1,1,5"], [(2, 1, 1.0), (1, 5, -1.0)], 70.0),
     ],
 )
-def test_a_scalar_spring_acts_between_components_along_the_axes_of_their_grids(tmp_path, units, cards, terms, k):
+def test_scalar_springs_act_along_the_axes_of_their_grids(tmp_path, cards, terms, k):
     """Energy k (u_a - u_b)^2 / 2 in the units of the deck, where a turn counts in radians."""
     deck = read(tmp_path, *CARDS, *(f"CONM2,{90 + g},{g},,1.\n,1.,,1.,,,1." for g in (1, 2, 3)), *cards,
-                control="ECHO = NONE", units=units)  # fmt: skip
-    length, force = UNITS[units]
-    d = sum(sign * direction(g, c) / (length if c <= 3 else 1.0) for g, c, sign in terms)
-    wanted = k * force * length * np.outer(d, d)
+                control="ECHO = NONE", units="in-lbf-s")  # fmt: skip
+    d = sum(sign * direction(g, c) / (INCH if c <= 3 else 1.0) for g, c, sign in terms)
+    wanted = k * POUND_FORCE * INCH * np.outer(d, d)
     assert on_grids(deck, "K") == pytest.approx(wanted, abs=1e-9 * np.abs(wanted).max())
 
 
-def bushing(
-    a: int, b: int | None, C: np.ndarray, K: list[float], units: str, at: np.ndarray | None = None
-) -> np.ndarray:
+def bushing(a: int, b: int | None, C: np.ndarray, K: list[float], at: np.ndarray | None = None) -> np.ndarray:
     """A bushing in the middle between two grids, or at a place, which its arms reach rigidly; one grid: there, to the
     ground."""
-    length, force = UNITS[units]
-    ends = [np.array(AT[g]) * length for g in (a, b or a)]
-    place = (ends[0] + ends[1]) / 2 if at is None else at * length
+    ends = [np.array(AT[g]) * INCH for g in (a, b or a)]
+    place = (ends[0] + ends[1]) / 2 if at is None else at * INCH
     B = np.zeros((6, 3, 6))
     for g, sign in ((a, 1.0), *(((b, -1.0),) if b else ())):
-        arm = place - np.array(AT[g]) * length
+        arm = place - np.array(AT[g]) * INCH
         B[:, g - 1] = sign * np.block([[C, -C @ skew(arm)], [np.zeros((3, 3)), C]])
     B = B.reshape(6, 18)
-    return B.T @ np.diag(np.array(K) * force * np.array([1 / length] * 3 + [length] * 3)) @ B
+    return B.T @ np.diag(np.array(K) * POUND_FORCE * np.array([1 / INCH] * 3 + [INCH] * 3)) @ B
 
 
 def along(a: int, b: int, v: np.ndarray) -> np.ndarray:
@@ -194,7 +168,6 @@ def along(a: int, b: int, v: np.ndarray) -> np.ndarray:
 STIFF = [11.0, 22.0, 33.0, 44.0, 55.0, 66.0]
 
 
-@pytest.mark.parametrize("units", UNITS)
 @pytest.mark.parametrize(
     ("card", "ends", "C"),
     [
@@ -206,17 +179,16 @@ STIFF = [11.0, 22.0, 33.0, 44.0, 55.0, 66.0]
         ("CBUSH,9,8,1,2,1.,2.,3.,5", (1, 2), FIVE),
     ],
 )
-def test_a_bushing_has_the_matrix_of_its_six_springs_in_its_axes(tmp_path, units, card, ends, C):
+def test_cbush_has_the_matrix_of_six_springs(tmp_path, card, ends, C):
     masses = [f"CONM2,{90 + g},{g},,1.\n,1.,,1.,,,1." for g in (1, 2, 3)]
     stiff = f"PBUSH,8,K,{','.join(map(str, STIFF))}"
-    deck = read(tmp_path, *CARDS, *masses, stiff, card, control="ECHO = NONE", units=units)
-    wanted = bushing(*ends, C, STIFF, units)
+    deck = read(tmp_path, *CARDS, *masses, stiff, card, control="ECHO = NONE", units="in-lbf-s")
+    wanted = bushing(*ends, C, STIFF)
     assert on_grids(deck, "K") == pytest.approx(wanted, abs=1e-9 * np.abs(wanted).max())
-    changed = read(tmp_path, *CARDS, *masses, stiff, card, control="ECHO = NONE", units=units,
+    changed = read(tmp_path, *CARDS, *masses, stiff, card, control="ECHO = NONE", units="in-lbf-s",
                    overrides={"pid_8": {"K2": 500.0, "K6": 600.0}})  # fmt: skip
-    length, force = UNITS[units]
-    K = [11.0, 500.0 * length / force, 33.0, 44.0, 55.0, 600.0 / (length * force)]
-    wanted = bushing(*ends, C, K, units)
+    K = [11.0, 500.0 * INCH / POUND_FORCE, 33.0, 44.0, 55.0, 600.0 / (INCH * POUND_FORCE)]
+    wanted = bushing(*ends, C, K)
     assert on_grids(changed, "K") == pytest.approx(wanted, abs=1e-9 * np.abs(wanted).max())
 
 
@@ -233,21 +205,20 @@ TURNED = 1.5 * (np.cos(np.radians(40.0)) * SIX[0] + np.sin(np.radians(40.0)) * S
         (",,6,1.5,40.,-.2", ORIGIN[6] + TURNED),
     ],
 )
-def test_a_bushing_acts_at_the_place_of_its_card(tmp_path, where, at):
+def test_cbush_acts_at_its_location(tmp_path, where, at):
     masses = [f"CONM2,{90 + g},{g},,1.\n,1.,,1.,,,1." for g in (1, 2, 3)]
     card = f"PBUSH,8,K,{','.join(map(str, STIFF))}\nCBUSH,9,8,1,2,,,,5\n{where}"
     deck = read(tmp_path, *CARDS, *masses, card, control="ECHO = NONE", units="in-lbf-s")
-    wanted = bushing(1, 2, FIVE, STIFF, "in-lbf-s", at)
+    wanted = bushing(1, 2, FIVE, STIFF, at)
     assert on_grids(deck, "K") == pytest.approx(wanted, abs=1e-9 * np.abs(wanted).max())
 
 
-@pytest.mark.parametrize("units", UNITS)
 @pytest.mark.parametrize(
     ("card", "first"), [("CBUSH1D,9,8,1,2", None), ("CBUSH1D,9,8,1,2,6", 6), ("CBUSH1D,8,,2,,5", 5)]
 )
-def test_a_bushing_of_one_dimension_acts_along_its_line_or_the_first_axis_of_a_system(tmp_path, units, card, first):
+def test_cbush1d_acts_along_its_line_or_axis(tmp_path, card, first):
     masses = [f"CONM2,{90 + g},{g},,1.\n,1.,,1.,,,1." for g in (1, 2, 3)]
-    deck = read(tmp_path, *CARDS, *masses, "PBUSH1D,8,70.", card, control="ECHO = NONE", units=units)
+    deck = read(tmp_path, *CARDS, *masses, "PBUSH1D,8,70.", card, control="ECHO = NONE", units="in-lbf-s")
     line = (np.array(AT[2]) - np.array(AT[1])) / np.linalg.norm(np.array(AT[2]) - np.array(AT[1]))
     e = line if first is None else axes(1, first)[0]
     d = np.zeros((3, 6))
@@ -255,15 +226,12 @@ def test_a_bushing_of_one_dimension_acts_along_its_line_or_the_first_axis_of_a_s
         d[1, :3] = e
     else:
         d[0, :3], d[1, :3] = e, -e
-    length, force = UNITS[units]
-    wanted = 70.0 * force / length * np.outer(d.ravel(), d.ravel())
+    wanted = 70.0 * POUND_FORCE / INCH * np.outer(d.ravel(), d.ravel())
     assert on_grids(deck, "K") == pytest.approx(wanted, abs=1e-9 * np.abs(wanted).max())
-    assert deck.used["CBUSH1D"] == deck.used["PBUSH1D"] == 1
 
 
-@pytest.mark.parametrize("units", UNITS)
 @pytest.mark.parametrize("kind", ["K", "Z"])
-def test_a_general_element_has_the_energy_of_its_matrix_in_the_units_of_the_deck(tmp_path, units, kind):
+def test_genel_has_the_energy_of_its_matrix(tmp_path, kind):
     """(u_i - S u_d)^T K (u_i - S u_d) / 2 with translations and rotations among both, along the axes of their grids."""
     own, other = [(1, 2), (2, 4), (2, 1)], [(3, 1), (1, 6)]
     K = np.array([[90.0, 20.0, -10.0], [20.0, 70.0, 15.0], [-10.0, 15.0, 60.0]])
@@ -274,15 +242,11 @@ def test_a_general_element_has_the_energy_of_its_matrix_in_the_units_of_the_deck
     words += [kind, *(f"{given[i, j]:.14g}" for j in range(3) for i in range(j, 3)), "S", *(f"{v}" for v in S.ravel())]
     card = [",".join(words[:9]), *("," + ",".join(words[k : k + 8]) for k in range(9, len(words), 8))]
     masses = [f"CONM2,{90 + g},{g},,1.\n,1.,,1.,,,1." for g in (1, 2, 3)]
-    deck = read(tmp_path, *CARDS, *masses, *card, control="ECHO = NONE", units=units)
-    length, force = UNITS[units]
-    rows = [np.array([direction(g, c) / (length if c <= 3 else 1.0) for g, c in pairs]) for pairs in (own, other)]
+    deck = read(tmp_path, *CARDS, *masses, *card, control="ECHO = NONE", units="in-lbf-s")
+    rows = [np.array([direction(g, c) / (INCH if c <= 3 else 1.0) for g, c in pairs]) for pairs in (own, other)]
     B = rows[0] - S @ rows[1]
-    wanted = B.T @ K @ B * force * length
+    wanted = B.T @ K @ B * POUND_FORCE * INCH
     assert on_grids(deck, "K") == pytest.approx(wanted, abs=1e-8 * np.abs(wanted).max())
-
-
-# Constraints
 
 
 def components(deck, grid: int, names: str) -> np.ndarray:
@@ -291,9 +255,9 @@ def components(deck, grid: int, names: str) -> np.ndarray:
     return np.array([axes(grid)[(int(c) - 1) % 3] @ T[3 * (int(c) > 3) : 3 * (int(c) > 3) + 3] for c in names])
 
 
-def carried(grid: int, names: str, origin: int, length: float) -> np.ndarray:
+def carried(grid: int, names: str, origin: int) -> np.ndarray:
     """Components of a grid per translation and rotation (6,) of a rigid motion about another."""
-    r = (np.array(AT[grid]) - np.array(AT[origin])) * length
+    r = (np.array(AT[grid]) - np.array(AT[origin])) * INCH
     whole = np.block([[axes(grid), -axes(grid) @ skew(r)], [np.zeros((3, 3)), axes(grid)]])
     return whole[[int(c) - 1 for c in names]]
 
@@ -304,23 +268,16 @@ BARS = [  # a frame through the grids, so that all of them turn
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("units", UNITS)
 @pytest.mark.parametrize("names", ["123456", "123", "13", "25", "46"])
-def test_the_grids_of_an_rbe2_follow_its_centre_in_the_components_that_it_names(tmp_path, units, names):
+def test_rbe2_moves_its_grids_with_its_centre(tmp_path, names):
     """Along the axes of each dependent grid, two of which are listed by THRU."""
-    deck = read(tmp_path, *CARDS, *BARS, f"RBE2,9,4,{names},1,THRU,3", control="ECHO = NONE", units=units)
-    length = UNITS[units][0]
+    deck = read(tmp_path, *CARDS, *BARS, f"RBE2,9,4,{names},1,THRU,3", control="ECHO = NONE", units="in-lbf-s")
     centre = motions(structure_of(deck), 4, deck.points_of_ids)
     for g in (1, 2, 3):
-        found, wanted = components(deck, g, names), carried(g, names, 4, length) @ centre
+        found, wanted = components(deck, g, names), carried(g, names, 4) @ centre
         assert found == pytest.approx(wanted, abs=1e-9 * max(1.0, np.abs(wanted).max()))
-        rest = "".join(c for c in "123456" if c not in names)
-        if rest and len(names) > 1 and set(names) != {"1", "2", "3"}:
-            free = components(deck, g, rest) - carried(g, rest, 4, length) @ centre
-            assert (np.abs(free).max(axis=1) > 0.05).any()
 
 
-@pytest.mark.parametrize("units", UNITS)
 @pytest.mark.parametrize(
     ("card", "leading", "dependent"),
     [
@@ -331,21 +288,20 @@ def test_the_grids_of_an_rbe2_follow_its_centre_in_the_components_that_it_names(
         ("RBE1,9,1,12,2,13,3,26\n,UM,4,1246", [(1, "12"), (2, "13"), (3, "26")], [(4, "1246")]),
     ],
 )  # fmt: skip
-def test_rigid_bars_and_bodies_move_as_the_six_components_that_lead_them(tmp_path, units, card, leading, dependent):
-    deck = read(tmp_path, *CARDS, *BARS, *card.split("\n"), control="ECHO = NONE", units=units)
-    length = UNITS[units][0]
+def test_rbar_and_rbe1_move_with_their_six_leading_components(tmp_path, card, leading, dependent):
+    deck = read(tmp_path, *CARDS, *BARS, *card.split("\n"), control="ECHO = NONE", units="in-lbf-s")
     origin = 3
-    A = np.concatenate([carried(g, c, origin, length) for g, c in leading])
+    A = np.concatenate([carried(g, c, origin) for g, c in leading])
     rigid = np.linalg.solve(A, np.concatenate([components(deck, g, c) for g, c in leading]))
     for g, c in dependent:
         found = components(deck, g, c)
-        assert found == pytest.approx(carried(g, c, origin, length) @ rigid, abs=1e-8 * max(1.0, np.abs(found).max()))
+        assert found == pytest.approx(carried(g, c, origin) @ rigid, abs=1e-8 * max(1.0, np.abs(found).max()))
     everything = np.concatenate([motions(structure_of(deck), g, deck.points_of_ids) for g in AT])
     assert np.linalg.matrix_rank(everything, 1e-8) == 24 - sum(len(c) for _, c in dependent)
 
 
 @pytest.mark.parametrize("card", ["RROD,9,1,2,,2", "RROD,9,1,2,3", "RROD,9,1,2,1,"])
-def test_a_rigid_rod_between_grids_with_skew_axes_keeps_its_length(tmp_path, card):
+def test_rrod_keeps_its_length(tmp_path, card):
     deck = read(tmp_path, *CARDS, card, "CONM2,91,1,,1.", "CONM2,92,2,,1.", control="ECHO = NONE")
     structure = structure_of(deck)
     line = (np.array(AT[2]) - np.array(AT[1])) / np.linalg.norm(np.array(AT[2]) - np.array(AT[1]))
@@ -358,7 +314,6 @@ def test_a_rigid_rod_between_grids_with_skew_axes_keeps_its_length(tmp_path, car
 
 
 @pytest.mark.parametrize("bars", [False, True])
-@pytest.mark.parametrize("units", UNITS)
 @pytest.mark.parametrize(
     ("card", "groups", "names"),
     [
@@ -369,120 +324,29 @@ def test_a_rigid_rod_between_grids_with_skew_axes_keeps_its_length(tmp_path, car
         ("RBE3,9,,4,123456,2.,123456,1,3\n,ALPHA,1.-5", [(2.0, "123456", (1, 3))], "123456"),
     ],
 )
-def test_the_reference_of_an_rbe3_moves_by_weighted_least_squares(tmp_path, bars, units, card, groups, names):
+def test_rbe3_moves_by_weighted_least_squares(tmp_path, bars, card, groups, names):
     """Rotations weigh as displacements at the mean distance of the grids from the reference."""
     frame = BARS[:2] + BARS[3:] if bars else []
-    deck = read(tmp_path, *CARDS, *frame, *card.split("\n"), control="ECHO = NONE", units=units)
-    length = UNITS[units][0]
+    deck = read(tmp_path, *CARDS, *frame, *card.split("\n"), control="ECHO = NONE", units="in-lbf-s")
     leaders = list(dict.fromkeys(g for _, _, own in groups for g in own))
-    mean = np.mean([np.linalg.norm(np.array(AT[g]) - np.array(AT[4])) for g in leaders]) * length
+    mean = np.mean([np.linalg.norm(np.array(AT[g]) - np.array(AT[4])) for g in leaders]) * INCH
     A, b = [], []
     for weight, own, grids in groups:
         scale = np.sqrt(weight) * np.where([int(c) > 3 for c in own], mean, 1.0)
         for g in grids:
-            A.append(scale[:, None] * carried(g, own, 4, length))
+            A.append(scale[:, None] * carried(g, own, 4))
             b.append(scale[:, None] * components(deck, g, own))
     best = np.linalg.lstsq(np.concatenate(A), np.concatenate(b), rcond=None)[0]
     found = components(deck, 4, names)
-    wanted = carried(4, names, 4, length) @ best
+    wanted = carried(4, names, 4) @ best
     assert found == pytest.approx(wanted, abs=1e-8 * np.abs(wanted).max())
 
 
-@pytest.mark.parametrize("units", UNITS)
-def test_an_equation_holds_between_displacements_and_rotations_in_the_units_of_the_deck(tmp_path, units):
+def test_mpc_equations_hold_in_the_units_of_the_deck(tmp_path):
     """4 u_1y + 3 r_2x - 2 u_3z + 5 r_1z = 0, along the axes of the grids, chosen by MPCADD among three sets."""
     cards = ["MPCADD,7,66,6", "MPC,6,1,2,4.,2,4,3.", ",,3,3,-2.,1,6,5.", "MPC,66,2,1,2.,3,6,-1.", "MPC,5,3,1,1.,1,1,1."]
-    deck = read(tmp_path, *CARDS, *cards, control="MPC = 7", units=units)
-    length = UNITS[units][0]
-    value = {
-        (g, c): components(deck, g, str(c))[0] / (length if c <= 3 else 1.0) for g in (1, 2, 3) for c in range(1, 7)
-    }
-    assert 4 * value[1, 2] + 3 * value[2, 4] - 2 * value[3, 3] + 5 * value[1, 6] == pytest.approx(
-        0.0, abs=1e-9 / length
-    )
-    assert 2 * value[2, 1] - value[3, 6] == pytest.approx(0.0, abs=1e-9 / length)
+    deck = read(tmp_path, *CARDS, *cards, control="MPC = 7", units="in-lbf-s")
+    value = {(g, c): components(deck, g, str(c))[0] / (INCH if c <= 3 else 1.0) for g in (1, 2, 3) for c in range(1, 7)}
+    assert 4 * value[1, 2] + 3 * value[2, 4] - 2 * value[3, 3] + 5 * value[1, 6] == pytest.approx(0.0, abs=1e-9 / INCH)
+    assert 2 * value[2, 1] - value[3, 6] == pytest.approx(0.0, abs=1e-9 / INCH)
     assert np.abs(value[3, 1] + value[1, 1]).max() > 0.1  # the third set is not chosen
-    assert deck.used["MPC"] == 2 and deck.used["MPCADD"] == 1
-    assert [str(one).split(" (first")[0] for one in deck.unused] == [
-        "1 MPC: of set 5, which case control does not choose"
-    ]
-
-
-def test_the_only_set_of_equations_is_used_where_nothing_names_one(tmp_path):
-    path = tmp_path / "bulk.bdf"
-    path.write_text("\n".join([*CARDS, "MPC,6,1,2,1.,2,3,-1.", "CONM2,9,1,,1.", "CONM2,8,2,,1.", ""]))
-    from femflex.decks import read_deck
-
-    deck = read_deck(path)
-    assert components(deck, 1, "2") == pytest.approx(components(deck, 2, "3"), abs=1e-9)
-    assert "the only one, 6, is used" in " ".join(deck.notes)
-    path.write_text(
-        "\n".join([*CARDS, "MPC,6,1,2,1.,2,3,-1.", "MPC,7,1,1,1.,2,1,-1.", "CONM2,9,1,,1.", "CONM2,8,2,,1."])
-    )
-    assert not read_deck(path).connections
-
-
-@pytest.mark.parametrize(
-    ("cards", "sentence"),
-    [
-        (["RBE2,9,1,123,2,X"], r"RBE2 9 has 'X' where a grid point is needed"),
-        (["RBE3,9,,4,123"], r"RBE3 9 has no weights, grids or components"),
-        (["MPC,6,1,0,1.,2,1,1."], r"MPC 6: names a grid point without a component"),
-        (["MPC,6,1,1,0.,2,1,1."], r"MPC 6 has factor 0 at its first term, which is the dependent one"),
-        (["RBE1,9,1,123,2,12\n,UM,3,1"], r"independent components 1 \(123\), 2 \(12\), which do not determine"),
-        (["RBE2,9,1,123,77"], r"RBE2 9 uses grid point 77, which no GRID card defines"),
-        (["SPOINT,77", "RBE2,9,1,123,77"], r"RBE2 9 uses 77, scalar points"),
-    ],
-)
-def test_mistakes_in_constraints_name_what_is_wrong(tmp_path, cards, sentence):
-    with pytest.raises(ValueError, match=sentence):
-        read(tmp_path, *CARDS, *(line for card in cards for line in card.split("\n")), control="MPC = 6")
-
-
-@pytest.mark.parametrize(
-    ("cards", "text"),
-    [
-        (["RBE2,9,1,,2"], "1 RBE2: it has no dependent components; it has no effect"),
-        (["RBE2,9,1,123,1"], "1 RBE2: it has no dependent components; it has no effect"),
-        (["SPOINT,77", "MPC,6,77,0,1.,2,1,1."], "1 MPC to scalar points: the equation is left out"),
-        (["SPOINT,77", "CELAS2,9,5.,1,1,77"], "1 CELAS2: springs to scalar points are left out"),
-        (["RBE3,9,,4,123,1.,123,1,2\n,3,UM,4,123"], "1 RBE3 UM: UM is not used: the reference grid"),
-        (["CMASS2,9,5.,1,1,2,1"], "1 CMASS2: masses between components or of scalar points are left out"),
-        (["CMASS2,9,5.,1,1", "CMASS2,8,6.,1,2", "CMASS2,7,5.,1,3"],
-         "3 CMASS2: a mass in one direction alone is left out; that mass is missing"),
-        (["CONM2,9,1"], "1 CONM2: no mass and no inertia; nothing is left out"),
-        (["PBUSH,8,K,5.", ",,M,3.", "CBUSH,9,8,1,2,,,,0"],
-         "1 PBUSH M: the mass of bushings is left out; give it by CONM2"),
-        (["PBUSH1D,8,5.,,,,,,,", ",SPRING,TABLE,9", "CBUSH1D,9,8,1,2"],
-         "1 PBUSH1D tables: a stiffness that depends on the motion is left out; K is used"),
-    ],
-)  # fmt: skip
-def test_what_has_no_effect_or_is_left_out_is_counted_in_words(tmp_path, cards, text):
-    deck = read(tmp_path, *CARDS, "CONM2,90,3,,1.", *(line for card in cards for line in card.split("\n")),
-                control="MPC = 6")  # fmt: skip
-    assert any(str(one).startswith(text) for one in deck.unused), [str(one) for one in deck.unused]
-
-
-def test_torsion_of_rods_between_grids_without_rotation_is_left_out(tmp_path):
-    rods = ["GRID,1,,0.,0.,0.", "GRID,2,,1.,0.,0.", "GRID,3,,0.,1.,0.", "CROD,1,7,1,2", "CROD,2,7,2,3",
-            "PROD,7,1,1.-4,2.-6", "MAT1,1,2.1E11,,.3,7850.", "CELAS2,9,5.,2,6", "SPC1,1,123,1,3"]  # fmt: skip
-    said = [str(one) for one in read(tmp_path, *rods).unused]
-    assert any(one.startswith("2 CROD torsion: its grids have no other rotational stiffness") for one in said)
-
-
-def test_masses_at_the_grids_of_rods_act_at_the_grids(tmp_path):
-    rods = ["GRID,1,,0.,0.,0.", "GRID,2,,1.,0.,0.", "GRID,3,,0.,1.,0.", "CROD,1,7,1,2", "CROD,2,7,2,3", "PROD,7,1,1.-4",
-            "MAT1,1,2.1E11,,.3,7850.", "SPC1,1,123,1,3"]  # fmt: skip
-    for card, what in (
-        ("CONM2,9,2,,5.,.1,.2", "offset"),
-        ("CONM2,9,2,,5.,,,,\n,1.,,1.,,,1.", "inertia"),
-        ("CONM2,9,2,,5.,.1,,,\n,1.,,1.,,,1.", "inertia and offset"),
-    ):
-        deck = read(tmp_path, *rods, *card.split("\n"))
-        (mass,) = deck.point_masses
-        assert mass.mass == 5.0 and mass.inertia is None and not np.any(mass.offset)
-        assert any(str(one).startswith(f"1 CONM2 {what}: its grid has no rotation") for one in deck.unused)
-    deck = read(tmp_path, *rods, "CONM2,9,2,,,,,,\n,1.,,1.,,,1.")
-    assert not deck.point_masses and "1 CONM2 inertia: its grid has no rotation; the inertia is left out" in str(
-        deck.unused[0]
-    )
