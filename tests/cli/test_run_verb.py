@@ -17,7 +17,6 @@ from matplotlib.image import imread
 from support.small_craft import BOOM, CRAFT
 
 import femflex as package
-from femflex.case import read_case
 from femflex.results import open_run
 
 CASES = Path(__file__).parents[2] / "cases"
@@ -221,15 +220,6 @@ def test_resume_with_later_end_agrees_with_longer_run(femflex, unfinished):
     assert femflex("run", "craft.toml", "-o", "run.h5", "--resume")[0] == 0
     with open_run(unfinished / "run.h5") as run:
         assert run.time[40:44] == pytest.approx([2.0, 2.02, 2.05, 2.1]) and run.time[-1] == 3.0
-
-
-def test_case_changed_in_python_is_not_resumed(unfinished):
-    case = read_case(unfinished / "craft.toml")
-    other = case.model_copy(update={"attitude": case.attitude.model_copy(update={"rates": (0.0, 0.0, 0.02)})})
-    with pytest.raises(ValueError, match=r"attitude\.rates"):
-        package.run(other, unfinished / "run.h5", resume=True)
-    with package.run(case, unfinished / "run.h5", resume=True) as run:
-        assert run.complete
 
 
 # runs without a term

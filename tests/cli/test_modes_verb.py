@@ -1,0 +1,123 @@
+"""`femflex modes`, `body` and `info`: frequencies and effective masses with closed forms, body files."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+from support.hub_beam import exact_frequencies
+from support.small_craft import CRAFT
+
+EXACT = exact_frequencies(0.1, 0.1, 0.5, False) / (2 * np.pi)
+
+
+def test_craft_modes_solve_transcendental_equation(femflex, hub_and_beam):
+    code, out, _ = femflex("modes", hub_and_beam(), "--json")
+    data = json.loads(out)
+    assert code == 0 and data["stable"]
+    rigid, elastic = ([mode for mode in data["modes"] if mode["rigid"] is flag] for flag in (True, False))
+    assert len(rigid) == 6 and all(mode["frequency_hz"] == 0.0 for mode in rigid)
+    damped = EXACT * np.sqrt(1 - np.array([mode["damping_ratio"] for mode in elastic[:3]]) ** 2)
+    assert [mode["frequency_hz"] for mode in elastic[:3]] == pytest.approx(damped, rel=5e-5)
+    for mode in elastic[:3]:
+        assert 0.01 < mode["damping_ratio"] < 0.05  # of the beam alone 0.01; on a light hub it is damped more
+        assert sum(mode["kinetic_energy"].values()) == pytest.approx(1.0)
+
+
+@pytest.mark.slow
+def test_converge_finds_exact_frequency_of_craft(femflex, hub_and_beam):
+    code, out, _ = femflex("converge", hub_and_beam(damping=0), "--over", "modes", "--json")
+    found = json.loads(out)
+    assert code == 0 and found["unit"] == "Hz"
+    # static shapes of its joint make two modes enough (2e-10); four go without them (6e-6)
+    assert found["values"] == pytest.approx([EXACT[0]] * len(found["values"]), rel=2e-5)
+
+
+@pytest.mark.slow
+def test_montage_and_movie_of_craft_modes_are_drawn(femflex, hub_and_beam, tmp_path):
+    code, _, err = femflex("modes", hub_and_beam(modes=2), "-o", "m.png", "-o", "m.mp4", "--mode", "7")
+    assert code == 0, err
+    picture = imread(tmp_path / "m.png")
+    assert picture.shape[0] > 300 and picture[..., :3].std() > 0.02
+    assert (tmp_path / "m.mp4").stat().st_size > 5000
+
+
+def test_modes_of_tube_have_closed_form(femflex, write_case):
+    """First bending frequency 3.51602 sqrt(EI / m' L^4) / 2 pi; E I / m' of a thin rod is E (R^2 + r^2) / 4 rho."""
+    code, out, _ = femflex("modes", write_case(), "--bodies", "--json")
+    data = json.loads(out)["boom"]
+    exact = 3.51602 / (2 * np.pi * 3.0**2) * np.sqrt(70e9 / 2700 * (0.030**2 + 0.028**2) / 4)
+    assert code == 0 and len(data["frequency_hz"]) == 4
+    assert data["frequency_hz"][:2] == pytest.approx([exact, exact], rel=5e-4)  # less by the inertia of rotation
+    running = np.array(data["running_sum"])
+    assert np.all(np.diff(running[:, :3], axis=0) >= 0)
+    assert running[-1, 1] == pytest.approx(0.6131 + 0.1883, abs=5e-3)  # effective masses of two modes in a plane
+
+
+def test_flat_boom_has_effective_masses_of_clamped_beam(femflex, write_case):
+    """20 mm along y, 60 mm along z: its first mode moves 61.31 % of its mass along y, the next as much along z.
+
+    These turn about z and y: (int x phi dm)^2 is 97.07 % of the inertia of a bar about its clamped end.
+    """
+    flat = CRAFT.replace(
+        '"tube"\nouter_radius = "30 mm"\nthickness = "2 mm"', '"rectangle"\nwidth = 0.02\nheight = 0.06'
+    ).replace('material = "aluminium" }', 'material = "aluminium", options = { orientation = [0, 1, 0] } }')
+    data = json.loads(femflex("modes", write_case(flat), "--bodies", "--json")[1])["boom"]
+    shares = np.array(data["effective_mass"]) / np.array(data["total"])
+    stiff = int(np.argmin(np.abs(np.array(data["frequency_hz"]) / data["frequency_hz"][0] - 3)))
+    for mode, (moved, turned) in ((0, ("y", "rz")), (stiff, ("z", "ry"))):
+        for direction, part in ((moved, 0.6131), (turned, 0.9707)):
+            assert shares[mode][data["directions"].index(direction)] == pytest.approx(part, abs=2e-3)
+
+
+def test_body_file_has_modes_of_its_case(femflex, write_case):
+    case = write_case()
+    assert femflex("body", case, "boom")[0] == 0
+    assert femflex("body", case, "boom")[0] == 2  # it is there now
+    saved, fresh = (json.loads(femflex("modes", file, "--bodies", "--json")[1])["boom"] for file in ("boom.h5", case))
+    for data in (saved, fresh):
+        del data["note"]  # on the choices of the case
+    assert saved == fresh
+    mac = json.loads(femflex("modes", case, "--mac", "boom.h5", "--json")[1])["boom"]["mac"]
+    np.testing.assert_allclose(np.diag(mac), 1.0, rtol=1e-12)
+    code, _, err = femflex("modes", "boom.h5", "-n", "9")
+    assert code == 2 and "4" in err
+
+
+def test_info_describes_files_of_every_kind(femflex, run_folder):
+    """Mass of the tube: 2700 pi (0.03^2 - 0.028^2) 3 = 2.95184 kg."""
+    assert femflex("body", "craft.toml", "boom")[0] == 0
+    expected = {
+        "boom.inp": ("mesh", "BOOM", "ROOT", "TIP"),
+        "craft.toml": ("boom", "hub", "push"),
+        "boom.h5": ("2.95184 kg", "tip", "(3, 0, 0)"),
+        "run.h5": ("201", "10 s", "boom.tip"),
+    }
+    for name, words in expected.items():
+        code, out, _ = femflex("info", name)
+        assert code == 0 and all(word in out for word in words), out
+    code, out, err = femflex("check", "craft.toml")
+    assert (code, err) == (0, "") and "202.952 kg" in out and "10 degrees of freedom" in out
+
+
+def test_copy_with_advice_is_a_sound_case_and_overwrites_nothing(femflex, write_case, tmp_path):
+    case = write_case()
+    before = case.read_text()
+    assert femflex("check", case, "--write-advice")[0] == 0
+    (copy,) = set(tmp_path.glob("*.toml")) - {case}
+    assert case.read_text() == before and femflex("check", copy)[0] == 0
+    copy.write_text("mine")
+    assert femflex("check", case, "--write-advice")[0] == 2 and copy.read_text() == "mine"
+
+
+@pytest.mark.slow
+def test_pictures_have_the_requested_size(femflex, run_folder):
+    words = ("render", "run.h5", "--at", "1", "--size", "320x240", "--scale", "20", "-o", "a.png")
+    assert femflex(*words)[0] == 0
+    image = imread(Path("a.png"))
+    assert image.shape[:2] == (240, 320) and image.std() > 0.02
+    assert femflex("modes", "craft.toml", "-o", "m.png")[0] == 0
+    assert imread(Path("m.png")).std() > 0.02

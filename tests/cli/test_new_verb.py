@@ -1,0 +1,84 @@
+"""`femflex new`: a starting case that checks without problems, for a boom, meshes and decks."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from femflex.case import read_case
+from femflex.mesh import Mesh, write_mesh
+
+MESHES = Path(__file__).resolve().parents[2] / "meshes"
+
+
+def test_new_case_is_valid_with_its_commented_tables_and_runs(femflex, tmp_path):
+    assert femflex("new", "first_craft")[0] == 0
+    path = tmp_path / "first_craft.toml"
+    assert json.loads((tmp_path / "case.schema.json").read_text())["properties"]["bodies"]
+    case = read_case(path)
+    assert set(case.bodies) == {"hub", "boom"} and case.run.duration == 60.0
+    code, _, err = femflex("run", path, "--no-pictures")
+    assert code == 0 and not err
+    head, _, rest = path.read_text().partition("[[loads]]")
+    path.write_text(head + "[[loads]]" + rest.replace("\n# ", "\n"))
+    assert list(read_case(path).expect.answers) == ["turned"]
+    assert femflex("new", path)[0] == 2 and "\n# " not in path.read_text().partition("[[loads]]")[2]
+
+
+@pytest.mark.parametrize(
+    ("mesh", "members", "clamp"),
+    [
+        ("boom.msh", {"boom": "beam"}, "root"),
+        ("panel.msh", {"panel": "plate"}, "root"),
+        ("l_frame.inp", {"mast": "beam", "arm": "beam"}, "root"),
+        ("slab.msh", {"panel": "solid"}, "root"),
+    ],
+)
+def test_groups_of_a_mesh_become_members(femflex, tmp_path, mesh, members, clamp):
+    assert femflex("new", "craft.toml", "--mesh", MESHES / mesh)[0] == 0
+    case = read_case(tmp_path / "craft.toml")
+    body = case.bodies["flexible"]
+    assert {member.group: member.family for member in body.members} == members
+    assert list(body.reduction.clamp) == [clamp]
+    if mesh == "panel.msh":  # 6 m along x, 1.5 m along y: the torque bends it out of its plane
+        torque = np.abs(case.loads[0].torque).max(axis=0)
+        assert torque[1] > 0 and torque[0] == torque[2] == 0
+
+
+@pytest.mark.parametrize("deck", ["mast.bdf", "half_panels.inp"])
+def test_deck_has_units_and_supports(femflex, tmp_path, deck):
+    code, out, _ = femflex("new", "craft.toml", "--deck", MESHES / deck)
+    assert code == 0 and "mm-t-s" in out
+    body = read_case(tmp_path / "craft.toml").bodies["flexible"]
+    assert body.units == "mm-t-s" and list(body.reduction.clamp) == ["supports"]
+    assert body.markers["root"].group != body.markers["tip"].group
+
+
+def test_deck_without_supports_or_mass_gets_free_modes_and_a_density(femflex, tmp_path):
+    cards = ["GRID,1,,0.,0.,0.", "GRID,2,,500.,0.,0.", "GRID,3,,1000.,0.,0.", "CBAR,1,3,1,2,0.,1.,0."]
+    cards += ["CBAR,2,3,2,3,0.,1.,0.", "PBAR,3,1,100.,800.,900.,1500.", "MAT1,1,70000.,,.33"]
+    (tmp_path / "bare.bdf").write_text("\n".join(["BEGIN BULK", *cards, "ENDDATA", ""]))
+    assert femflex("new", "craft.toml", "--deck", "bare.bdf", "--units", "mm-t-s")[0] == 0
+    body = read_case(tmp_path / "craft.toml").bodies["flexible"]
+    assert body.reduction.method == "free_free" and body.overrides == {"mat_1": {"density": 2700.0}}
+    code, _, err = femflex("check", "craft.toml")
+    assert code == 0, err
+
+
+def test_folded_and_skew_quadrilaterals_are_shells(femflex, tmp_path):
+    """plate_bfs is for rectangles of one plane."""
+    flat = np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0], [1, 1, 0], [2, 1, 0]], float)
+    folded, skew = flat.copy(), flat.copy()
+    folded[[2, 5]] = [[1, 0, 1], [1, 1, 1]]
+    skew[:, 0] += 0.3 * skew[:, 1]
+    for points, family in ((flat, "plate_bfs"), (folded, "shell"), (skew, "shell")):
+        groups = {"skin": {"quad": np.arange(2)}, "root": {"line": np.arange(1)}}
+        cells = {"quad": np.array([[0, 1, 4, 3], [1, 2, 5, 4]]), "line": np.array([[0, 3]])}
+        write_mesh(tmp_path / "skin.msh", Mesh(points, cells, cell_groups=groups))
+        code, _, err = femflex("new", "skin.toml", "--mesh", "skin.msh", "--force")
+        assert code == 0, err
+        (member,) = read_case(tmp_path / "skin.toml").bodies["flexible"].members
+        assert member.family == family
