@@ -209,3 +209,18 @@ def test_added_channels_fill_the_rows_and_replace_their_namesakes(tmp_path):
         and os.listdir(tmp_path) == ["run.h5"]
         and not any(part.parent == tmp_path for part in PARTS)
     )
+
+
+@pytest.mark.parametrize(
+    ("times", "changed", "words"),
+    [
+        (TIMES, {"p": TIMES}, "'p'"),
+        (TIMES, {"q": np.zeros((3, 4))}, r"\(3, 2\)"),
+        (TIMES[::-1], {}, "increase"),
+    ],
+)
+def test_invalid_block_is_refused_and_not_written(tmp_path, times, changed, words):
+    with RunWriter(tmp_path / "run.h5", CHANNELS, known_bodies()) as writer:
+        with pytest.raises(ValueError, match=words):
+            writer.write_block(times, {**known_arrays(times), **changed})
+        assert not (tmp_path / "run.h5").exists()
