@@ -1,4 +1,4 @@
-"""Strings with units become SI numbers; the dimension counts, and an angle is a dimension."""
+"""Strings with units become SI numbers."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from femflex.case.units import NOUNS, UnitError, describe, example, to_base, to_si
+from femflex.case.units import NOUNS, UnitError, example, to_base, to_si
 
 
 @pytest.mark.parametrize(
@@ -36,27 +36,12 @@ from femflex.case.units import NOUNS, UnitError, describe, example, to_base, to_
         ("0.3", "", 0.3),
         ("2 h", "s", 7200.0),
         ("1 ft", "m", 0.3048),
+        ("3 km/h", "m/s", 3 / 3.6),
         ("3 kg^(1/2) m", "kg^0.5 m", 3.0),
     ],
 )
 def test_a_string_with_a_unit_becomes_the_si_number(text: str, unit: str, number: float):
     assert to_si(text, unit) == pytest.approx(number, rel=1e-14)
-
-
-@pytest.mark.parametrize(
-    ("text", "unit", "told"),
-    [
-        ("436 kg m^2", "N m^2", "a moment of inertia.*expected a flexural rigidity.*kilograms is written 'kgf'"),
-        ("30 deg", "", "an angle; expected a plain number"),
-        ("0.5", "rad", "without a unit"),
-        ("2 Hz", "rad/s", "cycles per second are written 'rev/s'"),
-        ("2 rad/s", "Hz", "an angular rate; expected a frequency"),
-        ("20 °C", "m", "a quantity in K"),
-    ],
-)
-def test_another_dimension_is_refused(text: str, unit: str, told: str):
-    with pytest.raises(UnitError, match=told):
-        to_si(text, unit)
 
 
 @pytest.mark.parametrize(
@@ -76,4 +61,3 @@ def test_every_unit_of_the_schema_is_its_own_example(unit: str):
 def test_base_units_are_written_out():
     assert to_base("1 N") == (1.0, "kg m s^-2")
     assert to_base("180 deg/s") == (pytest.approx(math.pi), "rad s^-1")
-    assert describe((("kilogram", 1.0), ("meter", 2.0))) == "a moment of inertia"
