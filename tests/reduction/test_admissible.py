@@ -1,10 +1,9 @@
-"""Beam functions by their equations and end conditions; the analytic body against the finite-element one."""
+"""Beams on admissible functions: textbook roots, finite elements, integrals over the beam."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.linalg import eigh
 from support.reduction_examples import EI_Y, EI_Z, LENGTH, MASS, slender_beam
 
 from femflex.fem import Member, build_structure
@@ -13,36 +12,23 @@ from femflex.mesh.generators import line
 from femflex.reduction import (
     BeamFunctions,
     ModalDamping,
+    Taper,
     UniformBeam,
     beam_body,
     cantilever_modes,
     effective_mass,
     mac_of_bodies,
     reduce_structure,
-    sampled_functions,
 )
 from femflex.reduction.beams.beam_functions import (
-    CONDITIONS,
-    STATIC_AXIAL,
     STATIC_BENDING,
-    axial_characteristic,
     bending_characteristic,
     bending_roots,
     gauss,
-    polynomials,
     with_static,
 )
-from femflex.reduction.boundary.rigid import check_no_rigid_motion
+from femflex.reduction.inertia.moments import point_moments
 
-ENDS = [
-    "clamped-free",
-    "free-free",
-    "clamped-clamped",
-    "clamped-pinned",
-    "pinned-pinned",
-    "pinned-free",
-    "free-clamped",
-]
 DIRECTION = (3.0, 4.0, 1.0)
 XI, WEIGHT = gauss(500)
 
@@ -65,67 +51,6 @@ def beam(**changes):
 )
 def test_roots_are_the_textbook_ones(ends, roots):
     assert bending_roots(ends, 3) == pytest.approx(roots, rel=1e-13)
-
-
-@pytest.mark.parametrize("ends", ENDS)
-def test_characteristic_functions_solve_their_equation_and_meet_their_ends_at_any_order(ends):
-    n = 60
-    f, roots = bending_characteristic(ends, n), bending_roots(ends, n)
-    xi = np.linspace(0, 1, 301)
-    assert np.abs(f(xi, 4) / roots**4 - f(xi, 0)).max() < 1e-12
-    for at, support in zip((0.0, 1.0), ends.split("-"), strict=True):
-        for derivative in CONDITIONS[support]:
-            assert np.abs(f(np.array([at]), derivative) / roots**derivative).max() < 1e-12
-    gram = (f(XI, 0) * WEIGHT[:, None]).T @ f(XI, 0)
-    assert np.abs(gram - np.eye(n)).max() < 1e-11
-    assert np.abs(f(xi, 0)).max() < 2.1  # no growth: cosh and cos never cancel
-
-
-def test_a_free_tip_points_up():
-    assert np.all(bending_characteristic("clamped-free", 20)(np.array([1.0]), 0) == pytest.approx(2.0, abs=1e-10))
-
-
-@pytest.mark.parametrize(("p", "q"), [(2, 0), (0, 0), (1, 0), (1, 1), (2, 2), (2, 1), (0, 2)])
-def test_polynomials_are_orthonormal_and_meet_their_ends(p, q):
-    n = 25
-    f = polynomials(p, q, n)
-    gram = (f(XI, 0) * WEIGHT[:, None]).T @ f(XI, 0)
-    assert np.abs(gram - np.eye(n)).max() < 1e-10
-    for at, order in ((0.0, p), (1.0, q)):
-        for derivative in range(order):
-            assert np.abs(f(np.array([at]), derivative)).max() < 1e-9
-
-
-@pytest.mark.parametrize(("p", "q"), [(0, 0), (1, 0), (0, 1)])
-def test_polynomials_hold_no_rigid_motion_their_ends_allow(p, q):
-    f = polynomials(p, q, 8)
-    rigid = [np.ones_like(XI), XI] if p + q == 0 else [XI if p else 1 - XI]
-    for motion in rigid:
-        assert np.abs((WEIGHT * motion) @ f(XI, 0)).max() < 1e-13
-
-
-def test_polynomials_of_a_held_bar_begin_with_uniform_strain():
-    assert np.ptp(polynomials(1, 0, 1, rigid=1)(XI, 1)) < 1e-12
-    assert np.abs(WEIGHT @ polynomials(0, 0, 5, rigid=1)(XI, 0)).max() < 1e-13
-
-
-@pytest.mark.parametrize(
-    "functions",
-    [
-        bending_characteristic("clamped-free", 6),
-        axial_characteristic("clamped-free", 6),
-        axial_characteristic("free-free", 6),
-        polynomials(2, 0, 9),
-        with_static(bending_characteristic("clamped-free", 4), STATIC_BENDING, 6),
-        with_static(axial_characteristic("clamped-free", 4), STATIC_AXIAL, 5),
-    ],
-)
-def test_derivatives_agree_with_differences(functions):
-    xi, h = np.linspace(0.1, 0.9, 17), 1e-5
-    for order in (0, 1):
-        difference = (functions(xi + h, order) - functions(xi - h, order)) / (2 * h)
-        exact = functions(xi, order + 1)
-        assert np.abs(difference - exact).max() < 1e-5 * np.abs(exact).max()
 
 
 def test_static_shapes_complete_the_answer_to_a_root_that_accelerates_or_turns():
@@ -178,16 +103,6 @@ def test_second_moments_agree_too_torsion_and_axial_motion_included():
     assert body.moments.second[:13, :, :13, :] == pytest.approx(fe.moments.second, abs=2e-5)
 
 
-def test_orthonormal_or_not_it_is_the_same_body():
-    functions = BeamFunctions(4, 4, 1, 1, family="polynomial")
-    plain, made = (beam_body(beam(rotary_inertia=True, ry=0.05), functions, orthonormal=flag) for flag in (False, True))
-    assert np.isnan(plain.omega).all() and plain.kinds == ("admissible",) * 10
-    values = eigh(plain.strain.V1, plain.moments.elastic_mass(), eigvals_only=True)
-    assert made.omega == pytest.approx(np.sqrt(values), rel=1e-9)
-    assert made.moments.elastic_mass() == pytest.approx(np.eye(10), abs=1e-12)
-    assert effective_mass(plain).effective == pytest.approx(effective_mass(made).effective, abs=1e-9)
-
-
 def test_free_free_functions_move_with_the_mean():
     body = beam_body(beam(), BeamFunctions(4, 4, 1, 1, ends="free-free"))
     assert effective_mass(body).carried.max() < 1e-12
@@ -195,79 +110,102 @@ def test_free_free_functions_move_with_the_mean():
     assert np.isin(np.round(exact, 6), np.round(body.omega, 6)).all()
 
 
-def test_damping_and_both_skins():
-    body = beam_body(beam(), BeamFunctions(2, 1), damping=ModalDamping(0.01))
-    assert np.diag(body.damping) == pytest.approx(0.02 * body.omega)
-    assert list(body.skin.cells) == ["line"] and body.skin.shapes.shape == (3, len(body.skin.points), 3)
-    tube = beam_body(beam(radius=0.2), BeamFunctions(2, 1)).skin
-    x = np.array(DIRECTION) / np.linalg.norm(DIRECTION)
-    off = tube.points - np.outer(tube.points @ x, x)
-    assert np.linalg.norm(off, axis=1) == pytest.approx(0.2)
-    corners = tube.points[tube.cells["quad"]]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    outward = off[tube.cells["quad"]].mean(axis=1)
-    assert np.all(np.einsum("qi,qi->q", normal, outward) < 0) or np.all(np.einsum("qi,qi->q", normal, outward) > 0)
+ROOT, WAY, NEAR, L = np.array([0.3, -0.2, 0.5]), np.array([2.0, 1.0, -0.7]), np.array([0.1, 0.9, 0.4]), 1.7
+TAPER = Taper(mass=lambda xi: 1 + xi, bending=lambda xi: 2 - xi**2, axial=lambda xi: np.exp(-xi))
+_x = WAY / np.linalg.norm(WAY)
+_y = NEAR - _x * (_x @ NEAR)
+_y /= np.linalg.norm(_y)
+FRAME = np.array([_x, _y, np.cross(_x, _y)])
+XI_QUADRATURE, W = (lambda x, w: ((x + 1) / 2, w / 2))(*np.polynomial.legendre.leggauss(48))
 
 
-def test_sampled_functions_span_the_modes_of_a_mesh():
-    structure = slender_beam(n=60, order=3, direction=DIRECTION)
-    modes = sampled_functions(structure, beam(), BeamFunctions(5, 5), clamp="start")
-    body = reduce_structure(structure, modes, {"tip": "end"})
-    assert effective_mass(body).omega[:4] == pytest.approx(cantilever_modes(structure, "start", 4).omega, rel=1e-6)
-    assert modes.kinds == ("admissible",) * 10 and "start" in body.markers
+def beam_of(**changes):
+    data = dict(EA=900.0, EIy=30.0, EIz=50.0, GJ=20.0, mass_per_length=0.8, ry=0.05, rz=0.09, root=ROOT,
+                direction=WAY, orientation=NEAR, taper=TAPER)  # fmt: skip
+    return UniformBeam(L, **{**data, **changes})
 
 
-def test_nodes_off_the_line_are_refused():
-    with pytest.raises(ValueError, match=r"nodes lie up to 4.29 m off the beam's line and 0 m past its ends"):
-        sampled_functions(slender_beam(direction=(0, 1, 0)), beam(direction=(3, 3, 4)), BeamFunctions(2))
-    ends = slender_beam(direction=DIRECTION)
-    forward = 0.5 * np.asarray(DIRECTION) / np.linalg.norm(DIRECTION)
-    for root, past in (
-        (forward, "0.5"),
-        (-forward, "0.5"),
-    ):  # a mesh that begins before the root; that ends past the tip
-        with pytest.raises(ValueError, match=f"off the beam's line and {past} m past its ends"):
-            sampled_functions(ends, beam(root=root), BeamFunctions(2))
+def points_of(beam):
+    """Points of a section, and their shares of its mass."""
+    if beam.rotary_inertia:
+        a, b = np.sqrt(2) * beam.rz, np.sqrt(2) * beam.ry
+        return np.array([[0, a, 0], [0, -a, 0], [0, 0, b], [0, 0, -b]]), np.full(4, 0.25)
+    a = np.sqrt((beam.ry**2 + beam.rz**2) / 2)
+    return np.concatenate([a * np.eye(3), -a * np.eye(3)]), np.array([-0.5, 0.5, 0.5] * 2)
 
 
-@pytest.mark.parametrize(
-    ("make", "sentence"),
-    [
-        *(
-            (
-                lambda key=key, value=value: beam(**{key: value}),
-                f"{key} of the beam is {value}; it must be positive and finite",
-            )
-            for key, value in zip(
-                ("EA", "EIy", "EIz", "GJ", "mass_per_length"),
-                (-1.0, 0.0, np.inf, 0.0, np.nan),
-                strict=True,
-            )
-        ),
-        (lambda: beam(ry=-1.0), "ry of the beam is -1.0; a radius of gyration is zero or positive"),
-        (
-            lambda: BeamFunctions(2, ends="clamped-loose"),
-            "ends 'clamped-loose' are not understood; give root and tip as two",
-        ),
-        (lambda: BeamFunctions(2, family="spline"), "family 'spline' of beam functions is not known"),
-        (lambda: BeamFunctions(), r"numbers of beam functions .* are \(0, 0, 0, 0\)"),
-        (lambda: BeamFunctions(2, -1), "give at least one, and none negative"),
-        (
-            lambda: BeamFunctions(3, ends="free-free", static=True),
-            "static shapes go with characteristic functions",
-        ),
-        (lambda: BeamFunctions(1, static=True), "static shapes of bending come in twos"),
-        (lambda: beam_body(beam(ry=0.0, rz=0.0), BeamFunctions(2, torsion=1)), "the section has no inertia"),
-    ],
-)
-def test_beams_and_functions_that_cannot_be_are_refused(make, sentence):
-    with pytest.raises(ValueError, match=sentence):
-        make()
+def displaced(functions, offsets, X, xi=XI_QUADRATURE):
+    """Displacements (k, m, 3, n), body axes, of points of sections that turn by (theta, -w', v')."""
+    value, slope = (functions.fields(xi, L, d) @ X for d in (0, 1))
+    turn = np.stack([value[:, 3], -slope[:, 2], slope[:, 1]], axis=1)
+    local = value[:, None, :3] + np.cross(turn[:, None], offsets[None, :, :, None], axis=2)
+    return np.einsum("ba,kmbn->kman", FRAME, local)
 
 
-@pytest.mark.parametrize("phi", [[[1.0, 0.0], [2.0, 0.0], [0.5, 0.0]], [[1.0, -2.0], [2.0, -4.0], [0.5, -1.0]]])
-def test_shapes_that_are_zero_or_multiples_of_others_are_refused(phi):
-    with pytest.raises(
-        ValueError, match=r"the 2 shapes are not independent \(smallest singular value \d\.\de[+-]\d\d of"
-    ):
-        check_no_rigid_motion(np.zeros((3, 0)), np.array(phi), np.ones(3))
+@pytest.mark.parametrize(("rotary", "family"), [(True, "characteristic"), (False, "polynomial")])
+def test_moments_stiffness_markers_and_skin_are_integrals_over_the_beam(rotary, family):
+    beam = beam_of(rotary_inertia=rotary, radius=0.11)
+    functions = BeamFunctions(y=2, z=1, axial=1, torsion=2, family=family)
+    body = beam_body(beam, functions, ModalDamping(0.02))
+    bare = beam_body(beam, functions, orthonormal=False)
+    offsets, share = points_of(beam)
+    dm = (W * 0.8 * L * TAPER.mass(XI_QUADRATURE))[:, None] * share
+    rho = ROOT + (L * XI_QUADRATURE)[:, None, None] * FRAME[0] + offsets @ FRAME
+    scale = 1 / np.sqrt(0.8 * L)
+    own = point_moments(
+        dm.ravel(), rho.reshape(-1, 3), displaced(functions, offsets, scale * np.eye(6)).reshape(-1, 3, 6)
+    )
+    np.testing.assert_allclose(bare.moments.first, own.first, rtol=1e-9, atol=1e-10)
+    np.testing.assert_allclose(bare.moments.second, own.second, rtol=1e-9, atol=1e-9)
+    slope, bend = (functions.fields(XI_QUADRATURE, L, d) * scale for d in (1, 2))
+    EI = W * L * TAPER.bending(XI_QUADRATURE)
+    terms = ((900 * W * L * TAPER.axial(XI_QUADRATURE), slope[:, 0]), (50 * EI, bend[:, 1]), (30 * EI, bend[:, 2]),
+             (20 * EI, slope[:, 3]))  # fmt: skip
+    V1 = sum(np.einsum("k,ki,kj->ij", c, f, f) for c, f in terms)
+    np.testing.assert_allclose(bare.strain.V1, V1, rtol=1e-9, atol=1e-9 * V1.max())
+    assert np.isnan(bare.omega).all() and body.kinds == ("admissible",) * 6
+    np.testing.assert_allclose(body.moments.elastic_mass(), np.eye(6), atol=1e-9)
+    np.testing.assert_allclose(body.strain.V1, np.diag(body.omega**2), atol=1e-8 * V1.max())
+    np.testing.assert_allclose(np.diag(body.damping), 0.04 * body.omega, rtol=1e-8)
+    for made in (body, bare):
+        tip = made.marker("tip")
+        assert not made.marker("root").phi.any() and not made.marker("root").psi.any()
+        np.testing.assert_allclose(made.marker("root").position, ROOT)
+        np.testing.assert_allclose(tip.position, ROOT + L * FRAME[0])
+        assert not tip.axis.any()
+    end = np.ones(1)
+    value, slope = functions.fields(end, L)[0] * scale, functions.fields(end, L, 1)[0] * scale
+    np.testing.assert_allclose(bare.marker("tip").phi, FRAME.T @ value[:3], atol=1e-12)
+    np.testing.assert_allclose(bare.marker("tip").psi, FRAME.T @ [value[3], -slope[2], slope[1]], atol=1e-12)
+    skin = bare.skin
+    local = (skin.points - ROOT) @ FRAME.T
+    np.testing.assert_allclose(np.hypot(local[:, 1], local[:, 2]), 0.11)
+    xi = np.unique(local[:, 0].round(12)) / L
+    assert xi[0] == pytest.approx(0) and xi[-1] == pytest.approx(1) and len(local) == 16 * len(xi)
+    ring = local[:16] * [0, 1, 1]
+    moved = displaced(functions, ring, scale * np.eye(6), xi).reshape(-1, 3, 6)
+    np.testing.assert_allclose(skin.shapes, moved.transpose(2, 0, 1), atol=1e-11)
+    sides = np.sort(np.ptp(local[skin.cells["quad"]], axis=1), axis=1)
+    assert len(np.unique(skin.cells["quad"])) == len(local) and sides.max() < 0.2
+    plain = beam_body(beam_of(), functions).skin
+    assert set(plain.cells) == {"line"} and len(plain.points) == len(plain.cells["line"]) + 1
+    np.testing.assert_allclose(np.linalg.norm(np.diff(plain.points[plain.cells["line"]], axis=1)[:, 0], axis=1),
+                               L / len(plain.cells["line"]), rtol=1e-9)  # fmt: skip
+
+
+@pytest.mark.parametrize("far", [False, True])
+@pytest.mark.parametrize(("y", "z"), [(2, 1), (2, 0), (0, 2)])
+def test_an_inextensible_beam_has_the_curvature_of_an_arc_at_fourth_order(y, z, far):
+    """int (EIz a^2 + EIy b^2 + 2 s a b) / 2 of a = v'v'', b = w'w''; s their mean, or the lesser where it bends far."""
+    taper = Taper(bending=lambda xi: 2 - xi**2)
+    beam = beam_of(taper=taper, ry=0.0, rz=0.0, far_bends=far)
+    functions = BeamFunctions(y=y, z=z)
+    body = beam_body(beam, functions, orthonormal=False, strain="condensed")
+    d = np.array([0.04, -0.03, 0.05])[: y + z]
+    slope, bend = (functions.fields(XI_QUADRATURE, L, k) @ d / np.sqrt(0.8 * L) for k in (1, 2))
+    a, b = slope[:, 1] * bend[:, 1], slope[:, 2] * bend[:, 2]
+    shared = 30.0 if far else 40.0
+    quartic = (W * L * taper.bending(XI_QUADRATURE)) @ (50 * a**2 + 30 * b**2 + 2 * shared * a * b) / 2
+    found = [body.strain.energy(k * d) for k in (1.0, -1.0, 2.0)]
+    assert found[0] == pytest.approx(found[1], rel=1e-9)
+    assert (found[2] - 4 * found[0]) / 12 == pytest.approx(quartic, rel=1e-5)

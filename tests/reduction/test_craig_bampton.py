@@ -1,15 +1,30 @@
-"""Craig–Bampton sets against the full model, free and held at the interfaces in turn."""
+"""Craig-Bampton sets and lumped masses against the full model and closed forms."""
 
 from __future__ import annotations
-
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.linalg import eigh, null_space
-from support.reduction_examples import bent_boom, dense_frequencies, frame
+from support.reduction_examples import (
+    CLAMPED_FREE,
+    EI_Y,
+    LENGTH,
+    MASS,
+    bent_boom,
+    dense_frequencies,
+    frame,
+    slender_beam,
+)
 
-from femflex.reduction import cantilever_modes, craig_bampton, reduce_structure
+from femflex.reduction import (
+    cantilever_modes,
+    craig_bampton,
+    effective_mass,
+    lumped,
+    nodal,
+    nodal_translations,
+    reduce_structure,
+)
 from femflex.reduction.boundary.markers import marker_rows
 from femflex.reduction.boundary.rigid import rigid_shapes
 
@@ -55,32 +70,6 @@ def test_all_fixed_interface_modes_make_it_exact():
     )
 
 
-def test_the_first_interface_stays_with_the_body_frame():
-    structure = frame()
-    modes = craig_bampton(structure, ["top", "left"], 4)
-    body = reduce_structure(structure, modes)
-    assert np.abs(body.marker("top").phi).max() < 1e-12 and np.abs(body.marker("top").psi).max() < 1e-12
-    assert np.abs(body.marker("left").phi).max() > 0.01
-
-
-def test_a_single_interface_as_reference_leaves_cantilever_modes():
-    structure = bent_boom()
-    modes = craig_bampton(structure, "start", 5)
-    assert modes.omega == pytest.approx(cantilever_modes(structure, "start", 5).omega, rel=1e-12)
-    assert modes.kinds == ("vibration",) * 5
-
-
-def test_beside_a_clamp_every_interface_keeps_its_six_motions():
-    structure = frame()
-    modes = craig_bampton(structure, "top", 7, clamp="feet", orthonormal=False)
-    assert modes.kinds == ("constraint",) * 6 + ("vibration",) * 7
-    assert np.isnan(modes.omega[:6]).all() and modes.groups == ("feet", "top")
-    top = marker_rows(structure, "top")
-    assert np.abs(top.translation @ modes.phi[:, :3] - np.eye(3)).max() < 1e-12
-    assert np.abs(top.rotation @ modes.phi[:, 3:6] - np.eye(3)).max() < 1e-12
-    assert np.abs(top.translation @ modes.phi[:, 6:]).max() == 0.0
-
-
 @pytest.mark.parametrize("interface", ["rigid", "nodal"])
 @pytest.mark.parametrize("orthonormal", [True, False])
 def test_clamped_feet_stay_where_they_are_and_the_rest_vibrates_as_the_full_model_does(interface, orthonormal):
@@ -95,16 +84,6 @@ def test_clamped_feet_stay_where_they_are_and_the_rest_vibrates_as_the_full_mode
     assert np.all(found > exact * (1 - 1e-9)) and found == pytest.approx(exact, rel=2e-4)
     if orthonormal:
         assert modes.omega[:6] == pytest.approx(found, rel=1e-9)
-
-
-def test_orthonormal_or_not_the_frequencies_are_the_same():
-    structure = frame()
-    plain = craig_bampton(structure, "top", 7, clamp="feet", orthonormal=False)
-    K, M = (plain.phi.T @ (A @ plain.phi) for A in (structure.K, structure.M))
-    made = craig_bampton(structure, "top", 7, clamp="feet")
-    assert made.omega == pytest.approx(np.sqrt(eigh(K, M, eigvals_only=True)), rel=1e-9)
-    assert np.abs(made.phi.T @ (structure.M @ made.phi) - np.eye(13)).max() < 1e-10
-    assert made.kinds == ("craig-bampton",) * 13
 
 
 def test_without_modes_it_is_static_condensation():
@@ -131,23 +110,58 @@ def test_a_rigid_interface_of_several_nodes_moves_as_one_piece():
     assert np.abs(stretch).max() < 1e-12
 
 
-def test_an_interface_that_cannot_hold_the_body_frame_is_refused():
-    structure = bent_boom()
-    bare = replace(structure, rotation=structure.rotation * 0.0)
-    bare.rotation.eliminate_zeros()
-    with pytest.raises(ValueError, match="interface 'start' cannot hold the body frame"):
-        craig_bampton(bare, ["start", "end"], 2)
+def frequencies(body):
+    return np.sqrt(eigh(body.strain.V1, body.moments.elastic_mass(), eigvals_only=True))
 
 
-def test_questions_without_an_answer_are_refused():
-    structure = frame()
-    with pytest.raises(ValueError, match="needs at least one interface group"):
-        craig_bampton(structure, [], 3)
-    with pytest.raises(ValueError, match="interface is 'soft'; it is 'rigid' or 'nodal'"):
-        craig_bampton(structure, ["left"], 3, interface="soft")
-    with pytest.raises(ValueError, match="rigid interfaces 'left' and 'edge' share 1 nodes"):
-        craig_bampton(structure, ["left", "edge"], 3)
-    with pytest.raises(ValueError, match="group 'foot' is not in the mesh"):
-        craig_bampton(structure, ["foot"], 3)
-    with pytest.raises(ValueError, match=r"reference 'edge' has nodes that belong to no interface \(left, right\)"):
-        craig_bampton(structure, ["left", "right"], 3, reference="edge")
+def test_all_nodal_coordinates_are_the_structure_itself():
+    structure = frame(n=2)
+    body = reduce_structure(structure, nodal(structure, "feet"))
+    assert set(body.kinds) == {"nodal"}
+    assert frequencies(body)[:8] == pytest.approx(cantilever_modes(structure, "feet", 8).omega[:8], rel=1e-9)
+    free = nodal(structure, "feet").phi.argmax(axis=0)
+    assert body.strain.V1 == pytest.approx(structure.K.toarray()[np.ix_(free, free)], rel=1e-12, abs=1e-6)
+
+
+@pytest.mark.parametrize("make", [bent_boom, frame])
+def test_lumping_keeps_the_mass_and_the_stiffness(make):
+    structure = make()
+    lumps = lumped(structure)
+    body = reduce_structure(lumps, nodal_translations(lumps, structure.mesh.groups[-1]))
+    total = sum(block.dm.sum() for block in structure.inertia)
+    assert body.moments.mass == pytest.approx(total, rel=1e-13)
+    assert lumps.M.diagonal().sum() == pytest.approx(3 * total, rel=1e-13)
+    assert (lumps.M.diagonal() >= 0).all() and lumps.M.nnz <= lumps.n_dof
+    assert lumps.K is structure.K
+    n = body.n_modes
+    Me = nodal_translations(lumps, structure.mesh.groups[-1]).phi
+    assert np.abs(body.moments.elastic_mass() - Me.T @ (lumps.M @ Me)).max() < 1e-13 * total and n > 6
+
+
+def test_lumped_frequencies_converge_with_the_square_of_the_element_length():
+    exact = CLAMPED_FREE[0] ** 2 * np.sqrt(EI_Y / (MASS * LENGTH**4))
+    errors = []
+    for n in (5, 10, 20):
+        structure = lumped(slender_beam(n=n, order=3))
+        body = reduce_structure(structure, nodal_translations(structure, "start"))
+        errors.append(abs(frequencies(body)[0] / exact - 1))
+    rates = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert rates == pytest.approx(2.0, abs=0.15)
+
+
+def test_guyan_with_massless_rotations_is_exact():
+    """Rotations without mass follow statically whatever the motion: condensed and full frequencies agree."""
+    structure = lumped(bent_boom(n=4, order=3))
+    body = reduce_structure(structure, nodal_translations(structure, "start"))
+    full = cantilever_modes(structure, "start", 6)
+    assert frequencies(body)[:6] == pytest.approx(full.omega, rel=1e-8)
+
+
+def test_all_modes_of_a_lumped_cantilever_carry_all_its_moving_mass():
+    structure = lumped(slender_beam(n=10, order=3))
+    body = reduce_structure(structure, nodal_translations(structure, "start"))
+    root = MASS * LENGTH / 20  # half an element sits on the clamp
+    moving = body.moments.mass - root
+    assert effective_mass(body).effective.sum(axis=0)[:3] == pytest.approx(moving, rel=1e-10)
+    J = body.moments.inertia()
+    assert effective_mass(body).effective.sum(axis=0)[4:] == pytest.approx(np.diag(J)[1:], rel=1e-10)

@@ -10,11 +10,8 @@ from femflex.fem import Member, build_structure
 from femflex.fem.sections import StiffnessSection
 from femflex.mesh.generators import line
 from femflex.reduction import (
-    BeamFunctions,
     ModalDamping,
     RayleighDamping,
-    UniformBeam,
-    beam_body,
     cantilever_modes,
     craig_bampton,
     free_free_modes,
@@ -22,8 +19,6 @@ from femflex.reduction import (
     with_attachment,
     with_derivatives,
 )
-from femflex.studies.campbell.sweep import spins
-from femflex.system import System, weld
 
 ZETA = 0.005
 SIX = ("x", "y", "z", "rx", "ry", "rz")
@@ -100,72 +95,8 @@ def test_twist_by_what_hangs_at_the_tip_is_damped_as_with_many_modes(strain):
     assert few == pytest.approx(np.sqrt(1.0 / J), rel=1e-3) and ratio == pytest.approx(ZETA * few / own, rel=1e-3)
 
 
-@pytest.mark.parametrize("strain", ["linear", "condensed"])
-def test_twist_that_one_function_alone_holds_is_damped_as_with_many(strain):
-    """The same of a beam on functions, with none of torsion but the static ones."""
-    beam = UniformBeam(1.0, EA=1e6, EIy=1.0, EIz=1.9, GJ=1.0, mass_per_length=1.0, ry=1e-3, rz=1e-3)
-    J, found = 0.3, []
-    for torsion, tip in ((1, True), (12, False)):
-        body = beam_body(beam, BeamFunctions(y=4, torsion=torsion, tip=tip), ModalDamping(ZETA), strain=strain)
-        body = body.without_slaves()
-        turn = body.markers["tip"].psi[0]
-        squares, X = eigh(body.strain.V1, body.moments.elastic_mass() + J * np.outer(turn, turn))
-        k = int(np.argmax((turn @ X) ** 2))
-        found.append((np.sqrt(squares[k]), X[:, k] @ body.damping @ X[:, k] / (2 * np.sqrt(squares[k]))))
-    (few, ratio), (many, limit) = found
-    assert few == pytest.approx(many, rel=2e-2) and ratio == pytest.approx(limit, rel=0.15)
-
-
-def test_as_many_ratios_as_shapes_are_those_of_all_modes():
-    structure = boom()
-    more = with_attachment(structure, cantilever_modes(structure, "start", 2), ("y",))
-    body = reduce_structure(structure, more, damping=ModalDamping([0.01, 0.02, 0.03]))
-    np.testing.assert_allclose(np.diag(body.damping), 2 * np.array([0.01, 0.02, 0.03]) * more.omega, rtol=1e-6)
-    with pytest.raises(ValueError, match="4 damping ratios were given for 2 modes"):
-        reduce_structure(structure, more, damping=ModalDamping([0.01] * 4))
-
-
 def test_rayleigh_damping_is_that_of_all_shapes():
     structure = boom()
     more = with_attachment(structure, cantilever_modes(structure, "start", 2), ("y", "z"))
     body = reduce_structure(structure, more, damping=RayleighDamping(0.1, 1e-3))
     np.testing.assert_allclose(body.damping, 0.1 * np.eye(4) + 1e-3 * body.strain.V1, atol=1e-6)
-
-
-@pytest.mark.parametrize(("static", "tip"), [(True, False), (False, True), (True, True)])
-def test_static_shapes_beside_functions_do_not_change_it_either(static, tip):
-    beam = UniformBeam(1.0, EA=1e6, EIy=1.0, EIz=1.9, GJ=1.0, mass_per_length=1.0, rotary_inertia=False)
-    more = 2 * (static + tip)
-    body = beam_body(beam, BeamFunctions(y=3 + more, z=3 + more, static=static, tip=tip), ModalDamping(ZETA))
-    assert body.kinds == ("admissible",) * 6 + ("attachment",) * 2 * more
-    beta = np.array([1.8751040687, 4.6940911330, 7.8547574382])
-    exact = np.sort([*beta**2, *beta**2 * np.sqrt(1.9)])
-    assert body.omega[:6] == pytest.approx(exact, rel=1e-8)
-    found, between = ratios_of_set(body, 6)
-    np.testing.assert_allclose(found, ZETA, rtol=1e-9)
-    assert np.abs(between).max() < 1e-9 * np.abs(body.damping).max()
-
-
-def spun(modes, attachment, speeds):
-    """Damping ratios (speeds, 2) of a blade's first flap and lag in steady spins."""
-    structure = boom()
-    shapes = cantilever_modes(structure, "start", modes)
-    if attachment:
-        shapes = with_attachment(structure, shapes, SIX, {"end": ("y", "z")})
-    shapes = with_derivatives(structure, shapes)
-    body = reduce_structure(structure, shapes, {"root": "start", "tip": "end"}, ModalDamping(ZETA), "condensed")
-    system = System({"blade": body}, (weld("blade", child_marker="root"),))
-    found = [one.vibration for one, _ in spins(system, np.array([0.0, 0.0, 1.0]), speeds, 2) if one.asked]
-    return np.array([one.damping_ratios[:2] for one in found]), np.array([one.frequencies[:2] for one in found])
-
-
-@pytest.mark.slow
-def test_ratios_of_a_spun_blade_are_those_without_the_added_shapes():
-    """At up to 12 sqrt(EI / m L^4), over three times the first frequency; at rest the ratio is as given."""
-    speeds = [0.0, 4.0, 8.0, 12.0]
-    (plain, slow), (added, fast) = spun(8, False, speeds), spun(8, True, speeds)
-    np.testing.assert_allclose(added[0], ZETA, rtol=1e-5)
-    np.testing.assert_allclose(plain[0], ZETA, rtol=1e-5)
-    np.testing.assert_allclose(added, plain, rtol=0.01)
-    assert np.abs(added / ZETA - 1).max() > 0.1  # D stays, and the frequency does not
-    np.testing.assert_allclose(fast, slow, rtol=5e-3)

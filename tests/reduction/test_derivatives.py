@@ -1,29 +1,27 @@
-"""Modal derivatives: the bent strip, the definition by differences, supports, and what is kept of them."""
+"""Modal derivatives, third derivatives and sheets against full finite elements and closed forms."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+from support.full_solution import Full, Reduced, static_path
 from support.nonlinear_models import METAL
-from support.reduction_examples import slender_beam
 
 from femflex.fem import Member, build_structure
 from femflex.fem.sections import Rectangle
 from femflex.mesh import box, line, rectangle
 from femflex.reduction import (
     cantilever_modes,
-    craig_bampton,
-    free_free_modes,
     reduce_structure,
-    require_stretch,
     strain_tensors,
-    stretching,
     with_attachment,
     with_derivatives,
+    with_third_derivatives,
 )
 from femflex.reduction.boundary.rigid import rigid_shapes
-from femflex.reduction.large_deflection.derivatives import load_weights, number_kept, scaled_derivatives
+from femflex.reduction.large_deflection.derivatives import scaled_derivatives
 from femflex.reduction.large_deflection.stretch import relaxed_energy
+from femflex.reduction.large_deflection.third_derivatives import third_derivative
 
 # a strip's bending in its own plane, which nothing excites here, is warned of
 pytestmark = pytest.mark.filterwarnings("ignore:plates turn in their own planes")
@@ -101,106 +99,61 @@ def test_a_derivative_is_the_static_answer_to_the_change_of_the_tangent():
     assert not theta[modes.held].any()
 
 
-SETS = {
-    "cantilever": lambda s: cantilever_modes(s, "left", 3),
-    "with attachment": lambda s: with_attachment(s, cantilever_modes(s, "left", 2), ["x", "rz"], {"right": ["z"]}),
-    "free-free": lambda s: free_free_modes(s, 3),
-    "two interfaces": lambda s: craig_bampton(s, ["left", "right"], 1),
-    "clamped and interface": lambda s: craig_bampton(s, ["right"], 1, "left"),
-}
+H = 0.01
 
 
-@pytest.mark.parametrize("name", SETS)
-def test_every_kind_of_set_stays_orthonormal_in_its_frame_and_can_stretch(name):
-    structure = plate()
-    modes = SETS[name](structure)
-    full = with_derivatives(structure, modes)
-    n = modes.n_modes
-    np.testing.assert_array_equal(full.phi[:, :n], modes.phi)
-    assert set(full.kinds[n:]) == {"derivative"} and full.n_modes > n
-    np.testing.assert_allclose(full.phi.T @ (structure.M @ full.phi), np.eye(full.n_modes), atol=1e-9)
-    if name == "free-free":
-        R = rigid_shapes(structure)
-        assert np.abs(R.T @ (structure.M @ full.phi)).max() < 1e-6 * np.sqrt(np.diag(R.T @ (structure.M @ R))).max()
-    else:
-        left = (3 * structure.mesh.group_points("left")[:, None] + np.arange(3)).ravel()
-        moved = structure.translation @ full.phi
-        assert np.abs(moved[left].reshape(-1, 3, full.n_modes).mean(axis=0)).max() < 1e-9 * np.abs(moved).max()
-    before = stretching(structure, modes, strain_tensors(structure, modes.phi))
-    after = stretching(structure, full, reduce_structure(structure, full, strain="nonlinear").strain)
-    assert not before.sound and after.sound
-    slight = stretching(structure, full, strain_tensors(structure, full.phi), 1e-4)  # what linear strain relaxes
-    assert after.alone - slight.alone == pytest.approx(after.relaxed - slight.relaxed, abs=5e-5)
+def plate_derivatives(along=4, across=3):
+    mesh = rectangle(1.0, 0.6, along, across, "quad")
+    return build_structure(mesh, [Member("surface", "plate_bfs", H, METAL)])
 
 
-def test_as_many_derivatives_are_kept_as_asked_the_most_energetic_first():
-    structure = plate()
-    modes = cantilever_modes(structure, "left", 4)
-    few, auto, every = (with_derivatives(structure, modes, keep) for keep in (2, "auto", "all"))
-    assert [few.n_modes, every.n_modes - 4] == [6, 9]
-    assert few.n_modes < auto.n_modes <= every.n_modes
-    assert few.note.startswith("2 derivative shapes for 10 pairs, ")
-    left = [float(found.note.split(", ")[1].split()[0]) for found in (few, auto, every)]
-    assert left[0] > left[1] >= left[2] and left[1] < 1e-6
-    assert np.all(np.diff(every.omega[4:]) >= 0)
+def solid_derivatives():
+    mesh = box(1.0, 0.3, 0.05, 4, 2, 1, "hexahedron27")
+    return build_structure(mesh, [Member("volume", "solid", None, METAL)])
 
 
-def test_combinations_that_add_nothing_are_never_kept():
-    energy = np.array([2.0, 1.0, 1e-3, 1e-8, 1e-15, 0.0])
-    assert [number_kept(energy, keep, 1e-6 * energy.sum()) for keep in (0, 2, 9, "all", "auto")] == [0, 2, 4, 4, 3]
-    assert number_kept(np.zeros(3), "auto", 0.0) == number_kept(np.zeros(0), "all", 0.0) == 0
-    with pytest.raises(ValueError, match="derivative shapes to keep is 'some'; give a number, 'auto' or 'all'"):
-        number_kept(energy, "some", 0.0)
+@pytest.mark.parametrize(("make", "order"), [(plate_derivatives, 5.0), (solid_derivatives, 4.0)])
+def test_the_static_path_of_the_full_elements_is_theirs_to_third_order(make, order):
+    structure = make()
+    one = cantilever_modes(structure, "left", 1).picked([0])
+    full = Full(structure, one.held)
+    phi = one.phi[:, 0] / one.omega[0]
+    theta, psi = scaled_derivatives(structure, one)[:, 0], third_derivative(structure, one)
+    size = 0.3 * H / np.abs(structure.translation @ phi).max()
+    factors = size * np.array([0.25, 0.5, 1.0])
+    exact = static_path(full, (structure.K @ phi)[full.free], factors)
+    lacking = []
+    for q, x in zip(factors, exact, strict=True):
+        left = full.whole(x) - phi * q - theta * q**2 / 2
+        lacking.append([np.abs(structure.translation @ d).max() for d in (left, left - psi * q**3)])
+    lacking = np.array(lacking)
+    assert np.log2(lacking[1:, 0] / lacking[:-1, 0]) == pytest.approx([3, 3], abs=0.1)
+    assert np.all(np.log2(lacking[1:, 1] / lacking[:-1, 1]) > order - 1.1)
+    assert lacking[-1, 1] < 0.1 * lacking[-1, 0]
 
 
-def test_modes_along_a_straight_line_share_their_derivatives():
-    """Bending in one plane and in the other stretch the same line: the pairs are dependent and found to be."""
-    mesh = line([[0, 0, 0], [LENGTH, 0, 0]], 4)
-    structure = build_structure(mesh, [Member("line", "beam", Rectangle(0.02, 0.02), METAL, {"order": 4})])
-    full = with_derivatives(structure, cantilever_modes(structure, "start", 2), "all")
-    assert "3 pairs" in full.note and full.kinds.count("derivative") == 1
+def test_one_of_them_does_for_a_plate_bent_by_eight_thicknesses_what_four_more_modes_do_not():
+    """Such a plate_derivatives stops curving crosswise."""
+    structure = plate_derivatives(8, 5)
+    load = structure.M @ rigid_shapes(structure)[:, 2]
+    tip = structure.translation[[3 * structure.mesh.group_points("top_right")[0] + 2]].toarray()[0]
+    full = Full(structure, cantilever_modes(structure, "left", 1).held)
+    unit = 8 * H / (tip[full.free] @ static_path(full, load[full.free], [1.0])[0])
+    factors = unit * np.array([0.25, 0.5, 1.0])
+    exact = static_path(full, load[full.free], factors) @ tip[full.free]
+    assert exact[-1] == pytest.approx(8 * H, rel=0.1)
+    off = []
+    for modes, third in ((5, 1), (9, 0)):
+        shapes = with_attachment(structure, cantilever_modes(structure, "left", modes), ["z"])
+        shapes = with_derivatives(structure, with_third_derivatives(structure, shapes, third))
+        body = reduce_structure(structure, shapes, strain="condensed")
+        assert body.n_modes == modes + 1 + third
+        phi = shapes.phi[:, : body.n_modes]
+        found = static_path(Reduced(body.strain), phi.T @ load, factors) @ (phi.T @ tip)
+        off.append(np.abs(found / exact - 1).max())
+    assert off[0] < 1e-4
+    assert off[1] > 10 * off[0]
 
 
-def test_a_set_that_cannot_stretch_is_refused_with_both_numbers():
-    structure = beam()
-    modes = cantilever_modes(structure, "start", 2)
-    text = r"2 shapes \(vibration\) cannot stretch: .* stores 2.75 times .* stores 1 times that energy. Add static"
-    with pytest.raises(ValueError, match=text):
-        require_stretch(structure, modes, strain_tensors(structure, modes.phi))
-
-
-def test_a_set_with_too_few_derivatives_is_told_how_many_it_has():
-    structure = beam()
-    full = with_derivatives(structure, cantilever_modes(structure, "start", 2), "all")
-    assert full.kinds.count("derivative") == 3
-    few = full.picked([0, 1, 4])  # the stiffest of them does little for the lowest mode
-    with pytest.raises(ValueError, match=r"cannot stretch: .* Its one static derivative is too few: keep more of them"):
-        require_stretch(structure, few, strain_tensors(structure, few.phi))
-    require_stretch(structure, full, strain_tensors(structure, full.phi))
-
-
-@pytest.mark.parametrize(("rises", "turning"), [(0.6, ()), (2.0, ("ry",))])
-def test_an_arch_bent_beyond_its_rise_relaxes_at_least_as_far_with_more_shapes(rises, turning):
-    """All derivatives hold the lowest shape's own: the least energy over them cannot lie above that over it alone."""
-    height, held = 0.008, ("x", "y", "z", "rx", "rz", *turning)
-    mesh = line(lambda s: [1.3 * s, 0, 4 * rises * height * s * (1 - s)], 16)
-    member = Member("line", "beam", Rectangle(0.02, height), METAL, {"orientation": (0, 1, 0)})
-    structure = build_structure(mesh, [member])
-    modes = with_derivatives(structure, cantilever_modes(structure, {"start": held, "end": held}, 4), "all")
-    tensors = strain_tensors(structure, modes.phi)
-    found = stretching(structure, modes, tensors)
-    assert found.alone <= found.relaxed * (1 + 1e-6)
-    require_stretch(structure, modes, tensors)
-
-
-def test_a_pair_of_two_shapes_counts_for_both_orders_of_them():
-    """q_i q_j of equal loads, 1 / omega^2 each in units of equal energy: sums of squares over all i and j agree."""
-    structure = slender_beam()
-    modes = cantilever_modes(structure, "start", 3)
-    q = modes.omega[0] / modes.omega
-    i, j = np.triu_indices(3)
-    value = np.random.default_rng(0).uniform(size=(3, 3))
-    value = value + value.T
-    assert np.sum(load_weights(structure, modes) ** 2 * value[i, j]) == pytest.approx(
-        np.sum(np.outer(q, q) ** 2 * value)
-    )
+WIDTH, H_BENDS = 0.6, 1.5e-3
+START, REACH = 0.02, 0.23  # bends of the first and the last state

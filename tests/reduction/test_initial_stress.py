@@ -1,21 +1,16 @@
-"""Pretension, heat and buckling of reduced bodies: closed forms."""
+"""Initial stress: stiffening, buckling loads and equilibria in closed form."""
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 import pytest
-from scipy import sparse
 from scipy.linalg import eigh
 from support.full_solution import Reduced, static_path
 from support.nonlinear_models import METAL
 
-from femflex.fem import Member, build_structure
-from femflex.fem.eigen.modes import factorised
+from femflex.fem import Material, Member, build_structure
 from femflex.fem.sections import Rectangle
-from femflex.fem.sections.laminates import Lamina, Ply, layup
-from femflex.mesh import Mesh, line, rectangle
+from femflex.mesh import line, rectangle
 from femflex.reduction import (
     cantilever_modes,
     critical_factor,
@@ -26,9 +21,9 @@ from femflex.reduction import (
     with_derivatives,
 )
 from femflex.reduction.boundary.clamps import held_dofs
-from femflex.reduction.modes import buckling
-from femflex.reduction.strain.initial_stress import largest_strain, stress_energy, warn_of_initial_stress
-from femflex.warning import PhysicsWarning
+from femflex.reduction.boundary.rigid import rigid_shapes
+from femflex.reduction.boundary.supported import supported
+from femflex.reduction.strain.initial_stress import stress_energy
 
 WIDTH, H = 0.05, 0.01
 A, EI = WIDTH * H, METAL.E * WIDTH * H**3 / 12
@@ -76,52 +71,6 @@ def test_the_critical_factor_is_eulers(n, order):
     assert critical_factor(pulled, held_dofs(pulled, PINS)) == np.inf
 
 
-@pytest.mark.parametrize("dense", [True, False])
-@pytest.mark.parametrize("ends", [(-0.4, 7.0), (-3.0, 0.2), (0.1, 0.5), (-5.0, -2.0)])
-def test_the_lowest_ratio_is_found_among_larger_ones_of_either_sign(dense, ends, monkeypatch):
-    monkeypatch.setattr(buckling, "SMALL", 40 if dense else 0)
-    n = 30
-    ratios, S = np.linspace(*ends, n), np.eye(n) + 0.2 * np.random.default_rng(5).normal(size=(n, n))
-    K0 = sparse.csr_array(S.T @ S)
-    K_sigma = sparse.csr_array(S.T @ (ratios[:, None] * S))
-    assert buckling.lowest_ratio(K_sigma, K0) == pytest.approx(ends[0], rel=1e-9)
-    found, x = buckling.roughly_lowest(K_sigma, K0, factorised(K0))
-    assert found == pytest.approx(ends[0], abs=buckling.ROUGHLY * abs(1 + ends[0]))
-    assert x @ K_sigma @ x / (x @ K0 @ x) == pytest.approx(found, abs=1e-9)
-
-
-def test_a_buckled_structure_is_refused_with_the_factor_it_bears():
-    structure = beam(thermal_strain=2 * EULER / (METAL.E * A))
-    with pytest.raises(ValueError, match=r"buckles the structure: its linear buckling load factor is 0.5, and must"):
-        cantilever_modes(structure, PINS, 2)
-    with pytest.raises(ValueError, match=r"clamped at .'start'., has 1 rigid motion without"):
-        cantilever_modes(beam(prestress=EULER), {"start": ("x", "y", "z")}, 2)
-
-
-def test_linear_strain_warns_of_stress_that_no_support_holds():
-    structure = beam(thermal_strain=-1e-4)
-    modes = cantilever_modes(structure, "start", 3)
-    with pytest.warns(PhysicsWarning, match=r"static motion would release 100% of its energy, over 1%, and linear"):
-        reduce_structure(structure, modes)
-    held = cantilever_modes(structure, PINS, 3)
-    assert reduce_structure(structure, held).strain.f0 == pytest.approx(0.0, abs=1e-6)  # and no warning
-
-
-def test_stress_that_no_support_holds_goes_and_what_is_held_stays():
-    structure = beam(thermal_strain=1e-3)  # enough to buckle it, were it held
-    for clamp in ("start", ()):
-        loose = relaxed(structure, clamp)
-        scale = np.abs(structure.f0).max()
-        assert np.abs(loose.f0).max() < 1e-9 * scale
-        assert abs(loose.K - beam().K).max() < 1e-9 * abs(loose.K).max()
-    assert cantilever_modes(relaxed(structure, "start"), "start", 2).omega == pytest.approx(
-        cantilever_modes(beam(), "start", 2).omega, rel=1e-9
-    )
-    held = beam(thermal_strain=-1e-3)
-    np.testing.assert_allclose(relaxed(held, PINS).K.toarray(), held.K.toarray(), rtol=1e-9, atol=1e-3)
-    assert relaxed(beam(), "start").stressed is False
-
-
 @pytest.mark.parametrize(("family", "cell"), [("plate", "triangle"), ("plate_bfs", "quad")])
 def test_a_pulled_plate_held_on_two_sides_keeps_a_stress_in_equilibrium(family, cell):
     """Cooled between two edges, free on the others: what is left varies, balances, and its energy has fallen."""
@@ -155,60 +104,30 @@ def test_a_heated_cantilever_finds_its_new_length_and_keeps_its_frequencies():
     assert np.linalg.eigvalsh(body.strain.V1)[0] < 0  # with the stress held it would have buckled
 
 
-def test_the_largest_strain_told_is_that_of_the_pull():
-    """N / EA of a beam between two clamps, and sigma / E of a plate pulled one way."""
-    pull = 0.031 * METAL.E * A
-    given = beam(prestress=pull)
-    assert largest_strain(given, given) == pytest.approx(0.031, rel=1e-9)
-    fibre = Lamina(140e9, 10e9, 5e9, 0.3, 1600.0)
-    section = layup([Ply(fibre, 1e-3, np.radians(way)) for way in (25, -25, -25, 25)])
-    sheet = build_structure(
-        rectangle(1.0, 0.5, 2, 1), [Member("surface", "plate", section, None, {"prestress": (1e4, 0.0, 0.0)})]
-    )
-    along, across, _ = np.linalg.solve(section.A, [1e4, 0.0, 0.0])
-    assert -across > 1.2 * along  # such a laminate draws in by more than it is stretched
-    assert largest_strain(sheet, sheet) == pytest.approx(along, rel=1e-6)
-    with pytest.warns(PhysicsWarning, match="strains it by up to 3.1%, and strain is taken to be small, below"):
-        warn_of_initial_stress("the beam", given, given)
+METAL, SIDE, H_SUPPORTED = Material(7e10, 0.3, 2700.0), 1.0, 5e-3
+D = METAL.E * H_SUPPORTED**3 / 12 / (1 - METAL.nu**2)
+EDGES = dict.fromkeys(("left", "right", "bottom", "top"), ("z",)) | {"bottom_left": ("x", "y", "z"), "top_left": ("x",)}
+NOTHING = np.zeros(0, np.int64)
 
 
-@pytest.mark.parametrize(
-    ("clamp", "strain", "moved"),
-    [("start", 5e-3, 5e-3), ("start", 5e-4, None), (("start", "end"), 5e-3, None)],
-)
-def test_heat_that_moves_a_body_is_said_to_be_in_no_result(clamp, strain, moved):
-    """A heated cantilever grows by strain x length; up to 1e-3 of its size, and between walls, nothing is said."""
-    given = beam(thermal_strain=strain)
-    left = relaxed(given, clamp)
-    with warnings.catch_warnings(record=True) as seen:
-        warnings.simplefilter("always")
-        warn_of_initial_stress("the beam", given, left, meant=False)
-    assert len(seen) == (moved is not None)
-    if seen:
-        assert f"moves it by up to {moved:.4g} m, 0.005 of its size (limit 0.001)" in str(seen[0].message)
-        assert "this displacement is in no result" in str(seen[0].message)
+def sheet(prestress=(0.0, 0.0, 0.0), n=10):
+    mesh = rectangle(SIDE, SIDE, n, n, "quad")
+    return build_structure(mesh, [Member("surface", "plate_bfs", H_SUPPORTED, METAL, {"prestress": prestress})])
 
 
-def two_bars(prestress=3000.0):
-    """A bar of 1.5 m between walls, and one of 3.5 m that ends free, on skew lines; both under the same tension."""
-    way, other = np.array([0.6, 0.8, 0.0]), np.array([0.0, 0.6, 0.8])
-    points = np.array(
-        [0 * way, 0.75 * way, 1.5 * way, [0, 0, 1.0], [0, 0, 1.0] + 1.75 * other, [0, 0, 1.0] + 3.5 * other]
-    )
-    cells = np.array([[0, 1], [1, 2], [3, 4], [4, 5]])
-    walls = {"walls": np.array([0, 2, 3])}
-    mesh = Mesh(points, {"line": cells}, {"bars": {"line": np.arange(4)}}, walls)
-    return build_structure(mesh, [Member("bars", "beam", Rectangle(0.02, 0.02), METAL, {"prestress": prestress})])
+@pytest.mark.parametrize("factor", [0.6, 1.1, 2.5, 40.0])
+def test_a_compressed_sheet_buckles_at_the_load_of_navier(factor):
+    """Simply supported, square, pressed along x: N = 4 pi^2 D / b^2; borne, nearly borne, and past buckling."""
+    structure = sheet((-4 * np.pi**2 * D / SIDE**2 / factor, 0.0, 0.0))
+    assert critical_factor(structure, held_dofs(structure, EDGES)) == pytest.approx(factor, rel=1e-3)
 
 
-def test_the_part_of_a_stress_that_clamps_sustain_is_that_of_its_energy():
-    given = two_bars()
-    left = relaxed(given, "walls")
-    with pytest.warns(
-        PhysicsWarning, match=r"the bars: its clamps sustain 30% of the energy .* \(limit 50%\); the rest"
-    ):
-        warn_of_initial_stress("the bars", given, left)
-    modes = cantilever_modes(given, "walls", 2)
-    with pytest.warns(PhysicsWarning, match=r"static motion would release 70% of its energy, over 1%"):
-        reduce_structure(given, modes)
-    warn_of_initial_stress("the bars", given, left, meant=False)  # it moves by 1e-4 of its size
+def test_a_free_structure_answers_the_balanced_part_of_a_load():
+    """K x is the load less the inertia of the rigid acceleration it gives; no rigid motion is in the answer."""
+    structure = sheet()
+    R, M = rigid_shapes(structure), structure.M
+    load = structure.translation.T @ np.random.default_rng(0).standard_normal((structure.translation.shape[0], 2))
+    x = supported(structure, NOTHING).answers(load)
+    balanced = load - M @ R @ np.linalg.solve(R.T @ (M @ R), R.T @ load)
+    assert np.abs(structure.K @ x - balanced).max() < 1e-8 * np.abs(load).max()
+    assert np.abs(R.T @ (M @ x)).max() < 1e-9 * np.abs(R.T @ (M @ np.abs(x))).max()

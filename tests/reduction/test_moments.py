@@ -1,66 +1,25 @@
-"""Mass moments and stiffness from the tables against M, K, closed forms and a cloud of points."""
+"""Mass moments of reduced bodies against textbook values, points of mass and given matrices."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy import sparse
+from scipy.linalg import eigh
 from support.reduction_examples import ALUMINIUM, LENGTH, MASS, bent_boom, frame, slender_beam
 
-from femflex.fem import Member, PointMass, build_structure, tables
-from femflex.fem.sections import Tube
-from femflex.mesh.generators import line
-from femflex.reduction import cantilever_modes, reduce_structure, rigid_set
-from femflex.reduction.inertia import moments
-from femflex.reduction.inertia.mass_matrix import KnownMoments
-from femflex.reduction.inertia.moments import linear_stiffness, mass_moments, point_moments, strain_stiffness
+from femflex.fem import Material, Member, PointMass, build_structure
+from femflex.fem.eigen.modes import stiffness_ratio
+from femflex.fem.sections import Rectangle, Tube
+from femflex.mesh.generators import box, line, rectangle
+from femflex.reduction import body_from_matrices, cantilever_modes, free_free_modes, reduce_structure, rigid_set
+from femflex.reduction.boundary.rigid import rigid_shapes
+from femflex.reduction.inertia.moments import mass_moments, strain_stiffness
 
 
 @pytest.fixture(scope="module", params=["boom", "frame"])
 def structure(request):
     return {"boom": bent_boom, "frame": frame}[request.param]()
-
-
-def random_shapes(structure, n, seed=0):
-    phi = np.random.default_rng(seed).standard_normal((structure.n_dof, n))
-    return phi
-
-
-def test_elastic_mass_is_phi_m_phi_to_rounding(structure):
-    phi = random_shapes(structure, 6)
-    found = mass_moments(structure.inertia, structure.T @ phi).elastic_mass()
-    expected = phi.T @ (structure.M @ phi)
-    assert np.abs(found - expected).max() < 1e-13 * np.abs(expected).max()
-
-
-def test_elastic_mass_of_modes_is_the_identity(structure):
-    group = structure.mesh.groups[-1]
-    phi = cantilever_modes(structure, "start" if "start" in structure.mesh.groups else "feet", 8).phi
-    assert group and np.abs(mass_moments(structure.inertia, structure.T @ phi).elastic_mass() - np.eye(8)).max() < 1e-12
-
-
-def test_stiffness_from_the_strain_table_is_phi_k_phi(structure):
-    phi = random_shapes(structure, 5)
-    expected = linear_stiffness(structure.K, phi)
-    assert (
-        np.abs(strain_stiffness(structure.strain, structure.T @ phi) - expected).max() < 1e-12 * np.abs(expected).max()
-    )
-
-
-def test_stiffness_of_modes_is_omega_squared(structure):
-    modes = cantilever_modes(structure, "start" if "start" in structure.mesh.groups else "feet", 8)
-    V1 = linear_stiffness(structure.K, modes.phi)
-    assert np.abs(V1 / np.outer(modes.omega, modes.omega) - np.eye(8)).max() < 1e-9
-    assert np.array_equal(V1, V1.T)
-
-
-def test_chunks_of_elements_change_nothing_but_memory(structure, monkeypatch):
-    phi = structure.T @ random_shapes(structure, 4)
-    whole, V1 = mass_moments(structure.inertia, phi), strain_stiffness(structure.strain, phi)
-    monkeypatch.setattr(tables, "CHUNK_VALUES", 3000)
-    pieces = mass_moments(structure.inertia, phi)
-    assert pieces.mass == pytest.approx(whole.mass, rel=1e-14)
-    assert np.abs(pieces.second - whole.second).max() < 1e-13 * np.abs(whole.second).max()
-    assert np.abs(strain_stiffness(structure.strain, phi) - V1).max() < 1e-13 * np.abs(V1).max()
 
 
 def test_a_rigid_tube_has_its_textbook_mass_centre_and_inertia():
@@ -127,30 +86,112 @@ def test_first_moments_of_a_cantilever_are_the_closed_form():
     assert np.abs(first).max(axis=1) == pytest.approx(expected, rel=1e-8)
 
 
-def test_point_moments_take_any_points():
-    rng = np.random.default_rng(5)
-    dm, rho, shapes = rng.random(20), rng.standard_normal((20, 3)), rng.standard_normal((20, 3, 2))
-    m = point_moments(dm, rho, shapes)
-    z = np.concatenate([rho[:, None], shapes.transpose(0, 2, 1)], axis=1)  # point, shape, axis
-    assert m.first == pytest.approx(np.einsum("p,pAa->Aa", dm, z))
-    assert m.second == pytest.approx(np.einsum("p,pAa,pBb->AaBb", dm, z, z))
+def random_system(n=12, k=4, lumped=False, seed=11):
+    """Nodes, a consistent (or lumped) mass alike along the axes, a stiffness with six rigid motions, clamped shapes."""
+    rng = np.random.default_rng(seed)
+    X = rng.standard_normal((n, 3))
+    scalar = np.diag(rng.random(n) + 0.5)
+    if not lumped:
+        A = rng.standard_normal((n, n)) * 0.2
+        scalar = scalar + A @ A.T
+    M = np.kron(scalar, np.eye(3))
+    K = np.zeros((3 * n, 3 * n))
+    for i in range(n):
+        for j in range(i):  # springs between all pairs
+            d = X[i] - X[j]
+            row = np.zeros(3 * n)
+            row[3 * i : 3 * i + 3], row[3 * j : 3 * j + 3] = d, -d
+            K += rng.random() * np.outer(row, row)
+    held = np.arange(9)
+    free = np.arange(9, 3 * n)
+    eigenvalues, V = eigh(K[np.ix_(free, free)], M[np.ix_(free, free)])
+    phi = np.zeros((3 * n, k))
+    phi[free] = V[:, :k]
+    assert held.size == 9
+    return X, M, K, phi, np.sqrt(eigenvalues[:k])
 
 
-def test_a_body_too_large_for_memory_is_refused(monkeypatch):
-    structure = bent_boom()
-    monkeypatch.setattr(moments, "MOST_BYTES", 1e3)
-    with pytest.raises(ValueError, match=r"mass moments of 5 shapes would take 2.59e-06 GB; a body may take 1e-06 GB"):
-        mass_moments(structure.inertia, structure.T @ random_shapes(structure, 5))
+@pytest.mark.parametrize("lumped", [False, True])
+def test_moments_are_the_nodal_sums_of_the_mass_matrix(lumped):
+    X, M, K, phi, omega = random_system(lumped=lumped)
+    m = body_from_matrices(X, sparse.csr_array(M), sparse.csr_array(K), phi, omega=omega).moments
+    scalar, shapes = M[::3, ::3], [X, *(column.reshape(-1, 3) for column in phi.T)]
+    assert m.mass == pytest.approx(scalar.sum())
+    for A, za in enumerate(shapes):
+        assert m.first[A] == pytest.approx(scalar.sum(axis=0) @ za)
+        for B, zb in enumerate(shapes):
+            assert m.second[A, :, B, :] == pytest.approx(za.T @ scalar @ zb)
 
 
-def test_known_moments_of_dofs_are_those_of_the_points_in_any_shapes():
-    """Sides count too: int r_i x r_j dm of two shapes, by which they turn each other, changes sign with their order."""
-    rng = np.random.default_rng(3)
-    dm, rho, rows = rng.uniform(0.5, 1.0, 4), rng.normal(size=(4, 3)), rng.normal(size=(4, 3, 5))
-    phi = rng.normal(size=(5, 3))
-    found = KnownMoments(point_moments(dm, rho, rows)).moments(phi)
-    expected = point_moments(dm, rho, rows @ phi)
-    assert found.mass == expected.mass
-    np.testing.assert_allclose(found.first, expected.first, atol=1e-12)
-    np.testing.assert_allclose(found.second, expected.second, atol=1e-12)
-    assert abs(expected.second - expected.second.transpose(2, 1, 0, 3)).max() > 0.1
+def test_stiffness_frequencies_and_kinds():
+    X, M, K, phi, omega = random_system()
+    body = body_from_matrices(X, M, K, phi, omega=omega)
+    assert np.diag(body.strain.V1) == pytest.approx(omega**2)
+    assert body.moments.elastic_mass() == pytest.approx(np.eye(4), abs=1e-12)
+    assert body.kinds == ("vibration",) * 4 and np.array_equal(body.omega, omega)
+    assert body_from_matrices(X, M, K, phi).kinds == ("nodal",) * 4
+
+
+SHEET = Material(7e10, 0.3, 2700.0)
+PANEL = Material(2e9, 0.3, 100.0)
+
+
+@pytest.fixture(scope="module", params=["plate", "solid"])
+def structure_families(request):
+    turn = [0.3, 0.4, 0.2]
+    if request.param == "plate":
+        mesh = rectangle(1.0, 1.0, 6, 6).rotated(turn).moved([2.0, -1.0, 0.5])
+        return build_structure(mesh, [Member("surface", "plate", 0.01, SHEET)])
+    mesh = box(3.0, 0.8, 0.1, 6, 2, 1, "hexahedron27").rotated(turn)
+    return build_structure(mesh, [Member("volume", "solid", None, PANEL)])
+
+
+def test_six_rigid_motions_cost_nothing(structure_families):
+    R = rigid_shapes(structure_families)
+    assert np.abs(stiffness_ratio(structure_families.K, R)).max() < 1e-16
+    assert free_free_modes(structure_families, 3).n_modes >= 3
+    total = sum(block.dm.sum() for block in structure_families.inertia)
+    assert np.diag(R.T @ (structure_families.M @ R))[:3] == pytest.approx(total, rel=1e-12)
+
+
+@pytest.mark.parametrize("make", [lambda s: cantilever_modes(s, "left", 5), lambda s: free_free_modes(s, 5)])
+def test_moments_and_stiffness_are_those_of_the_modes(structure_families, make):
+    modes = make(structure_families)
+    body = reduce_structure(structure_families, modes)
+    n = modes.n_modes
+    assert np.abs(body.moments.elastic_mass() - np.eye(n)).max() < 1e-12
+    for V1 in (body.strain.V1, strain_stiffness(structure_families.strain, structure_families.T @ modes.phi)):
+        assert np.abs(V1 / np.outer(modes.omega, modes.omega) - np.eye(n)).max() < 1e-7
+
+
+SHEET_FAMILIES = 2700.0 * 2.0 * 0.8 * 0.01
+MESHES = {
+    "solid": (lambda: box(2.0, 0.8, 0.4, 2, 1, 1), Member("volume", "solid", None, ALUMINIUM), 2700 * 0.64),
+    "shell": (lambda: rectangle(2.0, 0.8, 3, 1, "quad"), Member("surface", "shell", 0.01, ALUMINIUM), SHEET_FAMILIES),
+    "plate": (
+        lambda: rectangle(2.0, 0.8, 3, 1, "triangle"),
+        Member("surface", "plate", 0.01, ALUMINIUM),
+        SHEET_FAMILIES,
+    ),
+    "plate_bfs": (
+        lambda: rectangle(2.0, 0.8, 3, 1, "quad"),
+        Member("surface", "plate_bfs", 0.01, ALUMINIUM),
+        SHEET_FAMILIES,
+    ),
+    "beam": (
+        lambda: line([[0, 0.4, 0], [2, 0.4, 0]], 3),
+        Member("line", "beam", Rectangle(0.02, 0.03), ALUMINIUM, {"orientation": (0, 1, 0)}),
+        2700 * 2 * 6e-4,
+    ),
+}
+
+
+@pytest.mark.parametrize("family", MESHES)
+def test_a_mesh_taken_as_rigid_has_its_mass_and_its_centre(family: str):
+    mesh, member, mass = MESHES[family]
+    structure = build_structure(mesh(), [member])
+    body = reduce_structure(structure, rigid_set(structure.n_dof))
+    assert body.n_modes == body.n_shapes == 0 and body.moments.mass == pytest.approx(mass)
+    assert body.moments.center_of_mass()[:2] == pytest.approx([1.0, 0.4])
+    across = body.moments.inertia()[1, 1] - mass * np.sum(body.moments.center_of_mass()[[0, 2]] ** 2)
+    assert across == pytest.approx(mass * (4.0 + (0.16 if family == "solid" else 0.0)) / 12, rel=1e-3)

@@ -1,9 +1,6 @@
-"""Static equilibria of tethers and membranes, and their vibration about these: chains, spun cables, orbits."""
+"""Bodies about loaded states: cables, chains, tethers, trusses."""
 
-import contextlib
-import re
-import warnings
-from dataclasses import replace
+from __future__ import annotations
 
 import numpy as np
 import pytest
@@ -16,17 +13,14 @@ from femflex.dynamics.equilibria.linearised import linearised
 from femflex.fem import Material, Member, PointMass, build_structure
 from femflex.fem.sections import CableSection, Circle
 from femflex.mesh import Mesh, line
-from femflex.reduction import cantilever_modes, reduce_structure, relaxed, with_derivatives
-from femflex.reduction.preload import equilibrium
+from femflex.reduction import cantilever_modes, reduce_structure, with_derivatives
 from femflex.reduction.preload.equilibrium import static_equilibrium
 from femflex.reduction.preload.loads import Preload, loads_on
 from femflex.system import Frame, System, weld
-from femflex.warning import PhysicsWarning
 
 CORD = CableSection(1e9, 0.3)  # 1e9 N: stretched by parts in 1e8
 PIN = {"start": ("x", "y", "z")}
 PINS = {**PIN, "end": ("x", "y", "z")}
-SOFT = CableSection(2e3, 0.3)
 G = 9.81
 
 
@@ -166,67 +160,6 @@ def test_a_vertical_tether_in_orbit_has_the_tension_and_the_frequencies_of_row_I
     assert frequencies(found, S, 0) ** 2 == pytest.approx(squares + 1, rel=1e-5)
 
 
-def test_masses_and_forces_at_groups_pull_as_those_of_the_body_do():
-    load = Preload.orbit(N, [0, 1, 0], [1, 0, 0])
-    carried, _ = vertical(2000.0, 3.0)
-    plain = cord([0, 2000.0, 0], 12, CableSection(1e9, 0.005))
-    told = static_equilibrium(plain, PIN, replace(load, masses={"end": 3.0}))
-    assert tension(told)[1] == pytest.approx(tension(carried)[1], rel=1e-9)
-    pulled = replace(load, forces={"end": [0, 3 * N**2 * 3.0 * 2000.0, 0]})
-    pulled = static_equilibrium(plain, PIN, pulled)
-    assert tension(pulled)[1] == pytest.approx(tension(carried)[1], rel=1e-6)
-
-
-def test_a_tether_without_tension_is_refused_with_what_to_do():
-    with pytest.raises(ValueError, match=r"tether on group 'line' has no tension.*give it a prestress.*or a preload"):
-        cantilever_modes(cord([3.0, 0, 0]), PINS, 2)
-    with pytest.raises(ValueError, match="has no tension"):
-        relaxed(cord([3.0, 0, 0], prestress=100.0), PIN)  # its free end lets go of it
-    with pytest.raises(ValueError, match="has no tension"):
-        static_equilibrium(cord([3.0, 0, 0]), PINS)
-
-
-def test_slack_is_reported_with_where_and_how_far():
-    """Hung between two points below each other, at its natural length: the lower part would be pushed."""
-    rope = cord([0, 0, -10.0], 10, CableSection(1e5, 1.0), prestress=20.0)
-    with pytest.warns(PhysicsWarning, match=r"slack over 29.*at \(0, 0, -9.\d+\), below zero") as found:
-        static_equilibrium(rope, PINS, Preload.weight([0, 0, -G]))
-    assert any("falls to -28" in str(one.message) for one in found)
-
-
-def test_a_slack_tether_next_to_a_taut_one_is_reported():
-    mesh = line([[0, 0, 0], [0, 0, -10.0]], 10)
-    second = line([[1.0, 0, 0], [1.0, 0, -10.0]], 10)
-    n = len(mesh.points)
-    both = Mesh(
-        np.vstack([mesh.points, second.points]),
-        {"line": np.vstack([mesh.cells["line"], second.cells["line"] + n])},
-        {"taut": {"line": np.arange(10)}, "rope": {"line": np.arange(10, 20)}},
-        {"ends": np.array([0, 10, n, n + 10])},
-    )
-    rope = CableSection(1e5, 1.0)
-    made = build_structure(
-        both, [Member(group, "tether", rope, None, {"prestress": T}) for group, T in (("taut", 500.0), ("rope", 20.0))]
-    )
-    with pytest.warns(PhysicsWarning, match=r"tether on group 'rope' is slack over 29") as found:
-        static_equilibrium(made, {"ends": ("x", "y", "z")}, Preload.weight([0, 0, -G]))
-    assert not any("'taut'" in str(one.message) for one in found)
-
-
-def test_frames_about_a_small_displacement_keep_the_stress_of_their_loads():
-    """A beam under a dead pull: its frequencies are those of the same pull given as prestress, but for its stretch."""
-    section, metal = Circle(0.01), Material(7e10, 0.3, 2700.0)
-    clamp = {"start": ("x", "y", "z", "rx", "ry", "rz"), "end": ("y", "z")}
-    mesh = line([[0, 0, 0], [2.0, 0, 0]], 8)
-    plain = build_structure(mesh, [Member("line", "beam", section, metal)])
-    pulled = static_equilibrium(plain, clamp, Preload(forces={"end": [500.0, 0, 0]}))
-    given = build_structure(mesh, [Member("line", "beam", section, metal, {"prestress": 500.0})])
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        a, b = (cantilever_modes(one, clamp, 4).omega for one in (pulled, given))
-    assert a == pytest.approx(b, rel=2e-5)  # 500 N over EA = 2.2e7 N
-
-
 def test_internal_damping_takes_energy_at_the_rate_of_kelvin_and_voigt():
     """Stretch of a tether with a heavy end: c = tau k."""
     tau, EA, m = 0.01, 1e4, 5.0
@@ -244,37 +177,73 @@ def test_internal_damping_takes_energy_at_the_rate_of_kelvin_and_voigt():
     assert body.damping[across, across] < 1e-6 * tau * k
 
 
-@pytest.mark.parametrize(("steps", "found"), [(3, False), (7, False), (8, False), (40, True)])
-def test_an_equilibrium_that_is_not_reached_is_no_equilibrium(steps, found, monkeypatch):
-    """A chain hung between two pins, its search cut short: after 8 steps 1e-5 of the weight is not carried."""
-    monkeypatch.setattr(equilibrium, "STEPS", steps)
-    refused = pytest.raises(ValueError, match="no static equilibrium was found: the unbalanced force is")
-    with contextlib.nullcontext() if found else refused:
-        static_equilibrium(cord([2.0, 0, 0], 8, SOFT), PINS, Preload.weight([0, 0, -40.0]))
+METAL, A, H = Material(70e9, 0.3, 2700.0), 1.0, 2.0  # half span and height [m]
+AREA = np.pi * 1e-4
+L = np.hypot(A, H)
 
 
-@pytest.mark.parametrize(("left", "scale"), [(3.0, 50.0), (40.0, 25.0), (6e-9, 0.5)])
-def test_what_is_not_carried_is_compared_with_the_largest_load(left, scale):
-    x = np.arange(3.0)
-    assert equilibrium._settled(x, 0.9e-8 * scale, scale) is x
-    said = f"the unbalanced force is {left:.3g} N, and the largest load {scale:.3g} N. Check"
-    with pytest.raises(ValueError, match=re.escape(said)):
-        equilibrium._settled(x, left, scale)
+@pytest.fixture(scope="module")
+def truss():
+    mesh = Mesh(
+        np.array([[0.3 - A, 0.4, 0.5], [0.3, 0.4, 0.5 + H], [0.3 + A, 0.4, 0.5]]),
+        {"line": np.array([[0, 1], [1, 2]])},
+        {"legs": {"line": np.arange(2)}},
+        {"feet": np.array([0, 2]), "crown": np.array([1])},
+    )
+    structure = build_structure(mesh, [Member("legs", "rod", Circle(0.01), METAL)])
+    return structure, cantilever_modes(structure, {"feet": ("x", "y", "z"), "crown": ("y",)}, 1)
 
 
-@pytest.mark.parametrize(("other", "said"), [(97.0, "leaves 2.4 N unbalanced, over 1%"), (99.5, None)])
-def test_tension_that_is_not_balanced_is_said_in_newtons(other, said):
-    """Cords in one line of 100 N and 97 N: 3 N are left where they meet, 2.4 N along z; below 1 % nothing is said."""
-    points = np.outer([0.0, 1.0, 2.0, 3.0], [0.6, 0.0, 0.8])
-    cells = {name: {"line": np.array([k])} for k, name in enumerate(("one", "two", "three"))}
-    mesh = Mesh(points, {"line": np.array([[0, 1], [1, 2], [2, 3]])}, cells, {"ends": np.array([0, 3])})
-    pulls, section = {"one": 100.0, "two": other, "three": other}, CableSection(1e6, 0.1)
-    rope = build_structure(mesh, [Member(g, "tether", section, None, {"prestress": N}) for g, N in pulls.items()])
-    modes = cantilever_modes(rope, {"ends": ("x", "y", "z")}, 1)
-    with warnings.catch_warnings(record=True) as seen:
-        warnings.simplefilter("always")
-        reduce_structure(rope, modes, turning=())
-    texts = [str(one.message) for one in seen if "unbalanced" in str(one.message)]
-    assert len(texts) == (said is not None)
-    if said:
-        assert said in texts[0] and "of its largest force on a dof (80 N)" in texts[0]
+def crown(structure, states) -> np.ndarray:
+    """Displacements (k, 2) of the crown along x and z."""
+    u = (structure.translation @ np.array(states).T).reshape(3, 3, -1)
+    assert np.abs(u[[0, 2]]).max() == 0.0 and np.abs(u[1, 1]).max() == 0.0
+    return u[1, [0, 2]].T
+
+
+def energy(x, z):
+    """EA L / 2 times the squares of Green's strains, the crown moved by (x, z)."""
+    strains = [((A + side * x) ** 2 + (H + z) ** 2 - L**2) / (2 * L**2) for side in (1, -1)]
+    return METAL.E * AREA * L / 2 * sum(e**2 for e in strains)
+
+
+def slope(x, z):
+    """Forces (2,) on the crown moved by (x, z)."""
+    out = np.zeros(2)
+    for side in (1, -1):
+        at = np.array([A * side + x, H + z])
+        out += METAL.E * AREA * L * ((at @ at - L**2) / (2 * L**2)) * at / L**2
+    return out
+
+
+CLAMP = {"feet": ("x", "y", "z"), "crown": ("y",)}
+
+
+@pytest.mark.parametrize(("fx", "fz"), [(2e4, -1e5), (3e5, 4e6), (1e3, -4e6), (-2e6, -3e6), (5e6, 1e6)])
+def test_a_dead_load_moves_a_truss_to_where_its_bars_balance_it_and_it_stands(truss, fx, fz):
+    """Where the load buckles it, it goes on to where its energy is least, an end of its way that is stable."""
+    structure, _ = truss
+    found = static_equilibrium(structure, CLAMP, Preload(forces={"crown": (fx, 0.0, fz)}))
+    moved = found.mesh.points - structure.mesh.points
+    assert not moved[[0, 2]].any() and moved[1, 1] == 0.0
+    at = moved[1, [0, 2]]
+    np.testing.assert_allclose(slope(*at), [fx, fz], atol=1e-8 * np.hypot(fx, fz))
+    h = 1e-4 * np.eye(2)
+    tangent = np.array([(slope(*(at + d)) - slope(*(at - d))) / 2e-4 for d in h])
+    assert np.linalg.eigvalsh(tangent)[0] > 0.0
+    assert energy(*at) - np.dot([fx, fz], at) < 0.0
+
+
+@pytest.mark.parametrize("force", [3.0, -4e3, 5e6])
+def test_two_bars_in_line_sag_by_the_cube_root_of_a_load_across_them(force):
+    """EA (w / a)^3: they have no stiffness at first, so that no step is taken without a shift."""
+    mesh = Mesh(
+        np.array([[-A, 0, 0], [0, 0, 0], [A, 0, 0]]),
+        {"line": np.array([[0, 1], [1, 2]])},
+        {"legs": {"line": np.arange(2)}},
+        {"feet": np.array([0, 2]), "crown": np.array([1])},
+    )
+    structure = build_structure(mesh, [Member("legs", "rod", Circle(0.01), METAL)])
+    found = static_equilibrium(structure, CLAMP, Preload(forces={"crown": (0.0, 0.0, force)}))
+    assert found.mesh.points[1] == pytest.approx([0.0, 0.0, A * np.cbrt(force / (METAL.E * AREA))], rel=1e-7, abs=1e-9)
+    assert np.array_equal(found.mesh.points[[0, 2]], mesh.points[[0, 2]])

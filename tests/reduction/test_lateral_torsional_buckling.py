@@ -1,16 +1,30 @@
-"""What softens strips that are bent in their stiff plane: the load at which they tip over, whatever the set."""
+"""Lateral-torsional buckling of reduced beams and strips at Prandtl's loads."""
 
 import numpy as np
 import pytest
-from support.lateral_buckling import END_LOAD, MOMENT, WEIGHT, critical, critical_of_structure, of_narrow_beams
+from support.lateral_buckling import (
+    EI,
+    END_LOAD,
+    GJ,
+    LENGTH,
+    MOMENT,
+    WEIGHT,
+    critical,
+    critical_of_structure,
+    of_narrow_beams,
+)
 from support.strips import STRIPS, derived, strip, under_end_load
 
 from femflex.fem import Material, Member, build_structure
 from femflex.mesh import rectangle
-from femflex.reduction import cantilever_modes, reduce_structure, with_derivatives
+from femflex.reduction import (
+    BeamFunctions,
+    UniformBeam,
+    beam_body,
+    cantilever_modes,
+    reduce_structure,
+)
 from femflex.reduction.boundary.markers import marker_rows
-from femflex.reduction.large_deflection.derivatives import scaled_derivatives
-from femflex.reduction.large_deflection.softening import softening
 
 HELD = {"start": ("x", "y", "z", "rx"), "end": ("y", "z", "rx")}
 
@@ -32,22 +46,6 @@ def test_any_number_of_modes_beside_the_shape_of_an_end_load_tips_over_at_prandt
     assert found[0] == pytest.approx(1, abs=5e-3 + late)
     assert found[1:] == pytest.approx([1] * len(found[1:]), abs=1.2e-3 + late)
     assert np.all(np.diff(found) < 3e-4)
-
-
-@pytest.mark.parametrize("n", [4, 6, 8])
-def test_automatic_derivatives_hold_the_coupling_that_all_have(n):
-    """The twist of a slim strip stores a millionth of the stretch, and without it 8 modes tip over 6 % late."""
-    auto, everything = (under_end_load("slim", n, keep) for keep in ("auto", "all"))
-    assert auto == pytest.approx(everything, rel=1e-3)
-
-
-def test_the_twist_wants_few_more_derivatives():
-    structure = strip(*STRIPS["slim"])
-    for n in (4, 8, 12):
-        shapes = derived(structure, cantilever_modes(structure, "start", 12), n, "auto")
-        more = [int(part.split()[0]) for part in shapes.note.split(", and ") if "deflections that soften other" in part]
-        assert bool(more) == (n > 4)  # of four modes those for slender bends hold these too
-        assert sum(more) <= n
 
 
 @pytest.mark.parametrize("name", STRIPS)
@@ -99,26 +97,42 @@ def test_plate_strips_tip_over_where_their_own_finite_elements_do(family, counts
         assert found == pytest.approx(exact, rel=7e-3 if n == 4 else 2e-3)
 
 
-def test_softening_is_that_of_the_tangent_of_the_bent_structure():
-    """Second differences of the tangent along a bend, all that is outside the set at rest."""
-    structure = strip(*STRIPS["thick"])
-    modes = cantilever_modes(structure, "start", 5)
-    theta = scaled_derivatives(structure, modes)
-    found = softening(structure, modes, theta)
-    k = int(np.argmin(found.load))
-    j, x = found.bend[k], found.shapes[k]
-    phi = modes.phi / modes.omega
-    row = [list(zip(*np.triu_indices(5), strict=True)).index((min(i, j), max(i, j))) for i in range(5)]
-    a = 1e-4 / np.sqrt(found.factor[k])
-    K = structure.K
-    bent = [structure.internal_force.tangent(s * a * phi[:, j] + a**2 / 2 * theta[:, row[j]]) for s in (1, -1)]
-    first, second = (bent[0] - bent[1]) / (2 * a), ((bent[0] + bent[1]) / 2 - K) / a**2
-    shape, follower = phi @ x, theta[:, row] @ x
-    lost = shape @ (second @ shape) + 2 * shape @ (first @ follower) + follower @ (K @ follower)
-    assert lost == pytest.approx(-found.factor[k], rel=1e-4)
+RATIOS = [50, 400]
 
 
-def test_a_flat_panel_wants_no_shapes_for_softening():
-    metal = Material(7e10, 0.3, 2700.0)
-    structure = build_structure(rectangle(1.0, 0.7, 5, 4, "quad"), [Member("surface", "plate_bfs", 0.01, metal)])
-    assert "soften" not in with_derivatives(structure, cantilever_modes(structure, "left", 9)).note
+def thin_beam(ratio, **changes):
+    data = dict(EA=2.8e9, EIy=ratio * EI, EIz=EI, GJ=GJ, mass_per_length=1.2, ry=0.005, rz=0.005)
+    return UniformBeam(LENGTH, orientation=(0, 1, 0), **{**data, **changes})
+
+
+def polynomial(n, **changes):
+    return BeamFunctions(**{**dict(y=n, z=n, torsion=n, family="polynomial"), **changes})
+
+
+@pytest.mark.sampled(1)
+@pytest.mark.parametrize("ratio", RATIOS)
+@pytest.mark.parametrize("strain", ["condensed", pytest.param("nonlinear", marks=pytest.mark.slow)])
+def test_a_cantilever_tips_over_under_an_end_load_and_under_its_weight(ratio, strain):
+    """4.0126 and 12.854 sqrt(EI GJ) / L^2, from above with more functions."""
+    found = []
+    for n in (3, 4, 6):
+        body = beam_body(
+            thin_beam(ratio), polynomial(n, axial=2 * n + 4 if strain == "nonlinear" else 0), strain=strain
+        )
+        weight = body.moments.first[1:, 2] / body.moments.mass
+        loads = (body.markers["tip"].phi[2], END_LOAD), (weight, WEIGHT)
+        found.append([critical(body, load, of_narrow_beams(k, 2, ratio)) for load, k in loads])
+    assert found[0] == pytest.approx([1, 1], abs=5e-2)
+    assert found[1] == pytest.approx([1, 1], abs=1e-2)
+    assert found[2] == pytest.approx([1, 1], abs=6e-4)  # what six functions leave
+    assert np.all(np.diff(found, axis=0) < 0)
+
+
+@pytest.mark.sampled(1)
+@pytest.mark.parametrize("ratio", RATIOS)
+def test_a_beam_between_forks_tips_over_under_end_moments(ratio):
+    """pi sqrt(EI GJ) / L, of a beam so soft along its axis that its ends may as well draw in."""
+    for n, bound in ((3, 5e-4), (6, 2e-4)):
+        body = beam_body(thin_beam(ratio, EA=1.0), polynomial(n, ends="pinned-pinned"), strain="condensed")
+        moment = body.markers["root"].psi[1] - body.markers["tip"].psi[1]
+        assert critical(body, moment, of_narrow_beams(MOMENT, 1, ratio)) == pytest.approx(1, abs=bound)
