@@ -1,19 +1,14 @@
 """Cables of one tension: bodies that fly apart, are caught and rebound; with a length that is let out."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
+from scipy.integrate import quad, solve_ivp
 
-from femflex import run
 from femflex.body import rigid_body
-from femflex.case import CaseError, parse_case
-from femflex.cli.run_report import cable_lines
 from femflex.dynamics import compile_system
+from femflex.dynamics.equilibria.linearised import linearised
 from femflex.integrate import Dop853
-from femflex.pipeline.decisions import build_system
-from femflex.system import Profile, System, cable, free
+from femflex.system import Environment, Joint, Profile, System, cable, free, weld, with_heavy_cable
 
 A, B, EA = 3.0, 2.0, 40.0
 REDUCED = A * B / (A + B)
@@ -74,60 +69,73 @@ def test_a_cable_that_is_let_out_follows_its_equation_and_balances_its_energy():
     assert np.abs(stored - stored[0]).max() < 2e-3 * np.abs(work).max()
 
 
-CASE = """
-title = "subsatellite on a slack line"
-source = "two bodies that fly apart"
-[run]
-duration = "2 s"
-output_step = "0.1 s"
-[bodies.a]
-kind = "rigid"
-mass = 3
-inertia = [1, 1, 1]
-[bodies.b]
-kind = "rigid"
-mass = 2
-inertia = [1, 1, 1]
-[[joints]]
-kind = "free"
-child = "a"
-[[joints]]
-kind = "free"
-child = "b"
-position = [1, 0, 0]
-velocity = [0.5, 0, 0]
-[cables.line]
-body = "b"
-parent = "a"
-length = LENGTH
-EA = "40 N"
-damping = 0.2
-"""
+POINT = np.zeros((3, 3))
+ENDS = (("base", "origin"), ("tip", "origin"))
 
 
-def test_a_case_says_a_cable_and_the_run_reports_where_it_is_slack(tmp_path):
-    profile = '{ kind = "smooth_step", from = 1.4, to = 1.6, start = 0, end = 1 }'
-    (made,) = build_system(case := parse_case(CASE.replace("LENGTH", profile), Path("c.toml"))).effectors
-    own = cable("line", (("a", "origin"), ("b", "origin")), Profile.smooth_step(0, 1, 1.4, 1.6), EA, 0.2)
-    assert made.markers == own.markers and np.array_equal(made.parameters, own.parameters)
-    with run(case, tmp_path / "c.h5") as done:
-        (line,) = cable_lines(done)
-        slack = (done["effectors/line/tension"] == 0.0).mean()
-        assert line.startswith(f"cable       line was slack in {slack:.0%} of the rows, first at t = 0 s")
+def string(n, damping=0.0):
+    """A string of 2 m stretched between two fixed points that are 2.02 m apart."""
+    bodies = {"base": rigid_body(1.0, np.eye(3)), "tip": rigid_body(1.0, np.eye(3))}
+    away = Joint("tip", translations=np.eye(3)[:1], q0=np.array([2.02]), motion=(2.02,), kind="general")
+    share = (np.arange(n)[:, None] + 0.5) / n
+    places = share * np.array([2.02, 0, 0])
+    return with_heavy_cable(
+        System(bodies, (weld("base"), away)), "line", ENDS, 2.0, 500.0, 0.1, n, places, damping=damping
+    )
 
 
-@pytest.mark.parametrize(
-    ("text", "sentence"),
-    [
-        (CASE.replace("LENGTH", "0"), r"cables\.line: the length of cable 'line' comes to 0 m; it must stay positive"),
-        (CASE.replace("LENGTH", "1").replace('"40 N"', "0"), r"cables\.line\.EA"),
-        (
-            CASE.replace("LENGTH", "1").replace('parent = "a"', 'parent = "c"'),
-            r"cables\.line\.parent: found 'c'",
-        ),
-        (CASE.replace("LENGTH", '"locked"'), r"cables\.line.*locked"),
-    ],
-)
-def test_what_is_wrong_with_a_cable_is_said(text, sentence):
-    with pytest.raises(CaseError, match=sentence):
-        build_system(parse_case(text, Path("c.toml")))
+def test_frequencies_of_a_taut_string_converge_with_the_square_of_the_masses():
+    tension, density = 500.0 * 0.01, 0.1 * 2.0 / 2.02
+    exact = np.pi / 2.02 * np.sqrt(tension / density) * np.array([1.0, 1.0, 2.0, 2.0])  # in both planes
+    errors = []
+    for n in (8, 16):
+        model = compile_system(string(n))
+        poles = linearised(model, 0.0, model.x0).eigenvalues()
+        found = np.sort(np.abs(poles.imag[poles.imag > 1e-3]))[:4]
+        errors.append(np.abs(found / exact - 1.0))
+    assert errors[1].max() < 0.01
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.2)
+
+
+def folded(n, width=0.05, length=2.0, density=0.5):
+    """A chain that hangs in a narrow U from two points at one height, one end of it free to fall."""
+    half = (length - width) / 2.0
+    s = (np.arange(n) + 0.5) * length / n
+    x = np.clip(s - half, 0.0, width)
+    z = -np.minimum(np.minimum(s, half), length - s)
+    places = np.stack([x, 0 * s, z], axis=1)
+    bodies = {"base": rigid_body(1.0, np.eye(3)), "tip": rigid_body(0.01 * density * length / n, POINT)}
+    end = Joint("tip", "base", translations=np.eye(3), q0=np.array([width, 0.0, 0.0]), kind="general")
+    system = System(bodies, (weld("base"), end), environment=Environment(np.array([0.0, 0.0, -9.81])))
+    return with_heavy_cable(system, "line", ENDS, length, 2e3, density, n, places)
+
+
+@pytest.mark.slow
+def test_a_folded_chain_falls_faster_than_a_free_body():
+    """Calkin & March, American Journal of Physics 57 (1989) 154: v^2 = g (2 y - y^2 / L) / (1 - y / L), energy kept."""
+    g, length = 9.81, 2.0
+    model = compile_system(folded(80))
+    t = np.linspace(0.0, 0.6, 601)
+    seen = model.observe(t, Dop853(rtol=1e-6, atol=1e-8).solve(model, t, model.x0).states)
+    fallen = -seen["bodies/tip/position"][:, 2]
+    for part in (0.5, 0.7, 0.9):
+        y = part * length
+        k = int(np.argmax(fallen > y))
+        at = np.interp(y, fallen[k - 1 : k + 1], t[k - 1 : k + 1])
+        exact = quad(lambda y: np.sqrt((1 - y / length) / (g * (2 * y - y * y / length))), 0.0, y)[0]
+        assert at == pytest.approx(exact, rel=0.02)
+        assert np.sqrt(2 * y / g) > 1.05 * exact
+    energy = seen["monitors/energy"]
+    assert np.abs(energy - energy[0]).max() < 1e-3 * abs(energy[0])
+    assert min(seen["effectors/line/tension"].min(), seen["effectors/line/tension_end"].min()) == 0.0
+
+
+def test_damping_of_a_cable_is_that_of_the_whole_whatever_the_number_of_masses():
+    """Along a taut cable the dampers are c L / EA times the springs, so poles decay at c L / EA omega^2 / 2."""
+    c = 0.1  # N s/m
+    for n in (1, 6):
+        model = compile_system(string(n, damping=c))
+        poles = linearised(model, 0.0, model.x0).eigenvalues()
+        along = poles[np.abs(poles.real) > 1e-6]
+        assert len(along) == 2 * n
+        assert -2 * along.real == pytest.approx(c * 2.0 / 500.0 * np.abs(along) ** 2, rel=1e-6)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.pointwise import Jet, Tree, equations, partial_velocities
 from support.random_systems import random_body, random_state
-from test_equations import elastic_forces
+from support.random_table import elastic_forces
 
 from femflex.deployment import DeployingLine, deploying_line
 from femflex.deployment.series import at, derivative

@@ -1,5 +1,4 @@
-"""Effectors that femflex brings, at markers of a tumbling flexible tree: each against its own formula over the jets of
-the markers, and what the markers' forces do along every coordinate against virtual work."""
+"""Effectors of femflex at markers of a tumbling flexible tree: formulas over jets of the markers, and virtual work."""
 
 from dataclasses import replace
 from functools import cache
@@ -11,11 +10,9 @@ from support.pointwise import Jet, Tree
 from support.random_systems import random_state, random_tree
 
 from femflex.dynamics import compile_system
-from femflex.system import Effector, Profile, Sensor, Supply, reaction_wheel, tank, thruster
-from femflex.system.blocks import attitude_feedback, block, state_space
+from femflex.system import Profile, Sensor, Supply, reaction_wheel, tank, thruster
 from femflex.system.cable import cable
 from femflex.system.gimbals import control_moment_gyro
-from femflex.system.separation import separation_spring
 from femflex.system.signal import signal
 
 T = 0.7  # s
@@ -130,59 +127,6 @@ def test_a_wheel_on_a_bending_body_obeys_the_balance_of_its_rotor(mode, z):
 
 
 G, S = unit([1.0, 2.0, -1.0]), unit(np.cross([1.0, 2.0, -1.0], [0.3, 0.1, 1.0]))
-INNER = np.cross(G, S)
-
-
-COMMANDS = {"rates": [0.9]}, {"angles": ["in.value"], "gain": 2.5}, {"rates": ["in.value"], "max_rate": 0.25}
-
-
-@pytest.mark.parametrize("command", COMMANDS)
-def test_a_gimbal_that_follows_its_command_receives_what_turns_the_rotor(command):
-    keys = {"gimbal_axis": G, "spin_axis": S, "initial_angles": [0.8]}
-    gyro = control_moment_gyro("c", ONE[0], 7.0, marker=ONE[1], **keys, **command)
-    out, model, x = seen(signal("in", [0.0, 2.0], [0.4, 1.4]), gyro)
-    value = 0.4 + 0.5 * T
-    rate = 0.9 if command.get("rates") == [0.9] else 2.5 * (value - 0.8) if "gain" in command else 0.25
-    check_gyro(out, model, x, gyro, [0.8], [rate])
-
-
-@pytest.mark.parametrize("first", ["in.value", 0.75])
-def test_a_rotor_in_two_gimbals_turns_with_both_and_each_motor_takes_its_part(first):
-    keys = {"gimbal_axis": G, "spin_axis": S, "inner_axis": INNER, "initial_angles": [0.8, -0.3], "gain": 2.0}
-    gyro = control_moment_gyro(
-        "c", ONE[0], 7.0, marker=ONE[1], angles=["in.value", "other.value"], max_rate=1.1, **keys
-    )
-    sources = signal("in", [0.0, 2.0], [0.4, 1.4]), signal("other", [0.0, 1.0], [-0.2, 0.3])
-    out, model, x = seen(*sources, gyro)
-    rates = np.clip([2.0 * (0.75 - 0.8), 2.0 * (-0.2 + 0.5 * T + 0.3)], -1.1, 1.1)
-    check_gyro(out, model, x, gyro, [0.8, -0.3], rates)
-
-
-def check_gyro(out, model, x, gyro, angles, rates):
-    """Forces from the rate of change of h s along the motion of marker and gimbals, by differences."""
-    _, C, _, omega = motion(ONE)
-
-    def axes(step):
-        A = Rotation.from_rotvec(step * omega).as_matrix() @ C
-        first = Rotation.from_rotvec((angles[0] + step * rates[0]) * G)
-        inner, spin = first.apply(INNER), first.apply(S)
-        if len(angles) == 2:
-            spin = Rotation.from_rotvec((angles[1] + step * rates[1]) * inner).apply(spin)
-        return A @ G, A @ inner, A @ spin
-
-    change = 7.0 * (axes(1e-5)[2] - axes(-1e-5)[2]) / 2e-5
-    outer, inner, spin = axes(0.0)
-    assert out["effectors/c/torque"] == pytest.approx(-change, abs=1e-7)
-    assert [out[f"effectors/c/momentum_{k}"] for k in "xyz"] == pytest.approx(7.0 * spin, abs=1e-12)
-    power = 0.0
-    for k, (axis, rate) in enumerate(zip((outer, inner), rates, strict=False), start=1):
-        assert out[f"effectors/c/rate{k}"] == pytest.approx(rate, rel=1e-12)
-        assert out[f"effectors/c/motor{k}"] == pytest.approx(axis @ change, abs=1e-7)
-        power += rate * (axis @ change)
-    assert out["effectors/c/supplied"] == pytest.approx(power, abs=1e-7)
-    assert out["effectors/c/energy"] == 0.0
-    assert rates_of_states(model, x) == pytest.approx(rates, rel=1e-12)
-    check_work(model, x, out, gyro)
 
 
 @pytest.mark.parametrize("max_torque", [1e3, 0.05])
@@ -255,13 +199,6 @@ def test_a_thruster_pushes_from_one_body_and_draws_its_mass_from_another(kind, l
     assert rates_of_states(model, x) == pytest.approx([*([-1.9 / lag] if lag else []), 0.0, 0.0, 0.0])
 
 
-def test_a_tank_gives_to_all_of_its_thrusters():
-    jets = [thruster(f"jet{k}", *ONE[:1], 1.0 + k, marker=ONE[1], profile=([0.0], [1.0]), specific_impulse=50.0,
-                     supply=Supply("fuel", *TWO)) for k in range(3)]  # fmt: skip
-    _, model, x = seen(*jets, tank("fuel", 5.0, ["jet0", "jet1", "jet2"]))
-    assert rates_of_states(model, x)[0] == pytest.approx(-6.0 / (9.80665 * 50.0))
-
-
 def length_of(distance, part):
     """A growing length that is that part of the distance at T."""
     return Profile.polynomial(part * distance - 0.3 * T, 0.3)
@@ -289,49 +226,6 @@ def test_a_cable_between_two_bodies_pulls_by_strain_and_rate(part, damping):
     assert out["effectors/rope/supplied"] == pytest.approx(supplied, rel=1e-10, abs=1e-14)
     if tension:
         check_work(model, x, out, rope)
-
-
-def test_a_row_of_points_is_pulled_together_where_its_parts_are_taut():
-    where = [(name, marker) for name in TREE.order[:3] for marker in ("a", "b")][:5]
-    at = [motion(one) for one in where]
-    gaps = [at[k + 1][0] - at[k][0] for k in range(4)]
-    d = np.array([np.linalg.norm(gap) for gap in gaps])
-    natural, EA, c = d * [0.8, 1.3, 0.9, 0.7], 20.0, 0.6
-    total = natural.sum()
-    told = {"tension": "N", "tension_end": "N", "slack": "1"}
-    numbers = np.array([4.0, EA, c, total, *natural])
-    accounts = ("energy", "dissipation")
-    chain = Effector("chain", "cable_chain", tuple(where), channels=told, accounts=accounts, parameters=numbers)
-    out, model, x = seen(chain)
-    force, N, energy, lost = np.zeros((5, 3)), np.zeros(4), 0.0, 0.0
-    for k in (0, 2, 3):  # the second is slack
-        e, faster = gaps[k] / d[k], gaps[k] @ (at[k + 1][2] - at[k][2]) / d[k]
-        S = EA * (d[k] - natural[k]) / natural[k]
-        N[k] = max(0.0, S + c * total / natural[k] * faster)
-        force[k] += N[k] * e
-        force[k + 1] -= N[k] * e
-        energy += S * (d[k] - natural[k]) / 2
-        lost += (N[k] - S) * faster
-    assert out["effectors/chain/force"] == pytest.approx(force.ravel(), rel=1e-10, abs=1e-12)
-    assert (out["effectors/chain/tension"], out["effectors/chain/tension_end"]) == pytest.approx((N[0], N[3]))
-    assert N[0] != pytest.approx(N[3])
-    assert out["effectors/chain/slack"] == pytest.approx(natural[1] / total)
-    assert (out["effectors/chain/energy"], out["effectors/chain/dissipation"]) == pytest.approx((energy, lost))
-    check_work(model, x, out, chain)
-
-
-@pytest.mark.parametrize("part", [1.4, 0.9])
-def test_a_separation_spring_pushes_and_never_pulls(part):
-    p, q = motion(ONE)[0], motion(TWO)[0]
-    d = np.linalg.norm(q - p)
-    spring = separation_spring("apart", (ONE, TWO), 12.0, part * d)
-    out, model, x = seen(spring)
-    push = 12.0 * max(0.0, part * d - d) * (q - p) / d
-    assert out["effectors/apart/force"] == pytest.approx(np.concatenate([-push, push]), rel=1e-11)
-    assert out["effectors/apart/distance"] == pytest.approx(d)
-    assert out["effectors/apart/energy"] == pytest.approx(6.0 * max(0.0, part * d - d) ** 2)
-    if part > 1:
-        check_work(model, x, out, spring)
 
 
 @pytest.mark.parametrize("k", range(6))
@@ -382,71 +276,22 @@ def test_sensors_measure_one_marker_from_another_that_moves_too(k):
     assert out["effectors/echo/value"] == pytest.approx(0.75 + bias[0])
 
 
-@pytest.mark.parametrize("axis", [*np.eye(3), -np.eye(3)[0], unit([2.0, -1.0, 0.5]), unit([0.3, 2.0, -1.0]),
-                                  unit([0.4, -0.5, 2.0]), unit([1.0, 2.2, 2.0])])  # fmt: skip
-@pytest.mark.parametrize("angle", [1e-5, 2.9, 3.5])
-def test_a_star_sensor_gives_any_error_by_the_shorter_way(axis, angle):
-    _, C, _, _ = motion(ONE)
-    error = Rotation.from_rotvec(angle * axis)
-    sensor = Sensor("star", "attitude", ONE[0], ONE[1], reference=C @ error.inv().as_matrix())
-    out, *_ = seen(*sensor.effectors)
-    sign = 1.0 if angle < np.pi else -1.0
-    expected = 2.0 * sign * np.sin(angle / 2) * axis
-    assert [out[f"effectors/star/{letter}"] for letter in "xyz"] == pytest.approx(expected, abs=1e-12)
-
-
 TIMES, VALUES = np.array([0.5, 1.5, 2.0, 4.0]), np.array([3.0, -1.0, 2.0, 7.0])
-
-
-@pytest.mark.parametrize("t", [0.1, 0.5, 0.8, 1.5, 1.9, 2.0, 3.5, 4.0, 5.0])
-def test_signals_hold_lead_on_or_go_smoothly_between_their_times(t):
-    kinds = ("steps", "linear", "smooth")
-    out, *_ = seen(*(signal(kind, TIMES, VALUES, kind) for kind in kinds), t=t)
-    k = np.clip(np.searchsorted(TIMES, t, side="right") - 1, 0, 3)
-    inside = TIMES[0] <= t < TIMES[-1]
-    rise, span = (VALUES[k + 1] - VALUES[k], TIMES[k + 1] - TIMES[k]) if inside else (0.0, 1.0)
-    s = (t - TIMES[k]) / span if inside else 0.0
-    smooth = np.polynomial.Polynomial([0, 0, 0, 10, -15, 6])
-    expected = {
-        "steps": (VALUES[k], 0.0),
-        "linear": (np.interp(t, TIMES, VALUES), rise / span),
-        "smooth": (VALUES[k] + rise * smooth(s), rise / span * smooth.deriv()(s)),
-    }
-    for kind, (value, rate) in expected.items():
-        assert out[f"effectors/{kind}/value"] == pytest.approx(value, abs=1e-13), kind
-        assert out[f"effectors/{kind}/rate"] == pytest.approx(rate, abs=1e-12), kind
-
-
-@pytest.mark.parametrize("scaled", [False, True])
-def test_a_continuous_block_is_its_matrices(scaled):
-    rng = np.random.default_rng(2)
-    A, B, C, D = (rng.normal(size=shape) for shape in ((3, 3), (3, 2), (4, 3), (4, 2)))
-    given, z = np.array([0.7, -1.3]), rng.normal(size=3)
-    y = C @ z + D @ given
-    limits = np.abs(y) * [0.9, 1.5, 0.4, 0.7]
-    inputs = [signal(f"in{k}", [0.0], [v]) for k, v in enumerate(given)]
-    law = block("law", state_space(A, B, C, D), ["in0.value", "in1.value"], list("abcd"), limit=limits, scaled=scaled)
-    out, model, x = seen(*inputs, law, z0={f"law.x{k + 1}": v for k, v in enumerate(z)})
-    found = [out[f"effectors/law/{name}"] for name in "abcd"]
-    assert found == pytest.approx(0.4 * y if scaled else np.clip(y, -limits, limits), rel=1e-12)
-    assert rates_of_states(model, x) == pytest.approx(A @ z + B @ given, rel=1e-12)
-
-
-@pytest.mark.parametrize("holds", [False, True])
-def test_attitude_feedback_opposes_error_and_rate_and_carries_the_momentum(holds):
-    rng = np.random.default_rng(8)
-    e, omega, H = rng.normal(size=(3, 3))
-    P, D, J = rng.normal(size=(3, 3, 3))
-    names = [f"s{k}" for k in range(9 if holds else 6)]
-    inputs = [signal(name, [0.0], [v]) for name, v in zip(names, [*e, *omega, *H], strict=False)]
-    taken = [f"{name}.value" for name in names]
-    law = attitude_feedback("law", taken[:3], taken[3:6], P, D, inertia=J, momentum=taken[6:], limit=2.0)
-    out, *_ = seen(*inputs, law)
-    torque = -P @ e - D @ omega + np.cross(omega, J @ omega + (H if holds else 0.0))
-    assert np.abs(torque).max() > 2.0 > np.abs(torque).min()
-    assert [out[f"effectors/law/{letter}"] for letter in "xyz"] == pytest.approx(np.clip(torque, -2.0, 2.0))
 
 
 def error_of(R):
     """2 sign(q_0) (q_1, q_2, q_3)."""
     return 2.0 * Rotation.from_matrix(R).as_quat(canonical=True)[:3]
+
+
+PLACES = tuple(f"place{k}" for k in range(6))
+
+
+def rate(model, t, x):
+    """Rates of a state."""
+    dx = np.empty_like(x)
+    model.rate(t, x, dx, model.table, model.pool, model.work)
+    return dx
+
+
+TOGETHER, APART = (PLACES[0],) * 6, PLACES

@@ -3,34 +3,31 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
-from support.elastica import EI, LENGTH, MATTIASSON, beam, cantilever, elastica
+from scipy.optimize import brentq, minimize_scalar
+from support.elastica import EI, LENGTH, MATTIASSON, SECTION, beam, cantilever, elastica
+from support.mechanisms import four_bar
 
-from femflex import build_system
 from femflex.body import Marker, rigid_body
-from femflex.case import parse_case
-from femflex.dynamics.equilibria.equilibrium import EquilibriumError, equilibrium
+from femflex.dynamics import compile_system
+from femflex.dynamics.equilibria.equilibrium import equilibrium
+from femflex.dynamics.equilibria.linearised import linearised
 from femflex.rotations import dcm_from_angles, quaternion_from_dcm
 from femflex.system import (
-    Environment,
     Frame,
     Load,
     Orbit,
-    Profile,
-    Spring,
     System,
     assembled,
     free,
     prismatic,
     revolute,
     spherical,
-    universal,
     weld,
 )
+from femflex.system.segments import FAR as FAR_END
 
 
 def tip(found) -> np.ndarray:
@@ -101,44 +98,6 @@ def test_a_craft_in_orbit_comes_to_rest_where_the_gravity_gradient_holds_it():
     assert found.stable
 
 
-def test_a_small_craft_on_a_long_tether_comes_to_rest_too():
-    """Its torques are 1e-8 of the tether's; held at its centre of mass, it librates as if it were alone."""
-    alone = craft(0.3)
-    small = rigid_body(
-        79710.0, 1e-4 * np.diag([8286760.0, 8646050.0, 1091430.0]), markers=alone.bodies["craft"].markers
-    )
-    tether = rigid_body(50.0, 1e-3 * np.eye(3), [0, 0, 2e4])
-    joints = (*alone.joints, universal("tether", "craft", q0=[0.1, -0.1]))
-    near = Environment(attraction="gradient")
-    system = replace(alone, bodies={"craft": small, "tether": tether}, joints=joints, environment=near)
-    found = equilibrium(system)
-    seen = found.model.observe(np.zeros(1), found.x[None])
-    assert seen["attitude/angles"][0] == pytest.approx(0.0, abs=1e-5)
-    n = system.orbit.mean_motion
-    rates = np.sort(np.abs(found.eigenvalues.imag)[::2]) / n
-    assert rates == pytest.approx([0.5687, 1.5801, np.sqrt(3), 1.9266, 2.0], abs=3e-3)
-    assert found.stable and len(found.neutral) == 0
-
-
-@pytest.mark.parametrize("parts", [[np.eye(3)], [np.diag([1.3, 0.7, 1.1]), np.diag([0.4, 1.0, 0.6])]])
-def test_every_attitude_of_a_craft_of_three_equal_moments_is_an_equilibrium(parts):
-    """What is left of the gravity gradient is rounding, 1e-16 of the moments times the square of the orbit's rate."""
-    bodies = {f"part{k}": rigid_body(1.0, inertia) for k, inertia in enumerate(parts)}
-    start = quaternion_from_dcm(dcm_from_angles([0.4, 0.2, -0.7], "xzy"))
-    joints = (spherical("part0", q0=start), *(weld(name, "part0") for name in list(bodies)[1:]))
-    found = equilibrium(System(bodies, joints, orbit=Orbit.from_perigee(5e5), frame=Frame("orbital")))
-    assert found.stable and found.iterations == 0 and len(found.neutral) == 3
-    assert found.q == pytest.approx(start, abs=1e-12)
-
-
-def test_a_craft_that_is_nearly_a_sphere_has_an_attitude_of_its_own():
-    system = craft(0.3)
-    body = rigid_body(9.0, np.eye(3) + 1e-7 * np.diag([8.2, 8.6, 1.1]), markers=system.bodies["craft"].markers)
-    found = equilibrium(replace(system, bodies={"craft": body}))
-    seen = found.model.observe(np.zeros(1), found.x[None])
-    assert seen["attitude/angles"][0] == pytest.approx(0.0, abs=1e-6) and not found.neutral and found.stable
-
-
 def test_the_attitude_on_its_side_is_an_unstable_equilibrium():
     found = equilibrium(craft(1.4))
     seen = found.model.observe(np.zeros(1), found.x[None])
@@ -175,79 +134,136 @@ def test_what_nothing_resists_is_held_and_named():
     assert "neutral along base-wheel.angle" in axle.verdict
 
 
-def test_cables_at_rest_without_tension_have_no_equilibrium():
-    text = """
-        title = "wire"
-        run = { duration = 1 }
-        joints = [{ kind = "free", child = "craft" }, { kind = "weld", child = "wire", parent = "craft" }]
-        bodies.craft = { kind = "rigid", mass = 10, inertia = [1, 1, 1] }
-        [bodies.wire]
-        kind = "deploying"
-        family = "tether"
-        length = 1
-        mass_per_length = 0.02
-        functions = { y = 1, z = 1 }
-    """
-    system = build_system(parse_case(text, Path("wire.toml")))
-    with pytest.raises(EquilibriumError, match="stiffness is singular, as of a cable without tension"):
-        equilibrium(system, at=0.0)
+CRANK, COUPLER, ROCKER, BASE = 0.5, 2.0, 1.2, 2.0
+STIFF, REST, WEIGHT = (3.0, 7.0), (0.9, 1.1), (4.0, 2.5)  # springs of crank and rocker; forces down on both ends
 
 
-def test_a_force_that_nothing_resists_has_no_equilibrium():
-    slider = System(
-        {"slider": rigid_body(1.0, np.eye(3))},
-        (prismatic("slider"),),
-        (Load("push", "slider", force=np.array([1.0, 0, 0])),),
+def linkage(frame=None):
+    """The four-bar with springs at both pivots of the ground and a weight at the end of crank and rocker."""
+    system = four_bar(CRANK, COUPLER, ROCKER, BASE, speed=0.0)
+    joints = [
+        replace(j, stiffness=np.array([STIFF[i]]), rest=np.array([REST[i]]))
+        if (i := {"crank": 0, "rocker": 1}.get(j.child, -1)) >= 0
+        else j
+        for j in system.joints
+    ]
+    loads = tuple(
+        Load(name, name, "end", frame="inertial", force=[0, -w, 0])
+        for name, w in zip(("crank", "rocker"), WEIGHT, strict=True)
     )
-    with pytest.raises(EquilibriumError, match=r"beyond 0 of the loads.*base-slider.slide.*nothing resists") as told:
-        equilibrium(slider)
-    last = told.value.last
-    assert last.x == pytest.approx(0.0) and last.share == 0.0
-    assert len(last.eigenvalues) == 0
+    if frame is not None:
+        loads = ()
+    return replace(system, joints=tuple(joints), loads=loads, **({} if frame is None else {"frame": frame}))
 
 
-def refusal(system: System) -> str:
-    with pytest.raises(ValueError) as told:
-        equilibrium(system)
-    return str(told.value)
+def rocker_at(crank):
+    """The rocker's angle by the closure of the four bars (Freudenstein), on the branch the case starts on."""
+    end = CRANK * np.array([np.cos(crank), np.sin(crank)])
+
+    def gap(angle):
+        return np.hypot(*(np.array([BASE, 0]) + ROCKER * np.array([np.cos(angle), np.sin(angle)]) - end)) - COUPLER
+
+    return brentq(gap, 0.4, np.pi, xtol=1e-14)
 
 
-def test_forces_that_change_over_time_are_told():
-    joints = [weld("beam", child_marker="root")]
-    ramp = Load("ramp", "beam", "tip", force=np.array([[0, 0, 0], [0, 0, 9.0]]), times=np.array([0.0, 2.0]))
-    ramped = assembled({"beam": beam(4)}, joints, [ramp])
-    assert "load 'ramp' changes over time" in refusal(ramped)
-    late, steady = equilibrium(ramped, at=1.0), equilibrium(cantilever(4, [0, 0, 4.5], frame="body"))
-    assert tip(late) == pytest.approx(tip(steady), rel=1e-9, abs=1e-12)
-    dead = Load("dead", "beam", "tip", frame="inertial", force=np.array([0, 0, 1.0]))
-    spun = assembled({"beam": beam(4)}, joints, [dead], frame=Frame("spinning", np.array([0, 0, 1.0])))
-    assert "load 'dead' keeps its direction in the inertial frame" in refusal(spun)
-    body = {"craft": rigid_body(1.0, np.diag([1.0, 1.2, 1.4]))}
-    round_ = Orbit.from_perigee(400e3)
-    assert "which the direction of gravity turns once per orbit" in refusal(
-        System(body, (spherical("craft"),), orbit=round_)
+def energy(crank, spin=0.0):
+    """Potential energy of the springs and weights, less the kinetic energy of the spin about z."""
+    rocker = rocker_at(crank)
+    out = 0.5 * STIFF[0] * (crank - REST[0]) ** 2 + 0.5 * STIFF[1] * (rocker - REST[1]) ** 2
+    if spin == 0.0:
+        return out + WEIGHT[0] * CRANK * np.sin(crank) + WEIGHT[1] * ROCKER * np.sin(rocker)
+    A = CRANK * np.array([np.cos(crank), np.sin(crank)])
+    B = np.array([BASE, 0]) + ROCKER * np.array([np.cos(rocker), np.sin(rocker)])
+    middles = ((A / 2, CRANK), ((A + B) / 2, COUPLER), ((np.array([BASE, 0]) + B) / 2, ROCKER))
+    return out - sum(0.5 * spin**2 * (m @ m + length**2 / 12) for m, length in middles)  # bars of 1 kg
+
+
+def inertia(crank, h=1e-5):
+    """Kinetic energy of the bars over half the square of the crank's rate."""
+
+    def places(angle):
+        rocker = rocker_at(angle)
+        A = CRANK * np.array([np.cos(angle), np.sin(angle)])
+        B = np.array([BASE, 0]) + ROCKER * np.array([np.cos(rocker), np.sin(rocker)])
+        return A / 2, (A + B) / 2, (np.array([BASE, 0]) + B) / 2, angle, np.arctan2(*(B - A)[::-1]), rocker
+
+    ahead, behind = places(crank + h), places(crank - h)
+    rates = [(a - b) / (2 * h) for a, b in zip(ahead, behind, strict=True)]
+    lengths = (CRANK, COUPLER, ROCKER)
+    return sum(v @ v for v in rates[:3]) + sum(
+        length**2 / 12 * w**2 for length, w in zip(lengths, rates[3:], strict=True)
     )
-    oval = Orbit.from_perigee(400e3, 0.1)
-    assert "eccentricity is 0.1" in refusal(System(body, (spherical("craft"),), orbit=oval, frame=Frame("orbital")))
 
 
-def test_held_freedoms_are_not_sought():
-    arm = rigid_body(1.0, np.eye(3), [1.0, 0, 0])
-    joints = (
-        revolute("first", motion=(0.3,)),
-        revolute("second", "first", stiffness=[5.0], rest=[0.2]),
-        revolute("third", "second", motion=(Profile.polynomial(0.1, 0.5),)),
-    )
-    system = System({"first": arm, "second": arm, "third": arm}, joints)
-    assert "'second-third.angle' changes over time" in refusal(system)
-    found = equilibrium(system, at=2.0)
-    assert found.x[:3] == pytest.approx([0.3, 0.2, 1.1]) and not found.neutral and found.stable
-    assert len(found.eigenvalues) == 2
+@pytest.mark.parametrize("spin", [0.0, 0.8])
+def test_a_sprung_four_bar_rests_where_its_energy_is_least_and_swings_about_it(spin):
+    system = linkage(Frame("spinning", np.array([0, 0, spin])) if spin else None)
+    found = equilibrium(system)
+    crank = found.q[0]
+    least = minimize_scalar(energy, (crank - 0.05, crank, crank + 0.05), args=(spin,), tol=1e-12)
+    slope = (energy(crank + 1e-5, spin) - energy(crank - 1e-5, spin)) / 2e-5
+    assert abs(slope) < 1e-8
+    assert crank == pytest.approx(least.x, abs=1e-6)
+    assert found.stable and found.residual < 1e-9 and len(found.eigenvalues) == 2
+    h = 1e-4
+    curve = (energy(crank + h, spin) - 2 * energy(crank, spin) + energy(crank - h, spin)) / h**2
+    omega = np.sqrt(curve / inertia(crank))  # one freedom in a plane: the spin's gyroscopic forces do nothing
+    assert np.abs(found.eigenvalues.imag) == pytest.approx(np.full(2, omega), rel=1e-5)
+    seen = found.model.observe(np.zeros(1), found.x[None])
+    assert seen["monitors/constraint_position"][0] < 1e-12
+    assert found.model.state_rate(0.0, found.x) == pytest.approx(np.zeros(found.model.n_x), abs=1e-7)
 
 
-def test_springs_between_markers_pull_like_loads():
-    stay = Spring("stay", "beam", marker="tip", stiffness=200.0, length=8.0)  # 400 N, below pi^2 EI / L^2
-    found = equilibrium(assembled({"beam": beam(4)}, [weld("beam", child_marker="root")], springs=[stay]))
-    assert found.model.system.springs[0].body == "beam.4" and found.stable
-    bent = -tip(found)[0]
-    assert bent == pytest.approx(200.0 * (2.0 - bent) * LENGTH / 2.8e9, rel=1e-6)  # EA = 2.8e9 N
+def clamped(k, end, push=0.0):
+    """The beam of k segments, welded at its root, its tip held by a cut joint; pushed along its axis."""
+    wall = rigid_body(1.0, np.eye(3), markers={"far": Marker.rigid([LENGTH, 0, 0])})
+    load = Load("push", "beam", "tip", frame="inertial", force=np.array([-push, 0, 0]))
+    joints = [weld("wall"), weld("beam", "wall", child_marker="root")]
+    return assembled({"wall": wall, "beam": beam(k)}, joints, [load], loops=[end])
+
+
+FAR = {"child": "beam", "parent": "wall", "parent_marker": "far", "child_marker": "tip", "name": "closing"}
+
+
+def test_a_beam_clamped_at_both_ends_by_a_loop_has_the_frequencies_of_the_closed_form():
+    roots = np.array([brentq(lambda x: np.cos(x) - 1 / np.cosh(x), a, b) for a, b in ((4.6, 4.9), (7.7, 8.0))])
+    wanted = (roots / LENGTH) ** 2 * np.sqrt(EI / SECTION.mass_per_length)
+    errors = []
+    for k in (4, 8):
+        model = compile_system(clamped(k, weld(**FAR)))
+        omega = np.sort(np.abs(linearised(model, 0.0, model.x0).eigenvalues().imag))[::2]
+        assert omega[[0, 2]] == pytest.approx(omega[[1, 3]], rel=1e-6)  # the section is round
+        assert model.max_frequency == pytest.approx(omega.max(), rel=1e-4)  # of the whole, with its loop
+        errors.append(np.abs(omega[[0, 2]] / wanted - 1).max())
+    assert errors[1] < 2e-3 and errors[1] < errors[0] / 3
+
+
+def buckling(k):
+    """Where the square of the lowest frequency vanishes, over four times the load of hinged ends, and the verdicts."""
+    critical, shares = 4 * np.pi**2 * EI / LENGTH**2, (0.95, 1.15)
+    found = [equilibrium(clamped(k, prismatic(**FAR, axis=[1, 0, 0]), share * critical)) for share in shares]
+    assert all(one.residual < 1e-9 for one in found)
+    low, high = (float((one.eigenvalues[:2] ** 2).real.mean()) for one in found)
+    return shares[0] - low * (shares[1] - shares[0]) / (high - low), [one.stable for one in found]
+
+
+@pytest.mark.slow
+def test_a_beam_clamped_at_both_ends_buckles_at_four_times_the_load_of_hinged_ends():
+    (coarse, _), (fine, stable) = buckling(8), buckling(16)
+    assert stable == [True, False]
+    assert (4 * fine - coarse) / 3 == pytest.approx(1.0, abs=2e-3)  # the error falls with the square of the segments
+    assert abs(fine - 1) < abs(coarse - 1) / 3
+
+
+def test_a_frame_held_at_both_ends_carries_its_load_as_statics_says():
+    """A beam clamped at both ends under a force F across its middle sags F L^3 / (192 EI)."""
+    wall = rigid_body(1.0, np.eye(3), markers={"far": Marker.rigid([LENGTH, 0, 0])})
+    joints = [weld("wall"), weld("beam", "wall", child_marker="root")]
+    load = Load("weight", "beam.4", FAR_END, frame="inertial", force=np.array([0, 0, -1.0]))
+    system = assembled({"wall": wall, "beam": beam(8)}, joints, loops=[weld(**FAR)])
+    found = equilibrium(replace(system, loads=(load,)))
+    seen = found.model.observe(np.zeros(1), found.x[None])
+    sag = 2 * seen["monitors/elastic"][0]  # twice the work over the force
+    assert sag == pytest.approx(LENGTH**3 / (192 * EI), rel=5e-3)
+    assert seen["loops/closing/force"][0, 2] == pytest.approx(0.5, rel=1e-6)
+    assert abs(seen["loops/closing/torque"][0, 1]) == pytest.approx(LENGTH / 8, rel=5e-3)

@@ -11,7 +11,7 @@ from femflex.body import Marker, rigid_body
 from femflex.dynamics import compile_system
 from femflex.dynamics.terms.by_source import terms
 from femflex.integrate import integrator
-from femflex.system import Latch, Stop, System, TabulatedSpring, free, prismatic, revolute
+from femflex.system import Latch, System, TabulatedSpring, free, prismatic, revolute
 
 TIGHT = {"rtol": 1e-11, "atol": 1e-12}
 
@@ -59,25 +59,6 @@ def test_impacts_keep_momentum_and_lose_the_energy_they_report():
     assert np.all(seen["latches/inner.angle/locked"] == after)
 
 
-def test_the_jump_is_the_one_of_the_dense_equations():
-    model = wing()
-    rng = np.random.default_rng(2)
-    x = model.x0.copy()
-    x[model.n_q : model.n_q + model.n_u] = rng.normal(size=model.n_u)
-    x[7] = 0.4
-    q, u = (part.copy() for part in model.parts(x)[:2])
-    M = wing(latches=False).mass_matrix(0.0, np.concatenate([q, u]))
-    k = 6
-    column = np.linalg.solve(M, np.eye(model.n_u)[k])
-    expected = u - column * u[k] / column[k]
-    model.events.happen([0], 1.5, x)
-    assert model.parts(x)[1] == pytest.approx(expected, abs=1e-11)
-    lost = 0.5 * (u @ M @ u - expected @ M @ expected)
-    names = [name for name, _ in model.system.all_state_names()]
-    assert x[names.index("inner.latch_time")] == 1.5
-    assert x[names.index("inner.latch_loss")] == pytest.approx(lost, rel=1e-11)
-
-
 def test_after_the_latch_the_motion_is_that_of_a_locked_joint():
     model = wing()
     _, solution, _ = run(model, end=2.0, n=21)
@@ -113,46 +94,18 @@ def test_a_falling_cart_latches_when_and_as_hard_as_free_fall_says(method):
     assert seen["joints/base-cart/drive"][-1, 0] == pytest.approx(-6.0, rel=1e-9)
 
 
-def test_an_elastic_latch_loses_nothing_at_once_and_swings_about_its_place():
-    latch = Latch(0, 0.5, stiffness=800.0)
-    joint = prismatic("cart", laws=(Stop(upper=9.0, stiffness=1.0),), latches=(latch,), u0=[1.0])
-    model = compile_system(System({"cart": rigid_body(2.0, np.eye(3))}, (joint,)))
-    times, _, seen = run(model, 1.5, 301)
-    after = times > 0.5
-    swing = 0.5 + np.sin(20.0 * (times - 0.5)) / 20.0
-    assert seen["q"][after, 0] == pytest.approx(swing[after], abs=1e-9)
-    assert seen["monitors/energy"] == pytest.approx(np.ones(301), abs=1e-9)
-    assert seen["latches/base-cart.slide/loss"][-1] == 0.0
-    assert model.max_frequency == pytest.approx(20.0)
-    damped = replace(joint, latches=(replace(latch, damping=4.0),))
-    model = compile_system(System({"cart": rigid_body(2.0, np.eye(3))}, (damped,)))
-    times, _, seen = run(model, 2.0, 41)
-    after, late = times > 0.5, times - 0.5
-    omega = np.sqrt(20.0**2 - 1.0)  # decay 4 / (2 x 2) = 1 per second
-    swing = 0.5 + np.exp(-late) * np.sin(omega * late) / omega
-    assert seen["q"][after, 0] == pytest.approx(swing[after], abs=1e-9)
-    assert seen["monitors/dissipation"] == pytest.approx(4.0 * after * seen["u"][:, 0] ** 2)
-
-
 @pytest.mark.parametrize("method", ["dop853", "esdirk4"])
-def test_a_run_cut_anywhere_and_resumed_is_the_same_bit_for_bit(method, monkeypatch):
+def test_a_run_cut_anywhere_and_resumed_is_the_same_bit_for_bit(method):
     model = wing()
-    times = np.linspace(0.0, 2.5, 126)
+    times = np.linspace(0.0, 2.5, 5000)
     solver = integrator(method, rtol=1e-7, atol=1e-8)
     whole = solver.solve(model, times, model.x0)
-    monkeypatch.setattr("femflex.integrate.driver.ROWS", 7)
     blocks = list(solver.blocks(model, times, model.x0))
-    assert len(blocks) >= 14
-    for k in range(0, len(blocks) - 1, 3):
+    assert len(blocks) >= 4
+    for k in range(len(blocks) - 1):
         rest = solver.solve(model, times, model.x0, state=blocks[k].resume)
         joined = np.concatenate([*(b.states for b in blocks[: k + 1]), rest.states])
         assert np.array_equal(joined, whole.states)
-
-
-def test_scipys_solvers_say_that_they_do_not_follow_latches():
-    model = wing()
-    with pytest.raises(ValueError, match="does not follow latches and other events; choose 'dop853'"):
-        integrator("scipy_dop853").solve(model, np.linspace(0, 1, 3), model.x0)
 
 
 def closing_bars(spin=0.4):
@@ -205,13 +158,6 @@ def test_an_impact_beside_a_loop_keeps_momentum_and_the_loop_and_tells_what_it_l
     assert np.abs(seen["u"][after][:, still]).max() < 1e-11  # one freedom: the linkage is rigid from then on
 
 
-def test_a_cut_joint_has_no_law():
-    arm = rigid_body(1.0, np.eye(3))
-    cut = revolute("arm", "disc", laws=(Stop(upper=1.0, stiffness=1.0),), name="cut")
-    with pytest.raises(ValueError, match="loop 'cut' has a spring or a damper, a law or a latch; a cut"):
-        System({"disc": arm, "arm": arm}, (free("disc"), revolute("arm", "disc")), loops=(cut,))
-
-
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("depth", [1e-3, 1e-5, 1e-7])
 @pytest.mark.parametrize("method", ["dop853", "esdirk4"])
@@ -228,49 +174,3 @@ def test_a_graze_that_no_row_of_a_step_shows_is_caught(method, depth):
     model = compile_system(System({"cart": rigid_body(2.0, np.eye(3))}, (missed,)))
     _, _, seen = run(model, 7.0, 8, method, **tight)
     assert seen["latches/base-cart.slide/locked"][-1] == 0.0
-
-
-def test_of_several_latches_the_one_that_is_grazed_closes():
-    """The cart ahead would need twice the swing; the one behind comes to its latch 1e-5 short of its turning point."""
-    ahead, behind = (
-        prismatic(name, stiffness=2.0, q0=[-1.0], latches=(Latch(0, at),), name=name)
-        for name, at in (("ahead", 2.0), ("behind", 1.0 - 1e-5))
-    )
-    bodies = {name: rigid_body(2.0, np.eye(3)) for name in ("ahead", "behind")}
-    _, _, seen = run(compile_system(System(bodies, (ahead, behind))), 7.0, 8, "dop853", **TIGHT)
-    assert seen["latches/behind.slide/time"][-1] == pytest.approx(np.pi - np.arccos(1.0 - 1e-5), abs=1e-7)
-    assert seen["latches/ahead.slide/locked"][-1] == 0.0
-
-
-def two_wings(delay=0.0):
-    """A floating hub that unfolds two flexible panels, one the image of the other; the second latch `delay` farther."""
-    rng = np.random.default_rng(8)
-    panel = random_body(rng, 2)[0]
-    mirror = np.diag([-1.0, -1.0, 1.0])  # half a turn about z
-    sides = {"left": Marker.rigid([0.5, 0.1, 0.0]), "right": Marker.rigid([-0.5, -0.1, 0.0], mirror)}
-    hub = rigid_body(30.0, np.diag([20.0, 30.0, 25.0]), markers=sides)
-    panel = replace(panel, damping=0.0 * panel.damping)
-    hinges = [
-        revolute(side, "hub", axis=(0, 1, 0), parent_marker=side, stiffness=30.0, rest=1.0, latches=(Latch(0, at),))
-        for side, at in (("left", 0.4), ("right", 0.4 + delay))
-    ]
-    return compile_system(System({"hub": hub, "left": panel, "right": panel}, (free("hub"), *hinges)))
-
-
-def test_latches_that_close_at_once_are_one_impact_shared_alike_by_like_wings():
-    _, _, seen = run(two_wings(), 1.5, 31)
-    names = ("hub-left.angle", "hub-right.angle")
-    times = [seen[f"latches/{name}/time"][-1] for name in names]
-    assert times[0] == times[1] > 0
-    losses = [seen[f"latches/{name}/loss"][-1] for name in names]
-    assert losses[0] == pytest.approx(losses[1], rel=1e-9)
-    lost = seen["monitors/energy"][0] - seen["monitors/energy"][-1]
-    assert lost > 1.0 and sum(losses) == pytest.approx(lost, rel=1e-9)
-    for name in ("momentum", "angular_momentum"):
-        assert np.abs(seen[f"monitors/{name}"]).max() < 1e-10
-    apart = run(two_wings(1e-4), 1.5, 31)[2]  # one after the other: the same energy in all, not alike
-    times = [apart[f"latches/{name}/time"][-1] for name in names]
-    assert 0 < times[1] - times[0] < 1e-3
-    assert sum(apart[f"latches/{name}/loss"][-1] for name in names) == pytest.approx(
-        apart["monitors/energy"][0] - apart["monitors/energy"][-1], rel=1e-9
-    )

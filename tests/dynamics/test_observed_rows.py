@@ -9,10 +9,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 from support.random_systems import random_state, random_tree
 
+from femflex.body import rigid_body
 from femflex.dynamics import compile_system
-from femflex.dynamics.reports.channels import channels_of, row_length, row_places
-from femflex.dynamics.reports.momenta import momenta_channels
-from femflex.system import Environment, Frame, Load, Orbit, Spring, System, knife_edge, revolute, rolling_disc, turns
+from femflex.system import EARTH_RADIUS, Environment, Frame, Load, Orbit, Sight, Spring, System, spherical
 
 H = 1e-5  # s, of central differences: errors of 1e-9
 G = np.array([0.4, -1.1, 0.7])
@@ -116,52 +115,37 @@ def test_a_row_holds_the_mechanics_of_its_points(seed):
     np.testing.assert_allclose(Rotation.from_euler("XZY", angles).as_matrix(), C, atol=1e-10)
 
 
-def test_rows_are_as_long_as_their_channels_and_each_number_has_one_place():
-    system, _, _ = random_tree(4, n_bodies=5)
-    for changed in (system, replace(system, environment=Environment(G)), replace(system, loads=(Load("p", "body0"),))):
-        taken = np.zeros(row_length(changed), int)
-        for place in row_places(changed).values():
-            taken[place] += 1
-        assert taken.max() == 1
-        assert set(row_places(changed)) <= set(channels_of(changed))
+UP = 500e3  # m
 
 
-def test_channels_say_what_they_are_in_words_units_and_axes():
-    system, _, _ = random_tree(4, n_bodies=3)
-    root = system.root
-    other = next(name for name in system.order if name != root)
-    system = replace(
-        system, momenta=True, frame=Frame("inertial"), libration_sequence="extrinsic zxz",
-        loops=(revolute(other, root, name="cut"),),
-        constraints=(rolling_disc("disc", other, 0.5, marker="b"), knife_edge("edge", root, [1, 0, 0])),
-    )  # fmt: skip
-    found = channels_of(system)
-    angles = found["attitude/angles"]
-    assert angles.unit == "rad" and angles.names == ("z1", "x2", "z3")
-    assert angles.description == f"attitude of {root} from the inertial frame, extrinsic zxz"
-    assert found["q"].names == tuple(n for n, _ in system.coordinate_names())
-    assert found["u"].unit == ", ".join(unit for _, unit in system.velocity_names())
-    assert found["loops/cut/torque"].description == f"its torque on {other} about {other}.origin"
-    assert found["constraints/disc/force"].description == f"force of the constraint on {other}"
-    assert found["constraints/disc/torque"].description == f"its torque on {other} about {other}.b"
-    assert found["constraints/edge/place"].description.startswith(f"where {root} touches")
-    assert found[f"bodies/{root}/position"].description == f"origin of {root} from the inertial origin"
-    assert found["monitors/kinetic"].description == "kinetic energy" and "monitors/gravity" not in found
-    units = {"m/s": "kg m/s", "rad/s": "kg m^2/s", "kg^1/2 m/s": "kg^1/2 m/s"}
-    wanted = ", ".join(units[unit] for _, unit in system.velocity_names())
-    assert found["momenta"].unit == wanted == momenta_channels(system)["momenta"].unit
-    assert momenta_channels(replace(system, momenta=False)) == {}
+def looking(**sight):
+    """A craft in an equatorial orbit, its axes normal, up, forward."""
+    body = {"craft": rigid_body(10.0, np.eye(3))}
+    orbit = Orbit(EARTH_RADIUS + UP)
+    sights = (Sight("down", "craft", axis=[0, -2, 0], **sight),)
+    return System(body, (spherical("craft"),), orbit=orbit, frame=Frame("orbital"), sights=sights)
 
 
-def test_channels_of_an_orbit_are_those_of_pitch_yaw_and_roll_and_of_its_kind():
-    system, _, _ = random_tree(4, n_bodies=1)
-    body = system.bodies[system.root]
-    free_body = System(
-        {"craft": body}, (turns("craft"),), orbit=Orbit(7e6), frame=Frame("orbital"), libration_sequence="zxy"
-    )
-    found = channels_of(free_body)
-    assert found["attitude/angles"].names == ("roll", "pitch", "yaw")
-    assert found["attitude/angles"].description == "attitude of craft from the orbital frame, intrinsic zxy"
-    assert found["bodies/craft/position"].description == "origin of craft from O" and "monitors/jacobi" in found
-    assert found["monitors/kinetic"].description == "kinetic energy relative to O"
-    assert found["monitors/gravity"].description == "energy of the gravity gradient"
+def seen(system, times):
+    model = compile_system(system)
+    return model.observe(times, np.tile(model.x0, (len(times), 1)))
+
+
+def test_a_station_under_the_craft_is_seen_straight_down_and_runs_away_with_the_earth():
+    found = seen(looking(), np.array([0.0, 10.0]))
+    assert found["sights/down/error"][0] == pytest.approx(0.0, abs=1e-12)
+    assert found["sights/down/range"][0] == pytest.approx(UP, abs=1e-6)
+    assert found["sights/down/elevation"][0] == pytest.approx(np.pi / 2, abs=1e-6)
+    angle = (Orbit(EARTH_RADIUS + UP).mean_motion - 7.292115e-5) * 10.0  # that the station stays behind
+    behind, below = EARTH_RADIUS * np.sin(angle), EARTH_RADIUS * (1 - np.cos(angle)) + UP
+    assert found["sights/down/error"][1] == pytest.approx(np.arctan2(behind, below), rel=1e-9)
+    assert found["sights/down/range"][1] == pytest.approx(np.hypot(behind, below), rel=1e-12)
+
+
+def test_a_station_beside_the_track_is_seen_under_the_angle_of_the_triangle():
+    latitude = 0.05
+    found = seen(looking(latitude=latitude), np.zeros(1))
+    beside, below = EARTH_RADIUS * np.sin(latitude), EARTH_RADIUS * (1 - np.cos(latitude)) + UP
+    assert found["sights/down/error"][0] == pytest.approx(np.arctan2(beside, below), rel=1e-12)
+    elevation = np.pi / 2 - latitude - np.arctan2(beside, below)
+    assert found["sights/down/elevation"][0] == pytest.approx(elevation, rel=1e-9)

@@ -7,13 +7,28 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from support.hub_beam import exact_frequencies
 from support.spinning_craft import principal_axes, random_craft
 
-from femflex.body import rigid_body
+import femflex
+from femflex.body import Marker, rigid_body
 from femflex.dynamics.equilibria.character import motion_character
 from femflex.dynamics.equilibria.equilibrium import equilibrium
 from femflex.dynamics.equilibria.linearised import linearised
-from femflex.system import Frame, System, cylindrical, free, revolute, spherical, turns, weld
+from femflex.dynamics.equilibria.system_modes import system_modes
+from femflex.reduction import BeamFunctions, UniformBeam, beam_body
+from femflex.system import (
+    Frame,
+    Latch,
+    Orbit,
+    System,
+    cylindrical,
+    free,
+    revolute,
+    spherical,
+    turns,
+    weld,
+)
 
 INERTIA = np.array([2.0, 3.0, 4.5])
 SPEED = 0.7
@@ -53,12 +68,6 @@ def test_an_axisymmetric_body_wobbles_at_its_textbook_rate():
         found = equilibrium(spun(system, SPEED * C[:, 2]))
         assert np.abs(found.eigenvalues.imag) == pytest.approx(SPEED * abs(1 - axial), rel=1e-6)
         assert np.abs(found.eigenvalues.real).max() < found.growth_threshold / 30
-
-
-def test_a_sphere_has_no_motion_left_that_could_grow():
-    system, C = top([1.0, 1.0, 1.0])
-    found = equilibrium(spun(system, SPEED * C[:, 0]))
-    assert found.stable and np.abs(found.eigenvalues).max(initial=0.0) < 1e-3 * SPEED
 
 
 @pytest.mark.sampled(2)
@@ -105,17 +114,6 @@ def test_internal_damping_makes_a_spin_about_the_least_inertia_grow():
             )
 
 
-def test_joints_that_nothing_turns_back_are_known_with_dampers_only_where_they_stay():
-    wheel = rigid_body(3.0, np.diag([1.0, 2.0, 2.5]))
-    axle = equilibrium(System({"wheel": wheel}, (revolute("wheel"),)))
-    assert [motion.name for motion in axle.motions.known] == ["rotation z"] and not len(axle.eigenvalues)
-    slowed = equilibrium(System({"wheel": wheel}, (revolute("wheel", damping=np.array([5.0])),)))
-    assert slowed.eigenvalues == pytest.approx([-5.0 / 2.5], rel=1e-9) and slowed.stable
-    pair = System({"hub": wheel, "rotor": wheel}, (free("hub"), revolute("rotor", "hub")))
-    known = [motion.name for motion in equilibrium(pair).motions.known]
-    assert known[-1] == "hub-rotor.angle" and len(known) == 7
-
-
 def test_a_craft_held_on_a_plane_or_an_axis_has_the_known_motions_of_what_is_free():
     body = rigid_body(3.0, np.diag([1.0, 2.0, 2.5]))
     about = Frame("spinning", np.array([0.0, 0.0, SPEED]))
@@ -131,19 +129,83 @@ def test_a_craft_held_on_a_plane_or_an_axis_has_the_known_motions_of_what_is_fre
     assert np.abs(pivot.eigenvalues.imag) == pytest.approx(np.sqrt(square), rel=1e-8)
 
 
-def test_a_driven_craft_has_no_known_motions():
-    system, axis = random_craft(2, driven=True)
-    found = equilibrium(spun(system, 0.5 * axis))
-    assert not found.motions.known and found.stable
-    assert len(found.eigenvalues) == 2 * found.model.n_u
-    whole = linearised(found.model, 0.0, found.x).eigenvalues()
-    assert np.sort(np.abs(found.eigenvalues)) == pytest.approx(np.sort(np.abs(whole)), rel=1e-7)
+BEAM = UniformBeam(1.0, EA=1e4, EIy=10.0, EIz=1.0, GJ=10.0, mass_per_length=1.0, rotary_inertia=False)
 
 
-def test_the_hub_of_a_rotor_is_not_a_free_craft():
-    """A blade on a hinge about the spin axis itself: the angle is neutral, the lag of a blade on the rim is not."""
-    hub = rigid_body(10.0, np.eye(3))
-    rod = rigid_body(2.0, np.diag([0.02, 0.5, 0.5]), [1.2, 0, 0])
-    joints = (weld("hub"), revolute("rod", "hub", axis=[0, 0, 1]))
-    found = equilibrium(System({"hub": hub, "rod": rod}, joints, frame=Frame("spinning", np.array([0, 0, 2.0]))))
-    assert [motion.name for motion in found.motions.known] == ["hub-rod.angle"] and found.stable
+def hub_and_beam(r: float, J: float, m: float, pinned: bool) -> System:
+    hub = rigid_body(m, J * np.eye(3), markers={"rim": Marker.rigid([r, 0.0, 0.0])})
+    beam = beam_body(BEAM, BeamFunctions(y=10, z=0, axial=0, torsion=0))
+    root = revolute("hub") if pinned else free("hub")
+    return System({"hub": hub, "beam": beam}, (root, weld("beam", "hub", parent_marker="rim", child_marker="root")))
+
+
+@pytest.mark.sampled(2)
+@pytest.mark.parametrize("pinned", [True, False], ids=["pinned", "free"])
+@pytest.mark.parametrize(("r", "J", "m"), [(0.1, 0.1, 0.5), (0.5, 5.0, 10.0)])
+def test_a_hub_with_a_beam_has_the_exact_frequencies(r, J, m, pinned):
+    """The transcendental equation of hub and beam (VALIDATION E)."""
+    found = femflex.system_modes(hub_and_beam(r, J, m, pinned))
+    rigid = int(found.known.sum())
+    assert rigid == (1 if pinned else 6) and not found.frequencies[:rigid].any() and found.stable
+    assert found.names[rigid : rigid + 3] == ("bending 1", "bending 2", "bending 3")
+    assert 2 * np.pi * found.frequencies[rigid : rigid + 3] == pytest.approx(
+        exact_frequencies(r, J, m, pinned), rel=2e-3
+    )
+    assert found.frequency("bending 2") == found.frequencies[rigid + 1] == found.frequency(rigid + 2)
+    assert np.sum(list(found.energy.values()), axis=0) == pytest.approx(1.0, rel=1e-9)
+
+
+def test_damping_ratios_are_those_of_the_joint():
+    wheel = rigid_body(3.0, np.diag([1.0, 2.0, 2.5]))
+    sprung = revolute("wheel", stiffness=np.array([40.0]), damping=np.array([2.0]))
+    found = femflex.system_modes(System({"wheel": wheel}, (sprung,)))
+    omega = np.sqrt(40.0 / 2.5)
+    assert found.names == ("joint 1",)
+    assert np.abs(found.eigenvalues) == pytest.approx(omega, rel=1e-9)
+    assert found.damping_ratios == pytest.approx(2.0 / (2 * 2.5 * omega), rel=1e-9)
+
+
+def test_librations_are_named_by_their_axes():
+    """VALIDATION row D: pitch 1.5801 n, roll and yaw 1.9266 and 0.5687 n."""
+    axes = Marker.rigid(np.zeros(3), np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]]))
+    body = rigid_body(79710.0, np.diag([8286760.0, 8646050.0, 1091430.0]), markers={"nominal": axes})
+    joint = spherical("craft", child_marker="nominal")
+    orbit = Orbit.from_perigee(331e3, true_anomaly=1.0, inclination=0.7)
+    found = femflex.system_modes(System({"craft": body}, (joint,), orbit=orbit, frame=Frame("orbital")))
+    ratios = {name: 2 * np.pi * f / orbit.mean_motion for name, f in zip(found.names, found.frequencies, strict=True)}
+    assert ratios == pytest.approx(
+        {"libration yaw": 0.5687, "libration pitch": 1.5801, "libration roll": 1.9266}, abs=5e-5
+    )
+
+
+AXIS = 0.3  # kg m^2, of each of the two bodies about the axis that both turn about
+STIFFNESS, REST = (5.0, 7.0), (0.4, -0.2)
+
+
+def craft(opens=0.5) -> System:
+    """Two bodies, one on the other, that turn about one axis on springs; the first is locked at 0.1 rad until then."""
+    body = rigid_body(2.0, np.diag([0.1, 0.2, AXIS]))
+    return System(
+        {"a": body, "b": body},
+        (
+            revolute("a", name="one", stiffness=5.0, rest=0.4, q0=[0.1], latches=(Latch(0, at=0.1, opens=opens),)),
+            revolute("b", "a", name="two", stiffness=7.0, rest=-0.2),
+        ),
+    )
+
+
+@pytest.mark.parametrize("at", [None, 0.0, 0.499])
+def test_a_joint_is_locked_at_rest_until_it_is_released(at):
+    found, modes = equilibrium(craft(), at), system_modes(craft(), at)
+    assert found.q == pytest.approx([0.1, -0.2])
+    assert modes.frequencies == pytest.approx([np.sqrt(7.0 / AXIS) / (2 * np.pi)])
+    assert found.stable and found.verdict.startswith("stable")
+
+
+@pytest.mark.parametrize("at", [0.5, 0.7])
+def test_a_released_joint_rests_where_its_spring_is_free_and_vibrates(at):
+    found, modes = equilibrium(craft(), at), system_modes(craft(), at)
+    assert found.q == pytest.approx(REST)
+    M = AXIS * np.array([[2.0, 1.0], [1.0, 1.0]])
+    squares = np.linalg.eigvals(np.linalg.solve(M, np.diag(STIFFNESS)))
+    assert modes.frequencies == pytest.approx(np.sort(np.sqrt(squares)) / (2 * np.pi))

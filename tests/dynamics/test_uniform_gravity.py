@@ -1,25 +1,20 @@
 """Uniform gravity on the ground: material points, pendulums, sagging and standing beams, chains, and free fall."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from scipy.special import ellipk, jn_zeros
-from support.mechanisms import four_bar
-from support.pointwise import Tree
+from support.pointwise import Tree, equations
 from support.random_systems import random_tree
-from test_condensed import Followed, random_condensed, strain_and_damping
-from test_equations import equations, frozen
-from test_terms import along, one
+from support.random_table import DependentTree, at_rest, elastic_forces, random_condensed
 
 from femflex import fem
-from femflex.body import Marker, rigid_body
+from femflex.body import rigid_body
 from femflex.dynamics import compile_system
 from femflex.dynamics.equilibria.equilibrium import equilibrium
 from femflex.integrate import integrator
 from femflex.mesh import line
 from femflex.reduction import BeamFunctions, UniformBeam, beam_body, cantilever_modes, reduce_structure, with_attachment
-from femflex.system import Environment, Frame, Load, Orbit, System, free, revolute, spherical, weld
+from femflex.system import Environment, System, free, revolute, weld
 
 G = 9.81
 DOWN = Environment(np.array([0.0, 0.0, -G]))
@@ -32,26 +27,13 @@ ASKEW = Environment(np.array([2.0, -3.0, 5.0]))
 def test_weight_acts_on_every_material_point(seed, condensed):
     found = random_condensed(seed, environment=ASKEW) if condensed else random_tree(seed, environment=ASKEW)
     system, clouds, (q, u) = found
-    tree = Followed(system, clouds) if condensed else Tree(system, clouds)
+    tree = DependentTree(system, clouds) if condensed else Tree(system, clouds)
     model = compile_system(system)
     udot = np.random.default_rng(seed).normal(size=model.n_u)
     ours = model.residual(0.0, np.concatenate([q, u]), udot)
-    theirs = equations(tree, q, u, udot, frozen(np.eye(3)), lambda m, r: m[:, None] * ASKEW.gravity)
-    theirs = theirs + strain_and_damping(system, q, u)
+    theirs = equations(tree, q, u, udot, at_rest, lambda m, r: m[:, None] * ASKEW.gravity)
+    theirs = theirs + elastic_forces(system, q, u)
     assert ours == pytest.approx(theirs, rel=1e-10, abs=1e-10 * np.abs(theirs).max(initial=1))
-
-
-@pytest.mark.parametrize("seed", range(4))
-@pytest.mark.parametrize("frame", [Frame(), Frame("spinning", np.array([0.3, -0.5, 0.7]))])
-def test_its_term_is_the_gradient_of_its_energy_and_all_terms_sum_to_zero(seed, frame):
-    system, _, (q, u) = random_condensed(seed, environment=ASKEW, frame=frame)
-    model, x = compile_system(system), np.concatenate([q, u])
-    found = one(model, x)
-    assert np.abs(sum(found.values())).max() < 1e-11 * max(np.abs(row).max() for row in found.values())
-    assert u @ found["gravity"] == pytest.approx(along(model, x, "monitors/gravity"), rel=1e-8)
-    less = model.without("gravity")
-    assert "gravity" not in one(less, x) and "monitors/gravity" not in less.channels
-    assert less.bias(0.0, x) == pytest.approx(model.bias(0.0, x) - found["gravity"], abs=1e-11 * np.abs(q).max() * 1e3)
 
 
 @pytest.mark.parametrize("amplitude", [0.1, 2.0, 3.1])
@@ -129,6 +111,18 @@ def test_a_hanging_chain_has_bessels_frequencies(strain, axial):
     assert omega == pytest.approx(jn_zeros(0, 3) / 2 * np.sqrt(G / LENGTH), rel=1e-3)  # what stiffness is left
 
 
+def test_a_free_craft_falls_and_keeps_its_angular_momentum():
+    system, _, (q, u) = random_tree(4, root=free, environment=ASKEW)
+    model, times = compile_system(system), np.linspace(0.0, 1.0, 11)
+    solution = integrator("dop853", rtol=1e-11).solve(model, times, np.concatenate([q, u]))
+    out = model.observe(times, solution.states)
+    mass = sum(body.moments.mass for body in system.bodies.values())
+    start, rate = out["monitors/center_of_mass"][0], out["monitors/momentum"][0] / mass
+    fall = start + times[:, None] * rate + times[:, None] ** 2 / 2 * ASKEW.gravity
+    assert out["monitors/center_of_mass"] == pytest.approx(fall, abs=1e-8)
+    assert np.ptp(out["monitors/angular_momentum"], axis=0) == pytest.approx(np.zeros(3), abs=1e-8)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("strain, axial", [("condensed", 0), ("nonlinear", 12)])
 def test_a_column_falls_under_its_own_weight_at_greenhills_length(strain, axial):
@@ -142,78 +136,3 @@ def test_a_column_falls_under_its_own_weight_at_greenhills_length(strain, axial)
         body = beam_body(beam, BeamFunctions(y=5, z=5, axial=axial, family="polynomial"), strain=strain)
         stands[share] = equilibrium(System({"column": body}, (weld("column"),), environment=DOWN)).stable
     assert stands == {0.995: True, 1.005: False}
-
-
-def test_a_free_craft_falls_and_keeps_its_angular_momentum():
-    system, _, (q, u) = random_tree(4, root=free, environment=ASKEW)
-    model, times = compile_system(system), np.linspace(0.0, 1.0, 11)
-    solution = integrator("dop853", rtol=1e-11).solve(model, times, np.concatenate([q, u]))
-    out = model.observe(times, solution.states)
-    mass = sum(body.moments.mass for body in system.bodies.values())
-    start, rate = out["monitors/center_of_mass"][0], out["monitors/momentum"][0] / mass
-    fall = start + times[:, None] * rate + times[:, None] ** 2 / 2 * ASKEW.gravity
-    assert out["monitors/center_of_mass"] == pytest.approx(fall, abs=1e-8)
-    assert np.ptp(out["monitors/angular_momentum"], axis=0) == pytest.approx(np.zeros(3), abs=1e-8)
-
-
-def test_the_joint_carries_what_hangs_on_it():
-    bodies = {"post": rigid_body(3.0, np.eye(3)), "bob": rigid_body(2.0, np.eye(3))}
-    system = System(
-        bodies,
-        (revolute("post", axis=[0, 0, 1]), revolute("bob", "post", axis=[0, 0, 1])),
-        environment=DOWN,
-        reactions=True,
-    )
-    model = compile_system(system)
-    out = model.observe(np.zeros(1), model.x0[None])
-    assert np.linalg.norm(out["joints/post-bob/force"]) == pytest.approx(2.0 * G, rel=1e-12)
-    assert np.linalg.norm(out["joints/base-post/force"]) == pytest.approx(5.0 * G, rel=1e-12)
-
-
-def test_a_four_bar_keeps_its_energy_under_its_weight():
-    model = compile_system(replace(four_bar(), environment=Environment(np.array([0.0, -G, 0.0]))))
-    out = model.observe(*_motion(model))
-    assert np.ptp(out["monitors/gravity"]) > 0.1
-    assert np.ptp(out["monitors/energy"]) < 1e-8 * np.ptp(out["monitors/gravity"])
-
-
-def _motion(model):
-    times = np.linspace(0.0, 1.0, 51)
-    solution = integrator("dop853", rtol=1e-11).solve(model, times, model.x0)
-    return solution.times, solution.states
-
-
-def test_weights_at_the_centres_of_mass_do_the_same_to_rigid_bodies():
-    system = replace(four_bar(), environment=DOWN)
-    bodies, loads = {}, []
-    for name, body in system.bodies.items():
-        middle = Marker.rigid(body.moments.center_of_mass())
-        bodies[name] = replace(body, markers={**body.markers, "middle": middle})
-        loads.append(Load(name, name, "middle", "inertial", force=body.moments.mass * DOWN.gravity))
-    system = replace(system, bodies=bodies)
-    model = compile_system(system)
-    other = compile_system(replace(system, environment=Environment(), loads=tuple(loads)))
-    assert model.state_rate(0.0, model.x0) == pytest.approx(other.state_rate(0.0, other.x0), rel=1e-12, abs=1e-12)
-
-
-def test_gravity_that_makes_no_sense_is_refused():
-    with pytest.raises(
-        ValueError, match=r"gravity is 9.81; expected three finite numbers .* such as \[0, 0, -9.80665\]"
-    ):
-        Environment(9.81)
-    with pytest.raises(ValueError, match=r"uniform gravity of 9.81 m/s\^2 with an orbit"):
-        body = {"craft": rigid_body(1.0, np.eye(3))}
-        System(body, (spherical("craft"),), orbit=Orbit(7e6), environment=DOWN)
-
-
-def test_gravity_across_the_axis_of_a_spinning_frame_has_no_equilibrium():
-    body = {"rotor": rigid_body(1.0, np.eye(3))}
-    along_axis = System(
-        body, (revolute("rotor", axis=[0, 0, 1]),), frame=Frame("spinning", np.array([0, 0, 2.0])), environment=DOWN
-    )
-    assert equilibrium(along_axis).residual == 0.0
-    across = replace(along_axis, environment=Environment(np.array([G, 0, 0])))
-    with pytest.raises(
-        ValueError, match=r"gravity \[9.81, 0.0, 0.0\] m/s\^2 changes its direction in the frame that spins"
-    ):
-        equilibrium(across)

@@ -5,36 +5,25 @@ on it, so its angular momentum stays; about a principal axis omega = H / I(t). T
 the power int w . a dm. The mass matrix changes at dI/dt = int r w + w r: the row M_t u of the ledger.
 """
 
-import os
-import subprocess
-import sys
 from dataclasses import replace
 from itertools import pairwise
-from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from support.pointwise import Jet, Tree, equations, partial_velocities
-from support.random_systems import random_body, random_tree
-from test_equations import elastic_forces
+from support.random_systems import random_tree
+from support.random_table import elastic_forces
 
 from femflex.body import FlexibleBody, Marker, MassMoments, StrainTensors, rigid_body
-from femflex.body.symmetric import packed_size
 from femflex.dynamics import compile_system
-from femflex.dynamics.lowering.layout import VARIES, W_POS
-from femflex.dynamics.reports import variations
-from femflex.dynamics.terms.by_source import linear_terms
 from femflex.integrate import integrator
 from femflex.system import (
     Block,
     Environment,
-    Orbit,
     System,
     Variation,
     free,
-    spherical,
     weld,
 )
 
@@ -129,25 +118,6 @@ def test_power_of_the_masses_is_what_the_energy_gains():
     gained, work = balance(model, model.x0, np.linspace(0, 4, 21))
     assert abs(gained) > 0.1
     assert work == pytest.approx(gained, rel=1e-9)
-
-
-def test_ledger_holds_the_rate_of_the_mass_matrix():
-    model = compile_system(spinning_hub())
-    x = model.x0
-    found = {name: rows[0] for name, rows in model.terms(np.array([1.0]), x[None]).items()}
-    growth = 4 * MASS * (1 + U) * U  # dI/dt at t = 1
-    assert found["moving_mass"][5] == pytest.approx(growth * 2.0)
-    assert sum(found.values()) == pytest.approx(np.zeros(6), abs=1e-12)
-    assert linear_terms(model, 1.0, x)[0][5, 5] == pytest.approx(growth)
-
-
-def test_without_the_rate_of_the_mass_matrix_the_spin_stays():
-    """Without M_t u nothing slows the spin: I domega/dt = 0."""
-    model = compile_system(spinning_hub()).without("moving_mass")
-    assert model.state_rate(1.0, model.x0)[model.n_q + 5] == pytest.approx(0.0, abs=1e-14)
-    still = compile_system(spinning_hub()).without("varying/hub")
-    assert "bodies/hub/power" not in still.channels
-    assert still.mass_matrix(1.0, still.x0)[5, 5] == pytest.approx(spin_inertia(0.0))
 
 
 def random_varying(seed, **more):
@@ -264,20 +234,6 @@ def test_energy_of_a_tree_with_moving_markers_balances(seed):
     assert work == pytest.approx(gained, rel=1e-7)
 
 
-def test_angular_momentum_of_a_specified_orbit_less_gradient():
-    """On a specified orbit the centre of mass stays at O however the material moves."""
-    orbit = Orbit(7e6, 0.0)
-    system, *_, (q, u) = random_varying(2, root=spherical, orbit=orbit)
-    model = compile_system(system)
-    times = np.linspace(0, 0.2, 5)
-    states = integrator("dop853").solve(model, times, np.concatenate([q, 0.1 * u])).states
-    seen = model.observe(times, states)
-    assert np.abs(seen["monitors/center_of_mass"]).max() < 1e-9
-    H = seen["monitors/angular_momentum"]
-    torque = 3 * orbit.mean_motion**2 * 1e3  # bound of the gradient's torque over bodies of a few metres
-    assert np.abs(H - H[0]).max() < torque
-
-
 OMEGA, DEPTH, RATE = 1.0, 0.4, 2.1
 
 
@@ -314,91 +270,10 @@ def test_parametric_oscillator_follows_mathieus_equation(method):
     assert solution.states[:, 0] == pytest.approx(exact, abs=1e-6 * np.abs(exact).max())
 
 
-def test_instability_is_that_of_the_monodromy_matrix():
-    """The growth over a period is the largest multiplier of Mathieu's equation (2:1 resonance, unstable)."""
-    period = 2 * np.pi / RATE
-    columns = [solve_ivp(mathieu, (0, period), y0, "DOP853", rtol=1e-12, atol=1e-14).y[:, -1] for y0 in np.eye(2)]
-    exact = np.abs(np.linalg.eigvals(np.transpose(columns))).max()
-    model = compile_system(parametric_oscillator())
-    times = np.array([0.0, 30 * period, 31 * period])
-    states = integrator("dop853").solve(model, times, model.x0).states
-    grown = np.linalg.norm(states[2]) / np.linalg.norm(states[1])
-    assert exact > 1.2
-    assert grown == pytest.approx(exact, rel=1e-6)
-
-
 def test_energy_of_a_varying_stiffness_balances():
     model = compile_system(parametric_oscillator())
     gained, work = balance(model, model.x0, np.linspace(0, 20, 81))
     assert work == pytest.approx(gained, rel=1e-8)
-
-
-@pytest.mark.parametrize("part", [None, "flow", "growth", "stiffness", "strain", "children", "bearing"])
-def test_the_power_of_a_change_is_the_sum_of_that_of_its_parts(monkeypatch, part):
-    """1 W of each part twice that of the one before; growth brings 5 kg/s in a place where gravity gives 5 g . r."""
-    powers = {"flow": 1.0, "stiffness": 4.0, "strain": 8.0, "children": 16.0, "bearing": 32.0}
-    body = random_body(np.random.default_rng(2), 2)[0]
-    parts = ("mass", "flow", "growth", "stiffness", "strain")
-    acting = parts if part is None else tuple(one for one in ("mass", part) if one in parts)
-    variation = Variation(polynomial, parts, frozen=tuple(set(parts) - set(acting)))
-    work = np.zeros(W_POS + 3)
-    work[W_POS : W_POS + 3] = [0.0, 2.0, 0.0]
-    every = part is None
-    record = {"block": 0, "n_shapes": 2, "n": 2, "n_blocks": 1, "work": 0}
-    record["own_bends"] = VARIES if every or part == "bearing" else 0
-    bends = VARIES if every or part == "children" else 0
-    children = [{"parent": 1, "bends": bends}, {"parent": 1, "bends": 0}, {"parent": 2, "bends": VARIES}]
-    system = SimpleNamespace(
-        order=["a"], bodies={"a": body}, varying={"a": variation},
-        environment=SimpleNamespace(gravity=np.array([0.0, -3.0, 0.0])),
-    )  # fmt: skip
-    model = SimpleNamespace(table=None, pool=np.zeros(999), work=work, system=system)
-    monkeypatch.setattr(variations, "body_records", lambda table: [None, record, *children])
-    monkeypatch.setattr(variations, "body_motion", lambda model, k: SimpleNamespace(y=np.array([1.0, 0.1, 0.2])))
-    monkeypatch.setattr(variations, "growth_power", lambda *about: (2.0, 5.0, np.array([7.0, 0.0, 0.0])))
-    monkeypatch.setattr(variations, "_C", lambda work, w: np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0, 0, 1.0]]))
-    for name, key in (("flow", "flow"), ("stiffness", "stiffness"), ("strain", "strain"), ("carried", "children"),
-                      ("bearing", "bearing")):  # fmt: skip
-        monkeypatch.setattr(variations, f"{name}_power", lambda *about, key=key: powers[key])
-    powers["growth"] = 2.0 + 3.0 * (5.0 * 2.0 + 7.0)
-    assert variations.power_of(model, 1) == pytest.approx(sum(powers.values()) if every else powers[part])
-
-
-PARTS = {
-    "stiffness": lambda at, out, V1, D: at.put_stiffness(out, V1, np.array([0.7, -1.1, 0.4])),
-    "damping": lambda at, out, V1, D: at.put_damping(out, D),
-}
-
-
-@pytest.mark.parametrize("varies", [("stiffness",), ("damping",), ("damping", "stiffness"), ("mass",)])
-def test_matrices_that_couple_modes_take_the_place_of_diagonal_ones(varies):
-    """Of unit modes with diagonal V1 and D: ddelta'' = -(f0 + V1 delta + D delta')."""
-    rng = np.random.default_rng(4)
-    moments = MassMoments(2.0, np.zeros((4, 3)), np.zeros((4, 3, 4, 3)))
-    moments.second[0, :, 0, :] = np.eye(3)
-    moments.second[1:, 2, 1:, 2] = np.eye(3)
-    body = FlexibleBody(moments, StrainTensors.linear(np.diag([1.0, 4.0, 9.0])), np.diag([0.1, 0.2, 0.3]), {})
-    V1, D = rng.normal(size=(3, 3)), rng.normal(size=(3, 3))
-    V1, delta, rate = V1 + V1.T, rng.normal(size=3), rng.normal(size=3)
-    at = Block(body, varies)
-    block = at.laid(body)
-    for part in varies:
-        if part in PARTS:
-            PARTS[part](at, block, V1, D)
-    system = System({"beam": body}, (weld("beam"),), varying={"beam": Variation(polynomial, varies, block)})
-    found = compile_system(system).state_rate(0.3, np.concatenate([delta, rate]))
-    V1, f0 = (V1, np.array([0.7, -1.1, 0.4])) if "stiffness" in varies else (body.strain.V1, np.zeros(3))
-    D = D if "damping" in varies else body.damping
-    assert found == pytest.approx(np.concatenate([rate, -(f0 + V1 @ delta + D @ rate)]), abs=1e-13)
-
-
-def test_flexibility_and_stiffness_can_be_switched_off():
-    model = compile_system(parametric_oscillator())
-    assert model.without("elastic").state_rate(0.7, model.x0)[1] == 0.0
-    assert model.without("flexibility").n_x == 0
-    rigid = compile_system(random_varying(4)[0]).without("flexibility")
-    x = rigid.x0
-    assert np.isfinite(rigid.state_rate(NOW, x)).all()
 
 
 def test_growing_mass_keeps_the_spin_and_brings_its_energy():
@@ -422,18 +297,6 @@ def test_growing_mass_keeps_the_spin_and_brings_its_energy():
     assert seen["monitors/variation_power"] == pytest.approx(0.5 * 0.5**2 * 1.0 + 0.5 * 2.0**2 * 3.0)
     gained, work = balance(model, model.x0, np.linspace(0, 2, 5))
     assert work == pytest.approx(gained, rel=1e-11)
-
-
-def test_integration_resumes_bit_for_bit():
-    for method in ("dop853", "esdirk4", "generalized_alpha"):
-        model, times = compile_system(spinning_hub((0.3, -0.4, 1.0))), np.linspace(0, 4, 2401)
-        whole = integrator(method).solve(model, times, model.x0)
-        first = next(iter(integrator(method).blocks(model, times, model.x0)))
-        assert 0 < len(first.times) < len(times)
-        other = compile_system(spinning_hub((0.3, -0.4, 1.0)))  # as a new process has it
-        rest = integrator(method).solve(other, times, other.x0, state=first.resume)
-        assert len(rest.times) == len(times) - len(first.times)
-        assert np.array_equal(whole.states[len(first.times) :], rest.states)
 
 
 @pytest.mark.slow
@@ -478,96 +341,3 @@ def swelling_hub(case):
         return out
 
     return Variation(polynomial, ("mass", "growth"), fitted(at, 1))
-
-
-SCRIPT = """
-import sys
-import numpy as np
-sys.path.insert(0, sys.argv[1])
-from test_varying_bodies import answers
-np.savez(sys.argv[2], **answers())
-"""
-
-
-def answers():
-    """Rates, residuals and channels of varying systems at one state."""
-    out = {}
-    systems = [(random_varying(seed)[0], random_varying(seed)[-1]) for seed in (1, 5)]
-    for i, (system, (q, u)) in enumerate(systems):
-        model, x = compile_system(system), np.concatenate([q, u])
-        out |= {f"{i}/rate": model.state_rate(NOW, x), f"{i}/residual": model.residual(NOW, x, np.cos(u))}
-        out |= {f"{i}/{path}": v for path, v in model.observe(np.array([NOW]), x[None]).items()}
-    return out
-
-
-@pytest.mark.slow
-def test_plain_python_gives_the_same_numbers(tmp_path):
-    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1", "OPENBLAS_NUM_THREADS": "1"}
-    root = Path(__file__).parents[2]
-    environment["PYTHONPATH"] = os.pathsep.join([str(root), str(root / "tests"), environment.get("PYTHONPATH", "")])
-    command = [sys.executable, "-c", SCRIPT, str(Path(__file__).parent), str(tmp_path / "plain.npz")]
-    subprocess.run(command, env=environment, check=True, timeout=300)
-    plain, compiled = np.load(tmp_path / "plain.npz"), answers()
-    assert set(plain.files) == set(compiled)
-    for name, values in compiled.items():
-        size = 1.0 + np.abs(values).max(initial=0.0)
-        assert plain[name] == pytest.approx(values, rel=1e-10, abs=1e-10 * size), name
-
-
-def test_what_is_wrong_with_a_variation_is_said():
-    system = spinning_hub()
-    hub = system.varying["hub"]
-    with pytest.raises(
-        ValueError, match=r"'wheel', whose properties are to vary, does not exist; bodies are \['hub'\]"
-    ):
-        replace(system, varying={"wheel": hub})
-    with pytest.raises(ValueError, match="varies in 'colour'; what can vary is mass, flow"):
-        replace(system, varying={"hub": replace(hub, varies=("colour",))})
-    with pytest.raises(ValueError, match="'flow' but not in 'mass'"):
-        replace(system, varying={"hub": replace(hub, varies=("flow",))})
-    with pytest.raises(ValueError, match="is rigid and varies in stiffness"):
-        replace(system, varying={"hub": replace(hub, varies=("stiffness",))})
-
-    def uncompilable(t, z, numbers, block):
-        block[0] = open(t)
-
-    with pytest.raises(ValueError, match="properties of body 'hub' cannot be compiled"):
-        compile_system(replace(system, varying={"hub": Variation(uncompilable, ("mass",))}))
-
-
-def softening(n: int = 3, slope: float = -0.2) -> tuple[System, FlexibleBody]:
-    """A welded body of n shapes with nonlinear strain, all of which falls by a part `slope` of it in a second."""
-    rng = np.random.default_rng(5)
-    body, _ = random_body(rng, n)
-    V2, V3 = 0.5 * rng.normal(size=packed_size(n, 3)), 0.5 * rng.normal(size=packed_size(n, 4))
-    strain = StrainTensors(body.strain.V1 + 10 * np.eye(n), np.zeros(n), V2, V3)
-    body = replace(body, strain=strain, damping=np.zeros((n, n)))
-    parts = ("stiffness", "strain")
-    block = Block(body, parts)
-    start, rate = block.laid(body), np.zeros(block.size)
-    block.put_stiffness(rate, slope * strain.V1, slope * strain.f0, rates=True)
-    block.put_strain(rate, slope * strain.V2, slope * strain.V3, rates=True)
-    change = np.zeros(block.size)
-    block.put_stiffness(change, slope * strain.V1, slope * strain.f0)
-    block.put_strain(change, slope * strain.V2, slope * strain.V3)
-    varying = {"arm": Variation(polynomial, parts, np.concatenate([start + rate, change]))}
-    return System({"arm": body}, (weld("arm"),), varying=varying), body
-
-
-def test_a_nonlinear_strain_that_varies_has_the_force_and_energy_of_its_tensors():
-    system, body = softening()
-    model, rng = compile_system(system), np.random.default_rng(6)
-    for t in (0.0, 1.5):
-        delta = rng.normal(size=3)
-        x = np.concatenate([delta, np.zeros(3)])
-        rest = np.zeros(6)
-        force = model.residual(t, x, np.zeros(3)) - model.residual(t, rest, np.zeros(3))
-        assert force == pytest.approx((1 - 0.2 * t) * body.strain.force(delta), rel=1e-12)
-        elastic = model.observe(np.array([t]), x[None])["monitors/elastic"][0]
-        assert elastic == pytest.approx((1 - 0.2 * t) * body.strain.energy(delta), rel=1e-12)
-
-
-def test_energy_of_a_varying_nonlinear_strain_balances():
-    model = compile_system(softening()[0])
-    gained, work = balance(model, np.array([0.3, -0.2, 0.4, 0.0, 0.1, 0.0]), np.linspace(0, 4, 81))
-    assert work == pytest.approx(gained, rel=1e-7)

@@ -1,9 +1,7 @@
 """Wheels and control-moment gyros as gyrostats: momentum, energy, Kelvin's stability, nutation, imbalance."""
 
 import math
-from dataclasses import replace
 
-import numba
 import numpy as np
 import pytest
 from scipy.special import fresnel
@@ -12,18 +10,12 @@ from support.random_systems import random_body
 from femflex.body import Marker
 from femflex.body.rigid import rigid_body
 from femflex.dynamics import compile_system
-from femflex.dynamics.effectors.built_in import MODULES, built_in
-from femflex.dynamics.equilibria.linearised import linearised
-from femflex.dynamics.equilibria.system_modes import system_modes
 from femflex.integrate import Dop853
-from femflex.kernel_cache import cache_folders
 from femflex.system import (
     Effector,
     System,
-    block,
     control_moment_gyro,
     free,
-    gain,
     reaction_wheel,
     revolute,
     signal,
@@ -63,20 +55,6 @@ def flexible_craft(effectors):
         revolute("boom", "hub", child_marker="b", name="hinge", q0=np.array([0.4]), u0=np.array([0.2])),
     )
     return System({"hub": hub(), "boom": boom}, joints, effectors=effectors)
-
-
-def test_a_wheel_and_its_body_exchange_momentum():
-    """About one axis: (J - J_s) dw/dt = -tau and J_s d(Om + w)/dt = tau; w and Om are known."""
-    torque = 0.3
-    wheel = reaction_wheel("wheel", "hub", 0.5, axis=(0, 0, 1), torque=torque, initial_speed=20.0)
-    body = without_axial_inertia(hub(), wheel)
-    _, _, seen = run(System({"hub": body}, (free("hub", u0=[0, 0, 0, 0, 0, 0.1]),), effectors=(wheel,)), 5.0)
-    t = np.linspace(0.0, 5.0, 41)
-    assert seen["effectors/wheel/speed"] == pytest.approx(20.0 + torque * t / 0.5 + torque * t / 4.5, rel=1e-11)
-    assert seen["bodies/hub/rate"][:, 2] == pytest.approx(0.1 - torque * t / 4.5, abs=1e-11)
-    H = seen["monitors/angular_momentum"]
-    assert H[0] == pytest.approx([0, 0, 5.0 * 0.1 + 0.5 * 20.0], rel=1e-14)
-    assert np.abs(H - H[0]).max() < 1e-11 * np.linalg.norm(H[0])
 
 
 def test_wheels_on_a_flexible_craft_keep_momentum_and_the_balance_of_energy():
@@ -128,28 +106,6 @@ def test_a_spin_about_the_middle_axis_is_stable_as_kelvin_says(speed, stable):
     across = seen["bodies/hub/rate"][:, 0]
     expected = 1e-6 * (np.cos if stable else np.cosh)(math.sqrt(abs(square)) * t)
     assert across == pytest.approx(expected, abs=2e-10)
-
-
-def test_friction_limits_and_servo_of_a_motor():
-    def of(**keys):
-        wheel = reaction_wheel("wheel", "hub", 0.5, **keys)
-        big = rigid_body(1e9, np.eye(3) * 1e9)
-        t, _, seen = run(System({"hub": big}, (free("hub"),), effectors=(wheel,)), 10.0, 1001)
-        return t, seen
-
-    t, seen = of(torque=2.0, viscous=0.1)
-    assert seen["effectors/wheel/speed"] == pytest.approx(20.0 * (1.0 - np.exp(-t / 5.0)), abs=1e-7)
-    t, seen = of(speed=30.0, bandwidth=2.0, max_torque=4.0)
-    assert seen["effectors/wheel/motor"].max() == 4.0
-    assert seen["effectors/wheel/speed"][t < 3.2] == pytest.approx(8.0 * t[t < 3.2], abs=1e-6)
-    assert seen["effectors/wheel/speed"][-1] == pytest.approx(30.0, abs=1e-4)
-    assert set(seen["effectors/wheel/saturated"]) == {0.0, 1.0}
-    t, seen = of(torque=5.0, max_speed=60.0)
-    assert seen["effectors/wheel/speed"].max() < 60.0 * (1 + 1e-9)
-    assert seen["effectors/wheel/speed"][-1] > 59.9
-    t, seen = of(coulomb=0.4, initial_speed=4.0, coulomb_speed=1e-3)
-    assert seen["effectors/wheel/speed"][t < 4.9] == pytest.approx(4.0 - 0.8 * t[t < 4.9], abs=1e-6)
-    assert seen["effectors/wheel/speed"][t > 5.1] == pytest.approx(0.0, abs=1e-3)
 
 
 def test_a_wheel_that_sweeps_through_the_nutation_frequency_follows_lewis():
@@ -219,6 +175,20 @@ def test_gimbals_keep_momentum_and_energy_and_report_the_motor_torque():
         assert np.abs(seen["effectors/cmg/motor1"]).max() > 0.1
 
 
+def test_a_wheel_and_its_body_exchange_momentum():
+    """About one axis: (J - J_s) dw/dt = -tau and J_s d(Om + w)/dt = tau; w and Om are known."""
+    torque = 0.3
+    wheel = reaction_wheel("wheel", "hub", 0.5, axis=(0, 0, 1), torque=torque, initial_speed=20.0)
+    body = without_axial_inertia(hub(), wheel)
+    _, _, seen = run(System({"hub": body}, (free("hub", u0=[0, 0, 0, 0, 0, 0.1]),), effectors=(wheel,)), 5.0)
+    t = np.linspace(0.0, 5.0, 41)
+    assert seen["effectors/wheel/speed"] == pytest.approx(20.0 + torque * t / 0.5 + torque * t / 4.5, rel=1e-11)
+    assert seen["bodies/hub/rate"][:, 2] == pytest.approx(0.1 - torque * t / 4.5, abs=1e-11)
+    H = seen["monitors/angular_momentum"]
+    assert H[0] == pytest.approx([0, 0, 5.0 * 0.1 + 0.5 * 20.0], rel=1e-14)
+    assert np.abs(H - H[0]).max() < 1e-11 * np.linalg.norm(H[0])
+
+
 def test_a_gimbal_rate_gives_the_torque_h_times_rate():
     """h ds/dt across both axes on a heavy body, and the motor torque h g.(omega x s) of a turning one."""
     cmg = control_moment_gyro("cmg", "hub", 10.0, gimbal_axis=(0, 0, 1), spin_axis=(1, 0, 0), rates=[0.2])
@@ -230,81 +200,3 @@ def test_a_gimbal_rate_gives_the_torque_h_times_rate():
     turning = System({"hub": big}, (free("hub", u0=[0, 0, 0, 0, 0.3, 0]),), effectors=(cmg,))
     seen = run(turning, 1.0, 2)[2]
     assert seen["effectors/cmg/motor1"][0] == pytest.approx(10.0 * np.dot([0, 0, 1], np.cross([0, 0.3, 0], [1, 0, 0])))
-
-
-def test_linear_equations_hold_the_nutation_of_a_gyrostat():
-    """Two equal transverse inertias: the wobble at h / J_t of a body at rest with a wheel."""
-    wheel = reaction_wheel("wheel", "hub", 0.5, axis=(0, 0, 1), initial_speed=24.0)
-    body = without_axial_inertia(hub(np.diag([4.0, 4.0, 5.0])), wheel)
-    model = compile_system(System({"hub": body}, (free("hub"),), effectors=(wheel,)))
-    values = linearised(model, 0.0, model.x0).eigenvalues()
-    assert np.abs(values.imag).max() == pytest.approx(12.0 / 4.0, rel=1e-6)
-
-
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        ({"max_torque": -1.0}, "max_torque of wheel 'w' is -1; it must be positive"),
-        ({"initial_speed": 9.0, "max_speed": 5.0}, "starts at 9 rad/s, and its largest speed is 5"),
-        ({"torque": 1.0, "speed": 2.0}, "commanded torque and a commanded speed"),
-        ({"axis": (0, 0, 0)}, r"axis of 'w' is .*not all zero"),
-        ({"viscous": -1.0}, "viscous friction of wheel 'w' is -1"),
-    ],
-)
-def test_bad_wheels_are_refused(change, said):
-    with pytest.raises(ValueError, match=said):
-        reaction_wheel("w", "hub", 0.5, **change)
-
-
-def test_a_wheel_that_a_body_cannot_contain_is_refused():
-    wheel = reaction_wheel("w", "hub", 5.5)
-    with pytest.raises(ValueError, match=r"has a principal inertia of -0.5 kg m"):
-        without_axial_inertia(hub(), wheel)
-    wheel = reaction_wheel("w", "hub", 0.5, torque="pilot.torqe")
-    with pytest.raises(ValueError, match=r"input 'pilot.torqe' of effector 'w' is neither a state nor a channel"):
-        System({"hub": hub()}, (free("hub"),), effectors=(wheel,))
-    bad = replace(wheel, act="whel", inputs=())
-    with pytest.raises(ValueError, match="femflex has no effector function 'whel'"):
-        compile_system(System({"hub": hub()}, (free("hub"),), effectors=(bad,)))
-
-
-def test_modes_of_a_craft_with_a_wheel_are_those_of_a_gyrostat():
-    """Nutation at h / J_t and the vibration that the wheel couples: (M s^2 + G s + K) of the same craft by hand."""
-    for gyro in (False, True):
-        h = 12.0
-        if gyro:
-            keys = {"gimbal_axis": (1, 0, 0), "spin_axis": (0, 1, 0)}
-            one = control_moment_gyro("wheel", "hub", h, rates=[0.0], initial_angles=[math.pi / 2], **keys)
-            body = hub(np.diag([4.0, 4.0, 5.0]))
-        else:
-            one = reaction_wheel("wheel", "hub", 0.5, axis=(0, 0, 1), initial_speed=h / 0.5)
-            body = without_axial_inertia(hub(np.diag([4.0, 4.0, 5.0])), one)
-        found = system_modes(System({"hub": body}, (free("hub"),), effectors=(one,)))
-        assert found.frequencies.max() == pytest.approx(3.0 / (2 * math.pi), rel=1e-6)
-        assert found.names[int(np.argmax(found.frequencies))].startswith("rotation")  # of the whole craft: no joint
-
-
-def test_a_wheel_inside_a_loop_of_a_controller_is_left_in_it():
-    wheel = reaction_wheel("wheel", "hub", 0.5, torque="hold.y", initial_speed=4.0)
-    hold = block("hold", gain([[-1.0]]), ["wheel.speed"], ["y"])
-    with pytest.raises(ValueError, match="algebraic loop"):
-        System({"hub": hub()}, (free("hub"),), effectors=(wheel, hold))
-    wheel = reaction_wheel("wheel", "hub", 0.5, speed="hold.y", initial_speed=4.0)
-    hold = block("hold", gain([[-1.0]]), ["wheel.momentum"], ["y"])
-    from femflex.dynamics.equilibria.coasting import with_coasting_rotors
-
-    system = System({"hub": hub()}, (free("hub"),), effectors=(wheel, hold))
-    assert with_coasting_rotors(system) is system
-
-
-@pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="the compiler is off")
-def test_functions_that_femflex_brings_are_compiled_once_and_kept_on_disk():
-    """One for all effectors of a kind, of any size."""
-    for word, module in MODULES.items():
-        address = built_in(word).address
-        assert address and built_in(word).address == address
-        name = f"femflex.dynamics.effectors.built_in.{module}.{word}-"
-        files = [file.name for folder in cache_folders() if folder.is_dir() for file in folder.iterdir()]
-        assert any(file.startswith(name) for file in files)
-    with pytest.raises(KeyError, match="it has wheel, rotor, gimbals"):
-        built_in("sail")

@@ -51,6 +51,8 @@ def expm(theta):
     for k in range(1, 40):
         term = (term @ X) * (1.0 / k)
         total = total + term
+        if max(np.abs(part).max() for part in (term.v, term.d, term.dd)) < 1e-20:
+            break
     return total
 
 
