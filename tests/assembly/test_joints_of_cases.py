@@ -1,8 +1,9 @@
-"""Joints, loops, springs and constraints of a case, with every value of their tables, as the ones made from Python."""
+"""Joints, loops, springs, constraints and motions of a case, with every value, as the ones made from Python."""
 
 from __future__ import annotations
 
 from dataclasses import fields
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,10 +11,11 @@ from support.same_values import same
 
 from femflex.assembly.joints import build_joints
 from femflex.assembly.loops import build_constraint, build_loops, build_spring
-from femflex.case import CaseError
 from femflex.case.read import parse_case
+from femflex.pipeline.decisions import build_system
 from femflex.system import (
     Joint,
+    Profile,
     Spring,
     cylindrical,
     free,
@@ -115,15 +117,6 @@ def test_every_joint_of_a_case_is_the_one_made_from_python(text, wanted):
         assert same(getattr(found, field.name), getattr(wanted, field.name)), field.name
 
 
-def test_problems_of_all_joints_are_reported_together():
-    text = "".join(f'[[joints]]\nkind = "ball"\nchild = "{name}"\nrelease = "1 s"\n' for name in "ab")
-    text = text.replace('"ball"', '"spherical"')
-    with pytest.raises(CaseError) as caught:
-        build_joints(parse_case(CASE + text))
-    first, second = (line for line in str(caught.value).splitlines() if "release" in line)
-    assert "joints[a]" in first and "joints[b]" in second
-
-
 def test_loops_springs_and_constraints_are_those_made_from_python():
     tables = """
     [[joints]]
@@ -163,3 +156,72 @@ def test_loops_springs_and_constraints_are_those_made_from_python():
     for one, other in zip(made, wanted, strict=True):
         for field in fields(other):
             assert same(getattr(one, field.name), getattr(other, field.name)), (type(other).__name__, field.name)
+
+
+TEXT = """
+[run]
+duration = "4 s"
+output_step = 0.1
+[bodies.hub]
+kind = "rigid"
+mass = 10
+inertia = [1, 2, 3]
+[bodies.arm]
+kind = "rigid"
+mass = 1
+inertia = [1, 1, 1]
+[[joints]]
+child = "arm"
+parent = "hub"
+"""
+STEP = "{ kind = 'smooth_step', from = 0, to = '30 deg', start = '1 s', end = 3 }"
+
+
+def joint(text: str, folder: Path = Path()):
+    return build_system(parse_case(TEXT + text, folder / "case.toml")).joint_of("arm")
+
+
+@pytest.mark.parametrize(
+    ("motion", "profile"),
+    [
+        (STEP, Profile.smooth_step(1.0, 3.0, 0.0, np.pi / 6)),
+        ("{ kind = 'constant', value = '30 deg' }", Profile.constant(np.pi / 6)),
+        ("'30 deg'", Profile.constant(np.pi / 6)),
+        ("0.4", Profile.constant(0.4)),
+        (
+            "{ kind = 'polynomial', coefficients = [0.1, '90 deg/s', '2 rad/s^2', 3] }",
+            Profile.polynomial(0.1, np.pi / 2, 2, 3),
+        ),
+        (
+            "{ kind = 'sine', amplitude = '2 deg', frequency = '3 Hz', phase = '90 deg', mean = 1 }",
+            Profile.sine(np.pi / 90, 6 * np.pi, np.pi / 2, 1),
+        ),
+        (
+            "{ kind = 'table', times = [0, 1, 2, 3, '4 s'], values = [0, '10 deg', 0, 0, 0] }",
+            Profile.spline(range(5), [0, np.pi / 18, 0, 0, 0]),
+        ),
+        (
+            "{ kind = 'table', times = [0, 2, 4], values = [0, 1, 0], degree = 5, ends = 'rest' }",
+            Profile.spline([0, 2, 4], [0, 1, 0], 5, "rest"),
+        ),
+        (
+            "{ kind = 'sum', parts = [" + STEP + ", { kind = 'sine', amplitude = 1, frequency = 1 }] }",
+            Profile.smooth_step(1.0, 3.0, 0.0, np.pi / 6) + Profile.sine(1, 2 * np.pi),
+        ),
+    ],
+)
+def test_a_motion_becomes_its_profile(motion: str, profile: Profile):
+    found = joint(f"kind = 'revolute'\nmotion.angle = {motion}\n").held[0]
+    for t in (0.0, 0.9, 2.2, 3.9):
+        np.testing.assert_allclose(found(t), profile(t), atol=1e-12)
+
+
+@pytest.mark.parametrize("head", ["time [ms],azimuth [deg]", "azimuth [deg],time (ms)"])
+def test_a_motion_from_a_file_has_the_unit_of_its_times(head: str, tmp_path: Path):
+    """10 deg/s^2 over times in milliseconds: a cubic through it, its rate and its acceleration are known in SI."""
+    rows = [(f"{1000 * k}", f"{5 * k * k}") for k in range(6)]
+    lines = [",".join(row if head.startswith("time") else row[::-1]) for row in rows]
+    (tmp_path / "track.csv").write_text("\n".join([head, *lines]) + "\n")
+    text = "kind = 'revolute'\nmotion.angle = { kind = 'table', file = 'track.csv', column = 'azimuth' }\n"
+    found = joint(text, tmp_path).held[0](2.5)
+    np.testing.assert_allclose(found, np.radians([31.25, 25.0, 10.0]), rtol=1e-12)

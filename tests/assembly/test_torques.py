@@ -2,23 +2,15 @@
 
 from __future__ import annotations
 
-import warnings
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from femflex.advice import warn_of
-from femflex.advice.bodies import KnownBodies
-from femflex.advice.model_warnings import model_warnings
 from femflex.case import read_case
-from femflex.case.problems import CaseError
 from femflex.dynamics.equilibria.equilibrium import equilibrium
 from femflex.mesh import Mesh, box, write_mesh
-from femflex.pipeline.case_bodies import build_body
 from femflex.pipeline.decisions import build_system
-from femflex.warning import PhysicsWarning
 
 L, A, E = 2.0, 0.1, 1e9  # m, m, Pa; without Poisson's ratio a bar bends as a beam all through, clamped end and all
 G, J = E / 2, 0.1405770 * A**4  # St Venant's constant of a square section
@@ -84,7 +76,7 @@ def turned(path: Path):
 
 
 @pytest.mark.sampled(1)
-def test_a_torque_on_a_face_of_a_solid_bends_it_as_a_beam(bar):
+def test_torque_on_face_of_solid_bends_like_a_beam(bar):
     M = 3.0
     _, _, turn = turned(bar(torque=f"[0, {M}, {-M}]"))
     bent = M / (E * A**4 / 12)
@@ -95,64 +87,7 @@ def test_a_torque_on_a_face_of_a_solid_bends_it_as_a_beam(bar):
 
 @pytest.mark.slow
 @pytest.mark.sampled(1)
-def test_a_torque_on_a_face_of_a_solid_twists_it_as_saint_venant_has_it(bar):
+def test_torque_on_face_of_solid_twists_like_saint_venant(bar):
     M = 3.0
     _, _, turn = turned(bar(torque=f"[{M}, 0, 0]"))
     assert turn["middle"][0] - turn["near"][0] == pytest.approx(M * L / 4 / (G * J), rel=2e-3)  # four elements across
-
-
-@pytest.mark.sampled(1)
-@pytest.mark.parametrize(("marker", "torque"), [("tip", (1.0, -2.0, 3.0)), ("edge", (1.0, 2.0, 0.0))])
-def test_the_work_of_a_torque_is_the_energy_it_stores(bar, marker: str, torque: tuple[float, float, float]):
-    path = bar(marker, str(list(torque)))
-    path.write_text(path.read_text().replace("loads = { tip =", f"loads = {{ {marker} ="))
-    if marker == "edge":
-        path.write_text(path.read_text().replace('["rx", "ry", "rz"]', '["rx", "ry"]'))
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "marker 'edge' shows no rotation about 1 of 3 axes", PhysicsWarning)
-        body, delta, turn = turned(path)
-    assert body.strain.energy(delta) == pytest.approx(np.dot(torque, turn[marker]) / 2, rel=1e-9)
-
-
-@pytest.mark.sampled(1)
-@pytest.mark.parametrize(
-    ("marker", "torque", "frame", "told"),
-    [
-        ("corner", "[0, 2, 0]", "body", "found 2 N m at marker 'corner' of body 'bar', which shows no rotation:"),
-        ("corner", "[0, 2, 0]", "inertial", "found 2 N m at marker 'corner' of body 'bar', which shows no rotation:"),
-        ("corner", "[[0, 0, 0], [3, 4, 0]]", "body", "found 5 N m at marker 'corner'"),
-        ("edge", "[0, 4, 3]", "body", "found 3 N m at marker 'edge' .* shows no rotation about \\[0, 0, 1\\]:"),
-    ],
-)
-def test_a_torque_that_would_bend_nothing_is_refused(bar, marker: str, torque: str, frame: str, told: str):
-    times = "times = [0, 1]\n" if torque.startswith("[[") else ""
-    with pytest.raises(CaseError, match=rf"loads\[twist\]\.torque: {told}.* Name a group of several nodes"):
-        build_system(read_case(bar(marker, torque, f'frame = "{frame}"\n{times}')))
-
-
-def test_a_torque_in_the_axes_of_a_turned_marker_is_judged_in_those_of_the_body(bar):
-    """x, y and z of the marker are y, z and x of the body: of (2, 3, 4) N m the 3 are about the line of nodes."""
-    path = bar("edge", "[2, 3, 4]", 'frame = "marker"\n')
-    turned = "edge = { orientation = [[0, 0, 1], [1, 0, 0], [0, 1, 0]] } }"
-    path.write_text(path.read_text().replace("edge = {} }", turned))
-    with pytest.raises(CaseError, match=r"found 3 N m at marker 'edge' .* shows no rotation about \[0, 0, 1\]:"):
-        build_system(read_case(path))
-
-
-@pytest.mark.slow
-@pytest.mark.sampled(1)
-def test_a_torque_across_a_line_of_nodes_acts(bar):
-    with pytest.warns(PhysicsWarning, match="marker 'edge' shows no rotation about 1 of 3 axes"):
-        build_system(read_case(bar("edge", "[0, 2, 0]")))
-
-
-@pytest.mark.slow
-def test_a_torque_on_a_body_whose_shapes_do_not_turn_its_marker_is_told_of(bar):
-    body = build_body(read_case(bar()), "bar")
-    system = build_system(read_case(bar(torque="[1, 0, 0]")))
-    tip = body.markers["tip"]
-    still = replace(body, markers={**body.markers, "tip": replace(tip, psi=0.0 * tip.psi)})
-    with pytest.warns(
-        PhysicsWarning, match=r"loads\[twist\]: none of the 5 shapes of body 'bar' rotates its marker 'tip'"
-    ):
-        warn_of(model_warnings(replace(system, bodies={"bar": still}), KnownBodies({}), 1.0))
