@@ -137,7 +137,7 @@ def mass_of(m=2.0, y=0.01, z=-0.02, yy=3e-4, zz=9e-4, yz=1e-4) -> np.ndarray:
     return M
 
 
-def test_a_full_stiffness_deforms_as_its_flexibility_says():
+def test_full_stiffness_matches_its_flexibility():
     """End loads F, M: strains e = S (forces along the beam), tip motion by integration; exact."""
     s = build_structure(bar(2), [Member("line", "beam", FullSection(coupled(), mass_of()))])
     S = np.linalg.inv(coupled())

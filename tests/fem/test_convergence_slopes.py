@@ -117,7 +117,7 @@ ROWS: dict[str, tuple[Callable[[int], float], tuple[int, ...], float]] = {
 }  # fmt: skip
 
 
-@pytest.mark.sampled(13)
+@pytest.mark.sampled(9)
 @pytest.mark.filterwarnings("ignore:solid on group .* of first order", "ignore:shell on group .* three-node triangles")
 @pytest.mark.parametrize("name", ROWS)
 def test_errors_fall_at_the_order_of_the_element(name):

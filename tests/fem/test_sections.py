@@ -9,9 +9,8 @@ from scipy.sparse.linalg import spsolve
 from skfem import Basis, ElementQuad2, MeshQuad
 from skfem.models.poisson import laplace, unit_load
 
-from femflex.fem import Material, Orthotropic
+from femflex.fem import Material
 from femflex.fem.sections import Box, Circle, FullSection, GivenSection, ISection, Rectangle, Tube
-from femflex.fem.sections.laminates import Lamina, PlateSection, Ply, layup
 from femflex.fem.sections.section import Outline
 
 STATION = np.zeros(1)
@@ -89,11 +88,6 @@ def test_rectangle_torsion_to_ten_digits():
     direct = 3 * (1 / 3 - 64 / np.pi**5 / 3 * (np.tanh(n * np.pi * 3 / 2) / n**5).sum())
     assert Rectangle(3.0, 1.0).properties(STATION, 1.0).J[0] == pytest.approx(direct, rel=1e-12)
     assert Rectangle(1.0, 1000.0).properties(STATION, 1.0).J[0] == pytest.approx(1000 / 3 * (1 - 0.630249e-3), rel=1e-9)
-
-
-def test_rectangle_torsion_is_prandtls_stress_function():
-    J = quarter_torsion((np.linspace(0, 1, 16), np.linspace(0, 1.5, 24)), lambda c: c[0] > -1)
-    assert Rectangle(2.0, 3.0).properties(STATION, 1.0).J[0] == pytest.approx(J, rel=1e-6)
 
 
 @pytest.mark.parametrize(("b", "h", "t"), [(2, 3, 0.1), (2, 2, 0.2), (1, 3, 0.1), (2, 2, 0.4)])
@@ -225,93 +219,3 @@ def test_a_full_section_reads_its_mass_as_that_of_points():
     plain, bar = (FullSection(K, M, radius).outline(AT, 1.0).points for radius in (None, 0.25))
     assert np.abs(plain[2]).max(axis=0) == pytest.approx(2 * np.sqrt([K[5, 5] / K[0, 0], K[4, 4] / K[0, 0]]))
     assert np.linalg.norm(bar, axis=2) == pytest.approx(np.full((3, 24), 0.25))
-
-
-CARBON = Lamina(140e9, 10e9, 5e9, 0.3, 1600.0, 5e9, 3e9)
-
-
-FOAM = Lamina(2e8, 3e8, 4e7, 0.2, 90.0, 5e7, 2e7)
-
-
-STACK = [Ply(CARBON, 1.1e-3, 0.3), Ply(FOAM, 4e-3, -0.8), Ply(CARBON, 0.7e-3, 1.2), Ply(FOAM, 2e-3, 0.1)]
-
-
-def through_the_thickness(stack, shift=0.0, order=4):
-    """A, B, D, mass and its first two moments of a stack by Gauss points in every ply, z from its middle + shift."""
-    g, w = np.polynomial.legendre.leggauss(order)
-    z0 = shift - sum(ply.thickness for ply in stack) / 2
-    A, B, D = np.zeros((3, 3, 3))
-    mass = np.zeros(3)
-    for ply in stack:
-        Q = ply.lamina.plane_stress(ply.angle)
-        for at, weight in zip(z0 + ply.thickness * (g + 1) / 2, w * ply.thickness / 2, strict=True):
-            A, B, D = A + weight * Q, B + weight * at * Q, D + weight * at**2 * Q
-            mass = mass + weight * ply.lamina.density * np.array([1, at, at**2])
-        z0 += ply.thickness
-    return A, B, D, mass
-
-
-def check(section: PlateSection, stack, shift=0.0):
-    A, B, D, (m, first, second) = through_the_thickness(stack, shift)
-    a, d = np.abs(A).max(), np.abs(D).max()
-    for found, expected, size in ((section.A, A, a), (section.B, B, np.sqrt(a * d)), (section.D, D, d)):
-        assert found == pytest.approx(expected, rel=1e-9, abs=1e-9 * size)
-    assert (section.mass, section.centre) == pytest.approx((m, first / m), rel=1e-9)
-    assert section.rotary == pytest.approx(second - first**2 / m, rel=1e-9)
-    assert section.thickness == pytest.approx(sum(ply.thickness for ply in stack))
-
-
-def test_an_unsymmetric_stack_is_its_integrals_over_the_thickness():
-    check(layup(STACK, coupled=True), STACK)
-
-
-def test_a_stack_moved_off_its_nodes_is_integrated_from_there():
-    check(layup(STACK, coupled=True).shifted(0.013), STACK, 0.013)
-    check(layup(STACK, coupled=True).shifted(0.02).shifted(-0.033), STACK, -0.013)
-
-
-def test_a_stack_turned_in_its_plane_and_turned_over():
-    turned = [Ply(ply.lamina, ply.thickness, ply.angle + 0.45) for ply in STACK]
-    check(layup(STACK, coupled=True).turned(0.45), turned)
-    over = [Ply(ply.lamina, ply.thickness, -ply.angle) for ply in STACK[::-1]]
-    check(layup(STACK, coupled=True).turned_over(), over)
-    found, expected = layup(STACK, coupled=True).turned_over().S, layup(over, coupled=True).S
-    assert found == pytest.approx(expected, rel=1e-9, abs=1e-9 * expected.max())
-    check(layup(STACK, coupled=True).shifted(0.01).turned_over(), over, -0.01)
-
-
-def test_shear_stiffness_of_an_unsymmetric_stack_follows_from_the_stresses_of_bending():
-    """Moments alone: strains and curvatures of no membrane force; tau by summing d(sigma)/dx from the lower face."""
-    A, B, D, _ = through_the_thickness(STACK)
-    edges = np.cumsum([0.0, *(ply.thickness for ply in STACK)])
-    z = np.linspace(0, edges[-1], 20001)
-    z, dz = (z[1:] + z[:-1]) / 2, np.diff(z)
-    ply = np.clip(np.searchsorted(edges, z) - 1, 0, 3)
-    Q = np.array([p.lamina.plane_stress(p.angle) for p in STACK])[ply]
-    soft = np.array([np.linalg.inv(p.lamina.transverse_shear(p.angle)) for p in STACK])[ply]
-    z = z - edges[-1] / 2
-    flexible = np.linalg.inv(np.block([[A, B], [B, D]]))
-    tau = []
-    for moment, rows in (([1, 0, 0], [0, 2]), ([0, 1, 0], [2, 1])):
-        strain, kappa = np.split(flexible @ np.concatenate([np.zeros(3), moment]), 2)
-        change = np.einsum("pij,pj->pi", Q, strain + z[:, None] * kappa)[:, rows]
-        tau.append(np.cumsum(change * dz[:, None], axis=0) - change * dz[:, None] / 2)
-    flexibility = [[np.einsum("pa,pab,pb,p->", a, soft, b, dz) for b in tau] for a in tau]
-    expected = np.linalg.inv(flexibility)
-    assert layup(STACK, coupled=True).S == pytest.approx(expected, rel=2e-3, abs=2e-3 * expected.max())
-
-
-def orthotropic(**values):
-    given = dict(E1=1.4e11, E2=1e10, E3=8e9, G12=5e9, G13=4e9, G23=3e9, nu12=0.3, nu13=0.25, nu23=0.4, density=1600.0)
-    return Orthotropic(**{**given, **values})
-
-
-def test_an_orthotropic_solid_answers_single_stresses_with_its_constants():
-    """Strains of a unit stress along each axis, by the definitions of Young's modulus and Poisson's ratio."""
-    S = np.linalg.inv(orthotropic().elasticity())
-    expected = np.zeros((6, 6))
-    expected[:3, 0] = 1 / 1.4e11, -0.3 / 1.4e11, -0.25 / 1.4e11
-    expected[:3, 1] = -0.3 / 1.4e11, 1 / 1e10, -0.4 / 1e10
-    expected[:3, 2] = -0.25 / 1.4e11, -0.4 / 1e10, 1 / 8e9
-    expected[3, 3], expected[4, 4], expected[5, 5] = 1 / 3e9, 1 / 4e9, 1 / 5e9  # 23, 13, 12
-    np.testing.assert_allclose(S, expected, atol=1e-10 * expected.max())

@@ -52,7 +52,7 @@ PROBLEMS = {
 
 
 @pytest.mark.filterwarnings("ignore:.*four-node elements are longer than 1.5 sqrt")  # on the coarse standard mesh
-@pytest.mark.sampled(14)
+@pytest.mark.sampled(10)
 @pytest.mark.parametrize("cell", ["quad", "quad9", "triangle6"])
 @pytest.mark.parametrize("name", PROBLEMS)
 @pytest.mark.filterwarnings("ignore:shell on group .* warped by more than")
@@ -68,7 +68,7 @@ def test_curved_shells_of_flat_triangles_of_the_plate_family(problem, n, within)
     assert ratio(problem("triangle", n), "plate") == pytest.approx(1.0, abs=within)
 
 
-def test_a_curved_beam_bends_and_twists_out_of_its_plane_as_castigliano_says():
+def test_curved_beam_out_of_plane_matches_castigliano():
     """Quarter ring under a unit force at its end: deflection, and the twist there that makes the inner edge go less.
 
     w = R^3 [(pi / 4) / E I + (3 pi / 4 - 2) / G J], twist R^2 [(pi / 4) / E I - (1 - pi / 4) / G J], with the torsion
@@ -135,7 +135,7 @@ def test_three_sheets_branch_from_one_edge():
     np.testing.assert_allclose(found, first, rtol=1e-6)
 
 
-def test_a_beam_stands_on_a_shell_and_twists_it():
+def test_mast_on_shell_twists_it():
     """A mast in the middle of a plate: its twist is held by the plate's own plane, not free."""
     plate = rectangle(1.0, 1.0, 4, 4, "quad")
     mast = line(np.array([[0.5, 0.5, 0.0], [0.5, 0.5, 1.0]]), 2)
@@ -156,7 +156,7 @@ def test_a_beam_stands_on_a_shell_and_twists_it():
 
 
 @pytest.mark.parametrize(("cell", "n"), [("quad", 20), ("quad9", 8)])
-def test_a_strip_bent_far_by_a_tip_moment_keeps_its_length(cell, n):
+def test_strip_under_tip_force_matches_elastica(cell, n):
     """A clamped strip under an end force, 10 % of its length: the elastica's deflection."""
     L, b, h = 1.0, 0.1, 0.002
     material = Material(70e9, 0.0, 2700.0)
@@ -197,7 +197,7 @@ def cylindrical(section, n=16, width=0.05) -> tuple[np.ndarray, np.ndarray]:
     return (s.translation @ x).reshape(-1, 3)[s.mesh.group_points("right")].mean(axis=0)
 
 
-def test_an_unsymmetric_laminate_bends_and_shortens_as_theory_says():
+def test_unsymmetric_laminate_bends_and_shortens():
     """0/90 in cylindrical bending: D_eff = D11 - B11^2 / A11; u = -B11 / A11 times the end slope."""
     section = layup([Ply(FIBRE, 0.002, 0.0), Ply(FIBRE, 0.002, np.pi / 2)], coupled=True)
     assert abs(section.B[0, 0]) > 0 and section.coupled

@@ -7,7 +7,7 @@ import pytest
 from support.plate_models import METAL, random_rotation
 
 from femflex.fem import Bushing, Material, Member, PointMass, ScalarSpring, build_structure, spring
-from femflex.fem.sections import Box, CableSection, Circle, StiffnessSection
+from femflex.fem.sections import CableSection, Circle
 from femflex.mesh import Mesh, line
 from femflex.reduction import cantilever_modes
 
@@ -55,26 +55,6 @@ def test_a_truss_moved_far_stores_the_energy_of_its_lengths():
     now = np.sum((moved[:, 1] - moved[:, 0]) ** 2, axis=1)
     eps = (now - LENGTH**2) / (2 * LENGTH**2)
     assert s.internal_force.energy(s.translation.T @ u.ravel()) == pytest.approx(np.sum(1e6 * LENGTH * eps**2))
-
-
-@pytest.mark.parametrize(
-    ("section", "area", "fibres"),
-    [
-        (Circle(0.03), np.pi * 9e-4, (4 / 0.03, 4 / 0.03, 2 / 0.03)),
-        (Box(0.04, 0.07, 0.005), 0.04 * 0.07 - 0.03 * 0.06, None),
-        (StiffnessSection(3e6, 1.0, 2.0, 3.0, 0.4), None, None),
-    ],
-)
-def test_a_rod_of_a_beam_section_has_its_area_alone(section, area, fibres):
-    s = truss(section, METAL)
-    EA, mass = (3e6, 0.4) if area is None else (METAL.E * area, METAL.density * area)
-    assert s.strain[0].elastic.ravel() == pytest.approx(np.full(5, EA))
-    assert s.inertia[0].dm.sum(axis=1) == pytest.approx(mass * LENGTH)
-    place = s.places[0]
-    assert place.kind == "line" and place.x[:, 0] == pytest.approx(POINTS[BARS].mean(axis=1))
-    assert (place.fibres is None) == (area is None)
-    if fibres is not None:  # 1/A; R/I = 4 / pi R^3 about both axes; R/J = 2 / pi R^3
-        assert place.fibres.ravel() == pytest.approx(np.array([1, *fibres]) / area)
 
 
 def grid(bushings=(), rotations=True):

@@ -175,7 +175,7 @@ def by_chain(path):
         ("*SYSTEM\n1., 2., 3.\n*SYSTEM\n", [[0, 0, 0], [1, 0, 0], [0, 1, 1]]),
     ],
 )
-def test_nodes_count_in_the_system_that_stands_before_them(tmp_path, system, points):
+def test_nodes_of_preceding_coordinate_system(tmp_path, system, points):
     """Nodes 1, 2, 3 at (0, 0, 0), (1, 0, 0), (0, 1, 1) of it."""
     mesh = read_mesh(deck(tmp_path, f"{system}*NODE\n1\n2, 1.\n3, 0., 1., 1.\n{CHAIN}"))
     assert mesh.points == pytest.approx(np.array(points, float), abs=1e-12)

@@ -137,7 +137,7 @@ def test_damaged_files_of_other_programs_are_refused_or_read(kind: str, tmp_path
 @pytest.mark.parametrize(
     "content", [b"", b"\n", b"\0" * 64, b"hello, world\n", b"*NODE\n1, 0.\n", b"$MeshFormat\n4.1 0 8\n"]
 )
-def test_empty_and_foreign_files_are_refused_in_a_sentence(suffix: str, content: bytes, tmp_path: Path):
+def test_empty_and_foreign_files_are_refused(suffix: str, content: bytes, tmp_path: Path):
     path = tmp_path / f"mesh{suffix}"
     path.write_bytes(content)
     with warnings.catch_warnings(), pytest.raises(ValueError) as error:

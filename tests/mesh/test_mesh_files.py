@@ -49,7 +49,7 @@ def test_the_strip_is_read_by_name_and_by_number():
 @pytest.mark.filterwarnings("ignore:half_panels.inp. 13 pairs of points lie within")  # its *TIE joins them in a deck
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("script", sorted(MESHES.glob("make_*.py")), ids=lambda p: p.name)
-def test_every_script_makes_the_files_beside_it(script, tmp_path):
+def test_every_script_makes_its_files(script, tmp_path):
     if "gmsh" in script.read_text():
         pytest.importorskip("gmsh")
     copy = tmp_path / script.name

@@ -38,7 +38,7 @@ def timoshenko_cantilever(L: float, EI: float, kGA: float, m: float, mr2: float)
 
 
 def mindlin(m: int, n: int, a=10.0, h=1.0, E=200e9, nu=0.3, rho=8000.0) -> float:
-    """Frequency [Hz] of m by n half waves of a simply supported square plate: the smaller root of Mindlin's equation."""
+    """Frequency [Hz] of m by n half waves of a simply supported square plate: smaller root of Mindlin's equation."""
     k2 = (m * m + n * n) * (np.pi / a) ** 2
     G, D, inertia = 5 / 6 * E / 2 / (1 + nu) * h, E * h**3 / 12 / (1 - nu**2), rho * h**3 / 12
     K = np.array([[G * k2, -G * np.sqrt(k2)], [-G * np.sqrt(k2), G + D * k2]])  # w, and the rotation along the waves

@@ -74,13 +74,3 @@ def displaced(structure: Structure, u: Callable[[Array], Array], theta: Callable
     """Dofs (n_dof,) with the nodes at displacements u(x) and rotations theta(x), (n, 3) each; extra dofs are zero."""
     x = structure.mesh.points
     return np.asarray(structure.translation.T @ u(x).ravel() + structure.rotation.T @ theta(x).ravel())
-
-
-def bent_mesh(cell: str, n: int, seed: int = 1) -> Mesh:
-    """A rectangle 1.2 x 0.9 with its inner nodes moved at random in the plane, and a group "rim" of the others."""
-    mesh = rectangle(1.2, 0.9, n, n, cell)
-    rim = np.unique(np.concatenate([mesh.group_points(edge) for edge in EDGES]))
-    inner = np.setdiff1d(np.arange(len(mesh.points)), rim)
-    points = mesh.points.copy()
-    points[inner, :2] += np.random.default_rng(seed).uniform(-0.2, 0.2, (len(inner), 2)) / n
-    return Mesh(points, dict(mesh.cells), mesh.cell_groups, {"rim": rim, "inner": inner})
