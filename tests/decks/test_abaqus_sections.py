@@ -131,26 +131,6 @@ def test_general_beam_section(tmp_path):
     assert plain.section.GAy == pytest.approx(G * 0.9 * F)
 
 
-@pytest.mark.parametrize(
-    ("kind", "data", "A", "I2", "I1", "J"),
-    [  # I2 = int 2^2 dA; I1 = int 1^2 dA
-        ("CIRC", "0.7, 0.4", np.pi * 0.28, np.pi / 4 * 0.7 * 0.4**3, np.pi / 4 * 0.7**3 * 0.4,
-         np.pi * 0.28**3 / (0.49 + 0.16)),
-        ("PIPE", "0.7, 0.1", np.pi * 0.13, np.pi / 4 * (0.7**4 - 0.6**4), np.pi / 4 * (0.7**4 - 0.6**4),
-         np.pi / 2 * (0.7**4 - 0.6**4)),
-        ("RECT", "0.9", 0.81, 0.9**4 / 12, 0.9**4 / 12, 0.1406 * 0.9**4),
-    ],
-)  # fmt: skip
-def test_round_and_square_sections(tmp_path, kind, data, A, I2, I1, J):
-    text = LINE.format(kind="B31") + METAL
-    text += f"*BEAM SECTION, SECTION={kind}, ELSET=B, MATERIAL=METAL\n{data}\n{N1[0]}, {N1[1]}, {N1[2]}\n"
-    (member,) = deck(tmp_path, text).members
-    wanted = (I1 * np.outer(FIRST, FIRST) + I2 * np.outer(SECOND, SECOND)) * E * F * L**2
-    assert tensor(member) == pytest.approx(wanted, abs=1e-9 * wanted.max())
-    assert member.section.EA == pytest.approx(E * A * F)
-    assert member.section.GJ == pytest.approx(G * J * F * L**2, rel=1e-3)
-
-
 def test_box_of_four_walls(tmp_path):
     """Walls at +1, +2, -1, -2, each of its own thickness; Bredt's torsion of the middle lines and the walls'.
 

@@ -1,13 +1,17 @@
-"""Shapes of PBARL: area and second moments against integrals over a raster of the shape itself."""
+"""Sections of bars: shapes of PBARL by integrals over a raster and by walls; beams of skew sections."""
 
 from __future__ import annotations
 
+from math import cos, radians, sin
+from pathlib import Path
+
 import numpy as np
 import pytest
+from support.nastran_decks import STEEL, frequencies, read
 
-from femflex.decks.nastran.bar_shapes import SHAPES, shape_of
+from femflex.decks.nastran.bar_shapes import shape_of
 
-N = 1200  # cells of the raster along each side
+N = 600  # cells of the raster along each side
 # Shape -> dimensions and whether a point (y, z) lies inside, as the figures of the manuals show them.
 INSIDE = {
     "BAR": ([0.4, 1.0], lambda y, z: (abs(y) < 0.5) & (abs(z) < 0.2)),
@@ -46,7 +50,7 @@ INSIDE = {
 
 
 @pytest.mark.parametrize("kind", INSIDE)
-def test_area_and_second_moments_are_the_integrals(kind):
+def test_area_and_second_moments_by_integration(kind):
     dim, inside = INSIDE[kind]
     at = (np.arange(N) + 0.5) / N * 1.2 - 0.6
     y, z = np.meshgrid(at, at, indexing="ij")
@@ -63,33 +67,6 @@ def test_torsion_of_round_and_closed_shapes():
     assert shape_of("TUBE", [0.5, 0.4]).J == pytest.approx(np.pi / 2 * (0.5**4 - 0.4**4))
     thin = shape_of("BOX", [1.0, 1.0, 0.001, 0.001])
     assert thin.J == pytest.approx(0.999**3 * 0.001)  # Bredt: 4 A^2 t / s = a^3 t
-
-
-def test_every_shape_is_compared():
-    assert set(INSIDE) == set(SHAPES)
-
-
-@pytest.mark.parametrize(
-    ("kind", "dim", "strips"),
-    [
-        ("I", [1.0, 0.8, 0.8, 0.02, 0.02, 0.02], [0.8, 0.98, 0.8]),
-        ("I1", [0.78, 0.02, 0.96, 1.0], [0.8, 0.98, 0.8]),
-        ("H", [0.76, 0.04, 1.0, 0.02], [1.0, 0.76, 1.0]),
-        ("T", [0.8, 1.0, 0.02, 0.02], [0.8, 0.99]),
-        ("T1", [0.8, 0.98, 0.02, 0.02], [0.8, 0.98]),
-        ("T2", [0.8, 1.0, 0.02, 0.02], [0.8, 0.99]),
-        ("CHAN", [0.5, 1.0, 0.02, 0.02], [0.49, 0.98, 0.49]),
-        ("CHAN1", [0.48, 0.02, 0.96, 1.0], [0.49, 0.98, 0.49]),
-        ("CHAN2", [0.02, 0.02, 0.5, 1.0], [0.49, 0.98, 0.49]),
-        ("Z", [0.48, 0.02, 0.96, 1.0], [0.49, 0.98, 0.49]),
-        ("L", [0.5, 1.0, 0.02, 0.02], [0.49, 0.99]),
-        ("CROSS", [0.48, 0.02, 1.0, 0.02], [1.0, 0.48]),
-        ("HAT", [0.8, 0.02, 0.4, 0.2], [0.4, 0.76, 0.76, 0.2, 0.2]),
-    ],
-)
-def test_thin_open_shapes_twist_as_their_strips(kind, dim, strips):
-    """J = sum b t^3 / 3 along the middle lines."""
-    assert shape_of(kind, dim).J == pytest.approx(sum(strips) * 0.02**3 / 3, rel=0.02)
 
 
 @pytest.mark.parametrize(
@@ -109,7 +86,7 @@ def test_thin_open_shapes_twist_as_their_strips(kind, dim, strips):
         ("CROSS", [0.47, 0.03, 1.0, 0.02], [(1.0, 0.03), (0.47, 0.02)]),
     ],
 )
-def test_walls_of_their_own_thickness_each_add_their_torsion(kind, dim, strips):
+def test_torsion_of_open_shapes_by_walls(kind, dim, strips):
     assert shape_of(kind, dim).J == pytest.approx(sum(b * t**3 for b, t in strips) / 3, rel=5e-3)
 
 
@@ -132,18 +109,12 @@ def test_walls_of_their_own_thickness_each_add_their_torsion(kind, dim, strips):
         ("HAT", [0.8, 0.02, 0.4, 0.2], 2 * 0.8 * 0.02, 5 / 6 * (0.4 + 2 * 0.2) * 0.02),
     ],
 )
-def test_the_walls_along_a_direction_carry_its_shear(kind, dim, upright, across):
+def test_shear_areas_by_walls(kind, dim, upright, across):
     made = shape_of(kind, dim)
     assert [made.K1 * made.A, made.K2 * made.A] == pytest.approx([upright, across], rel=1e-9)
 
 
-def test_thin_walled_tubes_of_four_thicknesses_twist_as_bredt_says():
-    a, b = 0.6 - 0.02, 1.0 - 0.02
-    J = shape_of("BOX1", [0.6, 1.0, 0.01, 0.03, 0.02, 0.02]).J
-    assert J == pytest.approx(4 * (a * b) ** 2 / (a / 0.01 + a / 0.03 + 2 * b / 0.02), rel=1e-6)
-
-
-def test_shear_centres_of_thin_shapes_lie_where_their_flows_meet():
+def test_shear_centres_of_thin_shapes():
     """T and L: where the legs meet; channel: e = 3 b^2 / (h + 6 b) from the web, on the side without flanges."""
     t = 1e-4
     for kind, along, sign in (("T", 0, 1.0), ("T1", 1, 1.0), ("T2", 0, -1.0)):
@@ -164,18 +135,40 @@ def test_shear_centres_of_thin_shapes_lie_where_their_flows_meet():
     assert unequal.shear_centre[0] == pytest.approx(-0.5 + 0.4**3 / (0.4**3 + 0.8**3) - centroid, rel=2e-3)
 
 
-def test_round_shapes_shear_as_their_areas_let_them():
-    """Shear factors of Nastran's manual: 0.9 of a solid circle, 0.5 of a thin tube."""
-    for kind, dim, factor in (("ROD", [0.5], 0.9), ("TUBE", [0.5, 0.0], 0.9), ("TUBE", [0.5, 0.49], 0.5)):
-        made = shape_of(kind, dim)
-        assert made.K1 == made.K2 == factor and made.J == pytest.approx(2 * made.I1)
+NORMAL, ACROSS, TURNED = 8e-7, 3e-7, radians(25.0)  # principal moments [m^4], and the angle to the first axis
 
 
-def test_unknown_and_impossible_shapes_are_refused():
-    with pytest.raises(ValueError, match=r"section type 'STAR' is not known; known are ROD, TUBE"):
-        shape_of("STAR", [1.0])
-    with pytest.raises(ValueError, match=r"section type BAR has 1 dimensions; it needs 2"):
-        shape_of("BAR", [1.0])
-    with pytest.raises(ValueError, match=r"section type TUBE with dimensions \[0.1, 0.2\] has no area"):
-        shape_of("TUBE", [0.1, 0.2])
-    assert len(SHAPES) == 20
+def beam(folder: Path, *, turned: float, moments: tuple[float, float, float], more: str, n: int = 4) -> np.ndarray:
+    """Frequencies of a cantilever of CBEAM along x whose section's y axis is turned about x from the basic y axis."""
+    y = f"0.,{cos(turned):.14f},{sin(turned):.14f}"
+    I1, I2, I12 = moments
+    cards = [f"GRID,{k + 1},,{0.25 * k},0.,0." for k in range(n + 1)]
+    cards += [f"CBEAM,{k + 1},3,{k + 1},{k + 2},{y}" for k in range(n)]
+    cards += [f"PBEAM,3,1,1.E-3,{I1:.14E},{I2:.14E},{I12:.14E},9.E-7,6.", ",,,,,,,,", more, STEEL, "SPC1,1,123456,1"]
+    return frequencies(read(folder, *cards), 6)
+
+
+def places(y: float, z: float, turned: float) -> tuple[float, float]:
+    """Components of a point of the section along axes that are turned by an angle."""
+    return cos(turned) * y + sin(turned) * z, cos(turned) * z - sin(turned) * y
+
+
+@pytest.mark.parametrize(("mass", "centroid"), [((0.03, -0.01), (0.0, 0.0)), ((0.0, 0.0), (0.02, 0.012))])
+def test_skew_section_equals_one_along_principal_axes(tmp_path: Path, mass, centroid):
+    """Nonstructural mass or neutral axis off the shear centre, as components along the element's axes."""
+    mean, half = (NORMAL + ACROSS) / 2, (NORMAL - ACROSS) / 2
+    skew = (mean + half * cos(2 * TURNED), mean - half * cos(2 * TURNED), half * sin(2 * TURNED))
+
+    def places_of(turned: float) -> str:
+        m, c = places(*mass, turned), places(*centroid, turned)
+        return f",0.5,0.5,,,,,,,{m[0]:.12f},{m[1]:.12f},,,{c[0]:.12f},{c[1]:.12f}"
+
+    def lines(turned: float) -> str:
+        words = places_of(turned).split(",")[1:]
+        return "," + ",".join(words[:8]) + "\n," + ",".join(words[8:])
+
+    given = beam(tmp_path, turned=0.0, moments=skew, more=lines(0.0))
+    principal = beam(tmp_path, turned=TURNED, moments=(NORMAL, ACROSS, 0.0), more=lines(TURNED))
+    assert given == pytest.approx(principal, rel=1e-8)
+    plain = beam(tmp_path, turned=0.0, moments=skew, more=",0.5,0.5")
+    assert abs(given / plain - 1).max() > 1e-3

@@ -213,23 +213,6 @@ def test_cbush_acts_at_its_location(tmp_path, where, at):
     assert on_grids(deck, "K") == pytest.approx(wanted, abs=1e-9 * np.abs(wanted).max())
 
 
-@pytest.mark.parametrize(
-    ("card", "first"), [("CBUSH1D,9,8,1,2", None), ("CBUSH1D,9,8,1,2,6", 6), ("CBUSH1D,8,,2,,5", 5)]
-)
-def test_cbush1d_acts_along_its_line_or_axis(tmp_path, card, first):
-    masses = [f"CONM2,{90 + g},{g},,1.\n,1.,,1.,,,1." for g in (1, 2, 3)]
-    deck = read(tmp_path, *CARDS, *masses, "PBUSH1D,8,70.", card, control="ECHO = NONE", units="in-lbf-s")
-    line = (np.array(AT[2]) - np.array(AT[1])) / np.linalg.norm(np.array(AT[2]) - np.array(AT[1]))
-    e = line if first is None else axes(1, first)[0]
-    d = np.zeros((3, 6))
-    if card.endswith(",5"):
-        d[1, :3] = e
-    else:
-        d[0, :3], d[1, :3] = e, -e
-    wanted = 70.0 * POUND_FORCE / INCH * np.outer(d.ravel(), d.ravel())
-    assert on_grids(deck, "K") == pytest.approx(wanted, abs=1e-9 * np.abs(wanted).max())
-
-
 @pytest.mark.parametrize("kind", ["K", "Z"])
 def test_genel_has_the_energy_of_its_matrix(tmp_path, kind):
     """(u_i - S u_d)^T K (u_i - S u_d) / 2 with translations and rotations among both, along the axes of their grids."""
@@ -298,19 +281,6 @@ def test_rbar_and_rbe1_move_with_their_six_leading_components(tmp_path, card, le
         assert found == pytest.approx(carried(g, c, origin) @ rigid, abs=1e-8 * max(1.0, np.abs(found).max()))
     everything = np.concatenate([motions(structure_of(deck), g, deck.points_of_ids) for g in AT])
     assert np.linalg.matrix_rank(everything, 1e-8) == 24 - sum(len(c) for _, c in dependent)
-
-
-@pytest.mark.parametrize("card", ["RROD,9,1,2,,2", "RROD,9,1,2,3", "RROD,9,1,2,1,"])
-def test_rrod_keeps_its_length(tmp_path, card):
-    deck = read(tmp_path, *CARDS, card, "CONM2,91,1,,1.", "CONM2,92,2,,1.", control="ECHO = NONE")
-    structure = structure_of(deck)
-    line = (np.array(AT[2]) - np.array(AT[1])) / np.linalg.norm(np.array(AT[2]) - np.array(AT[1]))
-    one, two = (motions(structure, g, deck.points_of_ids)[:3] for g in (1, 2))
-    assert line @ (two - one) == pytest.approx(0.0, abs=1e-12)
-    assert structure.n_dof == 5
-    follows, c = (1, int(card.split(",")[4])) if card.split(",")[4] else (2, int(card.split(",")[5]))
-    free = components(deck, follows, "123".replace(str(c), ""))
-    assert np.linalg.matrix_rank(free) == 2  # the others stay free
 
 
 @pytest.mark.parametrize("bars", [False, True])

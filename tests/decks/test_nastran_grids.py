@@ -190,7 +190,7 @@ def test_autospc_holds_directions_across_a_skew_rod(tmp_path):
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.5])
-def test_autospc_beside_a_dependent_component(tmp_path, angle):
+def test_autospc_with_a_dependent_component(tmp_path, angle):
     """Grid 15 follows the tip of a beam along y of its own axes, a rod holds it along z, and nothing along x."""
     a, b = np.cos(angle), np.sin(angle)
     cards = ["CORD2R,7,,0.,0.,0.,0.,0.,1.", f",{a:.12f},{b:.12f},0.", "GRID,15,,2.5,.3,0.,7", "GRID,16,,2.5,.3,1."]

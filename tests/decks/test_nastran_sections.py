@@ -301,23 +301,6 @@ def test_shell_thickness_offset_and_angle(tmp_path, name, relative):
     assert np.ravel(thickness) == pytest.approx(np.array(given[:corners]) * L)
 
 
-@pytest.mark.parametrize("system", [5, 6])
-def test_shell_axis_of_a_system(tmp_path, system):
-    card = ELEMENTS["CQUAD4"].format(theta=system, offset="", t=["", "", "", ""], flag="")
-    deck = inches(tmp_path, *DIRECTION, *QUAD, card, "PSHELL,3,8,.2,8,,8", MAT8)
-    found = np.asarray(deck.members[0].options["axis"])
-    if system == 5:
-        z = np.array([0.3, 0.2, 0.9]) / np.linalg.norm([0.3, 0.2, 0.9])
-        wanted = np.array([1.0, 0.5, 0.0]) - (np.array([1.0, 0.5, 0.0]) @ z) * z
-    else:
-        wanted = CORNERS.mean(axis=0) - [5.0, -4.0, 0.0]
-        wanted[2] = 0.0
-    flat = [v - (v @ NORMAL) * NORMAL for v in (found, wanted)]
-    one, other = (v / np.linalg.norm(v) for v in flat)
-    assert one == pytest.approx(other, abs=1e-6)
-    assert "offset" not in deck.members[0].options and "thickness" not in deck.members[0].options
-
-
 SOLIDS = {
     "CTETRA": "tetra10", "CPYRAM": "pyramid13", "CPENTA": "wedge15", "CHEXA": "hexahedron20",
 }  # fmt: skip

@@ -73,19 +73,6 @@ def test_nsm_of_single_elements(tmp_path: Path):
     assert centre == pytest.approx([sum(m * x for m, x in pieces) / mass, 0, 0], abs=1e-12)
 
 
-def test_nsm_in_inches_with_wtmass(tmp_path: Path):
-    """Weights in lbf and inches: 0.002 lbf/in^2 over one square metre weigh 3.1 lbf."""
-    size = 39.37007874
-    grids = [f"GRID,{k + 1},,{x * size},{y * size},0." for k, (x, y) in enumerate([(0, 0), (1, 0), (1, 1), (0, 1.0)])]
-    cards = [
-        *grids, "CQUAD4,1,3,1,2,3,4", "PSHELL,3,1,0.4,1,,1", "MAT1,1,1.E7,,0.3,0.1", "SPC1,1,123456,1,4",
-        "NSM,5,PSHELL,3,0.002", "PARAM,WTMASS,0.002590",
-    ]  # fmt: skip
-    deck = read(tmp_path, *cards, control=IN_FORCE, units="in-lbf-s")
-    weight = (0.1 * 0.4 + 0.002) * size**2  # lbf
-    assert mass_and_centre(deck.structure())[0] == pytest.approx(weight * 0.45359237, rel=1e-4)
-
-
 BEAM = beam("RECT", "10., 20.\n0., 1., 0.")  # 1 m of steel along x, 0.2e-3 m^2: 1.57 kg
 
 

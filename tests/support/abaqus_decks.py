@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 import numpy as np
+from scipy.linalg import eigh
 
 from femflex.decks import Deck, read_deck
 from femflex.mesh import box
@@ -28,8 +29,8 @@ def frequencies(made: Deck, n: int = 4) -> np.ndarray:
     held = structure.held_dofs(made.held())
     free = np.setdiff1d(np.arange(structure.n_dof), held)
     K, M = (matrix[free][:, free].toarray() for matrix in (structure.K, structure.M))
-    values = np.linalg.eigvals(np.linalg.solve(K, M)).real  # massless dofs are zeros here
-    return np.sort(1 / np.sqrt(np.sort(values)[::-1][:n])) / (2 * np.pi)
+    values = eigh(M, K, eigvals_only=True, subset_by_index=[len(free) - n, len(free) - 1])  # massless dofs are zeros
+    return 1 / np.sqrt(values[::-1]) / (2 * np.pi)
 
 
 def beam(section: str, data: str, boundary: str = "1, ENCASTRE", kind: str = "B31", n: int = 10) -> str:

@@ -1,4 +1,4 @@
-"""Shells of decks whose thickness and axes vary from corner to corner and from element to element."""
+"""Shells of decks: varying thickness and axes of elements, and plies about the normals of triangles."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.nastran_decks import read
+from support.nastran_decks import frequencies, read
 
 from femflex.assembly.decks import refined_members
 from femflex.decks import read_deck
@@ -45,7 +45,7 @@ def by_formula(mesh: Mesh) -> np.ndarray:
     return hertz(build_structure(mesh, [member]), {"left": ("x", "y", "z", "rx", "ry", "rz")})
 
 
-def test_corner_thickness_of_cquad4_is_the_taper_that_a_formula_gives(tmp_path):
+def test_corner_thickness_of_cquad4_is_a_taper(tmp_path):
     grids, quads = strip()
     deck = read(tmp_path, *grids, *quads, "PSHELL,3,1,.02,1,,1", MAT1, "SPC1,1,123456,1,101")
     structure = deck.structure()
@@ -54,7 +54,7 @@ def test_corner_thickness_of_cquad4_is_the_taper_that_a_formula_gives(tmp_path):
     assert hertz(structure, deck.held()) == pytest.approx(by_formula(rectangle(L, W, N, 1, "quad")), rel=1e-7)
 
 
-def test_a_refined_deck_keeps_its_taper(tmp_path):
+def test_refined_deck_keeps_its_taper(tmp_path):
     grids, quads = strip()
     deck = read(tmp_path, *grids, *quads, "PSHELL,3,1,.02,1,,1", MAT1, "SPC1,1,123456,1,101")
     mesh = deck.mesh.refined(2)
@@ -64,7 +64,7 @@ def test_a_refined_deck_keeps_its_taper(tmp_path):
     assert hertz(structure, deck.held()) == pytest.approx(finer, rel=1e-7)
 
 
-def test_thickness_at_nodes_of_an_abaqus_deck_is_the_same_taper(tmp_path):
+def test_nodal_thickness_of_abaqus_is_a_taper(tmp_path):
     grids, _ = strip()
     nodes = [",".join((words := card.split(","))[1:2] + words[3:]) for card in grids]
     quads = [f"{k + 1},{k + 1},{k + 2},{k + 102},{k + 101}" for k in range(N)]
@@ -98,5 +98,47 @@ def laminate(folder: Path, turned: bool) -> np.ndarray:
     return hertz(deck.structure(), deck.held())
 
 
-def test_material_axes_of_elements_stand_in_one_member(tmp_path):
+def test_material_axes_of_elements(tmp_path):
     assert laminate(tmp_path, True) == pytest.approx(laminate(tmp_path, False), rel=1e-7)
+
+
+def facets(down: bool, properties: list[str]) -> list[str]:
+    """A plate of 16 triangles, 1 m by 0.5 m, whose normals are +z, or -z; its ply axis lies at 30 deg."""
+    axis = "CORD2R,9,,0.,0.,0.,0.,0.,1.\n,0.86602540,.5,0."
+    nodes = [f"GRID,{1 + i + 5 * j},,{i / 4},{j / 4},0." for j in range(3) for i in range(5)]
+    cells = []
+    for j in range(2):
+        for i in range(4):
+            a = 1 + i + 5 * j
+            for corners in ((a, a + 1, a + 6), (a, a + 6, a + 5)):
+                own = corners[::-1] if down else corners
+                cells.append(f"CTRIA3,{len(cells) + 1},3,{own[0]},{own[1]},{own[2]},9")
+    return [*nodes, *cells, axis, *properties, "SPC1,1,123456,1,6,11"]
+
+
+PLIES = {  # by sense of the normal: angles count about it
+    False: ["PCOMP,3,,,,,,,SYM\n,8,1.-3,0.,,8,1.-3,45.", "MAT8,8,1.4+11,1.+10,.3,5.+9,5.+9,3.+9,1600."],
+    True: ["PCOMP,3,,,,,,,SYM\n,8,1.-3,0.,,8,1.-3,-45.", "MAT8,8,1.4+11,1.+10,.3,5.+9,5.+9,3.+9,1600."],
+}
+
+
+def test_ply_angles_count_about_the_normal_of_triangles(tmp_path):
+    up = read(tmp_path, *facets(False, PLIES[False]))
+    assert {member.family for member in up.members} == {"plate"}
+    turned = frequencies(read(tmp_path, *facets(True, PLIES[True])))  # seen from above both have +45 deg
+    assert turned == pytest.approx(frequencies(up), rel=1e-9)
+    mirrored = frequencies(read(tmp_path, *facets(True, PLIES[False])))
+    assert abs(mirrored[0] / turned[0] - 1) > 0.05
+
+
+def test_relative_thickness_of_second_order_shells(tmp_path):
+    """TFLAG = 1: T1 to T4 times the property's thickness."""
+    x = [(0, 0), (1, 0), (1, 0.5), (0, 0.5), (0.5, 0), (1, 0.25), (0.5, 0.5), (0, 0.25)]
+    grids = [f"GRID,{k + 1},,{a},{b},0." for k, (a, b) in enumerate(x)]
+    last = ["PSHELL,3,1,.02,1,,1", "MAT1,1,7.E10,,.3,2700.", "SPC1,1,123456,1,4,8"]
+    quad = ["CQUAD8,1,3,1,2,3,4,5,6", ",7,8,2.,2.,2.,2.,,", ",1"]
+    assert mass_and_centre(read(tmp_path, *grids, *quad, *last).structure())[0] == pytest.approx(2700 * 0.5 * 0.04)
+    tria = ["CTRIA6,1,3,1,2,4,5,9,8", ",,,2.,2.,2.,1", "GRID,9,,.5,.25,0."]
+    own = [card for card in grids if card.split(",")[1] in "12458"]
+    made = read(tmp_path, *own, *tria, *last[:2], "SPC1,1,123456,1,4,8")
+    assert mass_and_centre(made.structure())[0] == pytest.approx(2700 * 0.25 * 0.04)
