@@ -30,10 +30,17 @@ MODULE = re.compile(r"(?<![\w.\"'])(?:femflex\.)?[a-z]\w*(?:\.\w+)*")
 def _rows() -> list[Any]:
     out = []
     for path in sorted(MESSAGES.glob("*.toml")):
-        for k, row in enumerate(tomllib.loads(path.read_text()).get("row", [])):
+        for k, row in enumerate(_table(path).get("row", [])):
             words = row.get("words", ()) if isinstance(row, dict) else ()
             out.append(pytest.param(row, id="-".join([path.stem, str(k + 1), *map(str, words)]).replace(" ", "_")))
     return out
+
+
+def _table(path: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except tomllib.TOMLDecodeError as error:
+        raise ValueError(f"{path.name}: {error}") from error
 
 
 ROWS = _rows()

@@ -14,7 +14,7 @@ from femflex.body import rigid_body
 from femflex.case import parse_case
 from femflex.case.evaluate import measured, measured_unit
 from femflex.case.measure import MeasureTable
-from femflex.case.tones import crossing_frequency, fitted_frequencies
+from femflex.case.tones import fitted_frequencies
 from femflex.case.verdicts import judged
 from femflex.results import Run, RunWriter, open_run
 from femflex.system import Channel
@@ -116,13 +116,6 @@ def test_close_tones_are_told_apart_in_rising_order():
     t = np.linspace(0, 900, 9001)
     signal = sum(a * np.cos(w * t + p) for a, w, p in zip((1, 0.3, 0.5), omega, (0.1, 2.0, 1.0), strict=True))
     np.testing.assert_allclose(2 * np.pi * fitted_frequencies(t, signal + 7.0, 3), omega, rtol=1e-9)
-
-
-@pytest.mark.parametrize("shift", [0.1, 2.0, 3.9])
-def test_frequency_by_crossings_of_uneven_rows(shift: float):
-    time = np.sort(np.concatenate([np.linspace(0, 12, 240), np.linspace(0.01, 11.9, 77)]))
-    signal = 2.0 + 0.3 * np.sin(2 * np.pi * 0.5 * time + shift)
-    assert crossing_frequency(time, signal) == pytest.approx(0.5, rel=3e-4)
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import h5py
 import numpy as np
 import pytest
 from support.small_craft import BOOM, CRAFT
@@ -90,16 +89,6 @@ def test_mesh_counts_by_its_contents_through_includes_and_in_binary(folder):
     assert changed_files(before, inputs(folder)) == set()
     write_mesh(folder / "boom.msh", replace(mesh, points=mesh.points * [1, 1.01, 1] + [0, 1e-3, 0]))
     assert changed_files(before, inputs(folder)) == {MESH}
-
-
-def test_body_file_counts_by_its_numbers(folder):
-    before = inputs(folder)
-    save_body(folder / "box.h5", rigid_body(3.0, np.eye(3)), force=True)
-    with h5py.File(folder / "box.h5", "r+") as file:
-        file.attrs["femflex_version"] = "0.0.9"
-    assert changed_files(before, inputs(folder)) == set()
-    save_body(folder / "box.h5", rigid_body(3.0, np.diag([1, 1, 1 + 1e-12])), force=True)
-    assert changed_files(before, inputs(folder)) == {"bodies.box.file"}
 
 
 @pytest.mark.parametrize(

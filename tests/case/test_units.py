@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from femflex.case.units import NOUNS, UnitError, example, to_base, to_si
+from femflex.case.units import NOUNS, UnitError, example, to_si
 
 
 @pytest.mark.parametrize(
@@ -56,8 +56,3 @@ def test_a_unit_is_never_more_than_a_unit(text: str):
 def test_every_unit_of_the_schema_is_its_own_example(unit: str):
     assert math.isfinite(to_si(example(unit), unit))
     assert to_si(f"1 {unit}", unit) == 1.0
-
-
-def test_base_units_are_written_out():
-    assert to_base("1 N") == (1.0, "kg m s^-2")
-    assert to_base("180 deg/s") == (pytest.approx(math.pi), "rad s^-1")
