@@ -1,4 +1,4 @@
-"""Attraction of the central body beyond its gradient: against own integrations of points, and by invariants."""
+"""Attraction of the central body beyond its gradient, against points of mass; a long tether in it."""
 
 from dataclasses import replace
 
@@ -47,7 +47,7 @@ def acceleration(r, J2):
 
 
 @pytest.mark.parametrize("J2", [0.0, EARTH_J2])
-def test_a_free_rod_moves_as_its_own_points_do(J2):
+def test_free_rod_matches_its_points(J2):
     system = rod(environment=Environment(oblateness=J2))
     model = compile_system(system)
     times = np.linspace(0, system.orbit.period, 201)
@@ -89,7 +89,7 @@ def own_pitch(system, times, pitch):
 
 
 @pytest.mark.parametrize(("attraction", "error"), [("auto", 1e-8), ("gradient", 1.0)])
-def test_on_a_specified_orbit_the_torque_is_that_of_the_points(attraction, error):
+def test_torque_on_specified_orbit_is_that_of_points(attraction, error):
     system = rod(0.5, Environment(attraction=attraction), is_free=False, inclination=0.0)
     model = compile_system(system)
     times = np.linspace(0, system.orbit.period, 101)
@@ -179,7 +179,7 @@ def still(moving):
 
 @pytest.mark.parametrize(("seed", "oblateness"), [(4, J2), (28, J2), (28, 0.0)])
 @pytest.mark.parametrize("is_free", [True, False])
-def test_each_point_of_mass_is_attracted_at_its_own_place(seed, is_free, oblateness):
+def test_equations_with_attraction_of_each_point(seed, is_free, oblateness):
     system, clouds, q, u = system_of(seed, is_free, oblateness)
     R = place_of_orbit(system.orbit)
     motion = -MU * R / np.linalg.norm(R) ** 3  # of O, on its ellipse
@@ -196,7 +196,7 @@ def test_each_point_of_mass_is_attracted_at_its_own_place(seed, is_free, oblaten
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_the_gradient_pulls_a_free_tree_about_its_centre_and_its_quadrupole_moves_that(seed):
+def test_gravity_gradient_and_quadrupole_of_free_tree(seed):
     system, clouds, q, u = system_of(seed, True, 0.0, "gradient")
     points = Tree(system, clouds).points(q, u, 0 * u, Jet(np.eye(3)))
     m, r = np.array([p[0] for p in points]), np.array([p[1].v for p in points])
@@ -235,7 +235,7 @@ def strain(system, q, u):
 @pytest.mark.parametrize("oblateness", [0.0, J2])
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("is_free", [True, False])
-def test_the_energy_beyond_the_gradient_is_that_of_all_points(seed, is_free, oblateness):
+def test_attraction_energy_is_that_of_points(seed, is_free, oblateness):
     system, clouds, q, u = system_of(seed, is_free, oblateness)
     points = Tree(system, clouds).points(q, u, 0 * u, Jet(np.eye(3)))
     m, r = np.array([p[0] for p in points]), np.array([p[1].v for p in points])
@@ -346,7 +346,7 @@ def own_length(times):
 
 
 @pytest.mark.slow
-def test_it_stretches_as_2000_masses_on_springs_do(tether):
+def test_long_tether_stretches_as_2000_masses(tether):
     """Let go at the stretch of the gradient, it swings about that of the exact attraction, by 3 cm."""
     times = np.linspace(0, TIME, 33)
     mine, shift = own_length(times), masses()[2]

@@ -1,4 +1,4 @@
-"""Columns beyond Euler's load, and other things that leave an unstable equilibrium: where they come to rest."""
+"""Buckled columns against the elastica; lateral-torsional buckling of strips against Prandtl."""
 
 from functools import cache
 
@@ -31,7 +31,7 @@ def tip(found):
 @pytest.mark.slow
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize(("angle", "error"), [(20, 0.005), (40, 5e-4), (60, 5e-4)])
-def test_a_straight_column_left_along_what_grows_comes_to_the_elastica(angle, error):
+def test_buckled_column_of_segments_matches_elastica(angle, error):
     """By segments, whose error falls with the square of their number; nearest to Euler's load it counts most."""
     ratio, w, u = column(angle)
     found = [equilibrium(cantilever(k, [-ratio * EULER, 0, 0]), stable=True) for k in (8, 16)]
@@ -44,7 +44,7 @@ def test_a_straight_column_left_along_what_grows_comes_to_the_elastica(angle, er
     assert (4 * along[1] - along[0]) / 3 == pytest.approx(u, rel=2 * error)
 
 
-def test_pendulums_upside_down_fall_over():
+def test_inverted_pendulums_end_hanging():
     """Two rods under their weight, upright within 1e-9: both hang in the end."""
     rod = rigid_body(2.0, np.diag([0.01, 0.2, 0.2]), [0.5, 0, 0], markers={"end": Marker.rigid([1.0, 0, 0])})
     joints = (
@@ -74,7 +74,7 @@ def pressed(force, strain="nonlinear", **options):
 
 
 @pytest.mark.slow
-def test_one_body_that_can_stretch_buckles_as_far_as_the_elastica_to_a_slope_of_twenty_degrees():
+def test_buckled_column_of_one_nonlinear_body_matches_elastica():
     """Curvature to third order alone went 13 % too far there: the square of u' v'' wants three of it, not one.
 
     At ten degrees what the shapes lack of Euler's load (1.6e-4) counts 4 / slope^2 = 130 times.
@@ -88,7 +88,7 @@ def test_one_body_that_can_stretch_buckles_as_far_as_the_elastica_to_a_slope_of_
         assert -moved[0] == pytest.approx(u, rel=2 * error)
 
 
-def test_a_condensed_body_shortens_to_second_order_and_stays_behind():
+def test_buckled_column_of_condensed_body_is_second_order():
     """Of v = w (1 - cos kx), k = pi / 2L: bending EI/2 v''^2 (1 + v'^2), but the load's work P v'^2 / 2 alone.
 
     Its balance is (wk)^2 = 2 (P / P_cr - 1), about half the elastica's w, and the end comes (wk)^2 / 4 along.
@@ -137,13 +137,13 @@ def critical(body, near):
 
 
 @pytest.mark.parametrize("ratio", [50, 500])
-def test_a_strip_tips_over_at_prandtls_load(ratio):
+def test_lateral_torsional_buckling_at_prandtl_load(ratio):
     """4.0126 sqrt(EI GJ) / L^2, over sqrt((1 - EI/EI_y) (1 - GJ/EI_y)) for the bend it starts from (Michell)."""
     exact = 1 / np.sqrt((1 - 1 / ratio) * (1 - GJ / (ratio * EI_OF_LATERAL_BUCKLING)))
     assert critical(strip(ratio), exact) == pytest.approx(exact, rel=2e-3)
 
 
-def test_frequencies_fall_on_the_way_as_those_of_segments():
+def test_frequency_below_lateral_buckling_matches_segments():
     pieces = fem.cut(line([[0, 0, 0], [LENGTH_OF_LATERAL_BUCKLING, 0, 0]], 12), members(50), 12)
     segments = system.Segments(reduction.reduce_segments(pieces, {"tip": "end", "root": "start"}))
     one, many = lowest(strip(50), 0.5), lowest(segments, 0.5, system.assembled)

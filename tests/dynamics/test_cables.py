@@ -1,4 +1,4 @@
-"""Cables of one tension: bodies that fly apart, are caught and rebound; with a length that is let out."""
+"""Cables of one tension and cables with mass, against their equations and published motion."""
 
 import numpy as np
 import pytest
@@ -30,7 +30,7 @@ def moved(model, times):
     return model.observe(times, states)
 
 
-def test_bodies_that_fly_apart_are_caught_and_rebound():
+def test_cable_catches_and_rebounds_bodies():
     """Slack until d = L, then half a period of sqrt(EA / L / m), then apart at minus their speed, slack again."""
     length, speed = 1.4, 0.5
     caught, omega = (length - 1.0) / speed, np.sqrt(EA / length / REDUCED)
@@ -46,7 +46,7 @@ def test_bodies_that_fly_apart_are_caught_and_rebound():
     assert np.abs(p - p[0]).max() < 1e-12
 
 
-def test_a_cable_that_is_let_out_follows_its_equation_and_balances_its_energy():
+def test_cable_let_out_matches_equation_and_energy():
     """m d'' = -N(d, d', L, L') + H^2 / (m d^3) for the distance, with the damping that never pushes."""
     length, damping, turning = Profile.smooth_step(0.0, 3.0, 1.1, 2.0), 1.5, 0.3
     times = np.linspace(0.0, 4.0, 8001)
@@ -84,7 +84,7 @@ def string(n, damping=0.0):
     )
 
 
-def test_frequencies_of_a_taut_string_converge_with_the_square_of_the_masses():
+def test_taut_string_frequencies_converge():
     tension, density = 500.0 * 0.01, 0.1 * 2.0 / 2.02
     exact = np.pi / 2.02 * np.sqrt(tension / density) * np.array([1.0, 1.0, 2.0, 2.0])  # in both planes
     errors = []
@@ -111,7 +111,7 @@ def folded(n, width=0.05, length=2.0, density=0.5):
 
 
 @pytest.mark.slow
-def test_a_folded_chain_falls_faster_than_a_free_body():
+def test_folded_chain_falls_as_published():
     """Calkin & March, American Journal of Physics 57 (1989) 154: v^2 = g (2 y - y^2 / L) / (1 - y / L), energy kept."""
     g, length = 9.81, 2.0
     model = compile_system(folded(80))
@@ -130,7 +130,7 @@ def test_a_folded_chain_falls_faster_than_a_free_body():
     assert min(seen["effectors/line/tension"].min(), seen["effectors/line/tension_end"].min()) == 0.0
 
 
-def test_damping_of_a_cable_is_that_of_the_whole_whatever_the_number_of_masses():
+def test_cable_damping_is_independent_of_masses():
     """Along a taut cable the dampers are c L / EA times the springs, so poles decay at c L / EA omega^2 / 2."""
     c = 0.1  # N s/m
     for n in (1, 6):

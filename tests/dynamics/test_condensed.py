@@ -1,4 +1,4 @@
-"""Condensed bodies: shapes that follow others, against material points that move with them."""
+"""Condensed bodies: loops, rotating beams, and dependent derivative shapes against independent ones."""
 
 from dataclasses import replace
 
@@ -23,7 +23,7 @@ from femflex.reduction import (
 from femflex.system import Frame, System, weld
 
 
-def test_a_closed_loop_of_condensed_beams_keeps_its_energy():
+def test_loop_of_condensed_beams_conserves_energy():
     rigid = four_bar(speed=3.0)
     bodies = dict(rigid.bodies)
     for name, length in (("crank", 0.5), ("coupler", 2.0), ("rocker", 1.2)):
@@ -49,7 +49,7 @@ def beam(modes, strain, elements=12):
     return reduce_structure(structure, found, {"tip": "end"}, strain=strain)
 
 
-def test_frequencies_of_a_meshed_rotating_beam_converge_on_the_exact_ones():
+def test_meshed_rotating_beam_frequencies_converge():
     exact = Rotating(4.0, lag=1.9)
     frame = Frame("spinning", np.array([0.0, 0.0, 4.0]))
     model = compile_system(System({"beam": beam(10, "condensed")}, (weld("beam"),), frame=frame))
@@ -84,7 +84,7 @@ def swing(strain, size):
 
 
 @pytest.mark.slow
-def test_slaved_derivatives_swing_as_those_that_are_coordinates():
+def test_dependent_and_independent_derivatives_agree():
     apart = []
     for size in (0.08, 0.04):
         tips = [swing(strain, size) for strain in ("condensed", "nonlinear")]

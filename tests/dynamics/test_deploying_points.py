@@ -106,7 +106,7 @@ def still(jet):
 
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize(("seed", "drum"), [(1, "root"), pytest.param(2, "root", marks=pytest.mark.slow), (3, "tip")])
-def test_two_members_on_a_flexible_parent_obey_kanes_equations(seed, drum):
+def test_deploying_members_on_flexible_parent_match_kane(seed, drum):
     rng = np.random.default_rng(seed)
     bodies, clouds, joints, varying, markers, flux = {}, {}, [free("parent")], {}, {}, []
     bodies["parent"], clouds["parent"] = random_body(rng, 2)

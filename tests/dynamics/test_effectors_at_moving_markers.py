@@ -52,7 +52,7 @@ def motion_at(where, q, u):
 
 
 def seen(*effectors, z0=None, t=T, q=Q, u=U):
-    """What a model of the tree with these effectors reports at (t, q, u), its states at their start, and the model."""
+    """Channels of a model of the tree with these effectors at (t, q, u), its states at their start, and the model."""
     model = compile_system(replace(TREE, effectors=effectors, z0=z0 or {}))
     x = np.concatenate([q, u, model.parts(model.x0)[2]])
     return {path: v[0] for path, v in model.observe(np.array([t]), x[None]).items()}, model, x
@@ -85,7 +85,7 @@ def bare():
 
 @pytest.mark.parametrize("z", [1.0, -60.0, 79.7, 80.3], ids=["slow", "backwards", "at its limit", "beyond it"])
 @pytest.mark.parametrize("mode", ["torque", "speed", "too fast", "signal"])
-def test_a_wheel_on_a_bending_body_obeys_the_balance_of_its_rotor(mode, z):
+def test_wheel_on_flexible_body_satisfies_rotor_balance(mode, z):
     J, axis, most = 0.4, unit([1.0, -2.0, 0.5]), {"max_torque": 1.5, "max_speed": 80.0}
     command = {
         "torque": {"torque": 1.1},
@@ -130,7 +130,7 @@ G, S = unit([1.0, 2.0, -1.0]), unit(np.cross([1.0, 2.0, -1.0], [0.3, 0.1, 1.0]))
 
 
 @pytest.mark.parametrize("max_torque", [1e3, 0.05])
-def test_a_heavy_gimbal_is_turned_by_its_motor_against_the_rotor(max_torque):
+def test_gimbal_with_inertia_satisfies_rotor_and_motor_balance(max_torque):
     J, h, p = 0.3, 7.0, 0.5
     keys = {"gimbal_axis": G, "spin_axis": S, "rates": [0.6], "initial_angles": [0.8]}
     keys |= {"gimbal_inertia": J, "bandwidth": 4.0, "max_torque": max_torque}
@@ -165,7 +165,7 @@ KINDS = {
 
 @pytest.mark.parametrize("lag", [0.0, 0.4])
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_thruster_pushes_from_one_body_and_draws_its_mass_from_another(kind, lag):
+def test_thruster_fed_from_another_body(kind, lag):
     more, level = KINDS[kind]
     axis, turn, full, impulse, k = np.array([0.3, 1.0, -2.0]), np.array([0.1, -0.2, 0.05]), 3.0, 40.0, 0.7
     constants = [signal(name, [0.0], [v]) for name, v in (("in", 0.55), ("low", 0.45), ("high", 1.7))]
@@ -206,7 +206,7 @@ def length_of(distance, part):
 
 @pytest.mark.parametrize(("part", "damping"), [(0.8, 2.0), (0.8, 0.0), (1.2, 2.0), (0.999, 400.0)],
                          ids=["taut", "undamped", "slack", "damped to nothing"])  # fmt: skip
-def test_a_cable_between_two_bodies_pulls_by_strain_and_rate(part, damping):
+def test_cable_tension_by_strain_and_rate(part, damping):
     (p, _, v_p, _), (q, _, v_q, _) = motion(ONE), motion(TWO)
     d = np.linalg.norm(q - p)
     e, EA, L = (q - p) / d, 30.0, part * d
@@ -229,7 +229,7 @@ def test_a_cable_between_two_bodies_pulls_by_strain_and_rate(part, damping):
 
 
 @pytest.mark.parametrize("k", range(6))
-def test_sensors_measure_one_marker_from_another_that_moves_too(k):
+def test_sensors_measure_relative_to_moving_marker(k):
     rng = np.random.default_rng(k)
     q, u = random_state(TREE, rng)
     (p, C, v, w), (p2, C2, v2, w2) = (motion_at(where, q, u) for where in (ONE, TWO))

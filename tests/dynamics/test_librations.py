@@ -22,7 +22,7 @@ def orbiter(angles=(0.0, 0.0, 0.0), rotation="euler_parameters", **orbit):
     return compile_system(System({"orbiter": body}, (joint,), orbit=path, frame=Frame("orbital"))), path
 
 
-def test_eigenvalues_are_those_of_the_linear_formulas():
+def test_libration_eigenvalues_match_formulas():
     model, path = orbiter(rotation="xzy")
     step, x = 1e-5, model.x0
     columns = []
@@ -39,7 +39,7 @@ def test_eigenvalues_are_those_of_the_linear_formulas():
 
 
 @pytest.mark.parametrize("rotation", ["euler_parameters", "xzy"])
-def test_small_pitch_swings_at_its_linear_frequency(rotation):
+def test_small_pitch_libration_frequency(rotation):
     model, path = orbiter((1e-4, 0, 0), rotation)
     times = np.linspace(0, 5 * path.period, 20001)
     solution = Dop853(rtol=1e-12, atol=1e-15).solve(model, times, model.x0)
@@ -51,7 +51,7 @@ def test_small_pitch_swings_at_its_linear_frequency(rotation):
 
 
 @pytest.mark.parametrize("eccentricity", [0.0, 0.3])
-def test_pitch_alone_leaves_yaw_and_roll_exactly_at_zero(eccentricity):
+def test_pure_pitch_leaves_yaw_and_roll_zero(eccentricity):
     model, path = orbiter((np.radians(30), 0, 0), eccentricity=eccentricity)
     times = np.linspace(0, 2 * path.period, 201)
     states = Dop853(rtol=1e-9, atol=1e-12).solve(model, times, model.x0).states
@@ -60,7 +60,7 @@ def test_pitch_alone_leaves_yaw_and_roll_exactly_at_zero(eccentricity):
     assert np.all(angles[:, 1:] == 0.0)
 
 
-def test_orbit_moves_by_keplers_laws():
+def test_orbit_follows_kepler():
     model, path = orbiter(eccentricity=0.4, true_anomaly=1.0, inclination=0.5, node=0.3, perigee=2.0)
     times = np.linspace(0, path.period, 5)
     out = model.observe(times, np.tile(model.x0, (5, 1)))

@@ -46,7 +46,7 @@ def controlled(stiffness=2.0, damping=1.5, beam=None):
     return System(bodies, tuple(joints), effectors=effectors)
 
 
-def test_a_gyrostat_has_the_poles_of_its_nutation_and_the_torque_of_its_motor_as_input():
+def test_gyrostat_has_nutation_poles_and_motor_torque_as_input():
     """h / sqrt(A B) across a wheel of momentum h in a resting hub; the motor turns the hub backwards by 1 / C."""
     pilot = signal("pilot", [0.0, 1.0], [0.0, 0.0])
     wheel = reaction_wheel("w", "hub", 0.5, torque="pilot.value", initial_speed=20.0)
@@ -60,7 +60,7 @@ def test_a_gyrostat_has_the_poles_of_its_nutation_and_the_torque_of_its_motor_as
 
 
 @pytest.mark.parametrize("damping", [1.5, -0.1])
-def test_a_wheel_in_a_loop_has_the_characteristic_equation_of_its_law(damping):
+def test_wheel_with_controller_has_closed_loop_poles(damping):
     """C s^2 + d s + k = 0 about the axis of the wheel; all else is known rigid motion, the wheel's momentum too."""
     rest = equilibrium(controlled(2.0, damping))
     wanted = np.roots([5.0, damping, 2.0])
@@ -75,7 +75,7 @@ def test_a_wheel_in_a_loop_has_the_characteristic_equation_of_its_law(damping):
     assert sorted(p.name for p in poles if not p.rigid) == ["rotation z"]
 
 
-def test_a_beam_in_the_loop_keeps_its_names_and_the_whole_spectrum_is_that_of_the_state_matrix():
+def test_poles_with_beam_and_controller_are_those_of_state_matrix():
     shape = UniformBeam(3.0, 0.4, 1e5, 60.0, 90.0, 40.0)
     beam = beam_body(shape, BeamFunctions(y=2, z=0, axial=0, torsion=0), damping=ModalDamping(0.02))
     system = controlled(beam=beam)
@@ -87,7 +87,7 @@ def test_a_beam_in_the_loop_keeps_its_names_and_the_whole_spectrum_is_that_of_th
     assert {"rotation z", "bending 1", "bending 2"} <= {p.name for p in poles_of(linear_model(system))}
 
 
-def test_blocks_with_wheels_tanks_lags_and_laws_are_derivatives_of_the_rate():
+def test_linear_model_with_effectors_is_derivative_of_rate():
     """At an instant of a tumbling flexible craft, against differences of the compiled rate by other steps."""
     boom, _ = random_body(np.random.default_rng(3), 2)
     hub = rigid_body(20.0, J, markers={"nozzle": Marker.rigid(np.array([-0.4, 0.1, 0.0]))})

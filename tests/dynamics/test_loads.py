@@ -24,14 +24,14 @@ def block(*loads, mass=4.0, inertia=(2.0, 2.0, 2.0), **more):
 @pytest.mark.parametrize(
     ("t", "expected"), [(0.5, 0.0), (1.0, 1.0), (1.25, 1.5), (2.0, -2.0), (3.0, -1.0), (4.0, 0.0), (4.5, 0.0)]
 )
-def test_a_table_is_linear_between_its_times_zero_outside_and_jumps_where_a_time_repeats(t, expected):
+def test_load_table_is_piecewise_linear_and_zero_outside(t, expected):
     model = block(Load("push", "block", **TABLE))
     assert model.observe(np.array([t]), model.x0[None])["loads/push/force"][0] == pytest.approx([0, 0, expected])
     assert model.state_rate(t, model.x0)[model.n_q + 2] == pytest.approx(expected / 4.0, abs=1e-15)
 
 
 @pytest.mark.parametrize("frame", ["body", "marker", "inertial", "orbital"])
-def test_components_are_those_of_the_named_frame(frame):
+def test_load_components_in_each_frame(frame):
     F, M = np.array([1.0, -2.0, 0.5]), np.array([0.3, 0.7, -0.4])
     load = Load("push", "block", "pad", frame, force=F, torque=M)
     attitude = Rotation.from_euler("XYZ", [0.4, 0.8, -0.3])
@@ -52,7 +52,7 @@ def test_components_are_those_of_the_named_frame(frame):
     assert gained[3:] == pytest.approx((m + np.cross([0.5, -0.2, 0.3], f)) / 2.0, abs=1e-9)
 
 
-def test_a_force_that_changes_with_time_is_supplied_and_one_that_stays_is_stored():
+def test_varying_force_supplies_power_and_constant_force_has_potential():
     F, place, v = np.array([1.0, -2.0, 0.5]), np.array([0.4, 0.2, -0.7]), np.array([0.3, -0.1, 0.6])
     joint = free("block", q0=[*place, 1, 0, 0, 0], u0=[*v, 0, 0, 0])
     steady = Load("steady", "block", "origin", "inertial", force=F)
@@ -64,7 +64,7 @@ def test_a_force_that_changes_with_time_is_supplied_and_one_that_stays_is_stored
     assert seen["monitors/energy"] == pytest.approx(0.5 * 4.0 * v @ v - F @ place)
 
 
-def test_a_specified_orbit_takes_up_the_momentum_that_the_loads_bring():
+def test_orbit_force_balances_momentum_of_loads():
     """The same body tumbling far from any orbit gains momentum at the rate that the orbit's force takes away."""
     loads = (Load("jet", "block", "pad", "marker", force=[0.3, 0.1, -0.2]), Load("twist", "block", torque=[0, 0.2, 0]))
     u0, times = [0.3, -0.4, 0.2], np.linspace(0.0, 8.0, 161)

@@ -1,4 +1,4 @@
-"""Every row that a run observes, against points and frames that are followed by differences of the motion."""
+"""Observed channels against material points and frames; sights of stations on the Earth."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def rotation(e: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("seed", [2, 5])
-def test_a_row_holds_the_mechanics_of_its_points(seed):
+def test_observed_channels_match_material_points(seed):
     system, clouds, _ = random_tree(seed, n_bodies=6)
     names = list(system.bodies)
     rng = np.random.default_rng(seed + 50)
@@ -131,7 +131,7 @@ def seen(system, times):
     return model.observe(times, np.tile(model.x0, (len(times), 1)))
 
 
-def test_a_station_under_the_craft_is_seen_straight_down_and_runs_away_with_the_earth():
+def test_sight_of_station_below_craft():
     found = seen(looking(), np.array([0.0, 10.0]))
     assert found["sights/down/error"][0] == pytest.approx(0.0, abs=1e-12)
     assert found["sights/down/range"][0] == pytest.approx(UP, abs=1e-6)
@@ -142,7 +142,7 @@ def test_a_station_under_the_craft_is_seen_straight_down_and_runs_away_with_the_
     assert found["sights/down/range"][1] == pytest.approx(np.hypot(behind, below), rel=1e-12)
 
 
-def test_a_station_beside_the_track_is_seen_under_the_angle_of_the_triangle():
+def test_sight_of_station_off_the_ground_track():
     latitude = 0.05
     found = seen(looking(latitude=latitude), np.zeros(1))
     beside, below = EARTH_RADIUS * np.sin(latitude), EARTH_RADIUS * (1 - np.cos(latitude)) + UP

@@ -1,4 +1,4 @@
-"""Locked and prescribed freedoms: the equations, and the forces they need, against Kane's equations over points."""
+"""Prescribed motion: forces it needs, its power, moving bases, and every kind of profile."""
 
 from dataclasses import replace
 
@@ -33,7 +33,7 @@ def crane(motion=(), torque=0.0, n=2):
     return System({"hub": hub, "arm": arm}, (root, hinge), loads=loads)
 
 
-def test_drive_reproduces_the_torque_of_a_free_run_to_1e_10():
+def test_prescribed_motion_torque_equals_applied_torque():
     model = compile_system(crane(torque=3.0))
     rng = np.random.default_rng(3)
     for _ in range(5):
@@ -47,7 +47,7 @@ def test_drive_reproduces_the_torque_of_a_free_run_to_1e_10():
 
 
 @pytest.mark.parametrize("method", ["dop853", "esdirk4", "generalized_alpha"])
-def test_power_of_drives_is_the_rate_of_energy_along_a_run(method):
+def test_power_of_prescribed_motion_is_rate_of_energy(method):
     model = compile_system(crane((Profile.smooth_step(0.1, 1.1, 0.0, 0.8) + Profile.sine(0.1, 5.0),)))
     times = np.linspace(0.0, 1.5, 601)
     tolerance = {"dop853": 1e-11, "esdirk4": 1e-9, "generalized_alpha": 1e-7}[method]
@@ -64,7 +64,7 @@ def test_power_of_drives_is_the_rate_of_energy_along_a_run(method):
     assert seen["q"][:, 3] == pytest.approx(s[0], abs=1e-14) and seen["u"][:, 3] == pytest.approx(s[1], abs=1e-14)
 
 
-def test_a_root_that_moves_as_specified_is_a_moving_base():
+def test_prescribed_root_is_moving_base():
     """A pendulum whose support is accelerated steadily sideways hangs and swings about the tilted vertical."""
     g, a, length = 9.81, 3.0, 0.7
     bob = rigid_body(2.0, 1e-9 * np.eye(3), center_of_mass=[0.0, -length, 0.0])
@@ -105,7 +105,7 @@ def expected(t, order):
 
 
 @pytest.mark.parametrize("t", [-1.0, -0.5, 0.3, 0.8, 1.9, 2.0, 2.2, 2.3, 3.0, 4.1, 5.5])
-def test_a_mass_follows_every_piece_of_its_profile(t):
+def test_mass_follows_profile(t):
     profile = Profile(KNOTS, np.array([piece.coef for piece in pieces()]), SINES)
     joint = prismatic("mass", axis=(0, 0, 1), motion=(profile,), name="lead")
     model = compile_system(System({"mass": rigid_body(2.5, np.eye(3))}, (joint,)))

@@ -104,18 +104,18 @@ def difference(function, at, directions, sizes):
     )
 
 
-@pytest.mark.parametrize("name", [name for name in TREES if "prescribed" not in name])
+@pytest.mark.parametrize("name", [*(name for name in TREES if "prescribed" not in name), "effectors"])
 def test_linear_equations_are_derivatives_of_residual(name):
     p = problem(name)
     model, n = p.model, p.model.n_u
     rng = np.random.default_rng(3)
-    udot, eye, zero = rng.normal(size=n), np.eye(n), np.zeros(n)
+    udot, eye, zero, z = rng.normal(size=n), np.eye(n), np.zeros(n), model.parts(p.x)[2]
     ours = linearised(model, p.t, p.x, udot)
     sizes = 1e-3 * usual_sizes(model)
     K = difference(
-        lambda d: model.residual(p.t, np.concatenate([advanced(model, p.q, d), p.u]), udot), zero, eye, sizes
+        lambda d: model.residual(p.t, np.concatenate([advanced(model, p.q, d), p.u, z]), udot), zero, eye, sizes
     )
-    D = difference(lambda u: model.residual(p.t, np.concatenate([p.q, u]), udot), p.u, eye, np.ones(n))
+    D = difference(lambda u: model.residual(p.t, np.concatenate([p.q, u, z]), udot), p.u, eye, np.ones(n))
     for found, wanted in ((ours.M, model.mass_matrix(p.t, p.x)), (ours.D, D), (ours.K, K)):
         assert found == pytest.approx(wanted, abs=1e-6 * np.abs(wanted).max())
 
@@ -168,7 +168,7 @@ def test_energy_is_constant_without_dissipation_and_loads(name):
 
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_without_removes_its_row_alone(name):
-    """What is left sums to zero again, every other force is what it was, and accelerations follow."""
+    """The remaining terms sum to zero, no other force changes, and the accelerations follow."""
     p = problem(name)
     full = terms(p.model, p.t, p.x)
     size, following = largest(full), ("inertia", "loops/", "drives/", "effectors/")

@@ -79,7 +79,7 @@ def rates_of(model, x, quantity, h=1e-4):
 
 
 @pytest.mark.parametrize("body", ["a", "b", "c"])
-def test_each_body_moves_as_the_forces_in_its_joints_say(body):
+def test_joint_forces_balance_momentum_of_each_body(body):
     model = compile_system(chain())
     out = model.observe(np.zeros(1), model.x0[None])
     joints = {"a": ("first", "second"), "b": ("second", "third"), "c": ("third", None)}
@@ -98,7 +98,7 @@ def test_each_body_moves_as_the_forces_in_its_joints_say(body):
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_the_torque_in_a_joint_is_about_its_marker_where_that_has_bent_to(seed):
+def test_joint_torque_is_about_deflected_marker(seed):
     """Momentum and angular momentum about the moving centre of mass of a flexible body that one hinge holds."""
     rng = np.random.default_rng(seed)
     body, _ = random_body(rng, 3)
@@ -117,7 +117,7 @@ def test_the_torque_in_a_joint_is_about_its_marker_where_that_has_bent_to(seed):
     assert torque + np.cross(arm, force) == pytest.approx(dL, abs=1e-6 * np.abs(dL).max())
 
 
-def test_closed_loop_and_tree_joints_balance_a_flexible_four_bar():
+def test_joint_and_loop_forces_balance_flexible_four_bar():
     """Momentum of everything but the ground changes by what the two joints to the ground pass on."""
     model = compile_system(replace(flexible_four_bar(), reactions=True))
     times = np.linspace(0, 0.05, 801)  # fine compared with the third bending mode, 970 rad/s

@@ -39,21 +39,20 @@ SHORT = ("slow", "tapered", "at a setting angle")
 
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("name", [pytest.param(k, marks=() if k in SHORT else pytest.mark.slow) for k in BEAMS])
-def test_frequencies_of_rotating_beams_are_the_exact_ones(name):
+def test_rotating_beams_have_exact_frequencies(name):
     beam = BEAMS[name]
     found = beam.frequencies(N, 8)  # flap and lag, the first four of each
     assert found == pytest.approx(beam.exact(found), rel=1e-5)
 
 
 @pytest.mark.slow
-def test_the_misfit_vanishes_at_published_and_closed_form_frequencies():
+def test_exact_equations_vanish_at_published_frequencies():
     still = np.array([1.875104068711961, 4.694091132974175]) ** 2
     assert Rotating(0.0, lag=1.9).exact(still * (1 + 3e-5)) == pytest.approx(still, rel=1e-8)
     flap = Rotating(2.0, lag=1.9).exact(np.array([4.1373]))  # Wright et al. 1982
     assert flap == pytest.approx([4.1373], abs=5e-5)
 
 
-ALL = ("x", "y", "z", "rx", "ry", "rz")
 HEIGHT, WIDTH = 0.005, 0.005 * np.sqrt(1.9)  # of a section of stiffness 1 out of the plane, 1.9 in it
 
 
@@ -79,7 +78,7 @@ def tapered():
 
 
 @pytest.mark.parametrize("gamma", [6.0, pytest.param(12.0, marks=pytest.mark.slow)])
-def test_a_meshed_blade_that_is_tapered_in_depth_has_the_exact_flap_and_lag(gamma):
+def test_tapered_meshed_blade_has_exact_frequencies(gamma):
     """Four modes and four static shapes: two frequencies of each, lag with the taper of its own stiffness."""
     found = in_steady_spin(tapered(), "start", 4, gamma)[:4]
     beam = Rotating(gamma, lag=1.9, mass=halved, bending=lambda x: np.stack([halved(x), eighth(x)]))
@@ -87,7 +86,7 @@ def test_a_meshed_blade_that_is_tapered_in_depth_has_the_exact_flap_and_lag(gamm
 
 
 @pytest.mark.slow
-def test_a_blade_of_solids_has_the_exact_flap_and_lag():
+def test_blade_of_solids_has_exact_frequencies():
     """27-node hexahedra, 69 heights long; at 12 lag is a small difference of flap's stiffening and the spin."""
     height = 0.0145
     width = height * np.sqrt(1.9)

@@ -134,7 +134,7 @@ def test_every_integrator_gives_the_same_motion(model, fine, name):
     assert np.abs(states - fine).max() < ERRORS[name]
 
 
-def test_the_balance_of_energies_closes(model):
+def test_energy_balance_with_effectors(model):
     """d(energy)/dt = supplied - dissipation at every instant, by a difference of the energy along the motion."""
     times = np.linspace(0.0, 0.95, 20) + 0.025  # between samples
     _, states = run(model, Dop853(rtol=1e-12, atol=1e-13), 1.0, 41)
@@ -152,7 +152,7 @@ def test_the_balance_of_energies_closes(model):
     assert seen["effectors/jet/thrust"].max() > 1.0 and seen["effectors/drag/dissipation"].max() > 1e-3
 
 
-def test_the_ledger_has_a_row_for_each_and_sums_to_zero(model, fine):
+def test_ledger_rows_of_effectors_sum_to_zero(model, fine):
     times = np.linspace(0.0, 1.0, 41)
     rows = model.terms(times, fine)
     assert {"effectors/drag", "effectors/jet", "effectors/cubic", "effectors/span"} <= rows.keys()
@@ -173,7 +173,7 @@ def test_the_ledger_has_a_row_for_each_and_sums_to_zero(model, fine):
 
 
 @pytest.mark.parametrize("name", ["dop853", "esdirk4", "generalized_alpha"])
-def test_a_run_resumes_bit_for_bit(model, name):
+def test_resumed_run_with_effectors_is_exact(model, name):
     """From blocks that end between two samples, and at one, with a model compiled anew."""
     times, method = np.linspace(0.0, 1.0, 3500), METHODS[name]
     whole = method.solve(model, times, model.x0).states
@@ -186,7 +186,7 @@ def test_a_run_resumes_bit_for_bit(model, name):
         assert np.array_equal(rest.states, whole[count:])
 
 
-def test_drag_slows_a_body_by_the_closed_form():
+def test_drag_matches_closed_form():
     system = System(
         {"hub": hub(2.0)},
         (free("hub", u0=np.array([3.0, 0.0, 0.0, 0.0, 0.0, 0.0])),),
@@ -210,7 +210,7 @@ def tank(t, z, numbers, block):
 
 
 @pytest.mark.parametrize("name", ["dop853", "esdirk4"])
-def test_a_body_that_is_as_heavy_as_its_tank_is_full_obeys_tsiolkovsky(name):
+def test_varying_mass_by_state_matches_tsiolkovsky(name):
     """dv = v_e ln(m_0 / m) of a craft whose mass is a state of its thruster."""
     dry, full, exit_speed = 3.0, 2.0, 25.0
     marker = {"origin": Marker.rigid(np.zeros(3)), "nozzle": Marker.rigid(np.zeros(3))}
@@ -264,7 +264,7 @@ def filtered(lag=SLOW_LAG, jacobian=None):
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize(("kind", "order"), [(Esdirk4, 4), (GeneralizedAlpha, 2)])
 @pytest.mark.parametrize("jacobian", [None, exact_jacobian])
-def test_implicit_methods_keep_their_order_with_states(kind, order, jacobian):
+def test_implicit_order_with_effector_states(kind, order, jacobian):
     model = filtered(jacobian=jacobian)
     exact = run(model, Dop853(rtol=1e-13, atol=1e-14), 2.0, 2)[1][-1]
     steps, errors = 0.1 / 2.0 ** np.arange(4), []
@@ -275,7 +275,7 @@ def test_implicit_methods_keep_their_order_with_states(kind, order, jacobian):
 
 
 @pytest.mark.parametrize("kind", [Esdirk4, GeneralizedAlpha])
-def test_implicit_methods_step_over_fast_states(kind):
+def test_implicit_steps_over_fast_states(kind):
     """A lag of a microsecond takes an implicit method hardly more steps than one of a tenth of the run."""
     steps, ends = [], []
     for lag in (1e-6, 0.2):
@@ -289,7 +289,7 @@ def test_implicit_methods_step_over_fast_states(kind):
     assert ends[0][2] == pytest.approx(ends[0][1], abs=1e-5)  # the filter follows
 
 
-def test_linear_equations_hold_the_states_of_effectors():
+def test_linear_equations_with_effector_states():
     """(s^2 + 1/2)(1 + s T) + 2 s = 0 of the filtered brake, and -0.3 of the state beside it."""
     model = filtered()
     x = np.zeros(model.n_x)
@@ -304,7 +304,7 @@ def integral_push(seen, out):
     out.effort[0], out.zdot[0] = 1.0 - 2.0 * seen.z[0], (seen.coordinate[0] - seen.z[0]) / 0.2
 
 
-def test_an_equilibrium_takes_states_along():
+def test_equilibrium_with_effector_states():
     """k q = 1 - 2 z with z = q; one whose state never rests, and a controller, are refused."""
     push = Effector("push", integral_push, freedoms=("axle.angle",), states={"a": "rad"})
     hinge = revolute("wheel", name="axle", stiffness=np.array([3.0]), damping=np.array([0.4]))
@@ -336,7 +336,7 @@ def of_the_case():
 
 
 @pytest.mark.slow
-def test_a_run_of_a_case_is_written_and_resumed_bit_for_bit(write_case, femflex, tmp_path):
+def test_run_of_case_with_effectors_resumes_exactly(write_case, femflex, tmp_path):
     """The file holds states, channels and the period; the same effectors resume it, the command line does not."""
     case = write_case()
     whole = run_case(case, tmp_path / "whole.h5", effectors=of_the_case())

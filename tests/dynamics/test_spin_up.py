@@ -20,7 +20,7 @@ CASES = {"Kane": KANE, "Wu and Haug": WU_HAUG, "inclined": replace(KANE, tilt=0.
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
-def test_one_condensed_body_follows_the_segmented_beam_through_its_spin_up(name):
+def test_condensed_body_matches_segments_in_spin_up(name):
     case = CASES[name]
     reference = converged(case, TIMES)
     peak = np.abs(reference).max()
@@ -31,7 +31,7 @@ def test_one_condensed_body_follows_the_segmented_beam_through_its_spin_up(name)
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
-def test_one_meshed_body_follows_it_too(name):
+def test_meshed_body_matches_segments_in_spin_up(name):
     """Condensed strain leaves out what v'^4 / 8 shortens; with nonlinear strain the two formulations are one."""
     case = CASES[name]
     reference = converged(case, TIMES)
@@ -44,7 +44,7 @@ def test_one_meshed_body_follows_it_too(name):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["Kane", "inclined"])
-def test_few_segments_that_bend_far_follow_it_within_a_tenth_of_a_per_cent(name):
+def test_few_large_deflection_segments_in_spin_up(name):
     """Each bends by a part of the angle: what is of fifth order in the energy of one body is far less in two."""
     case = CASES[name]
     coarse, fine = (case.segmented(k, rtol=1e-7) for k in (16, 32))
@@ -55,7 +55,7 @@ def test_few_segments_that_bend_far_follow_it_within_a_tenth_of_a_per_cent(name)
 
 
 @pytest.mark.slow
-def test_segments_are_alike_with_condensed_and_nonlinear_strain_however_many_derivatives_there_are():
+def test_segments_with_condensed_and_nonlinear_strain_agree():
     times = np.linspace(0, 7, 71)
     for k in (2, 8):
         reference = KANE.few(k, "nonlinear", times=times)
@@ -66,7 +66,7 @@ def test_segments_are_alike_with_condensed_and_nonlinear_strain_however_many_der
 
 @pytest.mark.slow
 @pytest.mark.parametrize("modes", [18, 24])
-def test_many_modes_some_of_which_stretch_do_not_hold_it_up(modes):
+def test_many_modes_with_stretch_in_spin_up(modes):
     """18 modes were 5.7 % too stiff; here they are as near as eight."""
     times = np.linspace(0, 9, 91)
     coarse, fine = (KANE.segmented(k, times, rtol=1e-7) for k in (8, 16))
@@ -77,7 +77,7 @@ def test_many_modes_some_of_which_stretch_do_not_hold_it_up(modes):
     assert np.abs(tip).max() == pytest.approx(peak, rel=2e-3)
 
 
-def test_the_spun_beam_keeps_its_steady_stretch():
+def test_spun_up_beam_has_steady_stretch():
     tip = KANE.one("condensed", y=2, axial=3)
     late = TIMES > 15.0
     assert tip[late, 0].mean() == pytest.approx(KANE.stretch, rel=5e-3)

@@ -26,7 +26,7 @@ def spun(k: int, rate: float, section=SECTION):
 
 
 @pytest.mark.parametrize("rate", [OM, 60.0])
-def test_the_steady_stretch_is_that_of_pure_tension(rate):
+def test_steady_stretch_of_segments_is_pure_tension(rate):
     wave = np.sqrt(MASS * rate**2 / EA)
     exact = np.tan(wave * LENGTH) / wave - LENGTH
     assert rate != OM or exact == pytest.approx(5.143e-4, rel=1e-4)  # as printed
@@ -41,7 +41,7 @@ def test_the_steady_stretch_is_that_of_pure_tension(rate):
 
 
 @pytest.mark.slow
-def test_spin_stiffens_flapping_as_published():
+def test_flap_frequency_in_spin_matches_published():
     thin = fem.sections.StiffnessSection(2.8e9, EI, EI, 1.2e4, MASS, ry=1e-3, rz=1e-3)
     unit = np.sqrt(EI / (MASS * LENGTH**4))
     errors = []
@@ -67,7 +67,7 @@ def lag(k: int) -> float:
 
 
 @pytest.mark.slow
-def test_sixteen_segments_give_the_lag_to_a_tenth_of_a_per_cent():
+def test_sixteen_segments_lag_in_spin_up():
     values = [lag(k) for k in (4, 8, 16)]
     assert np.log2((values[0] - values[1]) / (values[1] - values[2])) == pytest.approx(2.0, abs=0.05)
     limit = values[2] + (values[2] - values[1]) / 3
@@ -75,6 +75,6 @@ def test_sixteen_segments_give_the_lag_to_a_tenth_of_a_per_cent():
 
 
 @pytest.mark.slow
-def test_a_discrete_rod_of_its_own_program_lags_as_much():
+def test_discrete_rod_program_has_same_lag():
     coarse, fine = (float(-tip_of_rod(n, 7.5)[:, 1].min()) for n in (10, 20))
     assert fine + (fine - coarse) / 3 == pytest.approx(lag(16) + (lag(16) - lag(8)) / 3, rel=1e-4)

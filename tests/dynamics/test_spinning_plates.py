@@ -18,7 +18,7 @@ slow = pytest.mark.slow
 @pytest.mark.slow
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("setting", [FLAP, FLIGHT])
-def test_all_finite_elements_and_ritzs_method_agree_on_the_frequencies_of_a_plate(setting):
+def test_spinning_plate_full_model_matches_ritz(setting):
     """With 8 x 8 elements and 8 x 8 polynomials, at a spin of 10."""
     plate = replace(SQUARE, setting=setting, cells=(8, 8))
     found = plate.full.frequencies(10.0, 5)
@@ -27,7 +27,7 @@ def test_all_finite_elements_and_ritzs_method_agree_on_the_frequencies_of_a_plat
 
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("setting", [FLAP, FLIGHT])
-def test_a_narrow_plate_is_the_rotating_beam(setting):
+def test_narrow_plate_matches_rotating_beam(setting):
     plate = SpinningPlate(width=0.05, thickness=0.002, nu=0.0, hub=0.5, setting=setting, cells=(12, 1))
     stiff = {"lag": 1e6} if setting == FLAP else {"flap": 1e6}
     for gamma in (2.0, 10.0):
@@ -38,7 +38,7 @@ def test_a_narrow_plate_is_the_rotating_beam(setting):
 @pytest.mark.slow
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("setting", [FLAP, FLIGHT])
-def test_twelve_coordinates_have_the_first_six_frequencies_of_a_spinning_plate(setting):
+def test_spinning_plate_frequencies_with_twelve_coordinates(setting):
     plate = replace(PANEL, setting=setting)
     body = plate.body(9)
     assert body.n_modes == 12
@@ -47,7 +47,7 @@ def test_twelve_coordinates_have_the_first_six_frequencies_of_a_spinning_plate(s
 
 
 @slow
-def test_so_have_they_of_a_square_plate_and_with_coordinates_for_the_stretch():
+def test_spinning_square_plate_frequencies():
     for setting in (FLAP, FLIGHT):
         plate = replace(SQUARE, setting=setting)
         exact = plate.full.frequencies(10.0, 5)
@@ -56,7 +56,7 @@ def test_so_have_they_of_a_square_plate_and_with_coordinates_for_the_stretch():
 
 
 @pytest.mark.slow
-def test_a_plate_set_askew_is_bent_and_twisted_by_its_spin():
+def test_inclined_plate_is_bent_and_twisted_by_spin():
     """By 1.6 thicknesses at the corner; pairs of derivatives that steady bending wants are kept by number."""
     plate = replace(PANEL, setting=45.0)
     moved = plate.full.steady(4.0, 4)
@@ -82,7 +82,7 @@ def history(plate, rise, times, modes):
 
 
 @pytest.mark.slow
-def test_a_condensed_plate_follows_all_finite_elements_through_its_spin_up():
+def test_condensed_plate_matches_full_model_in_spin_up():
     """Past the largest bend, of four thicknesses."""
     plate = SpinningPlate(width=0.6, thickness=0.02, hub=0.2, setting=60.0, cells=(3, 2))
     reference, found, peak = history(plate, RISE, np.linspace(0.0, 5.0, 111), 4)
@@ -91,7 +91,7 @@ def test_a_condensed_plate_follows_all_finite_elements_through_its_spin_up():
 
 
 @pytest.mark.slow
-def test_its_corner_draws_in_as_that_of_all_finite_elements():
+def test_foreshortening_of_plate_corner_matches_full_model():
     """Within 0.3 % of the peak; without the static stretch 3 %. Sideways with modes in its plane alone: 1 %."""
     plate = SpinningPlate(width=0.6, thickness=0.02, hub=0.2, setting=60.0, cells=(3, 2))
     times = np.linspace(0.0, 5.0, 111)

@@ -1,4 +1,4 @@
-"""Springs of joints: forces are minus the gradient of the energy they report, and motion keeps the total."""
+"""Springs and laws of joints: forces as gradients of energy, closed forms, frequencies."""
 
 from dataclasses import replace
 
@@ -74,7 +74,7 @@ def potential(model, q):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_force_is_minus_the_gradient_of_the_reported_energy(kind):
+def test_spring_force_is_gradient_of_energy(kind):
     model = sprung(kind)
     q, h = state(model)[: model.n_q], 1e-5
     force = model.bias(0.0, np.concatenate([q, np.zeros(model.n_u)]))  # dV/d(quasi-coordinates): nothing else acts
@@ -87,7 +87,7 @@ def test_force_is_minus_the_gradient_of_the_reported_energy(kind):
     assert force == pytest.approx(gradient, abs=1e-8)
 
 
-def test_a_body_on_one_spring_swings_at_its_textbook_frequency():
+def test_body_on_spring_oscillates_at_closed_form():
     wheel = rigid_body(1.0, np.diag([0.4, 0.5, 0.8]))
     model = compile_system(System({"wheel": wheel}, (revolute("wheel", stiffness=5.0, rest=0.3, q0=[0.5]),)))
     times = np.linspace(0.0, 10.0, 41)
@@ -96,7 +96,7 @@ def test_a_body_on_one_spring_swings_at_its_textbook_frequency():
     assert model.max_frequency == pytest.approx(2.5, rel=1e-8)
 
 
-def test_what_a_damped_spring_between_markers_takes_is_what_its_craft_loses():
+def test_damped_spring_dissipates_energy_lost():
     """Two bodies in free flight: energy falls by the power of the damper, c times the square of the line's rate."""
     line = Spring("line", "tip", "hub", "origin", "side", stiffness=20.0, damping=3.0, length=0.5)
     side = Marker(np.array([0.4, 0.1, -0.2]), np.zeros((3, 0)), np.zeros((3, 0)))
@@ -127,7 +127,7 @@ LAWS = (
 
 
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: law.name or law.kind)
-def test_elastic_force_is_the_gradient_of_the_energy_and_no_law_gives_energy(law):
+def test_joint_laws_are_gradient_of_energy_and_dissipate(law):
     q, h = np.linspace(-1.7, 2.4, 83), 1e-4
     zero = np.zeros_like(q)
     gradient = (law.energy(q - 2 * h) - 8 * law.energy(q - h) + 8 * law.energy(q + h) - law.energy(q + 2 * h)) / (
@@ -145,7 +145,7 @@ def slider(**more):
     return compile_system(System({"cart": rigid_body(2.0, np.eye(3))}, (prismatic("cart", **more),)))
 
 
-def test_a_cart_slides_to_rest_by_friction_as_far_as_coulomb_says():
+def test_coulomb_friction_stopping_distance():
     model = slider(laws=(Friction(limit=4.0, velocity=1e-5),), u0=[3.0])
     states = integrator("dop853", rtol=1e-10, atol=1e-10).solve(model, np.linspace(0, 2.0, 21), model.x0).states
     t = 3.0 * 2.0 / 4.0  # until it rests
@@ -155,7 +155,7 @@ def test_a_cart_slides_to_rest_by_friction_as_far_as_coulomb_says():
 
 
 @pytest.mark.parametrize("method", ["dop853", "esdirk4", "generalized_alpha"])
-def test_a_cart_between_stops_keeps_its_energy_with_every_integrator(method):
+def test_cart_between_stops_conserves_energy(method):
     model = slider(laws=(Stop(lower=-0.5, upper=0.5, stiffness=2e4, width=0.02),), u0=[1.0])
     tolerance = {"dop853": 1e-10, "esdirk4": 1e-7, "generalized_alpha": 1e-6}[method]
     solution = integrator(method, rtol=tolerance, atol=tolerance).solve(model, np.linspace(0, 4.0, 201), model.x0)
@@ -167,24 +167,7 @@ def test_a_cart_between_stops_keeps_its_energy_with_every_integrator(method):
     assert solution.steps.rejected < solution.steps.accepted
 
 
-def test_damped_stops_and_tables_take_the_energy_they_report():
-    laws = (
-        LAWS[0],
-        LAWS[1],
-        Stop(upper=0.3, stiffness=300.0, damping=8.0, width=0.05),
-        Friction(limit=0.1, velocity=0.05),
-    )
-    model = slider(laws=laws, u0=[2.0], damping=0.1)
-    times = np.linspace(0, 3.0, 6001)
-    seen = model.observe(times, integrator("dop853", rtol=1e-11, atol=1e-12).solve(model, times, model.x0).states)
-    from scipy.integrate import simpson
-
-    lost = simpson(seen["monitors/dissipation"], x=times)
-    assert lost > 1.0
-    assert seen["monitors/energy"][0] - seen["monitors/energy"][-1] == pytest.approx(lost, rel=1e-6)
-
-
-def test_a_joint_that_sticks_by_friction_takes_long_implicit_steps():
+def test_sticking_joint_takes_long_implicit_steps():
     """Without friction's slope Newton's method contracts only up to h = 0.8 m v / (gamma limit), 2 ms here."""
     limit, creep, mass, gamma = 3.0, 1e-3, 2.0, 0.25
     model = slider(laws=(Friction(limit=limit, velocity=creep),), stiffness=2.0, u0=[1.0])
@@ -208,7 +191,7 @@ def slides(*laws, damping=(0.0, 0.0)) -> System:
 M = np.array([[7.0, 2.5], [2.5, 5.0]])  # of both slides: 2 + 5, 5 cos 60 deg, 5
 
 
-def test_the_highest_frequency_of_laws_is_that_of_the_stiffest_over_what_it_moves():
+def test_highest_frequency_of_joint_laws():
     stops = Stop(upper=1.0, stiffness=80.0), Stop(upper=2.0, stiffness=20.0)  # neither touches at the start
     found = compile_system(slides(*stops)).max_frequency
     assert found == pytest.approx(np.sqrt(80.0 * np.linalg.inv(M)[1, 1]), rel=1e-9)
@@ -218,7 +201,7 @@ def test_the_highest_frequency_of_laws_is_that_of_the_stiffest_over_what_it_move
     assert compile_system(system).max_frequency == pytest.approx(np.sqrt(500.0 * np.linalg.inv(M)[0, 0]), rel=1e-9)
 
 
-def test_dampers_count_where_motion_dies_faster_than_anything_vibrates():
+def test_highest_rate_of_dampers():
     model = compile_system(slides(damping=(300.0, 40.0)))
     rates = np.linalg.eigvals(np.linalg.solve(M, np.diag([300.0, 40.0])))
     assert model.max_frequency == pytest.approx(rates.max(), rel=1e-7)

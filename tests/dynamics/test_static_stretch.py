@@ -45,14 +45,14 @@ def seen(system, key, t=0.0):
 
 
 @pytest.mark.parametrize("strain", ["meshed", "one"])
-def test_a_beam_spun_up_keeps_its_steady_stretch_without_a_coordinate_for_it(strain):
+def test_spun_beam_has_static_stretch(strain):
     times = np.linspace(0.0, 18.0, 181)
     tip = KANE.meshed("condensed", 2, times=times) if strain == "meshed" else KANE.one("condensed", times, y=2)
     assert tip[times > 15.5, 0].mean() == pytest.approx(KANE.stretch, rel=3e-3)
 
 
 @pytest.mark.parametrize("name", BODIES)
-def test_a_beam_that_spins_on_a_hub_is_stretched_by_the_hubs_radius_too(name):
+def test_static_stretch_includes_hub_radius(name):
     """m Om^2 (L^3 / 3 + R L^2 / 2) / EA."""
     body = BODIES[name]()
     hub = rigid_body(10.0, np.eye(3), markers={"rim": body.marker("origin").rigid(np.array([RADIUS, 0, 0]))})
@@ -64,7 +64,7 @@ def test_a_beam_that_spins_on_a_hub_is_stretched_by_the_hubs_radius_too(name):
 
 
 @pytest.mark.parametrize("direction", [(0, 0, -1.0), (0, 0.6, -0.8)])
-def test_a_beam_hangs_longer_by_its_weight_in_any_axes(direction):
+def test_hanging_beam_stretches_by_its_weight(direction):
     """m g L^2 / 2 EA along the beam, of the part of gravity along it; also read back from a file."""
     d = np.asarray(direction)
     system = System({"beam": meshed(d)}, (weld("beam", child_marker="root"),), environment=Environment((0, 0, -G)))
@@ -73,7 +73,7 @@ def test_a_beam_hangs_longer_by_its_weight_in_any_axes(direction):
     )
 
 
-def test_a_fall_leaves_it_unstretched():
+def test_free_fall_has_no_static_stretch():
     slide = prismatic("beam", axis=(0, 0, 1), child_marker="root")
     system = System({"beam": meshed((0, 0, -1.0))}, (slide,), environment=Environment((0, 0, -G)))
     assert np.abs(seen(system, "deflection")).max() < 1e-10

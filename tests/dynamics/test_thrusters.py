@@ -45,7 +45,7 @@ def rocket(mass, inertia, tanks, thrusters, start=(0.0,) * 6, markers=None):
     return System({"hub": body}, (free("hub", u0=list(start)),), effectors=effectors, varying=varying)
 
 
-def test_a_rocket_obeys_tsiolkovsky_until_its_tank_is_empty():
+def test_rocket_matches_tsiolkovsky_until_burn_out():
     """dv = c ln(m_0 / m), to rounding of the integration; the tank is empty at m c / F, and the thrust ends there."""
     push, full = 80.0, 3.0
     jet = thruster("jet", "hub", push, profile=([0.0], [1.0]), specific_impulse=ISP, supply=Supply("tank", "hub"))
@@ -118,7 +118,7 @@ def test_momentum_with_flow_and_exhaust_is_conserved():
     assert E == pytest.approx(seen["monitors/energy"][0], abs=1e-9)
 
 
-def test_a_pulse_on_a_flexible_tip_excites_each_mode_as_the_modal_closed_form_says():
+def test_pulse_on_beam_tip_matches_modal_solution():
     """delta_k = phi_k F int sin(w_k (t - s)) / w_k ds over the pulse, for small motions of a clamped beam."""
     beam = UniformBeam(length=4.0, EA=1e6, EIy=50.0, EIz=60.0, GJ=40.0, mass_per_length=0.5)
     body = beam_body(beam, BeamFunctions(y=3, z=0))
@@ -133,7 +133,7 @@ def test_a_pulse_on_a_flexible_tip_excites_each_mode_as_the_modal_closed_form_sa
     assert np.abs(expected[-1]).min() > 0.0
 
 
-def test_separation_by_a_spring_keeps_momentum():
+def test_separation_by_spring_conserves_momentum():
     """A body that is locked to another until 0.3 s, then pushed off: momentum, and the closed form of the spring."""
     k, length, m1, m2 = 50.0, 0.2, 3.0, 1.0
     base = rigid_body(m1, np.eye(3), markers={"top": Marker.rigid(np.zeros(3))})
@@ -155,7 +155,7 @@ def test_separation_by_a_spring_keeps_momentum():
     assert times == pytest.approx([-2.0 - 0.3] * 6, abs=1e-12)  # that of the release is kept
 
 
-def test_release_without_a_spring_lets_a_body_fly_on():
+def test_release_without_spring_conserves_momentum():
     """An arm's end body keeps the velocity that it has when it is let go."""
     arm = rigid_body(3.0, np.eye(3), markers={"end": Marker.rigid(np.array([1.0, 0, 0]))})
     ball = rigid_body(1.0, np.eye(3) * 0.1)

@@ -24,7 +24,7 @@ ASKEW = Environment(np.array([2.0, -3.0, 5.0]))
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("condensed", [False, True])
-def test_weight_acts_on_every_material_point(seed, condensed):
+def test_weight_of_material_points(seed, condensed):
     found = random_condensed(seed, environment=ASKEW) if condensed else random_tree(seed, environment=ASKEW)
     system, clouds, (q, u) = found
     tree = DependentTree(system, clouds) if condensed else Tree(system, clouds)
@@ -37,7 +37,7 @@ def test_weight_acts_on_every_material_point(seed, condensed):
 
 
 @pytest.mark.parametrize("amplitude", [0.1, 2.0, 3.1])
-def test_a_pendulum_has_the_period_of_the_elliptic_integral(amplitude):
+def test_pendulum_period_matches_elliptic_integral(amplitude):
     mass, arm, own = 2.0, 0.7, 0.3
     body = rigid_body(mass, np.eye(3) * own, center_of_mass=np.array([0, 0, -arm]))
     inertia = own + mass * arm**2  # about the pivot
@@ -60,7 +60,7 @@ def slender(strain, axial=4, bending=6, stiffness=EI):
 
 
 @pytest.mark.parametrize("strain", ["linear", "nonlinear", "condensed"])
-def test_a_cantilever_sags_by_an_eighth_of_its_weight(strain):
+def test_cantilever_sag_matches_closed_form(strain):
     tiny = 1e-3  # of the earth's gravity: bends so little that all strains agree
     system = System({"beam": slender(strain)}, (weld("beam"),), environment=Environment(tiny * DOWN.gravity))
     found = equilibrium(system)
@@ -68,7 +68,7 @@ def test_a_cantilever_sags_by_an_eighth_of_its_weight(strain):
     assert sag == pytest.approx(-RHO_A * tiny * G * LENGTH**4 / (8 * EI), rel=1e-6)
 
 
-def test_a_meshed_cantilever_with_a_static_shape_sags_as_the_closed_form():
+def test_meshed_cantilever_with_static_shape_sag():
     steel = fem.Material(210e9, 0.3, 7850.0)
     tube = fem.sections.Tube(0.02, 0.001)
     structure = fem.build_structure(line([[0, 0, 0], [LENGTH, 0, 0]], 4), [fem.Member("line", "beam", tube, steel)])
@@ -83,7 +83,7 @@ def test_a_meshed_cantilever_with_a_static_shape_sags_as_the_closed_form():
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("strain", ["linear", "nonlinear", "condensed"])
 @pytest.mark.parametrize("method, drift", [("dop853", 1e-9), ("esdirk4", 1e-5)])
-def test_a_flexible_rod_that_swings_keeps_its_energy(strain, method, drift):
+def test_swinging_flexible_rod_conserves_energy(strain, method, drift):
     """A physical pendulum of a rod that bends by a tenth of its length; without the rod's weight it would not move."""
     body = slender(strain, axial=2, bending=3, stiffness=60.0)
     joint = revolute("rod", axis=[0, 1, 0], child_marker="root", q0=[0.5])
@@ -98,7 +98,7 @@ def test_a_flexible_rod_that_swings_keeps_its_energy(strain, method, drift):
 
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("strain, axial", [("condensed", 0), ("nonlinear", 24)])
-def test_a_hanging_chain_has_bessels_frequencies(strain, axial):
+def test_hanging_chain_has_bessel_frequencies(strain, axial):
     """VALIDATION F9: omega_k = j_0k sqrt(g / L) / 2; a beam with hardly any stiffness, hinged at its upper end."""
     beam = UniformBeam(LENGTH, 1e5, 4e-4, 4e-4, 4e-4, RHO_A, direction=(0, 0, -1), rotary_inertia=False)
     functions = BeamFunctions(y=12, z=0, axial=axial, family="polynomial")
@@ -111,7 +111,7 @@ def test_a_hanging_chain_has_bessels_frequencies(strain, axial):
     assert omega == pytest.approx(jn_zeros(0, 3) / 2 * np.sqrt(G / LENGTH), rel=1e-3)  # what stiffness is left
 
 
-def test_a_free_craft_falls_and_keeps_its_angular_momentum():
+def test_free_fall_conserves_angular_momentum():
     system, _, (q, u) = random_tree(4, root=free, environment=ASKEW)
     model, times = compile_system(system), np.linspace(0.0, 1.0, 11)
     solution = integrator("dop853", rtol=1e-11).solve(model, times, np.concatenate([q, u]))
@@ -125,7 +125,7 @@ def test_a_free_craft_falls_and_keeps_its_angular_momentum():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("strain, axial", [("condensed", 0), ("nonlinear", 12)])
-def test_a_column_falls_under_its_own_weight_at_greenhills_length(strain, axial):
+def test_column_buckles_under_own_weight_at_greenhill_length(strain, axial):
     """q L^3 / EI = 7.8373 (Greenhill 1881: 9/4 of the square of the first zero of J_-1/3)."""
     stands = {}
     for share in (0.995, 1.005):

@@ -95,7 +95,7 @@ def test_spin_falls_as_inertia_grows(method):
     assert seen["bodies/hub/mass"] == pytest.approx(10.0)
 
 
-def test_angular_momentum_of_a_tumbling_hub_stays():
+def test_angular_momentum_with_moving_masses():
     model, times = compile_system(spinning_hub((0.3, -0.4, 1.0))), np.linspace(0, 4, 21)
     H = model.observe(times, integrator("dop853").solve(model, times, model.x0).states)["monitors/angular_momentum"]
     assert H[0] == pytest.approx([0.3 * 1.5, -0.4 * 7.5, 8.0])
@@ -113,7 +113,7 @@ def balance(model, x0, times):
     return seen["monitors/energy"][-1] - seen["monitors/energy"][0], work
 
 
-def test_power_of_the_masses_is_what_the_energy_gains():
+def test_power_of_moving_masses_is_rate_of_energy():
     model = compile_system(spinning_hub((0.3, -0.4, 1.0)))
     gained, work = balance(model, model.x0, np.linspace(0, 4, 21))
     assert abs(gained) > 0.1
@@ -195,7 +195,7 @@ NOW = 0.4
 
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("seed", [0, 2, 4, 5, 7, 8, 9, 1, 6, 3])  # the fast ones, 4 and 1, have three shapes
-def test_moving_material_obeys_kanes_equations_over_its_points(seed):
+def test_moving_material_matches_kane(seed):
     system, name, clouds_at, markers_at, (q, u) = random_varying(seed)
     model = compile_system(system)
     udot = np.random.default_rng(seed).normal(size=model.n_u)
@@ -213,7 +213,7 @@ def test_moving_material_obeys_kanes_equations_over_its_points(seed):
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_rows_of_moving_material_sum_to_zero(seed):
+def test_ledger_of_moving_material_sums_to_zero(seed):
     system, *_, (q, u) = random_varying(seed)
     model, x = compile_system(system), np.concatenate([q, u])
     found = model.terms(np.array([NOW]), x[None])
@@ -223,7 +223,7 @@ def test_rows_of_moving_material_sum_to_zero(seed):
 
 
 @pytest.mark.parametrize("seed", [0, 3])
-def test_energy_of_a_tree_with_moving_markers_balances(seed):
+def test_energy_balance_with_moving_markers(seed):
     """Bodies hang from markers that move; what their joints carry gives power there."""
     system, *_, (q, u) = random_varying(seed)
     bodies = {name: replace(body, damping=0.0 * body.damping) for name, body in system.bodies.items()}
@@ -263,20 +263,20 @@ def mathieu(t, y):
 
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("method", METHODS)
-def test_parametric_oscillator_follows_mathieus_equation(method):
+def test_parametric_oscillator_matches_mathieu(method):
     model, times = compile_system(parametric_oscillator()), np.linspace(0, 20, 81)
     solution = integrator(method, rtol=1e-10, atol=1e-13).solve(model, times, model.x0)
     exact = solve_ivp(mathieu, (0, 20), [0.01, 0.0], "DOP853", times, rtol=1e-12, atol=1e-15).y[0]
     assert solution.states[:, 0] == pytest.approx(exact, abs=1e-6 * np.abs(exact).max())
 
 
-def test_energy_of_a_varying_stiffness_balances():
+def test_energy_balance_with_varying_stiffness():
     model = compile_system(parametric_oscillator())
     gained, work = balance(model, model.x0, np.linspace(0, 20, 81))
     assert work == pytest.approx(gained, rel=1e-8)
 
 
-def test_growing_mass_keeps_the_spin_and_brings_its_energy():
+def test_growing_mass_at_constant_spin():
     """Mass that arrives at the velocity of its place: omega stays, the energy grows by omega^2 dI/2."""
     body = rigid_body(4.0, np.diag([1.0, 2.0, 3.0]))
     parts = ("mass", "growth")
@@ -300,7 +300,7 @@ def test_growing_mass_keeps_the_spin_and_brings_its_energy():
 
 
 @pytest.mark.slow
-def test_run_is_written_and_resumed_bit_for_bit(write_case, tmp_path):
+def test_run_with_varying_body_resumes_exactly(write_case, tmp_path):
     """The file holds the channels; the same function handed over again resumes, nothing else does."""
     from femflex import run
     from femflex.pipeline import rebuilt

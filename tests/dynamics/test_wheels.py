@@ -57,7 +57,7 @@ def flexible_craft(effectors):
     return System({"hub": hub(), "boom": boom}, joints, effectors=effectors)
 
 
-def test_wheels_on_a_flexible_craft_keep_momentum_and_the_balance_of_energy():
+def test_wheels_conserve_momentum_and_balance_energy():
     drive = signal("drive", [0.0, 1.0, 2.0], [0.0, 2.0, -3.0])
     wheels = (
         reaction_wheel("a", "hub", 0.3, marker="tilted", axis=(1, 2, 2), torque="drive.value", initial_speed=30.0),
@@ -73,7 +73,7 @@ def test_wheels_on_a_flexible_craft_keep_momentum_and_the_balance_of_energy():
     assert seen["effectors/b/speed"][-1] > 20.0 and seen["effectors/b/dissipation"].max() > 1.0
 
 
-def test_a_gyrostat_is_the_rotor_as_a_body_on_a_frictionless_joint():
+def test_wheel_equals_rotor_body_on_frictionless_joint():
     """A second formulation: the rotor as a rigid body of its own on a revolute joint."""
     axial, transverse, mass = 0.4, 0.25, 2.0
     wheel = reaction_wheel("wheel", "hub", axial, marker="tilted", axis=(0, 0, 1), initial_speed=50.0)
@@ -91,7 +91,7 @@ def test_a_gyrostat_is_the_rotor_as_a_body_on_a_frictionless_joint():
 
 
 @pytest.mark.parametrize(("speed", "stable"), [(0.0, False), (1.9, False), (2.1, True), (-12.0, True), (-1.9, False)])
-def test_a_spin_about_the_middle_axis_is_stable_as_kelvin_says(speed, stable):
+def test_spin_about_middle_axis_with_rotor_matches_kelvin(speed, stable):
     """Spin w about axis 2 with rotor momentum h there: (J2 w + h - J1 w)(J2 w + h - J3 w) > 0 for stability.
 
     J = (3, 4, 5), w = 1, J_s = 0.5: h = J_s Om; the two factors change sign at h = -1 and 1.
@@ -108,7 +108,7 @@ def test_a_spin_about_the_middle_axis_is_stable_as_kelvin_says(speed, stable):
     assert across == pytest.approx(expected, abs=2e-10)
 
 
-def test_a_wheel_that_sweeps_through_the_nutation_frequency_follows_lewis():
+def test_sweep_through_nutation_frequency_matches_lewis():
     """A weak transverse torque cos(phi(t)) with phi'' = a, on a spinning gyrostat: the nutation's complex amplitude
     is the Fresnel integral of the linear sweep (Lewis 1932), exactly for an axisymmetric body."""
     Jt, h, a, f = 4.0, 8.0, 0.05, 1e-6  # nutation at h / Jt = 2 rad/s
@@ -140,7 +140,7 @@ def test_a_wheel_that_sweeps_through_the_nutation_frequency_follows_lewis():
     assert np.abs(w[t > 60.0, 0] + 1j * w[t > 60.0, 1]).mean() == pytest.approx(after, rel=0.12)
 
 
-def test_an_unbalanced_rotor_pushes_its_bearing_by_u_omega_squared():
+def test_unbalanced_rotor_bearing_force():
     mass, Us, Ud, speed = 3.0, 2e-4, 3e-5, 100.0
     rotor = unbalanced_rotor(mass, 0.02, 0.015, Us, Ud)
     assert rotor.moments.first[0] == pytest.approx([Us, 0, 0])
@@ -155,7 +155,7 @@ def test_an_unbalanced_rotor_pushes_its_bearing_by_u_omega_squared():
     assert np.linalg.norm(torque, axis=1) == pytest.approx(Ud * speed**2, rel=1e-9)
 
 
-def test_gimbals_keep_momentum_and_energy_and_report_the_motor_torque():
+def test_gimbals_conserve_momentum_and_balance_energy():
     h = 25.0
     keys = {"marker": "tilted", "gimbal_axis": (0, 1, 0), "spin_axis": (1, 0, 0)}
     for more in (
@@ -175,7 +175,7 @@ def test_gimbals_keep_momentum_and_energy_and_report_the_motor_torque():
         assert np.abs(seen["effectors/cmg/motor1"]).max() > 0.1
 
 
-def test_a_wheel_and_its_body_exchange_momentum():
+def test_wheel_and_body_exchange_momentum():
     """About one axis: (J - J_s) dw/dt = -tau and J_s d(Om + w)/dt = tau; w and Om are known."""
     torque = 0.3
     wheel = reaction_wheel("wheel", "hub", 0.5, axis=(0, 0, 1), torque=torque, initial_speed=20.0)
@@ -189,7 +189,7 @@ def test_a_wheel_and_its_body_exchange_momentum():
     assert np.abs(H - H[0]).max() < 1e-11 * np.linalg.norm(H[0])
 
 
-def test_a_gimbal_rate_gives_the_torque_h_times_rate():
+def test_gimbal_torque_is_h_times_rate():
     """h ds/dt across both axes on a heavy body, and the motor torque h g.(omega x s) of a turning one."""
     cmg = control_moment_gyro("cmg", "hub", 10.0, gimbal_axis=(0, 0, 1), spin_axis=(1, 0, 0), rates=[0.2])
     big = rigid_body(1e9, np.eye(3) * 1e12)
