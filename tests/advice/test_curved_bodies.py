@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 import pytest
-from support.advised_bodies import noted_body, noted_system
 from support.full_solution import Full, held_at
 
 import femflex
 from femflex.assembly import build_mesh, build_structure_of
 from femflex.case import read_case
 from femflex.case.case import Case
-from femflex.integrate import IntegrationError
 from femflex.reduction.boundary.clamps import held_dofs
-from femflex.warning import PhysicsWarning
 
 SPAN, RISE, ELEMENTS = 1.0, 0.03, 16
 RADIUS = (SPAN**2 / 4 + RISE**2) / (2 * RISE)
@@ -86,67 +81,6 @@ class Dense:
 
     def __init__(self, full):
         self.force, self.tangent = full.force, lambda x: full.tangent(x).toarray()
-
-
-def told(case):
-    """The body, and what is warned of when it is built in its system."""
-    with warnings.catch_warnings(record=True) as found:
-        warnings.simplefilter("always")
-        body = noted_system(case).bodies["arch"]
-    return body, [str(w.message) for w in found if w.category is PhysicsWarning]
-
-
-@pytest.mark.slow
-def test_an_arch_that_its_load_may_snap_gets_responses_to_that_load(arch):
-    body, warned = told(arch())
-    assert body.strain_form == "nonlinear"
-    # the lowest modes sway sideways, and a push on the crown moves neither of them
-    assert body.kinds[:11] == ("vibration",) * 2 + ("unanswered attachment",) + ("response",) * 8
-    assert "it is curved (rise 0.03 m), load 'push' (600 N at t" in body.note and ") is 3.9" in body.note
-    assert "are static responses to z at 'CROWN', up to a deflection of 0.09 m" in body.note
-    assert not warned
-    same = noted_body(arch(), "arch")  # what `femflex modes` shows
-    assert same.kinds == body.kinds and same.note == body.note
-
-
-@pytest.mark.slow
-def test_a_small_load_or_a_choice_of_ones_own_leaves_the_arch_as_it_is(arch):
-    body, _ = told(arch(("-600", "-1e-3")))
-    assert body.strain_form == "linear" and "response" not in body.kinds
-    for strain in ("linear", "condensed"):
-        body, warned = told(arch(("damping =", f'strain = "{strain}"\ndamping =')))
-        assert body.strain_form == strain and "response" not in body.kinds
-        assert any("load 'push' (600 N" in text and ") is 3.9" in text for text in warned)
-        assert not any("along y" in text for text in warned)  # the arch stands: the force has one direction
-    body, _ = told(arch(("modes = 2", 'modes = 2, derivatives = "auto"')))
-    assert "response" not in body.kinds
-
-
-def test_a_curved_body_with_condensed_strain_says_what_it_does_not_hold(arch):
-    body, _ = told(arch(("damping =", 'strain = "condensed"\ndamping =')))
-    assert "it is curved (rise 0.03 m)" in body.note and "responses = 8, deflection = '0.09 m'" in body.note
-
-
-@pytest.mark.slow
-def test_the_advice_that_a_curved_body_gets_can_be_followed(arch):
-    """Its lowest shape leaves the crown in place, so no response stretches with it: reported, and not refused."""
-    own = 'modes = 1, loads = { CROWN = ["z"] }, responses = 8, deflection = "9 cm"'
-    body, _ = told(arch(("modes = 2", own), ("damping =", 'strain = "nonlinear"\ndamping =')))
-    assert body.kinds.count("response") == 8
-    assert "its static responses represent their own loads" in body.note and "'auto' for other loads" in body.note
-
-
-def test_an_arch_that_stands_and_is_carried_off_by_its_load_is_not_told_of_spin(arch, tmp_path):
-    """Newtons written for giganewtons: it is welded to what stands, so no spin and no attitude can be the cause."""
-    own = 'modes = 2, attachment = ["z"]'
-    case = arch(("-600", "-600e9"), ("modes = 2", own), ("damping =", 'strain = "linear"\ndamping ='))
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", PhysicsWarning)
-        with pytest.raises(IntegrationError, match="the motion diverges: body 'arch' is displaced by") as caught:
-            femflex.run(case, tmp_path / "arch.h5", progress=None)
-    said = str(caught.value)
-    assert "It does not turn. Check for a load in a wrong unit, and for buckling or snap-through" in said
-    assert "in a wrong unit" in said and "spin" not in said and "attitude" not in said
 
 
 @pytest.mark.slow

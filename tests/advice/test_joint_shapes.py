@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import re
 import warnings
 
 import numpy as np
 import pytest
 from scipy.optimize import brentq
-from support.advised_bodies import noted_body, noted_system
 
-from femflex.case import read_case
+from femflex import build_system, read_case
 from femflex.dynamics.equilibria.rest_modes import rest_modes
-from femflex.warning import PhysicsWarning, TruncationWarning
+from femflex.warning import TruncationWarning
 
 EI, GJ, MASS, LENGTH = 4e3, 3e3, 0.8, 5.0  # N m^2, N m^2, kg/m, m
 HEAD = f"""
@@ -87,7 +85,7 @@ def lowest(tmp_path):
         (tmp_path / "case.toml").write_text('title = "carried"\n' + head + text)
         with warnings.catch_warnings(record=True) as given:
             warnings.simplefilter("always", TruncationWarning)
-            system = noted_system(read_case(tmp_path / "case.toml"))
+            system = build_system(read_case(tmp_path / "case.toml"))
         told = [str(one.message) for one in given if one.category is TruncationWarning]
         modes = rest_modes(system)
         return modes.omega[modes.elastic], told, system
@@ -142,12 +140,9 @@ def judged(found, told, exact):
         assert error > -2e-4  # a reduced set is too stiff; the mesh is good to 1e-4
         if error > 0.011:
             assert len(told) == 1
-            pattern = rf"\b{k + 1} at ([\d.]+) Hz would be at ([\d.]+) Hz \((-[\d.]+)%\)"
-            [(kept, richer, percent)] = re.findall(pattern, told[0])
-            assert float(percent) == pytest.approx(100 * (float(richer) / float(kept) - 1.0), abs=0.11)
-            assert 0.5 < (float(kept) / float(richer) - 1.0) / error < 2.0
-        elif error < 0.009:
-            assert not any(re.findall(rf"\b{k + 1} at [\d.]+ Hz would", one) for one in told)
+            assert f"{k + 1} at" in told[0] and "'a'" in told[0]
+    if max(found[k] / true - 1.0 for k, true in enumerate(exact)) < 0.009:
+        assert not told
     return [found[k] / true - 1.0 for k, true in enumerate(exact)]
 
 
@@ -165,7 +160,6 @@ def test_two_booms_in_line_are_one_of_twice_the_length(lowest, modes):
         assert bool(told) == bool(off)
         if not off:
             assert max(errors) < 2e-3
-            assert "static shape" in system.bodies["a"].note and "TIP" in system.bodies["a"].note
             assert all(body.n_modes <= modes + 12 for body in system.bodies.values())
             assert system.bodies["a"].omega.max() < 2 * np.pi * 5e3 / 10  # no pull along the boom among them
 
@@ -202,14 +196,13 @@ def test_a_payload_at_the_tip_of_a_boom(lowest, modes, off):
 def test_a_free_hub_with_a_boom(lowest, m, J, modes, reduction):
     """A light hub: 22 % with four modes alone. Free-free modes alone know nothing of the hub's clamp."""
     reduction = reduction.replace(OFF, OFF.replace("{}", "{{}}")).format(modes)
-    found, told, system = lowest(
+    found, told, _ = lowest(
         RIGID.format(name="hub", mass=m, J=J) + boom("a", reduction) + weld("a", "root", "hub", "seat")
     )
     exact = np.repeat(roots((carrying(m, J, -1.0), carrying(0.0, 0.0, 1.0)), 2), 2)[:3]
     errors = judged(found, told, exact[: len(found)])
     if "joints" not in reduction and "loads" not in reduction and modes > 2:
         assert max(errors) < 2e-3
-        assert modes > 4 or m > 1.0 or "of its joints (ROOT" in system.bodies["a"].note
 
 
 @pytest.mark.sampled(2)
@@ -223,39 +216,3 @@ def test_a_beam_on_functions_that_carries_a_payload(lowest, n, more):
     errors = judged(found, told, exact)
     assert more == ", joints = []" or (max(errors) < 2e-3 and not told)
     assert system.bodies["a"].n_modes == 2 * n + {"": 4, ', joints = ["tip"]': 4}.get(more, 0)
-
-
-def test_frequencies_in_the_band_of_a_run_are_judged_too(lowest):
-    """Four modes of each are right to 1 % in the first three of the craft, not in all below 60 Hz."""
-    reduction = CANTILEVER.format(4) + ', joints = { TIP = ["y", "z", "ry", "rz"], ROOT = ["ry", "rz"] }'
-    text = boom("a", reduction) + boom("b", reduction) + weld("a", "root") + weld("b", "root", "a", "tip")
-    assert not lowest(text)[1]
-    assert re.findall(r"\d+ at [\d.]+ Hz would", lowest(text, "band = 400")[1][0])
-
-
-def test_said_joints_are_kept_as_they_are(lowest, tmp_path):
-    text = boom("a", CANTILEVER.format(4) + ', joints = { TIP = ["z", "ry"] }') + RIGID.format(name="pay", mass=20, J=1)
-    text += weld("a", "root") + weld("pay", "origin", "a", "tip")
-    _, _, system = lowest(text)
-    assert system.bodies["a"].n_modes == 6
-    assert "2 static shapes of its joints (TIP z ry) in addition to its modes (joints = {}" in system.bodies["a"].note
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", PhysicsWarning)
-        assert noted_body(read_case(tmp_path / "case.toml"), "a").n_modes == 6
-
-
-def test_a_body_alone_has_nothing_added(lowest):
-    _, told, system = lowest(boom("a", CANTILEVER.format(4)) + weld("a", "root"))
-    assert system.bodies["a"].n_modes == 4 and not told and not system.bodies["a"].note
-
-
-def test_run_modes_and_equilibrium_warn(lowest, femflex, tmp_path):
-    reduction = CANTILEVER.format(4) + OFF
-    lowest(boom("a", reduction) + boom("b", reduction) + weld("a", "root") + weld("b", "root", "a", "tip"))
-    for arguments in (
-        ("run", "case.toml", "-o", "out.h5"),
-        ("modes", "case.toml", "--body", "a"),
-        ("equilibrium", "case.toml"),
-    ):
-        code, _, err = femflex(*arguments)
-        assert code == 0 and "would be at" in " ".join(err.split()), arguments

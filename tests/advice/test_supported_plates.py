@@ -5,7 +5,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-from support.advised_bodies import noted_system
 from support.von_karman import Plate
 
 import femflex
@@ -64,7 +63,7 @@ def plate(folder, support, load, modes):
     values = {"gravity": gravity, "E": E, "NU": NU, "RHO": RHO, "H": H, "clamp": CLAMPS[support], "modes": modes}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of bends estimated by linear strain
-        system = noted_system(parse_case(PLATE.format(**values), folder / "plate.toml"))
+        system = femflex.build_system(parse_case(PLATE.format(**values), folder / "plate.toml"))
         found = femflex.equilibrium(system)
     seen = found.model.observe(np.zeros(1), found.x[None])
     return system.bodies["plate"], -seen["markers/plate.middle/deflection"][0, 2] / H
@@ -80,10 +79,8 @@ def test_ritz_finds_what_levy_did():
 
 def test_a_plate_between_held_edges_is_not_taken_for_linear(tmp_path):
     """At 1.1 thicknesses linear strain would be 75 % too soft, though that is 1 % of its size."""
-    body, w = plate(tmp_path, "clamped", 134.9, 4)
+    _, w = plate(tmp_path, "clamped", 134.9, 4)
     assert w == pytest.approx(exact("clamped", 134.9), rel=3e-3)
-    assert "strain is condensed: loads and motions may bend it by 0.017 m. Stretching between its supports" in body.note
-    assert "1 static shape of its loads (weight)" in body.note
 
 
 @pytest.mark.slow
@@ -106,8 +103,3 @@ def test_plates_left_to_choice_bend_to_three_thicknesses_as_von_karmans_do(tmp_p
     """Of four modes of a square three are odd about a line through its middle: one, and the load's shape, answer."""
     _, w = plate(tmp_path, support, load, modes)
     assert w == pytest.approx(exact(support, load), rel=within)
-
-
-def test_a_small_pressure_leaves_a_plate_linear(tmp_path):
-    body, _ = plate(tmp_path, "clamped", 1.0, 4)
-    assert body.strain.is_linear and "what stretch" not in body.note
