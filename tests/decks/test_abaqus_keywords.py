@@ -183,7 +183,7 @@ SAME = {
 
 @pytest.mark.filterwarnings("ignore::femflex.warning.PhysicsWarning")  # triangles of constant strain
 @pytest.mark.parametrize("name", SAME)
-def test_frequencies_of_the_same_structure_in_other_keywords(tmp_path, name):
+def test_frequencies_of_equal_structures_by_keyword(tmp_path, name):
     text, other, rel = SAME[name]
     assert frequencies(tmp_path, text) == pytest.approx(frequencies(tmp_path, other), rel=rel)
 

@@ -246,7 +246,7 @@ SAME = {
 
 
 @pytest.mark.parametrize("name", SAME)
-def test_frequencies_of_the_same_structure_by_other_cards(tmp_path, name):
+def test_frequencies_of_equal_structures_by_card(tmp_path, name):
     cards, others, rel = SAME[name]
     found, wanted = (frequencies(read(tmp_path, *given), 4) for given in (cards, others))
     assert found == pytest.approx(wanted, rel=rel)
