@@ -1,4 +1,4 @@
-"""The house in order: formatting, lint, types, and what stands at the top level."""
+"""The repository in order: formatting, lint, types, files at the top level, size of the tests."""
 
 import ast
 import subprocess
@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 TOP = Path(__file__).resolve().parents[1]
+CEILING = 0.6  # lines of tests for each line of the package; it may only be lowered
 FOLDERS = {"femflex", "meshes", "tests", "cases", "docs", ".ci"}
 KNOWN = FOLDERS | {"pyproject.toml", "README.md", "CHANGELOG.md", "LICENSE", ".gitignore"}
 
@@ -16,7 +17,7 @@ def tool(*words: str, folder: Path = TOP) -> subprocess.CompletedProcess[str]:
     return subprocess.run([sys.executable, "-m", *words], cwd=folder, capture_output=True, text=True, check=False)
 
 
-def test_top_level_holds_what_it_should_and_nothing_else():
+def test_top_level_has_known_files_alone():
     listed = subprocess.run(["git", "ls-files"], cwd=TOP, capture_output=True, text=True, check=False)
     if listed.returncode:
         pytest.skip("not a git checkout")
@@ -24,18 +25,25 @@ def test_top_level_holds_what_it_should_and_nothing_else():
 
 
 @pytest.mark.parametrize("words", [("check",), ("format", "--check")], ids=["lint", "format"])
-def test_ruff_is_content(words):
+def test_ruff_finds_no_problem(words):
     found = tool("ruff", *words, "femflex", "tests", "meshes", "docs")
     assert found.returncode == 0, found.stdout
 
 
 @pytest.mark.slow
-def test_mypy_is_content_with_the_package():
+def test_mypy_finds_no_problem():
     found = tool("mypy")
     assert found.returncode == 0, found.stdout
 
 
-def test_every_test_module_has_a_name_of_its_own():
+def test_ratio_of_test_lines_to_code_lines_stays_below_its_ceiling():
+    tests = [*(TOP / "tests").rglob("*.py"), *(TOP / "tests" / "messages").rglob("*.toml")]
+    code = list((TOP / "femflex").rglob("*.py"))
+    n_tests, n_code = (sum(path.read_bytes().count(b"\n") for path in paths) for paths in (tests, code))
+    assert n_tests <= CEILING * n_code, f"{n_tests} lines of tests for {n_code} of code"
+
+
+def test_every_test_module_has_a_unique_name():
     """pytest takes modules of one name in two folders for one, and collects neither."""
     names = [path.name for path in (TOP / "tests").rglob("*.py") if path.name != "conftest.py"]
     assert sorted(names) == sorted(set(names))
@@ -55,7 +63,7 @@ def test_tests_import_no_test_module_and_no_private_name():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("folders", [("view", "studies"), ("studies", "view")], ids="+".join)
-def test_two_folders_with_a_conftest_each_are_collected_together_from_anywhere(folders, tmp_path):
+def test_folders_with_a_conftest_each_are_collected_together(folders, tmp_path):
     words = ["--collect-only", "-q", "-p", "no:cacheprovider", f"--ignore-glob={TOP}/tests/*/test_*.py"]
     found = tool("pytest", *(str(TOP / "tests" / name) for name in folders), *words, folder=tmp_path)
     assert found.returncode == pytest.ExitCode.NO_TESTS_COLLECTED, found.stdout

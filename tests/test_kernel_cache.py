@@ -6,16 +6,12 @@ import re
 import shutil
 import subprocess
 import sys
-import warnings
 
 import pytest
 
-from femflex import kernel_cache, kernel_digest
-from femflex.cli.verb import verb
-from femflex.warning import CacheWarning
+from femflex import kernel_digest
 
 PACKAGE = kernel_digest.PACKAGE
-TOP = PACKAGE.parent
 COMPILED = pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT", "0") == "1", reason="the compiler is off")
 
 KERNEL = """
@@ -124,21 +120,6 @@ def test_a_damaged_kernel_is_compiled_again_and_replaced(package, damage):
 
 @pytest.mark.slow
 @COMPILED
-def test_without_a_place_to_write_kernels_are_compiled_with_one_sentence(package, tmp_path):
-    blocked = tmp_path / "blocked"
-    blocked.write_text("a file, so that no folder can be made below it, whoever the user is")
-    (package / "__pycache__").mkdir()
-    (package / "__pycache__" / "kernels").write_text("in the way")
-    places = {"NUMBA_CACHE_DIR": str(blocked), "XDG_CACHE_HOME": str(blocked)}
-    printed, err = answer(package, "-W", "always::UserWarning", "-c", CALL, **places)
-    assert printed == ["7.0", "5.0", "0"]
-    assert err.count("compiled kernels cannot be stored") == 1
-    assert f"{blocked / 'femflex'}, {package / '__pycache__' / 'kernels'}, " in err
-    assert "set NUMBA_CACHE_DIR to a folder that you can write" in err
-
-
-@pytest.mark.slow
-@COMPILED
 def test_a_full_or_missing_first_folder_is_passed_over(package, tmp_path):
     (tmp_path / "file").write_text("")
     assert answer(package, NUMBA_CACHE_DIR=str(tmp_path / "file")) == (["7.0", "5.0", "0"], "")
@@ -166,107 +147,6 @@ def test_another_processor_has_its_own_kernels(package):
     assert answer(package, NUMBA_CPU_NAME="generic", NUMBA_CPU_FEATURES="")[0] == ["7.0", "5.0", "0"]
     assert answer(package, NUMBA_CPU_NAME="generic", NUMBA_CPU_FEATURES="")[0] == ["7.0", "5.0", "2"]
     assert answer(package)[0] == ["7.0", "5.0", "2"]
-
-
-def test_only_the_folders_and_files_used_last_are_kept(tmp_path):
-    def aged(place, age):
-        os.utime(place, (1e9 - age, 1e9 - age))
-
-    for age in range(12):
-        (tmp_path / f"version{age}").mkdir()
-        aged(tmp_path / f"version{age}", age)
-    assert kernel_cache._written(tmp_path / "now" / "a.f-0.kernel", b"code")
-    left = {path.name for path in tmp_path.iterdir()}
-    assert left == {"now", *(f"version{age}" for age in range(kernel_cache.KEPT - 1))}
-    for age in range(12):
-        for name in ("a.f", "a.ff"):
-            (tmp_path / "now" / f"{name}-{age + 1}.kernel").write_text("")
-            aged(tmp_path / "now" / f"{name}-{age + 1}.kernel", age)
-    assert kernel_cache._written(tmp_path / "now" / "a.f-13.kernel", b"code")
-    left = {path.name for path in (tmp_path / "now").glob("a.f-*")}
-    assert left == {f"a.f-{k}.kernel" for k in (13, 0, *range(1, kernel_cache.KEPT - 1))}
-    assert len(list((tmp_path / "now").glob("a.ff-*"))) == 12
-
-
-def test_the_command_line_prints_the_sentence_once(capsys):
-    @verb("femflex probe")
-    def probe():
-        for _ in range(2):
-            warnings.warn("compiled kernels cannot be stored", CacheWarning, stacklevel=2)
-
-    with warnings.catch_warnings():
-        probe()
-    assert capsys.readouterr().err == "femflex: warning: compiled kernels cannot be stored\n"
-
-
-@pytest.fixture
-def digest_of(package, monkeypatch):
-    """The digest of a kernel in a file of the copied package, as a new process finds it."""
-    monkeypatch.setattr(kernel_digest, "PACKAGE", package)
-
-    def digest(name):
-        for found in (kernel_digest.imported_files, kernel_digest._digest_of_sources, kernel_digest._digest_of_file):
-            found.cache_clear()
-        return kernel_digest._digest_of_sources(package / name)
-
-    return digest
-
-
-def test_the_digest_changes_with_every_source_of_the_kernel_and_no_other(package, digest_of):
-    place = "dynamics/motion/equations.py"
-    seen = {digest_of(place)}
-    for name in ("dynamics/lowering/layout.py", "dynamics/arithmetic/compiled.py", "kernel_linking.py", place):
-        with open(package / name, "a") as file:
-            file.write("# edited\n")
-        seen.add(digest_of(place))
-    assert len(seen) == 1 + 4
-    for name in ("cli/run.py", "dynamics/model.py", "integrate/dop853_kernel.py"):
-        with open(package / name, "a") as file:
-            file.write("# holds nothing that the kernel calls\n")
-    assert digest_of(place) in seen
-
-
-@pytest.mark.parametrize("kernel", ["femflex/parts/a.py", "user/own.py"])
-def test_sources_are_found_through_any_number_of_imports(tmp_path, monkeypatch, kernel):
-    """a -> b -> c -> a, d; d -> the package e; what no file names, and what is named inside a function, is none."""
-    imports = {
-        "femflex/parts/a.py": "from femflex.parts.b import one\n",
-        "femflex/parts/b.py": "from femflex.parts import (  # several\n    c,\n)\n",
-        "femflex/parts/c.py": "import femflex.parts.d\nfrom femflex.parts.a import two as three\n",
-        "femflex/parts/d.py": "def late():\n    import femflex.other\n\n\nfrom femflex.parts.e import four, five\n",
-        "femflex/parts/e/__init__.py": "five = 5\nfrom femflex.parts.e.four import six\n",
-        "femflex/parts/e/four.py": "six = 6\n",
-        "femflex/parts/__init__.py": "",
-        "femflex/other.py": "",
-        "femflex/kernels.py": "from femflex.under import seven\n",
-        "femflex/under.py": "",
-        "user/own.py": "import beside\nfrom femflex.parts.c import four\n",
-        "user/beside.py": "",
-    }
-    for name, text in imports.items():
-        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / name).write_text(text)
-    monkeypatch.setattr(kernel_digest, "PACKAGE", tmp_path / "femflex")
-    monkeypatch.setattr(kernel_digest, "COMPILERS", ("kernels.py",))
-    found = {str(source.relative_to(tmp_path)) for source in kernel_digest.sources_of(tmp_path / kernel)}
-    own = {"user/own.py", "user/beside.py"} if kernel.startswith("user") else set()
-    parts = {f"femflex/parts/{name}" for name in ("a.py", "b.py", "c.py", "d.py", "e/__init__.py", "e/four.py")}
-    assert found == own | parts | {"femflex/kernels.py", "femflex/under.py"}
-
-
-def test_another_file_is_another_source(package, digest_of):
-    before = digest_of("integrate/probe.py")
-    (package / "integrate" / "callee.py").rename(package / "integrate" / "called.py")
-    (package / "integrate" / "probe.py").write_text(KERNEL.replace(".callee", ".called"))
-    assert digest_of("integrate/probe.py") != before
-
-
-def test_the_folder_changes_with_every_version(monkeypatch):
-    seen = {kernel_digest.versions_digest()}
-    for library in ("numba", "llvmlite", "np"):
-        monkeypatch.setattr(getattr(kernel_digest, library), "__version__", "0.0")
-        seen.add(kernel_digest.versions_digest())
-    assert len(seen) == 1 + 3
 
 
 def imports_at_module_level(file):

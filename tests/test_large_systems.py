@@ -5,14 +5,10 @@ import tracemalloc
 import numpy as np
 import pytest
 from support import large_systems
-from typer.testing import CliRunner
 
 import femflex
 from femflex.case.read import parse_case
-from femflex.cli.app import app
 from femflex.dynamics import compile_system
-from femflex.dynamics.equilibria import frequency
-from femflex.dynamics.equilibria.frequency import highest_frequency
 from femflex.integrate import Dop853, Esdirk4
 from femflex.pipeline.decisions import build_system
 
@@ -96,25 +92,8 @@ def test_memory_grows_no_faster_than_the_number_of_bodies(make, tmp_path):
         assert slopes == pytest.approx(np.full(2, slopes[0]), rel=tolerance)
 
 
-@pytest.mark.slow
-def test_the_highest_frequency_without_the_matrix_is_that_of_the_matrix(tmp_path, monkeypatch):
-    model = model_of(large_systems.chain(15), tmp_path)
-    by_matrix = highest_frequency(model)
-    monkeypatch.setattr(frequency, "MANY", 10)
-    assert highest_frequency(model) == pytest.approx(by_matrix, rel=1e-4)
-
-
 def test_bodies_alike_are_built_once(tmp_path):
     text = large_systems.star(3).replace("y = 1, z = 1", "y = 2, z = 1", 1)
     bodies = build_system(parse_case(text, tmp_path / "star.toml")).bodies
     assert bodies["boom1"].moments is bodies["boom2"].moments  # what is said of their strain may differ
     assert bodies["boom0"].n_modes == 3 and bodies["boom1"].n_modes == 2
-
-
-@pytest.mark.slow
-def test_modes_of_bodies_alike_are_printed_once(tmp_path):
-    (tmp_path / "star.toml").write_text(large_systems.star(4, 0.01))
-    done = CliRunner().invoke(app, ["run", str(tmp_path / "star.toml"), "-o", str(tmp_path / "run.h5")])
-    assert done.exit_code == 0
-    assert done.stdout.count("effective mass") == 1
-    assert "boom0 to boom3, 4 bodies: 0.5 kg each" in done.stdout

@@ -28,13 +28,6 @@ def test_the_readme_shows_eight_verbs():
     assert len(set(verbs)) == len(verbs) == 8
 
 
-def test_the_api_in_ten_lines_works(monkeypatch, capsys):
-    monkeypatch.chdir(TOP)
-    assert len([line for line in block("api").splitlines() if line]) <= 10
-    exec(compile(block("api"), "README.md", "exec"), {})
-    assert capsys.readouterr().out == "(3,)\n"
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["run command", "test command"])
 def test_both_commands_work_in_a_fresh_copy(name, tmp_path):

@@ -43,8 +43,3 @@ def test_public_array_functions_state_shapes_and_units():
     assert len(texts) > 500
     for pattern in (SHAPE, UNIT):
         assert sum(bool(pattern.search(text)) for text in texts) > LEAST * len(texts), pattern.pattern
-
-
-def test_a_docstring_without_them_is_seen():
-    assert not SHAPE.search("Mass matrix of a body.") and not UNIT.search("Mass matrix of a body.")
-    assert SHAPE.search("Mass matrix (n, n) [kg].") and UNIT.search("Mass matrix (n, n) [kg].")

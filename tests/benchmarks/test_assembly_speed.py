@@ -6,19 +6,15 @@ and reduction to independent dofs here). Ratios are medians of interleaved pairs
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 
 import numpy as np
 import pytest
 import skfem
 from skfem.helpers import dd, ddot, dot, eye, grad, sym_grad, trace
-from threadpoolctl import threadpool_limits
+from support.assembly_times import femflex_assembly, median_ratio
 
 from femflex.fem import Material, Member
-from femflex.fem.assembly.numbering import Numbering
-from femflex.fem.structure import contribution
-from femflex.fem.tables import mass_and_stiffness
 from femflex.mesh import Mesh, box, rectangle
 
 pytestmark = pytest.mark.benchmark
@@ -26,35 +22,6 @@ pytestmark = pytest.mark.benchmark
 E, NU, RHO, H = 2e9, 0.3, 100.0, 0.01
 LAME, MU = E * NU / (1 + NU) / (1 - 2 * NU), E / 2 / (1 + NU)
 Matrices = list
-
-
-def cpu_seconds(work: Callable[[], Matrices]) -> tuple[float, Matrices]:
-    start = time.process_time()
-    found = work()
-    return time.process_time() - start, found
-
-
-def median_ratio(
-    ours: Callable[[], Matrices], theirs: Callable[[], Matrices], pairs: int
-) -> tuple[float, Matrices, Matrices]:
-    """Median of their time over ours, and the matrices of the last pair; one round of ours first, to warm up."""
-    with threadpool_limits(1):
-        ours()
-        ratios = []
-        for _ in range(pairs):
-            slow, other = cpu_seconds(theirs)
-            fast, own = cpu_seconds(ours)
-            ratios.append(slow / fast)
-    return float(np.median(ratios)), own, other
-
-
-def femflex_assembly(mesh: Mesh, member: Member) -> Callable[[], Matrices]:
-    def work() -> Matrices:
-        numbering = Numbering(len(mesh.points))
-        part = contribution(mesh, member, numbering)
-        return list(mass_and_stiffness(part.inertia, part.strain, numbering.independent()))
-
-    return work
 
 
 @skfem.BilinearForm

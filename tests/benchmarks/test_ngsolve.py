@@ -11,7 +11,7 @@ import time
 import numpy as np
 import pytest
 from scipy.sparse.linalg import LinearOperator, eigsh
-from test_assembly_speed import femflex_assembly, median_ratio
+from support.assembly_times import femflex_assembly, median_ratio
 from threadpoolctl import threadpool_limits
 
 from femflex.fem import Material, Member, build_structure

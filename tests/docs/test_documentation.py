@@ -121,32 +121,6 @@ def test_pictures_of_the_gallery_are_made(tmp_path: Path, monkeypatch: pytest.Mo
     assert max(path.stat().st_size for path in pictures.drawn("chaplygin_sleigh")) < 60_000
 
 
-AVOIDED = (
-    "told",
-    "beside",
-    "foreseen",
-    "burden",
-    "burdens",
-    "hangs",
-    "run away",
-    "runs away",
-    "press along",
-    "play out",
-    "in a circle",
-    "would do",
-    "stiffness across itself",
-    "hardly hold",
-    "specified motion",
-)
-
-
-def test_messages_are_on_one_page_in_the_terms_of_the_field(generated: Callable[[str], str]):
-    page = generated("messages")
-    assert "the motion diverges" in page and page.count("\n## ") > 150
-    lines = [line for line in page.splitlines() if line.startswith("| ") and "femflex.warning" not in line]
-    assert not [line for line in lines if any(re.search(rf"\b{word}\b", line) for word in AVOIDED)]
-
-
 def test_the_citation_names_the_version_and_the_licence():
     """Lines, not YAML: no reader of YAML is installed for the tests alone."""
     lines = (TOP / "docs" / "CITATION.cff").read_text(encoding="utf-8").splitlines()
