@@ -10,16 +10,23 @@ installed package, the user's cache folder.
 
 from __future__ import annotations
 
+import atexit
 import contextlib
+import gc
 import hashlib
+import importlib
 import os
 import pickle
 import shutil
+import subprocess
+import sys
+import time
 import uuid
 import warnings
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from functools import cache
 from pathlib import Path
+from threading import RLock
 from typing import Any
 
 import numba
@@ -31,6 +38,7 @@ from femflex.kernel_digest import PACKAGE, kernel_digest, versions_digest
 from femflex.warning import CacheWarning
 
 CHECKSUM_BYTES = 32
+WAYS = ("_compile_for_args", "get_call_template", "get_compile_result")  # in which Numba asks for machine code
 KEPT = 8  # folders of kernels for other versions, and files of one kernel for other sources: those used last
 
 _njit: Any = numba.njit
@@ -43,19 +51,125 @@ _serialize: Any = numba.core.serialize
 def kept(signature: Any, **options: Any) -> Callable[[Any], Any]:
     """Decorator like `numba.njit` of one signature, with the machine code read from disk or written there.
 
-    With the compiler off the plain function is returned.
+    Nothing is compiled before the function is called, or handed to another kernel, for the first time. With the
+    compiler off the plain function is returned.
     """
 
-    def compiled(function: Any) -> Any:
+    def lazy(function: Any) -> Any:
         dispatcher = _njit(**options)(function)
         if dispatcher is not function:
             dispatcher._cache = KernelCache(function)
-            dispatcher.compile(signature)
-            dispatcher.disable_compile()
-            _remember_code(dispatcher)
+            _compile_at_first_use(dispatcher, signature)
         return dispatcher
 
-    return compiled
+    return lazy
+
+
+def _compile_at_first_use(dispatcher: Any, signature: Any) -> None:
+    """Let the three ways in which Numba asks for machine code compile the declared signature first.
+
+    These are a call from Python, a call from compiled code, and the address of a first-class function. They are
+    attributes of this dispatcher until it is compiled; then its class's own come back.
+    """
+    lock = RLock()
+    dispatcher.declared = signature
+
+    def compile_declared() -> None:
+        with lock:
+            if dispatcher.overloads:
+                return
+            _wait_for(dispatcher)
+            with _without_collection():
+                dispatcher.compile(signature)
+            dispatcher.disable_compile()
+            for way in WAYS:
+                delattr(dispatcher, way)
+            _remember_code(dispatcher)
+
+    def compile_for_call(*_: Any, **__: Any) -> Any:
+        compile_declared()
+        return dispatcher  # Numba calls this with the arguments
+
+    def call_template(arguments: Any, keywords: Any) -> Any:
+        compile_declared()
+        return dispatcher.get_call_template(arguments, keywords)
+
+    def compile_result(requested: Any) -> Any:
+        compile_declared()
+        return dispatcher.get_compile_result(requested)
+
+    for way, replacement in zip(WAYS, (compile_for_call, call_template, compile_result), strict=True):
+        setattr(dispatcher, way, replacement)
+
+
+_ahead: dict[str, subprocess.Popen[bytes]] = {}  # name of a kernel -> the process that compiles it
+
+
+def compile_ahead(kernels: Iterable[Any]) -> bool:
+    """Let a second process compile the kernels that are not on disk while this one goes on; whether there are any.
+
+    Who needs one of them before that process is done waits for it.
+    """
+    missing = [kernel for kernel in kernels if is_pending(kernel) and not kernel._cache.is_stored(kernel)]
+    names = [name for kernel in missing if (name := _name_of(kernel)) not in _ahead]
+    if names and (os.cpu_count() or 1) > 1 and _can_store():
+        command = [
+            sys.executable,
+            "-c",
+            "import sys; from femflex.kernel_cache import compile_named as c; c(sys.argv[1:])",
+        ]
+        nothing = subprocess.DEVNULL
+        with contextlib.suppress(OSError):
+            process = subprocess.Popen([*command, *names], stdin=nothing, stdout=nothing, stderr=nothing)
+            atexit.register(process.kill)
+            _ahead.update(dict.fromkeys(names, process))
+    return bool(missing)
+
+
+def _wait_for(kernel: Any) -> None:
+    """Wait until the process that compiles this kernel, if there is one, has left it on disk or has ended."""
+    process = _ahead.pop(_name_of(kernel), None)
+    while process is not None and process.poll() is None and not kernel._cache.is_stored(kernel):
+        time.sleep(0.02)
+
+
+def compile_named(names: Iterable[str]) -> None:
+    """Compile kernels, "module:function" each, and leave them on disk."""
+    for name in names:
+        module, _, function = name.partition(":")
+        kernel = getattr(importlib.import_module(module), function)
+        kernel.get_compile_result(kernel.declared)
+
+
+def is_pending(kernel: Any) -> bool:
+    """Whether this is a kernel that is kept on disk and has not been compiled, or read, in this process."""
+    return hasattr(kernel, "declared") and not kernel.overloads
+
+
+def _name_of(kernel: Any) -> str:
+    return f"{kernel.py_func.__module__}:{kernel.py_func.__qualname__}"
+
+
+def _can_store() -> bool:
+    """Whether a folder for kernels can be written."""
+    for folder in cache_folders():
+        with contextlib.suppress(OSError):
+            folder.mkdir(parents=True, exist_ok=True)
+            if os.access(folder, os.W_OK):
+                return True
+    return False
+
+
+@contextlib.contextmanager
+def _without_collection() -> Iterator[None]:
+    """Pause the collection of garbage: the compiler makes millions of objects, and a fifth of its time goes there."""
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()
 
 
 def _remember_code(dispatcher: Any) -> None:
@@ -97,6 +211,11 @@ class KernelCache(_Cache):  # type: ignore[misc]
     def cache_path(self) -> str:
         """The preferred folder."""
         return str(cache_folders()[0])
+
+    def is_stored(self, kernel: Any) -> bool:
+        """Whether there is a file for the kernel; it may be damaged."""
+        name = self._name(kernel.declared, kernel.targetctx.codegen())
+        return any((folder / name).is_file() for folder in cache_folders())
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """The stored machine code for a signature, None where there is none or it is damaged."""

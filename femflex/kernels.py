@@ -1,4 +1,8 @@
-"""Decorators of compiled kernels and their parts: linked and kept on disk, or by plain Numba where that cannot be."""
+"""Decorators of compiled kernels and their parts: linked and kept on disk, or by plain Numba where that cannot be.
+
+Importing a module compiles nothing. A kernel is compiled, or read from disk, when it is first called, or first handed
+to another kernel.
+"""
 
 from __future__ import annotations
 
@@ -9,13 +13,15 @@ import numba
 
 from femflex.numba_interfaces import plain
 
-__all__ = ["part_options", "plain", "stored"]
+__all__ = ["compile_ahead", "part_options", "plain", "stored"]
 
 _njit: Any = numba.njit  # numba's own annotations do not cover all of it
 
 
-def stored(signature: Any, **options: Any) -> Callable[[Any], Any]:
+def stored(signature: Any, loop: bool = False, **options: Any) -> Callable[[Any], Any]:
     """Decorator like `numba.njit` of one signature, with the machine code read from disk or written there.
+
+    loop  whether it is the loop of an integrator, whose parts stay functions (see `kernel_linking`)
 
     With the compiler off the plain function is returned. Where Numba's inner interfaces are not the expected ones
     (`numba_interfaces`) the function is compiled in every process.
@@ -24,9 +30,21 @@ def stored(signature: Any, **options: Any) -> Callable[[Any], Any]:
         made: Callable[[Any], Any] = _njit(signature, **options)
         return made
     from femflex.kernel_cache import kept
-    from femflex.kernel_linking import KernelCompiler
+    from femflex.kernel_linking import KernelCompiler, LoopCompiler
 
-    return kept(signature, pipeline_class=KernelCompiler, **options)
+    return kept(signature, pipeline_class=LoopCompiler if loop else KernelCompiler, **options)
+
+
+def compile_ahead(*kernels: Any) -> bool:
+    """Begin to compile those kernels that are not on disk, in a second process; whether there are any.
+
+    Their first user waits until they are there.
+    """
+    if plain() or numba.config.DISABLE_JIT:
+        return False
+    from femflex.kernel_cache import compile_ahead as begin
+
+    return begin(kernels)
 
 
 def part_options() -> dict[str, Any]:

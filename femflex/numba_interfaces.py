@@ -33,7 +33,12 @@ NEEDED = {  # module -> attribute, and what it must have
     ),
     "numba.core.caching": (("_Cache", ("load_overload", "save_overload")),),
     "numba.core.serialize": (("dumps", ()),),
-    "numba.core.dispatcher": (("Dispatcher", ("enable_caching", "disable_compile")),),
+    "numba.core.dispatcher": (
+        (
+            "Dispatcher",
+            ("enable_caching", "disable_compile", "_compile_for_args", "get_call_template", "get_compile_result"),
+        ),
+    ),
 }
 
 

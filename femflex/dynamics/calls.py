@@ -1,6 +1,6 @@
 """The compiled second-order calls of a model: whole or with terms left out, with constraints or without.
 
-Each is compiled at the first request.
+Each is compiled at the first call.
 """
 
 from __future__ import annotations
@@ -8,7 +8,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from femflex.dynamics.constraints.correction import correct as constrained_correct
+from femflex.dynamics.constraints.residual import residual as constrained_residual
+from femflex.dynamics.motion.correction import correct
+from femflex.dynamics.motion.free_correction import correct as free_correct
+from femflex.dynamics.motion.residual import residual, solve
 from femflex.dynamics.motion.second_order import advance, kinematic
+from femflex.dynamics.terms.reduced import reduced_residual
+from femflex.dynamics.terms.reduced_correction import reduced_correct
 
 
 @dataclass(frozen=True)
@@ -31,11 +38,7 @@ class SecondOrderCalls:
     def residual(self) -> Any:
         """The call of signature RESIDUAL."""
         if self.reduced:
-            from femflex.dynamics.terms.reduced import reduced_residual
-
             return reduced_residual
-        from femflex.dynamics.motion.residual import residual
-
         return residual
 
     @property
@@ -47,22 +50,14 @@ class SecondOrderCalls:
                     f"body {self.free[0]!r} has a free length, and terms of its equations are left out (`without`), "
                     "which implicit integrators cannot do; set integrator = 'dop853'"
                 )
-            from femflex.dynamics.motion.free_correction import correct as free_correct
-
             return free_correct
         if self.reduced:
-            from femflex.dynamics.terms.reduced_correction import reduced_correct
-
             return reduced_correct
-        from femflex.dynamics.motion.correction import correct
-
         return correct
 
     @property
     def solve(self) -> Any:
         """The call of signature SOLVE."""
-        from femflex.dynamics.motion.residual import solve
-
         return solve
 
 
@@ -78,9 +73,7 @@ class ConstrainedCalls(SecondOrderCalls):
         """The call of signature RESIDUAL; AttributeError where terms are left out."""
         if self.reduced:
             raise AttributeError("joint forces need all terms of the equations, and some are switched off (`without`)")
-        from femflex.dynamics.constraints.residual import residual
-
-        return residual
+        return constrained_residual
 
     @property
     def correct(self) -> Any:
@@ -92,9 +85,7 @@ class ConstrainedCalls(SecondOrderCalls):
             )
         if self.reduced:
             return super().correct
-        from femflex.dynamics.constraints.correction import correct
-
-        return correct
+        return constrained_correct
 
     @property
     def solve(self) -> Any:

@@ -4,11 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.dynamics.calls import ConstrainedCalls, SecondOrderCalls
+from femflex.dynamics.clock import Clock
+from femflex.dynamics.constraints import equations as constrained
+from femflex.dynamics.constraints.assemble import assembled
+from femflex.dynamics.constraints.constrained import Constraints, constraints_of_system
+from femflex.dynamics.constraints.free_lengths import constrained_free_rate
+from femflex.dynamics.effectors.events import AllEvents, StateEvents
 from femflex.dynamics.effectors.starts import check_separations, with_starts
 from femflex.dynamics.effectors.states import (
     add_angular_momentum,
@@ -25,31 +32,30 @@ from femflex.dynamics.joints.gimbal_lock import observe_locks
 from femflex.dynamics.joints.held_places import specified_states
 from femflex.dynamics.joints.law_report import observe_laws
 from femflex.dynamics.joints.reactions import observe_reactions
+from femflex.dynamics.joints.switching import switch
+from femflex.dynamics.latches import Latches
 from femflex.dynamics.lowering.layout import BALL_QUATERNION, body_records
 from femflex.dynamics.lowering.lower import lower
 from femflex.dynamics.lowering.ties import characteristic_length
 from femflex.dynamics.motion import equations
+from femflex.dynamics.motion.free_lengths import free_rate
+from femflex.dynamics.motion.led_equations import led_rate
 from femflex.dynamics.reports.channels import channels_of, row_length, row_places
 from femflex.dynamics.reports.contacts import observe_contacts
+from femflex.dynamics.reports.diagnosis import diagnosis
 from femflex.dynamics.reports.drive_report import observe_held
 from femflex.dynamics.reports.momenta import observe_momenta
 from femflex.dynamics.reports.monitors import ROW_DISSIPATED
 from femflex.dynamics.reports.observe import observe
+from femflex.dynamics.reports.segmented import observe_segmented
 from femflex.dynamics.reports.sights import observe_sights
 from femflex.dynamics.reports.static_stretch import add_static_stretch
 from femflex.dynamics.reports.variations import observe_variations
-from femflex.dynamics.terms.by_source import SWITCHED
+from femflex.dynamics.terms.by_source import SWITCHED, terms
 from femflex.dynamics.workspace import Workspace
 from femflex.rotations import is_extrinsic
 from femflex.summary import Rows, Summarised, listed
 from femflex.system import Channel, LengthTable, System
-
-if TYPE_CHECKING:
-    from femflex.dynamics.calls import SecondOrderCalls
-    from femflex.dynamics.clock import Clock
-    from femflex.dynamics.constraints.constrained import Constraints
-    from femflex.dynamics.effectors.events import AllEvents
-    from femflex.dynamics.latches import Latches
 
 Array = NDArray[np.float64]
 
@@ -131,18 +137,14 @@ class Model(Summarised):
 
     @cached_property
     def second_order(self) -> SecondOrderCalls:
-        """The calls of implicit integrators, compiled at the first request."""
+        """The calls of implicit integrators."""
         if self.constraints is None:
             return self.tree
-        from femflex.dynamics.calls import ConstrainedCalls
-
         return ConstrainedCalls(self.n_q, self.n_u, self.n_z, self.reduced, tuple(free_lengths(self.system)))
 
     @cached_property
     def tree(self) -> SecondOrderCalls:
         """The calls of implicit integrators on the tree, without the forces of constraints."""
-        from femflex.dynamics.calls import SecondOrderCalls
-
         return SecondOrderCalls(self.n_q, self.n_u, self.n_z, self.reduced, tuple(free_lengths(self.system)))
 
     @cached_property
@@ -155,8 +157,6 @@ class Model(Summarised):
         """The call that watches and changes coordinates between two steps; None where no rotation set can fail."""
         if not np.any(body_records(self.table)["ball"] > BALL_QUATERNION):
             return None
-        from femflex.dynamics.joints.switching import switch
-
         return switch
 
     @cached_property
@@ -165,9 +165,6 @@ class Model(Summarised):
         latched, eventful = any(joint.latches for joint in self.system.joints), has_events(self.system)
         if not (latched or eventful):
             return None
-        from femflex.dynamics.effectors.events import AllEvents, StateEvents
-        from femflex.dynamics.latches import Latches
-
         if not eventful:
             return Latches(self)
         return AllEvents((Latches(self), StateEvents(self)) if latched else (StateEvents(self),))
@@ -177,8 +174,6 @@ class Model(Summarised):
         """The sampled controllers, or None where there are none."""
         if not self.system.controllers:
             return None
-        from femflex.dynamics.clock import Clock
-
         return Clock(self)
 
     @cached_property
@@ -227,8 +222,6 @@ class Model(Summarised):
 
         See `dynamics.terms.by_source`.
         """
-        from femflex.dynamics.terms.by_source import terms
-
         return terms(self, times, states)
 
     def without(self, *names: str) -> Model:
@@ -239,8 +232,6 @@ class Model(Summarised):
 
     def diagnosis(self, t: float, x: Array, unheld: bool = False) -> tuple[str, Exception | None]:
         """A sentence on a state at which a run came to its end, and the exception behind it."""
-        from femflex.dynamics.reports.diagnosis import diagnosis
-
         return diagnosis(self, t, x, unheld)
 
     def observe(self, times: Array, states: Array) -> dict[str, Array]:
@@ -277,8 +268,6 @@ class Model(Summarised):
         if self.system.momenta:
             out |= observe_momenta(self, times, states, rows, out["monitors/energy"])
         if self.system.segments:
-            from femflex.dynamics.reports.segmented import observe_segmented
-
             observe_segmented(self.system, out)
         return {path: out[path] for path in self.channels}
 
@@ -312,7 +301,7 @@ def compile_system(system: System) -> Model:
         channels=channels,
         rate=rate_of(system),
     )
-    model = with_starts(constrained(tree) if system.loops or system.constraints else tree)
+    model = with_starts(with_constraints(tree) if system.loops or system.constraints else tree)
     check_separations(model)
     return model
 
@@ -326,28 +315,18 @@ def free_lengths(system: System) -> list[str]:
 def rate_of(system: System) -> Any:
     """The compiled rate of a tree: the plain one, or that with held freedoms and states z."""
     if free_lengths(system):
-        from femflex.dynamics.motion.free_lengths import free_rate
-
         return free_rate
     if not (system.state_names() or any(joint.held for joint in system.joints)):
         return equations.rate
-    from femflex.dynamics.motion.led_equations import led_rate
-
     return led_rate
 
 
-def constrained(tree: Model) -> Model:
+def with_constraints(tree: Model) -> Model:
     """The model with its loops closed and its constraints held, started from the nearest consistent state.
 
     Raises ValueError for a loop that cannot close.
     """
-    from femflex.dynamics.constraints import equations as calls
-    from femflex.dynamics.constraints.assemble import assembled
-    from femflex.dynamics.constraints.constrained import constraints_of_system
-
-    rate = calls.rate
-    if free_lengths(tree.system):
-        from femflex.dynamics.constraints.free_lengths import constrained_free_rate as rate
+    rate = constrained_free_rate if free_lengths(tree.system) else constrained.rate
     held = constraints_of_system(tree.system, tree.workspace, tree.n_q, tree.n_u, tree.tree.kinematic)
     held = replace(held, rate=rate)
     x0 = assembled(held, tree.x0, characteristic_length(tree.system), tree.mass_matrix)
@@ -357,5 +336,5 @@ def constrained(tree: Model) -> Model:
         constraints=held,
         x0=x0,
         rate=rate,
-        project=calls.project,
+        project=constrained.project,
     )

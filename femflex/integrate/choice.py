@@ -12,6 +12,7 @@ EXPLICIT, IMPLICIT = "dop853", "esdirk4"
 KINDS = {EXPLICIT: "explicit, order 8", IMPLICIT: "implicit, order 4"}
 STABLE = 5.5  # omega h up to which dop853 is stable on the imaginary axis (it ends at 5.9)
 RESOLVED = 0.3  # omega h at which dop853 follows a mode to about 1e-11 a step
+CLOSE = 3.0  # steps shorter than the stable ones by more than this are limited by accuracy
 STEP_RATES = 12  # of dop853
 CORRECTION_RATES = 2.0  # cost of Newton's correction and its kinematics; measured 0.7 (long chains) to 3 (few bodies)
 WORTH = 1e5  # explicit rates, about half a second of work, below which nothing is gained by a trial
@@ -46,7 +47,9 @@ def choose(
     band         highest frequency wanted [rad/s]; by default what the output can show, pi / output_step
 
     The implicit method is chosen when modes lie above the band and it costs less at the same tolerance. What it costs
-    depends on whether they swing, not on how high they are: hence the trial.
+    depends on whether they swing, not on how high they are: hence the trial. Where the explicit method's own steps are
+    far below its limit of stability, accuracy limits them, and a method of lower order takes shorter ones: it is not
+    tried.
     """
     if asked != "auto":
         return Choice(asked, f"{asked} ({why}): {_frequencies(highest, output_step, band)}.")
@@ -59,11 +62,17 @@ def choose(
         return Choice(
             EXPLICIT, f"{EXPLICIT} ({KINDS[EXPLICIT]}): {text}; at most {most:.1e} evaluations for {duration:.4g} s."
         )
-    forecasts = {name: trial(name) for name in KINDS}
-    explicit = max(forecasts[EXPLICIT].calls, STEP_RATES * duration * highest / STABLE)
-    implicit = CORRECTION_RATES * forecasts[IMPLICIT].calls
+    first, stable = trial(EXPLICIT), STABLE / highest
+    if 0.0 < first.step < stable / CLOSE:
+        return Choice(
+            EXPLICIT,
+            f"{EXPLICIT} ({KINDS[EXPLICIT]}): {text}. Accuracy limits its steps to {first.step:.2g} s, stability to "
+            f"{stable:.2g} s; the implicit method has the lower order and would take shorter ones.",
+        )
+    second = trial(IMPLICIT)
+    explicit, implicit = max(first.calls, STEP_RATES * duration / stable), CORRECTION_RATES * second.calls
     name = IMPLICIT if implicit < explicit else EXPLICIT
-    steps = min(forecasts[EXPLICIT].step, STABLE / highest), forecasts[IMPLICIT].step
+    steps = min(first.step, stable), second.step
     return Choice(
         name,
         f"{name} ({KINDS[name]}): {text}. Estimated evaluations for {duration:.4g} s at equal tolerance: "

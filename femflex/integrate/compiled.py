@@ -30,4 +30,4 @@ summing: Any = njit(error_model="numpy", fastmath={"contract", "reassoc"}, **_PA
 
 def kernel(signature: Any) -> Any:
     """Decorator of a kernel: compiled for this one signature, stored on disk, and free of the interpreter's lock."""
-    return stored(signature, error_model="numpy", fastmath={"contract"}, nogil=True)
+    return stored(signature, loop=True, error_model="numpy", fastmath={"contract"}, nogil=True)

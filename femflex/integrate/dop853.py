@@ -8,10 +8,13 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.integrate.dop853_kernel import N_SCRATCH, N_STAGES, fill
 from femflex.integrate.driver import Adaptive, Fill, Span
+from femflex.integrate.holding import hold_of
 from femflex.integrate.protocol import Model
 from femflex.integrate.register import INTEGRATORS
 from femflex.integrate.starting import first_step
+from femflex.integrate.switching import switch_of
 
 Array = NDArray[np.float64]
 
@@ -50,10 +53,6 @@ class Dop853(Adaptive):
 
     def filler(self, model: Model) -> Fill:
         """The compiled loop of `dop853_kernel` (compiled on first use in a fresh installation, else read from disk)."""
-        from femflex.integrate.dop853_kernel import N_SCRATCH, N_STAGES, fill
-        from femflex.integrate.holding import hold_of
-        from femflex.integrate.switching import switch_of
-
         own, switch, hold = (model.table, model.pool, model.work), switch_of(model), hold_of(model)
         renormalise = np.ascontiguousarray(model.renormalise, np.int64)
         atol = self.absolute(model.n_x)

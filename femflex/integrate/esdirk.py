@@ -9,9 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.integrate.driver import Fill, Span
+from femflex.integrate.esdirk_kernel import N_SCRATCH, N_STAGES, fill
+from femflex.integrate.holding import hold_of
 from femflex.integrate.implicit import Implicit
 from femflex.integrate.protocol import Model
 from femflex.integrate.register import INTEGRATORS
+from femflex.integrate.switching import switch_of
 
 Array = NDArray[np.float64]
 
@@ -35,10 +38,6 @@ class Esdirk4(Implicit):
 
     def filler(self, model: Model) -> Fill:
         """The compiled loop of `esdirk_kernel`."""
-        from femflex.integrate.esdirk_kernel import N_SCRATCH, N_STAGES, fill
-        from femflex.integrate.holding import hold_of
-        from femflex.integrate.switching import switch_of
-
         offered, own = self.calls(model), (model.table, model.pool, model.work)
         calls = (model.rate, offered.correct, offered.kinematic, switch_of(model), hold_of(model))
         renormalise = np.ascontiguousarray(model.renormalise, np.int64)

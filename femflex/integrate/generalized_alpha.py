@@ -9,9 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.integrate.driver import Fill, Span
+from femflex.integrate.generalized_alpha_kernel import N_SCRATCH, fill, parameters
+from femflex.integrate.holding import hold_of
 from femflex.integrate.implicit import Implicit, slope
 from femflex.integrate.protocol import Model
 from femflex.integrate.register import INTEGRATORS
+from femflex.integrate.switching import switch_of
 
 Array = NDArray[np.float64]
 
@@ -44,18 +47,12 @@ class GeneralizedAlpha(Implicit):
 
     def set_slopes(self, model: Model, vectors: Array, t: float, h: float, span: Span) -> None:
         """Set the slopes (a - vdot) / h and d(vdot)/dt at the beginning of a smooth interval."""
-        from femflex.integrate.generalized_alpha_kernel import parameters
-
         alpha_m, alpha_f, _, _ = parameters(self.rho)
         jerk = slope(model, vectors, t, h, span)[self.calls(model).n_q :]
         vectors[4, : jerk.size], vectors[5, : jerk.size] = (alpha_m - alpha_f) * jerk, jerk
 
     def filler(self, model: Model) -> Fill:
         """The compiled loop of `generalized_alpha_kernel`."""
-        from femflex.integrate.generalized_alpha_kernel import N_SCRATCH, fill
-        from femflex.integrate.holding import hold_of
-        from femflex.integrate.switching import switch_of
-
         offered, own = self.calls(model), (model.table, model.pool, model.work)
         implicit = (offered.correct, offered.kinematic, offered.advance)
         calls = (model.rate, *implicit, switch_of(model), hold_of(model))

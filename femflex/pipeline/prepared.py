@@ -91,6 +91,9 @@ def prepare(
     from femflex.advice.advice import warn_of
     from femflex.advice.model_warnings import output_warnings
     from femflex.case import Case, read_case
+    from femflex.dynamics.reports.observe import observe
+    from femflex.integrate import dop853_kernel
+    from femflex.kernels import compile_ahead
     from femflex.pipeline.compiled import compiled
     from femflex.pipeline.decisions import decided
     from femflex.pipeline.integrator import chosen_integrator
@@ -108,6 +111,8 @@ def prepare(
             check_output(case, Path(output), force, resume)
         if resume:
             check_same_effectors(effectors, Path(output))
+    loops = (dop853_kernel.fill,) if case.run.integrator in ("auto", "dop853") else ()
+    compile_ahead(*loops, observe)  # while this process builds bodies and compiles the equations
     found = decided(case, bodies)
     system = found.system
     if effectors or varying:

@@ -7,11 +7,11 @@ import contextlib
 import importlib
 import multiprocessing
 import os
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numba
+from femflex import kernel_cache, kernel_linking
+from femflex.kernel_cache import is_pending
 
 PACKAGE = Path(__file__).resolve().parents[2] / "femflex"
 
@@ -37,7 +37,7 @@ def compile_kernels(processes: int | str) -> None:
 
 
 def import_kernels(processes: int) -> None:
-    """Import every module with kernels, which compiles those that are not on disk.
+    """Compile every kernel that is not on disk.
 
     Kernels share their parts: this process translates each part once, and copies of it make machine code of the
     kernels, so many at a time. Several processes that compiled whole kernels would each translate the parts.
@@ -45,7 +45,10 @@ def import_kernels(processes: int) -> None:
     if hasattr(os, "fork"):
         _emit_in_copies(processes)
     for name in kernel_modules():
-        importlib.import_module(name)
+        for kernel in vars(importlib.import_module(name)).values():
+            if is_pending(kernel):
+                with contextlib.suppress(_Elsewhere):
+                    kernel.get_compile_result(kernel.declared)
     while _copies:
         _wait_for_one()
 
@@ -66,8 +69,6 @@ def _wait_for_one() -> None:
 
 def _emit_in_copies(processes: int) -> None:
     """Let kernels be optimised, emitted and kept by copies of this process, which end with that."""
-    from femflex import kernel_cache, kernel_linking
-
     library: Any = kernel_linking._KernelLibrary
     cache: Any = kernel_cache.KernelCache
     emit, store = library.finalize, cache.save_overload
@@ -85,15 +86,4 @@ def _emit_in_copies(processes: int) -> None:
         store(self, signature, data)
         os._exit(0)
 
-    def kept(signature: Any, **options: Any) -> Callable[[Any], Any]:
-        def translated(function: Any) -> Any:
-            dispatcher = numba.njit(**options)(function)
-            dispatcher._cache = cache(function)
-            with contextlib.suppress(_Elsewhere):
-                dispatcher.compile(signature)
-            return dispatcher
-
-        return translated
-
     library.finalize, cache.save_overload = emit_elsewhere, store_and_end
-    kernel_cache.kept = kept

@@ -46,7 +46,7 @@ class Entry:
             self._kept = _numba.cfunc(self.signature, error_model="numpy")(self.function)
             return int(self._kept.address)
         self._kept = compiled = stored(self.signature, error_model="numpy", no_cpython_wrapper=True)(self.function)
-        result = compiled.overloads[self.signature.args]
+        result = compiled.get_compile_result(self.signature)
         return int(result.library.get_pointer_to_function(result.fndesc.llvm_cfunc_wrapper_name))
 
 

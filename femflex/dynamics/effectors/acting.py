@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from femflex.dynamics.arithmetic.entries import NOTHING, NUMBERS, REAL, known
 from femflex.dynamics.arithmetic.lanes import beyond
+from femflex.dynamics.effectors.built_in import built_in
 
 Array = NDArray[np.float64]
 
@@ -82,8 +83,6 @@ def act_address(name: str, function: Callable[..., Any] | str, sizes: Sizes, jac
     Raises ValueError where Numba cannot compile it.
     """
     if isinstance(function, str):
-        from femflex.dynamics.effectors.built_in import built_in
-
         try:
             return built_in(function).address
         except KeyError as error:

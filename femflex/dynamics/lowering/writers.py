@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from femflex.dynamics.arithmetic.by_length import write_by_length
 from femflex.dynamics.arithmetic.entries import USER, known
+from femflex.dynamics.lowering.tanks import writer
 from femflex.system.length_table import LengthTable
 
 Array = NDArray[np.float64]
@@ -31,8 +32,6 @@ def address_of(name: str, write: Callable[..., Any] | LengthTable | str, n_z: in
     if isinstance(write, LengthTable):
         return write_by_length.address
     if isinstance(write, str):
-        from femflex.dynamics.lowering.tanks import writer
-
         return writer(write).address
     key = (write, n_z, n_numbers, n_block)
     if key not in _KNOWN:

@@ -7,6 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.dynamics.constraints.conflicts import violated_text as told_unheld
+from femflex.dynamics.constraints.discs import flat_disc_text
+from femflex.dynamics.constraints.reach import end_of_reach_text
 from femflex.dynamics.joints.gimbal_lock import lockable
 from femflex.dynamics.joints.held_places import specified_states
 from femflex.system import LengthTable
@@ -27,8 +30,6 @@ def diagnosis(model: Model, t: float, x: Array, unheld: bool) -> tuple[str, Exce
     unheld: there is none because no state satisfies the constraints
     """
     if model.constraints is not None:
-        from femflex.dynamics.constraints.conflicts import violated_text as told_unheld
-
         if (failed := model.constraints.failed_user()) is not None:
             name, error = failed
             return f"the function of constraint {name!r} raised {type(error).__name__}: {error}", error
@@ -80,7 +81,6 @@ def flat_disc(model: Model, t: float, x: Array) -> str:
     """A rolling disc that lies on its plane."""
     if model.constraints is None:
         return ""
-    from femflex.dynamics.constraints.discs import flat_disc_text
 
     return flat_disc_text(model.constraints, t, x, NEAR)
 
@@ -89,6 +89,5 @@ def end_of_reach(model: Model, t: float, x: Array) -> str:
     """A loop whose rows have lost their independence since the start."""
     if model.constraints is None:
         return ""
-    from femflex.dynamics.constraints.reach import end_of_reach_text
 
     return end_of_reach_text(model, t, x, NEAR)

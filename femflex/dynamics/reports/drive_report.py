@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.joints.held_places import held_freedoms, held_places, specified_states
+from femflex.dynamics.reports.drives import observe_drives
 from femflex.dynamics.terms.by_source import DRIVES, terms
 from femflex.system import Channel, System
 
@@ -41,8 +42,6 @@ def held_channels(system: System) -> dict[str, Channel]:
 
 def drives(model: Model, times: Array, states: Array) -> Array:
     """Generalised forces (n_t, n_u) that hold the held freedoms [N, N m]; zero on the others."""
-    from femflex.dynamics.reports.drives import observe_drives
-
     if model.reduced or model.constraints is not None:
         found = [row for name, row in terms(model, times, states).items() if name.startswith(DRIVES)]
         return -sum(found, np.zeros((len(times), model.n_u)))

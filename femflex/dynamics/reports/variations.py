@@ -38,6 +38,7 @@ from femflex.dynamics.lowering.layout import (
     body_records,
 )
 from femflex.dynamics.lowering.unit_block import WORKED
+from femflex.dynamics.motion.residual import residual
 from femflex.dynamics.reports.drum import drum_channels, drum_row, lengths_of
 from femflex.dynamics.reports.material import BodyMotion, flow_power, growth_power, stiffness_power, strain_power
 from femflex.dynamics.reports.own_markers import acting_forces, constraint_forces
@@ -171,8 +172,6 @@ def sections_of(
 
 def gather(model: Model, t: float, x: Array) -> None:
     """Leave in the work array how everything moves at the state x (n_x,), and what joints carry."""
-    from femflex.dynamics.motion.residual import residual
-
     n_q, udot = model.n_q, model.parts(model.state_rate(t, x))[1]
     q, u = np.ascontiguousarray(x[:n_q], float), np.ascontiguousarray(x[n_q:], float)
     for name, table in lengths_of(model.system).items():

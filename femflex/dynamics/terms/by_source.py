@@ -11,6 +11,8 @@ from femflex.dynamics.force_terms import force_terms
 from femflex.dynamics.joints.held_places import held_places
 from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.terms.equation_terms import EQUATION_TERMS
+from femflex.dynamics.terms.ledger import ledger
+from femflex.dynamics.terms.rows import LINEAR, MOVING
 from femflex.system import System
 
 if TYPE_CHECKING:
@@ -103,8 +105,6 @@ def _ledger_of_motion(model: Model, times: Array, states: Array, rates: Array) -
 
 def _ledger(model: Model, times: Array, states: Array, rates: Array) -> Array:
     """All rows of the ledger, (n_t, n_rows, n_u)."""
-    from femflex.dynamics.terms.ledger import ledger
-
     n_rows = len(all_rows(model.system))
     out = np.empty((len(times), n_rows * model.n_u))
     ledger(times, states, rates, out, model.table, model.pool, model.work)
@@ -113,8 +113,6 @@ def _ledger(model: Model, times: Array, states: Array, rates: Array) -> Array:
 
 def linear_terms(model: Model, t: float, x: Array) -> tuple[Array, Array]:
     """M_t (symmetric) and G (skew), both (n_u, n_u), of the part of h linear in u, (M_t + G) u, at x (n_x,)."""
-    from femflex.dynamics.terms.rows import LINEAR, MOVING
-
     n = model.n_u
     q, _, z = model.parts(np.asarray(x, float))
     states = np.hstack([np.tile(q, (n, 1)), np.eye(n), np.tile(z, (n, 1))])

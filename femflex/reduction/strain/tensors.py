@@ -19,6 +19,7 @@ from femflex.body.symmetric import packed_indices
 from femflex.fem.structure import Structure
 from femflex.fem.tables import StrainBlock, element_chunks
 from femflex.reduction.inertia.moments import linear_stiffness
+from femflex.reduction.strain import small_strains, strain_kernel
 from femflex.reduction.strain.side_by_side import side_by_side
 
 Array = NDArray[np.float64]
@@ -77,10 +78,11 @@ def add_products(total: Array, block: StrainBlock, raw: Array) -> None:
             for part in block.nonlinear(chunk):
                 if part.elastic.any() and part.quadratic_map.any():
                     sign = 1.0 if part.elastic[0, 0, 0, 0] > 0 else -1.0  # of a part: all of its points have it
-                    own = with_products(own, strain_columns(part, raw, room).reshape(m, -1), sign)
+                    own = with_products(own, strain_columns(part, raw, small, room).reshape(m, -1), sign)
         return own
 
     chunks = list(element_chunks(len(block.dofs), values_per_element(block, raw.shape[1]), ROOM))
+    small = len(chunks) == 1
     found = side_by_side(contracted, chunks, max(1, int(MOST_BYTES // total.nbytes)))
     total += found if rows < m else np.triu(found) + np.triu(found, 1).T
 
@@ -94,14 +96,12 @@ def with_products(own: Array, X: Array, sign: float = 1.0) -> Array:
     return np.asarray(dsyrk(sign, X.T, 1.0, own, trans=1, overwrite_c=1))
 
 
-def strain_columns(block: StrainBlock, raw: Array, room: Array | None = None) -> Array:
+def strain_columns(block: StrainBlock, raw: Array, small: bool, room: Array | None = None) -> Array:
     """X (n + n(n+1)/2, s, p) [J^1/2 per coordinate] of all points of a block, single shapes before pairs i <= j; in
     the room if that fits.
 
-    Of a part whose elastic matrix is negative, those of the opposite of it.
+    Of a part whose elastic matrix is negative, those of the opposite of it. A small body goes by numpy.
     """
-    from femflex.reduction.strain.strain_kernel import fill_pairs, mix_strains
-
     n = raw.shape[1]
     strains, Q = quadratic_strains(block)
     C = block.elastic[..., strains, :]  # (e|1, q|1, s, all strains)
@@ -121,10 +121,11 @@ def strain_columns(block: StrainBlock, raw: Array, room: Array | None = None) ->
         X[:n] = np.matmul(linear[..., :needed], g).reshape(e * q, -1, n).transpose(2, 1, 0)
     X[:n] *= np.sqrt(block.weight).ravel()
     by_row *= block.weight.ravel() ** 0.25
-    fill_pairs(X[n:], by_row, *nonzero_entries(np.tensordot(root[0, 0].T, Q, axes=1) if uniform else Q))
+    method = small_strains if small else strain_kernel
+    method.fill_pairs(X[n:], by_row, *nonzero_entries(np.tensordot(root[0, 0].T, Q, axes=1) if uniform else Q))
     if not uniform:
         root = np.broadcast_to(root, (e, q, *root.shape[2:])).reshape(e * q, *root.shape[2:])
-        mix_strains(X[n:], root.transpose(1, 2, 0).copy())
+        method.mix_strains(X[n:], root.transpose(1, 2, 0).copy())
     return X
 
 
