@@ -29,7 +29,7 @@ from femflex.dynamics.lowering.layout import BALL_QUATERNION, body_records
 from femflex.dynamics.lowering.lower import lower
 from femflex.dynamics.lowering.ties import characteristic_length
 from femflex.dynamics.motion import equations
-from femflex.dynamics.reports.channels import channels_of, row_length, row_places
+from femflex.dynamics.channels import channels_of, row_length, row_places
 from femflex.dynamics.reports.contacts import observe_contacts
 from femflex.dynamics.reports.drive_report import observe_held
 from femflex.dynamics.reports.momenta import observe_momenta

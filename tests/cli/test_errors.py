@@ -15,7 +15,7 @@ import typer
 import femflex as package
 from femflex.cli.errors import meaning
 from femflex.cli.verb import verb
-from femflex.fem.line.formula import formula
+from femflex.fem.formula import formula
 
 PACKAGE = Path(package.__file__).parent
 

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from support.random_systems import random_state, random_tree
 
 from femflex.dynamics import compile_system
-from femflex.dynamics.reports.channels import channels_of, row_length, row_places
+from femflex.dynamics.channels import channels_of, row_length, row_places
 from femflex.dynamics.reports.momenta import momenta_channels
 from femflex.system import Environment, Frame, Load, Orbit, Spring, System, knife_edge, revolute, rolling_disc, turns
 

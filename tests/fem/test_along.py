@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from femflex.fem.line.along import along, varies
-from femflex.fem.line.formula import formula
+from femflex.fem.along import along, varies
+from femflex.fem.formula import formula
 
 S = np.linspace(0.0, 4.0, 9)
 

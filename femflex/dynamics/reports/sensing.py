@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.joints.held_places import specified_states
-from femflex.dynamics.reports.channels import row_length, row_places
+from femflex.dynamics.channels import row_length, row_places
 from femflex.dynamics.reports.observe import observe
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.fem.line.along import Along
+from femflex.fem.along import Along
 from femflex.fem.sections.materials import Material
 from femflex.fem.sections.section import (
     Dimensioned,

@@ -12,7 +12,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.fem.line.along import along, varies
+from femflex.fem.along import along, varies
 from femflex.fem.sections.materials import Material
 
 Array = NDArray[np.float64]

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.fem.line.formula import formula_of_place
+from femflex.fem.formula import formula_of_place
 from femflex.fem.option import member_options
 from femflex.mesh.cells import CELL_TYPES
 

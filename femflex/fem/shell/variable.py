@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.fem.line.formula import formula_of_place
+from femflex.fem.formula import formula_of_place
 from femflex.fem.sections.laminates import PlateSection
 from femflex.mesh.cells import CELL_TYPES
 
