@@ -8,7 +8,6 @@ import numpy as np
 
 from femflex.body import rigid_body
 from femflex.dynamics import compile_system
-from femflex.dynamics.terms.without import without
 from femflex.mesh import read_mesh
 from femflex.summary import Summarised
 from femflex.system import Load, System, free
@@ -26,7 +25,7 @@ def test_a_system_tells_its_bodies_mass_and_freedoms():
 
 
 def test_a_model_tells_what_was_switched_off():
-    model = without(compile_system(craft()), "loads/push")
+    model = compile_system(craft()).without("loads/push")
     assert dict(model.summary()[1])["switched off"] == "loads/push"
     assert "switched off" not in dict(compile_system(craft()).summary()[1])
 

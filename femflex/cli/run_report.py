@@ -239,9 +239,9 @@ def conserved_monitors(run: Run, system: System) -> list[str]:
 
     import numpy as np
 
+    from femflex.dynamics.channels import conservative_loads
     from femflex.dynamics.effectors.states import keeps_momentum
     from femflex.dynamics.joints.law_report import is_damped
-    from femflex.dynamics.channels import conservative_loads
     from femflex.dynamics.terms.equation_terms import EQUATION_TERMS
     from femflex.system import Effector
 

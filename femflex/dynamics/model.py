@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.dynamics.channels import channels_of, row_length, row_places
 from femflex.dynamics.effectors.starts import check_separations, with_starts
 from femflex.dynamics.effectors.states import (
     add_angular_momentum,
@@ -29,9 +30,7 @@ from femflex.dynamics.lowering.layout import BALL_QUATERNION, body_records
 from femflex.dynamics.lowering.lower import lower
 from femflex.dynamics.lowering.ties import characteristic_length
 from femflex.dynamics.motion import equations
-from femflex.dynamics.channels import channels_of, row_length, row_places
 from femflex.dynamics.reports.contacts import observe_contacts
-from femflex.dynamics.reports.drive_report import observe_held
 from femflex.dynamics.reports.momenta import observe_momenta
 from femflex.dynamics.reports.monitors import ROW_DISSIPATED
 from femflex.dynamics.reports.observe import observe
@@ -39,6 +38,8 @@ from femflex.dynamics.reports.sights import observe_sights
 from femflex.dynamics.reports.static_stretch import add_static_stretch
 from femflex.dynamics.reports.variations import observe_variations
 from femflex.dynamics.terms.by_source import SWITCHED
+from femflex.dynamics.terms.prescribed_motion_report import observe_held
+from femflex.dynamics.terms.without import changed, reduced, resolved, without_reactions
 from femflex.dynamics.workspace import Workspace
 from femflex.rotations import is_extrinsic
 from femflex.summary import Rows, Summarised, listed
@@ -232,10 +233,22 @@ class Model(Summarised):
         return terms(self, times, states)
 
     def without(self, *names: str) -> Model:
-        """A model with terms, loads or flexibility switched off by name. See `dynamics.terms.without`."""
-        from femflex.dynamics.terms.without import without
+        """The model without what is named: a term (see `terms`), a load, "flexibility" or that of a body, or
+        "nonlinear_strain".
 
-        return without(self, *names)
+        A rigid, undamped, unloaded ... system is one in which the thing is not there. The inertia forces by degree in u
+        and gravity are left out of the compiled equations instead; the monitors of energy still count what they stand
+        for. Raises ValueError for a name that is not known, with those that are.
+        """
+        chosen = tuple(dict.fromkeys(resolved(self, name) for name in names))
+        system = self.system
+        for name in chosen:
+            system = changed(system, name)
+        omitted = (*self.omitted, *chosen)
+        model = compile_system(without_reactions(system, omitted))
+        if self.constraints is not None and model.n_x == self.n_x:
+            model = replace(model, x0=self.x0)  # closed loops start where they did
+        return reduced(model, omitted)
 
     def diagnosis(self, t: float, x: Array, unheld: bool = False) -> tuple[str, Exception | None]:
         """A sentence on a state at which a run came to its end, and the exception behind it."""

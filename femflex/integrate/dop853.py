@@ -8,7 +8,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.integrate.driver import Adaptive, Fill, Span
+from femflex.integrate.driver import Adaptive, Fill
+from femflex.integrate.intervals import Span
 from femflex.integrate.protocol import Model
 from femflex.integrate.register import INTEGRATORS
 from femflex.integrate.starting import first_step

@@ -8,8 +8,9 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.integrate.driver import Fill, Span
+from femflex.integrate.driver import Fill
 from femflex.integrate.implicit import Implicit
+from femflex.integrate.intervals import Span
 from femflex.integrate.protocol import Model
 from femflex.integrate.register import INTEGRATORS
 

@@ -21,7 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.integrate import resume as head
-from femflex.integrate.outcome import Block, failure
+from femflex.integrate.intervals import struck_next, until
+from femflex.integrate.outcome import ROWS, Block, failure
 from femflex.integrate.pace import BlockTime, Pace, trials_of
 
 if TYPE_CHECKING:
@@ -49,8 +50,6 @@ class Events(Protocol):
 
 def eventful_blocks(method: Adaptive, model: Model, todo: Array, breaks: Array, resume: Array) -> Iterator[Block]:
     """Blocks of the states at the times `todo`, as `Adaptive.blocks` gives them, for a model with events."""
-    from femflex.integrate.driver import ROWS
-
     stepper = Stepper(method, model, breaks, float(todo[-1]) if todo.size else 0.0, resume, method.filler(model))
     pace, spent = Pace(resume), BlockTime()
     while todo.size:
@@ -119,8 +118,6 @@ class Stepper:
             self.clock.strike(t, x)
             self.method.go_on(self.model, resume, self.interval(t))
             return False
-        from femflex.integrate.driver import struck_next
-
         span = self.interval(t)
         last_out, taken = resume[head.LAST_OUT], resume[head.ACCEPTED]
         just_after = np.array([np.nextafter(t, math.inf)])  # a row inside the step makes it dense
@@ -221,6 +218,4 @@ class Stepper:
 
     def interval(self, t: float) -> tuple[float, float, float]:
         """The smooth interval that holds t."""
-        from femflex.integrate.driver import until
-
         return until(self.clock, self.vectors[0], t, max(self.end, t), self.breaks)

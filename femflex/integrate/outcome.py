@@ -13,6 +13,8 @@ from femflex.integrate.pace import MOST
 
 Array = NDArray[np.float64]
 
+ROWS = 1024  # of a block, at most
+
 
 @dataclass(frozen=True)
 class Steps:

@@ -16,8 +16,9 @@ import scipy.integrate
 from numpy.typing import NDArray
 
 from femflex.integrate import resume as head
-from femflex.integrate.driver import ROWS, Span, checked, collected, until
-from femflex.integrate.outcome import Block, IntegrationError, Solution, Steps
+from femflex.integrate.driver import checked, collected
+from femflex.integrate.intervals import Span, until
+from femflex.integrate.outcome import ROWS, Block, IntegrationError, Solution, Steps
 from femflex.integrate.pace import BLOCK_SECONDS, Pace
 from femflex.integrate.protocol import Model, Progress
 from femflex.integrate.register import INTEGRATORS

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.integrate import resume as head
-from femflex.integrate.driver import Adaptive, interval
+from femflex.integrate.driver import Adaptive
+from femflex.integrate.intervals import interval
 from femflex.integrate.protocol import Model
 
 Array = NDArray[np.float64]

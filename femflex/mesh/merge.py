@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.mesh.mesh import CellGroup, Mesh
+if TYPE_CHECKING:
+    from femflex.mesh.mesh import CellGroup, Mesh
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -26,7 +30,8 @@ def merged(first: Mesh, second: Mesh) -> Mesh:
     point_groups = dict(first.point_groups)
     for group, rows in second.point_groups.items():
         point_groups[group] = np.concatenate([point_groups.get(group, rows[:0]), rows + shift])
-    return Mesh(np.concatenate([first.points, second.points]), cells, cell_groups, point_groups)
+    points = np.concatenate([first.points, second.points])
+    return replace(first, points=points, cells=cells, cell_groups=cell_groups, point_groups=point_groups)
 
 
 def fused(mesh: Mesh, tolerance: float) -> Mesh:
@@ -73,4 +78,4 @@ def _renumbered(mesh: Mesh, representative: Index) -> Mesh:
     new = np.where(representative >= 0, (np.cumsum(keep) - 1)[representative], -1)
     cells = {name: new[rows] for name, rows in mesh.cells.items()}
     point_groups = {group: new[rows] for group, rows in mesh.point_groups.items()}
-    return Mesh(mesh.points[keep], cells, mesh.cell_groups, point_groups)
+    return replace(mesh, points=mesh.points[keep], cells=cells, point_groups=point_groups)

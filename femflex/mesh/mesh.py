@@ -10,6 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from femflex.mesh.cells import CELL_TYPES
+from femflex.mesh.merge import compacted, fused, merged
+from femflex.mesh.refine import refined
+from femflex.mesh.summary import describe
 from femflex.warning import PhysicsWarning
 
 Array = NDArray[np.float64]
@@ -113,13 +116,7 @@ class Mesh:
 
     def refined(self, times: int = 1) -> Mesh:
         """The mesh with every cell divided in two along each edge, `times` times; groups are kept (see refine.py)."""
-        from femflex.mesh.refine import check_memory, refined
-
-        check_memory(self, times)
-        mesh = self
-        for _ in range(times):
-            mesh = refined(mesh)
-        return mesh
+        return refined(self, times)
 
     def moved(self, shift: ArrayLike) -> Mesh:
         """The mesh moved by shift (3,) [m]."""
@@ -165,21 +162,15 @@ class Mesh:
 
         With a tolerance [m], points of the result closer than it become one point, so that the parts are joined.
         """
-        from femflex.mesh.merge import fused, merged
-
         mesh = merged(self, other)
         return mesh if tolerance is None else fused(mesh, tolerance)
 
     def compacted(self) -> Mesh:
         """The mesh without points that belong to no cell and no point group."""
-        from femflex.mesh.merge import compacted
-
         return compacted(self)
 
     def summary(self) -> str:
         """Readable text of several lines: points, extent, cells, groups, quality."""
-        from femflex.mesh.summary import describe
-
         return describe(self)
 
 

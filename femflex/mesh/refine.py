@@ -16,14 +16,18 @@ cross from one to the other join as well; name such boundaries as groups of cell
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from femflex.mesh.cells import CELL_TYPES, CellType
 from femflex.mesh.memory import require_memory
-from femflex.mesh.mesh import Mesh
+
+if TYPE_CHECKING:
+    from femflex.mesh.mesh import Mesh
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -48,7 +52,15 @@ def check_memory(mesh: Mesh, times: int) -> None:
         require_memory(WORKING * need, what, "refine it less often.")
 
 
-def refined(mesh: Mesh) -> Mesh:
+def refined(mesh: Mesh, times: int = 1) -> Mesh:
+    """The mesh with every cell divided in two along each edge, `times` times."""
+    check_memory(mesh, times)
+    for _ in range(times):
+        mesh = divided(mesh)
+    return mesh
+
+
+def divided(mesh: Mesh) -> Mesh:
     """The mesh with every cell divided in two along each edge."""
     marks = _marks(mesh)
     old_keys, old_points = _known(mesh, marks)
@@ -78,7 +90,8 @@ def refined(mesh: Mesh) -> Mesh:
             own.append(children.reshape(-1, children.shape[2]))
     cell_groups = {group: _of_parents(by_type, born) for group, by_type in mesh.cell_groups.items()}
     point_groups = {g: _grown(mesh, members, lattices, len(points)) for g, members in mesh.point_groups.items()}
-    return Mesh(points, {kind: np.concatenate(own) for kind, own in cells.items()}, cell_groups, point_groups)
+    joined = {kind: np.concatenate(parts) for kind, parts in cells.items()}
+    return replace(mesh, points=points, cells=joined, cell_groups=cell_groups, point_groups=point_groups)
 
 
 def refined_values(cell: str, values: Array) -> Array:

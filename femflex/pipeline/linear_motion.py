@@ -34,8 +34,8 @@ from femflex.dynamics.model import Model, compile_system
 from femflex.dynamics.terms.by_source import SWITCHED
 from femflex.integrate import Block
 from femflex.integrate import resume as head
-from femflex.integrate.driver import ROWS, collected
-from femflex.integrate.outcome import Solution
+from femflex.integrate.driver import collected
+from femflex.integrate.outcome import ROWS, Solution
 from femflex.integrate.pace import BLOCK_SECONDS
 from femflex.integrate.protocol import Model as AnyModel
 from femflex.integrate.protocol import Progress

@@ -15,7 +15,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from femflex.assembly.craft import controller_outputs, craft_notes, sensor_outputs, signals_of
 from femflex.assembly.loads import read_load_table
-from femflex.case import CaseError, parse_case
+from femflex.case import CaseError, parse_case, with_values
 from femflex.case.base import Orientation
 from femflex.case.changed import changed_tables, changed_text, toml_text, written_keys
 from femflex.case.columns import column_of
@@ -342,9 +342,9 @@ def test_values_of_a_list_change_one_table_of_it_alone():
         f"[[loads]]\nname = '{n}'\nbody = 'hub'\nforce = [{n}, 0, 0]\n".replace("'1'", "'a'").replace("'2'", "'b'")
         for n in (1, 2)
     )
-    case = parse_case(text).with_values({"loads.1.force": [5, 6, 7], "run.duration": 9})
+    case = with_values(parse_case(text), {"loads.1.force": [5, 6, 7], "run.duration": 9})
     assert [load.force for load in case.loads] == [(1, 0, 0), (5, 6, 7)] and case.run.duration == 9
-    again = case.with_values({"loads.0.force": [8, 0, 0]})
+    again = with_values(case, {"loads.0.force": [8, 0, 0]})
     assert [load.force for load in again.loads] == [(8, 0, 0), (5, 6, 7)] and again.run.duration == 9
 
 

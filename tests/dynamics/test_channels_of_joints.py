@@ -13,7 +13,7 @@ from femflex.dynamics import compile_system
 from femflex.dynamics.constraints.conflicts import bodies_between, held_freedoms
 from femflex.dynamics.joints.held_places import held_places
 from femflex.dynamics.joints.law_report import is_damped, latch_places, law_channels, law_places
-from femflex.dynamics.reports.drive_report import held_channels
+from femflex.dynamics.terms.prescribed_motion_report import held_channels
 from femflex.system import (
     Friction,
     Joint,

@@ -12,8 +12,8 @@ from test_equations import elastic_forces, frozen
 from femflex.body import Marker, rigid_body
 from femflex.dynamics import compile_system
 from femflex.dynamics.joints.held_places import held_places
-from femflex.dynamics.reports.drive_report import drives
 from femflex.dynamics.terms.by_source import terms
+from femflex.dynamics.terms.prescribed_motion_report import drives
 from femflex.integrate import integrator
 from femflex.system import Frame, Load, Orbit, Profile, System, free, prismatic, revolute, spherical, turns, universal
 

@@ -7,9 +7,9 @@ import pytest
 
 from femflex import fem
 from femflex.fem.along import along
+from femflex.fem.formula import formula, formula_of_place
 from femflex.fem.line.chain import arc_length, element_frames
 from femflex.fem.line.cut import FAR, NEAR, cut
-from femflex.fem.formula import formula, formula_of_place
 from femflex.fem.line.section_points import section_points
 from femflex.fem.sections import Rectangle, Tube
 from femflex.mesh import Mesh, line, rectangle

@@ -10,7 +10,8 @@ import pytest
 
 from femflex.integrate import Dop853, choose, hermite
 from femflex.integrate import resume as head
-from femflex.integrate.driver import adapted, checked, interval, until
+from femflex.integrate.driver import adapted, checked
+from femflex.integrate.intervals import interval, until
 from femflex.integrate.outcome import Block, Steps, failure
 from femflex.integrate.pace import MOST, TRIALS, Pace
 from femflex.integrate.starting import asked, first_step, norm

@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 
 import femflex
 from femflex.body import Marker, rigid_body
-from femflex.case import CaseError, read_case
+from femflex.case import CaseError, read_case, with_values
 from femflex.cli.app import app
 from femflex.dynamics import compile_system
 from femflex.integrate import Dop853
@@ -131,7 +131,7 @@ def test_linear_and_nonlinear_runs_differ_at_third_order_of_a_symmetric_pendulum
 
 
 def test_increments_lead_from_one_attitude_to_another():
-    case = read_case(CASES / "eccentric_pitch.toml").with_values({"attitude.angles": ["30 deg", "-50 deg", "70 deg"]})
+    case = with_values(read_case(CASES / "eccentric_pitch.toml"), {"attitude.angles": ["30 deg", "-50 deg", "70 deg"]})
     model = femflex.compile_system(femflex.build_system(case))
     q = model.parts(model.x0)[0]
     other = q[0].copy() * 0 + np.concatenate([q[:-4], [1.0, 0.0, 0.0, 0.0]])
@@ -155,18 +155,19 @@ def differences(case, times: int) -> float:
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::femflex.warning.PhysicsWarning")
 def test_along_a_deployment_the_difference_falls_with_the_cube_of_the_deflection_of_a_symmetric_beam():
-    case = read_case(CASES / "orbiter_deployment.toml").with_values(
+    case = with_values(
+        read_case(CASES / "orbiter_deployment.toml"),
         {
             "bodies.beam.length": {"kind": "smooth_step", "from": "15 m", "to": "18 m", "start": 0, "end": "20 s"},
-        }
+        },
     )
     sizes = ([0, 0.04, 0.04], [0, 0.02, 0.02])
-    errors = [differences(case.with_values({"bodies.beam.initial.relative": size}), 11) for size in sizes]
+    errors = [differences(with_values(case, {"bodies.beam.initial.relative": size}), 11) for size in sizes]
     assert np.log2(errors[0] / errors[1]) == pytest.approx(3.0, abs=0.1)
 
 
 def test_an_eccentric_orbit_drives_the_linear_pitch_as_the_nonlinear_one():
-    case = read_case(CASES / "eccentric_pitch.toml").with_values({"run.orbits": 1, "run.samples": 21})
+    case = with_values(read_case(CASES / "eccentric_pitch.toml"), {"run.orbits": 1, "run.samples": 21})
     prepared = prepare(case, linearised=True)
     found = prepared.integrator.solve(prepared.model, prepared.times, prepared.model.x0)
     pitch = prepared.model.observe(found.times, found.states)["attitude/angles"][:, 0]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.small_cases import clamped_rod, sprung_wheels
 
-from femflex.case import CaseError
+from femflex.case import CaseError, with_values
 from femflex.case.read import parse_case
 from femflex.dynamics.equilibria.equilibrium import EquilibriumError
 from femflex.pipeline import prepare, run
@@ -53,7 +53,7 @@ def test_the_state_of_a_run_is_its_row_nearest_to_a_time(wheels, tmp_path):
 def test_branches_of_a_root_locus_go_to_the_nearest_poles(wheels):
     """The poles of the damped wheel pass those of the other in size, and both keep their columns."""
     stiffnesses = [4.0, 9.0, 16.0, 36.0]
-    case = wheels.with_values({"joints.0.damping": 4.0})
+    case = with_values(wheels, {"joints.0.damping": 4.0})
     found = root_locus(case, "joints.0.stiffness", stiffnesses)
     assert found.poles.shape == (4, 4)
     wanted = []
@@ -112,7 +112,7 @@ def test_bodies_are_built_once_where_only_joints_or_rigid_bodies_change(with_rod
     assert fixed.bodies_of(with_rod) == fixed.bodies
     rigid = VariedCase.of(with_rod, ["bodies.b.mass", "joints.0.stiffness", "bodies.a.mass", "bodies.b.inertia"])
     assert rigid.bodies is not None and rigid.rigid == ("b", "a") and rigid.case is with_rod
-    changed = rigid.bodies_of(with_rod.with_values({"bodies.b.mass": 7.0, "bodies.a.mass": 4.0}))
+    changed = rigid.bodies_of(with_values(with_rod, {"bodies.b.mass": 7.0, "bodies.a.mass": 4.0}))
     assert changed["rod"] is rigid.bodies["rod"] and rigid.bodies["b"].moments.mass == 3.0
     assert (changed["a"].moments.mass, changed["b"].moments.mass) == (4.0, 7.0)
     for path in ("bodies.rod.EIy", "materials.steel.E", "sections.tube", "bodies.a", "bodies.none.mass"):

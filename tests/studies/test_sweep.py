@@ -17,7 +17,7 @@ import pytest
 from scipy.stats import norm
 from typer.testing import CliRunner
 
-from femflex.case import CaseError
+from femflex.case import CaseError, with_values
 from femflex.case.read import parse_case
 from femflex.case.sweep import parse_sweep
 from femflex.cli.app import app
@@ -387,7 +387,7 @@ def test_the_shipped_dispersion_names_keys_of_its_case():
     table, plan = planned(DISPERSION)
     members = designed(table)
     assert len(members) == 500
-    changed = parse_case(plan.case_text, Path(plan.case_path)).with_values(members[0])
+    changed = with_values(parse_case(plan.case_text, Path(plan.case_path)), members[0])
     assert changed.bodies["hub"].mass != 400.0
 
 

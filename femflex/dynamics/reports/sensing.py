@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.dynamics.joints.held_places import specified_states
 from femflex.dynamics.channels import row_length, row_places
+from femflex.dynamics.joints.held_places import specified_states
 from femflex.dynamics.reports.observe import observe
 
 if TYPE_CHECKING:

@@ -44,27 +44,6 @@ def bends_nonlinearly(body: FlexibleBody) -> bool:
     return not body.strain.is_linear or len(body.slaves) > 0
 
 
-def without(model: Model, *names: str) -> Model:
-    """The model without what is named: a term (see `terms`), a load, "flexibility" or that of a body, or
-    "nonlinear_strain".
-
-    A rigid, undamped, unloaded ... system is one in which the thing is not there. The inertia forces by degree in u and
-    gravity are left out of the compiled equations instead; the monitors of energy still count what they stand for.
-    Raises ValueError for a name that is not known, with those that are.
-    """
-    chosen = tuple(dict.fromkeys(resolved(model, name) for name in names))
-    system = model.system
-    for name in chosen:
-        system = changed(system, name)
-    from femflex.dynamics.model import compile_system
-
-    omitted = (*model.omitted, *chosen)
-    found = compile_system(without_reactions(system, omitted))
-    if model.constraints is not None and found.n_x == model.n_x:
-        found = replace(found, x0=model.x0)  # closed loops start where they did
-    return reduced(found, omitted)
-
-
 def switchable(model: Model) -> list[str]:
     """Everything that can be switched off in the model."""
     system = model.system
@@ -161,7 +140,7 @@ def without_reactions(system: System, omitted: tuple[str, ...]) -> System:
         f"forces in joints are left out of the run: they are those of the full equations, and {', '.join(struck)} is "
         "switched off",
         PhysicsWarning,
-        stacklevel=4,
+        stacklevel=3,
     )
     return replace(system, reactions=False)
 

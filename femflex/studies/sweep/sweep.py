@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.case import Case, CaseError, read_case
+from femflex.case import Case, CaseError, read_case, with_values
 from femflex.case.changed import written_keys
 from femflex.case.problems import Problem
 from femflex.case.read import parse_case
@@ -133,7 +133,7 @@ def _check_keys(case: Case, values: dict[str, Any]) -> None:
     """
     name, known = case.path.name, set(written_keys(case.tables))
     try:
-        case.with_values(values)
+        with_values(case, values)
     except CaseError as error:
         new = {path.rpartition(".")[2] for path in values if path not in known}
         wrong = [one for one in error.problems if not one.where or one.where.rpartition(".")[2] in new]
