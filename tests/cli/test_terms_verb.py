@@ -159,19 +159,6 @@ def test_a_name_that_cannot_be_switched_off_is_answered_and_nothing_is_written(f
     assert code == 2 and sentence in wrong and not (folder / "no.h5").exists()
 
 
-@pytest.mark.parametrize("in_the_way", ["there.h5", "there_markers_boom.tip_deflection.png"])
-def test_a_wrong_name_is_told_before_the_files_in_the_way(folder, full, in_the_way):
-    drawn, output, thing = folder / "drawn.toml", folder / "there.h5", folder / in_the_way
-    drawn.write_text((folder / "craft.toml").read_text() + '\n[pictures]\nplots = ["markers/boom.tip/deflection"]\n')
-    thing.touch()
-    code, _, wrong = told("run", drawn, "-o", output, "--without", "nonsense")
-    assert code == 2 and "'nonsense' is not something that can be switched off. Known here are coriolis" in wrong
-    assert "exist" not in wrong
-    code, _, wrong = told("run", drawn, "-o", output, "--without", "damping")
-    assert code == 2 and in_the_way in wrong and "exist" in wrong and "switched off" not in wrong
-    thing.unlink()
-
-
 def test_meshes_that_changed_or_went_away_are_noticed(folder, full, tmp_path):
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()

@@ -28,7 +28,7 @@ from femflex.pipeline.linear_motion import NODES, Steps, parabola, response, tab
 from femflex.pipeline.periods import check_periods
 from femflex.pipeline.prepared import sampling
 from femflex.pipeline.references import channel_problems, motion_problems, size_problems
-from femflex.reading import reading, refuse_pointer, what_is_wrong
+from femflex.reading import error_text, reading, refuse_pointer
 from femflex.summary import Summarised, listed
 from femflex.system import Channel
 
@@ -546,7 +546,7 @@ def test_errors_of_readers_become_one_sentence_about_the_file(tmp_path: Path):
     try:
         parse = {}["a"]
     except KeyError as found:
-        assert what_is_wrong(found) == "its contents are not those of this format"
+        assert error_text(found) == "its contents are not those of this format"
     else:
         assert parse
 
