@@ -45,7 +45,7 @@ def reading(path: Path, kind: str, advice: str) -> Iterator[None]:
 
 
 def error_text(error: BaseException) -> str:
-    """Text of an error raised in reading a file: femflex's own, or a sentence in place of those of Python and libraries."""
+    """Text of an error raised in reading a file: femflex's own, or a sentence instead of a library's."""
     if number := NO_NUMBER.search(str(error)):
         return f"it has {number[1]} where a number belongs"
     frames = [frame for frame, _ in walk_tb(error.__traceback__)]

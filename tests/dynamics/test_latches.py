@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from support.mechanisms import four_bar
 from support.random_systems import random_body
+from support.scipy_integrators import integrator
 
 from femflex.body import Marker, rigid_body
 from femflex.dynamics import compile_system
 from femflex.dynamics.terms.by_source import terms
-from femflex.integrate import integrator
 from femflex.system import Latch, Stop, System, TabulatedSpring, free, prismatic, revolute
 
 TIGHT = {"rtol": 1e-11, "atol": 1e-12}

@@ -14,6 +14,7 @@ import pytest
 from scipy.optimize import brentq
 from support.mechanisms import four_bar
 from support.random_systems import random_body
+from support.scipy_integrators import integrator
 
 from femflex import run as run_case
 from femflex.body import Marker
@@ -22,7 +23,7 @@ from femflex.dynamics import compile_system
 from femflex.dynamics.equilibria.equilibrium import equilibrium
 from femflex.dynamics.equilibria.linearised import linearised
 from femflex.dynamics.motion.led_equations import led_rate
-from femflex.integrate import Dop853, Esdirk4, GeneralizedAlpha, driver, integrator
+from femflex.integrate import Dop853, Esdirk4, GeneralizedAlpha, driver
 from femflex.pipeline import rebuilt
 from femflex.system import (
     Block,

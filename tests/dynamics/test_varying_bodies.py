@@ -18,6 +18,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from support.pointwise import Jet, Tree, equations, partial_velocities
 from support.random_systems import random_body, random_tree
+from support.scipy_integrators import integrator
 from test_equations import elastic_forces
 
 from femflex.body import FlexibleBody, Marker, MassMoments, StrainTensors, rigid_body
@@ -26,7 +27,6 @@ from femflex.dynamics import compile_system
 from femflex.dynamics.lowering.layout import VARIES, W_POS
 from femflex.dynamics.reports import variations
 from femflex.dynamics.terms.by_source import linear_terms
-from femflex.integrate import integrator
 from femflex.system import (
     Block,
     Environment,

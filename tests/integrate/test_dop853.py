@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from scipy.special import ellipj
 from support.integrate_models import chain, duffing, kepler, oscillator, pulse, rigid_body, spun
+from support.scipy_integrators import integrator
 
-from femflex.integrate import Dop853, integrator
+from femflex.integrate import Dop853
 from femflex.integrate.dop853_table import A, B, C
 
 
