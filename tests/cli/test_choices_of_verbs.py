@@ -17,7 +17,6 @@ from femflex.cli.campbell import with_options as campbell_options
 from femflex.cli.converge import checked_levels, read_levels
 from femflex.cli.converge_report import print_forms, print_kinds, print_study
 from femflex.cli.errors import meaning
-from femflex.cli.grouped_warnings import grouped
 from femflex.cli.outputs import outputs
 from femflex.cli.second_run import second_output
 from femflex.cli.stability import one_axis, with_options
@@ -36,18 +35,6 @@ def test_errors_have_the_exit_status_of_their_cause():
     assert meaning(np.linalg.LinAlgError("Singular matrix")) == (3, ["the numerics failed: Singular matrix"])
     code, lines = meaning(TypeError("odd"))
     assert code == 1 and lines[0] == "this is a fault of femflex itself: TypeError in femflex: odd"
-
-
-def test_warnings_alike_but_for_numbers_are_printed_once_with_the_other_bodies():
-    texts = [f"bodies.{name}: its mode {k} at {k / 3:.3g} Hz is slow" for k, name in enumerate("abcdef")]
-    texts += ["bodies.a: something else", "no body at all 3", "no body at all 4"]
-    assert grouped(texts) == [
-        f"{texts[0]} (likewise bodies.b, bodies.c, bodies.d and 2 more, each with its own numbers)",
-        *texts[6:],
-    ]
-    groups = [f"bodies.a: group '{name}' lies {k} m away" for k, name in enumerate(("x", "y", "z", "u"))]
-    assert grouped(groups) == [f"{groups[0]} (likewise 'y', 'z', 'u', each with its own numbers)"]
-    assert grouped(groups[:2]) == [f"{groups[0]} (likewise 'y', with its own numbers)"]
 
 
 def test_outputs_go_by_their_suffix_and_once_each():

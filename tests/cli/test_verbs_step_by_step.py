@@ -25,7 +25,7 @@ import femflex.cli
 import femflex.cli.interrupt
 from femflex.case import parse_case, read_case
 from femflex.cli import campbell as campbell_verb
-from femflex.cli import check, grouped_warnings, info, interrupt, linearize, run, second_run, stability, stress, sweep
+from femflex.cli import check, info, interrupt, linearize, run, second_run, stability, stress, sweep, warning_output
 from femflex.cli import converge as converge_verb
 from femflex.cli.converge_report import StudyOutputs
 from femflex.cli.keep_alive import keep_alive
@@ -648,8 +648,11 @@ def test_warnings_of_a_check_are_counted(femflex: Any, monkeypatch: pytest.Monke
     (tmp_path / "c.toml").write_text(HUB)
 
     def examined(case: Path) -> tuple[Any, str]:
-        for text in ("a: off by 2 %", "b: off by 3 %", "other"):
-            warnings.warn(text, PhysicsWarning, stacklevel=1)
+        for name, value in (("a", 2), ("b", 3)):
+            warnings.warn(
+                PhysicsWarning("{body_or_joint}: off by {value} %", body_or_joint=name, value=value), stacklevel=1
+            )
+        warnings.warn("other", PhysicsWarning, stacklevel=1)
         warnings.warn("of a library", UserWarning, stacklevel=1)
         warnings.warn("a cache", CacheWarning, stacklevel=1)
         return SimpleNamespace(notes={"hub": "a note"}, advice=[], system=SimpleNamespace(bodies={})), "one body"
@@ -1137,12 +1140,12 @@ def test_the_verb_of_terms_draws_keeps_and_prints_what_is_asked(femflex: Any, mo
 
 
 def test_warnings_wait_and_are_each_printed_once(capsys: pytest.CaptureFixture[str]):
-    groups = grouped_warnings.WarningGroups()
+    groups = warning_output.WarningGroups()
     for text in ("b", "a", "b"):
-        groups.add(text)
+        groups.add(PhysicsWarning(text))
     groups.print_pending()
-    groups.add("a")
-    groups.add("c")
+    groups.add(PhysicsWarning("a"))
+    groups.add(PhysicsWarning("c"))
     groups.print_pending()
     groups.print_pending()
     assert capsys.readouterr().err == "".join(f"femflex: warning: {text}\n" for text in "bac")

@@ -6,37 +6,41 @@ import warnings
 
 import pytest
 
-from femflex.cli.grouped_warnings import gather_warnings, grouped, print_warnings, warnings_so_far
 from femflex.cli.tables import folded_columns, print_table
-from femflex.warning import PhysicsWarning
+from femflex.cli.warning_output import gather_warnings, print_warnings, warnings_so_far
+from femflex.warning import PhysicsWarning, grouped_texts
 
 
-def test_warnings_of_one_kind_come_as_one_line():
-    said = grouped(["a: 4 modes carry 63 %", "b: 6 modes carry 71.5 %", "a: spins too fast", "no body named"])
-    assert said == [
-        "a: 4 modes carry 63 % (likewise b, with its own numbers)", "a: spins too fast", "no body named"
-    ]  # fmt: skip
-    many = grouped([f"panel{k}: off by {k} %" for k in range(7)])
-    assert many == ["panel0: off by 0 % (likewise panel1, panel2, panel3 and 3 more, each with its own numbers)"]
-
-
-def test_warnings_of_many_members_of_one_body_come_as_one_line():
-    """A wing of 15 properties, each a group whose sides are curved."""
-    wing = [f"wing: plate on group 'pid_{k}': {k} of 24 sides are curved by {k / 7} m" for k in range(15)]
-    other = ["wing: beam on group 'pid_3': 2 of 24 sides are curved by 1 m", "shell on group 'a' is warped by 2 %"]
-    said = grouped([*wing, *other, "shell on group 'b' is warped by 3 %"])
-    assert said == [
-        wing[0] + " (likewise 'pid_1', 'pid_2', 'pid_3' and 11 more, each with its own numbers)",
-        other[0],
-        other[1] + " (likewise 'b', with its own numbers)",
+def test_warnings_of_one_effect_come_as_one_line():
+    bent, fast = "{body_or_joint}: bent by {value} % (limit {limit} %).", "{body_or_joint}: turns at {value} rad/s;"
+    given = [
+        PhysicsWarning(bent, body_or_joint=name, value=k, limit=5, remedy="Stiffen it")
+        for k, name in enumerate("abcde")
     ]
+    given += [PhysicsWarning(fast, body_or_joint="a", value=3), UserWarning("no body named")]
+    assert grouped_texts(given) == [
+        "a: bent by 0 % (limit 5 %). Stiffen it (likewise b, c, d and 1 more, each with its own numbers)",
+        "a: turns at 3 rad/s;",
+        "no body named",
+    ]
+
+
+def test_two_warnings_of_one_effect_on_one_body_are_both_shown():
+    effect = "{body_or_joint}: joint at {place} does not turn."
+    given = [PhysicsWarning(effect, body_or_joint="a", place=place) for place in ("tip", "root", "tip")]
+    assert grouped_texts(given) == ["a: joint at tip does not turn.", "a: joint at root does not turn."]
+
+
+def test_a_text_alone_is_left_as_it_is():
+    assert str(PhysicsWarning("{value} in braces")) == "{value} in braces"
+    assert PhysicsWarning("{value:.1f} %", value=2).value == 2
 
 
 def test_a_warning_is_told_once_and_only_those_of_femflex(capsys):
     with warnings.catch_warnings():
         gather_warnings()
-        for text in ("boom: bends", "boom: bends", "mast: bends"):
-            warnings.warn(text, PhysicsWarning, stacklevel=1)
+        for name in ("boom", "boom", "mast"):
+            warnings.warn(PhysicsWarning("{body_or_joint}: bends", body_or_joint=name), stacklevel=1)
         warnings.warn("of somebody else", UserWarning, stacklevel=1)
         print_warnings()
         warnings.warn("mast: bends", PhysicsWarning, stacklevel=1)

@@ -9,7 +9,7 @@ from support.nastran_decks import STEEL, bar, frequencies, read, written
 from femflex.decks import DeckError, Units, read_deck, units_of
 from femflex.decks.builder import Builder
 from femflex.decks.findings import Findings, Place, toml_key
-from femflex.decks.report import _grouped, describe, doubts, mass_and_centre, without_mass
+from femflex.decks.report import describe, doubts, mass_and_centre, without_mass
 from femflex.decks.singular import unresisted
 from femflex.decks.units import implausible, likely_units
 
@@ -278,9 +278,3 @@ def test_a_deck_that_makes_no_structure_is_described_up_to_what_stops_it(tmp_pat
         "groups    rbe2_9",
     ]  # fmt: skip
     assert deck.default_supports == () and len(deck.point_masses) == 2
-
-
-def test_warnings_that_differ_in_their_numbers_alone_are_one_line():
-    """The first stands for its kind, with their count; the last part of each, after "; ", says what kind it is."""
-    texts = ["pid_3: 5 Hz; mesh finer than 2 m", "pid_4 alone; use shells", "pid_9: 77 Hz; mesh finer than 31 m"]
-    assert _grouped([*texts, "pid_5: 6 Hz; mesh finer than 1 m"]) == [f"{texts[0]} (3 members alike)", texts[1]]

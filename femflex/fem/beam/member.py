@@ -238,10 +238,15 @@ def _warn_if_curved(mesh: Mesh, member: Member, cells: dict[str, Index]) -> None
     excess = 0.0 if line3 is None else arc_excess(mesh.points, line3)
     if excess > CURVED:
         warnings.warn(
-            f"beam group {member.group!r} has curved line3 cells, each taken as two straight elements: they are "
-            f"{excess:.1%} shorter than the arcs through their nodes (limit {CURVED:.1%}), and their mass and "
-            "flexibility are too small. Mesh the curve with smaller cells",
-            PhysicsWarning,
+            PhysicsWarning(
+                "beam group {body_or_joint!r} has curved line3 cells, each taken as two straight elements: they are "
+                "{value:.1%} shorter than the arcs through their nodes (limit {limit:.1%}), and their mass and "
+                "flexibility are too small.",
+                body_or_joint=member.group,
+                value=excess,
+                limit=CURVED,
+                remedy="Mesh the curve with smaller cells",
+            ),
             stacklevel=6,
         )
 
@@ -250,9 +255,15 @@ def _warn_if_stout(rho: Array, gyration: float, member: Member) -> None:
     extent = member.options.get("extent") or float(np.linalg.norm(np.ptp(rho.reshape(-1, 3), axis=0)))
     if extent < SLENDER * gyration:
         warnings.warn(
-            f"beam group {member.group!r} extends over {extent:.4g} m with a radius of gyration of {gyration:.4g} m; "
-            f"below {SLENDER:g} radii ({SLENDER * gyration:.4g} m) the shear left out here shifts frequencies by per "
-            "cents. Set the option shear = true",
-            PhysicsWarning,
+            PhysicsWarning(
+                "beam group {body_or_joint!r} extends over {value:.4g} m with a radius of gyration of {gyration:.4g} "
+                "m; below {slender:g} radii ({limit:.4g} m) the shear left out here shifts frequencies by per cents.",
+                body_or_joint=member.group,
+                value=extent,
+                limit=SLENDER * gyration,
+                remedy="Set the option shear = true",
+                gyration=gyration,
+                slender=SLENDER,
+            ),
             stacklevel=6,
         )

@@ -43,10 +43,16 @@ def _selected(mesh: Mesh, member: Member) -> str:
     first = _vector(y[np.argmax(upright)])
     if upright.any():
         warnings.warn(
-            f"beam on group {member.group!r} has no orientation, {matter}, and {int(upright.sum())} of its {len(y)} "
-            f"elements run along the mesh's z axis: the section's y axis is selected along {first} there. Give the "
-            "option orientation, a direction near the section's y axis",
-            PhysicsWarning,
+            PhysicsWarning(
+                "beam on group {body_or_joint!r} has no orientation, {matter}, and {value} of its {count} elements run "
+                "along the mesh's z axis: the section's y axis is selected along {first} there.",
+                body_or_joint=member.group,
+                value=int(upright.sum()),
+                remedy="Give the option orientation, a direction near the section's y axis",
+                matter=matter,
+                count=len(y),
+                first=first,
+            ),
             stacklevel=5,
         )
         return ""

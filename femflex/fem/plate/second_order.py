@@ -31,11 +31,19 @@ def warn_of_curved_sides(points: Array, cells: Mapping[str, Index], where: str) 
         return
     worst = int(np.argmax(distance / length))
     warnings.warn(
-        f"{where}: {int(curved.sum())} of {len(curved)} sides of its second-order cells are curved, and the elements "
-        f"have straight ones between the corners: the worst middle node lies {distance[worst]:.3g} m off a side of "
-        f"{length[worst]:.3g} m ({distance[worst] / length[worst]:.2%}; at most {STRAIGHT:.2%} counts as straight). "
-        "Refine the mesh: refine = 1 makes corners of the middle nodes and divides the distance by 4",
-        PhysicsWarning,
+        PhysicsWarning(
+            "{body_or_joint}: {curved} of {count} sides of its second-order cells are curved, and the elements have "
+            "straight ones between the corners: the worst middle node lies {distance:.3g} m off a side of {length:.3g} "
+            "m ({value:.2%}; at most {limit:.2%} counts as straight).",
+            body_or_joint=where,
+            value=distance[worst] / length[worst],
+            limit=STRAIGHT,
+            remedy="Refine the mesh: refine = 1 makes corners of the middle nodes and divides the distance by 4",
+            curved=int(curved.sum()),
+            count=len(curved),
+            distance=distance[worst],
+            length=length[worst],
+        ),
         stacklevel=5,
     )
 

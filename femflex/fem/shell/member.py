@@ -280,10 +280,17 @@ def _check_shapes(name: str, x: Array, where: str) -> None:
         )
     if angle[worst] > WARPED:
         warnings.warn(
-            f"{where}: {int((angle > WARPED).sum())} of {len(x)} quadrilaterals are warped by more than {WARPED:g} deg "
-            f"between corner normals; the worst, by {angle[worst]:.3g} deg, is {_at(worst, x)}. Their stiffness is "
-            "some per cents off; mesh finer there, or use eight-node elements",
-            PhysicsWarning,
+            PhysicsWarning(
+                "{body_or_joint}: {warped} of {count} quadrilaterals are warped by more than {limit:g} deg between "
+                "corner normals; the worst, by {value:.3g} deg, is {worst}. Their stiffness is some per cents off;",
+                body_or_joint=where,
+                value=angle[worst],
+                limit=WARPED,
+                remedy="mesh finer there, or use eight-node elements",
+                warped=int((angle > WARPED).sum()),
+                count=len(x),
+                worst=_at(worst, x),
+            ),
             stacklevel=5,
         )
 
@@ -301,8 +308,13 @@ def _warn_of_constant_strain(points: Array, cells: dict[str, Index], where: str)
     share = area.get("triangle", 0.0) / sum(area.values())
     if share > CONSTANT_SHARE:
         warnings.warn(
-            f"{where}: {share:.0%} of its area is three-node triangles (limit {CONSTANT_SHARE:.0%}), whose membrane "
-            "strain is constant and converges slowly. Use family = 'plate' for meshes of triangles, or six-node ones",
-            PhysicsWarning,
+            PhysicsWarning(
+                "{body_or_joint}: {value:.0%} of its area is three-node triangles (limit {limit:.0%}), whose membrane "
+                "strain is constant and converges slowly.",
+                body_or_joint=where,
+                value=share,
+                limit=CONSTANT_SHARE,
+                remedy="Use family = 'plate' for meshes of triangles, or six-node ones",
+            ),
             stacklevel=5,
         )

@@ -192,9 +192,16 @@ def warn_if_slack(structure: Structure) -> None:
         at = ", ".join(f"{c:.4g}" for c in np.broadcast_to(block.places, (*lowest.shape, 3))[lowest == lowest.min()][0])
         state, what = ("slack", "length") if s == 1 else ("wrinkled", "area")
         warnings.warn(
-            f"{block.family} on group {block.group!r} is {state} over {part:.2%} of its {what}: "
-            f"its {PRINCIPAL[s]} falls to {lowest.min():.4g} {UNITS[s]} at ({at}), below zero, and the elements carry "
-            "that compression. Raise the tension, or move the supports",
-            PhysicsWarning,
+            PhysicsWarning(
+                f"{block.family} on group {{body_or_joint!r}} is {state} over {{part:.2%}} of its {what}: its "
+                f"{PRINCIPAL[s]} falls to {{value:.4g}} {UNITS[s]} at ({{at}}), below zero, and the elements carry "
+                "that compression.",
+                body_or_joint=block.group,
+                value=lowest.min(),
+                limit=0.0,
+                remedy="Raise the tension, or move the supports",
+                part=part,
+                at=at,
+            ),
             stacklevel=3,
         )

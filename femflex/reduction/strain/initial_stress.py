@@ -111,22 +111,38 @@ def warn_of_initial_stress(name: str, given: Structure, left: Structure, meant: 
         return
     held = stress_energy(left) / max(stress_energy(given), 1e-300)
     if meant and held < HELD:
-        _warn(
-            f"{name}: its clamps sustain {held:.0%} of the energy of the initial stress (limit {HELD:.0%}); the rest "
-            "relaxed before its modes were computed. Clamp every group that reacts the stress, such as both ends"
+        warning = PhysicsWarning(
+            "{body_or_joint}: its clamps sustain {value:.0%} of the energy of the initial stress (limit {limit:.0%}); "
+            "the rest relaxed before its modes were computed.",
+            body_or_joint=name,
+            value=held,
+            limit=HELD,
+            remedy="Clamp every group that reacts the stress, such as both ends",
         )
+        warnings.warn(warning, stacklevel=2)
     elif (moved := left.known.get(LET_GO, (0.0,))[0]) > MOVED * (size := _size(left)):
-        _warn(
-            f"{name}: what its supports do not hold of its initial stress moves it by up to {moved:.4g} m, "
-            f"{moved / size:.2g} of its size (limit {MOVED:g}). The modes are those after that, but the mesh stays as "
-            "it is: this displacement is in no result. Add it where it counts, or mesh the deformed shape"
+        warning = PhysicsWarning(
+            "{body_or_joint}: what its supports do not hold of its initial stress moves it by up to {moved:.4g} m, "
+            "{value:.2g} of its size (limit {limit:g}). The modes are those after that, but the mesh stays as it is: "
+            "this displacement is in no result.",
+            body_or_joint=name,
+            value=moved / size,
+            limit=MOVED,
+            remedy="Add it where it counts, or mesh the deformed shape",
+            moved=moved,
         )
+        warnings.warn(warning, stacklevel=2)
     largest = largest_strain(given, left)
     if largest > SMALL:
-        _warn(
-            f"{name}: its initial stress strains it by up to {largest:.1%}, and strain is taken to be small, below "
-            f"{SMALL:.0%}. Check prestress, thermal strain and units"
+        warning = PhysicsWarning(
+            "{body_or_joint}: its initial stress strains it by up to {value:.1%}, and strain is taken to be small, "
+            "below {limit:.0%}.",
+            body_or_joint=name,
+            value=largest,
+            limit=SMALL,
+            remedy="Check prestress, thermal strain and units",
         )
+        warnings.warn(warning, stacklevel=2)
 
 
 def largest_strain(given: Structure, left: Structure) -> float:
@@ -143,10 +159,6 @@ def largest_strain(given: Structure, left: Structure) -> float:
 def _size(structure: Structure) -> float:
     """Diagonal of the box around a structure [m]."""
     return float(np.linalg.norm(np.ptp(structure.mesh.points, axis=0)))
-
-
-def _warn(text: str) -> None:
-    warnings.warn(text, PhysicsWarning, stacklevel=3)
 
 
 def stress_energy(structure: Structure) -> float:

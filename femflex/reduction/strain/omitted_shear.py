@@ -52,9 +52,15 @@ def warn_of_omitted_shear(structure: Structure, modes: ModeSet) -> None:
     where = ", ".join(dict.fromkeys(plates.where for plates in thin))
     remedy = " and ".join(dict.fromkeys(plates.remedy for plates in thin))
     warnings.warn(
-        f"{where}: the elements leave out transverse shear, which makes frequencies too high, by an estimate from the "
-        f"modes' own shear forces: {text}; the limit is {DOUBTFUL:.1%}. For thick and sandwich plates {remedy}",
-        PhysicsWarning,
+        PhysicsWarning(
+            "{body_or_joint}: the elements leave out transverse shear, which makes frequencies too high, by an "
+            "estimate from the modes' own shear forces: {frequencies}; the limit is {limit:.1%}.",
+            body_or_joint=where,
+            value=float(errors.max()),
+            limit=DOUBTFUL,
+            remedy=f"For thick and sandwich plates {remedy}",
+            frequencies=text,
+        ),
         stacklevel=3,
     )
 
