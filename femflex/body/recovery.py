@@ -175,13 +175,6 @@ def peaks(parts: Sequence[StrainPart], y: Array, time: Array) -> list[Peak]:
     return [best[key] for key in sorted(best, key=lambda key: (list(RESULTANTS).index(key[0]), key[1]))]
 
 
-def largest_over_time(part: StrainPart, name: str, y: Array) -> Array | None:
-    """The largest magnitude over time (p,) of a quantity at each point: a map of peaks."""
-    if name not in quantities([part]):
-        return None
-    return over_time(part, y, [name])[name][0]
-
-
 def at_points(parts: Sequence[StrainPart], name: str, points: ArrayLike, y: Array) -> tuple[Array, Array]:
     """A quantity along time (t, m) at the strain points nearest to points (m, 3), and where these lie (m, 3) [m].
 

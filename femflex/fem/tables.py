@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from femflex.fem.assembly import Assembler, Part, assembled
+from femflex.fem.assembly import Assembler, Part
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -185,11 +185,6 @@ class DenseStrain:
     def parts(self) -> tuple[Part, ...]:
         """See StrainBlock."""
         return (Part(self.dofs, self.stiffness().__getitem__),)
-
-
-def assemble_blocks(blocks: Sequence[InertiaBlock | StrainBlock], T: sparse.csr_array) -> sparse.csr_array:
-    """Mass or stiffness (n_dof, n_dof) [kg or N/m] of blocks on raw dofs, T (n_raw, n_dof) of the independent ones."""
-    return assembled([part for block in blocks for part in block.parts()], T)
 
 
 def mass_and_stiffness(

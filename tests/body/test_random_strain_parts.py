@@ -13,7 +13,6 @@ from femflex.body.recovery import (
     NearestPoint,
     at_points,
     fibre_stress,
-    largest_over_time,
     named,
     over_time,
     peaks,
@@ -324,7 +323,6 @@ def test_largest_values_found_in_chunks_of_time_are_those_of_the_whole(monkeypat
         np.testing.assert_array_equal(whole[name][1], every.argmax(axis=0))
         np.testing.assert_allclose(chunks[name][0], whole[name][0])
         np.testing.assert_array_equal(chunks[name][1], whole[name][1])
-        np.testing.assert_allclose(largest_over_time(part, name, y), whole[name][0])
 
 
 @pytest.mark.parametrize("common", [False, True])

@@ -12,7 +12,7 @@ from femflex.fem.assembly.conditions import conditions
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.family import Contribution, SkinPart, family
 from femflex.fem.sections import Circle, Rectangle
-from femflex.fem.tables import DenseInertia, DenseStrain, assemble_blocks, element_chunks
+from femflex.fem.tables import DenseInertia, DenseStrain, element_chunks
 from femflex.mesh import Mesh, line, rectangle
 from femflex.warning import PhysicsWarning
 
@@ -207,7 +207,6 @@ def test_extra_dofs_are_held_when_all_their_nodes_are():
 def test_blocks_are_contracted_in_chunks_that_cover_all_elements():
     pieces = list(element_chunks(10, 1_000_000))
     assert [(p.start, p.stop) for p in pieces] == [(0, 4), (4, 8), (8, 10)]
-    assert assemble_blocks([], sparse.eye_array(3, format="csr")).shape == (3, 3)
 
 
 def test_assembly_adds_every_element_entry_where_its_dofs_say():

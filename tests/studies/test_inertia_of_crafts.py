@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from support.rigid_stability import rigid_kind
 
 from femflex.body import Marker, rigid_body
 from femflex.case.read import parse_case
@@ -26,7 +27,6 @@ from femflex.studies.stability.gravity_gradient import (
     delp_boundary,
     known_curves,
     moments,
-    rigid_kind,
     with_inertia,
     with_ratios,
 )

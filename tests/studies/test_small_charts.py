@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from support.rigid_stability import rigid_kind
 from support.small_cases import HUB_AND_BAR
 
 from femflex.case import CaseError
 from femflex.case.read import parse_case
 from femflex.studies.stability import case_stability
-from femflex.studies.stability.gravity_gradient import rigid_kind
 
 ORBITER = (
     HUB_AND_BAR

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.optimize import brentq
+from support.rigid_stability import rigid_kind
 from support.small_cases import HUB_AND_BAR
 from typer.testing import CliRunner
 
@@ -19,7 +20,7 @@ from femflex.cli.stability import one_axis
 from femflex.studies.floquet import floquet
 from femflex.studies.stability import Chart, Locus, case_stability, judged_rest, stability_chart, stability_locus
 from femflex.studies.stability.affine import AffineChart
-from femflex.studies.stability.gravity_gradient import delp_boundary, moments, rigid_kind, with_ratios
+from femflex.studies.stability.gravity_gradient import delp_boundary, moments, with_ratios
 from femflex.studies.stability.judgement import NONE, STATIC, UNSTABLE, Judgement
 from femflex.studies.varied import VariedCase
 from femflex.system import Frame, Load, System, free, revolute

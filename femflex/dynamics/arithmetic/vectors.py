@@ -167,15 +167,6 @@ def add9(a: Matrix, b: Matrix) -> Matrix:
 
 
 @formula
-def cross_matrix(v: Vector, m: Matrix) -> Matrix:
-    """skew(v) m."""
-    a = cross(v, (m[0], m[3], m[6]))
-    b = cross(v, (m[1], m[4], m[7]))
-    c = cross(v, (m[2], m[5], m[8]))
-    return a[0], b[0], c[0], a[1], b[1], c[1], a[2], b[2], c[2]
-
-
-@formula
 def solve3(m: Matrix, v: Vector) -> Vector:
     """x with m x = v (Cramer's rule)."""
     a, b, c = (m[0], m[3], m[6]), (m[1], m[4], m[7]), (m[2], m[5], m[8])
