@@ -5,14 +5,12 @@ from __future__ import annotations
 import warnings
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.decks.deck import Deck
 from femflex.decks.units import implausible
 from femflex.fem import Structure
 from femflex.warning import grouped_texts
-
-Array = NDArray[np.float64]
 
 NO_MASS = 1e-6  # [kg] below which a deck without densities has no mass
 

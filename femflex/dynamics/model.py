@@ -7,8 +7,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.dynamics.channels import channels_of, row_length, row_places
 from femflex.dynamics.effectors.starts import check_separations, with_starts
 from femflex.dynamics.effectors.states import (
@@ -52,8 +52,6 @@ if TYPE_CHECKING:
     from femflex.dynamics.effectors.events import AllEvents
     from femflex.dynamics.latches import Latches
 
-Array = NDArray[np.float64]
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Model(Summarised):
@@ -79,7 +77,7 @@ class Model(Summarised):
     n_z: int
     x0: Array
     breaks: Array
-    renormalise: NDArray[np.int64]
+    renormalise: IntArray
     channels: dict[str, Channel]
     rate: Any = field(default=equations.rate)
     omitted: tuple[str, ...] = ()
@@ -94,7 +92,7 @@ class Model(Summarised):
         return "Compiled model", [*rows, ("channels", str(len(self.channels))), *self.system.summary()[1]]
 
     @property
-    def table(self) -> NDArray[np.int64]:
+    def table(self) -> IntArray:
         """Records."""
         return self.workspace.table
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.interpolate import PchipInterpolator
 
+from femflex.arrays import Array
 from femflex.fem.formula import formula
 
-Array = NDArray[np.float64]
 Along = float | str | Sequence[ArrayLike] | Array  # a number, a formula of s and L, or a table (s, values)
 
 

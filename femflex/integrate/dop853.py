@@ -6,15 +6,13 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.integrate.driver import Adaptive, Fill
 from femflex.integrate.intervals import Span
 from femflex.integrate.protocol import Model
 from femflex.integrate.register import INTEGRATORS
 from femflex.integrate.starting import first_step
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,8 +14,8 @@ from time import perf_counter
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.integrate import resume as head
 from femflex.integrate.events import eventful_blocks
 from femflex.integrate.intervals import Span, interval, struck_next, until
@@ -23,7 +23,6 @@ from femflex.integrate.outcome import ROWS, Block, IntegrationError, Interrupted
 from femflex.integrate.pace import BlockTime, Pace, trials_of
 from femflex.integrate.protocol import Model, Progress
 
-Array = NDArray[np.float64]
 Fill = Callable[[Array, Array, Array, Array, Span, int], tuple[int, int]]  # state, vectors, times, rows, span, budget
 
 CALL_SECONDS = 0.1

@@ -18,8 +18,8 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.integrate import resume as head
 from femflex.integrate.intervals import struck_next, until
 from femflex.integrate.outcome import ROWS, Block, failure
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from femflex.integrate.driver import Adaptive, Fill
     from femflex.integrate.protocol import Clock, Model
 
-Array = NDArray[np.float64]
 
 TOGETHER = 1e-9  # of a step: what comes closer cannot be distinguished by its polynomial
 SAMPLES = np.array([0.25, 0.5, 0.75, 1.0])  # of a step, at which its events are looked for
@@ -180,7 +179,7 @@ class Stepper:
             before, falling = after, falls
         return None
 
-    def grazed(self, turned: NDArray[np.int64], due: list[int], a: float, b: float) -> list[tuple[int, float]]:
+    def grazed(self, turned: IntArray, due: list[int], a: float, b: float) -> list[tuple[int, float]]:
         """Of the events whose values turned back between a and b, those that were reached there, and by when."""
         lowest = [(int(k), self.root(int(k), a, b, of="rates")) for k in turned if k not in due]
         return [(k, time) for k, time in lowest if self.events.values(time, self.state(time))[k] <= 0.0]

@@ -6,14 +6,13 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.integrate import resume as head
 
 if TYPE_CHECKING:
     from femflex.integrate.protocol import Clock
 
-Array = NDArray[np.float64]
 Span = tuple[float, float, float]  # end of the interval, and the limits of the times at which the model may be asked
 
 

@@ -6,13 +6,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+
+from femflex.arrays import Array, IntArray
 
 if TYPE_CHECKING:
     from femflex.mesh.mesh import CellGroup, Mesh
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 def merged(first: Mesh, second: Mesh) -> Mesh:
@@ -48,7 +46,7 @@ def fused(mesh: Mesh, tolerance: float) -> Mesh:
     return _renumbered(mesh, first[cluster])
 
 
-def coincident(points: Array, tolerance: float) -> Index:
+def coincident(points: Array, tolerance: float) -> IntArray:
     """Pairs (k, 2) of points closer than tolerance [m], lower index first."""
     from scipy.spatial import cKDTree
 
@@ -56,7 +54,7 @@ def coincident(points: Array, tolerance: float) -> Index:
     return np.asarray(pairs, np.int64)
 
 
-def unused(mesh: Mesh) -> Index:
+def unused(mesh: Mesh) -> IntArray:
     """Numbers (k,) of the points that belong to no cell."""
     free = np.ones(len(mesh.points), bool)
     for rows in mesh.cells.values():
@@ -72,7 +70,7 @@ def compacted(mesh: Mesh) -> Mesh:
     return _renumbered(mesh, number) if len(loose) else mesh
 
 
-def _renumbered(mesh: Mesh, representative: Index) -> Mesh:
+def _renumbered(mesh: Mesh, representative: IntArray) -> Mesh:
     """The mesh on the points that represent themselves; -1 where a point goes without replacement."""
     keep = representative == np.arange(len(representative))
     new = np.where(representative >= 0, (np.cumsum(keep) - 1)[representative], -1)

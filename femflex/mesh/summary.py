@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from femflex.mesh.cells import CELL_TYPES
 from femflex.mesh.merge import unused
@@ -14,7 +13,6 @@ from femflex.mesh.quality import qualities, sizes
 if TYPE_CHECKING:
     from femflex.mesh.mesh import Mesh
 
-Array = NDArray[np.float64]
 
 MEASURES = (("", ""), ("length", "m"), ("area", "m^2"), ("volume", "m^3"))
 

@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, BoolArray, IntArray
 from femflex.body import FlexibleBody, Skin, StrainTensors
 from femflex.fem.deflected import tension_blocks
 from femflex.fem.structure import Structure
@@ -35,7 +35,6 @@ from femflex.reduction.strain.static_stretch import with_static_stretch
 from femflex.reduction.strain.tensors import cubic_tensors, strain_tensors
 from femflex.reduction.strain.turned_sections import sections_of, with_turned_sections
 
-Array = NDArray[np.float64]
 Strain = Literal["linear", "nonlinear", "condensed"]
 
 MANY = 1200  # coordinates up to which the lowest shape of a set is sought
@@ -121,7 +120,7 @@ def _tensors(structure: Structure, phi: Array, V1: Array, strain: Strain) -> Str
     return strain_tensors(structure, phi) if strain == "nonlinear" else cubic_tensors(structure, phi)
 
 
-def _without_modes(structure: Structure, modes: ModeSet, strain: Strain) -> NDArray[np.bool_]:
+def _without_modes(structure: Structure, modes: ModeSet, strain: Strain) -> BoolArray:
     """(n,): which shapes answer loads that move no mode; where strain is not linear, twist and bending alone.
 
     Stretch moves there in step with the square of the deflection (`bending_damping`).
@@ -156,7 +155,7 @@ def _followed(
     return body if preloaded else with_static_stretch(structure, modes, body, free, places)
 
 
-def _derivatives(modes: ModeSet) -> NDArray[np.int64]:
+def _derivatives(modes: ModeSet) -> IntArray:
     """Numbers of the derivatives among the shapes."""
     found = np.flatnonzero([kind == "derivative" for kind in modes.kinds])
     if not len(found):

@@ -84,9 +84,7 @@ def render_movie(
         return write_movie(path, frames, count, fps, force, progress)
 
 
-def _frames(
-    run: Run, scene: Scene, plan: Plan, times: np.typing.NDArray[np.float64], traces: tuple[str, ...]
-) -> Iterator[Image]:
+def _frames(run: Run, scene: Scene, plan: Plan, times: np.typing.Array, traces: tuple[str, ...]) -> Iterator[Image]:
     moving = motion(run, times, plan.camera, plan.body, traces, plan.scale)
     for k in range(len(times)):
         scene.show(moving, k)

@@ -21,10 +21,10 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from support.compared import NUMBER, words_of
 from typer.testing import CliRunner
 
+from femflex.arrays import Array
 from femflex.cli.app import app
 
 CRAFTS = Path(__file__).parent / "crafts"
@@ -53,7 +53,7 @@ def beside(craft: str) -> dict[str, str]:
 
 def told(
     text: str, verbs: Sequence[str], folder: Path, further: Mapping[str, str] = MappingProxyType({})
-) -> tuple[dict[str, str], dict[str, NDArray[np.float64]]]:
+) -> tuple[dict[str, str], dict[str, Array]]:
     """What the verbs say of a craft, by verb, and the numbers of its run; it is written to a folder of its own."""
     with chdir(folder), pytest.MonkeyPatch.context() as patch:
         patch.setattr("femflex.cli.tables.screen_width", lambda: 200)
@@ -105,9 +105,9 @@ def said_at_all(text: str) -> Counter[str]:
     return Counter(word.strip("():;.") for word in words_of(text))
 
 
-def numbers_of(path: Path) -> dict[str, NDArray[np.float64]]:
+def numbers_of(path: Path) -> dict[str, Array]:
     """Every table of numbers of a result file that follows time, by name."""
-    found: dict[str, NDArray[np.float64]] = {}
+    found: dict[str, Array] = {}
     with h5py.File(path) as file:
         rows = len(file["time"])
 

@@ -12,14 +12,15 @@ import warnings
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from outcomes import CRAFTS, beside, text_of, told, verbs_of
 from support.compared import listed, some_rows
+
+from femflex.arrays import Array
 
 HEAD = "$ femflex "
 
 
-def known(name: str) -> tuple[dict[str, str], dict[str, NDArray[np.float64]]]:
+def known(name: str) -> tuple[dict[str, str], dict[str, Array]]:
     """Texts by verb and some rows of the numbers of a craft, as they were recorded."""
     _, *parts = (CRAFTS / f"{name}.txt").read_text(encoding="utf-8").split(HEAD)
     texts = {verb: text for verb, _, text in (part.partition("\n") for part in parts)}

@@ -6,7 +6,8 @@ import re
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
+
+from femflex.arrays import Array
 
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w])")
 RULE = re.compile(r"[─━]+")
@@ -45,9 +46,7 @@ def _last_digit(number: str) -> float:
     return float(10.0 ** (int(power or 0) - len(digits.partition(".")[2])))
 
 
-def differing(
-    found: Mapping[str, NDArray[np.float64]], wanted: Mapping[str, NDArray[np.float64]], part: float = 1e-6
-) -> list[str]:
+def differing(found: Mapping[str, Array], wanted: Mapping[str, Array], part: float = 1e-6) -> list[str]:
     """Names of numbers that differ by more than a part of the largest of their name or of 1e-6 in SI units."""
     wrong = [f"{name}: in one alone" for name in sorted(set(found) ^ set(wanted))]
     for name in sorted(set(found) & set(wanted)):
@@ -63,11 +62,11 @@ def differing(
     return wrong
 
 
-def some_rows(numbers: Mapping[str, NDArray[np.float64]]) -> dict[str, NDArray[np.float64]]:
+def some_rows(numbers: Mapping[str, Array]) -> dict[str, Array]:
     """Rows of each table, those that are recorded, as one list of numbers each."""
     return {name: one[np.linspace(0, len(one) - 1, ROWS).astype(int)].ravel() for name, one in numbers.items()}
 
 
-def listed(values: NDArray[np.float64]) -> str:
+def listed(values: Array) -> str:
     """Numbers as they are recorded."""
     return "[" + ", ".join("NaN" if np.isnan(value) else f"{value:.9g}" for value in values) + "]"

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 import scipy.integrate
-from numpy.typing import NDArray
 
 from femflex import integrate
+from femflex.arrays import Array
 from femflex.integrate import resume as head
 from femflex.integrate.driver import checked, collected
 from femflex.integrate.intervals import Span, until
@@ -22,8 +22,6 @@ from femflex.integrate.outcome import ROWS, Block, IntegrationError, Solution, S
 from femflex.integrate.pace import BLOCK_SECONDS, Pace
 from femflex.integrate.protocol import Integrator, Model, Progress
 from femflex.integrate.starting import asked
-
-Array = NDArray[np.float64]
 
 ORDERS = {"RK23": 3, "RK45": 5, "DOP853": 8, "Radau": 5, "BDF": 5, "LSODA": 12}
 SCIPY = {f"scipy_{method.lower()}": method for method in ORDERS}

@@ -6,13 +6,10 @@ A vector is (x, y, z), a matrix nine numbers row by row; each may as well be a l
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array
 from femflex.dynamics.arithmetic.formula import formula
 from femflex.dynamics.arithmetic.lanes import lane_of, put
 
-Array = NDArray[np.float64]
 Vector = tuple[float, float, float]
 Four = tuple[float, float, float, float]
 Matrix = tuple[float, float, float, float, float, float, float, float, float]

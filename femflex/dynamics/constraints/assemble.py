@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.dynamics.constraints import equations as calls
 from femflex.dynamics.constraints.clearance import refuse_clearance, take_up
 from femflex.dynamics.constraints.conflicts import competing_motions_text, violated_text
@@ -20,7 +20,6 @@ from femflex.dynamics.motion.second_order import advance
 from femflex.system import System
 from femflex.system.kept import kept
 
-Array = NDArray[np.float64]
 MassMatrix = Callable[[float, Array], Array]
 Nearest = Callable[[float, Array, Array], tuple[Array, int]]  # as Constraints.nearest
 

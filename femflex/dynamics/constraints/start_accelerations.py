@@ -7,14 +7,12 @@ branches that meet there; n . (bdot - Adot u) = 0 for every n with n A = 0 is th
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.dynamics.constraints.conflicts import competing_motions_text
 from femflex.dynamics.constraints.constrained import Constraints
 from femflex.dynamics.constraints.excess import SWAY
 from femflex.dynamics.lowering import tie_layout as at
-
-Array = NDArray[np.float64]
 
 AGREED = 1e-6  # acceleration that may be missing, relative to the largest that a row asks for
 

@@ -3,25 +3,23 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import ComplexArray, IntArray
 from femflex.body import FlexibleBody, Skin
 from femflex.dynamics.equilibria.body_motions import BodyMotion
 from femflex.system import System
 
-Complex = NDArray[np.complex128]
-
 DOT = {"vertex": np.zeros((1, 1), np.int64)}  # of a body that has no skin
 
 
-def craft_skin(system: System, bodies: dict[str, BodyMotion], motions: Complex) -> Skin:
+def craft_skin(system: System, bodies: dict[str, BodyMotion], motions: ComplexArray) -> Skin:
     """The skin of the craft in the base frame, with 2 k shapes for motions (n_u, k): their real, then imaginary parts.
 
     Every motion is turned in phase so that its real part is as large as can be. Bodies without a skin are drawn as a
     point at their centre of mass.
     """
     points, shapes, count = [], [], 0
-    cells: dict[str, list[NDArray[np.int64]]] = {}
+    cells: dict[str, list[IntArray]] = {}
     for name in system.order:
         skin = system.bodies[name].skin or _dot(system.bodies[name])
         motion = bodies[name]

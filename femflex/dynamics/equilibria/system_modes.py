@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, BoolArray, ComplexArray
 from femflex.body import Skin
 from femflex.dynamics.equilibria.character import motion_character, numbered_names
 from femflex.dynamics.equilibria.craft_shape import craft_skin
@@ -16,9 +16,6 @@ from femflex.dynamics.equilibria.equilibrium import Equilibrium, EquilibriumErro
 from femflex.system import Effector, Joint, Profile, System
 from femflex.system.fixed_length import moving_lengths, with_fixed_lengths
 from femflex.system.held_commands import commanded, is_commanded
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 SAME = 1e-9  # damping ratio that is rounding of the eigenvalues
 
@@ -36,12 +33,12 @@ class SystemModes:
     left_out    loads that are left out, prescribed motions that stay at their initial values
     """
 
-    eigenvalues: Complex
+    eigenvalues: ComplexArray
     names: tuple[str, ...]
-    known: NDArray[np.bool_]
-    growing: NDArray[np.bool_]
+    known: BoolArray
+    growing: BoolArray
     energy: dict[str, Array]
-    shapes: Complex
+    shapes: ComplexArray
     about: Equilibrium
     left_out: tuple[str, ...] = ()
 

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.fem.line.chain import LINE_TYPES, element_frames, straight_elements
 from femflex.warning import PhysicsWarning
 
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from femflex.fem.structure import Member
     from femflex.mesh import Mesh
 
-Array = NDArray[np.float64]
 
 UNLIKE = 0.01  # relative difference of the two bending stiffnesses from which the axes of a section matter
 UPRIGHT = 0.2  # sine of the angle to the mesh's z axis below which the selected axes turn with little of the direction

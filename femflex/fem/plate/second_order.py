@@ -6,18 +6,15 @@ import warnings
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.mesh.cells import CELL_TYPES, EDGES
 from femflex.warning import PhysicsWarning
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 STRAIGHT = 1e-4  # distance of a middle node from the straight side, over its length, that passes for rounding
 
 
-def warn_of_curved_sides(points: Array, cells: Mapping[str, Index], where: str) -> None:
+def warn_of_curved_sides(points: Array, cells: Mapping[str, IntArray], where: str) -> None:
     """Warn when middle nodes of cells (e, k) lie off the straight sides that replace theirs, with the largest distance.
 
     points (n_p, 3) [m].
@@ -48,7 +45,7 @@ def warn_of_curved_sides(points: Array, cells: Mapping[str, Index], where: str) 
     )
 
 
-def _off_sides(points: Array, nodes: Index, name: str) -> tuple[Array, Array]:
+def _off_sides(points: Array, nodes: IntArray, name: str) -> tuple[Array, Array]:
     """Distances (k,) of the middle nodes of cells (e, n) from the straight lines between corners, and their lengths."""
     cell = CELL_TYPES[name]
     first, last = (points[nodes[:, [edge[end] for edge in EDGES[cell.shape]]]] for end in (0, 1))

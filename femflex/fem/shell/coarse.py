@@ -14,11 +14,9 @@ from __future__ import annotations
 import warnings
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.warning import PhysicsWarning
-
-Array = NDArray[np.float64]
 
 BENDS_OVER = 1.5  # of sqrt(R h): length of four-node elements above which they are 18 % too stiff at loads and edges
 LONG = 16.0  # of sqrt(R h): length of second-order elements above which low modes of a thin dish are over 10 % too high

@@ -5,14 +5,12 @@ from __future__ import annotations
 import warnings
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.fem.sections.materials import Anisotropic, Material, Orthotropic
 from femflex.fem.solid.rules import REDUCED
 from femflex.mesh.cells import CELL_TYPES, EDGES
 from femflex.warning import PhysicsWarning
-
-Array = NDArray[np.float64]
 
 ACROSS = 0.7  # cosine: edges that lie so near to the direction in which others rise go through the thickness
 THIN = 0.25  # thickness over the longest edge: below it an element is one of a layer

@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.fem.deflected import tension_blocks
 from femflex.fem.structure import Structure
 from femflex.fem.tables import element_chunks
-
-Array = NDArray[np.float64]
 
 
 def internal_damping(structure: Structure, phi: Array, damped: Sequence[bool]) -> Array:

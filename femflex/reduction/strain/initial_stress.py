@@ -5,8 +5,8 @@ from __future__ import annotations
 import warnings
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.fem.deflected import tension_blocks
 from femflex.fem.relaxed import settled
 from femflex.fem.structure import Structure
@@ -17,9 +17,6 @@ from femflex.reduction.boundary.supported import unstressed
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.preload.equilibrium import is_known, static_equilibrium
 from femflex.warning import PhysicsWarning
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 HELD = 0.5  # share of the energy of a wanted stress that clamps must hold not to be reported
 SMALL = 0.01  # strain up to which it is small: stiffness and shape change by as much
@@ -47,7 +44,7 @@ def relaxed(structure: Structure, clamp: Groups = ()) -> Structure:
     return found
 
 
-def _relaxed(structure: Structure, held: Index) -> Structure:
+def _relaxed(structure: Structure, held: IntArray) -> Structure:
     x = relaxation(structure, held)
     found = settled(structure, x)
     moved = np.linalg.norm((structure.translation @ x).reshape(-1, 3), axis=1)
@@ -59,7 +56,7 @@ def _relaxed(structure: Structure, held: Index) -> Structure:
     return found
 
 
-def relaxation(structure: Structure, held: Index) -> Array:
+def relaxation(structure: Structure, held: IntArray) -> Array:
     """Linear static response (n_dof,) [m, rad] to what the initial stress leaves unbalanced, with these dofs held."""
     on = unstressed(structure, held)
     x = np.zeros(structure.n_dof)
@@ -87,7 +84,7 @@ def warn_if_slack(structure: Structure, modes: ModeSet) -> None:
         )
 
 
-def _warn_if_unbalanced(structure: Structure, held: Index) -> None:
+def _warn_if_unbalanced(structure: Structure, held: IntArray) -> None:
     """Warn when tethers or membranes are not at rest under their initial stress with these dofs held."""
     free = np.delete(np.arange(structure.n_dof), held)
     left, whole = (float(np.abs(f).max(initial=0.0)) for f in (structure.f0[free], structure.f0))

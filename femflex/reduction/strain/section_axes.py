@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.fem.structure import Structure
 from femflex.fem.tables import SectionInertia
 from femflex.reduction.boundary.markers import attachable_nodes
-
-Array = NDArray[np.float64]
 
 PARALLEL = 1e-9  # sine of the angle between the elements at a node that have one axis
 

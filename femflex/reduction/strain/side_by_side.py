@@ -7,10 +7,9 @@ from concurrent.futures import ThreadPoolExecutor
 from threading import Event
 
 import numpy as np
-from numpy.typing import NDArray
 from threadpoolctl import ThreadpoolController
 
-Array = NDArray[np.float64]
+from femflex.arrays import Array
 
 
 def side_by_side(work: Callable[[Iterator[slice]], Array], chunks: Sequence[slice], most: int) -> Array:

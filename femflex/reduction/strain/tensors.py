@@ -11,18 +11,15 @@ from collections.abc import Iterator
 from math import prod
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg.blas import dgemm, dsyrk
 
+from femflex.arrays import Array, IntArray
 from femflex.body import StrainTensors
 from femflex.body.symmetric import packed_indices
 from femflex.fem.structure import Structure
 from femflex.fem.tables import StrainBlock, element_chunks
 from femflex.reduction.inertia.moments import linear_stiffness
 from femflex.reduction.strain.side_by_side import side_by_side
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 ROOM = 1_000_000  # doubles of a chunk's columns: large enough for fast products, small enough for the cache
 MOST_BYTES = 2e9  # of the products of pairs; some 170 shapes
@@ -128,14 +125,14 @@ def strain_columns(block: StrainBlock, raw: Array, room: Array | None = None) ->
     return X
 
 
-def quadratic_strains(block: StrainBlock) -> tuple[Index, Array]:
+def quadratic_strains(block: StrainBlock) -> tuple[IntArray, Array]:
     """Numbers (n_s,) of the strains that have a quadratic part, and Q (s, g, g) with B_ij = g_i.Q g_j, symmetric."""
     Q = (block.quadratic_map + block.quadratic_map.swapaxes(1, 2)) / 4  # eps takes half of the map
     strains = np.flatnonzero(Q.any(axis=(1, 2)))
     return strains, Q[strains]
 
 
-def nonzero_entries(Q: Array) -> tuple[Index, Index, Index, Array]:
+def nonzero_entries(Q: Array) -> tuple[IntArray, IntArray, IntArray, Array]:
     """Strain, row, column (k,), as numbers, and value (k,) of the entries of Q (s, g, g) that are not zero."""
     strain, row, column = (np.ascontiguousarray(place, np.int64) for place in np.nonzero(Q))
     return strain, row, column, Q[strain, row, column]
@@ -148,7 +145,7 @@ def values_per_element(block: StrainBlock, n: int) -> int:
     return one.weight.shape[1] * (s * (n + n * (n + 1) // 2) + s * s + 2 * g * n)
 
 
-def pair_number(i: Index, j: Index, n: int) -> Index:
+def pair_number(i: IntArray, j: IntArray, n: int) -> IntArray:
     """Place (...), an index, of pair i <= j among all in lexicographic order."""
     low, high = np.minimum(i, j), np.maximum(i, j)
     return low * n - low * (low - 1) // 2 + high - low

@@ -14,16 +14,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.body import MassMoments, rigid_body
 from femflex.case.stability import RATIOS
 from femflex.dynamics import compile_system
 from femflex.pipeline.linear_motion import nominal_state
 from femflex.rotations import dcm_from_quaternion
 from femflex.system import System
-
-Array = NDArray[np.float64]
 
 
 def delp_boundary(n: int = 200) -> Array:

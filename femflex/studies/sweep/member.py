@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.case import Case, CaseError, with_values
 from femflex.case.evaluate import column_unit, measured, measured_unit
 from femflex.case.measure import OF_SYSTEM, MeasureTable
@@ -29,8 +29,6 @@ from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
     from threadpoolctl import ThreadpoolController
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

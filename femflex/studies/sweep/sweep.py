@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.case import Case, CaseError, read_case, with_values
 from femflex.case.changed import written_keys
 from femflex.case.problems import Problem
@@ -25,7 +25,6 @@ from femflex.studies.sweep.journal import add, begin, digest, journal_of, read_j
 from femflex.studies.sweep.member import Outcome, Plan
 from femflex.studies.sweep.workers import outcomes
 
-Array = NDArray[np.float64]
 Progress = Callable[[float], object]  # called with the number of members done
 
 
