@@ -13,7 +13,7 @@ from femflex.body.skin import Skin
 from femflex.body.symmetric import packed_size
 from femflex.dynamics.equilibria.body_motions import BodyMotion as SmallBodyMotion
 from femflex.dynamics.equilibria.character import moved_points, numbered_names, points_of
-from femflex.dynamics.equilibria.craft_shape import craft_skin
+from femflex.dynamics.equilibria.system_modes import craft_skin
 from femflex.dynamics.reports.contacts import observe_contacts
 from femflex.dynamics.reports.drum import drum_row
 from femflex.dynamics.reports.marker_motion import base_attitude, marker_motion

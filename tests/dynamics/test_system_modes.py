@@ -11,8 +11,8 @@ from support.hub_beam import exact_frequencies
 import femflex
 from femflex import fem
 from femflex.body import Marker, rigid_body
-from femflex.dynamics.equilibria.craft_shape import craft_skin
 from femflex.dynamics.equilibria.linearised import advanced
+from femflex.dynamics.equilibria.system_modes import craft_skin
 from femflex.mesh import line
 from femflex.reduction import BeamFunctions, UniformBeam, beam_body, cantilever_modes, reduce_structure
 from femflex.system import (

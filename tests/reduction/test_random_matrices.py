@@ -37,8 +37,8 @@ from femflex.reduction.inertia.mass_matrix import PointMasses, nodal_mass
 from femflex.reduction.inertia.moments import point_moments
 from femflex.reduction.matrices import _exactness_text, _missed_text, reduce_matrices
 from femflex.reduction.modes.damping import bending_damping
-from femflex.reduction.modes.internal_damping import internal_damping
 from femflex.reduction.origin import Analytic, Meshed
+from femflex.reduction.reduce import internal_damping
 from femflex.reduction.store import FIELDS
 from femflex.warning import PhysicsWarning
 

@@ -25,9 +25,9 @@ from femflex.reduction import (
 from femflex.reduction.boundary.rigid import rigid_shapes
 from femflex.reduction.inertia.orders import membrane_energies
 from femflex.reduction.large_deflection.curvature import held_energy
+from femflex.reduction.reduce import section_axis
 from femflex.reduction.strain.folded_beams import beam_slenderness
 from femflex.reduction.strain.initial_stress import largest_strain, stress_energy
-from femflex.reduction.strain.section_axes import section_axis
 from femflex.reduction.strain.turned_sections import Sections, second_order
 from femflex.rotations import dcm_from_vector
 

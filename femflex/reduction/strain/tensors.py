@@ -7,11 +7,14 @@ V2_i(jk) = int B0_i C B_jk and V3_(ij)(kl) = int B_ij C B_kl; their fully symmet
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from math import prod
+from threading import Event
 
 import numpy as np
 from scipy.linalg.blas import dgemm, dsyrk
+from threadpoolctl import ThreadpoolController
 
 from femflex.arrays import Array, IntArray
 from femflex.body import StrainTensors
@@ -19,7 +22,6 @@ from femflex.body.symmetric import packed_indices
 from femflex.fem.structure import Structure
 from femflex.fem.tables import StrainBlock, element_chunks
 from femflex.reduction.inertia.moments import linear_stiffness
-from femflex.reduction.strain.side_by_side import side_by_side
 
 ROOM = 1_000_000  # doubles of a chunk's columns: large enough for fast products, small enough for the cache
 MOST_BYTES = 2e9  # of the products of pairs; some 170 shapes
@@ -164,3 +166,30 @@ def packed_quartic(pairs: Array, n: int) -> Array:
     i, j, k, l = packed_indices(n, 4).T
     parts = ((i, j, k, l), (i, k, j, l), (i, l, j, k))
     return sum((pairs[pair_number(a, b, n), pair_number(c, d, n)] for a, b, c, d in parts), np.zeros(len(i))) / 3
+
+
+def side_by_side(work: Callable[[Iterator[slice]], Array], chunks: Sequence[slice], most: int) -> Array:
+    """The sum of work over all chunks (numbers of rows), of any shape, dealt out to as many threads as BLAS has, at
+    most so many; BLAS then has one in
+    each.
+
+    An interruption ends every thread with the chunk it is at.
+    """
+    if len(chunks) < 2:
+        return work(iter(chunks))
+    blas = ThreadpoolController().select(user_api="blas")
+    threads = min(len(chunks), most, max((library["num_threads"] for library in blas.info()), default=1))
+    stop = Event()
+
+    def own(first: int) -> Iterator[slice]:
+        for chunk in chunks[first::threads]:
+            if stop.is_set():
+                return
+            yield chunk
+
+    with blas.limit(limits=1), ThreadPoolExecutor(threads) as pool:
+        try:
+            parts = [pool.submit(work, own(first)) for first in range(threads)]
+            return np.sum([part.result() for part in parts], axis=0)
+        finally:
+            stop.set()
