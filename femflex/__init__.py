@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from femflex.case import Case as Case
     from femflex.case import CaseError as CaseError
     from femflex.case import read_case as read_case
+    from femflex.case import with_values as with_values
     from femflex.dynamics import compile_system as compile_system
     from femflex.dynamics.equilibria.equilibrium import equilibrium as equilibrium
     from femflex.dynamics.equilibria.system_modes import system_modes as system_modes
@@ -66,6 +67,7 @@ _HOME = {
     "run": "pipeline",
     "save_body": "reduction",
     "system_modes": "dynamics.equilibria.system_modes",
+    "with_values": "case",
 }
 
 __all__ = [*sorted(_HOME), "__version__"]

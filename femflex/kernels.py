@@ -15,6 +15,7 @@ from femflex.numba_interfaces import plain
 
 __all__ = ["compile_ahead", "part_options", "plain", "stored"]
 
+_config: Any = numba.config
 _njit: Any = numba.njit  # numba's own annotations do not cover all of it
 
 
@@ -40,7 +41,7 @@ def compile_ahead(*kernels: Any) -> bool:
 
     Their first user waits until they are there.
     """
-    if plain() or numba.config.DISABLE_JIT:
+    if plain() or _config.DISABLE_JIT:
         return False
     from femflex.kernel_cache import compile_ahead as begin
 

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import dis
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from traceback import walk_tb
 
-NO_NUMBER = re.compile(
-    r"(?:invalid literal for int\(\) with base \d+|could not convert string to float): (.+)"
-)  # Python's
-
+# texts of Python's int and float
+NO_NUMBER = re.compile(r"(?:invalid literal for int\(\) with base \d+|could not convert string to float): (.+)")
 
 POINTER = b"version https://git-lfs"  # first bytes of the note that Git keeps where a large file is stored elsewhere
 
@@ -43,20 +41,15 @@ def reading(path: Path, kind: str, advice: str) -> Iterator[None]:
             raise
         if isinstance(error, ValueError | OSError) and path.name in str(error):
             raise
-        raise ValueError(f"{path.name} could not be read as {kind}: {what_is_wrong(error)}. {advice}") from error
+        raise ValueError(f"{path.name} could not be read as {kind}: {error_text(error)}. {advice}") from error
 
 
-def what_is_wrong(error: BaseException) -> str:
-    """What an error says of a file, in words of femflex alone: libraries and Python speak of their own insides."""
-    trace = error.__traceback__
-    while trace is not None and trace.tb_next is not None:
-        trace = trace.tb_next
-    number = NO_NUMBER.search(str(error))
-    if number:
+def error_text(error: BaseException) -> str:
+    """Text of an error raised in reading a file: femflex's own, or a sentence instead of a library's."""
+    if number := NO_NUMBER.search(str(error)):
         return f"it has {number[1]} where a number belongs"
-    if trace is not None and isinstance(error, ValueError | RuntimeError) and error.args:
-        code = trace.tb_frame.f_code.co_code
-        raised = dis.opname[code[trace.tb_lasti]] == "RAISE_VARARGS"  # not by Python itself, as in unpacking
-        if raised and str(trace.tb_frame.f_globals.get("__name__", "")).startswith("femflex."):
-            return " ".join(str(error.args[0]).split())[:300].rstrip(". ")
+    frames = [frame for frame, _ in walk_tb(error.__traceback__)]
+    is_own = bool(frames) and str(frames[-1].f_globals.get("__name__", "")).startswith("femflex.")
+    if is_own and isinstance(error, ValueError | RuntimeError) and error.args:
+        return " ".join(str(error.args[0]).split())[:300].rstrip(". ")
     return "its contents are not those of this format"

@@ -66,9 +66,9 @@ def notes_of(advice: Iterable[Advice]) -> dict[str, str]:
 
 def warn_of(advice: Iterable[Advice], stacklevel: int = 3) -> None:
     """Give the doubts as warnings, each text once."""
-    texts: dict[str, type[PhysicsWarning]] = {one.reason: one.category for one in advice if one.doubt}
-    for text, category in texts.items():
-        warnings.warn(text, category, stacklevel=stacklevel)
+    for one in {one.reason: one for one in advice if one.doubt}.values():
+        warning = one.category(one.decision, body_or_joint=one.body, value=one.value, limit=one.limit, text=one.reason)
+        warnings.warn(warning, stacklevel=stacklevel)
 
 
 def advice_text(advice: Iterable[Advice]) -> str:

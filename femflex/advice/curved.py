@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from femflex.advice.advice import Advice
 from femflex.advice.bodies import KnownBodies, KnownBody
 from femflex.advice.buckling.margin import BucklingMargin
 from femflex.advice.limits import HEARD, PRESSED, REACHED, RESPONSES, SOFTENED
+from femflex.arrays import Array
 from femflex.body import FlexibleBody, StrainTensors
 from femflex.dynamics import compile_system
 from femflex.fem.structure import Structure
@@ -21,7 +21,6 @@ from femflex.reduction.wide_sheets import of_sheet
 from femflex.rotations import dcm_from_quaternion
 from femflex.system import Load, System
 
-Array = NDArray[np.float64]
 Answers = dict[str, object]  # keys of a reduction and their values
 
 

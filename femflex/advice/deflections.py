@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
 import numpy as np
-from numpy.typing import NDArray
 
 from femflex.advice.bodies import KnownBodies
 from femflex.advice.limits import BENT, SWUNG
 from femflex.advice.remedies import division_remedy
+from femflex.arrays import Array
 from femflex.body.skin import farthest
 from femflex.system import LengthTable
 from femflex.warning import PhysicsWarning
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from femflex.body import FlexibleBody
     from femflex.dynamics import Model
 
-Array = NDArray[np.float64]
 
 # Of bodies watched before: displacements of their places, their size, the largest displacement of each shape, and the
 # displacements of few places among which the one that moves farthest is looked for.

@@ -7,14 +7,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.dynamics import Model
 from femflex.system import LengthTable
 from femflex.system.length_table import Sections
 from femflex.warning import PhysicsWarning
-
-Array = NDArray[np.float64]
 
 SLACK = 1e-3  # of the largest tension of the run: compression up to which it is rounding
 

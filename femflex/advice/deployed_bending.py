@@ -15,15 +15,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from femflex.advice.limits import NEAR, STIFFENED
+from femflex.arrays import Array
 from femflex.deployment.sections import MemberSections
 from femflex.dynamics import Model
 from femflex.system import LengthTable
 from femflex.warning import PhysicsWarning
-
-Array = NDArray[np.float64]
 
 
 @dataclass

@@ -6,8 +6,8 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.body import FlexibleBody, Marker
 from femflex.dynamics.equilibria.rest_modes import linear_body
 from femflex.fem.structure import Structure
@@ -29,7 +29,6 @@ from femflex.reduction.modes.vibration import load_vectors, ritz
 from femflex.reduction.origin import Deployed
 from femflex.reduction.small_motions import in_shapes
 
-Array = NDArray[np.float64]
 Place = tuple[str, str]  # group or end of the body, and a direction there ("" for all that belong together)
 
 FOLLOWERS = ("derivative",)  # kinds of shapes of second order in the others: none of a small motion about rest

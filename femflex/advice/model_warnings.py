@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterator, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from femflex.advice.advice import Advice, doubt
 from femflex.advice.bodies import KnownBodies
@@ -20,8 +19,6 @@ from femflex.reduction.origin import Meshed
 from femflex.rotations import dcm_from_quaternion
 from femflex.system import Joint, System
 from femflex.system.ties import tie_places
-
-Array = NDArray[np.float64]
 
 LINE = 1e-9  # least over largest moment of inertia about the centre of mass: mass on a line
 NO_INERTIA = 1e-13  # eigenvalue of the scaled mass matrix: a motion that accelerations cannot be solved for

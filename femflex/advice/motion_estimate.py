@@ -10,9 +10,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from femflex.advice.limits import MANY, MOST_RATES
+from femflex.arrays import Array
 from femflex.body import FlexibleBody
 from femflex.dynamics import Model, compile_system
 from femflex.dynamics.equilibria.elastic_response import elastic_places, elastic_response
@@ -23,7 +23,6 @@ from femflex.integrate.driver import collected
 from femflex.integrate.outcome import Block
 from femflex.system import System
 
-Array = NDArray[np.float64]
 Motion = tuple[Array, Array]  # times (n_t,) and states (n_t, n_x)
 
 RTOL = 1e-6  # of the rigid motion

@@ -15,19 +15,18 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from femflex.advice.deflections import DeflectionWatch, deflection_watches
 from femflex.advice.limits import BENT_TURNING
 from femflex.advice.remedies import division_remedy
 from femflex.advice.stiffening import attached_masses, lowest_frequency
+from femflex.arrays import Array, IntArray
 from femflex.system import LengthTable
 from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
     from femflex.dynamics import Model
 
-Array = NDArray[np.float64]
 
 SLOPE, MOST = 0.42, 0.9  # c over (rate / first frequency)^2, and at most
 FAST = 10.0  # times the first frequency; that of a wire which only its spin pulls tight is 0. c is then SLOPE FAST^2
@@ -67,7 +66,7 @@ class SpunBends:
             if one.name not in self._worst or error[k] > self._worst[one.name].error:
                 self._worst[one.name] = SpunBend(float(bend[k]), float(rate[rows[k]]), float(error[k]))
 
-    def _lost(self, one: DeflectionWatch, rate: Array, rows: NDArray[np.int64], channels: Mapping[str, Array]) -> Array:
+    def _lost(self, one: DeflectionWatch, rate: Array, rows: IntArray, channels: Mapping[str, Array]) -> Array:
         """c at the rates (k,) [rad/s] of some rows."""
         ratio = _ratio(rate, self._first[one.name])
         free = self._system.joint_of(self._system.root).kind == "free"

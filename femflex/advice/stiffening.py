@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from femflex.advice.bodies import KnownBodies
 from femflex.advice.limits import STIFFENED
 from femflex.advice.remedies import division_remedy
+from femflex.arrays import Array
 from femflex.body import FlexibleBody, Foreshortening
 from femflex.rotations import dcm_from_quaternion
 from femflex.system import System
@@ -22,7 +22,6 @@ from femflex.warning import PhysicsWarning
 if TYPE_CHECKING:
     from femflex.dynamics import Model
 
-Array = NDArray[np.float64]
 
 TURNED = 0.01  # (rate / first frequency)^2 over what is added to the stiffness, below which no spin brings it about
 

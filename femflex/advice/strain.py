@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from femflex.advice.advice import Advice
 from femflex.advice.bodies import KnownBodies
@@ -19,10 +18,10 @@ from femflex.advice.limits import BENT, BOWING, BY_SPIN, LEEWAY, PHASE, PRINTED,
 from femflex.advice.motion_estimate import MotionEstimate
 from femflex.advice.remedies import division_remedy
 from femflex.advice.stiffening import OmittedStiffness, attached_masses, lowest_frequency
+from femflex.arrays import Array
 from femflex.dynamics import compile_system
 from femflex.system import Environment, Frame, System
 
-Array = NDArray[np.float64]
 Strain = Literal["linear", "nonlinear", "condensed"]
 
 

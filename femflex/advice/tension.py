@@ -15,10 +15,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from femflex.advice.bodies import KnownBodies
 from femflex.advice.stiffening import OmittedStiffness
+from femflex.arrays import Array, BoolArray, IntArray
 from femflex.body import FlexibleBody, Foreshortening
 from femflex.dynamics import Model
 from femflex.fem.structure import Structure
@@ -31,9 +31,6 @@ from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.origin import Meshed
 from femflex.system import System
 from femflex.warning import PhysicsWarning
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 WATCHED = 9  # elements of a member that are watched, from its first to its last
 SLACK = 1e-3  # of the largest initial tension: compression up to which it is rounding and what is left out here
@@ -52,7 +49,7 @@ class Watched:
     body: str
     block: TensionStrain
     part: int
-    elements: Index
+    elements: IntArray
     places: Array
     rest: Array
     stiffnesses: tuple[OmittedStiffness, ...]
@@ -150,19 +147,19 @@ def _watched(system: System, name: str, source: Meshed, block: TensionStrain, pa
     return Watched(name, block, part, elements, places, rest, stiffnesses)
 
 
-def _free(structure: Structure, modes: ModeSet) -> NDArray[np.bool_]:
+def _free(structure: Structure, modes: ModeSet) -> BoolArray:
     free = np.ones(structure.n_dof, bool)
     free[modes.held] = False
     return free
 
 
-def _means(block: TensionStrain, elements: Index) -> Array:
+def _means(block: TensionStrain, elements: IntArray) -> Array:
     """Weights (k, q) of the points of elements in their means."""
     weight = block.weight[elements]
     return np.asarray(weight / weight.sum(axis=1, keepdims=True))
 
 
-def _functionals(structure: Structure, block: TensionStrain, elements: Index) -> Array:
+def _functionals(structure: Structure, block: TensionStrain, elements: IntArray) -> Array:
     """Rows (n_dof, k s) of the mean stresses of elements on the dofs: C L G, meaned."""
     mean, s = _means(block, elements), len(block.linear_map)
     raw = np.zeros((structure.T.shape[0], len(elements) * s))

@@ -17,19 +17,18 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from femflex.advice.advice import Advice, doubt
 from femflex.advice.bodies import KnownBodies
 from femflex.advice.enriched_bodies import EnrichedBody, Place
 from femflex.advice.limits import DOUBTFUL, LOWEST, MANY_RICHER, ROUNDING, SHARE
+from femflex.arrays import Array
 from femflex.dynamics.equilibria.rest_modes import RestModes, rest_modes, truncation
 from femflex.reduction.boundary.rigid import DIRECTIONS
 from femflex.system import System
 from femflex.system.ties import tie_places
 from femflex.warning import TruncationWarning
 
-Array = NDArray[np.float64]
 log = logging.getLogger(__name__)
 
 NOT_JUDGED = "the truncation error of the craft's frequencies is not estimated for it"

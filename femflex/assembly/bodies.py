@@ -247,9 +247,13 @@ def _meshed(
 def _warn_of_stiffness(name: str, structure: Structure, modeset: ModeSet, body: FlexibleBody) -> None:
     """Warn of a set that was requested unchanged and cannot stretch."""
     if lack := missing_stretch(structure, modeset, body.strain):
-        kept = "derivatives = 'none' is set, so it is used unchanged, and its deflections are far too small"
-        text = f"bodies.{name}: {lack}; {kept}"
-        warnings.warn(text, PhysicsWarning, stacklevel=2)
+        warning = PhysicsWarning(
+            "{body_or_joint}: {lack}; derivatives = 'none' is set, so it is used unchanged, and its deflections are "
+            "far too small",
+            body_or_joint=f"bodies.{name}",
+            lack=lack,
+        )
+        warnings.warn(warning, stacklevel=2)
 
 
 def turning_markers(case: Case, name: str) -> set[str]:

@@ -6,8 +6,8 @@ import warnings
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.case.starting_case import CLAMPS, named_like
 from femflex.case.starting_deck import DeckFacts
 from femflex.decks import Deck, read_deck
@@ -17,8 +17,6 @@ from femflex.decks.units import Units, likely_units, units_of
 from femflex.fem import Structure, Support
 from femflex.fem.support import COMPONENTS
 from femflex.reduction import cantilever_modes, free_free_modes
-
-Array = NDArray[np.float64]
 
 LARGEST = 60000  # degrees of freedom up to which the modes of a deck are computed for its starting case
 MODES = 6

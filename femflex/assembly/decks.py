@@ -10,9 +10,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import IntArray
 from femflex.case.body import FlexibleTable
 from femflex.case.case import Case
 from femflex.case.mesh_groups import groups_named
@@ -113,7 +111,7 @@ def refined_members(mesh: Mesh, members: Iterable[Member]) -> list[Member]:
     return found
 
 
-def _refined(value: Any, cells: Mapping[str, NDArray[np.int64]]) -> Any:
+def _refined(value: Any, cells: Mapping[str, IntArray]) -> Any:
     if isinstance(value, tuple):
         return tuple(_refined(one, cells) for one in value)
     if not isinstance(value, Mapping):

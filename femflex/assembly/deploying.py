@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.assembly.functions import FIELDS, AddedShapes, added_shapes, loads_at, with_static
 from femflex.assembly.open_choices import open_choices
 from femflex.assembly.orbits import build_orbit
@@ -40,8 +40,6 @@ from femflex.reduction import BeamFunctions
 from femflex.reduction.origin import Deployed, Fields, Origin
 from femflex.system import Profile, System, Variation
 from femflex.warning import PhysicsWarning
-
-Array = NDArray[np.float64]
 
 MORE = 8  # polynomials of each field beyond the functions that a member has, to assess these
 MORE_ACROSS = 4  # likewise across the width of a sheet that has functions there

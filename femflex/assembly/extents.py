@@ -25,33 +25,46 @@ def warn_of_doubtful_extents(case: Case, name: str, table: object, mesh: Mesh, m
         return
     size = float(np.ptp(mesh.points, axis=0).max())
     longest = 1e3 * LARGE if any(member.family == "tether" for member in table.members) else LARGE
-    for text in list(_mesh(name, table, size, longest, mass)) or list(_thickness(case, table, size)):
-        warnings.warn(text, PhysicsWarning, stacklevel=5)
+    for warning in list(_mesh(name, table, size, longest, mass)) or list(_thickness(case, table, size)):
+        warnings.warn(warning, stacklevel=5)
 
 
-def _mesh(name: str, table: FlexibleTable, size: float, longest: float, mass: float) -> Iterator[str]:
+def _mesh(name: str, table: FlexibleTable, size: float, longest: float, mass: float) -> Iterator[PhysicsWarning]:
     if size > longest and "mesh_unit" not in table.model_fields_set:
-        yield (
-            f"bodies.{name}: the mesh spans {size:.4g} m, over {longest:g} m, and its mass is {mass:.4g} kg; if its "
-            "unit is millimetres, set mesh_unit = 'mm', and if it is metres, mesh_unit = 'm'"
+        yield PhysicsWarning(
+            "{body_or_joint}: the mesh spans {value:.4g} m, over {limit:g} m, and its mass is {mass:.4g} kg;",
+            body_or_joint=f"bodies.{name}",
+            value=size,
+            limit=longest,
+            remedy="if its unit is millimetres, set mesh_unit = 'mm', and if it is metres, mesh_unit = 'm'",
+            mass=mass,
         )
     if 0 < size < SMALL and table.mesh_unit != "m":
         written = size * PER_METRE[table.mesh_unit]
-        yield (
-            f"bodies.{name}: the mesh spans {size:.4g} m, read in {table.mesh_unit}; if its unit is metres, it spans "
-            f"{written:.4g} m: leave out mesh_unit"
+        yield PhysicsWarning(
+            "{body_or_joint}: the mesh spans {value:.4g} m, read in {unit};",
+            body_or_joint=f"bodies.{name}",
+            value=size,
+            limit=SMALL,
+            remedy="if its unit is metres, it spans {written:.4g} m: leave out mesh_unit",
+            unit=table.mesh_unit,
+            written=written,
         )
 
 
-def _thickness(case: Case, table: FlexibleTable, size: float) -> Iterator[str]:
+def _thickness(case: Case, table: FlexibleTable, size: float) -> Iterator[PhysicsWarning]:
     for member in table.members:
         section = case.sections.get(member.section or "")
         for key, value in _thicknesses(section):
             if value > THICK * size:
-                yield (
-                    f"sections.{member.section}.{key}: found {value:g} m in a mesh that spans {size:.4g} m, too thick "
-                    f'for a plate; if millimetres were meant, write "{value:g} mm" '
-                    f"({value / 1e3:g} m)"
+                yield PhysicsWarning(
+                    "{body_or_joint}: found {value:g} m in a mesh that spans {size:.4g} m, too thick for a plate;",
+                    body_or_joint=f"sections.{member.section}.{key}",
+                    value=value,
+                    limit=THICK * size,
+                    remedy='if millimetres were meant, write "{value:g} mm" ({metres:g} m)',
+                    size=size,
+                    metres=value / 1e3,
                 )
 
 

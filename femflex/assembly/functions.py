@@ -14,8 +14,8 @@ from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.assembly.acting_loads import LEFT_OVER, load_directions, spins_steadily
 from femflex.case.body import AnalyticTable
 from femflex.case.case import Case
@@ -23,7 +23,6 @@ from femflex.case.reduction import FunctionsTable
 from femflex.reduction.beams.beam_functions import gauss, points_for
 from femflex.reduction.beams.uniform_beam import BeamFunctions
 
-Array = NDArray[np.float64]
 Push = tuple[int, bool]  # axis of a beam, and whether about it
 
 FIELDS = ("y", "z", "axial", "torsion")

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.body import FlexibleBody
 from femflex.case.initial import InitialTable
-
-Array = NDArray[np.float64]
 
 REACHED = 1e-6  # difference from the wanted displacement, relative, still taken as reached
 

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.body import Marker
 from femflex.case import joint as tables
 from femflex.case.case import Case
@@ -37,8 +37,6 @@ from femflex.system import (
     weld,
 )
 from femflex.system.freedoms import latch_start_problems
-
-Array = NDArray[np.float64]
 
 LIBRATION = "libration_axes"  # marker of the root body whose axes the attitude is reported of
 

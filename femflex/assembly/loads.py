@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.case.case import Case
 from femflex.case.columns import csv_rows, finite
 from femflex.case.load import LoadTable
@@ -16,8 +16,6 @@ from femflex.case.problems import CaseError, Problem, near
 from femflex.case.units import UnitError, to_si
 from femflex.case.values import count
 from femflex.system import Load
-
-Array = NDArray[np.float64]
 
 COLUMNS = {"time": "s", **dict.fromkeys(("fx", "fy", "fz"), "N"), **dict.fromkeys(("tx", "ty", "tz"), "N m")}
 

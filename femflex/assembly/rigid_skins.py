@@ -5,17 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.body import Skin
 from femflex.case.body import RigidTable
 from femflex.case.case import Case
 from femflex.case.mesh_groups import UNITS
 from femflex.case.shape import BoxShape, CylinderShape, MeshShape
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-Part = tuple[Array, dict[str, Index]]
+Part = tuple[Array, dict[str, IntArray]]
 
 SIDES = 32  # of a drawn cylinder
 CORNERS = np.array([[x, y, z] for z in (-1, 1) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]) / 2
@@ -31,7 +29,7 @@ def rigid_skin(case: Case, table: RigidTable) -> Skin:
 def joined_skin(parts: Iterable[Part]) -> Skin:
     """One skin of several parts (points (n, 3), cells by type), without shapes."""
     points: list[Array] = []
-    cells: dict[str, list[Index]] = {}
+    cells: dict[str, list[IntArray]] = {}
     at = 0
     for part_points, part_cells in parts:
         for kind, rows in part_cells.items():
@@ -74,10 +72,10 @@ def _part(case: Case, shape: BoxShape | CylinderShape | MeshShape) -> Part:
     return mesh.points @ C.T + position, _surface(mesh.cells)
 
 
-def _surface(cells: dict[str, Index]) -> dict[str, Index]:
+def _surface(cells: dict[str, IntArray]) -> dict[str, IntArray]:
     """Corner cells of the surfaces and lines of a mesh."""
     corners = {"line": 2, "triangle": 3, "quad": 4}
-    found: dict[str, list[Index]] = {}
+    found: dict[str, list[IntArray]] = {}
     for kind, rows in cells.items():
         base = kind.rstrip("0123456789")
         if base in corners:

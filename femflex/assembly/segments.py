@@ -58,9 +58,14 @@ def build_segments(
         raise CaseError(case.path.name, [Problem(where, str(error))]) from error
     if force := member.options.get("prestress"):
         warnings.warn(
-            f"bodies.{name}: the prestress of {force:g} N on {member.group!r} relaxes to 0 N, because its "
-            "segments are welded end to end and no support reacts it. Remove segments or the prestress",
-            PhysicsWarning,
+            PhysicsWarning(
+                "{body_or_joint}: the prestress of {value:g} N on {group!r} relaxes to 0 N, because its segments are "
+                "welded end to end and no support reacts it.",
+                body_or_joint=f"bodies.{name}",
+                value=force,
+                remedy="Remove segments or the prestress",
+                group=member.group,
+            ),
             stacklevel=2,
         )
     places = {**{group: group for group in groups}, **markers}

@@ -248,9 +248,15 @@ def with_static_derivatives(
     if isinstance(keep, int) and kept < keep:
         of = "its states bent so far" if deflection else f"the pairs of its {modes.n_modes} shapes"
         warnings.warn(
-            f"{where}: {keep} derivatives are requested, but {of} give only {kept} independent ones. These are used; "
-            f"set derivatives = {kept}",
-            PhysicsWarning,
+            PhysicsWarning(
+                "{body_or_joint}: {limit} derivatives are requested, but {states} give only {value} independent ones. "
+                "These are used;",
+                body_or_joint=where,
+                value=kept,
+                limit=keep,
+                remedy="set derivatives = {value}",
+                states=of,
+            ),
             stacklevel=3,
         )
     return found

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping
 from contextlib import suppress
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.assembly.loads import build_load
 from femflex.case.body import BodyTable
 from femflex.case.case import Case
@@ -16,8 +16,6 @@ from femflex.case.problems import CaseError, Problem
 from femflex.fem import Structure
 from femflex.reduction.boundary.markers import MarkerRows, marker_rows
 from femflex.system import Load
-
-Array = NDArray[np.float64]
 
 NONE = 1e-9  # of a torque, about axes that show no rotation: rounding of the axes it is given along
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.body.foreshortening import Foreshortening
 from femflex.body.marker import Marker
 from femflex.body.mass_points import MassPoints
@@ -16,8 +16,6 @@ from femflex.body.skin import Skin
 from femflex.body.strain import StrainTensors
 from femflex.body.strain_field import StrainPart
 from femflex.summary import Rows, Summarised, listed
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -121,7 +119,7 @@ class FlexibleBody(Summarised):
         """The body to first order in its elastic coordinates: itself, without the shapes that follow others."""
         return self._confined(np.arange(self.n_modes), self.n_modes, np.zeros((0, 0, 0))) if len(self.slaves) else self
 
-    def _confined(self, shapes: NDArray[np.int64], n: int, slaves: Array) -> FlexibleBody:
+    def _confined(self, shapes: IntArray, n: int, slaves: Array) -> FlexibleBody:
         moments, z = self.moments, np.concatenate([[0], 1 + shapes])
         return replace(
             self,

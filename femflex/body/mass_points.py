@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.body.moments import MassMoments
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +22,7 @@ class MassPoints:
         """The same over the shapes phi X, X (n, m)."""
         return replace(self, phi=self.phi @ X)
 
-    def over(self, shapes: NDArray[np.int64]) -> MassPoints:
+    def over(self, shapes: IntArray) -> MassPoints:
         """The same over those shapes alone."""
         return replace(self, phi=self.phi[:, :, shapes])
 

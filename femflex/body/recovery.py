@@ -6,13 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import sparse
 
+from femflex.arrays import Array, IntArray
 from femflex.body.strain_field import StrainPart
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 RESULTANTS = {  # by kind of member: names and units of what the elastic matrix makes of the strains
     "line": (("axial_force", "moment_z", "moment_y", "torque"), ("N", "N m", "N m", "N m")),
@@ -175,13 +173,6 @@ def peaks(parts: Sequence[StrainPart], y: Array, time: Array) -> list[Peak]:
     return [best[key] for key in sorted(best, key=lambda key: (list(RESULTANTS).index(key[0]), key[1]))]
 
 
-def largest_over_time(part: StrainPart, name: str, y: Array) -> Array | None:
-    """The largest magnitude over time (p,) of a quantity at each point: a map of peaks."""
-    if name not in quantities([part]):
-        return None
-    return over_time(part, y, [name])[name][0]
-
-
 def at_points(parts: Sequence[StrainPart], name: str, points: ArrayLike, y: Array) -> tuple[Array, Array]:
     """A quantity along time (t, m) at the strain points nearest to points (m, 3), and where these lie (m, 3) [m].
 
@@ -228,7 +219,7 @@ class NearestPoint:
         return np.asarray(found[:, self.number])
 
 
-def _over(part: StrainPart, points: Index) -> StrainPart:
+def _over(part: StrainPart, points: IntArray) -> StrainPart:
     """The part at some of its points alone, those of whole elements."""
 
     def rows(table: Array) -> Array:
@@ -246,7 +237,7 @@ def _over(part: StrainPart, points: Index) -> StrainPart:
     )
 
 
-def over_time(part: StrainPart, y: Array, names: Sequence[str]) -> dict[str, tuple[Array, Index]]:
+def over_time(part: StrainPart, y: Array, names: Sequence[str]) -> dict[str, tuple[Array, IntArray]]:
     """Largest magnitude (p,) of each quantity at each point, and the row (p,) of y where it is; in chunks of time."""
     n = len(part.places)
     largest = {name: np.full(n, -1.0) for name in names}

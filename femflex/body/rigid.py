@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.body.flexible import FlexibleBody
 from femflex.body.marker import Marker
 from femflex.body.moments import MassMoments
 from femflex.body.skin import Skin
 from femflex.body.strain import StrainTensors
-
-Array = NDArray[np.float64]
 
 
 def rigid_body(

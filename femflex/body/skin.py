@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from femflex.arrays import Array, IntArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +22,7 @@ class Skin:
     """
 
     points: Array
-    cells: dict[str, NDArray[np.int64]]
+    cells: dict[str, IntArray]
     shapes: Array
     growth: Array | None = None
 

@@ -7,9 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.body.symmetric import form, gradient, hessian, packed_size, truncated
-
-Array = NDArray[np.float64]
 
 SETTLING, HALVINGS = 50, 30  # steps of Newton's method, and how often one of them is halved at most
 

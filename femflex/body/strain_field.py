@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
+
 if TYPE_CHECKING:
     import h5py
 
-Array = NDArray[np.float64]
 
 NAMES = {
     "line": ("axial", "curvature_z", "curvature_y", "twist"),
@@ -98,7 +99,7 @@ class StrainPart:
         """The same over the shapes phi X, X (n, m), first (m, m) of which are of first order."""
         return replace(self, rows=(self.rows @ X).astype(np.float32), first=first)
 
-    def over(self, shapes: NDArray[np.int64]) -> StrainPart:
+    def over(self, shapes: IntArray) -> StrainPart:
         """The same over those shapes alone."""
         return replace(self, rows=self.rows[:, :, shapes], first=self.first[np.ix_(shapes, shapes)])
 

@@ -11,10 +11,8 @@ from itertools import combinations_with_replacement, permutations
 from math import comb, factorial
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from femflex.arrays import Array, IntArray
 
 
 def packed_size(n: int, degree: int) -> int:
@@ -23,7 +21,7 @@ def packed_size(n: int, degree: int) -> int:
 
 
 @lru_cache(maxsize=64)
-def packed_indices(n: int, degree: int) -> Index:
+def packed_indices(n: int, degree: int) -> IntArray:
     """The ascending indices (C, degree) of the packed values, in their order; not to be written to."""
     rows = np.array(list(combinations_with_replacement(range(n), degree)), np.int64).reshape(-1, degree)
     rows.flags.writeable = False
@@ -94,7 +92,7 @@ def truncated(values: Array, n: int, keep: int, degree: int) -> Array:
     return values[packed_indices(n, degree)[:, -1] < keep]
 
 
-def picked(values: Array, n: int, chosen: Index, degree: int) -> Array:
+def picked(values: Array, n: int, chosen: IntArray, degree: int) -> Array:
     """The packed values of the tensor confined to the chosen of n coordinates, in their order."""
     rows = np.sort(chosen[packed_indices(len(chosen), degree)], axis=1)
     place = np.zeros(len(rows), np.int64)

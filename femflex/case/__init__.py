@@ -4,6 +4,6 @@ from __future__ import annotations
 
 from femflex.case.case import Case
 from femflex.case.problems import CaseError, Problem
-from femflex.case.read import parse_case, read_case
+from femflex.case.read import parse_case, read_case, with_values
 
-__all__ = ["Case", "CaseError", "Problem", "parse_case", "read_case"]
+__all__ = ["Case", "CaseError", "Problem", "parse_case", "read_case", "with_values"]

@@ -132,12 +132,6 @@ class Case(Table):
         """The checked tables of the case file by name, as they were read."""
         return self._parts
 
-    def with_values(self, values: Mapping[str, Any]) -> Case:
-        """A checked copy with other values: `case.with_values({"bodies.hub.mass": 410.0})`. See `case.read`."""
-        from femflex.case.read import with_values
-
-        return with_values(self, values)
-
     def file_path(self, name: str) -> Path:
         """The path of a file named in the case."""
         return self._path.parent / name

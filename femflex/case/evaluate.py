@@ -7,13 +7,11 @@ from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.case.measure import OF_BODY, MeasureTable
 from femflex.case.problems import near
 from femflex.case.tones import crossing_frequency, fitted_frequencies
-
-Array = NDArray[np.float64]
 
 
 class Record(Protocol):

@@ -12,8 +12,7 @@ from femflex.case.measure import OF_CAMPBELL, MeasureTable
 from femflex.case.values import Count, Direction, Duration, Quantity, Time, ValueProblem, Whole, _Readable
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+    from femflex.arrays import Array
 
 
 class RunTable(Table):
@@ -71,7 +70,7 @@ class RunTable(Table):
             return self.samples or 1001
         return math.ceil(duration / self.output_step * (1 - 1e-9)) + 1
 
-    def times(self, duration: float) -> NDArray[np.float64]:
+    def times(self, duration: float) -> Array:
         """Output times (n_t,) [s] of a run of that duration [s]."""
         import numpy as np
 

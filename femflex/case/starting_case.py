@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from contextlib import suppress
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.case.starting_deck import DeckFacts, deck_tables, scale_of
 from femflex.mesh import Mesh
 from femflex.mesh.cells import CELL_TYPES
@@ -245,7 +245,7 @@ def _family(mesh: Mesh, group: str, dimension: int) -> str:
     return "plate_bfs" if all(_rectangles(mesh.points[corners[:, :4]]) for corners in cells.values()) else "shell"
 
 
-def _rectangles(corners: NDArray[np.float64]) -> bool:
+def _rectangles(corners: Array) -> bool:
     """Whether quadrilaterals (k, 4, 3) are rectangles of one plane."""
     a, b = corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0]
     size = np.sqrt(np.linalg.norm(a, axis=1) * np.linalg.norm(b, axis=1))

@@ -30,16 +30,20 @@ def warn_of_doubtful_numbers(raw: Mapping[str, Any], case: Case) -> None:
                 rate = key in RATE_KEYS
                 half = key in ATTITUDE_KEYS and "rad" not in str(table[key])
                 if abs(number) > (FAST if rate else (math.pi if half else FULL_TURN) * (1 + 1e-9)):
-                    warnings.warn(_text(f"{where}.{key}", number, "/s" if rate else ""), PhysicsWarning, stacklevel=4)
+                    warnings.warn(_doubtful(f"{where}.{key}", number, "/s" if rate else ""), stacklevel=4)
                     break
 
 
-def _text(where: str, number: float, per: str) -> str:
-    turns = number / FULL_TURN
-    return (
-        f"{where}: {number:g} is read as {number:g} rad{per} ({turns:.3g} turns{' a second' if per else ''}); if "
-        f"degrees were meant, "
-        f'write "{number:g} deg{per}" ({math.radians(number):.4g} rad{per})'
+def _doubtful(where: str, number: float, per: str) -> PhysicsWarning:
+    return PhysicsWarning(
+        "{body_or_joint}: {value:g} is read as {value:g} rad{per} ({turns:.3g} turns{of_time});",
+        body_or_joint=where,
+        value=number,
+        remedy='if degrees were meant, write "{value:g} deg{per}" ({radians:.4g} rad{per})',
+        per=per,
+        turns=number / FULL_TURN,
+        of_time=" a second" if per else "",
+        radians=math.radians(number),
     )
 
 

@@ -5,9 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
+    from femflex.arrays import Array
     from femflex.results import Run
 
 SWINGING = 0.1  # rad left to the singularity: nearer than this two of the angles move ten times as far as the craft
@@ -40,7 +38,7 @@ def angle_lines(run: Run, sequence: str) -> list[str]:
     ]
 
 
-def clearest_sequence(C: NDArray[np.float64], axis: str) -> tuple[str, float]:
+def clearest_sequence(C: Array, axis: str) -> tuple[str, float]:
     """The sequence of three axes that stays clear of its singularity in C_PQ (n_t, 3, 3), and by how much [rad].
 
     One that begins with this axis goes before the others that are clear.

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from femflex.cli.advice_lines import print_notes, strain_data
-from femflex.cli.grouped_warnings import print_warnings, warnings_so_far
 from femflex.cli.progress import Patience
 from femflex.cli.tables import print_json
 from femflex.cli.verb import BAD_INPUT, verb
+from femflex.cli.warning_output import print_warnings, warnings_so_far
 
 if TYPE_CHECKING:
     from femflex.pipeline.decisions import Decided

@@ -8,7 +8,7 @@ import time
 from types import TracebackType
 from typing import Any, Self
 
-from femflex.cli.grouped_warnings import print_warnings
+from femflex.cli.warning_output import print_warnings
 
 PATIENCE = 2.0  # seconds
 

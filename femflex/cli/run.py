@@ -54,11 +54,10 @@ def run(
             if resume and pipeline.is_finished(read, output):
                 print(f"done        {output} is complete already; there is nothing to resume (--force runs it anew)")
                 return
-            with pipeline.wrong_names_first(read, omitted):
-                if not resume:
-                    pipeline.check_output(read, output, force=force, resume=False)
-                if not no_pictures:
-                    check_pictures(read, output, force=force)
+            if not resume:
+                pipeline.check_output(read, output, force=force, resume=False)
+            if not no_pictures:
+                check_pictures(read, output, force=force)
             lock = stack.enter_context(FileLock(output))
             say(
                 "building bodies and compiling the equations of motion (the first run of an installation takes about a "

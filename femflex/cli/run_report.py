@@ -6,9 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
+    from femflex.arrays import BoolArray
     from femflex.case import Case
     from femflex.pipeline import Prepared
     from femflex.results import Run
@@ -204,7 +202,7 @@ def cable_lines(run: Run) -> list[str]:
     return [f"cable       {name} was slack {text}" for name, text in found.items() if text]
 
 
-def when(run: Run, rows: NDArray[np.bool_]) -> str:
+def when(run: Run, rows: BoolArray) -> str:
     """The part of these rows, the first and the last of them; empty for none."""
     if not rows.any():
         return ""
@@ -239,9 +237,9 @@ def conserved_monitors(run: Run, system: System) -> list[str]:
 
     import numpy as np
 
+    from femflex.dynamics.channels import conservative_loads
     from femflex.dynamics.effectors.states import keeps_momentum
     from femflex.dynamics.joints.law_report import is_damped
-    from femflex.dynamics.reports.channels import conservative_loads
     from femflex.dynamics.terms.equation_terms import EQUATION_TERMS
     from femflex.system import Effector
 

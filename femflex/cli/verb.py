@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 import typer
 
 from femflex.cli.errors import BAD_INPUT, FAILED, meaning
-from femflex.cli.grouped_warnings import gather_warnings, print_warnings
+from femflex.cli.warning_output import gather_warnings, print_warnings
 
 __all__ = ["BAD_INPUT", "EXAMPLES", "FAILED", "INTERRUPTED", "print_error", "verb"]
 

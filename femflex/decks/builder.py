@@ -7,12 +7,11 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from femflex.arrays import Array
 from femflex.fem import Member
 from femflex.mesh import Mesh
-
-Array = NDArray[np.float64]
 
 ALIKE = 1e-9  # part by which values of cells differ that count as one
 

@@ -9,8 +9,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import IntArray
 from femflex.decks.findings import UnusedCard
 from femflex.decks.singular import unresisted
 from femflex.decks.units import Units
@@ -20,7 +20,6 @@ from femflex.fem.support import GLOBAL
 from femflex.mesh import Mesh
 
 Held = Mapping[str, Support]  # group -> its support
-Index = NDArray[np.int64]
 
 SHOWN = 6  # nodes of one kind, and kinds, that a note lists
 
@@ -143,7 +142,7 @@ class Deck:
             notes=(*self.notes, text),
         )
 
-    def _listed(self, loose: list[tuple[Index, Support]]) -> str:
+    def _listed(self, loose: list[tuple[IntArray, Support]]) -> str:
         """Components and the numbers of their nodes in the deck, the first SHOWN of each."""
         number = {row: own for own, row in self.points_of_ids.items()}
         listed = []

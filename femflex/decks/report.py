@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.decks.deck import Deck
 from femflex.decks.units import implausible
 from femflex.fem import Structure
-
-Array = NDArray[np.float64]
+from femflex.warning import grouped_texts
 
 NO_MASS = 1e-6  # [kg] below which a deck without densities has no mass
 
@@ -58,7 +56,10 @@ def describe(deck: Deck) -> str:
             f"dofs      {structure.n_dof} of {len(deck.mesh.points)} nodes, {len(deck.members)} members",
         ]
         lines += [f"doubt     {text}" for text in doubts(deck, structure)]
-        lines += [f"doubt     {text}" for text in _grouped([str(one.message) for one in given])]
+        lines += [
+            f"doubt     {text}"
+            for text in grouped_texts([one.message for one in given if isinstance(one.message, Warning)])
+        ]
     except ValueError as error:
         lines.append(f"stops     {error}")
     lines += [f"used      {', '.join(f'{count} {card}' for card, count in deck.used.items())}"]
@@ -78,15 +79,6 @@ def describe(deck: Deck) -> str:
     ]
     lines.append(f"groups    {', '.join(shown[:30])}{f' and {len(shown) - 30} more' if len(shown) > 30 else ''}")
     return "\n".join(lines)
-
-
-def _grouped(texts: Sequence[str]) -> list[str]:
-    """Warnings of one kind as one line: members of a deck often give the same ones."""
-    kinds: dict[str, list[str]] = {}
-    for text in texts:
-        head = "".join(c for c in text.split("; ")[-1] if not c.isdigit())
-        kinds.setdefault(head, []).append(text)
-    return [one[0] + (f" ({len(one)} members alike)" if len(one) > 1 else "") for one in kinds.values()]
 
 
 def _list(values: Array) -> str:

@@ -5,14 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from femflex.arrays import Array, BoolArray, IntArray
 from femflex.decks.builder import direction_key
 from femflex.fem import Structure, Support
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 # Least over largest stiffness of a node below which nothing resists (Nastran's EPZERO). A largest above that of the
 # usual node counts as that, for bushings and springs may stand for rigid links.
@@ -21,7 +18,7 @@ ROUNDING = 1e-13  # part of the largest stiffness of a node that may be rounding
 SAME = 1e-9  # part by which a node's motion may differ from that of three dofs of its own
 
 
-def unresisted(structure: Structure, points: Index, held: Sequence[int] = ()) -> list[tuple[Index, Support]]:
+def unresisted(structure: Structure, points: IntArray, held: Sequence[int] = ()) -> list[tuple[IntArray, Support]]:
     """Nodes (k,) and the components that nothing resists at them, of the points that count (n,).
 
     held: dofs that supports fix already, of nodes that follow others in part.
@@ -67,7 +64,7 @@ def unresisted(structure: Structure, points: Index, held: Sequence[int] = ()) ->
     return [(np.array(nodes), supports[key]) for key, nodes in found.items()]
 
 
-def _users(structure: Structure) -> Index:
+def _users(structure: Structure) -> IntArray:
     """Number (n_dof,) of the nodes that each dof moves or turns."""
     moved = [sparse.csr_array(abs(rows)) for rows in (structure.translation, structure.rotation)]
     n = moved[0].shape[0] // 3
@@ -75,7 +72,7 @@ def _users(structure: Structure) -> Index:
     return np.bincount((sums @ (moved[0] + moved[1])).tocoo().coords[1], minlength=moved[0].shape[1])
 
 
-def _blocks(K: sparse.csr_array, rows: sparse.csr_array, users: Index) -> tuple[Array, Array, NDArray[np.bool_]]:
+def _blocks(K: sparse.csr_array, rows: sparse.csr_array, users: IntArray) -> tuple[Array, Array, BoolArray]:
     """Stiffness (n, 3, 3) of nodes against their own three components, directions (n, 3, 3) at right angles, as
     columns, and which of these (n, 3) have a dof of their own."""
     n = rows.shape[0] // 3

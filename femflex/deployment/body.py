@@ -9,8 +9,8 @@ from dataclasses import replace
 from typing import Any, Literal, NamedTuple, TypedDict, Unpack
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.body import FlexibleBody
 from femflex.deployment.drawn import skin_of
 from femflex.deployment.line import DeployingLine, LineFunctions, LineShapes
@@ -24,8 +24,6 @@ from femflex.deployment.table import DeployingParts, variation_of
 from femflex.deployment.tapered import MaterialTaper, one, pieces_of, tapered_line
 from femflex.system import Profile, Variation
 from femflex.warning import PhysicsWarning
-
-Array = NDArray[np.float64]
 
 SAMPLES = 2001  # of a profile between its breaks, to find its least and largest length
 SOFTENED = 0.02  # change of bending stiffness by axial inertia from which linear strain is warned of

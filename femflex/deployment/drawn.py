@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import IntArray
 from femflex.body import Skin
 from femflex.deployment.series import Series, at, derivative
 from femflex.deployment.shapes import MemberShapes, grid
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 SIDES = 16  # of the coil
 LEAST = 0.3  # radius of an empty drum over that of a full one
@@ -40,11 +37,11 @@ def skin_of(shapes: MemberShapes, length: float, stock: float, at_tip: bool, rad
     return Skin(values[:, :, 0], joined, np.ascontiguousarray(values[:, :, 1:].transpose(2, 0, 1)), rates[:, :, 0])
 
 
-def _shifted(cells: Index | None, first: int) -> Index | None:
+def _shifted(cells: IntArray | None, first: int) -> IntArray | None:
     return None if cells is None else cells + first
 
 
-def _coil(shapes: MemberShapes, stock: float, at_tip: bool, radius: float | None) -> tuple[Series, dict[str, Index]]:
+def _coil(shapes: MemberShapes, stock: float, at_tip: bool, radius: float | None) -> tuple[Series, dict[str, IntArray]]:
     """A drum across the member, behind the exit or ahead of the tip, whose radius falls with the stowed length."""
     full = radius or max(min(COIL * stock, LARGEST), 3.0 * shapes.thickness)
     width = shapes.half_width or full

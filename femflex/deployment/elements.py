@@ -11,10 +11,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from femflex.arrays import Array, IntArray
 
 EVEN = 8  # elements where their ends are not given
 
@@ -89,7 +87,7 @@ class ElementFunctions:
         return max(self.y, self.z, self.axial, self.torsion)
 
     @property
-    def blocks(self) -> list[tuple[Index, int]]:
+    def blocks(self) -> list[tuple[IntArray, int]]:
         """Numbers (k,) of the functions of each field, and how many of its modes are kept."""
         found, first = [], 0
         for name, kept, bends in self._fields():
@@ -113,7 +111,7 @@ class ElementFunctions:
         counts = {"y": self.y, "z": self.z, "axial": self.axial, "torsion": self.torsion}
         return [(name, n, name in "yz" and not self.string) for name, n in counts.items() if n]
 
-    def _nodal(self, bends: bool, across: bool) -> Index:
+    def _nodal(self, bends: bool, across: bool) -> IntArray:
         """The degrees of freedom of a field that its supports leave."""
         n = len(self.edges) - 1
         if bends:

@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.deployment.intervals import Pieces, integral_of
-
-Array = NDArray[np.float64]
 
 KEPT = 1e-9  # of the largest singular value: products of slopes below it add nothing to the span
 

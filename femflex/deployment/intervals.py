@@ -6,11 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.reduction.beams.beam_functions import gauss
-
-Array = NDArray[np.float64]
 
 LEAST_POINTS = 12  # on an interval between two knots
 

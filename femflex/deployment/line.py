@@ -6,15 +6,14 @@ from dataclasses import dataclass, field
 from typing import Literal, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from femflex.arrays import Array
 from femflex.deployment.series import Series
 from femflex.deployment.shapes import Drawing, MemberShapes, clean, grid
 from femflex.fem.line.chain import element_frames
 from femflex.fem.line.section_points import section_points
 from femflex.reduction.beams.beam_functions import axial_characteristic, polynomials
-
-Array = NDArray[np.float64]
 
 SIDES = 12  # of the tube that is drawn
 STRING_ENDS = {"free": 0, "held": 1}

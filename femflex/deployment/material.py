@@ -26,11 +26,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.deployment.series import Series, added, derivative, mapped, product, scaled
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.deployment.material import Places
 from femflex.deployment.shapes import MemberShapes
 from femflex.system import MovingPoints
-
-Array = NDArray[np.float64]
 
 
 def moving_points(shapes: MemberShapes, total: float, at_tip: bool) -> MovingPoints:

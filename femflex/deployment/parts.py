@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import Literal, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.deployment.foreshortening import followers_of
 from femflex.deployment.material import inertia_of
 from femflex.deployment.series import Series, added
@@ -17,7 +17,6 @@ from femflex.deployment.table import DeployingParts, MarkerSeries
 from femflex.fem.eigen.canonical import canonical
 from femflex.fem.eigen.modes import dense_modes
 
-Array = NDArray[np.float64]
 Shapes = TypeVar("Shapes", bound=MemberShapes)
 Strain = Literal["linear", "condensed"]
 

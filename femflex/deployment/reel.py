@@ -7,11 +7,8 @@ import sys
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from femflex.system import Effector
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

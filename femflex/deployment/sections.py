@@ -20,14 +20,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.deployment.intervals import gauss_between
 from femflex.deployment.series import Series, at
 from femflex.deployment.shapes import MemberShapes
 from femflex.reduction.beams.beam_functions import points_for
-
-Array = NDArray[np.float64]
 
 STATIONS = np.linspace(0.0, 1.0, 11)
 TENSION = {"tension": ("N", "axial force, positive in tension")}

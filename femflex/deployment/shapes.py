@@ -8,17 +8,14 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.deployment.foreshortening import Followers
 from femflex.deployment.intervals import gauss_between
 from femflex.deployment.material import Places
 from femflex.deployment.series import Series
 from femflex.deployment.table import MarkerSeries
 from femflex.reduction.beams.beam_functions import points_for
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 ROUNDING = 1e-13  # of the largest value of a function, below which it vanishes
 
@@ -60,7 +57,7 @@ class Drawing(NamedTuple):
 
     xi: Array
     offsets: Array
-    cells: dict[str, Index]
+    cells: dict[str, IntArray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,7 +187,7 @@ class MemberShapes(ABC):
             axis=frame[0] if self.followers is not None else np.zeros(3),
         )
 
-    def drawn_series(self) -> tuple[Series, dict[str, Index]]:
+    def drawn_series(self) -> tuple[Series, dict[str, IntArray]]:
         """Points (p, 3) [m] and shapes of the surface of the deployed part as series, and its cells (e, k), point
         numbers."""
         xi, offsets, cells = self.drawing()
@@ -203,7 +200,7 @@ def clean(function: Callable[[Array], Array], xi: Array) -> Array:
     return np.where(np.abs(found) > ROUNDING * size, found, 0.0)
 
 
-def grid(n: int, m: int, closed: bool) -> Index:
+def grid(n: int, m: int, closed: bool) -> IntArray:
     """Quadrilaterals between neighbours of points (n, m); closed: the last of each row is next to the first."""
     at, side = np.meshgrid(np.arange(n - 1), np.arange(m if closed else m - 1), indexing="ij")
     ring = np.stack([at, at + 1, at + 1, at], axis=-1) * m

@@ -9,11 +9,10 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import ArrayLike, NDArray
 
+from femflex.arrays import Array
 from femflex.deployment.line import DeployingLine
 from femflex.deployment.series import Series
 from femflex.deployment.shapes import Drawing, MemberShapes, clean, grid
-
-Array = NDArray[np.float64]
 
 
 class AlongFunctions(Protocol):

@@ -7,14 +7,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.body import FlexibleBody, Marker, MassMoments, StrainTensors
 from femflex.deployment.material import Inertia
 from femflex.deployment.series import Series, at, derivative, scaled
 from femflex.system import Block, LengthTable, Profile, Variation
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,8 +14,8 @@ from functools import cached_property, partial
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.deployment.intervals import gauss_between
 from femflex.deployment.line import LineShapes
 from femflex.deployment.material import Inertia
@@ -23,8 +23,6 @@ from femflex.deployment.parts import columns_of, with_columns
 from femflex.deployment.series import Series, added, at, scaled
 from femflex.deployment.table import DeployingParts, MarkerSeries
 from femflex.reduction.beams.beam_functions import points_for
-
-Array = NDArray[np.float64]
 
 DEGREE = 9  # of the polynomials in the length
 ENOUGH = 1e-8  # relative error of the interpolation that is aimed at

@@ -9,8 +9,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.dynamics.reports.sensing import Sensing
 from femflex.system import Controller
 from femflex.system.evaluation import FOLDER, evaluation_order
@@ -18,7 +18,6 @@ from femflex.system.evaluation import FOLDER, evaluation_order
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
 
-Array = NDArray[np.float64]
 
 ROUNDED = 1e-6  # part of a period by which an instant may be early
 

@@ -15,8 +15,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.dynamics.joints.law_report import latch_places
 from femflex.dynamics.lowering.layout import HEADER, N_HEADER
 from femflex.dynamics.lowering.tie_layout import R_LAMBDA
@@ -27,7 +27,6 @@ from femflex.system.freedoms import RELEASED
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
 
-Array = NDArray[np.float64]
 
 STEP = 1e-6  # s, over which the rate of a channel is taken along the motion
 

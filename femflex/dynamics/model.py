@@ -7,9 +7,10 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.dynamics.calls import ConstrainedCalls, SecondOrderCalls
+from femflex.dynamics.channels import channels_of, row_length, row_places
 from femflex.dynamics.clock import Clock
 from femflex.dynamics.constraints import equations as constrained
 from femflex.dynamics.constraints.assemble import assembled
@@ -40,10 +41,8 @@ from femflex.dynamics.lowering.ties import characteristic_length
 from femflex.dynamics.motion import equations
 from femflex.dynamics.motion.free_lengths import free_rate
 from femflex.dynamics.motion.led_equations import led_rate
-from femflex.dynamics.reports.channels import channels_of, row_length, row_places
 from femflex.dynamics.reports.contacts import observe_contacts
 from femflex.dynamics.reports.diagnosis import diagnosis
-from femflex.dynamics.reports.drive_report import observe_held
 from femflex.dynamics.reports.momenta import observe_momenta
 from femflex.dynamics.reports.monitors import ROW_DISSIPATED
 from femflex.dynamics.reports.observe import observe
@@ -52,12 +51,12 @@ from femflex.dynamics.reports.sights import observe_sights
 from femflex.dynamics.reports.static_stretch import add_static_stretch
 from femflex.dynamics.reports.variations import observe_variations
 from femflex.dynamics.terms.by_source import SWITCHED, terms
+from femflex.dynamics.terms.prescribed_motion_report import observe_held
+from femflex.dynamics.terms.without import changed, reduced, resolved, without_reactions
 from femflex.dynamics.workspace import Workspace
 from femflex.rotations import is_extrinsic
 from femflex.summary import Rows, Summarised, listed
 from femflex.system import Channel, LengthTable, System
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -84,7 +83,7 @@ class Model(Summarised):
     n_z: int
     x0: Array
     breaks: Array
-    renormalise: NDArray[np.int64]
+    renormalise: IntArray
     channels: dict[str, Channel]
     rate: Any = field(default=equations.rate)
     omitted: tuple[str, ...] = ()
@@ -99,7 +98,7 @@ class Model(Summarised):
         return "Compiled model", [*rows, ("channels", str(len(self.channels))), *self.system.summary()[1]]
 
     @property
-    def table(self) -> NDArray[np.int64]:
+    def table(self) -> IntArray:
         """Records."""
         return self.workspace.table
 
@@ -225,10 +224,22 @@ class Model(Summarised):
         return terms(self, times, states)
 
     def without(self, *names: str) -> Model:
-        """A model with terms, loads or flexibility switched off by name. See `dynamics.terms.without`."""
-        from femflex.dynamics.terms.without import without
+        """The model without what is named: a term (see `terms`), a load, "flexibility" or that of a body, or
+        "nonlinear_strain".
 
-        return without(self, *names)
+        A rigid, undamped, unloaded ... system is one in which the thing is not there. The inertia forces by degree in u
+        and gravity are left out of the compiled equations instead; the monitors of energy still count what they stand
+        for. Raises ValueError for a name that is not known, with those that are.
+        """
+        chosen = tuple(dict.fromkeys(resolved(self, name) for name in names))
+        system = self.system
+        for name in chosen:
+            system = changed(system, name)
+        omitted = (*self.omitted, *chosen)
+        model = compile_system(without_reactions(system, omitted))
+        if self.constraints is not None and model.n_x == self.n_x:
+            model = replace(model, x0=self.x0)  # closed loops start where they did
+        return reduced(model, omitted)
 
     def diagnosis(self, t: float, x: Array, unheld: bool = False) -> tuple[str, Exception | None]:
         """A sentence on a state at which a run came to its end, and the exception behind it."""

@@ -5,12 +5,11 @@ from __future__ import annotations
 import threading
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.dynamics.lowering.pool import aligned
 
-Array = NDArray[np.float64]
-Own = tuple[NDArray[np.int64], Array, Array]  # table, pool, work
+Own = tuple[IntArray, Array, Array]  # table, pool, work
 
 
 class Workspace:
@@ -22,7 +21,7 @@ class Workspace:
     own      table, pool and work, as every compiled call takes them
     """
 
-    def __init__(self, table: NDArray[np.int64], numbers: Array, n_work: int, varies: bool) -> None:
+    def __init__(self, table: IntArray, numbers: Array, n_work: int, varies: bool) -> None:
         self.table, self.numbers, self.n_work, self.varies = table, numbers, n_work, varies
         self._local = threading.local()
 

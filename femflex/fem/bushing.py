@@ -8,8 +8,9 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from femflex.arrays import Array, IntArray
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.family import Contribution, SkinPart
 from femflex.fem.point_mass import cross_matrices
@@ -18,8 +19,6 @@ from femflex.fem.tables import DenseStrain
 if TYPE_CHECKING:
     from femflex.mesh import Mesh
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 SQUARE = 1e-6  # cosine between two axes that passes for rounding
 APART = 1e-9  # of the mesh's size: distance of two nodes below which they coincide
@@ -148,6 +147,6 @@ def along(x: Array) -> Array:
     return np.stack([x, y, np.cross(x, y)])
 
 
-def _line(x: Array, translation: Index) -> SkinPart:
+def _line(x: Array, translation: IntArray) -> SkinPart:
     """The line between the nodes."""
     return SkinPart(x, {"line": np.array([[0, 1]])}, np.arange(6), translation.ravel(), np.ones(6))

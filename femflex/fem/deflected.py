@@ -8,15 +8,13 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.fem.family import SkinPart
 from femflex.fem.relaxed import RelaxedStrain
 from femflex.fem.structure import Structure
 from femflex.fem.tables import InertiaBlock, StrainBlock, mass_and_stiffness
 from femflex.fem.tension.strain import TensionStrain
-
-Array = NDArray[np.float64]
 
 
 def deflected(structure: Structure, x: Array) -> Structure:

@@ -10,9 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, IntArray
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.option import OPTIONS, Options
 from femflex.fem.tables import InertiaBlock, StrainBlock
@@ -20,9 +18,6 @@ from femflex.fem.tables import InertiaBlock, StrainBlock
 if TYPE_CHECKING:
     from femflex.fem.structure import Member
     from femflex.mesh import Mesh
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,9 +28,9 @@ class SkinPart:
     """
 
     points: Array
-    cells: dict[str, Index]
-    rows: Index
-    cols: Index
+    cells: dict[str, IntArray]
+    rows: IntArray
+    cols: IntArray
     values: Array
 
 
@@ -102,7 +97,7 @@ def prepared(mesh: Mesh, members: Sequence[Member]) -> tuple[Mesh, tuple[str, ..
     return mesh, notes
 
 
-def member_cells(mesh: Mesh, member: Member, accepted: tuple[str, ...]) -> dict[str, Index]:
+def member_cells(mesh: Mesh, member: Member, accepted: tuple[str, ...]) -> dict[str, IntArray]:
     """Connectivity (n_c, nodes), numbers of points, by cell type of the member's group, all of types the family
     accepts.
 

@@ -12,14 +12,11 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from femflex.arrays import Array, IntArray
 from femflex.fem.assembly import Assembler, Part
 from femflex.fem.tables import StrainBlock, element_chunks
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 class InternalForce:
@@ -90,7 +87,7 @@ class InternalForce:
             total += np.tensordot(part.weight, energy, 2) / 2
         return total
 
-    def second_derivative(self, phi: Array, i: Index | None = None, j: Index | None = None) -> Array:
+    def second_derivative(self, phi: Array, i: IntArray | None = None, j: IntArray | None = None) -> Array:
         """How the tangent changes along one shape times another at rest, (dK/da) b = (dK/db) a: (n_dof, k).
 
         a, b are the columns i (k,), j (k,) of phi (n_dof, n); left out, each column with itself. Gradients of a shape
@@ -179,7 +176,7 @@ def point_state(block: StrainBlock, raw: Array) -> PointState:
     return PointState(block.weight, block.rows(every), D, block.elastic, block.quadratic_map, eps, sigma0, sigma)
 
 
-def bent_forces(block: StrainBlock, raw: Array, i: Index, j: Index) -> Array:
+def bent_forces(block: StrainBlock, raw: Array, i: IntArray, j: IntArray) -> Array:
     """Element forces (e, l, k) [N, N m] of `InternalForce.second_derivative`; raw (n_raw, n)."""
     rows = block.rows(slice(None))
     g = np.matmul(rows, raw[block.dofs][:, None])

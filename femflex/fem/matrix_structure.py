@@ -6,16 +6,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from femflex.arrays import Array, BoolArray, IntArray
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.family import SkinPart
 from femflex.fem.structure import Structure
 from femflex.mesh import Mesh
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 SCALAR = -1  # place of a dof that belongs to no point: a modal coordinate
 
@@ -29,10 +26,10 @@ class MatrixStructure(Structure):
     """
 
     D: sparse.csr_array | None = None
-    places_of_dofs: Index | None = None
+    places_of_dofs: IntArray | None = None
 
     @property
-    def scalars(self) -> Index:
+    def scalars(self) -> IntArray:
         """Numbers (k,) of dofs that belong to no point."""
         assert self.places_of_dofs is not None
         return np.flatnonzero(self.places_of_dofs[:, 0] == SCALAR).astype(np.int64)
@@ -40,7 +37,7 @@ class MatrixStructure(Structure):
 
 def structure_from_matrices(
     mesh: Mesh,
-    dofs: Index,
+    dofs: IntArray,
     M: sparse.csr_array,
     K: sparse.csr_array,
     D: sparse.csr_array | None = None,
@@ -89,7 +86,7 @@ def structure_from_matrices(
     )
 
 
-def check_distinct(dofs: Index) -> None:
+def check_distinct(dofs: IntArray) -> None:
     """Raise ValueError when two rows of the map (n_dof, 2), point and component, name the same component of a point."""
     physical = dofs[dofs[:, 0] >= 0]
     _, first, count = np.unique(physical, axis=0, return_index=True, return_counts=True)
@@ -103,9 +100,9 @@ def check_distinct(dofs: Index) -> None:
 
 def _raw_from_dofs(
     numbering: Numbering,
-    dofs: Index,
-    kinds: tuple[NDArray[np.bool_], NDArray[np.bool_]],
-    scalars: tuple[Index, Index],
+    dofs: IntArray,
+    kinds: tuple[BoolArray, BoolArray],
+    scalars: tuple[IntArray, IntArray],
     frames: Array | None,
 ) -> sparse.csr_array:
     """T (n_raw, n_dof): global components of the points from their own components."""

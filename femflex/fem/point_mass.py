@@ -6,15 +6,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from femflex.arrays import Array
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.tables import DenseInertia
 
 if TYPE_CHECKING:
     from femflex.mesh import Mesh
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

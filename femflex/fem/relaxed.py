@@ -7,14 +7,11 @@ from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.fem.assembly import Part
 from femflex.fem.structure import Structure
 from femflex.fem.tables import StrainBlock, StressAt
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 DUST = 1e-8  # of the initial stress, below which what is left of it is rounding
 
@@ -28,7 +25,7 @@ class RelaxedStrain:
     least: float = 0.0  # see `settled_stress`
 
     @property
-    def dofs(self) -> Index:
+    def dofs(self) -> IntArray:
         """See StrainBlock, with its shapes and units."""
         return self.block.dofs
 

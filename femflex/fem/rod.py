@@ -6,8 +6,8 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.family import Contribution, SkinPart, StrainPlaces, family, member_cells
 from femflex.fem.sections.section import Shape
@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from femflex.fem.structure import Member
     from femflex.mesh import Mesh
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 GAUSS = np.array([0.5 - np.sqrt(3) / 6, 0.5 + np.sqrt(3) / 6])  # places in [0, 1] of two points of equal weight
 
@@ -72,7 +70,7 @@ def rod(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     return Contribution((inertia,), (strain,), partial(_skin, x, dofs), (places,))
 
 
-def _skin(x: Array, dofs: Index) -> SkinPart:
+def _skin(x: Array, dofs: IntArray) -> SkinPart:
     """The lines between the ends."""
     lines = np.arange(2 * len(x)).reshape(-1, 2)
     return SkinPart(x.reshape(-1, 3), {"line": lines}, np.arange(dofs.size), dofs.ravel(), np.ones(dofs.size))

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.family import Contribution
@@ -15,7 +14,6 @@ from femflex.fem.tables import DenseStrain
 if TYPE_CHECKING:
     from femflex.mesh import Mesh
 
-Array = NDArray[np.float64]
 Direction = tuple[float, float, float]
 
 

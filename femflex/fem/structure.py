@@ -10,9 +10,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from femflex.arrays import Array, IntArray
 from femflex.fem.assembly.conditions import conditions
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.assembly.support_dofs import held_columns
@@ -30,9 +30,6 @@ from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
     from femflex.mesh import Mesh
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +51,7 @@ class StructureSkin:
     """Drawable surface of a Structure: points (n_p, 3), cells by meshio name, motion (3 n_p, n_dof) of the points."""
 
     points: Array
-    cells: dict[str, Index]
+    cells: dict[str, IntArray]
     operator: sparse.csr_array
 
 
@@ -144,11 +141,11 @@ class Structure:
         """Number of independent dofs."""
         return self.T.shape[1]
 
-    def clamped_dofs(self, group: str, components: Sequence[str] | Support = COMPONENTS) -> Index:
+    def clamped_dofs(self, group: str, components: Sequence[str] | Support = COMPONENTS) -> IntArray:
         """Numbers of independent dofs (k,), ascending, zero where the group's nodes are supported; see `held_dofs`."""
         return self.held_dofs({group: components})
 
-    def held_dofs(self, supports: Supports) -> Index:
+    def held_dofs(self, supports: Supports) -> IntArray:
         """Numbers of the independent dofs (k,), ascending, that are zero under the supports.
 
         supports: group -> components of "x", "y", "z", "rx", "ry", "rz" (global axes), all six for a clamp, the first
@@ -157,10 +154,10 @@ class Structure:
         nodes such dofs, and when a support sets combinations of dofs to zero, which wants `build_structure` to know it.
         """
         key = tuple((group, as_support(value)) for group, value in supports.items())
-        held: Index = self.recalled(("held", *key), lambda: self._held_dofs(supports))
+        held: IntArray = self.recalled(("held", *key), lambda: self._held_dofs(supports))
         return held
 
-    def _held_dofs(self, supports: Supports) -> Index:
+    def _held_dofs(self, supports: Supports) -> IntArray:
         for group, value in supports.items():
             nodes, support = self.mesh.group_points(group), as_support(value)
             moves = [c for c in support.components if c in COMPONENTS[:3]]
@@ -267,7 +264,7 @@ def warn_of_doubled_cells(mesh: Mesh, members: Sequence[Member]) -> None:
 
 def _any_doubled(mesh: Mesh, members: Sequence[Member]) -> bool:
     """Whether any cell belongs to two members of one family; quick where decks have thousands of members."""
-    rows: dict[tuple[str, str], list[Index]] = {}
+    rows: dict[tuple[str, str], list[IntArray]] = {}
     for member in members:
         for kind, own in mesh.cell_groups.get(member.group, {}).items():
             rows.setdefault((member.family, kind), []).append(own)

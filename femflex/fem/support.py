@@ -6,9 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from femflex.arrays import Array
+
 Rows = tuple[tuple[float, float, float], ...]
 
 COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")  # of a node: three translations, three rotations

@@ -11,13 +11,10 @@ from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
-from femflex.fem.assembly import Assembler, Part, assembled
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from femflex.arrays import Array, IntArray
+from femflex.fem.assembly import Assembler, Part
 
 CACHED_VALUES = 250_000  # doubles that stay in the cache of a processor (2 MB)
 CACHED_ELEMENTS = 50  # at least in such a chunk: each takes some calls
@@ -34,7 +31,7 @@ class InertiaBlock(Protocol):
     """Points with mass: dm (e, q) [kg] at rho (e, q, 3) [m], moved by the raw dofs (e, l) of their element."""
 
     @property
-    def dofs(self) -> Index: ...
+    def dofs(self) -> IntArray: ...
     @property
     def dm(self) -> Array: ...
     @property
@@ -62,7 +59,7 @@ class StrainBlock(Protocol):
     """
 
     @property
-    def dofs(self) -> Index: ...
+    def dofs(self) -> IntArray: ...
     @property
     def weight(self) -> Array: ...
     @property
@@ -107,7 +104,7 @@ StressAt = Callable[[StrainBlock], Array]  # initial stress (e|1, q|1, s) at the
 class DenseInertia:
     """An inertia block with its shape functions stored, N (e|1, q, 3, l)."""
 
-    dofs: Index
+    dofs: IntArray
     dm: Array
     rho: Array
     N: Array
@@ -147,7 +144,7 @@ class SectionInertia(DenseInertia):
 class DenseStrain:
     """A strain block with its gradient rows stored, G (e|1, q, g, l)."""
 
-    dofs: Index
+    dofs: IntArray
     weight: Array
     elastic: Array
     linear_map: Array
@@ -185,11 +182,6 @@ class DenseStrain:
     def parts(self) -> tuple[Part, ...]:
         """See StrainBlock."""
         return (Part(self.dofs, self.stiffness().__getitem__),)
-
-
-def assemble_blocks(blocks: Sequence[InertiaBlock | StrainBlock], T: sparse.csr_array) -> sparse.csr_array:
-    """Mass or stiffness (n_dof, n_dof) [kg or N/m] of blocks on raw dofs, T (n_raw, n_dof) of the independent ones."""
-    return assembled([part for block in blocks for part in block.parts()], T)
 
 
 def mass_and_stiffness(

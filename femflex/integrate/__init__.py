@@ -1,4 +1,4 @@
-"""Integration in time: explicit, implicit and cross-check methods that know only the compiled model's call.
+"""Integration in time: explicit and implicit methods that know only the compiled model's call.
 
 A model offers the calls of `protocol`; `integrator(name, rtol=...)` makes a method from the register, whose `solve`
 gives a whole trajectory and `blocks` one piece at a time, with a state to resume from, bit for bit. `choose` picks a
@@ -20,7 +20,6 @@ from femflex.integrate.protocol import (
     SecondOrder,
 )
 from femflex.integrate.register import INTEGRATORS, integrator
-from femflex.integrate.scipy_check import Scipy
 from femflex.integrate.trial import Forecast, forecast
 
 __all__ = [
@@ -39,7 +38,6 @@ __all__ = [
     "Integrator",
     "Interrupted",
     "Model",
-    "Scipy",
     "SecondOrder",
     "Solution",
     "Steps",

@@ -9,9 +9,7 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, IntArray
 from femflex.integrate import resume as head
 from femflex.integrate.compiled import ENDED, INDICES, INTEGER, REAL, SPAN, TABLE, VECTOR, kernel, part, summing, types
 from femflex.integrate.dop853_table import A, C, D, E
@@ -20,8 +18,6 @@ from femflex.integrate.protocol import OWN, RATE, SWITCH, Call, Own
 from femflex.integrate.step_control import FILTERED, accept, cut, filtered, reject, retreat, shorter, standing
 from femflex.integrate.vectors import clipped, first_not_finite, normalise, put
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 Span = tuple[float, float, float]
 
 X, K1, X_OLD, F0 = 0, 1, 2, 3  # rows of the kept vectors

@@ -8,9 +8,8 @@ Written as {row: {column: value}}; zeros are left out.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from femflex.arrays import Array
 
 _STAGES = {
     1: {0: 0.05260015195876773},

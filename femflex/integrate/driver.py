@@ -14,19 +14,17 @@ from time import perf_counter
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.integrate import resume as head
 from femflex.integrate.events import eventful_blocks
-from femflex.integrate.outcome import Block, IntegrationError, Interrupted, Solution, failure, joined
+from femflex.integrate.intervals import Span, interval, struck_next, until
+from femflex.integrate.outcome import ROWS, Block, IntegrationError, Interrupted, Solution, failure, joined
 from femflex.integrate.pace import BlockTime, Pace, trials_of
-from femflex.integrate.protocol import Clock, Model, Progress
+from femflex.integrate.protocol import Model, Progress
 
-Array = NDArray[np.float64]
-Span = tuple[float, float, float]  # end of the interval, and the limits of the times at which the model may be asked
 Fill = Callable[[Array, Array, Array, Array, Span, int], tuple[int, int]]  # state, vectors, times, rows, span, budget
 
-ROWS = 1024  # of a block
 CALL_SECONDS = 0.1
 FIRST_BUDGET = 8  # trial steps of the first kernel call, before their cost is known
 
@@ -178,29 +176,6 @@ class Adaptive(ABC):
             if status == head.STUCK:
                 raise failure(self.name, resume, vectors[0], model)
             todo = todo[kept[0] :]
-
-
-def interval(t: float, end: float, breaks: Array) -> Span:
-    """The smooth interval that begins at or holds t: its end, and the open limits set by the breaks around it."""
-    after = int(np.searchsorted(breaks, t, side="right"))
-    lo = np.nextafter(breaks[after - 1], math.inf) if after > 0 else -math.inf
-    if after == breaks.size:
-        return float(end), float(lo), math.inf
-    return float(min(end, breaks[after])), float(lo), float(np.nextafter(breaks[after], -math.inf))
-
-
-def until(clock: Clock | None, x: Array, t: float, end: float, breaks: Array) -> Span:
-    """The smooth interval that holds t, up to the next instant at which a clock changes the state x (n_x,).
-
-    It ends at t where that instant has come.
-    """
-    stop, lo, hi = interval(t, end, breaks)
-    return stop if clock is None else max(t, min(stop, clock.next(x))), lo, hi
-
-
-def struck_next(clock: Clock | None, x: Array, resume: Array) -> bool:
-    """Whether a clock changes the state x (n_x,) at the time reached, after which the method begins anew anyway."""
-    return clock is not None and clock.next(x) <= float(resume[head.T])
 
 
 def adapted(budget: int, seconds: float) -> int:

@@ -6,17 +6,16 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from femflex.integrate.driver import Fill, Span
+from femflex.arrays import Array
+from femflex.integrate.driver import Fill
 from femflex.integrate.esdirk_kernel import N_SCRATCH, N_STAGES, fill
 from femflex.integrate.holding import hold_of
 from femflex.integrate.implicit import Implicit
+from femflex.integrate.intervals import Span
 from femflex.integrate.protocol import Model
 from femflex.integrate.register import INTEGRATORS
 from femflex.integrate.switching import switch_of
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

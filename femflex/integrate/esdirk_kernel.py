@@ -10,9 +10,7 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, IntArray
 from femflex.integrate import resume as head
 from femflex.integrate.compiled import ENDED, INDICES, INTEGER, REAL, SPAN, TABLE, VECTOR, kernel, part, types
 from femflex.integrate.esdirk_table import ERROR, GAMMA, GUESS, A, C
@@ -37,8 +35,6 @@ from femflex.integrate.protocol import CORRECT, KINEMATIC, OWN, RATE, SWITCH, Ca
 from femflex.integrate.step_control import cut, scaled_norm, standing, step_accepted
 from femflex.integrate.vectors import clipped, normalise, put
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 Span = tuple[float, float, float]
 
 N_STAGES = 6

@@ -9,9 +9,8 @@ from __future__ import annotations
 from fractions import Fraction
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from femflex.arrays import Array
 
 STAGES = [
     "0",

@@ -18,17 +18,17 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.integrate import resume as head
-from femflex.integrate.outcome import Block, failure
+from femflex.integrate.intervals import struck_next, until
+from femflex.integrate.outcome import ROWS, Block, failure
 from femflex.integrate.pace import BlockTime, Pace, trials_of
 
 if TYPE_CHECKING:
     from femflex.integrate.driver import Adaptive, Fill
     from femflex.integrate.protocol import Clock, Model
 
-Array = NDArray[np.float64]
 
 TOGETHER = 1e-9  # of a step: what comes closer cannot be distinguished by its polynomial
 SAMPLES = np.array([0.25, 0.5, 0.75, 1.0])  # of a step, at which its events are looked for
@@ -49,8 +49,6 @@ class Events(Protocol):
 
 def eventful_blocks(method: Adaptive, model: Model, todo: Array, breaks: Array, resume: Array) -> Iterator[Block]:
     """Blocks of the states at the times `todo`, as `Adaptive.blocks` gives them, for a model with events."""
-    from femflex.integrate.driver import ROWS
-
     stepper = Stepper(method, model, breaks, float(todo[-1]) if todo.size else 0.0, resume, method.filler(model))
     pace, spent = Pace(resume), BlockTime()
     while todo.size:
@@ -119,8 +117,6 @@ class Stepper:
             self.clock.strike(t, x)
             self.method.go_on(self.model, resume, self.interval(t))
             return False
-        from femflex.integrate.driver import struck_next
-
         span = self.interval(t)
         last_out, taken = resume[head.LAST_OUT], resume[head.ACCEPTED]
         just_after = np.array([np.nextafter(t, math.inf)])  # a row inside the step makes it dense
@@ -183,7 +179,7 @@ class Stepper:
             before, falling = after, falls
         return None
 
-    def grazed(self, turned: NDArray[np.int64], due: list[int], a: float, b: float) -> list[tuple[int, float]]:
+    def grazed(self, turned: IntArray, due: list[int], a: float, b: float) -> list[tuple[int, float]]:
         """Of the events whose values turned back between a and b, those that were reached there, and by when."""
         lowest = [(int(k), self.root(int(k), a, b, of="rates")) for k in turned if k not in due]
         return [(k, time) for k, time in lowest if self.events.values(time, self.state(time))[k] <= 0.0]
@@ -221,6 +217,4 @@ class Stepper:
 
     def interval(self, t: float) -> tuple[float, float, float]:
         """The smooth interval that holds t."""
-        from femflex.integrate.driver import until
-
         return until(self.clock, self.vectors[0], t, max(self.end, t), self.breaks)

@@ -11,9 +11,7 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, IntArray
 from femflex.integrate import resume as head
 from femflex.integrate.compiled import ENDED, INDICES, INTEGER, REAL, SPAN, TABLE, VECTOR, kernel, part, shared, types
 from femflex.integrate.hermite import (
@@ -37,8 +35,6 @@ from femflex.integrate.protocol import ADVANCE, CORRECT, KINEMATIC, OWN, RATE, S
 from femflex.integrate.step_control import cut, scaled_norm, standing, step_accepted
 from femflex.integrate.vectors import clipped, normalise, put
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 Span = tuple[float, float, float]
 
 SLOPES, MEAN_SLOPES = 4, 5  # rows of the kept vectors, in addition to the four of `hermite`

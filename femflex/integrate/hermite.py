@@ -8,9 +8,7 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, IntArray
 from femflex.integrate import resume as head
 from femflex.integrate.compiled import part
 from femflex.integrate.holding import Hold
@@ -18,8 +16,6 @@ from femflex.integrate.protocol import Call, Own
 from femflex.integrate.step_control import SAFETY, reject, retreat, scaled_norm, shorter
 from femflex.integrate.vectors import clipped, first_not_finite, normalise, put
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 Span = tuple[float, float, float]
 
 X, XDOT, X_OLD, XDOT_OLD = 0, 1, 2, 3

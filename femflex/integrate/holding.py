@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, IntArray
 from femflex.integrate.compiled import kernel, types
 from femflex.integrate.protocol import PROJECT, Call, Model
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 Hold = tuple[bool, Call]  # whether the model has constraints, and the call that brings a state back onto them
 
 HOLD = types.Tuple((types.boolean, types.FunctionType(PROJECT)))

@@ -5,14 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from femflex.integrate.driver import Adaptive, Span
+from femflex.arrays import Array
+from femflex.integrate.driver import Adaptive
 from femflex.integrate.hermite import X_OLD, XDOT, XDOT_OLD, X
+from femflex.integrate.intervals import Span
 from femflex.integrate.protocol import Model, SecondOrder
 from femflex.integrate.starting import asked, first_step
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

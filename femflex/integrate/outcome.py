@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.integrate import resume as head
 from femflex.integrate.pace import MOST
 
-Array = NDArray[np.float64]
+ROWS = 1024  # of a block, at most
 
 
 @dataclass(frozen=True)

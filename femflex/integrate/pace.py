@@ -8,12 +8,8 @@ from __future__ import annotations
 
 from time import perf_counter
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array
 from femflex.integrate import resume as head
-
-Array = NDArray[np.float64]
 
 TRIALS = 1_000_000  # trial steps between two looks: ten seconds or more
 BLOCK_SECONDS, MOST_SECONDS = 0.2, 1.0  # of a block, which a killed run may lose

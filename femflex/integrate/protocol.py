@@ -53,14 +53,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Any, Protocol, runtime_checkable
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, IntArray
 from femflex.integrate.compiled import INDICES, INTEGER, REAL, VECTOR, types
 from femflex.integrate.outcome import Block, Solution
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 Own = tuple[IntArray, Array, Array]
 Call = Callable[..., Any]
 

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.integrate.protocol import Model
-
-Array = NDArray[np.float64]
 
 
 def asked(model: Model, t: float, x: Array, out: Array, span: tuple[float, float, float]) -> None:

@@ -4,13 +4,9 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array
 from femflex.integrate import resume as head
 from femflex.integrate.compiled import part
-
-Array = NDArray[np.float64]
 
 SAFETY = 0.9  # of implicit methods
 FILTERED = 0.95  # of the explicit one, whose errors are smooth

@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, IntArray
 from femflex.integrate.compiled import kernel
 from femflex.integrate.protocol import SWITCH, Call, Model
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 @kernel(SWITCH)

@@ -6,13 +6,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.integrate import resume as head
-from femflex.integrate.driver import Adaptive, interval
+from femflex.integrate.driver import Adaptive
+from femflex.integrate.intervals import interval
 from femflex.integrate.protocol import Model
-
-Array = NDArray[np.float64]
 
 SETTLING, COUNTED = 60, 60  # trial steps in which the step size finds itself, and those that are counted
 

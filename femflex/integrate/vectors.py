@@ -4,13 +4,8 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, IntArray
 from femflex.integrate.compiled import part
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 @part

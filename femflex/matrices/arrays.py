@@ -20,14 +20,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from femflex.arrays import Array
 from femflex.body import MassMoments
 from femflex.matrices.contents import Contents, Entries, register
 from femflex.matrices.model import MatrixModel, Recovery
-
-Array = NDArray[np.float64]
 
 POINTS = ("points", "xyz", "coordinates", "coords")
 NODES = ("nodes", "ids", "node_ids")

@@ -7,7 +7,6 @@ from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg, sparse
 
 from femflex.fem.matrix_structure import MatrixStructure
@@ -23,7 +22,6 @@ from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.modes.vibration import cantilever_modes
 from femflex.warning import PhysicsWarning
 
-Array = NDArray[np.float64]
 Reduce = Callable[[MatrixStructure], ModeSet]
 
 SPINNING = (

@@ -10,16 +10,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from femflex.arrays import Array
 from femflex.fem.matrix_structure import MatrixStructure
 from femflex.matrices.model import MatrixModel
 from femflex.reduction.boundary.pivots import factors, negative_pivots
 from femflex.reduction.boundary.rigid import DIRECTIONS, rigid_shapes
 from femflex.reduction.inertia.mass_matrix import nodal_mass
-
-Array = NDArray[np.float64]
 
 SYMMETRIC = 1e-6  # |A - A^T| over the largest entry of A: beyond, a matrix is not symmetric
 ROUNDED = 1e-10  # the same, beyond which it is noted that the symmetric part is taken

@@ -7,15 +7,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import sparse
 
+from femflex.arrays import Array, IntArray
 from femflex.body import MassMoments
 from femflex.matrices.model import Recovery
 from femflex.reading import reading
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +25,7 @@ class Entries:
     """
 
     matrix: sparse.csr_array
-    dofs: Index | None = None
+    dofs: IntArray | None = None
 
 
 @dataclass(eq=False)
@@ -42,13 +40,13 @@ class Contents:
     """
 
     matrices: dict[str, Entries] = field(default_factory=dict)
-    ids: Index | None = None
+    ids: IntArray | None = None
     points: Array | None = None
     frames: Array | None = None
-    dofs: Index | None = None
+    dofs: IntArray | None = None
     scalars: set[int] = field(default_factory=set)
-    groups: dict[str, Index] = field(default_factory=dict)
-    cells: dict[str, Index] = field(default_factory=dict)
+    groups: dict[str, IntArray] = field(default_factory=dict)
+    cells: dict[str, IntArray] = field(default_factory=dict)
     recovery: Recovery | None = None
     moments: MassMoments | None = None
     notes: list[str] = field(default_factory=list)
@@ -104,13 +102,13 @@ def whole(
     return sparse.csr_array(matrix + matrix.T - matrix.T.multiply(given))
 
 
-def numbered(pairs: Index) -> tuple[Index, Index]:
+def numbered(pairs: IntArray) -> tuple[IntArray, IntArray]:
     """Different rows (n, 2) of pairs (k, 2), in the order of node and component, and the number of each (k,)."""
     found, number = np.unique(pairs, axis=0, return_inverse=True)
     return found, np.asarray(number, np.int64).ravel()
 
 
-def groups_from(names: Mapping[str, ArrayLike]) -> dict[str, Index]:
+def groups_from(names: Mapping[str, ArrayLike]) -> dict[str, IntArray]:
     """Groups (k,) of node numbers; ValueError names a group with a number of more than 64 bits."""
     found = {}
     for name, nodes in names.items():

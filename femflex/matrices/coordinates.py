@@ -6,12 +6,8 @@ import re
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from femflex.matrices.contents import Contents, register
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 def _table(path: Path) -> Contents:

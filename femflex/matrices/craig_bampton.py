@@ -12,14 +12,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg, sparse
 
+from femflex.arrays import Array
 from femflex.body import FlexibleBody, Marker, MassMoments
 from femflex.matrices.model import MatrixModel, Recovery
 from femflex.reduction.inertia.mass_matrix import SKEW, KnownMoments
-
-Array = NDArray[np.float64]
 
 RANK = 1e-8  # singular value of interface motions, relative, below which the body's coordinates do not know them
 

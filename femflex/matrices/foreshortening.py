@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg
 
+from femflex.arrays import Array
 from femflex.body import FlexibleBody, Foreshortening
-
-Array = NDArray[np.float64]
 
 STATIONS = 60  # along the longest extent at most, over which the shape is averaged before its slope is taken
 

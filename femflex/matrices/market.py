@@ -6,12 +6,10 @@ import re
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from femflex.arrays import Array
 from femflex.matrices.contents import Contents, Entries, numbered, register, whole
-
-Array = NDArray[np.float64]
 
 INNER = 1_000_000_000  # from which degrees of freedom within elements are numbered, ten for each of nodes -1, -2, ...
 WIDTHS = {5: "node, component, node, component, value", 3: "row, column, value"}  # of *MATRIX GENERATE's two forms

@@ -7,17 +7,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import sparse
 
+from femflex.arrays import Array, BoolArray, IntArray
 from femflex.body import MassMoments
 from femflex.decks.units import Units
 from femflex.fem.matrix_structure import SCALAR, MatrixStructure, structure_from_matrices
 from femflex.mesh import Mesh
 from femflex.reduction.inertia.mass_matrix import Distribution, KnownMoments, PointMasses
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 NODE = re.compile(r"node_(\d+)")
 
@@ -59,9 +57,9 @@ class MatrixModel:
     """
 
     name: str
-    ids: Index
+    ids: IntArray
     points: Array
-    dofs: Index
+    dofs: IntArray
     M: sparse.csr_array
     K: sparse.csr_array
     D: sparse.csr_array | None = None
@@ -70,8 +68,8 @@ class MatrixModel:
     frames: Array | None = None
     recovery: Recovery | None = None
     moments: MassMoments | None = None
-    groups: Mapping[str, Index] = field(default_factory=dict)
-    cells: Mapping[str, Index] = field(default_factory=dict)
+    groups: Mapping[str, IntArray] = field(default_factory=dict)
+    cells: Mapping[str, IntArray] = field(default_factory=dict)
     names: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -119,12 +117,12 @@ class MatrixModel:
         return self.n_modal > 0
 
     @property
-    def loaded(self) -> Index:
+    def loaded(self) -> IntArray:
         """Numbers (k,) of the nodes that have degrees of freedom, in the order of the map."""
         found = self.dofs[self.dofs[:, 1] > 0, 0]
         return np.asarray(found[np.sort(np.unique(found, return_index=True)[1])])
 
-    def nodes_of(self, group: str) -> Index:
+    def nodes_of(self, group: str) -> IntArray:
         """Numbers (k,) of the nodes of a group: one of `groups`, "all", or node_17. Raises ValueError otherwise."""
         if group in self.groups:
             return np.asarray(self.groups[group], np.int64)
@@ -153,7 +151,7 @@ class MatrixModel:
                 )
         at = {name: np.unique([row_of[int(number)] for number in nodes]) for name, nodes in wanted.items()}
 
-        def rows(numbers: Index) -> Index:
+        def rows(numbers: IntArray) -> IntArray:
             return np.array([row_of[int(number)] for number in numbers.ravel()], np.int64).reshape(numbers.shape)
 
         mesh = Mesh(self.points, {kind: rows(np.asarray(c)) for kind, c in self.cells.items()}, point_groups=at)
@@ -218,7 +216,7 @@ class MatrixModel:
         )
 
 
-def _moments_in_si(moments: MassMoments, moves: NDArray[np.bool_], units: Units) -> MassMoments:
+def _moments_in_si(moments: MassMoments, moves: BoolArray, units: Units) -> MassMoments:
     """Moments whose columns are (position, displacement per unit dof): a length, or a length per unit of the dof."""
     scale = np.concatenate([[units.length], np.where(moves, 1.0, units.length)])
     second = moments.second * scale[:, None, None, None] * scale[None, None, :, None] * units.mass

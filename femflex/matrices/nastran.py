@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from femflex.arrays import IntArray
 from femflex.decks.nastran.bulk import Bulk, bulk_of
 from femflex.decks.nastran.card import Card
 from femflex.decks.nastran.grids import Grids
@@ -19,8 +19,6 @@ from femflex.matrices.arrays import arrays_of, contents_of
 from femflex.matrices.contents import Contents, Entries, numbered, register, whole
 from femflex.matrices.model import MatrixModel
 from femflex.mesh.nastran_cards import read_deck
-
-Index = NDArray[np.int64]
 
 SQUARE, SYMMETRIC, RECTANGULAR = 1, 6, 9  # forms of a DMIG
 COMPLEX = (3, 4)  # types of its entries
@@ -63,7 +61,7 @@ def _add(contents: Contents, name: str, head: Card, columns: list[Card]) -> None
     contents.matrices[name] = _dmig(columns, form)
 
 
-def _external(bulk: Bulk) -> Index | None:
+def _external(bulk: Bulk) -> IntArray | None:
     """Map of degrees of freedom of an external superelement by EXTRN cards: node and components, 0 for scalars."""
     rows = [
         (card.integer(k), component)

@@ -7,16 +7,14 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import sparse
 
+from femflex.arrays import Array, IntArray
 from femflex.decks.units import Units, units_of
 from femflex.matrices.checks import symmetric_part
 from femflex.matrices.contents import Contents, Entries, groups_from, read_contents
 from femflex.matrices.model import MatrixModel
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 # names of matrices in files, in the order in which they are looked for; compared in upper case
 KNOWN = {
@@ -169,7 +167,7 @@ def _chosen(role: str, held: Mapping[str, Entries], wanted: str | None, own: boo
     return found
 
 
-def _nodes(nodes: Contents | None, contents: Sequence[Contents], label: str) -> tuple[Index, Array, Array | None]:
+def _nodes(nodes: Contents | None, contents: Sequence[Contents], label: str) -> tuple[IntArray, Array, Array | None]:
     """Numbers, places and displacement axes of the nodes."""
     if nodes is None or nodes.points is None:
         nodes = next((part for part in contents if part.points is not None), None)
@@ -188,9 +186,9 @@ def _on_one_map(
     sources: Sources,
     read: Mapping[str, Contents],
     contents: Sequence[Contents],
-    nodes: tuple[Index, set[int]],
+    nodes: tuple[IntArray, set[int]],
     label: str,
-) -> tuple[Index, dict[str, sparse.csr_array]]:
+) -> tuple[IntArray, dict[str, sparse.csr_array]]:
     """One map of degrees of freedom (n_dof, 2), and the matrices on it."""
     ids, scalars = nodes
     own = [part.dofs for part in entries.values() if part.dofs is not None]
@@ -234,7 +232,7 @@ def _padded(matrix: sparse.csr_array, n: int) -> sparse.csr_array:
     return sparse.csr_array(sparse.coo_array((entries.data, entries.coords), shape=(n, n)))
 
 
-def _with_scalars(pairs: Index, scalars: set[int]) -> Index:
+def _with_scalars(pairs: IntArray, scalars: set[int]) -> IntArray:
     """The map with component 0 for scalar points, which some programs give component 1."""
     pairs = pairs.copy()
     known = np.isin(pairs[:, 0], np.array(sorted(scalars), np.int64)) if scalars else np.zeros(len(pairs), bool)
@@ -243,8 +241,8 @@ def _with_scalars(pairs: Index, scalars: set[int]) -> Index:
 
 
 def _map(
-    sources: Sources, read: Mapping[str, Contents], contents: Sequence[Contents], ids: Index, n: int, label: str
-) -> Index:
+    sources: Sources, read: Mapping[str, Contents], contents: Sequence[Contents], ids: IntArray, n: int, label: str
+) -> IntArray:
     """The map of degrees of freedom of matrices without one of their own."""
     word = str(sources.dofs) if sources.dofs is not None else ""
     if word in WORDS:
@@ -267,5 +265,5 @@ def _map(
     )
 
 
-def _repeated(ids: Index, width: int) -> Index:
+def _repeated(ids: IntArray, width: int) -> IntArray:
     return np.stack([np.repeat(ids, width), np.tile(np.arange(1, width + 1), len(ids))], axis=1)

@@ -10,11 +10,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from femflex.arrays import Array
 from femflex.body import FlexibleBody, MassMoments
-
-Array = NDArray[np.float64]
 
 
 def with_spin_stiffness(body: FlexibleBody, G: Array, axis: ArrayLike) -> FlexibleBody:

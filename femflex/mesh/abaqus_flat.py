@@ -8,15 +8,13 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.mesh.abaqus_elements import END_MIDDLE_END, cell_of
 from femflex.mesh.abaqus_keywords import Keyword, read_keywords
 from femflex.mesh.abaqus_nodes import NodeReader
 from femflex.mesh.abaqus_sets import Sets
 from femflex.mesh.numbers import Numbers
-
-Array = NDArray[np.float64]
 
 NODES = ("NODE", "SYSTEM", "NGEN", "NFILL")
 REFUSED = {"NCOPY", "NMAP", "ELCOPY"}

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.mesh.abaqus_keywords import Keyword
 
-Array = NDArray[np.float64]
 Nodes = dict[int, Array]
 
 

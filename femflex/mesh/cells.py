@@ -15,10 +15,8 @@ from functools import cached_property
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from femflex.arrays import Array, IntArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +32,7 @@ class CellType:
     shape: str
     order: int
     nodes: Array
-    exponents: Index
+    exponents: IntArray
     corner: str
 
     @property
@@ -78,21 +76,21 @@ class CellType:
         return self.nodes[: self.n_corners - (self.shape == "pyramid")]
 
     @cached_property
-    def mirrored(self) -> Index:
+    def mirrored(self) -> IntArray:
         """Order (n,), numbers of the nodes, that turns the cell inside out: its first two axes change places."""
         swapped = self.nodes[:, [1, 0, *range(2, self.dimension)]] if self.dimension > 1 else 1 - self.nodes
         distance = np.abs(swapped[:, None] - self.nodes[None]).sum(axis=2)
         return np.asarray(distance.argmin(axis=1))
 
     @cached_property
-    def parents(self) -> list[Index]:
+    def parents(self) -> list[IntArray]:
         """For each node beyond the corners the numbers (k,) of the corners whose mean it is, of the cell with
         straight edges."""
         weights = CELL_TYPES[self.corner].interpolation(self.nodes[self.n_corners :])
         return [np.flatnonzero(row > 1e-9) for row in weights]
 
 
-def _monomials(positions: Array, exponents: Index) -> Array:
+def _monomials(positions: Array, exponents: IntArray) -> Array:
     return np.asarray(np.prod(positions[:, None, :] ** exponents[None], axis=2))
 
 
@@ -155,7 +153,7 @@ _PYRAMID = np.array(
 )
 
 
-def _exponents(shape: str, order: int, serendipity: bool) -> Index:
+def _exponents(shape: str, order: int, serendipity: bool) -> IntArray:
     """Monomials of full tensor or total degree; serendipity keeps those of superlinear degree <= 2."""
     if shape == "pyramid":
         return _PYRAMID[: 13 if order == 2 else 5]

@@ -5,16 +5,13 @@ from __future__ import annotations
 import warnings
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.mesh.cells import CELL_TYPES
 from femflex.mesh.merge import coincident, unused
 from femflex.mesh.mesh import Mesh
 from femflex.mesh.quality import qualities, sizes
 from femflex.warning import PhysicsWarning
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 COINCIDENT = 1e-9  # of the mesh's extent: points closer than this are taken for one point written twice
 LARGEST = 1e30  # m, of a coordinate: beyond it areas and distances overflow

@@ -13,14 +13,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.mesh.cells import CELL_TYPES
 from femflex.mesh.mesh import CellGroup, Mesh
 from femflex.warning import PhysicsWarning
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,8 +25,8 @@ class Block:
     """Cells of one type: meshio name, nodes (n, k) as rows of the points, and group name -> rows of this block."""
 
     cell: str
-    nodes: Index
-    groups: dict[str, Index] = field(default_factory=dict)
+    nodes: IntArray
+    groups: dict[str, IntArray] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +35,7 @@ class Contents:
 
     points: Array
     blocks: list[Block]
-    point_groups: dict[str, Index] = field(default_factory=dict)
+    point_groups: dict[str, IntArray] = field(default_factory=dict)
     empty: tuple[str, ...] = ()  # groups the file names but fills with nothing
     titles: dict[str, str] = field(default_factory=dict)
     left_out: Mapping[str, int] = field(default_factory=dict)
@@ -118,7 +115,7 @@ def renamed(mesh: Mesh, wanted: Mapping[str, str] | None, titles: Mapping[str, s
             into = cell_groups.setdefault(name, {})
             for cell, rows in by_type.items():
                 into[cell] = np.union1d(into.get(cell, rows), rows)
-    point_groups: dict[str, Index] = {}
+    point_groups: dict[str, IntArray] = {}
     for group, rows in mesh.point_groups.items():
         for name in new.get(group, [group]):
             point_groups[name] = np.union1d(point_groups.get(name, rows), rows)
@@ -130,10 +127,10 @@ def _key(name: str) -> str:
     return "_".join(name.lower().split())
 
 
-def _joined(blocks: list[Block]) -> tuple[dict[str, Index], dict[str, CellGroup]]:
+def _joined(blocks: list[Block]) -> tuple[dict[str, IntArray], dict[str, CellGroup]]:
     """Blocks of one type joined into one array, their group rows shifted accordingly."""
-    parts: dict[str, list[Index]] = {}
-    members: dict[str, dict[str, list[Index]]] = {}
+    parts: dict[str, list[IntArray]] = {}
+    members: dict[str, dict[str, list[IntArray]]] = {}
     for block in blocks:
         start = sum(len(part) for part in parts.get(block.cell, []))
         parts.setdefault(block.cell, []).append(np.asarray(block.nodes, np.int64))

@@ -16,7 +16,7 @@ from typing import Any
 
 from femflex.mesh.contents import Contents
 from femflex.mesh.mesh import Mesh
-from femflex.reading import what_is_wrong
+from femflex.reading import error_text
 
 log = logging.getLogger(__name__)
 
@@ -92,7 +92,7 @@ def meshio_speaking(path: Path, name: str, verb: str = "read", hint: str = "") -
         raise
     except (Exception, SystemExit) as error:
         log.info("meshio on %s: %s %s %s", path.name, type(error).__name__, error, " ".join(said.getvalue().split()))
-        found = what_is_wrong(error) if verb == "read" else "the format cannot hold this mesh"
+        found = error_text(error) if verb == "read" else "the format cannot hold this mesh"
         advice = (
             hint
             or {

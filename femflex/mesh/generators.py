@@ -10,14 +10,12 @@ from collections.abc import Callable, Iterable
 from itertools import permutations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from femflex.arrays import Array, IntArray
 from femflex.mesh.cells import CELL_TYPES
 from femflex.mesh.curves import along_curve, along_polyline
 from femflex.mesh.mesh import Mesh
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 LINES = ("line", "line3")
 EDGE_OF = {"triangle": "line", "triangle6": "line3", "quad": "line", "quad8": "line3", "quad9": "line3"}
@@ -116,7 +114,9 @@ def box(
     return Mesh(points, cells, groups).compacted()
 
 
-def _surface(points: Array, lattice: Index, cell: str, edges: dict[str, Index], corners: dict[str, Index]) -> Mesh:
+def _surface(
+    points: Array, lattice: IntArray, cell: str, edges: dict[str, IntArray], corners: dict[str, IntArray]
+) -> Mesh:
     """Mesh of a two-dimensional lattice with its edges (rows of lattice points) and corner points as groups."""
     if CELL_TYPES[cell].shape == "triangle":
         rising, falling = _parts(lattice, cell, _RISING, False), _parts(lattice, cell, _FALLING, False)
@@ -135,7 +135,7 @@ def _surface(points: Array, lattice: Index, cell: str, edges: dict[str, Index], 
     return Mesh(points, cells, groups, {name: np.atleast_1d(at) for name, at in corners.items()}).compacted()
 
 
-def _parts(lattice: Index, cell: str, parts: Iterable[Array | None], flat: bool = True) -> Index:
+def _parts(lattice: IntArray, cell: str, parts: Iterable[Array | None], flat: bool = True) -> IntArray:
     """Cells (n, nodes) that fill the bricks of a lattice, each brick cut into `parts` (corner positions; None: whole).
 
     flat False keeps the lattice's axes: (n_1, ..., part, nodes).
@@ -147,7 +147,7 @@ def _parts(lattice: Index, cell: str, parts: Iterable[Array | None], flat: bool 
     return stacked.reshape(-1, stacked.shape[-1]) if flat else stacked
 
 
-def _pick(lattice: Index, order: int, nodes: Array) -> Index:
+def _pick(lattice: IntArray, order: int, nodes: Array) -> IntArray:
     """Lattice points at positions nodes (m, d) of every brick, order lattice steps wide: (n_1, ..., n_d, m)."""
     bricks = [(size - 1) // order for size in lattice.shape]
     columns = []
@@ -157,7 +157,7 @@ def _pick(lattice: Index, order: int, nodes: Array) -> Index:
     return np.stack(columns, axis=-1)
 
 
-def _lattice(sizes: list[float], counts: list[int]) -> tuple[Array, Index]:
+def _lattice(sizes: list[float], counts: list[int]) -> tuple[Array, IntArray]:
     """Points (n, 3) of a regular lattice from the origin, and their numbers by lattice position."""
     axes = [np.linspace(0.0, size, count + 1) for size, count in zip(sizes, counts, strict=True)]
     axes += [np.zeros(1)] * (3 - len(axes))
@@ -176,7 +176,7 @@ def _kuhn() -> list[Array]:
     return tetrahedra
 
 
-def _all(cell: str, rows: Index) -> dict[str, Index]:
+def _all(cell: str, rows: IntArray) -> dict[str, IntArray]:
     return {cell: np.arange(len(rows))}
 
 

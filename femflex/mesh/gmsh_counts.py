@@ -6,11 +6,8 @@ import struct
 import warnings
 
 import numpy as np
-from numpy.typing import NDArray
 
 from femflex.mesh.memory import require_memory
-
-Array = NDArray[np.float64]
 
 # Fewest bytes of a node and of an element, as text ("1 0 0 0\n") and binary; in 4.1 tags and positions are apart
 LEAST = {

@@ -7,14 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.mesh.cells import CELL_TYPES
 from femflex.mesh.membership import classes
 from femflex.mesh.mesh import Mesh
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +21,7 @@ class Entity:
     dimension: int
     number: int
     cell: str
-    nodes: Index
+    nodes: IntArray
     groups: list[int]
     points: Array
 

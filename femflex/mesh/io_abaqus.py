@@ -10,16 +10,14 @@ from collections import Counter
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import IntArray
 from femflex.mesh.abaqus_elements import END_MIDDLE_END, WRITTEN
 from femflex.mesh.abaqus_flat import Flat, read_flat
 from femflex.mesh.contents import Contents
 from femflex.mesh.formats import WriteOptions, register
 from femflex.mesh.mesh import Mesh
 from femflex.mesh.numbered import Numbered, blocks_of, require_nodes
-
-Index = NDArray[np.int64]
 
 NAME = "Abaqus input"
 IDS_PER_LINE = 12  # Abaqus allows 16
@@ -69,7 +67,7 @@ def write(path: Path, mesh: Mesh, options: WriteOptions) -> None:
     path.write_text("\n".join([*lines, ""]), encoding="utf-8")
 
 
-def _set_lines(keyword: str, name: str, numbers: Index) -> list[str]:
+def _set_lines(keyword: str, name: str, numbers: IntArray) -> list[str]:
     if '"' in name or "\n" in name or not name:
         raise ValueError(f"group name {name!r} cannot stand in an Abaqus deck; rename it.")
     label = name if re.fullmatch(r"[A-Za-z_][\w\-]*", name) else f'"{name}"'

@@ -11,16 +11,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import IntArray
 from femflex.mesh.cells import CELL_TYPES
 from femflex.mesh.contents import Block, Contents
 from femflex.mesh.formats import register
 from femflex.mesh.vtk_data import CELLS, Leaf, cells_of, leaf_contents
 from femflex.mesh.vtk_process import VtkError, read_leaves
 from femflex.warning import PhysicsWarning
-
-Index = NDArray[np.int64]
 
 NAME = "Exodus"
 UNNAMED = {"Element Blocks": "block", "Edge Blocks": "edges", "Face Blocks": "faces", "Side Sets": "sideset"}
@@ -38,7 +36,7 @@ def read(path: Path) -> Contents:
     every, first = np.unique(np.concatenate([np.zeros(0, np.int64), *numbers]), return_index=True)
     points = np.concatenate([np.zeros((0, 3)), *(leaf["points"] for leaf in leaves)])[first]
     blocks: list[Block] = []
-    point_groups: dict[str, Index] = {}
+    point_groups: dict[str, IntArray] = {}
     left_out: dict[str, int] = {}
     for leaf, own in zip(leaves, numbers, strict=True):
         kind, name = _named(leaf["name"])
@@ -92,7 +90,7 @@ def _distinct(blocks: list[Block]) -> list[Block]:
         _, first, which = np.unique(np.sort(nodes, axis=1), axis=0, return_index=True, return_inverse=True)
         kept, place = np.unique(first, return_inverse=True)
         row: Any = place[which.ravel()]
-        groups: dict[str, list[Index]] = {}
+        groups: dict[str, list[IntArray]] = {}
         start = 0
         for part in parts:
             for name, rows in part.groups.items():

@@ -13,16 +13,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import IntArray
 from femflex.mesh.contents import Block, Contents
 from femflex.mesh.formats import WriteOptions, load_meshio, meshio_speaking, register
 from femflex.mesh.gmsh_counts import check_counts
 from femflex.mesh.gmsh_entities import Entity, entities_of, entities_section, physical_tags, read_entities
 from femflex.mesh.mesh import Mesh
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 Tag = tuple[int, int]  # dimension, number
 
 NAME = "Gmsh .msh"
@@ -124,11 +122,11 @@ def _name(tag: Tag, names: dict[Tag, str]) -> str:
     return names.get((dim, number), f"{KINDS[dim]}_{number}")
 
 
-def _nodes(cell: str, nodes: Index) -> Index:
+def _nodes(cell: str, nodes: IntArray) -> IntArray:
     return nodes[:, WEDGE18_FROM_GMSH] if cell == "wedge18" else nodes
 
 
-def _blocks_by_cell_tag(raw: Any, names: dict[Tag, str]) -> list[tuple[Block, Index]]:
+def _blocks_by_cell_tag(raw: Any, names: dict[Tag, str]) -> list[tuple[Block, IntArray]]:
     """Blocks of format 2.2, where every element carries the numbers of one physical group and one entity."""
     physical, entity = (raw.cell_data.get(f"gmsh:{key}") for key in ("physical", "geometrical"))
     blocks = []
@@ -140,7 +138,7 @@ def _blocks_by_cell_tag(raw: Any, names: dict[Tag, str]) -> list[tuple[Block, In
     return blocks
 
 
-def _unique(blocks: list[tuple[Block, Index]]) -> list[Block]:
+def _unique(blocks: list[tuple[Block, IntArray]]) -> list[Block]:
     """Blocks with every element once: format 2.2 repeats an element for each of its groups."""
     result = []
     for cell in dict.fromkeys(block.cell for block, _ in blocks):
@@ -148,7 +146,7 @@ def _unique(blocks: list[tuple[Block, Index]]) -> list[Block]:
         rows = np.concatenate([np.column_stack([owner, block.nodes]) for block, owner in mine])
         _, first, number = np.unique(rows, axis=0, return_index=True, return_inverse=True)
         rank = np.argsort(np.argsort(first))  # unique sorts; keep the file's order
-        start, groups = 0, dict[str, list[Index]]()
+        start, groups = 0, dict[str, list[IntArray]]()
         for block, _ in mine:
             for group, members in block.groups.items():
                 groups.setdefault(group, []).append(rank[number.ravel()[members + start]])

@@ -12,14 +12,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.mesh.cells import CELL_TYPES
 from femflex.mesh.contents import Block, Contents
 from femflex.mesh.formats import WriteOptions, load_meshio, meshio_speaking, register
 from femflex.mesh.membership import classes
 from femflex.mesh.mesh import Mesh
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 Families = dict[int, list[str]]
 
 NAME = "MED"
@@ -91,7 +90,7 @@ def write(path: Path, mesh: Mesh, options: WriteOptions) -> None:
                 _write_family(file.require_group(f"FAS/mesh/{key}"), number, names)
 
 
-def med_order(cell: str) -> Index:
+def med_order(cell: str) -> IntArray:
     """Position (n,) in MED's node list of every node of our order.
 
     MED numbers surfaces and lines like VTK, and solids like VTK's seen in a mirror that swaps the first two axes.
@@ -132,7 +131,7 @@ def _only_mesh(file: Any, path: Path) -> tuple[Any, Any]:
     return step, families
 
 
-def _points(step: Any) -> tuple[Array, Index]:
+def _points(step: Any) -> tuple[Array, IntArray]:
     """Coordinates (n, 3) and family numbers (n,) of the points; a mesh of 1 or 2 dimensions lies on x, or in x, y."""
     coordinates = step["NOE/COO"]
     count = int(coordinates.attrs["NBR"])
@@ -144,7 +143,7 @@ def _points(step: Any) -> tuple[Array, Index]:
     return points, _family_of(step["NOE"], count)
 
 
-def _family_of(group: Any, count: int) -> Index:
+def _family_of(group: Any, count: int) -> IntArray:
     """Family numbers (count,) of points or cells; 0, no family, where the file gives none."""
     numbers = np.asarray(group["FAM"][()], np.int64) if "FAM" in group else np.zeros(count, np.int64)
     if len(numbers) != count:
@@ -152,7 +151,7 @@ def _family_of(group: Any, count: int) -> Index:
     return numbers
 
 
-def _united(first: dict[str, Index], second: dict[str, Index]) -> dict[str, Index]:
+def _united(first: dict[str, IntArray], second: dict[str, IntArray]) -> dict[str, IntArray]:
     """Groups of both, those of one name together."""
     return first | {name: np.union1d(first.get(name, rows), rows) for name, rows in second.items()}
 
@@ -168,8 +167,8 @@ def _families(group: Any, key: str) -> Families:
     return families
 
 
-def _groups(families: Families, numbers: NDArray[Any]) -> dict[str, Index]:
-    groups: dict[str, list[Index]] = {}
+def _groups(families: Families, numbers: NDArray[Any]) -> dict[str, IntArray]:
+    groups: dict[str, list[IntArray]] = {}
     for number, names in families.items():
         rows = np.flatnonzero(numbers == number)
         for name in names if len(rows) else []:
@@ -177,7 +176,7 @@ def _groups(families: Families, numbers: NDArray[Any]) -> dict[str, Index]:
     return {name: np.concatenate(rows) for name, rows in groups.items()}
 
 
-def _family_numbers(groups: dict[str, Index], count: int, families: Families, sign: int) -> Index:
+def _family_numbers(groups: dict[str, IntArray], count: int, families: Families, sign: int) -> IntArray:
     """Family number (count,) of every item, 0 in no group; new families are added to `families`."""
     numbers = np.zeros(count, np.int64)
     for kind, rows in classes(groups, count):

@@ -11,16 +11,14 @@ from collections import Counter
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import IntArray
 from femflex.mesh.contents import Block, Contents
 from femflex.mesh.formats import register
 from femflex.mesh.nastran_cards import NAME, Deck, listed, read_deck
 from femflex.mesh.nastran_write import write
 from femflex.mesh.numbered import MISSING, Numbered, blocks_of, require_nodes
 from femflex.mesh.numbers import Numbers
-
-Index = NDArray[np.int64]
 
 # Card -> numbers of nodes it may have, and the cell of each.
 ELEMENTS: dict[str, dict[int, str]] = {
@@ -131,7 +129,7 @@ def _elements(deck: Deck, path: Path) -> tuple[list[Numbered], dict[int, list[in
 
 def _sets(
     deck: Deck, order: dict[int, int], row_of: dict[int, tuple[int, int]], blocks: list[Block], path: Path
-) -> dict[str, Index]:
+) -> dict[str, IntArray]:
     """Point groups of the deck's SETs; those of elements are put into the blocks.
 
     A comment or a SET3 card says which; else a SET whose numbers are all grid points is one of points.
@@ -144,7 +142,7 @@ def _sets(
         elif name == "SET3" and fields[1].upper() in ("GRID", "ELEM", "ELEMENT"):
             sets[int(fields[0])] = listed(fields[2:])
             kinds[int(fields[0])] = "1" if fields[1].upper() == "GRID" else "2"
-    point_groups: dict[str, Index] = {}
+    point_groups: dict[str, IntArray] = {}
     for number, members in sets.items():
         kind = kinds.get(number) or ("1" if members.within(order) else "2")
         known = members.among(order if kind == "1" else row_of)

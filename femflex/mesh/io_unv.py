@@ -12,15 +12,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from femflex.mesh.contents import Contents
 from femflex.mesh.formats import register
 from femflex.mesh.numbered import Numbered, blocks_of, require_nodes
 from femflex.mesh.numbers import Numbers
 from femflex.warning import PhysicsWarning
-
-Index = NDArray[np.int64]
 
 NAME = "universal file"
 NODES = {"15": 1, "781": 2, "2411": 2}  # dataset -> lines of a node

@@ -8,14 +8,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import IntArray
 from femflex.mesh.contents import Block, Contents
 from femflex.mesh.formats import register
 from femflex.mesh.vtk_data import leaf_contents
 from femflex.mesh.vtk_process import read_leaves
-
-Index = NDArray[np.int64]
 
 NAME = "XDMF"
 
@@ -33,7 +31,7 @@ def read(path: Path) -> Contents:
         for part, start in zip(parts, starts, strict=False)
         for block in part.blocks
     ]
-    point_groups: dict[str, Index] = {}
+    point_groups: dict[str, IntArray] = {}
     for part, start in zip(parts, starts, strict=False):
         for name, rows in part.point_groups.items():
             point_groups[name] = np.union1d(point_groups.get(name, rows[:0]), place[rows + start])

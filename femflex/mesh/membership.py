@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
-Index = NDArray[np.int64]
+from femflex.arrays import IntArray
 
 
-def classes(groups: Mapping[str, Index], count: int) -> list[tuple[tuple[str, ...], Index]]:
+def classes(groups: Mapping[str, IntArray], count: int) -> list[tuple[tuple[str, ...], IntArray]]:
     """Names of the groups and rows of every class: items 0 .. count - 1 in the very same groups, in order.
 
     >>> [(names, rows.tolist()) for names, rows in classes({"a": np.array([1, 2]), "b": np.array([2])}, 4)]

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
 import numpy as np
-from numpy.typing import NDArray
 
-from femflex.mesh.mesh import CellGroup, Mesh
+from femflex.arrays import Array, IntArray
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+if TYPE_CHECKING:
+    from femflex.mesh.mesh import CellGroup, Mesh
 
 
 def merged(first: Mesh, second: Mesh) -> Mesh:
@@ -26,7 +28,8 @@ def merged(first: Mesh, second: Mesh) -> Mesh:
     point_groups = dict(first.point_groups)
     for group, rows in second.point_groups.items():
         point_groups[group] = np.concatenate([point_groups.get(group, rows[:0]), rows + shift])
-    return Mesh(np.concatenate([first.points, second.points]), cells, cell_groups, point_groups)
+    points = np.concatenate([first.points, second.points])
+    return replace(first, points=points, cells=cells, cell_groups=cell_groups, point_groups=point_groups)
 
 
 def fused(mesh: Mesh, tolerance: float) -> Mesh:
@@ -43,7 +46,7 @@ def fused(mesh: Mesh, tolerance: float) -> Mesh:
     return _renumbered(mesh, first[cluster])
 
 
-def coincident(points: Array, tolerance: float) -> Index:
+def coincident(points: Array, tolerance: float) -> IntArray:
     """Pairs (k, 2) of points closer than tolerance [m], lower index first."""
     from scipy.spatial import cKDTree
 
@@ -51,7 +54,7 @@ def coincident(points: Array, tolerance: float) -> Index:
     return np.asarray(pairs, np.int64)
 
 
-def unused(mesh: Mesh) -> Index:
+def unused(mesh: Mesh) -> IntArray:
     """Numbers (k,) of the points that belong to no cell."""
     free = np.ones(len(mesh.points), bool)
     for rows in mesh.cells.values():
@@ -67,10 +70,10 @@ def compacted(mesh: Mesh) -> Mesh:
     return _renumbered(mesh, number) if len(loose) else mesh
 
 
-def _renumbered(mesh: Mesh, representative: Index) -> Mesh:
+def _renumbered(mesh: Mesh, representative: IntArray) -> Mesh:
     """The mesh on the points that represent themselves; -1 where a point goes without replacement."""
     keep = representative == np.arange(len(representative))
     new = np.where(representative >= 0, (np.cumsum(keep) - 1)[representative], -1)
     cells = {name: new[rows] for name, rows in mesh.cells.items()}
     point_groups = {group: new[rows] for group, rows in mesh.point_groups.items()}
-    return Mesh(mesh.points[keep], cells, mesh.cell_groups, point_groups)
+    return replace(mesh, points=mesh.points[keep], cells=cells, point_groups=point_groups)

@@ -7,14 +7,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from femflex.arrays import Array, IntArray
 from femflex.mesh.cells import CELL_TYPES
+from femflex.mesh.merge import compacted, fused, merged
+from femflex.mesh.refine import refined
+from femflex.mesh.summary import describe
 from femflex.warning import PhysicsWarning
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-CellGroup = dict[str, Index]
+CellGroup = dict[str, IntArray]
 
 ROTATION_TOLERANCE = 1e-9  # largest entry of C C^T - 1 still taken as rounding
 
@@ -33,9 +35,9 @@ class Mesh:
     """
 
     points: Array
-    cells: dict[str, Index]
+    cells: dict[str, IntArray]
     cell_groups: dict[str, CellGroup] = field(default_factory=dict)
-    point_groups: dict[str, Index] = field(default_factory=dict)
+    point_groups: dict[str, IntArray] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         points = _points(self.points)
@@ -68,7 +70,7 @@ class Mesh:
         """Highest dimension of the cells: 1 lines, 2 surfaces, 3 solids, 0 points only."""
         return max((CELL_TYPES[name].dimension for name in self.cells), default=0)
 
-    def group_points(self, name: str) -> Index:
+    def group_points(self, name: str) -> IntArray:
         """Sorted point indices (k,) of the point group `name`, or else of all nodes of the cell group of that name."""
         of_cells = np.empty(0, np.int64)
         if name not in self.point_groups or self.cell_groups.get(name):
@@ -88,13 +90,13 @@ class Mesh:
             )
         return points
 
-    def midside_points(self) -> Index:
+    def midside_points(self) -> IntArray:
         """Sorted indices (k,) of the points that are corners of no cell: the further nodes of cells of second order."""
         corners = [rows[:, : CELL_TYPES[kind].n_corners].ravel() for kind, rows in self.cells.items()]
         further = [rows[:, CELL_TYPES[kind].n_corners :].ravel() for kind, rows in self.cells.items()]
         return np.setdiff1d(np.concatenate([*further, []]), np.concatenate([*corners, []])).astype(np.int64)
 
-    def group_cells(self, name: str) -> dict[str, Index]:
+    def group_cells(self, name: str) -> dict[str, IntArray]:
         """Connectivity (k, nodes), indices of points, by cell type of the cell group `name`."""
         if name not in self.cell_groups:
             hint = f" {name!r} is a group of points; cells are needed here." if name in self.point_groups else ""
@@ -113,13 +115,7 @@ class Mesh:
 
     def refined(self, times: int = 1) -> Mesh:
         """The mesh with every cell divided in two along each edge, `times` times; groups are kept (see refine.py)."""
-        from femflex.mesh.refine import check_memory, refined
-
-        check_memory(self, times)
-        mesh = self
-        for _ in range(times):
-            mesh = refined(mesh)
-        return mesh
+        return refined(self, times)
 
     def moved(self, shift: ArrayLike) -> Mesh:
         """The mesh moved by shift (3,) [m]."""
@@ -165,21 +161,15 @@ class Mesh:
 
         With a tolerance [m], points of the result closer than it become one point, so that the parts are joined.
         """
-        from femflex.mesh.merge import fused, merged
-
         mesh = merged(self, other)
         return mesh if tolerance is None else fused(mesh, tolerance)
 
     def compacted(self) -> Mesh:
         """The mesh without points that belong to no cell and no point group."""
-        from femflex.mesh.merge import compacted
-
         return compacted(self)
 
     def summary(self) -> str:
         """Readable text of several lines: points, extent, cells, groups, quality."""
-        from femflex.mesh.summary import describe
-
         return describe(self)
 
 
@@ -197,7 +187,7 @@ def _points(values: ArrayLike) -> Array:
     return points
 
 
-def _connectivity(name: str, values: ArrayLike, n_points: int) -> Index:
+def _connectivity(name: str, values: ArrayLike, n_points: int) -> IntArray:
     if name not in CELL_TYPES:
         raise ValueError(f"cell type {name!r} is not understood; known are {sorted(CELL_TYPES)}.")
     rows = np.array(values, np.int64)
@@ -212,7 +202,7 @@ def _connectivity(name: str, values: ArrayLike, n_points: int) -> Index:
     return rows
 
 
-def _members(group: str, values: ArrayLike, count: int, what: str) -> Index:
+def _members(group: str, values: ArrayLike, count: int, what: str) -> IntArray:
     given = np.asarray(values)
     if given.size and given.dtype.kind not in "iu":
         raise ValueError(f"group {group!r} must hold integer indices of {what}s, not values of type {given.dtype}.")

@@ -6,13 +6,11 @@ import warnings
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, BoolArray
 from femflex.mesh.cells import CELL_TYPES
 from femflex.mesh.contents import Block, Contents
 from femflex.warning import PhysicsWarning
-
-Array = NDArray[np.float64]
 
 
 def with_middle_nodes(contents: Contents, source: str) -> Contents:
@@ -57,6 +55,6 @@ def with_middle_nodes(contents: Contents, source: str) -> Contents:
     return replace(contents, points=np.concatenate(points), blocks=blocks)
 
 
-def _lacking(block: Block) -> NDArray[np.bool_]:
+def _lacking(block: Block) -> BoolArray:
     """Which nodes beyond the corners (n, k) are missing."""
     return np.asarray(block.nodes[:, CELL_TYPES[block.cell].n_corners :] == -1)

@@ -6,15 +6,12 @@ import io
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.mesh.formats import WriteOptions, load_meshio, meshio_speaking
 from femflex.mesh.membership import classes
 from femflex.mesh.mesh import Mesh
 from femflex.mesh.nastran_cards import NAME
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 WRITTEN = {
     "line": "CBAR",
@@ -58,7 +55,7 @@ def write(path: Path, mesh: Mesh, options: WriteOptions) -> None:
     path.write_text("\n".join(["CEND", *comments, *sets, "BEGIN BULK", *bulk, "ENDDATA", ""]), encoding="utf-8")
 
 
-def _property_ids(mesh: Mesh) -> tuple[dict[str, Index], dict[int, str], list[str]]:
+def _property_ids(mesh: Mesh) -> tuple[dict[str, IntArray], dict[int, str], list[str]]:
     """Property id of every cell by type, name of every id ("" for cells in no group), and groups that need a SET.
 
     Cells with the same groups share an id. A group whose cells all have one id gives it its name; groups of several
@@ -80,7 +77,7 @@ def _property_ids(mesh: Mesh) -> tuple[dict[str, Index], dict[int, str], list[st
     return pids, names, by_set
 
 
-def _set_lines(number: int, members: Index) -> list[str]:
+def _set_lines(number: int, members: IntArray) -> list[str]:
     """Lines of SET number = ..., runs shortened by THRU."""
     ordered = np.unique(members)
     words = []
@@ -117,7 +114,7 @@ def _field(value: float) -> str:
     raise AssertionError(value)  # 9 digits always fit
 
 
-def _element_lines(mesh: Mesh, pids: dict[str, Index], path: Path) -> list[str]:
+def _element_lines(mesh: Mesh, pids: dict[str, IntArray], path: Path) -> list[str]:
     """Element cards as meshio writes them; its GRID cards are dropped."""
     cells = [(cell, nodes) for cell, nodes in mesh.cells.items()]
     raw = load_meshio().Mesh(

@@ -6,13 +6,10 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from femflex.mesh.cells import CELL_TYPES
 from femflex.mesh.contents import Block
 from femflex.mesh.numbers import Numbers
-
-Index = NDArray[np.int64]
 
 MISSING = 0  # in place of the number of a node: a middle node that the deck leaves out
 

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.mesh.cells import CELL_TYPES
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
-
-def sizes(points: Array, cell: str, nodes: Index) -> Array:
+def sizes(points: Array, cell: str, nodes: IntArray) -> Array:
     """Length [m], area [m^2] or volume [m^3] (n,) of cells with nodes (n, k); volumes are signed."""
     kind = CELL_TYPES[cell]
     if kind.dimension == 0:
@@ -21,7 +18,7 @@ def sizes(points: Array, cell: str, nodes: Index) -> Array:
     return _determinants(_jacobians(points, cell, nodes, at)) @ weight
 
 
-def qualities(points: Array, cell: str, nodes: Index) -> Array:
+def qualities(points: Array, cell: str, nodes: IntArray) -> Array:
     """Shape quality (n,), 1 equilateral, 0 degenerate, negative where a cell is folded or inside out.
 
     The mean-ratio measure d det(T)^(2/d) / |T|^2 with T the Jacobian relative to the ideal cell's, the least over the
@@ -58,7 +55,7 @@ def quadrature(shape: str, n: int) -> tuple[Array, Array]:
     return at, weight
 
 
-def _jacobians(points: Array, cell: str, nodes: Index, at: Array) -> Array:
+def _jacobians(points: Array, cell: str, nodes: IntArray, at: Array) -> Array:
     """dx/dxi (n, q, 3, d) at positions (q, d) of the unit cell."""
     return np.asarray(np.einsum("eki,qkd->eqid", points[nodes], CELL_TYPES[cell].gradients(at), optimize=True))
 

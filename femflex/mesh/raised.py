@@ -7,13 +7,12 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.arrays import Array, BoolArray, IntArray
 from femflex.mesh.cells import CELL_TYPES
 from femflex.mesh.mesh import Mesh
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 Keys = NDArray[np.uint64]
-Rows = Mapping[str, Index]  # cell type -> rows of the mesh's cells
+Rows = Mapping[str, IntArray]  # cell type -> rows of the mesh's cells
 
 SECOND_ORDER = {
     "line": "line3",
@@ -44,8 +43,8 @@ def raised(mesh: Mesh, rows: Rows, keep: Rows | None = None) -> Mesh:
         added.wanted(kind, mesh.cells[kind][own])
     for kind, own in _on_edges(mesh, added, chosen, keep or {}).items():
         chosen[kind] = own
-    cells: dict[str, list[Index]] = {}
-    place: dict[str, Index] = {}  # old type -> where its cells went, as rows of the new type or of the same
+    cells: dict[str, list[IntArray]] = {}
+    place: dict[str, IntArray] = {}  # old type -> where its cells went, as rows of the new type or of the same
     for kind, nodes in mesh.cells.items():
         stay = np.ones(len(nodes), bool)
         stay[chosen.get(kind, np.zeros(0, np.int64))] = False
@@ -58,9 +57,9 @@ def raised(mesh: Mesh, rows: Rows, keep: Rows | None = None) -> Mesh:
         place[kind][own] = start + np.arange(len(own))
         cells.setdefault(target, []).append(added.completed(kind, mesh.cells[kind][own]))
     points = np.concatenate([mesh.points, *added.points])
-    groups: dict[str, dict[str, Index]] = {}
+    groups: dict[str, dict[str, IntArray]] = {}
     for group, by_type in mesh.cell_groups.items():
-        found: dict[str, list[Index]] = {}
+        found: dict[str, list[IntArray]] = {}
         for kind, members in by_type.items():
             up = np.isin(members, chosen.get(kind, np.zeros(0, np.int64)))
             found.setdefault(kind, []).append(place[kind][members[~up]])
@@ -82,7 +81,7 @@ class _NewNodes:
         self._marks = np.random.default_rng(0).integers(1, 2**63, len(mesh.points), dtype=np.uint64)
         self._n = self._first = len(mesh.points)
         self.points: list[Array] = []
-        self._parents: list[Index] = []
+        self._parents: list[IntArray] = []
         keys, numbers = [np.zeros(0, np.uint64)], [np.zeros(0, np.int64)]
         for kind, nodes in mesh.cells.items():
             cell = CELL_TYPES[kind]
@@ -92,7 +91,7 @@ class _NewNodes:
         self._keys, first = np.unique(np.concatenate(keys), return_index=True)
         self._numbers = np.concatenate(numbers)[first]
 
-    def wanted(self, kind: str, nodes: Index) -> None:
+    def wanted(self, kind: str, nodes: IntArray) -> None:
         """Number and place the nodes that cells (n, k) of the type get when they are raised."""
         cell, target = CELL_TYPES[kind], CELL_TYPES[SECOND_ORDER[kind]]
         weights = cell.interpolation(target.nodes)
@@ -110,7 +109,7 @@ class _NewNodes:
             self._parents.append(np.pad(corners, [(0, 0), (0, MOST_PARENTS - len(parents))], mode="edge"))
             self.points.append(np.einsum("k,nki->ni", weights[column], self._mesh.points[own]))
 
-    def completed(self, kind: str, nodes: Index) -> Index:
+    def completed(self, kind: str, nodes: IntArray) -> IntArray:
         """Nodes of cells (n, k) of the type with those they got."""
         cell, target = CELL_TYPES[kind], CELL_TYPES[SECOND_ORDER[kind]]
         more = [
@@ -119,21 +118,21 @@ class _NewNodes:
         ]
         return np.column_stack([nodes, *more])
 
-    def known(self, nodes: Index, parents: Index) -> NDArray[np.bool_]:
+    def known(self, nodes: IntArray, parents: IntArray) -> BoolArray:
         """Which cells (n, k) have a new node between these corners."""
         return self._number(self._key(nodes, parents)) >= self._first
 
-    def grown(self, members: Index) -> Index:
+    def grown(self, members: IntArray) -> IntArray:
         """A point group with the new nodes whose corners are all in it."""
         inside = np.zeros(self._first, bool)
         inside[members] = True
         parents = np.concatenate(self._parents)
         return np.concatenate([members, self._first + np.flatnonzero(inside[parents].all(axis=1))])
 
-    def _key(self, nodes: Index, parents: Index) -> Keys:
+    def _key(self, nodes: IntArray, parents: IntArray) -> Keys:
         return np.asarray(self._marks[nodes[:, parents]].sum(axis=1, dtype=np.uint64))
 
-    def _number(self, keys: Keys) -> Index:
+    def _number(self, keys: Keys) -> IntArray:
         """Numbers of the nodes with these keys; -1 where there is none."""
         if not len(self._keys):
             return np.full(len(keys), -1, np.int64)
@@ -141,7 +140,7 @@ class _NewNodes:
         return np.where(self._keys[slot] == keys, self._numbers[slot], -1)
 
 
-def _on_edges(mesh: Mesh, added: _NewNodes, chosen: Rows, keep: Rows) -> dict[str, Index]:
+def _on_edges(mesh: Mesh, added: _NewNodes, chosen: Rows, keep: Rows) -> dict[str, IntArray]:
     """Lines and faces of first order on the edges of raised cells of higher dimension."""
     most = max(CELL_TYPES[kind].dimension for kind in chosen)
     found = {}

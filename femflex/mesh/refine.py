@@ -16,17 +16,20 @@ cross from one to the other join as well; name such boundaries as groups of cell
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.mesh.cells import CELL_TYPES, CellType
 from femflex.mesh.memory import require_memory
-from femflex.mesh.mesh import Mesh
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+if TYPE_CHECKING:
+    from femflex.mesh.mesh import Mesh
+
 Keys = NDArray[np.uint64]
 
 STEPS = 64  # corner weights of all new points are whole multiples of 1/64; within pyramids they are rounded to it
@@ -48,7 +51,15 @@ def check_memory(mesh: Mesh, times: int) -> None:
         require_memory(WORKING * need, what, "refine it less often.")
 
 
-def refined(mesh: Mesh) -> Mesh:
+def refined(mesh: Mesh, times: int = 1) -> Mesh:
+    """The mesh with every cell divided in two along each edge, `times` times."""
+    check_memory(mesh, times)
+    for _ in range(times):
+        mesh = divided(mesh)
+    return mesh
+
+
+def divided(mesh: Mesh) -> Mesh:
     """The mesh with every cell divided in two along each edge."""
     marks = _marks(mesh)
     old_keys, old_points = _known(mesh, marks)
@@ -68,7 +79,7 @@ def refined(mesh: Mesh) -> Mesh:
 
     rows = np.split(point[number.ravel()], np.cumsum([k.size for k in keys])[:-1])
     lattices = {cell: part.reshape(k.shape) for (cell, _), part, k in zip(ordered, rows, keys, strict=True)}
-    cells: dict[str, list[Index]] = {}
+    cells: dict[str, list[IntArray]] = {}
     born: dict[str, list[tuple[str, int, int]]] = {}  # by type of the parent: type, first row and number of children
     for cell, nodes in mesh.cells.items():
         born[cell] = []
@@ -78,7 +89,8 @@ def refined(mesh: Mesh) -> Mesh:
             own.append(children.reshape(-1, children.shape[2]))
     cell_groups = {group: _of_parents(by_type, born) for group, by_type in mesh.cell_groups.items()}
     point_groups = {g: _grown(mesh, members, lattices, len(points)) for g, members in mesh.point_groups.items()}
-    return Mesh(points, {kind: np.concatenate(own) for kind, own in cells.items()}, cell_groups, point_groups)
+    joined = {kind: np.concatenate(parts) for kind, parts in cells.items()}
+    return replace(mesh, points=points, cells=joined, cell_groups=cell_groups, point_groups=point_groups)
 
 
 def refined_values(cell: str, values: Array) -> Array:
@@ -95,9 +107,9 @@ def refined_values(cell: str, values: Array) -> Array:
     return np.asarray(np.einsum("nck,ek->enc", at, values).reshape(-1, at.shape[1]))
 
 
-def _of_parents(by_type: Mapping[str, Index], born: dict[str, list[tuple[str, int, int]]]) -> dict[str, Index]:
+def _of_parents(by_type: Mapping[str, IntArray], born: dict[str, list[tuple[str, int, int]]]) -> dict[str, IntArray]:
     """Rows of the children of a group of cells, by their type."""
-    found: dict[str, list[Index]] = {}
+    found: dict[str, list[IntArray]] = {}
     for cell, rows in by_type.items():
         for kind, start, count in born[cell]:
             found.setdefault(kind, []).append((start + rows[:, None] * count + np.arange(count)).ravel())
@@ -125,7 +137,7 @@ def _marks(mesh: Mesh) -> Keys:
     return marks
 
 
-def _keys(cell: str, nodes: Index, at: Array, marks: Keys) -> Keys:
+def _keys(cell: str, nodes: IntArray, at: Array, marks: Keys) -> Keys:
     """Keys (n, m) of positions at (m, d): the weighted sum, modulo 2^64, of random marks of the corners.
 
     Two different points share a key with probability 2^-64.
@@ -139,7 +151,7 @@ def _keys(cell: str, nodes: Index, at: Array, marks: Keys) -> Keys:
     return total
 
 
-def _known(mesh: Mesh, marks: Keys) -> tuple[Keys, Index]:
+def _known(mesh: Mesh, marks: Keys) -> tuple[Keys, IntArray]:
     """Sorted keys of the points that cells have already, and these points."""
     keys = [_keys(cell, nodes, CELL_TYPES[cell].nodes, marks).ravel() for cell, nodes in mesh.cells.items()]
     points = [nodes.ravel() for nodes in mesh.cells.values()]
@@ -228,10 +240,10 @@ def _octahedron(corners: Array, edges: list[tuple[int, int]]) -> list[Array]:
     return parts
 
 
-def _children(cell: str, places: Array, lattice: Index) -> dict[str, Index]:
+def _children(cell: str, places: Array, lattice: IntArray) -> dict[str, IntArray]:
     """Nodes (n, children, k) of the children by type; tetrahedra are cut along their shortest inner diagonal."""
     at = _lattice(cell)
-    tables: list[dict[str, Index]] = []
+    tables: list[dict[str, IntArray]] = []
     for option in _child_nodes(cell):
         table: dict[str, list[list[int]]] = {}
         for kind, child in option:
@@ -244,7 +256,7 @@ def _children(cell: str, places: Array, lattice: Index) -> dict[str, Index]:
     return {cell: np.asarray(np.stack([table[cell] for table in tables])[shortest, np.arange(len(lattice))])}
 
 
-def _grown(mesh: Mesh, members: Index, lattices: dict[str, Index], n_points: int) -> Index:
+def _grown(mesh: Mesh, members: IntArray, lattices: dict[str, IntArray], n_points: int) -> IntArray:
     """A point group with the new points whose whole edge, face or cell is in it."""
     inside = np.zeros(n_points, bool)
     inside[members] = True

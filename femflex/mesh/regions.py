@@ -6,13 +6,10 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from femflex.mesh.cells import CELL_TYPES
 from femflex.mesh.mesh import Mesh
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 WHOLE: dict[str, int | None] = {"all": None, "all_lines": 1, "all_surfaces": 2, "all_solids": 3}
 ROUNDING = 1e-9  # of the mesh's size, by which a box is wider than it says

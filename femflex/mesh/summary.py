@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-from numpy.typing import NDArray
 
 from femflex.mesh.cells import CELL_TYPES
 from femflex.mesh.merge import unused
-from femflex.mesh.mesh import Mesh
 from femflex.mesh.quality import qualities, sizes
 
-Array = NDArray[np.float64]
+if TYPE_CHECKING:
+    from femflex.mesh.mesh import Mesh
+
 
 MEASURES = (("", ""), ("length", "m"), ("area", "m^2"), ("volume", "m^3"))
 

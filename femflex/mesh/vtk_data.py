@@ -8,11 +8,10 @@ from urllib.parse import unquote
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.arrays import Array, BoolArray, IntArray
 from femflex.mesh.cells import CELL_TYPES
 from femflex.mesh.contents import Block, Contents
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 Arrays = dict[str, NDArray[Any]]
 Leaf = dict[str, Any]  # see vtk_worker.py
 
@@ -32,9 +31,9 @@ MOST_VALUES = 64  # an integer array with more values than this is a field, not 
 class Cells(NamedTuple):
     """Cells of a data set: types (n,) in VTK's numbers, offsets (n + 1,) into the nodes."""
 
-    kinds: Index
-    offsets: Index
-    nodes: Index
+    kinds: IntArray
+    offsets: IntArray
+    nodes: IntArray
 
 
 def cells_of(leaf: Leaf) -> Cells:
@@ -49,7 +48,7 @@ def cells_of(leaf: Leaf) -> Cells:
 def leaf_contents(leaf: Leaf) -> Contents:
     """Contents of a leaf: an array per group, 1 inside and 0 outside, or one group per integer value."""
     points, (kinds, offsets, nodes) = np.asarray(leaf["points"], float), cells_of(leaf)
-    blocks, rows, left_out = [], list[Index](), dict[str, int]()
+    blocks, rows, left_out = [], list[IntArray](), dict[str, int]()
     for kind in np.unique(kinds).tolist():
         own = np.flatnonzero(kinds == kind)
         if kind not in CELLS:
@@ -76,7 +75,7 @@ def leaf_contents(leaf: Leaf) -> Contents:
     return Contents(points, blocks, point_groups, left_out=left_out)
 
 
-def membership(name: str, values: NDArray[Any]) -> dict[str, NDArray[np.bool_]]:
+def membership(name: str, values: NDArray[Any]) -> dict[str, BoolArray]:
     """Which items (n,) belong to each group, by an array of group numbers (n,); none for real-valued and vector
     arrays."""
     if values.dtype.kind not in "iub" or values.ndim != 1:
@@ -89,7 +88,7 @@ def membership(name: str, values: NDArray[Any]) -> dict[str, NDArray[np.bool_]]:
     return {f"{name}_{value}": values == value for value in own}
 
 
-def make_grid(points: Array, cells: dict[str, Index], cell_arrays: Arrays, point_arrays: Arrays) -> Any:
+def make_grid(points: Array, cells: dict[str, IntArray], cell_arrays: Arrays, point_arrays: Arrays) -> Any:
     """An unstructured grid of VTK with points (n_p, 3) [m], and integer arrays over its cells and points."""
     from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
     from vtkmodules.vtkCommonCore import vtkPoints

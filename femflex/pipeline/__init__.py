@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from femflex.pipeline.advance import Progress, integrate
-from femflex.pipeline.prepared import Prepared, check_output, prepare, wrong_names_first
+from femflex.pipeline.prepared import Prepared, check_output, prepare
 from femflex.pipeline.rebuilt import rebuilt
 from femflex.pipeline.resumed import is_finished
 
@@ -25,7 +25,6 @@ __all__ = [
     "prepare",
     "rebuilt",
     "run",
-    "wrong_names_first",
 ]
 
 
@@ -61,8 +60,7 @@ def run(
     if resume and is_finished(case, Path(output)):
         return open_run(output)
     if not resume:
-        with wrong_names_first(case, without):
-            check_output(case, Path(output), force, resume)
+        check_output(case, Path(output), force, resume)
     with FileLock(output) as lock:
         prepared = prepare(
             case,

@@ -10,7 +10,6 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from femflex.advice.advice import Advice, doubt, notes_of, warn_of
 from femflex.advice.advise import strain_doubt
@@ -31,6 +30,7 @@ from femflex.advice.strain import strain_advice
 from femflex.advice.truncation import (
     unassessed_truncation,
 )
+from femflex.arrays import Array
 from femflex.assembly.bodies import BuiltBody
 from femflex.assembly.initial import wanted_displacement
 from femflex.assembly.open_choices import (
@@ -50,7 +50,6 @@ from femflex.pipeline.start import system_of
 from femflex.reduction.origin import Origin
 from femflex.system import Part, System
 
-Array = NDArray[np.float64]
 Built = dict[str, BuiltBody]
 
 FAR = 0.1  # displacement over length above which linear strain is doubtful

@@ -7,17 +7,16 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from femflex.advice.bodies import KnownBodies
 from femflex.advice.deflections import deflection_watches
+from femflex.arrays import Array
 from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
     from femflex.dynamics import Model
     from femflex.integrate import Block, IntegrationError
 
-Array = NDArray[np.float64]
 
 CLOSE = 0.05  # rad; angle left to the singularity of a rotation set below which a run warns of it
 FASTEST = {"rad/s": 1e5, "m/s": 3e6}  # ten times what flywheels reach; a hundredth of the speed of light

@@ -6,18 +6,14 @@ import math
 from dataclasses import fields
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from femflex.advice.motion_estimate import typical_sizes
+from femflex.arrays import Array
 from femflex.case.case import Case
 from femflex.case.problems import CaseError, Problem
 from femflex.dynamics import Model
 from femflex.dynamics.model import free_lengths
 from femflex.integrate import INTEGRATORS, Dop853, Forecast, Integrator, choose, forecast, integrator
 from femflex.integrate.driver import Adaptive
-
-Array = NDArray[np.float64]
 
 ATOL = 0.1  # absolute over relative tolerance, times the usual size of a state
 

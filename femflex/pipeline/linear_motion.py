@@ -19,10 +19,10 @@ from functools import cached_property
 from time import perf_counter
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.linalg import expm
 
+from femflex.arrays import Array, IntArray
 from femflex.dynamics.equilibria.closed_motion import refuse_rolling
 from femflex.dynamics.equilibria.frozen import CIRCULAR
 from femflex.dynamics.equilibria.increments import advanced
@@ -34,15 +34,13 @@ from femflex.dynamics.model import Model, compile_system
 from femflex.dynamics.terms.by_source import SWITCHED
 from femflex.integrate import Block
 from femflex.integrate import resume as head
-from femflex.integrate.driver import ROWS, collected
-from femflex.integrate.outcome import Solution
+from femflex.integrate.driver import collected
+from femflex.integrate.outcome import ROWS, Solution
 from femflex.integrate.pace import BLOCK_SECONDS
 from femflex.integrate.protocol import Model as AnyModel
 from femflex.integrate.protocol import Progress
 from femflex.pipeline.rest import rest_of, rest_state, silent, with_loads_of
 from femflex.system import System
-
-Array = NDArray[np.float64]
 
 NUMBER = 20  # of the method in resume arrays
 RTOL = 1e-7  # error of a step over the largest departure so far
@@ -248,8 +246,8 @@ class Reference:
     calm: Model
     x: Array
     Z: Array
-    own: NDArray[np.int64]
-    inner: NDArray[np.int64]
+    own: IntArray
+    inner: IntArray
     sizes: Array
     moves: bool
     constant: bool

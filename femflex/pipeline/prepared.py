@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -107,8 +106,7 @@ def prepare(
     if resume and linearised:
         raise ValueError("found resume and linearised; a linearised run is not resumed, so run it anew")
     if output is not None:
-        with wrong_names_first(case, without):
-            check_output(case, Path(output), force, resume)
+        check_output(case, Path(output), force, resume)
         if resume:
             check_same_effectors(effectors, Path(output))
     loops = (dop853_kernel.fill,) if case.run.integrator in ("auto", "dop853") else ()
@@ -159,27 +157,6 @@ def sampling(system: System) -> list[str]:
         else f"Controllers {', '.join(names)} are called every {period:g} s, their commands constant between."
         for period, names in periods.items()
     ]
-
-
-@contextmanager
-def wrong_names_first(case: Case, without: Sequence[str]) -> Iterator[None]:
-    """Where a file is in the way of a run, raise ValueError for a name to leave out that is not known, if there is one.
-
-    Files are looked at before anything is built, names only once everything is: without this, who gives another
-    output, or force, would still have the name to mend.
-    """
-    try:
-        yield
-    except FileExistsError:
-        from femflex.dynamics import compile_system
-        from femflex.dynamics.terms.without import resolved
-        from femflex.pipeline.decisions import build_system
-
-        if without:
-            model = compile_system(build_system(case))
-            for name in without:
-                resolved(model, name)
-        raise
 
 
 def check_output(case: Case, output: Path, force: bool, resume: bool) -> None:

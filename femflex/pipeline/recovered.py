@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.case.problems import CaseError, Problem
 from femflex.system.channel import Channel
 
@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from femflex.body.recovery import NearestPoint
     from femflex.case import Case
     from femflex.system import System
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

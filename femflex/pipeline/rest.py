@@ -5,16 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.dynamics.equilibria.equilibrium import Equilibrium, EquilibriumError, equilibrium
 from femflex.dynamics.equilibria.frozen import frozen_system
 from femflex.dynamics.equilibria.states import resting_state
 from femflex.dynamics.equilibria.system_modes import without_variation
 from femflex.dynamics.model import Model
 from femflex.system import Load, System
-
-Array = NDArray[np.float64]
 
 
 def rest_of(system: System, at: float | None = None) -> tuple[Equilibrium, tuple[str, ...]]:

@@ -13,8 +13,7 @@ from femflex.pipeline.inputs import changed_inputs, inputs_of
 from femflex.pipeline.rebuilt import check_agreement, check_varying, effectors_of
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
+    from femflex.arrays import Array
     from femflex.case import Case
     from femflex.dynamics import Model
     from femflex.results import Run
@@ -81,7 +80,7 @@ def check_same_effectors(effectors: Sequence[Effector | Controller], output: Pat
         )
 
 
-def check_same_times(times: NDArray[np.float64], output: Path) -> None:
+def check_same_times(times: Array, output: Path) -> None:
     """Raise ValueError when the output times (n_t,) [s] do not continue those in the file."""
     from femflex.results import open_run
 

@@ -7,8 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.assembly import system as assembly
 from femflex.case.case import Case
 from femflex.case.initial import EQUILIBRIUM
@@ -20,8 +20,6 @@ from femflex.pipeline.recovered import recovered
 from femflex.pipeline.references import channel_problems, motion_problems, size_problems
 from femflex.rotations import dcm_from_quaternion
 from femflex.system import Part, Sensor, System, started, with_heavy_cable
-
-Array = NDArray[np.float64]
 
 
 def system_of(case: Case, bodies: Mapping[str, Part] | None = None) -> System:

@@ -6,8 +6,8 @@ from dataclasses import replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, BoolArray
 from femflex.body import FlexibleBody, Marker, Skin, StrainTensors
 from femflex.fem.eigen.canonical import canonical, signs
 from femflex.fem.eigen.modes import dense_modes
@@ -27,8 +27,6 @@ from femflex.reduction.modes.vibration import TURN
 from femflex.reduction.strain.condense import condense
 from femflex.reduction.strain.static_stretch import with_stretch_of_slaved
 from femflex.reduction.strain.turned_sections import Sections, with_turned_sections
-
-Array = NDArray[np.float64]
 
 SIDES = 16  # of the tube that is drawn
 RANK = 1e-10  # strain energy of a follower over the largest at first, below which it repeats what axial functions hold
@@ -115,7 +113,7 @@ def _body(
     return with_turned_sections(body, _sections(beam, functions, X, xi, dm, offsets), range(functions.own))
 
 
-def _damped(functions: BeamFunctions, X: Array, strain: str) -> NDArray[np.bool_]:
+def _damped(functions: BeamFunctions, X: Array, strain: str) -> BoolArray:
     """Which columns X (count, n) are damped: not followers, nor what takes back the stretch of bending."""
     stretch = (X[functions.y + functions.z :][: functions.axial] ** 2).sum(axis=0) > (X**2).sum(axis=0) / 2
     own = np.arange(X.shape[1]) < functions.own

@@ -7,9 +7,9 @@ from collections.abc import Container, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from femflex.arrays import Array, IntArray
 from femflex.body import FlexibleBody, StrainTensors
 from femflex.fem.matrix_structure import MatrixStructure, structure_from_matrices
 from femflex.mesh import Mesh
@@ -21,9 +21,6 @@ from femflex.reduction.modes.damping import Damping, ModalDamping, is_added, is_
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.reduce import dof_weight, skin_of
 from femflex.warning import PhysicsWarning
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 NOTICED = 0.02  # part of a shape's elastic mass that lumping misses, above which it is warned of
 
@@ -121,9 +118,9 @@ def body_from_matrices(
     M: sparse.csr_array,
     K: sparse.csr_array,
     phi: Array,
-    markers: Mapping[str, Index] | None = None,
+    markers: Mapping[str, IntArray] | None = None,
     damping: Damping | None = None,
-    cells: Mapping[str, Index] | None = None,
+    cells: Mapping[str, IntArray] | None = None,
     omega: Array | None = None,
     kinds: tuple[str, ...] | None = None,
 ) -> FlexibleBody:

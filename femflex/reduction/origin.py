@@ -5,16 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array
 from femflex.body import FlexibleBody
 from femflex.fem.structure import Structure
 from femflex.fem.support import Support
 from femflex.reduction.beams.uniform_beam import BeamFunctions, UniformBeam
 from femflex.reduction.modes.modeset import ModeSet
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

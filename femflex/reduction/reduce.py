@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Mapping
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, BoolArray, IntArray
 from femflex.body import FlexibleBody, Skin, StrainTensors
 from femflex.fem.deflected import tension_blocks
 from femflex.fem.structure import Structure
+from femflex.fem.tables import SectionInertia, element_chunks
 from femflex.reduction.beams.strain_points import strain_field
-from femflex.reduction.boundary.markers import marker, marker_rows
+from femflex.reduction.boundary.markers import attachable_nodes, marker, marker_rows
 from femflex.reduction.boundary.rigid import check_no_rigid_motion, rigid_shapes
 from femflex.reduction.inertia.mass_points import mass_points
 from femflex.reduction.inertia.moments import linear_stiffness, mass_moments
 from femflex.reduction.inertia.orders import first_order_part, membrane_cubic
 from femflex.reduction.large_deflection.foreshortening import foreshortening
 from femflex.reduction.modes.damping import UNANSWERED, Damping, ModalDamping, bending_damping, is_added, is_unanswered
-from femflex.reduction.modes.internal_damping import internal_damping
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.modes.nodal import is_lumped
 from femflex.reduction.preload.equilibrium import is_preloaded
@@ -30,15 +30,14 @@ from femflex.reduction.strain.following import able_to_follow
 from femflex.reduction.strain.in_plane_turns import warn_of_in_plane_turns
 from femflex.reduction.strain.initial_stress import warn_if_slack
 from femflex.reduction.strain.omitted_shear import warn_of_omitted_shear
-from femflex.reduction.strain.section_axes import section_axis
 from femflex.reduction.strain.static_stretch import with_static_stretch
 from femflex.reduction.strain.tensors import cubic_tensors, strain_tensors
 from femflex.reduction.strain.turned_sections import sections_of, with_turned_sections
 
-Array = NDArray[np.float64]
 Strain = Literal["linear", "nonlinear", "condensed"]
 
 MANY = 1200  # coordinates up to which the lowest shape of a set is sought
+PARALLEL = 1e-9  # sine of the angle between the elements at a node that have one axis
 
 
 def reduce_structure(
@@ -121,7 +120,7 @@ def _tensors(structure: Structure, phi: Array, V1: Array, strain: Strain) -> Str
     return strain_tensors(structure, phi) if strain == "nonlinear" else cubic_tensors(structure, phi)
 
 
-def _without_modes(structure: Structure, modes: ModeSet, strain: Strain) -> NDArray[np.bool_]:
+def _without_modes(structure: Structure, modes: ModeSet, strain: Strain) -> BoolArray:
     """(n,): which shapes answer loads that move no mode; where strain is not linear, twist and bending alone.
 
     Stretch moves there in step with the square of the deflection (`bending_damping`).
@@ -156,7 +155,7 @@ def _followed(
     return body if preloaded else with_static_stretch(structure, modes, body, free, places)
 
 
-def _derivatives(modes: ModeSet) -> NDArray[np.int64]:
+def _derivatives(modes: ModeSet) -> IntArray:
     """Numbers of the derivatives among the shapes."""
     found = np.flatnonzero([kind == "derivative" for kind in modes.kinds])
     if not len(found):
@@ -186,3 +185,38 @@ def skin_of(structure: Structure, phi: Array) -> Skin | None:
         return None
     shapes = (structure.skin.operator @ phi).T.reshape(phi.shape[1], len(structure.skin.points), 3)
     return Skin(structure.skin.points, dict(structure.skin.cells), np.ascontiguousarray(shapes))
+
+
+def section_axis(structure: Structure, group: str) -> Array:
+    """Unit vector (3,) [1] along the beams of a group of one node; zero where they meet at an angle or others join
+    them."""
+    nodes = attachable_nodes(structure, group)
+    turns = structure.numbering.rotation_of(nodes).ravel()
+    held = turns[turns >= 0]
+    beams = [block for block in structure.inertia if isinstance(block, SectionInertia)]
+    if len(nodes) != 1 or not held.size or not beams:
+        return np.zeros(3)
+    axes = np.concatenate([block.axis[np.isin(block.dofs, held).any(axis=1)] for block in beams])
+    joined = sum(np.isin(block.dofs, held).any(axis=1).sum() for block in structure.strain)
+    alone = len(axes) == joined and np.linalg.norm(np.cross(axes, axes[0]), axis=1).max() < PARALLEL
+    return np.asarray(axes[0] if alone else np.zeros(3))
+
+
+def internal_damping(structure: Structure, phi: Array, damped: Sequence[bool]) -> Array:
+    """D = int B0^T C tau B0 (n, n) of shapes phi (n_dof, n) [m, rad], over tethers and membranes with a viscosity tau.
+
+    Of the strain's linear part, on the shapes `damped` alone: with nonlinear strain the others take back the stretch of
+    bending (`femflex.reduction.modes.damping.bending_damping`).
+    """
+    n = phi.shape[1]
+    D = np.zeros((n, n))
+    raw = structure.T @ np.where(damped, phi, 0.0)
+    for block in tension_blocks(structure):
+        if block.viscosity:
+            q, s = block.weight.shape[1], len(block.linear_map)
+            for chunk in element_chunks(len(block.dofs), q * n * (block.linear_map.shape[1] + 2 * s)):
+                part = block.sampled(chunk)
+                B0 = part.linear_map @ part.gradients(raw, slice(None))
+                stress = np.matmul(part.elastic * block.viscosity, B0) * part.weight[..., None, None]
+                D += np.einsum("eqsi,eqsj->ij", B0, stress, optimize=True)
+    return (D + D.T) / 2

@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.body import FlexibleBody, Marker
 from femflex.fem.line.cut import ENDS, FAR, NEAR, Segment
 from femflex.fem.structure import Structure, build_structure
@@ -17,8 +17,6 @@ from femflex.reduction.modes.damping import Damping
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.reduce import reduce_structure
 from femflex.reduction.strain.initial_stress import relaxed
-
-Array = NDArray[np.float64]
 
 
 def chord_modes(structure: Structure, n: int = 0) -> ModeSet:

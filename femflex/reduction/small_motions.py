@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Container, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.body import FlexibleBody, Marker, MassMoments, StrainTensors
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.markers import marker, marker_rows
@@ -18,8 +18,6 @@ from femflex.reduction.inertia.mass_points import mass_points
 from femflex.reduction.inertia.moments import linear_stiffness, mass_moments
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.reduce import skin_of
-
-Array = NDArray[np.float64]
 
 LEVI_CIVITA = np.array([[np.cross(a, b) for b in np.eye(3)] for a in np.eye(3)]).transpose(2, 0, 1)
 

@@ -20,8 +20,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.body import FlexibleBody, Foreshortening, Marker, MassMoments, Skin, StrainTensors
 from femflex.body.mass_points import MassPoints
 from femflex.body.strain_field import read_field, write_field
@@ -193,12 +193,12 @@ def _put_all(group: h5py.Group, owner: Any, *names: str) -> None:
         _put(group, name, getattr(owner, name))
 
 
-def _put(group: h5py.Group, name: str, value: NDArray[np.float64] | float) -> None:
+def _put(group: h5py.Group, name: str, value: Array | float) -> None:
     dataset = group.create_dataset(name, data=np.asarray(value, float))
     dataset.attrs["description"], dataset.attrs["units"] = FIELDS[name]
 
 
-def _get(group: h5py.Group, name: str) -> NDArray[np.float64]:
+def _get(group: h5py.Group, name: str) -> Array:
     return np.asarray(group[name][()], np.float64)
 
 

@@ -9,9 +9,8 @@ from contextlib import nullcontext
 from pathlib import Path
 
 import h5py
-import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.results.destination import check_space
 from femflex.results.interrupts import PARTS
 from femflex.results.layout import create_channel
@@ -19,7 +18,6 @@ from femflex.results.lock import FileLock
 from femflex.results.reader import open_run
 from femflex.system.channel import Channel
 
-Array = NDArray[np.float64]
 LAYOUT_BYTES = 20_000  # of a channel, in addition to its values
 
 

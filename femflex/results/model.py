@@ -6,13 +6,11 @@ from dataclasses import dataclass
 
 import h5py
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.body import FlexibleBody, Skin
 from femflex.body.strain_field import StrainPart, read_field, write_field
 from femflex.system.names import name_problems
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

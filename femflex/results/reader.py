@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, Self
 
 import h5py
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.results.layout import FORMAT, LAYOUT, channel_of, channels_of
 from femflex.results.model import RunBody, read_body
 from femflex.system.channel import Channel
@@ -20,7 +20,6 @@ from femflex.system.channel import Channel
 if TYPE_CHECKING:
     import xarray
 
-Array = NDArray[np.float64]
 
 __all__ = ["Run", "RunBody", "open_file", "open_run"]
 

@@ -13,6 +13,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.body import FlexibleBody
 from femflex.results.copying import Changes, conclude, skeleton, write_copy
 from femflex.results.destination import check_destination
@@ -22,8 +23,6 @@ from femflex.results.lock import FileLock
 from femflex.results.reader import open_file
 from femflex.results.resume import fits, flattened, write_slot
 from femflex.system.channel import Channel
-
-Array = NDArray[np.float64]
 
 FIRST_BLOCKS = 4  # room for this many blocks at first where the rows to come are not known; doubled when it is full
 

@@ -10,11 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.studies.harmonic_balance import HarmonicBalance, Vibration
-
-Array = NDArray[np.float64]
 
 OFF = 0.3  # distance from the prediction over the step, above which another branch may have been met
 STRAIGHT = 0.9  # cosine between the tangents of two neighbours

@@ -6,15 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.body import FlexibleBody
 from femflex.fem.eigen.modes import dense_modes
 from femflex.studies.branch import followed
 from femflex.studies.harmonic_balance import HarmonicBalance, Vibration
 from femflex.studies.held_motion import HeldMotion
-
-Array = NDArray[np.float64]
 
 HARMONICS = 9
 

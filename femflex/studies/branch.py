@@ -13,13 +13,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.studies.arc import Place, stepped
 from femflex.studies.harmonic_balance import HarmonicBalance, Vibration
 from femflex.studies.internal_resonance import LEADING, beyond_resonance, first_share
-
-Array = NDArray[np.float64]
 
 FIRST, LONGEST, SHORTEST = 0.1, 0.3, 1e-4  # steps along the arc
 POINTS = 400  # of one branch

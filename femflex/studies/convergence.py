@@ -9,16 +9,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.case import Case, read_case
 from femflex.studies.decay import mode_trend
 from femflex.studies.law import Law, Trend
 from femflex.studies.richardson import mesh_trend
 from femflex.studies.study import Over, Point, Progress, Study, described, planned
 from femflex.studies.verdict import law_text, verdict
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,8 +44,8 @@ class Convergence:
     title: str
     unit: str
     over: Over
-    levels: NDArray[np.int64]
-    counts: NDArray[np.int64]
+    levels: IntArray
+    counts: IntArray
     values: Array
     errors: Array
     trend: Trend
@@ -56,8 +54,8 @@ class Convergence:
     simulated: bool
     left_out: tuple[str, ...] = ()
     complete: bool = True
-    derivatives: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
-    followers: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+    derivatives: IntArray = field(default_factory=lambda: np.zeros(0, np.int64))
+    followers: IntArray = field(default_factory=lambda: np.zeros(0, np.int64))
     whole: bool = False
 
     @property
@@ -207,7 +205,7 @@ def errors(trend: Trend, values: Array, noise: Array) -> Array:
     return np.where(off > floor, off, floor)
 
 
-def resolution(over: Over, levels: NDArray[np.int64], counts: NDArray[np.int64]) -> Array:
+def resolution(over: Over, levels: IntArray, counts: IntArray) -> Array:
     """Resolution (n,) [1]: elastic coordinates, segments, or cells along an edge of the case's own.
 
     Modes where static shapes of joints, of which more modes need fewer, keep the coordinates from growing.

@@ -10,12 +10,11 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
 
+from femflex.arrays import Array, IntArray
 from femflex.studies.law import Kind, Law, State, Trend, shape
-
-Array = NDArray[np.float64]
 
 KINDS: tuple[Kind, ...] = ("algebraic", "geometric")
 FITTED = 6  # the last so many counts above rounding are fitted; coarser ones follow no law yet
@@ -67,7 +66,7 @@ class Fit:
     doubt: float
 
 
-def _best_fit(n: Array, error: Array, resolved: NDArray[np.int64]) -> Fit:
+def _best_fit(n: Array, error: Array, resolved: IntArray) -> Fit:
     """The law that fits clearly better, or else the one that leaves more error; where both fit, both are heard."""
     fits = [_fit(kind, n[resolved], float(n[-1]), error[resolved]) for kind in KINDS]
     cautious = max(fits, key=lambda fit: fit.law.size)

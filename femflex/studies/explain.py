@@ -8,15 +8,14 @@ from difflib import get_close_matches
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.dynamics.terms.by_source import INERTIA_OF, force_units, inertia_by_source, sources, terms
 
 if TYPE_CHECKING:
     from femflex.dynamics import Model
     from femflex.results import Run
 
-Array = NDArray[np.float64]
 
 MANY = 16  # names listed in an error
 TELLING = 3  # coordinates shown unless some are named

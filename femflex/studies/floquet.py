@@ -15,17 +15,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, ComplexArray
 from femflex.dynamics import compile_system
 from femflex.dynamics.equilibria.increments import advanced
 from femflex.dynamics.equilibria.linearised import held_freedoms, usual_sizes
 from femflex.dynamics.equilibria.states import moving_states
 from femflex.dynamics.model import Model
 from femflex.system import System
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 STEP = 1e-4  # of a usual size: errors of differences 1e-8, of the integration RTOL / STEP
 RTOL = 1e-11  # of the integration
@@ -47,7 +44,7 @@ class Floquet:
                error where they are double
     """
 
-    multipliers: Complex
+    multipliers: ComplexArray
     monodromy: Array
     names: tuple[str, ...]
     period: float

@@ -14,11 +14,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.studies.held_motion import HeldMotion
-
-Array = NDArray[np.float64]
 
 STEPS = 12  # of Newton's method, which starts near by
 SINGULAR = 1e-11  # of the largest singular value, rows and columns scaled alike

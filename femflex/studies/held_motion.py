@@ -14,11 +14,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.body import FlexibleBody
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from femflex.arrays import Array
 
 Kind = Literal["algebraic", "geometric"]
 State = Literal["one", "few", "constant", "law", "rounded", "settling", "swinging", "unsettled"]

@@ -9,12 +9,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
+from femflex.arrays import Array
 from femflex.studies.law import Law, State, Trend
-
-Array = NDArray[np.float64]
 
 HIGHEST = 60.0  # an observed order beyond this is not looked for
 LOWEST = 0.3  # an observed order below this is no convergence

@@ -10,8 +10,8 @@ from functools import cached_property, partial
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.assembly import build_part
 from femflex.assembly.shared import shared_structures
 from femflex.case import Case, CaseError
@@ -28,7 +28,6 @@ from femflex.studies.segment_ladder import segment_ladder
 from femflex.system import Channel, Part
 from femflex.warning import PhysicsWarning
 
-Array = NDArray[np.float64]
 Over = Literal["modes", "mesh", "derivatives", "segments"]
 Progress = Callable[[float], object]  # called with the part of the work done
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from femflex.assembly import build_part
 from femflex.assembly.shared import shared_structures
-from femflex.case import Case
+from femflex.case import Case, with_values
 from femflex.pipeline.balanced import decided_at_rest
 from femflex.pipeline.decisions import decided
 from femflex.system import Part, System
@@ -51,7 +51,7 @@ class VariedCase:
 
     def system(self, values: Mapping[str, Any]) -> System:
         """The system with these values at their key paths. Raises CaseError where the case does not take them."""
-        case = self.case.with_values(values)
+        case = with_values(self.case, values)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", PhysicsWarning)
             return decided_at_rest(case, self.bodies_of(case)).system

@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from femflex.arrays import Array
 from femflex.body import FlexibleBody, MassMoments
-
-Array = NDArray[np.float64]
 
 
 def attached_moments(body: FlexibleBody, marker: str, mass: float, inertia: ArrayLike) -> MassMoments:

@@ -6,15 +6,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody
 from femflex.body.mass_points import points_of_moments
 from femflex.system.length_table import LengthTable
 from femflex.system.moving_points import MovingPoints
 from femflex.system.system import System
-
-Array = NDArray[np.float64]
 
 LARGE = (
     1e-4  # size over distance from the centre from which on the gradient of gravity is not enough: 680 m in low orbit

@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.rotations import (
     ANGLE_SEQUENCES,
     EULER_PARAMETERS,
@@ -24,8 +24,6 @@ from femflex.rotations import (
     regular_coordinates,
     singularity_distance,
 )
-
-Array = NDArray[np.float64]
 
 NEAR = np.pi / 4  # rad; a re-based set closer to its singularity than this begins anew from a new reference
 

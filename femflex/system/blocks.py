@@ -16,14 +16,13 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from femflex.arrays import Array
 from femflex.system.controller import Controller
 from femflex.system.effector import Effector
 from femflex.system.evaluation import FOLDER
 from femflex.system.wheel import UNLIMITED
-
-Array = NDArray[np.float64]
 
 OFF = 1e-9  # part of a period below which a pulse is none
 

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from femflex.arrays import Array
+
 Rows = Callable[[float, Array], tuple[Array, Array]]  # (t, q) -> A (n_rows, n_u), b (n_rows,)
 
 ROWS_OF = {"rolling_disc": 3, "knife_edge": 1}

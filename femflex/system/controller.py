@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from femflex.arrays import Array
+
 Law = Callable[[float, Mapping[str, Array], Array], tuple[Any, ...]]
 
 

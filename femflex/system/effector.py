@@ -43,9 +43,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from femflex.arrays import Array
+
 Act = Callable[[Any, Any], None]
 
 ACCOUNTS = {  # what an effector may report of energy and mass

@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.system.orbit import EARTH_RADIUS
-
-Array = NDArray[np.float64]
 
 ATTRACTIONS = ("auto", "gradient", "exact")
 EARTH_J2 = 1.08262668e-3  # EGM96

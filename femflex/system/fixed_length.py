@@ -6,15 +6,13 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.body import FlexibleBody, MassMoments, Skin, StrainTensors
 from femflex.system.length_table import LengthTable
 from femflex.system.profile import Profile
 from femflex.system.system import System
 from femflex.system.variation import PLACE, Block, Variation
-
-Array = NDArray[np.float64]
 
 
 def with_fixed_lengths(system: System, at: float) -> System:

@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+
+from femflex.arrays import Array
 
 if TYPE_CHECKING:
     from femflex.system.joint import Joint
 
-Array = NDArray[np.float64]
 
 OPEN = (-1.0, 0.0)  # states of a latch: the time at which it locked (-1: it has not), and the energy that was lost
 SHUT = (0.0, 0.0)  # of one that is locked from the start

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
+from femflex.arrays import Array
 from femflex.system.effector import Effector
 from femflex.system.wheel import MOMENTUM, UNLIMITED, direction
-
-Array = NDArray[np.float64]
 
 
 def control_moment_gyro(

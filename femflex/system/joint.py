@@ -14,8 +14,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.rotations import EULER_PARAMETERS
 from femflex.system.ball import ball_coordinates, check_ball, singular_start
 from femflex.system.freedom_names import coordinate_names, velocity_names
@@ -24,8 +24,6 @@ from femflex.system.latch import Latch
 from femflex.system.law import Law
 from femflex.system.profile import Profile
 from femflex.system.turning import locked_start
-
-Array = NDArray[np.float64]
 
 
 def _none() -> Array:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from femflex.arrays import Array
 from femflex.rotations import EULER_PARAMETERS, letters_of
 from femflex.system.joint import Joint
-
-Array = NDArray[np.float64]
 
 
 def weld(child: str, parent: str | None = None, **where: object) -> Joint:

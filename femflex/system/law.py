@@ -10,11 +10,9 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.system.profile import Profile
-
-Array = NDArray[np.float64]
 
 # How a piece of a law is evaluated (femflex.dynamics.joints.laws).
 SPRING, DAMPER, CONTACT, FRICTION, LATCHED = 0, 1, 2, 3, 4

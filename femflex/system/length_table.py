@@ -19,10 +19,10 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.arrays import Array, BoolArray
 from femflex.system.moving_points import MovingPoints
 from femflex.system.profile import Profile
 
-Array = NDArray[np.float64]
 Term = tuple[int, int, int]  # powers of s, of the rate and of the acceleration
 
 WIDTH = 4  # numbers of a block that are written at once
@@ -140,7 +140,7 @@ class LengthTable:
         return np.concatenate([head, profile, self.origins, self.scales, terms, runs.ravel(), values.ravel()])
 
 
-def _rows(used: NDArray[np.intp], written: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
+def _rows(used: NDArray[np.intp], written: BoolArray) -> list[NDArray[np.intp]]:
     """The groups that are used, cut into rows that follow each other and were all written before, or none of them."""
     if not len(used):
         return []

@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.system.joint import Joint
-
-Array = NDArray[np.float64]
 
 PARALLEL = 1e-9  # sine of the angle below which two axes count as one
 

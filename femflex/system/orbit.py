@@ -9,11 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.rotations import dcm_from_angles
-
-Array = NDArray[np.float64]
 
 MU_EARTH = 3.986004418e14  # m^3/s^2
 EARTH_RADIUS = 6378137.0  # m, equatorial, over which altitudes are counted

@@ -10,9 +10,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from femflex.arrays import Array
 
 STEP = (0.0, 0.0, 0.0, 0.0, 35.0, -84.0, 70.0, -20.0)  # powers of tau: from 0 to 1 with three derivatives zero at both
 ENDS = ("not_a_knot", "rest")

@@ -10,9 +10,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
-
 from femflex.body import FlexibleBody, Marker
 from femflex.system.constraint import Nonholonomic
 from femflex.system.effector import Effector
@@ -21,8 +18,6 @@ from femflex.system.kinds import weld
 from femflex.system.load import Load
 from femflex.system.sight import Sight
 from femflex.system.spring import Spring
-
-Array = NDArray[np.float64]
 
 NEAR, FAR = ".near", ".far"  # markers at the ends of a segment
 

@@ -19,8 +19,8 @@ from dataclasses import dataclass, field, replace
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.body import FlexibleBody
 from femflex.body.strain_field import StrainPart
 from femflex.system.controller import Controller
@@ -28,7 +28,6 @@ from femflex.system.effector import Effector
 from femflex.system.evaluation import FOLDER
 from femflex.system.wheel import direction
 
-Array = NDArray[np.float64]
 Kind = Literal["attitude", "rate", "displacement", "velocity", "acceleration", "pointing", "joint", "value"]
 
 MOST_WAITING = 10_000  # samples on their way: each sample moves them all, in memory and in the result file

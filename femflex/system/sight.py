@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.system.orbit import EARTH_RADIUS
-
-Array = NDArray[np.float64]
 
 EARTH_RATE = 7.292115e-5  # rad/s, inertial (WGS 84)
 

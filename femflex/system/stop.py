@@ -8,12 +8,10 @@ from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.system.law import CONTACT, SPRING, Elastic, Piece
 from femflex.system.profile import STEP, Profile, powers
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

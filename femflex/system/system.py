@@ -8,8 +8,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.body import FlexibleBody
 from femflex.summary import Rows, Summarised, listed
 from femflex.system.constraint import Nonholonomic
@@ -29,8 +29,6 @@ from femflex.system.sight import Sight
 from femflex.system.spring import Spring
 from femflex.system.ties import tie_places, tie_problems
 from femflex.system.variation import Variation
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)

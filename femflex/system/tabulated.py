@@ -7,12 +7,11 @@ from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from femflex.arrays import Array
 from femflex.system.law import DAMPER, Elastic, Law, Piece
 from femflex.system.profile import Profile
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

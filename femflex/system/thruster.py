@@ -6,16 +6,15 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from femflex.arrays import Array
 from femflex.body import FlexibleBody, MassMoments
 from femflex.system.attached import attached_moments, least_inertia
 from femflex.system.effector import Effector, StateEvent
 from femflex.system.environment import STANDARD_GRAVITY
 from femflex.system.variation import Block, Variation
 from femflex.system.wheel import direction
-
-Array = NDArray[np.float64]
 
 BY_TABLE, CONTINUOUS, SWITCHED = 0.0, 1.0, 2.0
 

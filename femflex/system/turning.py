@@ -5,14 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.rotations import SINGULAR, dcm_from_vector
 
 if TYPE_CHECKING:
     from femflex.system.joint import Joint
-
-Array = NDArray[np.float64]
 
 
 def free_turns(joint: Joint) -> list[int]:

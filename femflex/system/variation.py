@@ -43,13 +43,11 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.body import FlexibleBody, Marker, MassMoments
 from femflex.body.symmetric import unpacked
 from femflex.system.length_table import LengthTable
-
-Array = NDArray[np.float64]
 
 LANE = 4  # rows over shapes are filled up with zeros to multiples of it
 COLUMNS = 32  # entries of a block of the table of nonlinear strain

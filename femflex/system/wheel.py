@@ -10,13 +10,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from femflex.arrays import Array
 from femflex.body import FlexibleBody, Marker, rigid_body
 from femflex.system.attached import with_attached
 from femflex.system.effector import Effector
-
-Array = NDArray[np.float64]
 
 UNLIMITED = 1e300
 TAPER = 0.01  # part of the largest speed over which the torque goes to zero

@@ -7,14 +7,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.view.overlay import matrix
 from femflex.view.paint import Paint
 from femflex.view.surface import Points, Surface
 from femflex.view.theme import Theme
 from femflex.view.units import Bar
 from femflex.view.window import LIGHTS
-
-Array = NDArray[np.float64]
 
 THIN, FAINT, THICK, DOT = 1.1, 0.8, 4.0, 9.0  # pixels: edges of faces, mesh lines, lines and points as bodies
 PALE = 0.6  # opacity of mesh lines
@@ -186,6 +185,6 @@ def matt_shading() -> str:
     return f"  fragOutput0 = vec4(ambientColor + ({' + '.join(shade)}) * diffuseColor, opacity);\n"
 
 
-def _packed(*tables: NDArray[Any]) -> NDArray[np.int64]:
+def _packed(*tables: NDArray[Any]) -> IntArray:
     rows = [np.column_stack([np.full(len(table), table.shape[1]), table]).ravel() for table in tables]
     return np.concatenate(rows).astype(np.int64)

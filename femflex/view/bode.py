@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, ComplexArray
 from femflex.view.convergence import check_kind
 from femflex.view.plot import figure_of, finish, saved
 from femflex.view.theme import Theme, theme_of
@@ -16,8 +16,6 @@ from femflex.view.theme import Theme, theme_of
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 DEGREES = 180.0 / np.pi
 MOST = 8  # curves of one picture
@@ -26,7 +24,7 @@ SEEN = 1e-9  # of the largest on the same axes: a smaller response is not drawn
 
 def plot_bode(
     omega: Array,
-    responses: Mapping[str, Complex],
+    responses: Mapping[str, ComplexArray],
     path: str | Path,
     theme: str = "light",
     title: str = "Frequency response",
@@ -56,7 +54,7 @@ def plot_bode(
 
 
 def plot_nichols(
-    responses: Mapping[str, Complex],
+    responses: Mapping[str, ComplexArray],
     path: str | Path,
     theme: str = "light",
     title: str = "Nichols chart",
@@ -80,7 +78,7 @@ def plot_nichols(
     return saved(figure, path, dpi, force)
 
 
-def drawn(responses: Mapping[str, Complex]) -> dict[str, Complex]:
+def drawn(responses: Mapping[str, ComplexArray]) -> dict[str, ComplexArray]:
     """The responses that are not zero, no more than a picture takes."""
     largest = max((float(np.abs(one).max()) for one in responses.values()), default=0.0)
     seen = {label: one for label, one in responses.items() if np.abs(one).max() > SEEN * largest}
@@ -89,7 +87,7 @@ def drawn(responses: Mapping[str, Complex]) -> dict[str, Complex]:
     return dict(list(seen.items())[:MOST])
 
 
-def phase(response: Complex) -> Array:
+def phase(response: ComplexArray) -> Array:
     """Phase (n,) [deg], followed on, begun between -270 and 90 deg."""
     angle = np.unwrap(np.angle(response)) * DEGREES
     return angle - 360.0 * np.ceil((angle[0] - 90.0) / 360.0)
@@ -99,7 +97,7 @@ def _style(k: int, label: str, colours: Theme) -> dict[str, Any]:
     return {"color": colours.lines[k % len(colours.lines)], "linewidth": 1.3, "label": label}
 
 
-def _finished(ax: Axes, labels: list[str], colours: Theme, phases: list[Complex]) -> None:
+def _finished(ax: Axes, labels: list[str], colours: Theme, phases: list[ComplexArray]) -> None:
     if phases:
         from matplotlib.ticker import MultipleLocator
 

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.view.campbell_data import BranchData, CampbellData
 from femflex.view.convergence import check_kind
 from femflex.view.plot import finish, raised, saved
@@ -16,7 +16,6 @@ from femflex.view.theme import Theme, theme_of
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = NDArray[np.float64]
 
 WIDTH, HEIGHT, LOWER = 9.0, 6.0, 1.8  # inches: of the figure, of the frequencies, of the damping below
 FINE = 12  # points drawn between two speeds

@@ -5,10 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
+from femflex.arrays import Array, BoolArray
 
 
 class BranchData(Protocol):
@@ -31,7 +28,7 @@ class BranchData(Protocol):
         """Part of critical (n,) [1]."""
 
     @property
-    def growing(self) -> NDArray[np.bool_]:
+    def growing(self) -> BoolArray:
         """Whether it grows, at each of the speeds by number (n,)."""
 
 
@@ -71,7 +68,7 @@ class CampbellData(Protocol):
         """(n,) [rad/s], or the values."""
 
     @property
-    def asked(self) -> NDArray[np.bool_]:
+    def asked(self) -> BoolArray:
         """Which speeds (n,) [rad/s] were requested."""
 
     @property

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.view.drawing import Drawing
 from femflex.view.output import placed
 from femflex.view.study_data import StudyData
@@ -17,7 +17,6 @@ from femflex.view.theme import Theme, theme_of
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = NDArray[np.float64]
 
 VARIED = {"mesh": "finer meshes", "derivatives": "derivative shapes"}  # else as the study calls it
 SIZE = (9.0, 7.2)  # inches
@@ -63,7 +62,7 @@ def draw_study(above: Axes, below: Axes, study: StudyData, colours: Theme) -> No
     _errors(below, study, colours)
 
 
-def abscissa(study: StudyData) -> NDArray[np.int64]:
+def abscissa(study: StudyData) -> IntArray:
     """The counts of coordinates (n,), or the levels where a level adds no coordinate to that before."""
     return study.counts if np.all(np.diff(study.counts) > 0) else study.levels
 

@@ -6,15 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import cumulative_simpson
 
+from femflex.arrays import Array
 from femflex.results import Run
 from femflex.rotations import continued_angles
 from femflex.view.segments import body_names, body_of_marker
 from femflex.view.units import length_unit
-
-Array = NDArray[np.float64]
 
 DEGREES = 180.0 / np.pi
 OVER = " over "  # between two channels: the first divided by the second

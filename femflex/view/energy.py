@@ -5,17 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import cumulative_simpson
 
+from femflex.arrays import Array
 from femflex.results import Run
 from femflex.view.curves import balance_of, has_balance
 from femflex.view.plot import figure_of, finish, saved
 from femflex.view.second_run import title_of
 from femflex.view.theme import theme_of
 from femflex.view.units import time_unit
-
-Array = NDArray[np.float64]
 
 STORED = {
     "monitors/kinetic": "kinetic",

@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.body import Skin
 from femflex.results import Run, RunBody
 from femflex.view.growing import grown
 from femflex.view.motion import Motion, motion
 from femflex.view.units import round_below
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-
 DIRECTIONS = 64
 MOST_ROWS = 2000  # rows of a run that are looked at
 VISIBLE = 0.08  # of the size: the displacement that an automatic scale aims at
 
 
-def outer_points(skin: Skin) -> Index:
+def outer_points(skin: Skin) -> IntArray:
     """Numbers (k,) of the points that reach furthest in many directions, undeformed and in every shape."""
     golden = np.pi * (3 - np.sqrt(5)) * np.arange(DIRECTIONS)
     height = np.linspace(-1, 1, DIRECTIONS)
@@ -37,7 +34,7 @@ def thinned(skins: dict[str, Skin]) -> dict[str, Skin]:
     return {name: Skin(skin.points[chosen[name]], {}, skin.shapes[:, chosen[name]]) for name, skin in skins.items()}
 
 
-def some_rows(run: Run) -> Index:
+def some_rows(run: Run) -> IntArray:
     """Numbers (k,) of rows spread over the run, all of them in a short one."""
     return np.unique(np.linspace(0, len(run) - 1, min(len(run), MOST_ROWS)).round().astype(np.int64))
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from femflex.arrays import Array
 
 VIEW_ANGLE = np.deg2rad(24.0)  # vertical; long lenses distort less
 ELEVATIONS = np.deg2rad([24.0])

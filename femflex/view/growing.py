@@ -7,12 +7,10 @@ bends go with L_0 / L.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.body import Skin
 from femflex.results import Run
-
-Array = NDArray[np.float64]
 
 
 def grown(skin: Skin) -> Skin:

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody, Skin
 from femflex.view.actors import BodyActor, add_ghost
@@ -22,8 +21,6 @@ from femflex.view.surface import APART, SEEN, breadth, surface_of, twist_of
 from femflex.view.theme import Theme, theme_of
 from femflex.view.units import Bar
 from femflex.view.window import Image, grabbed, open_window, place_camera
-
-Array = NDArray[np.float64]
 
 AMPLITUDE = 0.14  # largest displacement drawn, parts of the body's size
 TWISTED = 0.5  # rad; largest twist of slender parts, which widens them by 12 %

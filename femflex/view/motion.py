@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.results import Run, RunBody
 from femflex.view.growing import growing, grown_coordinates
 from femflex.view.segments import body_of_marker, whole_of, widened_coordinates
-
-Array = NDArray[np.float64]
 
 CAMERAS = ("auto", "fixed", "follow", "orbital", "body")
 FAR = 1.0  # travel over size beyond which the automatic camera follows

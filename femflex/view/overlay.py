@@ -7,13 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.view.framing import View
 from femflex.view.theme import Theme
 from femflex.view.units import Bar, length_unit, round_below
-
-Array = NDArray[np.float64]
 
 ALIGN = {"left": 0, "center": 1, "right": 2, "bottom": 0, "top": 2}
 CORNER = (0.19, 0.175)  # centre of the corner triad from the left and the bottom, parts of the height

@@ -12,6 +12,7 @@ from scipy import sparse
 from scipy.sparse import csgraph
 from scipy.spatial import cKDTree
 
+from femflex.arrays import Array, BoolArray, IntArray
 from femflex.body import Skin
 from femflex.body.recovery import RESULTANTS, SHEAR_FORCES, VON_MISES, named, over_time, quantities
 from femflex.body.strain_field import NAMES, StrainPart
@@ -19,9 +20,6 @@ from femflex.results import Run, RunBody
 from femflex.view.extent import some_rows
 from femflex.view.skin_strain import carried, on_skin
 from femflex.view.units import Bar, strain_bar
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 UNITS = {"line": "J/m", "plate": "J/m²", "solid": "J/m³"}
 EVERY = "every"  # kind of a quantity that members of all kinds have: energy density as a part of its kind's largest
@@ -106,8 +104,8 @@ class BodyPaint:
     """
 
     quantity: Quantity
-    parts: tuple[tuple[StrainPart, Index], ...]
-    bare: NDArray[np.bool_]
+    parts: tuple[tuple[StrainPart, IntArray], ...]
+    bare: BoolArray
 
     @classmethod
     def of(cls, quantity: Quantity, field: tuple[StrainPart, ...], skin: Skin) -> BodyPaint:
@@ -126,7 +124,7 @@ class BodyPaint:
         return found
 
 
-def owners(field: tuple[StrainPart, ...], skin: Skin) -> Index:
+def owners(field: tuple[StrainPart, ...], skin: Skin) -> IntArray:
     """Number (n_skin,), an index, of the part that each point of a skin takes its colour from: that with the nearest
     point."""
     distance = np.array([cKDTree(part.places).query(skin.points)[0] for part in field])

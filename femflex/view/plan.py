@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.body import Skin
 from femflex.results import Run
 from femflex.view.extent import automatic_scale, cloud, displacement, skins_of, thinned
@@ -17,8 +17,6 @@ from femflex.view.motion import chosen_camera, motion, traced_markers
 from femflex.view.paint import Paint, painted
 from femflex.view.segments import cut_bodies, whole_of, widened
 from femflex.view.units import Bar, colour_bar
-
-Array = NDArray[np.float64]
 
 FRAMING_ROWS = 200
 ARMS = 0.08  # length of the axes of a body, or by which they reach out of a rigid one, parts of the craft's size

@@ -9,6 +9,7 @@ from typing import Unpack
 
 import numpy as np
 
+from femflex.arrays import Array
 from femflex.results import Run
 from femflex.view.drawing import Drawing
 from femflex.view.look import Look, LookOptions
@@ -84,9 +85,7 @@ def render_movie(
         return write_movie(path, frames, count, fps, force, progress)
 
 
-def _frames(
-    run: Run, scene: Scene, plan: Plan, times: np.typing.NDArray[np.float64], traces: tuple[str, ...]
-) -> Iterator[Image]:
+def _frames(run: Run, scene: Scene, plan: Plan, times: Array, traces: tuple[str, ...]) -> Iterator[Image]:
     moving = motion(run, times, plan.camera, plan.body, traces, plan.scale)
     for k in range(len(times)):
         scene.show(moving, k)

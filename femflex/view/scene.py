@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from femflex.results import Run
 from femflex.view.actors import BodyActor, SightActor, TraceActor, add_ghost
@@ -26,8 +25,6 @@ from femflex.view.plan import Plan
 from femflex.view.surface import APART, SEEN, breadth, surface_of
 from femflex.view.units import clock
 from femflex.view.window import Image, grabbed, open_window, place_camera
-
-Array = NDArray[np.float64]
 
 TIP = 0.055  # radius of the arrow heads of a body's axes, parts of the shortest
 WHOLE = "scale of the whole run"  # under the colour bar: that of one instant would flicker in a movie

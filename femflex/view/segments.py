@@ -10,12 +10,10 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.body import Skin
 from femflex.results import Run
-
-Array = NDArray[np.float64]
 
 
 def whole_of(name: str, names: Collection[str]) -> str | None:

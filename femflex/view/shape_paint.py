@@ -7,10 +7,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.body import FlexibleBody, Skin
 from femflex.view.paint import EVERY, BodyPaint, chosen
-
-Array = NDArray[np.float64]
 
 
 class ShapePaint:

@@ -5,14 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.spatial import cKDTree
 
+from femflex.arrays import Array, IntArray
 from femflex.body.strain_field import StrainPart
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 NEAREST = {"line": 2, "plate": 4, "solid": 6}  # points that a place of the skin is coloured by
 SHARPNESS = 0.02  # the nearer points weigh the more, the smaller this is
@@ -87,7 +84,7 @@ def _spread(share: Array, d: Array) -> Array:
     return np.asarray(np.einsum("eq,eqa,eqb->eab", share, d, d))
 
 
-def _sparse(columns: Index, values: Array, width: int) -> sparse.csr_array:
+def _sparse(columns: IntArray, values: Array, width: int) -> sparse.csr_array:
     n, k = columns.shape
     rows = np.repeat(np.arange(n), k)
     return sparse.csr_array((values.ravel(), (rows, columns.ravel())), shape=(n, width))

@@ -6,17 +6,15 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal.windows import blackmanharris
 
+from femflex.arrays import Array
 from femflex.results import Run
 from femflex.view.curves import BALANCE, ROUNDED, Curve, curves_of
 from femflex.view.plot import figure_of, finish, raised, saved
 from femflex.view.second_run import title_of
 from femflex.view.theme import theme_of
 from femflex.view.units import time_unit
-
-Array = NDArray[np.float64]
 
 SPAN = 0.2  # of the record: length of the window, whose places are its middle
 STEPS = 200  # places of the window

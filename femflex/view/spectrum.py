@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import find_peaks
 from scipy.signal.windows import blackmanharris
 
-Array = NDArray[np.float64]
+from femflex.arrays import Array
 
 WINDOW = "Blackman–Harris window"  # side lobes 92 dB down: what is seen is signal; two lines merge below 4 / T
 PADDING = 4  # finer frequencies than the record's own, so that peaks are smooth

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, ComplexArray, IntArray
 from femflex.view.convergence import check_kind
 from femflex.view.plot import finish, raised, saved
 from femflex.view.theme import Theme, theme_of
@@ -16,8 +16,6 @@ from femflex.view.theme import Theme, theme_of
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 SHADES = {0: ("trace", 0.16), 1: ("lines1", 0.30), 2: ("lines2", 0.30)}  # colour and strength of each kind
 NEAR = 0.08  # parts of the width, within which names of branches share a label
@@ -49,7 +47,7 @@ class ChartData(Protocol):
         """Second value (m,), in its unit."""
 
     @property
-    def kinds(self) -> NDArray[np.int64]:
+    def kinds(self) -> IntArray:
         """(n, m): -1 none, 0 unstable, 1 and 2 stable."""
 
     @property
@@ -77,11 +75,11 @@ class LocusData(Protocol):
         """The varied value (n,), in its unit."""
 
     @property
-    def branches(self) -> Complex:
+    def branches(self) -> ComplexArray:
         """(n, k)."""
 
     @property
-    def kinds(self) -> NDArray[np.int64]:
+    def kinds(self) -> IntArray:
         """Kind (n,) by number: -1 none, 0 unstable, 1 and 2 stable."""
 
     @property

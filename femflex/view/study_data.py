@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
+from femflex.arrays import Array, IntArray
 
 
 class Curve(Protocol):
@@ -33,15 +30,15 @@ class StudyData(Protocol):
         """What is varied: modes, mesh or derivatives."""
 
     @property
-    def levels(self) -> NDArray[np.int64]:
+    def levels(self) -> IntArray:
         """Numbers (n,) of modes a body, or of refinements."""
 
     @property
-    def counts(self) -> NDArray[np.int64]:
+    def counts(self) -> IntArray:
         """Numbers (n,) of elastic coordinates, or of dofs."""
 
     @property
-    def followers(self) -> NDArray[np.int64]:
+    def followers(self) -> IntArray:
         """Numbers (n,) of dependent derivative shapes."""
 
     @property

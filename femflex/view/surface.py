@@ -10,11 +10,10 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
+from femflex.arrays import Array, IntArray
 from femflex.body import Skin
 
-Array = NDArray[np.float64]
 Single = NDArray[np.float32]
-Index = NDArray[np.int64]
 
 CORNERS = {
     "vertex": 1,
@@ -43,11 +42,11 @@ class Points:
 
     rest: Single
     shapes: Single
-    numbers: Index
+    numbers: IntArray
     grows: bool = False
 
     @classmethod
-    def of(cls, skin: Skin, numbers: Index) -> Points:
+    def of(cls, skin: Skin, numbers: IntArray) -> Points:
         """The points (k, 3) [m] of these numbers (k,) of a skin."""
         return cls(
             skin.points[numbers].astype(np.float32),
@@ -78,14 +77,14 @@ class Surface:
     """
 
     skin: Points
-    triangles: Index
-    quads: Index
+    triangles: IntArray
+    quads: IntArray
     closed: bool
     wires: Points
-    edges: Index
-    mesh: Index
-    lines: Index
-    dots: Index
+    edges: IntArray
+    mesh: IntArray
+    lines: IntArray
+    dots: IntArray
     summing: sparse.csr_array  # (n_p, n_faces) adds the faces around each point of the skin
 
     def normals(self, points: Single) -> Single:
@@ -169,7 +168,7 @@ def twist_of(skin: Skin) -> Array:
     return twist
 
 
-def _merged(skin: Skin) -> tuple[Index, Index]:
+def _merged(skin: Skin) -> tuple[IntArray, IntArray]:
     """Numbers of the points to keep, and for every point its place among them: points alike are one."""
     n_points = len(skin.points)
     columns = [skin.points, *skin.shapes]
@@ -183,7 +182,7 @@ def _merged(skin: Skin) -> tuple[Index, Index]:
     return keep, merged.reshape(-1)
 
 
-def _oriented(points: Array, triangles: Index, quads: Index) -> tuple[Index, Index, Index, bool]:
+def _oriented(points: Array, triangles: IntArray, quads: IntArray) -> tuple[IntArray, IntArray, IntArray, bool]:
     """Source of each drawn point, its triangles and quads (turned alike; outward where closed), and whether closed."""
     import pyvista as pv
 
@@ -209,12 +208,12 @@ def _oriented(points: Array, triangles: Index, quads: Index) -> tuple[Index, Ind
     return np.asarray(split.point_data["source"], np.int64), corners[0], corners[1], closed
 
 
-def _sides(triangles: Index, quads: Index) -> Index:
+def _sides(triangles: IntArray, quads: IntArray) -> IntArray:
     """The two ends of every side of every face, face by face, (n_sides, 2)."""
     return np.concatenate([np.stack([c, np.roll(c, -1, axis=1)], axis=-1).reshape(-1, 2) for c in (triangles, quads)])
 
 
-def _edges(points: Array, triangles: Index, quads: Index, which: str) -> Index:
+def _edges(points: Array, triangles: IntArray, quads: IntArray, which: str) -> IntArray:
     """Sides (k, 2) with one face, or between faces at a sharp angle; or every one."""
     sides = np.sort(_sides(triangles, quads), axis=1)
     if not len(sides):
@@ -230,7 +229,7 @@ def _edges(points: Array, triangles: Index, quads: Index, which: str) -> Index:
     return np.asarray(unique[~smooth])
 
 
-def _mesh_lines(points: Array, triangles: Index, quads: Index, sharp: Index, apart: float) -> Index:
+def _mesh_lines(points: Array, triangles: IntArray, quads: IntArray, sharp: IntArray, apart: float) -> IntArray:
     """Sides (k, 2) that are not sharp, if half of them are longer than `apart` [m]; else none."""
     sides = np.unique(np.sort(_sides(triangles, quads), axis=1), axis=0)
     if not len(sides) or np.median(np.linalg.norm(np.diff(points[sides], axis=1)[:, 0], axis=1)) <= apart:
@@ -239,21 +238,21 @@ def _mesh_lines(points: Array, triangles: Index, quads: Index, sharp: Index, apa
     return np.asarray(sides[~np.isin(sides @ [n, 1], sharp @ [n, 1])])
 
 
-def _area_vectors(points: NDArray[Any], triangles: Index, quads: Index) -> NDArray[Any]:
+def _area_vectors(points: NDArray[Any], triangles: IntArray, quads: IntArray) -> NDArray[Any]:
     """Twice the area of each face along its normal, (n_faces, 3)."""
     a, b, c = (points[triangles[:, k]] for k in range(3))
     p, q, r, s = (points[quads[:, k]] for k in range(4))
     return np.concatenate([np.cross(b - a, c - a), np.cross(r - p, s - q)])
 
 
-def _face_of_corner(triangles: Index, quads: Index) -> Index:
+def _face_of_corner(triangles: IntArray, quads: IntArray) -> IntArray:
     """Number of the face that each corner, in order, belongs to."""
     return np.concatenate(
         [np.repeat(np.arange(len(triangles)), 3), len(triangles) + np.repeat(np.arange(len(quads)), 4)]
     )
 
 
-def _summing(n_points: int, triangles: Index, quads: Index) -> sparse.csr_array:
+def _summing(n_points: int, triangles: IntArray, quads: IntArray) -> sparse.csr_array:
     rows, columns = np.concatenate([triangles.ravel(), quads.ravel()]), _face_of_corner(triangles, quads)
     return sparse.csr_array(
         (np.ones(len(rows), np.float32), (rows, columns)), shape=(n_points, len(triangles) + len(quads))

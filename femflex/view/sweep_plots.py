@@ -6,14 +6,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.view.convergence import check_kind
 from femflex.view.plot import figure_of, finish, raised, saved
 from femflex.view.theme import theme_of
 from femflex.view.units import time_unit
-
-Array = NDArray[np.float64]
 
 MOST = 6  # rows and columns of a scatter matrix
 CELL = 2.2  # inches

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.results import Run
 from femflex.view.plot import HEIGHT, TITLE, WIDTH, finish, raised, saved
 from femflex.view.second_run import title_of
@@ -19,7 +19,6 @@ from femflex.view.units import time_unit
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = NDArray[np.float64]
 
 MOST = 7  # contributions named one by one; the others go together
 SMALL = 2e-3  # of all contributions together, mean magnitude: below it, one is not named
@@ -131,9 +130,7 @@ def _colours(parts: Mapping[str, Array], coordinates: Sequence[CoordinateTerms],
     return {name: colours.lines[k % len(colours.lines)] for k, name in enumerate(named)} | {"others": colours.faint}
 
 
-def _draw_motion(
-    ax: Axes, run: Run, rows: NDArray[np.int64], time: Array, one: CoordinateTerms, colours: Theme
-) -> None:
+def _draw_motion(ax: Axes, run: Run, rows: IntArray, time: Array, one: CoordinateTerms, colours: Theme) -> None:
     """The coordinate itself where u is its rate, else the rate."""
     coordinate = one.name.removesuffix("_rate")
     path = "q" if coordinate in run.names("q") else "u"

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from femflex.assembly.loads import read_load_table
-from femflex.case import Case, parse_case, read_case
+from femflex.case import Case, parse_case, read_case, with_values
 from femflex.case.body import FlexibleTable
 from femflex.case.changed import toml_text
 from femflex.case.columns import column_of
@@ -187,7 +187,7 @@ def test_tables_written_as_text_are_read_back_unchanged():
 def test_changed_values_reach_the_model_and_leave_the_rest(write_case):
     case = read_case(write_case())
     changes = {"bodies.hub.mass": np.float64(410.0), "run.duration": "2 min", "joints.0.name": "root"}
-    other = case.with_values(changes | {"bodies.hub.markers.left.position": np.ones(3), "run.integrator": "esdirk4"})
+    other = with_values(case, changes | {"bodies.hub.markers.left.position": np.ones(3), "run.integrator": "esdirk4"})
     assert (other.bodies["hub"].mass, other.run.duration, other.joints[0].name) == (410.0, 120.0, "root")
     assert case.bodies["hub"].mass == 200.0 and other.bodies["boom"] == case.bodies["boom"]
     assert parse_case(other.text, case.path).model_dump() == other.model_dump()

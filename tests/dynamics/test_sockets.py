@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.random_systems import random_body
+from support.scipy_integrators import integrator
 
 from femflex import run as run_case
 from femflex.body import Marker
@@ -17,7 +18,7 @@ from femflex.body.rigid import rigid_body
 from femflex.dynamics import compile_system
 from femflex.dynamics.equilibria.equilibrium import equilibrium
 from femflex.dynamics.equilibria.linearised import linearised
-from femflex.integrate import Dop853, Esdirk4, GeneralizedAlpha, integrator
+from femflex.integrate import Dop853, Esdirk4, GeneralizedAlpha
 from femflex.pipeline import rebuilt
 from femflex.system import (
     Block,

@@ -14,10 +14,10 @@ from scipy.integrate import solve_ivp
 from support.pointwise import Jet, Tree, equations, partial_velocities
 from support.random_systems import random_tree
 from support.random_table import elastic_forces
+from support.scipy_integrators import integrator
 
 from femflex.body import FlexibleBody, Marker, MassMoments, StrainTensors, rigid_body
 from femflex.dynamics import compile_system
-from femflex.integrate import integrator
 from femflex.system import (
     Block,
     Environment,

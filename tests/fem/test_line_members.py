@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from femflex import fem
-from femflex.fem.line.along import along, varies
+from femflex.fem.along import along, varies
+from femflex.fem.formula import formula
 from femflex.fem.line.cut import FAR, NEAR, cut
-from femflex.fem.line.formula import formula
 from femflex.fem.sections import Rectangle
 from femflex.mesh import Mesh, line, rectangle
 

@@ -5,8 +5,9 @@ import time
 import numpy as np
 import pytest
 from support.integrate_models import chain
+from support.scipy_integrators import integrator
 
-from femflex.integrate import Dop853, integrator
+from femflex.integrate import Dop853
 
 
 @pytest.mark.benchmark

@@ -23,8 +23,9 @@ from support.integrate_models import (
     rigid_body,
     spun,
 )
+from support.scipy_integrators import integrator
 
-from femflex.integrate import INTEGRATORS, Dop853, Esdirk4, GeneralizedAlpha, integrator
+from femflex.integrate import INTEGRATORS, Dop853, Esdirk4, GeneralizedAlpha
 from femflex.integrate.dop853_table import A as DOP_A
 from femflex.integrate.dop853_table import B as DOP_B
 from femflex.integrate.dop853_table import C as DOP_C

@@ -14,7 +14,7 @@ from support.random_systems import random_body
 from typer.testing import CliRunner
 
 from femflex.body import Marker, rigid_body
-from femflex.case import read_case
+from femflex.case import read_case, with_values
 from femflex.cli.app import app
 from femflex.dynamics import compile_system
 from femflex.integrate import Dop853
@@ -131,18 +131,19 @@ def differences(case, times: int) -> float:
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::femflex.warning.PhysicsWarning")
 def test_difference_along_a_deployment_is_of_third_order():
-    case = read_case(CASES / "orbiter_deployment.toml").with_values(
+    case = with_values(
+        read_case(CASES / "orbiter_deployment.toml"),
         {
             "bodies.beam.length": {"kind": "smooth_step", "from": "15 m", "to": "18 m", "start": 0, "end": "20 s"},
-        }
+        },
     )
     sizes = ([0, 0.04, 0.04], [0, 0.02, 0.02])
-    errors = [differences(case.with_values({"bodies.beam.initial.relative": size}), 11) for size in sizes]
+    errors = [differences(with_values(case, {"bodies.beam.initial.relative": size}), 11) for size in sizes]
     assert np.log2(errors[0] / errors[1]) == pytest.approx(3.0, abs=0.1)
 
 
 def test_eccentric_orbit_drives_linear_pitch():
-    case = read_case(CASES / "eccentric_pitch.toml").with_values({"run.orbits": 1, "run.samples": 21})
+    case = with_values(read_case(CASES / "eccentric_pitch.toml"), {"run.orbits": 1, "run.samples": 21})
     prepared = prepare(case, linearised=True)
     found = prepared.integrator.solve(prepared.model, prepared.times, prepared.model.x0)
     pitch = prepared.model.observe(found.times, found.states)["attitude/angles"][:, 0]

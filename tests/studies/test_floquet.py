@@ -11,7 +11,7 @@ from scipy.linalg import expm
 from scipy.special import mathieu_a, mathieu_b
 
 from femflex.body import FlexibleBody, Marker, MassMoments, StrainTensors, rigid_body
-from femflex.case import read_case
+from femflex.case import read_case, with_values
 from femflex.dynamics import compile_system
 from femflex.dynamics.equilibria.equilibrium import equilibrium
 from femflex.integrate import Dop853
@@ -91,8 +91,8 @@ def test_librations_in_a_circular_orbit():
 
 def test_shooting_finds_the_periodic_pitch_in_an_eccentric_orbit():
     """VALIDATION J: the amplitude of the case eccentric_pitch, begun without the rate that makes it periodic."""
-    case = read_case(Path(__file__).parents[2] / "cases" / "eccentric_pitch.toml").with_values(
-        {"attitude.rates": [0, 0, 0]}
+    case = with_values(
+        read_case(Path(__file__).parents[2] / "cases" / "eccentric_pitch.toml"), {"attitude.rates": [0, 0, 0]}
     )
     system = build_system(case)
     assert system.orbit is not None

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from femflex.case import read_case
+from femflex.case import read_case, with_values
 from femflex.pipeline.decisions import build_system
 from femflex.studies.linear import margins, sampled_model
 from femflex.system import System
@@ -19,7 +19,7 @@ J, P, D, T = 40.0, 6.0, 16.0, 0.5  # inertia without the wheel, gains and period
 def craft(delay: float, **values: object) -> System:
     """The craft of the case with another delay of its sensors."""
     rest = {"attitude.angles": [0, 0, 0], "sensors.star.delay": delay, "sensors.gyro.delay": delay}
-    return build_system(read_case(DELAYED).with_values({**rest, **values}))
+    return build_system(with_values(read_case(DELAYED), {**rest, **values}))
 
 
 def plant() -> tuple[np.ndarray, np.ndarray]:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
+from support.rigid_stability import rigid_kind
 from support.small_cases import HUB_AND_BAR
 from typer.testing import CliRunner
 
@@ -21,12 +22,7 @@ from femflex.rotations import dcm_from_quaternion
 from femflex.studies.floquet import floquet
 from femflex.studies.stability import Chart, Locus, case_stability, judged_rest, stability_chart
 from femflex.studies.stability.affine import AffineChart
-from femflex.studies.stability.gravity_gradient import (
-    craft_inertia,
-    moments,
-    rigid_kind,
-    with_ratios,
-)
+from femflex.studies.stability.gravity_gradient import craft_inertia, moments, with_ratios
 from femflex.studies.stability.judgement import NONE, STATIC, UNSTABLE, Judgement
 from femflex.system import Frame, Load, Orbit, System, revolute, spherical, weld
 

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import expm
 from scipy.optimize import brentq
 from scipy.sparse.linalg import spsolve
 
+from femflex.arrays import Array, IntArray
 from femflex.fem import Structure
 
-Array = NDArray[np.float64]
 
-
-def static_solution(structure: Structure, force: Array, held: NDArray[np.int64]) -> Array:
+def static_solution(structure: Structure, force: Array, held: IntArray) -> Array:
     """Displacements (n_dof,) under forces (n_dof,) with the held dofs at rest."""
     free = np.setdiff1d(np.arange(structure.n_dof), held)
     x = np.zeros(structure.n_dof)

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.fem import Material, Member, Structure, build_structure
 from femflex.fem.sections import CableSection, FullSection, Rectangle
 from femflex.fem.sections.laminates import isotropic
@@ -20,8 +20,6 @@ from femflex.mesh.quality import sizes
 from femflex.mesh.raised import raised
 from support.element_meshes import SOLIDS, brick, mixed_bricks, mixed_sheet, straight_sided
 from support.plate_models import random_rotation
-
-Array = NDArray[np.float64]
 
 METAL = Material(70e9, 0.3, 2700.0)
 PLACE = random_rotation(5)  # the position in which the patches lie

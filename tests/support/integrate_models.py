@@ -9,11 +9,9 @@ from typing import Any
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.integrate.protocol import ADVANCE, CORRECT, KINEMATIC, RATE
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,9 +47,9 @@ class Compiled:
     n_x: int
     rate: Callable[..., Any]
     pool: Array = field(default_factory=lambda: np.zeros(1))
-    table: NDArray[np.int64] = field(default_factory=lambda: np.zeros(1, np.int64))
+    table: IntArray = field(default_factory=lambda: np.zeros(1, np.int64))
     work: Array = field(default_factory=lambda: np.zeros(1))
-    renormalise: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+    renormalise: IntArray = field(default_factory=lambda: np.zeros(0, np.int64))
     breaks: Array = field(default_factory=lambda: np.zeros(0))
     switch: Callable[..., Any] | None = None
     project: Callable[..., Any] | None = None

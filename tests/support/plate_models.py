@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse.linalg import eigsh
 
+from femflex.arrays import Array, IntArray
 from femflex.fem import Material, Member, Structure, build_structure
 from femflex.fem.sections.laminates import PlateSection
 from femflex.mesh import Mesh, rectangle
-
-Array = NDArray[np.float64]
 
 CELL = {"plate": "triangle", "plate_bfs": "quad"}
 EDGES = {"left": "x", "right": "x", "bottom": "y", "top": "y"}  # edge and the axis across it
@@ -38,7 +36,7 @@ def flexural_rigidity(h: float) -> float:
     return METAL.E * h**3 / 12 / (1 - METAL.nu**2)
 
 
-def held(structure: Structure, group: str, components: str) -> NDArray[np.int64]:
+def held(structure: Structure, group: str, components: str) -> IntArray:
     """Independent dofs that carry components ("xyz" translations, "abc" rotations about them) of a group's nodes."""
     nodes = structure.mesh.group_points(group)
     found = []
@@ -49,13 +47,13 @@ def held(structure: Structure, group: str, components: str) -> NDArray[np.int64]
     return np.unique(np.concatenate(found))
 
 
-def simply_supported(structure: Structure) -> NDArray[np.int64]:
+def simply_supported(structure: Structure) -> IntArray:
     """Dofs held by hard supports on the four edges of a rectangle in the x, y plane: nothing moves along an edge."""
     turning = {"x": "a", "y": "b"}  # the rotation that tilts the edge itself
     return np.unique(np.concatenate([held(structure, edge, "xyz" + turning[n]) for edge, n in EDGES.items()]))
 
 
-def frequencies(structure: Structure, fixed: NDArray[np.int64], n: int, shift: float = 0.0) -> Array:
+def frequencies(structure: Structure, fixed: IntArray, n: int, shift: float = 0.0) -> Array:
     """The n lowest natural frequencies [rad/s] with the fixed dofs held."""
     free = np.setdiff1d(np.arange(structure.n_dof), fixed)
     K, M = structure.K[free][:, free].tocsc(), structure.M[free][:, free].tocsc()

@@ -13,9 +13,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from femflex.arrays import Array
 
 SINES = np.array([1, 3, 5, 7])
 HARMONICS, PHASES = 10, 40

@@ -7,13 +7,11 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.dynamics.reports.marker_motion import marker_motion
 from femflex.rotations import dcm_from_quaternion
 from femflex.system import Joint, Nonholonomic, System
-
-Array = NDArray[np.float64]
 
 FOLLOWING = {"body", "marker"}  # frames of loads that turn with their body
 

@@ -7,9 +7,8 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from femflex.arrays import Array
 
 FIELD = 12  # values of a field: b (3), then W by its columns (9)
 WRENCH = 6  # force and torque

@@ -10,14 +10,12 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from femflex.advice.buckling.applied_forces import FOLLOWING, AppliedForce, RigidMotion
 from femflex.advice.buckling.applied_load import AppliedLoad, skew
+from femflex.arrays import Array
 from femflex.dynamics.model import compile_system
 from femflex.system import Joint, System
-
-Array = NDArray[np.float64]
 
 OWN = "its own inertia and weight"
 

@@ -7,16 +7,14 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from femflex.advice.buckling.applied_load import FIELD
 from femflex.advice.buckling.few_shapes import lowest_of_few
+from femflex.arrays import Array
 from femflex.body import FlexibleBody
 from femflex.body.symmetric import hessian
 from femflex.reduction.admissible import beam_body
 from femflex.reduction.beams.uniform_beam import BeamFunctions, UniformBeam
-
-Array = NDArray[np.float64]
 
 ENOUGH = 6  # polynomials of each field: 1e-4 in the load at which a cantilever tips over
 THIN = 1e-4  # radius of gyration over length of a section that is given no inertia

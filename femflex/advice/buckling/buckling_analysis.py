@@ -12,12 +12,10 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from femflex.advice.buckling.applied_load import FIELD, WRENCH, AppliedLoad, BucklingResult
 from femflex.advice.buckling.flutter import first_flutter
-
-Array = NDArray[np.float64]
+from femflex.arrays import Array
 
 NONE = 1e-7  # of mass, size and least omega^2, twelve times EI / L^2 of a column: below it a load is rounding
 ALIKE = 1e-3  # of the largest load by size: patterns below it do not pick the instant

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg
 
-Array = NDArray[np.float64]
+from femflex.arrays import Array
 
 STIFF = 1e3  # times the stiffness of all coordinates: what holds a marker in its place
 ROUNDING = 1e-9  # part of its stiffness that a load takes from a shape, below which it takes none

@@ -8,10 +8,9 @@ damping: a little of it, inside the material, may bring a flutter at half the lo
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg
 
-Array = NDArray[np.float64]
+from femflex.arrays import Array
 
 MOST = 8.0  # times the load, up to which it is looked for
 STEPS = 80

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
 from femflex.advice.buckling.few_shapes import lowest_of_few
+from femflex.arrays import Array, IntArray
 from femflex.fem.eigen.modes import factorised
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.markers import MarkerRows, marker_rows
@@ -19,8 +19,6 @@ from femflex.reduction.inertia.accelerations import loads_of_linear_acceleration
 from femflex.reduction.large_deflection.load_path import largest_displacement
 from femflex.reduction.modes.buckling import roughly_lowest
 from femflex.reduction.modes.modeset import ModeSet
-
-Array = NDArray[np.float64]
 
 STIFF = 1e3  # times the largest stiffness of a dof: what holds a marker in its place
 FEW, ENOUGH = 12, 16  # shapes that pick an instant, and that flutter is computed in
@@ -40,7 +38,7 @@ class StructureBuckling:
         return supported(self.structure, self.modes.held)
 
     @property
-    def free(self) -> NDArray[np.int64]:
+    def free(self) -> IntArray:
         """Numbers (n,) of the dofs without supports."""
         return self.on.free
 

@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.decks.abaqus.model import AbaqusModel
 from femflex.mesh.abaqus_flat import Placement, Scoped
 from femflex.mesh.abaqus_keywords import Keyword
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

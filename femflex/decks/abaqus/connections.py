@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from femflex.arrays import Array
 from femflex.decks.abaqus.axes import System
 from femflex.decks.abaqus.model import WORDS, AbaqusModel, place_of
 from femflex.decks.abaqus.sections import Reading
@@ -18,7 +18,6 @@ from femflex.fem.support import GLOBAL, Rows
 from femflex.mesh.abaqus_flat import Scoped
 from femflex.mesh.abaqus_keywords import Keyword
 
-Array = NDArray[np.float64]
 Surfaces = dict[tuple[str, str], list[int]]
 Transforms = Mapping[int, System]  # of nodes with *TRANSFORM
 

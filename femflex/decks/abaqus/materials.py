@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.decks.abaqus.model import AbaqusModel, place_of
 from femflex.fem.sections.laminates import Lamina
 from femflex.fem.sections.materials import Anisotropic, Material, Orthotropic
 from femflex.mesh.abaqus_keywords import Keyword
-
-Array = NDArray[np.float64]
 
 BEHAVIOUR = {  # keywords of a material that a linear elastic structure is made without
     "PLASTIC": "the material stays linear", "CYCLIC HARDENING": "the material stays linear",

@@ -7,9 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array
 from femflex.decks.builder import Builder
 from femflex.decks.findings import Findings, Place
 from femflex.decks.units import Units
@@ -17,8 +15,6 @@ from femflex.fem import Bushing, PointMass, ScalarSpring
 from femflex.fem.connections.connection import Connection
 from femflex.mesh.abaqus_flat import Flat, Placement, Scoped
 from femflex.mesh.abaqus_keywords import Keyword
-
-Array = NDArray[np.float64]
 
 WORDS = ("x", "y", "z", "rx", "ry", "rz")
 

@@ -5,15 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.decks.abaqus.model import AbaqusModel, place_of
 from femflex.decks.abaqus.sections import Reading
 from femflex.fem import PointMass, ScalarSpring
 from femflex.fem.bushing import spring
 from femflex.mesh.abaqus_flat import Element, Scoped
-
-Array = NDArray[np.float64]
 
 NO_MASS = 1e-9  # kg, given to inertias without mass
 

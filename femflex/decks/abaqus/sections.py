@@ -9,8 +9,8 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.decks.abaqus.axes import System
 from femflex.decks.abaqus.beam_sections import beam_section, general_section, with_shear
 from femflex.decks.abaqus.materials import Elastic, Materials
@@ -25,7 +25,6 @@ from femflex.mesh.abaqus_flat import Element, Scoped
 from femflex.mesh.abaqus_keywords import Keyword
 from femflex.mesh.cells import CELL_TYPES
 
-Array = NDArray[np.float64]
 Systems = dict[tuple[str, str], System]
 Make = Callable[[AbaqusModel, Element], None]
 

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.decks.nastran.card import Card
 from femflex.decks.nastran.model import NastranModel
 from femflex.decks.nastran.springs import component_term
 from femflex.fem import ScalarSpring
-
-Array = NDArray[np.float64]
 
 Pairs = list[tuple[int, int]]  # grid point and component 1 to 6
 

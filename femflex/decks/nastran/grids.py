@@ -6,14 +6,10 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array
 from femflex.decks.nastran.bulk import Bulk
 from femflex.decks.nastran.card import Card, numbers_of
 from femflex.decks.nastran.systems import Systems
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,16 +7,14 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.decks.builder import direction_key
 from femflex.decks.nastran.bar_properties import BarProperty, principal
 from femflex.decks.nastran.card import Card
 from femflex.decks.nastran.model import WORDS, NastranModel
 from femflex.fem import Rigid
 from femflex.fem.sections.library import CableSection, StiffnessSection
-
-Array = NDArray[np.float64]
 
 LIGHT = 1e-18  # [s^2/m^2] mass per length over EA of bars without mass, which stand in for none
 WEAK = 1e-9  # of a bar's other stiffness: that which stands in for none

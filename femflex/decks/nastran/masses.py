@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.decks.nastran.card import Card
 from femflex.decks.nastran.model import NastranModel
 from femflex.fem import PointMass
-
-Array = NDArray[np.float64]
 
 NO_MASS = 1e-6  # [kg] of the total mass: what an inertia without mass is given
 

@@ -6,14 +6,12 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.decks.nastran.bulk import Bulk
 from femflex.decks.nastran.card import Card
 from femflex.fem.sections.laminates import Lamina
 from femflex.fem.sections.materials import Anisotropic, Material
-
-Array = NDArray[np.float64]
 
 STIFF = 1e4  # over the largest modulus in the plane: a transverse shear modulus that a blank field (rigid) stands for
 NOT_ELASTIC = {

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array
 from femflex.decks.builder import Builder
 from femflex.decks.nastran.bar_properties import BarProperties
 from femflex.decks.nastran.bulk import Bulk
@@ -17,8 +15,6 @@ from femflex.decks.nastran.nonstructural_mass import NonstructuralMass
 from femflex.decks.nastran.systems import Systems
 from femflex.fem import Bushing, PointMass, ScalarSpring
 from femflex.fem.connections.connection import Connection
-
-Array = NDArray[np.float64]
 
 WORDS = ("x", "y", "z", "rx", "ry", "rz")
 

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.decks.builder import direction_key
 from femflex.decks.nastran.card import Card, FieldError
 from femflex.decks.nastran.model import WORDS, NastranModel
 from femflex.fem import Distributing, MultiPointConstraint, Rigid
 from femflex.mesh.numbers import Numbers
-
-Array = NDArray[np.float64]
 
 SINGULAR = 1e-10  # least over largest singular value of the components that determine a rigid motion
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.decks.builder import direction_key
 from femflex.decks.nastran.card import Card
 from femflex.decks.nastran.middle_nodes import with_middles
@@ -14,8 +14,6 @@ from femflex.decks.nastran.model import NastranModel
 from femflex.decks.nastran.shell_kinds import KINDS, Kind
 from femflex.decks.nastran.shell_properties import ShellProperties, ShellProperty
 from femflex.fem.plate.frames import same_side
-
-Array = NDArray[np.float64]
 
 MANY_TRIANGLES = 0.2  # of a property's elements, above which its triangles are facets with a quadratic field
 CELLS = {(4, False): "quad", (4, True): "quad8", (3, False): "triangle", (3, True): "triangle6"}

@@ -6,14 +6,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.decks.nastran.bulk import Bulk
 from femflex.decks.nastran.card import Card
 from femflex.decks.nastran.materials import Materials
 from femflex.fem.sections.laminates import PlateSection, Ply, layup
-
-Array = NDArray[np.float64]
 
 NONE = 1e-12  # of the stiffness of a plain sheet: what stands in for bending or stretch that a property leaves out
 RIGID = 1e4  # times the shear stiffness of a plain sheet: what a property without MID3 has

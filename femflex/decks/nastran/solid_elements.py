@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.decks.builder import direction_key
 from femflex.decks.nastran.card import Card
 from femflex.decks.nastran.materials import Elastic
@@ -15,7 +15,6 @@ from femflex.decks.nastran.middle_nodes import with_middles
 from femflex.decks.nastran.model import NastranModel
 from femflex.fem.sections.materials import Material
 
-Array = NDArray[np.float64]
 Edges = Sequence[tuple[int, int]]
 
 TET: Edges = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.decks.nastran.card import Card
 from femflex.decks.nastran.model import NastranModel
 from femflex.fem import Bushing, ScalarSpring
 from femflex.fem.bushing import along, turns_nodes
-
-Array = NDArray[np.float64]
 
 
 def read_springs(model: NastranModel) -> None:

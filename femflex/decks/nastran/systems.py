@@ -6,12 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from femflex.arrays import Array
 from femflex.decks.nastran.bulk import Bulk
 from femflex.decks.nastran.card import Card
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

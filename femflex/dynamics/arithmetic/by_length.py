@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.entries import USER, entry
 from femflex.dynamics.arithmetic.lanes import lane, put
 from femflex.dynamics.arithmetic.profiles import profile_at
 from femflex.dynamics.arithmetic.vectors import Vector
 from femflex.system.length_table import HEAD, WIDTH
-
-Array = NDArray[np.float64]
 
 
 @inner

@@ -12,11 +12,11 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.dynamics.arithmetic import pointers
 from femflex.dynamics.arithmetic.formula import formula
 from femflex.dynamics.arithmetic.symbols import LANE, NUMBER, WIDTH, Symbol, index, indices, ir
 
-Array = NDArray[np.float64]
 Lane = Any
 Lanes = tuple[Lane, ...]
 A = TypeVar("A", bound=NDArray[Any])

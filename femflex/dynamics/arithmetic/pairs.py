@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array
 from femflex.dynamics.arithmetic.formula import formula
 from femflex.dynamics.arithmetic.lanes import Lane, cross_lane, entry, lane, lane_of, nothing, put, total, totals
 from femflex.dynamics.arithmetic.vectors import Vector
 
-Array = NDArray[np.float64]
 Pair = tuple[Lane, ...]
 
 SLOTS = (0, 1, 2, 4, 5, 6)  # where the components of force and couple stand among the eight

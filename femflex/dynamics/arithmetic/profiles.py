@@ -8,13 +8,9 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.vectors import Vector
-
-Array = NDArray[np.float64]
 
 HEAD = 5
 

@@ -9,15 +9,12 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array
 from femflex.dynamics.arithmetic.formula import formula
 from femflex.dynamics.arithmetic.lanes import cross_lane, lane, lane_of, put, reciprocal, with_last
 from femflex.dynamics.arithmetic.pairs import SLOTS, Pair, dot_pair, pair, put_pair, six_of
 from femflex.dynamics.arithmetic.vectors import Matrix, Vector
 
-Array = NDArray[np.float64]
 Rows = tuple[Pair, ...]
 Six = tuple[float, float, float, float, float, float]
 

@@ -6,13 +6,10 @@ A vector is (x, y, z), a matrix nine numbers row by row; each may as well be a l
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array
 from femflex.dynamics.arithmetic.formula import formula
 from femflex.dynamics.arithmetic.lanes import lane_of, put
 
-Array = NDArray[np.float64]
 Vector = tuple[float, float, float]
 Four = tuple[float, float, float, float]
 Matrix = tuple[float, float, float, float, float, float, float, float, float]
@@ -164,15 +161,6 @@ def add9(a: Matrix, b: Matrix) -> Matrix:
         a[7] + b[7],
         a[8] + b[8],
     )
-
-
-@formula
-def cross_matrix(v: Vector, m: Matrix) -> Matrix:
-    """skew(v) m."""
-    a = cross(v, (m[0], m[3], m[6]))
-    b = cross(v, (m[1], m[4], m[7]))
-    c = cross(v, (m[2], m[5], m[8]))
-    return a[0], b[0], c[0], a[1], b[1], c[1], a[2], b[2], c[2]
 
 
 @formula

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Record
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.formula import formula
 from femflex.dynamics.arithmetic.lanes import Lane, Lanes, lane, nothing, plus, totals
@@ -12,9 +10,6 @@ from femflex.dynamics.arithmetic.pairs import Pair, six_of
 from femflex.dynamics.arithmetic.vectors import Matrix, Vector, add, cross, turn
 from femflex.dynamics.bodies.shapes import put_rows3, rows3
 from femflex.dynamics.bodies.slaves import tie_columns
-
-Array = NDArray[np.float64]
-Record = np.void
 
 
 @inner

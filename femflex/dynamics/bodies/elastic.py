@@ -7,9 +7,7 @@ mass, no moving node that carries a joint) nothing has to be factorised.
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Record
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.lanes import lane, lane_of, plus, put, reciprocal, transposed
 from femflex.dynamics.arithmetic.pairs import Pair, along_four, pair, put_pair
@@ -20,9 +18,6 @@ from femflex.dynamics.bodies.shapes import rows9, turning_of
 from femflex.dynamics.bodies.slaves import tie_rows, write_tied_mass
 from femflex.dynamics.bodies.stiffening import add_varying_block, write_varying_stiffness
 from femflex.dynamics.lowering.layout import W_ACC, W_M, W_P, W_Q, W_S
-
-Array = NDArray[np.float64]
-Record = np.void
 
 
 @inner

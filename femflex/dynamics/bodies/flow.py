@@ -6,9 +6,7 @@ zddot_A y_A. The integrals are those of `femflex.system.variation`.
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Record
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.lanes import lane, nothing, plus, put, total
 from femflex.dynamics.arithmetic.pairs import add_pair, pair_of
@@ -16,9 +14,6 @@ from femflex.dynamics.arithmetic.vectors import Vector, add, add9, cross, dot, l
 from femflex.dynamics.bodies.inertia import coriolis_couple, totals9, twist_of
 from femflex.dynamics.bodies.shapes import nothing3, nothing9, put_rows9, rows3, rows9, totals3, turning_of
 from femflex.dynamics.lowering.layout import W_OMEGA, W_P
-
-Array = NDArray[np.float64]
-Record = np.void
 
 DRIFT, KICK, FLOW, TURN, SPEED = 0, 3, 6, 15, 24  # of the undeformed body, see Block.rates
 C_DRIFT, C_FLOW = 0, 4  # of what is carried: int w dm, int r w^T dm

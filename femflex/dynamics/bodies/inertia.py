@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Record
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.formula import formula
 from femflex.dynamics.arithmetic.lanes import Lane, Lanes, lane, nothing, plus, put, total
@@ -31,9 +29,6 @@ from femflex.dynamics.bodies.shapes import nothing3, nothing9, put_rows9, rows3,
 from femflex.dynamics.bodies.slaves import add_drift_forces
 from femflex.dynamics.bodies.stiffening import add_varying_force, write_varying_stiffness
 from femflex.dynamics.lowering.layout import W_OMEGA, W_P, W_Q, W_S
-
-Array = NDArray[np.float64]
-Record = np.void
 
 
 @inner

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Record
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.formula import formula
 from femflex.dynamics.arithmetic.lanes import Lanes, lane, nothing, plus, put, total
@@ -12,9 +10,6 @@ from femflex.dynamics.arithmetic.section_turns import section_drift, section_slo
 from femflex.dynamics.arithmetic.turns import moving_vector_turn
 from femflex.dynamics.arithmetic.vectors import ZERO, Matrix, Vector, add, load3, product, scale, turn
 from femflex.dynamics.lowering.layout import TURNS, VARIES
-
-Array = NDArray[np.float64]
-Record = np.void
 
 
 @formula

@@ -8,17 +8,12 @@ shapes become rows over coordinates by Y^T here, and the recursion knows only th
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Record
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.lanes import lane, nothing, plus, put, total
 from femflex.dynamics.arithmetic.pairs import Pair, add_pair, nothing_pair, pair, pair_of, put_pair
 from femflex.dynamics.bodies.shapes import nothing3, rows3, rows9, totals3, turning_of
 from femflex.dynamics.lowering.layout import W_P
-
-Array = NDArray[np.float64]
-Record = np.void
 
 
 @inner

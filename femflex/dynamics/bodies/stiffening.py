@@ -11,16 +11,11 @@ monomial, so that the sums of a block stay in registers.
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Record
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.formula import formula
 from femflex.dynamics.arithmetic.lanes import Lanes, lane, nothing, plus, put
 from femflex.system.variation import COLUMNS
-
-Array = NDArray[np.float64]
-Record = np.void
 
 
 @formula

@@ -7,18 +7,12 @@ nothing.
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Record, Table
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.entries import call_user
 from femflex.dynamics.arithmetic.lanes import beyond, put
 from femflex.dynamics.bodies.shapes import put_rows3, rows9, turning_of
 from femflex.dynamics.lowering.layout import body_of, header_of
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
-Record = np.void
 
 
 @inner

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.dynamics.constraints import equations as calls
 from femflex.dynamics.constraints.clearance import refuse_clearance, take_up
 from femflex.dynamics.constraints.conflicts import competing_motions_text, violated_text
@@ -14,13 +14,12 @@ from femflex.dynamics.constraints.constrained import Constraints
 from femflex.dynamics.constraints.discs import flat_disc_text
 from femflex.dynamics.constraints.excess import SWAY
 from femflex.dynamics.constraints.singular_passage import start_pivots
-from femflex.dynamics.constraints.start_accelerations import refuse_accelerations
+from femflex.dynamics.lowering import tie_layout as at
 from femflex.dynamics.lowering.ties import characteristic_length
 from femflex.dynamics.motion.second_order import advance
 from femflex.system import System
 from femflex.system.kept import kept
 
-Array = NDArray[np.float64]
 MassMatrix = Callable[[float, Array], Array]
 Nearest = Callable[[float, Array, Array], tuple[Array, int]]  # as Constraints.nearest
 
@@ -34,6 +33,7 @@ BENT = 0.05  # displacement by bending, relative to the bodies' size, up to whic
 REFINED = 3  # times that velocities are brought to the nearest: masses far apart leave rounding
 INDEPENDENT = 1e-10  # singular value of the rows, relative to the largest, that counts
 SETTLED = 1e-13  # change of coordinates at which the nearest configuration is found
+AGREED = 1e-6  # acceleration that may be missing, relative to the largest that a row asks for
 
 
 def assembled(constraints: Constraints, x0: Array, size: float, mass_matrix: MassMatrix) -> Array:
@@ -204,3 +204,34 @@ def kept_text(constraints: Constraints) -> str:
     """Which initial values are not allowed to move, in words."""
     names = constraints.system.keep
     return f", with {', '.join(repr(name) for name in names)} kept as given" if names else ""
+
+
+def refuse_accelerations(constraints: Constraints, x: Array, size: float) -> None:
+    """Raise ValueError for a constraint whose accelerations no multipliers can bring about at the start x (n_x,).
+
+    In a singular configuration the rows lose rank. The velocities have to lie along one of the branches that meet
+    there: n . (bdot - Adot u) = 0 for every n with n A = 0, a condition of second order in u.
+    """
+    udot, rows, rank, _ = constraints.solved(np.zeros(1), x[None])
+    closing, m = constraints.closing, constraints.n_rows
+    if rank[0] == m:
+        return
+    first, width = int(closing["white"]), int(closing["width"])
+    white = constraints.own[2][first : first + m * width].reshape(m, width)
+    asked = rows[0, :, at.R_TARGET]
+    missing = np.abs(white @ (white.T @ rows[0, :, at.R_LAMBDA]) - asked)
+    speed, rate = (
+        np.abs(x[constraints.n_q : constraints.n_q + constraints.n_u]).max(initial=0.0),
+        np.abs(udot).max(initial=0.0),
+    )
+    limits = AGREED * max(1.0, size, np.abs(asked).max()) + SWAY * constraints.plays * (speed**2 + rate)
+    if np.all(missing <= limits):
+        return
+    worst = max(constraints.names, key=lambda name: (missing / limits)[constraints.rows_of(name)].max())
+    text = competing_motions_text(constraints, 0.0, x, worst)
+    raise ValueError(
+        f"{constraints.kind_of(worst)} cannot be satisfied{text} at the start: the nearest accelerations violate it by "
+        f"{missing[constraints.rows_of(worst)].max():.3g} (m/s^2 or rad/s^2). Another constraint contradicts it, or "
+        "the loop starts in a singular configuration, where branches meet, with rates along none of them. Give "
+        "the rates of all its joints, or start slightly off the singular configuration."
+    )

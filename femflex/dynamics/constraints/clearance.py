@@ -11,13 +11,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.dynamics.constraints.constrained import Constraints
 from femflex.dynamics.lowering.ties import CLOSED
 from femflex.system.loop import COSINE, OFFSET, closure
-
-Array = NDArray[np.float64]
 
 MOST = 1e-3  # of the bodies' size: play beyond is a clearance in which parts would move
 

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.dynamics.constraints.constrained import Constraints
 from femflex.dynamics.lowering import tie_layout as at
 from femflex.system import System
-
-Array = NDArray[np.float64]
 
 TOUCHED = 1e-9  # entry of A, relative to the largest of its row, from which a freedom moves a row
 

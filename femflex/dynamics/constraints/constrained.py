@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.dynamics.constraints import equations as calls
 from femflex.dynamics.constraints.user import Rows
 from femflex.dynamics.lowering import tie_layout as at
@@ -16,8 +17,6 @@ from femflex.dynamics.lowering.layout import HEADER, N_HEADER, W_CIN, body_recor
 from femflex.dynamics.lowering.ties import slack_of
 from femflex.dynamics.workspace import Own, Workspace
 from femflex.system import System
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

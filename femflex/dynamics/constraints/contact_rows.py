@@ -4,16 +4,11 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Record
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.vectors import ZERO, Vector, add, cross, dot, load3, load9, scale, store3, sub, turn
 from femflex.dynamics.lowering import tie_layout as at
 from femflex.dynamics.lowering.layout import W_CIN
-
-Array = NDArray[np.float64]
-Record = np.void
 
 
 @inner

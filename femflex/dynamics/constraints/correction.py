@@ -6,18 +6,13 @@ The integrator removes the drift, by `project`. Compiled apart, and only at the 
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Table
 from femflex.dynamics.arithmetic.compiled import kernel
 from femflex.dynamics.arithmetic.lanes import start
 from femflex.dynamics.constraints.equations import constrain
 from femflex.dynamics.forces.system import release_joints
 from femflex.dynamics.motion.correction import less_rates, resisted_accelerations
 from femflex.dynamics.motion.second_order import CORRECT
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
 
 
 @kernel(CORRECT)

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.dynamics.constraints.constrained import Constraints
 from femflex.dynamics.lowering import tie_layout as at
 from femflex.rotations import SINGULAR
-
-Array = NDArray[np.float64]
 
 
 def tilts(constraints: Constraints, t: float, x: Array) -> dict[str, float]:

@@ -7,9 +7,7 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Table
 from femflex.dynamics.arithmetic.compiled import inner, kernel
 from femflex.dynamics.arithmetic.lanes import beyond, start
 from femflex.dynamics.arithmetic.symbols import types
@@ -26,9 +24,6 @@ from femflex.dynamics.lowering.tie_layout import closing_of, constraint_of
 from femflex.dynamics.motion.equations import RATE, place
 from femflex.dynamics.motion.recursion import accelerate, reduce_to_root
 from femflex.dynamics.motion.states import take_states, write_state_rates
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
 
 _vector = types.float64[::1]
 _own = (types.int64[::1], _vector, _vector)  # table, pool, work

@@ -7,9 +7,7 @@ Rows of a loop with play that follow from others may miss by it: all rows then s
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Record, Table
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.lanes import beyond
 from femflex.dynamics.constraints.multipliers import rank_of
@@ -18,10 +16,6 @@ from femflex.dynamics.constraints.rows import row_of
 from femflex.dynamics.lowering import tie_layout as at
 from femflex.dynamics.lowering.layout import header_of
 from femflex.dynamics.lowering.tie_layout import closing_of, constraint_of
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
-Record = np.void
 
 LOOSE = 1e3  # how much larger a velocity residual may be while a row is lost in a singular configuration
 HELD = 1e-10  # residual that may be left, relative to the bodies' size; of velocities also to the fastest

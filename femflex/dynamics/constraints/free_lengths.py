@@ -7,9 +7,7 @@ affine in these accelerations.
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Record, Table
 from femflex.dynamics.arithmetic.compiled import inner, kernel
 from femflex.dynamics.arithmetic.lanes import beyond, start
 from femflex.dynamics.arithmetic.vectors import ZERO, add, load3, scale, turn_back
@@ -35,10 +33,6 @@ from femflex.dynamics.motion.free_lengths import (
 )
 from femflex.dynamics.motion.gathering import gather_residual
 from femflex.dynamics.motion.states import take_states, write_state_rates
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
-Record = np.void
 
 
 @inner

@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Record, Table
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.entries import call_user
 from femflex.dynamics.arithmetic.lanes import beyond
 from femflex.dynamics.constraints.contact_rows import put_values
 from femflex.dynamics.lowering import tie_layout as at
 from femflex.dynamics.lowering.layout import W_TAU, body_of, header_of
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
-Record = np.void
 
 
 @inner

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Record
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.lanes import lane, put
 from femflex.dynamics.arithmetic.pairs import first3, pair_of
@@ -28,9 +26,6 @@ from femflex.dynamics.bodies.columns import along, columns_times, six_lanes, wri
 from femflex.dynamics.bodies.shapes import markers_motion
 from femflex.dynamics.lowering.layout import W_ACC, W_CIN, W_OMEGA, W_P, W_POS, W_VEL
 from femflex.dynamics.lowering.tie_layout import M_A, M_ARM, M_C, M_COLUMNS, M_E, M_O, M_R, M_V
-
-Array = NDArray[np.float64]
-Record = np.void
 
 
 @inner

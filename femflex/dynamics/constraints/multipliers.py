@@ -12,16 +12,11 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Table
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.lanes import beyond
 from femflex.dynamics.constraints.rows import row_of
 from femflex.dynamics.lowering.tie_layout import R_LAMBDA, R_TARGET, closing_of, constraint_of
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
 
 # The pool holds the part that stands instead along a run, where that at the start is known (see `singular_passage`).
 DOWNDATED = 1e-6  # part of a squared length down to which subtracting from it is exact enough

@@ -5,14 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.dynamics.constraints.conflicts import TOUCHED, held_freedoms
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
 
-Array = NDArray[np.float64]
 
 DEPENDENT = 1e-8  # singular value, relative to the largest, of rows that follow from others
 

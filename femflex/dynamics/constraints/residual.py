@@ -5,9 +5,7 @@ Compiled apart from `constraints`, and only at the first request.
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Table
 from femflex.dynamics.arithmetic.compiled import inner, kernel
 from femflex.dynamics.arithmetic.lanes import beyond, start
 from femflex.dynamics.constraints.equations import solve_motion
@@ -22,9 +20,6 @@ from femflex.dynamics.motion.equations import place
 from femflex.dynamics.motion.gathering import gather_residual
 from femflex.dynamics.motion.second_order import RESIDUAL
 from femflex.dynamics.motion.states import take_states
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
 
 
 @inner

@@ -9,9 +9,7 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Record, Table
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.lanes import beyond, lane, plus, put
 from femflex.dynamics.arithmetic.pairs import Pair, dot_pair, pair, put_pair
@@ -25,10 +23,6 @@ from femflex.dynamics.lowering.layout import W_H, W_P, W_PIVOT, W_TAU, W_U, body
 from femflex.dynamics.lowering.tie_layout import closing_of, constraint_of
 from femflex.dynamics.motion.gathering import hand_forces
 from femflex.dynamics.motion.recursion import accelerate
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
-Record = np.void
 
 
 @inner

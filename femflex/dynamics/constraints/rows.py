@@ -6,9 +6,7 @@ forces on the two bodies, so that the rows serve as A and as A^T. Forces on P st
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Record, Table
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.vectors import ZERO, add, cross, dot, load3, load9, scale, store3, sub, turn
 from femflex.dynamics.constraints.contact_rows import put_force, put_values, write_disc, write_edge
@@ -17,10 +15,6 @@ from femflex.dynamics.constraints.marker_motion import accelerate_marker, move_m
 from femflex.dynamics.lowering import tie_layout as at
 from femflex.dynamics.lowering.layout import W_CIN, body_of
 from femflex.dynamics.lowering.tie_layout import closing_of, constraint_of
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
-Record = np.void
 
 
 @inner

@@ -8,11 +8,10 @@ from typing import Any
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.dynamics.arithmetic.entries import known
 
-Array = NDArray[np.float64]
 Function = Callable[[float, Array], tuple[Array, Array]]
 
 STEP = 2e-3  # part of the time scale |q| / |qdot| over which the rates of A and b are taken

@@ -16,13 +16,11 @@ from typing import Any, NamedTuple
 import numba
 import numba.core.errors
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.dynamics.arithmetic.entries import NOTHING, NUMBERS, REAL, known
 from femflex.dynamics.arithmetic.lanes import beyond
 from femflex.dynamics.effectors.built_in import built_in
-
-Array = NDArray[np.float64]
 
 ACT = NOTHING(REAL, NUMBERS, NUMBERS, NUMBERS, NUMBERS)
 Sizes = tuple[int, int, int, int, int, int]  # markers, freedoms, inputs, states, parameters, channels

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Record, Table
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.entries import caller
 from femflex.dynamics.arithmetic.lanes import beyond, nothing, put
@@ -14,10 +12,6 @@ from femflex.dynamics.effectors.records import N_EFFECTOR, N_HANDLE, N_PORT, eff
 from femflex.dynamics.effectors.seeing import see
 from femflex.dynamics.forces.push import push
 from femflex.dynamics.lowering.layout import W_CIN, W_TAU, body_of, header_of
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
-Record = np.void
 
 call_act = caller(ACT)
 

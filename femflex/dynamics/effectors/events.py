@@ -8,14 +8,13 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.system import Effector, StateEvent, System
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
 
-Array = NDArray[np.float64]
 
 STEP = 1e-6  # s, over which the rate of an event's value is taken along the motion
 

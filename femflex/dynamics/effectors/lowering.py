@@ -7,6 +7,7 @@ from collections import defaultdict
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.arrays import Record, Table
 from femflex.dynamics.arithmetic.lanes import padded
 from femflex.dynamics.effectors.acting import act_address, given_size, seen_size
 from femflex.dynamics.effectors.built_in import writes_all
@@ -15,8 +16,6 @@ from femflex.dynamics.lowering.pool import Pool, Scratch, put_marker
 from femflex.system import Effector, System
 
 Records = NDArray[np.void]
-Record = np.void
-Table = NDArray[np.int64]
 
 
 def lowered(

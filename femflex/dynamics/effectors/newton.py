@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Record, Table
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.lanes import beyond
 from femflex.dynamics.effectors.calling import call_act, evaluate, out_size
 from femflex.dynamics.effectors.seeing import see_inputs
 from femflex.dynamics.lowering.layout import header_of
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
-Record = np.void
 
 STEP = 1e-7  # of a state's size: difference for the Jacobian of its rates
 

@@ -6,9 +6,7 @@ motion of their marker, and each its own inputs behind it.
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Record, Table
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.vectors import (
     ZERO,
@@ -27,10 +25,6 @@ from femflex.dynamics.arithmetic.vectors import (
 from femflex.dynamics.bodies.shapes import markers_motion
 from femflex.dynamics.effectors.records import N_HANDLE, N_PORT, handle_at, port_at
 from femflex.dynamics.lowering.layout import W_CIN, W_OMEGA, W_POS, W_VEL, body_of, header_of
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
-Record = np.void
 
 
 @inner

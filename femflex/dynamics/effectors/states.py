@@ -6,12 +6,10 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.system import Channel, Controller, Effector, System, Threshold
 from femflex.system.effector_problems import unknown
-
-Array = NDArray[np.float64]
 
 MOMENTUM = ("momentum_x", "momentum_y", "momentum_z")  # channels, inertial components
 

@@ -14,13 +14,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.dynamics.equilibria.closed_motion import least_multipliers
 from femflex.dynamics.equilibria.increments import advanced
 from femflex.dynamics.equilibria.steady import Steady
 
-Array = NDArray[np.float64]
 Merit = Callable[[Array], float]  # of the forces that are left (n_u,)
 
 BALANCED = 1e-9  # residual over the largest force at which an equilibrium is found

@@ -5,17 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, ComplexArray
 from femflex.body import FlexibleBody
 from femflex.dynamics.equilibria.increments import advanced
 from femflex.dynamics.equilibria.linearised import usual_sizes
 from femflex.dynamics.model import Model
 from femflex.dynamics.reports.marker_motion import base_attitude
 from femflex.rotations import dcm_from_quaternion, vector_from_dcm
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 STEP = 1e-5  # of a coordinate's usual size: error of central differences h^2 ~ 1e-10, rounding eps / h ~ 1e-11
 
@@ -36,11 +33,11 @@ class BodyMotion:
     turn: Array
     shape: Array
 
-    def along(self, motion: Complex) -> tuple[Complex, Complex, Complex]:
+    def along(self, motion: ComplexArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
         """slide, turn and shape (., k) of motions (m, k), which may be complex."""
         return self.slide @ motion, self.turn @ motion, self.shape @ motion
 
-    def kinetic(self, body: FlexibleBody, motion: Complex) -> Array:
+    def kinetic(self, body: FlexibleBody, motion: ComplexArray) -> Array:
         """Twice the kinetic energy (k,) of a body whose velocities are the motions (m, k), from its mass moments."""
         v, omega, rates = self.along(motion)
         v, omega = self.attitude.T @ v, self.attitude.T @ omega

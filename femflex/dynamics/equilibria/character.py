@@ -13,8 +13,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, BoolArray, ComplexArray
 from femflex.body import FlexibleBody
 from femflex.dynamics.equilibria.body_motions import BodyMotion
 from femflex.dynamics.equilibria.linearised import held_freedoms, linear_stiffness
@@ -22,9 +22,6 @@ from femflex.dynamics.equilibria.rigid_motions import rigid_fields
 from femflex.dynamics.equilibria.small_motions import SmallMotions
 from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.model import Model
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 WAYS = ("flap", "lag", "stretch", "torsion", "chordwise")
 LAG, STRETCH = WAYS.index("lag"), WAYS.index("stretch")
@@ -77,7 +74,7 @@ def numbered_names(words: Sequence[str]) -> tuple[str, ...]:
     return tuple(out)
 
 
-def _ways(model: Model, motions: SmallMotions, axis: Array | None, strained: NDArray[np.bool_]) -> list[str]:
+def _ways(model: Model, motions: SmallMotions, axis: Array | None, strained: BoolArray) -> list[str]:
     """The word for each motion by how the slices of the bodies move, weighted by their mass.
 
     Where strain is what resists (strained), the rigid bodies, which only go along, do not count.
@@ -98,7 +95,7 @@ def _ways(model: Model, motions: SmallMotions, axis: Array | None, strained: NDA
     return ["bending" if flag else word for flag, word in zip(bent, words, strict=True)]
 
 
-def _stretched(body: FlexibleBody, shapes: Complex) -> NDArray[np.bool_]:
+def _stretched(body: FlexibleBody, shapes: ComplexArray) -> BoolArray:
     """(n,) whether most of the linear strain energy of beams and plates stretches them, for amplitudes (n_shapes, n).
 
     True where a body has no strain at points, or other members.
@@ -116,9 +113,7 @@ def _stretched(body: FlexibleBody, shapes: Complex) -> NDArray[np.bool_]:
     return np.asarray(stretch >= HALF * whole)
 
 
-def _name_joints(
-    motions: SmallMotions, words: list[str], J: Array, axis: Array | None, strained: NDArray[np.bool_]
-) -> None:
+def _name_joints(motions: SmallMotions, words: list[str], J: Array, axis: Array | None, strained: BoolArray) -> None:
     """Call motions of joints, of coordinates J (n_u, m), so where nothing spins; in a spin they flap and lag."""
     if axis is not None or not J.shape[1]:
         return
@@ -126,7 +121,7 @@ def _name_joints(
         words[k] = JOINT
 
 
-def elastic_coordinates(model: Model) -> NDArray[np.bool_]:
+def elastic_coordinates(model: Model) -> BoolArray:
     """(n_u,) which coordinates are amplitudes of shapes."""
     out = np.zeros(model.n_u, bool)
     for name, record in zip(model.system.order, body_records(model.table)[1:], strict=True):
@@ -156,7 +151,7 @@ def _name_rigid(model: Model, motions: SmallMotions, words: list[str]) -> None:
         words[k] = LIBRATIONS[int(np.argmax(turns[:, k]))]
 
 
-def _name_whole(motions: SmallMotions, words: list[str], fields: Array, there: NDArray[np.bool_]) -> None:
+def _name_whole(motions: SmallMotions, words: list[str], fields: Array, there: BoolArray) -> None:
     """Call motions of the whole craft by the rigid motion that is most of them.
 
     Effectors with states resist them, or wheels turn them about (nutation of a craft that is free to turn).
@@ -209,7 +204,7 @@ def _inertia_points(body: FlexibleBody) -> Array:
     return np.concatenate([centre + arms, centre - arms])
 
 
-def _slice_shares(points: Array, motion: Complex, axis: Array | None) -> Array:
+def _slice_shares(points: Array, motion: ComplexArray, axis: Array | None) -> Array:
     """Mean square (n, 5) of the motion (n, p, 3) of a body's points in each of the ways."""
     centred = points - points.mean(axis=0)
     line = np.linalg.svd(centred, full_matrices=False)[2][0] if len(points) > 1 else np.eye(3)[0]
@@ -230,7 +225,7 @@ def _slice_shares(points: Array, motion: Complex, axis: Array | None) -> Array:
     return out / len(points)
 
 
-def _mean_squares(u: Complex, arm: Array, line: Array, flap: Array) -> list[Array]:
+def _mean_squares(u: ComplexArray, arm: Array, line: Array, flap: Array) -> list[Array]:
     """Mean square (n,) of the motion u (n, p, 3) of one slice: WAYS in turn."""
     mean = u.mean(axis=1)
     size = np.sum(np.abs(mean) ** 2, axis=1)

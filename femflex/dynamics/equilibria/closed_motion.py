@@ -7,17 +7,15 @@ is the part of the largest below which a row does (`slack_of_loops`).
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.dynamics.lowering.ties import slack_of
 from femflex.system import System
-
-Array = NDArray[np.float64]
 
 DEPENDENT = 1e-9  # of the largest, below which a row of A follows from others
 
 
-def independent_coordinates(A: Array, sizes: Array, slack: float) -> tuple[NDArray[np.int64], Array]:
+def independent_coordinates(A: Array, sizes: Array, slack: float) -> tuple[IntArray, Array]:
     """Freedoms that the others follow, and Z (n, m) of dxi = Z dxi_independent with A Z = 0.
 
     Those that A (n_rows, n) moves most, measured in usual sizes (n,), are made to follow.

@@ -13,16 +13,14 @@ slowly, and more where they come in time with a mode.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh
 
+from femflex.arrays import Array, IntArray
 from femflex.dynamics.equilibria.closed_motion import least_multipliers, slack_of_loops
 from femflex.dynamics.equilibria.linearised import free_directions, held_freedoms, linearised
 from femflex.dynamics.joints.held_places import held_places
 from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.model import Model
-
-Array = NDArray[np.float64]
 
 DAMPED = 0.99  # of critical: modes damped more than that are taken to be so, for their answer hardly swings either
 
@@ -95,7 +93,7 @@ def modal_response(
     return y, rate
 
 
-def elastic_places(model: Model) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def elastic_places(model: Model) -> tuple[IntArray, IntArray]:
     """Places in q and in u of the elastic coordinates of all bodies."""
     records = body_records(model.table)[1:]
     counted = [(np.arange(int(r["n"])) + int(r["qe"]), np.arange(int(r["n"])) + int(r["ue"])) for r in records]

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, ComplexArray
 from femflex.dynamics.equilibria.balance import BALANCED, Balance, balance, finely_balanced
 from femflex.dynamics.equilibria.frequency import damped
 from femflex.dynamics.equilibria.small_motions import SmallMotions, small_motions
@@ -23,8 +23,6 @@ from femflex.dynamics.equilibria.steady import Steady, steady
 from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.model import Model, compile_system
 from femflex.system import System
-
-Array = NDArray[np.float64]
 
 FIRST, LEAST = 0.25, 1e-4  # share of the outer forces added in a step of the continuation
 UNMOVED = (
@@ -76,7 +74,7 @@ class Equilibrium:
         return small_motions(model, resting_state(self.model, self.x, model), self.directions)
 
     @property
-    def eigenvalues(self) -> NDArray[np.complex128]:
+    def eigenvalues(self) -> ComplexArray:
         """Of the small motions with damping [1/s], drift and neutral ones apart; empty when none was found."""
         return self.motions.spectrum if self.share == 1.0 else np.zeros(0, complex)
 

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.dynamics.joints.law_report import law_places
 from femflex.dynamics.lowering.layout import body_records
 from femflex.system import Law, System
@@ -15,7 +15,6 @@ from femflex.system import Law, System
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
 
-Array = NDArray[np.float64]
 
 MANY = 100  # coordinates; beyond, the largest eigenvalue is found by Arnoldi's method, without the matrix
 STEP = 1e-6  # of the difference quotient, times a unit of the coordinate

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.dynamics.model import Model
-
-Array = NDArray[np.float64]
 
 
 def advanced(model: Model, q: Array, increment: Array) -> Array:

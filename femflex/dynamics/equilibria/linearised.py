@@ -11,8 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, BoolArray, ComplexArray, IntArray
 from femflex.body import FlexibleBody, StrainTensors
 from femflex.dynamics.equilibria.closed_motion import (
     independent_coordinates,
@@ -27,8 +27,6 @@ from femflex.dynamics.joints.law_report import latch_places
 from femflex.dynamics.lowering.layout import BALL_NONE, body_records
 from femflex.dynamics.model import Model
 from femflex.system import System
-
-Array = NDArray[np.float64]
 
 STEP = 1e-5  # of a coordinate's usual size: error of central differences h^2 ~ 1e-10, rounding eps / h ~ 1e-11
 NARROW = 5  # steps along coordinates, the last 1e-13 of that size: laws of 1e-9 of it have their own stiffness
@@ -58,7 +56,7 @@ class Linearised:
         upper = np.hstack([self.W, np.eye(n), np.zeros_like(z.R)])
         return np.vstack([upper, lower, np.hstack([z.F_x, z.F_u, z.F_z])])
 
-    def eigenvalues(self) -> NDArray[np.complex128]:
+    def eigenvalues(self) -> ComplexArray:
         """Eigenvalues (2 n + m,) of the state matrix [1/s], by rising size."""
         found = np.asarray(np.linalg.eigvals(self.state_matrix()), complex)
         return found[np.argsort(np.abs(found), kind="stable")]
@@ -97,7 +95,7 @@ def linearised(model: Model, t: float, x: Array, udot: Array | None = None) -> L
     return Linearised(M, D, K, turning(model, u)[np.ix_(own, own)], tuple(names[k] for k in own), states)
 
 
-def free_directions(model: Model, t: float, x: Array) -> tuple[NDArray[np.int64], Array]:
+def free_directions(model: Model, t: float, x: Array) -> tuple[IntArray, Array]:
     """Freedoms (m,) that are neither held nor follow others through loops, and how all move with them, (n_u, m)."""
     free = np.flatnonzero(~held_freedoms(model, x))
     Z = np.eye(model.n_u)[:, free]
@@ -109,7 +107,7 @@ def free_directions(model: Model, t: float, x: Array) -> tuple[NDArray[np.int64]
     return free[own], Z @ following
 
 
-def held_freedoms(model: Model, x: Array | None = None) -> NDArray[np.bool_]:
+def held_freedoms(model: Model, x: Array | None = None) -> BoolArray:
     """(n_u,): which freedoms are locked or prescribed, those that rigid latches lock in the state x included.
 
     x: (n_x,), the initial state when left out
@@ -160,7 +158,7 @@ def stiffness(model: Model, t: float, x: Array, udot: Array, lambdas: Array) -> 
     return K
 
 
-def nonlinear_bodies(model: Model) -> list[tuple[StrainTensors, NDArray[np.int64], NDArray[np.int64]]]:
+def nonlinear_bodies(model: Model) -> list[tuple[StrainTensors, IntArray, IntArray]]:
     """Strain tensors of bodies whose strain is not linear, and places (n,) of their coordinates in u and in q.
 
     None of bodies whose stiffness varies.
@@ -187,7 +185,7 @@ def cancelling(model: Model, t: float, x: Array, udot: Array) -> Array:
     return np.asarray((static + turning).max(initial=0.0) / sizes)
 
 
-def linear_stiffness(model: Model) -> tuple[Array, NDArray[np.int64]]:
+def linear_stiffness(model: Model) -> tuple[Array, IntArray]:
     """Stiffness (n_u, n_u) of shapes and of springs on slides and turns, and which coordinate each column multiplies.
 
     Columns of balls have no such coordinate (-1) and are zero.

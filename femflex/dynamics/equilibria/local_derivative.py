@@ -13,7 +13,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Array = NDArray[np.float64]
+from femflex.arrays import Array
 
 FALL = 0.01  # of a step to the one before
 STEPS = 8  # at most

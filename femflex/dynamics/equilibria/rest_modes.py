@@ -11,16 +11,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh
 
+from femflex.arrays import Array, BoolArray, IntArray
 from femflex.body import FlexibleBody, StrainTensors
 from femflex.dynamics.equilibria.linearised import free_directions, multipliers, stiffness
 from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.model import compile_system
 from femflex.system import Environment, Frame, LengthTable, System
-
-Array = NDArray[np.float64]
 
 ELASTIC = 0.01  # share of a motion's potential energy in the shapes of bodies, from which on it is an elastic mode
 CLOSE = 0.01  # relative distance within which two frequencies are a pair
@@ -37,10 +35,10 @@ class RestModes:
     """
 
     omega: Array
-    elastic: NDArray[np.bool_]
+    elastic: BoolArray
     shapes: Mapping[str, Array]
 
-    def lowest_elastic(self, count: int, band: float = 0.0) -> NDArray[np.int64]:
+    def lowest_elastic(self, count: int, band: float = 0.0) -> IntArray:
         """Numbers of the `count` lowest elastic modes, a close pair at the end whole, and of all below a band [Hz]."""
         found = np.flatnonzero(self.elastic)
         omega = self.omega[found]

@@ -17,15 +17,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, BoolArray, ComplexArray
 from femflex.dynamics.equilibria.body_motions import BodyMotion
 from femflex.dynamics.equilibria.linearised import held_freedoms
 from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.model import Model
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 FITS = 1e-6  # misfit, relative, up to which a field is one of rigid motion, or a solution of the linear equations
 WITHIN = 1e-3  # part of a neutral direction outside of those known before that makes it one more
@@ -44,7 +41,7 @@ class KnownMotion:
     name: str
     eigenvalue: complex
     drifts: bool
-    shape: Complex
+    shape: ComplexArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +60,7 @@ class KnownMotions:
     neutral: Array
 
 
-def rigid_fields(model: Model, bodies: Mapping[str, BodyMotion], triad: Array) -> tuple[Array, NDArray[np.bool_]]:
+def rigid_fields(model: Model, bodies: Mapping[str, BodyMotion], triad: Array) -> tuple[Array, BoolArray]:
     """Increments (n_u, 6) that move the whole craft along and about the axes of a triad (3, 3), and which exist (6,).
 
     Turns are about the origin of the base frame. Only joints to the base frame move, none of them where it is locked

@@ -16,16 +16,13 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, BoolArray, ComplexArray, IntArray
 from femflex.dynamics.equilibria.body_motions import BodyMotion, body_motions
 from femflex.dynamics.equilibria.linearised import frame_rate, free_directions, linearised, usual_sizes
 from femflex.dynamics.equilibria.rigid_motions import KnownMotion, KnownMotions, known_motions
 from femflex.dynamics.equilibria.states import StateEquations, moving_states
 from femflex.dynamics.model import Model
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 ROUNDING = 1e-11  # of the stiffness that differences of forces lose: eps over their step
 GROWING = 1e-8  # real part over the larger of |eigenvalue| and the frame's rate; differences of forces leave 1e-10
@@ -54,9 +51,9 @@ class SmallMotions:
     thresholds  (n,) real part [1/s] above which a motion grows; spectrum_thresholds (m,) likewise
     """
 
-    eigenvalues: Complex
-    shapes: Complex
-    spectrum: Complex
+    eigenvalues: ComplexArray
+    shapes: ComplexArray
+    spectrum: ComplexArray
     known: tuple[KnownMotion, ...]
     M: Array
     rate: float
@@ -87,7 +84,7 @@ class SmallMotions:
         return np.asarray(-self.eigenvalues.real / np.where(size > 0, size, 1.0))
 
     @property
-    def growing(self) -> NDArray[np.bool_]:
+    def growing(self) -> BoolArray:
         """(n,) which motions grow."""
         return np.asarray(self.eigenvalues.real > self.thresholds)
 
@@ -97,12 +94,12 @@ class SmallMotions:
         return float(self.spectrum.real.max(initial=0.0))
 
 
-def growth_threshold(eigenvalues: Complex, rate: float) -> Array:
+def growth_threshold(eigenvalues: ComplexArray, rate: float) -> Array:
     """Real part [1/s] above which each of the eigenvalues (n,) grows; below it may be rounding."""
     return np.asarray(GROWING * np.maximum(np.abs(eigenvalues), rate))
 
 
-def _lost(values: Complex, shapes: Complex, K: Array) -> Array:
+def _lost(values: ComplexArray, shapes: ComplexArray, K: Array) -> Array:
     """Real part [1/s] that each of the eigenvalues (n,) may owe to rounding of the stiffness K (n_u, n_u).
 
     Of a motion of unit mass that rounding is ROUNDING times the energies of its coordinates, each alone: much for a
@@ -154,7 +151,7 @@ def small_motions(model: Model, x: Array, neutral: Array) -> SmallMotions:
     )
 
 
-def spectrum(M: Array, D: Array, K: Array) -> Complex:
+def spectrum(M: Array, D: Array, K: Array) -> ComplexArray:
     """Eigenvalues (2 n,) [1/s] of M dxi'' + D dxi' + K dxi = 0 by rising size, known motions and all."""
     modal = _Modal.of(M, D, K, StateEquations.none(len(M)), np.zeros(0))
     values = np.asarray(np.linalg.eigvals(modal.A), complex)
@@ -207,11 +204,11 @@ class _Modal:
     def _whole(self, y: Array, rate: Array) -> Array:
         return np.vstack([y, rate, np.zeros((len(self.names), y.shape[1]))])
 
-    def shapes(self, states: Complex) -> Complex:
+    def shapes(self, states: ComplexArray) -> ComplexArray:
         """Increments (n, k) of the coordinates in states (2 n + m, k)."""
         return np.asarray(self.phi @ states[: len(self.s)])
 
-    def known_states(self, known: KnownMotions, own: NDArray[np.int64]) -> Array:
+    def known_states(self, known: KnownMotions, own: IntArray) -> Array:
         """Orthonormal states (2 n + m, k) that span the known motions."""
         if not known.motions:
             return np.zeros((len(self.A), 0))
@@ -271,7 +268,7 @@ class _Modal:
             R = np.hstack([R, more])
         return found
 
-    def named(self, state: Array, motions: tuple[KnownMotion, ...], own: NDArray[np.int64]) -> str:
+    def named(self, state: Array, motions: tuple[KnownMotion, ...], own: IntArray) -> str:
         """The motion that the coordinates of a state (2 n + m,) make, or the effector state that is most of it."""
         n, y = len(self.s), state[: len(self.s)]
         for one in motions:
@@ -282,7 +279,7 @@ class _Modal:
 
 
 def known_with_states(
-    modal: _Modal, R: Array, motions: tuple[KnownMotion, ...], own: NDArray[np.int64], Z: Array
+    modal: _Modal, R: Array, motions: tuple[KnownMotion, ...], own: IntArray, Z: Array
 ) -> tuple[Array, tuple[KnownMotion, ...]]:
     """The states (2 n + m, k) of known motions of a craft whose effectors have states, and these motions.
 
@@ -304,7 +301,7 @@ def known_with_states(
     return np.hstack([R, *steps]), tuple(kept)
 
 
-def _eigen(modal: _Modal, R: Array) -> tuple[Complex, Complex, list[str]]:
+def _eigen(modal: _Modal, R: Array) -> tuple[ComplexArray, ComplexArray, list[str]]:
     """Eigenvalues (k,) and states (2 n + m, k) of all motions but those of the invariant space R, and their owners.
 
     A motion is that of states of effectors where these take more than half of the participation: |left right|.
@@ -328,7 +325,7 @@ def _eigen(modal: _Modal, R: Array) -> tuple[Complex, Complex, list[str]]:
     return values, states, owners
 
 
-def _one_of_each(values: Complex, every: bool) -> NDArray[np.int64]:
+def _one_of_each(values: ComplexArray, every: bool) -> IntArray:
     """Places of the eigenvalues that stand for a motion each, by rising frequency, those that grow first.
 
     every: real ones stand for a motion each, as those of filters and lags do.
@@ -339,7 +336,7 @@ def _one_of_each(values: Complex, every: bool) -> NDArray[np.int64]:
     return np.asarray(chosen[np.lexsort((-values[chosen].real, values[chosen].imag))])
 
 
-def _spread(A: Array, own: NDArray[np.int64], n: int) -> Array:
+def _spread(A: Array, own: IntArray, n: int) -> Array:
     """A matrix over the independent coordinates as one over all (n, n), zero for the others."""
     out = np.zeros((n, n))
     out[np.ix_(own, own)] = A

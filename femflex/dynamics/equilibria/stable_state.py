@@ -7,13 +7,11 @@ directions resist, away from where the potential is level where one gives way, a
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.dynamics.equilibria.balance import relaxed, stiff_answers, unbalanced_forces
 from femflex.dynamics.equilibria.increments import advanced
 from femflex.dynamics.equilibria.steady import Steady
-
-Array = NDArray[np.float64]
 
 FIRST = 0.02  # step off the unstable equilibrium over usual sizes
 LONGEST = 0.1  # of the others: a buckled column is a radian away, and may have other equilibria beyond

@@ -10,14 +10,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.dynamics.equilibria.increments import advanced
 from femflex.dynamics.equilibria.local_derivative import along, local_derivative
 from femflex.dynamics.model import Model
 from femflex.system import Effector, System
-
-Array = NDArray[np.float64]
 
 STEP = 1e-4  # of a state's size, and the first of some that fall: error of central differences 1e-8 at first
 PLACE = 1e-5  # of a coordinate's size or of the fastest rate, likewise

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, BoolArray, IntArray
 from femflex.dynamics.equilibria.closed_motion import closing_directions, slack_of_loops
 from femflex.dynamics.equilibria.coasting import controlled_rotors, with_coasting_rotors
 from femflex.dynamics.equilibria.frozen import frozen_system, without_damping
@@ -22,8 +22,6 @@ from femflex.dynamics.equilibria.states import moving_states, settled_states, st
 from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.model import Model, compile_system
 from femflex.system import Effector, Environment, Frame, System
-
-Array = NDArray[np.float64]
 
 SLACK = 1e-12  # of the largest: stiffness of a direction that neither shapes nor springs resist
 TIMES = 0.0, 12345.678  # s, of no common period
@@ -46,8 +44,8 @@ class Steady:
     full: Model
     inner: Model
     sizes: Array
-    elastic: NDArray[np.bool_]
-    held: NDArray[np.bool_]
+    elastic: BoolArray
+    held: BoolArray
 
     def forces(self, q: Array) -> tuple[Array, Array]:
         """Inner and outer generalised forces h - Q (n_u,) at the coordinates q, times the sizes [J]."""
@@ -90,7 +88,7 @@ class Steady:
         return slack_of_loops(self.full.system)
 
     @cached_property
-    def own_stiffness(self) -> tuple[Array, NDArray[np.int64]]:
+    def own_stiffness(self) -> tuple[Array, IntArray]:
         """Stiffness of shapes and springs on slides and turns, and the coordinates it multiplies."""
         return linear_stiffness(self.full)
 

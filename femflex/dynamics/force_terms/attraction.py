@@ -21,6 +21,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.arrays import Array, Record, Table
 from femflex.body.mass_points import MassPoints, points_of_moments
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.entries import entry
@@ -58,10 +59,6 @@ from femflex.dynamics.lowering.unit_block import WORKED
 from femflex.system import MovingPoints, System
 from femflex.system.attraction import is_integrated, moving_points_of
 from femflex.system.length_table import HEAD
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
-Record = np.void
 
 ITEM = np.dtype([(name, "i8") for name in ("kind", "bodies", "n_bodies", "data")])  # data: pool, J2 R_e^2
 GROUP = np.dtype([(name, "i8") for name in ("body", "n", "points", "shapes", "bends", "along")])

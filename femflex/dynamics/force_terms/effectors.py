@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Record, Table
 from femflex.dynamics.arithmetic.entries import entry
 from femflex.dynamics.arithmetic.vectors import dot, load3
 from femflex.dynamics.effectors.acting import N_ACCOUNTS
@@ -28,10 +26,6 @@ from femflex.dynamics.reports.observe import origin
 from femflex.system import Channel, Controller, Effector, System
 from femflex.system.effector import ACCOUNTS
 from femflex.system.evaluation import evaluation_order
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
-Record = np.void
 
 XYZ = ("x", "y", "z")
 NEVER = 1e300  # s, the first sample of a controller that is switched off

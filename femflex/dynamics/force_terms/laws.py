@@ -10,8 +10,8 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, Record, Table
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.entries import entry
 from femflex.dynamics.arithmetic.lanes import beyond
@@ -24,10 +24,6 @@ from femflex.dynamics.lowering.layout import ENERGY_SPRING, W_RESIST, W_TAU, bod
 from femflex.dynamics.lowering.pool import Pool, Scratch
 from femflex.system import Channel, Joint, Latch, Law, System
 from femflex.system.law import CONTACT, DAMPER, FRICTION, LATCHED, SPRING
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
-Record = np.void
 
 LAW = np.dtype(
     [

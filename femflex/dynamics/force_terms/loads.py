@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.arrays import Array, Record, Table
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.entries import entry
 from femflex.dynamics.arithmetic.section_turns import section_slope, section_vector
@@ -46,10 +47,6 @@ from femflex.dynamics.lowering.layout import (
 )
 from femflex.dynamics.lowering.pool import Pool, Scratch, put_marker
 from femflex.system import Channel, Load, System
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
-Record = np.void
 
 LOAD = np.dtype(
     [

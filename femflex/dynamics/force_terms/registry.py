@@ -11,12 +11,12 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.dynamics.arithmetic.entries import Entry
 from femflex.dynamics.lowering.layout import ENERGY_EFFECTOR, TERM
 from femflex.dynamics.lowering.pool import Pool, Scratch
 from femflex.system import Channel, System
 
-Array = NDArray[np.float64]
 Records = NDArray[np.void]
 
 

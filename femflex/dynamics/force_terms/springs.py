@@ -6,8 +6,8 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, Record, Table
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.entries import entry
 from femflex.dynamics.arithmetic.vectors import (
@@ -41,10 +41,6 @@ from femflex.dynamics.lowering.pool import Pool, Scratch
 from femflex.dynamics.lowering.tie_layout import ENDS
 from femflex.dynamics.lowering.ties import lower_ends
 from femflex.system import Channel, System
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
-Record = np.void
 
 SPRING = np.dtype([(name, "i8") for name in (*ENDS, "data")])  # pool: stiffness, damping, free length
 N_SPRING = len(SPRING.names or ())

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Table
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.turns import axis_turn
 from femflex.dynamics.arithmetic.vectors import (
@@ -33,9 +31,6 @@ from femflex.dynamics.lowering.layout import (
     body_of,
     header_of,
 )
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
 
 KEPLER_STEPS = 30  # Newton steps at most; from E = M + e sin M + ... ten are enough below e = 0.99
 

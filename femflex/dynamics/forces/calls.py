@@ -18,15 +18,10 @@ behind `z` of the header in the work array.
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Table
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.entries import INTEGER, INTEGERS, NOTHING, NUMBERS, REAL, caller
 from femflex.dynamics.lowering.layout import W_RESIST, body_of, header_of, term_of
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
 
 _OWN = (INTEGERS, NUMBERS, NUMBERS)  # table, pool, work
 APPLY = NOTHING(REAL, NUMBERS, NUMBERS, INTEGER, INTEGER, INTEGER, *_OWN)

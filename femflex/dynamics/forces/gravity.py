@@ -7,9 +7,7 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Record, Table
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.vectors import (
     ZERO,
@@ -26,10 +24,6 @@ from femflex.dynamics.arithmetic.vectors import (
     turn_back,
 )
 from femflex.dynamics.lowering.layout import ORBIT_FREE, ORBIT_NONE, W_CIN, W_POS, W_Q, W_S, body_of, header_of
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
-Record = np.void
 
 NO_GRADIENT: Matrix = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 

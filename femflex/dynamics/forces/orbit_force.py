@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from femflex.arrays import Array
 from femflex.system import Channel, Effector, Load, System
-
-Array = NDArray[np.float64]
 
 PATH = "orbit/force"
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Record
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.lanes import lane, put
 from femflex.dynamics.arithmetic.vectors import Matrix, Vector, add, cross, dot, load3, store_lane, sub, turn_back
@@ -12,9 +10,6 @@ from femflex.dynamics.bodies.shapes import combined, rows3
 from femflex.dynamics.lowering.layout import VARIES, W_P
 from femflex.dynamics.lowering.unit_block import WORKED
 from femflex.system.variation import PLACE
-
-Array = NDArray[np.float64]
-Record = np.void
 
 
 @inner

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Record, Table
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.pairs import nothing_pair, put_pair
 from femflex.dynamics.arithmetic.vectors import ZERO
@@ -14,10 +12,6 @@ from femflex.dynamics.forces.calls import apply_terms
 from femflex.dynamics.forces.gravity import find_center_of_mass, gravity_field, local_field
 from femflex.dynamics.joints.forces import write_spring_forces
 from femflex.dynamics.lowering.layout import ORBIT_NONE, W_BIAS, W_TAU, body_of, header_of
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
-Record = np.void
 
 
 @inner

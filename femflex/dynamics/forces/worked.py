@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Table
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.lowering.layout import body_of, header_of
 from femflex.dynamics.lowering.unit_block import WORKED
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
 
 
 @inner

@@ -8,9 +8,7 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Record
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.turns import (
     angle_rates,
@@ -26,9 +24,6 @@ from femflex.dynamics.arithmetic.turns import (
 )
 from femflex.dynamics.arithmetic.vectors import Matrix, Vector, dot, load3, load4, product, scale, store3, store4, sub
 from femflex.dynamics.lowering.layout import BALL_EXTRINSIC, BALL_MODIFIED, BALL_RODRIGUES
-
-Array = NDArray[np.float64]
-Record = np.void
 
 
 @inner

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, IntArray
 from femflex.dynamics.lowering.layout import W_NEAR, body_records
 from femflex.rotations import (
     EULER_PARAMETERS,
@@ -17,8 +15,6 @@ from femflex.rotations import (
 )
 from femflex.system import Channel, Joint, System
 from femflex.system.ball import ball_names
-
-Array = NDArray[np.float64]
 
 
 def balls(system: System) -> Iterator[tuple[Joint, str, int]]:
@@ -31,7 +27,7 @@ def balls(system: System) -> Iterator[tuple[Joint, str, int]]:
         at += joint.n_q + system.bodies[name].n_modes
 
 
-def singularity_notes(system: System, table: NDArray[np.int64]) -> dict[str, int]:
+def singularity_notes(system: System, table: IntArray) -> dict[str, int]:
     """Where in the work array the steps note how near a ball came to its singularity, and when, by its channel."""
     blocks = {name: int(b["work"]) + W_NEAR for name, b in zip(system.order, body_records(table)[1:], strict=True)}
     return {f"joints/{joint.label}/singularity": blocks[joint.child] for joint, _, _ in balls(system)}

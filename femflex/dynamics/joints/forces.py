@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Record
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.turns import vector_of, vector_tangent
 from femflex.dynamics.arithmetic.vectors import load9, solve3
 from femflex.dynamics.lowering.layout import BALL_NONE, W_CPQ, W_TAU
-
-Array = NDArray[np.float64]
-Record = np.void
 
 
 @inner

@@ -4,13 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array
 from femflex.system import Channel, Joint, System
 from femflex.system.turning import can_lock, lock_angle
-
-Array = NDArray[np.float64]
 
 
 def lockable(system: System) -> Iterator[tuple[Joint, int]]:

@@ -7,19 +7,13 @@ is what the hinge's wrench does along the freedom, less springs and other laws o
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Record, Table
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.lanes import beyond, last, plus, with_last
 from femflex.dynamics.arithmetic.pairs import dot_pair, pair, put_pair
 from femflex.dynamics.arithmetic.profiles import profile_at
 from femflex.dynamics.arithmetic.spatial import pulled, six_rows
 from femflex.dynamics.lowering.layout import W_ACC, W_BIAS, W_H, W_M, W_PIVOT, W_TAU, W_U, body_of, header_of, hold_of
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
-Record = np.void
 
 
 @inner

@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array
 from femflex.system import Joint, System
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
-
-Array = NDArray[np.float64]
 
 
 def held_freedoms(joint: Joint) -> list[int]:

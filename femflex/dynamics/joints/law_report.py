@@ -6,15 +6,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.system import Channel, Effector, Joint, Latch, Law, System
 from femflex.system.freedoms import OPEN
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
 
-Array = NDArray[np.float64]
 
 FORCES = {"m/s": "N", "rad/s": "N m"}
 

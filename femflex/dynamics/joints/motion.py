@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Record
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.lanes import last, plus, reciprocal, with_last
 from femflex.dynamics.arithmetic.pairs import dot_pair, pair, put_pair
 from femflex.dynamics.arithmetic.spatial import free_motion, less_outer, pulled, put_six_rows, six_rows, with_bias
 from femflex.dynamics.arithmetic.vectors import dot, load3, scale, store_lane, sub
 from femflex.dynamics.lowering.layout import W_ACC, W_BIAS, W_H, W_M, W_PIVOT, W_RESIST, W_TAU, W_U
-
-Array = NDArray[np.float64]
-Record = np.void
 
 
 @inner

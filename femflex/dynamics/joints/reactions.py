@@ -8,15 +8,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.dynamics.lowering.layout import W_CIN, W_P, body_records
 from femflex.system import Channel, Joint, System
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
 
-Array = NDArray[np.float64]
 
 XYZ = ("x", "y", "z")
 

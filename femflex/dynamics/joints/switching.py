@@ -8,9 +8,7 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Record, Table
 from femflex.dynamics.arithmetic.compiled import inner, kernel
 from femflex.dynamics.arithmetic.lanes import start
 from femflex.dynamics.arithmetic.symbols import types
@@ -19,10 +17,6 @@ from femflex.dynamics.arithmetic.vectors import ZERO, dot, load3, load4, product
 from femflex.dynamics.joints.ball import intrinsic_angles, own_turn
 from femflex.dynamics.lowering.layout import BALL_MODIFIED, BALL_QUATERNION, BALL_RODRIGUES, W_NEAR, body_of, header_of
 from femflex.system.ball import NEAR
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
-Record = np.void
 
 _vector = types.float64[::1]
 SWITCH = types.int64(types.float64, _vector, types.int64[::1], _vector, _vector)

@@ -6,15 +6,13 @@ from dataclasses import dataclass
 from weakref import WeakKeyDictionary
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.body import FlexibleBody
 from femflex.dynamics.arithmetic.lanes import padded
 from femflex.dynamics.lowering import layout as at
 from femflex.dynamics.lowering.pool import Piece, Pool, Scratch
 from femflex.system.variation import COLUMNS, strain_table
-
-Array = NDArray[np.float64]
 
 ROUNDING = 1e-12  # relative; an elastic mass or stiffness closer than this to its diagonal counts as diagonal
 

@@ -5,14 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.body import Marker
 from femflex.dynamics.lowering import layout as at
 from femflex.dynamics.lowering.pool import Pool, Scratch, put_marker
 from femflex.rotations import EULER_PARAMETERS, MODIFIED, NAMED_SEQUENCES, RODRIGUES, is_extrinsic, letters_of
 from femflex.system import Joint, System
 from femflex.system.freedoms import OPEN
-
-Array = NDArray[np.float64]
 
 ROUNDING = 1e-12  # slides closer than this to orthonormal count as such
 

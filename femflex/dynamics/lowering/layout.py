@@ -19,11 +19,10 @@ import numba.np.numpy_support
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.arrays import Table
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.pointers import address
 from femflex.dynamics.arithmetic.symbols import INTEGER, extending, types
-
-Table = NDArray[np.int64]
 
 HEADER = np.dtype(
     [

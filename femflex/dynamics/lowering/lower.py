@@ -8,6 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.arrays import Array, Table
 from femflex.dynamics.lowering import layout as at
 from femflex.dynamics.lowering.bodies import lower_body
 from femflex.dynamics.lowering.joints import axis_numbers, lower_holds, lower_joint, lower_markers
@@ -15,9 +16,6 @@ from femflex.dynamics.lowering.pool import Pool, Scratch, length_of, put_marker
 from femflex.dynamics.lowering.ties import lower_constraints
 from femflex.dynamics.lowering.variation import lower_variation
 from femflex.system import System
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
 
 FRAME_CODES = {"inertial": at.FRAME_INERTIAL, "orbital": at.FRAME_ORBITAL, "spinning": at.FRAME_SPINNING}
 N_ACCOUNT = 9  # numbers of the header's account

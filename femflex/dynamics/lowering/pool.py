@@ -8,12 +8,11 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.body import Marker
 from femflex.dynamics.arithmetic.lanes import padded
 from femflex.dynamics.lowering.layout import BENDS, STAYS, TURNS, VARIES
 from femflex.system import System
-
-Array = NDArray[np.float64]
 
 
 def aligned(size: int) -> Array:
@@ -91,7 +90,7 @@ class Scratch:
         return start
 
 
-def length_of(parts: list[NDArray[np.void] | NDArray[np.int64]]) -> int:
+def length_of(parts: list[NDArray[np.void] | IntArray]) -> int:
     """Number of integers in arrays of records or integers."""
     return sum(part.nbytes // 8 for part in parts)
 

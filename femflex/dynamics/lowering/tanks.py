@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array
 from femflex.dynamics.arithmetic.entries import USER, Entry, entry
-
-Array = NDArray[np.float64]
 
 
 @entry(USER)

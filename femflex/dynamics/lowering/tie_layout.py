@@ -9,10 +9,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.arrays import Table
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.lowering.layout import HEADER, N_HEADER, header_of, record_reader
-
-Table = NDArray[np.int64]
 
 CLOSING = np.dtype(
     [

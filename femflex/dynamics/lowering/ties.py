@@ -10,7 +10,6 @@ from femflex.dynamics.lowering import tie_layout as at
 from femflex.dynamics.lowering.pool import Pool, Scratch, put_marker
 from femflex.system import Joint, Nonholonomic, System, closure
 
-Array = NDArray[np.float64]
 Ends = tuple[tuple[str | None, str], tuple[str | None, str]]  # body and marker of P, of Q
 
 CLOSED = 1e-13  # position residual to which every step is brought back, relative to the size of the bodies

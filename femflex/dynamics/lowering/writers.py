@@ -8,15 +8,12 @@ from typing import Any
 
 import numba
 import numba.core.errors
-import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.dynamics.arithmetic.by_length import write_by_length
 from femflex.dynamics.arithmetic.entries import USER, known
 from femflex.dynamics.lowering.tanks import writer
 from femflex.system.length_table import LengthTable
-
-Array = NDArray[np.float64]
 
 _numba: Any = numba  # its annotations do not cover what is used here
 _KNOWN: dict[

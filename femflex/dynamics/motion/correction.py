@@ -7,9 +7,7 @@ Compiled apart from `rate`, and only at the first request.
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Record, Table
 from femflex.dynamics.arithmetic.compiled import inner, kernel
 from femflex.dynamics.arithmetic.lanes import beyond, lane, nothing, put, start
 from femflex.dynamics.bodies.elastic import write_elastic_block, write_rows
@@ -22,10 +20,6 @@ from femflex.dynamics.motion.equations import place
 from femflex.dynamics.motion.recursion import accelerate, reduce_written
 from femflex.dynamics.motion.second_order import CORRECT
 from femflex.dynamics.motion.states import correct_states, take_states
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
-Record = np.void
 
 
 @inner

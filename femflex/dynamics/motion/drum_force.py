@@ -6,9 +6,7 @@ length stands at `unit`, laid out as the body's own; `off` leads from a place in
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Record, Table
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.turns import moving_vector_turn
 from femflex.dynamics.arithmetic.vectors import (
@@ -44,10 +42,6 @@ from femflex.dynamics.lowering.layout import (
     header_of,
 )
 from femflex.dynamics.lowering.unit_block import WORKED
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
-Record = np.void
 
 
 @inner

@@ -5,9 +5,7 @@ Every function here has one fixed signature over flat arrays, so that nothing is
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Table
 from femflex.dynamics.arithmetic.compiled import inner, kernel
 from femflex.dynamics.arithmetic.lanes import beyond, start
 from femflex.dynamics.arithmetic.symbols import types
@@ -20,9 +18,6 @@ from femflex.dynamics.joints.coordinates import coordinate_rates
 from femflex.dynamics.lowering.layout import body_of, header_of
 from femflex.dynamics.motion.kinematics import place_body
 from femflex.dynamics.motion.recursion import accelerate, reduce_to_root
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
 
 _vector = types.float64[::1]
 RATE = types.void(types.float64, _vector, _vector, types.int64[::1], _vector, _vector)

@@ -10,9 +10,7 @@ Compiled apart, and only at the first request.
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Table
 from femflex.dynamics.arithmetic.compiled import inner, kernel
 from femflex.dynamics.arithmetic.lanes import beyond, start
 from femflex.dynamics.lowering.layout import body_of, header_of
@@ -20,9 +18,6 @@ from femflex.dynamics.motion.correction import less_rates, resisted_acceleration
 from femflex.dynamics.motion.free_lengths import Z, solve_dense, write_needs, write_unit_blocks
 from femflex.dynamics.motion.second_order import CORRECT
 from femflex.dynamics.motion.states import take_states
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
 
 PART = 1e-6  # of the rate of a length, by which it is differenced
 SLOW = 1e-3  # of the length [1/s], added to its rate for this

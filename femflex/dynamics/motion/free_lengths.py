@@ -9,9 +9,7 @@ in these accelerations, so one trial for each and one more find them:
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Table
 from femflex.dynamics.arithmetic.by_length import write_block
 from femflex.dynamics.arithmetic.compiled import inner, kernel
 from femflex.dynamics.arithmetic.lanes import beyond, start
@@ -24,9 +22,6 @@ from femflex.dynamics.motion.equations import RATE
 from femflex.dynamics.motion.gathering import write_residual
 from femflex.dynamics.motion.led_equations import write_accelerations
 from femflex.dynamics.motion.states import take_states, write_state_rates
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
 
 SOURCE, Z, SLOT, PICKUP, DRUM_MASS = 7, 8, 9, 10, 11  # of the numbers of a LengthTable
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Record, Table
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.formula import formula
 from femflex.dynamics.arithmetic.lanes import lane, nothing, plus, put, totals
@@ -31,10 +29,6 @@ from femflex.dynamics.lowering.layout import W_ACC, W_BIAS, W_CIN, W_CIP, W_H, W
 from femflex.dynamics.motion.equations import place
 from femflex.dynamics.motion.recursion import accelerate, carry_acceleration, reduce_to_root
 from femflex.dynamics.motion.states import take_states
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
-Record = np.void
 
 
 @inner

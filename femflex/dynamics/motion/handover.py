@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Record
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.lanes import lane, put
 from femflex.dynamics.arithmetic.pairs import add_pair, at_origin
@@ -12,9 +10,6 @@ from femflex.dynamics.arithmetic.spatial import Rows, add_rows, shifted_rows, tu
 from femflex.dynamics.arithmetic.vectors import Vector, load3
 from femflex.dynamics.bodies.columns import along, six_lanes
 from femflex.dynamics.lowering.layout import W_CIP, W_M, W_R
-
-Array = NDArray[np.float64]
-Record = np.void
 
 
 @inner

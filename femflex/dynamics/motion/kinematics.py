@@ -7,9 +7,7 @@ accelerations are those with udot = 0 and a parent that does not accelerate; wha
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Record
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.turns import axis_turn, quaternion_turn
 from femflex.dynamics.arithmetic.vectors import (
@@ -51,9 +49,6 @@ from femflex.dynamics.lowering.layout import (
     W_R,
     W_VEL,
 )
-
-Array = NDArray[np.float64]
-Record = np.void
 
 
 @inner

@@ -5,9 +5,7 @@ Compiled apart from `rate`, and only for such models: the others keep their spee
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Table
 from femflex.dynamics.arithmetic.compiled import inner, kernel
 from femflex.dynamics.arithmetic.lanes import beyond, start
 from femflex.dynamics.forces.system import write_forces
@@ -17,9 +15,6 @@ from femflex.dynamics.lowering.layout import body_of, header_of
 from femflex.dynamics.motion.equations import RATE, place
 from femflex.dynamics.motion.recursion import accelerate, reduce_to_root
 from femflex.dynamics.motion.states import take_states, write_state_rates
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
 
 
 @inner

@@ -7,9 +7,7 @@ integrators, where the modal stiffness only changes the elastic block.
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Record, Table
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.pairs import first3
 from femflex.dynamics.arithmetic.vectors import ZERO, add, cross, load3, load_rows, store_lane, turn
@@ -25,10 +23,6 @@ from femflex.dynamics.joints.held import accelerate_held, keep_held_columns
 from femflex.dynamics.joints.motion import accelerate_joint, eliminate_joint, release_root
 from femflex.dynamics.lowering.layout import W_ACC, W_CIP, W_R, body_of, header_of
 from femflex.dynamics.motion.handover import hand_to_parent
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
-Record = np.void
 
 
 @inner

@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Table
 from femflex.dynamics.arithmetic.compiled import kernel
 from femflex.dynamics.arithmetic.lanes import start
 from femflex.dynamics.motion.gathering import write_residual, write_solution
 from femflex.dynamics.motion.second_order import RESIDUAL, SOLVE
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
 
 
 @kernel(RESIDUAL)

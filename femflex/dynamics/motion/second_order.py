@@ -10,17 +10,12 @@ whose own numbers are the first n_u. Outputs are (n_u,), those of CORRECT (n_u +
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Table
 from femflex.dynamics.arithmetic.compiled import kernel
 from femflex.dynamics.arithmetic.lanes import start
 from femflex.dynamics.arithmetic.symbols import types
 from femflex.dynamics.joints.coordinates import advance_coordinates, coordinate_rates
 from femflex.dynamics.lowering.layout import body_of, header_of
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
 
 _vector = types.float64[::1]
 _own = (types.int64[::1], _vector, _vector)  # table, pool, work

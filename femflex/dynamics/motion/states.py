@@ -6,17 +6,12 @@ array whenever forces are written.
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Table
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.lanes import beyond
 from femflex.dynamics.forces.calls import apply_terms, call_relax
 from femflex.dynamics.lowering.layout import header_of, term_of
 from femflex.dynamics.motion.equations import place
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
 
 
 @inner

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.dynamics.reports.marker_motion import marker_motion
 from femflex.system import Channel, System
-
-Array = NDArray[np.float64]
 
 TOUCHING = ("rolling_disc", "knife_edge")
 

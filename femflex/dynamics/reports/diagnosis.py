@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.dynamics.constraints.conflicts import violated_text as told_unheld
 from femflex.dynamics.constraints.discs import flat_disc_text
 from femflex.dynamics.constraints.reach import end_of_reach_text
@@ -18,7 +18,6 @@ from femflex.system.turning import lock_angle, locked
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
 
-Array = NDArray[np.float64]
 
 AT_END = 1e-3  # of the stock, or of the first length: how near to its end a length explains that a run stops
 NEAR = 1e-2  # rad left to gimbal lock, or smallest part of a singular value at the start, that explains an end

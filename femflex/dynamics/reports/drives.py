@@ -6,8 +6,8 @@ Compiled apart from `rate`, and only for models that hold a freedom.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, Table
 from femflex.dynamics.arithmetic.compiled import inner, kernel
 from femflex.dynamics.arithmetic.lanes import beyond, start
 from femflex.dynamics.joints.held import held_state
@@ -15,9 +15,6 @@ from femflex.dynamics.lowering.layout import header_of
 from femflex.dynamics.motion.led_equations import write_accelerations
 from femflex.dynamics.motion.states import take_states
 from femflex.dynamics.reports.observe import OBSERVE
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
 
 
 @inner

@@ -13,8 +13,8 @@ moving material is stopped. F pushes the member out; at rest, -F is the tension 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.dynamics.reports.material import (
     BodyMotion,
     form,
@@ -26,8 +26,6 @@ from femflex.dynamics.reports.material import (
 )
 from femflex.system import Block, Channel, LengthTable, System
 from femflex.system.variation import COLUMNS
-
-Array = NDArray[np.float64]
 
 
 def lengths_of(system: System) -> dict[str, LengthTable]:

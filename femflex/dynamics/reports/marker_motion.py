@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.rotations import dcm_from_quaternion, dcm_from_vector
 from femflex.system import System
-
-Array = NDArray[np.float64]
 
 
 def marker_motion(

@@ -9,12 +9,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.dynamics.arithmetic.lanes import padded
 from femflex.system.variation import RATES
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,8 +12,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.dynamics.joints.held_places import held_places
 from femflex.dynamics.reports.monitors import ROW_KINETIC
 from femflex.dynamics.reports.observe import observe
@@ -22,7 +22,6 @@ from femflex.system import Channel, System
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
 
-Array = NDArray[np.float64]
 
 UNITS = {"rad/s": "kg m^2/s", "m/s": "kg m/s", "kg^1/2 m/s": "kg^1/2 m/s"}
 

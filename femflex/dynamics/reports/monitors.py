@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Record, Table
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.lanes import lane, nothing, plus, total
 from femflex.dynamics.arithmetic.turns import angles_of, quaternion_of
@@ -47,10 +45,6 @@ from femflex.dynamics.lowering.layout import (
     body_of,
     header_of,
 )
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
-Record = np.void
 
 ROW_RADIUS, ROW_ANOMALY, ROW_ORBIT, ROW_ANGLES = 0, 1, 2, 6
 ROW_KINETIC, ROW_ELASTIC, ROW_SPRING, ROW_GRAVITY, ROW_ENERGY, ROW_JACOBI = 9, 10, 11, 12, 13, 14

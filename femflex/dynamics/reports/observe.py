@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Record, Table
 from femflex.dynamics.arithmetic.compiled import inner, kernel
 from femflex.dynamics.arithmetic.lanes import beyond, start
 from femflex.dynamics.arithmetic.symbols import types
@@ -38,10 +36,6 @@ from femflex.dynamics.reports.monitors import (
     observe_energies,
     shape_motion,
 )
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
-Record = np.void
 
 # one row: the fixed part (see monitors), then per body position 3, attitude 4, rate 3; per marker position 3,
 # velocity 3, deflection 3; then what every force term reports

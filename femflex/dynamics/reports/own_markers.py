@@ -9,8 +9,8 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.dynamics.lowering import tie_layout as at
 from femflex.dynamics.lowering.layout import VARIES
 from femflex.dynamics.lowering.tie_layout import closing_record, constraint_records
@@ -20,7 +20,6 @@ from femflex.system import Effector, Joint, Nonholonomic
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
 
-Array = NDArray[np.float64]
 Rows = tuple[int, int, int]  # where a marker's place, phi and psi stand in the pool
 
 

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.dynamics.lowering.lower import reported_markers
 from femflex.rotations import dcm_from_quaternion, dcm_from_vector, quaternion_from_dcm
 from femflex.system import System
 from femflex.system.segments import marker_label
-
-Array = NDArray[np.float64]
 
 
 def observe_segmented(system: System, out: dict[str, Array]) -> None:

@@ -6,16 +6,15 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
+from femflex.dynamics.channels import row_length, row_places
 from femflex.dynamics.joints.held_places import specified_states
-from femflex.dynamics.reports.channels import row_length, row_places
 from femflex.dynamics.reports.observe import observe
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
 
-Array = NDArray[np.float64]
 
 STATES = ("q", "u", "z")
 

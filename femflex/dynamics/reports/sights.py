@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.dynamics.reports.marker_motion import marker_motion
 from femflex.rotations import dcm_from_quaternion
 from femflex.system import Channel, System
-
-Array = NDArray[np.float64]
 
 XYZ = ("x", "y", "z")
 

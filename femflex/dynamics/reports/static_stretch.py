@@ -10,8 +10,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.dynamics.lowering.layout import W_ACC, W_CIN, W_OMEGA, body_records
 from femflex.dynamics.lowering.lower import reported_markers
 from femflex.system import System
@@ -20,8 +20,6 @@ from femflex.system.ties import tie_places
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
-
-Array = NDArray[np.float64]
 
 
 def stretching_markers(system: System) -> list[tuple[str, str]]:

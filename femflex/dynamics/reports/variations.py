@@ -19,8 +19,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.dynamics.lowering.layout import (
     HEADER,
     N_HEADER,
@@ -47,8 +47,6 @@ from femflex.system.variation import COLUMNS, Block
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
-
-Array = NDArray[np.float64]
 
 
 def variation_channels(system: System) -> dict[str, Channel]:

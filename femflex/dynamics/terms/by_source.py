@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.dynamics.force_terms import force_terms
 from femflex.dynamics.joints.held_places import held_places
 from femflex.dynamics.lowering.layout import body_records
@@ -18,7 +18,6 @@ from femflex.system import System
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
 
-Array = NDArray[np.float64]
 
 # the ledger's rows in its order, with what they say; then come "drives/<held freedom>" and the items of force terms
 TERMS = {term.name: term.meaning for term in EQUATION_TERMS}

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Record, Table
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.lanes import beyond
 from femflex.dynamics.arithmetic.vectors import ZERO, store3
@@ -29,10 +27,6 @@ from femflex.dynamics.terms.rows import (
     SPRINGS,
     TRIAL,
 )
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
-Record = np.void
 
 
 @inner

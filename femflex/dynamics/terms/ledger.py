@@ -14,8 +14,8 @@ and trial velocities.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, Table
 from femflex.dynamics.arithmetic.compiled import inner, kernel
 from femflex.dynamics.arithmetic.lanes import beyond, start
 from femflex.dynamics.arithmetic.symbols import types
@@ -43,9 +43,6 @@ from femflex.dynamics.terms.rows import (
     n_rows,
 )
 from femflex.dynamics.terms.velocity_rows import split_moving_mass, write_velocity_rows
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
 
 _vector, _matrix = types.float64[::1], types.float64[:, ::1]
 LEDGER = types.void(_vector, _matrix, _matrix, _matrix, types.int64[::1], _vector, _vector)

@@ -6,8 +6,8 @@ Compiled apart from `rate`, and only at the first request.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, Table
 from femflex.dynamics.arithmetic.compiled import inner, kernel
 from femflex.dynamics.arithmetic.lanes import beyond, start
 from femflex.dynamics.joints.coordinates import coordinate_rates
@@ -19,9 +19,6 @@ from femflex.dynamics.motion.second_order import RESIDUAL
 from femflex.dynamics.motion.states import write_state_rates
 from femflex.dynamics.terms.ledger import write_terms
 from femflex.dynamics.terms.rows import HELD_UDOT, SPARE, n_rows
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
 
 
 @inner

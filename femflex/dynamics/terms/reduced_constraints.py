@@ -8,8 +8,8 @@ Compiled apart, and only at the first request.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, Table
 from femflex.dynamics.arithmetic.compiled import inner, kernel
 from femflex.dynamics.arithmetic.lanes import beyond, start
 from femflex.dynamics.constraints.equations import add_answer
@@ -23,9 +23,6 @@ from femflex.dynamics.motion.gathering import accelerate_body
 from femflex.dynamics.motion.recursion import reduce_to_root
 from femflex.dynamics.terms.reduced import write_reduced_rate
 from femflex.dynamics.terms.rows import SPARE, n_rows
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
 
 
 @inner

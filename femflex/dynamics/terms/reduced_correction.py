@@ -6,8 +6,8 @@ One call serves models with and without constraints: it is slow either way, and 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, Table
 from femflex.dynamics.arithmetic.compiled import kernel
 from femflex.dynamics.arithmetic.lanes import beyond, start
 from femflex.dynamics.joints.held import held_state
@@ -18,9 +18,6 @@ from femflex.dynamics.motion.second_order import CORRECT
 from femflex.dynamics.motion.states import correct_states, take_states
 from femflex.dynamics.terms.reduced import reduced_residual
 from femflex.dynamics.terms.reduced_constraints import constrain_freely
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
 
 
 @kernel(CORRECT)

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Table
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.lowering.layout import header_of, term_of
-
-Table = NDArray[np.int64]
 
 # rows of the ledger; those of held freedoms follow, then those of the items of force terms
 INERTIA, QUADRATIC, LINEAR, SPECIFIED = 0, 1, 2, 3

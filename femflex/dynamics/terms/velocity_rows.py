@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array, Table
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.lanes import beyond
 from femflex.dynamics.arithmetic.vectors import ZERO
@@ -26,9 +24,6 @@ from femflex.dynamics.terms.rows import (
     TRIAL,
     TRIAL_H,
 )
-
-Array = NDArray[np.float64]
-Table = NDArray[np.int64]
 
 
 @inner

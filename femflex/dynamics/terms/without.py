@@ -11,6 +11,8 @@ import numpy as np
 
 from femflex.body import FlexibleBody, StrainTensors
 from femflex.dynamics.force_terms import force_terms
+from femflex.dynamics.lowering.layout import HEADER, N_HEADER
+from femflex.dynamics.lowering.pool import aligned
 from femflex.dynamics.terms.by_source import (
     DRIVES,
     SWITCHED,
@@ -19,6 +21,9 @@ from femflex.dynamics.terms.by_source import (
     term_names,
 )
 from femflex.dynamics.terms.equation_terms import BY_NAME, of_bodies
+from femflex.dynamics.terms.reduced import reduced_rate
+from femflex.dynamics.terms.reduced_constraints import reduced_constrained_rate
+from femflex.dynamics.workspace import Workspace
 from femflex.system import System
 from femflex.warning import PhysicsWarning
 
@@ -42,27 +47,6 @@ def with_linear_strain(body: FlexibleBody) -> FlexibleBody:
 def bends_nonlinearly(body: FlexibleBody) -> bool:
     """Whether a body's strain is of more than first order, or shapes follow its bending."""
     return not body.strain.is_linear or len(body.slaves) > 0
-
-
-def without(model: Model, *names: str) -> Model:
-    """The model without what is named: a term (see `terms`), a load, "flexibility" or that of a body, or
-    "nonlinear_strain".
-
-    A rigid, undamped, unloaded ... system is one in which the thing is not there. The inertia forces by degree in u and
-    gravity are left out of the compiled equations instead; the monitors of energy still count what they stand for.
-    Raises ValueError for a name that is not known, with those that are.
-    """
-    chosen = tuple(dict.fromkeys(resolved(model, name) for name in names))
-    system = model.system
-    for name in chosen:
-        system = changed(system, name)
-    from femflex.dynamics.model import compile_system
-
-    omitted = (*model.omitted, *chosen)
-    found = compile_system(without_reactions(system, omitted))
-    if model.constraints is not None and found.n_x == model.n_x:
-        found = replace(found, x0=model.x0)  # closed loops start where they did
-    return reduced(found, omitted)
 
 
 def switchable(model: Model) -> list[str]:
@@ -161,7 +145,7 @@ def without_reactions(system: System, omitted: tuple[str, ...]) -> System:
         f"forces in joints are left out of the run: they are those of the full equations, and {', '.join(struck)} is "
         "switched off",
         PhysicsWarning,
-        stacklevel=4,
+        stacklevel=3,
     )
     return replace(system, reactions=False)
 
@@ -176,10 +160,6 @@ def reduced(model: Model, omitted: tuple[str, ...]) -> Model:
     rows = all_rows(model.system)
     if not any(name in SWITCHED for name in omitted):
         return replace(model, omitted=omitted)
-    from femflex.dynamics.lowering.layout import HEADER, N_HEADER
-    from femflex.dynamics.lowering.pool import aligned
-    from femflex.dynamics.workspace import Workspace
-
     kept = [0.0 if name in SWITCHED and name in omitted else 1.0 for name in rows]
     own, table = model.workspace, model.table.copy()
     numbers = aligned(len(own.numbers) + len(kept))
@@ -188,10 +168,6 @@ def reduced(model: Model, omitted: tuple[str, ...]) -> Model:
     workspace = Workspace(table, numbers, own.n_work, own.varies)
     model = replace(model, workspace=workspace, omitted=omitted)
     if model.constraints is None:
-        from femflex.dynamics.terms.reduced import reduced_rate
-
         return replace(model, rate=reduced_rate)
-    from femflex.dynamics.terms.reduced_constraints import reduced_constrained_rate as rate
-
-    tied = replace(model.constraints, workspace=workspace, rate=rate)
-    return replace(model, rate=rate, constraints=tied)
+    tied = replace(model.constraints, workspace=workspace, rate=reduced_constrained_rate)
+    return replace(model, rate=reduced_constrained_rate, constraints=tied)

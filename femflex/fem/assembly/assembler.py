@@ -10,17 +10,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from femflex.arrays import IntArray
 from femflex.fem.assembly.connections import Connections, layered_connections
 from femflex.fem.assembly.narrowed import narrowing
 from femflex.fem.assembly.part import Part
 from femflex.fem.assembly.pattern import Pattern, expanded, pattern
 from femflex.fem.assembly.runs import find_runs
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 CHUNK_ENTRIES = 400_000  # entries of element matrices made at once: small enough to stay in cache (3 MB)
 
@@ -97,7 +94,7 @@ class Assembler:
             total = _added(total, matrix)
         return total
 
-    def _pattern(self, dofs: Index, n: int) -> Pattern:
+    def _pattern(self, dofs: IntArray, n: int) -> Pattern:
         for known in self._patterns:
             if len(known.indptr) == n + 1 and known.dofs.shape == dofs.shape and np.array_equal(known.dofs, dofs):
                 return known
@@ -105,7 +102,7 @@ class Assembler:
         self._patterns.append(pattern(dofs, runs, self._connections(runs.number), n))
         return self._patterns[-1]
 
-    def _connections(self, number: Index) -> Connections:
+    def _connections(self, number: IntArray) -> Connections:
         for known in self._known:
             if known.number.shape == number.shape and np.array_equal(known.number, number):
                 return known

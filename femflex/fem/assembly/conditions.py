@@ -6,16 +6,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, BoolArray, IntArray
 from femflex.fem.support import Supports, as_support
 from femflex.mesh.cells import CELL_TYPES, EDGES
 
 if TYPE_CHECKING:
     from femflex.mesh import Mesh
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 SAME = 1e-6  # squared sine of the angle below which two directions of supports at a node are one
 
@@ -25,13 +23,13 @@ class Condition:
     """One support: nodes (k,), edges (n,) as keys (ascending; None where the group is of points), and the directions
     in which displacement and rotation are zero, as projectors (3, 3)."""
 
-    nodes: Index
-    edges: Index | None
+    nodes: IntArray
+    edges: IntArray | None
     moves: Array
     turns: Array
     n_points: int
 
-    def contains(self, nodes: Index) -> NDArray[np.bool_]:
+    def contains(self, nodes: IntArray) -> BoolArray:
         """Which of the sides or interiors with corners `nodes` (n, m) lie on the group.
 
         All their nodes must. Of a group of cells, so must the edges between: two nodes of a boundary that turns a
@@ -61,12 +59,12 @@ def directions_of(sums: Array) -> Array:
     return np.asarray(np.einsum("nik,nk,njk->nij", vectors, np.where(value > SAME, 1.0, 0.0), vectors))
 
 
-def edge_keys(a: Index, b: Index, n_points: int) -> Index:
+def edge_keys(a: IntArray, b: IntArray, n_points: int) -> IntArray:
     """Keys (k,), numbers lower * n_points + upper of pairs of nodes (k, 2)."""
     return np.minimum(a, b) * n_points + np.maximum(a, b)
 
 
-def _edges(mesh: Mesh, group: str) -> Index | None:
+def _edges(mesh: Mesh, group: str) -> IntArray | None:
     """Keys of the edges of a group's cells, halves of second-order ones too; None for a group of points."""
     if group in mesh.point_groups or not mesh.cell_groups.get(group):
         return None

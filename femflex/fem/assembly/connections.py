@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-Index = NDArray[np.int64]
+from femflex.arrays import IntArray
+
 Integers = NDArray[np.integer]  # of whichever width
 
 
@@ -16,13 +17,13 @@ Integers = NDArray[np.integer]  # of whichever width
 class Connections:
     """Pairs of runs that share an element: row and col (n_pairs,), sorted; pair (e r r,) for each in the elements."""
 
-    number: Index
-    row: Index
-    col: Index
+    number: IntArray
+    row: IntArray
+    col: IntArray
     pair: Integers
 
 
-def layered_connections(number: Index) -> Connections:
+def layered_connections(number: IntArray) -> Connections:
     """Which of the runs number (e, r) are connected, from those of the first layer where runs come in equal layers.
 
     Every node of a plate has a run of its deflection and one of its rotations: run, and run + n on the same elements.
@@ -38,7 +39,7 @@ def layered_connections(number: Index) -> Connections:
     return connections(number)
 
 
-def _repeated_in_layers(number: Index, first: Connections, n: int, layers: int) -> Connections:
+def _repeated_in_layers(number: IntArray, first: Connections, n: int, layers: int) -> Connections:
     """Connections of all layers, n runs in each, sorted: in a row the pairs of one layer stand after the other's."""
     count = np.bincount(first.row, minlength=n)
     before = (np.cumsum(count) - count)[first.row]  # pairs of the rows above
@@ -52,7 +53,7 @@ def _repeated_in_layers(number: Index, first: Connections, n: int, layers: int) 
     return Connections(number, row, col, pair.transpose(0, 1, 3, 2, 4).ravel())
 
 
-def connections(number: Index) -> Connections:
+def connections(number: IntArray) -> Connections:
     """Which of the runs with numbers (e, r) of elements are connected."""
     r = number.shape[1]
     n = int(number.max()) + 1

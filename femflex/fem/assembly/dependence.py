@@ -6,12 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse import csgraph
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from femflex.arrays import Array, IntArray
 
 SQUARE = 1e-9  # cosine between directions that passes for rounding
 NEGLIGIBLE = 1e-9  # singular value of directions below which a dof has no part in them
@@ -27,9 +25,9 @@ class Dependence:
     where   of what it is a part, for messages
     """
 
-    target: Index
+    target: IntArray
     ways: Array
-    source: Index
+    source: IntArray
     M: Array
     where: str
 
@@ -124,7 +122,7 @@ def _refuse_circles(D: sparse.csr_array, owner: dict[int, str]) -> None:
         )
 
 
-def _columns(T: sparse.csr_array, raw: Index) -> tuple[Array, Index]:
+def _columns(T: sparse.csr_array, raw: IntArray) -> tuple[Array, IntArray]:
     """The rows of T as a dense block (len(raw), c) and their dofs (c,)."""
     rows = T[raw].tocoo()
     columns, local = np.unique(rows.coords[1], return_inverse=True)
@@ -133,7 +131,7 @@ def _columns(T: sparse.csr_array, raw: Index) -> tuple[Array, Index]:
     return block, columns.astype(np.int64)
 
 
-def _pivots(rows: Array) -> Index:
+def _pivots(rows: Array) -> IntArray:
     """Columns (r,) of rows (r, c) with the largest determinant that elimination with pivots finds."""
     work = rows.copy()
     chosen: list[int] = []

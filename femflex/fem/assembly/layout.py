@@ -20,14 +20,10 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from femflex.arrays import Array, BoolArray, IntArray
 from femflex.fem.assembly.conditions import Condition, directions_of
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 
 ACROSS = 1e-12  # squared cosine below which a direction counts as across those of a support
 ALIGNED = 1e-9  # off-diagonal part of a projector below which axes stay as they are
@@ -45,8 +41,8 @@ class Extras:
     spans       (n, 3) from the first node to the second, of sides of plates; None for others
     """
 
-    dofs: Index
-    nodes: Index
+    dofs: IntArray
+    nodes: IntArray
     kind: Literal["translation", "rotation"]
     directions: Array | None
     spans: Array | None
@@ -62,7 +58,7 @@ class Layout:
 
     E: sparse.csr_array
     inverse: sparse.csr_array
-    held: Flags
+    held: BoolArray
 
     @property
     def conditions(self) -> sparse.csr_array:
@@ -75,14 +71,14 @@ class _Blocks:
 
     def __init__(self, n: int) -> None:
         self._n, self._plain = n, np.ones(n, bool)
-        self._triplets: list[tuple[Index, Index, Array]] = []
+        self._triplets: list[tuple[IntArray, IntArray, Array]] = []
 
-    def replace(self, rows: Index, columns: Index, values: Array) -> None:
+    def replace(self, rows: IntArray, columns: IntArray, values: Array) -> None:
         """Rows (n, r) are values (n, r, c) on columns (n, c), and nothing else."""
         self._plain[rows.ravel()] = False
         self.add(rows, columns, values)
 
-    def add(self, rows: Index, columns: Index, values: Array) -> None:
+    def add(self, rows: IntArray, columns: IntArray, values: Array) -> None:
         """Adds values (n, r, c) to rows (n, r), columns (n, c)."""
         row, column = np.broadcast_to(rows[:, :, None], values.shape), np.broadcast_to(columns[:, None], values.shape)
         self._triplets.append((row.ravel(), column.ravel(), values.ravel()))
@@ -99,9 +95,9 @@ class _Blocks:
 
 def layout(
     n_raw: int,
-    translation: Index,
-    rotation: Index,
-    flat: tuple[Index, Array],
+    translation: IntArray,
+    rotation: IntArray,
+    flat: tuple[IntArray, Array],
     extras: Sequence[Extras],
     supports: Sequence[Condition] = (),
 ) -> Layout:
@@ -135,14 +131,14 @@ def layout(
     return Layout((sides.matrix() @ nodal.matrix()).tocsr(), (nodal_inverse.matrix() @ sides_inverse.matrix()), held)
 
 
-def _lay(blocks: _Blocks, inverse: _Blocks, dofs: Index, F: Array) -> None:
+def _lay(blocks: _Blocks, inverse: _Blocks, dofs: IntArray, F: Array) -> None:
     """Vectors on raw dofs (n, 3) are counted along the rows of F (n, 3, 3)."""
     if len(dofs):
         blocks.replace(dofs, dofs, F.swapaxes(1, 2))
         inverse.replace(dofs, dofs, F)
 
 
-def _frames(zero: Array) -> tuple[Array, Flags]:
+def _frames(zero: Array) -> tuple[Array, BoolArray]:
     """Axes (n, k, k) as rows of which some, (n, k), span the range of projectors (n, k, k); as they are if they can."""
     value, vectors = np.linalg.eigh(zero)
     k = zero.shape[1]
@@ -151,7 +147,7 @@ def _frames(zero: Array) -> tuple[Array, Flags]:
     return F, np.where(aligned[:, None], np.einsum("nkk->nk", zero), value) > 0.5
 
 
-def _flat_frames(axes: Array, turns: Array, on: Flags, mirror: Flags) -> tuple[Array, Flags]:
+def _flat_frames(axes: Array, turns: Array, on: BoolArray, mirror: BoolArray) -> tuple[Array, BoolArray]:
     """Axes (n, 3, 3) of flat nodes as rows, the last of no use, and which are held, by supports of these projectors.
 
     mirror (n,): where planes of symmetry or antisymmetry alone support a node, one or two that meet.
@@ -171,7 +167,7 @@ def _flat_frames(axes: Array, turns: Array, on: Flags, mirror: Flags) -> tuple[A
 
 
 def _lay_extras(
-    blocks: _Blocks, inverse: _Blocks, held: Flags, e: Extras, rotation: Index, supports: Sequence[Condition]
+    blocks: _Blocks, inverse: _Blocks, held: BoolArray, e: Extras, rotation: IntArray, supports: Sequence[Condition]
 ) -> None:
     """Lay dofs of no single node along what supports hold, and tell which are held."""
     moves, turns = (np.zeros((len(e.dofs), 3, 3)) for _ in range(2))

@@ -10,13 +10,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from femflex.arrays import Array, IntArray
 from femflex.fem.assembly.part import Part
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 MOST = 0.5  # share of elements that turn a node in a plane, from which its columns are turned element by element
 GAP = 4  # elements that are left out in between, up to which those on both sides are made together
@@ -38,8 +35,8 @@ class Narrowing:
     axes    (n_raw, 3, 2)  how they follow them; zero where there is no pair
     """
 
-    number: Index
-    pair: Index
+    number: IntArray
+    pair: IntArray
     axes: Array
 
     def split(self, part: Part) -> Split:
@@ -66,7 +63,7 @@ class Narrowing:
             return Split(Part(self.number[own.dofs], own.values), rest)
         return Split(self._turned(own, np.flatnonzero(~inside), triples), rest)
 
-    def _triples(self, dofs: Index) -> Index:
+    def _triples(self, dofs: IntArray) -> IntArray:
         """First columns (t,) of three that follow pairs in most elements (e, l)."""
         row = (np.diff(dofs, axis=1) == 1).all(axis=0)
         found, column = [], 0
@@ -78,7 +75,7 @@ class Narrowing:
             column += 3 if step else 1
         return np.array(found, np.int64)
 
-    def _turned(self, part: Part, plain: Index, triples: Index) -> Part:
+    def _turned(self, part: Part, plain: IntArray, triples: IntArray) -> Part:
         """The part on its plain columns and, for each triple, on the two dofs it follows."""
         first = self.pair[part.dofs[:, triples]]
         pairs = np.stack([first, first + 1], axis=2).reshape(len(first), -1)
@@ -138,7 +135,7 @@ def narrowing(T: sparse.csr_array) -> Narrowing:
     return Narrowing(number, pair, axes)
 
 
-def _chosen(part: Part, elements: Index) -> Part:
+def _chosen(part: Part, elements: IntArray) -> Part:
     """The part of these elements alone, ascending."""
 
     def values(few: slice) -> Array:

@@ -11,9 +11,9 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from femflex.arrays import Array, BoolArray, IntArray
 from femflex.fem.assembly.conditions import Condition
 from femflex.fem.assembly.dependence import Dependence, independent_of
 from femflex.fem.assembly.layout import Extras, Layout, layout
@@ -21,8 +21,6 @@ from femflex.fem.assembly.layout import Extras, Layout, layout
 if TYPE_CHECKING:
     from femflex.fem.structure import Member
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 RANK_TOLERANCE = 1e-6  # sine of the fold angle below which two plate facets count as one plane
 
@@ -38,15 +36,15 @@ class Numbering:
         self._extras: list[Extras] = []
         self._dependences: list[Dependence] = []
         self._ties: dict[int, tuple[int, float]] = {}  # raw dof -> the one it follows and its factor; 0 holds it
-        self._sides: dict[tuple[int, int], Index] = {}  # side between two nodes -> raw dofs (3,) of its displacement
-        self._fading: list[Index] = []
+        self._sides: dict[tuple[int, int], IntArray] = {}  # side between two nodes -> raw dofs (3,) of its displacement
+        self._fading: list[IntArray] = []
         self.n_raw = 0
 
-    def translation(self, nodes: Index) -> Index:
+    def translation(self, nodes: IntArray) -> IntArray:
         """Numbers (k, 3) of raw dofs of the translation of nodes (k,), global components."""
         return self._numbers(self._translation, nodes)
 
-    def rotation(self, nodes: Index, normals: Array | None = None) -> Index:
+    def rotation(self, nodes: IntArray, normals: Array | None = None) -> IntArray:
         """Raw dofs (k, 3) of the rotation of nodes (k,), global components.
 
         normals (k, 3), unit: the member gives no stiffness about them (flat plates). None: stiffness about all axes.
@@ -55,11 +53,11 @@ class Numbering:
         np.add.at(self._spin_space, nodes, projector)
         return self._numbers(self._rotation, nodes)
 
-    def extra(self, count: int) -> Index:
+    def extra(self, count: int) -> IntArray:
         """Numbers (n,) of raw dofs that belong to no single node; no support holds them before they are `attach`ed."""
         return self._take(count)
 
-    def sides(self, ends: Index) -> Index:
+    def sides(self, ends: IntArray) -> IntArray:
         """Raw dofs (k, 3), global components, of the displacement 4 s (1 - s) b of straight sides with ends (k, 2).
 
         Tethers and membranes share them: the same pair of nodes always gets the same numbers.
@@ -70,7 +68,7 @@ class Numbering:
             self._sides |= zip(fresh, self.fading(np.array(fresh, np.int64), 1)[:, 0], strict=True)
         return np.array([self._sides[pair] for pair in pairs], np.int64).reshape(-1, 3)
 
-    def fading(self, nodes: Index, count: int) -> Index:
+    def fading(self, nodes: IntArray, count: int) -> IntArray:
         """Raw dofs (n, count, 3), global components, of functions that fade at nodes (n, m); none moves as these move
         linearly in their places."""
         dofs = self.extra(3 * count * len(nodes)).reshape(len(nodes), count, 3)
@@ -80,14 +78,14 @@ class Numbering:
         return dofs
 
     @property
-    def faded(self) -> Index:
+    def faded(self) -> IntArray:
         """Numbers (k,) of raw dofs of `fading`."""
         return np.concatenate([np.zeros(0, np.int64), *self._fading])
 
     def attach(
         self,
-        dofs: Index,
-        nodes: Index,
+        dofs: IntArray,
+        nodes: IntArray,
         directions: Array | None = None,
         kind: Literal["translation", "rotation"] = "translation",
         spans: Array | None = None,
@@ -120,15 +118,15 @@ class Numbering:
             factor *= part
         return dof, factor
 
-    def translation_of(self, nodes: Index) -> Index:
+    def translation_of(self, nodes: IntArray) -> IntArray:
         """Numbers (k, 3) of raw dofs that members already gave the translation of nodes (k,); -1 where none did."""
         return self._translation[nodes]
 
-    def rotation_of(self, nodes: Index) -> Index:
+    def rotation_of(self, nodes: IntArray) -> IntArray:
         """Raw dofs (k, 3) that members already gave the rotation of nodes (k,); -1 where none did."""
         return self._rotation[nodes]
 
-    def turns_about_all_axes(self, dofs: Index) -> NDArray[np.bool_]:
+    def turns_about_all_axes(self, dofs: IntArray) -> BoolArray:
         """Whether the nodes whose first rotational dofs these (...) are turn about all axes, not in a plane."""
         flat = np.zeros(self.n_raw, bool)
         flat[self._rotation[self._flat()[0], 0]] = True
@@ -159,7 +157,7 @@ class Numbering:
         T.sort_indices()
         return independent_of(T, self._dependences)
 
-    def _flat(self) -> tuple[Index, Array]:
+    def _flat(self) -> tuple[IntArray, Array]:
         """Nodes (k,) that only flat plates of one plane share; two axes in it and its normal (k, 3, 3), as rows."""
         nodes = np.flatnonzero(self._rotation[:, 0] >= 0)
         value, axes = np.linalg.eigh(self._spin_space[nodes])
@@ -170,17 +168,17 @@ class Numbering:
         """Operators (3 n_nodes, n_raw) that give every node's translation and rotation; zero rows where it has none."""
         return _rows(self._translation, n_raw), _rows(self._rotation, n_raw)
 
-    def _numbers(self, table: Index, nodes: Index) -> Index:
+    def _numbers(self, table: IntArray, nodes: IntArray) -> IntArray:
         fresh = np.unique(nodes[table[nodes, 0] < 0])
         table[fresh] = self._take(3 * len(fresh)).reshape(-1, 3)
         return table[nodes]
 
-    def _take(self, count: int) -> Index:
+    def _take(self, count: int) -> IntArray:
         start, self.n_raw = self.n_raw, self.n_raw + count
         return np.arange(start, self.n_raw, dtype=np.int64)
 
 
-def _rows(table: Index, n_raw: int) -> sparse.csr_array:
+def _rows(table: IntArray, n_raw: int) -> sparse.csr_array:
     flat = table.ravel()
     rows = np.flatnonzero(flat >= 0)
     return sparse.coo_array((np.ones(len(rows)), (rows, flat[rows])), shape=(flat.size, n_raw)).tocsr()

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from femflex.arrays import IntArray
 from femflex.fem.assembly.connections import Connections
 from femflex.fem.assembly.runs import Runs
 
-Index = NDArray[np.int64]
 Integers = NDArray[np.integer]  # of whichever width
 
 
@@ -20,14 +20,14 @@ class Pattern:
     """CSR pattern indptr, indices of elements with dofs (e, l); offset (e, r, r): where in its rows a pair of runs
     begins."""
 
-    dofs: Index
+    dofs: IntArray
     runs: Runs
     indptr: Integers
     indices: Integers
     offset: Integers
 
 
-def pattern(dofs: Index, runs: Runs, joined: Connections, n_dof: int) -> Pattern:
+def pattern(dofs: IntArray, runs: Runs, joined: Connections, n_dof: int) -> Pattern:
     """The pattern of a matrix (n_dof, n_dof) in which runs of dofs (e, l), dof numbers, are joined."""
     n, row, col = len(runs.first), joined.row, joined.col
     width = runs.size[col]
@@ -55,7 +55,7 @@ def expanded(offset: Integers, runs: Runs) -> Integers:
     return offset[:, runs.column][:, :, runs.column] + runs.within.astype(np.int32)
 
 
-def _ramps(sizes: Index) -> Index:
+def _ramps(sizes: IntArray) -> IntArray:
     """0 .. size - 1 for every size, one after the other."""
     ends = np.cumsum(sizes)
     return np.arange(ends[-1]) - np.repeat(ends - sizes, sizes)

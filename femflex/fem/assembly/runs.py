@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Index = NDArray[np.int64]
+from femflex.arrays import BoolArray, IntArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,14 +20,14 @@ class Runs:
     within  (l,)       its place in the run
     """
 
-    first: Index
-    size: Index
-    number: Index
-    column: Index
-    within: Index
+    first: IntArray
+    size: IntArray
+    number: IntArray
+    column: IntArray
+    within: IntArray
 
 
-def find_runs(dofs: Index, n_dof: int) -> Runs:
+def find_runs(dofs: IntArray, n_dof: int) -> Runs:
     """The longest runs of columns of dofs (e, l), numbers, that are consecutive in all elements and share none with
     another."""
     starts = np.concatenate([[True], ~(np.diff(dofs, axis=1) == 1).all(axis=0)])
@@ -40,7 +39,7 @@ def find_runs(dofs: Index, n_dof: int) -> Runs:
     return runs if disjoint else _runs_from(dofs, np.ones(dofs.shape[1], bool), n_dof)
 
 
-def _runs_from(dofs: Index, starts: NDArray[np.bool_], n_dof: int) -> Runs:
+def _runs_from(dofs: IntArray, starts: BoolArray, n_dof: int) -> Runs:
     column = np.cumsum(starts) - 1
     begin = np.flatnonzero(starts)
     size_at = np.zeros(n_dof, np.int64)

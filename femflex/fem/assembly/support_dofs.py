@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse import csgraph
 
-Index = NDArray[np.int64]
+from femflex.arrays import IntArray
 
 ROUNDING = 1e-9  # entry of a row, and singular value of rows, below which they are zero
 
 
-def held_columns(rows: sparse.csr_array) -> Index | None:
+def held_columns(rows: sparse.csr_array) -> IntArray | None:
     """Columns (k,), ascending, that rows @ x = 0 sets to zero; None when it leaves a combination of them free."""
     entries = rows.tocoo()
     sees = np.abs(entries.data) > ROUNDING

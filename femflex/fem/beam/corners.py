@@ -19,8 +19,8 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, BoolArray, IntArray
 from femflex.fem.beam.elements import BeamElements
 from femflex.fem.beam.shapes import field_rows
 from femflex.fem.line.chain import straight_elements
@@ -29,16 +29,13 @@ if TYPE_CHECKING:
     from femflex.fem.structure import Member
     from femflex.mesh import Mesh
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 
 IN_LINE = 1e-6  # sine of the angle up to which beams at a node count as one straight line
 SLOPES = (5, 11)  # local dofs theta_z of the two ends: the slopes v'
 FAMILY = "beam"
 
 
-def corner_nodes(mesh: Mesh, members: Iterable[Member], least: float = IN_LINE) -> Index:
+def corner_nodes(mesh: Mesh, members: Iterable[Member], least: float = IN_LINE) -> IntArray:
     """Numbers (k,) of the nodes, ascending, where elements of beam members meet at an angle of a sine above least."""
     first = np.zeros((len(mesh.points), 3))
     angled = np.zeros(len(mesh.points), bool)
@@ -56,7 +53,7 @@ def corner_nodes(mesh: Mesh, members: Iterable[Member], least: float = IN_LINE) 
     return np.flatnonzero(angled)
 
 
-def corner_gradients(elements: BeamElements, xi: Array, corners: Flags) -> Array:
+def corner_gradients(elements: BeamElements, xi: Array, corners: BoolArray) -> Array:
     """Rows (e, q, 6, n_local) [rad per dof] of H'' theta, psi_y and psi_z of either end at xi (q,); none at ends (e,
     2) that are no
     corner."""

@@ -6,19 +6,16 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefLine
 
+from femflex.arrays import Array, IntArray
 from femflex.fem.beam.shapes import NODAL, BeamOrder, field_rows, shear_rows
 from femflex.fem.line.chain import ArcLength
 from femflex.fem.sections.section import Resultants
 
 if TYPE_CHECKING:
     from femflex.fem.structure import Member
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,11 +26,11 @@ class BeamElements:
     the member
     """
 
-    nodes: Index
+    nodes: IntArray
     origin: Array
     length: Array
     frame: Array
-    dofs: Index
+    dofs: IntArray
     arc: ArcLength
     order: BeamOrder
 

@@ -12,11 +12,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.fem.sections.section import Resultants
-
-Array = NDArray[np.float64]
 
 PLACES = ("offset", "shear_centre", "mass_centre")
 

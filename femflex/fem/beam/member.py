@@ -7,8 +7,8 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.beam.corners import corner_nodes
 from femflex.fem.beam.elements import BeamElements, stations
@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from femflex.fem.structure import Member
     from femflex.mesh import Mesh
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 OPTIONS: Options = {
     "order": Option(3, "order of the bending fields, 3 to 8"),
@@ -160,7 +158,7 @@ def _elements(mesh: Mesh, member: Member, numbering: Numbering, options: dict[st
     return BeamElements(nodes, start, length, frame, dofs, arc, order)
 
 
-def _bubbles(numbering: Numbering, nodes: Index, frame: Array, order: BeamOrder) -> Index:
+def _bubbles(numbering: Numbering, nodes: IntArray, frame: Array, order: BeamOrder) -> IntArray:
     """Raw dofs (e, n) of the bubbles of elements between nodes (e, 2): of u, theta, v and w, as `BeamOrder` counts."""
     dofs = numbering.extra(len(nodes) * (order.n_local - NODAL)).reshape(len(nodes), -1)
     u, theta = np.arange(order.axial - 1), order.axial - 1 + np.arange(order.torsion - 1)
@@ -233,15 +231,20 @@ def _checked(options: dict[str, Any], member: Member) -> dict[str, Any]:
     return {**options, **fields, "orientation": orientation}
 
 
-def _warn_if_curved(mesh: Mesh, member: Member, cells: dict[str, Index]) -> None:
+def _warn_if_curved(mesh: Mesh, member: Member, cells: dict[str, IntArray]) -> None:
     line3 = cells.get("line3")
     excess = 0.0 if line3 is None else arc_excess(mesh.points, line3)
     if excess > CURVED:
         warnings.warn(
-            f"beam group {member.group!r} has curved line3 cells, each taken as two straight elements: they are "
-            f"{excess:.1%} shorter than the arcs through their nodes (limit {CURVED:.1%}), and their mass and "
-            "flexibility are too small. Mesh the curve with smaller cells",
-            PhysicsWarning,
+            PhysicsWarning(
+                "beam group {body_or_joint!r} has curved line3 cells, each taken as two straight elements: they are "
+                "{value:.1%} shorter than the arcs through their nodes (limit {limit:.1%}), and their mass and "
+                "flexibility are too small.",
+                body_or_joint=member.group,
+                value=excess,
+                limit=CURVED,
+                remedy="Mesh the curve with smaller cells",
+            ),
             stacklevel=6,
         )
 
@@ -250,9 +253,15 @@ def _warn_if_stout(rho: Array, gyration: float, member: Member) -> None:
     extent = member.options.get("extent") or float(np.linalg.norm(np.ptp(rho.reshape(-1, 3), axis=0)))
     if extent < SLENDER * gyration:
         warnings.warn(
-            f"beam group {member.group!r} extends over {extent:.4g} m with a radius of gyration of {gyration:.4g} m; "
-            f"below {SLENDER:g} radii ({SLENDER * gyration:.4g} m) the shear left out here shifts frequencies by per "
-            "cents. Set the option shear = true",
-            PhysicsWarning,
+            PhysicsWarning(
+                "beam group {body_or_joint!r} extends over {value:.4g} m with a radius of gyration of {gyration:.4g} "
+                "m; below {slender:g} radii ({limit:.4g} m) the shear left out here shifts frequencies by per cents.",
+                body_or_joint=member.group,
+                value=extent,
+                limit=SLENDER * gyration,
+                remedy="Set the option shear = true",
+                gyration=gyration,
+                slender=SLENDER,
+            ),
             stacklevel=6,
         )

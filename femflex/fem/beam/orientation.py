@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.fem.line.chain import LINE_TYPES, element_frames, straight_elements
 from femflex.warning import PhysicsWarning
 
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from femflex.fem.structure import Member
     from femflex.mesh import Mesh
 
-Array = NDArray[np.float64]
 
 UNLIKE = 0.01  # relative difference of the two bending stiffnesses from which the axes of a section matter
 UPRIGHT = 0.2  # sine of the angle to the mesh's z axis below which the selected axes turn with little of the direction
@@ -43,10 +42,16 @@ def _selected(mesh: Mesh, member: Member) -> str:
     first = _vector(y[np.argmax(upright)])
     if upright.any():
         warnings.warn(
-            f"beam on group {member.group!r} has no orientation, {matter}, and {int(upright.sum())} of its {len(y)} "
-            f"elements run along the mesh's z axis: the section's y axis is selected along {first} there. Give the "
-            "option orientation, a direction near the section's y axis",
-            PhysicsWarning,
+            PhysicsWarning(
+                "beam on group {body_or_joint!r} has no orientation, {matter}, and {value} of its {count} elements run "
+                "along the mesh's z axis: the section's y axis is selected along {first} there.",
+                body_or_joint=member.group,
+                value=int(upright.sum()),
+                remedy="Give the option orientation, a direction near the section's y axis",
+                matter=matter,
+                count=len(y),
+                first=first,
+            ),
             stacklevel=5,
         )
         return ""

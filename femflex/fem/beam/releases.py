@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.fem.assembly.dependence import Dependence
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.support import COMPONENTS
@@ -15,13 +15,16 @@ if TYPE_CHECKING:
     from femflex.fem.structure import Member
     from femflex.mesh import Mesh
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-
 
 def released(
-    mesh: Mesh, member: Member, options: dict[str, Any], numbering: Numbering, nodes: Index, frame: Array, nodal: Index
-) -> Index:
+    mesh: Mesh,
+    member: Member,
+    options: dict[str, Any],
+    numbering: Numbering,
+    nodes: IntArray,
+    frame: Array,
+    nodal: IntArray,
+) -> IntArray:
     """Numbers (2 e, 6) of the dofs of the ends of elements with nodes (e, 2) and frames (e, 3, 3): their nodes', or
     own ones at
     releases, which follow the nodes in all but the released components.

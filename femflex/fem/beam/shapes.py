@@ -7,9 +7,9 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import Legendre, Polynomial
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from femflex.arrays import Array
+
 Function = Legendre | Polynomial
 
 NODAL = 12  # u, v, w, theta_x, theta_y, theta_z at both ends

@@ -5,16 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.fem.family import SkinPart
 from femflex.fem.sections.section import Section
 
 if TYPE_CHECKING:
     from femflex.fem.beam.elements import BeamElements
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 def swept_outline(elements: BeamElements, section: Section, centre: Array) -> SkinPart:
@@ -41,13 +38,13 @@ def swept_outline(elements: BeamElements, section: Section, centre: Array) -> Sk
     )
 
 
-def _sides(number: Index) -> Index:
+def _sides(number: IntArray) -> IntArray:
     """Quads (n, 4) between neighbouring stations, outward."""
     around = np.roll(number, -1, axis=2)
     return np.stack([number[:, :-1], around[:, :-1], around[:, 1:], number[:, 1:]], axis=-1).reshape(-1, 4)
 
 
-def _caps(number: Index, triangles: Index, dofs: Index) -> Index:
+def _caps(number: IntArray, triangles: IntArray, dofs: IntArray) -> IntArray:
     """Triangles (n, 3) over element ends that no other element of the member continues, outward."""
     ends = dofs[:, [0, 6]]  # one dof tells the node
     _, node, count = np.unique(ends, return_inverse=True, return_counts=True)

@@ -46,8 +46,8 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, BoolArray
 from femflex.fem.beam.corners import corner_gradients, corner_products
 from femflex.fem.beam.elements import BeamElements, stations
 from femflex.fem.sections.section import Resultants
@@ -56,7 +56,6 @@ from femflex.fem.tables import DenseStrain, StrainBlock, StressAt, of
 if TYPE_CHECKING:
     from femflex.fem.structure import Member
 
-Array = NDArray[np.float64]
 
 PRODUCTS = (  # strain, two of its gradients (`strain_maps`), and their factor
     *((1, 6, 5, 1.0), (1, 0, 4, -1.0)),  # kappa_z: theta w'', u' v''
@@ -195,7 +194,7 @@ def beam_strain(
     member: Member,
     degree: int,
     options: dict[str, Any],
-    corners: NDArray[np.bool_],
+    corners: BoolArray,
     stiffness: Array | None = None,
 ) -> BeamStrain:
     """Strains (eps, kappa_z, kappa_y, r kappa_x) [1, 1/m], r^2 = I_p / A, of the gradients that `strain_maps` lists.

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.fem.assembly.dependence import Dependence
 from femflex.fem.assembly.numbering import Numbering
 from femflex.mesh.regions import with_point_at
@@ -15,8 +15,6 @@ from femflex.mesh.regions import with_point_at
 if TYPE_CHECKING:
     from femflex.mesh import Mesh
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 Place = tuple[float, float, float]
 
 REFERENCE = "{} reference"  # point group of a reference node made at a position, of the group it is for

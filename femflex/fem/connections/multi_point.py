@@ -6,14 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from femflex.fem.assembly.dependence import Dependence
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.support import COMPONENTS, GLOBAL, Rows, Support
 from femflex.mesh import Mesh
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

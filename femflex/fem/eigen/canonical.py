@@ -9,9 +9,8 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from femflex.arrays import Array
 
 CLOSE = 1e-3  # relative gap of natural frequencies below which a truncation must not part them
 DEGENERATE = 1e-8  # relative gap of eigenvalues below which the shapes are any basis of their span

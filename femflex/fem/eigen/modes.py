@@ -11,9 +11,9 @@ import warnings
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from femflex.arrays import Array, BoolArray, IntArray
 from femflex.fem.eigen.canonical import canonical, whole_clusters
 from femflex.fem.eigen.shift_invert import (
     DENSE_DOFS,
@@ -25,8 +25,6 @@ from femflex.fem.eigen.shift_invert import (
     orthonormal,
 )
 from femflex.warning import PhysicsWarning
-
-Array = NDArray[np.float64]
 
 __all__ = [
     "Modes",
@@ -66,7 +64,7 @@ class Modes:
 class IdleError(ValueError):
     """Some motions have neither stiffness nor mass. dofs (k,): numbers of those that have none by themselves."""
 
-    def __init__(self, dofs: NDArray[np.int64], places: str = "") -> None:
+    def __init__(self, dofs: IntArray, places: str = "") -> None:
         self.dofs = dofs
         super().__init__(
             f"some motions have neither stiffness nor mass ({len(dofs)} degrees of freedom by themselves{places}); "
@@ -244,7 +242,7 @@ def _null_count(K: sparse.csr_array, M: sparse.csr_array) -> tuple[int, float]:
     raise IdleError(np.flatnonzero((K.diagonal() == 0) & (M.diagonal() == 0)))
 
 
-def without_stiffness(K: sparse.csr_array, M: sparse.csr_array, phi: Array) -> NDArray[np.bool_]:
+def without_stiffness(K: sparse.csr_array, M: sparse.csr_array, phi: Array) -> BoolArray:
     """Which columns of phi (n_dof, n), numbers from 0, store no strain energy, neither relative to its summands nor
     at all."""
     energy, mass = (np.einsum("in,in->n", phi, A @ phi) for A in (K, M))

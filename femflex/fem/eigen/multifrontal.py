@@ -12,12 +12,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import blas, lapack
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from femflex.arrays import Array, IntArray
 
 LEAF = 60  # nodes of the graph in a part that is not cut any more
 FEW_DOFS = 10_000  # below which SuperLU is quick enough
@@ -31,7 +29,7 @@ class Front:
 
     begin: int
     end: int
-    later: Index
+    later: IntArray
     L11: Array
     L21: Array
 
@@ -92,23 +90,23 @@ class Part:
     below: tuple[int, ...]
 
 
-def dissection(A: sparse.csr_array) -> tuple[Index, list[Part]]:
+def dissection(A: sparse.csr_array) -> tuple[IntArray, list[Part]]:
     """Order of elimination (n,) of the numbers of a symmetric pattern's rows (n, n), and its parts, each after those
     below it."""
     node, graph = _compressed(A)
     dofs = np.argsort(node, kind="stable")
     starts = np.concatenate([[0], np.cumsum(np.bincount(node, minlength=graph.shape[0]))])
-    order: list[Index] = []
+    order: list[IntArray] = []
     parts: list[Part] = []
 
-    def add(nodes: Index, below: tuple[int, ...]) -> int:
+    def add(nodes: IntArray, below: tuple[int, ...]) -> int:
         begin = parts[-1].end if parts else 0
         own = np.concatenate([dofs[starts[k] : starts[k + 1]] for k in nodes])
         order.append(own)
         parts.append(Part(begin, begin + len(own), below))
         return len(parts) - 1
 
-    def cut(nodes: Index) -> tuple[int, ...]:
+    def cut(nodes: IntArray) -> tuple[int, ...]:
         if len(nodes) <= LEAF:
             return (add(nodes, ()),) if len(nodes) else ()
         one, other, between = _halves(graph[nodes][:, nodes].tocsr())
@@ -121,7 +119,7 @@ def dissection(A: sparse.csr_array) -> tuple[Index, list[Part]]:
     return np.concatenate(order), parts
 
 
-def _compressed(A: sparse.csr_array) -> tuple[Index, sparse.csr_array]:
+def _compressed(A: sparse.csr_array) -> tuple[IntArray, sparse.csr_array]:
     """Which node of a smaller graph every dof belongs to (n,), and that graph: dofs of equal patterns are one node."""
     n = A.shape[0]
     pattern = sparse.csr_array((np.ones(A.nnz), A.indices, A.indptr), shape=A.shape)
@@ -135,7 +133,7 @@ def _compressed(A: sparse.csr_array) -> tuple[Index, sparse.csr_array]:
     return node.astype(np.int64), graph
 
 
-def _halves(graph: sparse.csr_array) -> tuple[Index, Index, Index]:
+def _halves(graph: sparse.csr_array) -> tuple[IntArray, IntArray, IntArray]:
     """Two sides of a connected graph and the nodes between them; of one in pieces, the first piece and the rest."""
     level = _levels(graph, np.array([0]))
     if (level < 0).any():
@@ -154,7 +152,7 @@ def _halves(graph: sparse.csr_array) -> tuple[Index, Index, Index]:
     return np.flatnonzero((level <= middle) & ~between), np.flatnonzero(level > middle), np.flatnonzero(between)
 
 
-def _levels(graph: sparse.csr_array, start: Index) -> Index:
+def _levels(graph: sparse.csr_array, start: IntArray) -> IntArray:
     """Distances (n,) of nodes from the start; -1 where not reached."""
     n = graph.shape[0]
     level = np.full(n, -1, np.int64)
@@ -173,7 +171,7 @@ def _factorised(A: sparse.csr_array, tree: list[Part]) -> list[Front]:
     A.sort_indices()
     fronts: list[Front] = []
     updates: dict[
-        int, tuple[Index, Array]
+        int, tuple[IntArray, Array]
     ] = {}  # of the parts that are not joined yet: their later dofs and their share
     for number, part in enumerate(tree):
         rows = slice(A.indptr[part.begin], A.indptr[part.end])

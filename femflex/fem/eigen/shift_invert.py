@@ -6,14 +6,13 @@ from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg, sparse
 from scipy.sparse.linalg import ArpackError, ArpackNoConvergence, LinearOperator, eigsh, splu
 
+from femflex.arrays import Array
 from femflex.fem.eigen.canonical import CLOSE
 from femflex.fem.eigen.multifrontal import Cholesky, worthwhile
 
-Array = NDArray[np.float64]
 Solve = Callable[[Array], Array]
 
 DENSE_DOFS = 500  # at or below, all modes at once cost less than one factorisation and its Lanczos steps

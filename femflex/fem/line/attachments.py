@@ -7,18 +7,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse import csgraph
 
+from femflex.arrays import BoolArray, IntArray
 from femflex.fem.line.path import AT_NODE, Path
 from femflex.fem.structure import Member
 
 if TYPE_CHECKING:
     from femflex.mesh import Mesh
-
-Index = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,10 +25,10 @@ class Attachments:
     cells  group -> cell type -> (rows of the mesh's cells, their segments)
     """
 
-    nodes: Index
-    cells: dict[str, dict[str, tuple[Index, Index]]]
+    nodes: IntArray
+    cells: dict[str, dict[str, tuple[IntArray, IntArray]]]
 
-    def cells_of(self, group: str, j: int) -> dict[str, Index]:
+    def cells_of(self, group: str, j: int) -> dict[str, IntArray]:
         """Indices (k,) of the cells of a member that go with segment j, by cell type."""
         found = {kind: rows[segment == j] for kind, (rows, segment) in self.cells[group].items()}
         return {kind: rows for kind, rows in found.items() if rows.size}
@@ -44,7 +41,7 @@ def attached_parts(mesh: Mesh, others: Sequence[Member], path: Path, k: int, gro
     """
     on = segments_of(path, k)
     nodes = np.where(on.any(axis=1), on.argmax(axis=1), -1)
-    cells: dict[str, dict[str, tuple[Index, Index]]] = {other.group: {} for other in others}
+    cells: dict[str, dict[str, tuple[IntArray, IntArray]]] = {other.group: {} for other in others}
     listed = [(o.group, kind, rows) for o in others for kind, rows in mesh.cell_groups[o.group].items()]
     if not listed:
         return Attachments(nodes, cells)
@@ -69,7 +66,7 @@ def attached_parts(mesh: Mesh, others: Sequence[Member], path: Path, k: int, gro
     return Attachments(nodes, cells)
 
 
-def segments_of(path: Path, k: int) -> Flags:
+def segments_of(path: Path, k: int) -> BoolArray:
     """(n_points, k): on which segments of the line a point lies; a cut lies on two."""
     at = path.s / path.length * k
     on = np.zeros((len(path.points), k), bool)
@@ -79,7 +76,7 @@ def segments_of(path: Path, k: int) -> Flags:
     return on
 
 
-def _parts(node: Index, cell: Index, off: Flags, n_cells: int) -> Index:
+def _parts(node: IntArray, cell: IntArray, off: BoolArray, n_cells: int) -> IntArray:
     """Part numbers of all points and then of all cells: cells that share points off the line are one part."""
     kept = off[node]
     size = len(off) + n_cells
@@ -87,7 +84,7 @@ def _parts(node: Index, cell: Index, off: Flags, n_cells: int) -> Index:
     return csgraph.connected_components(graph, directed=False)[1].astype(np.int64)
 
 
-def _check(allowed: Flags, touched: Flags, name: str, group: str, k: int) -> None:
+def _check(allowed: BoolArray, touched: BoolArray, name: str, group: str, k: int) -> None:
     """Raise ValueError when cells of a member cannot go with one segment."""
     if not touched.all():
         raise ValueError(

@@ -10,24 +10,24 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse import csgraph
 
+from femflex.arrays import Array, IntArray
+
 if TYPE_CHECKING:
     from femflex.mesh import Mesh
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 PARALLEL = 1e-3  # sine of the angle below which an element counts as parallel to a reference direction
 LINE_TYPES = ("line", "line3")
 
 
-def straight_elements(cells: dict[str, Index]) -> Index:
+def straight_elements(cells: dict[str, IntArray]) -> IntArray:
     """Numbers (e, 2) of the end nodes of the straight elements that line cells stand for; line3 is two, joined at its
     middle node."""
     line, line3 = cells.get("line", np.zeros((0, 2), np.int64)), cells.get("line3", np.zeros((0, 3), np.int64))
     return np.concatenate([line, line3[:, [0, 2, 2, 1]].reshape(-1, 2)])
 
 
-def arc_excess(points: Array, line3: Index) -> float:
+def arc_excess(points: Array, line3: IntArray) -> float:
     """Relative length by which the arcs through the three points of line3 cells (n, 3) exceed their chords."""
     a, b, c = (points[line3[:, k]] for k in range(3))
     chords = np.stack([np.linalg.norm(c - a, axis=1), np.linalg.norm(b - c, axis=1)])
@@ -84,7 +84,7 @@ class ArcLength:
         return self.ends[:, :1] * (1 - xi) + self.ends[:, 1:] * xi
 
 
-def arc_length(mesh: Mesh, elements: Index, group: str, start: str | None) -> ArcLength:
+def arc_length(mesh: Mesh, elements: IntArray, group: str, start: str | None) -> ArcLength:
     """Arc length [m] along the chains that elements (e, 2) form, from the points of group `start`.
 
     Without `start` a chain begins at the end from which its cells point away (the first node of an end cell; of two
@@ -118,7 +118,7 @@ def arc_length(mesh: Mesh, elements: Index, group: str, start: str | None) -> Ar
     return ArcLength(s[local], whole[chain[local[:, 0]]])
 
 
-def _free_ends(local: Index, degree: Index, chain: NDArray[np.int32]) -> Index:
+def _free_ends(local: IntArray, degree: IntArray, chain: NDArray[np.int32]) -> IntArray:
     """One end node of each open chain: where a cell begins rather than stops, then the lowest number."""
     ends = np.flatnonzero(degree == 1)
     begins = np.isin(ends, local[:, 0])

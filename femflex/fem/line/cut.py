@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.fem.line.attachments import Attachments, attached_parts
 from femflex.fem.line.chain import LINE_TYPES, arc_length, straight_elements
 from femflex.fem.line.path import Path, path_of
@@ -20,8 +20,6 @@ from femflex.fem.structure import Member
 if TYPE_CHECKING:
     from femflex.mesh import Mesh
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 NEAR, FAR, ENDS = ".near", ".far", ".ends"  # groups of a segment: its first node, its last, and both
 MOST = 500  # segments; more hardly change an answer but for rounding
@@ -125,7 +123,7 @@ def _line_member(mesh: Mesh, members: Sequence[Member], group: str | None) -> Me
     return lines[0]
 
 
-def _section_sign(mesh: Mesh, member: Member, elements: Index, path: Path) -> float:
+def _section_sign(mesh: Mesh, member: Member, elements: IntArray, path: Path) -> float:
     """1 when the section's arc length runs as the path, -1 when it runs the other way."""
     if not member.section.varies:
         return 1.0
@@ -149,13 +147,13 @@ def _own_member(member: Member, length: float, j: int, k: int, sign: float) -> M
 
 
 def _part_mesh(
-    mesh: Mesh, path: Path, j: int, lines: Index, group: str, held: Sequence[Member], attached: Attachments
+    mesh: Mesh, path: Path, j: int, lines: IntArray, group: str, held: Sequence[Member], attached: Attachments
 ) -> Mesh:
     """Mesh of segment j: its line cells, the cells of other members on it, and the groups that lie on it."""
     from femflex.mesh import Mesh
 
-    cells: dict[str, list[Index]] = {"line": [lines]}
-    groups: dict[str, dict[str, Index]] = {group: {"line": np.arange(len(lines))}}
+    cells: dict[str, list[IntArray]] = {"line": [lines]}
+    groups: dict[str, dict[str, IntArray]] = {group: {"line": np.arange(len(lines))}}
     for member in held:
         groups[member.group] = {}
         for kind, rows in attached.cells_of(member.group, j).items():
@@ -171,12 +169,12 @@ def _part_mesh(
     return part.with_groups(points=points)
 
 
-def _points_of(mesh: Mesh) -> Index:
+def _points_of(mesh: Mesh) -> IntArray:
     """Points that belong to cells."""
     return np.unique(np.concatenate([rows.ravel() for rows in mesh.cells.values()]))
 
 
-def all_groups(mesh: Mesh) -> dict[str, Index]:
+def all_groups(mesh: Mesh) -> dict[str, IntArray]:
     """Numbers (k,) of the points of every group of a mesh that has any; of a name shared by points and cells, the
     points."""
     found = {}
@@ -188,7 +186,7 @@ def all_groups(mesh: Mesh) -> dict[str, Index]:
 
 def _masses(
     mesh: Mesh, point_masses: Sequence[PointMass], attached: Attachments, j: int
-) -> tuple[tuple[PointMass, ...], dict[str, Index]]:
+) -> tuple[tuple[PointMass, ...], dict[str, IntArray]]:
     """Point masses that segment j holds, and the point groups they stand at."""
     masses, groups = [], {}
     for i, mass in enumerate(point_masses):

@@ -6,15 +6,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse import csgraph
+
+from femflex.arrays import Array, IntArray
 
 if TYPE_CHECKING:
     from femflex.mesh import Mesh
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 AT_NODE = 1e-9  # of the whole length: a cut closer than this to a node is at the node
 
@@ -30,8 +29,8 @@ class Path:
     """
 
     points: Array
-    elements: Index
-    nodes: Index
+    elements: IntArray
+    nodes: IntArray
     s: Array
 
     @property
@@ -39,7 +38,7 @@ class Path:
         """Arc length of the whole line [m]."""
         return float(self.s[-1])
 
-    def arc(self, nodes: Index) -> Array:
+    def arc(self, nodes: IntArray) -> Array:
         """Arc length of nodes of the line, in their shape [m]."""
         at = np.zeros(len(self.points))
         at[self.nodes] = self.s
@@ -65,7 +64,7 @@ class Path:
         return Path(points, np.concatenate(elements), nodes[order], s[order])
 
 
-def path_of(mesh: Mesh, elements: Index, group: str, start: str | None = None) -> Path:
+def path_of(mesh: Mesh, elements: IntArray, group: str, start: str | None = None) -> Path:
     """The line that the elements (e, 2), node numbers, of a group form, from the end that lies in the point group
     `start`.
 
@@ -100,7 +99,7 @@ def path_of(mesh: Mesh, elements: Index, group: str, start: str | None = None) -
     return Path(mesh.points, elements, nodes[order], s[order])
 
 
-def _begin(mesh: Mesh, nodes: Index, ends: Index, local: Index, group: str, start: str | None) -> int:
+def _begin(mesh: Mesh, nodes: IntArray, ends: IntArray, local: IntArray, group: str, start: str | None) -> int:
     """The end, as place in `nodes`, where the line begins."""
     if start is None:
         pointing_away = np.isin(ends, local[:, 0])

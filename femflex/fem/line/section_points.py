@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from femflex.arrays import Array
 
 
 def section_points(rz2: Array, ry2: Array, rotary: bool = True, product: Array | None = None) -> tuple[Array, Array]:

@@ -11,14 +11,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.fem.assembly import Part
 from femflex.fem.sections.laminates import PlateSection
 from femflex.fem.tables import of
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 EVERY = slice(None)
 
@@ -27,7 +24,7 @@ EVERY = slice(None)
 class LocalDofs:
     """Local dofs of elements from their raw dofs (e, l): X (1|e, 2 m + b, l)."""
 
-    dofs: Index
+    dofs: IntArray
     X: Array
     n_inplane: int  # 2 m
 
@@ -44,7 +41,7 @@ class LocalDofs:
             return local if (sign == 1.0).all() else local * sign[:, None]
         return np.matmul(of(self.X, elements), phi[self.dofs[elements]])
 
-    def picked(self) -> tuple[Index, Array] | None:
+    def picked(self) -> tuple[IntArray, Array] | None:
         """Column (2 m + b,) and sign of each local dof, where it is plus or minus a raw dof in all elements alike."""
         if self.X.shape[0] > 1 or (np.count_nonzero(self.X[0], axis=1) != 1).any():
             return None
@@ -97,7 +94,7 @@ class PlateInertia:
     bending: Callable[[slice], Array]
 
     @property
-    def dofs(self) -> Index:
+    def dofs(self) -> IntArray:
         """Numbers (e, l) of raw dofs."""
         return self.map.dofs
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.plate.blocks import LocalDofs
 from femflex.fem.plate.sides import Sides, element_sides
@@ -16,9 +16,6 @@ from femflex.fem.sections.materials import Material
 if TYPE_CHECKING:
     from femflex.fem.structure import Member
     from femflex.mesh import Mesh
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 def member_section(member: Member, coupled: bool = False) -> PlateSection:
@@ -45,7 +42,7 @@ def member_section(member: Member, coupled: bool = False) -> PlateSection:
     )
 
 
-def flat_map(mesh: Mesh, corners: Index, axes: Array, numbering: Numbering, own: Array | None = None) -> LocalDofs:
+def flat_map(mesh: Mesh, corners: IntArray, axes: Array, numbering: Numbering, own: Array | None = None) -> LocalDofs:
     """Map of elements with corners (e, c) and axes (1|e, 3, 3), rows e1, e2, normal.
 
     Raw dofs: translations and rotations of the corners, two per side, then own (e, c + 2): a twist per corner and an

@@ -7,13 +7,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from femflex.arrays import Array
 from femflex.fem.option import Option, Options
 from femflex.fem.plate.frames import DUST, section_angles
 from femflex.fem.sections.laminates import PlateSection, strain_rotation
-
-Array = NDArray[np.float64]
 
 OPTIONS: Options = {  # of all plates
     "axis": Option((1.0, 0.0, 0.0), "direction of the section's x axis, projected onto the plates", "", (3,)),

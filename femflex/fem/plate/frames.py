@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from femflex.arrays import Array
 
 PLANE_TOLERANCE = 1e-6  # sine of the angle below which two plate facets count as one plane
 DUST = 1e-12  # components of a unit vector below this are rounding

@@ -11,9 +11,8 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import polynomial
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from femflex.arrays import Array
 
 # Corners counterclockwise; sides from each corner to the next.
 XI, ETA = np.array([-1.0, 1.0, 1.0, -1.0]), np.array([-1.0, -1.0, 1.0, 1.0])

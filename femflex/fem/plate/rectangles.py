@@ -7,8 +7,8 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.family import Contribution, StrainPlaces, family, member_cells
 from femflex.fem.option import member_options
@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from femflex.fem.structure import Member
     from femflex.mesh import Mesh
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 CELLS = ("quad", "quad8", "quad9")
 SQUARENESS = 1e-6  # cosine of a corner, and misfit of the fourth corner to the size, that pass for a rectangle
@@ -131,7 +129,7 @@ def rectangle_strain(
     )
 
 
-def rectangles(points: Array, corners: Index, where: str) -> tuple[Index, Array, Array, Array]:
+def rectangles(points: Array, corners: IntArray, where: str) -> tuple[IntArray, Array, Array, Array]:
     """Corners (e, 4) counterclockwise from the least local x and y, axes (1|e, 3, 3), half lengths a, b (e,) [m].
 
     The axes lie along the sides, the same for all rectangles of one plane and direction however their nodes are

@@ -6,18 +6,15 @@ import warnings
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.mesh.cells import CELL_TYPES, EDGES
 from femflex.warning import PhysicsWarning
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 STRAIGHT = 1e-4  # distance of a middle node from the straight side, over its length, that passes for rounding
 
 
-def warn_of_curved_sides(points: Array, cells: Mapping[str, Index], where: str) -> None:
+def warn_of_curved_sides(points: Array, cells: Mapping[str, IntArray], where: str) -> None:
     """Warn when middle nodes of cells (e, k) lie off the straight sides that replace theirs, with the largest distance.
 
     points (n_p, 3) [m].
@@ -31,16 +28,24 @@ def warn_of_curved_sides(points: Array, cells: Mapping[str, Index], where: str) 
         return
     worst = int(np.argmax(distance / length))
     warnings.warn(
-        f"{where}: {int(curved.sum())} of {len(curved)} sides of its second-order cells are curved, and the elements "
-        f"have straight ones between the corners: the worst middle node lies {distance[worst]:.3g} m off a side of "
-        f"{length[worst]:.3g} m ({distance[worst] / length[worst]:.2%}; at most {STRAIGHT:.2%} counts as straight). "
-        "Refine the mesh: refine = 1 makes corners of the middle nodes and divides the distance by 4",
-        PhysicsWarning,
+        PhysicsWarning(
+            "{body_or_joint}: {curved} of {count} sides of its second-order cells are curved, and the elements have "
+            "straight ones between the corners: the worst middle node lies {distance:.3g} m off a side of {length:.3g} "
+            "m ({value:.2%}; at most {limit:.2%} counts as straight).",
+            body_or_joint=where,
+            value=distance[worst] / length[worst],
+            limit=STRAIGHT,
+            remedy="Refine the mesh: refine = 1 makes corners of the middle nodes and divides the distance by 4",
+            curved=int(curved.sum()),
+            count=len(curved),
+            distance=distance[worst],
+            length=length[worst],
+        ),
         stacklevel=5,
     )
 
 
-def _off_sides(points: Array, nodes: Index, name: str) -> tuple[Array, Array]:
+def _off_sides(points: Array, nodes: IntArray, name: str) -> tuple[Array, Array]:
     """Distances (k,) of the middle nodes of cells (e, n) from the straight lines between corners, and their lengths."""
     cell = CELL_TYPES[name]
     first, last = (points[nodes[:, [edge[end] for edge in EDGES[cell.shape]]]] for end in (0, 1))

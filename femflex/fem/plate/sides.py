@@ -15,17 +15,14 @@ from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, BoolArray, IntArray
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.plate.frames import PLANE_TOLERANCE, oriented
 from femflex.mesh.cells import CELL_TYPES
 
 if TYPE_CHECKING:
     from femflex.mesh import Mesh
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,8 +34,8 @@ class Sides:
     along  (e, c, 3)  unit vectors along the sides, the same for all elements on a side
     """
 
-    dofs: Index
-    folds: NDArray[np.bool_]
+    dofs: IntArray
+    folds: BoolArray
     along: Array
 
 
@@ -48,12 +45,12 @@ class SideTable:
     def __init__(self, mesh: Mesh) -> None:
         self.n_nodes = len(mesh.points)
         self.folds = fold_keys(mesh)
-        self._keys: Index = np.zeros(0, np.int64)
-        self._dofs: Index = np.zeros((0, 2), np.int64)
-        self._twists: list[tuple[Index, Array]] = []  # per slot: raw dof (n_nodes,) and normal (n_nodes, 3)
+        self._keys: IntArray = np.zeros(0, np.int64)
+        self._dofs: IntArray = np.zeros((0, 2), np.int64)
+        self._twists: list[tuple[IntArray, Array]] = []  # per slot: raw dof (n_nodes,) and normal (n_nodes, 3)
         self._turning: dict[tuple[int, int], tuple[int, float]] = {}  # (node, fold) -> its first twist, and sign
 
-    def sides(self, keys: Index, numbering: Numbering, axes: Array, along: Array, spans: Array) -> Index:
+    def sides(self, keys: IntArray, numbering: Numbering, axes: Array, along: Array, spans: Array) -> IntArray:
         """Numbers (k, 2) of raw dofs of sides by key (k,); new sides get theirs from the numbering.
 
         axes (k, 2, 3) are those of the plane, along (k, 3) those of the sides: what the dofs move along; spans (k, 3)
@@ -76,7 +73,7 @@ class SideTable:
         self._keys, self._dofs = all_keys[order], np.concatenate([self._dofs, dofs])[order]
         return self._dofs[np.searchsorted(self._keys, keys)]
 
-    def twists(self, nodes: Index, normals: Array, numbering: Numbering) -> Index:
+    def twists(self, nodes: IntArray, normals: Array, numbering: Numbering) -> IntArray:
         """Numbers (k,) of the raw dofs of the twist at nodes (k,) in planes of these normals (k, 3); one per node and
         plane."""
         found = np.full(len(nodes), -1, np.int64)
@@ -96,7 +93,7 @@ class SideTable:
             slot += 1
         return found
 
-    def attach_twists(self, twists: Index, corners: Index, axes: Array, numbering: Numbering) -> None:
+    def attach_twists(self, twists: IntArray, corners: IntArray, axes: Array, numbering: Numbering) -> None:
         """Record that dofs twists (e, 4), numbers, turn plates about their sides; axes (e, 2, 3) are unit vectors along
         these."""
         for side in range(4):
@@ -104,7 +101,7 @@ class SideTable:
             pairs, about = np.repeat(corners[:, ends], 2, axis=0), np.repeat(axes[:, side % 2], 2, axis=0)
             numbering.attach(twists[:, ends].reshape(-1, 1), pairs, about[:, None], kind="rotation")
 
-    def tie_folds(self, twists: Index, corners: Index, numbering: Numbering) -> None:
+    def tie_folds(self, twists: IntArray, corners: IntArray, numbering: Numbering) -> None:
         """Tie twists (e, 4), dof numbers, that meet on a fold; corners (e, 4), node numbers, sides 1 and 3 along the x
         axis."""
         for side, sign in enumerate((-1.0, 1.0, -1.0, 1.0)):
@@ -129,7 +126,7 @@ def side_table(mesh: Mesh, numbering: Numbering) -> SideTable:
     return _TABLES[numbering]
 
 
-def element_sides(mesh: Mesh, corners: Index, axes: Array, numbering: Numbering) -> Sides:
+def element_sides(mesh: Mesh, corners: IntArray, axes: Array, numbering: Numbering) -> Sides:
     """The sides of elements with corners (e, c) and axes (1|e, 3, 3), rows e1, e2, normal."""
     table = side_table(mesh, numbering)
     pairs = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2), axis=2)
@@ -141,7 +138,7 @@ def element_sides(mesh: Mesh, corners: Index, axes: Array, numbering: Numbering)
     return Sides(dofs, np.isin(keys, table.folds), along.reshape(*keys.shape, 3))
 
 
-def fold_keys(mesh: Mesh) -> Index:
+def fold_keys(mesh: Mesh) -> IntArray:
     """Keys (k,), numbers (lower node * n_points + upper node), ascending, of sides where surface cells of different
     planes meet."""
     keys, normals = [np.zeros(0, np.int64)], [np.zeros((0, 3))]

@@ -5,13 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.fem.family import SkinPart
 from femflex.fem.plate.blocks import LocalDofs
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 DECIMALS = 6  # of a normal: facets that agree so far share their drawn points
 
@@ -29,13 +26,13 @@ class _Places:
 
     x: Array
     normal: Array
-    number: Index
-    translations: list[Index]
-    rotations: list[Index]
-    along: list[tuple[Index, Array]]
+    number: IntArray
+    translations: list[IntArray]
+    rotations: list[IntArray]
+    along: list[tuple[IntArray, Array]]
 
 
-def plate_skin(points: Array, corners: Index, axes: Array, thickness: float, dof_map: LocalDofs) -> SkinPart:
+def plate_skin(points: Array, corners: IntArray, axes: Array, thickness: float, dof_map: LocalDofs) -> SkinPart:
     """Skin of plates with corners (e, c), numbers of nodes, counterclockwise about their normals; axes (1|e, 3, 3).
 
     A point moves by u + theta x offset. In the middle of a side u is the mean of its ends and the element's own
@@ -44,7 +41,7 @@ def plate_skin(points: Array, corners: Index, axes: Array, thickness: float, dof
     nodes = _corner_places(points, corners, axes, dof_map)
     middles = _side_places(points, corners, axes, dof_map)
     n = len(nodes.x) + len(middles.x)
-    triplets: list[tuple[Index, Index, Array]] = []
+    triplets: list[tuple[IntArray, IntArray, Array]] = []
     x = []
     for face, sign in enumerate((1.0, -1.0)):
         for start, place in ((face * n, nodes), (face * n + len(nodes.x), middles)):
@@ -56,7 +53,7 @@ def plate_skin(points: Array, corners: Index, axes: Array, thickness: float, dof
     return SkinPart(np.concatenate(x), _cells(numbers, n), rows, cols, values)
 
 
-def _corner_places(points: Array, corners: Index, axes: Array, dof_map: LocalDofs) -> _Places:
+def _corner_places(points: Array, corners: IntArray, axes: Array, dof_map: LocalDofs) -> _Places:
     e, c = corners.shape
     first, number = _shared(corners.ravel(), axes, c)
     element, corner = first // c, first % c
@@ -65,7 +62,7 @@ def _corner_places(points: Array, corners: Index, axes: Array, dof_map: LocalDof
     return _Places(x, normal, number.reshape(e, c), [translation], [rotation], [])
 
 
-def _side_places(points: Array, corners: Index, axes: Array, dof_map: LocalDofs) -> _Places:
+def _side_places(points: Array, corners: IntArray, axes: Array, dof_map: LocalDofs) -> _Places:
     """Middles of sides: besides the mean of the ends, normal (theta_i - theta_j) x (x_j - x_i) . normal / 8 and the
     in-plane rows of the side in the element's map, over its own dofs and the rotations of its ends."""
     e, c = corners.shape
@@ -92,14 +89,14 @@ def _side_places(points: Array, corners: Index, axes: Array, dof_map: LocalDofs)
     return _Places((x_i + x_j) / 2, own[:, 2], number.reshape(e, c), [u_i, u_j], [theta_i, theta_j], along)
 
 
-def _bulge(dof_map: LocalDofs, element: Index, function: Index, axes: Array, columns: Index) -> Array:
+def _bulge(dof_map: LocalDofs, element: IntArray, function: IntArray, axes: Array, columns: IntArray) -> Array:
     """Displacement rows (k, 3, m) of in-plane functions (k,) of elements over columns (k, m) of their raw dofs."""
     X, row = (dof_map.X[0], ()) if len(dof_map.X) == 1 else (dof_map.X, (element[:, None],))
     u, v = (X[(*row, 2 * function[:, None] + i, columns)] for i in (0, 1))
     return axes[:, 0, :, None] * u[:, None] + axes[:, 1, :, None] * v[:, None]
 
 
-def _motion(start: int, place: _Places, offset: Array) -> list[tuple[Index, Index, Array]]:
+def _motion(start: int, place: _Places, offset: Array) -> list[tuple[IntArray, IntArray, Array]]:
     """Triplets (rows, cols, values) of u + theta x offset at places numbered from start; offset (k, 3)."""
     k = len(place.x)
     rows = 3 * (start + np.arange(k))[:, None] + np.arange(3)
@@ -115,18 +112,18 @@ def _motion(start: int, place: _Places, offset: Array) -> list[tuple[Index, Inde
     return found
 
 
-def of_rows(table: Array, rows: Index) -> Array:
+def of_rows(table: Array, rows: IntArray) -> Array:
     """Rows (k, ...) of a table (e|1, ...) in its unit; the single row, once, of a table that all elements share."""
     return table if len(table) == 1 else table[rows]
 
 
-def _nodal(dofs: Index, element: Index, corner: Index, c: int) -> tuple[Index, Index]:
+def _nodal(dofs: IntArray, element: IntArray, corner: IntArray, c: int) -> tuple[IntArray, IntArray]:
     """Raw dofs (k, 3) of the translations and (k, 3) of the rotations of corners."""
     columns = 3 * corner[:, None] + np.arange(3)
     return dofs[element[:, None], columns], dofs[element[:, None], 3 * c + columns]
 
 
-def _shared(keys: Index, axes: Array, c: int) -> tuple[Index, Index]:
+def _shared(keys: IntArray, axes: Array, c: int) -> tuple[IntArray, IntArray]:
     """First occurrence and number of each key (e c,) on each plane."""
     if len(axes) > 1:
         _, plane = np.unique(np.round(axes[:, 2], DECIMALS), axis=0, return_inverse=True)
@@ -135,21 +132,21 @@ def _shared(keys: Index, axes: Array, c: int) -> tuple[Index, Index]:
     return first, number
 
 
-def _cells(numbers: Index, n: int) -> dict[str, Index]:
+def _cells(numbers: IntArray, n: int) -> dict[str, IntArray]:
     """Faces and rim from the places of each element, corners then sides (e, 2 c); the lower face starts at n.
 
     Each element is cut at the middles of its sides: a triangle at every corner and what is left.
     """
     c = numbers.shape[1] // 2
     tips = [numbers[:, [i, c + i, c + (i - 1) % c]] for i in range(c)]
-    cells: dict[str, list[Index]] = {"triangle": tips, "quad": []}
+    cells: dict[str, list[IntArray]] = {"triangle": tips, "quad": []}
     cells["triangle" if c == 3 else "quad"].append(numbers[:, c:])
     both = {name: [*part, *(p[:, ::-1] + n for p in part)] for name, part in cells.items()}
     both["quad"] += _rim(numbers, n)
     return {name: np.concatenate(part) for name, part in both.items()}
 
 
-def _rim(numbers: Index, n: int) -> list[Index]:
+def _rim(numbers: IntArray, n: int) -> list[IntArray]:
     """Quadrilaterals between the faces along the sides that one element of a plane has."""
     c = numbers.shape[1] // 2
     middle = numbers[:, c:].ravel()

@@ -26,14 +26,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.fem.assembly import Part
 from femflex.fem.plate.blocks import EVERY, LocalDofs
 from femflex.fem.tables import StrainBlock, StressAt, of
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +48,7 @@ class ThinPlates:
     """
 
     where: str
-    corners: Index
+    corners: IntArray
     axes: Array
     area: Array
     dN: Array
@@ -96,7 +93,7 @@ class PlateStrain:
     thin: ThinPlates | None = None
 
     @property
-    def dofs(self) -> Index:
+    def dofs(self) -> IntArray:
         """Numbers (e, l) of raw dofs."""
         return self.map.dofs
 

@@ -19,10 +19,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from femflex.arrays import Array
 
 START, END = np.array([0, 1, 2]), np.array([1, 2, 0])  # corners of the sides
 BEFORE = np.array([2, 0, 1])  # the side that ends in each corner

@@ -7,10 +7,10 @@ from functools import cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTri
 
+from femflex.arrays import Array, IntArray
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.family import Contribution, StrainPlaces, family, member_cells
 from femflex.fem.option import Option, member_options
@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from femflex.fem.structure import Member
     from femflex.mesh import Mesh
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 CELLS = ("triangle", "triangle6")
 ELEMENT = {"element": Option("dkmt", "'dkmt' (any thickness) or 'dkt' (thin: no transverse shear)")}
@@ -138,7 +136,7 @@ def area_points(degree: int) -> tuple[Array, Array]:
     return L, share
 
 
-def _counterclockwise(points: Array, corners: Index, normals: Array) -> Index:
+def _counterclockwise(points: Array, corners: IntArray, normals: Array) -> IntArray:
     """The corners (e, 3) in the order that turns counterclockwise about the normals."""
     x = points[corners]
     sense = np.sum(np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]) * normals, axis=1)

@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from femflex.arrays import Array
 from femflex.fem.sections.materials import Material
 from femflex.fem.sections.section import Outline, Resultants, ellipse
-
-Array = NDArray[np.float64]
 
 SYMMETRIC = 1e-6  # of the largest entry, by which a matrix may differ from its transpose
 

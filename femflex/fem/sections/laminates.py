@@ -11,11 +11,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.fem.sections.materials import Material
-
-Array = NDArray[np.float64]
 
 COUPLING_TOLERANCE = 1e-9  # B relative to sqrt(A D): beyond rounding, the lay-up is not symmetric
 _GAUSS = np.polynomial.legendre.leggauss(3)  # exact for the quartic energy of quadratic shear stresses

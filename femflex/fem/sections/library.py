@@ -10,9 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from femflex.fem.line.along import Along
+from femflex.arrays import Array
+from femflex.fem.along import Along
 from femflex.fem.sections.materials import Material
 from femflex.fem.sections.section import (
     Dimensioned,
@@ -24,9 +24,6 @@ from femflex.fem.sections.section import (
     ellipse,
     polygon,
 )
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 ZETA_5 = 1.0369277551433699  # sum of 1 / n^5
 # What one square corner of a wall of unit thickness adds to the straight walls that end at its inner edge: exact by

@@ -10,13 +10,10 @@ from dataclasses import dataclass, fields
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-from femflex.fem.line.along import along, varies
+from femflex.arrays import Array, IntArray
+from femflex.fem.along import along, varies
 from femflex.fem.sections.materials import Material
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 ROUND_SIDES = 24  # sides of the polygon that draws a round section
 
@@ -78,7 +75,7 @@ class Outline:
     """Polygon (..., k, 2) of y, z, counterclockwise seen from +x, and triangles (m, 3) of its corners that fill it."""
 
     points: Array
-    triangles: Index
+    triangles: IntArray
 
 
 class Section(Protocol):

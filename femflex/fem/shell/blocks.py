@@ -6,14 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.fem.assembly import Part
 from femflex.fem.shell.fields import ROWS
 from femflex.fem.tables import DenseStrain, StrainBlock, StressAt, element_chunks, of
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 EVERY = slice(None)
 
@@ -29,7 +26,7 @@ class ShellInertia:
     heights  (r,)                   of the layers [m]
     """
 
-    dofs: Index
+    dofs: IntArray
     dm: Array
     rho: Array
     N: Array

@@ -14,11 +14,9 @@ from __future__ import annotations
 import warnings
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.warning import PhysicsWarning
-
-Array = NDArray[np.float64]
 
 BENDS_OVER = 1.5  # of sqrt(R h): length of four-node elements above which they are 18 % too stiff at loads and edges
 LONG = 16.0  # of sqrt(R h): length of second-order elements above which low modes of a thin dish are over 10 % too high
@@ -45,20 +43,36 @@ def warn_if_coarse(x: Array, V: Array, thickness: Array, where: str) -> None:
     long = f"{_at(worst, x)}, is {length[worst]:.3g} m long against {length[worst] / ratio[worst]:.3g} m"
     if limit == LONG:
         warnings.warn(
-            f"{where}: {int(coarse.sum())} of {len(x)} second-order elements are longer than {LONG:g} sqrt(R h); the "
-            f"worst, {long}. Low modes of a thin dish are 5 % too high at 13 sqrt(R h) and 2.6 times too high at 26. "
-            "Mesh finer, or give refine = 1",
-            PhysicsWarning,
+            PhysicsWarning(
+                "{body_or_joint}: {coarse} of {count} second-order elements are longer than {limit:g} sqrt(R h); the "
+                "worst, {long}. Low modes of a thin dish are 5 % too high at 13 sqrt(R h) and 2.6 times too high at "
+                "26.",
+                body_or_joint=where,
+                value=ratio[worst],
+                limit=LONG,
+                remedy="Mesh finer, or give refine = 1",
+                coarse=int(coarse.sum()),
+                count=len(x),
+                long=long,
+            ),
             stacklevel=5,
         )
         return
     warnings.warn(
-        f"{where}: {int(coarse.sum())} of {len(x)} four-node elements are longer than {BENDS_OVER:g} sqrt(R h), and "
-        f"a curved shell bends over a length sqrt(R h) at concentrated loads and edges; the worst, {long}. There the "
-        f"shell is up to {1 + STIFFER * ratio[worst] ** 2:.3g} times as stiff as it should be; low modes bend smoothly "
-        "and are within 1 % up to 2 sqrt(R h) and 20 % off at 4 sqrt(R h). Mesh finer there, or use eight- or "
-        "nine-node elements",
-        PhysicsWarning,
+        PhysicsWarning(
+            "{body_or_joint}: {coarse} of {count} four-node elements are longer than {limit:g} sqrt(R h), and a curved "
+            "shell bends over a length sqrt(R h) at concentrated loads and edges; the worst, {long}. There the shell "
+            "is up to {stiffer:.3g} times as stiff as it should be; low modes bend smoothly and are within 1 % up to 2 "
+            "sqrt(R h) and 20 % off at 4 sqrt(R h).",
+            body_or_joint=where,
+            value=ratio[worst],
+            limit=BENDS_OVER,
+            remedy="Mesh finer there, or use eight- or nine-node elements",
+            coarse=int(coarse.sum()),
+            count=len(x),
+            long=long,
+            stiffer=1 + STIFFER * ratio[worst] ** 2,
+        ),
         stacklevel=5,
     )
 
@@ -78,10 +92,17 @@ def warn_of_trapezoids(x: Array, where: str) -> None:
         return
     worst = int(np.argmax(taper))
     warnings.warn(
-        f"{where}: {int(locked.sum())} of {len(x)} four-node elements are trapezoids that lock in their plane; one "
-        f"layer of the worst, {_at(worst, x)}, is up to {1 + taper[worst] ** 2:.3g} times as stiff in bending in its "
-        "plane as it should be. Use rectangles or parallelograms, or eight- or nine-node elements",
-        PhysicsWarning,
+        PhysicsWarning(
+            "{body_or_joint}: {locked} of {count} four-node elements are trapezoids that lock in their plane; one "
+            "layer of the worst, {worst}, is up to {value:.3g} times as stiff in bending in its plane as it should be.",
+            body_or_joint=where,
+            value=1 + taper[worst] ** 2,
+            limit=1.0,
+            remedy="Use rectangles or parallelograms, or eight- or nine-node elements",
+            locked=int(locked.sum()),
+            count=len(x),
+            worst=_at(worst, x),
+        ),
         stacklevel=5,
     )
 

@@ -6,14 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse import csgraph
 
+from femflex.arrays import Array, IntArray
 from femflex.mesh.cells import CELL_TYPES
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,8 +24,8 @@ class Directors:
     """
 
     V: dict[str, Array]
-    number: dict[str, Index]
-    node: Index
+    number: dict[str, IntArray]
+    node: IntArray
     vector: Array
 
 
@@ -40,7 +37,7 @@ def normals_at_nodes(name: str, x: Array) -> Array:
 
 
 def directors(
-    points: Array, cells: dict[str, Index], fold_angle: float, known: Callable[[Array], Array] | None = None
+    points: Array, cells: dict[str, IntArray], fold_angle: float, known: Callable[[Array], Array] | None = None
 ) -> Directors:
     """Directors of cells (e, k) by type; elements at a node share one where a chain of sides with angles between
     their normals below fold_angle [rad] joins them there. known: unit normals (n, 3) of the surface at places (n, 3),
@@ -73,7 +70,7 @@ def directors(
     return Directors(V, numbers, node[first], vector)
 
 
-def _neighbours(node: Index) -> tuple[Index, Index]:
+def _neighbours(node: IntArray) -> tuple[IntArray, IntArray]:
     """All pairs of entries of node (m,) that are at one node."""
     order = np.argsort(node, kind="stable")
     count = np.bincount(node)

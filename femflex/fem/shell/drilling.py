@@ -12,20 +12,17 @@ Mech. Engng 72 (1989) 105).
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import BoolArray, IntArray
 from femflex.fem.shell.fields import ShellGeometry, areas, gradient_rows
 from femflex.fem.tables import DenseStrain
 from femflex.mesh.cells import CELL_TYPES
 from femflex.mesh.quality import quadrature
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-
 DRILLING = 0.1  # of the shear stiffness in the plane
 
 
-def drilling(geometry: ShellGeometry, dofs: Index, drilled: NDArray[np.bool_], shear: float) -> tuple[DenseStrain, ...]:
+def drilling(geometry: ShellGeometry, dofs: IntArray, drilled: BoolArray, shear: float) -> tuple[DenseStrain, ...]:
     """Strain theta.n - omega at the nodes (e, k) that have a rotation about the director; none where none has.
 
     shear: stiffness G h [N/m]

@@ -22,16 +22,13 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.fem.plate.frames import in_plane
 from femflex.fem.shell.tying import Products, products
 from femflex.fem.tables import element_chunks
 from femflex.mesh.cells import CELL_TYPES
 from femflex.mesh.quality import quadrature
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 ROWS = 11
 MIDDLE = np.array([[0.5, 0.5]])  # of four-sided cells
@@ -51,7 +48,7 @@ class ShellGeometry:
     axis: Array
     A: Array
 
-    def over(self, elements: slice | Index) -> ShellGeometry:
+    def over(self, elements: slice | IntArray) -> ShellGeometry:
         """The geometry (k, ...) [m] of these k elements alone."""
         axis = self.axis if self.axis.ndim == 1 else self.axis[elements]
         return ShellGeometry(self.cell, self.x[elements], self.V[elements], axis, self.A)

@@ -9,10 +9,10 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTri
 
+from femflex.arrays import Array, IntArray
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.family import Contribution, StrainPlaces, family, member_cells
 from femflex.fem.option import Option, Options, member_options
@@ -37,8 +37,6 @@ if TYPE_CHECKING:
     from femflex.fem.structure import Member
     from femflex.mesh import Mesh
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 CELLS = ("triangle", "triangle6", "quad", "quad9")
 FLAT_AREA = 1e-10  # of the longest side squared: area below which an element has none
@@ -144,7 +142,7 @@ def shell(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
             rule: tuple[Array, Array],
             elements: slice,
             geometry: ShellGeometry = geometry,
-            dofs: Index = dofs,
+            dofs: IntArray = dofs,
             patch: Patch = patch,
         ) -> ShellStrain:
             own, elastic = geometry.over(elements), of(variable.elastic(patch, rule[0]), elements)
@@ -200,7 +198,7 @@ def _triangle(degree: int) -> tuple[Array, Array]:
 
 
 def _inertia(
-    geometry: ShellGeometry, section: PlateSection, variable: VariableSection, patch: Patch, dofs: Index
+    geometry: ShellGeometry, section: PlateSection, variable: VariableSection, patch: Patch, dofs: IntArray
 ) -> ShellInertia:
     """Mass on the surface, or two halves of it at +- the radius of gyration along the director.
 
@@ -226,7 +224,7 @@ def _inertia(
     return ShellInertia(dofs, dm, rho, N, geometry.V, heights)
 
 
-def _drilling(geometry: ShellGeometry, dofs: Index, numbering: Numbering, shear: float) -> tuple[DenseStrain, ...]:
+def _drilling(geometry: ShellGeometry, dofs: IntArray, numbering: Numbering, shear: float) -> tuple[DenseStrain, ...]:
     k = geometry.x.shape[1]
     return drilling(geometry, dofs, numbering.turns_about_all_axes(dofs[:, 3 * k :: 3]), shear)
 
@@ -280,10 +278,17 @@ def _check_shapes(name: str, x: Array, where: str) -> None:
         )
     if angle[worst] > WARPED:
         warnings.warn(
-            f"{where}: {int((angle > WARPED).sum())} of {len(x)} quadrilaterals are warped by more than {WARPED:g} deg "
-            f"between corner normals; the worst, by {angle[worst]:.3g} deg, is {_at(worst, x)}. Their stiffness is "
-            "some per cents off; mesh finer there, or use eight-node elements",
-            PhysicsWarning,
+            PhysicsWarning(
+                "{body_or_joint}: {warped} of {count} quadrilaterals are warped by more than {limit:g} deg between "
+                "corner normals; the worst, by {value:.3g} deg, is {worst}. Their stiffness is some per cents off;",
+                body_or_joint=where,
+                value=angle[worst],
+                limit=WARPED,
+                remedy="mesh finer there, or use eight-node elements",
+                warped=int((angle > WARPED).sum()),
+                count=len(x),
+                worst=_at(worst, x),
+            ),
             stacklevel=5,
         )
 
@@ -292,7 +297,7 @@ def _at(element: int | np.intp, x: Array) -> str:
     return f"element {element} at ({', '.join(f'{c:.6g}' for c in x[element].mean(axis=0))}) m"
 
 
-def _warn_of_constant_strain(points: Array, cells: dict[str, Index], where: str) -> None:
+def _warn_of_constant_strain(points: Array, cells: dict[str, IntArray], where: str) -> None:
     area = {
         name: np.linalg.norm(normals_at_nodes(name, points[nodes]), axis=2).mean(axis=1).sum()
         / (2 if "triangle" in name else 1)
@@ -301,8 +306,13 @@ def _warn_of_constant_strain(points: Array, cells: dict[str, Index], where: str)
     share = area.get("triangle", 0.0) / sum(area.values())
     if share > CONSTANT_SHARE:
         warnings.warn(
-            f"{where}: {share:.0%} of its area is three-node triangles (limit {CONSTANT_SHARE:.0%}), whose membrane "
-            "strain is constant and converges slowly. Use family = 'plate' for meshes of triangles, or six-node ones",
-            PhysicsWarning,
+            PhysicsWarning(
+                "{body_or_joint}: {value:.0%} of its area is three-node triangles (limit {limit:.0%}), whose membrane "
+                "strain is constant and converges slowly.",
+                body_or_joint=where,
+                value=share,
+                limit=CONSTANT_SHARE,
+                remedy="Use family = 'plate' for meshes of triangles, or six-node ones",
+            ),
             stacklevel=5,
         )

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.fem.family import SkinPart
 from femflex.fem.shell.directors import Directors
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 PIECES = {  # flat pieces of a cell, and its rim, by its own nodes
     "triangle": [[0, 1, 2]],
@@ -26,12 +23,12 @@ RIM = {
 
 
 def shell_skin(
-    points: Array, cells: dict[str, Index], surface: Directors, thickness: float, dofs: dict[str, Index]
+    points: Array, cells: dict[str, IntArray], surface: Directors, thickness: float, dofs: dict[str, IntArray]
 ) -> SkinPart:
     """Skin of shells of that thickness [m] on points (n_p, 3) [m]; a point moves by u + theta x offset."""
     n = len(surface.node)
     moves, turns = np.full((n, 3), -1, np.int64), np.full((n, 3), -1, np.int64)
-    found: dict[str, list[Index]] = {"quad": [], "triangle": []}
+    found: dict[str, list[IntArray]] = {"quad": [], "triangle": []}
     ends, sides = [], []
     for name, nodes in cells.items():
         e, k = nodes.shape

@@ -12,9 +12,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from femflex.fem.line.formula import formula_of_place
+from femflex.arrays import Array
+from femflex.fem.formula import formula_of_place
 from femflex.fem.option import member_options
 from femflex.mesh.cells import CELL_TYPES
 
@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from femflex.fem.structure import Member
     from femflex.mesh import Mesh
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 STEP = 1e-5  # of the extent, of central differences: their error is 1e-10, as that of rounding
 OFF = 0.1  # of the longest side at a node, that it may lie off the surface

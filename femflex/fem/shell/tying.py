@@ -14,11 +14,9 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.mesh.cells import CELL_TYPES
-
-Array = NDArray[np.float64]
 
 LOW, HIGH = 0.5 - 0.5 / np.sqrt(3), 0.5 + 0.5 / np.sqrt(3)  # two Gauss points on a side
 THREE = np.array([0.5 - np.sqrt(0.15), 0.5, 0.5 + np.sqrt(0.15)])

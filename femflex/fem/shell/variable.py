@@ -18,14 +18,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from femflex.fem.line.formula import formula_of_place
+from femflex.arrays import Array, IntArray
+from femflex.fem.formula import formula_of_place
 from femflex.fem.sections.laminates import PlateSection
 from femflex.mesh.cells import CELL_TYPES
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +31,7 @@ class Patch:
     mesh, and the words that errors begin with."""
 
     cell: str
-    nodes: Index
+    nodes: IntArray
     x: Array
     n_points: int
     where: str

@@ -9,14 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.fem.assembly import Part
 from femflex.fem.solid.elastic import VOIGT
 from femflex.fem.tables import StrainBlock, StressAt, of
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 EVERY = slice(None)
 
@@ -25,7 +22,7 @@ EVERY = slice(None)
 class SolidInertia:
     """Points of mass in solid elements: N (q, k) scalar shape functions at the points, the same in all elements."""
 
-    dofs: Index
+    dofs: IntArray
     dm: Array
     rho: Array
     N: Array
@@ -56,7 +53,7 @@ class SolidInertia:
 class SolidStrain:
     """Points of strain in solid elements: G (e, q, 3, k) gradients of the scalar shape functions."""
 
-    dofs: Index
+    dofs: IntArray
     weight: Array
     elastic: Array
     linear_map: Array

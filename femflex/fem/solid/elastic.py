@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from femflex.arrays import Array
 from femflex.fem.sections.materials import Anisotropic, Material, Orthotropic
-
-Array = NDArray[np.float64]
 
 VOIGT = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 PARALLEL = 1e-6  # sine of the angle below which two directions are one

@@ -5,14 +5,12 @@ from __future__ import annotations
 import warnings
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.fem.sections.materials import Anisotropic, Material, Orthotropic
 from femflex.fem.solid.rules import REDUCED
 from femflex.mesh.cells import CELL_TYPES, EDGES
 from femflex.warning import PhysicsWarning
-
-Array = NDArray[np.float64]
 
 ACROSS = 0.7  # cosine: edges that lie so near to the direction in which others rise go through the thickness
 THIN = 0.25  # thickness over the longest edge: below it an element is one of a layer
@@ -30,10 +28,17 @@ def warn_of_first_order(name: str, x: Array, material: Material | Orthotropic | 
     nu = material.nu if isinstance(material, Material) else 0.3
     factor = 1 + (1 - nu) / 2 * slenderness**2
     warnings.warn(
-        f"solid on group {group!r} uses {len(x)} {name} cells of first order, up to {slenderness:.3g} times as long as "
-        f"thick: one layer of them bends up to {factor:.3g} times too stiffly (1 is right); leave out order = 1, so "
-        "that they are raised to second order",
-        PhysicsWarning,
+        PhysicsWarning(
+            "solid on group {body_or_joint!r} uses {count} {name} cells of first order, up to {slenderness:.3g} times "
+            "as long as thick: one layer of them bends up to {value:.3g} times too stiffly ({limit:g} is right);",
+            body_or_joint=group,
+            value=factor,
+            limit=1.0,
+            remedy="leave out order = 1, so that they are raised to second order",
+            count=len(x),
+            name=name,
+            slenderness=slenderness,
+        ),
         stacklevel=2,
     )
 
@@ -60,9 +65,16 @@ def warn_of_curved(name: str, x: Array, group: str) -> None:
     usual = float(np.median(missing[missing > STIFF]))
     cure = "give integration = 'reduced', take" if name in REDUCED else "take"
     warnings.warn(
-        f"solid on group {group!r} is a thin curved layer of {name} cells: their edges rise by {usual:.2g} of the "
-        f"thickness over their chords, so deflections in bending are about {min(usual, 0.9):.0%} too small (limit "
-        f"{STIFF:.0%}); {cure} family shell, or shorten the elements (a half leaves a quarter)",
-        PhysicsWarning,
+        PhysicsWarning(
+            "solid on group {body_or_joint!r} is a thin curved layer of {name} cells: their edges rise by {rise:.2g} "
+            "of the thickness over their chords, so deflections in bending are about {value:.0%} too small (limit "
+            "{limit:.0%});",
+            body_or_joint=group,
+            value=min(usual, 0.9),
+            limit=STIFF,
+            remedy=f"{cure} family shell, or shorten the elements (a half leaves a quarter)",
+            name=name,
+            rise=usual,
+        ),
         stacklevel=3,
     )

@@ -11,8 +11,8 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.family import Contribution, StrainPlaces, family, member_cells
 from femflex.fem.option import Option, Options, member_options
@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from femflex.fem.structure import Member
     from femflex.mesh import Mesh
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 STRAY = 0.5  # distance of a middle node from the mean of its corners, over theirs from it, that no curved cell needs
 FIRST_ORDER = tuple(name for name in CELLS if CELL_TYPES[name].order == 1)
@@ -54,7 +52,7 @@ def raised_solids(mesh: Mesh, members: Sequence[Member]) -> tuple[Mesh, tuple[st
 
     Boundaries of theirs are raised with them, cells of members of other families apart.
     """
-    rows: dict[str, list[Index]] = {}
+    rows: dict[str, list[IntArray]] = {}
     for member in members:
         if member.family == "solid" and _order(member) == 2:
             for kind, own in mesh.cell_groups.get(member.group, {}).items():
@@ -62,7 +60,7 @@ def raised_solids(mesh: Mesh, members: Sequence[Member]) -> tuple[Mesh, tuple[st
                     rows.setdefault(kind, []).append(own)
     if not rows:
         return mesh, ()
-    keep: dict[str, Index] = {}
+    keep: dict[str, IntArray] = {}
     for member in members:
         if member.family != "solid":
             for kind, own in mesh.cell_groups.get(member.group, {}).items():

@@ -5,13 +5,11 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTet, RefTri
 
+from femflex.arrays import Array
 from femflex.mesh.quality import quadrature
-
-Array = NDArray[np.float64]
 
 # Of strains and of mass: Gauss points per direction of hexahedra and pyramids; degree over tetrahedra; degree over
 # triangles and Gauss points across them of wedges. All are exact for cells with straight edges and equal strain

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.family import SkinPart
 from femflex.mesh.cells import CELL_TYPES, FACES
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
-
-def solid_skin(points: Array, cells: dict[str, Index], numbering: Numbering) -> SkinPart:
+def solid_skin(points: Array, cells: dict[str, IntArray], numbering: Numbering) -> SkinPart:
     """Outer faces of solids on points (n_p, 3) [m], moved by their nodes; second-order faces are cut at their middle
     nodes."""
     pieces = outer_pieces(cells)
@@ -29,7 +26,7 @@ def solid_skin(points: Array, cells: dict[str, Index], numbering: Numbering) -> 
     )
 
 
-def outer_pieces(cells: dict[str, Index]) -> dict[str, Index]:
+def outer_pieces(cells: dict[str, IntArray]) -> dict[str, IntArray]:
     """Triangles (k, 3) and quads (k, 4), numbers of mesh nodes, that make up the faces which occur once,
     counterclockwise from
     outside."""
@@ -41,7 +38,7 @@ def outer_pieces(cells: dict[str, Index]) -> dict[str, Index]:
             owner.append((name, number, len(nodes)))
     _, which, count = np.unique(np.concatenate(keys), axis=0, return_inverse=True, return_counts=True)
     once = np.split(count[which.ravel()] == 1, np.cumsum([n for *_, n in owner])[:-1])
-    found: dict[str, list[Index]] = {}
+    found: dict[str, list[IntArray]] = {}
     for (name, number, _), outer in zip(owner, once, strict=True):
         for piece in _pieces(name, FACES[CELL_TYPES[name].shape][number]):
             kind = "quad" if len(piece) == 4 else "triangle"

@@ -6,8 +6,8 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.family import Contribution, SkinPart, StrainPlaces, family, member_cells
 from femflex.fem.option import Option, Options, member_options
@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from femflex.fem.structure import Member
     from femflex.mesh import Mesh
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 OPTIONS: Options = {
     "axis": Option((1.0, 0.0, 0.0), "direction of the section's x axis, projected onto the membrane", "", (3,)),
@@ -115,7 +113,7 @@ def _tangents(x: Array, kind: str, L: Array) -> tuple[Array, Array]:
 
 
 def _strain(
-    x: Array, dofs: Index, kind: str, degree: int, section: Any, options: dict[str, Any], group: str
+    x: Array, dofs: IntArray, kind: str, degree: int, section: Any, options: dict[str, Any], group: str
 ) -> TensionStrain:
     """Strains (xx, yy, gamma_xy) of gradients u_a,1 and u_a,2, a = 1, 2, 3, in axes 1, 2 of the tangent plane."""
     L, weight = area_points(degree)
@@ -159,7 +157,7 @@ def _upright(normals: Array) -> Array:
     return np.broadcast_to(normals[0], normals.shape) if np.abs(normals - normals[0]).max() < 1e-12 else normals
 
 
-def _dofs(numbering: Numbering, nodes: Index, kind: str) -> Index:
+def _dofs(numbering: Numbering, nodes: IntArray, kind: str) -> IntArray:
     """Raw dofs (e, 6, 3) of the shape functions of triangles with nodes (e, 3|6)."""
     e = len(nodes)
     nodal = numbering.translation(nodes.ravel()).reshape(e, -1, 3)
@@ -177,7 +175,7 @@ def _is_curved(x: Array, kind: str) -> bool:
     return bool(np.abs(off).max() > 1e-9 * np.abs(np.ptp(x, axis=1)).max())
 
 
-def _skin(parts: list[tuple[Array, Index, str]]) -> SkinPart:
+def _skin(parts: list[tuple[Array, IntArray, str]]) -> SkinPart:
     """Every triangle as four, with the middles of its sides."""
     L = np.array([(1, 0, 0), (0, 1, 0), (0, 0, 1), (0.5, 0.5, 0), (0, 0.5, 0.5), (0.5, 0, 0.5)], float)
     four = np.array([(0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)])

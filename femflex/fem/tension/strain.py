@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.fem.tables import DenseStrain
-
-Array = NDArray[np.float64]
 
 PRINCIPAL = {1: "tension", 3: "lowest principal stress resultant"}  # by number of strains
 UNITS = {1: "N", 3: "N/m"}

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.polynomial import Legendre
 from numpy.polynomial.legendre import legvander
-from numpy.typing import NDArray
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefLine
 
+from femflex.arrays import Array, IntArray
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.family import Contribution, SkinPart, StrainPlaces, family, member_cells
 from femflex.fem.line.chain import LINE_TYPES, ArcLength, arc_length
@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from femflex.fem.structure import Member
     from femflex.mesh import Mesh
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 OPTIONS: Options = {
     "order": Option(None, "order of the displacements, 1 to 8; 4 when left out, 2 along edges of membranes"),
@@ -95,7 +93,7 @@ def line_shapes(kind: str, order: int, xi: Array, derivative: bool = False) -> A
     return np.concatenate([nodal, *(one[:, None] for one in more)], axis=1)
 
 
-def _dofs(numbering: Numbering, nodes: Index, kind: str, order: int) -> Index:
+def _dofs(numbering: Numbering, nodes: IntArray, kind: str, order: int) -> IntArray:
     """Raw dofs (e, m, 3) of the shape functions of elements between nodes (e, 2|3)."""
     e = len(nodes)
     found = [numbering.translation(nodes.ravel()).reshape(e, -1, 3)]
@@ -108,7 +106,7 @@ def _dofs(numbering: Numbering, nodes: Index, kind: str, order: int) -> Index:
 
 
 def _blocks(
-    x: Array, dofs: Index, kind: str, order: int, member: Member, options: dict[str, Any], arc: ArcLength
+    x: Array, dofs: IntArray, kind: str, order: int, member: Member, options: dict[str, Any], arc: ArcLength
 ) -> tuple[DenseInertia, TensionStrain, StrainPlaces]:
     """Points of mass and of strain of elements with nodes at x (e, 2|3, 3)."""
     varying = VARYING_DEGREE * member.section.varies
@@ -173,7 +171,7 @@ def axial_properties(member: Member, s: Array, length: Array) -> tuple[Array, Ar
     return np.broadcast_to(EA, s.shape), np.broadcast_to(mass, s.shape)
 
 
-def _arcs(mesh: Mesh, cells: dict[str, Index], member: Member, start: str | None) -> dict[str, ArcLength]:
+def _arcs(mesh: Mesh, cells: dict[str, IntArray], member: Member, start: str | None) -> dict[str, ArcLength]:
     """Arc length at the ends of the elements by cell type, by chords; zero where nothing varies."""
     ends = [nodes[:, :2] for nodes in cells.values()]
     if not member.section.varies:
@@ -184,7 +182,7 @@ def _arcs(mesh: Mesh, cells: dict[str, Index], member: Member, start: str | None
     return {kind: ArcLength(whole.ends[a:b], whole.whole[a:b]) for kind, (a, b) in zip(cells, spans, strict=True)}
 
 
-def _on_membrane(mesh: Mesh, cells: dict[str, Index], numbering: Numbering) -> bool:
+def _on_membrane(mesh: Mesh, cells: dict[str, IntArray], numbering: Numbering) -> bool:
     """Whether any element has both ends on a membrane of the structure."""
     on = np.zeros(len(mesh.points), bool)
     for other in numbering.members:
@@ -193,7 +191,7 @@ def _on_membrane(mesh: Mesh, cells: dict[str, Index], numbering: Numbering) -> b
     return any(bool(on[nodes[:, :2]].all(axis=1).any()) for nodes in cells.values())
 
 
-def _skin(parts: list[tuple[Array, Index, str, int]]) -> SkinPart:
+def _skin(parts: list[tuple[Array, IntArray, str, int]]) -> SkinPart:
     """Lines through STATIONS points of every element."""
     xi = np.linspace(0.0, 1.0, STATIONS)
     points, lines, rows, cols, values, start = [], [], [], [], [], 0

@@ -11,13 +11,11 @@ from math import comb
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.special import eval_jacobi, poch
 
+from femflex.arrays import Array, IntArray
 from femflex.fem.eigen.canonical import signs
-
-Array = NDArray[np.float64]
 
 
 class FunctionSet(Protocol):
@@ -149,7 +147,7 @@ def polynomials(root_order: int, tip_order: int, n: int, rigid: int = 2) -> Func
     return _normalised(functions, n + p + q + 4)
 
 
-def _jacobi(degrees: NDArray[np.int64], a: int, b: int, xi: Array, derivative: int) -> Array:
+def _jacobi(degrees: IntArray, a: int, b: int, xi: Array, derivative: int) -> Array:
     """Derivative of P_k^(a, b)(2 xi - 1) by xi: (k + a + b + 1)_d P_(k - d)^(a + d, b + d)."""
     lower = degrees - derivative
     values = eval_jacobi(np.maximum(lower, 0), a + derivative, b + derivative, 2 * xi[:, None] - 1)

@@ -10,15 +10,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.body import StrainTensors
 from femflex.fem.beam.strain import FOURTH, fourth_order, product_maps, strain_maps
 from femflex.reduction.beams.beam_functions import gauss
 from femflex.reduction.beams.uniform_beam import BeamFunctions, UniformBeam
 from femflex.reduction.strain.tensors import packed_cubic, packed_quartic
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

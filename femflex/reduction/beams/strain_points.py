@@ -5,16 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.body.strain_field import StrainPart
 from femflex.fem.family import StrainPlaces
 from femflex.fem.structure import Structure
 from femflex.fem.tables import StrainBlock, cached_chunks, element_chunks
 from femflex.reduction.beams.beam_strain import beam_strains
 from femflex.reduction.beams.uniform_beam import BeamFunctions, UniformBeam
-
-Array = NDArray[np.float64]
 
 NAMED = 4  # strains of a beam before those of fourth order
 MOST_POINTS = 3000  # of a member that are kept one by one; with more, each element keeps one or two means

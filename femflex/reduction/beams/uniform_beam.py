@@ -8,8 +8,9 @@ from functools import lru_cache
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from femflex.arrays import Array, BoolArray
 from femflex.fem.line.chain import element_frames
 from femflex.reduction.beams.beam_functions import (
     STATIC_AXIAL,
@@ -23,8 +24,6 @@ from femflex.reduction.beams.beam_functions import (
     polynomials,
     with_static,
 )
-
-Array = NDArray[np.float64]
 
 BENDING_ORDER = {"free": 0, "pinned": 1, "clamped": 2}  # derivatives, from the value on, that vanish at an end
 
@@ -191,7 +190,7 @@ class BeamFunctions:
         return 2 * kinds, 2 * kinds, kinds, kinds
 
     @property
-    def added(self) -> NDArray[np.bool_]:
+    def added(self) -> BoolArray:
         """(n_functions,): which of the functions are added static shapes."""
         counts = (self.y, self.z, self.axial, self.torsion)
         return np.concatenate(
@@ -199,7 +198,7 @@ class BeamFunctions:
         )
 
     @property
-    def alone(self) -> NDArray[np.bool_]:
+    def alone(self) -> BoolArray:
         """(n,): which of these bend or twist the beam in a way in which it has no other functions."""
         counts = (self.y, self.z, 0, self.torsion)
         only = [n <= n_static for n, n_static in zip(counts, self._static_counts(), strict=True)]

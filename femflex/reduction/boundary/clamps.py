@@ -6,16 +6,14 @@ from collections.abc import Mapping, Sequence
 from typing import NoReturn
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse import csgraph
 
+from femflex.arrays import Array, IntArray
 from femflex.fem.structure import Structure
 from femflex.fem.support import COMPONENTS, Supports
 from femflex.reduction.boundary.rigid import independent_columns, rigid_shapes
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 Groups = str | Sequence[str] | Supports  # names; or name -> components held, e.g. ("x", "y", "z"), or a Support
 
 SHOWN = 5  # parts that share no node, besides the largest, that a message lists
@@ -26,18 +24,18 @@ def names(groups: Groups) -> tuple[str, ...]:
     return (groups,) if isinstance(groups, str) else tuple(groups)
 
 
-def held_dofs(structure: Structure, clamp: Groups) -> Index:
+def held_dofs(structure: Structure, clamp: Groups) -> IntArray:
     """Numbers (k,) of the independent dofs, ascending, that the clamps fix. A mapping names the components held at
     each group."""
     return structure.held_dofs(clamp if isinstance(clamp, Mapping) else dict.fromkeys(names(clamp), COMPONENTS))
 
 
-def free_dofs(structure: Structure, held: Index) -> Index:
+def free_dofs(structure: Structure, held: IntArray) -> IntArray:
     """Numbers (k,) of independent dofs, ascending, that are not held."""
     return np.delete(np.arange(structure.n_dof), held)
 
 
-def refuse_unheld(structure: Structure, held: Index, clamp: tuple[str, ...], loose: Array) -> NoReturn:
+def refuse_unheld(structure: Structure, held: IntArray, clamp: tuple[str, ...], loose: Array) -> NoReturn:
     """Raise the ValueError that says how many motions a clamp leaves without stiffness, and what could be clamped.
 
     loose: these motions (n_dof, k) [m, rad].
@@ -88,7 +86,7 @@ def _node(structure: Structure, node: int) -> str:
     return f"{name} at ({place})" if name else f"the node at ({place})"
 
 
-def _smaller(structure: Structure, parts: list[Index]) -> str:
+def _smaller(structure: Structure, parts: list[IntArray]) -> str:
     """How many nodes the parts but the largest have, and where one of them lies: the first SHOWN of them."""
     found = sorted(parts, key=lambda part: -len(part))[1:]
     listed = [f"{len(part)} nodes, among them {_node(structure, int(part[0]))}" for part in found[:SHOWN]]
@@ -96,7 +94,7 @@ def _smaller(structure: Structure, parts: list[Index]) -> str:
     return f" (in addition to the largest: {'; '.join(listed)}{more})"
 
 
-def _parts(structure: Structure) -> list[Index]:
+def _parts(structure: Structure) -> list[IntArray]:
     """Nodes (k,) of each of the parts that share none: nodes are joined by the dofs they share and by stiffness
     between dofs."""
     rows = sparse.vstack([structure.translation, structure.rotation]).tocoo()

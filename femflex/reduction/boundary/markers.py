@@ -6,15 +6,13 @@ import warnings
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from femflex.arrays import Array, IntArray
 from femflex.body import Marker
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.rigid import rigid_motion
 from femflex.warning import PhysicsWarning
-
-Array = NDArray[np.float64]
 
 FLAT = 1e-10  # relative second moment of a group's nodes about an axis below which they cannot show a rotation about it
 
@@ -59,7 +57,7 @@ def marker_rows(structure: Structure, group: str) -> MarkerRows:
     )
 
 
-def attachable_nodes(structure: Structure, group: str) -> NDArray[np.int64]:
+def attachable_nodes(structure: Structure, group: str) -> IntArray:
     """Numbers (k,) of the nodes of a group, without midside nodes that carry no dofs; ValueError when others carry
     none."""
     named = structure.mesh.group_points(group)

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import SuperLU, splu
 
+from femflex.arrays import Array
 from femflex.fem.eigen.shift_invert import Factors
-
-Array = NDArray[np.float64]
 
 ACCURATE = 1e-9  # residual over the size of its summands up to which pivots on the diagonal have done
 

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from femflex.arrays import Array, IntArray
 from femflex.fem.eigen.modes import factorised
 from femflex.fem.structure import Structure
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 ROUNDING = 1e-13  # force on a dof over the sum of its terms, of all dofs the largest, below which it is none
 RANK = 1e-9  # smallest singular value of unit columns below which they count as dependent
@@ -36,7 +33,7 @@ def lifted(structure: Structure, translation: Array, rotation: Array) -> Array:
     return x
 
 
-def _following(structure: Structure, translation: Array, rotation: Array) -> tuple[Array, Index, Index]:
+def _following(structure: Structure, translation: Array, rotation: Array) -> tuple[Array, IntArray, IntArray]:
     """Dof vectors (n_dof, k) of motions of the nodes, all other dofs zero; numbers of dofs at nodes, and of those that
     belong to none and are not zero where nodes move linearly."""
     k = translation.shape[2]

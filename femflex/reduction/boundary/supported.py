@@ -14,16 +14,13 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg, sparse
 
+from femflex.arrays import Array, IntArray
 from femflex.fem.eigen.modes import IdleError, Modes, factorised, lowest_modes, without_stiffness
 from femflex.fem.eigen.shift_invert import Factors, SingularError
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.rigid import independent_columns, rigid_shapes
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 SHOWN = 3  # dofs without stiffness and mass that a message names
 
@@ -37,11 +34,11 @@ class Supported:
 
     whole_K: sparse.csr_array
     whole_M: sparse.csr_array
-    held: Index
+    held: IntArray
     R: Array
 
     @cached_property
-    def free(self) -> Index:
+    def free(self) -> IntArray:
         """Numbers (n,) of dofs that are not held."""
         return np.delete(np.arange(self.whole_K.shape[0]), self.held)
 
@@ -56,7 +53,7 @@ class Supported:
         return self.whole_M[self.free][:, self.free] if self.held.size else self.whole_M
 
     @cached_property
-    def stiff(self) -> Index:
+    def stiff(self) -> IntArray:
         """Free dofs (m,) of which the stiffness is factorised: all that are left by determinate supports."""
         return self.free if self.held.size else np.setdiff1d(self.free, determinate_supports(self.R))
 
@@ -111,23 +108,23 @@ class Supported:
         return np.asarray(self.whole_M @ self._R)
 
 
-def supported(structure: Structure, held: Index) -> Supported:
+def supported(structure: Structure, held: IntArray) -> Supported:
     """The structure on these supports, numbers of dofs `held` (k,); the same object when it is wanted again."""
     return _known(structure, held, "K", structure.K)
 
 
-def unstressed(structure: Structure, held: Index) -> Supported:
+def unstressed(structure: Structure, held: IntArray) -> Supported:
     """The structure with dofs held (k,), numbers, without the geometric stiffness of its initial stress."""
     return _known(structure, held, "K0" if structure.stressed else "K", structure.K0)
 
 
-def lowest_modes_on(structure: Structure, held: Index, n: int) -> Modes:
+def lowest_modes_on(structure: Structure, held: IntArray, n: int) -> Modes:
     """`Supported.lowest_modes` of the structure with dofs held (k,), numbers; a second call returns the same object."""
     found: Modes = structure.recalled(("modes", n, held.tobytes()), lambda: _modes(structure, held, n))
     return found
 
 
-def _modes(structure: Structure, held: Index, n: int) -> Modes:
+def _modes(structure: Structure, held: IntArray, n: int) -> Modes:
     given = supported(structure, held)
     try:
         return given.lowest_modes(n)
@@ -136,7 +133,7 @@ def _modes(structure: Structure, held: Index, n: int) -> Modes:
         raise IdleError(dofs, _places_text(structure, dofs)) from None
 
 
-def _places_text(structure: Structure, dofs: Index) -> str:
+def _places_text(structure: Structure, dofs: IntArray) -> str:
     """The first nodes and components that dofs move: ", such as ry of the node at (1, 0, 2) m"."""
     listed = []
     for dof in dofs[:SHOWN]:
@@ -150,7 +147,7 @@ def _places_text(structure: Structure, dofs: Index) -> str:
     return f", such as {'; '.join(listed)}" if listed else ""
 
 
-def _known(structure: Structure, held: Index, which: str, K: sparse.csr_array) -> Supported:
+def _known(structure: Structure, held: IntArray, which: str, K: sparse.csr_array) -> Supported:
     def make() -> Supported:
         R = np.zeros((structure.n_dof, 0)) if held.size else rigid_shapes(structure)
         return Supported(K, structure.M, np.asarray(held, np.int64), R[:, independent_columns(R)])
@@ -159,6 +156,6 @@ def _known(structure: Structure, held: Index, which: str, K: sparse.csr_array) -
     return found
 
 
-def determinate_supports(R: Array) -> Index:
+def determinate_supports(R: Array) -> IntArray:
     """As many numbers of dofs as there are rigid motions R (n_dof, r), ascending, that hold them all."""
     return np.sort(linalg.qr(R.T, mode="r", pivoting=True)[1][: R.shape[1]]).astype(np.int64)

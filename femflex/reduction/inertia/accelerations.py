@@ -9,13 +9,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.fem.structure import Structure
 from femflex.fem.tables import DenseInertia, cached_chunks
 from femflex.reduction.boundary.rigid import linear_motion, linear_shapes, rigid_motion, rigid_shapes
-
-Array = NDArray[np.float64]
 
 ANSWERED = 1e-4  # part of a field's answer, by amplitude, that may be left out
 SILENT = 1e-6  # answer over the largest of all fields below which it is rounding

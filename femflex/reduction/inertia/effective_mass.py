@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.spatial import KDTree
 
+from femflex.arrays import Array
 from femflex.body import FlexibleBody
 from femflex.fem.eigen.canonical import canonical
 from femflex.fem.eigen.modes import dense_modes
-
-Array = NDArray[np.float64]
 
 LEVI_CIVITA = np.array([[[(a - b) * (b - c) * (c - a) / 2 for c in range(3)] for b in range(3)] for a in range(3)])
 

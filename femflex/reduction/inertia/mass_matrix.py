@@ -27,17 +27,14 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg, sparse
 
+from femflex.arrays import Array
 from femflex.body import MassMoments
 from femflex.fem.eigen.modes import factorised
 from femflex.fem.matrix_structure import MatrixStructure
 from femflex.reduction.boundary.rigid import rigid_shapes
 from femflex.reduction.inertia.moments import point_moments
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 EXACT = 1e-9  # entry of the mass matrix that is not of the sum above, over the geometric mean of its two diagonal ones
 HEAVY = 0.5  # part of a shape's elastic mass in the lumped one, above which the lumped one tells its directions

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.body.mass_points import MassPoints
 from femflex.fem.structure import Structure
 from femflex.fem.tables import element_chunks
-
-Array = NDArray[np.float64]
 
 LONG = 100.0  # m; extent of a structure from which on its body keeps points of mass
 MOST = 600  # points that are kept one by one; with more, the centre of each element stands for it

@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from femflex.arrays import Array
 from femflex.body import MassMoments
 from femflex.fem.tables import InertiaBlock, StrainBlock, cached_chunks, element_chunks
-
-Array = NDArray[np.float64]
 
 MOST_BYTES = 2e9  # of the second moments; some five thousand shapes
 

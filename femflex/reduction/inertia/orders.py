@@ -20,14 +20,12 @@ first order, and all of its terms are kept.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg
 
+from femflex.arrays import Array
 from femflex.fem.structure import Structure
 from femflex.fem.tables import StrainBlock, element_chunks
 from femflex.reduction.inertia.moments import linear_stiffness, strain_stiffness
-
-Array = NDArray[np.float64]
 
 MEMBRANE = {"line": [0], "plate": [0, 1, 2], "solid": [0, 1, 2, 3, 4, 5]}  # strains that squares of rotations enter
 IN_PLANE = np.array([[0.25, -0.25], [-0.25, 0.25]])  # of (v,x - u,y)^2 / 4, the square of a turn in the plane

@@ -15,14 +15,12 @@ from collections.abc import Iterator
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.clamps import free_dofs
 from femflex.reduction.boundary.pivots import solved
 from femflex.reduction.modes.modeset import ModeSet
-
-Array = NDArray[np.float64]
 
 STEPS = 4  # states on the way to each amplitude, evenly spaced
 SETTLED = 1e-6  # last Newton step over the displacement; what follows of it is its square

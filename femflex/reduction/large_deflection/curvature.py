@@ -7,16 +7,14 @@ of what is flat. Its tangent stiffness k + 6 c q + 12 e q^2 then falls to one si
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.fem.structure import Structure
 from femflex.reduction.large_deflection.bent_states import over_mass
 from femflex.reduction.large_deflection.own_bend import own_bend
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.modes.statics import static_response
 from femflex.reduction.modes.vibration import answers_to_clamps
-
-Array = NDArray[np.float64]
 
 REACH = 0.1  # displacement over size up to which it is looked at
 LOOKED_AT = 3  # of the lowest vibration shapes

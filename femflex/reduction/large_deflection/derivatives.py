@@ -15,8 +15,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, BoolArray
 from femflex.fem.structure import Structure
 from femflex.reduction.inertia.accelerations import answers_to_accelerations
 from femflex.reduction.large_deflection.bent_states import bent_states, over_mass
@@ -25,8 +25,6 @@ from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.modes.statics import static_response
 from femflex.reduction.modes.vibration import ritz
 from femflex.reduction.strain.following import FASTER
-
-Array = NDArray[np.float64]
 
 RANK = 1e-12  # share of the largest energy below which a combination of derivatives adds nothing (1e-6 in amplitude)
 FAR = 0.2  # deflection over the structure's size up to which it is to bend without locking
@@ -97,7 +95,7 @@ def load_weights(structure: Structure, modes: ModeSet) -> Array:
     return np.asarray(np.where(i == j, 1.0, np.sqrt(2.0)) * omega.min() ** 2 / (omega[i] * omega[j]))
 
 
-def followed(structure: Structure, modes: ModeSet, pairs: Array) -> NDArray[np.bool_]:
+def followed(structure: Structure, modes: ModeSet, pairs: Array) -> BoolArray:
     """Which derivatives (n_dof, n(n+1)/2) (numbers of columns) are FASTER than their pair i <= j (`able_to_follow`).
 
     The derivative of a stretching and a bending shape is not: it bends.

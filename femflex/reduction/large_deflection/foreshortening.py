@@ -6,17 +6,15 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg
 
+from femflex.arrays import Array
 from femflex.body import FlexibleBody, Foreshortening
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.markers import marker_rows
 from femflex.reduction.inertia.accelerations import work_of_accelerations
 from femflex.reduction.large_deflection.own_bend import own_bend
 from femflex.reduction.modes.modeset import ModeSet
-
-Array = NDArray[np.float64]
 
 ALONE = 1e-6  # part of the other shapes of a set in its lowest one, by mass, below which that is one of the set
 

@@ -16,15 +16,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from femflex.arrays import Array, IntArray
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.pivots import factors, negative_pivots
 from femflex.reduction.boundary.supported import supported
 from femflex.reduction.modes.modeset import ModeSet
-
-Array = NDArray[np.float64]
 
 STEPS = 12  # of the work on the way to the deflection of a linear structure
 FARTHEST = 1.5  # of that work: stops what comes to rest without having moved so far
@@ -41,7 +39,7 @@ class LoadedStructure:
     """A clamped structure with the work of a load held, pushed besides; vectors over its free dofs."""
 
     structure: Structure
-    free: NDArray[np.int64]
+    free: IntArray
     K: sparse.csr_array
     load: Array
     push: Array

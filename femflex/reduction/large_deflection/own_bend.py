@@ -5,13 +5,11 @@ from __future__ import annotations
 from hashlib import sha256
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.fem.structure import Structure
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.modes.statics import static_response
-
-Array = NDArray[np.float64]
 
 
 def own_bend(structure: Structure, one: ModeSet) -> tuple[Array, Array]:

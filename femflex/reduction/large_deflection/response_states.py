@@ -12,15 +12,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.supported import supported
 from femflex.reduction.large_deflection.load_path import largest_displacement, trace_load_path
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.modes.vibration import answers_to_clamps, load_vectors, ritz
-
-Array = NDArray[np.float64]
 
 PUSH = 1e-3  # energy norm of a mode's answer to the push added to a load, over that of the load's own linear answer
 PUSHED = 3  # of the lowest modes

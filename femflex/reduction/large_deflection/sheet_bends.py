@@ -9,14 +9,12 @@ stiff, with the change found at a deflection of 0.2 of its size 0.3 % at most, a
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.fem.structure import Structure
 from femflex.reduction.large_deflection.bent_states import held_at, over_mass, state_energy
 from femflex.reduction.large_deflection.derivatives import scaled_derivatives
 from femflex.reduction.modes.modeset import ModeSet
-
-Array = NDArray[np.float64]
 
 FURTHER = 4.0  # deflection of a state over that of the one before, at most: odd and even parts of the one foretell it
 ON_THE_WAY = 1e-2  # last Newton step over the displacement, of states that only lead on

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg
 
+from femflex.arrays import Array, BoolArray
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.rigid import DIRECTIONS, independent_columns
 from femflex.reduction.large_deflection.bent_states import over_mass
@@ -16,8 +16,6 @@ from femflex.reduction.modes.residuals import residual_vectors
 from femflex.reduction.modes.statics import static_response
 from femflex.reduction.modes.vibration import load_vectors
 from femflex.reduction.strain.following import FASTER
-
-Array = NDArray[np.float64]
 
 FASTEST = 8.0  # frequency of a load's static shape over the highest of a set that it may join: the rest of an end load
 # that one mode leaves has 6.5, and a pull along a beam 100 times its radius of gyration some 40
@@ -73,7 +71,7 @@ def _spaces(structure: Structure, directions: Sequence[str], loads: Mapping[str,
                 yield load_vectors(structure, [], {group: own})
 
 
-def brought_about(structure: Structure, modes: ModeSet, shapes: Array) -> NDArray[np.bool_]:
+def brought_about(structure: Structure, modes: ModeSet, shapes: Array) -> BoolArray:
     """Whether each of the shapes (n_dof, k) [m, rad] is what the bending of one of the set brings about.
 
     Static derivatives of phi_i alone hold the strain energy theta_ii.K theta_ii; a shape x that is DRIVEN holds its

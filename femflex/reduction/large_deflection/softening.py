@@ -18,13 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
+from femflex.arrays import Array, BoolArray
 from femflex.body.symmetric import unpacked
 from femflex.fem.structure import Structure
 from femflex.reduction.large_deflection.bent_states import over_mass
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.strain.tensors import pair_number, strain_tensors
-
-Array = NDArray[np.float64]
 
 FAR = 0.2  # deflection over the structure's size up to which a bend is looked at; strain holds no further
 PURE = 0.5  # of what derivatives take from a shape's stiffness, the part that is no stretch taken back
@@ -105,7 +104,7 @@ def answers_to_bends(structure: Structure, modes: ModeSet, theta: Array, kept: A
     return np.asarray(left @ (X[:, heard] / np.sqrt(energy[heard])))
 
 
-def _not_slower(structure: Structure, modes: ModeSet, outside: Array) -> NDArray[np.bool_]:
+def _not_slower(structure: Structure, modes: ModeSet, outside: Array) -> BoolArray:
     """Whether derivatives (n_dof, n(n+1)/2) are not SLOWER than one of the pair i <= j they belong to."""
     i, j = np.triu_indices(modes.n_modes)
     square = over_mass(structure, modes)

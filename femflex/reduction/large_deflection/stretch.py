@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.body import StrainTensors
 from femflex.fem.structure import Structure
 from femflex.reduction.large_deflection.derivatives import scaled_derivatives
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.strain.tensors import strain_tensors
-
-Array = NDArray[np.float64]
 
 DEFLECTION = 0.01  # of the structure's size, at which a set is assessed
 STIFFER = 0.1  # share of the linear energy that a set may store on top of the relaxed structure

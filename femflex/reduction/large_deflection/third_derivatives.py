@@ -14,8 +14,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.clamps import free_dofs
 from femflex.reduction.large_deflection.bent_states import over_mass
@@ -24,8 +24,6 @@ from femflex.reduction.large_deflection.sheet_bends import changed_by_bending
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.modes.statics import static_response
 from femflex.reduction.modes.vibration import ritz
-
-Array = NDArray[np.float64]
 
 FAR = 1e3  # displacement over size at which the cubic force is read off: there it is all of the force but rounding
 HELD = 1e-3  # share of a bent state's energy by which the set may lack its shape

@@ -5,10 +5,10 @@ from __future__ import annotations
 import warnings
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg, sparse
 from scipy.sparse.linalg import LinearOperator, eigsh
 
+from femflex.arrays import Array, IntArray
 from femflex.fem.deflected import tension_blocks
 from femflex.fem.eigen.modes import factorised
 from femflex.fem.eigen.shift_invert import Factors
@@ -18,9 +18,6 @@ from femflex.reduction.boundary.supported import Supported, supported, unstresse
 from femflex.reduction.preload.equilibrium import refuse_slack, refuse_untensioned
 from femflex.warning import PhysicsWarning
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-
 CLOSE = 1.25  # times the stress given: below this margin to buckling it is reported
 FAR = 1e3  # times the stress given, from which on it counts as never
 CLASSED, EXACT = 1e-2, 1e-10  # part of the ratio of stiffness to which it is found, to see that it is far off, and else
@@ -28,7 +25,7 @@ ROUGHLY, VECTORS, RESTARTS = 1e-3, 12, 8  # of the stiffness left; of Lanczos' m
 SMALL = 400  # dofs up to which a dense solution is cheaper
 
 
-def critical_factor(structure: Structure, held: Index, enough: float = FAR) -> float:
+def critical_factor(structure: Structure, held: IntArray, enough: float = FAR) -> float:
     """Factor [1] on the initial stress at which the structure buckles with dofs `held` (k,) fixed; inf if never.
 
     Also inf beyond `enough`, and where the stress buckles a structure that without it has no stiffness against some
@@ -96,7 +93,7 @@ def _dense_lowest(K_sigma: sparse.csr_array, K0: sparse.csr_array) -> tuple[floa
     return float(every[0]), vectors[:, 0]
 
 
-def refuse_buckled(structure: Structure, held: Index) -> None:
+def refuse_buckled(structure: Structure, held: IntArray) -> None:
     """Raise ValueError when the initial stress buckles the structure with dofs held (k,), numbers.
 
     Warns where it is close to that.

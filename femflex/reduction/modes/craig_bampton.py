@@ -9,18 +9,15 @@ from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg
 
+from femflex.arrays import Array, IntArray
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.clamps import Groups, held_dofs, names
 from femflex.reduction.boundary.markers import marker_rows
 from femflex.reduction.boundary.rigid import independent_columns, rigid_shapes
 from femflex.reduction.modes.modeset import ModeSet, rigid_set
 from femflex.reduction.modes.vibration import condensed, fixed_modes, ritz
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 def craig_bampton(
@@ -71,7 +68,7 @@ def craig_bampton(
 
 
 def _interface_motions(
-    structure: Structure, groups: tuple[str, ...], boundary: Index, interface: str, reference: str | None
+    structure: Structure, groups: tuple[str, ...], boundary: IntArray, interface: str, reference: str | None
 ) -> Array:
     """Independent motions (n_boundary, k) of the interface dofs, that of the reference group's place left out."""
     if interface == "nodal":
@@ -96,7 +93,7 @@ def _check_apart(structure: Structure, groups: tuple[str, ...]) -> None:
                 )
 
 
-def _rigid_motions(structure: Structure, group: str, boundary: Index) -> Array:
+def _rigid_motions(structure: Structure, group: str, boundary: IntArray) -> Array:
     """Motions (n_boundary, k <= 6) in which the group's own dofs move as one rigid piece about its mean position."""
     own = np.isin(boundary, structure.clamped_dofs(group))
     place = structure.mesh.points[structure.mesh.group_points(group)].mean(axis=0)
@@ -105,7 +102,7 @@ def _rigid_motions(structure: Structure, group: str, boundary: Index) -> Array:
     return R[:, independent_columns(R)]
 
 
-def _without_motion_of(structure: Structure, group: str, boundary: Index, motions: Array) -> Array:
+def _without_motion_of(structure: Structure, group: str, boundary: IntArray, motions: Array) -> Array:
     """Combinations of motions in which the group's mean displacement and rotation vanish.
 
     Raises ValueError when the group cannot hold the body frame (one node without rotation, or nodes on one line).

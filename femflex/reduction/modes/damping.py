@@ -7,11 +7,10 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from femflex.arrays import Array, BoolArray
 from femflex.fem.eigen.modes import dense_modes
-
-Array = NDArray[np.float64]
 
 
 class Damping(Protocol):
@@ -30,12 +29,12 @@ UNANSWERED = "unanswered attachment"  # answer to loads that move no mode of the
 ADDED = ("attachment", UNANSWERED, "response", "third derivative")  # kinds of shapes that are added to vibration modes
 
 
-def is_added(kinds: Sequence[str]) -> NDArray[np.bool_]:
+def is_added(kinds: Sequence[str]) -> BoolArray:
     """(n,): which of the shapes are added to the vibration modes of a set."""
     return np.array([kind in ADDED for kind in kinds], bool)
 
 
-def is_unanswered(kinds: Sequence[str]) -> NDArray[np.bool_]:
+def is_unanswered(kinds: Sequence[str]) -> BoolArray:
     """(n,): which of the shapes answer loads that move no mode of the set."""
     return np.array([kind == UNANSWERED for kind in kinds], bool)
 

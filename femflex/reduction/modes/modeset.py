@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from femflex.arrays import Array, IntArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +27,7 @@ class ModeSet:
     kinds: tuple[str, ...]
     omega: Array
     groups: tuple[str, ...] = ()
-    held: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+    held: IntArray = field(default_factory=lambda: np.zeros(0, np.int64))
     note: str = ""
     reference: str = ""
 
@@ -45,7 +44,7 @@ class ModeSet:
         """Number of shapes."""
         return self.phi.shape[1]
 
-    def picked(self, columns: list[int] | NDArray[np.int64]) -> ModeSet:
+    def picked(self, columns: list[int] | IntArray) -> ModeSet:
         """The set with the columns (k,) of these numbers alone, in this order."""
         index = np.asarray(columns, np.int64)
         return replace(self, phi=self.phi[:, index], kinds=tuple(self.kinds[i] for i in index), omega=self.omega[index])

@@ -5,17 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from femflex.arrays import Array, IntArray
 from femflex.fem.structure import Structure
 from femflex.fem.tables import DenseInertia, InertiaBlock
 from femflex.reduction.boundary.clamps import Groups, free_dofs, held_dofs, names
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.modes.vibration import condensed
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 def nodal(structure: Structure, clamp: Groups) -> ModeSet:
@@ -69,12 +66,12 @@ def is_lumped(structure: Structure) -> bool:
     return all(block.dofs.shape[1] == 3 for block in structure.inertia)
 
 
-def _moving_dofs(structure: Structure) -> Index:
+def _moving_dofs(structure: Structure) -> IntArray:
     """Independent dofs that move a node, in any axes: a rotation to which other nodes are tied does, too."""
     return np.unique(structure.translation.tocoo().coords[1]).astype(np.int64)
 
 
-def _element_shares(block: InertiaBlock, node_of_raw: Index) -> tuple[Index, Array]:
+def _element_shares(block: InertiaBlock, node_of_raw: IntArray) -> tuple[IntArray, Array]:
     """Nodes and their parts of the mass of every element of a block."""
     diagonal = np.einsum("ell->el", block.mass())
     nodes = node_of_raw[block.dofs]  # e, l

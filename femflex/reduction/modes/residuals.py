@@ -13,16 +13,14 @@ from functools import partial
 from hashlib import sha256
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, BoolArray
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.rigid import DIRECTIONS
 from femflex.reduction.modes.damping import UNANSWERED
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.modes.statics import static_response
 from femflex.reduction.modes.vibration import load_vectors, ritz
-
-Array = NDArray[np.float64]
 
 ANSWERED = 1e-8  # part of a load, or of its static response, left over by the set below which it is represented fully
 UNMOVED = 0.01  # part of the strain energy of the answer to a load below which it moves no mode of a set
@@ -63,7 +61,7 @@ def with_attachment(
     )
 
 
-def _unanswered(structure: Structure, modes: ModeSet, F: Array, shapes: Array) -> NDArray[np.bool_]:
+def _unanswered(structure: Structure, modes: ModeSet, F: Array, shapes: Array) -> BoolArray:
     """(m,): which of the shapes (n_dof, m) none of those loads F (n_dof, k) works on that moves a mode of the set."""
     kept = [kind in EXACT and omega > 0 for kind, omega in zip(modes.kinds, modes.omega, strict=True)]
     if not any(kept) or not shapes.shape[1]:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.markers import marker_rows
 from femflex.reduction.boundary.supported import supported
 from femflex.reduction.modes.modeset import ModeSet
-
-Array = NDArray[np.float64]
 
 
 def static_response(structure: Structure, modes: ModeSet, load: Array) -> Array:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg
 
+from femflex.arrays import Array, IntArray
 from femflex.fem.eigen.canonical import canonical, signs
 from femflex.fem.eigen.modes import dense_modes
 from femflex.fem.structure import Structure
@@ -18,9 +18,6 @@ from femflex.reduction.boundary.supported import lowest_modes_on, supported
 from femflex.reduction.inertia.accelerations import loads_of_rigid_accelerations
 from femflex.reduction.modes.buckling import refuse_buckled
 from femflex.reduction.modes.modeset import ModeSet
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 DEPENDENT = 1e-13  # least eigenvalue of the mass matrix of unit-mass shapes below which they are dependent
 TURN = 1e-3  # rotation times size below this part of the largest translation has no say in a shape's sign
@@ -35,7 +32,7 @@ def cantilever_modes(structure: Structure, clamp: Groups, n: int) -> ModeSet:
     return fixed_modes(structure, held_dofs(structure, clamp), names(clamp), n)
 
 
-def fixed_modes(structure: Structure, held: Index, groups: tuple[str, ...], n: int) -> ModeSet:
+def fixed_modes(structure: Structure, held: IntArray, groups: tuple[str, ...], n: int) -> ModeSet:
     """The n lowest vibration modes with the dofs held (k,), numbers, fixed; groups names their supports in messages."""
     refuse_buckled(structure, held)
     free = free_dofs(structure, held)
@@ -50,7 +47,7 @@ def fixed_modes(structure: Structure, held: Index, groups: tuple[str, ...], n: i
     return ModeSet(phi, ("vibration",) * phi.shape[1], modes.omega, groups, held, modes.note)
 
 
-def condensed(structure: Structure, held: Index, boundary: Index, motions: Array) -> Array:
+def condensed(structure: Structure, held: IntArray, boundary: IntArray, motions: Array) -> Array:
     """Dof vectors (n_dof, k) [m, rad] that follow boundary motions (n_boundary, k) statically, x_i = -K_ii^-1 K_ib
     x_b."""
     inside = supported(structure, np.union1d(held, boundary))

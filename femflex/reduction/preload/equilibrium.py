@@ -12,9 +12,9 @@ import warnings
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from femflex.arrays import Array, IntArray
 from femflex.fem.deflected import deflected, tension_blocks
 from femflex.fem.internal_force import InternalForce
 from femflex.fem.structure import Structure
@@ -24,9 +24,6 @@ from femflex.reduction.boundary.pivots import factors, negative_pivots
 from femflex.reduction.boundary.supported import supported
 from femflex.reduction.preload.loads import Loads, Preload, loads_on
 from femflex.warning import PhysicsWarning
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 CONVERGED = 1e-11  # largest unbalanced force over the largest force on a dof
 FIRST_STRAIN = 0.1  # by which loads strain tethers and membranes with their first elastic stiffness
@@ -58,19 +55,19 @@ def static_equilibrium(structure: Structure, clamp: Groups, preload: Preload | N
     return found
 
 
-def is_preloaded(structure: Structure, held: Index) -> bool:
+def is_preloaded(structure: Structure, held: IntArray) -> bool:
     """Whether external loads balance the elastic force of a structure with dofs held (k,), numbers."""
     return is_known(structure, "preloaded", held)
 
 
-def is_known(structure: Structure, what: str, held: Index) -> bool:
+def is_known(structure: Structure, what: str, held: IntArray) -> bool:
     """Whether a state, "at rest" or "preloaded", is known of a structure with dofs held (k,), numbers, or some of
     them."""
     keys = [key[1] for key in structure.known if key[0] == what]
     return any(np.isin(np.frombuffer(key, np.int64), held).all() for key in keys)
 
 
-def equilibrium(structure: Structure, held: Index, loads: Loads) -> Array:
+def equilibrium(structure: Structure, held: IntArray, loads: Loads) -> Array:
     """Displacements (n_dof,) [m, rad] at which elastic forces balance the loads, zero at the held dofs."""
     free = np.delete(np.arange(structure.n_dof), held)
     elastic = structure.internal_force
@@ -87,7 +84,7 @@ def equilibrium(structure: Structure, held: Index, loads: Loads) -> Array:
     return x
 
 
-def _stages(structure: Structure, loads: Loads, free: Index) -> list[float]:
+def _stages(structure: Structure, loads: Loads, free: IntArray) -> list[float]:
     """Factors of the elastic stiffness of tethers and membranes, ascending to 1; 1 alone where they have tension."""
     blocks = tension_blocks(structure)
     if all((block.lowest_tension() > 0).all() for block in blocks):
@@ -107,7 +104,7 @@ def _softened(block: TensionStrain, factor: float) -> TensionStrain:
     return replace(block, elastic=block.elastic * factor)
 
 
-def _newton(elastic: InternalForce, loads: Loads, free: Index, x: Array, scale: float, M: sparse.csr_array) -> Array:
+def _newton(elastic: InternalForce, loads: Loads, free: IntArray, x: Array, scale: float, M: sparse.csr_array) -> Array:
     """Least total potential from x (n_dof,) on."""
     masses = M.diagonal()[free]
     mass = sparse.diags_array(np.maximum(masses, 1e-6 * masses.max()))
@@ -165,7 +162,7 @@ def refuse_untensioned(structure: Structure, given: float = 0.0) -> None:
             )
 
 
-def refuse_slack(structure: Structure, held: Index) -> None:
+def refuse_slack(structure: Structure, held: IntArray) -> None:
     """Raise ValueError when slack tethers or wrinkled membranes leave no positive stiffness with dofs held (k,),
     numbers."""
     on = supported(structure, held)
@@ -192,9 +189,16 @@ def warn_if_slack(structure: Structure) -> None:
         at = ", ".join(f"{c:.4g}" for c in np.broadcast_to(block.places, (*lowest.shape, 3))[lowest == lowest.min()][0])
         state, what = ("slack", "length") if s == 1 else ("wrinkled", "area")
         warnings.warn(
-            f"{block.family} on group {block.group!r} is {state} over {part:.2%} of its {what}: "
-            f"its {PRINCIPAL[s]} falls to {lowest.min():.4g} {UNITS[s]} at ({at}), below zero, and the elements carry "
-            "that compression. Raise the tension, or move the supports",
-            PhysicsWarning,
+            PhysicsWarning(
+                f"{block.family} on group {{body_or_joint!r}} is {state} over {{part:.2%}} of its {what}: its "
+                f"{PRINCIPAL[s]} falls to {{value:.4g}} {UNITS[s]} at ({{at}}), below zero, and the elements carry "
+                "that compression.",
+                body_or_joint=block.group,
+                value=lowest.min(),
+                limit=0.0,
+                remedy="Raise the tension, or move the supports",
+                part=part,
+                at=at,
+            ),
             stacklevel=3,
         )

@@ -7,15 +7,14 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import sparse
 
+from femflex.arrays import Array
 from femflex.fem.assembly import Part, assembled
 from femflex.fem.structure import Structure
 from femflex.fem.tables import InertiaBlock, element_chunks
 from femflex.reduction.boundary.markers import marker_rows
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,14 +7,11 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.body import FlexibleBody, MassMoments, StrainTensors
 from femflex.body.symmetric import packed, packed_size, picked, unpacked
 from femflex.fem.eigen.modes import dense_modes
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 DEPENDENT = 1e-12  # of the largest eigenvalue of V1 over the slaved shapes; below it a combination carries no strain
 CARRIED = 1.0  # frequency of a coordinate over the sum of a pair's, from which on the pair takes it along
@@ -26,8 +23,8 @@ BALANCED = 1e-9  # initial force on a slaved shape, against its stiffness times 
 
 def condense(
     body: FlexibleBody,
-    slaved: Sequence[int] | Index,
-    quartic: Callable[[Index], Array] | None = None,
+    slaved: Sequence[int] | IntArray,
+    quartic: Callable[[IntArray], Array] | None = None,
     first: Array | None = None,
     carried: Array | None = None,
     balanced: bool = False,
@@ -108,15 +105,15 @@ def recombined(body: FlexibleBody, X: Array, first: Array) -> dict[str, Any]:
     }
 
 
-def _at(kinds: tuple[str, ...], shapes: Index) -> tuple[str, ...]:
+def _at(kinds: tuple[str, ...], shapes: IntArray) -> tuple[str, ...]:
     return tuple(kinds[k] for k in shapes)
 
 
 def _condensed_strain(
     strain: StrainTensors,
     X: Array,
-    free: Index,
-    quartic: Callable[[Index], Array] | None,
+    free: IntArray,
+    quartic: Callable[[IntArray], Array] | None,
     first: Array,
     moved: Array,
 ) -> tuple[StrainTensors, Array]:
@@ -209,7 +206,7 @@ def with_first_order(V3: Array, first: Array) -> Array:
     return packed(full)
 
 
-def _check(body: FlexibleBody, slaved: Index) -> None:
+def _check(body: FlexibleBody, slaved: IntArray) -> None:
     n = body.n_modes
     if body.condensed:
         raise ValueError("the body is condensed already; condense the one it was made from.")
@@ -225,7 +222,7 @@ def _check(body: FlexibleBody, slaved: Index) -> None:
         )
 
 
-def _check_stiffness(body: FlexibleBody, slaved: Index, stiffness: Array, balanced: bool) -> None:
+def _check_stiffness(body: FlexibleBody, slaved: IntArray, stiffness: Array, balanced: bool) -> None:
     eigenvalues = np.linalg.eigvalsh(stiffness)
     if not eigenvalues[0] > DEPENDENT * eigenvalues[-1]:
         raise ValueError(

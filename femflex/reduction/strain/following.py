@@ -10,19 +10,16 @@ its buckling load changes its stiffness by a third. Frequencies tell the two apa
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import IntArray
 from femflex.body import FlexibleBody
 from femflex.body.symmetric import unpacked
 from femflex.fem.eigen.modes import dense_modes
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-
 FASTER = 2.0  # frequency of a shape over that of what drives it, from which on it follows
 
 
-def able_to_follow(body: FlexibleBody, shapes: Index) -> Index:
+def able_to_follow(body: FlexibleBody, shapes: IntArray) -> IntArray:
     """Numbers (k,) of the shapes that follow the others: FASTER than what drives them.
 
     The others, in their own modes of frequency omega_i, carry the amplitudes 1 / omega_i^2 of equal static loads; the

@@ -11,16 +11,14 @@ import math
 import warnings
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.fem.plate.strain import PlateStrain
 from femflex.fem.relaxed import RelaxedStrain
 from femflex.fem.structure import Structure
 from femflex.fem.tables import element_chunks
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.warning import PhysicsWarning
-
-Array = NDArray[np.float64]
 
 VIBRATING = ("vibration", "free-free", "craig-bampton")
 FIRST = 3  # of the modes kept

@@ -5,8 +5,8 @@ from __future__ import annotations
 import warnings
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.fem.deflected import tension_blocks
 from femflex.fem.relaxed import settled
 from femflex.fem.structure import Structure
@@ -17,9 +17,6 @@ from femflex.reduction.boundary.supported import unstressed
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.preload.equilibrium import is_known, static_equilibrium
 from femflex.warning import PhysicsWarning
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 HELD = 0.5  # share of the energy of a wanted stress that clamps must hold not to be reported
 SMALL = 0.01  # strain up to which it is small: stiffness and shape change by as much
@@ -47,7 +44,7 @@ def relaxed(structure: Structure, clamp: Groups = ()) -> Structure:
     return found
 
 
-def _relaxed(structure: Structure, held: Index) -> Structure:
+def _relaxed(structure: Structure, held: IntArray) -> Structure:
     x = relaxation(structure, held)
     found = settled(structure, x)
     moved = np.linalg.norm((structure.translation @ x).reshape(-1, 3), axis=1)
@@ -59,7 +56,7 @@ def _relaxed(structure: Structure, held: Index) -> Structure:
     return found
 
 
-def relaxation(structure: Structure, held: Index) -> Array:
+def relaxation(structure: Structure, held: IntArray) -> Array:
     """Linear static response (n_dof,) [m, rad] to what the initial stress leaves unbalanced, with these dofs held."""
     on = unstressed(structure, held)
     x = np.zeros(structure.n_dof)
@@ -87,7 +84,7 @@ def warn_if_slack(structure: Structure, modes: ModeSet) -> None:
         )
 
 
-def _warn_if_unbalanced(structure: Structure, held: Index) -> None:
+def _warn_if_unbalanced(structure: Structure, held: IntArray) -> None:
     """Warn when tethers or membranes are not at rest under their initial stress with these dofs held."""
     free = np.delete(np.arange(structure.n_dof), held)
     left, whole = (float(np.abs(f).max(initial=0.0)) for f in (structure.f0[free], structure.f0))
@@ -111,22 +108,38 @@ def warn_of_initial_stress(name: str, given: Structure, left: Structure, meant: 
         return
     held = stress_energy(left) / max(stress_energy(given), 1e-300)
     if meant and held < HELD:
-        _warn(
-            f"{name}: its clamps sustain {held:.0%} of the energy of the initial stress (limit {HELD:.0%}); the rest "
-            "relaxed before its modes were computed. Clamp every group that reacts the stress, such as both ends"
+        warning = PhysicsWarning(
+            "{body_or_joint}: its clamps sustain {value:.0%} of the energy of the initial stress (limit {limit:.0%}); "
+            "the rest relaxed before its modes were computed.",
+            body_or_joint=name,
+            value=held,
+            limit=HELD,
+            remedy="Clamp every group that reacts the stress, such as both ends",
         )
+        warnings.warn(warning, stacklevel=2)
     elif (moved := left.known.get(LET_GO, (0.0,))[0]) > MOVED * (size := _size(left)):
-        _warn(
-            f"{name}: what its supports do not hold of its initial stress moves it by up to {moved:.4g} m, "
-            f"{moved / size:.2g} of its size (limit {MOVED:g}). The modes are those after that, but the mesh stays as "
-            "it is: this displacement is in no result. Add it where it counts, or mesh the deformed shape"
+        warning = PhysicsWarning(
+            "{body_or_joint}: what its supports do not hold of its initial stress moves it by up to {moved:.4g} m, "
+            "{value:.2g} of its size (limit {limit:g}). The modes are those after that, but the mesh stays as it is: "
+            "this displacement is in no result.",
+            body_or_joint=name,
+            value=moved / size,
+            limit=MOVED,
+            remedy="Add it where it counts, or mesh the deformed shape",
+            moved=moved,
         )
+        warnings.warn(warning, stacklevel=2)
     largest = largest_strain(given, left)
     if largest > SMALL:
-        _warn(
-            f"{name}: its initial stress strains it by up to {largest:.1%}, and strain is taken to be small, below "
-            f"{SMALL:.0%}. Check prestress, thermal strain and units"
+        warning = PhysicsWarning(
+            "{body_or_joint}: its initial stress strains it by up to {value:.1%}, and strain is taken to be small, "
+            "below {limit:.0%}.",
+            body_or_joint=name,
+            value=largest,
+            limit=SMALL,
+            remedy="Check prestress, thermal strain and units",
         )
+        warnings.warn(warning, stacklevel=2)
 
 
 def largest_strain(given: Structure, left: Structure) -> float:
@@ -143,10 +156,6 @@ def largest_strain(given: Structure, left: Structure) -> float:
 def _size(structure: Structure) -> float:
     """Diagonal of the box around a structure [m]."""
     return float(np.linalg.norm(np.ptp(structure.mesh.points, axis=0)))
-
-
-def _warn(text: str) -> None:
-    warnings.warn(text, PhysicsWarning, stacklevel=3)
 
 
 def stress_energy(structure: Structure) -> float:

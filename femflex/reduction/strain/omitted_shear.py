@@ -16,8 +16,8 @@ import warnings
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.fem.assembly.conditions import edge_keys
 from femflex.fem.plate.strain import PlateStrain, ThinPlates
 from femflex.fem.relaxed import RelaxedStrain
@@ -29,8 +29,6 @@ from femflex.warning import PhysicsWarning
 if TYPE_CHECKING:
     from femflex.mesh import Mesh
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 VIBRATING = ("vibration", "free-free", "craig-bampton")  # mass-normalised shapes with a frequency
 FIRST = 3  # of the modes kept, whose frequencies count
@@ -52,14 +50,20 @@ def warn_of_omitted_shear(structure: Structure, modes: ModeSet) -> None:
     where = ", ".join(dict.fromkeys(plates.where for plates in thin))
     remedy = " and ".join(dict.fromkeys(plates.remedy for plates in thin))
     warnings.warn(
-        f"{where}: the elements leave out transverse shear, which makes frequencies too high, by an estimate from the "
-        f"modes' own shear forces: {text}; the limit is {DOUBTFUL:.1%}. For thick and sandwich plates {remedy}",
-        PhysicsWarning,
+        PhysicsWarning(
+            "{body_or_joint}: the elements leave out transverse shear, which makes frequencies too high, by an "
+            "estimate from the modes' own shear forces: {frequencies}; the limit is {limit:.1%}.",
+            body_or_joint=where,
+            value=float(errors.max()),
+            limit=DOUBTFUL,
+            remedy=f"For thick and sandwich plates {remedy}",
+            frequencies=text,
+        ),
         stacklevel=3,
     )
 
 
-def frequency_errors(structure: Structure, modes: ModeSet, first: int = FIRST) -> tuple[Array, Index]:
+def frequency_errors(structure: Structure, modes: ModeSet, first: int = FIRST) -> tuple[Array, IntArray]:
     """By what part (n,) [1] the frequencies of the first vibration modes are too high for lack of shear, and which
     modes
     of the set those are."""
@@ -110,7 +114,7 @@ def _averaged(plates: ThinPlates, moments: Array) -> Array:
     return np.einsum("eai,ecijn,ebj->ecabn", axes[:, :2], mean[places], axes[:, :2])
 
 
-def _places(corners: Index, normals: Array) -> Index:
+def _places(corners: IntArray, normals: Array) -> IntArray:
     """Numbers (e, c) that corners have in common whose node is one, on facets with normals (e, 3) of one surface."""
     nodes, normal = corners.ravel(), np.repeat(normals, corners.shape[1], axis=0)
     found = np.full(len(nodes), -1, np.int64)
@@ -150,7 +154,7 @@ def _edge_energy(structure: Structure, block: PlateStrain, shapes: Array, M: Arr
     return np.einsum("k,kn->n", length * np.sqrt(D66 / shear) / D66, np.where(free, twist, 0.0) ** 2) / 2
 
 
-def _outer_edges(mesh: Mesh) -> Index:
+def _outer_edges(mesh: Mesh) -> IntArray:
     """Keys of the edges on which one surface cell alone lies."""
     keys = [np.zeros(0, np.int64)]
     for name, cells in mesh.cells.items():

@@ -1,15 +1,13 @@
-"""Quadratic strain of pairs of shapes by numpy, for bodies too small for `strain_kernel` to pay."""
+"""Quadratic strain of pairs of shapes by numpy for bodies too small for `strain_kernel` to pay."""
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from femflex.arrays import Array, IntArray
 
 
-def fill_pairs(out: Array, g: Array, strain: Index, row: Index, column: Index, value: Array) -> None:
+def fill_pairs(out: Array, g: Array, strain: IntArray, row: IntArray, column: IntArray, value: Array) -> None:
     """Fill out (n(n+1)/2, s, p) as `strain_kernel.fill_pairs` does."""
     first, n = 0, g.shape[1]
     for i in range(n):

@@ -14,8 +14,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.body import FlexibleBody
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.markers import marker_rows
@@ -23,14 +23,11 @@ from femflex.reduction.inertia.accelerations import loads_of_linear_acceleration
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.modes.statics import static_response
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-
 HELD = 1e-8  # share of an answer's strain energy below which the coordinates hold it
 
 
 def with_static_stretch(
-    structure: Structure, modes: ModeSet, body: FlexibleBody, free: Index, places: dict[str, str]
+    structure: Structure, modes: ModeSet, body: FlexibleBody, free: IntArray, places: dict[str, str]
 ) -> FlexibleBody:
     """The body, whose coordinates are the shapes `free` (n,), numbers, of the set, with the static stretch of its
     markers.

@@ -7,12 +7,9 @@ from typing import Any
 import numba
 import numba.types
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.kernels import part_options, stored
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 types: Any = numba.types  # numba's own annotations do not cover all of it
 njit: Any = numba.njit
@@ -55,7 +52,7 @@ def _add_three(out: Array, a: Array, b: Array, c: Array, d: Array, e: Array, f: 
 
 
 @_part
-def _sum_products(out: Array, left: Array, g: Array, column: Index, j: int, start: int) -> None:
+def _sum_products(out: Array, left: Array, g: Array, column: IntArray, j: int, start: int) -> None:
     """The sum over k of left[k] g[column[k], j, start:], three of them in one pass: loads and stores take the time."""
     end, k = start + len(out), len(column) % 3
     if k == 0:
@@ -71,7 +68,7 @@ def _sum_products(out: Array, left: Array, g: Array, column: Index, j: int, star
 
 
 @stored(_FILL, nogil=True)
-def fill_pairs(out: Array, g: Array, strain: Index, row: Index, column: Index, value: Array) -> None:
+def fill_pairs(out: Array, g: Array, strain: IntArray, row: IntArray, column: IntArray, value: Array) -> None:
     """Fill out (n(n+1)/2, s, p) with a quadratic strain of all pairs of shapes i <= j from gradients g (rows, n, p).
 
     Strain q of a pair is the sum of value * g[row, i] * g[column, j] over the entries with strain q, which stand

@@ -7,23 +7,22 @@ V2_i(jk) = int B0_i C B_jk and V3_(ij)(kl) = int B_ij C B_kl; their fully symmet
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from math import prod
+from threading import Event
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg.blas import dgemm, dsyrk
+from threadpoolctl import ThreadpoolController
 
+from femflex.arrays import Array, IntArray
 from femflex.body import StrainTensors
 from femflex.body.symmetric import packed_indices
 from femflex.fem.structure import Structure
 from femflex.fem.tables import StrainBlock, element_chunks
 from femflex.reduction.inertia.moments import linear_stiffness
 from femflex.reduction.strain import small_strains, strain_kernel
-from femflex.reduction.strain.side_by_side import side_by_side
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 ROOM = 1_000_000  # doubles of a chunk's columns: large enough for fast products, small enough for the cache
 MOST_BYTES = 2e9  # of the products of pairs; some 170 shapes
@@ -129,14 +128,14 @@ def strain_columns(block: StrainBlock, raw: Array, small: bool, room: Array | No
     return X
 
 
-def quadratic_strains(block: StrainBlock) -> tuple[Index, Array]:
+def quadratic_strains(block: StrainBlock) -> tuple[IntArray, Array]:
     """Numbers (n_s,) of the strains that have a quadratic part, and Q (s, g, g) with B_ij = g_i.Q g_j, symmetric."""
     Q = (block.quadratic_map + block.quadratic_map.swapaxes(1, 2)) / 4  # eps takes half of the map
     strains = np.flatnonzero(Q.any(axis=(1, 2)))
     return strains, Q[strains]
 
 
-def nonzero_entries(Q: Array) -> tuple[Index, Index, Index, Array]:
+def nonzero_entries(Q: Array) -> tuple[IntArray, IntArray, IntArray, Array]:
     """Strain, row, column (k,), as numbers, and value (k,) of the entries of Q (s, g, g) that are not zero."""
     strain, row, column = (np.ascontiguousarray(place, np.int64) for place in np.nonzero(Q))
     return strain, row, column, Q[strain, row, column]
@@ -149,7 +148,7 @@ def values_per_element(block: StrainBlock, n: int) -> int:
     return one.weight.shape[1] * (s * (n + n * (n + 1) // 2) + s * s + 2 * g * n)
 
 
-def pair_number(i: Index, j: Index, n: int) -> Index:
+def pair_number(i: IntArray, j: IntArray, n: int) -> IntArray:
     """Place (...), an index, of pair i <= j among all in lexicographic order."""
     low, high = np.minimum(i, j), np.maximum(i, j)
     return low * n - low * (low - 1) // 2 + high - low
@@ -168,3 +167,30 @@ def packed_quartic(pairs: Array, n: int) -> Array:
     i, j, k, l = packed_indices(n, 4).T
     parts = ((i, j, k, l), (i, k, j, l), (i, l, j, k))
     return sum((pairs[pair_number(a, b, n), pair_number(c, d, n)] for a, b, c, d in parts), np.zeros(len(i))) / 3
+
+
+def side_by_side(work: Callable[[Iterator[slice]], Array], chunks: Sequence[slice], most: int) -> Array:
+    """The sum of work over all chunks (numbers of rows), of any shape, dealt out to as many threads as BLAS has, at
+    most so many; BLAS then has one in
+    each.
+
+    An interruption ends every thread with the chunk it is at.
+    """
+    if len(chunks) < 2:
+        return work(iter(chunks))
+    blas = ThreadpoolController().select(user_api="blas")
+    threads = min(len(chunks), most, max((library["num_threads"] for library in blas.info()), default=1))
+    stop = Event()
+
+    def own(first: int) -> Iterator[slice]:
+        for chunk in chunks[first::threads]:
+            if stop.is_set():
+                return
+            yield chunk
+
+    with blas.limit(limits=1), ThreadPoolExecutor(threads) as pool:
+        try:
+            parts = [pool.submit(work, own(first)) for first in range(threads)]
+            return np.sum([part.result() for part in parts], axis=0)
+        finally:
+            stop.set()

@@ -16,15 +16,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.body import FlexibleBody, MassMoments
 from femflex.fem.structure import Structure
 from femflex.fem.tables import SectionInertia
 from femflex.reduction.strain.condense import recombined
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 KIND = "section"
 FAST = 10.0  # a spin over the body's lowest frequency, in which
@@ -62,7 +59,7 @@ def sections_of(structure: Structure, phi: Array) -> Sections | None:
     return Sections(*(np.concatenate(arrays) for arrays in zip(*found, strict=True)))
 
 
-def with_turned_sections(body: FlexibleBody, sections: Sections, free: Sequence[int] | Index) -> FlexibleBody:
+def with_turned_sections(body: FlexibleBody, sections: Sections, free: Sequence[int] | IntArray) -> FlexibleBody:
     """The body with shapes W o, kind "section", that follow the free coordinates (n,), numbers from 0, to second order.
 
     None is added where a spin FAST times the lowest frequency would change no squared frequency by NEGLIGIBLE.

@@ -6,11 +6,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
-Array = NDArray[np.float64]
+from femflex.arrays import Array
 
 ROUNDING = 1e-12  # of a squared frequency: a sample so near to a multiple of the spin is a crossing itself
 

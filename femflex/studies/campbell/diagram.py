@@ -7,16 +7,15 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from femflex.arrays import Array, BoolArray, ComplexArray, IntArray
 from femflex.dynamics.equilibria.character import WOBBLE, numbered_names
 from femflex.dynamics.equilibria.small_motions import GROWING
 from femflex.studies.campbell.crossings import Crossing, crossings
 from femflex.studies.campbell.matching import Match
 from femflex.studies.campbell.sweep import Spin, spins
 from femflex.system import System
-
-Array = NDArray[np.float64]
 
 SAME = 1e-9  # relative difference of two speeds that are the same
 UNDAMPED = 1e-9  # damping ratio that is rounding of the eigenvalues
@@ -33,9 +32,9 @@ class Branch:
     """
 
     name: str
-    eigenvalues: NDArray[np.complex128]
+    eigenvalues: ComplexArray
     characters: tuple[str, ...]
-    growing: NDArray[np.bool_]
+    growing: BoolArray
 
     @property
     def frequencies(self) -> Array:
@@ -80,7 +79,7 @@ class Campbell:
 
     title: str
     speeds: Array
-    asked: NDArray[np.bool_]
+    asked: BoolArray
     branches: tuple[Branch, ...]
     orders: tuple[int, ...]
     crossings: tuple[Crossing, ...]
@@ -181,7 +180,7 @@ def assembled_diagram(
     )
 
 
-def followed(found: Sequence[tuple[Spin, Match | None]]) -> NDArray[np.int64]:
+def followed(found: Sequence[tuple[Spin, Match | None]]) -> IntArray:
     """Place (n_branches, n_spins), an index, of every branch among the vibrations of each spin; -1 where it is not
     there.
 
@@ -198,7 +197,7 @@ def followed(found: Sequence[tuple[Spin, Match | None]]) -> NDArray[np.int64]:
     return np.array(rows, np.int64).reshape(len(rows), len(found))
 
 
-def _branch(steps: Sequence[Spin], row: NDArray[np.int64]) -> Branch:
+def _branch(steps: Sequence[Spin], row: IntArray) -> Branch:
     """The branch at those places, yet without a name."""
     there = list(zip(steps, row, strict=True))
     values = np.array([s.vibration.eigenvalues[k] if k >= 0 else complex(np.nan, np.nan) for s, k in there])

@@ -5,13 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from femflex.arrays import Array, ComplexArray, IntArray
 from femflex.dynamics.equilibria.small_motions import SmallMotions
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 ONE = 1e-6  # relative difference of frequencies below which shapes may mix as they like
 OWN = 1e-2  # weight of the likeness of single shapes, which decides within a space of mixtures
@@ -26,7 +23,7 @@ class Match:
     worst: least likeness (0 to 1) of those that are among the lowest at either speed
     """
 
-    to: Index
+    to: IntArray
     worst: float
 
 
@@ -57,7 +54,7 @@ def likeness(first: SmallMotions, last: SmallMotions) -> tuple[Array, Array]:
     return single, np.minimum(mixed, 1.0)
 
 
-def _within(vibration: SmallMotions, cross: NDArray[np.complex128], single: Array) -> Array:
+def _within(vibration: SmallMotions, cross: ComplexArray, single: Array) -> Array:
     """Likeness (n, other) to the space of all shapes of the frequency of each."""
     size = np.abs(vibration.eigenvalues)
     near = np.abs(vibration.eigenvalues[:, None] - vibration.eigenvalues)

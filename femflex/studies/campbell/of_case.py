@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from femflex.advice.stiffening import StiffeningWatch
+from femflex.arrays import Array
 from femflex.case import Case, read_case
 from femflex.case.campbell import CampbellTable
 from femflex.case.diagrams import spin_problems
@@ -22,8 +22,6 @@ from femflex.studies.campbell.sweep import Spin, frame_of, spins
 
 if TYPE_CHECKING:
     from femflex.pipeline.decisions import Decided
-
-Array = NDArray[np.float64]
 
 
 def case_campbell(

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.case import Case
 from femflex.dynamics.equilibria.character import motion_character
 from femflex.dynamics.equilibria.equilibrium import EquilibriumError
@@ -17,7 +17,6 @@ from femflex.studies.campbell.matching import Match
 from femflex.studies.campbell.sweep import Spin, walked
 from femflex.studies.varied import VariedCase
 
-Array = NDArray[np.float64]
 MODES = 6  # branches followed where nothing is said
 
 

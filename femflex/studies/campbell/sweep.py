@@ -6,16 +6,14 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.dynamics.equilibria.character import motion_character
 from femflex.dynamics.equilibria.equilibrium import EquilibriumError, equilibrium
 from femflex.dynamics.equilibria.frozen import frozen_system
 from femflex.dynamics.equilibria.small_motions import SmallMotions
 from femflex.studies.campbell.matching import Match, match
 from femflex.system import Frame, System, started
-
-Array = NDArray[np.float64]
 
 ALIKE = 0.8  # least likeness of the shapes that are followed from one speed to the next
 HALVINGS = 6  # of a step, at most: what changes within a 64th of it is passed as a crossing

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.studies.linear.space import StateSpace
-
-Array = NDArray[np.float64]
 
 SLOW = 1e-6  # of the largest pole: slower ones are rigid-body motion
 DECADES = 3.0  # above the slowest vibration, at most

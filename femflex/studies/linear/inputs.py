@@ -14,14 +14,12 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.case.problems import near
 from femflex.system import Controller, Effector, Joint, Load, Profile, System
 from femflex.system.held_commands import UNIT, is_commanded
 from femflex.system.segments import marker_label
-
-Array = NDArray[np.float64]
 
 XYZ = ("x", "y", "z")
 UNITS = {"force": "N", "torque": "N m"}

@@ -5,12 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.results import open_run
 from femflex.system import System
-
-Array = NDArray[np.float64]
 
 
 def state_of_run(path: str | Path, system: System, at: float) -> tuple[float, Array]:

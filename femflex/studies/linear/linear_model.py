@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.case.problems import near
 from femflex.dynamics.equilibria.equilibrium import Equilibrium
 from femflex.dynamics.equilibria.increments import advanced
@@ -34,8 +34,6 @@ from femflex.studies.linear.inputs import Input, inputs_of, usual_inputs
 from femflex.studies.linear.space import StateSpace
 from femflex.system import System
 from femflex.system.held_commands import UNIT, commanded
-
-Array = NDArray[np.float64]
 
 STEP = 1e-5  # of a coordinate's usual size, as in `linearised`: error of central differences 1e-10
 ROUNDING = 16 * np.finfo(float).eps  # of a channel's size: a smaller difference of two values is none

@@ -6,13 +6,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, ComplexArray
 from femflex.studies.linear.linear_model import LinearModel
 from femflex.studies.linear.space import StateSpace
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 ALIKE = 1e-3  # relative distance of a pole to the eigenvalue of a natural mode up to which it bears the mode's name
 NEAR = 1e-4  # of the largest pole: poles of known rigid motion, double and defective, split by the root of rounding
@@ -95,15 +92,15 @@ def _mode_name(model: StateSpace, value: complex) -> str:
 
 
 def _with_known(
-    values: Complex, right: Complex, model: LinearModel
-) -> tuple[Complex, dict[int, str], dict[int, Complex]]:
+    values: ComplexArray, right: ComplexArray, model: LinearModel
+) -> tuple[ComplexArray, dict[int, str], dict[int, ComplexArray]]:
     """Eigenvalues with those of known rigid motion at what they are exactly; names and displacements of these by place.
 
     Displacements (n,) in the motion, of the model's coordinates.
     """
     wanted: list[complex] = []
     names: list[str] = []
-    shapes: list[Complex] = []
+    shapes: list[ComplexArray] = []
     order = [name for name, _ in model.model.system.velocity_names()]
     n = len(model.mass)
     own = [order.index(name) for name, _ in model.states[n : 2 * n]]

@@ -7,14 +7,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from femflex.arrays import ComplexArray
 from femflex.case import Case
 from femflex.studies.linear.linear_model import linear_model
 from femflex.studies.varied import VariedCase
-
-Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +21,7 @@ class RootLocus:
 
     path: str
     values: tuple[Any, ...]
-    poles: Complex
+    poles: ComplexArray
 
 
 def root_locus(case: Case, path: str, values: Sequence[Any]) -> RootLocus:
@@ -34,7 +32,7 @@ def root_locus(case: Case, path: str, values: Sequence[Any]) -> RootLocus:
     """
     if not len(values):
         raise ValueError(f"a root locus over {path} got no values; give it at least one")
-    rows: list[Complex] = []
+    rows: list[ComplexArray] = []
     varied = VariedCase.of(case, [path])
     for value in values:
         model = linear_model(varied.system({path: value}), [], [])

@@ -15,10 +15,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
+from femflex.arrays import Array, ComplexArray, IntArray
 from femflex.case.problems import near
 from femflex.dynamics.equilibria.increments import advanced
 from femflex.dynamics.equilibria.linearised import free_directions, linearised, usual_sizes
@@ -29,9 +29,6 @@ from femflex.pipeline.rest import rest_of, rest_state, rest_system
 from femflex.system import System
 from femflex.system.held_commands import commanded, is_sampled
 from femflex.system.sensor import without_quantum
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 STEP = 1e-4  # of a usual size: the first of steps that fall
 SAME = 1e-9  # relative difference of two periods that are one
@@ -54,12 +51,12 @@ class SampledModel:
     commands: dict[str, int]
     period: float
 
-    def multipliers(self) -> Complex:
+    def multipliers(self) -> ComplexArray:
         """Eigenvalues (n,) of S E by falling size; the loop is stable where none lies outside the unit circle."""
         values = np.asarray(np.linalg.eigvals(self.sample @ self.flow), complex)
         return values[np.argsort(-np.abs(values), kind="stable")]
 
-    def loop(self, command: str, omega: Array) -> Complex:
+    def loop(self, command: str, omega: Array) -> ComplexArray:
         """L (n_omega,) at omega (n_omega,) [rad/s] with the loop broken at a command, the others closed.
 
         Raises KeyError for a command that is not there, nearest name first.
@@ -191,7 +188,7 @@ def _state(model: Model, x: Array, rest: System) -> Array:
 class _Sampled:
     """Derivatives of the motion between samples and of the samples about a state x, over s."""
 
-    def __init__(self, model: Model, x: Array, held: NDArray[np.int64]) -> None:
+    def __init__(self, model: Model, x: Array, held: IntArray) -> None:
         self.model, self.x = model, x
         first = model.n_q + model.n_u
         self.inner, self.held = first + np.array(moving_states(model.system), int), first + held

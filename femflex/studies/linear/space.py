@@ -12,12 +12,9 @@ from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, ComplexArray
 from femflex.case.problems import near
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,12 +35,12 @@ class StateSpace:
             if getattr(self, key).shape != shape:
                 raise ValueError(f"{key} of a linear model has the shape {getattr(self, key).shape}; expected {shape}")
 
-    def eigenvalues(self) -> Complex:
+    def eigenvalues(self) -> ComplexArray:
         """Eigenvalues (n,) of A [1/s], by rising size."""
         found = np.asarray(np.linalg.eigvals(self.A), complex)
         return found[np.argsort(np.abs(found), kind="stable")]
 
-    def frequency_response(self, omega: Array) -> Complex:
+    def frequency_response(self, omega: Array) -> ComplexArray:
         """G(i omega) = C (i omega I - A)^-1 B + D, (n_omega, n_out, n_in), at omega (n_omega,) [rad/s].
 
         Raises ValueError at an undamped pole, where there is none.

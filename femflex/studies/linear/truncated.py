@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import cholesky, schur, solve_continuous_lyapunov, solve_sylvester
 
+from femflex.arrays import Array
 from femflex.studies.linear.space import StateSpace
-
-Array = NDArray[np.float64]
 
 SLOW = 1e-5  # of the largest pole: poles below are those of rigid-body motion
 DAMPED = 1e-7  # least damping ratio of poles that are balanced

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import ComplexArray
 from femflex.studies.linear.space import StateSpace
-
-Complex = NDArray[np.complex128]
 
 FARTHEST = 1e3  # times the largest pole: zeros beyond are those at infinity, split by rounding
 SINGULAR = 1e-12  # of the largest singular value of G(s0) below which inputs or outputs depend on each other
 
 
-def transmission_zeros(model: StateSpace) -> Complex:
+def transmission_zeros(model: StateSpace) -> ComplexArray:
     """Finite transmission zeros [1/s] of a model with as many inputs as outputs, by rising size.
 
     With s = s0 + 1 / w the model becomes one whose feedthrough is G(s0), so that its zeros are the eigenvalues

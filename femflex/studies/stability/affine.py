@@ -10,8 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.dynamics import compile_system
 from femflex.dynamics.equilibria.equilibrium import EquilibriumError
 from femflex.dynamics.equilibria.linearised import frame_rate, linearised, usual_sizes
@@ -20,8 +20,6 @@ from femflex.pipeline.rest import rest_of
 from femflex.studies.stability.gravity_gradient import craft_inertia, moments, ratio_inertia, with_inertia
 from femflex.studies.stability.judgement import GYROSCOPIC, STATIC, UNSTABLE, Judgement, definite, none
 from femflex.system import System
-
-Array = NDArray[np.float64]
 
 STEP = 0.5  # of the pitch inertia: that of the roll and yaw inertia between the linearisations
 BALANCED = 1e-9  # forces left at the common state, over the inertia times the square of the orbit's rate

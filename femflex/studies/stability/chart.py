@@ -6,11 +6,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, IntArray
 from femflex.studies.stability.judgement import NONE, Judgement
 
-Array = NDArray[np.float64]
 Judge = Callable[[float, float], Judgement]
 Progress = Callable[[float], object]
 
@@ -32,7 +31,7 @@ class Chart:
     units: tuple[str, str]
     first: Array
     second: Array
-    kinds: NDArray[np.int64]
+    kinds: IntArray
     growth: Array
     boundaries: tuple[tuple[int, int, Array], ...]
     error: tuple[float, float]
@@ -70,7 +69,7 @@ def stability_chart(
     return Chart(names, units, a, b, kinds, growth, tuple(_joined(kinds, crossings)), error)
 
 
-def _crossings(judge: Judge, a: Array, b: Array, kinds: NDArray[np.int64]) -> dict[Edge, Array]:
+def _crossings(judge: Judge, a: Array, b: Array, kinds: IntArray) -> dict[Edge, Array]:
     """Points (2,) on the edges of the grid at which the kind changes; edges to where there is none are left out."""
     found = {}
     for along in (0, 1):
@@ -89,7 +88,7 @@ def _crossings(judge: Judge, a: Array, b: Array, kinds: NDArray[np.int64]) -> di
     return found
 
 
-def _joined(kinds: NDArray[np.int64], crossings: dict[Edge, Array]) -> list[tuple[int, int, Array]]:
+def _joined(kinds: IntArray, crossings: dict[Edge, Array]) -> list[tuple[int, int, Array]]:
     """The crossings joined through the cells, as lines as long as can be."""
     links: dict[tuple[int, int], list[tuple[Edge, Edge]]] = {}
     for i in range(kinds.shape[0] - 1):
@@ -108,7 +107,7 @@ def _joined(kinds: NDArray[np.int64], crossings: dict[Edge, Array]) -> list[tupl
     return out
 
 
-def _sides(kinds: NDArray[np.int64], edge: Edge) -> tuple[int, int]:
+def _sides(kinds: IntArray, edge: Edge) -> tuple[int, int]:
     i, j, along = edge
     ends = int(kinds[i, j]), int(kinds[i + (along == 0), j + (along == 1)])
     return min(ends), max(ends)

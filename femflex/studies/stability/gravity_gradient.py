@@ -14,25 +14,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.body import MassMoments, rigid_body
 from femflex.case.stability import RATIOS
 from femflex.dynamics import compile_system
 from femflex.pipeline.linear_motion import nominal_state
 from femflex.rotations import dcm_from_quaternion
-from femflex.studies.stability.judgement import GYROSCOPIC, STATIC, UNSTABLE
 from femflex.system import System
-
-Array = NDArray[np.float64]
-
-
-def rigid_kind(k_roll: float, k_yaw: float) -> int:
-    """The kind of stability of a rigid craft (see `femflex.studies.stability.judgement`)."""
-    both = k_roll * k_yaw
-    if not (k_roll > k_yaw and both > 0 and 1 + 3 * k_roll + both > 4 * np.sqrt(both)):
-        return UNSTABLE
-    return STATIC if k_yaw > 0 else GYROSCOPIC
 
 
 def delp_boundary(n: int = 200) -> Array:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array, ComplexArray
 from femflex.case import CaseError
 from femflex.dynamics.equilibria.equilibrium import Equilibrium, EquilibriumError
 from femflex.dynamics.equilibria.linearised import frame_rate, linearised, usual_sizes
@@ -15,9 +15,6 @@ from femflex.integrate import IntegrationError
 from femflex.pipeline.rest import rest_of
 from femflex.studies.floquet import floquet, periodic_state
 from femflex.system import System
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 NONE, UNSTABLE, GYROSCOPIC, STATIC = -1, 0, 1, 2
 KINDS = {
@@ -40,7 +37,7 @@ class Judgement:
 
     kind: int
     growth: float
-    values: Complex
+    values: ComplexArray
     problem: str = ""
     about: Equilibrium | None = None
     trivial: tuple[str, ...] = ()

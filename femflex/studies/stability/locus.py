@@ -6,13 +6,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from femflex.arrays import Array, ComplexArray, IntArray
 from femflex.studies.stability.judgement import NONE, Judgement, none
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 Progress = Callable[[float], object]
 
 HALVINGS = 30  # of the interval in which stability changes
@@ -35,8 +33,8 @@ class Locus:
     name: str
     unit: str
     values: Array
-    branches: Complex
-    kinds: NDArray[np.int64]
+    branches: ComplexArray
+    kinds: IntArray
     growth: Array
     critical: tuple[float, ...]
     names: tuple[str, ...] = ()
@@ -95,7 +93,7 @@ def _judged(
     return [one if one.loads == most else none("no equilibrium under the loads", True) for one in found], None
 
 
-def _branches(values: Sequence[float], found: list[Judgement], name: str, of: str) -> list[Complex]:
+def _branches(values: Sequence[float], found: list[Judgement], name: str, of: str) -> list[ComplexArray]:
     """Poles or multipliers (k,) at every value, branch by branch; NaN where a branch is a known motion, or nothing is.
 
     A known motion, such as that of a joint without a damper, is no pole, and becomes one with the damper: from 0.
@@ -103,8 +101,8 @@ def _branches(values: Sequence[float], found: list[Judgement], name: str, of: st
     """
     good = [one for one in found if one.kind != NONE]
     count, size = max(len(one.values) for one in good), good[0].size
-    rows: list[Complex] = []
-    last: Complex | None = None
+    rows: list[ComplexArray] = []
+    last: ComplexArray | None = None
     for value, one in zip(values, found, strict=True):
         if one.kind == NONE:
             rows.append(np.full(count, np.nan + 0j))

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from femflex.case import Case
 from femflex.case.problems import CaseError, Problem
@@ -20,7 +19,6 @@ from femflex.studies.stability.locus import Locus, stability_locus
 from femflex.studies.varied import VariedCase
 from femflex.system import System
 
-Array = NDArray[np.float64]
 Progress = Callable[[float], object]
 
 

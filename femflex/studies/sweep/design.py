@@ -6,11 +6,9 @@ from itertools import product
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.case.sweep import SweepTable
-
-Array = NDArray[np.float64]
 
 EDGE = 1e-12  # a unit sample is kept this far from 0 and 1, where a normal scatter has no end
 

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from femflex.case import Case, CaseError
+from femflex.arrays import Array
+from femflex.case import Case, CaseError, with_values
 from femflex.case.evaluate import column_unit, measured, measured_unit
 from femflex.case.measure import OF_SYSTEM, MeasureTable
 from femflex.case.problems import near
@@ -29,8 +29,6 @@ from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
     from threadpoolctl import ThreadpoolController
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -109,7 +107,7 @@ def run_member(plan: Plan, number: int, values: Mapping[str, Any]) -> Outcome:
 
 
 def _outcome(base: VariedCase, table: SweepTable, number: int, values: Mapping[str, Any]) -> Outcome:
-    case = base.case.with_values(values)
+    case = with_values(base.case, values)
     bodies = base.bodies_of(case)
     paths = [one.channel for one in table.outputs.values() if one.channel is not None]
     kept = [text.partition(":")[0] for text in table.histories]

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from femflex.case import Case, CaseError, read_case
+from femflex.arrays import Array
+from femflex.case import Case, CaseError, read_case, with_values
 from femflex.case.changed import written_keys
 from femflex.case.problems import Problem
 from femflex.case.read import parse_case
@@ -25,7 +25,6 @@ from femflex.studies.sweep.journal import add, begin, digest, journal_of, read_j
 from femflex.studies.sweep.member import Outcome, Plan
 from femflex.studies.sweep.workers import outcomes
 
-Array = NDArray[np.float64]
 Progress = Callable[[float], object]  # called with the number of members done
 
 
@@ -133,7 +132,7 @@ def _check_keys(case: Case, values: dict[str, Any]) -> None:
     """
     name, known = case.path.name, set(written_keys(case.tables))
     try:
-        case.with_values(values)
+        with_values(case, values)
     except CaseError as error:
         new = {path.rpartition(".")[2] for path in values if path not in known}
         wrong = [one for one in error.problems if not one.where or one.where.rpartition(".")[2] in new]

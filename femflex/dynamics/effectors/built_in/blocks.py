@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array
 from femflex.dynamics.arithmetic.entries import entry
 from femflex.dynamics.arithmetic.vectors import add, cross, load3, load9, scale, store3, sub, turn
 from femflex.dynamics.effectors.acting import ACT
 from femflex.dynamics.effectors.built_in.wheel import limited
-
-Array = NDArray[np.float64]
 
 INPUTS, STATES, OUTPUTS, SCALED, MATRICES = 0, 1, 2, 3, 4  # of a state-space block: sizes, then A, B, C, D, limits
 

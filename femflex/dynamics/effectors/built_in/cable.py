@@ -10,15 +10,11 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array
 from femflex.dynamics.arithmetic.entries import entry
 from femflex.dynamics.arithmetic.profiles import profile_at
 from femflex.dynamics.arithmetic.vectors import dot, load3, scale, store3, sub
 from femflex.dynamics.effectors.acting import ACT
-
-Array = NDArray[np.float64]
 
 STIFFNESS, DAMPING, PROFILE = 0, 1, 2  # parameters
 VELOCITY, CHANNEL = 24, 12  # of two markers

@@ -9,14 +9,10 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array
 from femflex.dynamics.arithmetic.entries import entry
 from femflex.dynamics.arithmetic.vectors import add, dot, load3, scale, store3, sub
 from femflex.dynamics.effectors.acting import ACT
-
-Array = NDArray[np.float64]
 
 COUNT, STIFFNESS, DAMPING, TOTAL, LENGTHS = 0, 1, 2, 3, 4  # parameters
 

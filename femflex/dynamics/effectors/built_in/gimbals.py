@@ -12,16 +12,12 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.entries import entry
 from femflex.dynamics.arithmetic.vectors import Vector, add, cross, dot, load3, load9, scale, store3, sub, turn
 from femflex.dynamics.effectors.acting import ACT
 from femflex.dynamics.effectors.built_in.wheel import ATTITUDE, INPUT, RATE, limited
-
-Array = NDArray[np.float64]
 
 # parameters, as femflex.system.gimbals lays them
 COUNT, MOMENTUM, GIMBAL_INERTIA, BANDWIDTH, OUTER, INNER, SPIN, OWN = 0, 1, 2, 3, 4, 7, 10, 13

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.entries import entry
 from femflex.dynamics.arithmetic.vectors import (
@@ -27,8 +25,6 @@ from femflex.dynamics.arithmetic.vectors import (
 )
 from femflex.dynamics.effectors.acting import ACT
 from femflex.dynamics.effectors.built_in.gimbals import turned
-
-Array = NDArray[np.float64]
 
 # parameters, as femflex.system.sensor lays them: kind, number of markers, bias (3), then own numbers
 KIND, MARKERS, BIAS, OWN = 0, 1, 2, 5

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.entries import entry
 from femflex.dynamics.effectors.acting import ACT
-
-Array = NDArray[np.float64]
 
 # parameters, as femflex.system.signal lays them
 KIND, COUNT, TABLE = 0, 1, 2

@@ -16,15 +16,11 @@ The kinetic energy that the mass had in its tank leaves the model: it is taken o
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array
 from femflex.dynamics.arithmetic.entries import entry
 from femflex.dynamics.arithmetic.vectors import ZERO, add, dot, load3, load9, scale, store3, sub, turn
 from femflex.dynamics.effectors.acting import ACT
 from femflex.dynamics.effectors.built_in.signals import step_of
-
-Array = NDArray[np.float64]
 
 # parameters of a thruster, as femflex.system.thruster lays them
 DIRECTION, THRUST, EXIT, LAG, KIND, FEED, TANKED, GYRATION, COUNT, TABLE = 0, 3, 4, 5, 6, 7, 8, 9, 10, 11

@@ -13,15 +13,11 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from femflex.arrays import Array
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.entries import entry
 from femflex.dynamics.arithmetic.vectors import ZERO, cross, dot, load3, load9, scale, store3, sub, turn
 from femflex.dynamics.effectors.acting import ACT
-
-Array = NDArray[np.float64]
 
 # parameters, as femflex.system.wheel lays them
 AXIS, INERTIA, GIVEN, COMMAND, SERVO, TORQUE, SPEED, TAPER, VISCOUS, COULOMB, CREEP = 0, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12

@@ -16,11 +16,11 @@ from femflex.dynamics.lowering.lower import reported_markers
 from femflex.dynamics.reports import monitors
 from femflex.dynamics.reports import observe as seen
 from femflex.dynamics.reports.contacts import contact_channels
-from femflex.dynamics.reports.drive_report import held_channels
 from femflex.dynamics.reports.momenta import momenta_channels
 from femflex.dynamics.reports.sights import sight_channels
 from femflex.dynamics.reports.static_stretch import stretching_markers
 from femflex.dynamics.reports.variations import variation_channels
+from femflex.dynamics.terms.prescribed_motion_report import held_channels
 from femflex.rotations import is_extrinsic, is_symmetric, letters_of
 from femflex.system import Channel, System
 from femflex.system.segments import marker_label

@@ -6,26 +6,25 @@ import math
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import partial
 from time import perf_counter
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import scipy.integrate
-from numpy.typing import NDArray
 
+from femflex import integrate
+from femflex.arrays import Array
 from femflex.integrate import resume as head
-from femflex.integrate.driver import ROWS, Span, checked, collected, until
-from femflex.integrate.outcome import Block, IntegrationError, Solution, Steps
+from femflex.integrate.driver import checked, collected
+from femflex.integrate.intervals import Span, until
+from femflex.integrate.outcome import ROWS, Block, IntegrationError, Solution, Steps
 from femflex.integrate.pace import BLOCK_SECONDS, Pace
-from femflex.integrate.protocol import Model, Progress
-from femflex.integrate.register import INTEGRATORS
+from femflex.integrate.protocol import Integrator, Model, Progress
 from femflex.integrate.starting import asked
 
-Array = NDArray[np.float64]
-
 ORDERS = {"RK23": 3, "RK45": 5, "DOP853": 8, "Radau": 5, "BDF": 5, "LSODA": 12}
+SCIPY = {f"scipy_{method.lower()}": method for method in ORDERS}
 NUMBER = 9
 MOST_CALLS = 10_000  # of the rate in one step, and a hundred more per state: a solver that asks more goes in circles
 
@@ -49,7 +48,7 @@ class Scipy:
 
     @property
     def name(self) -> str:
-        """Name in the register, such as scipy_radau."""
+        """Name, such as scipy_radau."""
         return f"scipy_{self.method.lower()}"
 
     @property
@@ -191,5 +190,8 @@ def failed(name: str, model: Model, solver: Any, resume: Array) -> IntegrationEr
     return IntegrationError(message, np.array([solver.t]), solver.y.copy()[None, :], coordinate, steps)
 
 
-for _method in ORDERS:
-    INTEGRATORS[f"scipy_{_method.lower()}"] = partial(Scipy, _method)
+def integrator(name: str, **settings: Any) -> Integrator:
+    """The integrator of that name, one of SCIPY too."""
+    if name in SCIPY:
+        return Scipy(SCIPY[name], **settings)
+    return integrate.integrator(name, **settings)

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.interpolate import PchipInterpolator
 
-from femflex.fem.line.formula import formula
+from femflex.arrays import Array
+from femflex.fem.formula import formula
 
-Array = NDArray[np.float64]
 Along = float | str | Sequence[ArrayLike] | Array  # a number, a formula of s and L, or a table (s, values)
 
 
@@ -24,7 +24,7 @@ def along(value: Along, s: Array, length: Array | float) -> Array:
 
     A table (s, values) is interpolated by a monotone cubic (PCHIP): through its points, C1, without overshoot, linear
     between two points; error O(h^3) for smooth data, O(h^2) at its extrema. A formula is
-    arithmetic of s, L (the whole arc length) and pi (formula.py).
+    arithmetic of s, L (the whole arc length) and pi (see `femflex.fem.formula`).
     Raises ValueError on a formula or table that is not understood, is short of s, or is not finite.
     """
     if isinstance(value, str):

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.dynamics.joints.held_places import held_freedoms, held_places, specified_states
 from femflex.dynamics.reports.drives import observe_drives
 from femflex.dynamics.terms.by_source import DRIVES, terms
@@ -15,7 +15,6 @@ from femflex.system import Channel, System
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
 
-Array = NDArray[np.float64]
 
 FORCES = {"m/s": "N", "rad/s": "N m"}
 

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from femflex.arrays import Array
+
 Operation = Callable[..., Any]
 
 LONGEST = 2000  # characters; what is longer is a table
