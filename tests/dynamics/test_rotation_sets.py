@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from support.random_systems import random_body
+from support.scipy_integrators import integrator
 
 from femflex.body import Marker, rigid_body
 from femflex.dynamics import compile_system
-from femflex.integrate import Dop853, Esdirk4, GeneralizedAlpha, integrator
+from femflex.integrate import Dop853, Esdirk4, GeneralizedAlpha
 from femflex.rotations import (
     NAMED_SEQUENCES,
 )
