@@ -301,6 +301,6 @@ def _warn_not_stored(folders: list[Path]) -> None:
     places = ", ".join(str(folder.parent) for folder in folders)
     _warned.append(
         f"compiled kernels cannot be stored: {places} cannot be written; each start compiles them again, which takes "
-        f"about a minute; set NUMBA_CACHE_DIR to a folder that you can write"
+        f"about half a minute; set NUMBA_CACHE_DIR to a folder that you can write"
     )
     warnings.warn(_warned[0], CacheWarning, stacklevel=2)

@@ -60,7 +60,7 @@ def run(
                 check_pictures(read, output, force=force)
             lock = stack.enter_context(FileLock(output))
             say(
-                "building bodies and compiling the equations of motion (the first run of an installation takes about a "
+                "building bodies and compiling the equations of motion (the first run of an installation takes half a "
                 "minute)"
             )
             prepared = pipeline.prepare(
