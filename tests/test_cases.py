@@ -49,6 +49,7 @@ def test_shipped_case_gives_the_source_of_its_answers(path: Path):
         assert answer.source or answer.value is None, f"expect.{name} has no source"
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:run. an output step")
 def test_stiff_mast_is_integrated_by_the_implicit_method(tmp_path: Path):
     prepared = prepare(CASES[0].with_name("stiff_mast.toml"), tmp_path / "run.h5")

@@ -32,7 +32,7 @@ def numbers(text: str, folder: Path) -> dict[str, Any]:
     return found
 
 
-@pytest.mark.parametrize("craft", ["actuators", "linkages", "taut"])
+@pytest.mark.parametrize("craft", [pytest.param("actuators", marks=pytest.mark.slow), "linkages", "taut"])
 def test_other_names_order_and_units_leave_run_and_modes_unchanged(craft: str, tmp_path: Path):
     text = (CRAFTS / f"{craft}.toml").read_text(encoding="utf-8")
     names = alike(names_of(text))

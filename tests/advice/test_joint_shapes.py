@@ -180,7 +180,7 @@ def test_a_payload_at_the_tip_of_a_boom(lowest, modes, off):
     assert off or (max(errors) < 2e-3 and not told)
 
 
-@pytest.mark.sampled(10)
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize(("m", "J"), [(200.0, 50.0), (1.0, 0.05)], ids=["heavy hub", "light hub"])
 @pytest.mark.parametrize("modes", [2, 4, 6])
 @pytest.mark.parametrize(
@@ -205,7 +205,7 @@ def test_a_free_hub_with_a_boom(lowest, m, J, modes, reduction):
         assert max(errors) < 2e-3
 
 
-@pytest.mark.sampled(2)
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("n", [2, 4])
 @pytest.mark.parametrize("more", ["", ", joints = []", ', joints = ["tip"]'])
 def test_a_beam_on_functions_that_carries_a_payload(lowest, n, more):

@@ -71,6 +71,7 @@ def crossings(t: np.ndarray, y: np.ndarray) -> np.ndarray:
     return t[k] - y[k] * (t[k + 1] - t[k]) / (y[k + 1] - y[k])
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(("swing", "error"), [(0.02, 8.8e-4), (0.08, 0.0143)])
 def test_the_swing_of_a_wire_is_as_far_off_as_its_warning_says(swing: float, error: float, tmp_path: Path) -> None:
     """What is lost goes as the square of the swing; above 1 % it is warned of, with an estimate that is not too low."""
@@ -87,6 +88,7 @@ def test_the_swing_of_a_wire_is_as_far_off_as_its_warning_says(swing: float, err
         assert "wire" in said[0] and "universal joint" in said[0]
 
 
+@pytest.mark.slow
 def test_a_joint_at_the_exit_swings_as_the_pendulum_does(tmp_path: Path) -> None:
     """The remedy of the warning: the joint's angle is of any size, and nothing is condensed."""
     text = CASE.replace("root = [0.6, 0, 0]\n", "").replace("functions = {y = 1, z = 1}\n", "")

@@ -101,6 +101,7 @@ ROWS = {  # what acts, the boom, key words of a warning that must be there, or a
 }  # fmt: skip
 
 
+@pytest.mark.sampled(10)
 @pytest.mark.parametrize("name", ROWS)
 def test_buckling_of_linear_and_condensed_booms_is_warned_of(name, tmp_path):
     acting, boom, expected = ROWS[name]
@@ -123,6 +124,7 @@ SPUN = {  # rate [rad/s], strain, warned: Southwell's omega^2 = omega_0^2 + 1.19
 }
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("name", SPUN)
 def test_stiffening_by_spin_is_warned_of_where_strain_is_linear(name, tmp_path):
     rate, strain, warned = SPUN[name]

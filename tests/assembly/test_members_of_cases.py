@@ -120,6 +120,7 @@ def tip(system: System, turn: bool) -> np.ndarray:
     return (marker.psi if turn else marker.phi) @ body.amplitudes(state.q)
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(
     ("kind", "functions", "load", "turn", "expected", "added"),
     [

@@ -75,6 +75,7 @@ def turned(path: Path):
     return body, delta, {name: marker.psi @ delta for name, marker in body.markers.items()}
 
 
+@pytest.mark.slow
 @pytest.mark.sampled(1)
 def test_torque_on_face_of_solid_bends_like_a_beam(bar):
     M = 3.0

@@ -179,6 +179,7 @@ def edit(path: Path, old: str, new: str) -> None:
     path.write_text(path.read_text().replace(old, new))
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize(
     ("name", "old", "new", "words"),
     [

@@ -245,6 +245,7 @@ SAME = {
 }  # fmt: skip
 
 
+@pytest.mark.sampled(24)
 @pytest.mark.parametrize("name", SAME)
 def test_frequencies_of_equal_structures_by_card(tmp_path, name):
     cards, others, rel = SAME[name]

@@ -57,6 +57,7 @@ def changed(old, new):
 SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in ("esdirk4", "generalized_alpha")]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["dop853", *SLOW])
 def test_a_run_resumes_bit_for_bit_with_every_integrator(tmp_path, method):
     text = CASE.format(body=BOOM, run=f'integrator = "{method}"' + ("\nstep = 1e-3" if "alpha" in method else ""))
@@ -81,6 +82,7 @@ def test_a_run_resumes_bit_for_bit_with_every_integrator(tmp_path, method):
     whole.close(), rest.close()
 
 
+@pytest.mark.slow
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("rest", ["place", "material", "coordinates"])
 def test_what_rests_at_the_start(rest):

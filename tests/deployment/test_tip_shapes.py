@@ -72,6 +72,7 @@ def modes_of(case: femflex.Case) -> np.ndarray:
     return rest_modes(femflex.build_system(case)).omega / (2 * np.pi)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(("mass", "inertia"), [(5.0, 0.5), (0.5, 0.02)])
 @pytest.mark.parametrize(("n", "errors"), [(1, (1e-5, 2e-3)), (2, (1e-6, 2e-5))])
 def test_one_function_matches_cantilever_with_tip_body(

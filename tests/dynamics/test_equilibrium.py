@@ -44,6 +44,7 @@ def bent(ratio: float, k: int) -> tuple[float, float]:
     return float(np.hypot(y, z) / LENGTH), float(-u / LENGTH)
 
 
+@pytest.mark.slow
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("ratio", MATTIASSON)
 def test_sixteen_segments_match_elastica(ratio):

@@ -44,6 +44,7 @@ def test_table_has_every_joint():
     assert {kind.__name__ for kind in KINDS} <= kinds
 
 
+@pytest.mark.sampled(8)
 @pytest.mark.parametrize("name", [name for name in TREES if name in OF_POINTS])
 def test_residual_is_kanes_equations_over_points(name):
     p = problem(name)
@@ -57,6 +58,7 @@ def test_residual_is_kanes_equations_over_points(name):
     assert ours[free] == pytest.approx(theirs[free], rel=1e-10, abs=1e-10 * np.abs(theirs).max(initial=1))
 
 
+@pytest.mark.sampled(8)
 @pytest.mark.parametrize("name", OF_POINTS)
 def test_recursion_satisfies_kanes_equations_with_constraint_forces(name):
     p = problem(name)

@@ -25,6 +25,7 @@ def test_spinning_plate_full_model_matches_ritz(setting):
     assert found == pytest.approx(ritz_frequencies(plate, 10.0, 5, n=8), rel=4e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("setting", [FLAP, FLIGHT])
 def test_narrow_plate_matches_rotating_beam(setting):

@@ -112,6 +112,7 @@ def test_damaged_state_is_refused():
         METHODS[0].solve(oscillator(), TIMES, [1.0, 0.0], state=block.resume)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("method", METHODS[1:], ids=["esdirk4", "generalized_alpha"])
 def test_infinite_stiffness_ends_an_implicit_run_at_its_start(method):
     broken = chain(np.ones(3), np.array([1.0, 1.0, np.nan, 1.0]))

@@ -92,6 +92,7 @@ def test_forced_stiff_chain_has_its_harmonic_response(method):
     assert x.steps.evaluations < 6000
 
 
+@pytest.mark.sampled(1)
 @with_methods
 def test_same_motion_as_the_explicit_method(method):
     model = chain(np.linspace(1, 2, 6), np.linspace(3, 1, 7), np.full(7, 0.02), cubic=0.4, force=0.7, w=1.3)

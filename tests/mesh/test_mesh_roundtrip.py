@@ -84,7 +84,7 @@ def same(a, b, tolerance):
     }
 
 
-@pytest.mark.sampled(60)
+@pytest.mark.sampled(30)
 @pytest.mark.parametrize("cell", [cell for cell in CELL_TYPES if cell != "vertex"])
 @pytest.mark.parametrize("form", FORMATS)
 def test_a_mesh_with_its_groups_survives_the_file(form, cell, tmp_path):

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.sparse.linalg import splu
 from support.full_spin import mass_points
 from support.nonlinear_models import METAL, bent_beam
-from scipy.sparse.linalg import splu
 
 from femflex.fem import Member, build_structure
 from femflex.mesh import box, rectangle

@@ -160,6 +160,7 @@ def error(structure, modes, way):
     return np.linalg.norm(found - exact) / np.linalg.norm(exact), body
 
 
+@pytest.mark.slow
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("count", [4, 12, 24])
 @pytest.mark.parametrize("attachment", [(), ("x", "y", "z")])

@@ -159,6 +159,7 @@ def load_off(structure, shapes, case):
     return np.abs(found - factors).max() / factors.max()
 
 
+@pytest.mark.slow
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize(("rise", "support"), [(3 * H, "pinned"), (3 * H, "clamped")])
 def test_two_shapes_and_their_derivatives_at_the_deflection_carry_an_arch_through(rise, support):

@@ -39,6 +39,7 @@ def test_frequencies_are_exact_at_every_speed(k, blade):
     assert found == pytest.approx(Rotating(blade.speeds[k], hub=0.1, lag=9.0).exact(found), rel=1e-5)
 
 
+@pytest.mark.slow
 def test_branches_cross_without_changing_what_they_are(blade):
     assert [branch.name for branch in blade.branches] == ["flap 1", "lag 1", "flap 2", "flap 3", "lag 2"]
     assert all(set(branch.characters) == {branch.name.split()[0]} for branch in blade.branches)

@@ -240,6 +240,7 @@ def test_backbones_of_condensed_and_nonlinear_strain_agree(written: Written):
     assert own == pytest.approx(other, rel=1e-4) and (own != other).any()
 
 
+@pytest.mark.slow
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("strain", ["condensed", "nonlinear"])
 def test_backbone_of_a_body_file(written: Written, tmp_path: Path, strain: str):

@@ -111,6 +111,7 @@ with open_run(sys.argv[1]) as run:
 """
 
 
+@pytest.mark.slow
 def test_picture_without_a_display(tumbling, tmp_path):
     quiet = {key: value for key, value in os.environ.items() if key not in ("DISPLAY", "WAYLAND_DISPLAY")}
     command = [sys.executable, "-c", DRAW, str(tumbling), str(tmp_path / "a.png")]
