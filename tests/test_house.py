@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 TOP = Path(__file__).resolve().parents[1]
-CEILING = 0.6  # lines of tests for each line of the package; it may only be lowered
+CEILING = 0.5  # lines of tests for each line of the package; it may only be lowered
 FOLDERS = {"femflex", "meshes", "tests", "cases", "docs", ".ci"}
 KNOWN = FOLDERS | {"pyproject.toml", "README.md", "CHANGELOG.md", "LICENSE", ".gitignore"}
 
