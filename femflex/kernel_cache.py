@@ -105,10 +105,10 @@ def _compile_at_first_use(dispatcher: Any, signature: Any) -> None:
 _ahead: dict[str, subprocess.Popen[bytes]] = {}  # name of a kernel -> the process that compiles it
 
 
-def compile_ahead(kernels: Iterable[Any]) -> bool:
-    """Let a second process compile the kernels that are not on disk while this one goes on; whether there are any.
+def compile_ahead(kernels: Iterable[Any]) -> None:
+    """Let a second process compile the kernels that are not on disk while this one goes on.
 
-    Who needs one of them before that process is done waits for it.
+    The first call of one of them waits until it is on disk.
     """
     missing = [kernel for kernel in kernels if is_pending(kernel) and not kernel._cache.is_stored(kernel)]
     names = [name for kernel in missing if (name := _name_of(kernel)) not in _ahead]
@@ -123,7 +123,6 @@ def compile_ahead(kernels: Iterable[Any]) -> bool:
             process = subprocess.Popen([*command, *names], stdin=nothing, stdout=nothing, stderr=nothing)
             atexit.register(process.kill)
             _ahead.update(dict.fromkeys(names, process))
-    return bool(missing)
 
 
 def _wait_for(kernel: Any) -> None:

@@ -36,16 +36,15 @@ def stored(signature: Any, loop: bool = False, **options: Any) -> Callable[[Any]
     return kept(signature, pipeline_class=LoopCompiler if loop else KernelCompiler, **options)
 
 
-def compile_ahead(*kernels: Any) -> bool:
-    """Begin to compile those kernels that are not on disk, in a second process; whether there are any.
+def compile_ahead(*kernels: Any) -> None:
+    """Begin to compile those kernels that are not on disk, in a second process.
 
-    Their first user waits until they are there.
+    The first call of one of them waits until it is on disk.
     """
-    if plain() or _config.DISABLE_JIT:
-        return False
-    from femflex.kernel_cache import compile_ahead as begin
+    if not (plain() or _config.DISABLE_JIT):
+        from femflex.kernel_cache import compile_ahead as begin
 
-    return begin(kernels)
+        begin(kernels)
 
 
 def part_options() -> dict[str, Any]:
