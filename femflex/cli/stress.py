@@ -47,7 +47,7 @@ def stress(
 ) -> None:
     """Print the largest section forces and stresses of every flexible body over a run, or write them along time."""
     from femflex.results import open_run
-    from femflex.results.destination import check_destination
+    from femflex.writing import check_destination, placed
 
     places = [_place(text) for text in at or []]
     if places and points:
@@ -76,7 +76,8 @@ def stress(
     if TABLE in files:
         text = io.StringIO()
         csv.writer(text).writerows(rows)
-        files[TABLE].write_text(text.getvalue(), encoding="utf-8")
+        with placed(files[TABLE], force) as part:
+            part.write_text(text.getvalue(), encoding="utf-8")
 
 
 def _peaks(run: Any, bodies: Any, names: list[str], wanted: Mapping[str, list[str]]) -> list[list[Any]]:
