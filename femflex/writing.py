@@ -9,10 +9,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from stat import S_ISBLK, S_ISCHR, S_ISFIFO, S_ISREG, S_ISSOCK
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    import h5py
 
 PARTS: set[Path] = set()  # files and folders being written beside their place, of no use before they are moved there
 SPECIAL = {S_ISFIFO: "a pipe", S_ISSOCK: "a socket", S_ISCHR: "a device", S_ISBLK: "a device"}
@@ -80,17 +76,6 @@ def placed(path: str | Path, force: bool = False, keep_interrupted: bool = False
         raise
     finally:
         remove_part(folder)
-
-
-@contextmanager
-def placed_hdf5(path: str | Path, force: bool = False) -> Iterator[h5py.File]:
-    """An HDF5 file in memory to fill, written to `path` at the end; HDF5 itself does not survive a full disk."""
-    import h5py
-
-    with placed(path, force) as part, h5py.File(part, "w", driver="core", backing_store=False) as file:
-        yield file
-        file.flush()
-        part.write_bytes(file.id.get_file_image())
 
 
 def remove_part(part: Path) -> None:

@@ -66,7 +66,7 @@ def kind_of_hdf5(file: Path) -> str:
         )
     if not _starts_as_hdf5(file):
         return ""
-    from femflex.results.reader import open_hdf5
+    from femflex.hdf5 import open_hdf5
 
     with open_hdf5(file) as opened:
         return str(opened.attrs.get("format", ""))
@@ -90,7 +90,7 @@ def _hdf5(file: Path) -> str:
 
 def _has_members(file: Path) -> bool:
     """Whether an HDF5 file holds anything."""
-    from femflex.results.reader import open_hdf5
+    from femflex.hdf5 import open_hdf5
 
     with open_hdf5(file) as opened:
         return len(opened) > 0

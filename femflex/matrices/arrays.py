@@ -24,6 +24,7 @@ from scipy import sparse
 
 from femflex.arrays import Array
 from femflex.body import MassMoments
+from femflex.hdf5 import open_hdf5
 from femflex.matrices.contents import Contents, Entries, register
 from femflex.matrices.model import MatrixModel, Recovery
 
@@ -52,7 +53,7 @@ def _hdf5(path: Path, transposed: bool = False) -> Contents:
     import h5py
 
     arrays: dict[str, Any] = {}
-    with h5py.File(path, "r") as file:
+    with open_hdf5(path) as file:
         if "format" in file.attrs:
             raise ValueError(f"it is a {file.attrs['format']} file; give it to a body of kind 'file', not 'matrices'")
         for name, item in file.items():

@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 from scipy import sparse
 
+from femflex.hdf5 import placed_hdf5
 from femflex.matrices.arrays import arrays_of
 from femflex.matrices.model import MatrixModel
 from femflex.matrices.nastran import op4_arrays, pyyeti
-from femflex.writing import placed, placed_hdf5
+from femflex.writing import placed
 
 SYMMETRIC, REAL = 6, 2
 

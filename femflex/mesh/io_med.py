@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.arrays import Array, IntArray
+from femflex.hdf5 import open_hdf5
 from femflex.mesh.cells import CELL_TYPES
 from femflex.mesh.contents import Block, Contents
 from femflex.mesh.formats import WriteOptions, load_meshio, meshio_speaking, register
@@ -31,10 +32,8 @@ LONGEST = 80  # bytes of a group name
 
 def read(path: Path) -> Contents:
     """Contents of a .med file with one mesh."""
-    import h5py
-
     known = _codes()
-    with h5py.File(path) as file:
+    with open_hdf5(path) as file:
         step, family_groups = _only_mesh(file, path)
         cell_families, point_families = _families(family_groups, "ELEME"), _families(family_groups, "NOEUD")
         points, point_numbers = _points(step)

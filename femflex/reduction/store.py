@@ -24,8 +24,8 @@ from femflex.arrays import Array
 from femflex.body import FlexibleBody, Foreshortening, Marker, MassMoments, Skin, StrainTensors
 from femflex.body.mass_points import MassPoints
 from femflex.body.strain_field import read_field, write_field
+from femflex.hdf5 import open_hdf5, placed_hdf5
 from femflex.reading import reading
-from femflex.writing import placed_hdf5
 
 if TYPE_CHECKING:
     import h5py
@@ -78,17 +78,9 @@ def load_body(path: str | os.PathLike[str]) -> FlexibleBody:
 
     Raises FileNotFoundError when there is none, ValueError when it is not a femflex body or is of a later format.
     """
-    import h5py
-
     source = Path(path)
-    if not source.is_file():
-        raise FileNotFoundError(f"body file {source} does not exist; make one with `femflex body`.")
-    try:
-        file = h5py.File(source, "r")
-    except OSError as error:
-        raise ValueError(
-            f"{source} is not a femflex body file: it is not HDF5. Make one with `femflex body`."
-        ) from error
+    with reading(source, "femflex body file", "Make one with `femflex body`."):
+        file = open_hdf5(source)
     with file, reading(source, "femflex body file", "Make it again with `femflex body`."):
         found = file.attrs.get("format")
         if found != FORMAT:

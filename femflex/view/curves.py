@@ -254,7 +254,7 @@ def _changes(group: list[Curve]) -> list[Curve]:
 
 
 def _size(group: list[Curve]) -> float:
-    return max(float(np.abs(curve.values).max(initial=0.0)) for curve in group)
+    return max(float(np.abs(curve.values[np.isfinite(curve.values)]).max(initial=0.0)) for curve in group)
 
 
 def _noticeable(group: list[Curve], limit: float, least: float) -> list[Curve]:

@@ -6,9 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
+from femflex.hdf5 import placed_hdf5
 from femflex.studies.linear.linear_model import LinearModel
 from femflex.studies.linear.space import StateSpace
-from femflex.writing import placed, placed_hdf5
+from femflex.writing import placed
 
 SUFFIXES = (".mat", ".npz", ".h5")
 

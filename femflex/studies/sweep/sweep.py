@@ -18,12 +18,13 @@ from femflex.case.problems import Problem
 from femflex.case.read import parse_case
 from femflex.case.sweep import SweepTable, read_sweep, split_number
 from femflex.case.units import UnitError
+from femflex.hdf5 import placed_hdf5
 from femflex.pipeline.file_digests import file_digests
 from femflex.studies.sweep.design import designed, indices
 from femflex.studies.sweep.journal import add, begin, digest, journal_of, read_journal, refuse_other
 from femflex.studies.sweep.member import Outcome, Plan
 from femflex.studies.sweep.workers import outcomes
-from femflex.writing import check_destination, placed_hdf5
+from femflex.writing import check_destination
 
 Progress = Callable[[float], object]  # called with the number of members done
 
@@ -204,7 +205,7 @@ def written(found: Sweep, path: Path, plan: Plan) -> None:
 
 def _digest_in(path: Path) -> str:
     """The digest of the sweep that a file of results is of."""
-    from femflex.results.reader import open_hdf5
+    from femflex.hdf5 import open_hdf5
 
     with open_hdf5(path) as file:
         return str(file.attrs.get("digest", ""))
@@ -212,7 +213,7 @@ def _digest_in(path: Path) -> str:
 
 def open_sweep(path: str | Path) -> Sweep:
     """The results of a sweep in its file. Raises ValueError for a file that is none."""
-    from femflex.results.reader import open_hdf5
+    from femflex.hdf5 import open_hdf5
 
     with open_hdf5(Path(path)) as file:
         if "problems" not in file or "percentiles" not in file:
