@@ -29,7 +29,7 @@ def info(
     with Patience(f"reading {file.name}"):
         text = (
             _hdf5(file)
-            if _starts_as_hdf5(file) and file.suffix.lower() not in FORMATS
+            if (_starts_as_hdf5(file) or file.suffix.lower() in (".h5", ".hdf5")) and file.suffix.lower() not in FORMATS
             else _case(file)
             if file.suffix == ".toml"
             else _matrices(file)

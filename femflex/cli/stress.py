@@ -101,7 +101,7 @@ def _of_points(run: Any, bodies: Any, names: list[str], wanted: Mapping[str, lis
     rows: list[list[Any]] = [["body", "members", "x_m", "y_m", "z_m", "quantity", "largest", "unit", "time_s"]]
     rounding = _rounding(bodies, _peaks_of_bodies(run, bodies, names))
     for name in names:
-        y, parts = run[f"bodies/{name}/delta"], bodies[name].strain_field
+        y, parts = run.finite(f"bodies/{name}/delta"), bodies[name].strain_field
         for part in parts:
             units = {key: unit for key, unit in quantities([part]).items() if key in wanted[name]}
             for key, (largest, when) in over_time(part, y, list(units)).items():
@@ -117,7 +117,7 @@ def _of_points(run: Any, bodies: Any, names: list[str], wanted: Mapping[str, lis
 def _peaks_of_bodies(run: Any, bodies: Any, names: list[str]) -> dict[str, list[Peak]]:
     from femflex.body.recovery import peaks
 
-    return {name: peaks(bodies[name].strain_field, run[f"bodies/{name}/delta"], run.time) for name in names}
+    return {name: peaks(bodies[name].strain_field, run.finite(f"bodies/{name}/delta"), run.time) for name in names}
 
 
 def _rounding(bodies: Any, found: Mapping[str, list[Peak]]) -> dict[tuple[str, str], float]:
@@ -172,7 +172,7 @@ def _along_time(
     head: list[Any] = ["time_s"]
     columns = [run.time]
     for name in names:
-        parts, y = bodies[name].strain_field, run[f"bodies/{name}/delta"]
+        parts, y = bodies[name].strain_field, run.finite(f"bodies/{name}/delta")
         for each in wanted[name]:
             values, where = at_points(parts, each, places, y)
             unit = quantities(parts)[each]

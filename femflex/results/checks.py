@@ -40,7 +40,7 @@ def _problems(file: h5py.File) -> Iterator[str]:
         yield "the values of /time are not finite and rising"
     for name, data in channels_of(file).items():
         yield from (f"its channel {name} {text}" for text in _channel_problems(data, len(time), name))
-    needed = [f"bodies/{name}/{leaf}" for name in file["model"] for leaf in ("position", "attitude")]
+    needed = [f"bodies/{name}/{leaf}" for name in file["model"] for leaf in ("position", "attitude", "delta")]
     for name in ("q", "u", *needed) if "integrator" in file.attrs else ():
         if name not in file:
             yield f"its channel {name} is missing"

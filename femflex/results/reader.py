@@ -99,9 +99,25 @@ class Run:
         with reading(self.path, KIND, ADVICE):
             return np.asarray(data[slice(*rows.indices(self._rows))], float)
 
+    def finite(self, path: str, rows: slice = slice(None)) -> Array:
+        """The same as `read`, for use where every value must be a number.
+
+        Raises ValueError for a run without instants, and where a value is not finite, with its time.
+        """
+        if not self._rows:
+            raise ValueError(f"{self.path} holds no instants")
+        values = self.read(path, rows)
+        good = np.isfinite(values).all(axis=tuple(range(1, values.ndim)))
+        if not good.all():
+            t = self.read("time", rows)[int(np.argmin(good))]
+            raise ValueError(
+                f"channel {path!r} of {self.path} has values that are not finite, the first at t = {t:g} s"
+            )
+        return values
+
     def states(self, rows: slice = slice(None)) -> Array:
-        """The states x = (q, u, z) (n_t, n_x) of some rows."""
-        return np.hstack([self.read(path, rows) for path in ("q", "u", "z") if path in self])
+        """The states x = (q, u, z) (n_t, n_x) of some rows. Raises ValueError where they are not finite."""
+        return np.hstack([self.finite(path, rows) for path in ("q", "u", "z") if path in self])
 
     def __contains__(self, path: object) -> bool:
         return path in self._data

@@ -130,6 +130,8 @@ def _curves(run: Run, channel: str) -> list[Curve]:
     if below:
         return _divided(_curves(run, above), _curves(run, below), below)
     path, _, component = channel.partition(":")
+    if not len(run):
+        raise ValueError(f"{run.path} holds no instants, so there is nothing to plot")
     values = run[path].reshape(len(run), -1)
     if path == "attitude/angles":
         values = unwrapped(values, run.names(path))
