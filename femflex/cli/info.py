@@ -40,6 +40,8 @@ def info(
 
 
 MATRICES = (".npz", ".mat", ".op4", ".op2", ".pch", ".dmig", ".asm", ".mtx", ".sti", ".mas", ".dof")  # suffixes
+# cards that make a file a deck, and not a mesh alone
+PROPERTIES = re.compile(r"^(MAT\d|P(SHELL|COMP|BAR|BEAM|ROD|SOLID|BUSH)|\*MATERIAL|\*\w[\w ]* SECTION)", re.I | re.M)
 
 
 def _has_matrices(file: Path) -> bool:
@@ -158,9 +160,13 @@ def _mesh_or_deck(file: Path, units: str) -> str:
             deck = describe(read_deck(file, declared))
     except ValueError as error:
         try:
-            return f"{_mesh(file)}\n\nas a deck: {error}"
+            mesh = _mesh(file)
         except ValueError as other:  # coordinate systems of its own, say
             raise ValueError(f"{error}\n\nas a mesh: {other}") from None
+        if not PROPERTIES.search(file.read_text(encoding="utf-8", errors="replace")):
+            return f"{mesh}\n\nas a deck: {error}"
+        print_folded(mesh)
+        raise ValueError(f"as a deck: {error}") from None
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")

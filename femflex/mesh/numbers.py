@@ -12,7 +12,7 @@ def check_count(count: int, place: str) -> None:
     """Raise ValueError, before any memory is taken, where a line of a deck generates too many items."""
     if count > MOST:
         raise ValueError(
-            f"{place}: the line generates {count} items; found more than {MOST}, the most that one line may generate. "
+            f"{place}: the line generates {count} nodes, elements or cards; at most {MOST} are read of one line. "
             "Correct the number, or write the items out."
         )
 
