@@ -32,9 +32,9 @@ class StudyOutputs:
         if self.tolerance is not None and not 0.0 < self.tolerance < 1.0:
             raise ValueError(f"--tolerance is {self.tolerance:g}; give a relative error between 0 and 1, such as 1e-3")
         if self.picture is not None:
-            from femflex.results.destination import check_destination
             from femflex.view.convergence import check_kind
             from femflex.view.theme import theme_of
+            from femflex.writing import check_destination
 
             theme_of(self.theme)
             check_kind(self.picture)

@@ -32,7 +32,7 @@ class Drawing:
 
     def check(self) -> None:
         """Raise before any work what would fail after it."""
-        from femflex.results.destination import check_destination
+        from femflex.writing import check_destination
 
         if self.mode is not None and self.movie is None:
             raise ValueError("--mode names the mode of a movie; give -o mode.mp4 with it")

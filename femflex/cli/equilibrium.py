@@ -44,7 +44,7 @@ def equilibrium(
     from it with [initial] from = "eq.h5", or "equilibrium". Exit code 3: none was found; the last
     converged load step is saved in the output file.
     """
-    from femflex.results.destination import check_destination
+    from femflex.writing import check_destination
 
     time = read_seconds(at, "--at")
     if output is not None:

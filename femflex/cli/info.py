@@ -29,7 +29,7 @@ def info(
     with Patience(f"reading {file.name}"):
         text = (
             _hdf5(file)
-            if _starts_as_hdf5(file) and file.suffix.lower() not in FORMATS
+            if (_starts_as_hdf5(file) or file.suffix.lower() in (".h5", ".hdf5")) and file.suffix.lower() not in FORMATS
             else _case(file)
             if file.suffix == ".toml"
             else _matrices(file)
@@ -40,6 +40,8 @@ def info(
 
 
 MATRICES = (".npz", ".mat", ".op4", ".op2", ".pch", ".dmig", ".asm", ".mtx", ".sti", ".mas", ".dof")  # suffixes
+# cards that make a file a deck, and not a mesh alone
+PROPERTIES = re.compile(r"^(MAT\d|P(SHELL|COMP|BAR|BEAM|ROD|SOLID|BUSH)|\*MATERIAL|\*\w[\w ]* SECTION)", re.I | re.M)
 
 
 def _has_matrices(file: Path) -> bool:
@@ -66,7 +68,7 @@ def kind_of_hdf5(file: Path) -> str:
         )
     if not _starts_as_hdf5(file):
         return ""
-    from femflex.results.reader import open_hdf5
+    from femflex.hdf5 import open_hdf5
 
     with open_hdf5(file) as opened:
         return str(opened.attrs.get("format", ""))
@@ -90,7 +92,7 @@ def _hdf5(file: Path) -> str:
 
 def _has_members(file: Path) -> bool:
     """Whether an HDF5 file holds anything."""
-    from femflex.results.reader import open_hdf5
+    from femflex.hdf5 import open_hdf5
 
     with open_hdf5(file) as opened:
         return len(opened) > 0
@@ -158,9 +160,13 @@ def _mesh_or_deck(file: Path, units: str) -> str:
             deck = describe(read_deck(file, declared))
     except ValueError as error:
         try:
-            return f"{_mesh(file)}\n\nas a deck: {error}"
+            mesh = _mesh(file)
         except ValueError as other:  # coordinate systems of its own, say
             raise ValueError(f"{error}\n\nas a mesh: {other}") from None
+        if not PROPERTIES.search(file.read_text(encoding="utf-8", errors="replace")):
+            return f"{mesh}\n\nas a deck: {error}"
+        print_folded(mesh)
+        raise ValueError(f"as a deck: {error}") from None
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")

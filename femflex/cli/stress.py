@@ -47,7 +47,7 @@ def stress(
 ) -> None:
     """Print the largest section forces and stresses of every flexible body over a run, or write them along time."""
     from femflex.results import open_run
-    from femflex.results.destination import check_destination
+    from femflex.writing import check_destination, placed
 
     places = [_place(text) for text in at or []]
     if places and points:
@@ -76,7 +76,8 @@ def stress(
     if TABLE in files:
         text = io.StringIO()
         csv.writer(text).writerows(rows)
-        files[TABLE].write_text(text.getvalue(), encoding="utf-8")
+        with placed(files[TABLE], force) as part:
+            part.write_text(text.getvalue(), encoding="utf-8")
 
 
 def _peaks(run: Any, bodies: Any, names: list[str], wanted: Mapping[str, list[str]]) -> list[list[Any]]:
@@ -100,7 +101,7 @@ def _of_points(run: Any, bodies: Any, names: list[str], wanted: Mapping[str, lis
     rows: list[list[Any]] = [["body", "members", "x_m", "y_m", "z_m", "quantity", "largest", "unit", "time_s"]]
     rounding = _rounding(bodies, _peaks_of_bodies(run, bodies, names))
     for name in names:
-        y, parts = run[f"bodies/{name}/delta"], bodies[name].strain_field
+        y, parts = run.finite(f"bodies/{name}/delta"), bodies[name].strain_field
         for part in parts:
             units = {key: unit for key, unit in quantities([part]).items() if key in wanted[name]}
             for key, (largest, when) in over_time(part, y, list(units)).items():
@@ -116,7 +117,7 @@ def _of_points(run: Any, bodies: Any, names: list[str], wanted: Mapping[str, lis
 def _peaks_of_bodies(run: Any, bodies: Any, names: list[str]) -> dict[str, list[Peak]]:
     from femflex.body.recovery import peaks
 
-    return {name: peaks(bodies[name].strain_field, run[f"bodies/{name}/delta"], run.time) for name in names}
+    return {name: peaks(bodies[name].strain_field, run.finite(f"bodies/{name}/delta"), run.time) for name in names}
 
 
 def _rounding(bodies: Any, found: Mapping[str, list[Peak]]) -> dict[tuple[str, str], float]:
@@ -171,7 +172,7 @@ def _along_time(
     head: list[Any] = ["time_s"]
     columns = [run.time]
     for name in names:
-        parts, y = bodies[name].strain_field, run[f"bodies/{name}/delta"]
+        parts, y = bodies[name].strain_field, run.finite(f"bodies/{name}/delta")
         for each in wanted[name]:
             values, where = at_points(parts, each, places, y)
             unit = quantities(parts)[each]

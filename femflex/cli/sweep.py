@@ -48,7 +48,7 @@ def sweep(
     their problem. A sweep that was killed goes on with --resume; its numbers depend neither on that nor on the number
     of workers.
     """
-    from femflex.results.destination import check_destination
+    from femflex.writing import check_destination
 
     files = outputs(output or (), {RESULT: (".h5",), PICTURE: DIAGRAM_SUFFIXES})
     result = files.get(RESULT, Path(f"{study.stem}.h5"))
