@@ -51,6 +51,7 @@ def print_run_heading(prepared: Prepared, verbose: bool) -> None:
     step = f"{len(prepared.times)} rows to {prepared.times[-1]:.6g} s"
     name = prepared.integrator.name
     print(f"integrator  {prepared.reason if verbose else f'{name} ({KINDS[name]})' if name in KINDS else name}")
+    print_tolerances(prepared)
     if (held := prepared.model.constraints) is not None:
         print(f"constraints {held.text(0.0, prepared.model.x0)}")
         for misfit in prepared.taken_up:
@@ -65,6 +66,25 @@ def _range(body: FlexibleBody) -> str:
 
     known = body.omega[np.isfinite(body.omega)] / (2.0 * np.pi)
     return f", {known.min():.4g} to {known.max():.4g} Hz" if len(known) else ""
+
+
+def print_tolerances(prepared: Prepared) -> None:
+    """Print the relative tolerance, and the absolute ones of each kind of coordinate and its rate."""
+    from femflex.dynamics.equilibria.motion_scale import KINDS, coordinate_kinds
+    from femflex.integrate.driver import Adaptive
+
+    model, method = prepared.model, prepared.integrator
+    if not isinstance(method, Adaptive) or not model.n_u:
+        return
+    q, u, _ = model.parts(method.absolute(model, prepared.times, model.x0))
+    of_q, of_u = coordinate_kinds(model)
+    parts = [
+        f"{name} {q[of_q == kind].min():.1e} {unit} and {u[of_u == kind].min():.1e} {unit}/s"
+        for kind, (name, unit) in enumerate(zip(KINDS, ("m", "rad", "kg^1/2 m"), strict=True))
+        if (of_u == kind).any()
+    ]
+    source = "as requested" if method.atol is not None else "by the energy of the motion"
+    print(f"tolerances  relative {method.rtol:.1e}; absolute, {source}: {', '.join(parts)}")
 
 
 def print_moved_start(prepared: Prepared) -> None:

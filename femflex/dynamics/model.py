@@ -26,6 +26,7 @@ from femflex.dynamics.effectors.states import (
     threshold_problems,
 )
 from femflex.dynamics.equilibria.frequency import highest_frequency
+from femflex.dynamics.equilibria.motion_scale import motion_scales
 from femflex.dynamics.force_terms import force_terms
 from femflex.dynamics.forces.orbit_force import observe_orbit_force
 from femflex.dynamics.joints.channels import observe_balls
@@ -179,6 +180,10 @@ class Model(Summarised):
     def max_frequency(self) -> float:
         """Highest natural frequency of shapes and springs at the initial configuration [rad/s]."""
         return highest_frequency(self)
+
+    def motion_scales(self, x0: Array, begin: float, end: float) -> Array:
+        """Sizes (n_x,) of the states of a run from x0 (n_x,) between two times [s], for its absolute tolerances."""
+        return motion_scales(self, x0, begin, end)
 
     def state_rate(self, t: float, x: Array) -> Array:
         """dx/dt (n_x,) at the state x (n_x,)."""
