@@ -43,6 +43,8 @@ MATRICES = (".npz", ".mat", ".op4", ".op2", ".pch", ".dmig", ".asm", ".mtx", ".s
 # cards that make a file a deck, and not a mesh alone
 PROPERTIES = re.compile(r"^(MAT\d|P(SHELL|COMP|BAR|BEAM|ROD|SOLID|BUSH)|\*MATERIAL|\*\w[\w ]* SECTION)", re.I | re.M)
 
+LINEAR = {"A", "B", "C", "D", "states", "inputs", "outputs", "state_units"}  # members of a linear model's file
+
 
 def _has_matrices(file: Path) -> bool:
     """Whether bulk data have matrices (DMIG) and no elements."""
@@ -85,9 +87,56 @@ def _hdf5(file: Path) -> str:
 
         with open_run(file) as run:
             return repr(run)
+    if not kind and (text := _study_file(file)):
+        return text
     if not kind and _has_members(file):
         return _matrices(file)
     raise ValueError(f"{file} is an HDF5 file, but neither a run nor a body of femflex, nor one of matrices")
+
+
+def _study_file(file: Path) -> str:
+    """Lines about a file of `femflex sweep` or `femflex linearize`; "" for another HDF5 file."""
+    from femflex.results.reader import open_hdf5
+
+    with open_hdf5(file) as opened:
+        keys = set(opened)
+        if LINEAR <= keys:
+            return linear_text(file, *(opened[key][()] for key in ("states", "inputs", "outputs")))
+    return _sweep(file) if {"problems", "percentiles", "inputs"} <= keys else ""
+
+
+def _sweep(file: Path) -> str:
+    """Lines about the results of a sweep."""
+    from femflex.studies.sweep import open_sweep
+
+    found = open_sweep(file)
+    failed = sum(bool(text) for text in found.problems)
+    lines = [f"{file.name}: sweep, {len(found.problems)} runs, of which {failed} failed"]
+    lines += [
+        f"input   {name}: {v.min():.6g} to {v.max():.6g} {found.units.get(name, '')}"
+        for name, v in found.inputs.items()
+    ]
+    for name, (mean, sigma, least, largest) in found.statistics().items():
+        v, unit = found.outputs[name], found.units.get(name, "")
+        lines.append(
+            f"output  {name}: mean {mean:.6g}, sigma {sigma:.6g}, {v[least]:.6g} (run {least}) to {v[largest]:.6g} "
+            f"(run {largest}) {unit}"
+        )
+    return "\n".join([*lines, *(f"history {name} [{found.units.get(name, '')}]" for name in found.histories)])
+
+
+def linear_text(file: Path, states: object, inputs: object, outputs: object) -> str:
+    """Lines about a linear model that `femflex linearize` wrote, by the names in it."""
+    import numpy as np
+
+    names = [
+        [n.decode() if isinstance(n, bytes) else str(np.ravel(n)[0]) for n in np.ravel(group)]
+        for group in (states, inputs, outputs)
+    ]
+    lines = [f"{file.name}: linear model of femflex, dx/dt = A x + B u, y = C x + D u"]
+    for what, group in zip(("states", "inputs", "outputs"), names, strict=True):
+        lines.append(f"{what:8}{len(group)}: {', '.join(group) or 'none'}")
+    return "\n".join(lines)
 
 
 def _has_members(file: Path) -> bool:
@@ -176,6 +225,16 @@ def _mesh_or_deck(file: Path, units: str) -> str:
 
 
 def _matrices(file: Path) -> str:
+    import numpy as np
+    from scipy.io import loadmat
+
+    if file.suffix.lower() in (".mat", ".npz"):
+        try:
+            found = np.load(file) if file.suffix.lower() == ".npz" else loadmat(file)
+            if set(found) >= LINEAR:
+                return linear_text(file, *(found[key] for key in ("states", "inputs", "outputs")))
+        except (OSError, ValueError, NotImplementedError):  # damaged, or of another version: its reader says so
+            pass
     from femflex.matrices.describe import describe_matrices
 
     return describe_matrices(file)

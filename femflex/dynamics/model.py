@@ -50,6 +50,7 @@ from femflex.dynamics.reports.observe import observe
 from femflex.dynamics.reports.segmented import observe_segmented
 from femflex.dynamics.reports.sights import observe_sights
 from femflex.dynamics.reports.static_stretch import add_static_stretch
+from femflex.dynamics.reports.user_functions import check_user_functions
 from femflex.dynamics.reports.variations import observe_variations
 from femflex.dynamics.terms.by_source import SWITCHED, terms
 from femflex.dynamics.terms.prescribed_motion_report import observe_held
@@ -292,8 +293,8 @@ def compile_system(system: System) -> Model:
     """The compiled model of a system.
 
     The first process on a machine compiles the kernels once (some ten seconds); later ones load them.
-    Raises ValueError for an effector whose function cannot be compiled, and for a sensor or a threshold that is no
-    channel.
+    Raises ValueError for an effector whose function cannot be compiled or leaves its arrays at the initial state, and
+    for a sensor or a threshold that is no channel.
     """
     channels = channels_of(system)
     if problems := sensor_problems(system, channels) + threshold_problems(system, channels):
@@ -319,6 +320,7 @@ def compile_system(system: System) -> Model:
     )
     model = with_starts(with_constraints(tree) if system.loops or system.constraints else tree)
     check_separations(model)
+    check_user_functions(model)
     return model
 
 
