@@ -42,9 +42,9 @@ from femflex.dynamics.motion import equations
 from femflex.dynamics.motion.free_lengths import free_rate
 from femflex.dynamics.motion.led_equations import led_rate
 from femflex.dynamics.reports.contacts import observe_contacts
+from femflex.dynamics.reports.diagnosis import diagnosis
 from femflex.dynamics.reports.displacements import observe_displacements, undisplaced_positions
 from femflex.dynamics.reports.local_forces import observe_local_forces
-from femflex.dynamics.reports.diagnosis import diagnosis
 from femflex.dynamics.reports.momenta import observe_momenta
 from femflex.dynamics.reports.monitors import ROW_DISSIPATED
 from femflex.dynamics.reports.observe import observe

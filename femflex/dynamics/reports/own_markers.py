@@ -74,7 +74,7 @@ def acting_forces(model: Model, name: str, seen: Mapping[str, Array], j: int) ->
             if body == name:
                 out.append((marker, sign * pull * C_NB.T @ e))
     for effector in system.effectors:
-        if f"effectors/{effector.name}/force" in seen and any(body == name for body, _ in effector.markers):
+        if isinstance(effector, Effector) and any(body == name for body, _ in effector.markers):
             forces = np.asarray(seen[f"effectors/{effector.name}/force"][j]).reshape(-1, 3)
             out += [
                 (marker, C_NB.T @ force)
