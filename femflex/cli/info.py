@@ -162,7 +162,9 @@ def _channels(file: Path) -> str:
         system = decided(case).system
         found = compiled(system).channels | recovered(case, system).channels
     head = f"{file.name}: {len(found)} channels at n instants"
-    return "\n".join([head, *channel_lines(dict(sorted(found.items())))])
+    return "\n".join(
+        [head, *channel_lines({path: found[path] for path in sorted(found, key=lambda path: path.split("/"))})]
+    )
 
 
 def _mesh_or_deck(file: Path, units: str) -> str:
