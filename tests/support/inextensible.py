@@ -1,13 +1,14 @@
 """A travelling beam that keeps its length, to third order, from a wall: virtual work on polynomials of its own.
 
-Nothing here comes from femflex. A point at xi = x / L stands at (x + u, v, w), u = -1/2 int_0^x (v'^2 + w'^2) dx, and is
-drawn along with c = U (1 - xi) / L (support.pde). Its accelerations (A + D^2 u, D^2 v, D^2 w) do work on the virtual
+Nothing here comes from femflex. A point at xi = x / L stands at (x + u, v, w), u = -1/2 int_0^x (v'^2 + w'^2) dx, and
+moves along with c = U (1 - xi) / L (support.pde). Its accelerations (A + D^2 u, D^2 v, D^2 w) do work on the virtual
 displacements (-int v' dv' dx, dv, dw), and the energy is that of the curvature in space, kappa_a = a'' + a' (v' v'' +
 w' w''): EI / 2 int [v''^2 + w''^2 + (v' v'' + w' w'')^2] dx.
 """
 
 import numpy as np
 from scipy.integrate import solve_ivp
+
 from support.pde import CLAMPED_FREE, basis
 
 
