@@ -56,7 +56,7 @@ def open_hdf5(path: Path) -> h5py.File:
     try:
         return h5py.File(path, "r", locking=False)
     except OSError as error:
-        raise ValueError(f"{path} is cut short or damaged, as after an incomplete copy ({error})") from error
+        raise ValueError(f"{path} is cut short or damaged, as after an incomplete copy") from error
 
 
 class Run:
