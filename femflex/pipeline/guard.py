@@ -52,13 +52,16 @@ class MotionGuard:
             return error
         for bend in self._bends:
             moved, size = bend.moved(block.states), self._sizes(bend, block)
-            far = np.flatnonzero(moved.max(axis=1) > FAR * size)
+            displaced = moved.max(axis=1)
+            large = displaced > size  # there dependent shapes, of second order, may displace more
+            displaced[large] = np.maximum(displaced[large], bend.size * bend.over(block.states[large]))
+            far = np.flatnonzero(displaced > FAR * size)
             if len(far):
                 row = slice(far[0], far[0] + 1)
                 k = int(np.argmax(moved[far[0]]))
                 advice = self._advice(bend.name, k, block, far[0])
                 text = (
-                    f"the motion diverges: body {bend.name!r} is displaced by {moved[far[0], k]:.3g} m, over "
+                    f"the motion diverges: body {bend.name!r} is displaced by {displaced[far[0]]:.3g} m, over "
                     f"{FAR:g} times its size of {size[far[0]]:.3g} m. {self._cause(block, far[0], advice)}"
                 )
                 return IntegrationError(text, block.times[row], block.states[row], bend.at + k, block.steps)
