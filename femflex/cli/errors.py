@@ -14,6 +14,7 @@ from types import TracebackType
 
 FAULT, BAD_INPUT, FAILED = 1, 2, 3
 FULL = {errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EFBIG}  # the disk, not the user
+NO_MEMORY = ("failed to map segment", "annot allocate memory", "can't start new thread")  # texts of the system
 NUMERICAL = {"LinAlgError", "ArpackError", "ArpackNoConvergence", "IntegrationError"}
 SINGULAR = (
     "the numerics failed: a matrix of the model is singular, or has entries that are not finite. Check for coordinates "
@@ -29,7 +30,7 @@ def meaning(error: Exception) -> tuple[int, list[str]]:
     kind = type(error).__name__
     if kind == "CaseError":
         return BAD_INPUT, text.splitlines()
-    if isinstance(error, MemoryError):
+    if _is_of_memory(error):
         ours = text if raised_by_femflex(error) else ""
         return FAILED, [
             ours or "there is not enough memory for this; take a coarser mesh, fewer modes or fewer rows of output"
@@ -47,6 +48,17 @@ def meaning(error: Exception) -> tuple[int, list[str]]:
         f"this is a fault of femflex itself: {kind} in {_place(error)}",
         "please report it with the case and the lines that FEMFLEX_TRACEBACK=1 in the environment prints",
     ]
+
+
+def _is_of_memory(error: BaseException | None) -> bool:
+    """Whether an error, or one that led to it, says that there is no memory: Python's, the system's or the loader's."""
+    while error is not None:
+        if isinstance(error, MemoryError) or getattr(error, "errno", None) == errno.ENOMEM:
+            return True
+        if isinstance(error, ImportError | OSError | RuntimeError) and any(text in str(error) for text in NO_MEMORY):
+            return True
+        error = error.__cause__ or error.__context__
+    return False
 
 
 def raised_by_femflex(error: BaseException) -> bool:

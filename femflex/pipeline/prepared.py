@@ -163,7 +163,7 @@ def check_output(case: Case, output: Path, force: bool, resume: bool) -> None:
     """Raise OSError when the result file cannot be written there, ValueError when it cannot be resumed."""
     from femflex.case.named_files import check_no_input
     from femflex.pipeline.resumed import is_finished
-    from femflex.results.destination import check_destination
+    from femflex.writing import check_destination
 
     if not resume:
         check_destination(output, force)

@@ -143,7 +143,7 @@ def sprung_places(model: Model) -> tuple[IntArray, IntArray]:
 
 
 def called_up(model: Model, places: tuple[IntArray, IntArray], displacements: Array) -> Array:
-    """Accelerations (k, n_u) that oppose displacements (k, m) of these places from the start, at rest."""
+    """Accelerations (k, n_u) that oppose displacements (k, m) of these places from the initial state, at rest."""
     rest = model.at_rest(model.x0[: model.n_q])
     moved = np.tile(rest, (len(displacements), 1))
     if model.system.springs or model.system.effectors:
