@@ -21,10 +21,12 @@ from femflex.dynamics.terms.without import stiffened
 from femflex.integrate import Dop853, IntegrationError
 from femflex.integrate.driver import ABSOLUTE, collected
 from femflex.integrate.outcome import Block
+from femflex.reading import error_text
 from femflex.system import System
 
 Motion = tuple[Array, Array]  # times (n_t,) and states (n_t, n_x)
 
+SINGULAR = "a matrix of the model is singular or not finite"  # instead of what libraries say of it
 RTOL = 1e-6  # of the rigid motion
 ROWS = 2000  # spread over the time looked at
 CLOSED = 4  # times fewer of them where loops have to be solved for in each
@@ -106,8 +108,8 @@ def rigid_motion_of(model: Model, until: float) -> RigidEstimate:
 
 
 def _first(error: Exception) -> str:
-    """The first line of what an error says."""
-    return str(error).partition("\n")[0].rstrip(".")
+    """What an error says, in femflex's own words."""
+    return error_text(error, SINGULAR)
 
 
 def estimate_times(model: Model, until: float) -> Array:

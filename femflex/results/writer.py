@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
@@ -262,8 +263,9 @@ class RunWriter:
             self._go_on_in(self._moved())
 
     def _unwritten(self, error: Exception) -> OSError:
-        number = getattr(error, "errno", None)
-        reason = os.strerror(number) if number else str(error).splitlines()[0]
+        named = re.search(r"errno = (\d+)", str(error))  # in what HDF5 says
+        number = getattr(error, "errno", None) or (int(named[1]) if named else None)
+        reason = os.strerror(number) if number else "the HDF5 library could not write to it"
         kept = f"the {self.rows} instants written before are kept" if self.rows else "nothing had been written before"
         failure = OSError(f"{self.path} cannot be written ({reason}); {kept}")
         failure.errno = number or errno.EIO

@@ -17,6 +17,7 @@ import numpy as np
 from femflex.arrays import Array, IntArray
 from femflex.dynamics.equilibria.frequency import called_up, sprung_places
 from femflex.dynamics.equilibria.linearised import cancelling, frame_rate, held_freedoms, usual_sizes
+from femflex.dynamics.equilibria.singular_mass import refuse_singular_mass
 from femflex.dynamics.joints.held_places import specified_states
 from femflex.dynamics.lowering.layout import body_records
 
@@ -88,6 +89,7 @@ def estimated_motion(model: Model, x0: Array, begin: float, end: float) -> tuple
         model.rate(float(t), x, dx, *model.workspace.own)
     a, u = (model.parts(part)[1] for part in (rates, specified_states(model, times, states)))
     M, sizes = model.mass_matrix(begin, x0), usual_sizes(model)
+    refuse_singular_mass(model, M)
     m = np.abs(np.diag(M))
     with np.errstate(all="ignore"):
         spun = (m * ((frame_rate(model.system) + np.abs(u).max(initial=0.0)) * sizes) ** 2).max()
