@@ -80,7 +80,7 @@ def load_body(path: str | os.PathLike[str]) -> FlexibleBody:
     """
     source = Path(path)
     with reading(source, "femflex body file", "Make one with `femflex body`."):
-        file = open_hdf5(source)
+        file = open_hdf5(source, "body file")
     with file, reading(source, "femflex body file", "Make it again with `femflex body`."):
         found = file.attrs.get("format")
         if found != FORMAT:
