@@ -68,7 +68,7 @@ def save_body(path: str | os.PathLike[str], body: FlexibleBody, force: bool = Fa
 
     Raises FileExistsError when there is one already, unless force is given.
     """
-    with placed_hdf5(path, force) as file:
+    with placed_hdf5(Path(path), force) as file:
         _write(file, body)
     return Path(path)
 
