@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 DAMAGED = "is cut short or damaged, as after an incomplete copy; copy it again, or make it again from its source"
 
 
-def open_hdf5(path: Path) -> h5py.File:
-    """An HDF5 file open for reading (also while a run is writing it).
+def open_hdf5(path: Path, kind: str = "HDF5 file") -> h5py.File:
+    """An HDF5 file, called `kind` in messages, open for reading (also while a run is writing it).
 
     Raises FileNotFoundError; ValueError for a file of another format, one that is cut short or damaged, one with links
     or with data in other files, which are not followed, and one that would unfold to far more than its own size.
@@ -26,9 +26,9 @@ def open_hdf5(path: Path) -> h5py.File:
 
     refuse_special(path)
     if not path.exists():
-        raise FileNotFoundError(f"{path} does not exist")
+        raise FileNotFoundError(f"{kind} {path} does not exist")
     if not h5py.is_hdf5(path):
-        raise ValueError(f"{path} is not in the HDF5 format, or its beginning is damaged")
+        raise ValueError(f"{path} is no {kind}: it is not in the HDF5 format, or its beginning is damaged")
     try:
         file = h5py.File(path, "r", locking=False)
     except OSError as error:

@@ -34,8 +34,9 @@ def answer_at_once() -> None:
 def leave() -> NoReturn:
     """End the process as interrupted, without the tenth of a second that unloading compiled code takes."""
     writing = sys.modules.get("femflex.writing")
-    for part in list(writing.PARTS) if writing else []:
-        writing.remove_part(part)
+    if writing is not None:
+        for part in list(writing.PARTS):
+            writing.remove_part(part)
     if sys.stderr.isatty():
         sys.stderr.write(SHOW_CURSOR)
     for stream in (sys.stdout, sys.stderr):

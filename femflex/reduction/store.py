@@ -68,7 +68,7 @@ def save_body(path: str | os.PathLike[str], body: FlexibleBody, force: bool = Fa
 
     Raises FileExistsError when there is one already, unless force is given.
     """
-    with placed_hdf5(path, force) as file:
+    with placed_hdf5(Path(path), force) as file:
         _write(file, body)
     return Path(path)
 
@@ -80,7 +80,7 @@ def load_body(path: str | os.PathLike[str]) -> FlexibleBody:
     """
     source = Path(path)
     with reading(source, "femflex body file", "Make one with `femflex body`."):
-        file = open_hdf5(source)
+        file = open_hdf5(source, "body file")
     with file, reading(source, "femflex body file", "Make it again with `femflex body`."):
         found = file.attrs.get("format")
         if found != FORMAT:

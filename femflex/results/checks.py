@@ -102,7 +102,7 @@ def _body_problems(group: h5py.Group, delta: h5py.Dataset | None) -> Iterator[st
     n = int(group.attrs["n_modes"])
     points = group.get("points")
     count = len(points) if _is_array(points, "f", (None, 3)) else 0
-    expected = {"omega": ("f", (n,)), "kinds": ("O", (None,))}
+    expected: dict[str, tuple[str, tuple[int | None, ...]]] = {"omega": ("f", (n,)), "kinds": ("O", (None,))}
     if any(name in group for name in ("points", "shapes", "cells", "growth")):
         expected |= {"points": ("f", (None, 3)), "shapes": ("f", (n, count, 3))}
         expected |= {"growth": ("f", (count, 3))} if "growth" in group else {}

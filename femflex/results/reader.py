@@ -40,7 +40,7 @@ def open_run(path: str | Path) -> Run:
 def open_file(path: Path) -> h5py.File:
     """The HDF5 file of a run, checked, open for reading (also while a run is writing it)."""
     with reading(path, KIND, ADVICE):
-        file = open_hdf5(path)
+        file = open_hdf5(path, KIND)
         try:
             _check(file, path)
         except BaseException:
