@@ -34,20 +34,38 @@ def changed_tables(tables: Mapping[str, Any], values: Mapping[str, Any], name: s
     """
     raw: dict[str, Any] = _copied(dict(tables))
     for path, value in values.items():
+        path = numbered_path(tables, path)
         *folders, last = path.split(".")
         table: Any = raw
         for depth, key in enumerate(folders):
             table = _entry(table, key, ".".join(folders[:depth]), path, name)
         if isinstance(table, list):
             _entry(table, last, ".".join(folders), path, name)
-            if not last.isdigit():
-                raise ValueError(_nowhere(path, name, "it ends at an entry of a list; name a key of that entry"))
             table[int(last)] = _plain(value)
         elif isinstance(table, dict):
             table[last] = _plain(value)
         else:
             raise ValueError(_nowhere(path, name, f"{'.'.join(folders)} is {table!r}, which holds no keys"))
     return raw
+
+
+def numbered_path(tables: Any, path: str) -> str:
+    """The key path with the names of entries of lists replaced by their numbers, as far as it leads."""
+    table, out = tables, []
+    for key in path.split("."):
+        if isinstance(table, list) and key in (named := _names(table)):
+            key = str(named[key])
+        out.append(key)
+        if isinstance(table, list):
+            table = table[int(key)] if key.isdigit() and int(key) < len(table) else None
+        else:
+            table = table.get(key) if isinstance(table, Mapping) else None
+    return ".".join(out)
+
+
+def _names(table: list[Any]) -> dict[str, int]:
+    """Numbers of the entries of a list by their names."""
+    return {str(part["name"]): k for k, part in enumerate(table) if isinstance(part, Mapping) and "name" in part}
 
 
 def written_keys(tables: Any, folder: str = "") -> list[str]:
@@ -72,9 +90,7 @@ def _entry(table: Any, key: str, where: str, path: str, name: str) -> Any:
     if isinstance(table, list):
         if key.isdigit() and int(key) < len(table):
             return table[int(key)]
-        named = {str(part["name"]): part for part in table if isinstance(part, dict) and "name" in part}
-        if key in named:
-            return named[key]
+        named = _names(table)
         names = f" or one of the names {', '.join(named)}" if named else ""
         raise ValueError(_nowhere(path, name, f"{here} is a list of {len(table)}; give a number from 0{names}"))
     if not isinstance(table, dict):

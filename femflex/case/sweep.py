@@ -92,8 +92,8 @@ class SweepTable(Table):
     seed: Annotated[int, Count(0, 2**64 - 1)] = 0
     """Seed of the scatter."""
     vary: Annotated[dict[str, VaryTable], Field(min_length=1)]
-    """Key path in the case, such as "bodies.hub.mass", "joints.hinge.stiffness" or "loads.0.torque.1" (entries of a
-    list by name, or by number from 0), and how its value varies."""
+    """Key path in the case, such as "bodies.hub.mass", "joints.hinge.stiffness" or "loads.0.torque.1", and how its
+    value varies. Entries of a list go by their name, or by their number from 0."""
     outputs: Annotated[dict[str, MeasureTable], Field(default_factory=dict)]
     """Numbers that are kept of every run, by name."""
     histories: Annotated[list[str], Field(default_factory=list)]

@@ -42,7 +42,8 @@ def print_run_heading(prepared: Prepared, verbose: bool) -> None:
         each = system.bodies[parts[0]].n_modes
         print(f"body        {name} is cut into {len(parts)} segments of {each} elastic coordinates each")
     if verbose:
-        print_notes(prepared.decided.notes)
+        if "nonlinear_strain" not in prepared.model.omitted:
+            print_notes(prepared.decided.notes)
         for line in craft_notes(case):
             print(f"craft       {line}")
     for line in (*_orbit_lines(prepared), _attitude_line(prepared)):

@@ -80,7 +80,7 @@ def spins(
                 raise
             return replace(spin(still, axis, speed * (1.0 - BESIDE), near, asked), speed=speed, critical=True)
 
-    yield from walked(at_speed, speeds, count, progress)
+    yield from walked(at_speed, speeds, count, progress, passing=True)
 
 
 def walked(
@@ -88,12 +88,13 @@ def walked(
     values: Sequence[float],
     count: int,
     progress: Callable[[float], None] | None = None,
+    passing: bool = False,
 ) -> Iterator[tuple[Spin, Match | None]]:
     """Small motions at every value in turn, with how they continue those of the value before.
 
-    found_at: gives those at a value, near a state (n_x,) [SI], and whether the value was requested. Between values at
-    which
-    one of the `count` lowest shapes is not like that before, more are looked at.
+    found_at: gives those at a value, near a state (n_x,) [SI], and whether the value was requested; passing: a
+    value without equilibrium between others is left out. Between values at
+    which one of the `count` lowest shapes is not like that before, more are looked at.
     """
     before: Spin | None = None
     passed: tuple[float, ...] = ()
@@ -101,7 +102,7 @@ def walked(
         try:
             found = replace(found_at(value, None if before is None else before.x, True), passed=passed)
         except EquilibriumError:
-            if before is None or value == values[-1]:
+            if not passing or before is None or value == values[-1]:
                 raise
             passed = (*passed, value)
             continue
@@ -109,7 +110,7 @@ def walked(
         if before is None:
             yield found, None
         else:
-            yield from _between(found_at, (before, found), count, HALVINGS)
+            yield from _between(found_at, (before, found), count, HALVINGS if not found.passed else 0)
         before = found
         if progress is not None:
             progress(value)
@@ -146,10 +147,6 @@ def _between(
     if found.worst >= ALIKE or halvings == 0:
         yield last, found
         return
-    try:
-        middle = found_at((first.speed + last.speed) / 2, first.x, False)
-    except EquilibriumError:  # a critical speed lies between the two
-        yield last, found
-        return
+    middle = found_at((first.speed + last.speed) / 2, first.x, False)
     yield from _between(found_at, (first, middle), count, halvings - 1)
     yield from _between(found_at, (middle, last), count, halvings - 1)

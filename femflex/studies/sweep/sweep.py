@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -105,8 +106,10 @@ def sweep(
         return finished
     have = {one.number for one in done}
     todo = [(k, values) for k, values in enumerate(members) if k not in have]
+    tried = _tried(plan, todo)
+    left = [(k, values) for k, values in todo if k not in {one.number for one in tried}]
     with FileLock(output), begin(journal, plan, done) as file:
-        for one in _with_trial(plan, todo, workers or usable_cores(), scheduler):
+        for one in chain(tried, outcomes(plan, left, workers or usable_cores(), scheduler)):
             add(file, one)
             done.append(one)
             if progress is not None:
@@ -119,21 +122,21 @@ def sweep(
     return found
 
 
-def _with_trial(plan: Plan, todo: Todo, workers: int, scheduler: str | None) -> Iterator[Outcome]:
-    """The outcomes of members. Raises ValueError where the first and the last, tried alone, fail for one reason."""
-    ends = [todo[0], todo[-1]] if len(todo) > 2 else []
-    tried = []
-    for number, values in ends:
+def _tried(plan: Plan, todo: Todo) -> list[Outcome]:
+    """The outcome of the first member, or of the first and the last, so that a mistake in the sweep shows early.
+
+    Raises ValueError where both fail for one reason.
+    """
+    tried: list[Outcome] = []
+    for number, values in [todo[0], todo[-1]] if len(todo) > 2 else []:
         tried.append(run_member(plan, number, values))
         if not tried[-1].problem:
-            break
-    if len(tried) == 2 and tried[0].problem == tried[1].problem:
+            return tried
+    if tried and tried[0].problem == tried[1].problem:
         raise ValueError(
             f"the first and the last member of the sweep, tried before the others, fail: {tried[0].problem}"
         )
-    yield from tried
-    done = {one.number for one in tried}
-    yield from outcomes(plan, [one for one in todo if one[0] not in done], workers, scheduler)
+    return tried
 
 
 def planned(path: str | Path) -> tuple[SweepTable, Plan]:
