@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from textwrap import fill
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from femflex.cli.advice_lines import print_notes
 from femflex.cli.tables import print_json, print_table
@@ -131,7 +131,8 @@ def derivatives_apart(found: Convergence) -> tuple[list[list[str]], list[str]]:
     if found.over == "mesh":
         return [[] for _ in found.levels], ["refined", "dofs"]
     of = "shapes" if found.over == "derivatives" and found.followers.any() else "coordinates"
-    parts, heads = [], [found.over, of]
+    parts: list[Any] = []
+    heads = [found.over, of]
     if found.over == "modes" and found.added.any():
         parts, heads = [*parts, found.added], [*heads, "static shapes"]
     if found.derivatives.any() or found.followers.any():

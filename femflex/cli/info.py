@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import warnings
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -101,7 +101,7 @@ def _hdf5(file: Path) -> str:
 
 def _study_file(file: Path) -> str:
     """Lines about a file of `femflex sweep` or `femflex linearize`; "" for another HDF5 file."""
-    from femflex.results.reader import open_hdf5
+    from femflex.hdf5 import open_hdf5
 
     with open_hdf5(file) as opened:
         keys = set(opened)
@@ -130,7 +130,7 @@ def _sweep(file: Path) -> str:
     return "\n".join([*lines, *(f"history {name} [{found.units.get(name, '')}]" for name in found.histories)])
 
 
-def linear_text(file: Path, states: object, inputs: object, outputs: object) -> str:
+def linear_text(file: Path, states: Any, inputs: Any, outputs: Any) -> str:
     """Lines about a linear model that `femflex linearize` wrote, by the names in it."""
     import numpy as np
 

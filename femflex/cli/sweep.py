@@ -95,8 +95,8 @@ def sweep(
                 f"{key} = {v[k]:.6g} {found.units.get(key, '')}".strip() for key, v in found.inputs.items()
             )
             print(f"{what:11} {name} {found.outputs[name][k]:.6g} {found.units.get(name, '')} in run {k}: {values}")
-    for name, values in found.sobol.items():
-        rows = [[key, f"{one:.4g}", f"{total:.4g}"] for key, (one, total) in zip(found.inputs, values, strict=True)]
+    for name, shares in found.sobol.items():
+        rows = [[key, f"{one:.4g}", f"{total:.4g}"] for key, (one, total) in zip(found.inputs, shares, strict=True)]
         print_table(["value", "first order", "total"], rows, f"share in the variance of {name} (Sobol indices)")
     print(f"runs        {len(found.problems)}, of which {len(failed)} failed")
     print(f"kept        {result}")

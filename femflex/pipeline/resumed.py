@@ -155,7 +155,7 @@ def check_same_bodies(run: Run, model: Model) -> None:
 
 def _difference(kept: RunBody, body: FlexibleBody) -> str:
     """The first quantity that a file keeps of a body otherwise than the body has it, "" for none."""
-    pairs = {
+    pairs: dict[str, tuple[Any, Any]] = {
         "mass": (kept.mass, body.moments.mass),
         "omega": (kept.omega, body.omega if len(body.omega) else np.full(body.n_shapes, np.nan)),
         **{f"marker {name}": (kept.markers.get(name, np.nan), at.position) for name, at in body.markers.items()},

@@ -80,8 +80,8 @@ def simulate(
     if not duration > 0.0:
         raise ValueError(f"duration is {duration} s; a simulation needs a positive duration")
     count = SAMPLES if output_step is None else max(2, 1 + int(np.ceil(duration / output_step - 1e-9)))
-    times = np.linspace(0.0, duration, count) if output_step is None else np.arange(count) * output_step
-    times = np.minimum(times, duration)
+    step = duration / (count - 1) if output_step is None else output_step
+    times: Array = np.minimum(np.arange(count) * step, duration)
     advise(system, duration)
     model = compile_system(system)
     method, reason = chosen_integrator(model, times, integrator, band, settings)

@@ -36,9 +36,9 @@ def diagnosis(model: Model, t: float, x: Array, unheld: bool) -> tuple[str, Exce
         if unheld:
             text = told_unheld(model.constraints, t, x, " any further")
             return end_of_reach(model, t, x) or text, None
-    text, error = user_function_fault(model, t, x)
+    text, cause = user_function_fault(model, t, x)
     if text:
-        return text, error
+        return text, cause
     for look in (end_of_length, gimbal_lock, flat_disc, end_of_reach):
         if text := look(model, t, x):
             return text, None

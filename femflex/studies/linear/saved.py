@@ -47,6 +47,6 @@ def save_model(model: StateSpace, path: str | Path, force: bool = False) -> Path
 
             savemat(part, numbers | {key: np.array(value, object) for key, value in texts.items()})
         else:
-            words = {key: np.array(value, str) for key, value in texts.items()}
-            np.savez(part, **numbers, **words)  # type: ignore[arg-type]
+            named = {key: np.array(value, str) for key, value in texts.items()}
+            np.savez(part, **numbers, **named)  # type: ignore[arg-type]
     return path
