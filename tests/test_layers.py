@@ -24,7 +24,7 @@ ALLOWED = {
     "writing": set(),
     "hdf5": {"memory", "writing"},
     "mesh": {"reading", "memory", "writing", "hdf5"},
-    "integrate": {"kernels"},
+    "integrate": {"kernels", "summary"},
     "fem": {"mesh"},
     "decks": {"fem", "mesh", "body", "reading"},
     "matrices": {"decks", "fem", "mesh", "body", "reduction", "reading", "memory", "writing", "hdf5"},

@@ -28,7 +28,8 @@ def changed_text(text: str, values: Mapping[str, Any], name: str) -> str:
 def changed_tables(tables: Mapping[str, Any], values: Mapping[str, Any], name: str) -> dict[str, Any]:
     """A copy of the tables of a case in which these values stand at their key paths, such as "bodies.hub.mass".
 
-    Entries of lists go by their number, from 0: "loads.0.force". name: of the file, for errors.
+    Entries of lists go by their name, "joints.hinge.stiffness", or by their number, from 0: "loads.0.force". name: of
+    the file, for errors.
     Raises ValueError for a path that leads nowhere; what stands at its end is not checked here.
     """
     raw: dict[str, Any] = _copied(dict(tables))
@@ -39,6 +40,8 @@ def changed_tables(tables: Mapping[str, Any], values: Mapping[str, Any], name: s
             table = _entry(table, key, ".".join(folders[:depth]), path, name)
         if isinstance(table, list):
             _entry(table, last, ".".join(folders), path, name)
+            if not last.isdigit():
+                raise ValueError(_nowhere(path, name, "it ends at an entry of a list; name a key of that entry"))
             table[int(last)] = _plain(value)
         elif isinstance(table, dict):
             table[last] = _plain(value)
@@ -69,7 +72,11 @@ def _entry(table: Any, key: str, where: str, path: str, name: str) -> Any:
     if isinstance(table, list):
         if key.isdigit() and int(key) < len(table):
             return table[int(key)]
-        raise ValueError(_nowhere(path, name, f"{here} is a list of {len(table)}; give a number from 0"))
+        named = {str(part["name"]): part for part in table if isinstance(part, dict) and "name" in part}
+        if key in named:
+            return named[key]
+        names = f" or one of the names {', '.join(named)}" if named else ""
+        raise ValueError(_nowhere(path, name, f"{here} is a list of {len(table)}; give a number from 0{names}"))
     if not isinstance(table, dict):
         raise ValueError(_nowhere(path, name, f"{here} is {table!r}, which holds no keys"))
     if key not in table:

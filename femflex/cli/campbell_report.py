@@ -40,6 +40,11 @@ def print_campbell(found: Campbell, scale: float, unit: str) -> None:
     for branch in found.branches:
         if branch.becomes:
             print(f"branch      {branch.name} ends as {branch.becomes}")
+    if found.critical:
+        print(
+            f"critical    {', '.join(f'{speed / scale:.6g}' for speed in found.critical)} {unit}: the stiffness is "
+            f"singular there, and no unique equilibrium exists; a row of the tables holds the limit from below"
+        )
     if found.orders:
         print_crossings(found, scale, unit)
     for branch in found.branches:

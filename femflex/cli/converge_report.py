@@ -16,6 +16,11 @@ if TYPE_CHECKING:
 
     Finding = Convergence | StrainStudy | FunctionStudy
 
+LEVEL = (
+    "modes per body; coordinates are those of all bodies, with the static shapes that femflex adds for the loads and "
+    "joints. Fewer modes may need more static shapes."
+)
+
 
 @dataclass(frozen=True)
 class StudyOutputs:
@@ -114,6 +119,8 @@ def print_study(found: Convergence) -> None:
         mark = "<-" if level == found.recommended else ""
         rows.append([str(level), str(found.counts[k]), *apart[k], f"{found.values[k]:.12g}", *found_text, mark])
     print_table([*heads, "value", "change", "error", ""], rows)
+    if found.over == "modes" and found.added.any():
+        print(fill(f"level       {LEVEL}", 110, subsequent_indent=" " * 12))
     for text in found.left_out:
         print(fill(f"left out    {text}", 110, subsequent_indent=" " * 12))
     print(fill(f"verdict     {found.verdict}", 110, subsequent_indent=" " * 12))
@@ -125,9 +132,11 @@ def derivatives_apart(found: Convergence) -> tuple[list[list[str]], list[str]]:
         return [[] for _ in found.levels], ["refined", "dofs"]
     of = "shapes" if found.over == "derivatives" and found.followers.any() else "coordinates"
     parts, heads = [], [found.over, of]
+    if found.over == "modes" and found.added.any():
+        parts, heads = [*parts, found.added], [*heads, "static shapes"]
     if found.derivatives.any() or found.followers.any():
         inside = found.derivatives + (found.followers if of == "shapes" else 0)
-        parts, heads = [found.counts - inside, found.derivatives], [*heads, "vibration", "derivatives"]
+        parts, heads = [*parts, found.counts - inside, found.derivatives], [*heads, "vibration", "derivatives"]
     if found.followers.any():
         parts, heads = [*parts, found.followers], [*heads, "dependent"]
     return [[str(part[k]) for part in parts] for k in range(len(found.levels))], heads

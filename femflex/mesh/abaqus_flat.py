@@ -357,5 +357,11 @@ def _ranges(flat: Flat, keyword: Keyword, row: int, words: list[str], scope: str
     first, last, step = (keyword.integer(word, row, "a number") for word in [*words, "1"][:3])
     if step == 0:
         raise ValueError(f"{keyword.place(row)}: *{keyword.name}, GENERATE has a step of 0; give one of at least 1.")
+    first, last = (first, last) if step > 0 else (last, first)  # 4, 1, -1 counts down, to the same numbers
+    if (last - first) % step or last < first:
+        raise ValueError(
+            f"{keyword.place(row)}: *{keyword.name}, GENERATE has first {words[0]}, last {words[1]} and step {step}, "
+            "which do not fit together; the step must lead from the first to the last."
+        )
     by = flat.shifts[scope.upper()]
-    yield range(first + by, last + by + 1, step)
+    yield range(first + by, last + by + 1, abs(step))

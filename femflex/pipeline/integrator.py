@@ -6,7 +6,6 @@ import math
 from dataclasses import fields
 from typing import Any
 
-from femflex.advice.motion_estimate import typical_sizes
 from femflex.arrays import Array
 from femflex.case.case import Case
 from femflex.case.problems import CaseError, Problem
@@ -14,8 +13,6 @@ from femflex.dynamics import Model
 from femflex.dynamics.model import free_lengths
 from femflex.integrate import INTEGRATORS, Dop853, Forecast, Integrator, choose, forecast, integrator
 from femflex.integrate.driver import Adaptive
-
-ATOL = 0.1  # absolute over relative tolerance, times the usual size of a state
 
 
 def chosen_integrator(case: Case, model: Model, times: Array, begun: str = "") -> tuple[Integrator, str]:
@@ -27,12 +24,9 @@ def chosen_integrator(case: Case, model: Model, times: Array, begun: str = "") -
     """
     table, duration = case.run, float(times[-1] - times[0])
     band = None if table.band is None else 2.0 * math.pi * table.band
-    sizes = typical_sizes(model, duration)
 
     def trial(name: str) -> Forecast:
-        rtol = table.rtol or Dop853.rtol
-        atol = ATOL * rtol * sizes if table.atol is None else table.atol
-        method = integrator(name, rtol=rtol, atol=atol, max_step=table.max_step or math.inf)
+        method = integrator(name, rtol=table.rtol or Dop853.rtol, atol=table.atol, max_step=table.max_step or math.inf)
         assert isinstance(method, Adaptive)  # as both of the automatic choice are
         return forecast(method, model, duration, model.x0)
 
@@ -50,6 +44,4 @@ def chosen_integrator(case: Case, model: Model, times: Array, begun: str = "") -
             if key not in own:
                 text = f"found {value:g}, but {choice.name} has no {key}; leave it out, or select another integrator"
                 raise CaseError(case.path.name, [Problem(f"run.{key}", text)])
-    rtol = settings.get("rtol", own["rtol"])
-    settings.setdefault("atol", ATOL * rtol * sizes)
     return integrator(choice.name, **settings), choice.sentence

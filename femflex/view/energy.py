@@ -45,9 +45,10 @@ def energy_account(run: Run) -> dict[str, Array]:
     )
     rest = {"dissipation": _of(run, "monitors/dissipation"), "supplied": _of(run, "monitors/supplied")}
     for name in effectors:
-        out[f"stored: {name}"] = run.finite(f"effectors/{name}/energy") - run.finite(f"effectors/{name}/energy")[0]
+        stored = _of(run, f"effectors/{name}/energy")
+        out[f"stored: {name}"] = stored - stored[0]
         for key, sign, word in (("dissipation", 1.0, "dissipated"), ("supplied", -1.0, "work")):
-            power = run.finite(f"effectors/{name}/{key}")
+            power = _of(run, f"effectors/{name}/{key}")
             out[f"{word}: {name}"] = sign * _work(run, power)
             rest[key] = rest[key] - power
     out["dissipated: joints and structures"] = _work(run, rest["dissipation"])

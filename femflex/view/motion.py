@@ -112,9 +112,10 @@ def motion(
         if marker not in traced_markers(run):
             lines[marker] = np.einsum("tji,tj->ti", C_NV, at(f"{marker}/place") - place)
             continue
-        C_VB = turned[body_of_marker(marker, turned)]
         lines[marker] = np.einsum("tji,tj->ti", C_NV, at(f"markers/{marker}/position") - place)
-        lines[marker] += (scale - 1.0) * np.einsum("tij,tj->ti", C_VB, at(f"markers/{marker}/deflection"))
+        if (bend := f"markers/{marker}/deflection") in run:
+            C_VB = turned[body_of_marker(marker, turned)]
+            lines[marker] += (scale - 1.0) * np.einsum("tij,tj->ti", C_VB, at(bend))
     sights = {}
     for path in (path for path in run if path.startswith("sights/") and path.endswith("/direction")):
         start = at(path.replace("/direction", "/position")) - place

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -20,10 +20,11 @@ from femflex.case.sweep import SweepTable, read_sweep, split_number
 from femflex.case.units import UnitError
 from femflex.hdf5 import placed_hdf5
 from femflex.pipeline.file_digests import file_digests
+from femflex.results import FileLock
 from femflex.studies.sweep.design import designed, indices
 from femflex.studies.sweep.journal import add, begin, digest, journal_of, read_journal, refuse_other
-from femflex.studies.sweep.member import Outcome, Plan
-from femflex.studies.sweep.workers import outcomes
+from femflex.studies.sweep.member import Outcome, Plan, run_member
+from femflex.studies.sweep.workers import Todo, outcomes
 from femflex.writing import check_destination
 
 Progress = Callable[[float], object]  # called with the number of members done
@@ -53,6 +54,16 @@ class Sweep:
     def of_outputs(self) -> dict[str, Array]:
         """Percentiles (n_p,) of every output, in its unit, over the members that did not fail."""
         return {name: _percentiles(values[:, None], self.percentiles)[:, 0] for name, values in self.outputs.items()}
+
+    def statistics(self) -> dict[str, tuple[float, float, int, int]]:
+        """Of every output: mean, standard deviation, and the members with the least and the largest value; over the
+        members that did not fail."""
+        out = {}
+        for name, values in self.outputs.items():
+            if good := np.isfinite(values).sum():
+                sigma = float(np.nanstd(values, ddof=1)) if good > 1 else 0.0
+                out[name] = float(np.nanmean(values)), sigma, int(np.nanargmin(values)), int(np.nanargmax(values))
+        return out
 
     def of_histories(self) -> dict[str, Array]:
         """Percentiles (n_p, n_t) of every history, in its unit."""
@@ -94,8 +105,8 @@ def sweep(
         return finished
     have = {one.number for one in done}
     todo = [(k, values) for k, values in enumerate(members) if k not in have]
-    with begin(journal, plan, done) as file:
-        for one in outcomes(plan, todo, workers or usable_cores(), scheduler):
+    with FileLock(output), begin(journal, plan, done) as file:
+        for one in _with_trial(plan, todo, workers or usable_cores(), scheduler):
             add(file, one)
             done.append(one)
             if progress is not None:
@@ -106,6 +117,23 @@ def sweep(
     written(found, output, plan)
     journal.unlink()
     return found
+
+
+def _with_trial(plan: Plan, todo: Todo, workers: int, scheduler: str | None) -> Iterator[Outcome]:
+    """The outcomes of members. Raises ValueError where the first and the last, tried alone, fail for one reason."""
+    ends = [todo[0], todo[-1]] if len(todo) > 2 else []
+    tried = []
+    for number, values in ends:
+        tried.append(run_member(plan, number, values))
+        if not tried[-1].problem:
+            break
+    if len(tried) == 2 and tried[0].problem == tried[1].problem:
+        raise ValueError(
+            f"the first and the last member of the sweep, tried before the others, fail: {tried[0].problem}"
+        )
+    yield from tried
+    done = {one.number for one in tried}
+    yield from outcomes(plan, [one for one in todo if one[0] not in done], workers, scheduler)
 
 
 def planned(path: str | Path) -> tuple[SweepTable, Plan]:
