@@ -52,11 +52,11 @@ from femflex.dynamics.reports.observe import observe
 from femflex.dynamics.reports.segmented import observe_segmented
 from femflex.dynamics.reports.sights import observe_sights
 from femflex.dynamics.reports.static_stretch import add_static_stretch
-from femflex.dynamics.reports.user_functions import check_user_functions
 from femflex.dynamics.reports.variations import observe_variations
 from femflex.dynamics.terms.by_source import SWITCHED, terms
 from femflex.dynamics.terms.prescribed_motion_report import observe_held
 from femflex.dynamics.terms.without import changed, reduced, resolved, without_reactions
+from femflex.dynamics.user_functions import check_user_functions
 from femflex.dynamics.workspace import Workspace
 from femflex.rotations import is_extrinsic
 from femflex.summary import Rows, Summarised, listed

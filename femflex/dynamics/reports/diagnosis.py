@@ -12,7 +12,7 @@ from femflex.dynamics.constraints.discs import flat_disc_text
 from femflex.dynamics.constraints.reach import end_of_reach_text
 from femflex.dynamics.joints.gimbal_lock import lockable
 from femflex.dynamics.joints.held_places import specified_states
-from femflex.dynamics.reports.user_functions import user_function_fault
+from femflex.dynamics.user_functions import user_function_fault
 from femflex.system import LengthTable
 from femflex.system.turning import lock_angle, locked
 

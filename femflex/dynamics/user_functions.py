@@ -126,10 +126,7 @@ def _effector_calls(effector: Effector, e: np.void, z: Array, table: IntArray, w
     inputs = table[:N_HEADER].view(HEADER)[0]["z"] + table[e["inputs"] :][:n]
     seen[18 * m + 2 * f :] = work[inputs]  # effectors at one marker share the place of what they read
     own = z[e["z"] :][:n_z]
-    functions: tuple[tuple[Any, str], ...] = (
-        (effector.act, "effector"),
-        (effector.jacobian, "the Jacobian of effector"),
-    )
+    functions: dict[str, Any] = {"effector": effector.act, "the Jacobian of effector": effector.jacobian}
     for kind, function in functions.items():
         if function is not None:
             jacobian = function is effector.jacobian
