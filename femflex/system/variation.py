@@ -15,7 +15,8 @@ into `block` (see Block), and returns nothing.
 
 It is a function that Numba can compile, a compiled one (`numba.njit`), or a `numba.cfunc` over three pointers
 (`void(float64, CPointer(float64), CPointer(float64), CPointer(float64))`). It must set every number that changes, each
-time: calls come in any order of time.
+time: calls come in any order of time. An exception stops the run. It is called once as plain Python at the initial
+state, where an index outside its arrays is refused.
 
 THE PHYSICS. A material point sits at r = z_A y_A with y = (1, delta); where the shapes z_A(t) = (rho, phi_1, ...) move
 with time, it has the velocity w = zdot_A y_A besides that of the frame and of the coordinates, and the acceleration
