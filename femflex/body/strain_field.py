@@ -88,6 +88,19 @@ class StrainPart:
     plies: Array = field(default_factory=lambda: np.zeros((0, 0, 2, 3, 6)))
     group: str = ""
 
+    def __post_init__(self) -> None:
+        if self.kind not in NAMES:
+            raise ValueError(f"a part of a strain field is of kind {self.kind!r}; known are {', '.join(NAMES)}")
+        (p, g, n), s = self.rows.shape if self.rows.ndim == 3 else (0, 0, 0), len(self.linear)
+        shapes = {
+            "places": (p, 3), "weight": (p,), "linear": (s, g), "quadratic": (s, g, g), "elastic": (p, s, s),
+            "stress": (p, s), "first": (n, n), "lever": (p,), "fibres": (p, 4),
+        }  # fmt: skip
+        for name, shape in shapes.items():
+            found = getattr(self, name).shape
+            if found not in (shape, (1, *shape[1:]), (0, 4)):
+                raise ValueError(f"{name!r} of a strain field has the shape {found}; expected {shape}")
+
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the strains."""
@@ -180,6 +193,9 @@ def read_field(group: h5py.Group) -> tuple[StrainPart, ...]:
         return ()
     parts: Any = group["strain_field"]
     numbered = [parts[str(number)] for number in range(len(parts))]
+    for own in numbered:
+        if lacking := sorted({*ARRAYS} - {"first", "lever", "fibres", *own}):
+            raise ValueError(f"a part of the strain field lacks {', '.join(lacking)}")
     return tuple(
         StrainPart(
             kind=str(own.attrs["kind"]),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import warnings
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -34,7 +34,7 @@ def info(
     with Patience(f"reading {file.name}"):
         text = (
             _hdf5(file)
-            if _starts_as_hdf5(file) and file.suffix.lower() not in FORMATS
+            if (_starts_as_hdf5(file) or file.suffix.lower() in (".h5", ".hdf5")) and file.suffix.lower() not in FORMATS
             else (_channels if channels else _case)(file)
             if file.suffix == ".toml"
             else _matrices(file)
@@ -45,6 +45,10 @@ def info(
 
 
 MATRICES = (".npz", ".mat", ".op4", ".op2", ".pch", ".dmig", ".asm", ".mtx", ".sti", ".mas", ".dof")  # suffixes
+# cards that make a file a deck, and not a mesh alone
+PROPERTIES = re.compile(r"^(MAT\d|P(SHELL|COMP|BAR|BEAM|ROD|SOLID|BUSH)|\*MATERIAL|\*\w[\w ]* SECTION)", re.I | re.M)
+
+LINEAR = {"A", "B", "C", "D", "states", "inputs", "outputs", "state_units"}  # members of a linear model's file
 
 
 def _has_matrices(file: Path) -> bool:
@@ -71,7 +75,7 @@ def kind_of_hdf5(file: Path) -> str:
         )
     if not _starts_as_hdf5(file):
         return ""
-    from femflex.results.reader import open_hdf5
+    from femflex.hdf5 import open_hdf5
 
     with open_hdf5(file) as opened:
         return str(opened.attrs.get("format", ""))
@@ -88,14 +92,61 @@ def _hdf5(file: Path) -> str:
 
         with open_run(file) as run:
             return repr(run)
+    if not kind and (text := _study_file(file)):
+        return text
     if not kind and _has_members(file):
         return _matrices(file)
     raise ValueError(f"{file} is an HDF5 file, but neither a run nor a body of femflex, nor one of matrices")
 
 
+def _study_file(file: Path) -> str:
+    """Lines about a file of `femflex sweep` or `femflex linearize`; "" for another HDF5 file."""
+    from femflex.hdf5 import open_hdf5
+
+    with open_hdf5(file) as opened:
+        keys = set(opened)
+        if LINEAR <= keys:
+            return linear_text(file, *(opened[key][()] for key in ("states", "inputs", "outputs")))
+    return _sweep(file) if {"problems", "percentiles", "inputs"} <= keys else ""
+
+
+def _sweep(file: Path) -> str:
+    """Lines about the results of a sweep."""
+    from femflex.studies.sweep import open_sweep
+
+    found = open_sweep(file)
+    failed = sum(bool(text) for text in found.problems)
+    lines = [f"{file.name}: sweep, {len(found.problems)} runs, of which {failed} failed"]
+    lines += [
+        f"input   {name}: {v.min():.6g} to {v.max():.6g} {found.units.get(name, '')}"
+        for name, v in found.inputs.items()
+    ]
+    for name, (mean, sigma, least, largest) in found.statistics().items():
+        v, unit = found.outputs[name], found.units.get(name, "")
+        lines.append(
+            f"output  {name}: mean {mean:.6g}, sigma {sigma:.6g}, {v[least]:.6g} (run {least}) to {v[largest]:.6g} "
+            f"(run {largest}) {unit}"
+        )
+    return "\n".join([*lines, *(f"history {name} [{found.units.get(name, '')}]" for name in found.histories)])
+
+
+def linear_text(file: Path, states: Any, inputs: Any, outputs: Any) -> str:
+    """Lines about a linear model that `femflex linearize` wrote, by the names in it."""
+    import numpy as np
+
+    names = [
+        [n.decode() if isinstance(n, bytes) else str(np.ravel(n)[0]) for n in np.ravel(group)]
+        for group in (states, inputs, outputs)
+    ]
+    lines = [f"{file.name}: linear model of femflex, dx/dt = A x + B u, y = C x + D u"]
+    for what, group in zip(("states", "inputs", "outputs"), names, strict=True):
+        lines.append(f"{what:8}{len(group)}: {', '.join(group) or 'none'}")
+    return "\n".join(lines)
+
+
 def _has_members(file: Path) -> bool:
     """Whether an HDF5 file holds anything."""
-    from femflex.results.reader import open_hdf5
+    from femflex.hdf5 import open_hdf5
 
     with open_hdf5(file) as opened:
         return len(opened) > 0
@@ -182,9 +233,13 @@ def _mesh_or_deck(file: Path, units: str) -> str:
             deck = describe(read_deck(file, declared))
     except ValueError as error:
         try:
-            return f"{_mesh(file)}\n\nas a deck: {error}"
+            mesh = _mesh(file)
         except ValueError as other:  # coordinate systems of its own, say
             raise ValueError(f"{error}\n\nas a mesh: {other}") from None
+        if not PROPERTIES.search(file.read_text(encoding="utf-8", errors="replace")):
+            return f"{mesh}\n\nas a deck: {error}"
+        print_folded(mesh)
+        raise ValueError(f"as a deck: {error}") from None
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -194,6 +249,16 @@ def _mesh_or_deck(file: Path, units: str) -> str:
 
 
 def _matrices(file: Path) -> str:
+    import numpy as np
+    from scipy.io import loadmat
+
+    if file.suffix.lower() in (".mat", ".npz"):
+        try:
+            found = np.load(file) if file.suffix.lower() == ".npz" else loadmat(file)
+            if set(found) >= LINEAR:
+                return linear_text(file, *(found[key] for key in ("states", "inputs", "outputs")))
+        except (OSError, ValueError, NotImplementedError):  # damaged, or of another version: its reader says so
+            pass
     from femflex.matrices.describe import describe_matrices
 
     return describe_matrices(file)

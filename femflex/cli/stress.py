@@ -55,7 +55,7 @@ def stress(
 ) -> None:
     """Print the largest section forces and stresses of every flexible body over a run, or write them along time."""
     from femflex.results import open_run
-    from femflex.results.destination import check_destination
+    from femflex.writing import check_destination, placed
 
     if at and points:
         raise ValueError("--at and --points are two tables; give one of them")
@@ -84,7 +84,8 @@ def stress(
     if TABLE in files:
         text = io.StringIO()
         csv.writer(text).writerows(rows)
-        files[TABLE].write_text(text.getvalue(), encoding="utf-8")
+        with placed(files[TABLE], force) as part:
+            part.write_text(text.getvalue(), encoding="utf-8")
 
 
 def _fields(bodies: Any, names: list[str], groups: list[str] | None) -> Fields:
@@ -124,7 +125,7 @@ def _of_points(run: Any, bodies: Any, fields: Fields, wanted: Mapping[str, list[
     rows: list[list[Any]] = [["body", "members", "x_m", "y_m", "z_m", "quantity", "largest", "unit", "time_s"]]
     rounding = _rounding(bodies, _peaks_of_bodies(run, bodies, fields))
     for name, field in fields.items():
-        y = run[f"bodies/{name}/delta"]
+        y = run.finite(f"bodies/{name}/delta")
         for part in field:
             units = {key: unit for key, unit in quantities([part]).items() if key in wanted[name]}
             for key, (largest, when) in over_time(part, y, list(units)).items():
@@ -140,7 +141,7 @@ def _of_points(run: Any, bodies: Any, fields: Fields, wanted: Mapping[str, list[
 def _peaks_of_bodies(run: Any, bodies: Any, names: Iterable[str]) -> dict[str, list[Peak]]:
     from femflex.body.recovery import peaks
 
-    return {name: peaks(bodies[name].strain_field, run[f"bodies/{name}/delta"], run.time) for name in names}
+    return {name: peaks(bodies[name].strain_field, run.finite(f"bodies/{name}/delta"), run.time) for name in names}
 
 
 def _rounding(bodies: Any, found: Mapping[str, list[Peak]]) -> dict[tuple[str, str], float]:
@@ -195,7 +196,7 @@ def _along_time(
     head: list[Any] = ["time_s"]
     columns = [run.time]
     for name, parts in fields.items():
-        y = run[f"bodies/{name}/delta"]
+        y = run.finite(f"bodies/{name}/delta")
         for each in wanted[name] if places[name] else []:
             values, where = at_points(parts, each, places[name], y)
             unit = quantities(parts)[each]

@@ -26,6 +26,7 @@ from femflex.dynamics.effectors.states import (
     threshold_problems,
 )
 from femflex.dynamics.equilibria.frequency import highest_frequency
+from femflex.dynamics.equilibria.motion_scale import motion_scales
 from femflex.dynamics.force_terms import force_terms
 from femflex.dynamics.forces.orbit_force import observe_orbit_force
 from femflex.dynamics.joints.channels import observe_joints
@@ -55,6 +56,7 @@ from femflex.dynamics.reports.variations import observe_variations
 from femflex.dynamics.terms.by_source import SWITCHED, terms
 from femflex.dynamics.terms.prescribed_motion_report import observe_held
 from femflex.dynamics.terms.without import changed, reduced, resolved, without_reactions
+from femflex.dynamics.user_functions import check_user_functions
 from femflex.dynamics.workspace import Workspace
 from femflex.rotations import is_extrinsic
 from femflex.summary import Rows, Summarised, listed
@@ -182,6 +184,10 @@ class Model(Summarised):
         """Highest natural frequency of shapes and springs at the initial configuration [rad/s]."""
         return highest_frequency(self)
 
+    def motion_scales(self, x0: Array, begin: float, end: float) -> Array:
+        """Sizes (n_x,) of the states of a run from x0 (n_x,) between two times [s], for its absolute tolerances."""
+        return motion_scales(self, x0, begin, end)
+
     def state_rate(self, t: float, x: Array) -> Array:
         """dx/dt (n_x,) at the state x (n_x,)."""
         self._refuse_short(x)
@@ -289,8 +295,8 @@ def compile_system(system: System) -> Model:
     """The compiled model of a system.
 
     The first process on a machine compiles the kernels once (some ten seconds); later ones load them.
-    Raises ValueError for an effector whose function cannot be compiled, and for a sensor or a threshold that is no
-    channel.
+    Raises ValueError for an effector whose function cannot be compiled or leaves its arrays at the initial state, and
+    for a sensor or a threshold that is no channel.
     """
     channels = channels_of(system)
     if problems := sensor_problems(system, channels) + threshold_problems(system, channels):
@@ -316,6 +322,7 @@ def compile_system(system: System) -> Model:
     )
     model = with_starts(with_constraints(tree) if system.loops or system.constraints else tree)
     check_separations(model)
+    check_user_functions(model)
     return model
 
 

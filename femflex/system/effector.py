@@ -20,8 +20,10 @@ and returns nothing:
     out.energy, out.dissipation, out.supplied, out.mass_flow   (1,) each: stored energy [J]; power lost for good [W];
                      power brought in from outside the model [W]; mass that leaves the craft [kg/s]
 
-Vectors are in inertial components. The function is one that Numba can compile, or has compiled; it raises nothing (a
-value that is not finite stops the run), and it is smooth between `breaks` and events. What it gives to the motion,
+Vectors are in inertial components. The function is one that Numba can compile, or has compiled. An exception and a
+value that is not finite stop the run, which then names the effector. Compiled code does not check indices; so the
+function is also called once as plain Python at the initial state, and an index outside its arrays is refused there. It
+is smooth between `breaks` and events. What it gives to the motion,
 F.v + T.omega + effort speed, should be supplied - dissipation - d(energy)/dt; then the balance of energies closes.
 
 In place of a function `act` may be the word of one that femflex brings (femflex.dynamics.effectors.built_in).

@@ -71,7 +71,7 @@ def joint_channels(system: System) -> dict[str, Channel]:
             text += ", independent of the reference of q" if joint.rebase else ""
             out[f"{path}/rotation"] = _channel(of_set, text)
         if has_singularity(joint):
-            out[f"{path}/singularity"] = Channel("rad", f"angle left to the singularity of {joint.ball}")
+            out[f"{path}/singularity"] = Channel("rad", f"angle to the singularity of {joint.ball}")
     return out
 
 

@@ -187,8 +187,10 @@ class PlateSection:
         return replace(self, B=B, D=D, centre=self.centre + offset, plies=scaled_plies(self.plies, 1.0, offset))
 
 
-def layup(plies: Iterable[Ply], coupled: bool = False) -> PlateSection:
+def layup(plies: Iterable[Ply], coupled: bool = False, extra_mass: float = 0.0) -> PlateSection:
     """Section of a stack of plies, from the bottom (-z) to the top; symmetric about its middle plane, or coupled.
+
+    extra_mass: per area, of what is no structure, such as cells and harness [kg/m^2].
 
     A = sum Q t, D = sum Q (z_top^3 - z_bottom^3) / 3 (classical lamination theory). Shear: the energy of the shear
     stresses that equilibrium gives to bending, S^-1 = int f^T G^-1 f dz with f from F(z) = int Q z dz D^-1 (Rolfes &
@@ -223,25 +225,26 @@ def layup(plies: Iterable[Ply], coupled: bool = False) -> PlateSection:
     own = [ply.lamina.plane_stress(0.0) @ strain_rotation(ply.angle) for ply in stack]  # stress in the ply's axes
     ends = zip(own, z[:-1], z[1:], strict=True)
     plies = np.array([[np.hstack([C, height * C]) for height in (low, high)] for C, low, high in ends])
-    return PlateSection(float(z[-1] - z[0]), mass, rotary, A, D, S, B, centre, plies=plies)
+    section = PlateSection(float(z[-1] - z[0]), mass, rotary, A, D, S, B, centre, plies=plies)
+    return section.loaded(extra_mass)
 
 
-def isotropic(thickness: float, material: Material) -> PlateSection:
+def isotropic(thickness: float, material: Material, extra_mass: float = 0.0) -> PlateSection:
     """Section of a plain sheet, thickness [m]: D = E h^3 / 12(1 - nu^2), S = 5/6 G h."""
-    return layup([Ply(Lamina.isotropic(material), thickness)])
+    return layup([Ply(Lamina.isotropic(material), thickness)], extra_mass=extra_mass)
 
 
 def orthotropic(
     thickness: float, E1: float, E2: float, G12: float, nu12: float, density: float, angle: float = 0.0,
-    G13: float | None = None, G23: float | None = None,
+    G13: float | None = None, G23: float | None = None, extra_mass: float = 0.0,
 ) -> PlateSection:  # fmt: skip
     """Section of a sheet of one orthotropic material, axis 1 at angle [rad] from the section's x axis."""
-    return layup([Ply(Lamina(E1, E2, G12, nu12, density, G13, G23), thickness, angle)])
+    return layup([Ply(Lamina(E1, E2, G12, nu12, density, G13, G23), thickness, angle)], extra_mass=extra_mass)
 
 
-def sandwich(face: Ply, core_thickness: float, core: Lamina) -> PlateSection:
+def sandwich(face: Ply, core_thickness: float, core: Lamina, extra_mass: float = 0.0) -> PlateSection:
     """Section of two equal faces on a core [m]: bending from the faces (and the core's own E), shear from the core."""
-    return layup([face, Ply(core, core_thickness), face])
+    return layup([face, Ply(core, core_thickness), face], extra_mass=extra_mass)
 
 
 def scaled_plies(plies: Array, factor: Array | float, offset: float) -> Array:
