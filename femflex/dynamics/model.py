@@ -49,11 +49,11 @@ from femflex.dynamics.reports.observe import observe
 from femflex.dynamics.reports.segmented import observe_segmented
 from femflex.dynamics.reports.sights import observe_sights
 from femflex.dynamics.reports.static_stretch import add_static_stretch
-from femflex.dynamics.reports.user_functions import check_user_functions
 from femflex.dynamics.reports.variations import observe_variations
 from femflex.dynamics.terms.by_source import SWITCHED, terms
 from femflex.dynamics.terms.prescribed_motion_report import observe_held
 from femflex.dynamics.terms.without import changed, reduced, resolved, without_reactions
+from femflex.dynamics.user_functions import check_user_functions, user_function_fault
 from femflex.dynamics.workspace import Workspace
 from femflex.rotations import is_extrinsic
 from femflex.summary import Rows, Summarised, listed
@@ -244,7 +244,8 @@ class Model(Summarised):
 
     def diagnosis(self, t: float, x: Array, unheld: bool = False) -> tuple[str, Exception | None]:
         """A sentence on a state at which a run came to its end, and the exception behind it."""
-        return diagnosis(self, t, x, unheld)
+        found = user_function_fault(self, t, x)
+        return found if found[0] else diagnosis(self, t, x, unheld)
 
     def observe(self, times: Array, states: Array) -> dict[str, Array]:
         """Every channel at times (n_t,) and states (n_t, n_x): path -> (n_t, *channel.shape)."""

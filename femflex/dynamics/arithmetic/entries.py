@@ -15,7 +15,9 @@ from typing import Any
 
 import numba
 import numba.core.typing.templates
+import numpy as np
 
+from femflex.arrays import Array
 from femflex.dynamics.arithmetic.symbols import extending, ir, types
 from femflex.kernels import plain, stored
 
@@ -60,6 +62,11 @@ def known(function: Callable[..., Any]) -> int:
     address = 1 + len(_PLAIN)
     _PLAIN[address] = function
     return address
+
+
+def plain_array(numbers: Array, shape: tuple[int, ...]) -> Array:
+    """The first numbers as an array of that shape, as `numba.carray` gives them."""
+    return numbers[: int(np.prod(shape))].reshape(shape)
 
 
 def caller(signature: Any) -> Callable[..., Any]:

@@ -18,7 +18,7 @@ import numba.core.errors
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.arithmetic.entries import NOTHING, NUMBERS, REAL, known
+from femflex.dynamics.arithmetic.entries import NOTHING, NUMBERS, REAL, known, plain_array
 from femflex.dynamics.arithmetic.lanes import beyond
 from femflex.dynamics.effectors.built_in import built_in
 from femflex.system import Effector
@@ -69,11 +69,6 @@ def seen_size(n_markers: int, n_freedoms: int, n_inputs: int) -> int:
 def given_size(n_markers: int, n_freedoms: int, n_z: int, n_channels: int) -> int:
     """Numbers of Given."""
     return 6 * n_markers + n_freedoms + n_z + n_channels + N_ACCOUNTS
-
-
-def plain_array(numbers: Array, shape: tuple[int, ...]) -> Array:
-    """The first numbers as an array of that shape, as `numba.carray` gives them."""
-    return numbers[: int(np.prod(shape))].reshape(shape)
 
 
 def act_address(name: str, function: Callable[..., Any] | str, sizes: Sizes, jacobian: bool = False) -> int:

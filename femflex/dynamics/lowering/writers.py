@@ -12,8 +12,7 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.dynamics.arithmetic.by_length import write_by_length
-from femflex.dynamics.arithmetic.entries import USER, known
-from femflex.dynamics.effectors.acting import plain_array
+from femflex.dynamics.arithmetic.entries import USER, known, plain_array
 from femflex.dynamics.lowering.tanks import writer
 from femflex.system.length_table import LengthTable
 
