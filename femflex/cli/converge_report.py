@@ -12,6 +12,7 @@ from femflex.cli.advice_lines import print_notes
 from femflex.cli.tables import print_json, print_table
 
 if TYPE_CHECKING:
+    from femflex.arrays import IntArray
     from femflex.studies import Convergence, FunctionStudy, StrainStudy
 
     Finding = Convergence | StrainStudy | FunctionStudy
@@ -131,7 +132,8 @@ def derivatives_apart(found: Convergence) -> tuple[list[list[str]], list[str]]:
     if found.over == "mesh":
         return [[] for _ in found.levels], ["refined", "dofs"]
     of = "shapes" if found.over == "derivatives" and found.followers.any() else "coordinates"
-    parts, heads = [], [found.over, of]
+    parts: list[IntArray] = []
+    heads: list[str] = [found.over, of]
     if found.over == "modes" and found.added.any():
         parts, heads = [*parts, found.added], [*heads, "static shapes"]
     if found.derivatives.any() or found.followers.any():

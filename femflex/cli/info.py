@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import warnings
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -123,7 +123,7 @@ def _sweep(file: Path) -> str:
     return "\n".join([*lines, *(f"history {name} [{found.units.get(name, '')}]" for name in found.histories)])
 
 
-def linear_text(file: Path, states: object, inputs: object, outputs: object) -> str:
+def linear_text(file: Path, states: Any, inputs: Any, outputs: Any) -> str:
     """Lines about a linear model that `femflex linearize` wrote, by the names in it."""
     import numpy as np
 

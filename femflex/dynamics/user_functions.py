@@ -106,7 +106,8 @@ def _evaluated(model: Model, t: float, x: Array) -> Iterator[UserCall]:
             size = Block(variation.whole or model.system.bodies[name], variation.varies).size
             before, written = (array[record["block"] :][:size] for array in (model.workspace.numbers, pool))
             numbers = pool[record["numbers"] :][: len(variation.states) + len(variation.numbers)]
-            call = partial(_write, getattr(variation.write, "py_func", variation.write), z, numbers)
+            write: Any = variation.write
+            call = partial(_write, getattr(write, "py_func", write), z, numbers)
             owner = f"the function that writes the properties of body {name!r}"
             yield UserCall(owner, call, before.copy(), z, written)
     head = table[:N_HEADER].view(HEADER)[0]
@@ -126,7 +127,7 @@ def _effector_calls(effector: Effector, e: np.void, z: Array, table: IntArray, w
     seen[18 * m + 2 * f :] = work[inputs]  # effectors at one marker share the place of what they read
     own = z[e["z"] :][:n_z]
     for function, kind in ((effector.act, "effector"), (effector.jacobian, "the Jacobian of effector")):
-        if function is not None:
+        if function is not None and not isinstance(function, str):
             jacobian = function is effector.jacobian
             size = n_z**2 if jacobian else given_size(m, f, n_z, n_c)
             written = None if jacobian else work[e["out"] :][:size]
