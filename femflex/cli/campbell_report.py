@@ -86,7 +86,7 @@ def write_table(found: Campbell, path: Path, force: bool) -> None:
     import csv
     import math
 
-    from femflex.view.output import placed
+    from femflex.writing import placed
 
     over = f"{found.value} [{found.unit}]" if found.unit else found.value
     heads = [

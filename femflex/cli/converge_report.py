@@ -6,13 +6,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from textwrap import fill
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from femflex.cli.advice_lines import print_notes
 from femflex.cli.tables import print_json, print_table
 
 if TYPE_CHECKING:
-    from femflex.arrays import IntArray
     from femflex.studies import Convergence, FunctionStudy, StrainStudy
 
     Finding = Convergence | StrainStudy | FunctionStudy
@@ -38,9 +37,9 @@ class StudyOutputs:
         if self.tolerance is not None and not 0.0 < self.tolerance < 1.0:
             raise ValueError(f"--tolerance is {self.tolerance:g}; give a relative error between 0 and 1, such as 1e-3")
         if self.picture is not None:
-            from femflex.results.destination import check_destination
             from femflex.view.convergence import check_kind
             from femflex.view.theme import theme_of
+            from femflex.writing import check_destination
 
             theme_of(self.theme)
             check_kind(self.picture)
@@ -132,8 +131,8 @@ def derivatives_apart(found: Convergence) -> tuple[list[list[str]], list[str]]:
     if found.over == "mesh":
         return [[] for _ in found.levels], ["refined", "dofs"]
     of = "shapes" if found.over == "derivatives" and found.followers.any() else "coordinates"
-    parts: list[IntArray] = []
-    heads: list[str] = [found.over, of]
+    parts: list[Any] = []
+    heads = [found.over, of]
     if found.over == "modes" and found.added.any():
         parts, heads = [*parts, found.added], [*heads, "static shapes"]
     if found.derivatives.any() or found.followers.any():

@@ -48,7 +48,7 @@ def sweep(
     their problem. A sweep that was killed goes on with --resume; its numbers depend neither on that nor on the number
     of workers.
     """
-    from femflex.results.destination import check_destination
+    from femflex.writing import check_destination
 
     files = outputs(output or (), {RESULT: (".h5",), PICTURE: DIAGRAM_SUFFIXES})
     result = files.get(RESULT, Path(f"{study.stem}.h5"))
@@ -89,13 +89,14 @@ def sweep(
             for name, row in found.of_outputs().items()
         ],
     )
-    for name, (_, _, least, largest) in statistics.items():
-        for what, k in (("least", least), ("largest", largest)):
-            units = {key: found.units.get(key, "") for key in (name, *found.inputs)}
-            at = ", ".join(f"{key} = {values[k]:.6g} {units[key]}".strip() for key, values in found.inputs.items())
-            print(f"{what:11} {name} {found.outputs[name][k]:.6g} {units[name]} in run {k}: {at}")
-    for name, values in found.sobol.items():
-        rows = [[key, f"{one:.4g}", f"{total:.4g}"] for key, (one, total) in zip(found.inputs, values, strict=True)]
+    for name, (_, _, *extremes) in statistics.items():
+        for what, k in zip(("least", "largest"), extremes, strict=True):
+            values = ", ".join(
+                f"{key} = {v[k]:.6g} {found.units.get(key, '')}".strip() for key, v in found.inputs.items()
+            )
+            print(f"{what:11} {name} {found.outputs[name][k]:.6g} {found.units.get(name, '')} in run {k}: {values}")
+    for name, shares in found.sobol.items():
+        rows = [[key, f"{one:.4g}", f"{total:.4g}"] for key, (one, total) in zip(found.inputs, shares, strict=True)]
         print_table(["value", "first order", "total"], rows, f"share in the variance of {name} (Sobol indices)")
     print(f"runs        {len(found.problems)}, of which {len(failed)} failed")
     print(f"kept        {result}")

@@ -126,8 +126,9 @@ def _effector_calls(effector: Effector, e: np.void, z: Array, table: IntArray, w
     inputs = table[:N_HEADER].view(HEADER)[0]["z"] + table[e["inputs"] :][:n]
     seen[18 * m + 2 * f :] = work[inputs]  # effectors at one marker share the place of what they read
     own = z[e["z"] :][:n_z]
-    for function, kind in ((effector.act, "effector"), (effector.jacobian, "the Jacobian of effector")):
-        if function is not None and not isinstance(function, str):
+    functions: dict[str, Any] = {"effector": effector.act, "the Jacobian of effector": effector.jacobian}
+    for kind, function in functions.items():
+        if function is not None:
             jacobian = function is effector.jacobian
             size = n_z**2 if jacobian else given_size(m, f, n_z, n_c)
             written = None if jacobian else work[e["out"] :][:size]

@@ -57,6 +57,8 @@ ACCOUNTS = {  # what an effector may report of energy and mass
     "mass_flow": ("kg/s", "mass that leaves the craft"),
 }
 
+EXERTED = ("force", "torque", "effort")  # what it may do at markers, and along slides and turns
+
 
 @dataclass(frozen=True, eq=False)
 class StateEvent:
@@ -83,6 +85,7 @@ class Effector:
     inputs      full names of states of other effectors and controllers, or of channels of other effectors
     channels    name -> unit of what it reports in addition to forces and states
     accounts    which of energy, dissipation, supplied and mass_flow it writes
+    exerts      which of force, torque and effort it may write; the others are zero, and are not reported
     parameters  (n,) constants
     jacobian    (seen, J) -> None: J (n_states, n_states) = d zdot / d z for implicit integrators; None: by differences
     events      instants at which its states jump
@@ -101,6 +104,7 @@ class Effector:
     inputs: tuple[str, ...] = ()
     channels: Mapping[str, str] = field(default_factory=dict)
     accounts: tuple[str, ...] = ()
+    exerts: tuple[str, ...] = EXERTED
     parameters: Array = field(default_factory=lambda: np.zeros(0))
     jacobian: Act | None = None
     events: tuple[StateEvent, ...] = ()
@@ -121,6 +125,8 @@ class Effector:
             raise ValueError(f"sizes of effector {self.name!r} are {self.sizes.tolist()}; they must be positive")
         if unknown := [key for key in self.accounts if key not in ACCOUNTS]:
             raise ValueError(f"effector {self.name!r} accounts for {unknown[0]!r}; known are {list(ACCOUNTS)}")
+        if unknown := [key for key in self.exerts if key not in EXERTED]:
+            raise ValueError(f"effector {self.name!r} exerts {unknown[0]!r}; known are {list(EXERTED)}")
         for channel, (state, _) in self.starts.items():
             if channel not in self.channels or state not in self.states:
                 raise ValueError(
@@ -130,6 +136,12 @@ class Effector:
         for key in ("states", "channels"):
             if clash := [name for name in getattr(self, key) if name in taken_names(self, key)]:
                 raise ValueError(f"effector {self.name!r} has two outputs named {clash[0]!r}; rename one")
+
+    @property
+    def acts(self) -> bool:
+        """Whether it can do work on the motion."""
+        at_markers = bool(self.markers) and ("force" in self.exerts or "torque" in self.exerts)
+        return at_markers or (bool(self.freedoms) and "effort" in self.exerts)
 
     def state_names(self) -> list[tuple[str, str]]:
         """Full name and unit of each state."""

@@ -64,11 +64,6 @@ def known(function: Callable[..., Any]) -> int:
     return address
 
 
-def plain_array(numbers: Array, shape: tuple[int, ...]) -> Array:
-    """The first numbers as an array of that shape, as `numba.carray` gives them."""
-    return numbers[: int(np.prod(shape))].reshape(shape)
-
-
 def caller(signature: Any) -> Callable[..., Any]:
     """The function (address, *arguments) that calls what stands at the address, compiled into its own caller."""
 
@@ -97,3 +92,8 @@ def caller(signature: Any) -> Callable[..., Any]:
 
 
 call_user = caller(USER)
+
+
+def plain_array(numbers: Array, shape: tuple[int, ...]) -> Array:
+    """The first numbers as an array of that shape, as `numba.carray` gives them."""
+    return numbers[: int(np.prod(shape))].reshape(shape)

@@ -19,13 +19,14 @@ from femflex.case.problems import Problem
 from femflex.case.read import parse_case
 from femflex.case.sweep import SweepTable, read_sweep, split_number
 from femflex.case.units import UnitError
+from femflex.hdf5 import placed_hdf5
 from femflex.pipeline.file_digests import file_digests
 from femflex.results import FileLock
-from femflex.results.destination import check_destination
 from femflex.studies.sweep.design import designed, indices
 from femflex.studies.sweep.journal import add, begin, digest, journal_of, read_journal, refuse_other
 from femflex.studies.sweep.member import Outcome, Plan, run_member
 from femflex.studies.sweep.workers import Todo, outcomes
+from femflex.writing import check_destination
 
 Progress = Callable[[float], object]  # called with the number of members done
 
@@ -216,11 +217,7 @@ def written(found: Sweep, path: Path, plan: Plan) -> None:
     """Write the results into an HDF5 file, which appears whole."""
     import h5py
 
-    from femflex.results.interrupts import PARTS
-
-    part = path.with_name(f"{path.stem}.{os.getpid()}.part{path.suffix}")
-    PARTS.add(part)
-    with h5py.File(part, "w") as file:
+    with placed_hdf5(path, force=True) as file:
         file.attrs["sweep"], file.attrs["case_text"] = plan.sweep_text, plan.case_text
         file.attrs["digest"] = digest(plan)
         for group, columns in (("inputs", found.inputs), ("outputs", found.outputs), ("histories", found.histories)):
@@ -235,13 +232,11 @@ def written(found: Sweep, path: Path, plan: Plan) -> None:
         for name, values in found.sobol.items():
             file[f"sobol_indices/{name}"] = values
         file.create_dataset("problems", data=np.array(found.problems, object), dtype=h5py.string_dtype())
-    os.replace(part, path)
-    PARTS.discard(part)
 
 
 def _digest_in(path: Path) -> str:
     """The digest of the sweep that a file of results is of."""
-    from femflex.results.reader import open_hdf5
+    from femflex.hdf5 import open_hdf5
 
     with open_hdf5(path) as file:
         return str(file.attrs.get("digest", ""))
@@ -249,7 +244,7 @@ def _digest_in(path: Path) -> str:
 
 def open_sweep(path: str | Path) -> Sweep:
     """The results of a sweep in its file. Raises ValueError for a file that is none."""
-    from femflex.results.reader import open_hdf5
+    from femflex.hdf5 import open_hdf5
 
     with open_hdf5(Path(path)) as file:
         if "problems" not in file or "percentiles" not in file:
