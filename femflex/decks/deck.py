@@ -160,7 +160,12 @@ class Deck:
         """The Structure of the deck; its dofs lie along the axes of `clamp`, the supports in force where None."""
         supports = self.held() if clamp is None else dict(clamp)
         built = build_structure(self.mesh, self.members, self.point_masses, supports, self.connections, self.bushings)
-        return replace(built, point_names=self.point_names())
+        return replace(built, unresisted=self.unresisted(built), point_names=self.point_names())
+
+    def unresisted(self, structure: Structure) -> IntArray:
+        """Numbers (k,) of the dofs of its Structure that nothing resists; none where a support lies along skew axes."""
+        own = {group: support for group, support in self.supports.get("autospc", {}).items() if support.axes == GLOBAL}
+        return structure.held_dofs(own) if own else np.zeros(0, np.int64)
 
     def point_names(self) -> dict[int, str]:
         """Point of the mesh -> what the deck calls it: "GRID 17" of Nastran, "node 17" of others."""

@@ -68,6 +68,7 @@ class Structure:
     skin_parts   () -> SkinPart, ...   the drawn surfaces of the members
     places       StrainPlaces, ...     where the points of each strain block lie; None where its family does not tell
     notes        sentence, ...         what families changed of the mesh that was given
+    unresisted (k,)      numbers of dofs that nothing resists, which a deck's AUTOSPC fixes; none of a mesh
     point_names  point -> what the file it was read from calls it, such as "GRID 17"; none of a mesh
     known        key -> (object, ...)  what was computed of it and is wanted again (`recalled`); a changed copy starts
                                        with none
@@ -85,6 +86,7 @@ class Structure:
     numbering: Numbering
     places: tuple[StrainPlaces | None, ...]
     notes: tuple[str, ...] = ()
+    unresisted: IntArray = field(default_factory=lambda: np.zeros(0, np.int64))
     point_names: Mapping[int, str] = field(default_factory=dict)
     known: dict[tuple[Any, ...], tuple[Any, ...]] = field(default_factory=dict, init=False, repr=False)
 
