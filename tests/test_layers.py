@@ -21,7 +21,7 @@ ALLOWED = {
     "numba_interfaces": set(),
     "reading": set(),
     "mesh": {"reading"},
-    "integrate": {"kernels"},
+    "integrate": {"kernels", "summary"},
     "fem": {"mesh"},
     "decks": {"fem", "mesh", "body", "reading"},
     "matrices": {"decks", "fem", "mesh", "body", "reduction", "reading"},

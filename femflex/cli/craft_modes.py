@@ -118,13 +118,13 @@ def print_modes(case: Case, modes: SystemModes, number: int | None, known: Known
         print(f"damping     {note}")
     elastic, band = int(np.count_nonzero(~modes.known)), case.run.band
     if elastic > LOWEST and any(one.origin.source is not None for one in known.values()):
-        below = f" and those below {band:g} Hz" if band else "; `band` in [run] adds those below it"
-        print(f"assessed    with richer sets of shapes: the first {LOWEST} of {elastic} elastic frequencies{below}")
+        below = f" and those below {band:g} Hz" if band else " (set run.band to check more)"
+        print(f"truncation  checked for the first {LOWEST} of {elastic} elastic frequencies{below}")
     print(f"about       {frame_text(modes.about)}")
     for line in length_lines(modes.about):
         print(line)
     if modes.left_out:
-        print(f"left out    {', '.join(modes.left_out)}. Use --at TIME to evaluate them at a time")
+        print(f"left out    {', '.join(modes.left_out)}. Time-varying loads are ignored here; --at TIME freezes them")
     if modes.held:
         print(f"held        commands of the sampled controllers {', '.join(modes.held)}: their loops are open")
     print_stability(modes.about)

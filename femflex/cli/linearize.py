@@ -199,5 +199,5 @@ def print_model(model: LinearModel, small: StateSpace, data: dict[str, Any]) -> 
     for line in length_lines(model.about):
         print(line)
     if model.left_out:
-        print(f"left out    {', '.join(model.left_out)}. Use --at TIME to evaluate them at a time")
+        print(f"left out    {', '.join(model.left_out)}. Time-varying loads are ignored here; --at TIME freezes them")
     print_stability(model.about)

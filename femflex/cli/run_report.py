@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from femflex.arrays import BoolArray
+    from femflex.body import FlexibleBody
     from femflex.case import Case
     from femflex.pipeline import Prepared
     from femflex.results import Run
@@ -17,11 +18,12 @@ RELEASED = -2.0  # minus the time at which it opened, in place of the time, of a
 MOVED = 4  # initial values listed on screen when the start moves them
 
 
-def print_run_heading(prepared: Prepared) -> None:
-    """Print modes, orbit, attitude and the integrator with the reason it was chosen."""
+def print_run_heading(prepared: Prepared, verbose: bool) -> None:
+    """Print the bodies, orbit, attitude and integrator; verbose: with tables of modes, and the reasons of choices."""
     from femflex.assembly.craft import craft_notes
     from femflex.cli.advice_lines import print_notes
     from femflex.cli.modes import group_equal_bodies, print_modes
+    from femflex.integrate.choice import KINDS
 
     case, system = prepared.case, prepared.system
     print(case.title or case.path.name)
@@ -30,25 +32,39 @@ def print_run_heading(prepared: Prepared) -> None:
     pieces = {piece for parts in system.segments.values() for piece in parts}
     whole = {name: body for name, body in system.bodies.items() if body.n_modes and name not in pieces}
     for names, body in group_equal_bodies(whole):
+        if verbose:
+            print()
+            print_modes(names, body)
+        else:
+            print(f"body        {names}: {body.n_modes} coordinates{_range(body)}, {body.strain_form} strain")
+    if verbose:
         print()
-        print_modes(names, body)
-    print()
     for name, parts in system.segments.items():
         each = system.bodies[parts[0]].n_modes
         print(f"body        {name} is cut into {len(parts)} segments of {each} elastic coordinates each")
-    print_notes(prepared.decided.notes)
-    for line in craft_notes(case):
-        print(f"craft       {line}")
+    if verbose:
+        print_notes(prepared.decided.notes)
+        for line in craft_notes(case):
+            print(f"craft       {line}")
     for line in (*_orbit_lines(prepared), _attitude_line(prepared)):
         print(line)
     step = f"{len(prepared.times)} rows to {prepared.times[-1]:.6g} s"
-    print(f"integrator  {prepared.reason}")
+    name = prepared.integrator.name
+    print(f"integrator  {prepared.reason if verbose else f'{name} ({KINDS[name]})' if name in KINDS else name}")
     if (held := prepared.model.constraints) is not None:
         print(f"constraints {held.text(0.0, prepared.model.x0)}")
         for misfit in prepared.taken_up:
             print(f"constraints {misfit}")
         print_moved_start(prepared)
     print(f"output      {step}")
+
+
+def _range(body: FlexibleBody) -> str:
+    """The lowest and the highest frequency of a body's modes."""
+    import numpy as np
+
+    known = body.omega[np.isfinite(body.omega)] / (2.0 * np.pi)
+    return f", {known.min():.4g} to {known.max():.4g} Hz" if len(known) else ""
 
 
 def print_moved_start(prepared: Prepared) -> None:
@@ -134,7 +150,7 @@ def print_run_summary(run: Run, system: System, output: Path) -> None:
     if "monitors/constraint_position" in run:
         gap, speed = (float(run[f"monitors/constraint_{what}"].max()) for what in ("position", "velocity"))
         print(f"monitor     constraint largest gap {gap:.3e} m, largest velocity residual {speed:.3e} m/s")
-    print(f"monitor     Euler parameters off unit length by up to {np.abs(run['monitors/quaternion_norm']).max():.2e}")
+    print(f"monitor     largest quaternion norm error {np.abs(run['monitors/quaternion_norm']).max():.2e}")
 
 
 def change_line(run: Run, path: str) -> str:

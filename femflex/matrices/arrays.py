@@ -29,6 +29,7 @@ from femflex.matrices.model import MatrixModel, Recovery
 
 POINTS = ("points", "xyz", "coordinates", "coords")
 NODES = ("nodes", "ids", "node_ids")
+DENSE = 1_000_000  # entries (8 MB) up to which a matrix is written whole
 OWN = (*POINTS, *NODES, "dofs", "frames", "recovery", "recovery_points", "recovery_masses")
 
 
@@ -158,7 +159,8 @@ def arrays_of(model: MatrixModel, dense: bool = False) -> dict[str, Array]:
 
 
 def _full(A: sparse.csr_array) -> bool:
-    return bool(3 * A.nnz > A.shape[0] * A.shape[1])
+    """Whether a matrix is written whole: one that any reader holds in memory, or one with few zeros."""
+    return bool(A.shape[0] * A.shape[1] <= DENSE or 3 * A.nnz > A.shape[0] * A.shape[1])
 
 
 def _triplets(name: str, A: sparse.csr_array) -> dict[str, Any]:

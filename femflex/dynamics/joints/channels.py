@@ -38,7 +38,7 @@ def ball_channels(system: System) -> dict[str, Channel]:
     out = {}
     for joint, rotation, _ in balls(system):
         path = f"joints/{joint.label}"
-        out[f"{path}/singularity"] = Channel("rad", f"angle left to the singularity of {rotation}")
+        out[f"{path}/singularity"] = Channel("rad", f"angle to the singularity of {rotation}")
         if joint.rebase:
             names, units = zip(*ball_names(rotation), strict=True)
             text = f"{rotation} from the parent's marker, independent of the reference of q"

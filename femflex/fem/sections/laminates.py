@@ -176,8 +176,10 @@ class PlateSection:
         return replace(self, B=B, D=self.D + 2 * offset * self.B + offset**2 * self.A, centre=self.centre + offset)
 
 
-def layup(plies: Iterable[Ply], coupled: bool = False) -> PlateSection:
+def layup(plies: Iterable[Ply], coupled: bool = False, extra_mass: float = 0.0) -> PlateSection:
     """Section of a stack of plies, from the bottom (-z) to the top; symmetric about its middle plane, or coupled.
+
+    extra_mass: per area, of what is no structure, such as cells and harness [kg/m^2].
 
     A = sum Q t, D = sum Q (z_top^3 - z_bottom^3) / 3 (classical lamination theory). Shear: the energy of the shear
     stresses that equilibrium gives to bending, S^-1 = int f^T G^-1 f dz with f from F(z) = int Q z dz D^-1 (Rolfes &
@@ -208,25 +210,26 @@ def layup(plies: Iterable[Ply], coupled: bool = False) -> PlateSection:
     B, centre = (np.zeros((3, 3)), 0.0) if even else (B, uneven * float(z[-1] - z[0]))
     S = _shear_stiffness(stack, z, Q, A, B, D)
     mass = float(rho @ moments[0])
-    return PlateSection(float(z[-1] - z[0]), mass, float(rho @ moments[2]) - mass * centre**2, A, D, S, B, centre)
+    rotary = float(rho @ moments[2]) - mass * centre**2
+    return PlateSection(float(z[-1] - z[0]), mass, rotary, A, D, S, B, centre).loaded(extra_mass)
 
 
-def isotropic(thickness: float, material: Material) -> PlateSection:
+def isotropic(thickness: float, material: Material, extra_mass: float = 0.0) -> PlateSection:
     """Section of a plain sheet, thickness [m]: D = E h^3 / 12(1 - nu^2), S = 5/6 G h."""
-    return layup([Ply(Lamina.isotropic(material), thickness)])
+    return layup([Ply(Lamina.isotropic(material), thickness)], extra_mass=extra_mass)
 
 
 def orthotropic(
     thickness: float, E1: float, E2: float, G12: float, nu12: float, density: float, angle: float = 0.0,
-    G13: float | None = None, G23: float | None = None,
+    G13: float | None = None, G23: float | None = None, extra_mass: float = 0.0,
 ) -> PlateSection:  # fmt: skip
     """Section of a sheet of one orthotropic material, axis 1 at angle [rad] from the section's x axis."""
-    return layup([Ply(Lamina(E1, E2, G12, nu12, density, G13, G23), thickness, angle)])
+    return layup([Ply(Lamina(E1, E2, G12, nu12, density, G13, G23), thickness, angle)], extra_mass=extra_mass)
 
 
-def sandwich(face: Ply, core_thickness: float, core: Lamina) -> PlateSection:
+def sandwich(face: Ply, core_thickness: float, core: Lamina, extra_mass: float = 0.0) -> PlateSection:
     """Section of two equal faces on a core [m]: bending from the faces (and the core's own E), shear from the core."""
-    return layup([face, Ply(core, core_thickness), face])
+    return layup([face, Ply(core, core_thickness), face], extra_mass=extra_mass)
 
 
 def strain_rotation(angle: Array | float) -> Array:
