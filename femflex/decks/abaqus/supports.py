@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from femflex.decks.abaqus.axes import System
@@ -40,7 +42,7 @@ def read_supports(model: AbaqusModel, transforms: dict[int, System]) -> tuple[di
             model.found.use("*BOUNDARY")
             if one.keyword.parameter("op").upper() == "NEW":
                 earlier = {}
-            model.attempt(one.keyword, lambda one=one: _boundary(model, one, state))  # type: ignore[misc]
+            model.attempt(one.keyword, partial(_boundary, model, one, state))
     states[_name(step)] = _together(earlier, state)
     chosen = chosen if chosen in states else ("step 1" if "step 1" in states else "initial")
     sets = {name: _held(model, own, name, transforms) for name, own in states.items()}

@@ -20,7 +20,7 @@ from femflex.arrays import Array, IntArray
 from femflex.fem.eigen.modes import IdleError, Modes, factorised, lowest_modes, without_stiffness
 from femflex.fem.eigen.shift_invert import Factors, SingularError
 from femflex.fem.structure import Structure
-from femflex.reduction.boundary.rigid import independent_columns, rigid_shapes
+from femflex.reduction.boundary.rigid import independent_columns, rigid_shapes, stands_by_springs
 
 SHOWN = 3  # dofs without stiffness and mass that a message names
 
@@ -161,9 +161,7 @@ def _known(structure: Structure, held: IntArray, which: str, K: sparse.csr_array
             R = rigid_shapes(structure)
             R[idle] = 0.0
             R = R[:, independent_columns(R)]
-            R /= np.linalg.norm(R, axis=0)
-            ways = R @ np.linalg.eigh(R.T @ (K @ R))[1]
-            if not without_stiffness(K, structure.M, ways).any():  # springs to ground hold it
+            if stands_by_springs(K, structure.M, R):
                 R = R[:, :0]
         return Supported(K, structure.M, np.union1d(np.asarray(held, np.int64), idle), R)
 

@@ -11,7 +11,7 @@ from femflex.arrays import Array, IntArray
 from femflex.fem.eigen.canonical import canonical, signs
 from femflex.fem.eigen.modes import dense_modes
 from femflex.fem.structure import Structure
-from femflex.reduction.boundary.clamps import Groups, free_dofs, held_dofs, names, refuse_unheld
+from femflex.reduction.boundary.clamps import Groups, held_dofs, names, refuse_unheld
 from femflex.reduction.boundary.markers import marker_rows
 from femflex.reduction.boundary.rigid import DIRECTIONS, independent_columns, rigid_shapes
 from femflex.reduction.boundary.supported import lowest_modes_on, supported
