@@ -18,7 +18,7 @@ from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.assembly.support_dofs import held_columns
 from femflex.fem.bushing import Bushing
 from femflex.fem.connections.connection import Connection
-from femflex.fem.family import FAMILIES, Contribution, SkinPart, StrainPlaces, prepared
+from femflex.fem.family import FAMILIES, Contribution, SkinPart, StrainPlaces, prepared, with_own_cells
 from femflex.fem.internal_force import InternalForce
 from femflex.fem.point_mass import PointMass, point_mass_block
 from femflex.fem.scalar_spring import ScalarSpring
@@ -199,6 +199,7 @@ def build_structure(
     if not members:
         raise ValueError("a structure needs at least one member; found none")
     mesh = with_whole(mesh, [*(member.group for member in members), *(supports or {})])
+    mesh, members, said = with_own_cells(mesh, members)
     warn_of_doubled_cells(mesh, members)
     mesh, notes = prepared(mesh, members)
     for connection in connections:
@@ -228,7 +229,7 @@ def build_structure(
         skin_parts=tuple(part.skin for part in parts if part.skin is not None),
         numbering=numbering,
         places=(*places, *(None,) * len(late)),
-        notes=notes,
+        notes=said + notes,
     )
 
 
