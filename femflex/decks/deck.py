@@ -44,6 +44,7 @@ class Deck:
     unused           cards the structure is made without, with the consequence of each
     notes            sentences on what was decided in reading
     no_density       which material lacks a density where none has one, with file and line; else ""
+    weightless       names of what overrides can give a mass to, with the key: density, or nonstructural_mass
     """
 
     name: str
@@ -64,6 +65,7 @@ class Deck:
     unused: tuple[UnusedCard, ...] = ()
     notes: tuple[str, ...] = ()
     no_density: str = ""
+    weightless: tuple[tuple[str, str], ...] = ()
 
     def held(self, names: Iterable[str] | None = None) -> dict[str, Support]:
         """Group -> support of the sets of supports of these names, those in force by default where None.
@@ -110,6 +112,8 @@ class Deck:
                 warnings.simplefilter("ignore")
                 structure = self.structure(held)
         except ValueError:
+            return self
+        if not structure.K.diagonal().any():  # a rigid body
             return self
         points = np.array(sorted(self.points_of_ids.values()), np.int64)
         loose = unresisted(structure, points, structure.held_dofs(held).tolist())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -97,13 +97,31 @@ class Findings:
         if text not in self.notes:
             self.notes.append(text)
 
-    def note_no_mass(self, densities: Iterable[float], names: Sequence[str], where: object) -> str:
+    def problem_no_properties(self, path: Path, what: str) -> None:
+        """Say that a deck has elements and none of what would make them a structure: what, in words."""
+        self.problem(
+            f"{path.name} has no {what} at all: it is a mesh. Use it as one: mesh = {json.dumps(path.name)} with "
+            f"members in the case, or femflex new CASE.toml --mesh {path.name}"
+        )
+
+    def note_no_mass(
+        self, densities: Iterable[float], names: Sequence[str], where: object, sections: Mapping[str, str] | None = None
+    ) -> str:
         """Say that no material has a density; names: by which overrides name them, where: the first one stands.
 
+        sections  name -> place of sections given by their stiffness, which have a mass of their own
         Returns the sentence, empty where one has a density.
         """
         if any(rho > 0 for rho in densities):
             return ""
+        if sections:
+            first, place = next(iter(sections.items()))
+            text = (
+                f"no section has a mass (the first is that of ELSET {first}, {place}): give DENSITY=, a mass per area, "
+                f"on *SHELL GENERAL SECTION, or overrides = {{ {toml_key(first)} = {{ nonstructural_mass = ... }} }}"
+            )
+            self.note(text)
+            return text
         if not names:
             return "it has no material, and no mass; give it point masses"
         text = (
