@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -60,7 +61,7 @@ class Findings:
     """Collected while a deck is read."""
 
     used: Counter[str] = field(default_factory=Counter)
-    notes: list[str] = field(default_factory=list)
+    _notes: dict[str, list[str]] = field(default_factory=dict)  # text without its numbers -> those alike
     _problems: dict[tuple[str, str], tuple[str, int]] = field(default_factory=dict)  # kind, text -> first one, count
     _unused: dict[tuple[str, str], tuple[int, Place]] = field(default_factory=dict)
 
@@ -94,8 +95,15 @@ class Findings:
 
     def note(self, text: str) -> None:
         """Something that was decided in reading and that may matter."""
-        if text not in self.notes:
-            self.notes.append(text)
+        alike = self._notes.setdefault(re.sub(r"[\d.,]+", "#", text), [])
+        if text not in alike:
+            alike.append(text)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """The notes, in the order found, with the first of those that differ by numbers alone and their count."""
+        more = (f" (and {len(alike) - 1} more like it)" if len(alike) > 1 else "" for alike in self._notes.values())
+        return tuple(alike[0] + text for alike, text in zip(self._notes.values(), more, strict=True))
 
     def problem_no_properties(self, path: Path, what: str) -> None:
         """Say that a deck has elements and none of what would make them a structure: what, in words."""

@@ -6,7 +6,7 @@ numbering for dofs and returns its inertia and strain blocks and the skin it is 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -17,6 +17,7 @@ from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.option import OPTIONS, Options
 from femflex.fem.tables import InertiaBlock, StrainBlock
 from femflex.mesh.cells import CELL_TYPES
+from femflex.mesh.merge import doubled_cells
 
 if TYPE_CHECKING:
     from femflex.fem.structure import Member
@@ -135,7 +136,21 @@ def with_own_cells(mesh: Mesh, members: Sequence[Member]) -> tuple[Mesh, list[Me
                 )
             member = replace(member, group=name)
         found.append(member)
-    return mesh.with_groups(cells=groups) if groups else mesh, found, tuple(notes)
+    mesh = mesh.with_groups(cells=groups) if groups else mesh
+    return mesh, found, (*notes, *_doubled(mesh, found))
+
+
+def _doubled(mesh: Mesh, members: Sequence[Member]) -> Iterator[str]:
+    """Sentences on different cells of members that have the same nodes."""
+    for kind, nodes in mesh.cells.items():
+        used = [rows for member in members if (rows := mesh.cell_groups.get(member.group, {}).get(kind)) is not None]
+        cells = nodes[np.unique(np.concatenate(used))] if used else nodes[:0]
+        if len(cells) and len(twice := doubled_cells(cells)):
+            at = ", ".join(f"{x:.6g}" for x in mesh.points[cells[twice[0]]].mean(axis=0))
+            yield (
+                f"{len(twice)} {kind} cells of members have the same nodes as another, the first at ({at}) m; stiffness "
+                "and mass of the two add"
+            )
 
 
 def member_cells(mesh: Mesh, member: Member, accepted: tuple[str, ...]) -> dict[str, IntArray]:

@@ -119,7 +119,9 @@ def read_flat(path: Path) -> Flat:
             new = _elements(keyword) if keyword.name == "ELEMENT" else _generated(keyword, into)
             into += new
             masters = (
-                [] if keyword.name == "ELEMENT" else [keyword.integer(row[0], k) for k, row in enumerate(keyword.data)]
+                []
+                if keyword.name == "ELEMENT"
+                else [keyword.integer(row[0], k, "an element") for k, row in enumerate(keyword.data)]
             )
             numbers = dict.fromkeys([*masters, *(element.number for element in new)])  # its set holds the master too
             grouped.append((scope, keyword.parameter("elset"), list(numbers)))

@@ -86,7 +86,7 @@ def read(path: Path, units: Units, overrides: Overrides) -> Deck:
         tuple(model.connections), tuple(model.bushings), supports, default, dict(model.build.row_of), units,
         tuple(one.values.get("E", one.values.get("E1", 0.0)) for one in reading.materials.all()),
         tuple(one.density for one in reading.materials.all()), tuple(one.name for one in reading.materials.all()),
-        dict(sorted(found.used.items())), found.left_out, tuple(found.notes), no_density,
+        dict(sorted(found.used.items())), found.left_out, found.notes, no_density,
         (*((one.name, "density") for one in known), *((name, "nonstructural_mass") for name in model.bare_sections)),
     )  # fmt: skip
     stiff = model.build.families() <= STIFF and not model.connections and not _node_members(model)

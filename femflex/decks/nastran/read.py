@@ -91,7 +91,7 @@ def read(path: Path, units: Units, overrides: Overrides) -> Deck:
         path.name, "Nastran", mesh, (*model.build.members(), *_node_members(model)), tuple(model.point_masses),
         tuple(model.connections), tuple(model.bushings), supports, default, dict(model.build.row_of), units,
         *_judged(materials), tuple(f"mat_{one.number}" for one in materials.all()),
-        dict(sorted(bulk.found.used.items())), bulk.found.left_out, tuple(bulk.found.notes), no_density,
+        dict(sorted(bulk.found.used.items())), bulk.found.left_out, bulk.found.notes, no_density,
         tuple((f"mat_{one.number}", "density") for one in known),
     )  # fmt: skip
     asked = bulk.parameters.get("AUTOSPC")
