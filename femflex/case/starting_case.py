@@ -208,12 +208,15 @@ def mesh_choices(mesh: Mesh) -> list[MeshChoice]:
     top = {group: own for group, families in members.items() if (own := _of_dimension(families, mesh.dimension))}
     found = []
     for used in (members, top) if top != members else (members,):
+        own = with_whole(mesh, used)
+        points = np.unique(np.concatenate([own.group_points(group) for group in used]))
+        end = tip if tip and np.isin(mesh.group_points(tip), points).all() else ""
         left = [group for group in members if group not in used]
         said = [*notes, *([f"members: {', '.join(map(repr, left))} are left out"] if left else [])]
         if clamp:
-            found.append(MeshChoice(used, clamp, tip if tip != clamp else "", notes=tuple(said)))
+            found.append(MeshChoice(used, clamp, end if end != clamp else "", notes=tuple(said)))
         loose = f"reduction: clamping {clamp!r} leaves motions, or misses the members; its modes are free-free"
-        found.append(MeshChoice(used, "", tip, notes=(*said, loose if clamp else unheld)))
+        found.append(MeshChoice(used, "", end, notes=(*said, loose if clamp else unheld)))
     return found
 
 

@@ -148,8 +148,8 @@ def _doubled(mesh: Mesh, members: Sequence[Member]) -> Iterator[str]:
         if len(cells) and len(twice := doubled_cells(cells)):
             at = ", ".join(f"{x:.6g}" for x in mesh.points[cells[twice[0]]].mean(axis=0))
             yield (
-                f"{len(twice)} {kind} cells of members have the same nodes as another, the first at ({at}) m; stiffness "
-                "and mass of the two add"
+                f"{len(twice)} {kind} cells of members have the same nodes as another, the first at ({at}) m; "
+                "stiffness and mass of the two add"
             )
 
 
