@@ -80,3 +80,16 @@ def test_set_of_generated_elements_holds_their_master(tmp_path):
     path = tmp_path / "model.inp"
     path.write_text(text)
     assert len(read_deck(path, "mm-t-s").mesh.group_cells("BOOM")["line"]) == 4
+
+
+@pytest.mark.parametrize("ways", [(2,), (2, 3)])
+def test_mass_of_a_scalar_point_moves_along_its_spring(tmp_path, ways):
+    """A mass m on a spring c of a heavy, sprung grid: the two frequencies of two masses in series, in each way."""
+    M, K, m, k = 8.0, 3000.0, 2.0, 500.0
+    cards = ["GRID,1,,0.,0.,0.", f"CONM2,9,1,,{M}", *(f"CELAS2,{c},{K},1,{c}" for c in (1, 2, 3)), "SPOINT,101,102"]
+    for n, c in enumerate(ways):
+        cards += [f"CELAS2,{20 + n},{k},1,{c},{101 + n}", f"CMASS4,{30 + n},{m},{101 + n}"]
+    made = nastran_decks.read(tmp_path, *cards, control="ECHO = NONE")
+    pair = np.linalg.eigvals(np.linalg.solve(np.diag([M, m]), [[K + k, -k], [-k, k]]))
+    known = np.sort([*np.tile(pair, len(ways)), *[K / (M + m)] * (3 - len(ways))])
+    assert free(made, len(known)) == pytest.approx(np.sqrt(known) / (2 * np.pi), rel=1e-9)

@@ -18,6 +18,7 @@ from femflex.decks.nastran.model import NastranModel
 from femflex.decks.nastran.nonstructural_mass import NonstructuralMass
 from femflex.decks.nastran.older import renew
 from femflex.decks.nastran.rigid_elements import read_rigid_elements
+from femflex.decks.nastran.scalar_points import read_scalar_points
 from femflex.decks.nastran.sets import read_sets
 from femflex.decks.nastran.shell_elements import read_shell_elements
 from femflex.decks.nastran.solid_elements import read_solid_elements
@@ -69,6 +70,7 @@ def read(path: Path, units: Units, overrides: Overrides) -> Deck:
     read_masses(model)
     read_springs(model)
     read_general_elements(model)
+    read_scalar_points(model)
     _lone_grids(model)
     finish_springs(model)
     finish_masses(model, 0.0)
@@ -113,8 +115,9 @@ def _lone_grids(model: NastranModel) -> None:
         model.wanted_turning |= model.turning
     for turns in (False, True):
         own = [g for g in lone if (g in model.wanted_turning) == turns]
-        if own:
-            model.build.point_groups["lone_nodes" + ("_turning" if turns else "")] = [model.row(g) for g in own]
+        rows = [*map(model.row, own), *([] if turns else model.free_points)]
+        if rows:
+            model.build.point_groups["lone_nodes" + ("_turning" if turns else "")] = rows
             model.turning.update(own if turns else [])
     model.moving.update(lone)
 
