@@ -119,7 +119,13 @@ def read_flat(path: Path) -> Flat:
             into = own[scope.upper()]
             new = _elements(keyword) if keyword.name == "ELEMENT" else _generated(keyword, into)
             into += new
-            grouped.append((scope, keyword.parameter("elset"), [element.number for element in new]))
+            masters = (
+                []
+                if keyword.name == "ELEMENT"
+                else [keyword.integer(row[0], k, "an element") for k, row in enumerate(keyword.data)]
+            )
+            numbers = dict.fromkeys([*masters, *(element.number for element in new)])  # its set holds the master too
+            grouped.append((scope, keyword.parameter("elset"), list(numbers)))
     shifts = _shifts(readers, own)
     nsets, elsets = Sets("NSET", shifts), Sets("ELSET", shifts)
     for scope, _ in scoped:

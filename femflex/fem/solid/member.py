@@ -73,7 +73,7 @@ def raised_solids(mesh: Mesh, members: Sequence[Member]) -> tuple[Mesh, tuple[st
     return found, (text,)
 
 
-@family("solid", OPTIONS, prepare=raised_solids)
+@family("solid", OPTIONS, prepare=raised_solids, dimension=3)
 def solid(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     """Solid elements on the cells of the member's group: tetrahedra, pyramids, wedges and hexahedra, also mixed.
 
