@@ -193,15 +193,8 @@ def _cards(lines: list[Line]) -> list[RawCard]:
         if again and cards:
             changes = found.fields if any(found.fields) else changes
             check_count(int(again[1] or 1), f"{line.file}:{line.number}")
-            try:
-                for _ in range(int(again[1] or 1)):
-                    cards.append(_replicated(changes, cards[-1], line))
-            except ValueError:
-                given = ", ".join(word for word in changes if word)
-                raise ValueError(
-                    f"{line.file}:{line.number}: the line repeats {cards[-1].name} with {given}, where a number is "
-                    "added to what is none; write the cards out"
-                ) from None
+            for _ in range(int(again[1] or 1)):
+                cards.append(_replicated(changes, cards[-1], line))
             last = ""
         elif found.first and found.first[0] not in "+*":
             card = RawCard(found.first.rstrip("*").strip().upper(), found.fields, line.file, line.number)
