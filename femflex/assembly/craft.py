@@ -235,6 +235,13 @@ def build_sensor(name: str, table: SensorTable, bodies: Mapping[str, Part]) -> t
 def build_controller(case: Case, name: str, table: Any) -> Acting:
     """The controller of a table. Raises ValueError."""
     if isinstance(table, tables.AttitudeFeedbackTable):
+        for key, kind in (("error", "attitude"), ("rate", "rate")):
+            sensor = case.sensors.get(getattr(table, key).partition(".")[0])
+            if sensor is not None and sensor.kind != kind:
+                raise ValueError(
+                    f"found {key} = {getattr(table, key)!r}, a sensor of kind {sensor.kind!r}; give one of kind "
+                    f"{kind!r}"
+                )
         error, rate = signals_of(case, [table.error]), signals_of(case, [table.rate])
         momentum = signals_of(case, table.momentum or [])
         more = {} if table.limit is None else {"limit": table.limit}

@@ -175,7 +175,8 @@ class MatrixModel:
             raise ValueError(
                 f"{self.name}: no distribution of mass has its moments: integrals int z z^T dm are symmetric and have "
                 f"no negative eigenvalue, and these, scaled to a diagonal of 1, differ by {apart:.2g} from their "
-                f"mirror image and have the eigenvalue {least:.3g} (limits {MOMENTS:g}). Write them again, or leave them out"
+                f"mirror image and have the eigenvalue {least:.3g} (limits {MOMENTS:g}). Write them again, "
+                "or leave them out"
             )
 
     @property
