@@ -265,9 +265,8 @@ def test_abaqus_matrix_generate(spring, form, triangle):
         else:
             lines = [f"{i // 3 + 1},{i % 3 + 1}, {j // 3 + 1},{j % 3 + 1},  {A[i, j]:.16e}" for i, j in rows]
         (folder / f"{name}.mtx").write_text("\n".join(lines) + "\n")
-    (folder / "job.inp").write_text(
-        "*HEADING\n*NODE, NSET=ENDS\n1, 0., 0., 0.\n2, 1., 0., 0.\n*NSET, NSET=BACK, GENERATE\n2, 1, -1\n*NSET, NSET=ALL\nback\n*ELEMENT\n"
-    )
+    sets = "*NSET, NSET=BACK, GENERATE\n2, 1, -1\n*NSET, NSET=ALL\nback\n"
+    (folder / "job.inp").write_text(f"*HEADING\n*NODE, NSET=ENDS\n1, 0., 0., 0.\n2, 1., 0., 0.\n{sets}*ELEMENT\n")
     m = read_matrices(Sources(mass="job_MASS1.mtx", stiffness="job_STIF1.mtx", nodes="job.inp"), folder=folder)
     same_matrices(m, M, K)
     assert [m.groups[name].tolist() for name in ("ENDS", "BACK", "ALL")] == [[1, 2]] * 3

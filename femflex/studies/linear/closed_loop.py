@@ -24,8 +24,8 @@ def growing_loops(system: System, duration: float) -> list[Advice]:
     """A warning where the controllers make a small motion about rest grow within the duration [s].
 
     It compares the largest real part of the poles, or the largest multiplier of sampled controllers of one period, with
-    and without the controllers; signals over time are zero, and timed thrusters off. Crafts without an equilibrium, with delayed or differently sampled controllers, or of
-    more than 300 states are not assessed.
+    and without the controllers; signals over time are zero, and timed thrusters off. Crafts without an equilibrium,
+    with delayed or differently sampled controllers, or of more than 300 states are not assessed.
     """
     laws = [one.name for one in system.effectors if not isinstance(one, Effector) or one.act in LAWS]
     if not laws or len(system.all_state_names()) > MANY:
