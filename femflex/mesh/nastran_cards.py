@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
-from femflex.mesh.numbers import Numbers, check_count
+from femflex.mesh.numbers import Numbers, check_count, spanned
 
 NAME = "Nastran bulk data"
 WIDTH = {False: 8, True: 16}  # columns of a data field, small and large
@@ -92,7 +92,10 @@ def listed(words: list[str]) -> Numbers:
             step = int(rest.pop())
         if isinstance(first, range):
             raise ValueError(f"the list {' '.join(words[:20])} has THRU after a range; a number stands before it")
-        numbers.append(range(first + step, last + 1, step))
+        try:
+            numbers.append(spanned(first, last, step)[1:])
+        except ValueError as error:
+            raise ValueError(f"the list {' '.join(words[:20])}: {error}") from None
     return Numbers(tuple(numbers))
 
 

@@ -8,7 +8,7 @@ from femflex.arrays import Array
 from femflex.decks.nastran.card import Card
 from femflex.decks.nastran.model import NastranModel
 from femflex.fem import PointMass
-from femflex.fem.point_mass import impossible_moments
+from femflex.fem.point_mass import check_inertia
 
 NO_MASS = 1e-6  # [kg] of the total mass: what an inertia without mass is given
 
@@ -45,8 +45,7 @@ def _add(model: NastranModel, card: Card, grid: int, mass: float, inertia: Array
     if not mass and not inertia.any():
         model.bulk.found.unused(card.name, "no mass and no inertia; nothing is left out", card.place)
         return
-    if text := impossible_moments(inertia):
-        raise ValueError(f"{card} has an inertia with {text}. Check its signs: products of inertia count positive")
+    check_inertia(inertia, f"the inertia of {card}")
     if not mass:
         model.inertias.append((grid, inertia, card))
         model.wanted.add(grid)
@@ -95,16 +94,13 @@ def _scalar(model: NastranModel) -> None:
     }
     for name in ("CMASS1", "CMASS2", "CMASS3", "CMASS4"):
         for card in bulk.each(name, use=False):
-            paired = name in ("CMASS1", "CMASS2")
-            at = card.integer(2, 0)
-            components = card.components(3) if paired and at in model.grids else ()
+            at = card.integer(2, 0) if name in ("CMASS1", "CMASS2") else 0
+            components = card.components(3) if at else ()
             m = values.get(card.integer(1, 0), 0.0) if name in ("CMASS1", "CMASS3") else card.real(1, 0.0)
-            if at not in model.grids and at and not card.has(4 if paired else 3):
-                model.scalar_masses[at] = m, card
-            elif at in model.grids and len(components) == 1 and not card.has(4):
+            if at in model.grids and len(components) == 1 and not card.has(4):
                 by_grid.setdefault(at, {})[components[0]] = (m, card)
             else:
-                bulk.found.unused(name, "masses between two components are left out and missing", card.place)
+                bulk.found.unused(name, "masses between components or of scalar points are left out", card.place)
     for grid, given in by_grid.items():
         masses = [given[c][0] for c in (1, 2, 3) if c in given]
         first = next(iter(given.values()))[1]

@@ -73,7 +73,8 @@ def _hang(model: NastranModel, grid: int, hung: list[tuple[float, Spring, Card]]
             )
         )
         found.note(
-            f"the mass of {hung[0][2]}, of a scalar point, is one at grid {grid} that follows it in {', '.join(follows)}"
+            f"the mass of {hung[0][2]}, of a scalar point, is put at grid {grid}, which follows it in "
+            f"{', '.join(follows)}"
         )
     model.point_masses.append(PointMass(name, mass))
     model.wanted.add(grid)
