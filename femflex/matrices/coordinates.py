@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from femflex.matrices.contents import Contents, register
-from femflex.mesh.numbers import spanned
+from femflex.mesh.numbers import check_count, spanned
 
 
 def _table(path: Path) -> Contents:
@@ -53,7 +53,9 @@ def _abaqus(path: Path) -> Contents:
         elif keyword == "NSET" and "ELSET" not in options:
             numbers = sets.setdefault(options.get("NSET", "set"), [])
             if "GENERATE" in options:
-                numbers += spanned(*(int(word) for word in words[:3]))
+                span = spanned(*(int(word) for word in words[:3]))
+                check_count(len(span), f"{path.name}: *NSET, GENERATE {line.strip()}")
+                numbers += span
                 continue
             for word in words:
                 numbers += [int(word)] if word.isdigit() else list(_named(sets, word))

@@ -25,5 +25,6 @@ def separation_spring(
         markers,
         channels={"distance": "m"},
         accounts=("energy",),
+        exerts=("force",),
         parameters=np.array([stiffness, length]),
     )
