@@ -75,12 +75,6 @@ class WheelTable(MountedTable):
             refuse('found inertia_in_body = "added" without mass and transverse_inertia; give both')
         if self.inertia_in_body == "contained" and own:
             refuse(f'found {own[0]} with inertia_in_body = "contained"; the body holds it already, so drop it')
-        if self.transverse_inertia is not None and self.inertia > 2.0 * self.transverse_inertia * (1 + 1e-9):
-            refuse(
-                f"found inertia {self.inertia:g} kg m^2 about the axis and transverse_inertia "
-                f"{self.transverse_inertia:g} kg m^2; no rotor has more than twice the latter about its axis (a thin "
-                "ring has twice)"
-            )
         if self.max_speed is not None and abs(self.initial_speed) > self.max_speed:
             refuse(f"found initial_speed {self.initial_speed:g} rad/s beyond max_speed {self.max_speed:g} rad/s")
         return self
