@@ -46,6 +46,7 @@ from femflex.reduction import (
     require_stretch,
     with_derivatives,
 )
+from femflex.reduction.modes.half_waves import half_wave_text, warn_of_few_elements
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.origin import Analytic, Meshed, Origin
 from femflex.reduction.preload.equilibrium import is_preloaded
@@ -200,6 +201,8 @@ def _body(case: Case, name: str, table: BodyTable, modes: int | None, refine: in
         getattr(r, "third_derivatives", None),
     )
     texts = [added_shapes_text(added, modeset, joints), tension_text(structure, modeset, body)]
+    texts.append(half_wave_text(structure, modeset))
+    warn_of_few_elements(structure, modeset)
     return body, source, (*given.notes, *filter(None, texts))
 
 

@@ -27,6 +27,12 @@ PUBLISHED = {
     "twisted": (twisted("in plane"), 0.991),
     "twisted, the other way": (twisted("out of plane"), 0.995),
 }
+FIRST = {
+    "along": 0.988,
+    "straight, in plane": 0.978,
+    "straight, out of plane": 0.973,
+    "curved, in plane": 0.880,
+}  # HEX8
 CELLS = ("hexahedron20", "hexahedron27", "wedge15", "tetra10", "pyramid13")
 SLENDER = {
     "straight, in plane": lambda n: straight("in plane", n),
@@ -42,6 +48,11 @@ THIN = {"Scordelis-Lo": scordelis_lo, "hemisphere": hemisphere, "pinched cylinde
 def test_twenty_node_bricks_have_the_published_values(name):
     problem, published = PUBLISHED[name]
     assert ratio(problem, "hexahedron20") == pytest.approx(published, abs=0.004)
+
+
+@pytest.mark.parametrize("name", FIRST)
+def test_eight_node_bricks_have_the_published_values(name):
+    assert ratio(PUBLISHED[name][0], "hexahedron", order=1) == pytest.approx(FIRST[name], abs=0.004)
 
 
 @pytest.mark.slow

@@ -124,6 +124,15 @@ def test_first_order_cells_are_raised_with_their_boundaries_and_groups():
     np.testing.assert_allclose(a, b, rtol=1e-9)
 
 
+def test_large_meshes_of_bricks_stay_of_first_order_and_agree_with_second():
+    """One layer of 100 x 20 bricks by default, 40 x 8 of second order: the same plate."""
+    large, small = box(1.0, 0.2, 0.02, 100, 20, 1, "hexahedron"), box(1.0, 0.2, 0.02, 40, 8, 1, "hexahedron")
+    kept, up = (build_structure(mesh, [Member("volume", "solid", material=METAL)]) for mesh in (large, small))
+    assert kept.n_dof == 3 * 101 * 21 * 2 and "2000 hexahedra" in kept.notes[0] and "order = 2" in kept.notes[0]
+    found, other = (frequencies(s, s.clamped_dofs("left"), 3) for s in (kept, up))
+    assert found == pytest.approx(other, rel=0.004)
+
+
 def solid_structure(mesh: Mesh, material: Material = METAL):
     return build_structure(mesh, [Member("volume", "solid", material=material, options={"order": 1})])
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 from support.reduction_examples import (
@@ -17,9 +19,10 @@ from support.reduction_examples import (
     slender_beam,
 )
 
-from femflex.fem import Member, build_structure
+from femflex.fem import Material, Member, build_structure
 from femflex.fem.sections import StiffnessSection
-from femflex.mesh.generators import line
+from femflex.fem.sections.laminates import isotropic
+from femflex.mesh.generators import line, rectangle
 from femflex.reduction import (
     cantilever_modes,
     effective_mass,
@@ -30,6 +33,7 @@ from femflex.reduction import (
     with_attachment,
 )
 from femflex.reduction.boundary.rigid import rigid_shapes
+from femflex.reduction.modes.half_waves import half_wave_text, warn_of_few_elements
 
 
 def closed_form(roots, EI):
@@ -167,3 +171,24 @@ def test_a_free_set_with_those_of_its_ends_is_a_clamped_beam_in_statics(beam, mo
     exact = [SPAN / EA, SPAN**3 / (3 * EI), SPAN**3 / (3 * EI), SPAN / GJ, SPAN / EI, SPAN / EI]
     assert np.diag(flexibility) == pytest.approx(exact, rel=1e-5)
     assert flexibility[1, 5] == pytest.approx(SPAN**2 / (2 * EI), rel=1e-5)
+
+
+@pytest.mark.parametrize("n", [4, 14])
+def test_coarse_four_node_plates_are_warned_of_where_their_frequencies_are_off(n):
+    """A square cantilever plate: modes with fewer than seven elements in a half-wave, against nine-node elements."""
+    section, frequencies, said = isotropic(0.05, Material(200e9, 0.3, 8000.0)), [], []
+    for mesh in (rectangle(10.0, 10.0, n, n, "quad"), rectangle(10.0, 10.0, 8, 8, "quad9")):
+        s = build_structure(mesh, [Member("surface", "shell", section)])
+        modes = cantilever_modes(s, "left", 6)
+        frequencies.append(modes.omega)
+        with warnings.catch_warnings(record=True) as given:
+            warnings.simplefilter("always")
+            warn_of_few_elements(s, modes)
+        said.append("".join(str(one.message) for one in given))
+        assert "elements in a half-wave of each mode" in half_wave_text(s, modes)
+    error = np.abs(frequencies[0] / frequencies[1] - 1)
+    assert not said[1]
+    if n == 4:
+        assert error[2:].min() > 0.05 and "6 of 6 modes" in said[0] and "second order" in said[0]
+    else:
+        assert error.max() < 0.02 and not said[0]

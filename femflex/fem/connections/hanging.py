@@ -27,7 +27,7 @@ from femflex.mesh.cells import CELL_TYPES, EDGES, FACES
 MOVED_BY_NODES = {"shell", "solid", "membrane"}
 BENT_BY_TURNS = {"plate", "plate_bfs"}
 OFF = 1e-6  # of an edge's length: distance of a node from it that no solid can follow, which have no rotations
-BESIDE = 0.02  # of an edge's length: distance at which a chain of shorter edges still lies on it
+BESIDE = 1e-4  # of an edge's length: distance at which a chain of shorter edges still lies on it
 
 
 @dataclass(frozen=True)
@@ -316,7 +316,7 @@ def _chains(mesh: Mesh, pairs: IntArray, families: list[str]) -> Iterable[tuple[
     covered: set[int] = set()
     for step in range(1, int(np.bincount(ways[:, 0]).max(initial=0))):
         same = ways[step:, 0] == ways[:-step, 0]
-        along = same & (np.einsum("ki,ki->k", unit[step:], unit[:-step]) > 1 - 2 * BESIDE**2)
+        along = same & (np.einsum("ki,ki->k", unit[step:], unit[:-step]) > 1 - 1e-6)
         for k in np.flatnonzero(along):
             covered.add(int(number[k if length[k] > length[k + step] else k + step]))
     if not covered:

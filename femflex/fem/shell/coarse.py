@@ -77,8 +77,8 @@ def warn_if_coarse(x: Array, V: Array, thickness: Array, where: str) -> None:
     )
 
 
-def warn_of_trapezoids(x: Array, where: str) -> None:
-    """Warn of four-node elements x (e, 4, 3) [m] that taper so much that they lock in their plane."""
+def tapers(x: Array) -> Array:
+    """a tan(delta) (e,) [1] of quadrilaterals x (e, 4, 3) [m]: zero of parallelograms."""
     length = np.linalg.norm(np.roll(x, -1, axis=1) - x, axis=2)
     area = np.linalg.norm(np.cross(x[:, 2] - x[:, 0], x[:, 3] - x[:, 1]), axis=1) / 2
     taper = np.zeros(len(x))
@@ -87,6 +87,12 @@ def warn_of_trapezoids(x: Array, where: str) -> None:
         height = area / along
         lean = np.abs(length[:, k] - length[:, k + 2]) / (2 * height)  # tan(delta)
         taper = np.maximum(taper, np.where(along > height, along / height * lean, 0.0))
+    return taper
+
+
+def warn_of_trapezoids(x: Array, where: str) -> None:
+    """Warn of four-node elements x (e, 4, 3) [m] that taper so much that they lock in their plane."""
+    taper = tapers(x)
     locked = taper > TAPERED
     if locked.mean() <= SHARE:
         return

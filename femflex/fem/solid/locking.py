@@ -9,8 +9,9 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.fem.sections.materials import Anisotropic, Material, Orthotropic
+from femflex.fem.shell.coarse import TAPERED, tapers
 from femflex.fem.solid.rules import REDUCED
-from femflex.mesh.cells import CELL_TYPES, EDGES
+from femflex.mesh.cells import CELL_TYPES, EDGES, FACES
 from femflex.warning import PhysicsWarning
 
 ACROSS = 0.7  # cosine: edges that lie so near to the direction in which others rise go through the thickness
@@ -42,6 +43,28 @@ def warn_of_first_order(name: str, x: Array, material: Material | Orthotropic | 
             slenderness=slenderness,
         ),
         stacklevel=2,
+    )
+
+
+def warn_of_tapered(x: Array, group: str) -> None:
+    """Warn of bricks of eight nodes x (e, 8, 3) [m] with faces that taper so much that they lock in bending."""
+    taper = np.max([tapers(x[:, face]) for face in FACES["hexahedron"]], axis=0)
+    locked = taper > TAPERED
+    if locked.mean() <= SHARE:
+        return
+    warnings.warn(
+        PhysicsWarning(
+            "solid on group {body_or_joint!r}: {locked} of {count} hexahedra of eight nodes have faces that are "
+            "trapezoids, and lock; one layer of the worst is up to {value:.3g} times as stiff in bending in the plane "
+            "of such a face as it should be ({limit:g} is right);",
+            body_or_joint=group,
+            value=1 + taper.max() ** 2,
+            limit=1.0,
+            remedy="give order = 2, or mesh with parallelepipeds",
+            locked=int(locked.sum()),
+            count=len(x),
+        ),
+        stacklevel=3,
     )
 
 
