@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from femflex.pipeline import run as run
     from femflex.pipeline.case_bodies import build_body as build_body
     from femflex.pipeline.decisions import build_system as build_system
+    from femflex.pipeline.simulate import simulate as simulate
     from femflex.reduction import load_body as load_body
     from femflex.reduction import save_body as save_body
     from femflex.reduction.mesh_body import flexible_body as flexible_body
@@ -68,6 +69,7 @@ _HOME = {
     "rigid_body": "body",
     "run": "pipeline",
     "save_body": "reduction",
+    "simulate": "pipeline.simulate",
     "system_modes": "dynamics.equilibria.system_modes",
     "with_values": "case",
 }

@@ -44,7 +44,7 @@ class DeflectionWatch:
             places, size = _places(body)
             PLACES[body] = places, size, farthest(places[: body.n_modes]), farthest_places(places)
         self._places, size, self._largest, self._few = PLACES[body]
-        self.size = max(size, longest)
+        self.size = max(size, longest) or np.inf  # all places may coincide
         self._worst, self._delta = -1.0, np.zeros(body.n_modes)
 
     def moved(self, states: Array) -> Array:

@@ -198,7 +198,7 @@ def _driven_orbit(system: System, duration: float) -> Iterator[Advice]:
     seen = model.observe(times, np.repeat(model.x0[None], len(times), axis=0))
     C_NR = dcm_from_quaternion(seen[f"bodies/{system.root}/attitude"])
     total = np.zeros((len(times), 3))  # root body axes, so that a thruster counts as fixed in the craft
-    for load in system.loads:
+    for load in (load for load in system.loads if load.force.any()):
         turned = np.swapaxes(C_NR, 1, 2) @ dcm_from_quaternion(seen[f"bodies/{load.body}/attitude"])
         total += np.einsum("tab,tb->ta", turned, seen[f"loads/{load.name}/force"])
     mass = sum(body.moments.mass for body in system.bodies.values())

@@ -75,6 +75,12 @@ class LinearTable(BlockTable):
     scaled: StrictBool = False
     """Beyond a limit all outputs are scaled down together, which keeps their ratios."""
 
+    @model_validator(mode="after")
+    def _limited(self) -> LinearTable:
+        if self.scaled and self.limit is None:
+            refuse("found scaled = true without limit; give the largest size of the outputs")
+        return self
+
 
 class PdTable(LinearTable):
     """y = -stiffness e - damping w; inputs are the errors e, then as many rates w."""
@@ -100,6 +106,15 @@ class PidTable(LinearTable):
     """Gain on each rate."""
 
 
+def refuse_beyond_half_sampling(frequency: float, period: float | None) -> None:
+    """Refuse a frequency [Hz] that samples of that period [s] cannot show."""
+    if period is not None and frequency >= 0.5 / period:
+        refuse(
+            f"found frequency {frequency:g} Hz with period {period:g} s, which samples up to {0.5 / period:g} Hz; "
+            "lower the frequency, or shorten the period"
+        )
+
+
 class LowPassTable(LinearTable):
     """A low-pass filter of every input."""
 
@@ -111,6 +126,11 @@ class LowPassTable(LinearTable):
     """Order of the filter."""
     damping: Positive = 0.7071067811865476
     """Damping ratio of a filter of order 2."""
+
+    @model_validator(mode="after")
+    def _sampled(self) -> LowPassTable:
+        refuse_beyond_half_sampling(self.frequency, self.period)
+        return self
 
 
 class NotchTable(LinearTable):
@@ -124,6 +144,11 @@ class NotchTable(LinearTable):
     """Damping ratio of the denominator."""
     depth: Annotated[float, Quantity(least=0.0, below=1.0)] = 0.0
     """Gain at the frequency."""
+
+    @model_validator(mode="after")
+    def _sampled(self) -> NotchTable:
+        refuse_beyond_half_sampling(self.frequency, self.period)
+        return self
 
 
 class StateSpaceTable(LinearTable):

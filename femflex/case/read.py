@@ -14,7 +14,7 @@ from pydantic import ValidationError
 
 from femflex.case.body import FlexibleTable
 from femflex.case.case import Case
-from femflex.case.changed import changed_tables
+from femflex.case.changed import changed_tables, numbered_path
 from femflex.case.crosscheck import cross_problems
 from femflex.case.magnitudes import warn_of_doubtful_magnitudes
 from femflex.case.outline import Outline, outline, outline_of
@@ -79,12 +79,13 @@ def _validated(raw: dict[str, Any], known: Mapping[str, Any] | None) -> Case:
 def with_values(case: Case, values: Mapping[str, Any]) -> Case:
     """A case in which these values stand at their key paths: `with_values(case, {"bodies.hub.mass": 410.0})`.
 
-    Values are those of a case file: SI numbers, or texts with a unit. Entries of lists go by their number, from 0
-    ("loads.0.force"). The whole case is checked anew.
+    Values are those of a case file: SI numbers, or texts with a unit. Entries of lists go by their name
+    ("joints.hinge.stiffness"), or by their number from 0 ("loads.0.force"). The whole case is checked anew.
     Raises CaseError for a path that leads nowhere, and for every problem of the changed case.
     """
     if not case.tables:
         raise ValueError("this case was not read from a file or a text, so it has no keys to change by their path")
+    values = {numbered_path(case.tables, path): value for path, value in values.items()}
     try:
         raw = changed_tables(case.tables, values, case.path.name)
     except ValueError as error:

@@ -33,7 +33,8 @@ class RunTable(Table):
     rtol: Annotated[float, Quantity("", above=0.0, most=0.1)] | None = None
     """Relative error tolerance of a step. Default: 1e-11 (dop853), 1e-9 (esdirk4) or 1e-6 (generalized_alpha)."""
     atol: Annotated[float, Quantity("", above=0.0)] | None = None
-    """Absolute error tolerance. Default: a tenth of rtol; for joint rates, times a typical rate."""
+    """Absolute error tolerance. Default: a tenth of rtol times the size of each kind of coordinate: 1, of joint rates a
+    typical rate, and less where the energy of the motion does not allow a hundredth of that."""
     integrator: Literal["auto", "dop853", "esdirk4", "generalized_alpha"] = "auto"
     """Integrator: auto; dop853, explicit, order 8; esdirk4, implicit, order 4; generalized_alpha, implicit, order 2,
     which damps high modes."""

@@ -75,6 +75,12 @@ class WheelTable(MountedTable):
             refuse('found inertia_in_body = "added" without mass and transverse_inertia; give both')
         if self.inertia_in_body == "contained" and own:
             refuse(f'found {own[0]} with inertia_in_body = "contained"; the body holds it already, so drop it')
+        if self.transverse_inertia is not None and self.inertia > 2.0 * self.transverse_inertia * (1 + 1e-9):
+            refuse(
+                f"found inertia {self.inertia:g} kg m^2 about the axis and transverse_inertia "
+                f"{self.transverse_inertia:g} kg m^2; no rotor has more than twice the latter about its axis (a thin "
+                "ring has twice)"
+            )
         if self.max_speed is not None and abs(self.initial_speed) > self.max_speed:
             refuse(f"found initial_speed {self.initial_speed:g} rad/s beyond max_speed {self.max_speed:g} rad/s")
         return self
@@ -142,6 +148,11 @@ class SeparationTable(MountedTable):
     length: Annotated[float, Quantity("m", above=0.0)]
     """Free length; beyond it the spring has let go."""
 
+    @model_validator(mode="after")
+    def _apart(self) -> SeparationTable:
+        refuse_one_place(self.body, self.marker, self.parent, self.parent_marker)
+        return self
+
 
 class CableTable(MountedTable):
     """A cable without mass between two markers: it pulls while they are farther apart than its length, else it is
@@ -162,6 +173,17 @@ class CableTable(MountedTable):
     """Mass per length of a cable of constant length, as point masses on a line. Default: no mass."""
     masses: Annotated[int, Count(1, 500)] = 20
     """Number of point masses, with mass_per_length. They start on the straight line between the markers."""
+
+    @model_validator(mode="after")
+    def _apart(self) -> CableTable:
+        refuse_one_place(self.body, self.marker, self.parent, self.parent_marker)
+        return self
+
+
+def refuse_one_place(body: str, marker: str, parent: str, parent_marker: str) -> None:
+    """Refuse what leads from a marker to itself."""
+    if (body, marker) == (parent, parent_marker):
+        refuse(f"found marker {marker!r} of body {body!r} at both ends; give two different places")
 
 
 class SignalTable(Table):

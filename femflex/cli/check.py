@@ -58,11 +58,11 @@ def advice_copy(case: Path, decided: Decided, force: bool) -> Path:
     """The copy of a case with the advice in it, in the folder of the case."""
     from femflex.case import read_case
     from femflex.pipeline.advised_case import advised_text
-    from femflex.results.destination import check_destination
+    from femflex.writing import placed
 
     copy = case.with_name(f"{case.stem}_advised.toml")
-    check_destination(copy, force)
-    copy.write_text(advised_text(read_case(case), decided), encoding="utf-8")
+    with placed(copy, force) as part:
+        part.write_text(advised_text(read_case(case), decided), encoding="utf-8")
     return copy
 
 

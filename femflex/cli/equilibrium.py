@@ -44,7 +44,7 @@ def equilibrium(
     from it with [initial] from = "eq.h5", or "equilibrium". Exit code 3: none was found; the last
     converged load step is saved in the output file.
     """
-    from femflex.results.destination import check_destination
+    from femflex.writing import check_destination
 
     time = read_seconds(at, "--at")
     if output is not None:
@@ -95,7 +95,7 @@ def print_equilibrium(found: Equilibrium) -> None:
     print_table(
         ["marker", *(f"{a}, m" for a in XYZ), *(f"deflection {a}, m" for a in XYZ)],
         [
-            [label, *(f"{v:.9g}" for v in (*place["position"], *place["deflection"]))]
+            [label, *(f"{v:.9g}" for v in (*place["position"], *place.get("deflection", (0.0, 0.0, 0.0))))]
             for label, place in markers(found).items()
         ],
     )

@@ -74,7 +74,7 @@ def linearize(
     About the equilibrium nearest to the case's initial state (at rest, in steady spin, in orbit), or about the state of
     a run at a time. Loads that vary do not act in the equilibrium unless --at says when.
     """
-    from femflex.results.destination import check_destination
+    from femflex.writing import check_destination
 
     files = outputs(output or (), {MODEL: (".mat", ".npz", ".h5"), PICTURE: DIAGRAM_SUFFIXES})
     for path in files.values():

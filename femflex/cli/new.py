@@ -29,8 +29,7 @@ def new(
     """Write a commented case to start from, and the schema by which editors complete and check its keys."""
     from femflex.case.schema import schema_text
     from femflex.case.starting_case import starting_case
-    from femflex.results.destination import check_destination
-    from femflex.view.output import placed
+    from femflex.writing import check_destination, placed
 
     target = name if name.suffix else name.with_suffix(".toml")
     if target.suffix != ".toml":

@@ -45,6 +45,8 @@ class StrainPlaces:
     sampled (e, q, 3): those of `StrainBlock.sampled`, left out where they are the same. lever: of lines the section's
     polar radius (e, q) that twist is carried with, of plates half the thickness [m]; sampled_lever: the same at the
     points of `sampled`, left out where it is the same. fibres (e|1, q|1, 4): of lines `Shape.fibres`, where known.
+    plies (e|1, q|1, k, 2, 3, 6): of plates `PlateSection.plies` per strains of the block, where known; sampled_plies:
+    the same at the points of `sampled`, left out where it is the same. group: name of the member's group.
     """
 
     kind: str
@@ -53,6 +55,9 @@ class StrainPlaces:
     lever: Array | float = 0.0
     sampled_lever: Array | float | None = None
     fibres: Array | None = None
+    plies: Array | None = None
+    sampled_plies: Array | None = None
+    group: str = ""
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from femflex.mesh import Mesh
 
 
+ROUNDED = 0.01  # of the largest moment, by which moments of a deck in few digits may fall short
+
+
 @dataclass(frozen=True, eq=False)
 class PointMass:
     """A concentrated mass at every point of a mesh group, rigidly held by the node.
@@ -58,6 +61,22 @@ def check_inertia(inertia: Array, group: str, bodily: bool) -> None:
             f"{where} breaks the triangle inequality: of its principal moments {principal.tolist()} kg m^2 the two "
             "smaller must sum to at least the largest"
         )
+
+
+def impossible_moments(inertia: Array) -> str:
+    """The principal moments of an inertia (3, 3) [kg m^2] that no body can have, in words; "" where one can.
+
+    A moment of zero is one that is not given: decks put inertias about single axes at nodes.
+    """
+    least, middle, most = np.linalg.eigvalsh(inertia)
+    if least < -1e-6 * most:
+        return f"principal moments {least:.6g}, {middle:.6g}, {most:.6g} kg m^2, of which none may be negative"
+    if least > 1e-6 * most and least + middle < (1.0 - ROUNDED) * most:
+        return (
+            f"principal moments {least:.6g}, {middle:.6g}, {most:.6g} kg m^2; of those of a body the two smaller sum "
+            "to at least the largest"
+        )
+    return ""
 
 
 def equivalent_points(mass: float, inertia: Array) -> tuple[Array, Array]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -213,7 +213,11 @@ def build_structure(
     inertia += tuple(point_mass_block(mesh, point_mass, numbering) for point_mass in point_masses)
     late = tuple(block for part in parts if part.late is not None for block in part.late())
     strain = (*(block for part in parts for block in part.strain), *late)
-    places = [place for part in parts for place in part.places or (None,) * len(part.strain)]
+    places: list[StrainPlaces | None] = []
+    for k, part in enumerate(parts):
+        group = members[k].group if k < len(members) else ""
+        own = tuple(replace(place, group=group) for place in part.places)
+        places += own or (None,) * len(part.strain)
     T = numbering.independent(conditions(mesh, supports or {}))
     translation, rotation = numbering.node_rows(T.shape[0])
     M, K0 = mass_and_stiffness(inertia, strain, T)

@@ -15,17 +15,21 @@ Matlab's own sparse matrices are read too, those of version 7.3 files as well.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
+from zipfile import ZipFile
 
 import numpy as np
 from scipy import sparse
 
 from femflex.arrays import Array
 from femflex.body import MassMoments
+from femflex.hdf5 import open_hdf5
 from femflex.matrices.contents import Contents, Entries, register
 from femflex.matrices.model import MatrixModel, Recovery
+from femflex.memory import require_proportion
 
 POINTS = ("points", "xyz", "coordinates", "coords")
 NODES = ("nodes", "ids", "node_ids")
@@ -34,17 +38,20 @@ OWN = (*POINTS, *NODES, "dofs", "frames", "recovery", "recovery_points", "recove
 
 
 def _npz(path: Path) -> Contents:
+    with ZipFile(path) as archive:
+        require_proportion(path, sum(member.file_size for member in archive.infolist()))
     with np.load(path, allow_pickle=False) as file:
         return contents_of({name: file[name] for name in file.files})
 
 
 def _mat(path: Path) -> Contents:
-    from scipy.io import loadmat
+    from scipy.io import loadmat, whosmat
 
     with open(path, "rb") as opened:
         newer = b"MATLAB 7.3" in opened.read(128)
     if newer:
         return _hdf5(path, transposed=True)
+    require_proportion(path, sum(8 * math.prod(shape) for _, shape, kind in whosmat(path) if kind != "sparse"))
     return contents_of({name: value for name, value in loadmat(path).items() if not name.startswith("__")})
 
 
@@ -53,7 +60,7 @@ def _hdf5(path: Path, transposed: bool = False) -> Contents:
     import h5py
 
     arrays: dict[str, Any] = {}
-    with h5py.File(path, "r") as file:
+    with open_hdf5(path) as file:
         if "format" in file.attrs:
             raise ValueError(f"it is a {file.attrs['format']} file; give it to a body of kind 'file', not 'matrices'")
         for name, item in file.items():

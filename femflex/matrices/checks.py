@@ -102,7 +102,9 @@ def check_model(model: MatrixModel, stated: StatedMass | None = None) -> MatrixR
     structure = model.structure()
     M, K = symmetric_part(model.M), symmetric_part(model.K)
     massless = int((np.asarray(abs(M).sum(axis=1)).ravel() == 0).sum())
-    found += _indefinite(model, _mass_of_one_axis(structure, M), K)
+    found += _indefinite(model, "mass", _mass_of_one_axis(structure, M), model.M)
+    found += _indefinite(model, "stiffness", K, model.K)
+    found += [] if model.D is None else _indefinite(model, "damping", symmetric_part(model.D), model.D)
     R = rigid_shapes(structure)
     mass, centre, J, more = _mass_properties(R.T @ (M @ R))
     found += more
@@ -147,32 +149,34 @@ def _mass_of_one_axis(structure: MatrixStructure, M: sparse.csr_array) -> sparse
     return lumped.scalar if lumped.exact else M
 
 
-def _indefinite(model: MatrixModel, M: sparse.csr_array, K: sparse.csr_array) -> list[Finding]:
-    """Negative eigenvalues of M and K, by the pivots of a factorisation of the scaled matrix (Sylvester's law)."""
-    found = []
-    for name, A, given in (("mass", M, model.M), ("stiffness", K, model.K)):
-        own = given.diagonal()
-        if (own < 0).any():
-            k = int(np.argmin(own))
-            node, component = model.dofs[k]
-            where = f"at node {node}, component {component}" if component else f"at modal coordinate {node}"
-            text = f"its {name} matrix has {np.count_nonzero(own < 0)} negative entries on the diagonal"
-            found.append(Finding(f"{text}, the least {own[k]:.4g} {where} (limit 0); a {name} matrix has none", True))
-            continue
-        d = A.diagonal()
-        scale = sparse.diags_array(1.0 / np.sqrt(np.where(d > 0, d, 1.0)))
-        shifted = scale @ A @ scale + NEGATIVE * sparse.eye_array(len(d))
-        try:
-            count = negative_pivots(factors(sparse.csr_array(shifted)))
-        except RuntimeError:
-            continue  # singular to rounding
-        if count:
-            text = f"its {name} matrix has {count} negative eigenvalues (limit 0; those above -{NEGATIVE:g} of the "
-            why = (
-                "a body has no negative mass" if name == "mass" else "the body is unstable as it is, or signs are wrong"
-            )
-            found.append(Finding(f"{text}diagonal do not count); {why}", True))
-    return found
+NEGATIVE_MEANS = {
+    "mass": "a body has no negative mass",
+    "stiffness": "the body is unstable as it is, or signs are wrong",
+    "damping": "it would add energy to the body; are signs wrong?",
+}
+
+
+def _indefinite(model: MatrixModel, name: str, A: sparse.csr_array, given: sparse.csr_array) -> list[Finding]:
+    """Negative eigenvalues of A (n, n), by the pivots of a factorisation of the scaled matrix (Sylvester's law).
+
+    given: the matrix that A was made from, whose diagonal is looked at first.
+    """
+    own = given.diagonal()
+    if (own < 0).any():
+        k = int(np.argmin(own))
+        node, component = model.dofs[k]
+        where = f"at node {node}, component {component}" if component else f"at modal coordinate {node}"
+        text = f"its {name} matrix has {np.count_nonzero(own < 0)} negative entries on the diagonal"
+        return [Finding(f"{text}, the least {own[k]:.4g} {where} (limit 0); a {name} matrix has none", True)]
+    d = A.diagonal()
+    scale = sparse.diags_array(1.0 / np.sqrt(np.where(d > 0, d, 1.0)))
+    shifted = scale @ A @ scale + NEGATIVE * sparse.eye_array(len(d))
+    try:
+        count = negative_pivots(factors(sparse.csr_array(shifted)))
+    except RuntimeError:
+        return []  # singular to rounding
+    text = f"its {name} matrix has {count} negative eigenvalues (limit 0; those above -{NEGATIVE:g} of the diagonal do"
+    return [Finding(f"{text} not count); {NEGATIVE_MEANS[name]}", True)] if count else []
 
 
 def _mass_properties(G: Array) -> tuple[float, Array, Array, list[Finding]]:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from femflex.matrices.contents import Contents, register
+from femflex.mesh.numbers import check_count
 
 
 def _table(path: Path) -> Contents:
@@ -51,7 +52,9 @@ def _abaqus(path: Path) -> Contents:
         elif keyword == "NSET" and all(re.fullmatch(r"\d+", word) for word in words):
             numbers = [int(word) for word in words]
             if "GENERATE" in options:
-                numbers = list(range(numbers[0], numbers[1] + 1, numbers[2] if len(numbers) > 2 else 1))
+                span = range(numbers[0], numbers[1] + 1, numbers[2] if len(numbers) > 2 else 1)
+                check_count(len(span), f"{path.name}: *NSET, GENERATE {line.strip()}")
+                numbers = list(span)
             sets.setdefault(options.get("NSET", "set"), []).extend(numbers)
     if not ids:
         raise ValueError(f"{path.name} has no *NODE block; name the input file that has the coordinates")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -18,6 +18,7 @@ from femflex.mesh import Mesh
 from femflex.reduction.inertia.mass_matrix import Distribution, KnownMoments, PointMasses
 
 NODE = re.compile(r"node_(\d+)")
+ORTHONORMAL = 1e-6  # entries of a product of axes, and relative second moments: files have seven digits and more
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,6 +100,64 @@ class MatrixModel:
             raise ValueError(
                 f"{self.name}: {unknown.size} nodes of the map of degrees of freedom have no coordinates, such as "
                 f"{unknown[:5].tolist()}; give the file that has them as `nodes`"
+            )
+        problems = [*self._unknown_cells(), *self._wrong_frames(), *self._wrong_recovery(), *self._wrong_moments()]
+        if problems:
+            raise ValueError("\n".join(f"{self.name}: {text}" for text in problems))
+
+    def _unknown_cells(self) -> Iterator[str]:
+        for kind, cells in self.cells.items():
+            unknown = np.setdiff1d(cells, self.ids)
+            if unknown.size:
+                yield (
+                    f"cells of kind {kind!r} name nodes without coordinates, such as {unknown[:5].tolist()}; the model "
+                    f"has {len(self.ids)} nodes. Give these nodes, or leave the cells out"
+                )
+
+    def _wrong_frames(self) -> Iterator[str]:
+        if self.frames is None:
+            return
+        if self.frames.shape != (len(self.ids), 3, 3) or not np.isfinite(self.frames).all():
+            yield f"frames have the shape {self.frames.shape}; expected ({len(self.ids)}, 3, 3) finite numbers"
+            return
+        apart = np.abs(self.frames @ self.frames.swapaxes(1, 2) - np.eye(3)).max(axis=(1, 2), initial=0.0)
+        apart = np.maximum(apart, np.abs(np.linalg.det(self.frames) - 1.0))
+        if apart.size and apart.max() > ORTHONORMAL:
+            yield (
+                f"the frame of node {self.ids[int(apart.argmax())]} is no rotation: its rows are off right-handed unit "
+                f"axes by {apart.max():.2g} (limit {ORTHONORMAL:g})"
+            )
+
+    def _wrong_recovery(self) -> Iterator[str]:
+        if self.recovery is None:
+            return
+        points, rows, masses = self.recovery.points, self.recovery.rows, self.recovery.masses
+        if rows.shape != (3 * len(points), self.n_dof):
+            yield (
+                f"recovery has the shape {rows.shape}; {len(points)} points and {self.n_dof} degrees of freedom need "
+                f"({3 * len(points)}, {self.n_dof})"
+            )
+        elif not (np.isfinite(points).all() and np.isfinite(rows.data).all()):
+            yield "recovery has numbers that are not finite"
+        if masses is not None and (masses.shape != (len(points),) or not (np.isfinite(masses) & (masses >= 0)).all()):
+            yield f"recovery_masses must be {len(points)} finite numbers of at least zero, one for each point"
+
+    def _wrong_moments(self) -> Iterator[str]:
+        if self.moments is None:
+            return
+        n, (mass, first, second) = 1 + self.n_dof, (self.moments.mass, self.moments.first, self.moments.second)
+        if first.shape != (n, 3) or second.shape != (n, 3, n, 3):
+            yield f"moments have the shapes {first.shape} and {second.shape}; expected ({n}, 3) and ({n}, 3, {n}, 3)"
+            return
+        if not (mass > 0 and np.isfinite(mass) and np.isfinite(first).all() and np.isfinite(second).all()):
+            yield f"moments need a positive mass and finite numbers; the mass is {mass:g} kg"
+            return
+        central = second[0, :, 0, :] - np.outer(first[0], first[0]) / mass
+        size = max(float(np.trace(second[0, :, 0, :])), 1e-300)
+        if np.abs(central - central.T).max() > ORTHONORMAL * size or np.linalg.eigvalsh(central)[0] < -1e-6 * size:
+            yield (
+                f"moments are not those of a mass of {mass:g} kg: the second moments about its centre, "
+                f"{np.linalg.eigvalsh((central + central.T) / 2).tolist()} kg m^2, must not be negative"
             )
 
     @property

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,7 +15,7 @@ from femflex.mesh.abaqus_elements import END_MIDDLE_END, cell_of
 from femflex.mesh.abaqus_keywords import Keyword, read_keywords
 from femflex.mesh.abaqus_nodes import NodeReader
 from femflex.mesh.abaqus_sets import Sets
-from femflex.mesh.numbers import Numbers
+from femflex.mesh.numbers import Numbers, check_count
 
 NODES = ("NODE", "SYSTEM", "NGEN", "NFILL")
 REFUSED = {"NCOPY", "NMAP", "ELCOPY"}
@@ -279,6 +280,7 @@ def _generated(keyword: Keyword, known: list[Element]) -> list[Element]:
             raise ValueError(f"{keyword.place(k)}: *ELGEN copies element {values[0]}, which is not defined before.")
         values += [0] * (10 - len(values))
         copies = [by_number[values[0]]]
+        check_count(math.prod(max(count, 1) for count in values[1::3]), keyword.place(k))
         for count, by_node, by_element in (values[1:4], values[4:7], values[7:10]):
             copies = [
                 one._replace(
@@ -361,5 +363,11 @@ def _ranges(flat: Flat, keyword: Keyword, row: int, words: list[str], scope: str
     first, last, step = (keyword.integer(word, row, "a number") for word in [*words, "1"][:3])
     if step == 0:
         raise ValueError(f"{keyword.place(row)}: *{keyword.name}, GENERATE has a step of 0; give one of at least 1.")
+    first, last = (first, last) if step > 0 else (last, first)  # 4, 1, -1 counts down, to the same numbers
+    if (last - first) % step or last < first:
+        raise ValueError(
+            f"{keyword.place(row)}: *{keyword.name}, GENERATE has first {words[0]}, last {words[1]} and step {step}, "
+            "which do not fit together; the step must lead from the first to the last."
+        )
     by = flat.shifts[scope.upper()]
-    yield range(first + by, last + by + 1, step)
+    yield range(first + by, last + by + 1, abs(step))

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
-from femflex.mesh.numbers import Numbers
+from femflex.mesh.numbers import Numbers, check_count
 
 NAME = "Nastran bulk data"
 WIDTH = {False: 8, True: 16}  # columns of a data field, small and large
@@ -192,6 +192,7 @@ def _cards(lines: list[Line]) -> list[RawCard]:
         again = REPEAT.fullmatch(found.first)
         if again and cards:
             changes = found.fields if any(found.fields) else changes
+            check_count(int(again[1] or 1), f"{line.file}:{line.number}")
             for _ in range(int(again[1] or 1)):
                 cards.append(_replicated(changes, cards[-1], line))
             last = ""

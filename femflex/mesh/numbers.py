@@ -5,6 +5,17 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass
 
+MOST = 2_000_000  # nodes, elements or cards that one line of a deck may generate
+
+
+def check_count(count: int, place: str) -> None:
+    """Raise ValueError, before any memory is taken, where a line of a deck generates too many items."""
+    if count > MOST:
+        raise ValueError(
+            f"{place}: the line generates {count} nodes, elements or cards; at most {MOST} are read of one line. "
+            "Correct the number, or write the items out."
+        )
+
 
 @dataclass(frozen=True)
 class Numbers:

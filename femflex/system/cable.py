@@ -39,6 +39,7 @@ def cable(
         markers,
         channels={"tension": "N", "distance": "m", "length": "m"},
         accounts=("energy", "dissipation", "supplied"),
+        exerts=("force",),
         parameters=np.concatenate([[stiffness, damping], np.clip(profile.numbers, -FOREVER, FOREVER)]),
         breaks=profile.breaks,
     )

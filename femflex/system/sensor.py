@@ -146,6 +146,7 @@ class Sensor(Summarised):
             states={f"lagged_{axis}": "m/s" for axis in XYZ} if lagged else {},
             inputs=inputs,
             channels=self.outputs,
+            exerts=(),
             starts={axis: (f"lagged_{axis}", float(b)) for axis, b in zip(XYZ, bias, strict=True)} if lagged else {},
             parameters=np.concatenate([[kind, float(len(markers))], bias, own]),
         )

@@ -22,5 +22,6 @@ def separation_spring(
         markers,
         channels={"distance": "m"},
         accounts=("energy",),
+        exerts=("force",),
         parameters=np.array([stiffness, length]),
     )

@@ -96,7 +96,8 @@ def thruster(
         sizes=np.array([thrust]) if lag else np.zeros(0),
         inputs=(*(() if command is None else (command,)), *feed),
         channels={"thrust": "N", "flow": "kg/s"},
-        accounts=("supplied", "mass_flow"),
+        accounts=("supplied", "mass_flow") if exit_speed else ("supplied",),
+        exerts=("force",) if supply is None else ("force", "torque"),
         parameters=np.concatenate([d, [thrust, exit_speed, lag, kind], tanked, [float(len(times))], times, levels]),
         breaks=times,
     )

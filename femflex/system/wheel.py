@@ -78,6 +78,7 @@ def reaction_wheel(
         inputs=(str(command),) if given else (),
         channels={"speed": "rad/s", "motor": "N m", "friction": "N m", "saturated": "1", **MOMENTUM},
         accounts=("energy", "dissipation", "supplied"),
+        exerts=("torque",),
         parameters=np.concatenate([direction(name, "axis", axis), numbers, [viscous, coulomb, coulomb_speed]]),
         starts={"speed": ("momentum", initial_speed)},
     )
@@ -86,7 +87,7 @@ def reaction_wheel(
 def coasting(wheel: Effector, momentum: float) -> Effector:
     """A wheel as a rotor of constant momentum [N m s] that nothing drives: for linear equations and equilibria."""
     numbers = np.concatenate([wheel.parameters[:3], [momentum]])
-    return Effector(wheel.name, "rotor", wheel.markers, channels=MOMENTUM, parameters=numbers)
+    return Effector(wheel.name, "rotor", wheel.markers, channels=MOMENTUM, exerts=("torque",), parameters=numbers)
 
 
 def without_axial_inertia(body: FlexibleBody, wheel: Effector) -> FlexibleBody:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 from dataclasses import replace
+from zipfile import ZIP_DEFLATED, ZipFile
 
 import h5py
 import numpy as np
@@ -35,7 +36,9 @@ def model(sparse_ones: bool = False) -> MatrixModel:
         M, K, D = (sparse.csr_array(np.diag(A.diagonal())) for A in (M, K, D))
         rows = sparse.csr_array(np.eye(6, n))
     frames = np.array([np.linalg.qr(rng.standard_normal((3, 3)))[0] for _ in IDS])
+    frames *= np.linalg.det(frames)[:, None, None]  # turns, no mirrors
     second = rng.standard_normal((1 + n, 3, 1 + n, 3))
+    second[0, :, 0] = 8.0 * np.eye(3)  # those of a body
     return MatrixModel(
         "m", IDS, POINTS, DOFS, M, K, D, G, frames=frames,
         recovery=Recovery(rng.standard_normal((2, 3)), rows, np.array([0.3, 0.4])),
@@ -288,3 +291,24 @@ def test_internal_degrees_of_freedom_of_abaqus_are_scalars(spring):
     m = read_matrices(Sources(mass="job_MASS1.mtx", stiffness="job_STIF1.mtx", nodes="nodes.csv"), folder=folder)
     assert m.M.shape == (7, 7) and m.dofs[-1, 1] == 0 and m.dofs[-1, 0] not in (1, 2)
     assert m.K.toarray()[6, 6] == 5.0 and m.K.toarray()[0, 6] == m.K.toarray()[6, 0] == 0.5
+
+
+def hdf5_without_data(path):
+    with h5py.File(path, "w") as file:
+        file.create_dataset("M", (20_000, 20_000), "f8", chunks=(100, 100), compression="gzip")
+
+
+def archive_of_zeros(path):
+    with ZipFile(path, "w", ZIP_DEFLATED, compresslevel=1) as archive, archive.open("M.npy", "w") as member:
+        for _ in range(110):
+            member.write(bytes(10_000_000))
+
+
+@pytest.mark.parametrize(
+    "write", [hdf5_without_data, pytest.param(archive_of_zeros, marks=pytest.mark.slow)], ids=["small.h5", "small.npz"]
+)
+def test_file_that_unfolds_beyond_proportion_is_refused(write, tmp_path, request):
+    path = tmp_path / request.node.callspec.id
+    write(path)
+    with pytest.raises(ValueError, match=r"unfolds to .* GB"):
+        read_matrices(path)

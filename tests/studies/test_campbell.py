@@ -166,6 +166,35 @@ def test_inward_rod_is_unstable_above_its_critical_speed():
     assert all(c.speed < critical for c in found.crossings)
 
 
+def test_critical_speed_is_passed_and_marked():
+    """A mass on equal springs in a spinning frame: 2 -+ W. At W = 2 rad/s its stiffness is singular."""
+    text = """
+[run]
+duration = "1 s"
+[attitude]
+frame = "spinning"
+spin = [0, 0, 0.5]
+[bodies.ball]
+kind = "rigid"
+mass = "1 kg"
+inertia = [1, 1, 1]
+[[joints]]
+kind = "general"
+child = "ball"
+slides = [[1, 0, 0], [0, 1, 0]]
+turns = []
+slide_stiffness = [4.0, 4.0]
+[campbell]
+speeds = [0, 1, 2, 3, 5]
+modes = 2
+"""
+    found = case_campbell(parse_case(text, Path("ball.toml")))
+    assert found.critical == (2.0,)
+    for speed in (0.0, 1.0, 2.0, 3.0, 5.0):
+        frequencies = sorted(2 * np.pi * found.frequency(branch.name, speed) for branch in found.branches)
+        assert frequencies == pytest.approx([abs(2 - speed), 2 + speed], abs=5e-6)
+
+
 @pytest.mark.slow
 def test_torsion_of_a_spinning_strip(femflex, tmp_path):
     """d(omega^2)/d(Omega^2) of its first torsion: 1 by the propeller moment, and by the pull

@@ -9,7 +9,7 @@ from femflex.decks.builder import direction_key
 from femflex.decks.nastran.card import Card, FieldError
 from femflex.decks.nastran.model import WORDS, NastranModel
 from femflex.fem import Distributing, MultiPointConstraint, Rigid
-from femflex.mesh.numbers import Numbers
+from femflex.mesh.numbers import Numbers, check_count
 
 SINGULAR = 1e-10  # least over largest singular value of the components that determine a rigid motion
 
@@ -232,7 +232,9 @@ def _rbe3(model: NastranModel, card: Card) -> None:
             weight, own, grids = card.real(k), card.components(k + 1), []
             k += 2
         elif word == "THRU":
-            grids += range(grids[-1] + 1, card.integer(k + 1) + 1)
+            span = range(grids[-1] + 1, card.integer(k + 1) + 1)
+            check_count(len(span), str(card))
+            grids += span
             k += 2
         else:
             grids.append(int(word))

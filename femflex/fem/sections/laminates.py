@@ -109,6 +109,8 @@ class PlateSection:
     B          (3, 3)  moments from membrane strains, forces from curvatures [N]; zero where nothing couples
     centre     ()      height of the mass centre above the surface of the nodes [m]; rotary is about it
     added      ()      the part of mass that is no structure [kg/m^2]
+    plies      (k, 2, 3, 6)  stress (11, 22, 12) in each ply's axes at its bottom and top, from the lowest ply on, per
+                       membrane strain [N/m^2] and curvature [N/m] of the surface of the nodes; none: not known
     """
 
     thickness: float
@@ -120,6 +122,7 @@ class PlateSection:
     B: Array = field(default_factory=lambda: np.zeros((3, 3)))
     centre: float = 0.0
     added: float = 0.0
+    plies: Array = field(default_factory=lambda: np.zeros((0, 2, 3, 6)))
 
     def __post_init__(self) -> None:
         _require("thickness", self.thickness, "plate section", positive=True)
@@ -152,17 +155,25 @@ class PlateSection:
         A, D = (np.matmul(R.swapaxes(1, 2), matrix @ R) for matrix in (self.A, self.D))
         return A, D, np.matmul(C.swapaxes(1, 2), self.S @ C)
 
+    def ply_stiffness(self, angles: Array) -> Array:
+        """`plies` (a, k, 2, 3, 6) per strains in axes from which the section's x axis is turned by angles (a,)
+        [rad]."""
+        R = strain_rotation(angles)[:, None, None]
+        return np.concatenate([self.plies[..., :3] @ R, self.plies[..., 3:] @ R], axis=-1)
+
     def turned(self, angle: float) -> PlateSection:
         """The section with its x axis turned by angle [rad] towards y in the plate."""
         A, D, S = self.stiffness(np.array([angle]))
         R = strain_rotation(angle)
-        return replace(self, A=A[0], D=D[0], S=S[0], B=R.T @ self.B @ R)
+        return replace(self, A=A[0], D=D[0], S=S[0], B=R.T @ self.B @ R, plies=self.ply_stiffness(np.array([angle]))[0])
 
     def turned_over(self) -> PlateSection:
         """The section seen from below: turned half a turn about its x axis, so that angles count the other way."""
         M, C = np.diag([1.0, 1.0, -1.0]), np.diag([1.0, -1.0])
         A, D, S, B = M @ self.A @ M, M @ self.D @ M, C @ self.S @ C, -M @ self.B @ M
-        return replace(self, A=A, D=D, S=S, B=B, centre=-self.centre)
+        plies = M @ self.plies[::-1, ::-1]
+        plies = np.concatenate([plies[..., :3] @ M, -plies[..., 3:] @ M], axis=-1)
+        return replace(self, A=A, D=D, S=S, B=B, centre=-self.centre, plies=plies)
 
     def loaded(self, mass: float) -> PlateSection:
         """The section with more mass per unit area [kg/m^2] that is no structure, at the height of its mass centre."""
@@ -172,8 +183,8 @@ class PlateSection:
     def shifted(self, offset: float) -> PlateSection:
         """The section moved by offset [m] along the normal, off the surface of the nodes: strains there are those of
         the nodes' surface and offset times the curvatures."""
-        B = self.B + offset * self.A
-        return replace(self, B=B, D=self.D + 2 * offset * self.B + offset**2 * self.A, centre=self.centre + offset)
+        B, D = self.B + offset * self.A, self.D + 2 * offset * self.B + offset**2 * self.A
+        return replace(self, B=B, D=D, centre=self.centre + offset, plies=scaled_plies(self.plies, 1.0, offset))
 
 
 def layup(plies: Iterable[Ply], coupled: bool = False, extra_mass: float = 0.0) -> PlateSection:
@@ -211,7 +222,11 @@ def layup(plies: Iterable[Ply], coupled: bool = False, extra_mass: float = 0.0) 
     S = _shear_stiffness(stack, z, Q, A, B, D)
     mass = float(rho @ moments[0])
     rotary = float(rho @ moments[2]) - mass * centre**2
-    return PlateSection(float(z[-1] - z[0]), mass, rotary, A, D, S, B, centre).loaded(extra_mass)
+    own = [ply.lamina.plane_stress(0.0) @ strain_rotation(ply.angle) for ply in stack]  # stress in the ply's axes
+    ends = zip(own, z[:-1], z[1:], strict=True)
+    plies = np.array([[np.hstack([C, height * C]) for height in (low, high)] for C, low, high in ends])
+    section = PlateSection(float(z[-1] - z[0]), mass, rotary, A, D, S, B, centre, plies=plies)
+    return section.loaded(extra_mass)
 
 
 def isotropic(thickness: float, material: Material, extra_mass: float = 0.0) -> PlateSection:
@@ -230,6 +245,13 @@ def orthotropic(
 def sandwich(face: Ply, core_thickness: float, core: Lamina, extra_mass: float = 0.0) -> PlateSection:
     """Section of two equal faces on a core [m]: bending from the faces (and the core's own E), shear from the core."""
     return layup([face, Ply(core, core_thickness), face], extra_mass=extra_mass)
+
+
+def scaled_plies(plies: Array, factor: Array | float, offset: float) -> Array:
+    """`PlateSection.plies` of all thicknesses times a factor (...) [1], then moved by offset [m]: (..., k, 2, 3, 6)."""
+    f = np.asarray(factor, float)[..., None, None, None, None]
+    membrane = np.broadcast_to(plies[..., :3], (*np.shape(factor), *plies.shape[:3], 3))
+    return np.concatenate([membrane, f * plies[..., 3:] + offset * membrane], axis=-1)
 
 
 def strain_rotation(angle: Array | float) -> Array:
