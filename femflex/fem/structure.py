@@ -18,6 +18,7 @@ from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.assembly.support_dofs import held_columns
 from femflex.fem.bushing import Bushing
 from femflex.fem.connections.connection import Connection
+from femflex.fem.connections.hanging import hanging_dependences, hanging_note
 from femflex.fem.family import FAMILIES, Contribution, SkinPart, StrainPlaces, prepared, with_own_cells
 from femflex.fem.internal_force import InternalForce
 from femflex.fem.point_mass import PointMass, point_mass_block
@@ -206,8 +207,9 @@ def build_structure(
         mesh = connection.placed(mesh)
     numbering = Numbering(len(mesh.points), members)
     parts = [contribution(mesh, member, numbering) for member in members]
-    for connection in connections:
-        numbering.connect(connection.dependences(mesh, numbering))
+    given = [one for connection in connections for one in connection.dependences(mesh, numbering)]
+    hanging = hanging_dependences(mesh, numbering, given)
+    numbering.connect([*given, *hanging])
     parts += [bushing.part(mesh, numbering) for bushing in bushings]
     inertia = tuple(block for part in parts for block in part.inertia)
     inertia += tuple(point_mass_block(mesh, point_mass, numbering) for point_mass in point_masses)
@@ -233,7 +235,7 @@ def build_structure(
         skin_parts=tuple(part.skin for part in parts if part.skin is not None),
         numbering=numbering,
         places=(*places, *(None,) * len(late)),
-        notes=said + notes,
+        notes=said + notes + hanging_note(mesh, numbering, hanging),
     )
 
 
