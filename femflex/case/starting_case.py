@@ -208,8 +208,8 @@ def mesh_choices(mesh: Mesh) -> list[MeshChoice]:
     top = {group: own for group, families in members.items() if (own := _of_dimension(families, mesh.dimension))}
     found = []
     for used in (members, top) if top != members else (members,):
-        own = with_whole(mesh, used)
-        points = np.unique(np.concatenate([own.group_points(group) for group in used]))
+        whole = with_whole(mesh, used)
+        points = np.unique(np.concatenate([whole.group_points(group) for group in used]))
         end = tip if tip and np.isin(mesh.group_points(tip), points).all() else ""
         left = [group for group in members if group not in used]
         said = [*notes, *([f"members: {', '.join(map(repr, left))} are left out"] if left else [])]
@@ -295,8 +295,8 @@ def _member_groups(mesh: Mesh) -> tuple[dict[str, tuple[str, ...]], list[str]]:
             for kind, rows in own.items():
                 taken.setdefault(kind, set()).update(rows)
     used = np.unique(np.concatenate([mesh.cells[k][list(rows)].ravel() for k, rows in taken.items()]))
-    for group, own in dimensions.items():
-        if own and group not in families and not np.isin(mesh.group_points(group), used).all():
+    for group, found in dimensions.items():
+        if found and group not in families and not np.isin(mesh.group_points(group), used).all():
             beside.append(group)
     several = len({dimension for own in families.values() for dimension in own}) > 1
     return {

@@ -200,11 +200,11 @@ def _cards(lines: list[Line]) -> list[RawCard]:
                 cards.append(_replicated(changes, cards[-1], line))
             last = ""
         elif found.first and found.first[0] not in "+*":
-            card = RawCard(found.first.rstrip("*").strip().upper(), found.fields, line.file, line.number)
-            if cards and cards[-1].name == card.name and any(AGAIN.fullmatch(word) for word in found.fields):
+            made = RawCard(found.first.rstrip("*").strip().upper(), found.fields, line.file, line.number)
+            if cards and cards[-1].name == made.name and any(AGAIN.fullmatch(word) for word in found.fields):
                 goes_on = k + 1 < len(every) and every[k + 1][1].first[:1] in ("", "+", "*")
-                card = _replicated(found.fields, cards[-1], line, len(found.fields) if goes_on else None)
-            cards.append(card)
+                made = _replicated(found.fields, cards[-1], line, len(found.fields) if goes_on else None)
+            cards.append(made)
         elif mark and mark != last and mark in marked:
             cards[marked[mark]].fields.extend(found.fields)
             marked |= {found.mark: marked[mark]} if found.mark else {}

@@ -62,19 +62,11 @@ def _hang(model: NastranModel, grid: int, hung: list[tuple[float, Spring, Card]]
     if follows:
         matrix = np.zeros((len(follows), 6))
         matrix[:, :3] = [axes[WORDS.index(word)] for word in follows]
-        model.connections.append(
-            MultiPointConstraint(
-                name,
-                follows,
-                (model.group(grid),),
-                matrix,
-                tuple(map(tuple, np.asarray(axes).tolist())),
-                str(hung[0][2]),
-            )
-        )
+        rows = tuple(map(tuple, np.asarray(axes).tolist()))
+        leader, card = (model.group(grid),), hung[0][2]
+        model.connections.append(MultiPointConstraint(name, follows, leader, matrix, rows, str(card)))
         found.note(
-            f"the mass of {hung[0][2]}, of a scalar point, is put at grid {grid}, which follows it in "
-            f"{', '.join(follows)}"
+            f"the mass of {card}, of a scalar point, is one at grid {grid}: it follows that in {', '.join(follows)}"
         )
     model.point_masses.append(PointMass(name, mass))
     model.wanted.add(grid)
