@@ -20,7 +20,7 @@ class Advice:
 
     body      its name; empty for the whole craft
     decision  what it is about: "strain", "shapes", "joints", "spin", "responses", "stiffening", "bend",
-              "buckling", "slack", "truncation", "support", "torque", "mass", "inertia", "output", "craft"
+              "buckling", "slack", "truncation", "support", "torque", "mass", "inertia", "output", "sampling", "craft"
     choice    what was chosen, as the tables of a case say it: "condensed", {"TIP": ["z", "ry"]}; None of a doubt
     reason    in words, with both numbers
     value     what was found, and

@@ -194,12 +194,6 @@ def build_thruster(case: Case, name: str, table: ThrusterTable) -> Effector:
             raise ValueError(f"found tank {table.tank!r}, which is not in [tanks]; {near(table.tank, case.tanks)}")
         held = case.tanks[table.tank]
         supply = Supply(table.tank, held.body, held.marker, held.gyration)
-    source = case.signals.get((table.command or "").removesuffix(".value"))
-    if source is not None and not 0.0 <= min(source.values) <= max(source.values) <= 1.0:
-        raise ValueError(
-            f"found command {table.command!r}, whose values go from {min(source.values):g} to {max(source.values):g}; "
-            "the level of a thruster is from 0 to 1"
-        )
     train = table.train
     pulses = table.pulses if train is None else pulse_train(train.start, train.period, train.width, train.count)
     profile = None if table.profile is None else (table.profile.times, table.profile.levels)
@@ -242,10 +236,12 @@ def build_controller(case: Case, name: str, table: Any) -> Acting:
     """The controller of a table. Raises ValueError."""
     if isinstance(table, tables.AttitudeFeedbackTable):
         for key, kind in (("error", "attitude"), ("rate", "rate")):
-            sensor = case.sensors.get(getattr(table, key))
+            sensor = case.sensors.get(getattr(table, key).partition(".")[0])
             if sensor is not None and sensor.kind != kind:
-                name = getattr(table, key)
-                raise ValueError(f"found {key} = {name!r}, a sensor of kind {sensor.kind!r}; name one of kind {kind!r}")
+                raise ValueError(
+                    f"found {key} = {getattr(table, key)!r}, a sensor of kind {sensor.kind!r}; give one of kind "
+                    f"{kind!r}"
+                )
         error, rate = signals_of(case, [table.error]), signals_of(case, [table.rate])
         momentum = signals_of(case, table.momentum or [])
         more = {} if table.limit is None else {"limit": table.limit}
@@ -314,10 +310,10 @@ def default_outputs(n: int) -> list[str]:
     return ["y"] if n == 1 else list("xyz") if n == 3 else [f"y{k + 1}" for k in range(n)]
 
 
-def signals_of(case: Case, names: list[str], above: tuple[str, ...] = ()) -> list[str]:
+def signals_of(case: Case, names: list[str], path: tuple[str, ...] = ()) -> list[str]:
     """Signals, a name alone standing for all outputs of that sensor, controller or signal. Raises ValueError.
 
-    above: the controllers whose numbers of outputs depend on it.
+    path: controllers whose number of outputs depends on these signals.
     """
     out = []
     for name in names:
@@ -326,7 +322,7 @@ def signals_of(case: Case, names: list[str], above: tuple[str, ...] = ()) -> lis
         elif name in case.sensors:
             out += [f"{name}.{output}" for output in sensor_outputs(case.sensors[name])]
         elif name in case.controllers:
-            out += [f"{name}.{output}" for output in controller_outputs(case, name, above)]
+            out += [f"{name}.{output}" for output in controller_outputs(case, name, path)]
         elif name in case.signals:
             out.append(f"{name}.value")
         else:
@@ -341,22 +337,25 @@ def sensor_outputs(table: SensorTable) -> list[str]:
     return names.get(table.kind, list("xyz"))
 
 
-def controller_outputs(case: Case, name: str, above: tuple[str, ...] = ()) -> list[str]:
-    """Names of what a controller gives. Raises ValueError for one that takes itself, directly or through others."""
+def controller_outputs(case: Case, name: str, path: tuple[str, ...] = ()) -> list[str]:
+    """Names of what a controller gives. Raises ValueError where their number depends on itself.
+
+    path: controllers whose number of outputs depends on this one's.
+    """
+    if name in path:
+        raise ValueError(
+            f"algebraic loop: {' -> '.join([*path[path.index(name) :], name])} take all of each other's outputs, so "
+            f"that not even their number is known. Name single signals, such as '{name}.y', and take a state or a "
+            "sampled number somewhere in the loop"
+        )
     table = case.controllers[name]
     if table.outputs is not None:
         return list(table.outputs)
     if isinstance(table, tables.AttitudeFeedbackTable):
         return list("xyz")
-    if isinstance(table, tables.GainTable):
-        return default_outputs(len(table.matrix))
-    if name in above:
-        loop = " -> ".join([*above[above.index(name) :], name])
-        raise ValueError(
-            f"algebraic loop: {loop} take each other's outputs, so none of them can be evaluated first; take a sensor "
-            "or a sampled value somewhere in the loop"
-        )
-    return default_outputs(len(linear_block(table, len(signals_of(case, table.inputs, (*above, name)))).D))
+    as_many = isinstance(table, tables.PdTable | tables.PidTable | tables.LowPassTable | tables.NotchTable)
+    n = len(signals_of(case, table.inputs, (*path, name))) if as_many else 0
+    return default_outputs(len(linear_block(table, n).D))
 
 
 def craft_notes(case: Case) -> list[str]:

@@ -76,9 +76,9 @@ class LinearTable(BlockTable):
     """Beyond a limit all outputs are scaled down together, which keeps their ratios."""
 
     @model_validator(mode="after")
-    def _limited(self) -> LinearTable:
+    def _scaled_to_a_limit(self) -> LinearTable:
         if self.scaled and self.limit is None:
-            refuse("found scaled = true without limit; give the largest size of the outputs")
+            refuse("found scaled without limit; give the limit to which the outputs are scaled down, or drop scaled")
         return self
 
 
@@ -106,15 +106,6 @@ class PidTable(LinearTable):
     """Gain on each rate."""
 
 
-def refuse_beyond_half_sampling(frequency: float, period: float | None) -> None:
-    """Refuse a frequency [Hz] that samples of that period [s] cannot show."""
-    if period is not None and frequency >= 0.5 / period:
-        refuse(
-            f"found frequency {frequency:g} Hz with period {period:g} s, which samples up to {0.5 / period:g} Hz; "
-            "lower the frequency, or shorten the period"
-        )
-
-
 class LowPassTable(LinearTable):
     """A low-pass filter of every input."""
 
@@ -126,11 +117,6 @@ class LowPassTable(LinearTable):
     """Order of the filter."""
     damping: Positive = 0.7071067811865476
     """Damping ratio of a filter of order 2."""
-
-    @model_validator(mode="after")
-    def _sampled(self) -> LowPassTable:
-        refuse_beyond_half_sampling(self.frequency, self.period)
-        return self
 
 
 class NotchTable(LinearTable):
@@ -144,11 +130,6 @@ class NotchTable(LinearTable):
     """Damping ratio of the denominator."""
     depth: Annotated[float, Quantity(least=0.0, below=1.0)] = 0.0
     """Gain at the frequency."""
-
-    @model_validator(mode="after")
-    def _sampled(self) -> NotchTable:
-        refuse_beyond_half_sampling(self.frequency, self.period)
-        return self
 
 
 class StateSpaceTable(LinearTable):

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 
 from femflex.case.body import AnalyticTable, FileTable, FlexibleTable, RigidTable
 from femflex.case.case import Case
-from femflex.case.deploying import DeployingTable
 from femflex.case.matrices import MatricesTable
 from femflex.case.section import Core, Isotropic, Layup, Orthotropic, Sandwich
 from femflex.warning import PhysicsWarning
@@ -22,7 +21,7 @@ GYRATION = 300.0  # m; radius of gyration beyond that of any craft
 
 def warn_of_doubtful_magnitudes(case: Case) -> None:
     """Warn of every magnitude in a case that is more likely another unit's, and say which."""
-    for text in (*_orbit(case), *_materials(case), *_sections(case), *_bodies(case), *_periods(case)):
+    for text in (*_orbit(case), *_materials(case), *_sections(case), *_bodies(case)):
         warnings.warn(text, PhysicsWarning, stacklevel=4)
 
 
@@ -95,27 +94,10 @@ def _bodies(case: Case) -> Iterator[str]:
                 f"bodies.{name}.damping.ratio: found {largest:g}, which is {largest:.0%} of critical damping; if "
                 f'percent were meant, write "{largest:g} %"'
             )
-        if isinstance(body, DeployingTable) and body.taper is not None and (body.stock or 0.0) > body.taper.along[-1]:
-            yield (
-                f"bodies.{name}.taper.along: found factors up to {body.taper.along[-1]:g} m, and a stock of "
-                f"{body.stock:g} m; beyond the last point the factors stay constant. Give them up to the stock"
-            )
         if isinstance(body, RigidTable):
             radius = (max(body.inertia[k][k] for k in range(3)) / body.mass) ** 0.5
             if radius > GYRATION:
                 yield (
                     f"bodies.{name}.inertia: with {body.mass:g} kg it makes a radius of gyration of {radius:.4g} m, "
                     f"beyond {GYRATION:g} m; if kg mm^2 or tonnes were meant, write the unit"
-                )
-
-
-def _periods(case: Case) -> Iterator[str]:
-    duration = case.run.duration
-    for kind in ("sensors", "controllers"):
-        for name, table in getattr(case, kind).items():
-            period = getattr(table, "period", None)
-            if period is not None and duration is not None and period > duration:
-                yield (
-                    f"{kind}.{name}.period: found {period:g} s, longer than the run of {duration:g} s, so that only "
-                    "the sample at the start is taken; shorten the period, or lengthen the run"
                 )

@@ -15,6 +15,7 @@ from pydantic import ValidationError
 from femflex.case.body import FlexibleTable
 from femflex.case.case import Case
 from femflex.case.changed import changed_tables, numbered_path
+from femflex.case.control import warn_of_doubtful_control
 from femflex.case.crosscheck import cross_problems
 from femflex.case.magnitudes import warn_of_doubtful_magnitudes
 from femflex.case.outline import Outline, outline, outline_of
@@ -66,6 +67,7 @@ def _checked(raw: dict[str, Any], path: Path, text: str | None = None, known: Ma
     case._parts = {key: getattr(case, key) for key in raw if hasattr(case, key)}
     warn_of_doubtful_numbers(raw, case)
     warn_of_doubtful_magnitudes(case)
+    warn_of_doubtful_control(case)
     return case
 
 
@@ -126,6 +128,8 @@ def _mesh_problems(parts: Outline, folder: Path) -> list[Problem]:
 def _not_there(path: Path) -> str:
     known = sorted(p.name for p in path.parent.glob("*.toml")) if path.parent.is_dir() else []
     text = near(path.name, known)
+    if not near(path.stem, [Path(name).stem for name in known]).startswith("did you"):
+        text = near("", known)  # alike in the suffix alone
     if path.suffix != ".toml" and not text.startswith("did you"):
         return "there is no such file; give the name of one that is there"
     few = len(known) <= FEW or text.startswith("did you")

@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from femflex.arrays import Array
 
 
+LACKING = {"auto": ("step", "rho"), "dop853": ("step", "rho"), "esdirk4": ("rho",)}  # settings of implicit methods
+
+
 class RunTable(Table):
     """Duration, output and integrator of a run."""
 
@@ -51,6 +54,14 @@ class RunTable(Table):
     def _one_of_each(self) -> RunTable:
         exactly_one(self, ("duration", "orbits"))
         exactly_one(self, ("output_step", "samples"), required=False)
+        if lacking := [key for key in LACKING.get(self.integrator, ()) if getattr(self, key) is not None]:
+            have = " or ".join(
+                name for name in ("esdirk4", "generalized_alpha") if lacking[0] not in LACKING.get(name, ())
+            )
+            refuse(
+                f"found {lacking[0]} with integrator = {self.integrator!r}; it is a setting of {have} alone, so select "
+                "this integrator, or leave it out"
+            )
         if self.duration is not None and self.output_step is not None and self.output_step > self.duration:
             refuse(
                 f"found an output step of {self.output_step:g} s, longer than the duration of {self.duration:g} s; "

@@ -148,11 +148,6 @@ class SeparationTable(MountedTable):
     length: Annotated[float, Quantity("m", above=0.0)]
     """Free length; beyond it the spring has let go."""
 
-    @model_validator(mode="after")
-    def _apart(self) -> SeparationTable:
-        refuse_one_place(self.body, self.marker, self.parent, self.parent_marker)
-        return self
-
 
 class CableTable(MountedTable):
     """A cable without mass between two markers: it pulls while they are farther apart than its length, else it is
@@ -173,17 +168,6 @@ class CableTable(MountedTable):
     """Mass per length of a cable of constant length, as point masses on a line. Default: no mass."""
     masses: Annotated[int, Count(1, 500)] = 20
     """Number of point masses, with mass_per_length. They start on the straight line between the markers."""
-
-    @model_validator(mode="after")
-    def _apart(self) -> CableTable:
-        refuse_one_place(self.body, self.marker, self.parent, self.parent_marker)
-        return self
-
-
-def refuse_one_place(body: str, marker: str, parent: str, parent_marker: str) -> None:
-    """Refuse what leads from a marker to itself."""
-    if (body, marker) == (parent, parent_marker):
-        refuse(f"found marker {marker!r} of body {body!r} at both ends; give two different places")
 
 
 class SignalTable(Table):

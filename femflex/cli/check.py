@@ -75,12 +75,14 @@ def examine_case(case: Path) -> tuple[Decided, str]:
         from femflex.case.values import count
         from femflex.pipeline.decisions import decided
         from femflex.pipeline.references import duration_of
+        from femflex.studies.linear.closed_loop import growing_loops
 
         read = read_case(case)
         found = decided(read, thorough=True)
         system = found.system
         times = read.run.times(duration_of(read, system))
-        warn_of((*found.advice, *output_warnings(system, float(times[1] - times[0]))))
+        loops = growing_loops(system, float(times[-1]))
+        warn_of((*found.advice, *output_warnings(system, float(times[1] - times[0])), *loops))
     elastic = sum(body.n_modes for body in system.bodies.values())
     mass = sum(body.moments.mass for body in system.bodies.values())
     bodies = count(len(system.bodies), "body", "bodies")

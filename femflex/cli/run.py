@@ -49,8 +49,10 @@ def run(
     Exit code 2: the case cannot be run; 3: the numerics failed, 130: interrupted, with what was computed kept.
     """
     from femflex import pipeline
+    from femflex.advice.advice import warn_of
     from femflex.case import read_case
     from femflex.results import FileLock, open_run
+    from femflex.studies.linear.closed_loop import growing_loops
 
     began, output, omitted = time.perf_counter(), output or Path(f"{case.stem}.h5"), listed_names(without)
     with ExitStack() as stack:
@@ -72,6 +74,8 @@ def run(
             if not no_pictures:
                 check_left_out(prepared)
             prepared.load_kernels()
+            if not resume:
+                warn_of(growing_loops(prepared.system, float(prepared.times[-1])))
         print_run_heading(prepared, verbose)
         _integrate(prepared, output, force, resume, lock)
     with open_run(output) as done:

@@ -8,6 +8,7 @@ length and interpolated; the number of pieces is doubled until the error between
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -47,6 +48,8 @@ class MaterialTaper:
     axial: Callable[[Array], Array] = one
     torsion: Callable[[Array], Array] = one
     knots: tuple[float, ...] = ()
+    covered: float = math.inf
+    """Distance [m] up to which the factors are given."""
 
     @classmethod
     def table(cls, sigma: Sequence[float], **factors: Sequence[float]) -> MaterialTaper:
@@ -64,7 +67,7 @@ class MaterialTaper:
             if len(values) != len(points):
                 raise ValueError(f"{len(values)} factors on {name} are given at {len(points)} points; give one at each")
         made = {name: partial(_straight, points, np.asarray(values, float)) for name, values in factors.items()}
-        return cls(**made, knots=tuple(float(x) for x in points if x > 0.0))
+        return cls(**made, knots=tuple(float(x) for x in points if x > 0.0), covered=float(points[-1]))
 
 
 def _straight(points: Array, values: Array, sigma: Array) -> Array:

@@ -18,7 +18,8 @@ from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.assembly.support_dofs import held_columns
 from femflex.fem.bushing import Bushing
 from femflex.fem.connections.connection import Connection
-from femflex.fem.family import FAMILIES, Contribution, SkinPart, StrainPlaces, prepared
+from femflex.fem.connections.hanging import hanging_dependences, hanging_note
+from femflex.fem.family import FAMILIES, Contribution, SkinPart, StrainPlaces, prepared, with_own_cells
 from femflex.fem.internal_force import InternalForce
 from femflex.fem.point_mass import PointMass, point_mass_block
 from femflex.fem.scalar_spring import ScalarSpring
@@ -68,6 +69,7 @@ class Structure:
     skin_parts   () -> SkinPart, ...   the drawn surfaces of the members
     places       StrainPlaces, ...     where the points of each strain block lie; None where its family does not tell
     notes        sentence, ...         what families changed of the mesh that was given
+    unresisted (k,)      numbers of dofs that nothing resists, which a deck's AUTOSPC fixes; none of a mesh
     point_names  point -> what the file it was read from calls it, such as "GRID 17"; none of a mesh
     known        key -> (object, ...)  what was computed of it and is wanted again (`recalled`); a changed copy starts
                                        with none
@@ -85,6 +87,7 @@ class Structure:
     numbering: Numbering
     places: tuple[StrainPlaces | None, ...]
     notes: tuple[str, ...] = ()
+    unresisted: IntArray = field(default_factory=lambda: np.zeros(0, np.int64))
     point_names: Mapping[int, str] = field(default_factory=dict)
     known: dict[tuple[Any, ...], tuple[Any, ...]] = field(default_factory=dict, init=False, repr=False)
 
@@ -197,14 +200,16 @@ def build_structure(
     if not members:
         raise ValueError("a structure needs at least one member; found none")
     mesh = with_whole(mesh, [*(member.group for member in members), *(supports or {})])
+    mesh, members, said = with_own_cells(mesh, members)
     warn_of_doubled_cells(mesh, members)
     mesh, notes = prepared(mesh, members)
     for connection in connections:
         mesh = connection.placed(mesh)
     numbering = Numbering(len(mesh.points), members)
     parts = [contribution(mesh, member, numbering) for member in members]
-    for connection in connections:
-        numbering.connect(connection.dependences(mesh, numbering))
+    given = [one for connection in connections for one in connection.dependences(mesh, numbering)]
+    hanging = hanging_dependences(mesh, numbering, given)
+    numbering.connect([*given, *hanging])
     parts += [bushing.part(mesh, numbering) for bushing in bushings]
     inertia = tuple(block for part in parts for block in part.inertia)
     inertia += tuple(point_mass_block(mesh, point_mass, numbering) for point_mass in point_masses)
@@ -230,7 +235,7 @@ def build_structure(
         skin_parts=tuple(part.skin for part in parts if part.skin is not None),
         numbering=numbering,
         places=(*places, *(None,) * len(late)),
-        notes=notes,
+        notes=said + notes + hanging_note(mesh, numbering, hanging),
     )
 
 

@@ -15,7 +15,7 @@ from femflex.mesh.abaqus_elements import END_MIDDLE_END, cell_of
 from femflex.mesh.abaqus_keywords import Keyword, read_keywords
 from femflex.mesh.abaqus_nodes import NodeReader
 from femflex.mesh.abaqus_sets import Sets
-from femflex.mesh.numbers import Numbers, check_count
+from femflex.mesh.numbers import Numbers, check_count, spanned
 
 NODES = ("NODE", "SYSTEM", "NGEN", "NFILL")
 REFUSED = {"NCOPY", "NMAP", "ELCOPY"}
@@ -119,7 +119,13 @@ def read_flat(path: Path) -> Flat:
             into = own[scope.upper()]
             new = _elements(keyword) if keyword.name == "ELEMENT" else _generated(keyword, into)
             into += new
-            grouped.append((scope, keyword.parameter("elset"), [element.number for element in new]))
+            masters = (
+                []
+                if keyword.name == "ELEMENT"
+                else [keyword.integer(row[0], k, "an element") for k, row in enumerate(keyword.data)]
+            )
+            numbers = dict.fromkeys([*masters, *(element.number for element in new)])  # its set holds the master too
+            grouped.append((scope, keyword.parameter("elset"), list(numbers)))
     shifts = _shifts(readers, own)
     nsets, elsets = Sets("NSET", shifts), Sets("ELSET", shifts)
     for scope, _ in scoped:
@@ -355,13 +361,9 @@ def _ranges(flat: Flat, keyword: Keyword, row: int, words: list[str], scope: str
     if len(words) < 2:
         raise ValueError(f"{keyword.place(row)}: *{keyword.name}, GENERATE needs first, last and step; got {words}.")
     first, last, step = (keyword.integer(word, row, "a number") for word in [*words, "1"][:3])
-    if step == 0:
-        raise ValueError(f"{keyword.place(row)}: *{keyword.name}, GENERATE has a step of 0; give one of at least 1.")
-    first, last = (first, last) if step > 0 else (last, first)  # 4, 1, -1 counts down, to the same numbers
-    if (last - first) % step or last < first:
-        raise ValueError(
-            f"{keyword.place(row)}: *{keyword.name}, GENERATE has first {words[0]}, last {words[1]} and step {step}, "
-            "which do not fit together; the step must lead from the first to the last."
-        )
     by = flat.shifts[scope.upper()]
-    yield range(first + by, last + by + 1, abs(step))
+    try:
+        numbers = spanned(first, last, step)
+    except ValueError as error:
+        raise ValueError(f"{keyword.place(row)}: *{keyword.name}, GENERATE: {error}") from None
+    yield range(numbers.start + by, numbers.stop + by, step)

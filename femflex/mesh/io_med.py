@@ -119,7 +119,10 @@ def _only_mesh(file: Any, path: Path) -> tuple[Any, Any]:
         )
     names = list(file["ENS_MAA"])
     if len(names) != 1:
-        raise ValueError(f"it holds {len(names)} meshes, {names}; one is needed")
+        raise ValueError(
+            f"{path.name} is a MED file of {len(names)} meshes, {', '.join(names) or 'none'}; a file with one mesh is "
+            "read. Export the mesh that is wanted alone (in Salome: select it, then Export to MED)"
+        )
     mesh = file["ENS_MAA"][names[0]]
     families = mesh["FAS"] if "FAS" in mesh else file.get(f"FAS/{names[0]}")
     if "NOE" in mesh:

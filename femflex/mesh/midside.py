@@ -47,7 +47,7 @@ def with_middle_nodes(contents: Contents, source: str) -> Contents:
     count = sum(int(_lacking(block).any(axis=1).sum()) for block in partial)
     warnings.warn(
         f"{source}: {count} cells of second order have some middle nodes only; {n - first} nodes are added at the "
-        "middle of their edges. An edge with such a node is not joined to a neighbour of first order between its ends",
+        "middle of their edges. Beside a neighbour of first order such a node follows the straight edge",
         PhysicsWarning,
         stacklevel=3,
     )

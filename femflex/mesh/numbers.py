@@ -17,6 +17,19 @@ def check_count(count: int, place: str) -> None:
         )
 
 
+def spanned(first: int, last: int, step: int = 1) -> range:
+    """The numbers from the first to the last, both included; a negative step runs down.
+
+    >>> list(spanned(4, 1, -1))
+    [4, 3, 2, 1]
+
+    Raises ValueError for a step that does not lead from the first to the last.
+    """
+    if step == 0 or (last - first) * step < 0:
+        raise ValueError(f"a step of {step} does not lead from {first} to {last}; correct the step or the two numbers")
+    return range(first, last + (1 if step > 0 else -1), step)
+
+
 @dataclass(frozen=True)
 class Numbers:
     """Numbers and ranges of them in the order listed, less those of `without`."""

@@ -54,7 +54,8 @@ class MotionGuard:
             moved, size = bend.moved(block.states), self._sizes(bend, block)
             displaced = moved.max(axis=1)
             large = displaced > size  # there dependent shapes, of second order, may displace more
-            displaced[large] = np.maximum(displaced[large], bend.size * bend.over(block.states[large]))
+            if large.any():
+                displaced[large] = np.maximum(displaced[large], bend.size * bend.over(block.states[large]))
             far = np.flatnonzero(displaced > FAR * size)
             if len(far):
                 row = slice(far[0], far[0] + 1)

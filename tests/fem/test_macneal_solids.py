@@ -13,6 +13,7 @@ from support.solid_problems import (
     ratio,
     scordelis_lo,
     straight,
+    thick_cylinder,
     twisted,
 )
 
@@ -68,6 +69,12 @@ def test_bricks_of_eight_points_do_not_lock_in_thin_curved_shells(name):
 def test_bricks_of_eight_points_come_to_the_published_answers(name):
     fine = ratio(THIN[name](16), "hexahedron20", integration="reduced")
     assert fine == pytest.approx(1.0, abs=0.02) and fine == pytest.approx(REDUCED[name][1], abs=2e-3)
+
+
+@pytest.mark.parametrize("cell", CELLS)
+@pytest.mark.parametrize("nu", (0.49, 0.499, 0.4999))
+def test_nearly_incompressible_cylinders_do_not_lock(cell, nu):
+    assert ratio(thick_cylinder(nu), cell) == pytest.approx(1.0, abs=0.01)
 
 
 @pytest.mark.sampled(2)

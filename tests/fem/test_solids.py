@@ -44,6 +44,40 @@ def test_a_cantilever_of_second_order_cells_bends_as_a_beam(cell):
     assert omega == pytest.approx(exact, rel=0.003 if CELL_TYPES[cell].shape in ("hexahedron", "wedge") else 0.01)
 
 
+@pytest.mark.parametrize("cell", SECOND_ORDER)
+@pytest.mark.parametrize("nu", (0.49, 0.4999))
+def test_nearly_incompressible_beams_bend_as_compressible_ones(cell, nu):
+    """A free beam 20 x 1 x 1, of which a half is meshed: of the material E counts, its shear for 0.1 %."""
+    found = []
+    for ratio in (0.3, nu):
+        s = structure_of(brick(cell, (10, 1, 1), (10.0, 1.0, 1.0)), Material(1e6, ratio, 1.0))
+        middle = 3 * np.flatnonzero(s.mesh.points[:, 0] < 1e-9)
+        found.append(frequencies(s, np.unique(s.translation[middle].tocoo().coords[1]), 4, shift=-1.0)[3])
+    assert found[1] == pytest.approx(found[0], rel=0.012)
+
+
+def test_stress_of_a_nearly_incompressible_solid_is_that_of_both_parts_of_its_energy():
+    """The force at small displacements is K x, in finite rotations nothing; K of a constant strain is exact."""
+    for cell in SECOND_ORDER:
+        s = structure_of(brick(cell, (1, 1, 1), warp=0.05), Material(1e6, 0.499, 1.0))
+        C = random_rotation(5)
+        x = nodal(s, lambda p, C=C: (p @ C.T - p)[..., None])[:, 0]
+        assert abs(s.internal_force.energy(x)) < 1e-10 * (x @ s.K @ x)
+        small = 1e-9 * np.random.default_rng(0).normal(size=s.n_dof)
+        np.testing.assert_allclose(
+            s.internal_force.force(small), s.K @ small, rtol=1e-6, atol=1e-6 * np.abs(s.K @ small).max()
+        )
+        strain = nodal(s, lambda p: (p @ np.diag([1.0, 0.0, 0.0]))[..., None])[:, 0]
+        volume = sum(block.weight.sum() for block in s.strain)
+        assert strain @ s.K @ strain == pytest.approx(isotropic_elasticity(Material(1e6, 0.499, 1.0))[0, 0] * volume)
+        stress = [
+            (b.elastic @ b.linear_map @ b.gradients((s.T @ small)[:, None], slice(None)))[..., 0] for b in s.strain
+        ]
+        work = [(b.linear_map @ b.gradients((s.T @ strain)[:, None], slice(None)))[..., 0] for b in s.strain]
+        found = sum(np.einsum("eq,eqs,eqs->", b.weight, p, w) for b, p, w in zip(s.strain, stress, work, strict=True))
+        assert found == pytest.approx(strain @ s.K @ small, rel=1e-9)
+
+
 def test_green_lagrange_energy_does_not_change_in_finite_rotations():
     C = random_rotation(5)
     for cell in SOLIDS:

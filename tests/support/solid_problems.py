@@ -212,3 +212,19 @@ def raasch_hook(n: int) -> SolidProblem:
     return SolidProblem(
         place, (n, max(1, n // 4)), Material(3300.0, 0.35, 1.0), {"a0": FIXED}, (("a1", Z),), "a1", Z, 4.9352
     )
+
+
+def thick_cylinder(nu: float) -> SolidProblem:
+    """Radii 3 to 9, sector of 10 deg, plane strain, E = 1000, pressure 1 inside (Timoshenko's closed form)."""
+    angle, radii = np.radians(10), np.array([3, 3.5, 4.2, 5.2, 6.75, 9])
+
+    def place(p: np.ndarray) -> np.ndarray:
+        r, turn = np.interp(5 * p[:, 0], range(6), radii), angle * (p[:, 1] - 0.5)
+        return np.stack([r * np.cos(turn), r * np.sin(turn), p[:, 2]], axis=1)
+
+    s, c = np.sin(angle / 2), np.cos(angle / 2)
+    answer = (1 + nu) / 1000 * 9 / 72 * ((1 - 2 * nu) * 3 + 81 / 3)
+    held = {"b0": symmetry(np.array([s, c, 0])), "b1": symmetry(np.array([-s, c, 0])), "c0": symmetry(Z)}
+    return SolidProblem(
+        place, (5, 1), Material(1000.0, nu, 1.0), held | {"c1": symmetry(Z)}, (("a0", 6 * s * X),), "a0", X, answer
+    )

@@ -329,7 +329,9 @@ def _mpc(model: NastranModel, card: Card) -> None:
                 c = card.components(k + 1)
                 terms.append((card.integer(k), c[0] if c else 0, card.real(k + 2, 0.0)))
     if any(g in model.grids.scalars for g, _, _ in terms):
-        model.bulk.found.unused("MPC to scalar points", "the equation is left out", card.place)
+        model.bulk.found.unused(
+            "MPC to scalar points", "the equation is left out; its constraint is missing", card.place
+        )
         return
     if not terms or not model.grids.require([g for g, _, _ in terms], card):
         return

@@ -38,7 +38,7 @@ _SQUARES = np.polynomial.legendre.leggauss(5)  # exact for squares of its slopes
 _TIED = np.polynomial.legendre.leggauss(2)  # along an axis the in-plane field has linear gradients
 
 
-@family("plate_bfs", OPTIONS)
+@family("plate_bfs", OPTIONS, dimension=2)
 def plate_bfs(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     """Thin flat plate elements on the rectangles of the member's group, in any position in space.
 

@@ -73,6 +73,10 @@ class SideTable:
         self._keys, self._dofs = all_keys[order], np.concatenate([self._dofs, dofs])[order]
         return self._dofs[np.searchsorted(self._keys, keys)]
 
+    def known(self, keys: IntArray) -> IntArray:
+        """Numbers (k, 1), each once, of the raw dofs of sides by key (n,) that have some."""
+        return np.unique(self._dofs[np.isin(self._keys, keys)])[:, None]
+
     def twists(self, nodes: IntArray, normals: Array, numbering: Numbering) -> IntArray:
         """Numbers (k,) of the raw dofs of the twist at nodes (k,) in planes of these normals (k, 3); one per node and
         plane."""

@@ -79,7 +79,7 @@ def prepared_mesh(mesh: Mesh, members: Sequence[Member]) -> tuple[Mesh, tuple[st
     return mesh, centred + laid
 
 
-@family("shell", OPTIONS, prepare=prepared_mesh)
+@family("shell", OPTIONS, prepare=prepared_mesh, dimension=2)
 def shell(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     """Shell elements of any thickness on the quadrilaterals and triangles of the member's group, also mixed.
 

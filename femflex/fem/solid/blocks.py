@@ -51,7 +51,11 @@ class SolidInertia:
 
 @dataclass(frozen=True, eq=False)
 class SolidStrain:
-    """Points of strain in solid elements: G (e, q, 3, k) gradients of the scalar shape functions."""
+    """Points of strain in solid elements: G (e, q, 3, k) gradients of the scalar shape functions.
+
+    dilatation  points of their own for a part of the energy of volume, of materials that hardly change theirs
+    enhanced    strains that bricks of eight nodes have besides, so that they bend
+    """
 
     dofs: IntArray
     weight: Array
@@ -60,22 +64,32 @@ class SolidStrain:
     quadratic_map: Array
     G: Array
     stress: Array
+    dilatation: Dilatation | None = None
+    enhanced: Enhanced | None = None
 
     def gradients(self, phi: Array, elements: slice, most: int | None = None) -> Array:
         """Displacement gradients (e, q, 9, n) [1] du_i/dx_a, row 3 i + a, per column of phi (n_raw, n)."""
         e, q, _, k = self.G[elements].shape
         nodal = phi[self.dofs[elements]].reshape(e, k, -1)
         g = np.matmul(self.G[elements].reshape(e, 3 * q, k), nodal).reshape(e, q, 3, 3, -1)
-        return g.swapaxes(2, 3).reshape(e, q, 9, -1)[:, :, :most]
+        g = g.swapaxes(2, 3).reshape(e, q, 9, -1)
+        if self.dilatation is not None:
+            few = np.matmul(_rows(self.dilatation.G[elements]), phi[self.dofs[elements]][:, None])
+            g = np.concatenate([g, _spread(self.dilatation.spread, few, g)], axis=2)
+        if self.enhanced is not None:
+            more = np.matmul(self.enhanced.over(elements).rows(), phi[self.dofs[elements]][:, None])
+            g = np.concatenate([g, more], axis=2)
+        return g[:, :, :most]
 
     def rows(self, elements: slice, most: int | None = None) -> Array:
         """Displacement gradients (e, q, 9, 3 k) [1/m] per dof, or the first `most` of them."""
-        G = self.G[elements]
-        e, q, _, k = G.shape
-        rows = np.zeros((e, q, 3, 3, k, 3))
-        for i in range(3):
-            rows[:, :, i, :, :, i] = G
-        return rows.reshape(e, q, 9, 3 * k)[:, :, :most]
+        rows = _rows(self.G[elements])
+        if self.dilatation is not None:
+            more = _spread(self.dilatation.spread, _rows(self.dilatation.G[elements]), rows)
+            rows = np.concatenate([rows, more], axis=2)
+        if self.enhanced is not None:
+            rows = np.concatenate([rows, self.enhanced.over(elements).rows()], axis=2)
+        return rows[:, :, :most]
 
     def sampled(self, elements: slice) -> SolidStrain:
         """See StrainBlock; the points of the linear strain serve.
@@ -86,30 +100,129 @@ class SolidStrain:
         """
         dofs, weight, G = self.dofs[elements], self.weight[elements], self.G[elements]
         elastic, stress = of(self.elastic, elements), of(self.stress, elements)
-        return replace(self, dofs=dofs, weight=weight, elastic=elastic, G=G, stress=stress)
+        volume = None if self.dilatation is None else self.dilatation.over(elements)
+        more = None if self.enhanced is None else self.enhanced.over(elements)
+        return SolidStrain(
+            dofs, weight, elastic, self.linear_map, self.quadratic_map, G, stress, dilatation=volume, enhanced=more
+        )
 
     def nonlinear(self, elements: slice, stress: StressAt | None = None) -> tuple[StrainBlock, ...]:
-        """See StrainBlock."""
+        """See StrainBlock; a part of the energy of volume has points of its own."""
         own = self.sampled(elements)
-        return (own if stress is None else replace(own, stress=stress(own)),)
+        own = own if stress is None else replace(own, stress=stress(own))
+        return (own,) if own.dilatation is None else own._apart(own.dilatation)
+
+    def _apart(self, dilatation: Dilatation) -> tuple[SolidStrain, SolidStrain]:
+        """The energy without what changes of volume cost at points of their own, and this."""
+        linear, quadratic, elastic = self.linear_map[:, :9], self.quadratic_map[:, :9, :9], self.elastic.copy()
+        elastic[..., :3, :3] -= dilatation.bulk
+        rest = replace(self, elastic=elastic, linear_map=linear, quadratic_map=quadratic, dilatation=None)
+        trace, squares = linear[:3].sum(axis=0, keepdims=True), quadratic[:3].sum(axis=0, keepdims=True)
+        bulk, nothing = np.full((1, 1, 1, 1), dilatation.bulk), np.zeros((1, 1, 1))
+        return rest, SolidStrain(self.dofs, dilatation.weight, bulk, trace, squares, dilatation.G, nothing)
 
     def stiffness(self, elements: slice = EVERY) -> Array:
         """Element stiffness matrices (e, l, l) [N/m, N, N m] of the linear strain.
 
         K_(k i)(l j) = sum_ab c_iajb int dN_k/dx_a dN_l/dx_b dV: nine scalar products, then the elastic tensor.
         """
+        if self.dilatation is not None:
+            return sum(part.stiffness() for part in self.sampled(elements)._apart(self.dilatation.over(elements)))
         G = self.G[elements]
         e, q, _, k = G.shape
         flat = G.reshape(e, q, 3 * k)
         products = np.matmul(flat.swapaxes(1, 2), flat * self.weight[elements][:, :, None])  # (a k), (b l)
         products = products.reshape(e, 3, k, 3, k).transpose(1, 3, 0, 2, 4).reshape(9, -1)
-        C = self.linear_map.T @ self.elastic[0, 0] @ self.linear_map  # (i a), (j b)
+        linear = self.linear_map[:, :9]
+        C = linear.T @ self.elastic[0, 0] @ linear  # (i a), (j b)
         by_pair = C.reshape(3, 3, 3, 3).transpose(0, 2, 1, 3).reshape(9, 9) @ products  # (i j), (a b)
-        return by_pair.reshape(3, 3, e, k, k).transpose(2, 3, 0, 4, 1).reshape(e, 3 * k, 3 * k)
+        K = by_pair.reshape(3, 3, e, k, k).transpose(2, 3, 0, 4, 1).reshape(e, 3 * k, 3 * k)
+        if self.enhanced is not None:
+            own = self.enhanced.over(elements)
+            K -= np.matmul(
+                own.response.swapaxes(1, 2), np.matmul(own.stiffness(self.weight[elements], self.elastic), own.response)
+            )
+        return K
 
     def parts(self) -> tuple[Part, ...]:
         """Element matrices for assembly."""
         return (Part(self.dofs, self.stiffness),)
+
+
+@dataclass(frozen=True, eq=False)
+class Dilatation:
+    """Points at which a part of the energy of volume, bulk (tr E)^2 / 2, is taken: so few that they do not lock.
+
+    G, weight  (e, m, 3, k), (e, m)  gradients of the shape functions at these points, and their volumes
+    spread     (q, m)                from values at these points to the points of the other energy
+    bulk       [Pa]
+    """
+
+    G: Array
+    weight: Array
+    spread: Array
+    bulk: float
+
+    def over(self, elements: slice) -> Dilatation:
+        """Those of some elements."""
+        return replace(self, G=self.G[elements], weight=self.weight[elements])
+
+
+@dataclass(frozen=True, eq=False)
+class Enhanced:
+    """Strains of incompatible displacements (1 - xi_m^2) a_m, m = 1, 2, 3, of bricks of eight nodes.
+
+    Their gradients are those at the centre, j0 / j (-2 xi_m) a_m J0^-1, whose mean is zero: constant strain stays exact
+    (R. L. Taylor, P. J. Beresford, E. L. Wilson, Int. J. Num. Meth. Engng 10 (1976) 1211). The nine a follow the nodes'
+    displacements so that the energy of the linear strain is least.
+
+    slope     (e, q, 3, 3)   gradient of each function, row m
+    response  (e, 9, 3 k)    the a per dof
+    """
+
+    slope: Array
+    response: Array
+
+    def over(self, elements: slice) -> Enhanced:
+        """Those of some elements."""
+        return Enhanced(self.slope[elements], self.response[elements])
+
+    def strains(self) -> Array:
+        """Strains (e, q, 6, 9) per a."""
+        return enhanced_strains(self.slope)
+
+    def rows(self) -> Array:
+        """Strains (e, q, 6, 3 k) per dof."""
+        return np.matmul(self.strains(), self.response[:, None])
+
+    def stiffness(self, weight: Array, elastic: Array) -> Array:
+        """Stiffness (e, 9, 9) of the a at points of weight (e, q) with the elastic matrix (1, 1, 6, 6)."""
+        B = self.strains()
+        return np.matmul(B.swapaxes(2, 3), np.matmul(elastic, B) * weight[:, :, None, None]).sum(axis=1)
+
+
+def enhanced_strains(slope: Array) -> Array:
+    """Strains (e, q, 6, 9) of displacements a_m f_m with gradients slope (e, q, 3, 3) of the f_m, per (m, i) of a."""
+    e, q = slope.shape[:2]
+    gradients = np.zeros((e, q, 3, 3, 3, 3))  # i, x_j, m, i
+    for i in range(3):
+        gradients[:, :, i, :, :, i] = slope.swapaxes(2, 3)
+    return strain_maps()[0] @ gradients.reshape(e, q, 9, 9)
+
+
+def _rows(G: Array) -> Array:
+    """Displacement gradients (e, q, 9, 3 k) [1/m] per dof of gradients G (e, q, 3, k) of the shape functions."""
+    e, q, _, k = G.shape
+    rows = np.zeros((e, q, 3, 3, k, 3))
+    for i in range(3):
+        rows[:, :, i, :, :, i] = G
+    return rows.reshape(e, q, 9, 3 * k)
+
+
+def _spread(weights: Array, few: Array, g: Array) -> Array:
+    """Dilatation (e, q, 1, n) that weights (q, m) make of gradients few (e, m, 9, n), above that of g (e, q, 9, n)."""
+    dilatation, own = (part[:, :, 0] + part[:, :, 4] + part[:, :, 8] for part in (few, g))
+    return np.asarray(np.matmul(weights, dilatation) - own)[:, :, None]
 
 
 def strain_maps() -> tuple[Array, Array]:

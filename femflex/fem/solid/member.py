@@ -19,9 +19,11 @@ from femflex.fem.option import Option, Options, member_options
 from femflex.fem.sections.materials import Anisotropic, Material, Orthotropic
 from femflex.fem.solid.blocks import SolidInertia, SolidStrain, strain_maps
 from femflex.fem.solid.elastic import elasticity, material_axes
-from femflex.fem.solid.locking import warn_of_curved, warn_of_first_order
+from femflex.fem.solid.enhanced import with_incompatible_modes
+from femflex.fem.solid.locking import warn_of_curved, warn_of_first_order, warn_of_incompressible
 from femflex.fem.solid.rules import CELLS, REDUCED, mass_rule, strain_rule
 from femflex.fem.solid.skin import solid_skin
+from femflex.fem.solid.volume import with_even_volume
 from femflex.mesh.cells import CELL_TYPES
 from femflex.mesh.raised import SECOND_ORDER, raised
 
@@ -73,7 +75,7 @@ def raised_solids(mesh: Mesh, members: Sequence[Member]) -> tuple[Mesh, tuple[st
     return found, (text,)
 
 
-@family("solid", OPTIONS, prepare=raised_solids)
+@family("solid", OPTIONS, prepare=raised_solids, dimension=3)
 def solid(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     """Solid elements on the cells of the member's group: tetrahedra, pyramids, wedges and hexahedra, also mixed.
 
@@ -106,10 +108,13 @@ def solid(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     inertia, strain, places = [], [], []
     for name, nodes in cells.items():
         x = mesh.points[nodes]
-        if CELL_TYPES[name].order == 1:
+        if name == "hexahedron":
+            pass
+        elif CELL_TYPES[name].order == 1:
             warn_of_first_order(name, x, material, member.group)
         elif not (reduced and name in REDUCED):
             warn_of_curved(name, x, member.group)
+        warn_of_incompressible(name, C, isinstance(material, Material), member.group)
         _check_order(name, x, member.group)
         dofs = numbering.translation(nodes.ravel()).reshape(len(nodes), -1)
         rule = strain_rule(name, full=not reduced)
@@ -117,7 +122,12 @@ def solid(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
         place = np.matmul(CELL_TYPES[name].interpolation(rule[0]), x)
         N, dV, rho = _mass_points(name, x, member.group)
         inertia.append(SolidInertia(dofs, dV * material.density, rho, N))
-        strain.append(SolidStrain(dofs, volume, C[None, None], linear, quadratic, G, stress))
+        own = SolidStrain(dofs, volume, C[None, None], linear, quadratic, G, stress)
+        if name == "hexahedron":
+            own = with_incompatible_modes(own, x, rule[0])
+        elif not (reduced and name in REDUCED):
+            own = with_even_volume(name, own, rule[0], material)
+        strain.append(own)
         places.append(StrainPlaces("solid", place))
     return Contribution(
         tuple(inertia), tuple(strain), partial(solid_skin, mesh.points, cells, numbering), tuple(places)
