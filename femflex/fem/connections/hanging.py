@@ -324,17 +324,20 @@ def _chains(mesh: Mesh, pairs: IntArray, families: list[str]) -> Iterable[tuple[
     beyond: dict[int, list[int]] = {}
     for a, b in ways.tolist():
         beyond.setdefault(a, []).append(b)
-    for k in sorted(covered):
-        a, b = pairs[k].tolist()
+    for row in sorted(covered):
+        a, b = pairs[row].tolist()
         if chain := _chain(mesh, beyond, a, b):
-            yield (a, b), families[k], chain
+            yield (a, b), families[row], chain
 
 
 def _chain(mesh: Mesh, beyond: dict[int, list[int]], a: int, b: int) -> list[int]:
     """Nodes between a and b of edges that lead from one to the other along their straight line; none where there are
     no such edges."""
     span = mesh.points[b] - mesh.points[a]
-    at = lambda node: float(span @ (mesh.points[node] - mesh.points[a]) / (span @ span))  # noqa: E731
+
+    def at(node: int) -> float:
+        return float(span @ (mesh.points[node] - mesh.points[a]) / (span @ span))
+
     chain = [a]
     while chain[-1] != b:
         ahead = {
