@@ -94,13 +94,16 @@ def _scalar(model: NastranModel) -> None:
     }
     for name in ("CMASS1", "CMASS2", "CMASS3", "CMASS4"):
         for card in bulk.each(name, use=False):
-            at = card.integer(2, 0) if name in ("CMASS1", "CMASS2") else 0
-            components = card.components(3) if at else ()
+            paired = name in ("CMASS1", "CMASS2")
+            at = card.integer(2, 0)
+            components = card.components(3) if paired and at in model.grids else ()
             m = values.get(card.integer(1, 0), 0.0) if name in ("CMASS1", "CMASS3") else card.real(1, 0.0)
-            if at in model.grids and len(components) == 1 and not card.has(4):
+            if at not in model.grids and at and not card.has(4 if paired else 3):
+                model.scalar_masses[at] = m, card
+            elif at in model.grids and len(components) == 1 and not card.has(4):
                 by_grid.setdefault(at, {})[components[0]] = (m, card)
             else:
-                bulk.found.unused(name, "masses between components or of scalar points are left out", card.place)
+                bulk.found.unused(name, "masses between two components are left out and missing", card.place)
     for grid, given in by_grid.items():
         masses = [given[c][0] for c in (1, 2, 3) if c in given]
         first = next(iter(given.values()))[1]
