@@ -4,8 +4,8 @@ A wave of number k has n = pi / (k h) elements of length h in its half. In surfa
 |u|^2 of the curvature kappa along the edges; n^-4 is the sum over both directions. In solids the ends u_1, u_2 of edges
 have mean |u_2 - u_1|^2 = 4 sin^2(k h / 2) mean |u|^2; n is that of the direction with fewest.
 
-Frequencies of four-node shells are 0.8 / n^2 to 1.1 / n^2 too high. Bricks of eight nodes and thickness t resist twist and
-double curvature besides, by a factor of 1 + (h / 5 t)^2. What others need is found on cantilever plates.
+Frequencies of four-node shells are 0.8 / n^2 to 1.1 / n^2 too high. Bricks of eight nodes and thickness t resist twist
+and double curvature besides, by a factor of 1 + (h / 5 t)^2. What others need is found on cantilever plates.
 """
 
 from __future__ import annotations
