@@ -25,8 +25,10 @@ if TYPE_CHECKING:
     from femflex.pipeline import run as run
     from femflex.pipeline.case_bodies import build_body as build_body
     from femflex.pipeline.decisions import build_system as build_system
+    from femflex.pipeline.simulate import simulate as simulate
     from femflex.reduction import load_body as load_body
     from femflex.reduction import save_body as save_body
+    from femflex.reduction.mesh_body import flexible_body as flexible_body
     from femflex.results import Run as Run
     from femflex.results import open_run as open_run
     from femflex.system import Controller as Controller
@@ -59,6 +61,7 @@ _HOME = {
     "build_system": "pipeline.decisions",
     "compile_system": "dynamics",
     "equilibrium": "dynamics.equilibria.equilibrium",
+    "flexible_body": "reduction.mesh_body",
     "load_body": "reduction",
     "open_run": "results",
     "read_case": "case",
@@ -66,6 +69,7 @@ _HOME = {
     "rigid_body": "body",
     "run": "pipeline",
     "save_body": "reduction",
+    "simulate": "pipeline.simulate",
     "system_modes": "dynamics.equilibria.system_modes",
     "with_values": "case",
 }
@@ -81,4 +85,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *_HOME})
+    return sorted({*_HOME, *(name for name in globals() if name.startswith("__"))})

@@ -47,6 +47,11 @@ def compile_ahead(*kernels: Any) -> None:
         begin(kernels)
 
 
+def is_on_disk(kernel: Any) -> bool:
+    """Whether the machine code of a kernel has been kept, so that its first call compiles nothing."""
+    return plain() or _config.DISABLE_JIT or bool(kernel._cache.is_stored(kernel))
+
+
 def part_options() -> dict[str, Any]:
     """Options of `numba.njit` for functions that only other compiled functions call."""
     options: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}

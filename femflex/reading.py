@@ -44,12 +44,12 @@ def reading(path: Path, kind: str, advice: str) -> Iterator[None]:
         raise ValueError(f"{path.name} could not be read as {kind}: {error_text(error)}. {advice}") from error
 
 
-def error_text(error: BaseException) -> str:
-    """Text of an error raised in reading a file: femflex's own, or a sentence instead of a library's."""
+def error_text(error: BaseException, otherwise: str = "its contents are not those of this format") -> str:
+    """Text of an error, such as one raised in reading a file: femflex's own, or `otherwise` instead of a library's."""
     if number := NO_NUMBER.search(str(error)):
         return f"it has {number[1]} where a number belongs"
     frames = [frame for frame, _ in walk_tb(error.__traceback__)]
     is_own = bool(frames) and str(frames[-1].f_globals.get("__name__", "")).startswith("femflex.")
     if is_own and isinstance(error, ValueError | RuntimeError) and error.args:
         return " ".join(str(error.args[0]).split())[:300].rstrip(". ")
-    return "its contents are not those of this format"
+    return otherwise

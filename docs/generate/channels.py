@@ -112,7 +112,11 @@ def listing(found: dict[str, dict[str, list[Any]]]) -> str:
         same = [channel for kind in kinds for channel in found[kind][path]]
         meaning = "; ".join(dict.fromkeys(plain(channel.description) for channel in same))
         only = "" if len(kinds) == len(found) or path.split("/")[0] not in ("monitors", "orbit", "sights") else kinds[0]
-        varied = path in ("q", "u", "z") or path.endswith(("delta", "drive", "multipliers"))
+        varied = (
+            len({channel.shape for channel in same}) > 1
+            or path in ("q", "u", "z")
+            or path.endswith(("delta", "drive", "multipliers"))
+        )
         size = "one per column" if varied else " x ".join(str(n) for n in same[0].shape) or "1"
         unit = "of the column" if path in ("q", "u", "z") else " or ".join(dict.fromkeys(c.unit for c in same))
         row = [code(path), size, cell(unit), same[0].frame, only, cell(meaning)]

@@ -1,4 +1,4 @@
-"""Every text that a user can meet, on one page: errors, warnings and reports, read off the sources."""
+"""Errors and warnings on one page, by the part of the work in which they come up, read off the sources."""
 
 from __future__ import annotations
 
@@ -10,13 +10,34 @@ from generate.markdown import cell, save, table
 
 PACKAGE = Path(__file__).resolve().parents[2] / "femflex"
 WORDS = 4  # shorter texts are names and units
+WARNINGS = {"PhysicsWarning", "warn", "doubt", "note"}
+SUBJECTS = {  # package -> what a reader was doing
+    "case": "The case file",
+    "assembly": "From the case to bodies and joints",
+    "mesh": "Meshes",
+    "decks": "Nastran and Abaqus decks",
+    "matrices": "Matrices of other programs",
+    "fem": "Members, sections and materials",
+    "reduction": "Modes and reduction",
+    "body": "Bodies",
+    "deployment": "Deploying members",
+    "system": "Joints, loads and effectors",
+    "dynamics": "Equations of motion and equilibria",
+    "integrate": "Integration",
+    "advice": "Advice on strain, buckling and truncation",
+    "pipeline": "Runs",
+    "results": "Result files",
+    "view": "Pictures",
+    "studies": "Studies",
+    "cli": "The command line",
+}
 
 HEAD = """# Messages
 
-Errors, warnings, reports and help texts of femflex, by the module that writes them. A word in ‹angle quotes› stands for
-a value. Search this page for a part of a message that you met. An error says what was found, what is allowed, and what
-to change. A warning of the physics says which body or joint, the computed value, the limit, and the remedy. This page
-is generated from the program.
+Errors and warnings of femflex, by what you were doing. A word in ‹angle quotes› stands for a name or number of your
+input. Search this page for a part of a message that you met. An error states what was found, what is allowed, and what
+to change; the exit code is then 2, or 3 where the numerics failed. A warning names the body or joint, the computed
+value, the limit and the remedy; the run goes on. This page is generated from the program.
 
 """
 
@@ -24,37 +45,49 @@ is generated from the program.
 def write(target: Path) -> None:
     """Write the page messages.md."""
     parts = []
-    for path in sorted(PACKAGE.rglob("*.py")):
-        if rows := sorted(set(texts(path))):
-            name = path.relative_to(PACKAGE.parent).as_posix()
-            parts.append(f"## {name}\n\n" + table(["line", "text"], [[str(line), cell(text)] for line, text in rows]))
+    for package, title in SUBJECTS.items():
+        found = {pair for path in (PACKAGE / package).rglob("*.py") for pair in messages(path)}
+        rows = [[kind, cell(text)] for kind, text in sorted(found, key=lambda pair: (pair[0], pair[1].lower()))]
+        parts.append(f"## {title}\n\n" + table(["kind", "message"], rows))
     save(target / "messages.md", HEAD + "\n".join(parts))
 
 
-def texts(path: Path) -> Iterator[tuple[int, str]]:
-    """Line and text of texts of a source file with at least WORDS words, without docstrings and patterns of `re`."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    nodes = list(ast.walk(tree))
-    inner = {id(part) for node in nodes if isinstance(node, ast.JoinedStr) for part in ast.walk(node)}
-    inner -= {id(node) for node in nodes if isinstance(node, ast.JoinedStr)}
-    docs = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
-    docs |= {id(node) for call in nodes if _of_re(call) for node in ast.walk(call)}
-    for node in nodes:
-        if isinstance(node, (ast.Constant, ast.JoinedStr)) and id(node) not in docs:
-            text = _text(node)
-            if text and len(text.split()) >= WORDS and (isinstance(node, ast.JoinedStr) or id(node) not in inner):
-                yield node.lineno, text
+def messages(path: Path) -> Iterator[tuple[str, str]]:
+    """Kind and text of what a source file raises, lists as a problem, or warns of."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call):
+            yield from (("error", text) for text in texts(node.exc))
+        elif isinstance(node, ast.Call):
+            name = getattr(node.func, "id", getattr(node.func, "attr", ""))
+            kind = "warning" if name in WARNINGS else "error" if name == "Problem" or name.endswith("Error") else ""
+            yield from ((kind, text) for text in texts(node) if kind)
 
 
-def _of_re(node: ast.AST) -> bool:
-    """Whether a node is a call such as re.compile(...)."""
-    if not (isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute)):
-        return False
-    return isinstance(node.func.value, ast.Name) and node.func.value.id == "re"
+def texts(call: ast.Call) -> Iterator[str]:
+    """The sentences among the arguments of a call."""
+    for node in (*call.args, *(keyword.value for keyword in call.keywords)):
+        text = written(node)
+        if len(text.split()) >= WORDS:
+            yield text
 
 
-def _text(node: ast.Constant | ast.JoinedStr) -> str:
+def written(node: ast.expr) -> str:
+    """The text of an expression, values by their names."""
     if isinstance(node, ast.Constant):
         return node.value if isinstance(node.value, str) else ""
-    parts = (str(v.value) if isinstance(v, ast.Constant) else f"‹{ast.unparse(v)[1:-1]}›" for v in node.values)
-    return "".join(parts)
+    if isinstance(node, ast.JoinedStr):
+        return "".join(written(part) if isinstance(part, ast.Constant) else placeholder(part) for part in node.values)
+    if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add):
+        return written(node.left) + written(node.right)
+    return ""
+
+
+def placeholder(node: ast.expr) -> str:
+    """The name of a value in angle quotes."""
+    inner = node.value if isinstance(node, ast.FormattedValue) else node
+    while isinstance(inner, ast.Call) and inner.args:
+        inner = inner.args[0]
+    if isinstance(inner, ast.Subscript):
+        inner = inner.value
+    name = getattr(inner, "id", getattr(inner, "attr", ""))
+    return f"‹{name.strip('_').replace('_', ' ') or 'value'}›"

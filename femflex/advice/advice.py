@@ -20,7 +20,7 @@ class Advice:
 
     body      its name; empty for the whole craft
     decision  what it is about: "strain", "shapes", "joints", "spin", "responses", "stiffening", "bend",
-              "buckling", "slack", "truncation", "support", "torque", "mass", "inertia", "output", "craft"
+              "buckling", "slack", "truncation", "support", "torque", "mass", "inertia", "output", "sampling", "craft"
     choice    what was chosen, as the tables of a case say it: "condensed", {"TIP": ["z", "ry"]}; None of a doubt
     reason    in words, with both numbers
     value     what was found, and
@@ -77,7 +77,12 @@ def advice_text(advice: Iterable[Advice]) -> str:
 
 
 def advice_from(text: str) -> tuple[Advice, ...]:
-    """The advice in the attribute `advice` of a result file."""
+    """The advice in the attribute `advice` of a result file. Raises ValueError for other text."""
     known = {field.name for field in fields(Advice)}
-    found: list[Mapping[str, Any]] = json.loads(text)
-    return tuple(Advice(**{key: value for key, value in one.items() if key in known}) for one in found)
+    try:
+        found: list[Mapping[str, Any]] = json.loads(text)
+        return tuple(Advice(**{key: value for key, value in one.items() if key in known}) for one in found)
+    except (ValueError, TypeError, AttributeError) as error:
+        raise ValueError(
+            f"the attribute 'advice' of the result file is not as a run writes it: {text[:40]!r}"
+        ) from error

@@ -44,7 +44,7 @@ class DeflectionWatch:
             places, size = _places(body)
             PLACES[body] = places, size, farthest(places[: body.n_modes]), farthest_places(places)
         self._places, size, self._largest, self._few = PLACES[body]
-        self.size = max(size, longest)
+        self.size = max(size, longest) or np.inf  # all places may coincide
         self._worst, self._delta = -1.0, np.zeros(body.n_modes)
 
     def moved(self, states: Array) -> Array:
@@ -132,7 +132,7 @@ def farthest_places(places: Array) -> Array:
 def _places(body: FlexibleBody) -> tuple[Array, float]:
     """Displacement (n_shapes, p, 3) of the places of a body per amplitude, and its size [m]."""
     if body.skin is not None and len(body.skin.points):
-        return body.skin.shapes, float(np.linalg.norm(np.ptp(body.skin.points, axis=0)))
+        return body.skin.shapes, float(np.linalg.norm(np.ptp(body.skin.points, axis=0))) or 1.0  # all at one place
     places = np.stack([marker.position for marker in body.markers.values()])
     rows = np.stack([marker.phi.T for marker in body.markers.values()], axis=1)
     return rows, max(float(np.linalg.norm(np.ptp(places, axis=0))), 1.0)

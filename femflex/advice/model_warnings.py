@@ -9,7 +9,7 @@ import numpy as np
 
 from femflex.advice.advice import Advice, doubt
 from femflex.advice.bodies import KnownBodies
-from femflex.advice.limits import CARRIED, DRIFT, DUST
+from femflex.advice.limits import CARRIED, DRIFT, DUST, LOWEST
 from femflex.body import FlexibleBody
 from femflex.dynamics import compile_system
 from femflex.dynamics.equilibria.linearised import held_freedoms
@@ -28,7 +28,7 @@ NOTABLE = 0.1  # of a body in that motion
 def model_warnings(system: System, known: KnownBodies, duration: float) -> list[Advice]:
     """What is doubtful of a craft and its bodies, whatever they are going to do."""
     out = [*_held_elsewhere(system, known), *_dragged_supports(system, known), *_idle_torques(system)]
-    out += [*_light_sets(system), *_loose_bodies(system), *_driven_orbit(system, duration)]
+    out += [*_light_sets(system), *_loose_bodies(system), *_driven_orbit(system, duration), *_aliased(system)]
     return [*out, *_turns_without_inertia(system)]
 
 
@@ -46,6 +46,25 @@ def output_warnings(system: System, step: float) -> list[Advice]:
             )
             out.append(doubt(name, "output", text, step, math.pi / omega[0]))
     return out
+
+
+def _aliased(system: System) -> Iterator[Advice]:
+    """First modes of whole bodies above half the sampling frequency of controllers: samples show them as slow ones."""
+    if not system.controllers:
+        return
+    slowest = max(system.controllers, key=lambda one: one.period)
+    pieces = {piece for parts in system.segments.values() for piece in parts}
+    for name, body in _once({name: body for name, body in system.bodies.items() if name not in pieces}):
+        omega = body.omega[np.isfinite(body.omega) & (body.omega > 0)][:LOWEST]
+        above = omega[omega > math.pi / slowest.period]
+        if len(above):
+            text = (
+                f"{slowest.name}: samples every {slowest.period:.4g} s resolve up to {0.5 / slowest.period:.4g} Hz. "
+                f"Body {name!r} has a mode of {above[0] / (2 * math.pi):.4g} Hz among its first {LOWEST}; a controller "
+                "takes its vibration for a slower one and may drive it. Shorten the period, or check the damping of "
+                "this mode in the run"
+            )
+            yield doubt(name, "sampling", text, math.pi / slowest.period, float(above[0]))
 
 
 def _once(bodies: Mapping[str, FlexibleBody]) -> Iterator[tuple[str, FlexibleBody]]:
@@ -100,7 +119,7 @@ def _held_elsewhere(system: System, known: KnownBodies) -> Iterator[Advice]:
         first = f"; its first frequency of {omega[0] / (2 * math.pi):.4g} Hz is {clamped}" if len(omega) else ""
         text = (
             f"bodies.{joint.child}: its shapes are clamped at {clamps[0]!r}, but joint "
-            f"{joint.name or f'{joint.parent}-{joint.child}'!r} supports it at {joint.child_marker!r}, {distance:.4g} "
+            f"{joint.label!r} supports it at {joint.child_marker!r}, {distance:.4g} "
             f"m away, and nothing is attached to {clamps[0]!r}{first}. Clamp {joint.child_marker!r}, or add its static "
             f"shapes (loads = {{ {group} = [...] }})"
         )
@@ -198,7 +217,7 @@ def _driven_orbit(system: System, duration: float) -> Iterator[Advice]:
     seen = model.observe(times, np.repeat(model.x0[None], len(times), axis=0))
     C_NR = dcm_from_quaternion(seen[f"bodies/{system.root}/attitude"])
     total = np.zeros((len(times), 3))  # root body axes, so that a thruster counts as fixed in the craft
-    for load in system.loads:
+    for load in (load for load in system.loads if load.force.any()):
         turned = np.swapaxes(C_NR, 1, 2) @ dcm_from_quaternion(seen[f"bodies/{load.body}/attitude"])
         total += np.einsum("tab,tb->ta", turned, seen[f"loads/{load.name}/force"])
     mass = sum(body.moments.mass for body in system.bodies.values())

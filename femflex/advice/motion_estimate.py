@@ -19,12 +19,14 @@ from femflex.dynamics.equilibria.elastic_response import elastic_places, elastic
 from femflex.dynamics.joints.held_places import specified_states
 from femflex.dynamics.terms.without import stiffened
 from femflex.integrate import Dop853, IntegrationError
-from femflex.integrate.driver import collected
+from femflex.integrate.driver import ABSOLUTE, collected
 from femflex.integrate.outcome import Block
+from femflex.reading import error_text
 from femflex.system import System
 
 Motion = tuple[Array, Array]  # times (n_t,) and states (n_t, n_x)
 
+SINGULAR = "a matrix of the model is singular or not finite"  # instead of what libraries say of it
 RTOL = 1e-6  # of the rigid motion
 ROWS = 2000  # spread over the time looked at
 CLOSED = 4  # times fewer of them where loops have to be solved for in each
@@ -106,8 +108,8 @@ def rigid_motion_of(model: Model, until: float) -> RigidEstimate:
 
 
 def _first(error: Exception) -> str:
-    """The first line of what an error says."""
-    return str(error).partition("\n")[0].rstrip(".")
+    """What an error says, in femflex's own words."""
+    return error_text(error, SINGULAR)
 
 
 def estimate_times(model: Model, until: float) -> Array:
@@ -142,8 +144,8 @@ def _moved(rigid: Model, times: Array) -> tuple[Motion, str]:
     """The motion of rigid bodies at these times, or up to where it costs too much or runs away, and why."""
     if not rigid.n_x:
         return (times, np.zeros((len(times), 0))), ""
-    sizes = typical_sizes(rigid, float(times[-1]))
-    method = Dop853(rtol=RTOL, atol=0.1 * RTOL * sizes)
+    sizes = rigid.motion_scales(rigid.x0, float(times[0]), float(times[-1]))
+    method = Dop853(rtol=RTOL, atol=ABSOLUTE * RTOL * sizes)
     found: list[Motion] = []
     resume = None
     for part in np.array_split(times, PARTS):
@@ -193,22 +195,3 @@ def _taken_along(model: Model, rigid: Model, motion: Motion) -> tuple[Array, Arr
     for row, t, x in zip(rates, times, found, strict=True):
         row[u] = rigid.parts(rigid.state_rate(float(t), x))[1]
     return states, rates
-
-
-def typical_sizes(model: Model, duration: float) -> Array:
-    """Usual sizes of the states (n_x,): 1 for coordinates and elastic rates, a typical rate for rates of joints.
-
-    Rates of a craft in orbit are of the size of the mean motion, 1e-3 rad/s; measured against 1 they would hardly be
-    followed.
-    """
-    system = model.system
-    elastic = np.zeros(model.n_u, bool)
-    at = 0
-    for name in system.order:
-        at += system.joint_of(name).n_u
-        elastic[at : at + system.bodies[name].n_modes] = True
-        at += system.bodies[name].n_modes
-    u0 = model.parts(model.x0)[1]
-    motion = 0.0 if system.orbit is None else system.orbit.mean_motion
-    rate = min(1.0, max(motion, 2.0 * np.pi / duration, float(np.abs(u0[~elastic]).max(initial=0.0))))
-    return np.concatenate([np.ones(model.n_q), np.where(elastic, 1.0, rate), system.state_sizes()])

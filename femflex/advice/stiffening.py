@@ -66,6 +66,7 @@ class OmittedStiffness:
         loads = {
             load.name: np.einsum("tab,tb->ta", turned[load.body], channels[f"loads/{load.name}/force"])
             for load in self._system.loads
+            if load.force.any()
         }
         pushed, mass, loaded = self._carried(places, turned, loads)
         given_way = loaded[self._system.root] / mass[self._system.root] if self._free else 0.0 * origin
@@ -83,7 +84,7 @@ class OmittedStiffness:
                 force = np.einsum("tab,tb->ta", C, np.broadcast_to(loaded[b], moved.shape)) - inertia
                 gain -= pull.sign * force @ pull.theta
             for load in self._system.loads:
-                if load.body == name and load.marker in ignored.at:
+                if load.body == name and load.marker in ignored.at and load.force.any():
                     gain -= channels[f"loads/{load.name}/force"] @ ignored.at[load.marker]
             out[name] = gain
         return out
@@ -110,7 +111,7 @@ class OmittedStiffness:
             mass[name] = body.moments.mass
             loaded[name] = mass[name] * self._gravity
             pushed[name] = body.moments.mass * (places[name] + turned[name] @ body.moments.center_of_mass())
-        for load in self._system.loads:
+        for load in (load for load in self._system.loads if load.name in loads):
             loaded[load.body] = loaded[load.body] + loads[load.name]
         for name in reversed(self._system.order):
             if (parent := self._system.joint_of(name).parent) is not None:

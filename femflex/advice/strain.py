@@ -167,9 +167,9 @@ def _small(reach: MotionExtent, raised: float, fallen: float, way: str) -> str:
 
 def _hardly_bent(reach: MotionExtent) -> str:
     """Why linear strain is enough for how far the body bends, and how far that is estimated."""
-    text = f"loads and motions bend it by {reach.bent:.2%} of its size at most"
+    text = f"predicted peak deflection {reach.bent:.2%} of its size"
     if reach.bent < PRINTED:
-        text = f"loads and motions bend it by less than {PRINTED:.3%} of its size" if reach.bent else "no load bends it"
+        text = f"predicted peak deflection below {PRINTED:.3%} of its size" if reach.bent else "no load bends it"
     return f"{text} (estimated {reach.doubt}; the run checks it)" if reach.doubt else text
 
 

@@ -22,8 +22,10 @@ from femflex.advice.advice import Advice, doubt
 from femflex.advice.bodies import KnownBodies
 from femflex.advice.enriched_bodies import EnrichedBody, Place
 from femflex.advice.limits import DOUBTFUL, LOWEST, MANY_RICHER, ROUNDING, SHARE
+from femflex.advice.motion_estimate import SINGULAR
 from femflex.arrays import Array
 from femflex.dynamics.equilibria.rest_modes import RestModes, rest_modes, truncation
+from femflex.reading import error_text
 from femflex.reduction.boundary.rigid import DIRECTIONS
 from femflex.system import System
 from femflex.system.ties import tie_places
@@ -58,7 +60,7 @@ def richer_craft(system: System, known: KnownBodies) -> RicherCraft:
             return RicherCraft({}, lack=f"{count} coordinates with richer sets, over {MANY_RICHER}" if bodies else "")
         modes = rest_modes(system, {name: found.body for name, found in bodies.items()})
     except (ValueError, RuntimeError, np.linalg.LinAlgError) as error:
-        return RicherCraft({}, lack=str(error).partition("\n")[0].rstrip("."))
+        return RicherCraft({}, lack=error_text(error, SINGULAR))
     return RicherCraft(bodies, modes, markers, frozenset(name for name in bodies if _stands(system, name)))
 
 
@@ -182,7 +184,7 @@ def truncation_warnings(system: System, richer: RicherCraft, band: float, t: flo
     try:
         found = truncation(system, richer.modes, LOWEST, band)
     except (ValueError, np.linalg.LinAlgError) as error:
-        log.info(f"the truncation error of the craft's frequencies is not estimated: {error}")
+        log.info(f"the truncation error of the craft's frequencies is not estimated: {error_text(error, SINGULAR)}")
         return []
     high = np.flatnonzero(found.errors > DOUBTFUL)
     if not high.size:

@@ -235,6 +235,13 @@ def build_sensor(name: str, table: SensorTable, bodies: Mapping[str, Part]) -> t
 def build_controller(case: Case, name: str, table: Any) -> Acting:
     """The controller of a table. Raises ValueError."""
     if isinstance(table, tables.AttitudeFeedbackTable):
+        for key, kind in (("error", "attitude"), ("rate", "rate")):
+            sensor = case.sensors.get(getattr(table, key).partition(".")[0])
+            if sensor is not None and sensor.kind != kind:
+                raise ValueError(
+                    f"found {key} = {getattr(table, key)!r}, a sensor of kind {sensor.kind!r}; give one of kind "
+                    f"{kind!r}"
+                )
         error, rate = signals_of(case, [table.error]), signals_of(case, [table.rate])
         momentum = signals_of(case, table.momentum or [])
         more = {} if table.limit is None else {"limit": table.limit}
@@ -303,8 +310,11 @@ def default_outputs(n: int) -> list[str]:
     return ["y"] if n == 1 else list("xyz") if n == 3 else [f"y{k + 1}" for k in range(n)]
 
 
-def signals_of(case: Case, names: list[str]) -> list[str]:
-    """Signals, a name alone standing for all outputs of that sensor, controller or signal. Raises ValueError."""
+def signals_of(case: Case, names: list[str], path: tuple[str, ...] = ()) -> list[str]:
+    """Signals, a name alone standing for all outputs of that sensor, controller or signal. Raises ValueError.
+
+    path: controllers whose number of outputs depends on these signals.
+    """
     out = []
     for name in names:
         if "." in name:
@@ -312,7 +322,7 @@ def signals_of(case: Case, names: list[str]) -> list[str]:
         elif name in case.sensors:
             out += [f"{name}.{output}" for output in sensor_outputs(case.sensors[name])]
         elif name in case.controllers:
-            out += [f"{name}.{output}" for output in controller_outputs(case, case.controllers[name])]
+            out += [f"{name}.{output}" for output in controller_outputs(case, name, path)]
         elif name in case.signals:
             out.append(f"{name}.value")
         else:
@@ -327,13 +337,25 @@ def sensor_outputs(table: SensorTable) -> list[str]:
     return names.get(table.kind, list("xyz"))
 
 
-def controller_outputs(case: Case, table: Any) -> list[str]:
-    """Names of what a controller gives."""
+def controller_outputs(case: Case, name: str, path: tuple[str, ...] = ()) -> list[str]:
+    """Names of what a controller gives. Raises ValueError where their number depends on itself.
+
+    path: controllers whose number of outputs depends on this one's.
+    """
+    if name in path:
+        raise ValueError(
+            f"algebraic loop: {' -> '.join([*path[path.index(name) :], name])} take all of each other's outputs, so "
+            f"that not even their number is known. Name single signals, such as '{name}.y', and take a state or a "
+            "sampled number somewhere in the loop"
+        )
+    table = case.controllers[name]
     if table.outputs is not None:
         return list(table.outputs)
     if isinstance(table, tables.AttitudeFeedbackTable):
         return list("xyz")
-    return default_outputs(len(linear_block(table, len(signals_of(case, table.inputs))).D))
+    as_many = isinstance(table, tables.PdTable | tables.PidTable | tables.LowPassTable | tables.NotchTable)
+    n = len(signals_of(case, table.inputs, (*path, name))) if as_many else 0
+    return default_outputs(len(linear_block(table, n).D))
 
 
 def craft_notes(case: Case) -> list[str]:

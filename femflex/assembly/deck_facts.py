@@ -17,10 +17,11 @@ from femflex.decks.units import Units, likely_units, units_of
 from femflex.fem import Structure, Support
 from femflex.fem.support import COMPONENTS
 from femflex.reduction import cantilever_modes, free_free_modes
+from femflex.reduction.boundary.rigid import rigid_shapes, stands_by_springs
 
 LARGEST = 60000  # degrees of freedom up to which the modes of a deck are computed for its starting case
 MODES = 6
-GUESSED_DENSITY = 2700.0  # kg/m^3
+GUESSED_DENSITY, GUESSED_MASS = 2700.0, 5.4  # kg/m^3, kg/m^2: aluminium, 2 mm of it
 HELD_BY_ITSELF = "autospc"
 RANK = 1e-8  # singular value of the motions that supports resist, below which a rigid-body motion is free
 
@@ -42,16 +43,15 @@ def deck_facts(path: Path, units: str | None, file: str) -> DeckFacts:
             reason = "as stated"
         structure = deck.structure()
         mass, centre = mass_and_centre(structure)
-        weightless: tuple[str, ...] = ()
+        weightless: tuple[tuple[str, str], ...] = ()
         if without_mass(deck, structure):
-            weightless = tuple(toml_key(name) for name in deck.materials)
-            notes.append(
-                f"overrides: the deck has no mass; a density of {GUESSED_DENSITY:g} kg/m^3 of "
-                f"{', '.join(weightless[:6])} is a guess"
-                if weightless
-                else "point_masses: the deck has no mass and no material; give the body point masses"
-            )
-            deck = read_deck(path, units, {name: {"density": GUESSED_DENSITY} for name in deck.materials})
+            if not deck.weightless:
+                raise ValueError(f"{deck.name}: {deck.no_density}")
+            weightless = tuple((toml_key(name), key) for name, key in deck.weightless)
+            given = ", ".join(f"{key} of {name}" for name, key in weightless[:6])
+            notes.append(f"overrides: the deck has no mass; what is given is a guess: {given}")
+            guesses = {"density": GUESSED_DENSITY, "nonstructural_mass": GUESSED_MASS}
+            deck = read_deck(path, units, {name: {key: guesses[key]} for name, key in deck.weightless})
             structure = deck.structure()
             mass, centre = mass_and_centre(structure)
     sets = tuple(name for name in deck.supports if name != HELD_BY_ITSELF)
@@ -60,23 +60,27 @@ def deck_facts(path: Path, units: str | None, file: str) -> DeckFacts:
         free = f"none of its sets of supports ({', '.join(sets)}) restrains" if sets else "no supports restrain"
         like = named_like(list(_groups(deck)), CLAMPS)
         hint = f'; to clamp group {like!r}: reduction = {{ method = "cantilever", clamp = "{like}", modes = 6 }}'
-        notes.append(
-            f"reduction: {free} all rigid-body motions of the deck; its modes are free-free{hint if like else ''}"
-        )
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            shapes = rigid_shapes(structure)
+            grounded = stands_by_springs(structure.K, structure.M, shapes)
+        ways = "its springs to ground hold it" if grounded else f"its modes are free-free{hint if like else ''}"
+        notes.append(f"reduction: {free} all rigid-body motions of the deck; {ways}")
     root, tip = _ends(deck, held, centre)
-    frequencies: tuple[float, ...] = ()
+    frequencies, rigid = tuple[float, ...](), False
     if structure.n_dof > LARGEST:
         notes.append(f"run: duration and torque are guesses ({structure.n_dof} degrees of freedom, modes not computed)")
     elif mass > 0:
         try:
             frequencies = _frequencies(deck, clamp, held)
-        except ValueError as error:
-            notes.append(f"modes: {' '.join(str(error).split())}")
+            rigid = not frequencies
+        except ValueError as error:  # `check` would refuse the case
+            raise ValueError(f"{deck.name}: no body can be made of this deck: {' '.join(str(error).split())}") from None
     extent = float(np.ptp(deck.mesh.points, axis=0).max())
     notes += [f"left out: {one}" for one in deck.unused]
     return DeckFacts(
         file, deck.solver, units, reason, sets, clamp, root, tip, _groups(deck), mass, extent, frequencies,
-        tuple(toml_key(name) for name in deck.materials), weightless, tuple(notes),
+        tuple(toml_key(name) for name in deck.materials), weightless, rigid, tuple(notes),
     )  # fmt: skip
 
 
@@ -162,9 +166,9 @@ def _frequencies(deck: Deck, clamp: str, held: dict[str, Support]) -> tuple[floa
             modes = cantilever_modes(structure, held, n) if clamp else free_free_modes(structure, n)
             return tuple(float(omega) / (2 * np.pi) for omega in modes.omega[:n])
         except ValueError as error:
-            if "modes were requested" not in str(error) or n == 1:
+            if "modes were requested" not in str(error):
                 raise
-    return ()
+    return ()  # a rigid body
 
 
 def _groups(deck: Deck) -> tuple[str, ...]:

@@ -125,11 +125,13 @@ def _refined(value: Any, cells: Mapping[str, IntArray]) -> Any:
 
 
 def left_out_text(deck: Deck) -> tuple[str, ...]:
-    """A line on the cards that the structure is made without, if any, and the notes of reading."""
+    """A line on the cards that the structure is made without, if any, those in full whose stiffness, mass or fluid is
+    missing, and the notes of reading."""
     kinds: dict[str, int] = {}
     for one in deck.unused:
         kinds[one.card] = kinds.get(one.card, 0) + one.count
     if not kinds:
         return deck.notes
     listed = ", ".join(f"{count} {card}" for card, count in kinds.items())
-    return (*deck.notes, f"left out of {deck.name}: {listed}; femflex info says what each changes")
+    missing = tuple(str(one) for one in deck.unused if "missing" in one.consequence)
+    return (*deck.notes, *missing, f"left out of {deck.name}: {listed}; femflex info says what each changes")

@@ -161,7 +161,7 @@ def root_joint(case: Case, bodies: Mapping[str, Part]) -> tuple[Joint | None, di
     if not np.array_equal(C_BM, place.orientation):
         marker = LIBRATION
     body = _with_marker(bodies[name], marker, place.turned(C_BM), attitude.marker or "origin")
-    where = {"child": name, "child_marker": marker}
+    where: dict[str, Any] = {"child": name, "child_marker": marker}
     rates = attitude.rates or (0.0, 0.0, 0.0)
     position, velocity = attitude.position or (0.0, 0.0, 0.0), attitude.velocity or (0.0, 0.0, 0.0)
     if attitude.held:

@@ -91,8 +91,7 @@ def _plate(
     else:
         layers = table.plies if isinstance(table, tables.Layup) else [table.face, table.core, table.face]  # type: ignore[union-attr]
         plies = [_ply(layer, materials) for layer in layers]
-    section = layup(plies, coupled)
-    return section.loaded(table.extra_mass) if table.extra_mass else section  # type: ignore[union-attr]
+    return layup(plies, coupled, table.extra_mass)  # type: ignore[union-attr]
 
 
 def _ply(table: tables.PlyTable, materials: Mapping[str, tables.Material]) -> Ply:

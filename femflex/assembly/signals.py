@@ -23,10 +23,17 @@ def signal_problems(case: Case, acting: Sequence[Effector | Controller]) -> list
     others |= {name for one in acting for name, _ in one.state_names()}
     heavy = tuple(f"{name}." for name in case.cables)  # with mass they are made later
     return [
-        Problem(where, f"found {name!r}, which is no signal; {near(name, known)}")
+        Problem(where, f"found {name!r}, which is no signal; {_meant(case, name, known)}")
         for where, name in taken_signals(case)
         if name not in known and name not in others and not name.startswith(heavy)
     ]
+
+
+def _meant(case: Case, name: str, known: Sequence[str]) -> str:
+    """Part of a sentence: the output of a table of that name, or the nearest known signal."""
+    own = [one for one in known if one.startswith(f"{name}.")]
+    first = f"{name}.value" if name in case.signals else own[0] if own else ""
+    return f"did you mean {first!r}?" if first else near(name, known)
 
 
 def taken_signals(case: Case) -> Iterator[tuple[str, str]]:

@@ -23,13 +23,18 @@ RESULTANTS = {  # by kind of member: names and units of what the elastic matrix 
 SHEAR_FORCES = {"shear_force_y": ("moment_z", -1.0), "shear_force_z": ("moment_y", 1.0)}  # of lines, [N]
 _LINE = RESULTANTS["line"][0]
 VON_MISES, FIBRE_STRESS = "von_mises", "fibre_stress"
+PLY_AXES = ("11", "22", "12")  # stresses of a ply along its axis 1, across it, and shear
+ISOTROPIC = 0.1  # of the largest stiffness, by which a ply's may differ with the direction
 ONE_SHEET = 1e-3  # by which 12 D / (A h^2) of a sheet of one material may differ from 1
 CHUNK = 4_000_000  # values held at once
 
 
 @dataclass(frozen=True)
 class Peak:
-    """The largest value of one quantity of one part: value, time [s], place (3,) [m, body frame]."""
+    """The largest value of one quantity of the members of a group: value, time [s], place (3,) [m, body frame].
+
+    group  "" for members whose group is not known: those of a kind then count together
+    """
 
     kind: str
     name: str
@@ -37,6 +42,7 @@ class Peak:
     value: float
     time: float
     place: tuple[float, float, float]
+    group: str = ""
 
 
 def resultants(part: StrainPart, y: Array) -> Array:
@@ -59,8 +65,9 @@ def resultants(part: StrainPart, y: Array) -> Array:
 def von_mises(part: StrainPart, y: Array) -> Array | None:
     """Von Mises' equivalent stress (t, p) [Pa] at amplitudes (t, n); None where a part's stress is not known.
 
-    Of solids that of the stress, of sheets of one material the larger of the two faces, of round beams that of the
-    outermost fibre by axial force, bending and torque; other sections and laminates are known by their resultants.
+    Of solids that of the stress, of plates of isotropic plies (a plain sheet, a sandwich) the largest of all faces of
+    plies, of round beams that of the outermost fibre by axial force, bending and torque. Plies of other materials are
+    known by their own stresses, other sections by their resultants.
     """
     if VON_MISES not in quantities([part]):
         return None
@@ -72,12 +79,57 @@ def von_mises(part: StrainPart, y: Array) -> Array | None:
         xx, yy, zz, yz, xz, xy = np.moveaxis(found, 2, 0)
         squares = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
         return np.asarray(np.sqrt(squares / 2 + 3 * (yz**2 + xz**2 + xy**2)))
-    h = 2 * part.lever
+    if part.plies.size:
+        xx, yy, xy = np.moveaxis(ply_stresses(part, y), -1, 0)
+        return np.asarray(np.sqrt(xx**2 - xx * yy + yy**2 + 3 * xy**2).max(axis=(2, 3)))
+    h = 2 * part.lever  # of a file without plies
     faces = []
     for sign in (1.0, -1.0):
         xx, yy, xy = np.moveaxis(found[..., :3] / h[..., None] + sign * 6 * found[..., 3:6] / h[..., None] ** 2, 2, 0)
         faces.append(np.sqrt(xx**2 - xx * yy + yy**2 + 3 * xy**2))
     return np.asarray(np.maximum(*faces))
+
+
+def ply_stresses(part: StrainPart, y: Array, plies: slice = slice(None)) -> Array:
+    """Stresses (t, p, k, 2, 3) [Pa] 11, 22, 12 of some plies in their own axes at their bottoms and tops.
+
+    Classical lamination theory: sigma = Q (eps_0 + z kappa), with the strains that the forces and moments of the
+    section, initial ones included, belong to.
+    """
+    n = min(6, len(part.names))
+    compliance = np.linalg.inv(part.elastic[:, :n, :n])
+    per_force = part.plies[:, plies][..., :n] @ compliance[:, None, None]
+    flat = per_force.reshape(len(per_force), -1, n)
+    found = np.matmul(flat, resultants(part, y)[..., :n, None])[..., 0]
+    return np.asarray(found.reshape(*found.shape[:2], *per_force.shape[1:4]))
+
+
+def ply_names(part: StrainPart) -> dict[str, tuple[int, int]]:
+    """Names of the ply stresses of a part, as in "ply1_11" of the lowest ply: its number and component, from 0.
+
+    Cores without stiffness in the plane have none, nor has a plain sheet of an isotropic material.
+    """
+    stiff = [k for k in range(part.plies.shape[1]) if part.plies[:, k].any()]
+    if part.plies.shape[1] == 1 and has_isotropic_plies(part):
+        return {}
+    return {f"ply{k + 1}_{name}": (k, c) for k in stiff for c, name in enumerate(PLY_AXES)}
+
+
+def has_isotropic_plies(part: StrainPart) -> bool:
+    """Whether every ply has the same stiffness in all directions of its plane, to a tenth.
+
+    Equal strains along both axes then give equal stresses without shear, and the two shears, (1, -1, 0) and (0, 0, 2),
+    equal stresses that are shears too.
+    """
+    if not part.plies.size:
+        return False
+    own = part.plies[0, :, 0, :, :3]
+    equal, first, second = (own @ np.array(strain) for strain in ([1.0, 1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 0.0, 2.0]))
+    size = np.abs(own).max(axis=(1, 2))
+    shears = [np.hypot((s[:, 0] - s[:, 1]) / 2, s[:, 2]) for s in (first, second)]
+    differ = [equal[:, 0] - equal[:, 1], equal[:, 2], first[:, 0] + first[:, 1], second[:, 0] + second[:, 1]]
+    differ.append(shears[0] - shears[1])
+    return bool(np.all(np.abs(differ) <= ISOTROPIC * size))
 
 
 def fibre_stress(part: StrainPart, y: Array) -> Array:
@@ -94,10 +146,13 @@ def fibre_stress(part: StrainPart, y: Array) -> Array:
     return np.asarray(found[..., 0] + bending)
 
 
-def one_sheet(part: StrainPart) -> bool:
-    """Whether plates are sheets of one material: D = A h^2 / 12. Membranes, which have no D, are not."""
+def has_face_stress(part: StrainPart) -> bool:
+    """Whether plates have a von Mises stress: all plies are isotropic or, where plies are not known, D = A h^2 / 12, a
+    sheet of one material. Membranes, which have no D, have none."""
     if len(part.names) < 6:
         return False
+    if part.plies.size:
+        return has_isotropic_plies(part)
     h = 2 * part.lever
     A, D = part.elastic[:, 0, 0], part.elastic[:, 3, 3]
     return bool(np.all(h > 0) and np.all(np.abs(12 * D / (A * h**2) - 1) < ONE_SHEET))
@@ -108,6 +163,7 @@ def named(part: StrainPart, name: str, y: Array) -> Array | None:
 
     Shear forces of lines are those that balance the moments: V_y = -dM_z/dx, V_z = dM_y/dx, in the axes of the section.
     They hold the load of rotary inertia, and differ from the constitutive ones within elements that are too long.
+    Stresses of plies, as "ply1_11", are those of the bottom or the top of the ply, where their magnitude is larger.
     """
     if name == VON_MISES:
         return von_mises(part, y)
@@ -116,6 +172,10 @@ def named(part: StrainPart, name: str, y: Array) -> Array | None:
     if name in SHEAR_FORCES:
         moment, sign = SHEAR_FORCES[name]
         return sign * (resultants(part, y)[..., _LINE.index(moment)] @ _slopes(part)) if _shears(part) else None
+    if name in (plies := ply_names(part)):
+        k, component = plies[name]
+        bottom, top = np.moveaxis(ply_stresses(part, y, slice(k, k + 1))[:, :, 0, :, component], 2, 0)
+        return np.where(np.abs(bottom) > np.abs(top), bottom, top)
     names = RESULTANTS[part.kind][0]
     if name not in names or names.index(name) >= len(part.names):
         return None
@@ -153,24 +213,26 @@ def quantities(parts: Sequence[StrainPart]) -> dict[str, str]:
             found |= dict.fromkeys(SHEAR_FORCES, "N")
         if len(part.fibres):
             found[FIBRE_STRESS] = "Pa"
+        found |= dict.fromkeys(ply_names(part), "Pa")
         twisted = len(part.names) == len(_LINE) and len(part.fibres) > 0 and not np.isnan(part.fibres[:, 3]).any()
-        if part.kind == "solid" or (one_sheet(part) if part.kind == "plate" else twisted):
+        if part.kind == "solid" or (has_face_stress(part) if part.kind == "plate" else twisted):
             found[VON_MISES] = "Pa"
     return found
 
 
 def peaks(parts: Sequence[StrainPart], y: Array, time: Array) -> list[Peak]:
-    """The largest magnitude over time and points of every quantity, by kind of member and name."""
-    best: dict[tuple[str, str], Peak] = {}
+    """The largest magnitude over time and points of every quantity, by group of members and name."""
+    best: dict[tuple[str, str, str], Peak] = {}
     for part in parts:
         units = quantities([part])
         for name, (largest, when) in over_time(part, y, list(units)).items():
             at = int(np.argmax(largest))
-            key = part.kind, name
+            key = part.kind, part.group, name
             if key not in best or largest[at] > abs(best[key].value):
                 x, y_, z = (float(value) for value in part.places[at])
-                best[key] = Peak(*key, units[name], float(largest[at]), float(time[when[at]]), (x, y_, z))
-    return [best[key] for key in sorted(best, key=lambda key: (list(RESULTANTS).index(key[0]), key[1]))]
+                when_s = float(time[when[at]])
+                best[key] = Peak(part.kind, name, units[name], float(largest[at]), when_s, (x, y_, z), part.group)
+    return [best[key] for key in sorted(best, key=lambda key: (list(RESULTANTS).index(key[0]), *key[1:]))]
 
 
 def at_points(parts: Sequence[StrainPart], name: str, points: ArrayLike, y: Array) -> tuple[Array, Array]:
@@ -234,6 +296,7 @@ def _over(part: StrainPart, points: IntArray) -> StrainPart:
         stress=rows(part.stress),
         lever=rows(part.lever),
         fibres=rows(part.fibres) if len(part.fibres) else part.fibres,
+        plies=rows(part.plies) if len(part.plies) else part.plies,
     )
 
 

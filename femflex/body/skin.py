@@ -26,6 +26,11 @@ class Skin:
     shapes: Array
     growth: Array | None = None
 
+    def __post_init__(self) -> None:
+        for kind, nodes in self.cells.items():
+            if nodes.size and not (nodes.min() >= 0 and nodes.max() < len(self.points)):
+                raise ValueError(f"the cells {kind!r} of a skin name points that it does not have; expected 0 to n - 1")
+
     @cached_property
     def reach(self) -> Array:
         """How far each shape moves the point that it moves farthest (n,) [m per amplitude]."""

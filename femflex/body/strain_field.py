@@ -37,6 +37,11 @@ ARRAYS = {  # name -> (description, units); those of rows hold for mass-normalis
     "stress": ("initial stress, of every point or of all", "N | N m | N/m | N/m^2"),
     "lever": ("polar radius of lines, half the thickness of plates, of every point or of all", "m"),
     "fibres": ("stress of extreme fibres per axial force, moments and torque, of every point or of all", "m^-2 | m^-3"),
+    "plies": (
+        "stress 11, 22, 12 in the axes of each ply of plates at its bottom and top, per membrane strain and curvature, "
+        "of every point or of all",
+        "N/m^2 | N/m",
+    ),
     "first": ("part of the amplitudes that is of first order in the energy", "1"),
 }
 
@@ -58,6 +63,9 @@ class StrainPart:
     lever      (1|p,)       polar radius of a line's section, with which twist is carried; half a plate's thickness [m]
     fibres     (0|1|p, 4)   of lines: stress of the extreme fibres per axial force, moment_z, moment_y and torque
                             [1/m^2, 1/m^3], the last NaN where the section is not round; none where not known
+    plies      (0|1|p, k, 2, 3, 6)  of plates: stress 11, 22, 12 in the axes of each ply, from the lowest on, at its
+                            bottom and top, per membrane strain and curvature [N/m^2, N/m]; none where not known
+    group      the member's group of the mesh; "" where not known
     per        points of each element, which follow each other; 1 where every point stands alone
 
     The strains are those of NAMES[kind], in this order; twist is the twist rate times the section's polar radius. Of
@@ -77,6 +85,21 @@ class StrainPart:
     per: int = 1
     lever: Array = field(default_factory=lambda: np.zeros(1))
     fibres: Array = field(default_factory=lambda: np.zeros((0, 4)))
+    plies: Array = field(default_factory=lambda: np.zeros((0, 0, 2, 3, 6)))
+    group: str = ""
+
+    def __post_init__(self) -> None:
+        if self.kind not in NAMES:
+            raise ValueError(f"a part of a strain field is of kind {self.kind!r}; known are {', '.join(NAMES)}")
+        (p, g, n), s = self.rows.shape if self.rows.ndim == 3 else (0, 0, 0), len(self.linear)
+        shapes = {
+            "places": (p, 3), "weight": (p,), "linear": (s, g), "quadratic": (s, g, g), "elastic": (p, s, s),
+            "stress": (p, s), "first": (n, n), "lever": (p,), "fibres": (p, 4),
+        }  # fmt: skip
+        for name, shape in shapes.items():
+            found = getattr(self, name).shape
+            if found not in (shape, (1, *shape[1:]), (0, 4)):
+                raise ValueError(f"{name!r} of a strain field has the shape {found}; expected {shape}")
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -133,6 +156,7 @@ class StrainPart:
             stress=mean(self.stress),
             lever=mean(self.lever),
             fibres=mean(self.fibres),
+            plies=mean(self.plies),
             per=1,
         )
 
@@ -157,6 +181,7 @@ def write_field(group: h5py.Group, field: Sequence[StrainPart]) -> None:
     for number, part in enumerate(field):
         own = group.create_group(f"strain_field/{number}")
         own.attrs["kind"], own.attrs["nonlinear"], own.attrs["per"] = part.kind, part.nonlinear, part.per
+        own.attrs["group"] = part.group
         for name in ARRAYS:
             own[name] = getattr(part, name)
             own[name].attrs["description"], own[name].attrs["units"] = ARRAYS[name]
@@ -168,6 +193,9 @@ def read_field(group: h5py.Group) -> tuple[StrainPart, ...]:
         return ()
     parts: Any = group["strain_field"]
     numbered = [parts[str(number)] for number in range(len(parts))]
+    for own in numbered:
+        if lacking := sorted({*ARRAYS} - {"first", "lever", "fibres", *own}):
+            raise ValueError(f"a part of the strain field lacks {', '.join(lacking)}")
     return tuple(
         StrainPart(
             kind=str(own.attrs["kind"]),
@@ -176,7 +204,9 @@ def read_field(group: h5py.Group) -> tuple[StrainPart, ...]:
             first=_first_order(own),
             lever=np.asarray(own["lever"][()], float) if "lever" in own else np.zeros(1),
             fibres=np.asarray(own["fibres"][()], float) if "fibres" in own else np.zeros((0, 4)),
-            **{name: own[name][()] for name in ARRAYS if name not in ("first", "lever", "fibres")},
+            plies=np.asarray(own["plies"][()], float) if "plies" in own else np.zeros((0, 0, 2, 3, 6)),
+            group=str(own.attrs.get("group", "")),
+            **{name: own[name][()] for name in ARRAYS if name not in ("first", "lever", "fibres", "plies")},
         )
         for own in numbered
     )

@@ -28,11 +28,13 @@ def changed_text(text: str, values: Mapping[str, Any], name: str) -> str:
 def changed_tables(tables: Mapping[str, Any], values: Mapping[str, Any], name: str) -> dict[str, Any]:
     """A copy of the tables of a case in which these values stand at their key paths, such as "bodies.hub.mass".
 
-    Entries of lists go by their number, from 0: "loads.0.force". name: of the file, for errors.
+    Entries of lists go by their name, "joints.hinge.stiffness", or by their number, from 0: "loads.0.force". name: of
+    the file, for errors.
     Raises ValueError for a path that leads nowhere; what stands at its end is not checked here.
     """
     raw: dict[str, Any] = _copied(dict(tables))
     for path, value in values.items():
+        path = numbered_path(tables, path)
         *folders, last = path.split(".")
         table: Any = raw
         for depth, key in enumerate(folders):
@@ -45,6 +47,25 @@ def changed_tables(tables: Mapping[str, Any], values: Mapping[str, Any], name: s
         else:
             raise ValueError(_nowhere(path, name, f"{'.'.join(folders)} is {table!r}, which holds no keys"))
     return raw
+
+
+def numbered_path(tables: Any, path: str) -> str:
+    """The key path with the names of entries of lists replaced by their numbers, as far as it leads."""
+    table, out = tables, []
+    for key in path.split("."):
+        if isinstance(table, list) and key in (named := _names(table)):
+            key = str(named[key])
+        out.append(key)
+        if isinstance(table, list):
+            table = table[int(key)] if key.isdigit() and int(key) < len(table) else None
+        else:
+            table = table.get(key) if isinstance(table, Mapping) else None
+    return ".".join(out)
+
+
+def _names(table: list[Any]) -> dict[str, int]:
+    """Numbers of the entries of a list by their names."""
+    return {str(part["name"]): k for k, part in enumerate(table) if isinstance(part, Mapping) and "name" in part}
 
 
 def written_keys(tables: Any, folder: str = "") -> list[str]:
@@ -69,7 +90,9 @@ def _entry(table: Any, key: str, where: str, path: str, name: str) -> Any:
     if isinstance(table, list):
         if key.isdigit() and int(key) < len(table):
             return table[int(key)]
-        raise ValueError(_nowhere(path, name, f"{here} is a list of {len(table)}; give a number from 0"))
+        named = _names(table)
+        names = f" or one of the names {', '.join(named)}" if named else ""
+        raise ValueError(_nowhere(path, name, f"{here} is a list of {len(table)}; give a number from 0{names}"))
     if not isinstance(table, dict):
         raise ValueError(_nowhere(path, name, f"{here} is {table!r}, which holds no keys"))
     if key not in table:

@@ -75,6 +75,12 @@ class LinearTable(BlockTable):
     scaled: StrictBool = False
     """Beyond a limit all outputs are scaled down together, which keeps their ratios."""
 
+    @model_validator(mode="after")
+    def _scaled_to_a_limit(self) -> LinearTable:
+        if self.scaled and self.limit is None:
+            refuse("found scaled without limit; give the limit to which the outputs are scaled down, or drop scaled")
+        return self
+
 
 class PdTable(LinearTable):
     """y = -stiffness e - damping w; inputs are the errors e, then as many rates w."""

@@ -13,7 +13,9 @@ from femflex.case.named_files import files
 from femflex.case.named_markers import markers
 from femflex.case.outline import Outline
 from femflex.case.problems import Problem, near
+from femflex.case.sensor import SensorTable
 from femflex.case.tree import root, tree
+from femflex.case.wheel import CableTable, SeparationTable
 
 
 def cross_problems(outline: Outline, folder: Path) -> list[Problem]:
@@ -46,6 +48,16 @@ def ends(outline: Outline) -> Iterator[Problem]:
                 yield Problem(f"{where}.{key}", f"found {name!r}, which is not a body; {near(name, outline.bodies)}")
         if body == parent:
             yield Problem(where, f"found body {body!r} joined to itself; parent and {role} must differ")
+    for where, item in outline.mounted.items():
+        if isinstance(item, CableTable | SeparationTable):
+            other, key = (item.parent, item.parent_marker), "parent_marker"
+        elif isinstance(item, SensorTable) and item.other_body is not None:
+            other, key = (item.other_body, item.other_marker), "other_marker"
+        else:
+            continue
+        if other == (item.body, item.marker):
+            what = f"marker {item.marker!r} of body {item.body!r}"
+            yield Problem(where, f"found both ends at {what}; give another marker as marker or {key}")
 
 
 def plays(outline: Outline) -> Iterator[Problem]:

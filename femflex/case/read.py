@@ -14,7 +14,8 @@ from pydantic import ValidationError
 
 from femflex.case.body import FlexibleTable
 from femflex.case.case import Case
-from femflex.case.changed import changed_tables
+from femflex.case.changed import changed_tables, numbered_path
+from femflex.case.control import warn_of_doubtful_control
 from femflex.case.crosscheck import cross_problems
 from femflex.case.magnitudes import warn_of_doubtful_magnitudes
 from femflex.case.outline import Outline, outline, outline_of
@@ -66,6 +67,7 @@ def _checked(raw: dict[str, Any], path: Path, text: str | None = None, known: Ma
     case._parts = {key: getattr(case, key) for key in raw if hasattr(case, key)}
     warn_of_doubtful_numbers(raw, case)
     warn_of_doubtful_magnitudes(case)
+    warn_of_doubtful_control(case)
     return case
 
 
@@ -79,12 +81,13 @@ def _validated(raw: dict[str, Any], known: Mapping[str, Any] | None) -> Case:
 def with_values(case: Case, values: Mapping[str, Any]) -> Case:
     """A case in which these values stand at their key paths: `with_values(case, {"bodies.hub.mass": 410.0})`.
 
-    Values are those of a case file: SI numbers, or texts with a unit. Entries of lists go by their number, from 0
-    ("loads.0.force"). The whole case is checked anew.
+    Values are those of a case file: SI numbers, or texts with a unit. Entries of lists go by their name
+    ("joints.hinge.stiffness"), or by their number from 0 ("loads.0.force"). The whole case is checked anew.
     Raises CaseError for a path that leads nowhere, and for every problem of the changed case.
     """
     if not case.tables:
         raise ValueError("this case was not read from a file or a text, so it has no keys to change by their path")
+    values = {numbered_path(case.tables, path): value for path, value in values.items()}
     try:
         raw = changed_tables(case.tables, values, case.path.name)
     except ValueError as error:
@@ -125,6 +128,8 @@ def _mesh_problems(parts: Outline, folder: Path) -> list[Problem]:
 def _not_there(path: Path) -> str:
     known = sorted(p.name for p in path.parent.glob("*.toml")) if path.parent.is_dir() else []
     text = near(path.name, known)
+    if not near(path.stem, [Path(name).stem for name in known]).startswith("did you"):
+        text = near("", known)  # alike in the suffix alone
     if path.suffix != ".toml" and not text.startswith("did you"):
         return "there is no such file; give the name of one that is there"
     few = len(known) <= FEW or text.startswith("did you")

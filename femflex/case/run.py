@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from femflex.arrays import Array
 
 
+LACKING = {"auto": ("step", "rho"), "dop853": ("step", "rho"), "esdirk4": ("rho",)}  # settings of implicit methods
+
+
 class RunTable(Table):
     """Duration, output and integrator of a run."""
 
@@ -33,7 +36,8 @@ class RunTable(Table):
     rtol: Annotated[float, Quantity("", above=0.0, most=0.1)] | None = None
     """Relative error tolerance of a step. Default: 1e-11 (dop853), 1e-9 (esdirk4) or 1e-6 (generalized_alpha)."""
     atol: Annotated[float, Quantity("", above=0.0)] | None = None
-    """Absolute error tolerance. Default: a tenth of rtol; for joint rates, times a typical rate."""
+    """Absolute error tolerance. Default: a tenth of rtol times the size of each kind of coordinate: 1, of joint rates a
+    typical rate, and less where the energy of the motion does not allow a hundredth of that."""
     integrator: Literal["auto", "dop853", "esdirk4", "generalized_alpha"] = "auto"
     """Integrator: auto; dop853, explicit, order 8; esdirk4, implicit, order 4; generalized_alpha, implicit, order 2,
     which damps high modes."""
@@ -50,6 +54,14 @@ class RunTable(Table):
     def _one_of_each(self) -> RunTable:
         exactly_one(self, ("duration", "orbits"))
         exactly_one(self, ("output_step", "samples"), required=False)
+        if lacking := [key for key in LACKING.get(self.integrator, ()) if getattr(self, key) is not None]:
+            have = " or ".join(
+                name for name in ("esdirk4", "generalized_alpha") if lacking[0] not in LACKING.get(name, ())
+            )
+            refuse(
+                f"found {lacking[0]} with integrator = {self.integrator!r}; it is a setting of {have} alone, so select "
+                "this integrator, or leave it out"
+            )
         if self.duration is not None and self.output_step is not None and self.output_step > self.duration:
             refuse(
                 f"found an output step of {self.output_step:g} s, longer than the duration of {self.duration:g} s; "

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Mapping
-from contextlib import suppress
+from dataclasses import dataclass
 
 import numpy as np
 
-from femflex.arrays import Array
+from femflex.arrays import Array, IntArray
 from femflex.case.starting_deck import DeckFacts, deck_tables, scale_of
 from femflex.mesh import Mesh
-from femflex.mesh.cells import CELL_TYPES
+from femflex.mesh.cells import CELL_TYPES, EDGES, FACES
+from femflex.mesh.regions import with_whole
 
 CLAMPS = ("root", "base", "clamp", "fixed", "fix", "hinge", "start", "left")  # parts of names of clamped groups
 TIPS = ("tip", "end", "corner", "free", "right")
@@ -109,11 +111,8 @@ plots = ["bodies/hub/rate", "attitude/angles"]
 """
 
 
-SECTIONS = {
-    1: '\n[sections.own]\nkind = "tube"\nouter_radius = "30 mm"\nthickness = "1 mm"\n',
-    2: '\n[sections.own]\nkind = "plate"\nthickness = "2 mm"\n',
-    3: "",
-}
+DIMENSION = {"beam": 1, "plate": 2, "plate_bfs": 2, "shell": 2, "solid": 3}  # of the cells of families
+SHEET = ', section = "sheet"'
 
 
 def starting_case(
@@ -122,13 +121,15 @@ def starting_case(
     mesh_file: str = "",
     schema: str = "case.schema.json",
     deck: DeckFacts | None = None,
+    choice: MeshChoice | None = None,
 ) -> tuple[str, list[str]]:
     """Text of a case called `name`, and what in it is to be looked at first.
 
-    mesh, mesh_file  a mesh for the flexible body, and its path from the case
+    mesh, mesh_file  a mesh for the flexible body, and its path from the case; choice: what is made of it, default the
+                     first of `mesh_choices`
     schema           path or address of the JSON Schema, for editors
     deck             facts of a deck for the flexible body, in place of a mesh
-    Raises ValueError for a mesh without groups of cells.
+    Raises ValueError for a mesh of points alone.
     """
     title = name.removesuffix(".toml").replace("_", " ").capitalize()
     scale = SCALE if deck is None else scale_of(deck)
@@ -140,7 +141,13 @@ def starting_case(
     head += METAL
     if mesh is None:
         return head + BEAM + _tail("boom", "tip", 2, scale), []
-    text, marker, notes = _meshed(mesh, mesh_file)
+    choice = choice or mesh_choices(mesh)[0]
+    whole = with_whole(mesh, choice.members)
+    text, marker = _meshed(whole, mesh_file, choice)
+    notes = list(choice.notes)
+    size = float(np.ptp(mesh.points, axis=0).max())
+    if size > LARGE:
+        notes.append(f"mesh_unit: the mesh spans {size:.4g}, read as millimetres")
     axis = _bending_axis(mesh)
     if axis is None:
         return head + text + _tail("flexible", marker, 2, scale), notes
@@ -164,85 +171,169 @@ def _bending_axis(mesh: Mesh) -> int | None:
     return int(across) if flat else None
 
 
-def _meshed(mesh: Mesh, mesh_file: str) -> tuple[str, str, list[str]]:
-    """Tables of a body made of a mesh, the name of a marker at its tip, and what is to be looked at."""
-    groups, dimension = _member_groups(mesh, mesh_file)
-    others = [group for group in mesh.groups if group not in groups]
-    clamp, tip = named_like(others, CLAMPS), named_like(others, TIPS)
-    notes = [f"members: families, section and material of {', '.join(map(repr, groups))} are guesses"]
-    if left := _left_out(mesh, groups):
-        notes.append(f"members: {', '.join(map(repr, left))} are not used; give members to those that carry load")
-    if clamp is None:
-        notes.append("clamp: no group of the mesh looks like a root; name the group that is attached to the hub")
+@dataclass(frozen=True)
+class MeshChoice:
+    """What a starting case makes of a mesh.
+
+    members  group -> families of its members
+    clamp    group that is clamped, "" where the body is free
+    tip      group of a marker, "" where there is none
+    modes    number of modes
+    notes    sentences on what is to be looked at
+    """
+
+    members: Mapping[str, tuple[str, ...]]
+    clamp: str = ""
+    tip: str = ""
+    modes: int = 6
+    notes: tuple[str, ...] = ()
+
+
+def mesh_choices(mesh: Mesh) -> list[MeshChoice]:
+    """What a starting case may make of a mesh, the best first: with all members and a clamp, down to the cells of the
+    highest dimension without one.
+
+    Raises ValueError for a mesh of points alone.
+    """
+    if not mesh.dimension:
+        raise ValueError("the mesh has no lines, surfaces or volumes; a body needs some")
+    members, beside = _member_groups(mesh)
+    others = [group for group in mesh.groups if group not in members]
+    clamp, tip = named_like(others, CLAMPS) or "", named_like(others, TIPS) or ""
+    notes = [f"members: families, section and material of {', '.join(map(repr, members))} are guesses"]
+    if beside:
+        notes.append(f"members: {', '.join(map(repr, beside))} are not used; give members to those that carry load")
+    free = "; these have groups: " + ", ".join(map(repr, others)) if others else ""
+    unheld = f"reduction: no group of the mesh looks like a root; its modes are free-free{free}"
+    top = {group: own for group, families in members.items() if (own := _of_dimension(families, mesh.dimension))}
+    found = []
+    for used in (members, top) if top != members else (members,):
+        whole = with_whole(mesh, used)
+        points = np.unique(np.concatenate([whole.group_points(group) for group in used]))
+        end = tip if tip and np.isin(mesh.group_points(tip), points).all() else ""
+        left = [group for group in members if group not in used]
+        said = [*notes, *([f"members: {', '.join(map(repr, left))} are left out"] if left else [])]
+        if clamp:
+            found.append(MeshChoice(used, clamp, end if end != clamp else "", notes=tuple(said)))
+        loose = f"reduction: clamping {clamp!r} leaves motions, or misses the members; its modes are free-free"
+        found.append(MeshChoice(used, "", end, notes=(*said, loose if clamp else unheld)))
+    return found
+
+
+def _of_dimension(families: tuple[str, ...], dimension: int) -> tuple[str, ...]:
+    return tuple(family for family in families if DIMENSION[family] == dimension)
+
+
+def _meshed(mesh: Mesh, mesh_file: str, choice: MeshChoice) -> tuple[str, str]:
+    """Tables of a body made of a mesh, and the name of a marker at its tip."""
     size = float(np.ptp(mesh.points, axis=0).max())
     unit = '\nmesh_unit = "mm"' if size > LARGE else ""
-    if unit:
-        notes.append(f"mesh_unit: the mesh spans {size:.4g}, read as millimetres")
-    section = ', section = "own"' if SECTIONS[dimension] else ""
+    metres = size * (1e-3 if unit else 1.0)
+    families = {family for own in choice.members.values() for family in own}
+    thin, wide = ("2 mm", "30 mm") if 0.1 <= metres <= LARGE else (f"{metres / 1000:.1g} m", f"{metres / 100:.1g} m")
+    wall = "1 mm" if wide == "30 mm" else f"{metres / 3000:.1g} m"
+    sections = ""
+    if "beam" in families:
+        sections += f'\n[sections.tube]\nkind = "tube"\nouter_radius = "{wide}"\nthickness = "{wall}"\n'
+    if families & {"plate", "plate_bfs", "shell"}:
+        sections += f'\n[sections.sheet]\nkind = "plate"\nthickness = "{thin}"\n'
+    named = {"beam": ', section = "tube"', "solid": ""}
     members = "".join(
-        f'    {{ group = {json.dumps(group)}, family = "{_family(mesh, group, dimension)}"{section}, '
-        'material = "metal" },\n'
-        for group in groups
+        f'    {{ group = {json.dumps(group)}, family = "{family}"{named.get(family, SHEET)}, material = "metal" }},\n'
+        for group, own in choice.members.items()
+        for family in own
     )
-    held = json.dumps(clamp or (others[0] if others else "ROOT"))
-    marked = tip is not None and json.dumps(tip) != held
-    marker = f"\n[bodies.flexible.markers.tip]\ngroup = {json.dumps(tip)}\n" if marked else ""
+    clamp = json.dumps(choice.clamp)
+    held = f'method = "cantilever", clamp = {clamp}' if choice.clamp else 'method = "free_free"'
+    end, markers = choice.clamp or "root", ""
+    if not choice.clamp:
+        points = mesh.points[np.unique(np.concatenate([mesh.group_points(group) for group in choice.members]))]
+        middle = points[np.argmin(np.linalg.norm(points - points.mean(axis=0), axis=1))] * (1e-3 if unit else 1.0)
+        place = ", ".join(f"{float(x):.9g}" for x in middle)
+        markers += f"\n[bodies.flexible.markers.root]\nposition = [{place}]    # the node next to its middle\n"
+    if choice.tip:
+        markers, end = f"{markers}\n[bodies.flexible.markers.tip]\ngroup = {json.dumps(choice.tip)}\n", "tip"
     return (
-        f"{SECTIONS[dimension]}\n"
-        f"[bodies.flexible]          # groups of the mesh: {', '.join(map(repr, mesh.groups))}\n"
+        f"{sections}\n"
+        f"[bodies.flexible]          # groups of the mesh: {', '.join(map(repr, mesh.groups)) or 'none'}\n"
         f'kind = "flexible"\nmesh = {json.dumps(mesh_file)}{unit}\nmembers = [\n{members}]\n'
-        f'reduction = {{ method = "cantilever", clamp = {held}, modes = 6 }}\n'
-        f"damping = {{ ratio = 0.005 }}     # of critical damping\n{marker}\n"
-        "[[joints]]                 # welded to the hub where it is clamped\n"
+        f"reduction = {{ {held}, modes = {choice.modes} }}\n"
+        f"damping = {{ ratio = 0.005 }}     # of critical damping\n{markers}\n"
+        f"[[joints]]                 # welded to the hub {'where it is clamped' if choice.clamp else 'at its middle'}\n"
         'kind = "weld"\nparent = "hub"\nparent_marker = "side"\nchild = "flexible"\n'
-        f"child_marker = {held}\n",
-        "tip" if marked else json.loads(held),
-        notes,
+        f"child_marker = {json.dumps(choice.clamp or 'root')}\n",
+        end,
     )
 
 
-def _member_groups(mesh: Mesh, mesh_file: str) -> tuple[list[str], int]:
-    """Groups of cells of the highest dimension that share no cell, the largest first, and that dimension."""
-    cells = {}
-    for group in mesh.groups:
-        with suppress(ValueError):  # a group of points
-            cells[group] = mesh.group_cells(group)
-    found = {group: max(CELL_TYPES[cell].dimension for cell in of) for group, of in cells.items()}
-    dimension = max(found.values(), default=0)
-    if dimension == 0:
-        raise ValueError(f"{mesh_file} has no group of lines, surfaces or volumes; name its parts in the mesher")
-    members: list[str] = []
-    taken: set[tuple[int, ...]] = set()
-    for group in sorted(found, key=lambda name: -sum(map(len, cells[name].values()))):
-        own = {tuple(row) for rows in cells[group].values() for row in rows.tolist()}
-        if found[group] == dimension and not own & taken:
-            members.append(group)
-            taken |= own
-    return members, dimension
+def _member_groups(mesh: Mesh) -> tuple[dict[str, tuple[str, ...]], list[str]]:
+    """Families of the members of groups, and groups of cells beyond the members that get none.
+
+    Groups of the highest dimension that share no cell, the largest first, then the groups of lower dimension whose
+    cells are no edges or faces of theirs. A group of several dimensions has members of each of which it has more than
+    the border of its surfaces or solids.
+    """
+    cells = {group: own for group, own in mesh.cell_groups.items() if own}
+    dimensions = {group: {CELL_TYPES[kind].dimension for kind in own} - {0} for group, own in cells.items()}
+    if not any(mesh.dimension in own for own in dimensions.values()):
+        cells, dimensions = {"all": with_whole(mesh, ["all"]).cell_groups["all"]}, {"all": {mesh.dimension}}
+    families: dict[str, list[int]] = {}
+    beside: list[str] = []
+    taken: dict[str, set[int]] = {}
+    for dimension in range(mesh.dimension, 0, -1):
+        lower = dimension < mesh.dimension and any(dimension in own for own in dimensions.values())
+        sides = _sides(mesh, dimension) if lower else Counter()
+        for group in sorted(cells, key=lambda name: -sum(map(len, cells[name].values()))):
+            own = {k: set(map(int, r)) for k, r in cells[group].items() if CELL_TYPES[k].dimension == dimension}
+            if not own or any(rows & taken.get(kind, set()) for kind, rows in own.items()):
+                continue
+            if lower:
+                counts = {sides[_corners(mesh, kind, row)] for kind, rows in own.items() for row in rows}
+                if not (0 in counts or (group in families and max(counts) > 1)):  # inner edges stiffen their own group
+                    continue
+            families.setdefault(group, []).append(dimension)
+            for kind, rows in own.items():
+                taken.setdefault(kind, set()).update(rows)
+    used = np.unique(np.concatenate([mesh.cells[k][list(rows)].ravel() for k, rows in taken.items()]))
+    for group, found in dimensions.items():
+        if found and group not in families and not np.isin(mesh.group_points(group), used).all():
+            beside.append(group)
+    several = len({dimension for own in families.values() for dimension in own}) > 1
+    return {
+        group: tuple(_family(mesh, cells[group], dimension, several) for dimension in own)
+        for group, own in families.items()
+    }, beside
 
 
-def _left_out(mesh: Mesh, members: list[str]) -> list[str]:
-    """Groups of cells that lie beyond the members: no edges or faces of these."""
-    used = np.unique(np.concatenate([mesh.group_points(group) for group in members]))
-    cells = [group for group in mesh.groups if group not in members and _has_cells(mesh, group)]
-    return [group for group in cells if not np.isin(mesh.group_points(group), used).all()]
+def _sides(mesh: Mesh, dimension: int) -> Counter[frozenset[int]]:
+    """Corners of the edges (dimension 1) or faces (2) of cells of higher dimension -> how many of these have it."""
+    found: Counter[frozenset[int]] = Counter()
+    for kind, nodes in mesh.cells.items():
+        cell = CELL_TYPES[kind]
+        if cell.dimension > dimension:
+            for side in EDGES[cell.shape] if dimension == 1 else FACES[cell.shape]:
+                found.update(map(frozenset, nodes[:, list(side)].tolist()))
+    return found
 
 
-def _has_cells(mesh: Mesh, group: str) -> bool:
-    try:
-        return any(CELL_TYPES[cell].dimension for cell in mesh.group_cells(group))
-    except ValueError:  # a group of points
-        return False
+def _corners(mesh: Mesh, kind: str, row: int) -> frozenset[int]:
+    return frozenset(mesh.cells[kind][row, : CELL_TYPES[kind].n_corners].tolist())
 
 
-def _family(mesh: Mesh, group: str, dimension: int) -> str:
-    """The family of members for a group of cells; quadrilaterals that are no rectangles of one plane are shells."""
+def _family(mesh: Mesh, cells: Mapping[str, IntArray], dimension: int, several: bool) -> str:
+    """The family of members for cells; surfaces that are not of one plane, quadrilaterals that are no rectangles, and
+    surfaces beside other members, are shells."""
     if dimension != 2:
         return {1: "beam", 3: "solid"}[dimension]
-    cells = mesh.group_cells(group)
-    if any("triangle" in cell for cell in cells):
+    own = {kind: mesh.cells[kind][rows] for kind, rows in cells.items() if CELL_TYPES[kind].dimension == 2}
+    points = mesh.points[np.unique(np.concatenate([rows.ravel() for rows in own.values()]))]
+    extent = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    if several or extent[2] > ASKEW * extent[0]:
+        return "shell"
+    if all(kind.startswith("triangle") for kind in own):
         return "plate"
-    return "plate_bfs" if all(_rectangles(mesh.points[corners[:, :4]]) for corners in cells.values()) else "shell"
+    rectangles = all(kind.startswith("quad") and _rectangles(mesh.points[rows[:, :4]]) for kind, rows in own.items())
+    return "plate_bfs" if rectangles else "shell"
 
 
 def _rectangles(corners: Array) -> bool:

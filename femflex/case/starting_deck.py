@@ -22,7 +22,8 @@ class DeckFacts:
     groups       names that a case can use
     mass, extent [kg], [m];  frequencies [Hz] of its modes, () where there are none
     materials    names by which overrides name its materials, as keys of TOML
-    weightless   those of a deck without mass
+    weightless   names of a deck without mass, and the key of their override: density or nonstructural_mass
+    rigid        whether it has no elastic modes
     notes        sentences on what needs to be looked at
     """
 
@@ -39,15 +40,19 @@ class DeckFacts:
     extent: float
     frequencies: tuple[float, ...] = ()
     materials: tuple[str, ...] = ()
-    weightless: tuple[str, ...] = ()
+    weightless: tuple[tuple[str, str], ...] = ()
+    rigid: bool = False
     notes: tuple[str, ...] = ()
 
 
 def deck_tables(facts: DeckFacts) -> str:
     """Tables of the body "flexible" and of the joint that welds it to the hub."""
     held = f'method = "cantilever", clamp = {json.dumps(facts.clamp)}' if facts.clamp else 'method = "free_free"'
-    modes = max(min(6, len(facts.frequencies)), 1) if facts.frequencies else 6
-    overrides = ", ".join(f'{name} = {{ density = "2700 kg/m^3" }}' for name in facts.weightless)
+    held += f", modes = {min(6, len(facts.frequencies)) or 6}"
+    if facts.rigid:
+        held = 'method = "rigid"'
+    values = {"density": "2700 kg/m^3", "nonstructural_mass": "5.4 kg/m^2"}
+    overrides = ", ".join(f'{name} = {{ {key} = "{values[key]}" }}' for name, key in facts.weightless)
     lines = [
         "",
         *_comment(f"Groups of the deck: {_listed(facts.groups)}. A node is node_17, a property pid_3, by its number."),
@@ -57,11 +62,11 @@ def deck_tables(facts: DeckFacts) -> str:
         f"deck = {json.dumps(facts.file)}",
         f"units = {json.dumps(facts.units)}{' ' * 11}# {facts.units_reason}",
         *(
-            [f"overrides = {{ {overrides} }}    # no material of the deck has a density: a guess"]
+            [f"overrides = {{ {overrides} }}    # the deck has no mass: a guess"]
             if overrides
             else [f'# overrides = {{ {name} = {{ density = "2700 kg/m^3" }} }}' for name in facts.materials[:1]]
         ),
-        f"reduction = {{ {held}, modes = {modes} }}",
+        f"reduction = {{ {held} }}",
         "damping = { ratio = 0.005 }     # of critical damping",
         "",
         "[bodies.flexible.markers.root]",

@@ -92,7 +92,8 @@ class SweepTable(Table):
     seed: Annotated[int, Count(0, 2**64 - 1)] = 0
     """Seed of the scatter."""
     vary: Annotated[dict[str, VaryTable], Field(min_length=1)]
-    """Key path in the case, such as "bodies.hub.mass" or "loads.0.torque.1", and how its value varies."""
+    """Key path in the case, such as "bodies.hub.mass", "joints.hinge.stiffness" or "loads.0.torque.1", and how its
+    value varies. Entries of a list go by their name, or by their number from 0."""
     outputs: Annotated[dict[str, MeasureTable], Field(default_factory=dict)]
     """Numbers that are kept of every run, by name."""
     histories: Annotated[list[str], Field(default_factory=list)]
@@ -122,6 +123,8 @@ class SweepTable(Table):
         if not (self.outputs or self.histories):
             refuse("found neither outputs nor histories; name what is to be kept")
         for name, quantity in self.outputs.items():
+            if not name.strip(". ") or "/" in name:
+                refuse(f"found an output named {name!r}; give a name without '/' that is not of dots alone")
             if quantity.of == OF_CAMPBELL:
                 refuse(f"found of = {OF_CAMPBELL!r} for {name!r}; a sweep looks at runs, bodies and modes")
         return self

@@ -1,11 +1,13 @@
 """Units of a case file: strings with a unit become SI numbers, checked for dimension. The only place that converts.
 
-The unit registry (pint) is loaded when the first string with a unit is met. Unlike pint's own rule an angle counts as a
+The unit registry (pint) is loaded when the first string with a unit is met: the common units alone, and all that pint
+knows where another one is met. Unlike pint's own rule an angle counts as a
 dimension: "30 deg" is no length ratio, and "2 Hz" no angular rate (2 cycles a second are 12.6 rad/s).
 """
 
 from __future__ import annotations
 
+import contextlib
 import difflib
 import re
 from functools import cache
@@ -135,14 +137,59 @@ def describe(base: tuple[tuple[str, float], ...]) -> str:
     return f"a quantity in {_written(base)}"
 
 
+# The units that cases are written in, as pint defines them: all of pint's take a third of a second to load.
+COMMON_DEFINITIONS = """
+nano- = 1e-9 = n-
+micro- = 1e-6 = µ- = μ- = u-
+milli- = 1e-3 = m-
+centi- = 1e-2 = c-
+kilo- = 1e3 = k-
+mega- = 1e6 = M-
+giga- = 1e9 = G-
+pi = 3.1415926535897932384626433832795028841971693993751 = π
+meter = [length] = m = metre
+second = [time] = s = sec
+kilogram = [mass] = kg
+gram = 1e-3 * kilogram = g
+radian = [] = rad
+degree = π / 180 * radian = deg = °
+percent = 0.01 = %
+minute = 60 * second = min
+hour = 60 * minute = h = hr
+day = 24 * hour
+newton = kilogram * meter / second ** 2 = N
+pascal = newton / meter ** 2 = Pa
+joule = newton * meter = J
+watt = joule / second = W
+hertz = 1 / second = Hz
+turn = 2 * π * radian = _ = rev = revolution
+revolutions_per_minute = turn / minute = rpm
+"""
+
+
 @cache
-def registry() -> UnitRegistry[Any]:
-    """The unit registry; takes a third of a second the first time."""
+def _registry(complete: bool) -> UnitRegistry[Any]:
+    """The common units alone, or all that pint knows."""
     from pint import UnitRegistry
 
-    units: UnitRegistry[Any] = UnitRegistry()
-    units.define("@alias revolution = rev")
+    units: UnitRegistry[Any] = UnitRegistry() if complete else UnitRegistry(None)
+    if complete:
+        units.define("@alias revolution = rev")
+    else:
+        units.load_definitions(COMMON_DEFINITIONS.strip().splitlines())
     return units
+
+
+def _quantity(unit: str) -> Any:
+    """One of a unit, in base units.
+
+    Raises pint.UndefinedUnitError.
+    """
+    import pint
+
+    with contextlib.suppress(pint.UndefinedUnitError):
+        return _registry(False).Quantity(1.0, _registry(False).parse_units(unit)).to_base_units()
+    return _registry(True).Quantity(1.0, _registry(True).parse_units(unit)).to_base_units()
 
 
 @cache
@@ -154,7 +201,7 @@ def _scale(unit: str) -> tuple[float, tuple[tuple[str, float], ...]]:
     if len(unit) > 60 or not _UNIT.fullmatch(unit) or "^" in stripped or "**" in stripped:
         raise UnitError(f"unit {unit!r} cannot be read; write it like 'N m^2', 'kg/m' or 'deg/s'")
     try:
-        quantity = registry().Quantity(1.0, registry().parse_units(_JOINED.sub(r"\1N m ", unit))).to_base_units()
+        quantity = _quantity(_JOINED.sub(r"\1N m ", unit))
     except pint.UndefinedUnitError as error:
         names = error.unit_names
         name = names if isinstance(names, str) else next(iter(names))

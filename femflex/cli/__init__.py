@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 from typing import NoReturn
@@ -12,6 +13,7 @@ def main() -> NoReturn:
 
     Exit codes: 0 done, 1 a fault of femflex itself, 2 bad input, 3 the numerics failed, 130 interrupted.
     """
+    gc.set_threshold(50_000)  # importing and reading make few circles; looking for them took a tenth of the time
     _check_folder()
     from femflex.cli.interrupt import INTERRUPTED, answer_at_once, leave  # after it: Python's own modules fail there
 

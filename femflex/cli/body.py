@@ -35,7 +35,7 @@ def body(
 
     With --interface it is written as a Craig-Bampton model for other programs, and used with kind = "matrices".
     """
-    from femflex.results.destination import check_destination
+    from femflex.writing import check_destination
 
     target = output or Path(f"{name}.npz" if interface else f"{name}.h5")
     if not interface and target.suffix.lower() in MODELS:

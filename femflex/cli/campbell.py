@@ -221,8 +221,8 @@ class CampbellOutputs:
 
     def check(self) -> None:
         """Raise before any work what would be found wrong after it."""
-        from femflex.results.destination import check_destination
         from femflex.view.theme import theme_of
+        from femflex.writing import check_destination
 
         theme_of(self.theme)
         for path in (self.table, self.picture):

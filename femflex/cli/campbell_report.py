@@ -40,6 +40,11 @@ def print_campbell(found: Campbell, scale: float, unit: str) -> None:
     for branch in found.branches:
         if branch.becomes:
             print(f"branch      {branch.name} ends as {branch.becomes}")
+    if found.critical:
+        print(
+            f"critical    {', '.join(f'{speed / scale:.6g}' for speed in found.critical)} {unit}: the stiffness is "
+            f"singular there, and no unique equilibrium exists; a row of the tables holds the limit from below"
+        )
     if found.orders:
         print_crossings(found, scale, unit)
     for branch in found.branches:
@@ -81,7 +86,7 @@ def write_table(found: Campbell, path: Path, force: bool) -> None:
     import csv
     import math
 
-    from femflex.view.output import placed
+    from femflex.writing import placed
 
     over = f"{found.value} [{found.unit}]" if found.unit else found.value
     heads = [

@@ -58,11 +58,11 @@ def advice_copy(case: Path, decided: Decided, force: bool) -> Path:
     """The copy of a case with the advice in it, in the folder of the case."""
     from femflex.case import read_case
     from femflex.pipeline.advised_case import advised_text
-    from femflex.results.destination import check_destination
+    from femflex.writing import placed
 
     copy = case.with_name(f"{case.stem}_advised.toml")
-    check_destination(copy, force)
-    copy.write_text(advised_text(read_case(case), decided), encoding="utf-8")
+    with placed(copy, force) as part:
+        part.write_text(advised_text(read_case(case), decided), encoding="utf-8")
     return copy
 
 
@@ -75,12 +75,14 @@ def examine_case(case: Path) -> tuple[Decided, str]:
         from femflex.case.values import count
         from femflex.pipeline.decisions import decided
         from femflex.pipeline.references import duration_of
+        from femflex.studies.linear.closed_loop import growing_loops
 
         read = read_case(case)
         found = decided(read, thorough=True)
         system = found.system
         times = read.run.times(duration_of(read, system))
-        warn_of((*found.advice, *output_warnings(system, float(times[1] - times[0]))))
+        loops = growing_loops(system, float(times[-1]))
+        warn_of((*found.advice, *output_warnings(system, float(times[1] - times[0])), *loops))
     elastic = sum(body.n_modes for body in system.bodies.values())
     mass = sum(body.moments.mass for body in system.bodies.values())
     bodies = count(len(system.bodies), "body", "bodies")

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from textwrap import fill
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from femflex.cli.advice_lines import print_notes
 from femflex.cli.tables import print_json, print_table
@@ -15,6 +15,11 @@ if TYPE_CHECKING:
     from femflex.studies import Convergence, FunctionStudy, StrainStudy
 
     Finding = Convergence | StrainStudy | FunctionStudy
+
+LEVEL = (
+    "modes per body; coordinates are those of all bodies, with the static shapes that femflex adds for the loads and "
+    "joints. Fewer modes may need more static shapes."
+)
 
 
 @dataclass(frozen=True)
@@ -32,9 +37,9 @@ class StudyOutputs:
         if self.tolerance is not None and not 0.0 < self.tolerance < 1.0:
             raise ValueError(f"--tolerance is {self.tolerance:g}; give a relative error between 0 and 1, such as 1e-3")
         if self.picture is not None:
-            from femflex.results.destination import check_destination
             from femflex.view.convergence import check_kind
             from femflex.view.theme import theme_of
+            from femflex.writing import check_destination
 
             theme_of(self.theme)
             check_kind(self.picture)
@@ -114,6 +119,8 @@ def print_study(found: Convergence) -> None:
         mark = "<-" if level == found.recommended else ""
         rows.append([str(level), str(found.counts[k]), *apart[k], f"{found.values[k]:.12g}", *found_text, mark])
     print_table([*heads, "value", "change", "error", ""], rows)
+    if found.over == "modes" and found.added.any():
+        print(fill(f"level       {LEVEL}", 110, subsequent_indent=" " * 12))
     for text in found.left_out:
         print(fill(f"left out    {text}", 110, subsequent_indent=" " * 12))
     print(fill(f"verdict     {found.verdict}", 110, subsequent_indent=" " * 12))
@@ -124,10 +131,13 @@ def derivatives_apart(found: Convergence) -> tuple[list[list[str]], list[str]]:
     if found.over == "mesh":
         return [[] for _ in found.levels], ["refined", "dofs"]
     of = "shapes" if found.over == "derivatives" and found.followers.any() else "coordinates"
-    parts, heads = [], [found.over, of]
+    parts: list[Any] = []
+    heads = [found.over, of]
+    if found.over == "modes" and found.added.any():
+        parts, heads = [*parts, found.added], [*heads, "static shapes"]
     if found.derivatives.any() or found.followers.any():
         inside = found.derivatives + (found.followers if of == "shapes" else 0)
-        parts, heads = [found.counts - inside, found.derivatives], [*heads, "vibration", "derivatives"]
+        parts, heads = [*parts, found.counts - inside, found.derivatives], [*heads, "vibration", "derivatives"]
     if found.followers.any():
         parts, heads = [*parts, found.followers], [*heads, "dependent"]
     return [[str(part[k]) for part in parts] for k in range(len(found.levels))], heads

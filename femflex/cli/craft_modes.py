@@ -32,7 +32,7 @@ class Drawing:
 
     def check(self) -> None:
         """Raise before any work what would fail after it."""
-        from femflex.results.destination import check_destination
+        from femflex.writing import check_destination
 
         if self.mode is not None and self.movie is None:
             raise ValueError("--mode names the mode of a movie; give -o mode.mp4 with it")
@@ -118,13 +118,13 @@ def print_modes(case: Case, modes: SystemModes, number: int | None, known: Known
         print(f"damping     {note}")
     elastic, band = int(np.count_nonzero(~modes.known)), case.run.band
     if elastic > LOWEST and any(one.origin.source is not None for one in known.values()):
-        below = f" and those below {band:g} Hz" if band else "; `band` in [run] adds those below it"
-        print(f"assessed    with richer sets of shapes: the first {LOWEST} of {elastic} elastic frequencies{below}")
+        below = f" and those below {band:g} Hz" if band else " (set run.band to check more)"
+        print(f"truncation  checked for the first {LOWEST} of {elastic} elastic frequencies{below}")
     print(f"about       {frame_text(modes.about)}")
     for line in length_lines(modes.about):
         print(line)
     if modes.left_out:
-        print(f"left out    {', '.join(modes.left_out)}. Use --at TIME to evaluate them at a time")
+        print(f"left out    {', '.join(modes.left_out)}. Time-varying loads are ignored here; --at TIME freezes them")
     if modes.held:
         print(f"held        commands of the sampled controllers {', '.join(modes.held)}: their loops are open")
     print_stability(modes.about)
@@ -134,6 +134,8 @@ def print_modes(case: Case, modes: SystemModes, number: int | None, known: Known
 
 def damping_note(case: Case, modes: SystemModes) -> str:
     """The first mode whose damping ratio is far from the one that its body is given; nothing where there is none."""
+    from femflex.dynamics.equilibria.character import MOTIONS
+
     given: dict[str, float] = {}
     for name, table in case.bodies.items():
         damping = getattr(table, "damping", None)
@@ -144,7 +146,13 @@ def damping_note(case: Case, modes: SystemModes) -> str:
         shares = {body: float(share[k]) for body, share in modes.energy.items() if body.partition(".")[0] in given}
         body = max(shares, key=lambda one: shares[one], default="")
         found = float(modes.damping_ratios[k])
-        if modes.known[k] or not shares or shares[body] < CARRIES or not 0.0 < found < 1.0:
+        if (
+            modes.known[k]
+            or modes.names[k].startswith(MOTIONS)
+            or not shares
+            or shares[body] < CARRIES
+            or not 0.0 < found < 1.0
+        ):
             continue
         ratio = given[body.partition(".")[0]]
         if abs(found / ratio - 1.0) > CHANGED:

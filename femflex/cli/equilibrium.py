@@ -41,10 +41,10 @@ def equilibrium(
     """Find the equilibrium nearest to a case's initial state, and whether it is stable with the damping of the case.
 
     At rest on the ground, in a spinning frame (steady spin), or in the orbital frame of a circular orbit. A run starts
-    from it with [initial] from = "eq.h5", or "equilibrium". Exit code 3: none was found; the last state in balance,
-    under the share of the forces that is reported, is kept in the output file.
+    from it with [initial] from = "eq.h5", or "equilibrium". Exit code 3: none was found; the last
+    converged load step is saved in the output file.
     """
-    from femflex.results.destination import check_destination
+    from femflex.writing import check_destination
 
     time = read_seconds(at, "--at")
     if output is not None:
@@ -95,7 +95,7 @@ def print_equilibrium(found: Equilibrium) -> None:
     print_table(
         ["marker", *(f"{a}, m" for a in XYZ), *(f"deflection {a}, m" for a in XYZ)],
         [
-            [label, *(f"{v:.9g}" for v in (*place["position"], *place["deflection"]))]
+            [label, *(f"{v:.9g}" for v in (*place["position"], *place.get("deflection", (0.0, 0.0, 0.0))))]
             for label, place in markers(found).items()
         ],
     )
@@ -121,7 +121,7 @@ def print_stability(found: Equilibrium) -> None:
     if len(found.eigenvalues):
         from femflex.dynamics.equilibria.small_motions import growth_rule
 
-        print(f"growth      {found.growth:.3g} 1/s at most; {growth_rule()}")
+        print(f"growth      largest growth rate {found.growth:.3g} 1/s; {growth_rule()}")
     if found.share == 1.0 and found.motions.known:
         counts: dict[str, int] = {}
         for motion in found.motions.known:

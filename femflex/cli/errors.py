@@ -9,11 +9,17 @@ from __future__ import annotations
 
 import dis
 import errno
+import os
 from types import TracebackType
 
 FAULT, BAD_INPUT, FAILED = 1, 2, 3
 FULL = {errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EFBIG}  # the disk, not the user
+NO_MEMORY = ("failed to map segment", "annot allocate memory", "can't start new thread")  # texts of the system
 NUMERICAL = {"LinAlgError", "ArpackError", "ArpackNoConvergence", "IntegrationError"}
+SINGULAR = (
+    "the numerics failed: a matrix of the model is singular, or has entries that are not finite. Check for coordinates "
+    "that describe the same motion, for masses and stiffnesses of zero or many orders apart, and for units"
+)
 PACKAGE = __name__.partition(".")[0]
 RAISE = dis.opmap["RAISE_VARARGS"]
 
@@ -24,7 +30,7 @@ def meaning(error: Exception) -> tuple[int, list[str]]:
     kind = type(error).__name__
     if kind == "CaseError":
         return BAD_INPUT, text.splitlines()
-    if isinstance(error, MemoryError):
+    if _is_of_memory(error):
         ours = text if raised_by_femflex(error) else ""
         return FAILED, [
             ours or "there is not enough memory for this; take a coarser mesh, fewer modes or fewer rows of output"
@@ -32,16 +38,27 @@ def meaning(error: Exception) -> tuple[int, list[str]]:
     if isinstance(error, OSError):
         return FAILED if error.errno in FULL else BAD_INPUT, [_os_text(error)]
     if kind in NUMERICAL:
-        return FAILED, [text if raised_by_femflex(error) else f"the numerics failed: {text}"]
+        return FAILED, [text if raised_by_femflex(error) else SINGULAR]
     if raised_by_femflex(error):
         if isinstance(error, ArithmeticError | RuntimeError):
             return FAILED, [text]
         if isinstance(error, ValueError | KeyError):
             return BAD_INPUT, [text]
     return FAULT, [
-        f"this is a fault of femflex itself: {kind} in {_place(error)}: {text}",
+        f"this is a fault of femflex itself: {kind} in {_place(error)}",
         "please report it with the case and the lines that FEMFLEX_TRACEBACK=1 in the environment prints",
     ]
+
+
+def _is_of_memory(error: BaseException | None) -> bool:
+    """Whether an error, or one that led to it, says that there is no memory: Python's, the system's or the loader's."""
+    while error is not None:
+        if isinstance(error, MemoryError) or getattr(error, "errno", None) == errno.ENOMEM:
+            return True
+        if isinstance(error, ImportError | OSError | RuntimeError) and any(text in str(error) for text in NO_MEMORY):
+            return True
+        error = error.__cause__ or error.__context__
+    return False
 
 
 def raised_by_femflex(error: BaseException) -> bool:
@@ -76,4 +93,7 @@ def _os_text(error: OSError) -> str:
     hint = " (--force)" if isinstance(error, FileExistsError) else ""
     if error.filename is not None and error.strerror:
         return f"{error.filename}: {error.strerror[0].lower()}{error.strerror[1:]}{hint}"
-    return f"{error}{hint}"
+    if raised_by_femflex(error):
+        return f"{error}{hint}"
+    reason = os.strerror(error.errno).lower() if error.errno else "it is damaged, or not in the format expected"
+    return f"a file could not be read or written: {reason}{hint}"

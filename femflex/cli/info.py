@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import warnings
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -18,6 +18,9 @@ from femflex.cli.verb import verb
 def info(
     file: Annotated[Path, typer.Argument(help="Mesh, deck, body, case or run file.", show_default=False)],
     units: Annotated[str, typer.Option("--units", help="Units of a deck, such as mm-t-s.")] = "m-kg-s",
+    channels: Annotated[
+        bool, typer.Option("--channels", help="List the channels that a run of the case would write.")
+    ] = False,
 ) -> None:
     """Describe a file: groups of a mesh, cards of a deck, modes of a body, tables of a case, channels."""
     if not file.is_file():
@@ -26,11 +29,13 @@ def info(
         )
     from femflex.mesh.formats import FORMATS
 
+    if channels and not (file.suffix == ".toml" or kind_of_hdf5(file) == "femflex run"):
+        raise ValueError(f"--channels lists those of a case or of a run; {file} is neither: leave the option out")
     with Patience(f"reading {file.name}"):
         text = (
             _hdf5(file)
-            if _starts_as_hdf5(file) and file.suffix.lower() not in FORMATS
-            else _case(file)
+            if (_starts_as_hdf5(file) or file.suffix.lower() in (".h5", ".hdf5")) and file.suffix.lower() not in FORMATS
+            else (_channels if channels else _case)(file)
             if file.suffix == ".toml"
             else _matrices(file)
             if file.suffix.lower() in MATRICES or _has_matrices(file)
@@ -40,6 +45,10 @@ def info(
 
 
 MATRICES = (".npz", ".mat", ".op4", ".op2", ".pch", ".dmig", ".asm", ".mtx", ".sti", ".mas", ".dof")  # suffixes
+# cards that make a file a deck, and not a mesh alone
+PROPERTIES = re.compile(r"^(MAT\d|P(SHELL|COMP|BAR|BEAM|ROD|SOLID|BUSH)|\*MATERIAL|\*\w[\w ]* SECTION)", re.I | re.M)
+
+LINEAR = {"A", "B", "C", "D", "states", "inputs", "outputs", "state_units"}  # members of a linear model's file
 
 
 def _has_matrices(file: Path) -> bool:
@@ -66,7 +75,7 @@ def kind_of_hdf5(file: Path) -> str:
         )
     if not _starts_as_hdf5(file):
         return ""
-    from femflex.results.reader import open_hdf5
+    from femflex.hdf5 import open_hdf5
 
     with open_hdf5(file) as opened:
         return str(opened.attrs.get("format", ""))
@@ -83,14 +92,61 @@ def _hdf5(file: Path) -> str:
 
         with open_run(file) as run:
             return repr(run)
+    if not kind and (text := _study_file(file)):
+        return text
     if not kind and _has_members(file):
         return _matrices(file)
     raise ValueError(f"{file} is an HDF5 file, but neither a run nor a body of femflex, nor one of matrices")
 
 
+def _study_file(file: Path) -> str:
+    """Lines about a file of `femflex sweep` or `femflex linearize`; "" for another HDF5 file."""
+    from femflex.hdf5 import open_hdf5
+
+    with open_hdf5(file) as opened:
+        keys = set(opened)
+        if LINEAR <= keys:
+            return linear_text(file, *(opened[key][()] for key in ("states", "inputs", "outputs")))
+    return _sweep(file) if {"problems", "percentiles", "inputs"} <= keys else ""
+
+
+def _sweep(file: Path) -> str:
+    """Lines about the results of a sweep."""
+    from femflex.studies.sweep import open_sweep
+
+    found = open_sweep(file)
+    failed = sum(bool(text) for text in found.problems)
+    lines = [f"{file.name}: sweep, {len(found.problems)} runs, of which {failed} failed"]
+    lines += [
+        f"input   {name}: {v.min():.6g} to {v.max():.6g} {found.units.get(name, '')}"
+        for name, v in found.inputs.items()
+    ]
+    for name, (mean, sigma, least, largest) in found.statistics().items():
+        v, unit = found.outputs[name], found.units.get(name, "")
+        lines.append(
+            f"output  {name}: mean {mean:.6g}, sigma {sigma:.6g}, {v[least]:.6g} (run {least}) to {v[largest]:.6g} "
+            f"(run {largest}) {unit}"
+        )
+    return "\n".join([*lines, *(f"history {name} [{found.units.get(name, '')}]" for name in found.histories)])
+
+
+def linear_text(file: Path, states: Any, inputs: Any, outputs: Any) -> str:
+    """Lines about a linear model that `femflex linearize` wrote, by the names in it."""
+    import numpy as np
+
+    names = [
+        [n.decode() if isinstance(n, bytes) else str(np.ravel(n)[0]) for n in np.ravel(group)]
+        for group in (states, inputs, outputs)
+    ]
+    lines = [f"{file.name}: linear model of femflex, dx/dt = A x + B u, y = C x + D u"]
+    for what, group in zip(("states", "inputs", "outputs"), names, strict=True):
+        lines.append(f"{what:8}{len(group)}: {', '.join(group) or 'none'}")
+    return "\n".join(lines)
+
+
 def _has_members(file: Path) -> bool:
     """Whether an HDF5 file holds anything."""
-    from femflex.results.reader import open_hdf5
+    from femflex.hdf5 import open_hdf5
 
     with open_hdf5(file) as opened:
         return len(opened) > 0
@@ -143,6 +199,25 @@ def _case(file: Path) -> str:
     return "\n".join(lines)
 
 
+def _channels(file: Path) -> str:
+    """The channels that a run of a case would write."""
+    from femflex.case import read_case
+    from femflex.pipeline.compiled import compiled
+    from femflex.pipeline.decisions import decided
+    from femflex.pipeline.recovered import recovered
+    from femflex.results.outline import channel_lines
+
+    case = read_case(file)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # `check` and `run` report them
+        system = decided(case).system
+        found = compiled(system).channels | recovered(case, system).channels
+    head = f"{file.name}: {len(found)} channels at n instants"
+    return "\n".join(
+        [head, *channel_lines({path: found[path] for path in sorted(found, key=lambda path: path.split("/"))})]
+    )
+
+
 def _mesh_or_deck(file: Path, units: str) -> str:
     """Lines about a mesh, and about the deck where the file is one."""
     from femflex.decks import READERS, read_deck
@@ -158,9 +233,13 @@ def _mesh_or_deck(file: Path, units: str) -> str:
             deck = describe(read_deck(file, declared))
     except ValueError as error:
         try:
-            return f"{_mesh(file)}\n\nas a deck: {error}"
+            mesh = _mesh(file)
         except ValueError as other:  # coordinate systems of its own, say
             raise ValueError(f"{error}\n\nas a mesh: {other}") from None
+        if not PROPERTIES.search(file.read_text(encoding="utf-8", errors="replace")):
+            return f"{mesh}\n\nas a deck: {error}"
+        print_folded(mesh)
+        raise ValueError(f"as a deck: {error}") from None
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -170,6 +249,16 @@ def _mesh_or_deck(file: Path, units: str) -> str:
 
 
 def _matrices(file: Path) -> str:
+    import numpy as np
+    from scipy.io import loadmat
+
+    if file.suffix.lower() in (".mat", ".npz"):
+        try:
+            found = np.load(file) if file.suffix.lower() == ".npz" else loadmat(file)
+            if set(found) >= LINEAR:
+                return linear_text(file, *(found[key] for key in ("states", "inputs", "outputs")))
+        except (OSError, ValueError, NotImplementedError):  # damaged, or of another version: its reader says so
+            pass
     from femflex.matrices.describe import describe_matrices
 
     return describe_matrices(file)

@@ -33,9 +33,10 @@ def answer_at_once() -> None:
 
 def leave() -> NoReturn:
     """End the process as interrupted, without the tenth of a second that unloading compiled code takes."""
-    keeping = sys.modules.get("femflex.results.interrupts")
-    for part in list(keeping.PARTS) if keeping else []:
-        part.unlink(missing_ok=True)
+    writing = sys.modules.get("femflex.writing")
+    if writing is not None:
+        for part in list(writing.PARTS):
+            writing.remove_part(part)
     if sys.stderr.isatty():
         sys.stderr.write(SHOW_CURSOR)
     for stream in (sys.stdout, sys.stderr):

@@ -74,7 +74,7 @@ def linearize(
     About the equilibrium nearest to the case's initial state (at rest, in steady spin, in orbit), or about the state of
     a run at a time. Loads that vary do not act in the equilibrium unless --at says when.
     """
-    from femflex.results.destination import check_destination
+    from femflex.writing import check_destination
 
     files = outputs(output or (), {MODEL: (".mat", ".npz", ".h5"), PICTURE: DIAGRAM_SUFFIXES})
     for path in files.values():
@@ -199,5 +199,5 @@ def print_model(model: LinearModel, small: StateSpace, data: dict[str, Any]) -> 
     for line in length_lines(model.about):
         print(line)
     if model.left_out:
-        print(f"left out    {', '.join(model.left_out)}. Use --at TIME to evaluate them at a time")
+        print(f"left out    {', '.join(model.left_out)}. Time-varying loads are ignored here; --at TIME freezes them")
     print_stability(model.about)

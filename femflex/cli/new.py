@@ -29,8 +29,7 @@ def new(
     """Write a commented case to start from, and the schema by which editors complete and check its keys."""
     from femflex.case.schema import schema_text
     from femflex.case.starting_case import starting_case
-    from femflex.results.destination import check_destination
-    from femflex.view.output import placed
+    from femflex.writing import check_destination, placed
 
     target = name if name.suffix else name.with_suffix(".toml")
     if target.suffix != ".toml":
@@ -51,7 +50,13 @@ def new(
         with Patience(f"reading {deck.name}"):
             facts = deck_facts(deck, units, Path(os.path.relpath(deck, target.parent)).as_posix())
     schema = target.with_name("case.schema.json")
-    text, notes = starting_case(target.name, found, file, schema.name, facts)
+    if found is None:
+        text, notes = starting_case(target.name, schema=schema.name, deck=facts)
+    else:
+        from femflex.assembly.starting_mesh import starting_case_of_mesh
+
+        with Patience(f"building the body of {Path(file).name}"):
+            text, notes = starting_case_of_mesh(target, found, file, schema.name)
     with placed(target, force) as part:
         part.write_text(text, encoding="utf-8")
     print(f"case        {target}")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+import time
 from contextlib import ExitStack, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -38,16 +40,21 @@ def run(
         typer.Option("--linearised", help="Solve the linear equations about the equilibrium, or along a deployment."),
     ] = False,
     no_pictures: Annotated[bool, typer.Option("--no-pictures", help="Draw none of the pictures of the case.")] = False,
+    verbose: Annotated[
+        bool, typer.Option("-v", "--verbose", help="Print tables of modes, and the reasons of choices.")
+    ] = False,
 ) -> None:
     """Simulate a case: mesh to modes to motion to HDF5, with the pictures and the \\[campbell] of the case.
 
     Exit code 2: the case cannot be run; 3: the numerics failed, 130: interrupted, with what was computed kept.
     """
     from femflex import pipeline
+    from femflex.advice.advice import warn_of
     from femflex.case import read_case
     from femflex.results import FileLock, open_run
+    from femflex.studies.linear.closed_loop import growing_loops
 
-    output, omitted = output or Path(f"{case.stem}.h5"), listed_names(without)
+    began, output, omitted = time.perf_counter(), output or Path(f"{case.stem}.h5"), listed_names(without)
     with ExitStack() as stack:
         with Patience("reading the case") as say:
             read = read_case(case)
@@ -59,17 +66,17 @@ def run(
             if not no_pictures:
                 check_pictures(read, output, force=force)
             lock = stack.enter_context(FileLock(output))
-            say(
-                "building bodies and compiling the equations of motion (the first run of an installation takes half a "
-                "minute)"
-            )
+            say("building bodies and reading the compiled equations of motion")
+            print_compile_notice()
             prepared = pipeline.prepare(
                 read, output, force=force, resume=resume, without=omitted, linearised=linearised
             )
             if not no_pictures:
                 check_left_out(prepared)
             prepared.load_kernels()
-        print_run_heading(prepared)
+            if not resume:
+                warn_of(growing_loops(prepared.system, float(prepared.times[-1])))
+        print_run_heading(prepared, verbose)
         _integrate(prepared, output, force, resume, lock)
     with open_run(output) as done:
         print_run_summary(done, prepared.system, output)
@@ -81,11 +88,21 @@ def run(
 
         missed += write_diagram_files(read, output, force)
     missed += [] if omitted or linearised else print_modes_verdicts(read)
+    print(f"elapsed     {time.perf_counter() - began:.1f} s")
     if missed:
         print_error(
             f"warning: the run is complete, but these expected values of the case do not hold: {', '.join(missed)}. "
             f"Check the model, or correct [expect]"
         )
+
+
+def print_compile_notice() -> None:
+    """Say on standard error that the first run of an installation compiles, where nothing is on disk yet."""
+    from femflex.dynamics.reports.observe import observe
+    from femflex.kernels import is_on_disk
+
+    if not is_on_disk(observe):
+        print("femflex: compiling the equations of motion, once per installation: half a minute", file=sys.stderr)
 
 
 def _integrate(prepared: Prepared, output: Path, force: bool, resume: bool, lock: FileLock) -> None:

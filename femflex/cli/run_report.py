@@ -7,21 +7,22 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from femflex.arrays import BoolArray
+    from femflex.body import FlexibleBody
     from femflex.case import Case
     from femflex.pipeline import Prepared
     from femflex.results import Run
     from femflex.system import System
 
-ENERGIES = ("kinetic", "elastic", "spring", "load")  # whose sizes the energy's change is measured by
 RELEASED = -2.0  # minus the time at which it opened, in place of the time, of a latch that has opened
 MOVED = 4  # initial values listed on screen when the start moves them
 
 
-def print_run_heading(prepared: Prepared) -> None:
-    """Print modes, orbit, attitude and the integrator with the reason it was chosen."""
+def print_run_heading(prepared: Prepared, verbose: bool) -> None:
+    """Print the bodies, orbit, attitude and integrator; verbose: with tables of modes, and the reasons of choices."""
     from femflex.assembly.craft import craft_notes
     from femflex.cli.advice_lines import print_notes
     from femflex.cli.modes import group_equal_bodies, print_modes
+    from femflex.integrate.choice import KINDS
 
     case, system = prepared.case, prepared.system
     print(case.title or case.path.name)
@@ -30,25 +31,60 @@ def print_run_heading(prepared: Prepared) -> None:
     pieces = {piece for parts in system.segments.values() for piece in parts}
     whole = {name: body for name, body in system.bodies.items() if body.n_modes and name not in pieces}
     for names, body in group_equal_bodies(whole):
+        if verbose:
+            print()
+            print_modes(names, body)
+        else:
+            print(f"body        {names}: {body.n_modes} coordinates{_range(body)}, {body.strain_form} strain")
+    if verbose:
         print()
-        print_modes(names, body)
-    print()
     for name, parts in system.segments.items():
         each = system.bodies[parts[0]].n_modes
         print(f"body        {name} is cut into {len(parts)} segments of {each} elastic coordinates each")
-    print_notes(prepared.decided.notes)
-    for line in craft_notes(case):
-        print(f"craft       {line}")
+    if verbose:
+        if "nonlinear_strain" not in prepared.model.omitted:
+            print_notes(prepared.decided.notes)
+        for line in craft_notes(case):
+            print(f"craft       {line}")
     for line in (*_orbit_lines(prepared), _attitude_line(prepared)):
         print(line)
     step = f"{len(prepared.times)} rows to {prepared.times[-1]:.6g} s"
-    print(f"integrator  {prepared.reason}")
+    name = prepared.integrator.name
+    print(f"integrator  {prepared.reason if verbose else f'{name} ({KINDS[name]})' if name in KINDS else name}")
+    print_tolerances(prepared)
     if (held := prepared.model.constraints) is not None:
         print(f"constraints {held.text(0.0, prepared.model.x0)}")
         for misfit in prepared.taken_up:
             print(f"constraints {misfit}")
         print_moved_start(prepared)
     print(f"output      {step}")
+
+
+def _range(body: FlexibleBody) -> str:
+    """The lowest and the highest frequency of a body's modes."""
+    import numpy as np
+
+    known = body.omega[np.isfinite(body.omega)] / (2.0 * np.pi)
+    return f", {known.min():.4g} to {known.max():.4g} Hz" if len(known) else ""
+
+
+def print_tolerances(prepared: Prepared) -> None:
+    """Print the relative tolerance, and the absolute ones of each kind of coordinate and its rate."""
+    from femflex.dynamics.equilibria.motion_scale import KINDS, coordinate_kinds
+    from femflex.integrate.driver import Adaptive
+
+    model, method = prepared.model, prepared.integrator
+    if not isinstance(method, Adaptive) or not model.n_u:
+        return
+    q, u, _ = model.parts(method.absolute(model, prepared.times, model.x0))
+    of_q, of_u = coordinate_kinds(model)
+    parts = [
+        f"{name} {q[of_q == kind].min():.1e} {unit} and {u[of_u == kind].min():.1e} {unit}/s"
+        for kind, (name, unit) in enumerate(zip(KINDS, ("m", "rad", "kg^1/2 m"), strict=True))
+        if (of_u == kind).any()
+    ]
+    source = "as requested" if method.atol is not None else "by the energy of the motion"
+    print(f"tolerances  relative {method.rtol:.1e}; absolute, {source}: {', '.join(parts)}")
 
 
 def print_moved_start(prepared: Prepared) -> None:
@@ -118,6 +154,7 @@ def print_run_summary(run: Run, system: System, output: Path) -> None:
     """Print how the run ended and how far its monitors drifted."""
     import numpy as np
 
+    from femflex.advice.energy_watch import conserved_monitors
     from femflex.cli.attitude_angles import angle_lines
 
     s = run.statistics
@@ -129,12 +166,13 @@ def print_run_summary(run: Run, system: System, output: Path) -> None:
         print(line)
     for line in angle_lines(run, system.libration_sequence):
         print(line)
-    for path in conserved_monitors(run, system):
+    for path in conserved_monitors(system, run.without):
         print(change_line(run, path))
     if "monitors/constraint_position" in run:
         gap, speed = (float(run[f"monitors/constraint_{what}"].max()) for what in ("position", "velocity"))
         print(f"monitor     constraint largest gap {gap:.3e} m, largest velocity residual {speed:.3e} m/s")
-    print(f"monitor     Euler parameters off unit length by up to {np.abs(run['monitors/quaternion_norm']).max():.2e}")
+    if (norm := "monitors/quaternion_norm") in run:
+        print(f"monitor     largest quaternion norm error {np.abs(run[norm]).max():.2e}")
 
 
 def change_line(run: Run, path: str) -> str:
@@ -143,6 +181,8 @@ def change_line(run: Run, path: str) -> str:
 
     value = run[path]
     change = float(np.abs(value - value[0]).max())
+    from femflex.advice.energy_watch import ENERGIES
+
     shares = [f"monitors/{kind}" for kind in ENERGIES] if path == "monitors/energy" else [path]
     size = max(float(np.abs(run[share]).max()) for share in shares if share in run)
     zero = path != "monitors/energy" and float(np.abs(value[0]).max()) <= change  # nothing to compare with
@@ -224,53 +264,6 @@ def reach_lines(run: Run, system: System) -> list[str]:
         f"attraction  by its gradient: the craft reached {found.size:.4g} m, {found.ratio:.2g} of the distance from "
         f"the centre; the gradient has an error of {found.error:.2%} there"
     ]
-
-
-def conserved_monitors(run: Run, system: System) -> list[str]:
-    """The monitors that ought to be constant: none under loads that have no potential, under damping, or where bodies
-    vary with time.
-
-    Without orbit energy, and angular momentum unless a joint holds the craft; on a free orbit energy; on a specified
-    circular one the Jacobi integral.
-    """
-    from dataclasses import replace
-
-    import numpy as np
-
-    from femflex.dynamics.channels import conservative_loads
-    from femflex.dynamics.effectors.states import keeps_momentum
-    from femflex.dynamics.joints.law_report import is_damped
-    from femflex.dynamics.terms.equation_terms import EQUATION_TERMS
-    from femflex.system import Effector
-
-    if system.varying:
-        return []
-    led = any(profile.moves for joint in system.joints for profile in joint.held.values())
-    working = any(spring.damping for spring in system.springs) or any(c.function for c in system.constraints)
-    weights = conservative_loads(system)
-    effectors = [effector for effector in system.effectors if isinstance(effector, Effector)]
-    if any(effector.markers and not keeps_momentum(effector) for effector in effectors):
-        return []
-    quiet = replace(system, effectors=())
-    if len(weights) < len(system.loads) or led or working or is_damped(quiet):
-        return []
-    if any(term.switched and term.name in run.without for term in EQUATION_TERMS):
-        return []
-    if "orbit/radius" not in run:
-        roots = [joint for joint in system.joints if joint.parent is None]
-        parents = [tie.parent for ties in (system.loops, system.constraints, system.springs) for tie in ties]
-        tied = None in parents
-        adrift = len(roots) == 1 and roots[0].n_u - len(roots[0].held) == 6 and not roots[0].stiffness.any()
-        adrift = adrift and not (tied or weights)
-        fixed = system.frame.kind == "inertial"
-        fixed = fixed and not effectors
-        return ["monitors/energy"] * fixed + ["monitors/angular_momentum"] * adrift
-    if effectors:
-        return []
-    if system.orbit is not None and system.orbit.free:
-        return ["monitors/energy"]
-    circular = np.ptp(run["orbit/radius"]) < 1e-9 * run["orbit/radius"][0]
-    return ["monitors/jacobi"] if circular else []
 
 
 def print_verdicts(case: Case, run: Run) -> list[str]:

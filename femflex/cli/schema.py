@@ -23,7 +23,7 @@ def schema(
     if output is None:
         print(text)
         return
-    from femflex.view.output import placed
+    from femflex.writing import placed
 
     with placed(output, force) as part:
         part.write_text(text + "\n", encoding="utf-8")

@@ -56,8 +56,8 @@ def stability(
     changes. Over two: regions and their traced boundaries. Values and settings are those of the case's \\[stability]
     where none are given.
     """
-    from femflex.results.destination import check_destination
     from femflex.view.theme import theme_of
+    from femflex.writing import check_destination
 
     files = outputs(output or (), {TABLE: (".csv",), PICTURE: DIAGRAM_SUFFIXES})
     theme_of(theme)
@@ -211,7 +211,7 @@ def _plain(one: Locus | Chart) -> dict[str, Any]:
 def write_table(one: Locus | Chart, path: Path, force: bool) -> None:
     """Write every point as a row of a CSV file."""
     from femflex.studies.stability.locus import Locus
-    from femflex.view.output import placed
+    from femflex.writing import placed
 
     if isinstance(one, Locus):
         n = one.branches.shape[1]

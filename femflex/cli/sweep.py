@@ -48,7 +48,7 @@ def sweep(
     their problem. A sweep that was killed goes on with --resume; its numbers depend neither on that nor on the number
     of workers.
     """
-    from femflex.results.destination import check_destination
+    from femflex.writing import check_destination
 
     files = outputs(output or (), {RESULT: (".h5",), PICTURE: DIAGRAM_SUFFIXES})
     result = files.get(RESULT, Path(f"{study.stem}.h5"))
@@ -69,8 +69,11 @@ def sweep(
     failed = [(k, text) for k, text in enumerate(found.problems) if text]
     for number, text in failed[:FAILURES]:
         print_error(f"run {number} failed: {text}")
+    statistics = found.statistics()
     if as_json:
         print_json({
+            "statistics": {name: dict(zip(("mean", "sigma", "run_of_least", "run_of_largest"), row, strict=True))
+                           for name, row in statistics.items()},
             "runs": len(found.problems), "failed": [{"run": k, "problem": text} for k, text in failed],
             "inputs": {k: v.tolist() for k, v in found.inputs.items()},
             "outputs": {k: v.tolist() for k, v in found.outputs.items()}, "units": found.units,
@@ -80,11 +83,20 @@ def sweep(
         })  # fmt: skip
         return
     print_table(
-        ["output", *(f"{p:g} %" for p in found.percentiles), "unit"],
-        [[name, *(f"{v:.6g}" for v in row), found.units.get(name, "")] for name, row in found.of_outputs().items()],
+        ["output", "mean", "sigma", *(f"{p:g} %" for p in found.percentiles), "unit"],
+        [
+            [name, *(f"{v:.6g}" for v in (*statistics.get(name, ())[:2], *row)), found.units.get(name, "")]
+            for name, row in found.of_outputs().items()
+        ],
     )
-    for name, values in found.sobol.items():
-        rows = [[key, f"{one:.4g}", f"{total:.4g}"] for key, (one, total) in zip(found.inputs, values, strict=True)]
+    for name, (_, _, *extremes) in statistics.items():
+        for what, k in zip(("least", "largest"), extremes, strict=True):
+            values = ", ".join(
+                f"{key} = {v[k]:.6g} {found.units.get(key, '')}".strip() for key, v in found.inputs.items()
+            )
+            print(f"{what:11} {name} {found.outputs[name][k]:.6g} {found.units.get(name, '')} in run {k}: {values}")
+    for name, shares in found.sobol.items():
+        rows = [[key, f"{one:.4g}", f"{total:.4g}"] for key, (one, total) in zip(found.inputs, shares, strict=True)]
         print_table(["value", "first order", "total"], rows, f"share in the variance of {name} (Sobol indices)")
     print(f"runs        {len(found.problems)}, of which {len(failed)} failed")
     print(f"kept        {result}")

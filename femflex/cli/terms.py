@@ -60,8 +60,8 @@ def terms(
     from femflex.advice import advice_from, notes_of
     from femflex.pipeline import rebuilt
     from femflex.results import FileLock, open_run
-    from femflex.results.destination import check_destination
     from femflex.studies.explain import chosen, explain
+    from femflex.writing import check_destination
 
     if output is not None:
         check_destination(output, force)

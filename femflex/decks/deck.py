@@ -44,6 +44,7 @@ class Deck:
     unused           cards the structure is made without, with the consequence of each
     notes            sentences on what was decided in reading
     no_density       which material lacks a density where none has one, with file and line; else ""
+    weightless       names of what overrides can give a mass to, with the key: density, or nonstructural_mass
     """
 
     name: str
@@ -64,6 +65,7 @@ class Deck:
     unused: tuple[UnusedCard, ...] = ()
     notes: tuple[str, ...] = ()
     no_density: str = ""
+    weightless: tuple[tuple[str, str], ...] = ()
 
     def held(self, names: Iterable[str] | None = None) -> dict[str, Support]:
         """Group -> support of the sets of supports of these names, those in force by default where None.
@@ -110,6 +112,8 @@ class Deck:
                 warnings.simplefilter("ignore")
                 structure = self.structure(held)
         except ValueError:
+            return self
+        if not structure.K.diagonal().any():  # a rigid body
             return self
         points = np.array(sorted(self.points_of_ids.values()), np.int64)
         loose = unresisted(structure, points, structure.held_dofs(held).tolist())
@@ -160,7 +164,12 @@ class Deck:
         """The Structure of the deck; its dofs lie along the axes of `clamp`, the supports in force where None."""
         supports = self.held() if clamp is None else dict(clamp)
         built = build_structure(self.mesh, self.members, self.point_masses, supports, self.connections, self.bushings)
-        return replace(built, point_names=self.point_names())
+        return replace(built, unresisted=self.unresisted(built), point_names=self.point_names())
+
+    def unresisted(self, structure: Structure) -> IntArray:
+        """Numbers (k,) of the dofs of its Structure that nothing resists; none where a support lies along skew axes."""
+        own = {group: support for group, support in self.supports.get("autospc", {}).items() if support.axes == GLOBAL}
+        return structure.held_dofs(own) if own else np.zeros(0, np.int64)
 
     def point_names(self) -> dict[int, str]:
         """Point of the mesh -> what the deck calls it: "GRID 17" of Nastran, "node 17" of others."""

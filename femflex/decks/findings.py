@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
+import re
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -60,7 +61,7 @@ class Findings:
     """Collected while a deck is read."""
 
     used: Counter[str] = field(default_factory=Counter)
-    notes: list[str] = field(default_factory=list)
+    _notes: dict[str, list[str]] = field(default_factory=dict)  # text without its numbers -> those alike
     _problems: dict[tuple[str, str], tuple[str, int]] = field(default_factory=dict)  # kind, text -> first one, count
     _unused: dict[tuple[str, str], tuple[int, Place]] = field(default_factory=dict)
 
@@ -94,16 +95,41 @@ class Findings:
 
     def note(self, text: str) -> None:
         """Something that was decided in reading and that may matter."""
-        if text not in self.notes:
-            self.notes.append(text)
+        alike = self._notes.setdefault(re.sub(r"[\d.,]+", "#", text), [])
+        if text not in alike:
+            alike.append(text)
 
-    def note_no_mass(self, densities: Iterable[float], names: Sequence[str], where: object) -> str:
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """The notes, in the order found, with the first of those that differ by numbers alone and their count."""
+        more = (f" (and {len(alike) - 1} more like it)" if len(alike) > 1 else "" for alike in self._notes.values())
+        return tuple(alike[0] + text for alike, text in zip(self._notes.values(), more, strict=True))
+
+    def problem_no_properties(self, path: Path, what: str) -> None:
+        """Say that a deck has elements and none of what would make them a structure: what, in words."""
+        self.problem(
+            f"{path.name} has no {what} at all: it is a mesh. Use it as one: mesh = {json.dumps(path.name)} with "
+            f"members in the case, or femflex new CASE.toml --mesh {path.name}"
+        )
+
+    def note_no_mass(
+        self, densities: Iterable[float], names: Sequence[str], where: object, sections: Mapping[str, str] | None = None
+    ) -> str:
         """Say that no material has a density; names: by which overrides name them, where: the first one stands.
 
+        sections  name -> place of sections given by their stiffness, which have a mass of their own
         Returns the sentence, empty where one has a density.
         """
         if any(rho > 0 for rho in densities):
             return ""
+        if sections:
+            first, place = next(iter(sections.items()))
+            text = (
+                f"no section has a mass (the first is that of ELSET {first}, {place}): give DENSITY=, a mass per area, "
+                f"on *SHELL GENERAL SECTION, or overrides = {{ {toml_key(first)} = {{ nonstructural_mass = ... }} }}"
+            )
+            self.note(text)
+            return text
         if not names:
             return "it has no material, and no mass; give it point masses"
         text = (

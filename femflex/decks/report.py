@@ -55,6 +55,7 @@ def describe(deck: Deck) -> str:
             f"extent    {_list(high - low)} m, from {_list(low)} to {_list(high)} m",
             f"dofs      {structure.n_dof} of {len(deck.mesh.points)} nodes, {len(deck.members)} members",
         ]
+        lines += [f"note      {text}" for text in structure.notes]
         lines += [f"doubt     {text}" for text in doubts(deck, structure)]
         lines += [
             f"doubt     {text}"

@@ -99,6 +99,14 @@ def deploying_tapered_line(
     check_length(least, most, stock)
     shapes = LineShapes(functions, options.get("reference") or first, line=line)
     condensed = options.get("strain", "condensed") == "condensed"
+    if taper.covered < stock * (1.0 - 1e-9):
+        warnings.warn(
+            f"the taper of a deploying member is given up to {taper.covered:g} m from the end that comes out first, "
+            f"and its stock is {stock:g} m long; the remaining {stock - taper.covered:g} m has the last factors. "
+            "Extend the taper over the stock",
+            PhysicsWarning,
+            stacklevel=2,
+        )
     made = tapered_line(shapes, taper, stock, condensed, options.get("damping", 0.0), at_tip)
     check_markers(options.get("markers") or {})
     markers = {"tip": 1.0, **(options.get("markers") or {})}

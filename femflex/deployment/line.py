@@ -14,6 +14,8 @@ from femflex.deployment.shapes import Drawing, MemberShapes, clean, grid
 from femflex.fem.line.chain import element_frames
 from femflex.fem.line.section_points import section_points
 from femflex.reduction.beams.beam_functions import axial_characteristic, polynomials
+from femflex.reduction.beams.beam_strain import pairs, weighted_square
+from femflex.reduction.strain.tensors import packed_quartic
 
 SIDES = 12  # of the tube that is drawn
 STRING_ENDS = {"free": 0, "held": 1}
@@ -211,6 +213,20 @@ class LineShapes(MemberShapes):
             + line.tension * (integral(slope, 1) + integral(slope, 2)) / L,
         }
         return M, V1
+
+    def quartic(self, xi: Array, weight: Array) -> Series:
+        """Packed V3 (k,) [SI] of the curvature of large bends over the columns, as a series in lambda.
+
+        Where the axis keeps its length, V_4 = 1/2 int (a + b) (EIz a + EIy b) dx with a = v' v'', b = w' w'', as of
+        other condensed beams (`femflex.reduction.beams.beam_strain.inextensible`). weight (q,): factors on the bending
+        stiffness included.
+        """
+        line, slope, bend = self.line, self.fields(xi, 1), self.fields(xi, 2)
+        a, b = (pairs(slope[:, row : row + 1], bend[:, row : row + 1]) for row in (1, 2))
+        mean = (line.EIy + line.EIz) / 2
+        parts = ((a + b, mean), (a, line.EIz - mean), (b, line.EIy - mean))
+        total = sum((weighted_square(part, weight * EI) for part, EI in parts), np.zeros((a.shape[1],) * 2))
+        return {-5: packed_quartic(total, self.n) / self.reference**5}
 
     def displacements(self, xi: Array, offsets: Array, derivative: int) -> Series:
         """Shapes of the columns at offsets (m, 3), member axes, or their derivative by xi: p -> (k, m, 3, n)."""

@@ -49,6 +49,7 @@ def member_parts(
         reference=shapes.reference,
         inertia=inertia_of(shapes.places(xi, weight), drum, shapes.member_mass, total, at_tip),
         V1=V1,
+        V3=shapes.quartic(xi, weight) if followers is not None else {},
         damping=_damping(V1, n, damping),
         markers={
             "root": exit_marker(shapes),

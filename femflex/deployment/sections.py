@@ -30,8 +30,8 @@ from femflex.reduction.beams.beam_functions import points_for
 STATIONS = np.linspace(0.0, 1.0, 11)
 TENSION = {"tension": ("N", "axial force, positive in tension")}
 MOMENTS = {
-    "moment_y": ("N m", "bending moment about the section's y axis, -EIy w''"),
-    "moment_z": ("N m", "bending moment about the section's z axis, EIz v''"),
+    "moment_y": ("N m", "bending moment about the section's y axis, -EIy times its curvature w''"),
+    "moment_z": ("N m", "bending moment about the section's z axis, EIz times its curvature v''"),
 }
 
 
@@ -45,6 +45,7 @@ class MemberSections:
     tip               the same of what is stowed at a drum at the tip, or None
     tangent           p -> (k, 3, 1 + n) derivatives by xi at the stations
     bends             (k, 2, n) second derivatives by xi of v and w at the stations, or None
+    slopes            (k, 2, n) first ones, by which bends in space are curved; zeros of linear strain
     stiffness         (2,) EIz, EIy [N m^2]
     density           mass per length [kg/m] at sigma (see `tapered`); factor: of the bending stiffness there
     stock             length of the whole member [m], of which what is not deployed is stowed
@@ -61,6 +62,7 @@ class MemberSections:
     tip: tuple[Series, Series, Series, Series] | None
     tangent: Series
     bends: Array | None
+    slopes: Array | None
     stiffness: tuple[float, float]
     density: Callable[[Array], Array]
     factor: Callable[[Array], Array]
@@ -96,9 +98,10 @@ class MemberSections:
         tangent = at(self.tangent, ratio) @ motion.y
         tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
         out = {"tension": -np.einsum("ka,ka->k", S, tangent) + self.support}
-        if self.bends is not None:
-            n = self.bends.shape[2]
-            curvature = self.bends @ motion.y[1 : 1 + n] / L**2
+        if self.bends is not None and self.slopes is not None:
+            delta = motion.y[1 : 1 + self.bends.shape[2]]
+            bend, slope = self.bends @ delta / L**2, self.slopes @ delta / L
+            curvature = bend + slope * np.sum(slope * bend, axis=1, keepdims=True) / 2
             EIz, EIy = np.array(self.stiffness)[:, None] * self.factor(self._sigma(L, self.stations))
             out |= {"moment_y": -EIy * curvature[:, 1], "moment_z": EIz * curvature[:, 0]}
         return out
@@ -152,14 +155,15 @@ def sections_of(
         carried2 = {p - 2: p * (p - 1) * value for p, value in own[0].items() if p * (p - 1)}
         jump = {p: moved[p] - carried.get(p, 0.0 * moved[p]) for p in moved}
         tip = (own[0], carried, carried2, jump)
-    bends, stiffness, line = None, (0.0, 0.0), shapes.axes
+    bends, slopes, stiffness, line = None, None, (0.0, 0.0), shapes.axes
     if hasattr(shapes, "fields") and getattr(line, "EIy", 0.0) + getattr(line, "EIz", 0.0) > 0.0:
-        bends = shapes.fields(STATIONS, 2)[:, 1:3]
+        bends, slopes = (shapes.fields(STATIONS, derivative)[:, 1:3] for derivative in (2, 1))
+        slopes = slopes if shapes.followers is not None else 0.0 * slopes
         stiffness = (float(line.EIz), float(line.EIy))  # type: ignore[attr-defined]
     stiff = getattr(line, "rod", False) or getattr(getattr(shapes, "strip", None), "bending", 0.0)
     return MemberSections(
         stations=STATIONS, at_xi=xi, weight=weight, values=series[0], chi=chi, chi2=chi2, tip=tip,
-        tangent=mean(STATIONS, 1), bends=bends, stiffness=stiffness, density=density, factor=factor,
+        tangent=mean(STATIONS, 1), bends=bends, slopes=slopes, stiffness=stiffness, density=density, factor=factor,
         reference=shapes.reference, stock=stock, markers={"tip": 1.0, **markers},
         support=float(line.tension), slackens=bends is None and not stiff,
     )  # fmt: skip

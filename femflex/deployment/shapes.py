@@ -118,6 +118,13 @@ class MemberShapes(ABC):
         functions."""
 
     @abstractmethod
+    def quartic(self, xi: Array, weight: Array) -> Series:
+        """Packed V3 (k,) [SI] of the curvature of large bends over the columns, as a series in lambda.
+
+        xi (q,), weight (q,) [1]: points over the deployed part.
+        """
+
+    @abstractmethod
     def drawing(self) -> Drawing:
         """What is drawn of the deployed part."""
 

@@ -11,8 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from femflex.arrays import Array
 from femflex.deployment.line import DeployingLine
-from femflex.deployment.series import Series
+from femflex.deployment.series import Series, added
 from femflex.deployment.shapes import Drawing, MemberShapes, clean, grid
+from femflex.reduction.beams.beam_strain import pairs, weighted_square
+from femflex.reduction.strain.tensors import packed_quartic
 
 
 class AlongFunctions(Protocol):
@@ -199,6 +201,30 @@ class StripShapes(MemberShapes):
             1: D * integral(yy, yy) + s.tension_across * integral(y, y),
         }
         return s.mass_per_area * integral(flat, flat), V1
+
+    def quartic(self, xi: Array, weight: Array) -> Series:
+        """Packed V3 (k,) [SI] of the curvature of large bends over the columns, as a series in lambda.
+
+        A sheet that keeps its lengths has the curvatures w,ab (1 + |grad w|^2 / 2) to third order, so that
+        V_4 = 1/2 int |grad w|^2 D(w,ab) dA, D the form of V1 (`femflex.fem.plate.strain`).
+        """
+        s, L, b, n = self.strip, self.reference, self.strip.width, self.n
+        dA = L * b * np.outer(weight, ETA_WEIGHT / 2).ravel()
+
+        def field_of(along: int, across: int) -> Array:
+            found = self.deflections(xi, ETA, along, across).reshape(-1, 1, n)
+            return np.asarray(found * (2.0 / b) ** across / L**along)
+
+        parts: list[Series] = []
+        bends = {(2, 0): field_of(2, 0), (0, 2): field_of(0, 2), (1, 1): field_of(1, 1)}
+        for along, across in ((1, 0), (0, 1)):
+            slope = field_of(along, across)
+            xx, yy, xy = (pairs(slope, bends[key]) for key in ((2, 0), (0, 2), (1, 1)))
+            mixed = weighted_square(xx + yy, dA) - weighted_square(xx, dA) - weighted_square(yy, dA)
+            twist = 2 * (1 - s.poisson) * weighted_square(xy, dA)
+            squares = {-4: weighted_square(xx, dA), -2: s.poisson * mixed + twist, 0: weighted_square(yy, dA)}
+            parts += [{p + 1 - 2 * along: s.bending * packed_quartic(part, n)} for p, part in squares.items()]
+        return added(*parts)
 
     def displacements(self, xi: Array, offsets: Array, derivative: int) -> Series:
         """Shapes of the columns at offsets (m, 3), member axes, or their derivative by xi: p -> (k, m, 3, n)."""

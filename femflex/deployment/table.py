@@ -43,7 +43,7 @@ class DeployingParts:
 
     reference   L_0 [m];  origin  0, but where it is a piece of a table in the length [m]
     inertia     moments and material flow
-    V1, damping  stiffness (n, n), damping (n, n)
+    V1, V3, damping  stiffness (n, n), packed quartic strain tensor (k,), none of linear strain; damping (n, n)
     markers     name -> MarkerSeries
     slaves      (n_s, n, n) as of a FlexibleBody: constant
     kinds       per shape
@@ -52,6 +52,7 @@ class DeployingParts:
     reference: float
     inertia: Inertia
     V1: Series
+    V3: Series
     damping: Series
     markers: Mapping[str, MarkerSeries]
     slaves: Array
@@ -72,7 +73,7 @@ class DeployingParts:
         omega[: self.n] = np.sqrt(np.maximum(np.diag(V1) / np.maximum(Me, 1e-300), 0.0))
         return FlexibleBody(
             moments=MassMoments(i.mass, at(i.first, ratio), at(i.second, ratio)),
-            strain=StrainTensors.linear(V1),
+            strain=StrainTensors(V1, np.zeros(self.n), V3=at(self.V3, ratio) if self.V3 else np.zeros(0)),
             damping=at(self.damping, ratio),
             markers={name: marker.marker(ratio) for name, marker in self.markers.items()},
             kinds=self.kinds,
@@ -86,6 +87,7 @@ class DeployingParts:
         """The parts of a block that it writes."""
         parts = ["mass", "flow", "pickup"]
         parts += ["stiffness"] if self.n else []
+        parts += ["strain"] if any(value.any() for value in self.V3.values()) else []
         parts += ["damping"] if self.n and any(value.any() for value in self.damping.values()) else []
         return (*parts, *(f"marker/{name}" for name, marker in self.markers.items() if marker.moves))
 
@@ -115,6 +117,10 @@ def _terms(parts: DeployingParts, block: Block, n_shapes: int) -> dict[tuple[int
         still = np.zeros(parts.n)
         writer.add(parts.V1, lambda out, V1: block.put_stiffness(out, V1, still))
         writer.add(derivative(parts.V1), lambda out, V1: block.put_stiffness(out, V1, still, True), rate=1)
+    if block.strain >= 0:
+        none = np.zeros(0)
+        writer.add(parts.V3, lambda out, V3: block.put_strain(out, none, V3))
+        writer.add(derivative(parts.V3), lambda out, V3: block.put_strain(out, none, V3, True), rate=1)
     if block.damping >= 0:
         writer.add(parts.damping, block.put_damping)
     for name in block.markers:

@@ -8,6 +8,7 @@ length and interpolated; the number of pieces is doubled until the error between
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -47,6 +48,8 @@ class MaterialTaper:
     axial: Callable[[Array], Array] = one
     torsion: Callable[[Array], Array] = one
     knots: tuple[float, ...] = ()
+    covered: float = math.inf
+    """Distance [m] up to which the factors are given."""
 
     @classmethod
     def table(cls, sigma: Sequence[float], **factors: Sequence[float]) -> MaterialTaper:
@@ -64,7 +67,7 @@ class MaterialTaper:
             if len(values) != len(points):
                 raise ValueError(f"{len(values)} factors on {name} are given at {len(points)} points; give one at each")
         made = {name: partial(_straight, points, np.asarray(values, float)) for name, values in factors.items()}
-        return cls(**made, knots=tuple(float(x) for x in points if x > 0.0))
+        return cls(**made, knots=tuple(float(x) for x in points if x > 0.0), covered=float(points[-1]))
 
 
 def _straight(points: Array, values: Array, sigma: Array) -> Array:
@@ -155,6 +158,7 @@ class TaperedLine:
             "speed": second(chi, chi, dm) + second(chi0, chi0, stowed),
             "pickup": leaving * np.einsum("k,kaA,kaB->AB", share, jumped, jumped),
             "V1": V1,
+            "V3": self.quartic(xi, weight, length),
         }
         Me = np.einsum("kaka->k", out["second"][1:, :, 1:, :])[: s.n]
         out["damping"] = np.diag(2.0 * self.damping * np.sqrt(np.maximum(np.diag(V1) * Me, 0.0)))
@@ -173,6 +177,13 @@ class TaperedLine:
         )  # fmt: skip
         V1 = sum(((f * w[:, None]).T @ f for w, f in terms), np.zeros((s.n, s.n)))
         return np.asarray((V1 + V1.T) / 2)
+
+    def quartic(self, xi: Array, weight: Array, length: float) -> Array:
+        """Packed V3 (k,) [SI] at a length; empty of linear strain."""
+        if self.shapes.followers is None:
+            return np.zeros(0)
+        factor = self.taper.bending(self.material(length, xi))
+        return at(self.shapes.quartic(xi, weight * factor), length / self.shapes.reference)
 
 
 def tapered_line(
@@ -243,6 +254,7 @@ def _piece(line: TaperedLine, a: float, b: float, markers: dict[str, float], exi
         reference=scale,
         inertia=inertia,
         V1=part("V1") if n else {0: np.zeros((0, 0))},
+        V3=part("V3") if followers is not None else {},
         damping=part("damping") if n else {0: np.zeros((0, 0))},
         markers={"root": exit_, **{name: marker(where) for name, where in markers.items()}},
         slaves=np.zeros((0, n, n)) if followers is None else followers.slaves,
@@ -256,7 +268,7 @@ def _error(line: TaperedLine, part: DeployingParts) -> float:
     worst = 0.0
     for s in np.linspace(0.03, 0.97, 5):
         exact = line.values(part.origin + s * part.reference)
-        for key, series in (("second", part.inertia.second), ("V1", part.V1)):
+        for key, series in (("second", part.inertia.second), ("V1", part.V1), ("V3", part.V3)):
             size = np.abs(exact[key]).max(initial=0.0)
             if size > 0.0:
                 worst = max(worst, float(np.abs(at(series, s) - exact[key]).max() / size))

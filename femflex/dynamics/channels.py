@@ -7,7 +7,7 @@ import numpy as np
 from femflex.dynamics.effectors.states import state_channels
 from femflex.dynamics.force_terms import force_terms
 from femflex.dynamics.forces.orbit_force import orbit_channels
-from femflex.dynamics.joints.channels import ball_channels
+from femflex.dynamics.joints.channels import joint_channels
 from femflex.dynamics.joints.gimbal_lock import lock_channels
 from femflex.dynamics.joints.law_report import law_channels
 from femflex.dynamics.joints.reactions import reaction_channels
@@ -16,13 +16,15 @@ from femflex.dynamics.lowering.lower import reported_markers
 from femflex.dynamics.reports import monitors
 from femflex.dynamics.reports import observe as seen
 from femflex.dynamics.reports.contacts import contact_channels
+from femflex.dynamics.reports.displacements import bends, displacement_channels
+from femflex.dynamics.reports.local_forces import local_force_channels
 from femflex.dynamics.reports.momenta import momenta_channels
 from femflex.dynamics.reports.sights import sight_channels
 from femflex.dynamics.reports.static_stretch import stretching_markers
 from femflex.dynamics.reports.variations import variation_channels
 from femflex.dynamics.terms.prescribed_motion_report import held_channels
-from femflex.rotations import is_extrinsic, is_symmetric, letters_of
-from femflex.system import Channel, System
+from femflex.rotations import EULER_PARAMETERS, is_extrinsic, is_symmetric, letters_of
+from femflex.system import Channel, Effector, System
 from femflex.system.segments import marker_label
 
 XYZ = ("x", "y", "z")
@@ -36,8 +38,20 @@ def conservative_loads(system: System) -> list[str]:
 
 
 def is_supplied(system: System) -> bool:
-    """Whether something brings in power: a load whose potential is not part of the energy, or an effector."""
-    return bool(system.effectors) or len(conservative_loads(system)) < len(system.loads)
+    """Whether something may bring in power: a load whose potential is not part of the energy, or an effector."""
+    effectors = (e for e in system.effectors if isinstance(e, Effector))
+    supplied = any(effector.acts or "supplied" in effector.accounts for effector in effectors)
+    return supplied or len(conservative_loads(system)) < len(system.loads)
+
+
+def has_springs(system: System) -> bool:
+    """Whether joints or springs store energy."""
+    return any(joint.stiffness.any() or joint.laws or joint.latches for joint in system.joints) or bool(system.springs)
+
+
+def stores_in_effectors(system: System) -> bool:
+    """Whether an effector accounts for stored energy."""
+    return any(isinstance(e, Effector) and "energy" in e.accounts for e in system.effectors)
 
 
 def row_length(system: System) -> int:
@@ -74,7 +88,7 @@ def row_places(system: System) -> dict[str, slice | int]:
         places["monitors/gravity"] = s.ROW_GRAVITY
     if conservative_loads(system):
         places["monitors/load"] = s.ROW_STORED + ENERGY_LOAD
-    if system.effectors:
+    if stores_in_effectors(system):
         places["monitors/effector"] = s.ROW_STORED + ENERGY_EFFECTOR
     if is_supplied(system):
         places["monitors/supplied"] = s.ROW_SUPPLIED
@@ -95,7 +109,7 @@ def row_places(system: System) -> dict[str, slice | int]:
 
 
 def channels_of(system: System) -> dict[str, Channel]:
-    """Path, unit, meaning and frame of everything a run reports."""
+    """Path, unit, meaning and frame of everything a run reports; what is zero by construction is left out."""
     q, u, z = system.coordinate_names(), system.velocity_names(), system.state_names()
     where = "from O" if system.orbit else "from the inertial origin"
     sequence = system.libration_sequence
@@ -110,15 +124,18 @@ def channels_of(system: System) -> dict[str, Channel]:
         ),
         "monitors/energy": Channel("J", "total energy"),
         "monitors/kinetic": Channel("J", "kinetic energy relative to O" if system.orbit else "kinetic energy"),
-        "monitors/elastic": Channel("J", "strain energy"),
-        "monitors/spring": Channel("J", "energy of joint springs"),
         "monitors/momentum": Channel("kg m/s", "linear momentum", (3,), XYZ, "inertial"),
         "monitors/angular_momentum": Channel(
             "kg m^2/s", "angular momentum about the centre of mass", (3,), XYZ, "inertial"
         ),
         "monitors/center_of_mass": Channel("m", f"centre of mass {where}", (3,), XYZ, "inertial"),
-        "monitors/quaternion_norm": Channel("1", "largest departure of Euler parameters from unit length"),
     }
+    if any(body.n_shapes for body in system.bodies.values()) or system.varying:
+        out["monitors/elastic"] = Channel("J", "strain energy")
+    if has_springs(system):
+        out["monitors/spring"] = Channel("J", "energy of joint springs")
+    if any(joint.ball == EULER_PARAMETERS for joint in system.joints):
+        out["monitors/quaternion_norm"] = Channel("1", "largest departure of Euler parameters from unit length")
     if z:
         out["z"] = Channel(
             _units(z), "states of latches, effectors and controllers", (len(z),), tuple(name for name, _ in z)
@@ -159,19 +176,24 @@ def channels_of(system: System) -> dict[str, Channel]:
         out |= {
             f"markers/{label}/position": Channel("m", f"position of {label} {where}", (3,), XYZ, "inertial"),
             f"markers/{label}/velocity": Channel("m/s", f"velocity of {label} {where}", (3,), XYZ, "inertial"),
-            f"markers/{label}/deflection": Channel("m", f"{shown} of {label}", (3,), XYZ, "body"),
         }
-    out |= ball_channels(system) | lock_channels(system) | variation_channels(system)
+        if bends(system, body, marker) or label != f"{body}.{marker}":
+            text = f"{shown} of {label} in its own body; `displacement` includes joints"
+            out[f"markers/{label}/deflection"] = Channel("m", text, (3,), XYZ, "body")
+    out |= displacement_channels(system)
+    out |= joint_channels(system) | lock_channels(system) | variation_channels(system)
     for term in force_terms():
-        out |= term.channels(system)
+        zeros = term.zeros(system)
+        out |= {path: channel for path, channel in term.channels(system).items() if path not in zeros}
     out |= state_channels(system)
-    if system.effectors:
+    if stores_in_effectors(system):
         out["monitors/effector"] = Channel("J", "energy stored by effectors")
     if is_supplied(system):
         out["monitors/supplied"] = Channel("W", "power of loads without a potential and of effectors")
     out |= held_channels(system) | law_channels(system) | orbit_channels(system)
     out |= sight_channels(system) | contact_channels(system)
-    return out | constraint_channels(system) | reaction_channels(system) | momenta_channels(system)
+    out |= constraint_channels(system) | reaction_channels(system) | local_force_channels(system)
+    return out | momenta_channels(system)
 
 
 def constraint_channels(system: System) -> dict[str, Channel]:

@@ -82,7 +82,12 @@ def called(
     controller: Controller, t: float, sensors: Mapping[str, Array], memory: Array
 ) -> tuple[Array, Array, float | None]:
     """Commands, memory and an instant before the next sample (None: none) that a controller answers, checked."""
-    answer = controller.law(t, sensors, memory)
+    try:
+        answer = controller.law(t, sensors, memory)
+    except Exception as error:
+        raise ValueError(
+            f"controller {controller.name!r} raised {type(error).__name__} at t = {t:.9g} s: {error}"
+        ) from error
     if not (isinstance(answer, tuple) and len(answer) in (2, 3)):
         raise ValueError(
             f"controller {controller.name!r} answered {answer!r} at t = {t:.9g} s; expected (command, memory)"

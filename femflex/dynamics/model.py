@@ -26,9 +26,10 @@ from femflex.dynamics.effectors.states import (
     threshold_problems,
 )
 from femflex.dynamics.equilibria.frequency import highest_frequency
+from femflex.dynamics.equilibria.motion_scale import motion_scales
 from femflex.dynamics.force_terms import force_terms
 from femflex.dynamics.forces.orbit_force import observe_orbit_force
-from femflex.dynamics.joints.channels import observe_balls
+from femflex.dynamics.joints.channels import observe_joints
 from femflex.dynamics.joints.gimbal_lock import observe_locks
 from femflex.dynamics.joints.held_places import specified_states
 from femflex.dynamics.joints.law_report import observe_laws
@@ -43,6 +44,8 @@ from femflex.dynamics.motion.free_lengths import free_rate
 from femflex.dynamics.motion.led_equations import led_rate
 from femflex.dynamics.reports.contacts import observe_contacts
 from femflex.dynamics.reports.diagnosis import diagnosis
+from femflex.dynamics.reports.displacements import observe_displacements, undisplaced_positions
+from femflex.dynamics.reports.local_forces import observe_local_forces
 from femflex.dynamics.reports.momenta import observe_momenta
 from femflex.dynamics.reports.monitors import ROW_DISSIPATED
 from femflex.dynamics.reports.observe import observe
@@ -53,6 +56,7 @@ from femflex.dynamics.reports.variations import observe_variations
 from femflex.dynamics.terms.by_source import SWITCHED, terms
 from femflex.dynamics.terms.prescribed_motion_report import observe_held
 from femflex.dynamics.terms.without import changed, reduced, resolved, without_reactions
+from femflex.dynamics.user_functions import check_user_functions
 from femflex.dynamics.workspace import Workspace
 from femflex.rotations import is_extrinsic
 from femflex.summary import Rows, Summarised, listed
@@ -180,6 +184,10 @@ class Model(Summarised):
         """Highest natural frequency of shapes and springs at the initial configuration [rad/s]."""
         return highest_frequency(self)
 
+    def motion_scales(self, x0: Array, begin: float, end: float) -> Array:
+        """Sizes (n_x,) of the states of a run from x0 (n_x,) between two times [s], for its absolute tolerances."""
+        return motion_scales(self, x0, begin, end)
+
     def state_rate(self, t: float, x: Array) -> Array:
         """dx/dt (n_x,) at the state x (n_x,)."""
         self._refuse_short(x)
@@ -249,19 +257,17 @@ class Model(Summarised):
         """Every channel at times (n_t,) and states (n_t, n_x): path -> (n_t, *channel.shape)."""
         times = np.ascontiguousarray(times, float)
         states = np.ascontiguousarray(states, float)
-        rows = np.empty((len(times), row_length(self.system)))
+        rows, places = np.empty((len(times), row_length(self.system))), row_places(self.system)
+        reference = undisplaced_positions(self, rows[:1] if len(rows) else np.empty((1, rows.shape[1])), places)
         self.workspace.clear_failed()
         observe(times, states, rows, *self.workspace.own)
-        out = {
-            path: rows[:, place].reshape(len(times), *self.channels[path].shape)
-            for path, place in row_places(self.system).items()
-        }
+        out = {path: rows[:, place] for path, place in places.items()}
         states = specified_states(self, times, states)
         out |= dict(zip(("q", "u", "z"), self.parts(states), strict=True))
         out |= observe_held(self, times, states) | observe_laws(self, states, rows[:, ROW_DISSIPATED])
         out |= observe_states(self.system, out["z"])
         add_angular_momentum(self.system, out)
-        out |= observe_balls(self.system, states) | observe_locks(self.system, states)
+        out |= observe_joints(self.system, states, self.n_q) | observe_locks(self.system, states)
         out |= observe_orbit_force(self.system, out) | observe_variations(self, times, states, out)
         if is_extrinsic(self.system.libration_sequence):
             out["attitude/angles"] = out["attitude/angles"][:, ::-1]
@@ -276,10 +282,12 @@ class Model(Summarised):
             out |= self.constraints.observe(times, states)
         if self.system.reactions:
             out |= observe_reactions(self, times, states)
+        out |= observe_local_forces(self.system, times, out)
         if self.system.momenta:
             out |= observe_momenta(self, times, states, rows, out["monitors/energy"])
         if self.system.segments:
             observe_segmented(self.system, out)
+        out |= observe_displacements(self.system, out, reference)
         return {path: out[path] for path in self.channels}
 
 
@@ -287,8 +295,8 @@ def compile_system(system: System) -> Model:
     """The compiled model of a system.
 
     The first process on a machine compiles the kernels once (some ten seconds); later ones load them.
-    Raises ValueError for an effector whose function cannot be compiled, and for a sensor or a threshold that is no
-    channel.
+    Raises ValueError for an effector whose function cannot be compiled or leaves its arrays at the initial state, and
+    for a sensor or a threshold that is no channel.
     """
     channels = channels_of(system)
     if problems := sensor_problems(system, channels) + threshold_problems(system, channels):
@@ -314,6 +322,7 @@ def compile_system(system: System) -> Model:
     )
     model = with_starts(with_constraints(tree) if system.loops or system.constraints else tree)
     check_separations(model)
+    check_user_functions(model)
     return model
 
 

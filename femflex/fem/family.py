@@ -6,14 +6,18 @@ numbering for dofs and returns its inertia and strain blocks and the skin it is 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from femflex.arrays import Array, IntArray
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.option import OPTIONS, Options
 from femflex.fem.tables import InertiaBlock, StrainBlock
+from femflex.mesh.cells import CELL_TYPES
+from femflex.mesh.merge import doubled_cells
 
 if TYPE_CHECKING:
     from femflex.fem.structure import Member
@@ -41,6 +45,8 @@ class StrainPlaces:
     sampled (e, q, 3): those of `StrainBlock.sampled`, left out where they are the same. lever: of lines the section's
     polar radius (e, q) that twist is carried with, of plates half the thickness [m]; sampled_lever: the same at the
     points of `sampled`, left out where it is the same. fibres (e|1, q|1, 4): of lines `Shape.fibres`, where known.
+    plies (e|1, q|1, k, 2, 3, 6): of plates `PlateSection.plies` per strains of the block, where known; sampled_plies:
+    the same at the points of `sampled`, left out where it is the same. group: name of the member's group.
     """
 
     kind: str
@@ -49,6 +55,9 @@ class StrainPlaces:
     lever: Array | float = 0.0
     sampled_lever: Array | float | None = None
     fibres: Array | None = None
+    plies: Array | None = None
+    sampled_plies: Array | None = None
+    group: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,16 +79,24 @@ Family = Callable[["Mesh", "Member", Numbering], Contribution]
 Preparer = Callable[["Mesh", Sequence["Member"]], tuple["Mesh", tuple[str, ...]]]
 FAMILIES: dict[str, Family] = {}
 PREPARERS: dict[str, Preparer] = {}
+NO_LENGTH = 1e-14  # of a coordinate: a shorter line has no length
+DIMENSIONS: dict[str, int] = {}  # of the cells of families that leave other cells of their groups out
+CELLS = ("points", "lines", "surfaces", "solids")
 
 
-def family(name: str, options: Options | None = None, prepare: Preparer | None = None) -> Callable[[Family], Family]:
+def family(
+    name: str, options: Options | None = None, prepare: Preparer | None = None, dimension: int | None = None
+) -> Callable[[Family], Family]:
     """Register a member family, with its options, under the name used in Member.family and in case files.
 
-    prepare  changes the mesh for all members before anything is numbered, and says in sentences what it changed
+    prepare    changes the mesh for all members before anything is numbered, and says in sentences what it changed
+    dimension  of its cells; it takes these from groups that hold others too
     """
 
     def register(function: Family) -> Family:
         FAMILIES[name], OPTIONS[name] = function, options or {}
+        if dimension is not None:
+            DIMENSIONS[name] = dimension
         if prepare is not None:
             PREPARERS[name] = prepare
         return function
@@ -97,6 +114,50 @@ def prepared(mesh: Mesh, members: Sequence[Member]) -> tuple[Mesh, tuple[str, ..
     return mesh, notes
 
 
+def with_own_cells(mesh: Mesh, members: Sequence[Member]) -> tuple[Mesh, list[Member], tuple[str, ...]]:
+    """Mesh and members in which every member's group holds cells of its family's dimension alone, and sentences.
+
+    A group of surfaces and lines gives a shell its surfaces, and a beam its lines.
+    """
+    groups: dict[str, dict[str, IntArray]] = {}
+    found, notes = [], []
+    for member in members:
+        cells, own = mesh.cell_groups.get(member.group, {}), DIMENSIONS.get(member.family)
+        kept = {kind: rows for kind, rows in cells.items() if CELL_TYPES[kind].dimension == own}
+        if own and kept and len(kept) < len(cells):
+            name = f"{member.group} {CELLS[own]}"
+            groups[name] = kept
+            others = [
+                (kind, len(rows))
+                for kind, rows in cells.items()
+                if (d := CELL_TYPES[kind].dimension) not in (0, own)
+                and not any(one.group == member.group and DIMENSIONS.get(one.family) == d for one in members)
+            ]
+            if others:
+                left = ", ".join(f"{count} {kind}" for kind, count in others)
+                notes.append(
+                    f"the {member.family} member on group {member.group!r} takes its {CELLS[own]}; its {left} cells "
+                    "belong to no member"
+                )
+            member = replace(member, group=name)
+        found.append(member)
+    mesh = mesh.with_groups(cells=groups) if groups else mesh
+    return mesh, found, (*notes, *_doubled(mesh, found))
+
+
+def _doubled(mesh: Mesh, members: Sequence[Member]) -> Iterator[str]:
+    """Sentences on different cells of members that have the same nodes."""
+    for kind, nodes in mesh.cells.items():
+        used = [rows for member in members if (rows := mesh.cell_groups.get(member.group, {}).get(kind)) is not None]
+        cells = nodes[np.unique(np.concatenate(used))] if used else nodes[:0]
+        if len(cells) and len(twice := doubled_cells(cells)):
+            at = ", ".join(f"{x:.6g}" for x in mesh.points[cells[twice[0]]].mean(axis=0))
+            yield (
+                f"{len(twice)} {kind} cells of members have the same nodes as another, the first at ({at}) m; "
+                "stiffness and mass of the two add"
+            )
+
+
 def member_cells(mesh: Mesh, member: Member, accepted: tuple[str, ...]) -> dict[str, IntArray]:
     """Connectivity (n_c, nodes), numbers of points, by cell type of the member's group, all of types the family
     accepts.
@@ -110,4 +171,15 @@ def member_cells(mesh: Mesh, member: Member, accepted: tuple[str, ...]) -> dict[
             f"group {member.group!r} holds {', '.join(foreign)} cells; the {member.family} family is made of "
             f"{', '.join(accepted)}. Choose another family, or a group of those cells."
         )
+    for kind, nodes in cells.items():
+        if CELL_TYPES[kind].dimension != 1:
+            continue
+        a, b = mesh.points[nodes[:, 0]], mesh.points[nodes[:, 1]]
+        short = np.flatnonzero(np.linalg.norm(b - a, axis=1) <= NO_LENGTH * np.abs(a).max(axis=1, initial=0.0))
+        if short.size:
+            at = ", ".join(f"{x:.6g}" for x in a[short[0]])
+            raise ValueError(
+                f"{len(short)} of the {len(nodes)} {kind} cells of group {member.group!r} have no length, the first at "
+                f"({at}) m; remove them, or move their nodes apart."
+            )
     return cells

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from femflex.mesh import Mesh
 
 
+ROUNDED = 1e-3  # relative: what the few digits of decks may break the triangle inequality by
+
+
 @dataclass(frozen=True, eq=False)
 class PointMass:
     """A concentrated mass at every point of a mesh group, rigidly held by the node.
@@ -24,7 +27,7 @@ class PointMass:
     mass     [kg], positive
     inertia  (3, 3) about the mass's own centre, mesh axes [kg m^2]; None: a point without inertia
     offset   (3,) the mass's centre from the node [m]
-    bodily   whether the inertia must be one that a body can have; decks give rotations any that is not negative
+    bodily   whether the inertia must be one that a body can have; decks may leave out axes (`check_inertia`)
     """
 
     group: str
@@ -39,24 +42,29 @@ class PointMass:
         if np.shape(self.offset) != (3,) or not np.isfinite(self.offset).all():
             raise ValueError(f"offset of the point mass at group {self.group!r} is {self.offset}; give three lengths")
         if self.inertia is not None:
-            check_inertia(np.asarray(self.inertia, float), self.group, self.bodily)
+            where = f"inertia of the point mass at group {self.group!r}"
+            check_inertia(np.asarray(self.inertia, float), where, self.bodily)
 
 
-def check_inertia(inertia: Array, group: str, bodily: bool) -> None:
-    """Raise ValueError unless inertia (3, 3) [kg m^2] is positive and, if bodily, one of a distribution of mass."""
-    where = f"inertia of the point mass at group {group!r}"
+def check_inertia(inertia: Array, where: str, bodily: bool = False) -> None:
+    """Raise ValueError, which begins with `where`, unless inertia (3, 3) [kg m^2] is one of a distribution of mass.
+
+    Unless it must be bodily, it may leave out the inertia about one or two axes, as decks do for rotations that do not
+    matter, and be rounded to the few digits of a deck.
+    """
     if inertia.shape != (3, 3) or not np.isfinite(inertia).all():
         raise ValueError(f"{where} is {inertia.tolist()}; give a 3 x 3 matrix of finite numbers")
     if not np.allclose(inertia, inertia.T, rtol=1e-9, atol=1e-12 * np.abs(inertia).max()):
         raise ValueError(f"{where} is not symmetric: {inertia.tolist()}")
     principal = np.linalg.eigvalsh(inertia)
-    rounding = (1e-9 if bodily else 1e-6) * np.abs(principal).max()  # decks write few digits
-    if principal[0] < -rounding:
-        raise ValueError(f"{where} is not positive: its principal moments are {principal.tolist()} kg m^2")
-    if bodily and principal[0] + principal[1] < principal[2] - rounding:
+    largest, shown = np.abs(principal).max(), ", ".join(f"{moment:.6g}" for moment in principal)
+    if principal[0] < -(1e-9 if bodily else 1e-6) * largest:
+        raise ValueError(f"{where} has the principal moments {shown} kg m^2; none is negative, so check the signs")
+    whole = bodily or principal[0] > 1e-6 * largest
+    if whole and principal[0] + principal[1] < principal[2] - (1e-9 if bodily else ROUNDED) * largest:
         raise ValueError(
-            f"{where} breaks the triangle inequality: of its principal moments {principal.tolist()} kg m^2 the two "
-            "smaller must sum to at least the largest"
+            f"{where} breaks the triangle inequality: of its principal moments {shown} kg m^2 the two smaller must sum "
+            "to at least the largest. Check entries and units"
         )
 
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 GAUSS = np.array([0.5 - np.sqrt(3) / 6, 0.5 + np.sqrt(3) / 6])  # places in [0, 1] of two points of equal weight
 
 
-@family("rod", {})
+@family("rod", {}, dimension=1)
 def rod(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     """Inertia, strain and skin of straight rods, joined to others by ball joints: trusses.
 

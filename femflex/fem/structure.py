@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +19,7 @@ from femflex.fem.assembly.support_dofs import held_columns
 from femflex.fem.bushing import Bushing
 from femflex.fem.connections.connection import Connection
 from femflex.fem.connections.hanging import hanging_dependences, hanging_note
-from femflex.fem.family import FAMILIES, Contribution, SkinPart, StrainPlaces, prepared
+from femflex.fem.family import FAMILIES, Contribution, SkinPart, StrainPlaces, prepared, with_own_cells
 from femflex.fem.internal_force import InternalForce
 from femflex.fem.point_mass import PointMass, point_mass_block
 from femflex.fem.scalar_spring import ScalarSpring
@@ -69,6 +69,7 @@ class Structure:
     skin_parts   () -> SkinPart, ...   the drawn surfaces of the members
     places       StrainPlaces, ...     where the points of each strain block lie; None where its family does not tell
     notes        sentence, ...         what families changed of the mesh that was given
+    unresisted (k,)      numbers of dofs that nothing resists, which a deck's AUTOSPC fixes; none of a mesh
     point_names  point -> what the file it was read from calls it, such as "GRID 17"; none of a mesh
     known        key -> (object, ...)  what was computed of it and is wanted again (`recalled`); a changed copy starts
                                        with none
@@ -86,6 +87,7 @@ class Structure:
     numbering: Numbering
     places: tuple[StrainPlaces | None, ...]
     notes: tuple[str, ...] = ()
+    unresisted: IntArray = field(default_factory=lambda: np.zeros(0, np.int64))
     point_names: Mapping[int, str] = field(default_factory=dict)
     known: dict[tuple[Any, ...], tuple[Any, ...]] = field(default_factory=dict, init=False, repr=False)
 
@@ -198,6 +200,7 @@ def build_structure(
     if not members:
         raise ValueError("a structure needs at least one member; found none")
     mesh = with_whole(mesh, [*(member.group for member in members), *(supports or {})])
+    mesh, members, said = with_own_cells(mesh, members)
     warn_of_doubled_cells(mesh, members)
     mesh, notes = prepared(mesh, members)
     for connection in connections:
@@ -212,7 +215,11 @@ def build_structure(
     inertia += tuple(point_mass_block(mesh, point_mass, numbering) for point_mass in point_masses)
     late = tuple(block for part in parts if part.late is not None for block in part.late())
     strain = (*(block for part in parts for block in part.strain), *late)
-    places = [place for part in parts for place in part.places or (None,) * len(part.strain)]
+    places: list[StrainPlaces | None] = []
+    for k, part in enumerate(parts):
+        group = members[k].group if k < len(members) else ""
+        own = tuple(replace(place, group=group) for place in part.places)
+        places += own or (None,) * len(part.strain)
     T = numbering.independent(conditions(mesh, supports or {}))
     translation, rotation = numbering.node_rows(T.shape[0])
     M, K0 = mass_and_stiffness(inertia, strain, T)
@@ -228,7 +235,7 @@ def build_structure(
         skin_parts=tuple(part.skin for part in parts if part.skin is not None),
         numbering=numbering,
         places=(*places, *(None,) * len(late)),
-        notes=notes + hanging_note(mesh, numbering, hanging),
+        notes=said + notes + hanging_note(mesh, numbering, hanging),
     )
 
 

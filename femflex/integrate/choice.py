@@ -82,7 +82,7 @@ def choose(
 
 def _frequencies(highest: float, output_step: float, band: float | None) -> str:
     if highest == 0.0:
-        return "the model has no linear vibration (0 Hz)"
+        return "the model has no elastic or spring modes"
     wanted, source = (math.pi / output_step, "in the output") if band is None else (band, "wanted")
     return (
         f"the highest natural frequency is {highest / (2 * math.pi):.4g} Hz, the highest {source} "

@@ -31,17 +31,16 @@ class Dop853(Adaptive):
     """
 
     rtol: float = 1e-11
-    atol: float | Array = 1e-12
 
     name: ClassVar[str] = "dop853"
     order: ClassVar[int] = 8
     number: ClassVar[int] = 1
-    n_vectors: ClassVar[int] = 10
+    n_vectors: ClassVar[int] = 11
 
     def restart(self, model: Model, vectors: Array, t: float, span: Span) -> tuple[float, int]:
         """First step of a smooth interval, after k1 = f(t, x) at its beginning is set."""
         x, k1 = vectors[0], vectors[1]
-        return first_step(model, self.order, t, span, x, k1, self.rtol, self.absolute(model.n_x)), 2
+        return first_step(model, self.order, t, span, x, k1, self.rtol, vectors[-1]), 2
 
     def dense(self, theta: float, h: float, vectors: Array) -> Array:
         """The interpolant of order 7 (as in `dop853_kernel.interpolate`)."""
@@ -54,11 +53,10 @@ class Dop853(Adaptive):
         """The compiled loop of `dop853_kernel` (compiled on first use in a fresh installation, else read from disk)."""
         own, switch, hold = (model.table, model.pool, model.work), switch_of(model), hold_of(model)
         renormalise = np.ascontiguousarray(model.renormalise, np.int64)
-        atol = self.absolute(model.n_x)
         k, scratch = np.zeros((N_STAGES, model.n_x)), np.zeros((N_SCRATCH, model.n_x))
 
         def filled(state: Array, vectors: Array, times: Array, rows: Array, span: Span, budget: int) -> tuple[int, int]:
-            limits = (self.rtol, atol, self.max_step)
+            limits = (self.rtol, vectors[-1], self.max_step)
             kept = (state, vectors, k, scratch)
             return fill(model.rate, switch, hold, own, span, renormalise, *limits, *kept, times, rows, budget)
 

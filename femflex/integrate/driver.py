@@ -25,6 +25,7 @@ from femflex.integrate.protocol import Model, Progress
 
 Fill = Callable[[Array, Array, Array, Array, Span, int], tuple[int, int]]  # state, vectors, times, rows, span, budget
 
+ABSOLUTE = 0.1  # absolute over relative tolerance, times the size of the motion
 CALL_SECONDS = 0.1
 FIRST_BUDGET = 8  # trial steps of the first kernel call, before their cost is known
 
@@ -34,22 +35,27 @@ class Adaptive(ABC):
     """Settings common to the adaptive methods, and the driver they share.
 
     rtol      relative tolerance of a step's error [1]
-    atol      absolute tolerance, one number or (n_x,), in the units of x
+    atol      absolute tolerance, one number or (n_x,), in the units of x. None: ABSOLUTE times rtol times the size of
+              the motion, which the model states (`motion_scales`; 1 for one that does not)
     max_step  largest step [s]
     """
 
     rtol: float = 1e-9
-    atol: float | Array = 1e-10
+    atol: float | Array | None = None
     max_step: float = math.inf
 
     name: ClassVar[str]
     order: ClassVar[int]
     number: ClassVar[int]  # of the method, written into its resume arrays
-    n_vectors: ClassVar[int]
+    n_vectors: ClassVar[int]  # the state first, the absolute tolerances last
 
     def __post_init__(self) -> None:
-        if not self.rtol >= 0.0 or not np.all(np.asarray(self.atol, float) > 0.0):
-            raise ValueError(f"tolerances: rtol = {self.rtol} must not be negative, atol = {self.atol} be positive.")
+        absolute = self.rtol if self.atol is None else self.atol
+        if not self.rtol >= 0.0 or not np.all(np.asarray(absolute, float) > 0.0):
+            raise ValueError(
+                f"tolerances: rtol = {self.rtol} must not be negative, atol = {self.atol} be positive; without atol, "
+                "give a positive rtol."
+            )
         if not self.max_step > 0.0:
             raise ValueError(f"max_step = {self.max_step} must be positive.")
 
@@ -65,9 +71,13 @@ class Adaptive(ABC):
     def dense(self, theta: float, h: float, vectors: Array) -> Array:
         """The state (n_x,) at the fraction theta of the last step of size h, from what the method keeps of it."""
 
-    def absolute(self, n_x: int) -> Array:
-        """Absolute tolerance of every state, (n_x,)."""
-        return np.broadcast_to(np.asarray(self.atol, float), (n_x,)).copy()
+    def absolute(self, model: Model, times: Array, x0: Array) -> Array:
+        """Absolute tolerances (n_x,) of a run over `times` (n_t,) [s] from x0 (n_x,)."""
+        if self.atol is not None:
+            return np.broadcast_to(np.asarray(self.atol, float), (model.n_x,)).copy()
+        scales = getattr(model, "motion_scales", None)
+        sizes = np.ones(model.n_x) if scales is None else scales(x0, float(times[0]), float(times[-1]))
+        return np.asarray(ABSOLUTE * self.rtol * sizes)
 
     def blocks(self, model: Model, times: Array, x0: Array, state: Array | None = None) -> Iterator[Block]:
         """Blocks of the states at `times` (n_t,), ascending [s]; x0 (n_x,) is the state at times[0].
@@ -96,7 +106,8 @@ class Adaptive(ABC):
         resume[head.METHOD], resume[head.N_X] = self.number, model.n_x
         resume[head.T], resume[head.T_OLD], resume[head.LAST_OUT] = times[0], times[0], -math.inf
         resume[head.ERROR], resume[head.SMALLEST] = 1e-4, math.inf
-        resume[head.HEAD : head.HEAD + model.n_x] = x0
+        vectors = resume[head.HEAD :].reshape(self.n_vectors, -1)
+        vectors[0], vectors[-1] = x0, self.absolute(model, times, x0)
         self.start_anew(model, resume, interval(times[0], times[-1], breaks))
         return resume
 

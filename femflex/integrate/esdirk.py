@@ -28,22 +28,21 @@ class Esdirk4(Implicit):
     """
 
     rtol: float = 1e-9
-    atol: float | Array = 1e-10
 
     name: ClassVar[str] = "esdirk4"
     order: ClassVar[int] = 4
     number: ClassVar[int] = 3
-    n_vectors: ClassVar[int] = 4
+    n_vectors: ClassVar[int] = 5
 
     def filler(self, model: Model) -> Fill:
         """The compiled loop of `esdirk_kernel`."""
         offered, own = self.calls(model), (model.table, model.pool, model.work)
         calls = (model.rate, offered.correct, offered.kinematic, switch_of(model), hold_of(model))
         renormalise = np.ascontiguousarray(model.renormalise, np.int64)
-        settings = (float(self.step or 0.0), self.rtol, self.absolute(model.n_x), self.max_step)
         k, scratch = np.zeros((N_STAGES, model.n_x)), np.zeros((N_SCRATCH, model.n_x))
 
         def filled(state: Array, vectors: Array, times: Array, rows: Array, span: Span, budget: int) -> tuple[int, int]:
+            settings = (float(self.step or 0.0), self.rtol, vectors[-1], self.max_step)
             kept = (state, vectors, k, scratch)
             return fill(*calls, own, span, renormalise, offered.n_q, *settings, *kept, times, rows, budget)
 

@@ -37,7 +37,7 @@ class GeneralizedAlpha(Implicit):
     name: ClassVar[str] = "generalized_alpha"
     order: ClassVar[int] = 2
     number: ClassVar[int] = 2
-    n_vectors: ClassVar[int] = 6
+    n_vectors: ClassVar[int] = 7
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -56,10 +56,10 @@ class GeneralizedAlpha(Implicit):
         implicit = (offered.correct, offered.kinematic, offered.advance)
         calls = (model.rate, *implicit, switch_of(model), hold_of(model))
         renormalise = np.ascontiguousarray(model.renormalise, np.int64)
-        settings = (float(self.rho), float(self.step or 0.0), self.rtol, self.absolute(model.n_x), self.max_step)
         scratch = np.zeros((N_SCRATCH, model.n_x))
 
         def filled(state: Array, vectors: Array, times: Array, rows: Array, span: Span, budget: int) -> tuple[int, int]:
+            settings = (float(self.rho), float(self.step or 0.0), self.rtol, vectors[-1], self.max_step)
             kept = (state, vectors, scratch)
             return fill(*calls, own, span, renormalise, offered.n_q, *settings, *kept, times, rows, budget)
 

@@ -22,7 +22,6 @@ class Implicit(Adaptive):
     """
 
     rtol: float = 1e-6
-    atol: float | Array = 1e-7
     step: float | None = None
 
     def __post_init__(self) -> None:
@@ -50,7 +49,7 @@ class Implicit(Adaptive):
         """First step of a smooth interval, after dx/dt at its beginning and the slope of udot there are set."""
         self.calls(model)
         x, xdot = vectors[0], vectors[1]
-        h = first_step(model, self.order, t, span, x, xdot, self.rtol, self.absolute(model.n_x))
+        h = first_step(model, self.order, t, span, x, xdot, self.rtol, vectors[-1])
         h = min(h if self.step is None else self.step, self.max_step)
         self.set_slopes(model, vectors, t, h, span)
         return h, 3

@@ -10,6 +10,7 @@ import numpy as np
 from femflex.arrays import Array
 from femflex.integrate import resume as head
 from femflex.integrate.pace import MOST
+from femflex.summary import Rows, Summarised
 
 ROWS = 1024  # of a block, at most
 
@@ -68,14 +69,21 @@ class Block(NamedTuple):
         return Steps.of(self.resume)
 
 
-@dataclass(frozen=True, eq=False)
-class Solution:
+@dataclass(frozen=True, eq=False, repr=False)
+class Solution(Summarised):
     """A trajectory: times (n_t,), states (n_t, n_x), statistics, and the state to resume from."""
 
     times: Array
     states: Array
     steps: Steps
     resume: Array
+
+    def summary(self) -> tuple[str, Rows]:
+        """Its times and the number of states and steps."""
+        rows = [("times", f"{len(self.times)} from {self.times[0]:g} to {self.times[-1]:g} s")]
+        rows += [("states", str(self.states.shape[1]))]
+        rows += [("steps", f"{self.steps.accepted} accepted, {self.steps.rejected} rejected; {self.steps.ended}")]
+        return "Motion", rows
 
 
 class IntegrationError(RuntimeError):

@@ -141,7 +141,8 @@ class Model(Protocol):
     def second_order(self) -> SecondOrder | None:
         """The second-order calls, or None if the model has only its rate."""
 
-    # A model may also have `clock` (see Clock); `events` (see femflex.integrate.events): instants at which its state
+    # A model may also have `motion_scales(x0, begin, end)`: sizes of its states, which absolute tolerances are measured
+    # by; `clock` (see Clock); `events` (see femflex.integrate.events): instants at which its state
     # jumps; and `diagnosis` (see femflex.integrate.outcome): what it says of a state at which a method was stuck.
 
 

@@ -15,35 +15,43 @@ Matlab's own sparse matrices are read too, those of version 7.3 files as well.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
+from zipfile import ZipFile
 
 import numpy as np
 from scipy import sparse
 
-from femflex.arrays import Array
+from femflex.arrays import Array, IntArray
 from femflex.body import MassMoments
+from femflex.hdf5 import open_hdf5
 from femflex.matrices.contents import Contents, Entries, register
 from femflex.matrices.model import MatrixModel, Recovery
+from femflex.memory import require_proportion
 
 POINTS = ("points", "xyz", "coordinates", "coords")
 NODES = ("nodes", "ids", "node_ids")
+DENSE = 1_000_000  # entries (8 MB) up to which a matrix is written whole
 OWN = (*POINTS, *NODES, "dofs", "frames", "recovery", "recovery_points", "recovery_masses")
 
 
 def _npz(path: Path) -> Contents:
+    with ZipFile(path) as archive:
+        require_proportion(path, sum(member.file_size for member in archive.infolist()))
     with np.load(path, allow_pickle=False) as file:
         return contents_of({name: file[name] for name in file.files})
 
 
 def _mat(path: Path) -> Contents:
-    from scipy.io import loadmat
+    from scipy.io import loadmat, whosmat
 
     with open(path, "rb") as opened:
         newer = b"MATLAB 7.3" in opened.read(128)
     if newer:
         return _hdf5(path, transposed=True)
+    require_proportion(path, sum(8 * math.prod(shape) for _, shape, kind in whosmat(path) if kind != "sparse"))
     return contents_of({name: value for name, value in loadmat(path).items() if not name.startswith("__")})
 
 
@@ -52,7 +60,7 @@ def _hdf5(path: Path, transposed: bool = False) -> Contents:
     import h5py
 
     arrays: dict[str, Any] = {}
-    with h5py.File(path, "r") as file:
+    with open_hdf5(path) as file:
         if "format" in file.attrs:
             raise ValueError(f"it is a {file.attrs['format']} file; give it to a body of kind 'file', not 'matrices'")
         for name, item in file.items():
@@ -73,22 +81,22 @@ def contents_of(arrays: Mapping[str, Any]) -> Contents:
     contents = Contents()
     for name in POINTS:
         if name in arrays:
-            contents.points = np.asarray(arrays[name], float).reshape(-1, 3)
+            contents.points = _reals(arrays, name, -1, 3)
     if contents.points is not None:
         contents.ids = np.arange(1, len(contents.points) + 1)
     for name in NODES:
         if name in arrays:
-            contents.ids = np.asarray(arrays[name]).ravel().astype(np.int64)
+            contents.ids = _numbers(arrays, name, -1)
     if "dofs" in arrays:
-        contents.dofs = np.asarray(arrays["dofs"]).astype(np.int64).reshape(-1, 2)
+        contents.dofs = _numbers(arrays, "dofs", -1, 2)
     if "frames" in arrays:
-        contents.frames = np.asarray(arrays["frames"], float).reshape(-1, 3, 3)
+        contents.frames = _reals(arrays, "frames", -1, 3, 3)
     for name, value in arrays.items():
         kind, _, rest = name.partition("_")
         if kind == "group" and rest:
-            contents.groups[rest] = np.asarray(value).ravel().astype(np.int64)
+            contents.groups[rest] = _numbers(arrays, name, -1)
         elif kind == "cells" and rest:
-            contents.cells[rest] = np.asarray(value).astype(np.int64)
+            contents.cells[rest] = _numbers(arrays, name, len(np.atleast_1d(value)), -1)
         elif name.endswith("_data") and f"{name[:-5]}_row" in arrays:
             stem = name[:-5]
             i, j = (np.asarray(arrays[f"{stem}_{part}"]).ravel().astype(np.int64) for part in ("row", "col"))
@@ -102,17 +110,14 @@ def contents_of(arrays: Mapping[str, Any]) -> Contents:
     if "recovery_points" in arrays:
         contents.recovery = _recovery(arrays)
     if "moments_second" in arrays:
-        n = len(np.asarray(arrays["moments_first"]).reshape(-1, 3))
-        contents.moments = MassMoments(
-            float(np.ravel(arrays["moments_mass"])[0]),
-            np.asarray(arrays["moments_first"], float).reshape(n, 3),
-            np.asarray(arrays["moments_second"], float).reshape(n, 3, n, 3),
-        )
+        first = _reals(arrays, "moments_first", -1, 3)
+        second = _reals(arrays, "moments_second", len(first), 3, len(first), 3)
+        contents.moments = MassMoments(float(_reals(arrays, "moments_mass", 1)[0]), first, second)
     return contents
 
 
 def _recovery(arrays: Mapping[str, Any]) -> Recovery:
-    points = np.asarray(arrays["recovery_points"], float).reshape(-1, 3)
+    points = _reals(arrays, "recovery_points", -1, 3)
     if "recovery_data" in arrays:
         i, j = (np.asarray(arrays[f"recovery_{part}"]).ravel().astype(np.int64) for part in ("row", "col"))
         shape = tuple(int(x) for x in np.ravel(arrays["recovery_shape"]))
@@ -120,8 +125,28 @@ def _recovery(arrays: Mapping[str, Any]) -> Recovery:
         rows = sparse.csr_array(sparse.coo_array((data, (i, j)), shape=shape))
     else:
         rows = sparse.csr_array(arrays["recovery"])
-    masses = arrays.get("recovery_masses")
-    return Recovery(points, rows, None if masses is None else np.asarray(masses, float).ravel())
+    return Recovery(points, rows, _reals(arrays, "recovery_masses", -1) if "recovery_masses" in arrays else None)
+
+
+def _reals(arrays: Mapping[str, Any], name: str, *shape: int) -> Array:
+    """The real numbers of an array in that shape, -1 for any number. Raises ValueError where it does not hold them."""
+    value = np.asarray(arrays.get(name, ()))
+    fits = np.issubdtype(value.dtype, np.number) and not np.iscomplexobj(value)
+    size = int(np.prod([abs(n) for n in shape]))
+    if not fits or not value.size or value.size % size or (-1 not in shape and value.size != size):
+        wanted = " x ".join("n" if n == -1 else str(n) for n in shape)
+        raise ValueError(
+            f"array {name!r} has the shape {value.shape} and holds {value.dtype.name}; expected {wanted} real numbers"
+        )
+    return value.astype(float).reshape(shape)
+
+
+def _numbers(arrays: Mapping[str, Any], name: str, *shape: int) -> IntArray:
+    """The same for whole numbers."""
+    value = _reals(arrays, name, *shape)
+    if not (np.abs(value) < 2**53).all() or (value != np.round(value)).any():
+        raise ValueError(f"array {name!r} holds numbers that are not whole; give numbers of nodes and components")
+    return value.astype(np.int64)
 
 
 def _plain(value: Any) -> Any:
@@ -158,7 +183,8 @@ def arrays_of(model: MatrixModel, dense: bool = False) -> dict[str, Array]:
 
 
 def _full(A: sparse.csr_array) -> bool:
-    return bool(3 * A.nnz > A.shape[0] * A.shape[1])
+    """Whether a matrix is written whole: one that any reader holds in memory, or one with few zeros."""
+    return bool(A.shape[0] * A.shape[1] <= DENSE or 3 * A.nnz > A.shape[0] * A.shape[1])
 
 
 def _triplets(name: str, A: sparse.csr_array) -> dict[str, Any]:

@@ -7,6 +7,7 @@ number and its limit. (Craig-Bampton models: the checks of pyYeti's cb.cbcheck.)
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -102,7 +103,8 @@ def check_model(model: MatrixModel, stated: StatedMass | None = None) -> MatrixR
     structure = model.structure()
     M, K = symmetric_part(model.M), symmetric_part(model.K)
     massless = int((np.asarray(abs(M).sum(axis=1)).ravel() == 0).sum())
-    found += _indefinite(model, _mass_of_one_axis(structure, M), K)
+    found += _indefinite(model, {"mass": (_mass_of_one_axis(structure, M), model.M), "stiffness": (K, model.K)})
+    found += [] if model.D is None else _indefinite(model, {"damping": (symmetric_part(model.D), model.D)})
     R = rigid_shapes(structure)
     mass, centre, J, more = _mass_properties(R.T @ (M @ R))
     found += more
@@ -129,7 +131,8 @@ def asymmetry(A: sparse.csr_array) -> float:
 
 def _not_finite(model: MatrixModel) -> list[str]:
     texts = []
-    for name, A in (("mass", model.M), ("stiffness", model.K), ("damping", model.D)):
+    matrices = (("mass", model.M), ("stiffness", model.K), ("damping", model.D), ("geometric", model.geometric))
+    for name, A in matrices:
         if A is not None and not np.isfinite(A.data).all():
             texts.append(f"its {name} matrix has {np.count_nonzero(~np.isfinite(A.data))} entries that are not finite")
     if not model.M.count_nonzero():
@@ -147,10 +150,20 @@ def _mass_of_one_axis(structure: MatrixStructure, M: sparse.csr_array) -> sparse
     return lumped.scalar if lumped.exact else M
 
 
-def _indefinite(model: MatrixModel, M: sparse.csr_array, K: sparse.csr_array) -> list[Finding]:
-    """Negative eigenvalues of M and K, by the pivots of a factorisation of the scaled matrix (Sylvester's law)."""
+WHY = {  # no body has a negative eigenvalue of
+    "mass": "a body has no negative mass",
+    "stiffness": "the body is unstable as it is, or signs are wrong",
+    "damping": "damping takes energy out of a body, so check its sign",
+}
+
+
+def _indefinite(model: MatrixModel, matrices: Mapping[str, tuple[sparse.csr_array, sparse.csr_array]]) -> list[Finding]:
+    """Negative eigenvalues of matrices by name, by the pivots of a factorisation when scaled (Sylvester's law).
+
+    matrices: name -> (what is factorised, the matrix as it is given)
+    """
     found = []
-    for name, A, given in (("mass", M, model.M), ("stiffness", K, model.K)):
+    for name, (A, given) in matrices.items():
         own = given.diagonal()
         if (own < 0).any():
             k = int(np.argmin(own))
@@ -168,10 +181,7 @@ def _indefinite(model: MatrixModel, M: sparse.csr_array, K: sparse.csr_array) ->
             continue  # singular to rounding
         if count:
             text = f"its {name} matrix has {count} negative eigenvalues (limit 0; those above -{NEGATIVE:g} of the "
-            why = (
-                "a body has no negative mass" if name == "mass" else "the body is unstable as it is, or signs are wrong"
-            )
-            found.append(Finding(f"{text}diagonal do not count); {why}", True))
+            found.append(Finding(f"{text}diagonal do not count); {WHY[name]}", True))
     return found
 
 
@@ -205,7 +215,8 @@ def _mass_properties(G: Array) -> tuple[float, Array, Array, list[Finding]]:
         found.append(
             Finding(
                 f"its principal inertias {text} kg m^2 about the centre of mass cannot be those of a body (the two "
-                "smaller sum to at least the largest); check coordinates and units"
+                "smaller sum to at least the largest); check coordinates and units",
+                True,
             )
         )
     return mass, centre, J, found

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
 from femflex.matrices.contents import Contents, register
+from femflex.mesh.numbers import check_count, spanned
 
 
 def _table(path: Path) -> Contents:
@@ -48,15 +50,27 @@ def _abaqus(path: Path) -> Contents:
             points.append([float(x) for x in words[1:4]] + [0.0] * (4 - len(words[:4])))
             if "NSET" in options:
                 sets.setdefault(options["NSET"], []).append(ids[-1])
-        elif keyword == "NSET" and all(re.fullmatch(r"\d+", word) for word in words):
-            numbers = [int(word) for word in words]
+        elif keyword == "NSET" and "ELSET" not in options:
+            numbers = sets.setdefault(options.get("NSET", "set"), [])
             if "GENERATE" in options:
-                numbers = list(range(numbers[0], numbers[1] + 1, numbers[2] if len(numbers) > 2 else 1))
-            sets.setdefault(options.get("NSET", "set"), []).extend(numbers)
+                span = spanned(*(int(word) for word in words[:3]))
+                check_count(len(span), f"{path.name}: *NSET, GENERATE {line.strip()}")
+                numbers += span
+                continue
+            for word in words:
+                numbers += [int(word)] if word.isdigit() else list(_named(sets, word))
     if not ids:
         raise ValueError(f"{path.name} has no *NODE block; name the input file that has the coordinates")
     groups = {name: np.unique(numbers) for name, numbers in sets.items()}
     return Contents(ids=np.array(ids, np.int64), points=np.array(points), groups=groups)
+
+
+def _named(sets: Mapping[str, list[int]], name: str) -> list[int]:
+    """The numbers of a set, whatever its capitals. Raises ValueError where it is not known."""
+    found = next((numbers for known, numbers in sets.items() if known.upper() == name.upper()), None)
+    if found is None:
+        raise ValueError(f"*NSET names {name!r}, which is no set before it; define it above, or list its numbers")
+    return found
 
 
 def _calculix_map(path: Path) -> Contents:

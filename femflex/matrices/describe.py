@@ -23,6 +23,8 @@ def describe_matrices(path: Path) -> str:
         nodes = "" if entries.dofs is None else f", {len(np.unique(entries.dofs[:, 0]))} nodes"
         lines.append(f"matrix  {name}: {size}, {symmetric}{nodes}")
     lines += _nodes(contents)
+    if not lines[1:]:
+        raise ValueError(f"{path.name} holds neither matrices nor nodes; give a file that does")
     lines += [f"note    {text}" for text in contents.notes]
     try:
         model = read_matrices(path)

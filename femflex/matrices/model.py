@@ -18,6 +18,9 @@ from femflex.mesh import Mesh
 from femflex.reduction.inertia.mass_matrix import Distribution, KnownMoments, PointMasses
 
 NODE = re.compile(r"node_(\d+)")
+ORTHONORMAL = 1e-6  # largest entry of C C^T - 1 of axes of displacement
+MOMENTS = 1e-6  # asymmetry and negative eigenvalue of moments, relative, that rounding explains
+SMALL = 1e-4  # of the largest column of moments: smaller ones hold its rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,6 +102,81 @@ class MatrixModel:
             raise ValueError(
                 f"{self.name}: {unknown.size} nodes of the map of degrees of freedom have no coordinates, such as "
                 f"{unknown[:5].tolist()}; give the file that has them as `nodes`"
+            )
+        for name, nodes in self.cells.items():
+            if (unknown := np.setdiff1d(nodes, self.ids)).size:
+                raise ValueError(
+                    f"{self.name}: cells of type {name!r} name nodes without coordinates, such as "
+                    f"{unknown[:5].tolist()}; correct the cells, or leave them out: they are for pictures alone"
+                )
+        self._check_frames()
+        self._check_recovery()
+        self._check_moments()
+
+    def _check_frames(self) -> None:
+        """Raise ValueError unless the axes of every node are perpendicular unit vectors, right-handed."""
+        if self.frames is None:
+            return
+        if self.frames.shape != (len(self.ids), 3, 3):
+            raise ValueError(
+                f"{self.name}: frames has shape {self.frames.shape}; {len(self.ids)} nodes need "
+                f"{(len(self.ids), 3, 3)}, the three axes of each as rows"
+            )
+        apart = np.abs(self.frames @ self.frames.swapaxes(1, 2) - np.eye(3)).max(axis=(1, 2), initial=0.0)
+        wrong = np.flatnonzero(~((apart < ORTHONORMAL) & (np.linalg.det(self.frames) > 0)))
+        if wrong.size:
+            k = wrong[0]
+            raise ValueError(
+                f"{self.name}: the axes of node {self.ids[k]} in frames are not a rotation (C C^T differs from 1 by "
+                f"{apart[k]:.1e}, limit {ORTHONORMAL:g}; determinant {np.linalg.det(self.frames[k]):.4g}); give "
+                "perpendicular unit vectors, right-handed, as rows"
+            )
+
+    def _check_recovery(self) -> None:
+        """Raise ValueError for recovery of another size, or of what is no number."""
+        if self.recovery is None:
+            return
+        p, masses = len(self.recovery.points), self.recovery.masses
+        if self.recovery.rows.shape != (3 * p, self.n_dof):
+            raise ValueError(
+                f"{self.name}: recovery has {self.recovery.rows.shape[0]} rows and {self.recovery.rows.shape[1]} "
+                f"columns; {p} points and {self.n_dof} degrees of freedom need {3 * p} and {self.n_dof}"
+            )
+        if not (np.isfinite(self.recovery.points).all() and np.isfinite(self.recovery.rows.data).all()):
+            raise ValueError(f"{self.name}: recovery holds entries that are not finite; give numbers")
+        if masses is not None and (masses.shape != (p,) or not (masses >= 0).all() or not np.isfinite(masses).all()):
+            raise ValueError(
+                f"{self.name}: recovery_masses are {masses.size} numbers from {masses.min():.4g} to "
+                f"{masses.max():.4g} kg; give one for each of the {p} points, none negative"
+            )
+
+    def _check_moments(self) -> None:
+        """Raise ValueError for moments of another size, or that no distribution of mass has."""
+        if self.moments is None:
+            return
+        mass, first, second = self.moments.mass, self.moments.first, self.moments.second
+        n = 1 + self.n_dof
+        if first.shape != (n, 3) or second.shape != (n, 3, n, 3):
+            raise ValueError(
+                f"{self.name}: moments_first and moments_second have shapes {first.shape} and {second.shape}; "
+                f"{self.n_dof} degrees of freedom need {(n, 3)} and {(n, 3, n, 3)}"
+            )
+        if not (np.isfinite(mass) and np.isfinite(first).all() and np.isfinite(second).all() and mass > 0):
+            raise ValueError(
+                f"{self.name}: moments hold numbers that are not finite, or a mass of {mass:g} kg; write them again, "
+                "or leave them out"
+            )
+        gram = np.block([[np.array([[mass]]), first.reshape(1, -1)], [first.reshape(-1, 1), second.reshape(3 * n, -1)]])
+        size = np.sqrt(np.abs(np.diag(gram)))
+        size = np.maximum(size, SMALL * size.max())
+        scaled = gram / size / size[:, None]
+        least, apart = float(np.linalg.eigvalsh(scaled)[0]), float(np.abs(scaled - scaled.T).max())
+        if least < -MOMENTS or apart > MOMENTS:
+            raise ValueError(
+                f"{self.name}: no distribution of mass has its moments: integrals int z z^T dm are symmetric and have "
+                f"no negative eigenvalue, and these, scaled to a diagonal of 1, differ by {apart:.2g} from their "
+                f"mirror image and have the eigenvalue {least:.3g} (limits {MOMENTS:g}). Write them again, "
+                "or leave them out"
             )
 
     @property

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 from scipy import sparse
 
+from femflex.hdf5 import placed_hdf5
 from femflex.matrices.arrays import arrays_of
 from femflex.matrices.model import MatrixModel
 from femflex.matrices.nastran import op4_arrays, pyyeti
+from femflex.writing import placed
 
 SYMMETRIC, REAL = 6, 2
 
@@ -27,14 +27,8 @@ def write_matrices(model: MatrixModel, path: str | Path, force: bool = False) ->
     path = Path(path)
     if path.suffix.lower() not in WRITERS:
         raise ValueError(f"{path.name}: models are written as {', '.join(sorted(WRITERS))}; found {path.suffix!r}")
-    if path.exists() and not force:
-        raise FileExistsError(f"{path} exists already; give another name, or force to write over it.")
-    if not path.parent.is_dir():
-        raise FileNotFoundError(f"folder {path.parent} does not exist; make it, or give another path for the model.")
-    with tempfile.TemporaryDirectory(prefix=f".{path.name}.", dir=path.parent) as folder:
-        partial = Path(folder) / path.name
-        WRITERS[path.suffix.lower()](model, partial)
-        os.replace(partial, path)
+    with placed(path, force) as part:
+        WRITERS[path.suffix.lower()](model, part)
     return path
 
 
@@ -43,9 +37,7 @@ def _npz(model: MatrixModel, path: Path) -> None:
 
 
 def _hdf5(model: MatrixModel, path: Path) -> None:
-    import h5py
-
-    with h5py.File(path, "w") as file:
+    with placed_hdf5(path) as file:
         for name, value in arrays_of(model).items():
             file.create_dataset(name, data=value)
 

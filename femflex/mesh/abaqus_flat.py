@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,7 +15,7 @@ from femflex.mesh.abaqus_elements import END_MIDDLE_END, cell_of
 from femflex.mesh.abaqus_keywords import Keyword, read_keywords
 from femflex.mesh.abaqus_nodes import NodeReader
 from femflex.mesh.abaqus_sets import Sets
-from femflex.mesh.numbers import Numbers
+from femflex.mesh.numbers import Numbers, check_count, spanned
 
 NODES = ("NODE", "SYSTEM", "NGEN", "NFILL")
 REFUSED = {"NCOPY", "NMAP", "ELCOPY"}
@@ -118,7 +119,13 @@ def read_flat(path: Path) -> Flat:
             into = own[scope.upper()]
             new = _elements(keyword) if keyword.name == "ELEMENT" else _generated(keyword, into)
             into += new
-            grouped.append((scope, keyword.parameter("elset"), [element.number for element in new]))
+            masters = (
+                []
+                if keyword.name == "ELEMENT"
+                else [keyword.integer(row[0], k, "an element") for k, row in enumerate(keyword.data)]
+            )
+            listed = dict.fromkeys([*masters, *(element.number for element in new)])  # its set holds the master too
+            grouped.append((scope, keyword.parameter("elset"), list(listed)))
     shifts = _shifts(readers, own)
     nsets, elsets = Sets("NSET", shifts), Sets("ELSET", shifts)
     for scope, _ in scoped:
@@ -273,6 +280,7 @@ def _generated(keyword: Keyword, known: list[Element]) -> list[Element]:
             raise ValueError(f"{keyword.place(k)}: *ELGEN copies element {values[0]}, which is not defined before.")
         values += [0] * (10 - len(values))
         copies = [by_number[values[0]]]
+        check_count(math.prod(max(count, 1) for count in values[1::3]), keyword.place(k))
         for count, by_node, by_element in (values[1:4], values[4:7], values[7:10]):
             copies = [
                 one._replace(
@@ -353,7 +361,9 @@ def _ranges(flat: Flat, keyword: Keyword, row: int, words: list[str], scope: str
     if len(words) < 2:
         raise ValueError(f"{keyword.place(row)}: *{keyword.name}, GENERATE needs first, last and step; got {words}.")
     first, last, step = (keyword.integer(word, row, "a number") for word in [*words, "1"][:3])
-    if step == 0:
-        raise ValueError(f"{keyword.place(row)}: *{keyword.name}, GENERATE has a step of 0; give one of at least 1.")
     by = flat.shifts[scope.upper()]
-    yield range(first + by, last + by + 1, step)
+    try:
+        numbers = spanned(first, last, step)
+    except ValueError as error:
+        raise ValueError(f"{keyword.place(row)}: *{keyword.name}, GENERATE: {error}") from None
+    yield range(numbers.start + by, numbers.stop + by, step)

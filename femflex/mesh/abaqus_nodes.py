@@ -6,6 +6,7 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.mesh.abaqus_keywords import Keyword
+from femflex.mesh.numbers import check_count
 
 Nodes = dict[int, Array]
 
@@ -73,6 +74,7 @@ class NodeReader:
             if step == 0 or (last - first) % step or (last - first) // step < 1:
                 raise ValueError(f"{keyword.place(k)}: *NGEN goes from node {first} to {last} in steps of {step}.")
             count = (last - first) // step
+            check_count(count, keyword.place(k))
             if kind == "P":
                 raise ValueError(f"{keyword.place(k)}: *NGEN on a parabola (LINE=P) is not read; write the nodes out.")
             if kind == "C":
@@ -101,6 +103,7 @@ class NodeReader:
             sets = [self.sets.get(word.upper()) or [keyword.integer(word, k, "a set or node")] for word in words[:2]]
             count = keyword.integer(words[2] or "1", k, "the number of intervals")
             step = keyword.integer(words[3] or "1", k, "an increment")
+            check_count(count * min(map(len, sets)), keyword.place(k))
             for one, other in zip(*(sorted(numbers) for numbers in sets), strict=False):
                 a, b = self._known(one, keyword, k), self._known(other, keyword, k)
                 for j in range(count + 1):

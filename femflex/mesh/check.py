@@ -19,8 +19,8 @@ FLAT = 1e-12  # length, area or volume below this times the longest edge to that
 
 
 def check(mesh: Mesh, source: str = "the mesh", strict: bool = True) -> None:
-    """Raise ValueError for coordinates above LARGEST, and for cells that have no size or are turned inside out; warn of
-    loose and coincident points.
+    """Raise ValueError for coordinates above LARGEST, and for surfaces and solids that have no size or are turned
+    inside out; warn of lines without length, loose and coincident points.
 
     strict: False warns of bad cells, too.
     """
@@ -29,16 +29,18 @@ def check(mesh: Mesh, source: str = "the mesh", strict: bool = True) -> None:
             f"{source}: {len(far)} of {len(mesh.points)} points have coordinates above {LARGEST:g} m, the first is "
             f"number {far[0]} at {_at(mesh.points[far[0]])}; correct the file or its unit"
         )
-    problems = [*_degenerate(mesh), *_inverted(mesh)]
+    found = _degenerate(mesh)
+    short = [found.pop(kind) for kind in list(found) if CELL_TYPES[kind].dimension == 1]  # members refuse them
+    problems = [*found.values(), *_inverted(mesh)]
     if problems and strict:
-        raise ValueError(f"{source}: " + " ".join(problems))
-    for text in (*problems, _loose(mesh), _coincident(mesh)):
+        raise ValueError(f"{source}: " + " ".join([*problems, *short]))
+    for text in (*problems, *short, _loose(mesh), _coincident(mesh)):
         if text:
             warnings.warn(f"{source}: {text}", PhysicsWarning, stacklevel=3)
 
 
-def _degenerate(mesh: Mesh) -> list[str]:
-    problems = []
+def _degenerate(mesh: Mesh) -> dict[str, str]:
+    problems = {}
     for cell, nodes in mesh.cells.items():
         kind = CELL_TYPES[cell]
         corners = mesh.points[nodes[:, : kind.n_corners]]
@@ -47,7 +49,7 @@ def _degenerate(mesh: Mesh) -> list[str]:
         if kind.dimension and flat.any():
             first = int(np.argmax(flat))
             what = ("", "length", "area", "volume")[kind.dimension]
-            problems.append(
+            problems[cell] = (
                 f"{int(flat.sum())} of {len(nodes)} cells of type {cell} have no {what}, the first is number {first} "
                 f"at {_at(corners[first].mean(axis=0))}; remove them or move their nodes apart."
             )

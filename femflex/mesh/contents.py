@@ -44,7 +44,7 @@ class Contents:
 def to_mesh(contents: Contents, source: str, strict: bool = True) -> Mesh:
     """Mesh of a file's contents; `source` is the file's name for messages.
 
-    Raises ValueError where no cell is left, unless strict is False: then the mesh has points alone.
+    Raises ValueError where no cell is left; with strict False a file without any gives a mesh of points alone.
     """
     left_out = Counter(contents.left_out)
     blocks = [block for block in contents.blocks if block.cell in CELL_TYPES]
@@ -52,7 +52,7 @@ def to_mesh(contents: Contents, source: str, strict: bool = True) -> Mesh:
         if block.cell not in CELL_TYPES and len(block.nodes):
             left_out[block.cell] += len(block.nodes)
     listed = ", ".join(f"{name} ({count})" for name, count in sorted(left_out.items()))
-    if left_out and (blocks or not strict):
+    if left_out and blocks:
         warnings.warn(
             f"{source}: elements not understood and left out: {listed}; {sum(len(b.nodes) for b in blocks)} are kept. "
             f"Understood are {sorted(CELL_TYPES)}.",
@@ -67,7 +67,7 @@ def to_mesh(contents: Contents, source: str, strict: bool = True) -> Mesh:
     for group in contents.empty:
         cell_groups.setdefault(group, {})
     mesh = without_vertices(Mesh(points, cells, cell_groups, dict(contents.point_groups)))
-    if not mesh.cells and not strict:
+    if not mesh.cells and not strict and not left_out:
         return mesh
     if not mesh.cells:
         found = f", only {listed}" if listed else ""

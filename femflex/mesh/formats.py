@@ -91,6 +91,8 @@ def meshio_speaking(path: Path, name: str, verb: str = "read", hint: str = "") -
     except MemoryError:
         raise
     except (Exception, SystemExit) as error:
+        if verb == "written" and isinstance(error, OSError) and error.errno:  # the disk is full
+            raise
         log.info("meshio on %s: %s %s %s", path.name, type(error).__name__, error, " ".join(said.getvalue().split()))
         found = error_text(error) if verb == "read" else "the format cannot hold this mesh"
         advice = (

@@ -7,7 +7,7 @@ import warnings
 
 import numpy as np
 
-from femflex.mesh.memory import require_memory
+from femflex.memory import require_memory
 
 # Fewest bytes of a node and of an element, as text ("1 0 0 0\n") and binary; in 4.1 tags and positions are apart
 LEAST = {

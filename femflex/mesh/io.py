@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
+from femflex.memory import limited_memory, require_memory
 from femflex.mesh import io_abaqus, io_ansys, io_exodus, io_gmsh, io_med, io_nastran, io_unv, io_vtk, io_xdmf
 from femflex.mesh.check import check
 from femflex.mesh.contents import renamed, to_mesh, without_vertices
 from femflex.mesh.formats import WriteOptions, format_of
-from femflex.mesh.memory import limited_memory, require_memory
 from femflex.mesh.mesh import Mesh
 from femflex.mesh.midside import with_middle_nodes
 from femflex.mesh.upright import upright
 from femflex.reading import reading
+from femflex.writing import placed
 
 __all__ = [
     "io_abaqus",
@@ -70,9 +69,5 @@ def write_mesh(path: str | Path, mesh: Mesh, *, binary: bool = True, version: st
         raise ValueError(f"{path.name}: {kind.name} is read only; write {path.stem}.msh or .vtu instead.")
     if not mesh.cells:
         raise ValueError(f"a mesh without cells cannot be written to {path.name}.")
-    if not path.parent.is_dir():
-        raise ValueError(f"{path.name} cannot be written: the folder {path.parent} does not exist.")
-    with tempfile.TemporaryDirectory(dir=path.parent, prefix=".femflex-") as folder:
-        draft = Path(folder) / path.name
-        kind.write(draft, without_vertices(mesh), WriteOptions(binary, version))
-        os.replace(draft, path)
+    with placed(path, force=True) as part:
+        kind.write(part, without_vertices(mesh), WriteOptions(binary, version))

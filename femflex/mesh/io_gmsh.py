@@ -75,6 +75,11 @@ def write(path: Path, mesh: Mesh, options: WriteOptions) -> None:
 def _header(data: bytes, path: Path) -> tuple[str, bool, int]:
     """Version, binary or not, and bytes of a size, from the $MeshFormat section."""
     found = re.match(rb"\s*(?:\$Comments.*?\$EndComments\s*)?\$MeshFormat\s+(\S+)\s+([01])\s+(\d+)", data, re.S)
+    if re.match(rb"\s*\$NOD\s", data):
+        raise ValueError(
+            f"{path.name} is of Gmsh format 1 ($NOD, $ELM), which is not read; 2.2 and 4.1 are. "
+            f"Convert it: gmsh {path.name} -save -format msh41 -o new.msh"
+        )
     if not found:
         raise ValueError(f"{path.name} does not begin with $MeshFormat: it is no Gmsh mesh.")
     version = {"2": "2.2", "4": "4.0"}.get(found[1].decode(), found[1].decode())

@@ -6,6 +6,7 @@ inside out against everyone else's, and writes no group by name; so families are
 
 from __future__ import annotations
 
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.arrays import Array, IntArray
+from femflex.hdf5 import open_hdf5
 from femflex.mesh.cells import CELL_TYPES
 from femflex.mesh.contents import Block, Contents
 from femflex.mesh.formats import WriteOptions, load_meshio, meshio_speaking, register
@@ -30,10 +32,8 @@ LONGEST = 80  # bytes of a group name
 
 def read(path: Path) -> Contents:
     """Contents of a .med file with one mesh."""
-    import h5py
-
     known = _codes()
-    with h5py.File(path) as file:
+    with open_hdf5(path) as file:
         step, family_groups = _only_mesh(file, path)
         cell_families, point_families = _families(family_groups, "ELEME"), _families(family_groups, "NOEUD")
         points, point_numbers = _points(step)
@@ -81,13 +81,15 @@ def write(path: Path, mesh: Mesh, options: WriteOptions) -> None:
     point_tags = _family_numbers(mesh.point_groups, len(mesh.points), point_families, 1)
     cells = [(cell, nodes[:, np.argsort(med_order(cell))]) for cell, nodes in mesh.cells.items()]
     raw = load_meshio().Mesh(mesh.points, cells, point_data={"point_tags": point_tags}, cell_data={"cell_tags": tags})
+    image = BytesIO()  # HDF5 itself does not survive a full disk
     with meshio_speaking(path, NAME, "written"):
-        load_meshio().med.write(path, raw)
-    with h5py.File(path, "r+") as file:
+        load_meshio().med.write(image, raw)
+    with h5py.File(image, "r+") as file:
         file["ENS_MAA/mesh"].attrs["DIM"] = mesh.dimension
         for key, families in (("ELEME", cell_families), ("NOEUD", point_families)):
             for number, names in families.items():
                 _write_family(file.require_group(f"FAS/mesh/{key}"), number, names)
+    path.write_bytes(image.getvalue())
 
 
 def med_order(cell: str) -> IntArray:
@@ -117,7 +119,10 @@ def _only_mesh(file: Any, path: Path) -> tuple[Any, Any]:
         )
     names = list(file["ENS_MAA"])
     if len(names) != 1:
-        raise ValueError(f"it holds {len(names)} meshes, {names}; one is needed")
+        raise ValueError(
+            f"{path.name} is a MED file of {len(names)} meshes, {', '.join(names) or 'none'}; a file with one mesh is "
+            "read. Export the mesh that is wanted alone (in Salome: select it, then Export to MED)"
+        )
     mesh = file["ENS_MAA"][names[0]]
     families = mesh["FAS"] if "FAS" in mesh else file.get(f"FAS/{names[0]}")
     if "NOE" in mesh:

@@ -57,6 +57,7 @@ def read(path: Path) -> Contents:
     nodes: dict[int, list[float]] = {}
     elements: list[Numbered] = []
     left_out: Counter[str] = Counter()
+    metre = 1.0
     properties: dict[str, list[int]] = {}
     element_sets: dict[str, Numbers] = {}
     node_sets: dict[str, list[int]] = {}
@@ -72,7 +73,7 @@ def read(path: Path) -> Contents:
                 if cells:
                     element_sets[name] = Numbers(tuple(cells))
         elif number == "164":
-            _warn_of_units(lines, path)
+            metre = _metre(lines, path)
     if not nodes:
         raise ValueError(f"{path.name} has no nodes (dataset 15, 781 or 2411); it is no universal file with a mesh.")
     order = {number: k for k, number in enumerate(nodes)}
@@ -82,7 +83,9 @@ def read(path: Path) -> Contents:
         name: np.array([order[n] for n in numbers if n in order], np.int64) for name, numbers in node_sets.items()
     }
     blocks = blocks_of(elements, order, sets)
-    return Contents(np.array(list(nodes.values())), blocks, point_groups, empty=tuple(element_sets), left_out=left_out)
+    return Contents(
+        np.array(list(nodes.values())) / metre, blocks, point_groups, empty=tuple(element_sets), left_out=left_out
+    )
 
 
 def _datasets(path: Path) -> Iterator[tuple[str, list[str]]]:
@@ -166,17 +169,19 @@ def _groups(lines: list[str], per_line: int) -> Iterator[tuple[str, list[int], l
         yield name, points, cells
 
 
-def _warn_of_units(lines: list[str], path: Path) -> None:
-    """Warn where the file's unit of length is not the metre; its numbers are taken as they are."""
+def _metre(lines: list[str], path: Path) -> float:
+    """The length of a metre in the file's unit, by its dataset of units; warns where that is not 1."""
     words = " ".join(lines[1:]).upper().replace("D", "E").split()
     factor = float(words[0]) if words else 1.0
-    if factor not in (0.0, 1.0):
-        warnings.warn(
-            f"{path.name}: its dataset of units says that a length of {factor:g} in it is 1 m; the numbers are taken "
-            "as they are. Give mesh_unit in the case, or mesh.scaled(...), if they are not metres",
-            PhysicsWarning,
-            stacklevel=3,
-        )
+    if factor in (0.0, 1.0):
+        return 1.0
+    warnings.warn(
+        f"{path.name}: by its dataset of units (164) a metre is {factor:g} of its lengths; the mesh is converted to "
+        "metres. Give no mesh_unit in the case",
+        PhysicsWarning,
+        stacklevel=3,
+    )
+    return factor
 
 
 register(NAME, (".unv",), read)

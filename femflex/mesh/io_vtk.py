@@ -85,10 +85,13 @@ def _legacy_text(mesh: Mesh) -> str:
 
 
 def _write(path: Path, mesh: Mesh, writer: Any) -> None:
+    """Write by way of memory: VTK itself does not survive a full disk."""
     writer.SetInputData(make_grid(mesh.points, dict(mesh.cells), *_markers(mesh)))
-    writer.SetFileName(str(path))
-    if not writer.Write() or not path.is_file():
-        raise ValueError(f"{path.name} could not be written as {VTU} or {VTK}; is there space on the disk?")
+    writer.WriteToOutputStringOn()
+    if not writer.Write():
+        raise ValueError(f"{path.name} could not be written as {VTU} or {VTK}; another format may hold it: .msh")
+    content = (getattr(writer, "GetOutputStdString", None) or writer.GetOutputString)()
+    path.write_bytes(content.encode() if isinstance(content, str) else content)
 
 
 def _markers(mesh: Mesh) -> tuple[Arrays, Arrays]:

@@ -13,6 +13,12 @@ if TYPE_CHECKING:
     from femflex.mesh.mesh import CellGroup, Mesh
 
 
+def doubled_cells(nodes: IntArray) -> IntArray:
+    """Numbers (m,) of the cells of one type, nodes (k, n), that have the same nodes as an earlier one."""
+    _, first, which = np.unique(np.sort(nodes, axis=1), axis=0, return_index=True, return_inverse=True)
+    return np.flatnonzero(first[np.ravel(which)] != np.arange(len(nodes))).astype(np.int64)
+
+
 def merged(first: Mesh, second: Mesh) -> Mesh:
     """Both meshes side by side: points and cells of the second after those of the first, equal groups united."""
     shift = len(first.points)

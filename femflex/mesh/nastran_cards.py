@@ -8,12 +8,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
-from femflex.mesh.numbers import Numbers
+from femflex.mesh.numbers import Numbers, check_count, spanned
 
 NAME = "Nastran bulk data"
 WIDTH = {False: 8, True: 16}  # columns of a data field, small and large
 DEPTH = 10  # of files that include files
 ITEM = re.compile(r"[A-Za-z]\w*|[+-]?(\d+\.?\d*|\.\d+)([EeDd]?[+-]?\d+)?|=|==|\*\([^()]+\)")  # of a line in free form
+AGAIN = re.compile(r"==?|\*\([^()]+\)")  # a field of the card before, or with a number added
 REPEAT = re.compile(r"=\(?(\d*)\)?")
 INCLUDE = re.compile(r"\s*INCLUDE\s+(.*)$", re.I)
 
@@ -91,7 +92,10 @@ def listed(words: list[str]) -> Numbers:
             step = int(rest.pop())
         if isinstance(first, range):
             raise ValueError(f"the list {' '.join(words[:20])} has THRU after a range; a number stands before it")
-        numbers.append(range(first + step, last + 1, step))
+        try:
+            numbers.append(spanned(first, last, step)[1:])
+        except ValueError as error:
+            raise ValueError(f"the list {' '.join(words[:20])}: {error}") from None
     return Numbers(tuple(numbers))
 
 
@@ -186,23 +190,21 @@ def _cards(lines: list[Line]) -> list[RawCard]:
     every = [(line, _fields(line.text)) for line in lines[:end] if line.text.strip()]
     marks = {found.mark for _, found in every if found.mark}
     changes = list[str]()
-    for line, found in every:
+    for k, (line, found) in enumerate(every):
         mark = found.first.lstrip("+*").strip()
         again = REPEAT.fullmatch(found.first)
         if again and cards:
             changes = found.fields if any(found.fields) else changes
-            try:
-                for _ in range(int(again[1] or 1)):
-                    cards.append(_replicated(changes, cards[-1], line))
-            except ValueError:
-                given = ", ".join(word for word in changes if word)
-                raise ValueError(
-                    f"{line.file}:{line.number}: the line repeats {cards[-1].name} with {given}, where a number is "
-                    "added to what is none; write the cards out"
-                ) from None
+            check_count(int(again[1] or 1), f"{line.file}:{line.number}")
+            for _ in range(int(again[1] or 1)):
+                cards.append(_replicated(changes, cards[-1], line))
             last = ""
         elif found.first and found.first[0] not in "+*":
-            cards.append(RawCard(found.first.rstrip("*").strip().upper(), found.fields, line.file, line.number))
+            made = RawCard(found.first.rstrip("*").strip().upper(), found.fields, line.file, line.number)
+            if cards and cards[-1].name == made.name and any(AGAIN.fullmatch(word) for word in found.fields):
+                goes_on = k + 1 < len(every) and every[k + 1][1].first[:1] in ("", "+", "*")
+                made = _replicated(found.fields, cards[-1], line, len(found.fields) if goes_on else None)
+            cards.append(made)
         elif mark and mark != last and mark in marked:
             cards[marked[mark]].fields.extend(found.fields)
             marked |= {found.mark: marked[mark]} if found.mark else {}
@@ -231,23 +233,31 @@ def _parted(word: str) -> list[str]:
     return words if len(words) > 1 and all(ITEM.fullmatch(one) for one in words) else [word]
 
 
-def _replicated(fields: list[str], before: RawCard, line: Line) -> RawCard:
-    """The card that repeats another one: = a field again, *(x) with x added, == all that follow again."""
+def _replicated(fields: list[str], before: RawCard, line: Line, size: int | None = None) -> RawCard:
+    """The card that repeats another one: = a field again, *(x) with x added, == all that follow again, up to `size`.
+
+    Raises ValueError where a number is to be added to what is none.
+    """
     made, k = list[str](), 0
     for k, word in enumerate(fields):
         old = before.fields[k] if k < len(before.fields) else ""
         if word == "==":
-            break
+            return RawCard(before.name, [*made, *before.fields[k:size]], line.file, line.number)
         added = re.fullmatch(r"\*\(?([^()]+)\)?", word)
         if added is None:
             made.append(old if word == "=" else word)
             continue
-        numbers = [float(re.sub(r"(?<=[\d.])([+-])(?=\d+$)", r"e\1", one)) for one in (old or "0", added[1])]
+        try:
+            numbers = [float(re.sub(r"(?<=[\d.])([+-])(?=\d+$)", r"e\1", one)) for one in (old or "0", added[1])]
+        except ValueError:
+            given = ", ".join(word for word in fields if word)
+            raise ValueError(
+                f"{line.file}:{line.number}: the line repeats {before.name} with {given}, where a number is added to "
+                "what is none; write the cards out"
+            ) from None
         whole = all(re.fullmatch(r"[+-]?\d+", one) for one in (old or "0", added[1]))
         made.append(str(round(sum(numbers))) if whole else f"{float(f'{sum(numbers):.13g}')!r}")
-    else:
-        return RawCard(before.name, made, line.file, line.number)
-    return RawCard(before.name, [*made, *before.fields[k:]], line.file, line.number)
+    return RawCard(before.name, made, line.file, line.number)
 
 
 class _Fields(NamedTuple):

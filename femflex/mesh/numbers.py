@@ -5,6 +5,30 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass
 
+MOST = 2_000_000  # nodes, elements or cards that one line of a deck may generate
+
+
+def check_count(count: int, place: str) -> None:
+    """Raise ValueError, before any memory is taken, where a line of a deck generates too many items."""
+    if count > MOST:
+        raise ValueError(
+            f"{place}: the line generates {count} nodes, elements or cards; at most {MOST} are read of one line. "
+            "Correct the number, or write the items out."
+        )
+
+
+def spanned(first: int, last: int, step: int = 1) -> range:
+    """The numbers from the first to the last, both included; a negative step runs down.
+
+    >>> list(spanned(4, 1, -1))
+    [4, 3, 2, 1]
+
+    Raises ValueError for a step that does not lead from the first to the last.
+    """
+    if step == 0 or (last - first) * step < 0:
+        raise ValueError(f"a step of {step} does not lead from {first} to {last}; correct the step or the two numbers")
+    return range(first, last + (1 if step > 0 else -1), step)
+
 
 @dataclass(frozen=True)
 class Numbers:

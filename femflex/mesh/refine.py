@@ -24,8 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.arrays import Array, IntArray
+from femflex.memory import require_memory
 from femflex.mesh.cells import CELL_TYPES, CellType
-from femflex.mesh.memory import require_memory
 
 if TYPE_CHECKING:
     from femflex.mesh.mesh import Mesh

@@ -11,7 +11,7 @@ import threading
 from pathlib import Path
 from typing import Any
 
-from femflex.mesh.memory import MARGIN, free_memory
+from femflex.memory import MARGIN, free_memory
 
 MEMORY = 200.0  # bytes of memory that a byte of a compressed file may take
 STOP = 5.0  # s that the process is given to end by itself

@@ -11,6 +11,7 @@ import numpy as np
 
 from femflex.advice.deployed import SlackWatch
 from femflex.advice.deployed_bending import AxialForceWatch
+from femflex.advice.energy_watch import EnergyWatch
 from femflex.advice.spun_bends import SpunBends
 from femflex.advice.stiffening import StiffeningWatch
 from femflex.advice.tension import TensionWatch
@@ -48,6 +49,7 @@ def integrate(
     guard, singularities = MotionGuard(model, known, prepared.decided.notes), Singularities(model)
     stiffening, tension = StiffeningWatch(model, known), TensionWatch(model, known)
     slack, axial, bends = SlackWatch(model), AxialForceWatch(model), SpunBends(model)
+    energy = EnergyWatch(model)
     if model.constraints is not None:
         model.constraints.forget_passage()
     stresses = prepared.recovered
@@ -75,6 +77,7 @@ def integrate(
                     slack.watch(times, seen)
                     axial.watch(times, seen)
                     bends.watch(last.states[: len(times)], seen)
+                    energy.watch(seen)
                     written = float(times[-1])
                 if error is not None:
                     raise error
@@ -97,6 +100,7 @@ def integrate(
     slack.warn()
     axial.warn()
     bends.warn()
+    energy.warn()
 
 
 @contextmanager

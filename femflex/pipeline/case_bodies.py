@@ -93,7 +93,7 @@ def _strain_notes(case: Case, warning: bool = False) -> tuple[Case, dict[str, st
             found = decided(case, loaded=False)
     except CaseError as error:
         first = error.problems[0]
-        note = f"strain is linear: its system cannot be built for a motion estimate ({first.where}: {first.text})"
+        note = f"strain is linear: no load estimate, because the case has errors ({first.where}: {first.text})"
         return case, dict.fromkeys(names, note)
     if warning:
         warn_of((one for one in found.advice if one.category is TruncationWarning), stacklevel=4)

@@ -91,7 +91,9 @@ def _body_digest(path: Path) -> str:
     """Digest of all that a body file holds but the version that wrote it."""
     import h5py
 
-    with h5py.File(path, "r") as file:
+    from femflex.hdf5 import open_hdf5
+
+    with open_hdf5(path) as file:
         found: dict[str, Any] = {}
 
         def add(name: str, item: Any) -> None:

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from femflex.advice.bodies import KnownBodies
-from femflex.advice.deflections import deflection_watches
+from femflex.advice.deflections import DeflectionWatch, deflection_watches
 from femflex.arrays import Array
+from femflex.system import LengthTable
 from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ CLOSE = 0.05  # rad; angle left to the singularity of a rotation set below which
 FASTEST = {"rad/s": 1e5, "m/s": 3e6}  # ten times what flywheels reach; a hundredth of the speed of light
 STILL = 1e-12  # rad/s: rounding
 STRETCH = 30.0  # frequency of a shape over the first from which on it is a stretch of a slender body, not a bend
-FAR = 100.0  # elastic displacement over the body's size beyond which the motion has run away
+FAR = 10.0  # elastic displacement over the body's size, or length at that time, beyond which the motion diverges
 
 
 class MotionGuard:
@@ -50,18 +51,33 @@ class MotionGuard:
         if (error := self._too_fast(block)) is not None:
             return error
         for bend in self._bends:
-            moved = bend.moved(block.states)
-            far = np.flatnonzero(moved.max(axis=1) > FAR * bend.size)
+            moved, size = bend.moved(block.states), self._sizes(bend, block)
+            displaced = moved.max(axis=1)
+            large = displaced > size  # there dependent shapes, of second order, may displace more
+            if large.any():
+                displaced[large] = np.maximum(displaced[large], bend.size * bend.over(block.states[large]))
+            far = np.flatnonzero(displaced > FAR * size)
             if len(far):
                 row = slice(far[0], far[0] + 1)
                 k = int(np.argmax(moved[far[0]]))
                 advice = self._advice(bend.name, k, block, far[0])
                 text = (
-                    f"the motion diverges: body {bend.name!r} is displaced by {moved[far[0], k]:.3g} m, over "
-                    f"{FAR:g} times its size of {bend.size:.3g} m. {self._cause(block, far[0], advice)}"
+                    f"the motion diverges: body {bend.name!r} is displaced by {displaced[far[0]]:.3g} m, over "
+                    f"{FAR:g} times its size of {size[far[0]]:.3g} m. {self._cause(block, far[0], advice)}"
                 )
                 return IntegrationError(text, block.times[row], block.states[row], bend.at + k, block.steps)
         return None
+
+    def _sizes(self, bend: DeflectionWatch, block: Block) -> Array:
+        """Size (n_t,) of a body at the rows of a block [m]: of one that deploys, its length there."""
+        variation = self._model.system.varying.get(bend.name)
+        table = None if variation is None else variation.write
+        if not isinstance(table, LengthTable):
+            return np.full(len(block.times), bend.size)
+        if isinstance(table.length, str):
+            names = [name for name, _ in self._model.system.state_names()]
+            return np.maximum(self._model.parts(block.states)[2][:, names.index(table.length)], table.bounds[0])
+        return np.array([table.length(float(t))[0] for t in block.times])
 
     def _too_fast(self, block: Block) -> IntegrationError | None:
         from femflex.integrate import IntegrationError

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any
 
-from femflex.advice.motion_estimate import typical_sizes
 from femflex.arrays import Array
 from femflex.case.case import Case
 from femflex.case.problems import CaseError, Problem
@@ -15,41 +15,65 @@ from femflex.dynamics.model import free_lengths
 from femflex.integrate import INTEGRATORS, Dop853, Forecast, Integrator, choose, forecast, integrator
 from femflex.integrate.driver import Adaptive
 
-ATOL = 0.1  # absolute over relative tolerance, times the usual size of a state
+SETTINGS = ("rtol", "atol", "max_step", "step", "rho")
 
 
-def chosen_integrator(case: Case, model: Model, times: Array, begun: str = "") -> tuple[Integrator, str]:
-    """The integrator for the output times (n_t,) [s], and the sentence that gives the reason.
+def case_integrator(case: Case, model: Model, times: Array, begun: str = "") -> tuple[Integrator, str]:
+    """The integrator of a case's run over these times (n_t,) [s], and the sentence that gives the reason.
 
-    Raises CaseError for settings that the method does not have.
-
-    begun: name of the integrator that a run to be resumed was begun with.
+    begun: name of the integrator that a run to be resumed was begun with. Raises CaseError for settings that the method
+    does not have.
     """
-    table, duration = case.run, float(times[-1] - times[0])
-    band = None if table.band is None else 2.0 * math.pi * table.band
-    sizes = typical_sizes(model, duration)
+    table = case.run
+    settings = {key: value for key in SETTINGS if (value := getattr(table, key)) is not None}
+    try:
+        return chosen_integrator(model, times, table.integrator, table.band, settings, begun)
+    except SettingError as error:
+        raise CaseError(case.path.name, [Problem(f"run.{error.key}", str(error))]) from None
+
+
+class SettingError(ValueError):
+    """A setting that an integrator does not have; key: its name."""
+
+    def __init__(self, key: str, text: str) -> None:
+        super().__init__(text)
+        self.key = key
+
+
+def chosen_integrator(
+    model: Model,
+    times: Array,
+    asked: str = "auto",
+    band: float | None = None,
+    settings: Mapping[str, Any] | None = None,
+    begun: str = "",
+) -> tuple[Integrator, str]:
+    """The integrator for output times (n_t,) [s], and the sentence that gives the reason.
+
+    asked     name of an integrator, or "auto"
+    band      highest frequency wanted [Hz]; None: what the output can show
+    settings  of the integrator: rtol, atol, max_step [s], step [s], rho
+    begun     name of the integrator that a run to be resumed was begun with
+
+    Raises SettingError for a setting that the method does not have.
+    """
+    given, duration = dict(settings or {}), float(times[-1] - times[0])
 
     def trial(name: str) -> Forecast:
-        rtol = table.rtol or Dop853.rtol
-        atol = ATOL * rtol * sizes if table.atol is None else table.atol
-        method = integrator(name, rtol=rtol, atol=atol, max_step=table.max_step or math.inf)
+        rtol, most = given.get("rtol", Dop853.rtol), given.get("max_step", math.inf)
+        method = integrator(name, rtol=rtol, atol=given.get("atol"), max_step=most)
         assert isinstance(method, Adaptive)  # as both of the automatic choice are
         return forecast(method, model, duration, model.x0)
 
     step, highest = float(times[1] - times[0]), model.max_frequency
     why = "of the run so far" if begun else "requested"
-    asked = begun or table.integrator
+    asked = begun or asked
     if asked == "auto" and (free := free_lengths(model.system)):
         asked, why = "dop853", f"the length of {free[0]} is free"
-    choice = choose(highest, duration, step, trial, band, asked, why)
-    own = {field.name: field.default for field in fields(INTEGRATORS[choice.name])}  # type: ignore[arg-type]
-    settings: dict[str, Any] = {}
-    for key in ("rtol", "atol", "max_step", "step", "rho"):
-        if (value := getattr(table, key)) is not None:
-            settings[key] = value
-            if key not in own:
-                text = f"found {value:g}, but {choice.name} has no {key}; leave it out, or select another integrator"
-                raise CaseError(case.path.name, [Problem(f"run.{key}", text)])
-    rtol = settings.get("rtol", own["rtol"])
-    settings.setdefault("atol", ATOL * rtol * sizes)
-    return integrator(choice.name, **settings), choice.sentence
+    choice = choose(highest, duration, step, trial, None if band is None else 2.0 * math.pi * band, asked, why)
+    own = {field.name for field in fields(INTEGRATORS[choice.name])}  # type: ignore[arg-type]
+    for key, value in given.items():
+        if key not in own:
+            text = f"found {value:g}, but {choice.name} has no {key}; leave it out, or select another integrator"
+            raise SettingError(key, text)
+    return integrator(choice.name, **given), choice.sentence

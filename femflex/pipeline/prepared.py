@@ -95,7 +95,7 @@ def prepare(
     from femflex.kernels import compile_ahead
     from femflex.pipeline.compiled import compiled
     from femflex.pipeline.decisions import decided
-    from femflex.pipeline.integrator import chosen_integrator
+    from femflex.pipeline.integrator import case_integrator
     from femflex.pipeline.periods import check_periods
     from femflex.pipeline.references import duration_of
     from femflex.pipeline.resumed import check_same_effectors, check_same_model, check_same_times, integrator_of
@@ -132,7 +132,7 @@ def prepare(
     if output is not None and resume:
         check_same_times(times, Path(output))
         begun = integrator_of(Path(output))
-    integrator, reason = _linear(model) if linearised else chosen_integrator(case, model, times, begun)
+    integrator, reason = _linear(model) if linearised else case_integrator(case, model, times, begun)
     reasons = " ".join([reason, *sampling(system)])
     names = tuple(effector.name for effector in effectors)
     return Prepared(case, system, model, integrator, reasons, times, found, names)
@@ -163,7 +163,7 @@ def check_output(case: Case, output: Path, force: bool, resume: bool) -> None:
     """Raise OSError when the result file cannot be written there, ValueError when it cannot be resumed."""
     from femflex.case.named_files import check_no_input
     from femflex.pipeline.resumed import is_finished
-    from femflex.results.destination import check_destination
+    from femflex.writing import check_destination
 
     if not resume:
         check_destination(output, force)

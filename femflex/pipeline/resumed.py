@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import json
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 import femflex
-from femflex.pipeline.inputs import changed_inputs, inputs_of
-from femflex.pipeline.rebuilt import check_agreement, check_varying, effectors_of
+from femflex.integrate import INTEGRATORS
+from femflex.pipeline.inputs import changed_inputs, differences, inputs_of
+from femflex.pipeline.rebuilt import AGREED, check_agreement, check_varying, effectors_of
 
 if TYPE_CHECKING:
     from femflex.arrays import Array
+    from femflex.body import FlexibleBody
     from femflex.case import Case
     from femflex.dynamics import Model
-    from femflex.results import Run
+    from femflex.results import Run, RunBody
     from femflex.system import Controller, Effector
 
 SAME_TIME = 1e-12  # relative: rounding of an output time
@@ -42,6 +45,7 @@ def check_same_inputs(run: Run, case: Case) -> None:
             f"{run.path} does not hold digests of the inputs of its run, so they cannot be compared with those of the "
             f"case; run it anew (without --resume)"
         )
+    check_case_text(run, begun, case.path)
     if changed := changed_inputs(begun, case):
         raise ValueError(
             f"{run.path} was begun with another case: {changed}. Undo the change to resume it, or start anew without "
@@ -61,7 +65,9 @@ def check_same_model(model: Model, output: Path) -> None:
     with open_run(output) as unfinished:
         _check_omitted(unfinished.without, model.omitted, output)
         check_varying(unfinished, model)
+        check_same_bodies(unfinished, model)
         if len(unfinished):
+            unfinished.states()  # all of them finite
             check_agreement(unfinished, model)
 
 
@@ -107,7 +113,60 @@ def integrator_of(output: Path) -> str:
     from femflex.results import open_run
 
     with open_run(output) as run:
-        return str(run.attributes["integrator"])
+        name = str(run.attributes.get("integrator", ""))
+    if name not in INTEGRATORS:
+        raise ValueError(
+            f"{output} was begun with the integrator {name!r}, which is not known; start anew without --resume"
+        )
+    return name
+
+
+def check_case_text(run: Run, begun: Mapping[str, Any], place: Path) -> None:
+    """Raise ValueError when the case text in the file is not that of the inputs in it, as after an edit."""
+    from femflex.case.model_inputs import model_values
+    from femflex.case.read import parse_case
+
+    try:
+        kept = json.loads(json.dumps(model_values(parse_case(run.case_text, place))))
+        found = next(differences(begun["values"], kept), "")
+    except ValueError as error:
+        found = f"it cannot be read: {str(error).splitlines()[-1]}"
+    if found:
+        raise ValueError(
+            f"{run.path} keeps a case text that is not of its run ({found}), so the file was edited; start anew "
+            "without --resume"
+        )
+
+
+def check_same_bodies(run: Run, model: Model) -> None:
+    """Raise ValueError when the bodies or channels in the file are not those of the model."""
+    bodies, wrong = run.bodies(), ""
+    if bodies.keys() != model.system.bodies.keys():
+        wrong = f"it has the bodies {sorted(bodies)}, and the model has {sorted(model.system.bodies)}"
+    for path, channel in model.channels.items():
+        if not wrong and run.channels.get(path) != channel:
+            wrong = f"its channel {path} is missing or has other columns, names or units"
+    for name, kept in bodies.items():
+        if not wrong and (key := _difference(kept, model.system.bodies[name])):
+            wrong = f"{key} of the body {name} is not that of the model"
+    if wrong:
+        raise ValueError(f"{run.path} does not belong to this model: {wrong}. Start anew without --resume")
+
+
+def _difference(kept: RunBody, body: FlexibleBody) -> str:
+    """The first quantity that a file keeps of a body otherwise than the body has it, "" for none."""
+    pairs: dict[str, tuple[Any, Any]] = {
+        "mass": (kept.mass, body.moments.mass),
+        "omega": (kept.omega, body.omega if len(body.omega) else np.full(body.n_shapes, np.nan)),
+        **{f"marker {name}": (kept.markers.get(name, np.nan), at.position) for name, at in body.markers.items()},
+    }
+    if body.skin is not None:
+        pairs |= {key: (getattr(kept.skin, key, np.nan), getattr(body.skin, key)) for key in ("points", "shapes")}
+    for key, (a, b) in pairs.items():
+        size = float(np.abs(np.nan_to_num(b)).max(initial=0.0))
+        if np.shape(a) != np.shape(b) or not np.allclose(a, b, rtol=AGREED, atol=AGREED * size, equal_nan=True):
+            return key
+    return ""
 
 
 def _is_longer(run: Run, case: Case) -> bool:

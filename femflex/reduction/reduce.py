@@ -15,7 +15,7 @@ from femflex.fem.structure import Structure
 from femflex.fem.tables import SectionInertia, element_chunks
 from femflex.reduction.beams.strain_points import strain_field
 from femflex.reduction.boundary.markers import attachable_nodes, marker, marker_rows
-from femflex.reduction.boundary.rigid import check_no_rigid_motion, rigid_shapes
+from femflex.reduction.boundary.rigid import check_no_rigid_motion, rigid_shapes, stands_by_springs
 from femflex.reduction.inertia.mass_points import mass_points
 from femflex.reduction.inertia.moments import linear_stiffness, mass_moments
 from femflex.reduction.inertia.orders import first_order_part, membrane_cubic
@@ -108,8 +108,11 @@ def reduce_structure(
 
 
 def _checked_rigid(structure: Structure) -> Array:
-    """Rigid motions that no shape may hold: rotations of straight strings held at one end are modes of theirs."""
+    """Rigid motions that no shape may hold: none where springs to ground resist them, and rotations of straight
+    strings held at one end are modes of theirs."""
     R = rigid_shapes(structure)
+    if stands_by_springs(structure.K, structure.M, R):
+        return R[:, :0]
     return R[:, :3] if len(tension_blocks(structure)) == len(structure.strain) else R
 
 

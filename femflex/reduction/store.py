@@ -14,7 +14,6 @@ and `units` each:
 from __future__ import annotations
 
 import os
-import tempfile
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,6 +24,7 @@ from femflex.arrays import Array
 from femflex.body import FlexibleBody, Foreshortening, Marker, MassMoments, Skin, StrainTensors
 from femflex.body.mass_points import MassPoints
 from femflex.body.strain_field import read_field, write_field
+from femflex.hdf5 import open_hdf5, placed_hdf5
 from femflex.reading import reading
 
 if TYPE_CHECKING:
@@ -68,19 +68,9 @@ def save_body(path: str | os.PathLike[str], body: FlexibleBody, force: bool = Fa
 
     Raises FileExistsError when there is one already, unless force is given.
     """
-    import h5py
-
-    target = Path(path)
-    if target.exists() and not force:
-        raise FileExistsError(f"{target} exists already; give another name, or force to write over it.")
-    if not target.parent.is_dir():
-        raise FileNotFoundError(f"folder {target.parent} does not exist; make it, or give another path for the body.")
-    with h5py.File(target.name, "w", driver="core", backing_store=False) as file:
+    with placed_hdf5(Path(path), force) as file:
         _write(file, body)
-        file.flush()
-        image = file.id.get_file_image()
-    _place(target, image)
-    return target
+    return Path(path)
 
 
 def load_body(path: str | os.PathLike[str]) -> FlexibleBody:
@@ -88,17 +78,9 @@ def load_body(path: str | os.PathLike[str]) -> FlexibleBody:
 
     Raises FileNotFoundError when there is none, ValueError when it is not a femflex body or is of a later format.
     """
-    import h5py
-
     source = Path(path)
-    if not source.is_file():
-        raise FileNotFoundError(f"body file {source} does not exist; make one with `femflex body`.")
-    try:
-        file = h5py.File(source, "r")
-    except OSError as error:
-        raise ValueError(
-            f"{source} is not a femflex body file: it is not HDF5. Make one with `femflex body`."
-        ) from error
+    with reading(source, "femflex body file", "Make one with `femflex body`."):
+        file = open_hdf5(source, "body file")
     with file, reading(source, "femflex body file", "Make it again with `femflex body`."):
         found = file.attrs.get("format")
         if found != FORMAT:
@@ -209,28 +191,6 @@ def _escaped(name: str) -> str:
 
 def _unescaped(name: str) -> str:
     return name.replace("%2E", ".").replace("%2F", "/").replace("%25", "%")
-
-
-def _place(target: Path, image: bytes) -> None:
-    """Write a file under another name and move it into place; HDF5 itself does not survive a disk that gets full."""
-    handle, partial = tempfile.mkstemp(prefix=f".{target.name}.", suffix=".part", dir=target.parent)
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(image)
-        _give_default_mode(partial)
-        os.replace(partial, target)
-    except BaseException as error:
-        Path(partial).unlink(missing_ok=True)
-        if isinstance(error, OSError) and error.errno is not None and error.filename is None:
-            error.filename = str(target)
-        raise
-
-
-def _give_default_mode(path: str) -> None:
-    """Access rights as any new file would have; a temporary one is private."""
-    mask = os.umask(0)
-    os.umask(mask)
-    os.chmod(path, 0o666 & ~mask)
 
 
 def _version() -> str:

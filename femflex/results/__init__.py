@@ -10,7 +10,7 @@ Layout, version 1 (plain HDF5 1.8 format; any HDF5 reader opens it):
     /bodies/<name>/{position,attitude,rate,delta}    inertial axes, Euler parameters of C_NB (scalar first), body axes
     /bodies/<name>.<k>/...  segment k of a body cut into segments; /bodies/<name>/{position,attitude} is then where the
                           body would be undeformed, and its markers' deflections are counted from there
-    /markers/<body>.<marker>/{position,velocity,deflection}
+    /markers/<body>.<marker>/{position,velocity,deflection,displacement}
     /terms/<name>         (n, n_u) on request: every term of M udot + h - Q = 0, names as /u
     /attitude/angles  /orbit/...  /loads/<name>/...  /monitors/...
     /model/<body>         attributes: mass, n_modes; omega (n,), kinds (n,), markers/<name> (3,) [m],

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 from collections.abc import Mapping
 from contextlib import nullcontext
@@ -11,12 +10,11 @@ from pathlib import Path
 import h5py
 
 from femflex.arrays import Array
-from femflex.results.destination import check_space
-from femflex.results.interrupts import PARTS
-from femflex.results.layout import create_channel
+from femflex.results.layout import create_channel, reserve
 from femflex.results.lock import FileLock
 from femflex.results.reader import open_run
 from femflex.system.channel import Channel
+from femflex.writing import placed
 
 LAYOUT_BYTES = 20_000  # of a channel, in addition to its values
 
@@ -38,20 +36,12 @@ def _add(path: Path, channels: Mapping[str, tuple[Channel, Array]]) -> None:
     for name, (channel, values) in channels.items():
         if values.shape != (count, *channel.shape):
             raise ValueError(f"channel {name!r} has shape {values.shape}; this run needs {(count, *channel.shape)}")
-    part = path.with_name(path.name + ".part")
     room_for_values = sum(8 * room * max(values[0].size, 1) for _, values in channels.values() if len(values))
-    check_space(part, path.stat().st_size + room_for_values + LAYOUT_BYTES * len(channels))
-    PARTS.add(part)
-    try:
+    with placed(path, force=True) as part:
         shutil.copyfile(path, part)
+        reserve(part, path.stat().st_size + room_for_values + LAYOUT_BYTES * len(channels))
         with h5py.File(part, "r+", locking=False) as file:
             for name, (channel, values) in channels.items():
                 if name in file:
                     del file[name]
                 create_channel(file, name, channel, room)[:count] = values
-        os.replace(part, path)
-    except BaseException:
-        part.unlink(missing_ok=True)
-        raise
-    finally:
-        PARTS.discard(part)

@@ -1,4 +1,4 @@
-"""What an interrupt (Ctrl-C) must not lose, and what it must not leave behind."""
+"""What an interrupt (Ctrl-C) must not lose."""
 
 from __future__ import annotations
 
@@ -6,9 +6,7 @@ import signal
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 
-PARTS: set[Path] = set()  # files being written next to their place, of no use before they are moved there
 _held: list[str] = []  # what has been begun and is worth ending well
 
 

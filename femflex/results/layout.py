@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Iterator
 from pathlib import Path
 
 import h5py
@@ -56,16 +55,13 @@ def channel_of(data: h5py.Dataset) -> Channel:
 def channels_of(file: h5py.Group) -> dict[str, h5py.Dataset]:
     """The data sets over time of a file by path, /time first."""
     found = {"time": file["time"]}
-    found.update((path, data) for path, data in _data_sets(file, "") if path.split("/")[0] not in _APART)
+
+    def add(path: str, item: h5py.HLObject) -> None:
+        if isinstance(item, h5py.Dataset) and path.split("/")[0] not in _APART:
+            found[path] = item
+
+    file.visititems(add)
     return found
-
-
-def _data_sets(group: h5py.Group, prefix: str) -> Iterator[tuple[str, h5py.Dataset]]:
-    for name, item in group.items():
-        if isinstance(item, h5py.Dataset):
-            yield prefix + name, item
-        elif prefix or name not in _APART:
-            yield from _data_sets(item, f"{prefix}{name}/")
 
 
 def row_bytes(channels: dict[str, Channel]) -> int:

@@ -63,6 +63,8 @@ def read_body(group: h5py.Group) -> RunBody:
         cells = {kind: np.asarray(nodes[()], np.int64) for kind, nodes in group["cells"].items()}
         growth = group["growth"][()] if "growth" in group else None
         skin = Skin(group["points"][()], cells, group["shapes"][()], growth)
+        if not all(np.isfinite(part).all() for part in (skin.points, skin.shapes)):
+            raise ValueError(f"the points or shapes of {group.name} have values that are not finite")
     return RunBody(
         float(group.attrs["mass"]),
         tuple(group["kinds"].asstr()[()]),

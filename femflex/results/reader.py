@@ -13,6 +13,9 @@ import h5py
 import numpy as np
 
 from femflex.arrays import Array
+from femflex.hdf5 import open_hdf5
+from femflex.reading import reading
+from femflex.results.checks import check_layout
 from femflex.results.layout import FORMAT, LAYOUT, channel_of, channels_of
 from femflex.results.model import RunBody, read_body
 from femflex.system.channel import Channel
@@ -22,6 +25,8 @@ if TYPE_CHECKING:
 
 
 __all__ = ["Run", "RunBody", "open_file", "open_run"]
+
+KIND, ADVICE = "result file", "Take an unchanged copy, or run the case anew."
 
 
 def open_run(path: str | Path) -> Run:
@@ -33,30 +38,29 @@ def open_run(path: str | Path) -> Run:
 
 
 def open_file(path: Path) -> h5py.File:
-    """The HDF5 file of a run, open for reading (also while a run is writing it)."""
-    if not path.is_file():
-        raise FileNotFoundError(f"result file {path} does not exist")
-    if not h5py.is_hdf5(path):
-        raise ValueError(f"{path} is not a result file: it is not in the HDF5 format")
-    file = open_hdf5(path)
-    if file.attrs.get("format") != FORMAT or "progress" not in file:
-        file.close()
+    """The HDF5 file of a run, checked, open for reading (also while a run is writing it)."""
+    with reading(path, KIND, ADVICE):
+        file = open_hdf5(path, KIND)
+        try:
+            _check(file, path)
+        except BaseException:
+            file.close()
+            raise
+        return file
+
+
+def _check(file: h5py.File, path: Path) -> None:
+    found, layout = file.attrs.get("format"), file.attrs.get("layout")
+    if found != FORMAT:
         raise ValueError(f"{path} is an HDF5 file, but not a result file: its attribute `format` is not {FORMAT!r}")
-    if file.attrs["layout"] > LAYOUT:
-        found, writer = file.attrs["layout"], file.attrs["femflex_version"]
-        file.close()
+    if not isinstance(layout, int | np.integer):
+        raise ValueError(f"{path} is damaged or was edited: its attribute `layout` is not a whole number")
+    if layout > LAYOUT:
+        writer = file.attrs.get("femflex_version")
         raise ValueError(
-            f"{path} has layout {found}, written by femflex {writer}; this version reads layouts up to {LAYOUT}"
+            f"{path} has layout {layout}, written by femflex {writer}; this version reads layouts up to {LAYOUT}"
         )
-    return file
-
-
-def open_hdf5(path: Path) -> h5py.File:
-    """Any HDF5 file open for reading. Raises ValueError for one that is cut short or damaged."""
-    try:
-        return h5py.File(path, "r", locking=False)
-    except OSError as error:
-        raise ValueError(f"{path} is cut short or damaged, as after an incomplete copy ({error})") from error
+    check_layout(file, path)
 
 
 class Run:
@@ -92,11 +96,28 @@ class Run:
         Raises KeyError with the nearest paths when there is none of that name.
         """
         data = self._find(path)
-        return np.asarray(data[slice(*rows.indices(self._rows))], float)
+        with reading(self.path, KIND, ADVICE):
+            return np.asarray(data[slice(*rows.indices(self._rows))], float)
+
+    def finite(self, path: str, rows: slice = slice(None)) -> Array:
+        """The same as `read`, for use where every value must be a number.
+
+        Raises ValueError for a run without instants, and where a value is not finite, with its time.
+        """
+        if not self._rows:
+            raise ValueError(f"{self.path} holds no instants")
+        values = self.read(path, rows)
+        good = np.isfinite(values).all(axis=tuple(range(1, values.ndim)))
+        if not good.all():
+            t = self.read("time", rows)[int(np.argmin(good))]
+            raise ValueError(
+                f"channel {path!r} of {self.path} has values that are not finite, the first at t = {t:g} s"
+            )
+        return values
 
     def states(self, rows: slice = slice(None)) -> Array:
-        """The states x = (q, u, z) (n_t, n_x) of some rows."""
-        return np.hstack([self.read(path, rows) for path in ("q", "u", "z") if path in self])
+        """The states x = (q, u, z) (n_t, n_x) of some rows. Raises ValueError where they are not finite."""
+        return np.hstack([self.finite(path, rows) for path in ("q", "u", "z") if path in self])
 
     def __contains__(self, path: object) -> bool:
         return path in self._data
@@ -125,7 +146,8 @@ class Run:
 
     def bodies(self) -> dict[str, RunBody]:
         """The bodies by name, with what is needed to draw them."""
-        return {name: read_body(group) for name, group in self._opened()["model"].items()}
+        with reading(self.path, KIND, ADVICE):
+            return {name: read_body(group) for name, group in self._opened()["model"].items()}
 
     @property
     def attributes(self) -> dict[str, Any]:

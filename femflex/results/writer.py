@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
@@ -16,13 +17,13 @@ from numpy.typing import NDArray
 from femflex.arrays import Array
 from femflex.body import FlexibleBody
 from femflex.results.copying import Changes, conclude, skeleton, write_copy
-from femflex.results.destination import check_destination
-from femflex.results.interrupts import PARTS, finished_on_interrupt
+from femflex.results.interrupts import finished_on_interrupt
 from femflex.results.layout import channel_of, channels_of
 from femflex.results.lock import FileLock
 from femflex.results.reader import open_file
 from femflex.results.resume import fits, flattened, write_slot
 from femflex.system.channel import Channel
+from femflex.writing import PARTS, check_destination, move_into_place, remove_part, resolved
 
 FIRST_BLOCKS = 4  # room for this many blocks at first where the rows to come are not known; doubled when it is full
 
@@ -57,8 +58,8 @@ class RunWriter:
         force: bool = False,
         lock: FileLock | None = None,
     ) -> None:
+        check_destination(Path(path), force)
         self._begin(Path(path), rows)
-        check_destination(self.path, force)
         self._lock = lock or FileLock(self.path)
         try:
             check_destination(self.path, force)  # again: another run may have ended meanwhile
@@ -70,7 +71,7 @@ class RunWriter:
 
     def _begin(self, path: Path, rows: int) -> None:
         self.path, self._expected, self._not_finite = path, rows, ""
-        self._part = path.with_name(path.name + ".part")
+        self._part = resolved(path).parent / f"{resolved(path).name}.part"
         self._held = ExitStack()
 
     @classmethod
@@ -156,8 +157,7 @@ class RunWriter:
                 if file is not None:
                     file.close()
             self._file, self._data = None, {}
-            self._part.unlink(missing_ok=True)
-            PARTS.discard(self._part)
+            remove_part(self._part)
             self._held.close()
         finally:
             self._lock.release()
@@ -228,14 +228,14 @@ class RunWriter:
         try:
             write_copy(source, self._part, self.channels, self.rows, changes)
         except (OSError, RuntimeError) as error:
-            self._part.unlink(missing_ok=True)
+            remove_part(self._part)
             raise self._unwritten(error) from error
         if self.rows:
             source.close()
         self._go_on_in(self._moved() if self.rows else self._part)
 
     def _moved(self) -> Path:
-        os.replace(self._part, self.path)
+        move_into_place(self._part, self.path)
         return self.path
 
     def _go_on_in(self, path: Path) -> None:
@@ -263,8 +263,9 @@ class RunWriter:
             self._go_on_in(self._moved())
 
     def _unwritten(self, error: Exception) -> OSError:
-        number = getattr(error, "errno", None)
-        reason = os.strerror(number) if number else str(error).splitlines()[0]
+        named = re.search(r"errno = (\d+)", str(error))  # in what HDF5 says
+        number = getattr(error, "errno", None) or (int(named[1]) if named else None)
+        reason = os.strerror(number) if number else "the HDF5 library could not write to it"
         kept = f"the {self.rows} instants written before are kept" if self.rows else "nothing had been written before"
         failure = OSError(f"{self.path} cannot be written ({reason}); {kept}")
         failure.errno = number or errno.EIO

@@ -39,6 +39,7 @@ class Convergence:
     derivatives   (n,) how many of the counted coordinates are derivative shapes
     whole         the last level is all there is: errors are distances from it where no law shows
     followers     (n,) how many derivative shapes follow the coordinates of condensed bodies
+    added         (n,) how many of the counted coordinates are static shapes in addition to modes
     """
 
     title: str
@@ -56,6 +57,7 @@ class Convergence:
     complete: bool = True
     derivatives: IntArray = field(default_factory=lambda: np.zeros(0, np.int64))
     followers: IntArray = field(default_factory=lambda: np.zeros(0, np.int64))
+    added: IntArray = field(default_factory=lambda: np.zeros(0, np.int64))
     whole: bool = False
 
     @property
@@ -119,7 +121,7 @@ class Convergence:
     def to_dict(self) -> dict[str, Any]:
         """Everything in plain numbers, lists and text."""
         law = self.trend.law
-        names = ("levels", "counts", "derivatives", "followers", "values", "changes", "errors")
+        names = ("levels", "counts", "derivatives", "followers", "added", "values", "changes", "errors")
         arrays = {key: getattr(self, key).tolist() for key in names}
         return {
             "quantity": self.title,
@@ -174,6 +176,8 @@ def assessed(
     follow = mesh_trend if study.over in ("mesh", "segments") else mode_trend
     trend = follow(resolution(study.over, levels, counts), values, noise)
     whole = complete and kept[-1].level == study.ladder.whole and trend.state in ("unsettled", "few", "one")
+    if trend.state == "unsettled" and not whole:
+        trend = within_tolerance(trend, values, tolerance)
     return Convergence(
         title=described(study.quantity),
         unit=kept[-1].unit,
@@ -190,8 +194,22 @@ def assessed(
         complete=complete,
         derivatives=np.array([point.derivatives for point in kept], np.int64),
         followers=np.array([point.followers for point in kept], np.int64),
+        added=np.array([point.added for point in kept], np.int64),
         whole=whole,
     )
+
+
+def within_tolerance(trend: Trend, values: Array, tolerance: float) -> Trend:
+    """The trend of values (n,) whose last change is below the relative tolerance: converged, whatever came before.
+
+    An earlier change that is next to nothing, as of a mode that takes no part, hides a fall from a law.
+    """
+    changes, scale = np.abs(np.diff(values)), float(np.abs(values).max()) or 1.0
+    if changes.max() <= tolerance * scale:
+        return Trend("constant", float(values[-1]), float(np.abs(values - values[-1]).max()), rounded=trend.rounded)
+    if changes[-1] <= tolerance * scale:
+        return Trend("settling", float(values[-1]), float(changes[-1]), rounded=trend.rounded)
+    return trend
 
 
 def errors(trend: Trend, values: Array, noise: Array) -> Array:

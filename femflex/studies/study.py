@@ -52,8 +52,8 @@ EXAMPLE = '[study]\nquantity = { of = "peak", channel = "markers/beam.tip/deflec
 class Point:
     """A level with its count of elastic coordinates or dofs, the value there, the value's own rounding, and their unit.
 
-    derivatives says how many of the coordinates are derivative shapes, followers how many follow; problem, why a level
-    too coarse for the case has no value (nan).
+    derivatives says how many of the coordinates are derivative shapes, followers how many follow, added how many are
+    static shapes; problem, why a level too coarse for the case has no value (nan).
     """
 
     level: int
@@ -64,6 +64,7 @@ class Point:
     problem: str = ""
     derivatives: int = 0
     followers: int = 0
+    added: int = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,7 +144,7 @@ class Study:
             text = str(error).removeprefix(f"{self.case.path.name}: ")
             return Point(rung.level, built.count, math.nan, math.nan, problem=text)
         noise = max(built.rounding, STEPS * rtol, EPS) * abs(value)
-        return Point(rung.level, built.count, value, noise, unit, "", built.derivatives, built.followers)
+        return Point(rung.level, built.count, value, noise, unit, "", built.derivatives, built.followers, built.added)
 
     def value(self, built: Built, progress: Progress) -> tuple[float, str, float]:
         """The quantity with these bodies, its unit, and the relative tolerance of the integration behind it."""

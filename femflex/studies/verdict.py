@@ -142,7 +142,7 @@ def _trend(found: Convergence) -> str:
             return "Only the first change is above rounding, too few for an order."
         case "swinging":
             return "Values oscillate, so there is no extrapolation and no order; errors are the last changes."
-    return "The changes fall without a clear law, so there is no extrapolation; errors are the last changes."
+    return "The changes follow no clear law, so there is no extrapolation; errors are the last changes."
 
 
 def _needed(found: Convergence) -> str:

@@ -10,6 +10,8 @@ from numpy.typing import ArrayLike
 from femflex.arrays import Array
 from femflex.body import FlexibleBody, MassMoments
 
+ROUNDING = 1e-9  # of the sum of second moments: digits of an inertia, as of a thin plate
+
 
 def attached_moments(body: FlexibleBody, marker: str, mass: float, inertia: ArrayLike) -> MassMoments:
     """Moments over the body's shapes of a mass [kg] whose centre is the marker, with inertia (3, 3) [kg m^2] about it.
@@ -37,20 +39,25 @@ def with_attached(body: FlexibleBody, marker: str, mass: float, inertia: ArrayLi
         raise ValueError(
             f"without the mass removed at marker {marker!r} the body has {moments.mass:g} kg; it needs a positive mass"
         )
-    if (least := least_inertia(moments)) < 0.0:
+    if (least := least_second_moment(moments)) < 0.0:
         raise ValueError(
-            f"without the inertia removed at marker {marker!r} the body has a principal inertia of {least:.4g} kg m^2: "
-            "its inertia does not contain the removed one, so set that as added"
+            f"without the inertia removed at marker {marker!r} the body has a second moment int x^2 dm of {least:.4g} "
+            "kg m^2 along an axis: its inertia does not contain the removed one, so set that as added, or raise the "
+            "body's inertia"
         )
     return replace(body, moments=moments)
 
 
-def least_inertia(moments: MassMoments) -> float:
-    """Least principal inertia about the centre of mass [kg m^2]; 0 where it is negative by rounding alone."""
+def least_second_moment(moments: MassMoments) -> float:
+    """Least second moment int x^2 dm along any axis x through the centre of mass [kg m^2], of no mass below zero.
+
+    It is (J_y + J_z - J_x) / 2 of the principal inertias, so that it is negative where these break the triangle
+    inequality. 0 where it is negative by rounding alone.
+    """
     c = moments.center_of_mass()
-    J = moments.inertia() - moments.mass * (c @ c * np.eye(3) - np.outer(c, c))
-    least = float(np.linalg.eigvalsh(J)[0])
-    return least if abs(least) > 1e-12 * abs(float(np.trace(J))) else 0.0
+    Q = moments.second[0, :, 0, :] - moments.mass * np.outer(c, c)
+    least = float(np.linalg.eigvalsh(Q)[0])
+    return least if abs(least) > ROUNDING * abs(float(np.trace(Q))) else 0.0
 
 
 def _skew(v: Array) -> Array:

@@ -180,6 +180,8 @@ def block(
     limits = np.broadcast_to(np.asarray(limit, float), (p,)).copy()
     if not np.all(limits > 0.0):
         raise ValueError(f"limits of block {name!r} are {limits.tolist()}; they must be positive")
+    if scaled and np.all(limits >= UNLIMITED):
+        raise ValueError(f"block {name!r} is scaled and has no limit; give the limit to which its outputs are scaled")
     if period is not None:
         law = SampledBlock(discretised(system, period), limits, scaled, paths_of(inputs))
         return Controller(name, law, period, law.paths, named, memory=np.zeros(n))

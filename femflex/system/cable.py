@@ -29,6 +29,8 @@ def cable(
     profile = length if isinstance(length, Profile) else Profile.constant(float(length))
     ends = [0.0, *profile.knots, *([profile.last] if np.isfinite(profile.last) else [])]
     least = float(np.nanmin(profile(np.linspace(min(ends), max(ends), SAMPLES))[0]))
+    if markers[0] == markers[1]:
+        raise ValueError(f"both ends of cable {name!r} are at marker {markers[0][1]!r} of body {markers[0][0]!r}")
     if not (stiffness > 0.0 and damping >= 0.0):
         raise ValueError(f"stiffness of cable {name!r} must be positive, and its damping not negative")
     if not least > 0.0:
@@ -39,6 +41,7 @@ def cable(
         markers,
         channels={"tension": "N", "distance": "m", "length": "m"},
         accounts=("energy", "dissipation", "supplied"),
+        exerts=("force",),
         parameters=np.concatenate([[stiffness, damping], np.clip(profile.numbers, -FOREVER, FOREVER)]),
         breaks=profile.breaks,
     )

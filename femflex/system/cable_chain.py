@@ -69,6 +69,7 @@ def with_heavy_cable(
         (ends[0], *((each, "origin") for each in names), ends[1]),
         channels={"tension": "N", "tension_end": "N", "slack": "1"},
         accounts=("energy", "dissipation"),
+        exerts=("force",),
         parameters=np.concatenate([[float(masses + 1), stiffness, damping, length], natural]),
     )
     return replace(

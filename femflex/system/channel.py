@@ -10,7 +10,8 @@ class Channel:
     """Describes one data set of the result file; the first axis of the data is time.
 
     shape  per instant, () for a scalar;  names  of the entries along the last axis, if they have any
-    frame  axes of the components: "inertial", "body", "orbital", or "" where it has no meaning
+    frame  axes of the components: "inertial", "orbital", "body" (the channel's own), "body NAME", "marker" (the child's
+           of a joint), or "" where it has no meaning
     """
 
     unit: str

@@ -20,8 +20,10 @@ and returns nothing:
     out.energy, out.dissipation, out.supplied, out.mass_flow   (1,) each: stored energy [J]; power lost for good [W];
                      power brought in from outside the model [W]; mass that leaves the craft [kg/s]
 
-Vectors are in inertial components. The function is one that Numba can compile, or has compiled; it raises nothing (a
-value that is not finite stops the run), and it is smooth between `breaks` and events. What it gives to the motion,
+Vectors are in inertial components. The function is one that Numba can compile, or has compiled. An exception and a
+value that is not finite stop the run, which then names the effector. Compiled code does not check indices; so the
+function is also called once as plain Python at the initial state, and an index outside its arrays is refused there. It
+is smooth between `breaks` and events. What it gives to the motion,
 F.v + T.omega + effort speed, should be supplied - dissipation - d(energy)/dt; then the balance of energies closes.
 
 In place of a function `act` may be the word of one that femflex brings (femflex.dynamics.effectors.built_in).
@@ -55,6 +57,8 @@ ACCOUNTS = {  # what an effector may report of energy and mass
     "mass_flow": ("kg/s", "mass that leaves the craft"),
 }
 
+EXERTED = ("force", "torque", "effort")  # what it may do at markers, and along slides and turns
+
 
 @dataclass(frozen=True, eq=False)
 class StateEvent:
@@ -81,6 +85,7 @@ class Effector:
     inputs      full names of states of other effectors and controllers, or of channels of other effectors
     channels    name -> unit of what it reports in addition to forces and states
     accounts    which of energy, dissipation, supplied and mass_flow it writes
+    exerts      which of force, torque and effort it may write; the others are zero, and are not reported
     parameters  (n,) constants
     jacobian    (seen, J) -> None: J (n_states, n_states) = d zdot / d z for implicit integrators; None: by differences
     events      instants at which its states jump
@@ -99,6 +104,7 @@ class Effector:
     inputs: tuple[str, ...] = ()
     channels: Mapping[str, str] = field(default_factory=dict)
     accounts: tuple[str, ...] = ()
+    exerts: tuple[str, ...] = EXERTED
     parameters: Array = field(default_factory=lambda: np.zeros(0))
     jacobian: Act | None = None
     events: tuple[StateEvent, ...] = ()
@@ -119,6 +125,8 @@ class Effector:
             raise ValueError(f"sizes of effector {self.name!r} are {self.sizes.tolist()}; they must be positive")
         if unknown := [key for key in self.accounts if key not in ACCOUNTS]:
             raise ValueError(f"effector {self.name!r} accounts for {unknown[0]!r}; known are {list(ACCOUNTS)}")
+        if unknown := [key for key in self.exerts if key not in EXERTED]:
+            raise ValueError(f"effector {self.name!r} exerts {unknown[0]!r}; known are {list(EXERTED)}")
         for channel, (state, _) in self.starts.items():
             if channel not in self.channels or state not in self.states:
                 raise ValueError(
@@ -128,6 +136,12 @@ class Effector:
         for key in ("states", "channels"):
             if clash := [name for name in getattr(self, key) if name in taken_names(self, key)]:
                 raise ValueError(f"effector {self.name!r} has two outputs named {clash[0]!r}; rename one")
+
+    @property
+    def acts(self) -> bool:
+        """Whether it can do work on the motion."""
+        at_markers = bool(self.markers) and ("force" in self.exerts or "torque" in self.exerts)
+        return at_markers or (bool(self.freedoms) and "effort" in self.exerts)
 
     def state_names(self) -> list[tuple[str, str]]:
         """Full name and unit of each state."""

@@ -36,7 +36,7 @@ def effector_problems(
     for effector in effectors:
         if not isinstance(effector, Effector):
             continue
-        who = f"effector {effector.name!r}"
+        who = kind_and_name(effector)
         for body, marker in effector.markers:
             if body not in bodies:
                 out.append(f"body {body!r} of {who} does not exist; bodies are {sorted(bodies)}")
@@ -48,6 +48,23 @@ def effector_problems(
         out += [unknown(f"input {name!r} of {who} is neither a state nor a channel", name, signals)
                 for name in dict.fromkeys(effector.inputs) if name not in (*signals, *states)]  # fmt: skip
     return out or circle_problems(effectors)
+
+
+KINDS = {  # of built-in effectors, as a case calls them
+    "measure": "sensor",
+    "gimbals": "gyro",
+    "state_space": "controller",
+    "attitude_feedback": "controller",
+    "separation": "separation spring",
+    "cable_chain": "cable",
+}
+
+
+def kind_and_name(effector: Effector) -> str:
+    """What an effector is, and its name, as in "sensor 'star'"."""
+    kind = "effector" if not isinstance(effector.act, str) else KINDS.get(effector.act, effector.act)
+    name = effector.name.removesuffix("_exact") if kind == "sensor" else effector.name  # of a sampled sensor
+    return f"{kind} {name!r}"
 
 
 def movable(joints: Sequence[Joint]) -> list[str]:

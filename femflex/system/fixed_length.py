@@ -12,7 +12,7 @@ from femflex.body import FlexibleBody, MassMoments, Skin, StrainTensors
 from femflex.system.length_table import LengthTable
 from femflex.system.profile import Profile
 from femflex.system.system import System
-from femflex.system.variation import PLACE, Block, Variation
+from femflex.system.variation import PLACE, Block, Variation, strain_arrays
 
 
 def with_fixed_lengths(system: System, at: float) -> System:
@@ -87,7 +87,11 @@ def body_at_length(body: FlexibleBody, variation: Variation, length: float) -> F
         omega = body.omega.copy()
         mass = np.diag(out.moments.elastic_mass())[:n]
         omega[:n] = np.sqrt(np.maximum(np.diag(V1) / np.maximum(mass, 1e-300), 0.0))
-        out = replace(out, strain=StrainTensors.linear(V1.copy()), omega=omega)
+        strain = StrainTensors.linear(V1.copy())
+        if parts.strain >= 0:
+            V2, V3 = strain_arrays(found[parts.strain : parts.strain_rate], n)
+            strain = replace(strain, V2=V2, V3=V3)
+        out = replace(out, strain=strain, omega=omega)
     if parts.damping >= 0:
         out = replace(out, damping=rows(parts.damping, n, width=n).T.copy())
     markers = dict(body.markers)

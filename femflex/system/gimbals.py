@@ -80,6 +80,7 @@ def control_moment_gyro(
         inputs=tuple(command for command in commands if isinstance(command, str)),
         channels={**MOMENTUM, **own_channels},
         accounts=("energy", "supplied"),
+        exerts=("torque",),
         parameters=np.array(numbers),
         starts={"rate1": ("momentum", 0.0)} if gimbal_inertia else {},
     )
@@ -93,4 +94,5 @@ def coasting_gyro(gyro: Effector, states: Array) -> Effector:
     spin = turn.apply(spin)
     if p[0] == 2.0:
         spin = Rotation.from_rotvec(turn.apply(inner) * states[1]).apply(spin)
-    return Effector(gyro.name, "rotor", gyro.markers, channels=MOMENTUM, parameters=np.array([*spin, p[1]]))
+    numbers = np.array([*spin, p[1]])
+    return Effector(gyro.name, "rotor", gyro.markers, channels=MOMENTUM, exerts=("torque",), parameters=numbers)

@@ -17,6 +17,7 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.rotations import EULER_PARAMETERS
+from femflex.summary import Rows, Summarised, listed
 from femflex.system.ball import ball_coordinates, check_ball, singular_start
 from femflex.system.freedom_names import coordinate_names, velocity_names
 from femflex.system.freedoms import OPEN, SHUT, check_laws, started_motion
@@ -30,8 +31,8 @@ def _none() -> Array:
     return np.zeros((0, 3))
 
 
-@dataclass(frozen=True, eq=False)
-class Joint:
+@dataclass(frozen=True, eq=False, repr=False)
+class Joint(Summarised):
     """A joint between a parent's marker and a child's marker; parent None is the base frame.
 
     translations (n_t, 3)  unit axes of sliding, components of the parent's marker
@@ -105,6 +106,18 @@ class Joint:
         set_(self, "q0", q0)
         set_(self, "u0", u0)
         check_laws(self)
+
+    def summary(self) -> tuple[str, Rows]:
+        """What it connects, its freedoms and what acts in them."""
+        rows = [("parent", f"{self.parent or 'base frame'}, marker {self.parent_marker}")]
+        rows += [("child", f"{self.child}, marker {self.child_marker}")]
+        rows += [("freedoms", listed(self.freedom_names()))] if self.n_u else []
+        numbers = {"stiffness": self.stiffness, "damping": self.damping, "q0": self.q0, "u0": self.u0}
+        rows += [(key, ", ".join(f"{x:.6g}" for x in value)) for key, value in numbers.items() if value.any()]
+        rows += [("specified", listed([self.freedom_names()[k] for k in self.held]))] if self.held else []
+        rows += [("laws", listed(self.law_names()))] if self.laws else []
+        rows += [("latches", str(len(self.latches)))] if self.latches else []
+        return f"{self.kind.capitalize()} joint {self.label!r}", rows
 
     @property
     def label(self) -> str:

@@ -26,7 +26,7 @@ from femflex.system.profile import Profile
 Term = tuple[int, int, int]  # powers of s, of the rate and of the acceleration
 
 WIDTH = 4  # numbers of a block that are written at once
-HEAD = 12  # numbers before the profile, see `numbers_for`
+HEAD = 13  # numbers before the profile, see `numbers_for`
 
 
 class Sections(Protocol):
@@ -127,15 +127,16 @@ class LengthTable:
         """All of it in one flat array, as the compiled equations read it (see femflex.dynamics.arithmetic.by_length).
 
         Number of pieces, terms, runs and values; least and largest power of s; size of the profile; 1 where the length
-        is a state, its place in z, the place of its acceleration there, the place of "pickup" in the block (these four
-        are written when the system is lowered), the mass of the drum; then profile, origins, scales, terms (3 each),
+        is a state, its place in z, the place of its acceleration there, the places of "pickup" and of
+        the rates of strain in the block, -1 where they are not written (these five are written when the system is
+        lowered), the mass of the drum; then profile, origins, scales, terms (3 each),
         runs (4 each), values piece by piece.
         """
         runs, values = self.runs
         powers = [term[0] for term in self.terms]
         profile = np.zeros(0) if isinstance(self.length, str) else self.length.numbers
         counts = [len(self.pieces), len(self.terms), len(runs), values.shape[1]]
-        head = [*counts, min(powers), max(powers), len(profile), 0, 0, 0, -1, self.drum_mass]
+        head = [*counts, min(powers), max(powers), len(profile), 0, 0, 0, -1, -1, self.drum_mass]
         terms = np.array(self.terms, float).ravel()
         return np.concatenate([head, profile, self.origins, self.scales, terms, runs.ravel(), values.ravel()])
 

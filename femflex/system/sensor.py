@@ -23,6 +23,7 @@ import numpy as np
 from femflex.arrays import Array
 from femflex.body import FlexibleBody
 from femflex.body.strain_field import StrainPart
+from femflex.summary import Rows, Summarised
 from femflex.system.controller import Controller
 from femflex.system.effector import Effector
 from femflex.system.evaluation import FOLDER
@@ -46,8 +47,8 @@ class Sampling:
     seed: int = 0
 
 
-@dataclass(frozen=True, eq=False)
-class Sensor:
+@dataclass(frozen=True, eq=False, repr=False)
+class Sensor(Summarised):
     """A sensor at a marker, of a joint, or of a signal.
 
     kind          attitude: error against `reference`, 2 sign(q_0) (q_1, q_2, q_3) in marker axes, the rotation vector
@@ -89,6 +90,15 @@ class Sensor:
         object.__setattr__(self, "bias", np.broadcast_to(np.asarray(self.bias, float), (3,)).copy())
         if self.sampling is not None:
             check_sampling(self.name, self.sampling)
+
+    def summary(self) -> tuple[str, Rows]:
+        """Where it is, what it measures, and how it is sampled."""
+        place = self.freedom or self.signal or f"{self.body}.{self.marker}"
+        rows = [("measures", self.kind), ("at", place)]
+        rows += [("outputs", ", ".join(f"{name} [{unit}]" for name, unit in self.outputs.items()))]
+        rows += [("bias", ", ".join(f"{x:.6g}" for x in self.bias))] if self.bias.any() else []
+        rows += [] if self.sampling is None else [("period", f"{self.sampling.period:g} s")]
+        return f"Sensor {self.name!r}", rows
 
     @property
     def outputs(self) -> dict[str, str]:
@@ -136,6 +146,7 @@ class Sensor:
             states={f"lagged_{axis}": "m/s" for axis in XYZ} if lagged else {},
             inputs=inputs,
             channels=self.outputs,
+            exerts=(),
             starts={axis: (f"lagged_{axis}", float(b)) for axis, b in zip(XYZ, bias, strict=True)} if lagged else {},
             parameters=np.concatenate([[kind, float(len(markers))], bias, own]),
         )

@@ -14,6 +14,9 @@ def separation_spring(
 
     Channel: distance [m]. Raises ValueError for numbers that are not positive.
     """
+    if markers[0] == markers[1]:
+        body, marker = markers[0]
+        raise ValueError(f"both ends of separation spring {name!r} are at marker {marker!r} of body {body!r}")
     if not (stiffness > 0.0 and length > 0.0):
         raise ValueError(f"stiffness and length of separation spring {name!r} must be positive")
     return Effector(
@@ -22,5 +25,6 @@ def separation_spring(
         markers,
         channels={"distance": "m"},
         accounts=("energy",),
+        exerts=("force",),
         parameters=np.array([stiffness, length]),
     )

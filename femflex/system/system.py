@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,7 @@ from femflex.system.load import Load
 from femflex.system.names import name_problems, prefix_problems
 from femflex.system.orbit import Frame, Orbit
 from femflex.system.segments import Part, acting_at_segments, at_segments, expanded
+from femflex.system.sensor import Sensor
 from femflex.system.sight import Sight
 from femflex.system.spring import Spring
 from femflex.system.ties import tie_places, tie_problems
@@ -47,7 +49,7 @@ class System(Summarised):
     loops        joints cut out of the tree: each closes a loop between two bodies, or to the base frame
     constraints  on velocities: rolling, knife edges, general rows
     springs      between two markers
-    effectors    forces computed by functions, with states of their own, and sampled controllers
+    effectors    forces computed by functions, with states of their own, sampled controllers, and sensors
     sights       axes that are to look at a station on the Earth
     reactions    whether runs report what the joints carry
     momenta      whether runs report canonical momenta and the Hamiltonian
@@ -82,6 +84,8 @@ class System(Summarised):
     varying: dict[str, Variation] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        given = ((one.effectors if isinstance(one, Sensor) else (one,)) for one in self.effectors)
+        object.__setattr__(self, "effectors", tuple(chain.from_iterable(given)))
         problems = [*self._tree_problems(), *self._orbit_problems(), *self._name_problems()]
         problems += keep_problems(self.keep, self.joints)
         problems += self._variation_problems()

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from femflex.arrays import Array
 from femflex.body import FlexibleBody, MassMoments
-from femflex.system.attached import attached_moments, least_inertia
+from femflex.system.attached import attached_moments, least_second_moment
 from femflex.system.effector import Effector, StateEvent
 from femflex.system.environment import STANDARD_GRAVITY
 from femflex.system.variation import Block, Variation
@@ -96,7 +96,8 @@ def thruster(
         sizes=np.array([thrust]) if lag else np.zeros(0),
         inputs=(*(() if command is None else (command,)), *feed),
         channels={"thrust": "N", "flow": "kg/s"},
-        accounts=("supplied", "mass_flow"),
+        accounts=("supplied", "mass_flow") if exit_speed else ("supplied",),
+        exerts=("force",) if supply is None else ("force", "torque"),
         parameters=np.concatenate([d, [thrust, exit_speed, lag, kind], tanked, [float(len(times))], times, levels]),
         breaks=times,
     )
@@ -186,9 +187,10 @@ def tank_variation(body: FlexibleBody, tanks: Mapping[str, tuple[str, float, flo
             f"the tanks {', '.join(tanks)} hold {body.moments.mass - dry.mass:g} kg of propellant, and their body "
             f"has a mass of {body.moments.mass:g} kg; set the propellant as added, or raise the body's mass"
         )
-    if (least := least_inertia(dry)) < 0.0:
+    if (least := least_second_moment(dry)) < 0.0:
         raise ValueError(
-            f"the tanks {', '.join(tanks)} leave a principal inertia of {least:.4g} kg m^2 when they are empty; the "
+            f"the tanks {', '.join(tanks)} leave a second moment int x^2 dm of {least:.4g} kg m^2 along an axis when "
+            "they are empty; the "
             "body's inertia does not contain that of the propellant: lower its gyration radius, set the propellant as "
             "added, or raise the body's inertia"
         )

@@ -15,7 +15,8 @@ into `block` (see Block), and returns nothing.
 
 It is a function that Numba can compile, a compiled one (`numba.njit`), or a `numba.cfunc` over three pointers
 (`void(float64, CPointer(float64), CPointer(float64), CPointer(float64))`). It must set every number that changes, each
-time: calls come in any order of time.
+time: calls come in any order of time. An exception stops the run. It is called once as plain Python at the initial
+state, where an index outside its arrays is refused.
 
 THE PHYSICS. A material point sits at r = z_A y_A with y = (1, delta); where the shapes z_A(t) = (rho, phi_1, ...) move
 with time, it has the velocity w = zdot_A y_A besides that of the frame and of the coordinates, and the acceleration
@@ -46,7 +47,7 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.body import FlexibleBody, Marker, MassMoments
-from femflex.body.symmetric import unpacked
+from femflex.body.symmetric import packed_indices, unpacked
 from femflex.system.length_table import LengthTable
 
 LANE = 4  # rows over shapes are filled up with zeros to multiples of it
@@ -282,6 +283,16 @@ def strain_table(V2: Array, V3: Array, n: int) -> Array:
     blocks = -(-len(k) // COLUMNS)
     rows = np.pad(rows, [(0, 0), (0, blocks * COLUMNS - len(k))])
     return np.ascontiguousarray(rows.reshape(len(rows), blocks, COLUMNS).swapaxes(0, 1))
+
+
+def strain_arrays(table: Array, n: int) -> tuple[Array, Array]:
+    """Packed V2 and V3 of the numbers of a `strain_table`."""
+    pairs = n * (n + 1) // 2
+    rows = table.reshape(-1, n + pairs, COLUMNS).swapaxes(0, 1).reshape(n + pairs, -1)
+    number = np.zeros((n, n), np.int64)
+    number[np.triu_indices(n)] = np.arange(pairs)
+    (a, b, c), (i, j, k, l) = packed_indices(n, 3).T, packed_indices(n, 4).T
+    return rows[a, number[b, c]], rows[n + number[i, j], number[k, l]] / np.where(i == j, 1.0, 2.0)
 
 
 def _padded(n: int) -> int:

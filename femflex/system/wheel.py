@@ -18,6 +18,7 @@ from femflex.system.attached import with_attached
 from femflex.system.effector import Effector
 
 UNLIMITED = 1e300
+ROUNDED = 1e-3  # relative: digits of the inertias of a thin disc
 TAPER = 0.01  # part of the largest speed over which the torque goes to zero
 MOMENTUM = {f"momentum_{axis}": "N m s" for axis in "xyz"}
 
@@ -78,6 +79,7 @@ def reaction_wheel(
         inputs=(str(command),) if given else (),
         channels={"speed": "rad/s", "motor": "N m", "friction": "N m", "saturated": "1", **MOMENTUM},
         accounts=("energy", "dissipation", "supplied"),
+        exerts=("torque",),
         parameters=np.concatenate([direction(name, "axis", axis), numbers, [viscous, coulomb, coulomb_speed]]),
         starts={"speed": ("momentum", initial_speed)},
     )
@@ -86,7 +88,7 @@ def reaction_wheel(
 def coasting(wheel: Effector, momentum: float) -> Effector:
     """A wheel as a rotor of constant momentum [N m s] that nothing drives: for linear equations and equilibria."""
     numbers = np.concatenate([wheel.parameters[:3], [momentum]])
-    return Effector(wheel.name, "rotor", wheel.markers, channels=MOMENTUM, parameters=numbers)
+    return Effector(wheel.name, "rotor", wheel.markers, channels=MOMENTUM, exerts=("torque",), parameters=numbers)
 
 
 def without_axial_inertia(body: FlexibleBody, wheel: Effector) -> FlexibleBody:
@@ -96,8 +98,16 @@ def without_axial_inertia(body: FlexibleBody, wheel: Effector) -> FlexibleBody:
 
 
 def with_wheel(body: FlexibleBody, wheel: Effector, mass: float, transverse_inertia: float) -> FlexibleBody:
-    """The carrier with mass [kg] and transverse inertia [kg m^2] of a wheel that its moments do not contain."""
-    a = wheel.parameters[:3]
+    """The carrier with mass [kg] and transverse inertia [kg m^2] of a wheel that its moments do not contain.
+
+    Raises ValueError for a transverse inertia below half the axial one, which no rotor has.
+    """
+    a, axial = wheel.parameters[:3], float(wheel.parameters[3])
+    if transverse_inertia < axial / 2.0 * (1.0 - ROUNDED):
+        raise ValueError(
+            f"wheel {wheel.name!r} has a transverse inertia of {transverse_inertia:g} kg m^2 and an axial one of "
+            f"{axial:g} kg m^2; the axial inertia of a rotor is at most twice the transverse one, as of a thin disc"
+        )
     return with_attached(body, wheel.markers[0][1], mass, transverse_inertia * (np.eye(3) - np.outer(a, a)))
 
 

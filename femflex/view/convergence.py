@@ -10,9 +10,9 @@ import numpy as np
 
 from femflex.arrays import Array, IntArray
 from femflex.view.drawing import Drawing
-from femflex.view.output import placed
 from femflex.view.study_data import StudyData
 from femflex.view.theme import Theme, theme_of
+from femflex.writing import placed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -130,6 +130,8 @@ def _curves(run: Run, channel: str) -> list[Curve]:
     if below:
         return _divided(_curves(run, above), _curves(run, below), below)
     path, _, component = channel.partition(":")
+    if not len(run):
+        raise ValueError(f"{run.path} holds no instants, so there is nothing to plot")
     values = run[path].reshape(len(run), -1)
     if path == "attitude/angles":
         values = unwrapped(values, run.names(path))
@@ -254,7 +256,7 @@ def _changes(group: list[Curve]) -> list[Curve]:
 
 
 def _size(group: list[Curve]) -> float:
-    return max(float(np.abs(curve.values).max(initial=0.0)) for curve in group)
+    return max(float(np.abs(curve.values[np.isfinite(curve.values)]).max(initial=0.0)) for curve in group)
 
 
 def _noticeable(group: list[Curve], limit: float, least: float) -> list[Curve]:

@@ -39,15 +39,16 @@ def energy_account(run: Run) -> dict[str, Array]:
     out = {}
     for path, name in STORED.items():
         if path in run:
-            out[f"stored: {name}"] = run[path] - run[path][0]
+            out[f"stored: {name}"] = run.finite(path) - run.finite(path)[0]
     effectors = sorted(
         {path.split("/")[1] for path in run if path.startswith("effectors/") and path.endswith("/power")}
     )
     rest = {"dissipation": _of(run, "monitors/dissipation"), "supplied": _of(run, "monitors/supplied")}
     for name in effectors:
-        out[f"stored: {name}"] = run[f"effectors/{name}/energy"] - run[f"effectors/{name}/energy"][0]
+        stored = _of(run, f"effectors/{name}/energy")
+        out[f"stored: {name}"] = stored - stored[0]
         for key, sign, word in (("dissipation", 1.0, "dissipated"), ("supplied", -1.0, "work")):
-            power = run[f"effectors/{name}/{key}"]
+            power = _of(run, f"effectors/{name}/{key}")
             out[f"{word}: {name}"] = sign * _work(run, power)
             rest[key] = rest[key] - power
     out["dissipated: joints and structures"] = _work(run, rest["dissipation"])
@@ -56,21 +57,21 @@ def energy_account(run: Run) -> dict[str, Array]:
         out[f"work: {name}"] = -_work(run, _of(run, path))
     for path in run:
         if path.startswith("latches/") and path.endswith("/loss"):
-            out[f"dissipated: latch {path.split('/')[1]}"] = run[path]
+            out[f"dissipated: latch {path.split('/')[1]}"] = run.finite(path)
     return {name: values for name, values in out.items() if values.any()}
 
 
 def _of_loads(run: Run, supplied: Array) -> dict[str, Array]:
     """Minus the work of loads, each by itself where all of them supply power."""
     names = [path.split("/")[1] for path in run if path.startswith("loads/") and path.endswith("/power")]
-    powers = {name: run[f"loads/{name}/power"] for name in names}
+    powers = {name: run.finite(f"loads/{name}/power") for name in names}
     if "monitors/load" in run:  # the potential of some is stored
         return {"work: loads": -_work(run, supplied)}
     return {f"work: {name}": -_work(run, power) for name, power in powers.items()}
 
 
 def _of(run: Run, path: str) -> Array:
-    return run[path] if path in run else np.zeros(len(run))
+    return run.finite(path) if path in run else np.zeros(len(run))
 
 
 def _work(run: Run, power: Array) -> Array:

@@ -14,13 +14,13 @@ from femflex.view.actors import BodyActor, add_ghost
 from femflex.view.drawing import Drawing
 from femflex.view.framing import Margins, View, best_direction, framed
 from femflex.view.movie import Progress, write_movie, write_png
-from femflex.view.output import placed
 from femflex.view.overlay import add_text
 from femflex.view.shape_paint import ShapePaint, shape_paint
 from femflex.view.surface import APART, SEEN, breadth, surface_of, twist_of
 from femflex.view.theme import Theme, theme_of
 from femflex.view.units import Bar
 from femflex.view.window import Image, grabbed, open_window, place_camera
+from femflex.writing import placed
 
 AMPLITUDE = 0.14  # largest displacement drawn, parts of the body's size
 TWISTED = 0.5  # rad; largest twist of slender parts, which widens them by 12 %

@@ -51,13 +51,13 @@ class Interpolated:
 
     def __call__(self, path: str) -> Array:
         """Values of a channel at the instants, (n_t, *shape)."""
-        a, b = self.run[path][self._rows]
+        a, b = self.run.finite(path)[self._rows]
         weight = self._weight.reshape(-1, *([1] * (a.ndim - 1)))
         return np.asarray(a + weight * (b - a))
 
     def dcm(self, path: str) -> Array:
         """C_PQ (n_t, 3, 3) of a channel of Euler parameters."""
-        a, b = self.run[path][self._rows]
+        a, b = self.run.finite(path)[self._rows]
         b = b * np.where(np.einsum("ti,ti->t", a, b) < 0, -1.0, 1.0)[:, None]
         return dcms(a + self._weight[:, None] * (b - a))
 
@@ -112,9 +112,10 @@ def motion(
         if marker not in traced_markers(run):
             lines[marker] = np.einsum("tji,tj->ti", C_NV, at(f"{marker}/place") - place)
             continue
-        C_VB = turned[body_of_marker(marker, turned)]
         lines[marker] = np.einsum("tji,tj->ti", C_NV, at(f"markers/{marker}/position") - place)
-        lines[marker] += (scale - 1.0) * np.einsum("tij,tj->ti", C_VB, at(f"markers/{marker}/deflection"))
+        if (bend := f"markers/{marker}/deflection") in run:
+            C_VB = turned[body_of_marker(marker, turned)]
+            lines[marker] += (scale - 1.0) * np.einsum("tij,tj->ti", C_VB, at(bend))
     sights = {}
     for path in (path for path in run if path.startswith("sights/") and path.endswith("/direction")):
         start = at(path.replace("/direction", "/position")) - place
@@ -143,6 +144,6 @@ def chosen_camera(run: Run, bodies: dict[str, RunBody], camera: str, size: float
     if kind == "orbital" and "orbit/attitude" not in run:
         raise ValueError("camera 'orbital' needs a run in an orbit; this one has none, use 'fixed' or 'follow'")
     if kind == "auto":
-        travel = [np.ptp(run[f"bodies/{body}/position"], axis=0).max() for body in bodies]
+        travel = [np.ptp(run.finite(f"bodies/{body}/position"), axis=0).max() for body in bodies]
         kind = "orbital" if "orbit/attitude" in run else "follow" if min(travel) > FAR * size else "fixed"
     return kind, ""

@@ -12,8 +12,8 @@ import numpy as np
 
 from femflex.results.interrupts import finished_on_interrupt, without_interrupts
 from femflex.view.drawing import Drawing
-from femflex.view.output import placed
 from femflex.view.window import Image
+from femflex.writing import placed
 
 PNG_COMPRESSION = 1  # 18 ms a frame; the default takes 45 for a tenth less
 Progress = Callable[[int, int], Any]
@@ -86,7 +86,7 @@ def _folder(path: Path, force: bool) -> Iterator[Callable[[Image], None]]:
 def _mp4(path: Path, fps: float, force: bool) -> Iterator[Callable[[Image], None]]:
     process: subprocess.Popen[bytes] | None = None
 
-    with placed(path, force) as part:
+    with placed(path, force, keep_interrupted=True) as part:
 
         def add(frame: Image) -> None:
             nonlocal process

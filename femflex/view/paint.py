@@ -166,7 +166,7 @@ def _peaks_painted(run: Run, bodies: Mapping[str, RunBody], name: str) -> tuple[
     for key, field in fields.items():
         skin = bodies[key].skin
         if skin is not None and name in quantities(field):
-            paint = PeakPaint.of(name, field, skin, np.asarray(run[f"bodies/{key}/delta"]))
+            paint = PeakPaint.of(name, field, skin, run.finite(f"bodies/{key}/delta"))
             largest, paints[key] = max(largest, float(np.nanmax(paint.peaks, initial=0.0))), paint
     title = "peak\n" + name.replace("_", "\n", 1)
     return paints, strain_bar(largest, known[name], False, title)
@@ -263,7 +263,7 @@ def _range(run: Run, paints: Mapping[str, BodyPaint]) -> tuple[float, float]:
     """Least and largest value over the run at the points of the skins, zero included."""
     low, high, rows = 0.0, 0.0, some_rows(run)
     for name, paint in paints.items():
-        y = np.asarray(run[f"bodies/{name}/delta"])[rows]
+        y = run.finite(f"bodies/{name}/delta")[rows]
         for part, _ in paint.parts:
             each = part.rows.shape[0] * part.rows.shape[1]
             kept = y[:: max(1, int(np.ceil(len(y) * each / MOST_VALUES)))]

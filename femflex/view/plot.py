@@ -12,7 +12,6 @@ import numpy as np
 from femflex.results import Run
 from femflex.view.curves import BALANCE, ROUNDED, Curve, curves_of
 from femflex.view.drawing import Drawing
-from femflex.view.output import placed
 from femflex.view.second_run import (
     dashed_style,
     difference_text,
@@ -25,6 +24,7 @@ from femflex.view.second_run import (
 from femflex.view.spectrum import WINDOW, amplitude_spectrum
 from femflex.view.theme import Theme, theme_of
 from femflex.view.units import time_unit
+from femflex.writing import placed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -15,11 +15,11 @@ from femflex.view.drawing import Drawing
 from femflex.view.look import Look, LookOptions
 from femflex.view.motion import motion
 from femflex.view.movie import Progress, write_movie, write_png
-from femflex.view.output import placed
 from femflex.view.plan import Plan, planned
 from femflex.view.scene import Scene
 from femflex.view.units import clock
 from femflex.view.window import Image
+from femflex.writing import placed
 
 PICTURE_SAMPLES, MOVIE_SAMPLES = 2, 1
 SLOW_MOTION, REAL_TIME = 4.0, 20.0  # s; a run of a length between these is shown as fast as it went

@@ -11,8 +11,8 @@ import numpy as np
 
 from femflex.view.convergence import VARIED, check_kind, draw_study, finish, plot_convergence
 from femflex.view.drawing import Drawing
-from femflex.view.output import placed
 from femflex.view.theme import Theme, theme_of
+from femflex.writing import placed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -36,6 +36,7 @@ def on_skin(part: StrainPart, points: Array) -> StrainPart:
         stress=_carried(means, part.stress),
         lever=_carried(means, part.lever),
         fibres=_carried(means, part.fibres),
+        plies=_carried(means, part.plies),
         per=1,
     )
 

@@ -13,6 +13,7 @@ from femflex.results import Run
 from femflex.view.curves import BALANCE, ROUNDED, Curve, curves_of
 from femflex.view.plot import figure_of, finish, raised, saved
 from femflex.view.second_run import title_of
+from femflex.view.spectrum import check_finite
 from femflex.view.theme import theme_of
 from femflex.view.units import time_unit
 
@@ -31,6 +32,7 @@ def spectrogram(time: Array, values: Array) -> tuple[Array, Array, Array]:
     """
     if len(time) < 80:
         raise ValueError(f"a spectrogram needs at least 80 instants; the record has {len(time)}")
+    check_finite(time, values)
     even = np.linspace(time[0], time[-1], len(time))
     values, size = np.interp(even, time, values), int(SPAN * len(even))
     starts = np.unique(np.linspace(0, len(even) - size, STEPS).round().astype(int))

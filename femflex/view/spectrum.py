@@ -43,6 +43,13 @@ class Spectrum:
         return list(zip(places[kept].tolist(), heights[kept].tolist(), strict=True))
 
 
+def check_finite(time: Array, values: Array) -> None:
+    """Raise ValueError where a record (n_t,) that is to be transformed is not finite."""
+    if not np.isfinite(values).all():
+        t = time[int(np.argmin(np.isfinite(values)))]
+        raise ValueError(f"a spectrum needs finite values; the first that is not is at t = {t:g} s")
+
+
 def amplitude_spectrum(time: Array, values: Array) -> Spectrum:
     """Amplitude spectrum of values (n_t,) at times (n_t,) [s]: line through the record removed, windowed, corrected.
 
@@ -50,6 +57,7 @@ def amplitude_spectrum(time: Array, values: Array) -> Spectrum:
     """
     if len(time) < 16:
         raise ValueError(f"a spectrum needs at least 16 instants; the record has {len(time)}")
+    check_finite(time, values)
     even = np.linspace(time[0], time[-1], len(time))
     values = np.interp(even, time, values)
     n = len(even)

@@ -155,6 +155,8 @@ def twist_of(skin: Skin) -> Array:
     for number in np.unique(part[sides[:, 0]]):
         own = sides[part[sides[:, 0]] == number]
         own_points = points[part == number]
+        if len(own_points) == 1:  # faces without extent, as of a rigid body that is drawn as a point
+            continue
         _, extent, axes = np.linalg.svd(own_points - own_points.mean(axis=0), full_matrices=False)
         if extent[1] > SLENDER * extent[0]:
             continue

@@ -9,6 +9,7 @@ from scipy.sparse.linalg import spsolve
 from femflex.body.recovery import at_points, named, peaks, quantities
 from femflex.fem import Material, Member, build_structure
 from femflex.fem.sections import Circle, Rectangle
+from femflex.fem.sections.laminates import Lamina, Ply, layup, sandwich
 from femflex.mesh import box, line, rectangle
 from femflex.reduction import BeamFunctions, UniformBeam, beam_body
 from femflex.reduction.beams.strain_points import strain_field
@@ -147,3 +148,77 @@ def test_stress_of_a_pulled_block():
     for name, value in {"xx": 70e6, "yy": 0.0, "xy": 0.0, "von_mises": 70e6}.items():
         found = named(parts[0], name, np.array([[1.0]]))
         np.testing.assert_allclose(found, value, atol=70.0)
+
+
+CARBON, CORE = Lamina(140e9, 9e9, 5e9, 0.3, 1600.0), Lamina.core(50.0, 3e7)
+STACK = [Ply(CARBON, 4e-4, 0.3), Ply(CORE, 0.01), Ply(CARBON, 3e-4, -0.7), Ply(Lamina.isotropic(METAL), 5e-4)]
+EVEN = [
+    Ply(CARBON, 2e-4, 0.3),
+    Ply(CARBON, 3e-4, -0.7),
+    Ply(CORE, 0.01),
+    Ply(CARBON, 3e-4, -0.7),
+    Ply(CARBON, 2e-4, 0.3),
+]
+
+
+def ply_stress(ply, angle, strain, z):
+    """Stress along a ply's own axes of strains (8,) at height z: sigma = S^-1 C eps C^T, by tensors."""
+    e = strain[:3] + z * strain[3:6]
+    C = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    own = C @ np.array([[e[0], e[2] / 2], [e[2] / 2, e[1]]]) @ C.T
+    lamina = ply.lamina
+    S = np.array([[1, -lamina.nu12], [-lamina.nu12, lamina.E1 / lamina.E2]]) / lamina.E1
+    return np.array([*np.linalg.solve(S, np.diag(own)), 2 * lamina.G12 * own[0, 1]])
+
+
+@pytest.mark.parametrize(
+    ("family", "cell", "plies", "options"),
+    [
+        ("plate", "triangle", EVEN, {"axis": (np.cos(0.2), np.sin(0.2), 0)}),
+        ("plate_bfs", "quad", EVEN, {}),
+        ("shell", "quad", STACK, {"offset": 0.004}),
+        ("shell", "quad9", STACK, {"thickness": "0.0112 * (1 + x)", "offset": -0.001}),
+    ],
+)
+def test_ply_stresses_by_lamination_theory(family, cell, plies, options):
+    """Stresses of every ply at its faces from the strains of the section and a free strain, and their peak."""
+    free = np.array([2e-5, -1e-5, 0.0])
+    member = Member(
+        "surface", family, layup(plies, coupled=family == "shell"), options={**options, "thermal_strain": free}
+    )
+    s = build_structure(rectangle(1.0, 0.4, 3, 2, cell), [member])
+    (part,) = field(s, (4e3, 1e3, 30.0), "left", "right")
+    strains = part.strains(np.ones((1, 1)))[0]
+    turn = 0.2 if "axis" in options else 0.0  # plates have strains in axes of the elements, here the global ones
+    C = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+    own = C.T @ np.array([[free[0], free[2] / 2], [free[2] / 2, free[1]]]) @ C
+    strains[:, :3] -= [own[0, 0], own[1, 1], 2 * own[0, 1]]
+    tops = np.cumsum([ply.thickness for ply in plies])
+    assert part.group == "surface"
+    for k, ply in enumerate(plies):
+        for c, name in enumerate(("11", "22", "12")):
+            found = named(part, f"ply{k + 1}_{name}", np.ones((1, 1)))
+            if ply.lamina is CORE:
+                assert found is None
+                continue
+            for p in range(0, len(strains), 5):
+                factor = (1 + part.places[p, 0]) if "thickness" in options else 1.0
+                heights = factor * (tops[k] - [ply.thickness, 0.0] - tops[-1] / 2) + options.get("offset", 0.0)
+                faces = [ply_stress(ply, ply.angle + turn, strains[p], z)[c] for z in heights]
+                largest = max(faces, key=abs)
+                assert found[0, p] == pytest.approx(largest, rel=1e-4, abs=1e-6 * 140e9 * np.abs(strains[p]).max())
+
+
+@pytest.mark.parametrize(("family", "cell"), [("shell", "quad9"), ("plate", "triangle")])
+def test_face_stress_of_a_sandwich(family, cell):
+    """A strip with faces of nu = 0 under a tip force: F (L - x) / b over (h^3 - c^3) / 12, times h / 2 outside."""
+    t, c, b = 5e-4, 0.02, 0.2
+    faces = Ply(Lamina.isotropic(Material(70e9, 0.0, 1.0)), t)
+    s = build_structure(rectangle(1.0, b, 20, 4, cell), [Member("surface", family, sandwich(faces, c, CORE))])
+    parts = field(s, (0, 0, 2.0), "left", "right")
+    h = c + 2 * t
+    for name in ("von_mises", "ply1_11", "ply3_11"):
+        found, where = at_points(parts, name, [0.5, 0.1, 0.0], np.ones((1, 1)))
+        expected = 2.0 * (1 - where[0, 0]) / b * 6 * h / (h**3 - c**3)
+        assert abs(found[0, 0]) == pytest.approx(expected, rel=0.03), name
+    assert set(quantities(parts)) >= {"ply1_22", "ply3_12"} and "ply2_11" not in quantities(parts)

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import math
 
+import pint
 import pytest
 
-from femflex.case.units import NOUNS, UnitError, example, to_si
+from femflex.case.units import COMMON_UNITS, LONG_NAMES, NOUNS, UnitError, example, to_base, to_si
+
+COMPLETE: pint.UnitRegistry = pint.UnitRegistry()
+COMPLETE.define("@alias revolution = rev")
 
 
 @pytest.mark.parametrize(
@@ -56,3 +60,9 @@ def test_a_unit_is_never_more_than_a_unit(text: str):
 def test_every_unit_of_the_schema_is_its_own_example(unit: str):
     assert math.isfinite(to_si(example(unit), unit))
     assert to_si(f"1 {unit}", unit) == 1.0
+
+
+@pytest.mark.parametrize("unit", [*COMMON_UNITS, *LONG_NAMES, "mN", "µrad", "kW", "GJ", "mHz", "slug", "arcsec"])
+def test_units_have_the_size_of_the_complete_registry(unit: str) -> None:
+    expected = COMPLETE.Quantity(1.0, COMPLETE.parse_units(unit)).to_base_units().magnitude
+    assert to_base(f"1 {unit}")[0] == pytest.approx(expected, rel=1e-15)

@@ -87,6 +87,17 @@ def test_body_file_has_modes_of_its_case(femflex, write_case):
     assert code == 2 and "4" in err
 
 
+def test_info_lists_channels_of_a_case_before_its_run(femflex, run_folder):
+    """They are those of the run, but for the number of instants."""
+    code, out, err = femflex("info", "craft.toml", "--channels")
+    assert code == 0, err
+    run = femflex("info", "run.h5")[1].splitlines()
+    first = next(k for k, line in enumerate(run) if line == "attitude")
+    n = run[first + 1].split()[1]
+    assert out.splitlines()[1:] == [line.replace(f"  {n} ", "  n ") for line in run[first:]]
+    assert "boom.delta1" in out
+
+
 def test_info_describes_files_of_every_kind(femflex, run_folder):
     """Mass of the tube: 2700 pi (0.03^2 - 0.028^2) 3 = 2.95184 kg."""
     assert femflex("body", "craft.toml", "boom")[0] == 0

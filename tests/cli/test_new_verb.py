@@ -82,3 +82,69 @@ def test_folded_and_skew_quadrilaterals_are_shells(femflex, tmp_path):
         assert code == 0, err
         (member,) = read_case(tmp_path / "skin.toml").bodies["flexible"].members
         assert member.family == family
+
+
+GRID = np.array([[x, y, 0.0] for y in range(3) for x in range(3)])
+QUADS = np.array([[0, 1, 4, 3], [1, 2, 5, 4], [3, 4, 7, 6], [4, 5, 8, 7]])
+RIB, RIM = np.array([[3, 4], [4, 5]]), np.array([[0, 1], [1, 2]])
+OFF = np.array([[2.5, 1, 0], [3, 1, 0]])  # beyond the middle of the right side
+ALL = {"quad": np.arange(4)}
+LINES = {"line": np.arange(2)}
+
+
+@pytest.mark.parametrize(
+    ("lines", "groups", "points", "members", "clamp"),
+    [
+        (None, {}, {}, [("all", "plate_bfs")], None),
+        (RIB, {"panel": ALL | LINES}, {"root": [0, 3, 6]}, [("panel", "shell"), ("panel", "beam")], "root"),
+        (RIM, {"panel": ALL | LINES}, {}, [("panel", "plate_bfs")], None),
+        (RIM, {"panel": ALL, "root": LINES}, {}, [("panel", "plate_bfs")], "root"),
+        (np.array([[5, 9], [9, 10]]), {"panel": ALL, "arm": LINES}, {"root": [10]}, None, "root"),
+        (
+            np.array([[5, 9], [9, 10]]),
+            {"panel": ALL},
+            {"root": [10]},
+            [("panel", "plate_bfs")],
+            None,
+        ),  # off the members
+        (RIM, {"panel": {"quad": np.arange(3)}}, {"tip": [8]}, [("panel", "plate_bfs")], None),
+    ],
+)
+def test_new_case_of_any_groups_passes_check(femflex, tmp_path, lines, groups, points, members, clamp):
+    cells = {"quad": QUADS} | ({} if lines is None else {"line": lines})
+    own = GRID if lines is None or lines.max() < 9 else np.concatenate([GRID, OFF])
+    write_mesh(tmp_path / "part.vtu", Mesh(own, cells, groups, {key: np.array(rows) for key, rows in points.items()}))
+    code, out, err = femflex("new", "part.toml", "--mesh", "part.vtu")
+    assert code == 0, err
+    body = read_case(tmp_path / "part.toml").bodies["flexible"]
+    members = [("panel", "shell"), ("arm", "beam")] if members is None else members
+    assert [(member.group, member.family) for member in body.members] == members
+    assert list(getattr(body.reduction, "clamp", {})) == ([clamp] if clamp else [])
+    assert clamp or "free-free" in out
+    code, _, err = femflex("check", "part.toml")
+    assert code == 0, err
+
+
+RIGID = "GRID,1,,0.,0.,0.\nGRID,2,,1.,0.,0.\nRBE2,1,1,123456,2\nCONM2,5,2,,3.\n,1.,,1.,,,1.\n"
+SHEET = (
+    "*NODE\n1, 0., 0.\n2, 1., 0.\n3, 1., 1.\n4, 0., 1.\n*ELEMENT, TYPE=S4R, ELSET=SHEET\n1, 1, 2, 3, 4\n"
+    "*SHELL GENERAL SECTION, ELSET=SHEET\n1.6E8, 5.E7, 1.6E8, 0., 0., 5.4E7, 0., 0.\n"
+    "0., 53., 0., 0., 0., 17., 53., 0.\n0., 0., 0., 0., 18.\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "key", "value"),
+    [
+        ("rigid.bdf", f"BEGIN BULK\n{RIGID}ENDDATA\n", "method", "rigid"),
+        ("sheet.inp", SHEET, "overrides", {"SHEET": {"nonstructural_mass": 5.4}}),
+    ],
+)
+def test_new_case_of_a_rigid_or_massless_deck_passes_check(femflex, tmp_path, name, text, key, value):
+    (tmp_path / name).write_text(text)
+    code, _, err = femflex("new", "part.toml", "--deck", name, "--units", "m-kg-s")
+    assert code == 0, err
+    body = read_case(tmp_path / "part.toml").bodies["flexible"]
+    assert getattr(body, key, getattr(body.reduction, key, None)) == value
+    code, _, err = femflex("check", "part.toml")
+    assert code == 0, err

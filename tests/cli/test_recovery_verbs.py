@@ -68,7 +68,7 @@ def bar_run(tmp_path_factory) -> Path:
 
 def test_moment_at_rest_is_force_times_distance(femflex, bar_run, tmp_path):
     out = tmp_path / "at.csv"
-    words = ("stress", bar_run, "--at", "0.9,0,0", "--at", "0.1,0,0", "--quantity", "moment_y", "-o", out)
+    words = ("stress", bar_run, "--at", "end", "--at", "0.1,0,0", "--quantity", "moment_y", "-o", out)
     assert femflex(*words)[0] == 0
     head, *rows = csv.reader(out.read_text().splitlines())
     places = [float(text.split("(")[1].split(",")[0]) for text in head[1:]]
@@ -80,8 +80,9 @@ def test_moment_at_rest_is_force_times_distance(femflex, bar_run, tmp_path):
 
 def test_peaks_are_at_the_root_and_of_the_loaded_plane_alone(femflex, bar_run):
     """3 N along z: moment_y and shear_force_z; the rest is rounding, 1e-13 N and less, and is reported as zero."""
-    code, out, _ = femflex("stress", bar_run, "--json")
+    code, out, _ = femflex("stress", bar_run, "--group", "all", "--json")
     rows = {row["quantity"]: row for row in json.loads(out)}
+    assert {row["members"] for row in rows.values()} == {"all"}
     assert code == 0 and rows["moment_y"]["x_m"] < 0.05
     assert rows["moment_y"]["largest"] > 3.0 * 0.9  # with the overshoot of the start
     for name in ("axial_force", "moment_z", "shear_force_y", "torque"):
@@ -169,6 +170,8 @@ def test_terms_need_the_inputs_of_the_run(femflex, run_folder, old, new, words):
         ("render run.h5 --theme blue", ("blue", "dark")),
         ("render run.h5 --mode 1", ("--mode", "body file")),
         ("stress run.h5 --quantity xx", ("'xx'", "moment_y")),
+        ("stress run.h5 --group wing", ("wing", "BOOM")),
+        ("stress run.h5 --at tipp", ("tipp", "tip", "metres")),
         ("terms run.h5 --coordinate boom.delta9", ("boom.delta9", "boom.delta4")),
         ("terms run.h5 --from 20", ("20", "10 s")),
         ("terms run.h5 --keep --to 5", ("--keep", "--to")),

@@ -4,15 +4,36 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from support.inextensible import swing
 from support.members import TIP, UNIT, first_mode, hub_with_arms, solved, wall_beam
 from support.pde import beam_from_a_wall
 
-from femflex.deployment import DeployingLine, ElementFunctions, deploying_line
+from femflex.deployment import (
+    DeployingLine,
+    DeployingStrip,
+    ElementFunctions,
+    StripFunctions,
+    deploying_line,
+    deploying_strip,
+)
 from femflex.dynamics import compile_system
 from femflex.dynamics.terms.by_source import linear_terms
+from femflex.fem import Member, build_structure
+from femflex.fem.sections import StiffnessSection
 from femflex.integrate import integrator
-from femflex.reduction.beams.uniform_beam import BeamFunctions
+from femflex.mesh import line
+from femflex.reduction import (
+    BeamFunctions,
+    UniformBeam,
+    beam_body,
+    cantilever_modes,
+    reduce_structure,
+    with_derivatives,
+)
 from femflex.system import Profile, System, weld
+from femflex.warning import PhysicsWarning
+
+CLAMPED = 1.8751040687119611  # root of cos x cosh x = -1
 
 MOTIONS = {  # length, number of functions (or the functions), tolerance relative to the initial deflection
     "slow": (Profile.polynomial(1.0, 0.02), 4, 1e-5),
@@ -36,6 +57,68 @@ def test_a_beam_from_a_wall_follows_its_differential_equation(name):
     found = seen["markers/beam.tip/position"][:, 1]
     assert np.abs(found - exact(1.0)).max() < tolerance * TIP
     assert seen["markers/beam.tip/position"][:, 0] == pytest.approx(length(TIMES)[0], abs=2e-5)
+
+
+def bent(body, variation, tips):
+    """A member from a wall, bent in its first shape in each plane."""
+    delta, rows = np.zeros(body.n_modes), body.marker("tip").phi[1:, : len(tips)]
+    planes = np.flatnonzero(np.abs(rows).max(axis=1) > 1e-6)
+    delta[: len(tips)] = np.linalg.solve(rows[planes], tips)
+    varying = {} if variation is None else {"beam": variation}
+    return System({"beam": body}, (weld("beam", child_marker="root"),), varying=varying, delta0={"beam": delta}), planes
+
+
+def forms(length, tips, until):
+    """The beam as a deploying one; in one plane a sheet; at constant length without mesh and, in one plane, meshed."""
+    functions = BeamFunctions(y=3, z=3 * (len(tips) > 1))
+    yield deploying_line(UNIT, functions, length, until=until)[:2]
+    if len(tips) == 1:
+        strip = DeployingStrip(mass_per_area=4.0, width=0.25, bending=4.0)
+        yield deploying_strip(strip, StripFunctions(BeamFunctions(z=3)), length, until=until)[:2]
+    if not length.moves:
+        yield beam_body(UniformBeam(1.0, 1e6, 1.0, 1.0, 1.0, 1.0), functions, strain="condensed"), None
+    if not length.moves and len(tips) == 1:
+        section = StiffnessSection(EA=1e7, EIy=1.0, EIz=1.0, GJ=1.0, mass_per_length=1.0)
+        member = Member("line", "beam", section, None, {"orientation": [0, 1, 0]})
+        structure = build_structure(line([[0, 0, 0], [1, 0, 0]], 12), [member])
+        modes = with_derivatives(structure, cantilever_modes(structure, "start", 6), "all")
+        yield reduce_structure(structure, modes, {"root": "start", "tip": "end"}, strain="condensed"), None
+
+
+TEN = np.linspace(0.0, 20 * np.pi / CLAMPED**2, 101)  # periods of small motions
+SWINGS = {  # length, deflection of the tip over that at the start, times
+    "a tenth": (Profile.constant(1.0), (0.1,), TEN),
+    "a twentieth": (Profile.constant(1.0), (0.05,), TEN),
+    "in two planes": (Profile.constant(1.0), (0.1, 0.06), TEN),
+    "deploying": (Profile.smooth_step(0.0, 8.0, 1.0, 1.8), (0.1,), np.linspace(0, 15, 76)),
+    "retracting in two planes": (Profile.smooth_step(0.0, 4.0, 1.0, 0.7), (0.1, 0.06), np.linspace(0, 6, 61)),
+}
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=[pytest.mark.slow] * (n != "deploying")) for n in SWINGS])
+def test_large_swings_are_those_of_an_inextensible_beam(name):
+    """The curvature energy EI (w' w'')^2 / 2 all but cancels the inertia of foreshortening."""
+    length, tips, times = SWINGS[name]
+    shapes = [lambda xi, tip=tip: tip / TIP * first_mode(xi) for tip in tips]
+    exact = swing(lambda t: length(np.array(t)), shapes, times)
+    for body, variation in forms(length, tips, times[-1]):
+        system, planes = bent(body, variation, tips)
+        found = solved(system, times)[2]["markers/beam.tip/position"][:, 1 + planes]
+        assert np.abs(found - exact).max() < 2e-4 * np.abs(exact).max()
+
+
+def test_terms_of_large_bends_are_switched_off_by_degree():
+    """Without K3 or the whole of nonlinear strain: as a member of linear strain, by K3 with its foreshortening."""
+    length = Profile.smooth_step(0.0, 8.0, 1.0, 1.8)
+    model = compile_system(wall_beam(length, 3, 8.0, tip=0.1))
+    with pytest.warns(PhysicsWarning, match="linear strain"):
+        linear = compile_system(wall_beam(length, 3, 8.0, tip=0.1, strain="linear"))
+    x = model.x0
+    assert model.without("nonlinear_strain").state_rate(3.0, x) == pytest.approx(linear.state_rate(3.0, x), abs=1e-12)
+    row = model.terms(np.array([3.0]), x[None])["elastic_K3"][0]
+    lost = model.mass_matrix(3.0, x) @ (model.without("K3").state_rate(3.0, x) - model.state_rate(3.0, x))[3:]
+    assert np.abs(row).max() > 1e-3
+    assert lost == pytest.approx(row, abs=1e-12)
 
 
 @pytest.mark.slow

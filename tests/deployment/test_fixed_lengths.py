@@ -26,6 +26,7 @@ def test_a_body_at_a_fixed_length_is_that_which_is_made_at_this_length():
     for key in ("mass", "first", "second"):
         assert getattr(body.moments, key) == pytest.approx(getattr(exact.moments, key), rel=1e-12, abs=1e-13)
     assert body.strain.V1 == pytest.approx(exact.strain.V1, rel=1e-12)
+    assert body.strain.V3 == pytest.approx(exact.strain.V3, rel=1e-12) and body.strain.V3.any()
     assert body.omega[:2] == pytest.approx(exact.omega[:2], rel=1e-12)
     for name, marker in exact.markers.items():
         assert body.markers[name].position == pytest.approx(marker.position, abs=1e-14)

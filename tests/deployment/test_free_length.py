@@ -10,6 +10,7 @@ from femflex.deployment import DeployingLine, Reel, StringFunctions, deploying_l
 from femflex.dynamics import compile_system
 from femflex.dynamics.reports.diagnosis import end_of_length
 from femflex.integrate import IntegrationError, integrator
+from femflex.reduction import BeamFunctions
 from femflex.system import (
     Effector,
     Environment,
@@ -77,10 +78,11 @@ def test_two_free_lengths_on_a_tumbling_hub_balance():
     """Energy falls by brakes and exits alone; angular momentum stays; the bending tethers take part."""
     arms, effectors = {}, []
     for name, root, direction in (("a", (0.5, 0, 0), (1, 0.2, 0)), ("b", (-0.5, 0, 0.1), (-1, 0.1, 0.3))):
-        line = DeployingLine(mass_per_length=0.2, root=root, direction=direction)
+        EI = 0.1 if name == "b" else 0.0  # a beam, bent by 8 % of its length
+        line = DeployingLine(mass_per_length=0.2, root=root, direction=direction, EIy=EI, EIz=EI)
         reel = Reel(f"reel_{name}", 2.0, 0.1, tension=0.02, damping=0.05, mass=0.3)
         effectors.append(reel.effector())
-        arms[name] = (line, StringFunctions(y=2, z=2), reel, {"stock": 20.0})
+        arms[name] = (line, BeamFunctions(y=1, z=1) if EI else StringFunctions(y=2, z=2), reel, {"stock": 20.0})
     system = hub_with_arms(arms, (0.1, 0.2, 0.9), effectors=tuple(effectors))
     times = np.linspace(0, 4, 9)
     model, states, seen = solved(system, times, 1e-12)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from support.inextensible import Orbiting, swing
 from support.members import solved
 from support.orbit_beam import held_beam
 
@@ -99,6 +100,21 @@ def test_held_librations_match_independent_solution(direction):
     exact = held_beam(length, lambda xi: tip * _first(xi)[:, 0] / _first(np.ones(1))[0, 0], times, EI, BEAM / LENGTH,
                       ORBITER + BEAM, ORBIT.mean_motion, 6, axes=axes)  # fmt: skip
     assert np.abs(found - exact).max() < 1.5e-3 * np.abs(exact).max()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("direction", ["normal", "between"])
+def test_large_swings_match_an_inextensible_beam_in_orbit(direction):
+    """The tip 4 % of the first 15 m off in two planes, as in cases/orbiter_deployment.toml."""
+    length, times, tip = Profile.smooth_step(0.0, 300.0, 15.0, 33.0), np.linspace(0, 600, 121), 0.6
+    system, axes = orbiter(direction, length, 600.0, tip, BeamFunctions(y=2, z=2))
+    found = solved(system, times, 1e-9)[2]["markers/beam.tip/deflection"] @ axes[1:].T
+    orbit = Orbiting(ORBITER + BEAM, axes @ [1.0, 0.0, 0.0], axes @ [0.0, 1.0, 0.0], ORBIT.mean_motion)
+    shapes = [lambda xi: tip * _first(xi)[:, 0] / _first(np.ones(1))[0, 0]] * 2
+    exact = swing(lambda t: length(np.array(t)), shapes, times, EI, BEAM / LENGTH, orbit=orbit)
+    assert np.abs(found - exact).max() < 2e-4 * np.abs(exact).max()
+    if direction == "normal":
+        assert exact[-1] == pytest.approx([0.7839, 0.0762], abs=2e-4)  # [expect] of the case
 
 
 @pytest.mark.slow

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from support.material_points import Material, frame_of, gauss_of, put_markers, slope_of
 
+from femflex.body.symmetric import packed
 from femflex.deployment import (
     DeployingLine,
     DeployingStrip,
@@ -95,6 +96,24 @@ def line_markers(material, fields, n_shapes):
     return {"tip": at(1.0), "mid": at(0.35)}
 
 
+def quartic_of_line(line, fields, x, dx, L):
+    """V3 (n, n, n, n) of EIz k_y^2 / 2 + EIy k_z^2 / 2, k_a = a'' + a' (v' v'' + w' w'') / 2, to fourth order."""
+    slope, bend = (fields(x, L, d)[:, 1:3] for d in (1, 2))
+    ab = np.einsum("kai,kaj->kij", slope, bend)
+    return sum(EI * np.einsum("k,ki,kj,klm->ijlm", dx, slope[:, a], bend[:, a], ab, optimize=True)
+               for a, EI in enumerate((line.EIz, line.EIy)))  # fmt: skip
+
+
+def put_stiffness(block, out, stiffness, quartic, L, U):
+    """V1 and V3 of functions of the length, and their rates."""
+    n = block.n
+    block.put_stiffness(out, stiffness(L), np.zeros(n))
+    block.put_stiffness(out, U * slope_of(stiffness, L), np.zeros(n), True)
+    if block.strain >= 0:
+        block.put_strain(out, np.zeros(0), packed(quartic(L)))
+        block.put_strain(out, np.zeros(0), packed(U * slope_of(quartic, L)), True)
+
+
 LINES = {
     "beam with twist and stretch": (
         line_of(EA=90.0, EIy=3.0, EIz=5.0, GJ=2.0, ry=0.05, rz=0.09, rotary_inertia=True),
@@ -145,8 +164,7 @@ def test_the_table_of_a_line_holds_the_integrals_over_its_material(name):
         put_markers(block, out, own, orientations, dict.fromkeys(own, axis), L, U, A)
         if not n:
             return
-        block.put_stiffness(out, stiffness(L), np.zeros(n))
-        block.put_stiffness(out, U * slope_of(stiffness, L), np.zeros(n), True)
+        put_stiffness(block, out, stiffness, lambda L: quartic_of_line(line, fields, x, w * L, L), L, U)
         if "damping" in options:
             deployed = L / L0  # of unit mass at the length of reference; what is stowed at the tip is not damped
             block.put_damping(
@@ -174,7 +192,7 @@ def test_the_table_of_a_line_holds_the_integrals_over_its_material(name):
 @pytest.mark.parametrize("functions", [BeamFunctions(y=1, z=1), None], ids=["beam", "straight"])
 def test_the_table_of_a_tapered_line_holds_the_integrals_over_its_material(drum, functions):
     line = line_of(EIy=3.0, EIz=5.0, ry=0.05, rz=0.09, rotary_inertia=True)
-    points, mass, bending = (0.2, 1.6, 2.4), (1.0, 2.0, 0.7), (0.5, 1.5, 2.5)
+    points, mass, bending = (0.2, 1.6, 2.4, 2.6), (1.0, 2.0, 0.7, 0.7), (0.5, 1.5, 2.5, 2.5)
     taper = MaterialTaper.table(points, mass=mass, bending=bending)
     made = deploying_tapered_line(
         line, taper, functions, LENGTH, stock=2.6, until=3.0, markers=MARKERS, drum=drum, damping=0.04, reference=1.4
@@ -189,6 +207,10 @@ def test_the_table_of_a_tapered_line_holds_the_integrals_over_its_material(drum,
         bend, factor = fields(material.xi(sigma, L), L, 2), np.interp(sigma, points, bending)
         return sum((f * (c * factor * dx)[:, None]).T @ f for c, f in ((5.0, bend[:, 1]), (3.0, bend[:, 2])))
 
+    def quartic(L):
+        sigma, dx = gauss_of([0.0, *(x for x in points if x < L), L])
+        return quartic_of_line(line, fields, material.xi(sigma, L), dx * np.interp(sigma, points, bending), L)
+
     def others(block, out):
         L, U, A = STATE
         own = line_markers(material, fields, made.body.n_shapes)
@@ -196,8 +218,7 @@ def test_the_table_of_a_tapered_line_holds_the_integrals_over_its_material(drum,
         put_markers(block, out, own, dict.fromkeys(own, material.frame.T), dict.fromkeys(own, axis), L, U, A)
         if not n:
             return
-        block.put_stiffness(out, stiffness(L), np.zeros(n))
-        block.put_stiffness(out, U * slope_of(stiffness, L), np.zeros(n), True)
+        put_stiffness(block, out, stiffness, quartic, L, U)
         Me = np.einsum("kaka->k", material.integrals(L)["second"][1:, :, 1:])[:n]
         block.put_damping(out, np.diag(0.08 * np.sqrt(np.diag(stiffness(L)) * Me)))
 
@@ -243,12 +264,17 @@ def test_the_table_of_a_strip_holds_the_integrals_over_its_material(drum):
     material = Material(ROOT, frame_of(WAY, NEAR), moved, products, made.body.slaves, offsets, weight / 2,
                         lambda s: 1.0 + 0 * s, 2.6, drum == "tip")  # fmt: skip
 
-    def stiffness(L):
+    def stiffness(L, quartic=False):
+        """V1; or V3 of the curvatures w,ab (1 + |grad w|^2 / 2)."""
         x, v = gauss_of([0.0, 1.0])
         dA = np.outer(v * L, weight * b / 2).ravel()[:, None]
         d = {key: w(x, eta, L, *key).reshape(len(dA), n) for key in ((2, 0), (0, 2), (1, 1), (1, 0), (0, 1))}
         xx, yy, xy = d[2, 0], d[0, 2], d[1, 1]
         Mx, My = 3.0 * (xx + nu * yy), 3.0 * (yy + nu * xx)
+        if quartic:
+            steep = np.einsum("kqi,kqj->qij", *[np.stack([d[1, 0], d[0, 1]])] * 2)
+            pairs = sum(np.einsum("qi,qj->qij", m, f) for m, f in ((Mx, xx), (My, yy), (6.0 * (1 - nu) * xy, xy)))
+            return np.einsum("q,qij,qkl->ijkl", dA[:, 0], pairs, steep, optimize=True)
         K = (dA * xx).T @ Mx + (dA * yy).T @ My + 2 * 3.0 * (1 - nu) * (dA * xy).T @ xy
         return K + 4.0 / b * (dA * d[1, 0]).T @ d[1, 0] + 0.9 * (dA * d[0, 1]).T @ d[0, 1]
 
@@ -268,7 +294,6 @@ def test_the_table_of_a_strip_holds_the_integrals_over_its_material(drum):
         put_markers(
             block, out, own, dict.fromkeys(own, material.frame.T), dict.fromkeys(own, material.frame[0]), L, U, A
         )
-        block.put_stiffness(out, stiffness(L), np.zeros(n))
-        block.put_stiffness(out, U * slope_of(stiffness, L), np.zeros(n), True)
+        put_stiffness(block, out, stiffness, lambda L: stiffness(L, quartic=True), L, U)
 
     check(made, material, others)

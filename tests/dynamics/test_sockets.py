@@ -18,7 +18,7 @@ from femflex.body.rigid import rigid_body
 from femflex.dynamics import compile_system
 from femflex.dynamics.equilibria.equilibrium import equilibrium
 from femflex.dynamics.equilibria.linearised import linearised
-from femflex.integrate import Dop853, Esdirk4, GeneralizedAlpha
+from femflex.integrate import Dop853, Esdirk4, GeneralizedAlpha, IntegrationError
 from femflex.pipeline import rebuilt
 from femflex.system import (
     Block,
@@ -99,8 +99,8 @@ ALL = (PILOT, DRAG, THRUSTER, SPRING, OUTPUT)
 
 
 def hub(mass=20.0):
-    place = Marker.rigid(np.array([-0.2, 0.1, 0.0]))
-    return rigid_body(mass, np.diag([3.0, 4.0, 5.0]), markers={"origin": Marker.rigid(np.zeros(3)), "nozzle": place})
+    place = Marker.at(np.array([-0.2, 0.1, 0.0]))
+    return rigid_body(mass, np.diag([3.0, 4.0, 5.0]), markers={"origin": Marker.at(np.zeros(3)), "nozzle": place})
 
 
 def craft(effectors=ALL):
@@ -146,7 +146,7 @@ def test_energy_balance_with_effectors(model):
         gained = near["monitors/supplied"][1] - near["monitors/dissipation"][1]
         assert slope == pytest.approx(gained, abs=1e-6)  # h^2 of the difference
         for name in ("drag", "jet"):  # what each gives to the motion is what it says of itself
-            told = near[f"effectors/{name}/supplied"] - near[f"effectors/{name}/dissipation"]
+            told = near.get(f"effectors/{name}/supplied", 0.0) - near.get(f"effectors/{name}/dissipation", np.zeros(3))
             assert near[f"effectors/{name}/power"] == pytest.approx(told, abs=1e-12)
         assert near["monitors/effector"] == pytest.approx(near["effectors/cubic/energy"])
     seen = model.observe(np.linspace(0, 1, 41), states)
@@ -214,7 +214,7 @@ def tank(t, z, numbers, block):
 def test_varying_mass_by_state_matches_tsiolkovsky(name):
     """dv = v_e ln(m_0 / m) of a craft whose mass is a state of its thruster."""
     dry, full, exit_speed = 3.0, 2.0, 25.0
-    marker = {"origin": Marker.rigid(np.zeros(3)), "nozzle": Marker.rigid(np.zeros(3))}
+    marker = {"origin": Marker.at(np.zeros(3)), "nozzle": Marker.at(np.zeros(3))}
     craft = rigid_body(dry + full, np.eye(3) * (dry + full), markers=marker)
     block = Block(craft, ("mass",))
     unit = np.zeros(block.size)
@@ -334,6 +334,44 @@ def of_the_case():
         replace(THRUSTER, markers=(("hub", "left"),)),
         replace(OUTPUT, markers=(("hub", "left"), ("boom", "tip"))),
     )
+
+
+def raises(seen, out):
+    if seen.time > 0.5:
+        raise ValueError("mine")
+
+
+def not_a_number(seen, out):
+    out.zdot[0] = math.nan if seen.position[0, 0] > 1.5 else 0.0
+
+
+def outside(seen, out):
+    out.force[1, 0] = 1.0  # the second of one marker
+
+
+@pytest.mark.parametrize("method", [Dop853(), Esdirk4(), GeneralizedAlpha()])
+@pytest.mark.parametrize(("act", "words"), [(raises, "raised ValueError: mine"), (not_a_number, "not finite")])
+def test_function_that_fails_stops_the_run_at_its_time(method, act, words):
+    """At 3 m/s both fail at 0.5 s."""
+    faulty = Effector("b", act, (("hub", "origin"),), states={"z": "1"})
+    start = free("hub", u0=[3.0, 0, 0, 0, 0, 0])
+    model = compile_system(System({"hub": hub()}, (start,), effectors=(faulty,)))
+    with pytest.raises(IntegrationError, match=f"effector 'b' .*{words}") as failed:
+        run(model, method)
+    assert failed.value.t == pytest.approx(0.5, abs=1e-5)
+
+
+def test_index_outside_the_arrays_is_refused_before_a_run():
+    body, start = rigid_body(1.0, np.eye(3)), (free("hub"),)
+    with pytest.raises(ValueError, match=r"effector 'b' .*index 1 .*markers"):
+        compile_system(System({"hub": body}, start, effectors=(Effector("b", outside, (("hub", "origin"),)),)))
+    size = Block(body, ("mass",)).size
+
+    def write(t, z, numbers, block):
+        block[size] = 1.0
+
+    with pytest.raises(ValueError, match=r"body 'hub' .*index"):
+        compile_system(System({"hub": body}, start, varying={"hub": Variation(write, ("mass",))}))
 
 
 @pytest.mark.slow

@@ -49,11 +49,11 @@ def model(sparse_ones: bool = False) -> MatrixModel:
         M, K, D = (sparse.csr_array(np.diag(A.diagonal())) for A in (M, K, D))
         rows = sparse.csr_array(np.eye(6, n))
     frames = np.array([np.linalg.qr(rng.standard_normal((3, 3)))[0] for _ in IDS])
-    second = rng.standard_normal((1 + n, 3, 1 + n, 3))
+    z, dm = rng.standard_normal((1 + n, 3, 40)), np.full(40, 2.5 / 40)  # points of mass
     return MatrixModel(
         "m", IDS, POINTS, DOFS, M, K, D, G, frames=frames,
         recovery=Recovery(rng.standard_normal((2, 3)), rows, np.array([0.3, 0.4])),
-        moments=MassMoments(2.5, rng.standard_normal((1 + n, 3)), second + second.transpose(2, 3, 0, 1)), groups=GROUPS,
+        moments=MassMoments(2.5, z @ dm, np.einsum("Aak,Bbk,k->AaBb", z, z, dm)), groups=GROUPS,
         cells={"line": np.array([[5, 12], [12, 40]])},
     )  # fmt: skip
 

@@ -35,11 +35,11 @@ def model(sparse_ones: bool = False) -> MatrixModel:
         M, K, D = (sparse.csr_array(np.diag(A.diagonal())) for A in (M, K, D))
         rows = sparse.csr_array(np.eye(6, n))
     frames = np.array([np.linalg.qr(rng.standard_normal((3, 3)))[0] for _ in IDS])
-    second = rng.standard_normal((1 + n, 3, 1 + n, 3))
+    z, dm = rng.standard_normal((1 + n, 3, 40)), np.full(40, 2.5 / 40)  # points of mass
     return MatrixModel(
         "m", IDS, POINTS, DOFS, M, K, D, G, frames=frames,
         recovery=Recovery(rng.standard_normal((2, 3)), rows, np.array([0.3, 0.4])),
-        moments=MassMoments(2.5, rng.standard_normal((1 + n, 3)), second + second.transpose(2, 3, 0, 1)), groups=GROUPS,
+        moments=MassMoments(2.5, z @ dm, np.einsum("Aak,Bbk,k->AaBb", z, z, dm)), groups=GROUPS,
         cells={"line": np.array([[5, 12], [12, 40]])},
     )  # fmt: skip
 
@@ -93,6 +93,33 @@ def test_units_of_every_array(tmp_path):
 def test_every_array_of_a_model_survives_a_file(tmp_path, suffix, few):
     one = model(few)
     same(read_matrices(write_matrices(one, tmp_path / f"a{suffix}")), one)
+
+
+MOMENTS = {"moments_mass": 2.0, "moments_first": np.zeros((7, 3)), "moments_second": np.eye(21).reshape(7, 3, 7, 3)}
+
+
+@pytest.mark.parametrize(
+    ("arrays", "words"),
+    [
+        ({"cells_line": [[1, 99]]}, "cells 99"),
+        ({"cells_line": [[1, 1.5]]}, "cells_line whole"),
+        ({"frames": [2 * np.eye(3), np.eye(3)]}, "frames 1 rotation"),
+        ({"frames": [np.eye(3), -np.eye(3)]}, "frames 2 right-handed"),
+        ({"frames": [np.eye(3)]}, "frames shape"),
+        ({"recovery_points": np.zeros((1, 3)), "recovery": np.eye(5)}, "recovery 5 3 6"),
+        ({"recovery_points": np.zeros((1, 3)), "recovery": np.eye(3, 6), "recovery_masses": [-1.0]}, "negative"),
+        ({"recovery_points": np.zeros((1, 3)), "recovery": np.full((3, 6), np.nan)}, "recovery finite"),
+        (MOMENTS | {"moments_second": np.full((7, 3, 7, 3), np.nan)}, "moments finite"),
+        (MOMENTS | {"moments_second": ["light"]}, "moments_second numbers"),
+        (MOMENTS | {"moments_second": -MOMENTS["moments_second"]}, "moments distribution eigenvalue"),
+    ],
+)
+def test_arrays_that_no_body_has_are_refused(arrays, words, tmp_path):
+    points = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]
+    np.savez(tmp_path / "bar.npz", points=points, M=np.eye(6), K=np.eye(6), **arrays)
+    with pytest.raises(ValueError) as caught:
+        read_matrices(tmp_path / "bar.npz")
+    assert all(word in str(caught.value) for word in ["bar.npz", *words.split()]), caught.value
 
 
 def test_output4_keeps_recovery_and_moments(tmp_path):
@@ -238,10 +265,11 @@ def test_abaqus_matrix_generate(spring, form, triangle):
         else:
             lines = [f"{i // 3 + 1},{i % 3 + 1}, {j // 3 + 1},{j % 3 + 1},  {A[i, j]:.16e}" for i, j in rows]
         (folder / f"{name}.mtx").write_text("\n".join(lines) + "\n")
-    (folder / "job.inp").write_text("*HEADING\n*NODE, NSET=ENDS\n1, 0., 0., 0.\n2, 1., 0., 0.\n*ELEMENT\n")
+    sets = "*NSET, NSET=BACK, GENERATE\n2, 1, -1\n*NSET, NSET=ALL\nback\n"
+    (folder / "job.inp").write_text(f"*HEADING\n*NODE, NSET=ENDS\n1, 0., 0., 0.\n2, 1., 0., 0.\n{sets}*ELEMENT\n")
     m = read_matrices(Sources(mass="job_MASS1.mtx", stiffness="job_STIF1.mtx", nodes="job.inp"), folder=folder)
     same_matrices(m, M, K)
-    assert m.groups["ENDS"].tolist() == [1, 2]
+    assert [m.groups[name].tolist() for name in ("ENDS", "BACK", "ALL")] == [[1, 2]] * 3
 
 
 def test_calculix_matrices_with_their_map(spring):

@@ -32,7 +32,7 @@ DECK = """\
 *Element, type=CONN3D2
  901, 10, 2000
 *Nset, nset=Root, generate
- 10, 20, 10
+ 20, 10, -10
 *Nset, nset=Root
  40
 *NSET, NSET="all of it"

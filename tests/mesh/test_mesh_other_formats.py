@@ -306,3 +306,11 @@ def test_a_mesh_of_another_program_is_read_in_the_same_order(suffix: str, tmp_pa
     if suffix == ".cdb":  # Ansys has its names in capitals
         wanted |= {key: {name.upper(): by for name, by in wanted[key].items()} for key in ("groups", "spots")}
     assert held(read_mesh(path)) == wanted
+
+
+def test_file_of_several_meshes_is_named_for_that(tmp_path):
+    write_mesh(tmp_path / "two.med", rectangle(1, 1, 1, 1))
+    with h5py.File(tmp_path / "two.med", "r+") as file:
+        file.copy("ENS_MAA/mesh", "ENS_MAA/other")
+    with pytest.raises(ValueError, match=r"two\.med is a MED file of 2 meshes, mesh, other; .* Export"):
+        read_mesh(tmp_path / "two.med")

@@ -12,8 +12,8 @@ from support.known_run import CHANNELS, known_arrays, known_bodies, write_known_
 
 from femflex.body import Skin
 from femflex.results import FileLock, RunWriter, add_channels, open_run
-from femflex.results.interrupts import PARTS
 from femflex.system import Channel
+from femflex.writing import PARTS
 
 ROWS = 0.1 * np.arange(35)
 

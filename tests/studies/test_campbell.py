@@ -120,7 +120,7 @@ Z = 0.01
 
 def sprung_rod(rim: float, arm: float, stiffness: float, damping: float = 0.0) -> System:
     """A rod hinged for flap on the rim of a hub that spins."""
-    hub = rigid_body(10.0, np.eye(3), markers={"rim": Marker.rigid(np.array([rim, 0.0, 0.0]))})
+    hub = rigid_body(10.0, np.eye(3), markers={"rim": Marker.at(np.array([rim, 0.0, 0.0]))})
     rod = rigid_body(MASS, np.diag([0.02, 0.5, 0.5]), np.array([arm, 0.0, 0.0]))
     springs = {"stiffness": np.array([stiffness]), "damping": np.array([damping])}
     hinge = revolute("rod", "hub", (0, 1, 0), parent_marker="rim", **springs)
@@ -164,6 +164,35 @@ def test_inward_rod_is_unstable_above_its_critical_speed():
     assert (branch.eigenvalues**2).real[above | below] == pytest.approx(-square[above | below], rel=1e-6)
     assert np.all(branch.frequencies[above] == 0)
     assert all(c.speed < critical for c in found.crossings)
+
+
+def test_critical_speed_is_passed_and_marked():
+    """A mass on equal springs in a spinning frame: 2 -+ W. At W = 2 rad/s its stiffness is singular."""
+    text = """
+[run]
+duration = "1 s"
+[attitude]
+frame = "spinning"
+spin = [0, 0, 0.5]
+[bodies.ball]
+kind = "rigid"
+mass = "1 kg"
+inertia = [1, 1, 1]
+[[joints]]
+kind = "general"
+child = "ball"
+slides = [[1, 0, 0], [0, 1, 0]]
+turns = []
+slide_stiffness = [4.0, 4.0]
+[campbell]
+speeds = [0, 1, 2, 3, 5]
+modes = 2
+"""
+    found = case_campbell(parse_case(text, Path("ball.toml")))
+    assert found.critical == (2.0,)
+    for speed in (0.0, 1.0, 2.0, 3.0, 5.0):
+        frequencies = sorted(2 * np.pi * found.frequency(branch.name, speed) for branch in found.branches)
+        assert frequencies == pytest.approx([abs(2 - speed), 2 + speed], abs=5e-6)
 
 
 @pytest.mark.slow

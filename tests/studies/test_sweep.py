@@ -50,12 +50,12 @@ case = "spun.toml"
 design = "latin_hypercube"
 members = 6
 seed = 4
-histories = ["bodies/wheel/rate:z"]
+histories = ["bodies/wheel/rate:z", "monitors/energy"]
 
 [vary."bodies.wheel.inertia.2"]
 between = ["1 kg m^2", "3 kg m^2"]
 
-[vary."loads.0.torque.2"]
+[vary."loads.motor.torque.2"]
 normal = [4, 0.5]
 
 [outputs.speed]
@@ -84,15 +84,19 @@ def study(tmp_path):
 def test_every_member_matches_its_closed_form(study, tmp_path):
     seen = []
     found = sweep(study(), tmp_path / "s.h5", workers=1, progress=seen.append)
-    speed = found.inputs["loads.0.torque.2"] * 2.0 / found.inputs["bodies.wheel.inertia.2"]
+    speed = found.inputs["loads.motor.torque.2"] * 2.0 / found.inputs["bodies.wheel.inertia.2"]
     assert found.outputs["speed"] == pytest.approx(speed, rel=1e-9)
     assert seen == [1, 2, 3, 4, 5, 6] and not any(found.problems)
     assert found.units == {
         "bodies.wheel.inertia.2": "kg m^2",
-        "loads.0.torque.2": "",
+        "loads.motor.torque.2": "",
         "speed": "rad/s",
         "bodies/wheel/rate:z": "rad/s",
+        "monitors/energy": "J",
     }
+    mean, sigma, least, largest = found.statistics()["speed"]
+    assert (mean, sigma) == pytest.approx((speed.mean(), speed.std(ddof=1)))
+    assert (least, largest) == (speed.argmin(), speed.argmax())
     assert found.of_outputs()["speed"] == pytest.approx(np.percentile(speed, [5, 50, 95]), rel=1e-9)
     assert found.histories["bodies/wheel/rate:z"] == pytest.approx(np.outer(speed, found.time / 2.0), rel=1e-9)
     read = open_sweep(tmp_path / "s.h5")

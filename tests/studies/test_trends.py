@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from femflex.studies import Law, extrapolated, mesh_trend, mode_trend, observed_order
+from femflex.studies.convergence import within_tolerance
 
 HALVED = 2.0 ** np.arange(5)
 COUNTS = np.array([1, 2, 3, 4, 6, 8, 12, 16])
@@ -73,6 +74,20 @@ def test_oscillating_values_are_not_extrapolated(follow):
     trend = follow(HALVED, 1.0 + (-0.2) ** np.arange(5))
     assert trend.state == "swinging" and trend.law is None
     assert abs(trend.limit - 1.0) <= trend.spread < 0.06
+
+
+@pytest.mark.parametrize(
+    ("values", "state"),
+    [
+        ([0.0283307084, 0.0283307084, 0.0283307385, 0.0283307393], "constant"),  # all within 1e-3
+        ([1.64200, 1.64200, 1.63460, 1.63494], "settling"),  # the second mode takes no part
+        ([1.0, 1.0, 1.1, 1.2], "unsettled"),
+    ],
+)
+def test_change_below_the_tolerance_is_converged_whatever_came_before(values, state):
+    v = np.array(values) + 1e-16 * np.arange(4)
+    trend = within_tolerance(mode_trend([1, 2, 4, 8], v), v, 1e-3)
+    assert trend.state == state
 
 
 def test_rounding_ends_the_fit():

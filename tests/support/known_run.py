@@ -49,7 +49,7 @@ def known_bodies():
 def write_known_run(path):
     """A finished run of five blocks of seven instants, with everything a run can have; its path."""
     attributes = {"title": "a known run", "case_text": "[run]\nduration = 3.4\n", "rtol": 1e-9}
-    with RunWriter(path, CHANNELS, known_bodies(), attributes) as writer:
+    with RunWriter(path, CHANNELS, known_bodies(), attributes, force=True) as writer:
         for k in range(5):
             times = 0.1 * np.arange(7 * k, 7 * k + 7)
             writer.write_block(times, known_arrays(times), resume={"x": np.array([k, k / 3]), "steps": k})

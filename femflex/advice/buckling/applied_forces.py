@@ -61,9 +61,10 @@ class RigidMotion:
         return [*self._loads(), *self._ties(), *self._springs()]
 
     def _loads(self) -> Iterator[AppliedForce]:
+        none = np.zeros((len(self.times), 3))  # of a force or torque that a load does not have, and does not report
         for load in self.system.loads:
             force, torque = (
-                np.einsum("tij,tj->ti", self.turned[load.body], self.seen[f"loads/{load.name}/{what}"])
+                np.einsum("tij,tj->ti", self.turned[load.body], self.seen.get(f"loads/{load.name}/{what}", none))
                 for what in ("force", "torque")
             )
             place = self.place(load.body, load.marker)

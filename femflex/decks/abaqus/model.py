@@ -51,6 +51,8 @@ class AbaqusModel:
     taken: set[str] = field(default_factory=set)  # overrides that were found
     merged: dict[int, int] = field(default_factory=dict)  # tied node -> the node it coincides with
     lumped: dict[int, tuple[float, Array | None, str]] = field(default_factory=dict)  # mass, inertia, place by node
+    area_masses: dict[str, float] = field(default_factory=dict)  # of sections by stiffness, by ELSET [kg/m^2]
+    bare_sections: dict[str, str] = field(default_factory=dict)  # those without one -> their place
     flat_rigid: set[int] = field(default_factory=set)  # elements of rigid types, which give their nodes alone
 
     def x(self, node: int) -> Array:

@@ -11,6 +11,7 @@ from femflex.decks.abaqus.model import AbaqusModel, place_of
 from femflex.decks.abaqus.sections import Reading
 from femflex.fem import PointMass, ScalarSpring
 from femflex.fem.bushing import spring
+from femflex.fem.point_mass import check_inertia
 from femflex.mesh.abaqus_flat import Element, Scoped
 
 NO_MASS = 1e-9  # kg, given to inertias without mass
@@ -46,12 +47,7 @@ def read_masses(model: AbaqusModel, reading: Reading) -> None:
             [keyword.real(word, 0, "an inertia") * model.units.inertia for word in keyword.data[0]] + [0.0] * 6
         )[:6]
         J = np.array([[I11, I12, I13], [I12, I22, I23], [I13, I23, I33]])
-        principal = np.linalg.eigvalsh(J)
-        if principal[0] < -1e-6 * np.abs(principal).max():
-            raise ValueError(
-                f"{keyword.place(0)}: *ROTARY INERTIA has principal moments {principal.tolist()} kg m^2; give moments "
-                "that are not negative."
-            )
+        check_inertia(J, f"{keyword.place(0)}: *ROTARY INERTIA")
         system = reading.system(keyword.parameter("orientation"), scope, keyword)
         for element in _elements(model, one):
             node = model.same(element.nodes[0])

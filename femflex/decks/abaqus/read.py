@@ -43,6 +43,8 @@ def read(path: Path, units: Units, overrides: Overrides) -> Deck:
                 f"{len(missing)} nodes are missing in all"
             )
             break
+    if used and not any(k.name.endswith("SECTION") or k.name in ("MATERIAL", "RIGID BODY") for _, k in flat.keywords):
+        found.problem_no_properties(path, "sections and materials")
     found.check(path)
     model.flat_rigid.update(e.number for e in flat.elements.values() if e.kind.startswith(RIGID))
     systems = read_orientations(model)
@@ -62,8 +64,9 @@ def read(path: Path, units: Units, overrides: Overrides) -> Deck:
     report_unused(model)
     known = reading.materials.all()
     no_density = found.note_no_mass(
-        [m.density for m in known], [m.name for m in known], known[0].keyword.place() if known else ""
-    )
+        [*(m.density for m in known), *model.area_masses.values()], [m.name for m in known],
+        known[0].keyword.place() if known else "", model.bare_sections,
+    )  # fmt: skip
     for name in overrides:
         if name not in model.taken:
             found.problem(f"override of {name!r}: the deck has no material and no section of that name")
@@ -83,7 +86,8 @@ def read(path: Path, units: Units, overrides: Overrides) -> Deck:
         tuple(model.connections), tuple(model.bushings), supports, default, dict(model.build.row_of), units,
         tuple(one.values.get("E", one.values.get("E1", 0.0)) for one in reading.materials.all()),
         tuple(one.density for one in reading.materials.all()), tuple(one.name for one in reading.materials.all()),
-        dict(sorted(found.used.items())), found.left_out, tuple(found.notes), no_density,
+        dict(sorted(found.used.items())), found.left_out, found.notes, no_density,
+        (*((one.name, "density") for one in known), *((name, "nonstructural_mass") for name in model.bare_sections)),
     )  # fmt: skip
     stiff = model.build.families() <= STIFF and not model.connections and not _node_members(model)
     return deck if stiff else deck.with_unresisted_held()  # which assembles the structure
@@ -102,6 +106,9 @@ def _thickness(model: AbaqusModel) -> dict[int, float]:
 def _lone_nodes(model: AbaqusModel) -> None:
     """Give dofs to nodes that masses, springs and equations alone act on."""
     lone = sorted(model.wanted - model.moving)
+    if not model.build.cells and model.connections:  # couplings that join masses and springs alone
+        lone = sorted(model.wanted | model.moving)
+        model.wanted_turning |= model.turning
     for turns in (False, True):
         own = [node for node in lone if (node in model.wanted_turning) == turns]
         if own:

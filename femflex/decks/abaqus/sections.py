@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
@@ -239,7 +239,15 @@ def _shells(model: AbaqusModel, reading: Reading, one: Scoped, elset: str, facet
     scope, keyword = one
     system = reading.system(keyword.parameter("orientation"), scope, keyword)
     stack = _stiffness(model, one) if _by_stiffness(keyword) else _Stack(_plies(model, reading, one))
-    values = model.override(elset, {"thickness": stack.thickness}, keyword.place())
+    values = {"thickness": stack.thickness}
+    if isinstance(stack, _Given):
+        values["nonstructural_mass"] = stack.made.mass
+    values = model.override(elset, values, keyword.place())
+    if isinstance(stack, _Given):
+        mass, stack = values["nonstructural_mass"], stack.with_mass(values["nonstructural_mass"])
+        model.area_masses[elset] = mass
+        if not mass > 0:
+            model.bare_sections[elset] = keyword.place()
     if not values["thickness"] > 0:
         raise ValueError(
             f"{keyword.place()}: the thickness of ELSET {elset!r} is {values['thickness']:.6g} m; give one."
@@ -335,6 +343,10 @@ class _Given:
 
     made: PlateSection
     isotropic: bool = False
+
+    def with_mass(self, mass: float) -> _Given:
+        """Of another mass per area [kg/m^2]."""
+        return replace(self, made=replace(self.made, mass=mass, rotary=mass * self.thickness**2 / 12))
 
     @property
     def thickness(self) -> float:

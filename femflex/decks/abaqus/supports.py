@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from femflex.decks.abaqus.axes import System
@@ -25,23 +27,30 @@ def read_supports(model: AbaqusModel, transforms: dict[int, System]) -> tuple[di
 
     That is the first step with *FREQUENCY, else the last step before any, else the model's own.
     """
-    state: State = {}
+    earlier: State = {}
+    state: State = {}  # of the present step, whose blocks hold together
     states: dict[str, State] = {}
     step, chosen = 0, ""
     for one in model.flat.keywords:
         name = one.keyword.name
         if name == "STEP":
-            states[_name(step)] = {node: set(own) for node, own in state.items()}  # of what comes before it
-            step += 1
+            states[_name(step)] = earlier = _together(earlier, state)  # of what comes before it
+            step, state = step + 1, {}
         elif name == "FREQUENCY" and step and not chosen:
             chosen = f"step {step}"
         elif name == "BOUNDARY":
             model.found.use("*BOUNDARY")
-            model.attempt(one.keyword, lambda one=one: _boundary(model, one, state))  # type: ignore[misc]
-    states[_name(step)] = state
+            if one.keyword.parameter("op").upper() == "NEW":
+                earlier = {}
+            model.attempt(one.keyword, partial(_boundary, model, one, state))
+    states[_name(step)] = _together(earlier, state)
     chosen = chosen if chosen in states else ("step 1" if "step 1" in states else "initial")
     sets = {name: _held(model, own, name, transforms) for name, own in states.items()}
     return sets, (chosen,)
+
+
+def _together(a: State, b: State) -> State:
+    return {node: a.get(node, set()) | b.get(node, set()) for node in (*a, *b)}
 
 
 def _name(step: int) -> str:
@@ -58,8 +67,6 @@ def _boundary(model: AbaqusModel, one: Scoped, state: State) -> None:
             place_of(keyword),
         )
         return
-    if keyword.parameter("op").upper() == "NEW":
-        state.clear()
     for k, row in enumerate(keyword.data):
         if not row[0]:
             continue

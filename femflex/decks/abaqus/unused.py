@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 from femflex.decks.abaqus.materials import BEHAVIOUR
 from femflex.decks.abaqus.model import AbaqusModel, place_of
 from femflex.decks.abaqus.sections import PLANE
@@ -40,13 +42,16 @@ CONSEQUENCES = {
         "FASTENER",
     ),
     "the parts that it joins are not connected": (
-        "SHELL TO SOLID COUPLING", "EMBEDDED ELEMENT", "SUBSTRUCTURE PROPERTY",
+        "SHELL TO SOLID COUPLING", "EMBEDDED ELEMENT",
     ),
     "damping is left out; give it in the case": ("DASHPOT", "MODAL DAMPING", "GLOBAL DAMPING", "DAMPING"),
-    "the structure is taken as the deck gives it, not as a sector of one": (
+    "cyclic symmetry is left out; the stiffness and mass of the other sectors are missing": (
         "CYCLIC SYMMETRY MODEL", "SELECT CYCLIC SYMMETRY MODES",
     ),
-    "the elements have the stiffness of their sections": ("STIFFENER", "USER ELEMENT", "MATRIX"),
+    "matrices and user elements are left out; their stiffness and mass are missing": (
+        "STIFFENER", "USER ELEMENT", "UEL PROPERTY", "MATRIX", "MATRIX INPUT", "MATRIX ASSEMBLE",
+        "SUBSTRUCTURE PROPERTY",
+    ),
     "rebars are left out": ("REBAR", "REBAR LAYER"),
     "elements stay in the model": ("MODEL CHANGE",),
     "a distribution of values is left out; the default is used": ("DISTRIBUTION",),
@@ -93,14 +98,19 @@ def unread(kind: str) -> str:
             "plane elements are left out: they do not move out of their plane; model the sheet by shells (S4R with a "
             "*SHELL SECTION of its thickness)"
         )
-    if kind.startswith(("DC", "DS", "AC")):
-        return (
-            "elements of heat or acoustics are left out: they have no stiffness; model the structure by C3D or S types"
-        )
+    if kind.startswith(("AC", "F3D", "ASI", "FLINK")):
+        return "elements of fluids are left out: the mass of the fluid is missing"
+    if kind.startswith(("DC", "DS")):
+        return "elements of heat are left out: they have no stiffness; model the structure by C3D or S types"
+    if re.fullmatch(r"Z\d+", kind):
+        return "substructures are left out: their stiffness and mass are missing"
     if kind.startswith("COH"):
         return "cohesive elements are left out: the parts are not connected there; join them by *TIE"
     if kind.startswith(("U", "VU")):
-        return "user elements are left out: their stiffness is in a subroutine; export it by *MATRIX GENERATE"
+        return (
+            "user elements are left out: their stiffness is missing, since it is in a subroutine; export it by *MATRIX "
+            "GENERATE"
+        )
     if kind.startswith("CONN"):
         return "connectors are left out: the parts may be unconnected; join them by *COUPLING, *MPC or *SPRING"
     return "elements of this type are left out; the parts that they join may be unconnected"

@@ -7,7 +7,7 @@ from collections.abc import Collection
 from dataclasses import dataclass
 
 from femflex.decks.findings import Place
-from femflex.mesh.numbers import Numbers
+from femflex.mesh.numbers import Numbers, check_count
 
 EXPONENT = re.compile(r"(?<=[0-9.])([+-])(?=\d+$)")
 
@@ -99,6 +99,8 @@ def numbers_of(card: Card, start: int, known: Collection[int] | None = None) -> 
             if k + 1 < len(words) and words[k] == "BY":
                 step, k = int(words[k + 1]), k + 2
             span = range(first + step, last + 1, step)
+            if known is None:
+                check_count(len(span), str(card))
             found += span if known is None else Numbers((span,)).among(known)
             continue
         if not re.fullmatch(r"[+-]?\d+", words[k]):

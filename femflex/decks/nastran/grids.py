@@ -62,7 +62,7 @@ class Grids:
             self.systems(cd)
         if cd < 0:
             self._bulk.found.unused(
-                "GRID", "fluid points (CD = -1) are left out; the structure moves without its fluid", card.place
+                "GRID", "fluid points (CD = -1) are left out; the mass of the fluid is missing", card.place
             )
         self._made[number] = Grid(self.systems(cp).position(given, self._bulk.units.length), cd, held, card)
         return self._made[number]

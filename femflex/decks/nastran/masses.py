@@ -8,6 +8,7 @@ from femflex.arrays import Array
 from femflex.decks.nastran.card import Card
 from femflex.decks.nastran.model import NastranModel
 from femflex.fem import PointMass
+from femflex.fem.point_mass import check_inertia
 
 NO_MASS = 1e-6  # [kg] of the total mass: what an inertia without mass is given
 
@@ -44,9 +45,7 @@ def _add(model: NastranModel, card: Card, grid: int, mass: float, inertia: Array
     if not mass and not inertia.any():
         model.bulk.found.unused(card.name, "no mass and no inertia; nothing is left out", card.place)
         return
-    principal = np.linalg.eigvalsh(inertia)
-    if principal[0] < -1e-6 * np.abs(principal).max():
-        raise ValueError(f"{card} has an inertia with principal moments {principal.tolist()} kg m^2; none is negative")
+    check_inertia(inertia, f"the inertia of {card}")
     if not mass:
         model.inertias.append((grid, inertia, card))
         model.wanted.add(grid)

@@ -17,7 +17,7 @@ STIFF = 1e4  # over the largest modulus in the plane: a transverse shear modulus
 NOT_ELASTIC = {
     "MAT4": "heat conduction is left out",
     "MAT5": "heat conduction is left out",
-    "MAT10": "fluid elements are left out",
+    "MAT10": "fluid elements are left out; the mass of the fluid is missing",
     "MATS1": "plasticity is left out; the material stays linear",
     "MATT1": "dependence on temperature is left out; the values of MAT1 are used",
     "MATT2": "dependence on temperature is left out; the values of MAT2 are used",

@@ -39,6 +39,9 @@ class NastranModel:
     masses: list[tuple[int, float, Array | None, Array, Card]] = field(default_factory=list)
     inertias: list[tuple[int, Array, Card]] = field(default_factory=list)  # without mass
     springs: list[tuple[Bushing | ScalarSpring, list[int], bool, Card]] = field(default_factory=list)  # grids, turns
+    scalar_springs: list[tuple[list[tuple[int, tuple[int, ...]]], float, Card]] = field(default_factory=list)
+    scalar_masses: dict[int, tuple[float, Card]] = field(default_factory=dict)  # by scalar point, in the deck's unit
+    free_points: list[int] = field(default_factory=list)  # rows of points that move, and are no grids
     turning: set[int] = field(default_factory=set)  # grids that elements or connections give a rotation
     moving: set[int] = field(default_factory=set)  # grids that elements or connections move
     wanted: set[int] = field(default_factory=set)  # grids that masses and springs need

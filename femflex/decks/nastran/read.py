@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from femflex.decks.nastran.model import NastranModel
 from femflex.decks.nastran.nonstructural_mass import NonstructuralMass
 from femflex.decks.nastran.older import renew
 from femflex.decks.nastran.rigid_elements import read_rigid_elements
+from femflex.decks.nastran.scalar_points import read_scalar_points
 from femflex.decks.nastran.sets import read_sets
 from femflex.decks.nastran.shell_elements import read_shell_elements
 from femflex.decks.nastran.solid_elements import read_solid_elements
@@ -46,6 +48,14 @@ def read(path: Path, units: Units, overrides: Overrides) -> Deck:
         bulk.found.problem(f"{text}: superelements in parts are not read; write the model as one", card.place)
     if parts:
         bulk.found.check(path)
+    elements = [
+        name for name in bulk.cards if re.match(r"C(QUAD|TRIA|BAR|BEAM|ROD|TUBE|SHEAR|HEXA|PENTA|TETRA|PYRA)", name)
+    ]
+    if elements and not any(
+        re.match(r"MAT|P(SHE|COMP|BAR|BEAM|ROD|TUBE|L?SOLID|BUSH|ELAS)", name) for name in bulk.cards
+    ):
+        bulk.found.problem_no_properties(path, "properties and materials")
+        bulk.found.check(path)
     systems = Systems(bulk)
     materials = Materials(bulk)
     grids = Grids(bulk, systems)
@@ -60,6 +70,7 @@ def read(path: Path, units: Units, overrides: Overrides) -> Deck:
     read_masses(model)
     read_springs(model)
     read_general_elements(model)
+    read_scalar_points(model)
     _lone_grids(model)
     finish_springs(model)
     finish_masses(model, 0.0)
@@ -82,7 +93,8 @@ def read(path: Path, units: Units, overrides: Overrides) -> Deck:
         path.name, "Nastran", mesh, (*model.build.members(), *_node_members(model)), tuple(model.point_masses),
         tuple(model.connections), tuple(model.bushings), supports, default, dict(model.build.row_of), units,
         *_judged(materials), tuple(f"mat_{one.number}" for one in materials.all()),
-        dict(sorted(bulk.found.used.items())), bulk.found.left_out, tuple(bulk.found.notes), no_density,
+        dict(sorted(bulk.found.used.items())), bulk.found.left_out, bulk.found.notes, no_density,
+        tuple((f"mat_{one.number}", "density") for one in known),
     )  # fmt: skip
     asked = bulk.parameters.get("AUTOSPC")
     return deck if asked is not None and asked.word(1) == "NO" else deck.with_unresisted_held()
@@ -98,10 +110,14 @@ def _judged(materials: Materials) -> tuple[tuple[float, ...], tuple[float, ...]]
 def _lone_grids(model: NastranModel) -> None:
     """Give dofs to grids that masses, springs and constraints alone act on."""
     lone = sorted(model.wanted - model.moving)
+    if not model.build.cells and model.connections:  # rigid elements that join masses and springs alone
+        lone = sorted(model.wanted | model.moving)
+        model.wanted_turning |= model.turning
     for turns in (False, True):
         own = [g for g in lone if (g in model.wanted_turning) == turns]
-        if own:
-            model.build.point_groups["lone_nodes" + ("_turning" if turns else "")] = [model.row(g) for g in own]
+        rows = [*map(model.row, own), *([] if turns else model.free_points)]
+        if rows:
+            model.build.point_groups["lone_nodes" + ("_turning" if turns else "")] = rows
             model.turning.update(own if turns else [])
     model.moving.update(lone)
 

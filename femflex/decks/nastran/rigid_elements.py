@@ -9,7 +9,7 @@ from femflex.decks.builder import direction_key
 from femflex.decks.nastran.card import Card, FieldError
 from femflex.decks.nastran.model import WORDS, NastranModel
 from femflex.fem import Distributing, MultiPointConstraint, Rigid
-from femflex.mesh.numbers import Numbers
+from femflex.mesh.numbers import Numbers, check_count
 
 SINGULAR = 1e-10  # least over largest singular value of the components that determine a rigid motion
 
@@ -232,7 +232,9 @@ def _rbe3(model: NastranModel, card: Card) -> None:
             weight, own, grids = card.real(k), card.components(k + 1), []
             k += 2
         elif word == "THRU":
-            grids += range(grids[-1] + 1, card.integer(k + 1) + 1)
+            span = range(grids[-1] + 1, card.integer(k + 1) + 1)
+            check_count(len(span), str(card))
+            grids += span
             k += 2
         else:
             grids.append(int(word))
@@ -327,7 +329,9 @@ def _mpc(model: NastranModel, card: Card) -> None:
                 c = card.components(k + 1)
                 terms.append((card.integer(k), c[0] if c else 0, card.real(k + 2, 0.0)))
     if any(g in model.grids.scalars for g, _, _ in terms):
-        model.bulk.found.unused("MPC to scalar points", "the equation is left out", card.place)
+        model.bulk.found.unused(
+            "MPC to scalar points", "the equation is left out; its constraint is missing", card.place
+        )
         return
     if not terms or not model.grids.require([g for g, _, _ in terms], card):
         return

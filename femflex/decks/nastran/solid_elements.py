@@ -90,7 +90,7 @@ def _solid(
         return
     if pid in foreign and pid not in known:
         if foreign[pid].name == "PSOLID":
-            model.bulk.found.unused(f"{card.name} of fluids", "the fluid is left out", card.place)
+            model.bulk.found.unused(f"{card.name} of fluids", "the fluid is left out; its mass is missing", card.place)
             return
         raise ValueError(f"{card} names {foreign[pid]}, which is not understood; give PSOLID instead")
     if pid not in known:

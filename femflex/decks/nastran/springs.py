@@ -26,7 +26,8 @@ def read_springs(model: NastranModel) -> None:
         bulk.trying(lambda card: _celas(model, card, values), name, use=False)
     for name in ("CELAS3", "CELAS4"):
         for card in bulk.each(name, use=False):
-            bulk.found.unused(name, "springs of scalar points are left out", card.place)
+            k = values.get(card.integer(1, 0), 0.0) if name == "CELAS3" else card.real(1, 0.0)
+            model.scalar_springs.append(([(card.integer(i, 0), ()) for i in (2, 3) if card.has(i)], k, card))
     _bushes(model)
     axial = {card.integer(0): card for card in bulk.each("PBUSH1D", use=False) if card.is_integer(0)}
     bulk.trying(lambda card: _axial_bush(model, card, axial), "CBUSH1D", use=False)
@@ -80,7 +81,7 @@ def _celas(model: NastranModel, card: Card, values: dict[int, float]) -> None:
     ends = [(card.integer(i, 0), card.components(i + 1)) for i in (2, 4)]
     ends = [(g, c) for g, c in ends if g]
     if any(g in model.grids.scalars for g, _ in ends):
-        model.bulk.found.unused(card.name, "springs to scalar points are left out", card.place)
+        model.scalar_springs.append((ends, k, card))
         return
     if not ends or not model.grids.require([g for g, _ in ends], card):
         return

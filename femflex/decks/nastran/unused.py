@@ -15,8 +15,9 @@ CONSEQUENCES = (
     (r"CVISC|PVISC|CDAMP|PDAMP", "damping is left out; give damping in the case"),
     (r"PLOTEL|SNORM|DVGRID", "nothing is left out of the structure"),
     (r"DMIG|DMI$|DMIJ|DMIK|K2GG|M2GG|DTI$", "matrices are left out; their stiffness and mass are missing"),
-    (r"ASET|OMIT|BSET|CSET|QSET|USET|BNDFIX|BNDFREE|SESET|SECSET|SEBSET|SEQSET|EXTRN|RELEASE|CYJOIN|CYSYM",
+    (r"ASET|OMIT|BSET|CSET|QSET|USET|BNDFIX|BNDFREE|SESET|SECSET|SEBSET|SEQSET|EXTRN|RELEASE",
      "reductions are left out; choose the reduction in the case"),
+    (r"CYJOIN|CYSYM|CYSUP|CYAX", "cyclic symmetry is left out; stiffness and mass of the other sectors are missing"),
     (r"SUPORT", "free bodies are reduced by the case (method = 'free_free')"),
     (r"EIGR|EIGRL|EIGB|EIGC|EIGP", "choice of modes is left out; the case says how many"),
     (r"GRAV|ACCEL", "loads and weight are left out; the case has them"),
@@ -32,10 +33,11 @@ CONSEQUENCES = (
     (r"CHBDY|PHBDY|CONV|PCONV|RADBC|RADM|QBDY|QVECT|QVOL|QHBDY|VIEW|RADSET|RADLST|RADMTX|CELAST|BDYOR|PRADM",
      "heat transfer is left out"),
     (r"CHACAB|CHACBR|PACABS|PACBAR|CAABSF|ACSRCE|PANEL|ACMODL|SLOT|FLSYM|FSLIST|PRESPT|RINGFL|GRIDB|GRIDF|FREEPT"
-     r"|CFLUID|CAXIF|CSLOT|BDYLIST|AXIF|FLSYM|RING|AXIC|AXSLOT|POINTAX|PRESAX", "acoustics and fluids are left out"),
+     r"|CFLUID|CAXIF|CSLOT|BDYLIST|AXIF|FLSYM|RING|AXIC|AXSLOT|POINTAX|PRESAX",
+     "acoustics and fluids are left out; the mass of the fluid is missing"),
     (r"ROTORG|ROTORB|ROTOR|RGYRO|RSPINR|RSPINT|UNBALNC|RSPIN", "rotor dynamics is left out; the case has spins"),
     (r"BCRPARA|SEEXCLD|SEBULK|SELOC|SEMPLN|SECONCT|SETREE|SELABEL|SEUSET|SENQSET|SEUPTF|BEGIN|CSUPER|CSUPEXT|SEELT|SELOAD",
-     "superelements are left out"),
+     "superelements are left out; their stiffness and mass are missing"),
     (r"BOLT|BOLTFOR|BOLTLD|BOLTSEQ|BOLTADD", "bolt preload is left out"),
     (r"MODTRAK|MATTC|ECHOON|ECHOOFF|ENDDATA|CORD|PARAM|OUTPUT|ECHO|CEND|SOL|TITLE|OUTRCV|STOCHAS|BLDOUT|POINT|CBARAO|PBMN"
      r"|SEQGP|PLOAD1|DYNRED|RVDOF|RCONN|GUST|BLSEG|MDLPRM|GMNURB|GMCURV|FEEDGE|FEFACE|ADAPT|GMBNDC|OUTGRID|CPARAM"

@@ -15,7 +15,9 @@ from typing import Any
 
 import numba
 import numba.core.typing.templates
+import numpy as np
 
+from femflex.arrays import Array
 from femflex.dynamics.arithmetic.symbols import extending, ir, types
 from femflex.kernels import plain, stored
 
@@ -90,3 +92,8 @@ def caller(signature: Any) -> Callable[..., Any]:
 
 
 call_user = caller(USER)
+
+
+def plain_array(numbers: Array, shape: tuple[int, ...]) -> Array:
+    """The first numbers as an array of that shape, as `numba.carray` gives them."""
+    return numbers[: int(np.prod(shape))].reshape(shape)

@@ -18,9 +18,10 @@ import numba.core.errors
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.arithmetic.entries import NOTHING, NUMBERS, REAL, known
+from femflex.dynamics.arithmetic.entries import NOTHING, NUMBERS, REAL, known, plain_array
 from femflex.dynamics.arithmetic.lanes import beyond
 from femflex.dynamics.effectors.built_in import built_in
+from femflex.system import Effector
 
 ACT = NOTHING(REAL, NUMBERS, NUMBERS, NUMBERS, NUMBERS)
 Sizes = tuple[int, int, int, int, int, int]  # markers, freedoms, inputs, states, parameters, channels
@@ -70,11 +71,6 @@ def given_size(n_markers: int, n_freedoms: int, n_z: int, n_channels: int) -> in
     return 6 * n_markers + n_freedoms + n_z + n_channels + N_ACCOUNTS
 
 
-def plain_array(numbers: Array, shape: tuple[int, ...]) -> Array:
-    """The first numbers as an array of that shape, as `numba.carray` gives them."""
-    return numbers[: int(np.prod(shape))].reshape(shape)
-
-
 def act_address(name: str, function: Callable[..., Any] | str, sizes: Sizes, jacobian: bool = False) -> int:
     """Where compiled code calls the function of effector `name`, or its Jacobian.
 
@@ -102,10 +98,41 @@ def _made(function: Callable[..., Any], sizes: Sizes, jacobian: bool) -> tuple[i
     off = bool(_numba.config.DISABLE_JIT)
     inner = function if off or hasattr(function, "py_func") else _numba.njit(error_model="numpy")(function)
     called = (_jacobian if jacobian else _act)(inner, sizes, plain_array if off else _numba.carray)
+    called = guarded(called, sizes[3] ** 2 if jacobian else given_size(*sizes[:2], sizes[3], sizes[5]))
     if off:
         return known(called), called
     made = _numba.cfunc(ACT)(called)
     return int(made.address), made
+
+
+def guarded(function: Callable[..., None], n: int) -> Callable[..., None]:
+    """The function of a number and arrays or pointers, whose last one, the output of n numbers, is NaN if it raises.
+
+    Compiled callers cannot catch an exception: the integrator stops at NaN, and `user_function_fault` names the cause.
+    """
+    off, nan = bool(_numba.config.DISABLE_JIT), np.nan
+    compiled = function if off else _numba.njit(error_model="numpy")(function)
+    array = plain_array if off else _numba.carray
+
+    def called(t: float, seen: Any, z: Any, parameters: Any, out: Any) -> None:
+        try:
+            compiled(t, seen, z, parameters, out)
+        except Exception:
+            array(out, (n,))[:] = nan
+
+    return called
+
+
+def plain_call(function: Callable[..., Any], sizes: Sizes, jacobian: bool = False) -> Callable[..., None]:
+    """The function of an effector, or its Jacobian, as plain Python over arrays: it raises what the user's code raises,
+    and IndexError outside the arrays."""
+    return (_jacobian if jacobian else _act)(getattr(function, "py_func", function), sizes, plain_array)
+
+
+def call_sizes(effector: Effector) -> Sizes:
+    """Lengths of what an effector's function reads and writes."""
+    counted = (effector.markers, effector.freedoms, effector.inputs, effector.states, effector.parameters)
+    return *map(len, counted), len(effector.channels)  # type: ignore[return-value]
 
 
 def _view(sizes: Sizes, array: Any) -> Any:

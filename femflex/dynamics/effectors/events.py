@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -75,7 +75,9 @@ class StateEvents:
 
     def values(self, t: float, x: Array) -> Array:
         """Their values."""
-        return np.array([float(event.value(t, x[own].copy())) for _, event, own in self.places])
+        return np.array(
+            [float(_answer(effector, event, event.value, t, x[own])) for effector, event, own in self.places]
+        )
 
     def rates(self, t: float, x: Array) -> Array:
         """Rates of their values along the motion, by a difference."""
@@ -87,13 +89,24 @@ class StateEvents:
         """Let them happen one after another."""
         for k in together:
             effector, event, own = self.places[k]
-            new = np.asarray(event.happen(t, x[own].copy()), float)
+            new = np.asarray(_answer(effector, event, event.happen, t, x[own]), float)
             if new.shape != (len(effector.states),):
                 raise ValueError(
                     f"event {event.name!r} of effector {effector.name!r} gave states of shape {new.shape}; expected "
                     f"({len(effector.states)},)"
                 )
             x[own] = new
+
+
+def _answer(effector: Effector, event: StateEvent, function: Callable[..., Any], t: float, z: Array) -> Any:
+    """What a function of an event answers. Raises ValueError that names the effector where the function raises."""
+    try:
+        return function(t, z.copy())
+    except Exception as error:
+        raise ValueError(
+            f"event {event.name!r} of effector {effector.name!r} raised {type(error).__name__} at t = {t:.9g} s: "
+            f"{error}"
+        ) from error
 
 
 def eventful(system: System) -> list[Effector]:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from femflex.arrays import Record, Table
 from femflex.dynamics.arithmetic.lanes import padded
-from femflex.dynamics.effectors.acting import act_address, given_size, seen_size
+from femflex.dynamics.effectors.acting import act_address, call_sizes, given_size, seen_size
 from femflex.dynamics.effectors.built_in import writes_all
 from femflex.dynamics.effectors.records import EFFECTOR, HANDLE, N_EFFECTOR, PORT
 from femflex.dynamics.lowering.pool import Pool, Scratch, put_marker
@@ -58,7 +58,7 @@ def lower_own(record: Record, effector: Effector, names: list[str], pool: Pool, 
     m, f, n = len(effector.markers), len(effector.freedoms), len(effector.states)
     record["n_markers"], record["n_freedoms"], record["n_inputs"] = m, f, len(effector.inputs)
     record["n_z"], record["n_channels"] = n, len(effector.channels)
-    sizes = (m, f, len(effector.inputs), n, len(effector.parameters), len(effector.channels))
+    sizes = call_sizes(effector)
     record["act"] = act_address(effector.name, effector.act, sizes)
     if effector.jacobian is not None:
         record["jacobian"] = act_address(effector.name, effector.jacobian, sizes, jacobian=True)

@@ -107,14 +107,14 @@ class Equilibrium:
             neutral = tuple(dict.fromkeys(motion.name for motion in self.motions.known))
         held = f", neutral along {', '.join(neutral)}" if neutral else ""
         if not len(values):
-            return f"stable: no small motion grows{held}" if held else "nothing is free to move"
+            return f"stable{held}" if held else "nothing is free to move"
         if not self.stable:
             fastest = values[np.argmax(values.real - self._thresholds)]
             how = "monotonically" if abs(fastest.imag) < abs(fastest.real) * 1e-3 else "in oscillations"
             return f"unstable: a small motion grows {how} by a factor e in {1.0 / fastest.real:.4g} s"
         slowest = np.abs(values.imag)[np.abs(values.imag) > self._level].min(initial=np.inf)
         text = f"; its slowest vibration has {slowest / (2 * np.pi):.6g} Hz" if np.isfinite(slowest) else ""
-        return f"stable: no small motion grows{text}{held}"
+        return f"stable{text}{held}"
 
     @property
     def _level(self) -> float:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from femflex.arrays import Array
+from femflex.arrays import Array, IntArray
 from femflex.dynamics.joints.law_report import law_places
 from femflex.dynamics.lowering.layout import body_records
 from femflex.system import Law, System
@@ -125,26 +125,34 @@ def linear_frequency(model: Model) -> float:
 
     M^-1 K column by column: the accelerations that a unit of each elastic, sliding or turning coordinate calls up.
     """
-    pairs = [pair for record in body_records(model.table)[1:] for pair in stiff_coordinates(record)]
+    places = sprung_places(model)
+
+    def restored(displacements: Array) -> Array:
+        return called_up(model, places, displacements)[:, places[1]]
+
+    return float(np.sqrt(max(largest_eigenvalue(restored, len(places[1])), 0.0)))
+
+
+def sprung_places(model: Model) -> tuple[IntArray, IntArray]:
+    """Places in q and in u (m,) of the coordinates that have stiffness; with springs or effectors those of all of u."""
     if model.system.springs or model.system.effectors:  # these may act on any coordinate
-        pairs = [(-1, k) for k in range(model.n_u)]
-    if not pairs:
-        return 0.0
-    q, u = (np.array(side) for side in zip(*pairs, strict=True))
+        return np.full(model.n_u, -1), np.arange(model.n_u)
+    pairs = [pair for record in body_records(model.table)[1:] for pair in stiff_coordinates(record)]
+    q, u = np.array(pairs, np.int64).reshape(-1, 2).T
+    return q, u
+
+
+def called_up(model: Model, places: tuple[IntArray, IntArray], displacements: Array) -> Array:
+    """Accelerations (k, n_u) that oppose displacements (k, m) of these places from the initial state, at rest."""
     rest = model.at_rest(model.x0[: model.n_q])
-    base = _accelerations(model, rest[None])
-
-    def called_up(displacements: Array) -> Array:
-        moved = np.tile(rest, (len(displacements), 1))
-        if model.system.springs or model.system.effectors:
-            start = rest[: model.n_q].copy()
-            for x, one in zip(moved, displacements, strict=True):
-                model.tree.advance(start, STEP * one, x[: model.n_q], model.table, model.pool, model.work)
-        else:
-            moved[:, q] += STEP * displacements
-        return np.asarray((base - _accelerations(model, moved))[:, u] / STEP)
-
-    return float(np.sqrt(max(largest_eigenvalue(called_up, len(u)), 0.0)))
+    moved = np.tile(rest, (len(displacements), 1))
+    if model.system.springs or model.system.effectors:
+        start = rest[: model.n_q].copy()
+        for x, one in zip(moved, displacements, strict=True):
+            model.tree.advance(start, STEP * one, x[: model.n_q], model.table, model.pool, model.work)
+    else:
+        moved[:, places[0]] += STEP * displacements
+    return np.asarray((_accelerations(model, rest[None]) - _accelerations(model, moved)) / STEP)
 
 
 def stiff_coordinates(record: np.void) -> list[tuple[int, int]]:

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.model import Model
+
+if TYPE_CHECKING:
+    from femflex.dynamics.model import Model
 
 
 def advanced(model: Model, q: Array, increment: Array) -> Array:

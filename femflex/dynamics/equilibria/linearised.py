@@ -9,6 +9,7 @@ quasi-velocities of balls. D holds damping and gyroscopic forces; K elastic, loa
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -25,8 +26,10 @@ from femflex.dynamics.equilibria.local_derivative import along, local_derivative
 from femflex.dynamics.equilibria.states import StateEquations, state_equations
 from femflex.dynamics.joints.law_report import latch_places
 from femflex.dynamics.lowering.layout import BALL_NONE, body_records
-from femflex.dynamics.model import Model
 from femflex.system import System
+
+if TYPE_CHECKING:
+    from femflex.dynamics.model import Model
 
 STEP = 1e-5  # of a coordinate's usual size: error of central differences h^2 ~ 1e-10, rounding eps / h ~ 1e-11
 NARROW = 5  # steps along coordinates, the last 1e-13 of that size: laws of 1e-9 of it have their own stiffness

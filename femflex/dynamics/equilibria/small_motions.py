@@ -111,7 +111,7 @@ def _lost(values: ComplexArray, shapes: ComplexArray, K: Array) -> Array:
 
 def growth_rule() -> str:
     """Rule for growth rates that count as unstable, in words."""
-    return f"unstable above {GROWING:g} of the larger of |eigenvalue| and the rate of the frame, and above rounding"
+    return f"stability limit {GROWING:g} of |eigenvalue| or of the rate of the frame"
 
 
 def small_motions(model: Model, x: Array, neutral: Array) -> SmallMotions:

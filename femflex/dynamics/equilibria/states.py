@@ -8,14 +8,17 @@ Flags of latches, and commands and memory of sampled controllers, stay as they a
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from femflex.arrays import Array
 from femflex.dynamics.equilibria.increments import advanced
 from femflex.dynamics.equilibria.local_derivative import along, local_derivative
-from femflex.dynamics.model import Model
 from femflex.system import Effector, System
+
+if TYPE_CHECKING:
+    from femflex.dynamics.model import Model
 
 STEP = 1e-4  # of a state's size, and the first of some that fall: error of central differences 1e-8 at first
 PLACE = 1e-5  # of a coordinate's size or of the fastest rate, likewise

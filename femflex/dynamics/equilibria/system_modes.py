@@ -13,6 +13,7 @@ from femflex.body import FlexibleBody, Skin
 from femflex.dynamics.equilibria.body_motions import BodyMotion
 from femflex.dynamics.equilibria.character import motion_character, numbered_names
 from femflex.dynamics.equilibria.equilibrium import Equilibrium, EquilibriumError, equilibrium
+from femflex.summary import Rows, Summarised
 from femflex.system import Effector, Joint, Profile, System
 from femflex.system.fixed_length import moving_lengths, with_fixed_lengths
 from femflex.system.held_commands import commanded, is_commanded
@@ -20,8 +21,8 @@ from femflex.system.held_commands import commanded, is_commanded
 SAME = 1e-9  # damping ratio that is rounding of the eigenvalues
 
 
-@dataclass(frozen=True, eq=False)
-class SystemModes:
+@dataclass(frozen=True, eq=False, repr=False)
+class SystemModes(Summarised):
     """Modes of a craft about an equilibrium, rigid-body modes first, the others by rising frequency.
 
     eigenvalues (n,)     [1/s], of a conjugate pair the one above the real axis
@@ -41,6 +42,14 @@ class SystemModes:
     shapes: ComplexArray
     about: Equilibrium
     left_out: tuple[str, ...] = ()
+
+    def summary(self) -> tuple[str, Rows]:
+        """Name, frequency and damping ratio of each mode."""
+        numbers = zip(self.names, self.frequencies, self.damping_ratios, strict=True)
+        rows = [
+            (f"{k} {name}", f"{f:.6g} Hz, damping ratio {ratio:.4g}") for k, (name, f, ratio) in enumerate(numbers, 1)
+        ]
+        return f"{len(self.names)} modes about an equilibrium, {'stable' if self.stable else 'unstable'}", rows
 
     @property
     def frequencies(self) -> Array:

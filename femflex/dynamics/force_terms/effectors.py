@@ -24,7 +24,7 @@ from femflex.dynamics.forces.calls import (
 from femflex.dynamics.lowering.pool import Pool, Scratch
 from femflex.dynamics.reports.observe import origin
 from femflex.system import Channel, Controller, Effector, System
-from femflex.system.effector import ACCOUNTS
+from femflex.system.effector import ACCOUNTS, EXERTED
 from femflex.system.evaluation import evaluation_order
 
 XYZ = ("x", "y", "z")
@@ -103,6 +103,9 @@ class Effectors(ForceTerm):
     def channels(self, system: System) -> dict[str, Channel]:
         return {path: channel for effector in acting(system) for path, channel in own_channels(effector).items()}
 
+    def zeros(self, system: System) -> list[str]:
+        return [f"effectors/{effector.name}/{key}" for effector in acting(system) for key in zero_keys(effector)]
+
     def without(self, system: System, item: str) -> System:
         if item in self.others(system):  # its commands stay as they were at the start
             changed = (
@@ -132,6 +135,12 @@ def acting(system: System) -> list[Effector]:
 def signal_names(effector: Effector) -> list[str]:
     """Full names of what others may take from an effector: its states and its channels."""
     return [*(name for name, _ in effector.state_names()), *(f"{effector.name}.{c}" for c in effector.channels)]
+
+
+def zero_keys(effector: Effector) -> list[str]:
+    """Last parts of the paths of what an effector leaves at zero: accounts it does not keep, what it does not exert."""
+    keys = [key for key in EXERTED if key not in effector.exerts]
+    return [*keys, *(key for key in ACCOUNTS if key not in effector.accounts), *([] if effector.acts else ["power"])]
 
 
 def own_channels(effector: Effector) -> dict[str, Channel]:

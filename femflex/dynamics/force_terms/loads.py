@@ -203,6 +203,10 @@ class Loads(ForceTerm):
             out[f"loads/{load.name}/power"] = Channel("W", f"power of {load.name}")
         return out
 
+    def zeros(self, system: System) -> list[str]:
+        parts = [(load.name, key, getattr(load, key)) for load in system.loads for key in ("force", "torque")]
+        return [f"loads/{name}/{key}" for name, key, value in parts if not value.any()]
+
     def without(self, system: System, item: str) -> System:
         return replace(system, loads=tuple(load for load in system.loads if load.name != item))
 

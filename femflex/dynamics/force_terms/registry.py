@@ -50,6 +50,10 @@ class ForceTerm(ABC):
         """What `report` writes, in its order: path -> Channel."""
         return {}
 
+    def zeros(self, system: System) -> list[str]:
+        """Paths of what `report` writes that is zero by construction; a run does not report these."""
+        return []
+
     @abstractmethod
     def without(self, system: System, item: str) -> System:
         """The system without the item of that name."""

@@ -24,7 +24,8 @@ def pushing_effectors(system: System) -> list[Effector]:
     """Effectors whose forces at markers would move O off a specified orbit."""
     if system.orbit is None or system.orbit.free:
         return []
-    return [effector for effector in system.effectors if isinstance(effector, Effector) and effector.markers]
+    acting = (effector for effector in system.effectors if isinstance(effector, Effector) and effector.markers)
+    return [effector for effector in acting if "force" in effector.exerts]
 
 
 def orbit_channels(system: System) -> dict[str, Channel]:

@@ -1,8 +1,11 @@
-"""What a run reports of joints that turn freely: the angle left to the singularity of their rotation set."""
+"""What a run reports of the motion of joints: slides, turns and their rates; of joints that turn freely the rotation
+and the angle left to the singularity of their rotation set."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+
+import numpy as np
 
 from femflex.arrays import Array, IntArray
 from femflex.dynamics.lowering.layout import W_NEAR, body_records
@@ -11,48 +14,104 @@ from femflex.rotations import (
     coordinates_from_dcm,
     dcm_from_coordinates,
     dcm_from_quaternion,
+    dcm_from_vector,
     singularity_distance,
 )
 from femflex.system import Channel, Joint, System
-from femflex.system.ball import ball_names
 
 
-def balls(system: System) -> Iterator[tuple[Joint, str, int]]:
-    """Every ball whose rotation set has a singularity: its joint, its set, and where its coordinates stand in q."""
-    at = 0
+def joint_places(system: System) -> Iterator[tuple[Joint, int, int]]:
+    """Every joint, and where its coordinates stand in q and its quasi-velocities in u."""
+    iq = iu = 0
     for name in system.order:
-        joint = system.joint_of(name)
-        if joint.ball is not None and joint.ball != EULER_PARAMETERS:
-            yield joint, joint.ball, at + joint.ball_places().start
-        at += joint.n_q + system.bodies[name].n_modes
+        joint, n = system.joint_of(name), system.bodies[name].n_modes
+        yield joint, iq, iu
+        iq, iu = iq + joint.n_q + n, iu + joint.n_u + n
+
+
+def has_singularity(joint: Joint) -> bool:
+    """Whether a joint is a ball whose rotation set has a singularity."""
+    return joint.ball is not None and joint.ball != EULER_PARAMETERS
+
+
+def is_reported(joint: Joint) -> bool:
+    """Whether the motion of a joint is reported; that of a free body in the base frame is the body's own."""
+    return joint.n_u > 0 and (joint.parent is not None or joint.ball is None)
 
 
 def singularity_notes(system: System, table: IntArray) -> dict[str, int]:
     """Where in the work array the steps note how near a ball came to its singularity, and when, by its channel."""
     blocks = {name: int(b["work"]) + W_NEAR for name, b in zip(system.order, body_records(table)[1:], strict=True)}
-    return {f"joints/{joint.label}/singularity": blocks[joint.child] for joint, _, _ in balls(system)}
+    balls = [joint for joint in map(system.joint_of, system.order) if has_singularity(joint)]
+    return {f"joints/{joint.label}/singularity": blocks[joint.child] for joint in balls}
 
 
-def ball_channels(system: System) -> dict[str, Channel]:
-    """Path, unit and meaning of what is reported of balls."""
+def joint_channels(system: System) -> dict[str, Channel]:
+    """Path, unit and meaning of what is reported of the motion of joints."""
     out = {}
-    for joint, rotation, _ in balls(system):
-        path = f"joints/{joint.label}"
-        out[f"{path}/singularity"] = Channel("rad", f"angle left to the singularity of {rotation}")
-        if joint.rebase:
-            names, units = zip(*ball_names(rotation), strict=True)
-            text = f"{rotation} from the parent's marker, independent of the reference of q"
-            out[f"{path}/rotation"] = Channel(units[0], text, (3,), names)
+    for joint, _, _ in joint_places(system):
+        path, short = f"joints/{joint.label}", joint.label + "."
+        names = [(name.removeprefix(short), unit) for name, unit in joint.coordinate_names()]
+        if is_reported(joint):
+            n = len(joint.translations)
+            turns = [] if joint.ball is not None else names[n:]
+            for key, part, what in (("slide", names[:n], "slide"), ("angle", turns, "angle of turn")):
+                if part:
+                    out[f"{path}/{key}"] = _channel(part, f"{what} of joint {joint.label}")
+            rates = [(name.removeprefix(short), unit) for name, unit in joint.velocity_names()]
+            of_ball = (
+                ""
+                if joint.ball is None
+                else f"; omega relative to the parent, in axes of {joint.child}.{joint.child_marker}"
+            )
+            out[f"{path}/rate"] = _channel(rates, f"rate of joint {joint.label}{of_ball}")
+        if joint.ball is not None and (joint.rebase or is_reported(joint)):
+            of_set = names[joint.ball_places()]
+            text = f"{joint.ball} from the parent's marker"
+            text += ", independent of the reference of q" if joint.rebase else ""
+            out[f"{path}/rotation"] = _channel(of_set, text)
+        if has_singularity(joint):
+            out[f"{path}/singularity"] = Channel("rad", f"angle to the singularity of {joint.ball}")
     return out
 
 
-def observe_balls(system: System, states: Array) -> dict[str, Array]:
-    """The channels of `ball_channels` at states (n_t, n_x)."""
-    out = {}
-    for joint, rotation, first in balls(system):
-        q, path = states[:, first : first + 3], f"joints/{joint.label}"
-        out[f"{path}/singularity"] = singularity_distance(q, rotation)
-        if joint.rebase:
-            C_PR = dcm_from_quaternion(states[:, first + 3 : first + 7])
-            out[f"{path}/rotation"] = coordinates_from_dcm(C_PR @ dcm_from_coordinates(q, rotation), rotation)
+def observe_joints(system: System, states: Array, n_q: int) -> dict[str, Array]:
+    """The channels of `joint_channels` at states (n_t, n_x), of which the first n_q columns are coordinates."""
+    out: dict[str, Array] = {}
+    for joint, iq, iu in joint_places(system):
+        q, u = states[:, iq : iq + joint.n_q], states[:, n_q + iu : n_q + iu + joint.n_u]
+        path, n = f"joints/{joint.label}", len(joint.translations)
+        for key, values in (("slide", q[:, :n]), ("angle", q[:, n:]), ("rate", u)):
+            out[f"{path}/{key}"] = values[:, 0] if values.shape[1] == 1 else values
+        if joint.ball is not None:
+            ball = q[:, joint.ball_places()]
+            if has_singularity(joint):
+                out[f"{path}/singularity"] = singularity_distance(ball, joint.ball)
+            if joint.rebase:
+                C_PR = dcm_from_quaternion(q[:, n + 3 : n + 7])
+                ball = coordinates_from_dcm(C_PR @ dcm_from_coordinates(ball, joint.ball), joint.ball)
+            out[f"{path}/rotation"] = ball
     return out
+
+
+def _channel(parts: list[tuple[str, str]], text: str) -> Channel:
+    """A channel of named parts with their units; of a single part a scalar."""
+    names, units = zip(*parts, strict=True)
+    if len(parts) == 1:
+        return Channel(units[0], text)
+    unit = units[0] if len(set(units)) == 1 else ", ".join(units)
+    return Channel(unit, text, (len(parts),), names)
+
+
+def rest_coordinates(joint: Joint) -> Array:
+    """Coordinates (n_q,) at which the springs of a joint are free; those without a spring as the joint starts."""
+    q, n = joint.q0.copy(), len(joint.translations)
+    sprung = joint.stiffness > 0
+    if joint.ball is None:
+        return np.where(sprung, joint.rest, q)
+    q[:n] = np.where(sprung[:n], joint.rest[:n], q[:n])
+    if sprung[n:].any():
+        C_PQ = dcm_from_vector(joint.rest[n:])
+        C_PR = dcm_from_quaternion(q[-4:]) if joint.rebase else np.eye(3)
+        q[joint.ball_places()] = coordinates_from_dcm(C_PR.T @ C_PQ, joint.ball)
+    return q

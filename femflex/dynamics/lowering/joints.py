@@ -68,7 +68,7 @@ def lower_markers(bodies: NDArray[np.void], i: int, joint: Joint, system: System
     """Markers P and Q of the joint of body i; their carriers' elastic blocks become dense when the markers move."""
     record, parent = bodies[i], bodies[bodies[i]["parent"]]
     own = system.bodies[joint.child].marker(joint.child_marker)
-    above = Marker.rigid(np.zeros(3))
+    above = Marker.at(np.zeros(3))
     if joint.parent is not None:
         above = system.bodies[joint.parent].marker(joint.parent_marker)
     record["place"], record["shape"], record["spin"], record["bends"] = put_marker(

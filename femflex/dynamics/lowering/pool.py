@@ -108,7 +108,7 @@ def put_marker(body: str | None, name: str, system: System, pool: Pool) -> tuple
     return pool.put(place), pool.put(phi), pool.put(psi), bends
 
 
-FIXED = Marker.rigid(np.zeros(3))
+FIXED = Marker.at(np.zeros(3))
 
 
 def marker_pieces(marker: Marker) -> tuple[Piece, Piece, Piece, int]:

@@ -39,7 +39,8 @@ def lower_variation(
         record["unit"] = pool.put_own(np.zeros(WORKED + at.size)) + WORKED
     if isinstance(variation.write, LengthTable) and isinstance(variation.write.length, str):
         pickup = at.pickup if "pickup" in variation.acting else -1
-        numbers[7:11] = 1, list(states).index(variation.write.length), slot, pickup
+        strain = at.strain_rate if "strain" in variation.acting else -1
+        numbers[7:12] = 1, list(states).index(variation.write.length), slot, pickup, strain
         record["free_length"] = 1
         record["accel_all"] = scratch.take(int(record["wide"]))
     record["numbers"] = pool.put_own(numbers)

@@ -8,10 +8,11 @@ from typing import Any
 
 import numba
 import numba.core.errors
+import numpy as np
 
 from femflex.arrays import Array
 from femflex.dynamics.arithmetic.by_length import write_by_length
-from femflex.dynamics.arithmetic.entries import USER, known
+from femflex.dynamics.arithmetic.entries import USER, known, plain_array
 from femflex.dynamics.lowering.tanks import writer
 from femflex.system.length_table import LengthTable
 
@@ -43,13 +44,18 @@ def _made(name: str, write: Callable[..., Any], n_z: int, n_numbers: int, n_bloc
         if _numba.config.DISABLE_JIT:
             return known(lambda t, *arrays: pointers(t, *(_pointer_to(a) for a in arrays))), write
         return int(write.address), write
-    if _numba.config.DISABLE_JIT:
-        return known(lambda t, z, numbers, block: write(t, z[:n_z], numbers[:n_numbers], block[:n_block])), write
-    compiled, carray = write if hasattr(write, "py_func") else _numba.njit(write), _numba.carray
+    off = bool(_numba.config.DISABLE_JIT)
+    compiled = write if off or hasattr(write, "py_func") else _numba.njit(write)
+    array, nan = plain_array if off else _numba.carray, np.nan
 
     def called(t: float, z: Any, numbers: Any, block: Any) -> None:
-        compiled(t, carray(z, (n_z,)), carray(numbers, (n_numbers,)), carray(block, (n_block,)))
+        try:
+            compiled(t, array(z, (n_z,)), array(numbers, (n_numbers,)), array(block, (n_block,)))
+        except Exception:  # see `guarded`
+            array(block, (n_block,))[:] = nan
 
+    if off:
+        return known(called), write
     try:
         made = _numba.cfunc(USER)(called)
     except numba.core.errors.NumbaError as error:

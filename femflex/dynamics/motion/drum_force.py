@@ -42,6 +42,7 @@ from femflex.dynamics.lowering.layout import (
     header_of,
 )
 from femflex.dynamics.lowering.unit_block import WORKED
+from femflex.system.variation import COLUMNS
 
 
 @inner
@@ -174,6 +175,27 @@ def stiffness_force(b: Record, off: int, pool: Array, work: Array) -> float:
     for j in range(n):
         for k in range(n):
             force += 0.5 * work[delta + j] * pool[V1 + row * j + k] * work[delta + k]
+    return force
+
+
+@inner
+def strain_force(b: Record, place: int, pool: Array, work: Array) -> float:
+    """dV/dL at fixed coordinates of the energy of V2 and V3, whose rates stand in a `strain_table` at the place."""
+    n, delta = b["n"], b["delta"]
+    count = n + n * (n + 1) // 2
+    force, entry = 0.0, 0
+    for k in range(n):
+        for l in range(k, n):
+            at = place + COLUMNS * count * (entry // COLUMNS) + entry % COLUMNS
+            K, m = 0.0, n
+            for i in range(n):
+                d = work[delta + i]
+                K += 2.0 * d * pool[at + COLUMNS * i]
+                for j in range(i, n):
+                    K += d * work[delta + j] * pool[at + COLUMNS * m]
+                    m += 1
+            force += (0.5 if l == k else 1.0) * K * work[delta + k] * work[delta + l]
+            entry += 1
     return force
 
 

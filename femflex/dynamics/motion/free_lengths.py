@@ -17,13 +17,13 @@ from femflex.dynamics.forces.worked import clear_worked
 from femflex.dynamics.joints.coordinates import coordinate_rates
 from femflex.dynamics.joints.held import held_state
 from femflex.dynamics.lowering.layout import body_of, header_of
-from femflex.dynamics.motion.drum_force import drum_force
+from femflex.dynamics.motion.drum_force import drum_force, strain_force
 from femflex.dynamics.motion.equations import RATE
 from femflex.dynamics.motion.gathering import write_residual
 from femflex.dynamics.motion.led_equations import write_accelerations
 from femflex.dynamics.motion.states import take_states, write_state_rates
 
-SOURCE, Z, SLOT, PICKUP, DRUM_MASS = 7, 8, 9, 10, 11  # of the numbers of a LengthTable
+SOURCE, Z, SLOT, PICKUP, STRAIN, DRUM_MASS = 7, 8, 9, 10, 11, 12  # of the numbers of a LengthTable
 
 
 @inner
@@ -59,6 +59,8 @@ def write_lacks(column: int, table: Table, pool: Array, work: Array) -> None:
             rate, acceleration = work[head["z"] + z + 1], work[head["z"] + slot]
             pickup = b["unit"] + int(numbers[PICKUP]) if numbers[PICKUP] >= 0.0 else -1
             need = drum_force(i, rate, acceleration, pickup, table, pool, work)
+            if numbers[STRAIN] >= 0.0:
+                need += strain_force(b, b["unit"] + int(numbers[STRAIN]), pool, work)
             need += numbers[DRUM_MASS] * acceleration - work[head["zdot"] + z + 1]
             work[head["needs"] + (n + 1) * k + column] = need
             k += 1

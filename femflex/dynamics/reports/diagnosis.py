@@ -12,6 +12,7 @@ from femflex.dynamics.constraints.discs import flat_disc_text
 from femflex.dynamics.constraints.reach import end_of_reach_text
 from femflex.dynamics.joints.gimbal_lock import lockable
 from femflex.dynamics.joints.held_places import specified_states
+from femflex.dynamics.user_functions import user_function_fault
 from femflex.system import LengthTable
 from femflex.system.turning import lock_angle, locked
 
@@ -35,6 +36,9 @@ def diagnosis(model: Model, t: float, x: Array, unheld: bool) -> tuple[str, Exce
         if unheld:
             text = told_unheld(model.constraints, t, x, " any further")
             return end_of_reach(model, t, x) or text, None
+    text, cause = user_function_fault(model, t, x)
+    if text:
+        return text, cause
     for look in (end_of_length, gimbal_lock, flat_disc, end_of_reach):
         if text := look(model, t, x):
             return text, None

@@ -57,7 +57,7 @@ def acting_forces(model: Model, name: str, seen: Mapping[str, Array], j: int) ->
     system, out = model.system, list[tuple[str, Array]]()
     C_NB = dcm_from_quaternion(seen[f"bodies/{name}/attitude"][j])
     for load in system.loads:
-        if load.body == name:
+        if load.body == name and load.force.any():
             out.append((load.marker, np.asarray(seen[f"loads/{load.name}/force"][j])))
     for spring in system.springs:
         ends = [(spring.parent, spring.parent_marker), (spring.body, spring.marker)]

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from femflex.body import FlexibleBody
-from femflex.system import Environment, Joint, System
+from femflex.system import Environment, Joint, LengthTable, System
 from femflex.system.variation import MARKER
 
 Change = Callable[[System], System]
@@ -53,17 +53,40 @@ def without_strain(name: str) -> Callable[[FlexibleBody], FlexibleBody]:
 
 
 def of_degree(name: str, array: str) -> Change:
-    """The system without the strain of one degree. Raises ValueError where the strain of a body varies as a whole."""
+    """The system without the strain of one degree.
+
+    Raises ValueError where the strain of a body varies as a whole: by a function of the user, or a table of both.
+    """
 
     def change(system: System) -> System:
-        if mixed := [key for key, variation in system.varying.items() if "strain" in variation.acting]:
-            raise ValueError(
-                f"{name!r} cannot be switched off: the strain of body {mixed[0]!r} varies with time as a whole; switch "
-                "off 'nonlinear_strain', or let its function write the part that is to stay"
-            )
-        return of_bodies(without_strain(array), "strain")(system)
+        bodies, varying = dict(system.bodies), dict(system.varying)
+        for key, body in system.bodies.items():
+            if not _has(system, key, array):
+                continue
+            if key in varying and "strain" in varying[key].acting:
+                if all(_has(system, key, one) for one in ("V2", "V3")):
+                    raise ValueError(
+                        f"{name!r} cannot be switched off: the strain of body {key!r} varies with time as a whole; "
+                        "switch off 'nonlinear_strain', or let its function write the part that is to stay"
+                    )
+                varying[key] = varying[key].without("strain")
+            bodies[key] = without_strain(array)(body)
+        return replace(system, bodies=bodies, varying=varying)
 
     return change
+
+
+def has_degree(array: str) -> Callable[[System], bool]:
+    """Whether a system has strain of one degree."""
+    return lambda system: any(_has(system, key, array) for key in system.bodies)
+
+
+def _has(system: System, key: str, array: str) -> bool:
+    """Whether a body has V2 or V3; one that varies by a function of the user may have both at any time."""
+    variation = system.varying.get(key)
+    if variation is not None and "strain" in variation.acting and not isinstance(variation.write, LengthTable):
+        return True
+    return bool(getattr(system.bodies[key].strain, array).any())
 
 
 def varies(system: System, part: str) -> bool:
@@ -108,13 +131,13 @@ EQUATION_TERMS = (  # in the order of the ledger's rows
     EquationTerm(
         "elastic_K2",
         "K2 delta, quadratic in delta",
-        lambda system: varies(system, "strain") or any(body.strain.V2.any() for body in system.bodies.values()),
+        has_degree("V2"),
         of_degree("elastic_K2", "V2"),
     ),
     EquationTerm(
         "elastic_K3",
         "K3 delta, cubic in delta",
-        lambda system: varies(system, "strain") or any(body.strain.V3.any() for body in system.bodies.values()),
+        has_degree("V3"),
         of_degree("elastic_K3", "V3"),
     ),
     EquationTerm(

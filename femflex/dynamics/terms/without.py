@@ -20,7 +20,7 @@ from femflex.dynamics.terms.by_source import (
     all_rows,
     term_names,
 )
-from femflex.dynamics.terms.equation_terms import BY_NAME, of_bodies
+from femflex.dynamics.terms.equation_terms import BY_NAME
 from femflex.dynamics.terms.reduced import reduced_rate
 from femflex.dynamics.terms.reduced_constraints import reduced_constrained_rate
 from femflex.dynamics.workspace import Workspace
@@ -37,16 +37,20 @@ LOOPS, CONSTRAINTS, VARYING = "loops/", "constraints/", "varying/"
 SHORT = {"K1": "elastic", "K2": "elastic_K2", "K3": "elastic_K3"}
 
 
-def with_linear_strain(body: FlexibleBody) -> FlexibleBody:
-    """The body to first order: no cubic and quartic strain, and nothing that follows its bending."""
-    linear, body = StrainTensors(body.strain.V1, body.strain.f0), body.without_slaves()
+def with_linear_strain(body: FlexibleBody, varies: bool = False) -> FlexibleBody:
+    """The body to first order: no cubic and quartic strain, and nothing that follows its bending.
+
+    varies: a function writes all of its shapes, so that those that follow are kept, and do not move.
+    """
+    linear = StrainTensors(body.strain.V1, body.strain.f0)
+    body = replace(body, slaves=0.0 * body.slaves) if varies else body.without_slaves()
     markers = {name: replace(marker, axis=np.zeros(3)) for name, marker in body.markers.items()}
     return replace(body, strain=linear, markers=markers)
 
 
 def bends_nonlinearly(body: FlexibleBody) -> bool:
     """Whether a body's strain is of more than first order, or shapes follow its bending."""
-    return not body.strain.is_linear or len(body.slaves) > 0
+    return not body.strain.is_linear or bool(body.slaves.any())
 
 
 def switchable(model: Model) -> list[str]:
@@ -109,7 +113,11 @@ def changed(system: System, name: str) -> System:
         change = BY_NAME[name].without
         return system if change is None else change(system)
     if name == NONLINEAR:
-        return of_bodies(with_linear_strain, "strain")(system)
+        return replace(
+            system,
+            bodies={key: with_linear_strain(body, key in system.varying) for key, body in system.bodies.items()},
+            varying={key: variation.without("strain") for key, variation in system.varying.items()},
+        )
     if name.startswith(VARYING):
         return replace(system, varying={key: v for key, v in system.varying.items() if VARYING + key != name})
     for term in force_terms():

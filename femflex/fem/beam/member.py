@@ -66,7 +66,7 @@ CURVED = 5e-3  # relative length that chords of curved cells may lack: an arc of
 SLENDER = 20.0  # length over radius of gyration below which shear, left out here, shifts the first mode by over 1 %
 
 
-@family("beam", OPTIONS, prepare=selected_axes)
+@family("beam", OPTIONS, prepare=selected_axes, dimension=1)
 def beam(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     """Inertia, strain and skin of 3-D Euler-Bernoulli or Timoshenko beams on a group of line cells.
 

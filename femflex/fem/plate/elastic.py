@@ -48,6 +48,11 @@ def section_stiffness(section: PlateSection, axis: ArrayLike, axes: Array) -> St
     return Stiffness(*section.stiffness(_angles(axis, axes)))
 
 
+def ply_stiffness(section: PlateSection, axis: ArrayLike, axes: Array) -> Array:
+    """`PlateSection.plies` (1|e, 1, k, 2, 3, 6) per strains in axes (1|e, 3, 3), the section's x axis as above."""
+    return section.ply_stiffness(_angles(axis, axes))[:, None]
+
+
 def initial_stress(section: PlateSection, options: Mapping[str, Any], axes: Array, n: int) -> Array:
     """Initial stress (1|e, 1, n) of plates with these options and axes: prestress less A times the thermal strain.
 

@@ -15,7 +15,7 @@ from femflex.fem.option import member_options
 from femflex.fem.plate import rectangle_fields
 from femflex.fem.plate.blocks import LocalDofs, PlateInertia, mass_points
 from femflex.fem.plate.dof_map import flat_map, member_section
-from femflex.fem.plate.elastic import OPTIONS, initial_stress, section_stiffness
+from femflex.fem.plate.elastic import OPTIONS, initial_stress, ply_stiffness, section_stiffness
 from femflex.fem.plate.frames import DUST, oriented, plane_normals, shared_axes
 from femflex.fem.plate.second_order import warn_of_curved_sides
 from femflex.fem.plate.sides import side_table
@@ -38,7 +38,7 @@ _SQUARES = np.polynomial.legendre.leggauss(5)  # exact for squares of its slopes
 _TIED = np.polynomial.legendre.leggauss(2)  # along an axis the in-plane field has linear gradients
 
 
-@family("plate_bfs", OPTIONS)
+@family("plate_bfs", OPTIONS, dimension=2)
 def plate_bfs(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     """Thin flat plate elements on the rectangles of the member's group, in any position in space.
 
@@ -90,7 +90,15 @@ def plate_bfs(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
         inertia=(PlateInertia(dm, rho, dof_map, axes, heights, place, partial(of, rows.swapaxes(1, 2).copy())),),
         strain=(strain,),
         skin=partial(plate_skin, mesh.points, corners, axes, section.thickness, dof_map),
-        places=(StrainPlaces("plate", middle, _places(mesh.points[corners], _TIED[0]), section.thickness / 2),),
+        places=(
+            StrainPlaces(
+                "plate",
+                middle,
+                _places(mesh.points[corners], _TIED[0]),
+                section.thickness / 2,
+                plies=ply_stiffness(section, options["axis"], axes),
+            ),
+        ),
     )
 
 

@@ -16,7 +16,7 @@ from femflex.fem.family import Contribution, StrainPlaces, family, member_cells
 from femflex.fem.option import Option, member_options
 from femflex.fem.plate.blocks import LocalDofs, PlateInertia, mass_points
 from femflex.fem.plate.dof_map import flat_map, member_section
-from femflex.fem.plate.elastic import OPTIONS, initial_stress, section_stiffness
+from femflex.fem.plate.elastic import OPTIONS, initial_stress, ply_stiffness, section_stiffness
 from femflex.fem.plate.frames import plane_frames, plane_normals, shared_axes
 from femflex.fem.plate.second_order import warn_of_curved_sides
 from femflex.fem.plate.skin import plate_skin
@@ -35,7 +35,7 @@ ELEMENT = {"element": Option("dkmt", "'dkmt' (any thickness) or 'dkt' (thin: no 
 LINEAR, SQUARES = 2, 5  # degrees of the linear strains squared, and of squares of the slopes times linear stress
 
 
-@family("plate", {**ELEMENT, **OPTIONS})
+@family("plate", {**ELEMENT, **OPTIONS}, dimension=2)
 def plate(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     """Flat plate elements on the triangles of the member's group, in any position in space.
 
@@ -88,7 +88,14 @@ def plate(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
         inertia=(triangle_inertia(x, axes, section, fields, dof_map),),
         strain=(strain,),
         skin=partial(plate_skin, mesh.points, corners, axes, section.thickness, dof_map),
-        places=(StrainPlaces("plate", np.matmul(area_points(LINEAR)[0], x), lever=section.thickness / 2),),
+        places=(
+            StrainPlaces(
+                "plate",
+                np.matmul(area_points(LINEAR)[0], x),
+                lever=section.thickness / 2,
+                plies=ply_stiffness(section, options["axis"], axes),
+            ),
+        ),
     )
 
 

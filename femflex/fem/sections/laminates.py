@@ -109,6 +109,8 @@ class PlateSection:
     B          (3, 3)  moments from membrane strains, forces from curvatures [N]; zero where nothing couples
     centre     ()      height of the mass centre above the surface of the nodes [m]; rotary is about it
     added      ()      the part of mass that is no structure [kg/m^2]
+    plies      (k, 2, 3, 6)  stress (11, 22, 12) in each ply's axes at its bottom and top, from the lowest ply on, per
+                       membrane strain [N/m^2] and curvature [N/m] of the surface of the nodes; none: not known
     """
 
     thickness: float
@@ -120,6 +122,7 @@ class PlateSection:
     B: Array = field(default_factory=lambda: np.zeros((3, 3)))
     centre: float = 0.0
     added: float = 0.0
+    plies: Array = field(default_factory=lambda: np.zeros((0, 2, 3, 6)))
 
     def __post_init__(self) -> None:
         _require("thickness", self.thickness, "plate section", positive=True)
@@ -152,17 +155,25 @@ class PlateSection:
         A, D = (np.matmul(R.swapaxes(1, 2), matrix @ R) for matrix in (self.A, self.D))
         return A, D, np.matmul(C.swapaxes(1, 2), self.S @ C)
 
+    def ply_stiffness(self, angles: Array) -> Array:
+        """`plies` (a, k, 2, 3, 6) per strains in axes from which the section's x axis is turned by angles (a,)
+        [rad]."""
+        R = strain_rotation(angles)[:, None, None]
+        return np.concatenate([self.plies[..., :3] @ R, self.plies[..., 3:] @ R], axis=-1)
+
     def turned(self, angle: float) -> PlateSection:
         """The section with its x axis turned by angle [rad] towards y in the plate."""
         A, D, S = self.stiffness(np.array([angle]))
         R = strain_rotation(angle)
-        return replace(self, A=A[0], D=D[0], S=S[0], B=R.T @ self.B @ R)
+        return replace(self, A=A[0], D=D[0], S=S[0], B=R.T @ self.B @ R, plies=self.ply_stiffness(np.array([angle]))[0])
 
     def turned_over(self) -> PlateSection:
         """The section seen from below: turned half a turn about its x axis, so that angles count the other way."""
         M, C = np.diag([1.0, 1.0, -1.0]), np.diag([1.0, -1.0])
         A, D, S, B = M @ self.A @ M, M @ self.D @ M, C @ self.S @ C, -M @ self.B @ M
-        return replace(self, A=A, D=D, S=S, B=B, centre=-self.centre)
+        plies = M @ self.plies[::-1, ::-1]
+        plies = np.concatenate([plies[..., :3] @ M, -plies[..., 3:] @ M], axis=-1)
+        return replace(self, A=A, D=D, S=S, B=B, centre=-self.centre, plies=plies)
 
     def loaded(self, mass: float) -> PlateSection:
         """The section with more mass per unit area [kg/m^2] that is no structure, at the height of its mass centre."""
@@ -172,12 +183,14 @@ class PlateSection:
     def shifted(self, offset: float) -> PlateSection:
         """The section moved by offset [m] along the normal, off the surface of the nodes: strains there are those of
         the nodes' surface and offset times the curvatures."""
-        B = self.B + offset * self.A
-        return replace(self, B=B, D=self.D + 2 * offset * self.B + offset**2 * self.A, centre=self.centre + offset)
+        B, D = self.B + offset * self.A, self.D + 2 * offset * self.B + offset**2 * self.A
+        return replace(self, B=B, D=D, centre=self.centre + offset, plies=scaled_plies(self.plies, 1.0, offset))
 
 
-def layup(plies: Iterable[Ply], coupled: bool = False) -> PlateSection:
+def layup(plies: Iterable[Ply], coupled: bool = False, extra_mass: float = 0.0) -> PlateSection:
     """Section of a stack of plies, from the bottom (-z) to the top; symmetric about its middle plane, or coupled.
+
+    extra_mass: per area, of what is no structure, such as cells and harness [kg/m^2].
 
     A = sum Q t, D = sum Q (z_top^3 - z_bottom^3) / 3 (classical lamination theory). Shear: the energy of the shear
     stresses that equilibrium gives to bending, S^-1 = int f^T G^-1 f dz with f from F(z) = int Q z dz D^-1 (Rolfes &
@@ -208,25 +221,37 @@ def layup(plies: Iterable[Ply], coupled: bool = False) -> PlateSection:
     B, centre = (np.zeros((3, 3)), 0.0) if even else (B, uneven * float(z[-1] - z[0]))
     S = _shear_stiffness(stack, z, Q, A, B, D)
     mass = float(rho @ moments[0])
-    return PlateSection(float(z[-1] - z[0]), mass, float(rho @ moments[2]) - mass * centre**2, A, D, S, B, centre)
+    rotary = float(rho @ moments[2]) - mass * centre**2
+    own = [ply.lamina.plane_stress(0.0) @ strain_rotation(ply.angle) for ply in stack]  # stress in the ply's axes
+    ends = zip(own, z[:-1], z[1:], strict=True)
+    plies = np.array([[np.hstack([C, height * C]) for height in (low, high)] for C, low, high in ends])
+    section = PlateSection(float(z[-1] - z[0]), mass, rotary, A, D, S, B, centre, plies=plies)
+    return section.loaded(extra_mass)
 
 
-def isotropic(thickness: float, material: Material) -> PlateSection:
+def isotropic(thickness: float, material: Material, extra_mass: float = 0.0) -> PlateSection:
     """Section of a plain sheet, thickness [m]: D = E h^3 / 12(1 - nu^2), S = 5/6 G h."""
-    return layup([Ply(Lamina.isotropic(material), thickness)])
+    return layup([Ply(Lamina.isotropic(material), thickness)], extra_mass=extra_mass)
 
 
 def orthotropic(
     thickness: float, E1: float, E2: float, G12: float, nu12: float, density: float, angle: float = 0.0,
-    G13: float | None = None, G23: float | None = None,
+    G13: float | None = None, G23: float | None = None, extra_mass: float = 0.0,
 ) -> PlateSection:  # fmt: skip
     """Section of a sheet of one orthotropic material, axis 1 at angle [rad] from the section's x axis."""
-    return layup([Ply(Lamina(E1, E2, G12, nu12, density, G13, G23), thickness, angle)])
+    return layup([Ply(Lamina(E1, E2, G12, nu12, density, G13, G23), thickness, angle)], extra_mass=extra_mass)
 
 
-def sandwich(face: Ply, core_thickness: float, core: Lamina) -> PlateSection:
+def sandwich(face: Ply, core_thickness: float, core: Lamina, extra_mass: float = 0.0) -> PlateSection:
     """Section of two equal faces on a core [m]: bending from the faces (and the core's own E), shear from the core."""
-    return layup([face, Ply(core, core_thickness), face])
+    return layup([face, Ply(core, core_thickness), face], extra_mass=extra_mass)
+
+
+def scaled_plies(plies: Array, factor: Array | float, offset: float) -> Array:
+    """`PlateSection.plies` of all thicknesses times a factor (...) [1], then moved by offset [m]: (..., k, 2, 3, 6)."""
+    f = np.asarray(factor, float)[..., None, None, None, None]
+    membrane = np.broadcast_to(plies[..., :3], (*np.shape(factor), *plies.shape[:3], 3))
+    return np.concatenate([membrane, f * plies[..., 3:] + offset * membrane], axis=-1)
 
 
 def strain_rotation(angle: Array | float) -> Array:

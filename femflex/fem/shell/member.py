@@ -79,7 +79,7 @@ def prepared_mesh(mesh: Mesh, members: Sequence[Member]) -> tuple[Mesh, tuple[st
     return mesh, centred + laid
 
 
-@family("shell", OPTIONS, prepare=prepared_mesh)
+@family("shell", OPTIONS, prepare=prepared_mesh, dimension=2)
 def shell(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     """Shell elements of any thickness on the quadrilaterals and triangles of the member's group, also mixed.
 
@@ -161,7 +161,11 @@ def shell(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
         half = [variable.heights(patch, rule[0]) / 2 for rule in (_full(name), _few(name))]
         levers: list[Any] = [float(h[0, 0]) if h.size == 1 else np.broadcast_to(h, (len(x), h.shape[1])) for h in half]
         second = cell.order == 2
-        places.append(StrainPlaces("plate", at, few if second else None, levers[0], levers[1] if second else None))
+        plies = [variable.plies(patch, rule[0]) for rule in (_full(name), _few(name))]
+        sampled = (few, levers[1], plies[1]) if second else (None, None, None)
+        places.append(
+            StrainPlaces("plate", at, sampled[0], levers[0], sampled[1], plies=plies[0], sampled_plies=sampled[2])
+        )
         late.append(partial(_drilling, geometry, dofs, numbering, float(section.A[2, 2])))
 
     def drilled() -> tuple[StrainBlock, ...]:

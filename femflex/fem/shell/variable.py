@@ -21,7 +21,7 @@ import numpy as np
 
 from femflex.arrays import Array, IntArray
 from femflex.fem.formula import formula_of_place
-from femflex.fem.sections.laminates import PlateSection
+from femflex.fem.sections.laminates import PlateSection, scaled_plies
 from femflex.mesh.cells import CELL_TYPES
 
 
@@ -118,6 +118,10 @@ class VariableSection:
         C[..., :3, :3], C[..., 3:6, 3:6], C[..., 6:, 6:] = A, D + 2 * d * B + d**2 * A, f * s.S
         C[..., :3, 3:6] = C[..., 3:6, :3] = B + d * A
         return C
+
+    def plies(self, patch: Patch, positions: Array) -> Array:
+        """`PlateSection.plies` (e|1, q|1, k, 2, 3, 6) per strains in the section's axes, at positions of elements."""
+        return scaled_plies(self.section.plies, self.heights(patch, positions) / self.section.thickness, self.offset)
 
     def masses(self, patch: Patch, positions: Array) -> tuple[Array, Array, Array]:
         """Mass per area [kg/m^2], first [kg/m] and second moment [kg] about the surface of the nodes, (e|1, q|1)

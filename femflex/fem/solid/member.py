@@ -102,7 +102,7 @@ def _stay_first_order(mesh: Mesh, members: Sequence[Member]) -> tuple[bool, tupl
     return True, (text,)
 
 
-@family("solid", OPTIONS, prepare=raised_solids)
+@family("solid", OPTIONS, prepare=raised_solids, dimension=3)
 def solid(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     """Solid elements on the cells of the member's group: tetrahedra, pyramids, wedges and hexahedra, also mixed.
 

@@ -38,7 +38,7 @@ DEGREE = 4  # of the squares of the displacements and of the strains squared, on
 CURVED = 4  # more for sides that are curved
 
 
-@family("membrane", OPTIONS)
+@family("membrane", OPTIONS, dimension=2)
 def membrane(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     """Inertia, strain and skin of membranes on the triangles of a group, in any position in space.
 

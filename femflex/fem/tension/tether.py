@@ -40,7 +40,7 @@ VARYING_DEGREE = 8  # polynomial degree added to the quadrature where properties
 STATIONS = 5  # drawn points of an element
 
 
-@family("tether", OPTIONS)
+@family("tether", OPTIONS, dimension=1)
 def tether(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     """Inertia, strain and skin of tethers, cables and strings on a group of line cells.
 

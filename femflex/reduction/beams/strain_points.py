@@ -51,6 +51,8 @@ def _part(block: StrainBlock, places: StrainPlaces, raw: Array, nonlinear: bool)
     if shares is not None and lever.size > 1:
         lever = np.einsum("ekq,eq->ek", shares, lever)
     fibres = np.zeros((0, 4)) if places.fibres is None else _kept(places.fibres, (e, q), shares)
+    stack = places.plies if not nonlinear or places.sampled_plies is None else places.sampled_plies
+    plies = np.zeros((0, 0, 2, 3, 6)) if stack is None else _kept(stack, (e, q), shares)
     if shares is not None:
         x, weight = shares @ x, np.repeat(weight.sum(axis=1, keepdims=True) / kept, kept, axis=1)
     return StrainPart(
@@ -67,6 +69,8 @@ def _part(block: StrainBlock, places: StrainPlaces, raw: Array, nonlinear: bool)
         per=kept,
         lever=lever.ravel(),
         fibres=fibres,
+        plies=plies,
+        group=places.group,
     )
 
 

@@ -7,7 +7,7 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from femflex.arrays import Array, IntArray
-from femflex.fem.eigen.modes import factorised
+from femflex.fem.eigen.modes import factorised, without_stiffness
 from femflex.fem.structure import Structure
 
 ROUNDING = 1e-13  # force on a dof over the sum of its terms, of all dofs the largest, below which it is none
@@ -105,6 +105,13 @@ def independent_columns(columns: Array) -> Array:
             kept.append(j)
             basis = np.column_stack([basis, rest / size])
     return np.array(kept, np.int64)
+
+
+def stands_by_springs(K: sparse.csr_array, M: sparse.csr_array, R: Array) -> bool:
+    """Whether the stiffness K (n_dof, n_dof) resists all rigid motions R (n_dof, r): springs to ground hold it."""
+    R = R[:, independent_columns(R)]
+    R = R / np.linalg.norm(R, axis=0)
+    return not without_stiffness(K, M, R @ np.linalg.eigh(R.T @ (K @ R))[1]).any()
 
 
 def check_no_rigid_motion(R: Array, phi: Array, weight: Array) -> None:

@@ -20,7 +20,7 @@ from femflex.arrays import Array, IntArray
 from femflex.fem.eigen.modes import IdleError, Modes, factorised, lowest_modes, without_stiffness
 from femflex.fem.eigen.shift_invert import Factors, SingularError
 from femflex.fem.structure import Structure
-from femflex.reduction.boundary.rigid import independent_columns, rigid_shapes
+from femflex.reduction.boundary.rigid import independent_columns, rigid_shapes, stands_by_springs
 
 SHOWN = 3  # dofs without stiffness and mass that a message names
 
@@ -29,7 +29,8 @@ SHOWN = 3  # dofs without stiffness and mass that a message names
 class Supported:
     """Matrices of a structure with some dofs held, or none.
 
-    whole_K, whole_M (n_dof, n_dof)   held (k,)   R (n_dof, r) rigid motions, of a structure that nothing holds
+    whole_K, whole_M (n_dof, n_dof)   held (k,)
+    R (n_dof, r)   rigid motions, zero at dofs held, of a structure that neither supports nor springs to ground hold
     """
 
     whole_K: sparse.csr_array
@@ -55,12 +56,12 @@ class Supported:
     @cached_property
     def stiff(self) -> IntArray:
         """Free dofs (m,) of which the stiffness is factorised: all that are left by determinate supports."""
-        return self.free if self.held.size else np.setdiff1d(self.free, determinate_supports(self.R))
+        return np.setdiff1d(self.free, determinate_supports(self.R))
 
     @cached_property
     def K_stiff(self) -> sparse.csr_array:
         """Stiffness (m, m) of the `stiff` dofs."""
-        return self.K if self.held.size else self.K[self.stiff][:, self.stiff]
+        return self.whole_K[self.stiff][:, self.stiff] if len(self.stiff) < len(self.free) else self.K
 
     @cached_property
     def factors(self) -> Factors:
@@ -71,29 +72,31 @@ class Supported:
         """Static displacements (n_dof, k) [m, rad] or (n_dof,) under loads alike; without supports, of their balanced
         part."""
         x = np.zeros_like(loads)
-        if not self.held.size:
+        if self.R.shape[1]:
             loads = loads - self._MR @ (self._R.T @ loads)
         x[self.stiff] = self.factors.solve(np.ascontiguousarray(loads[self.stiff]))
-        return x if self.held.size else x - self._R @ (self._MR.T @ x)
+        return x - self._R @ (self._MR.T @ x) if self.R.shape[1] else x
 
     def lowest_modes(self, n: int) -> Modes:
         """The n lowest elastic modes on the free dofs, by these factors (`fem.eigen.lowest_modes`).
 
         Of an unsupported structure they exclude its rigid motions, unless it has stiffness against these too.
         """
-        if self.held.size:
+        if not self.R.shape[1]:
             return lowest_modes(self.K, self.M, n, solve=self._free_answer)
-        if self.R.shape[1] and without_stiffness(self.K, self.M, self.R).all():
+        if without_stiffness(self.whole_K, self.whole_M, self.R).all():
             found = lowest_modes(self.K, self.M, n, free=True, solve=self._free_answer)
-            return found if found.null.shape[1] else replace(found, null=self._R)
+            return found if found.null.shape[1] else replace(found, null=self._R[self.free])
         return lowest_modes(self.K, self.M, n, free=True)
 
     def _free_answer(self, load: Array) -> Array:
         """Static displacements of the free dofs under loads on them, (n,) or (n, k)."""
         try:
-            if self.held.size:
+            if not self.R.shape[1]:
                 return np.asarray(self.factors.solve(load))
-            return self.answers(load)
+            whole = np.zeros((self.whole_K.shape[0], *load.shape[1:]))
+            whole[self.free] = load
+            return self.answers(whole)[self.free]
         except RuntimeError as error:
             raise SingularError from error
 
@@ -109,7 +112,10 @@ class Supported:
 
 
 def supported(structure: Structure, held: IntArray) -> Supported:
-    """The structure on these supports, numbers of dofs `held` (k,); the same object when it is wanted again."""
+    """The structure on these supports, numbers of dofs `held` (k,); the same object when it is wanted again.
+
+    Dofs that nothing resists (`Structure.unresisted`) and that move no mass are held too.
+    """
     return _known(structure, held, "K", structure.K)
 
 
@@ -149,8 +155,15 @@ def _places_text(structure: Structure, dofs: IntArray) -> str:
 
 def _known(structure: Structure, held: IntArray, which: str, K: sparse.csr_array) -> Supported:
     def make() -> Supported:
-        R = np.zeros((structure.n_dof, 0)) if held.size else rigid_shapes(structure)
-        return Supported(K, structure.M, np.asarray(held, np.int64), R[:, independent_columns(R)])
+        R = np.zeros((structure.n_dof, 0))
+        idle = structure.unresisted[structure.M.diagonal()[structure.unresisted] == 0]
+        if not held.size:
+            R = rigid_shapes(structure)
+            R[idle] = 0.0
+            R = R[:, independent_columns(R)]
+            if stands_by_springs(K, structure.M, R):
+                R = R[:, :0]
+        return Supported(K, structure.M, np.union1d(np.asarray(held, np.int64), idle), R)
 
     found: Supported = structure.recalled((which, held.tobytes()), make)
     return found
@@ -158,4 +171,6 @@ def _known(structure: Structure, held: IntArray, which: str, K: sparse.csr_array
 
 def determinate_supports(R: Array) -> IntArray:
     """As many numbers of dofs as there are rigid motions R (n_dof, r), ascending, that hold them all."""
+    if not R.shape[1]:
+        return np.zeros(0, np.int64)
     return np.sort(linalg.qr(R.T, mode="r", pivoting=True)[1][: R.shape[1]]).astype(np.int64)

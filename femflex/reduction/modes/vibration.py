@@ -11,7 +11,7 @@ from femflex.arrays import Array, IntArray
 from femflex.fem.eigen.canonical import canonical, signs
 from femflex.fem.eigen.modes import dense_modes
 from femflex.fem.structure import Structure
-from femflex.reduction.boundary.clamps import Groups, free_dofs, held_dofs, names, refuse_unheld
+from femflex.reduction.boundary.clamps import Groups, held_dofs, names, refuse_unheld
 from femflex.reduction.boundary.markers import marker_rows
 from femflex.reduction.boundary.rigid import DIRECTIONS, independent_columns, rigid_shapes
 from femflex.reduction.boundary.supported import lowest_modes_on, supported
@@ -19,6 +19,7 @@ from femflex.reduction.inertia.accelerations import loads_of_rigid_accelerations
 from femflex.reduction.modes.buckling import refuse_buckled
 from femflex.reduction.modes.modeset import ModeSet
 
+UNHELD = np.zeros(0, np.int64)
 DEPENDENT = 1e-13  # least eigenvalue of the mass matrix of unit-mass shapes below which they are dependent
 TURN = 1e-3  # rotation times size below this part of the largest translation has no say in a shape's sign
 
@@ -35,7 +36,7 @@ def cantilever_modes(structure: Structure, clamp: Groups, n: int) -> ModeSet:
 def fixed_modes(structure: Structure, held: IntArray, groups: tuple[str, ...], n: int) -> ModeSet:
     """The n lowest vibration modes with the dofs held (k,), numbers, fixed; groups names their supports in messages."""
     refuse_buckled(structure, held)
-    free = free_dofs(structure, held)
+    free = supported(structure, held).free
     modes = lowest_modes_on(structure, held, n)
     if modes.null.shape[1]:
         loose = np.zeros((structure.n_dof, modes.null.shape[1]))
@@ -65,14 +66,20 @@ def free_free_modes(structure: Structure, n: int) -> ModeSet:
     """The n lowest elastic modes of the free structure, M-orthogonal to rigid motion.
 
     The body frame then follows the mean motion: no elastic coordinate moves the centre of mass or carries angular
-    momentum to first order. Raises ValueError on a structure that is held, or is a mechanism.
+    momentum to first order. Dofs that nothing resists (`Structure.unresisted`) and that move no mass stay zero. A
+    structure that springs to ground hold has its modes in the frame of the ground. Raises ValueError on a structure
+    that such springs hold in part, or that is a mechanism.
     """
-    modes = lowest_modes_on(structure, np.zeros(0, np.int64), n)
+    free, modes = supported(structure, UNHELD).free, lowest_modes_on(structure, UNHELD, n)
     R = rigid_shapes(structure)
     R = R[:, independent_columns(R)]
     n_null, n_rigid = modes.null.shape[1], R.shape[1]
+    phi, null = (np.zeros((structure.n_dof, shapes.shape[1])) for shapes in (modes.phi, modes.null))
+    phi[free], null[free] = modes.phi, modes.null
+    if not n_null:
+        return ModeSet(signed(structure, phi), ("vibration",) * phi.shape[1], modes.omega, note=modes.note)
     if n_null != n_rigid:
-        refuse_unheld(structure, np.zeros(0, np.int64), (), modes.null)
+        refuse_unheld(structure, UNHELD, (), null)
     MR = structure.M @ R
     try:
         moving = linalg.cho_factor(R.T @ MR)
@@ -81,8 +88,7 @@ def free_free_modes(structure: Structure, n: int) -> ModeSet:
             f"{n_rigid} rigid motions are free, and some move no mass (masses on a line have no inertia about it); "
             "clamp the structure, or give the masses inertia."
         ) from None
-    phi = modes.phi - R @ linalg.cho_solve(moving, MR.T @ modes.phi)
-    phi = signed(structure, phi)
+    phi = signed(structure, phi - R @ linalg.cho_solve(moving, MR.T @ phi))
     return ModeSet(phi, ("free-free",) * phi.shape[1], modes.omega, note=modes.note)
 
 

@@ -74,6 +74,7 @@ class Campbell:
     complete   False when it was broken off
     value      key path of the value of the case that stands in place of the speed, "" for the speed
     unit       of the speeds or values
+    critical   requested speeds at which the stiffness is singular, or there is no equilibrium
     rigid      names of the motions that neither grow nor decay and are no branches: drift, tilt of the spin axis
     """
 
@@ -85,6 +86,7 @@ class Campbell:
     crossings: tuple[Crossing, ...]
     complete: bool = True
     rigid: tuple[str, ...] = ()
+    critical: tuple[float, ...] = ()
     value: str = ""
     unit: str = "rad/s"
 
@@ -126,6 +128,7 @@ class Campbell:
             ],
             "crossings": [vars(crossing) for crossing in self.crossings],
             "rigid": list(self.rigid),
+            "critical": list(self.critical),
             "growth_threshold": GROWING,
             "complete": self.complete,
         }
@@ -145,7 +148,8 @@ def campbell(
     """The Campbell diagram of a system that spins steadily about an axis (3,), its speeds [rad/s] rising.
 
     modes: followed is every branch that is among so many lowest at some speed. at: time [s] whose loads are meant.
-    Raises ValueError for a craft that cannot spin steadily, EquilibriumError where it finds no equilibrium.
+    Raises ValueError for a craft that cannot spin steadily, EquilibriumError where it finds no equilibrium
+    at the first or the last speed; critical speeds between them are passed and marked.
     """
     found = list(spins(system, np.asarray(axis, float), speeds, modes, at, progress))
     return assembled_diagram(found, modes, orders, title)
@@ -175,9 +179,9 @@ def assembled_diagram(
     )
     asked = np.array([spin.asked for spin in steps])
     rigid = tuple(dict.fromkeys(motion.name for motion in steps[-1].vibration.known))
-    return Campbell(
-        title, speeds, asked, named, tuple(orders), tuple(sorted(met, key=lambda c: c.speed)), complete, rigid
-    )
+    critical = tuple(v for s in steps for v in (*s.passed, *([s.speed] if s.critical and s.asked else [])))
+    met.sort(key=lambda crossing: crossing.speed)
+    return Campbell(title, speeds, asked, named, tuple(orders), tuple(met), complete, rigid, critical)
 
 
 def followed(found: Sequence[tuple[Spin, Match | None]]) -> IntArray:

@@ -16,6 +16,7 @@ from femflex.studies.campbell.matching import Match, match
 from femflex.system import Frame, System, started
 
 ALIKE = 0.8  # least likeness of the shapes that are followed from one speed to the next
+BESIDE = 1e-6  # of a critical speed: how far below it the small motions are taken in its place
 HALVINGS = 6  # of a step, at most: what changes within a 64th of it is passed as a crossing
 NOTHING = (
     "the craft has no vibration: its bodies are rigid, and its joints are welded, prescribed or without springs; a "
@@ -32,6 +33,8 @@ class Spin:
     x          (n_x,) the equilibrium
     vibration  the small motions, with damping
     words      (n,) what each of them is, see `character`
+    critical   whether its stiffness is singular: the motions are those just below
+    passed     requested speeds before this one that have no equilibrium
     """
 
     speed: float
@@ -39,6 +42,8 @@ class Spin:
     x: Array
     vibration: SmallMotions
     words: tuple[str, ...]
+    critical: bool = False
+    passed: tuple[float, ...] = ()
 
 
 def spins(
@@ -52,8 +57,9 @@ def spins(
     """Every steady spin about the axis (3,) in turn, with how its vibrations continue those of the one before.
 
     Between speeds [rad/s] at which one of the `count` lowest shapes is not like that of the speed before, more are
-    looked at. Raises ValueError for a craft that cannot spin steadily or has nothing that vibrates, EquilibriumError
-    with the speed at which there is no equilibrium.
+    looked at. A critical speed, at which the stiffness of the spinning craft is singular, is passed. Raises ValueError
+    for a craft that cannot spin steadily or has nothing that vibrates, EquilibriumError where the first or the last
+    speed has no equilibrium.
     """
     if system.loops:
         raise ValueError(
@@ -67,9 +73,14 @@ def spins(
     still = frozen_system(replace(system, frame=frame_of(axis, speeds[0])), at)
 
     def at_speed(speed: float, near: Array | None, asked: bool) -> Spin:
-        return spin(still, axis, speed, near, asked)
+        try:
+            return spin(still, axis, speed, near, asked)
+        except EquilibriumError:
+            if near is None:
+                raise
+            return replace(spin(still, axis, speed * (1.0 - BESIDE), near, asked), speed=speed, critical=True)
 
-    yield from walked(at_speed, speeds, count, progress)
+    yield from walked(at_speed, speeds, count, progress, passing=True)
 
 
 def walked(
@@ -77,20 +88,29 @@ def walked(
     values: Sequence[float],
     count: int,
     progress: Callable[[float], None] | None = None,
+    passing: bool = False,
 ) -> Iterator[tuple[Spin, Match | None]]:
     """Small motions at every value in turn, with how they continue those of the value before.
 
-    found_at: gives those at a value, near a state (n_x,) [SI], and whether the value was requested. Between values at
-    which
-    one of the `count` lowest shapes is not like that before, more are looked at.
+    found_at: gives those at a value, near a state (n_x,) [SI], and whether the value was requested; passing: a
+    value without equilibrium between others is left out. Between values at
+    which one of the `count` lowest shapes is not like that before, more are looked at.
     """
     before: Spin | None = None
+    passed: tuple[float, ...] = ()
     for value in values:
-        found = found_at(value, None if before is None else before.x, True)
+        try:
+            found = replace(found_at(value, None if before is None else before.x, True), passed=passed)
+        except EquilibriumError:
+            if not passing or before is None or value == values[-1]:
+                raise
+            passed = (*passed, value)
+            continue
+        passed = ()
         if before is None:
             yield found, None
         else:
-            yield from _between(found_at, (before, found), count, HALVINGS)
+            yield from _between(found_at, (before, found), count, HALVINGS if not found.passed else 0)
         before = found
         if progress is not None:
             progress(value)

@@ -32,6 +32,7 @@ from femflex.dynamics.model import Model, compile_system
 from femflex.pipeline.rest import rest_of, rest_state, rest_system
 from femflex.studies.linear.inputs import Input, inputs_of, usual_inputs
 from femflex.studies.linear.space import StateSpace
+from femflex.summary import Rows, Summarised, listed
 from femflex.system import System
 from femflex.system.held_commands import UNIT, commanded
 
@@ -39,8 +40,8 @@ STEP = 1e-5  # of a coordinate's usual size, as in `linearised`: error of centra
 ROUNDING = 16 * np.finfo(float).eps  # of a channel's size: a smaller difference of two values is none
 
 
-@dataclass(frozen=True, eq=False)
-class LinearModel(StateSpace):
+@dataclass(frozen=True, eq=False, repr=False)
+class LinearModel(Summarised, StateSpace):
     """The linear model of a craft about a state; its first states are increments of coordinates, then their rates.
 
     mass, damping, stiffness  M, D + G and K (n, n) of the n independent coordinates
@@ -59,6 +60,14 @@ class LinearModel(StateSpace):
     y0: Array
     about: Equilibrium | None = None
     left_out: tuple[str, ...] = ()
+
+    def summary(self) -> tuple[str, Rows]:
+        """What it is about, its states, inputs and outputs."""
+        about = "an equilibrium" if self.about is not None else f"the state at t = {self.t:g} s"
+        rows = [("states", f"{len(self.A)}: {listed([name for name, _ in self.states])}")]
+        rows += [("inputs", listed([f"{name} [{unit}]" for name, unit in self.inputs]))]
+        rows += [("outputs", listed([f"{name} [{unit}]" for name, unit in self.outputs]))]
+        return f"Linear model about {about}", rows
 
     def selected(self, inputs: Sequence[str] | None = None, outputs: Sequence[str] | None = None) -> LinearModel:
         """The model with these inputs and outputs alone, in this order."""

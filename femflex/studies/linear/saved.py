@@ -6,9 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from femflex.results.destination import check_destination
+from femflex.hdf5 import placed_hdf5
 from femflex.studies.linear.linear_model import LinearModel
 from femflex.studies.linear.space import StateSpace
+from femflex.writing import placed
 
 SUFFIXES = (".mat", ".npz", ".h5")
 
@@ -23,7 +24,6 @@ def save_model(model: StateSpace, path: str | Path, force: bool = False) -> Path
     kind = path.suffix.lower()
     if kind not in SUFFIXES:
         raise ValueError(f"a linear model is written as {', '.join(SUFFIXES)}; {path.name} is neither")
-    check_destination(path, force)
     numbers = {"A": model.A, "B": model.B, "C": model.C, "D": model.D}
     if isinstance(model, LinearModel):
         numbers |= {"M": model.mass, "DG": model.damping, "K": model.stiffness, "y0": model.y0, "t": np.array(model.t)}
@@ -32,18 +32,21 @@ def save_model(model: StateSpace, path: str | Path, force: bool = False) -> Path
         pairs = getattr(model, key)
         texts[key] = [name for name, _ in pairs]
         texts[key.removesuffix("s") + "_units"] = [unit for _, unit in pairs]
-    if kind == ".mat":
-        from scipy.io import savemat
-
-        savemat(path, numbers | {key: np.array(value, object) for key, value in texts.items()})
-    elif kind == ".npz":
-        np.savez(path, **numbers, **{key: np.array(value, str) for key, value in texts.items()})  # type: ignore[arg-type]
-    else:
+    if kind == ".h5":
         import h5py
 
-        with h5py.File(path, "w") as file:
+        with placed_hdf5(path, force) as file:
             for key, value in numbers.items():
                 file[key] = value
             for key, words in texts.items():
                 file.create_dataset(key, data=np.array(words, object), dtype=h5py.string_dtype())
+        return path
+    with placed(path, force) as part:
+        if kind == ".mat":
+            from scipy.io import savemat
+
+            savemat(part, numbers | {key: np.array(value, object) for key, value in texts.items()})
+        else:
+            named = {key: np.array(value, str) for key, value in texts.items()}
+            np.savez(part, **numbers, **named)  # type: ignore[arg-type]
     return path

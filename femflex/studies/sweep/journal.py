@@ -11,6 +11,7 @@ from typing import TextIO
 
 from femflex import __version__
 from femflex.studies.sweep.member import Outcome, Plan
+from femflex.writing import placed
 
 
 def journal_of(output: Path) -> Path:
@@ -53,12 +54,10 @@ def read_journal(path: Path, plan: Plan) -> list[Outcome]:
 
 def begin(path: Path, plan: Plan, done: list[Outcome]) -> TextIO:
     """The journal open for more, with what is done; one that was there is replaced when the new one is whole."""
-    part = path.with_name(path.name + ".part")
-    with part.open("w", encoding="utf-8") as file:
+    with placed(path, force=True) as part, part.open("w", encoding="utf-8") as file:
         file.write(digest(plan) + "\n")
         for one in done:
             add(file, one)
-    os.replace(part, path)
     return path.open("a", encoding="utf-8")
 
 

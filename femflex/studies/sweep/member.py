@@ -153,7 +153,7 @@ def _watched(case: Case, bodies: Mapping[str, Part] | None, paths: list[str]) ->
 def _column(text: str) -> MeasureTable:
     """What a history watches."""
     path, _, component = text.partition(":")
-    return MeasureTable(channel=path, component=component or None)
+    return MeasureTable(channel=path, component=component) if component else MeasureTable(channel=path)
 
 
 def history(seen: Watched, text: str) -> Array:

@@ -6,6 +6,7 @@ import json
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -18,12 +19,14 @@ from femflex.case.problems import Problem
 from femflex.case.read import parse_case
 from femflex.case.sweep import SweepTable, read_sweep, split_number
 from femflex.case.units import UnitError
+from femflex.hdf5 import placed_hdf5
 from femflex.pipeline.file_digests import file_digests
-from femflex.results.destination import check_destination
+from femflex.results import FileLock
 from femflex.studies.sweep.design import designed, indices
 from femflex.studies.sweep.journal import add, begin, digest, journal_of, read_journal, refuse_other
-from femflex.studies.sweep.member import Outcome, Plan
-from femflex.studies.sweep.workers import outcomes
+from femflex.studies.sweep.member import Outcome, Plan, run_member
+from femflex.studies.sweep.workers import Todo, outcomes
+from femflex.writing import check_destination
 
 Progress = Callable[[float], object]  # called with the number of members done
 
@@ -52,6 +55,16 @@ class Sweep:
     def of_outputs(self) -> dict[str, Array]:
         """Percentiles (n_p,) of every output, in its unit, over the members that did not fail."""
         return {name: _percentiles(values[:, None], self.percentiles)[:, 0] for name, values in self.outputs.items()}
+
+    def statistics(self) -> dict[str, tuple[float, float, int, int]]:
+        """Of every output: mean, standard deviation, and the members with the least and the largest value; over the
+        members that did not fail."""
+        out = {}
+        for name, values in self.outputs.items():
+            if good := np.isfinite(values).sum():
+                sigma = float(np.nanstd(values, ddof=1)) if good > 1 else 0.0
+                out[name] = float(np.nanmean(values)), sigma, int(np.nanargmin(values)), int(np.nanargmax(values))
+        return out
 
     def of_histories(self) -> dict[str, Array]:
         """Percentiles (n_p, n_t) of every history, in its unit."""
@@ -93,8 +106,10 @@ def sweep(
         return finished
     have = {one.number for one in done}
     todo = [(k, values) for k, values in enumerate(members) if k not in have]
-    with begin(journal, plan, done) as file:
-        for one in outcomes(plan, todo, workers or usable_cores(), scheduler):
+    tried = _tried(plan, todo)
+    left = [(k, values) for k, values in todo if k not in {one.number for one in tried}]
+    with FileLock(output), begin(journal, plan, done) as file:
+        for one in chain(tried, outcomes(plan, left, workers or usable_cores(), scheduler)):
             add(file, one)
             done.append(one)
             if progress is not None:
@@ -105,6 +120,23 @@ def sweep(
     written(found, output, plan)
     journal.unlink()
     return found
+
+
+def _tried(plan: Plan, todo: Todo) -> list[Outcome]:
+    """The outcome of the first member, or of the first and the last, so that a mistake in the sweep shows early.
+
+    Raises ValueError where both fail for one reason.
+    """
+    tried: list[Outcome] = []
+    for number, values in [todo[0], todo[-1]] if len(todo) > 2 else []:
+        tried.append(run_member(plan, number, values))
+        if not tried[-1].problem:
+            return tried
+    if tried and tried[0].problem == tried[1].problem:
+        raise ValueError(
+            f"the first and the last member of the sweep, tried before the others, fail: {tried[0].problem}"
+        )
+    return tried
 
 
 def planned(path: str | Path) -> tuple[SweepTable, Plan]:
@@ -185,11 +217,7 @@ def written(found: Sweep, path: Path, plan: Plan) -> None:
     """Write the results into an HDF5 file, which appears whole."""
     import h5py
 
-    from femflex.results.interrupts import PARTS
-
-    part = path.with_name(f"{path.stem}.{os.getpid()}.part{path.suffix}")
-    PARTS.add(part)
-    with h5py.File(part, "w") as file:
+    with placed_hdf5(path, force=True) as file:
         file.attrs["sweep"], file.attrs["case_text"] = plan.sweep_text, plan.case_text
         file.attrs["digest"] = digest(plan)
         for group, columns in (("inputs", found.inputs), ("outputs", found.outputs), ("histories", found.histories)):
@@ -204,13 +232,11 @@ def written(found: Sweep, path: Path, plan: Plan) -> None:
         for name, values in found.sobol.items():
             file[f"sobol_indices/{name}"] = values
         file.create_dataset("problems", data=np.array(found.problems, object), dtype=h5py.string_dtype())
-    os.replace(part, path)
-    PARTS.discard(part)
 
 
 def _digest_in(path: Path) -> str:
     """The digest of the sweep that a file of results is of."""
-    from femflex.results.reader import open_hdf5
+    from femflex.hdf5 import open_hdf5
 
     with open_hdf5(path) as file:
         return str(file.attrs.get("digest", ""))
@@ -218,7 +244,7 @@ def _digest_in(path: Path) -> str:
 
 def open_sweep(path: str | Path) -> Sweep:
     """The results of a sweep in its file. Raises ValueError for a file that is none."""
-    from femflex.results.reader import open_hdf5
+    from femflex.hdf5 import open_hdf5
 
     with open_hdf5(Path(path)) as file:
         if "problems" not in file or "percentiles" not in file:

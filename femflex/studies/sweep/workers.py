@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from multiprocessing import active_children
 from typing import Any
 
 from femflex.studies.sweep.member import Outcome, Plan, run_member
@@ -52,8 +53,19 @@ def _alone(plan: Plan, number: int, values: Mapping[str, Any]) -> Outcome:
         return Outcome(number, [], [], [], [], KILLED)
 
 
-def _pool(workers: int) -> ProcessPoolExecutor:
-    return ProcessPoolExecutor(workers, started([run_member.__module__]), end_with_parent)
+@contextmanager
+def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
+    """Processes for members; an interrupt does not wait for the members that run."""
+    others = set(active_children())
+    pool = ProcessPoolExecutor(workers, started([run_member.__module__]), end_with_parent)
+    try:
+        yield pool
+    except BaseException:
+        for process in set(active_children()) - others:
+            process.terminate()
+        pool.shutdown(wait=False, cancel_futures=True)
+        raise
+    pool.shutdown()
 
 
 @contextmanager

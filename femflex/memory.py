@@ -11,6 +11,7 @@ from pathlib import Path
 from femflex.warning import PhysicsWarning
 
 STATED = 1e9  # bytes from which the need is reported
+MOST_UNFOLDED = 100  # times its own size that a compressed file may hold
 MARGIN = 2e9  # bytes in addition to the mesh's own, for libraries loaded on the way
 CGROUP = Path("/sys/fs/cgroup")
 
@@ -34,6 +35,15 @@ def require_memory(need: float, what: str, remedy: str) -> None:
             f"{what} takes about {_gigabytes(need)} of memory; {_gigabytes(free)} are free",
             PhysicsWarning,
             stacklevel=3,
+        )
+
+
+def require_proportion(path: Path, need: float) -> None:
+    """Raise ValueError where a file unfolds to `need` bytes: over a GB, and more than 100 times its own size."""
+    if need > max(STATED, MOST_UNFOLDED * path.stat().st_size):
+        raise ValueError(
+            f"{path} has {path.stat().st_size} bytes and unfolds to {_gigabytes(need)}, more than "
+            f"{MOST_UNFOLDED} times as much; write sparse matrices, or without compression"
         )
 
 

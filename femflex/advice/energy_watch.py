@@ -1,0 +1,94 @@
+"""Which monitors of a run stay constant, and a warning where they do not."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from femflex.arrays import Array
+from femflex.dynamics import Model
+from femflex.dynamics.channels import conservative_loads
+from femflex.dynamics.effectors.states import keeps_momentum
+from femflex.dynamics.joints.law_report import is_damped
+from femflex.dynamics.terms.equation_terms import EQUATION_TERMS
+from femflex.system import Effector, System
+from femflex.warning import PhysicsWarning
+
+ENERGIES = ("kinetic", "elastic", "spring", "load")  # whose sizes the energy's change is measured by
+CHANGED = 0.01  # of the largest energy: a change that nothing accounts for, from which on a run warns
+CIRCULAR = 1e-9  # eccentricity below which an orbit is circular
+NOTHING = 1e-30  # J: rounding
+
+
+class EnergyWatch:
+    """Largest change of the energy, or of the Jacobi integral, of a system that conserves it."""
+
+    def __init__(self, model: Model) -> None:
+        kept = conserved_monitors(model.system, model.omitted)
+        self._path = next((path for path in kept if path != "monitors/angular_momentum"), "")
+        if model.events is not None:  # latches and separations take energy
+            self._path = ""
+        self._first, self._change, self._size = np.nan, 0.0, 0.0
+
+    def watch(self, channels: Mapping[str, Array]) -> None:
+        """Take the rows of a block."""
+        if not self._path:
+            return
+        value = channels[self._path]
+        self._first = float(value[0]) if np.isnan(self._first) else self._first
+        self._change = max(self._change, float(np.abs(value - self._first).max()))
+        shares = [channels[f"monitors/{kind}"] for kind in ENERGIES if f"monitors/{kind}" in channels]
+        self._size = max(self._size, *(float(np.abs(share).max()) for share in shares))
+
+    def warn(self) -> None:
+        """Warn of a change by more than CHANGED of the largest energy, with both numbers."""
+        if self._change > CHANGED * self._size > NOTHING:
+            what = self._path.split("/")[1]
+            warnings.warn(
+                f"the {what} of the craft changed by {self._change:.3g} J, {self._change / self._size:.1%} of its "
+                f"largest energy of {self._size:.3g} J, although nothing supplies or dissipates energy (limit "
+                f"{CHANGED:.0%}): the integration loses accuracy. Give a smaller run.rtol and run.atol, no constant "
+                "step, or integrator = 'dop853'",
+                PhysicsWarning,
+                stacklevel=2,
+            )
+
+
+def conserved_monitors(system: System, without: Sequence[str] = ()) -> list[str]:
+    """The monitors that ought to be constant: none under loads that have no potential, under damping, or where bodies
+    vary with time.
+
+    without: names of the terms that are switched off
+    Without orbit energy, and angular momentum unless a joint holds the craft; on a free orbit energy; on a specified
+    circular one the Jacobi integral.
+    """
+    if system.varying:
+        return []
+    led = any(profile.moves for joint in system.joints for profile in joint.held.values())
+    working = any(spring.damping for spring in system.springs) or any(c.function for c in system.constraints)
+    weights = conservative_loads(system)
+    effectors = [effector for effector in system.effectors if isinstance(effector, Effector)]
+    if any(effector.markers and not keeps_momentum(effector) for effector in effectors):
+        return []
+    quiet = replace(system, effectors=())
+    if len(weights) < len(system.loads) or led or working or is_damped(quiet):
+        return []
+    if any(term.switched and term.name in without for term in EQUATION_TERMS):
+        return []
+    if system.orbit is None:
+        roots = [joint for joint in system.joints if joint.parent is None]
+        parents = [tie.parent for ties in (system.loops, system.constraints, system.springs) for tie in ties]
+        tied = None in parents
+        adrift = len(roots) == 1 and roots[0].n_u - len(roots[0].held) == 6 and not roots[0].stiffness.any()
+        adrift = adrift and not (tied or weights)
+        fixed = system.frame.kind == "inertial"
+        fixed = fixed and not effectors
+        return ["monitors/energy"] * fixed + ["monitors/angular_momentum"] * adrift
+    if effectors:
+        return []
+    if system.orbit.free:
+        return ["monitors/energy"]
+    return ["monitors/jacobi"] if system.orbit.eccentricity < CIRCULAR else []

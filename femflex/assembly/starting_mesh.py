@@ -1,0 +1,45 @@
+"""A starting case of a mesh whose body can be built: members and clamps are tried before they are written."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import replace
+from pathlib import Path
+
+from femflex.assembly.bodies import built_body
+from femflex.case import CaseError, parse_case
+from femflex.case.starting_case import mesh_choices, starting_case
+from femflex.mesh import Mesh
+
+LARGEST = 30000  # points up to which bodies are tried
+FEWER = (6, 3, 1)  # modes
+
+
+def starting_case_of_mesh(target: Path, mesh: Mesh, file: str, schema: str) -> tuple[str, list[str]]:
+    """Text of a case and what in it is to be looked at, as `starting_case`, of the first choice that can be built.
+
+    Raises ValueError where none can, with what is wrong with the first.
+    """
+    try:
+        choices = mesh_choices(mesh)
+    except ValueError as error:
+        raise ValueError(f"{file}: {error}") from None
+    if len(mesh.points) > LARGEST:
+        text, notes = starting_case(target.name, mesh, file, schema, choice=choices[0])
+        return text, [*notes, f"members: not tried, since the mesh has {len(mesh.points)} points"]
+    reason = ""
+    for choice in choices:
+        for n in FEWER:
+            text, notes = starting_case(target.name, mesh, file, schema, choice=replace(choice, modes=n))
+            try:
+                with warnings.catch_warnings():
+                    warnings.simplefilter("ignore")  # `check` and `run` print them for the case
+                    built_body(parse_case(text, target), "flexible", draft=True)
+            except CaseError as error:
+                texts = [problem.text for problem in error.problems]
+                reason = reason or " ".join(texts)
+                if not any("modes were requested" in one for one in texts):
+                    break
+            else:
+                return text, notes
+    raise ValueError(f"{file}: no body can be made of this mesh: {reason}")

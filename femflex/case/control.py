@@ -1,0 +1,114 @@
+"""Settings of sensors, controllers and actuators that are possible and seldom meant: warned of, with both numbers."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from typing import Any
+
+from femflex.case.body import RigidTable
+from femflex.case.case import Case
+from femflex.case.controller import AttitudeFeedbackTable, LowPassTable, NotchTable, PdTable, PidTable
+from femflex.case.sensor import SensorTable
+from femflex.warning import PhysicsWarning
+
+DERIVATIVES = {"attitude": 0, "pointing": 0, "displacement": 0, "rate": 1, "velocity": 1, "acceleration": 2}
+
+
+def warn_of_doubtful_control(case: Case) -> None:
+    """Warn of every doubtful setting of what senses, controls and acts in a case."""
+    for text in (*_times(case), *_filters(case), *_gains(case), *_levels(case), *_inner_forces(case)):
+        warnings.warn(text, PhysicsWarning, stacklevel=4)
+
+
+def _times(case: Case) -> Iterator[str]:
+    """Periods and delays that end after the run, and what begins after it."""
+    end = case.run.length(None if case.orbit.kind == "none" else case.orbit.period)
+    for kind in ("sensors", "controllers"):
+        for name, table in getattr(case, kind).items():
+            for key in ("period", "delay"):
+                if (given := getattr(table, key, None)) is not None and given > end * (1.0 + 1e-9):
+                    yield (
+                        f"{kind}.{name}.{key}: found {given:g} s, longer than the run of {end:g} s, so that it knows "
+                        "one sample at most; shorten it, or run longer"
+                    )
+    for name, jet in case.thrusters.items():
+        starts = [start for start, _ in jet.pulses or ()]
+        starts += [] if jet.train is None else [jet.train.start]
+        starts += [] if jet.profile is None else list(jet.profile.times)
+        if starts and min(starts) >= end:
+            yield f"thrusters.{name}: its first pulse is at {min(starts):g} s, after the end of the run at {end:g} s"
+    for joint in case.joints:
+        if joint.release is not None and joint.release > end:
+            yield (
+                f"joints[{joint.name or joint.child}].release: found {joint.release:g} s, after the end of the run at "
+                f"{end:g} s; the joint stays locked"
+            )
+
+
+def _filters(case: Case) -> Iterator[str]:
+    """Filters above half the sampling frequency of theirs, or of what they filter."""
+    for name, table in case.controllers.items():
+        if not isinstance(table, LowPassTable | NotchTable):
+            continue
+        sources = [_source(case, signal) for signal in table.inputs]
+        period = max((one.period or 0.0 for one in (table, *sources) if one is not None), default=0.0)
+        if period and table.frequency >= 0.5 / period:
+            yield (
+                f"controllers.{name}.frequency: found {table.frequency:g} Hz, not below {0.5 / period:g} Hz, half the "
+                f"frequency of its samples (period {period:g} s), which hold nothing above that; lower the frequency "
+                "or shorten the period"
+            )
+
+
+def _gains(case: Case) -> Iterator[str]:
+    """Errors and rates of feedback that do not belong together."""
+    for name, table in case.controllers.items():
+        if isinstance(table, PdTable | PidTable):
+            one, other = (_source(case, table.inputs[k]) for k in (0, len(table.inputs) // 2))
+            orders = [DERIVATIVES.get(sensor.kind) for sensor in (one, other) if isinstance(sensor, SensorTable)]
+            if len(table.inputs) > 1 and len(orders) == 2 and None not in orders and orders[0] >= orders[1]:  # type: ignore[operator]
+                yield (
+                    f"controllers.{name}.inputs: found the error {table.inputs[0]!r} of a sensor of kind {one.kind!r}, "
+                    f"and the rate {table.inputs[len(table.inputs) // 2]!r} of kind {other.kind!r}, which is not its "
+                    "rate; errors come first, then as many rates"
+                )
+        elif isinstance(table, AttitudeFeedbackTable):
+            error, rate = (_source(case, signal) for signal in (table.error, table.rate))
+            if isinstance(error, SensorTable) and isinstance(rate, SensorTable):
+                if error.body != rate.body:
+                    yield (
+                        f"controllers.{name}: its error is measured on body {error.body!r}, and its rate on body "
+                        f"{rate.body!r}; the law takes both in the same axes"
+                    )
+
+
+def _levels(case: Case) -> Iterator[str]:
+    """Commanded levels of thrusters outside 0 to 1."""
+    for name, jet in case.thrusters.items():
+        signal = case.signals.get((jet.command or "").partition(".")[0])
+        if signal is None or jet.switched:
+            continue
+        least, most = min(signal.values), max(signal.values)
+        if least < 0.0 or most > 1.0:
+            yield (
+                f"thrusters.{name}.command: signal {jet.command!r} runs from {least:g} to {most:g}; a level lies "
+                "between 0 and 1 and is cut off there, so give parts of the full thrust"
+            )
+
+
+def _inner_forces(case: Case) -> Iterator[str]:
+    """Cables and separation springs between two markers of one rigid body."""
+    for kind in ("cables", "separations"):
+        for name, table in getattr(case, kind).items():
+            if table.body == table.parent and isinstance(case.bodies.get(table.body), RigidTable):
+                yield (
+                    f"{kind}.{name}: both its ends are on the rigid body {table.body!r}, whose motion it does not "
+                    "change; name another parent"
+                )
+
+
+def _source(case: Case, signal: str) -> Any:
+    """The sensor or controller that gives a signal, or None."""
+    name = signal.partition(".")[0]
+    return case.sensors.get(name) or case.controllers.get(name)

@@ -1,0 +1,95 @@
+"""What holds a deck: blocks of supports by step, AUTOSPC of free decks, springs to ground; and fields that repeat."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support import abaqus_decks, nastran_decks
+
+from femflex.decks import read_deck
+from femflex.reduction import free_free_modes
+
+FIRST = "11, 2, 2\n*STEP\n*STATIC\n*BOUNDARY\n6, 3, 3\n*END STEP\n*STEP\n*FREQUENCY\n4\n"
+
+
+@pytest.mark.parametrize(
+    ("blocks", "held"),
+    [
+        ("*BOUNDARY, OP=NEW\n1, 1, 3\n*BOUNDARY, OP=NEW\n1, 4, 6\n", {1: 6}),
+        ("*BOUNDARY, OP=NEW\n", {}),
+        ("*BOUNDARY\n1, ENCASTRE\n", {1: 6, 6: 1, 11: 1}),
+    ],
+)
+def test_new_supports_of_a_step_hold_together_and_drop_those_of_earlier_steps(tmp_path, blocks, held):
+    text = abaqus_decks.beam("RECT", "20., 10.\n0., 1., 0.", FIRST + blocks + "*END STEP")
+    made = abaqus_decks.deck(tmp_path, text)
+    number = {row: node for node, row in made.points_of_ids.items()}
+    found: dict[int, int] = {}
+    for group, support in made.held().items():
+        for row in made.mesh.group_points(group):
+            found[number[row]] = found.get(number[row], 0) + len(support.components)
+    assert found == held
+    if held == {1: 6}:  # the beam's first bending, by the closed form
+        known = abaqus_decks.clamped(0.02 * 0.01**3 / 12, 2e-4)
+        assert abaqus_decks.frequencies(made, 1)[0] == pytest.approx(known, rel=2e-3)
+
+
+def test_fields_repeat_those_of_the_card_before_where_its_name_is_written(tmp_path):
+    full = nastran_decks.bar(3, 1.5)
+    bare = [
+        *(
+            "GRID,1,,0.,0.,0.",
+            "GRID,2,,*(.5),=,=",
+            "GRID,*(1),,*(.5),==",
+            "GRID,4,=,1.5,==",
+            full[4],
+            "CBAR,2,3,2,3,==",
+        ),
+        *("CBAR,3,=,3,4,==", *full[7:]),
+    ]
+    assert nastran_decks.frequencies(nastran_decks.read(tmp_path, *bare)) == pytest.approx(
+        nastran_decks.frequencies(nastran_decks.read(tmp_path, *full)), rel=1e-12
+    )
+
+
+def free(made, n: int) -> np.ndarray:
+    return free_free_modes(made.structure(), n).omega[:n] / (2 * np.pi)
+
+
+def test_autospc_holds_components_of_a_free_deck_that_nothing_resists(tmp_path):
+    bars = [*nastran_decks.bar(4, 2.0)[:-1], "GRID,6,,2.,1.,0.", "CBAR,6,3,5,6,0.,0.,1."]
+    alone = free(nastran_decks.read(tmp_path, *bars, control="ECHO = NONE"), 4)
+    cards = ["GRID,9,,1.,.5,.3", "RBE3,9,,9,1346,1.,123,1,3", ",5,6"]
+    assert free(nastran_decks.read(tmp_path, *bars, *cards, control="ECHO = NONE"), 4) == pytest.approx(alone, rel=1e-8)
+
+
+@pytest.mark.parametrize("turning", [False, True])
+def test_springs_to_ground_hold_a_deck_without_supports(tmp_path, turning):
+    inertia = ["CONM2,9,1,,2.", ",3.,,4.,,,5."] if turning else ["CONM2,9,1,,2."]
+    springs = [f"CELAS2,{c},{1000.0 * c},1,{c}" for c in range(1, 7 if turning else 4)]
+    made = nastran_decks.read(tmp_path, "GRID,1,,0.,0.,0.", *inertia, *springs, control="ECHO = NONE")
+    size = np.array([2.0, 2.0, 2.0, 3.0, 4.0, 5.0])[: len(springs)]
+    known = np.sort(np.sqrt(1000.0 * np.arange(1, len(springs) + 1) / size)) / (2 * np.pi)
+    assert free(made, len(springs)) == pytest.approx(known, rel=1e-9)
+
+
+def test_set_of_generated_elements_holds_their_master(tmp_path):
+    text = abaqus_decks.beam("RECT", "20., 10.\n0., 1., 0.", n=4)
+    head, _, tail = text.partition("*ELEMENT")
+    text = f"{head}*ELEMENT, TYPE=B31\n1, 1, 2\n*ELGEN, ELSET=BOOM\n1, 4\n*MATERIAL{tail.partition('*MATERIAL')[2]}"
+    path = tmp_path / "model.inp"
+    path.write_text(text)
+    assert len(read_deck(path, "mm-t-s").mesh.group_cells("BOOM")["line"]) == 4
+
+
+@pytest.mark.parametrize("ways", [(2,), (2, 3)])
+def test_mass_of_a_scalar_point_moves_along_its_spring(tmp_path, ways):
+    """A mass m on a spring c of a heavy, sprung grid: the two frequencies of two masses in series, in each way."""
+    M, K, m, k = 8.0, 3000.0, 2.0, 500.0
+    cards = ["GRID,1,,0.,0.,0.", f"CONM2,9,1,,{M}", *(f"CELAS2,{c},{K},1,{c}" for c in (1, 2, 3)), "SPOINT,101,102"]
+    for n, c in enumerate(ways):
+        cards += [f"CELAS2,{20 + n},{k},1,{c},{101 + n}", f"CMASS4,{30 + n},{m},{101 + n}"]
+    made = nastran_decks.read(tmp_path, *cards, control="ECHO = NONE")
+    pair = np.linalg.eigvals(np.linalg.solve(np.diag([M, m]), [[K + k, -k], [-k, k]]))
+    known = np.sort([*np.tile(pair, len(ways)), *[K / (M + m)] * (3 - len(ways))])
+    assert free(made, len(known)) == pytest.approx(np.sqrt(known) / (2 * np.pi), rel=1e-9)
