@@ -317,7 +317,7 @@ def _chains(mesh: Mesh, pairs: IntArray, families: list[str]) -> Iterable[tuple[
     for step in range(1, int(np.bincount(ways[:, 0]).max(initial=0))):
         same = ways[step:, 0] == ways[:-step, 0]
         along = same & (np.einsum("ki,ki->k", unit[step:], unit[:-step]) > 1 - 1e-6)
-        for k in np.flatnonzero(along):
+        for k in np.flatnonzero(along).tolist():
             covered.add(int(number[k if length[k] > length[k + step] else k + step]))
     if not covered:
         return
@@ -334,7 +334,10 @@ def _chain(mesh: Mesh, beyond: dict[int, list[int]], a: int, b: int) -> list[int
     """Nodes between a and b of edges that lead from one to the other along their straight line; none where there are
     no such edges."""
     span = mesh.points[b] - mesh.points[a]
-    at = lambda node: float(span @ (mesh.points[node] - mesh.points[a]) / (span @ span))  # noqa: E731
+
+    def at(node: int) -> float:
+        return float(span @ (mesh.points[node] - mesh.points[a]) / (span @ span))
+
     chain = [a]
     while chain[-1] != b:
         ahead = {

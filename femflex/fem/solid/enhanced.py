@@ -14,7 +14,10 @@ from femflex.mesh.cells import CELL_TYPES
 def with_incompatible_modes(strain: SolidStrain, x: Array, points: Array) -> SolidStrain:
     """The strain of bricks with nodes x (e, 8, 3) [m] at points (q, 3) of the unit cell, with `Enhanced` strains."""
     cell = CELL_TYPES["hexahedron"]
-    jacobian = lambda at: np.einsum("qkm,eki->eqmi", cell.gradients(at), x - x[:, :1])  # noqa: E731
+
+    def jacobian(at: Array) -> Array:
+        return np.asarray(np.einsum("qkm,eki->eqmi", cell.gradients(at), x - x[:, :1]))
+
     J0, centre = jacobian(np.full((1, 3), 0.5))[:, 0], 2 * points - 1
     ratio = np.linalg.det(J0)[:, None] / np.linalg.det(jacobian(points))
     slope = ratio[:, :, None, None] * (-2 * centre)[None, :, :, None] * np.linalg.inv(J0).swapaxes(1, 2)[:, None]
