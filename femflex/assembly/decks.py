@@ -15,6 +15,7 @@ from femflex.case.body import FlexibleTable
 from femflex.case.case import Case
 from femflex.case.mesh_groups import groups_named
 from femflex.case.problems import CaseError, Problem, near
+from femflex.case.shape import MarkerTable
 from femflex.case.support import DIRECTIONS, SkewSupport
 from femflex.decks import Deck, read_deck
 from femflex.fem import Member, Support
@@ -24,6 +25,7 @@ from femflex.mesh.refine import refined_values
 
 IN_FORCE = "supports"  # in a clamp: the supports that the deck's case control chooses
 HELD_BY_ITSELF = "autospc"
+ALL_OF = "all of {}"  # group of all nodes of a set of supports
 
 
 def deck_of(case: Case, name: str, table: FlexibleTable) -> Deck | None:
@@ -37,9 +39,23 @@ def deck_of(case: Case, name: str, table: FlexibleTable) -> Deck | None:
     try:
         stamp = path.stat().st_mtime_ns if path.is_file() else 0
         found = _read(str(path), stamp, table.units, json.dumps(table.overrides, sort_keys=True))
-        return found.with_named(group for _, group in groups_named("", table))
+        found = found.with_named(group for _, group in groups_named("", table))
+        return replace(found, mesh=found.mesh.with_groups(points=_supports_with_joints(case, name, found)))
     except (ValueError, OSError) as error:
         raise CaseError(case.path.name, [Problem(f"bodies.{name}.deck", str(error))]) from None
+
+
+def _supports_with_joints(case: Case, name: str, deck: Deck) -> dict[str, list[int]]:
+    """Group -> its points, all that a set of supports holds, of sets that joints name as markers."""
+    ends = [(joint.child, joint.child_marker) for joint in case.joints]
+    ends += [(joint.parent, joint.parent_marker) for joint in case.joints]
+    sets = {IN_FORCE: deck.held(), **deck.supports}
+    points = {}
+    for marker in dict.fromkeys(marker for body, marker in ends if body == name and marker in sets):
+        if marker not in deck.mesh.groups:
+            groups = [group for group in sets[marker] if not group.startswith(HELD_BY_ITSELF)]
+            points[ALL_OF.format(marker)] = sorted({int(p) for g in groups for p in deck.mesh.group_points(g)})
+    return {group: rows for group, rows in points.items() if rows}
 
 
 @lru_cache(maxsize=4)
@@ -77,7 +93,11 @@ def with_deck(case: Case, name: str, table: FlexibleTable) -> FlexibleTable:
         else:
             text = f"found {group!r}; {near(group, [*deck.supports, IN_FORCE, *deck.mesh.groups])}"
             raise CaseError(case.path.name, [Problem(f"bodies.{name}.reduction.clamp", text)])
-    return table.model_copy(update={"reduction": r.model_copy(update={"clamp": held})})
+    sets = [group for group in clamp if ALL_OF.format(group) in deck.mesh.groups and group not in table.markers]
+    markers = {group: MarkerTable(group=ALL_OF.format(group)) for group in sets}
+    return table.model_copy(
+        update={"reduction": r.model_copy(update={"clamp": held}), "markers": {**table.markers, **markers}}
+    )
 
 
 def _clamp(support: Support) -> tuple[str, ...] | SkewSupport:

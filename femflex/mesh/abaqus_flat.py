@@ -124,8 +124,8 @@ def read_flat(path: Path) -> Flat:
                 if keyword.name == "ELEMENT"
                 else [keyword.integer(row[0], k, "an element") for k, row in enumerate(keyword.data)]
             )
-            listed = dict.fromkeys([*masters, *(element.number for element in new)])  # its set holds the master too
-            grouped.append((scope, keyword.parameter("elset"), list(listed)))
+            own_set = dict.fromkeys([*masters, *(element.number for element in new)])  # its set holds the master too
+            grouped.append((scope, keyword.parameter("elset"), list(own_set)))
     shifts = _shifts(readers, own)
     nsets, elsets = Sets("NSET", shifts), Sets("ELSET", shifts)
     for scope, _ in scoped:

@@ -36,10 +36,12 @@ def diagnosis(model: Model, t: float, x: Array, unheld: bool) -> tuple[str, Exce
         if unheld:
             text = told_unheld(model.constraints, t, x, " any further")
             return end_of_reach(model, t, x) or text, None
+    if text := end_of_length(model, t, x):  # where the law of the reel is NaN on purpose
+        return text, None
     text, cause = user_function_fault(model, t, x)
     if text:
         return text, cause
-    for look in (end_of_length, gimbal_lock, flat_disc, end_of_reach):
+    for look in (gimbal_lock, flat_disc, end_of_reach):
         if text := look(model, t, x):
             return text, None
     return "", None

@@ -324,10 +324,10 @@ def _chains(mesh: Mesh, pairs: IntArray, families: list[str]) -> Iterable[tuple[
     beyond: dict[int, list[int]] = {}
     for a, b in ways.tolist():
         beyond.setdefault(a, []).append(b)
-    for k in sorted(covered):
-        a, b = pairs[k].tolist()
+    for row in sorted(covered):
+        a, b = pairs[row].tolist()
         if chain := _chain(mesh, beyond, a, b):
-            yield (a, b), families[k], chain
+            yield (a, b), families[row], chain
 
 
 def _chain(mesh: Mesh, beyond: dict[int, list[int]], a: int, b: int) -> list[int]:
