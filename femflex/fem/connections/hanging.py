@@ -317,7 +317,7 @@ def _chains(mesh: Mesh, pairs: IntArray, families: list[str]) -> Iterable[tuple[
     for step in range(1, int(np.bincount(ways[:, 0]).max(initial=0))):
         same = ways[step:, 0] == ways[:-step, 0]
         along = same & (np.einsum("ki,ki->k", unit[step:], unit[:-step]) > 1 - 1e-6)
-        for k in np.flatnonzero(along):
+        for k in np.flatnonzero(along).tolist():
             covered.add(int(number[k if length[k] > length[k + step] else k + step]))
     if not covered:
         return

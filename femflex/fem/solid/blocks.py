@@ -127,8 +127,8 @@ class SolidStrain:
         K_(k i)(l j) = sum_ab c_iajb int dN_k/dx_a dN_l/dx_b dV: nine scalar products, then the elastic tensor.
         """
         if self.dilatation is not None:
-            parts = self.sampled(elements)._apart(self.dilatation.over(elements))
-            return np.sum([part.stiffness() for part in parts], axis=0)
+            rest, volume = self.sampled(elements)._apart(self.dilatation.over(elements))
+            return rest.stiffness() + volume.stiffness()
         G = self.G[elements]
         e, q, _, k = G.shape
         flat = G.reshape(e, q, 3 * k)
