@@ -17,7 +17,7 @@ from femflex.dynamics.lowering.layout import body_records
 from femflex.reduction.boundary.rigid import DIRECTIONS
 from femflex.reduction.origin import Meshed
 from femflex.rotations import dcm_from_quaternion
-from femflex.system import Joint, System
+from femflex.system import Effector, Joint, System
 from femflex.system.ties import tie_places
 
 LINE = 1e-9  # least over largest moment of inertia about the centre of mass: mass on a line
@@ -50,9 +50,12 @@ def output_warnings(system: System, step: float) -> list[Advice]:
 
 def _aliased(system: System) -> Iterator[Advice]:
     """First modes of whole bodies above half the sampling frequency of controllers: samples show them as slow ones."""
-    if not system.controllers:
+    effectors = [one for one in system.effectors if isinstance(one, Effector)]
+    taken = {signal.partition(".")[0] for effector in effectors for signal in effector.inputs}
+    driving = [one for one in system.controllers if one.name in taken]  # others only measure
+    if not driving:
         return
-    slowest = max(system.controllers, key=lambda one: one.period)
+    slowest = max(driving, key=lambda one: one.period)
     pieces = {piece for parts in system.segments.values() for piece in parts}
     for name, body in _once({name: body for name, body in system.bodies.items() if name not in pieces}):
         omega = body.omega[np.isfinite(body.omega) & (body.omega > 0)][:LOWEST]

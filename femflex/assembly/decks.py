@@ -48,7 +48,7 @@ def deck_of(case: Case, name: str, table: FlexibleTable) -> Deck | None:
 def _supports_with_joints(case: Case, name: str, deck: Deck) -> dict[str, list[int]]:
     """Group -> its points, all that a set of supports holds, of sets that joints name as markers."""
     ends = [(joint.child, joint.child_marker) for joint in case.joints]
-    ends += [(joint.parent, joint.parent_marker) for joint in case.joints]
+    ends += [(joint.parent, joint.parent_marker) for joint in case.joints if joint.parent is not None]
     sets = {IN_FORCE: deck.held(), **deck.supports}
     points = {}
     for marker in dict.fromkeys(marker for body, marker in ends if body == name and marker in sets):

@@ -159,7 +159,8 @@ def test_complete_run_is_finished_unless_the_case_is_longer(
     folder: Path, text: str, begun: str, now: str, finished: bool
 ):
     (folder / "a.toml").write_text(text.replace("duration = 1.5", begun))
-    edited(folder / "a.h5", inputs=inputs_text(read_case(folder / "a.toml")))
+    case = read_case(folder / "a.toml")
+    edited(folder / "a.h5", inputs=inputs_text(case), case_text=case.text)
     (folder / "a.toml").write_text(text.replace("duration = 1.5", now))
     case = read_case(folder / "a.toml")
     assert is_finished(case, folder / "a.h5") is finished

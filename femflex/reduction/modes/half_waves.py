@@ -81,6 +81,8 @@ def _fewest(structure: Structure, modes: ModeSet) -> tuple[str, float, Array, In
     """Name of the elements that resolve the modes worst, the number that they need, those (n,) in a half-wave of each
     vibration mode, and which modes of the set these are."""
     which = np.array([k for k, kind in enumerate(modes.kinds) if kind in VIBRATING and modes.omega[k] > 0], np.int64)
+    if not which.size:
+        return None
     cells: dict[tuple[str, str], list[IntArray]] = {}
     for member in structure.numbering.members:
         for kind, nodes in structure.mesh.group_cells(member.group).items():
@@ -91,7 +93,7 @@ def _fewest(structure: Structure, modes: ModeSet) -> tuple[str, float, Array, In
     found: list[tuple[str, float, Array]] = []
     for (family, kind), several in cells.items():
         nodes = np.concatenate(several)
-        if (family, kind) in NEEDED and len(nodes) >= SHARE * count and len(which):
+        if (family, kind) in NEEDED and len(nodes) >= SHARE * count:
             turns = None if family == "solid" else theta
             needed = NEEDED[family, kind] * (_slenderness(structure, nodes) if kind == "hexahedron" else 1.0)
             found.append(
