@@ -24,7 +24,7 @@ import ctypes, sys, time
 from pathlib import Path
 from femflex.cli.interrupt import answer_at_once
 answer_at_once()
-part = Path(sys.argv[1]); part.write_text("half"); from femflex.results import interrupts; interrupts.PARTS.add(part)
+part = Path(sys.argv[1]); part.write_text("half"); from femflex import writing; writing.PARTS.add(part)
 callback = ctypes.CFUNCTYPE(None)(lambda: (print('ready', flush=True), time.sleep(20)))
 callback(); print("went on")
 """

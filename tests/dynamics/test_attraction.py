@@ -252,6 +252,7 @@ def test_attraction_energy_is_that_of_points(seed, is_free, oblateness):
         at_O = attraction(R[None], oblateness)[0] + MU * R / a0**3
         energy += m @ (d @ at_O) - m.sum() * potential(R, oblateness)[1]
     out = compile_system(system).observe(np.zeros(1), np.concatenate([q, u])[None])
+    out = {"monitors/spring": [0.0], "monitors/elastic": [0.0], **out}  # of what the craft has
     seen = {key: out[f"monitors/{key}"][0] for key in ("energy", "kinetic", "elastic", "spring", "gravity", "momentum")}
     found = seen["energy"] - seen["kinetic"] - seen["elastic"] - seen["spring"] - seen["gravity"]
     found -= is_free * velocity_of_orbit(system.orbit) @ seen["momentum"]  # of the motion of O

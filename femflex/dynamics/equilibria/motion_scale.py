@@ -29,6 +29,7 @@ TRANSLATION, ROTATION, ELASTIC = range(3)
 MANY = 1000  # coordinates up to which the motion is estimated: a second of work
 INSTANTS, MOST_BREAKS = 33, 200  # times at which loads and prescribed motions are looked at
 FRACTION = 100.0  # times the possible motion: from there on the usual size is too coarse a measure
+HELD = 1e-4  # of the deflection at the start: motion about it counts from there on
 ROUNDING = 1e3 * float(np.finfo(float).eps)  # of the forces that cancel each other: accelerations below are none
 
 
@@ -101,7 +102,12 @@ def estimated_motion(model: Model, x0: Array, begin: float, end: float) -> tuple
         except np.linalg.LinAlgError:
             return np.zeros(n), np.zeros(n)
         energies = np.abs(a.T * (M @ moved)).sum(axis=0) + np.abs(u * (u @ M.T)).sum(axis=1)
-        energy = energies.max() + (m * (frame_rate(model.system) * sizes) ** 2).max()  # twice
+        bent = np.zeros(n)
+        for record in body_records(model.table)[1:]:
+            at, size = int(record["qe"]), int(record["n"])
+            bent[int(record["ue"]) : int(record["ue"]) + size] = x0[at : at + size]
+        held = HELD**2 * abs(bent @ M @ (A @ bent))  # of a start in equilibrium, about which only rounding moves
+        energy = energies.max() + held + (m * (frame_rate(model.system) * sizes) ** 2).max()  # twice
         return np.sqrt(energy / k), np.sqrt(energy / m)
 
 
