@@ -64,8 +64,8 @@ def rates_of_states(model, x, t=T):
 
 def check_work(model, x, out, effector):
     """The equations hold what force and torque at the markers do along every coordinate, and their power is told."""
-    none = np.zeros((len(effector.markers), 3))  # what an effector does not exert is no channel
-    force, torque = (np.reshape(out.get(f"effectors/{effector.name}/{key}", none), (-1, 3)) for key in ("force", "torque"))
+    none, path = np.zeros((len(effector.markers), 3)), f"effectors/{effector.name}"  # not exerted: no channel
+    force, torque = (np.reshape(out.get(f"{path}/{key}", none), (-1, 3)) for key in ("force", "torque"))
     n, power = model.n_u, 0.0
     expected = np.zeros(n)
     for where, F, M in zip(effector.markers, force, torque, strict=True):

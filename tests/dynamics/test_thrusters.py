@@ -22,6 +22,7 @@ from femflex.system import (
     thruster,
     turns,
     weld,
+    with_attached,
 )
 
 FINE = Dop853(rtol=1e-12, atol=1e-13)
@@ -85,7 +86,7 @@ def test_jet_damping_of_a_spinning_rocket():
 
 def fed_across_bodies(u0):
     """A flexible craft in free flight with a tank on its boom and a nozzle on its hub, and u0 of the hub."""
-    boom, _ = random_body(np.random.default_rng(3), 2)
+    boom = with_attached(random_body(np.random.default_rng(3), 2)[0], "c", 0.5, np.zeros((3, 3)))
     markers = {"nozzle": Marker.at(np.array([-0.4, 0.1, 0.0])), "origin": Marker.at(np.zeros(3))}
     hub = rigid_body(20.0, np.diag([3.0, 4.0, 5.0]), markers=markers)
     jet = thruster("jet", "hub", 3.0, marker="nozzle", axis=(1, 0.2, 0), profile=([0.0], [1.0]),
