@@ -1,4 +1,4 @@
-"""Which monitors of a run stay constant, and a warning where they do not."""
+"""The monitors of a run that should stay constant, and a warning where they do not."""
 
 from __future__ import annotations
 

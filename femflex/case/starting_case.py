@@ -173,7 +173,7 @@ def _bending_axis(mesh: Mesh) -> int | None:
 
 @dataclass(frozen=True)
 class MeshChoice:
-    """What a starting case makes of a mesh.
+    """Members, clamp and number of modes that a starting case chooses for a mesh.
 
     members  group -> families of its members
     clamp    group that is clamped, "" where the body is free
@@ -190,7 +190,7 @@ class MeshChoice:
 
 
 def mesh_choices(mesh: Mesh) -> list[MeshChoice]:
-    """What a starting case may make of a mesh, the best first: with all members and a clamp, down to the cells of the
+    """The choices of a starting case for a mesh, the best first: with all members and a clamp, down to the cells of the
     highest dimension without one.
 
     Raises ValueError for a mesh of points alone.

@@ -44,7 +44,7 @@ class UserCall(NamedTuple):
     written: Array | None
 
     def error(self, t: float) -> Exception | None:
-        """What the function raises as plain Python."""
+        """The exception that the function raises as plain Python; None where it raises none."""
         try:
             with np.errstate(all="ignore"), warnings.catch_warnings():
                 warnings.simplefilter("ignore")

@@ -27,12 +27,13 @@ PUBLISHED = {
     "twisted": (twisted("in plane"), 0.991),
     "twisted, the other way": (twisted("out of plane"), 0.995),
 }
+# eight-node bricks with incompatible modes: OptiStruct's verification problems OS-V 0710 and 0720 of these beams
 FIRST = {
     "along": 0.988,
     "straight, in plane": 0.978,
     "straight, out of plane": 0.973,
     "curved, in plane": 0.880,
-}  # HEX8
+}
 CELLS = ("hexahedron20", "hexahedron27", "wedge15", "tetra10", "pyramid13")
 SLENDER = {
     "straight, in plane": lambda n: straight("in plane", n),

@@ -99,7 +99,7 @@ class StateEvents:
 
 
 def _answer(effector: Effector, event: StateEvent, function: Callable[..., Any], t: float, z: Array) -> Any:
-    """What a function of an event answers. Raises ValueError that names the effector where the function raises."""
+    """The value of a function of an event. Raises ValueError that names the effector where the function raises."""
     try:
         return function(t, z.copy())
     except Exception as error:

@@ -1,4 +1,4 @@
-"""How large the motion of a model will be, by kind of coordinate: what absolute tolerances are measured by.
+"""Estimated size of the motion by kind of coordinate, which sets the absolute tolerances of a run.
 
 A coordinate cannot move farther than with the whole energy E of the motion: its rate reaches sqrt(2 E / m), its
 displacement sqrt(2 E / k), with the diagonal entries m and k of mass and stiffness; without stiffness the rate times
