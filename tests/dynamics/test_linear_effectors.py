@@ -26,6 +26,7 @@ from femflex.system import (
     tank_variation,
     thruster,
     weld,
+    with_attached,
     without_axial_inertia,
 )
 
@@ -89,7 +90,7 @@ def test_poles_with_beam_and_controller_are_those_of_state_matrix():
 
 def test_linear_model_with_effectors_is_derivative_of_rate():
     """At an instant of a tumbling flexible craft, against differences of the compiled rate by other steps."""
-    boom, _ = random_body(np.random.default_rng(3), 2)
+    boom = with_attached(random_body(np.random.default_rng(3), 2)[0], "c", 0.5, np.zeros((3, 3)))
     hub = rigid_body(20.0, J, markers={"nozzle": Marker.at(np.array([-0.4, 0.1, 0.0]))})
     gyro = Sensor("gyro", "rate", "hub")
     smooth = block("filter", low_pass(0.8, 2), ("gyro.y",), {"torque": "N m"})
