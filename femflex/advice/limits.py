@@ -35,6 +35,7 @@ HEARD = 0.05  # of a load's largest component: those below are not followed
 
 # Truncation
 SHARE = 1e-3  # of a mode's strain energy from which a static shape is kept: 0.05 % of its frequency
+EXCITED = 0.05  # of the largest amplitude of a body in a mode: modes excited less may be wrong by more
 LOWEST = 3  # elastic modes of the craft that sets are to hold
 DOUBTFUL = 0.01  # change of such a frequency with richer sets, from which on it is doubtful
 ROUNDING = 1e-6  # part of a static shape outside the others below which they hold it

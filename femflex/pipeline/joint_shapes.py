@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from femflex.advice.advice import Advice
 from femflex.advice.bodies import KnownBodies
-from femflex.advice.truncation import RicherCraft, joint_advice, richer_craft, truncation_warnings
+from femflex.advice.truncation import RicherCraft, joint_advice, richer_craft, truncation_warnings, with_response
 from femflex.assembly.bodies import BuiltBody, built_bodies
 from femflex.assembly.deploying import held_at
 from femflex.assembly.open_choices import open_joints, open_strains, table_text, with_joints, with_strains
@@ -47,8 +47,8 @@ def with_joint_shapes(case: Case) -> tuple[Case, Built, list[AssessedCraft], lis
     built = _built_with_loads(linear, drafts)
     system, known = known_system(linear.model_copy(update={"initial": None}), built)
     alike = {name: table_text(case.bodies[name]) for name in open_joints(case)}
-    views = [AssessedCraft(0.0, richer_craft(system, known))]
     end = duration_of(case, system)
+    views = [AssessedCraft(0.0, with_response(richer_craft(system, known), system, end)[0])]
     if (later := _system_at(linear, end)) is not None:
         views.append(AssessedCraft(end, richer_craft(*later)))
     chosen = joint_advice([view.richer for view in views], known, alike, case.run.band or 0.0)

@@ -12,6 +12,9 @@ slowly, and more where they come in time with a mode.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.linalg import eigh
 
@@ -25,11 +28,27 @@ from femflex.dynamics.model import Model
 DAMPED = 0.99  # of critical: modes damped more than that are taken to be so, for their answer hardly swings either
 
 
-def elastic_response(model: Model, times: Array, states: Array, accelerations: Array) -> Array:
-    """The states (n_t, n_x) with the elastic coordinates and rates that the motion calls up, from those of model.x0.
+@dataclass(frozen=True, eq=False)
+class ElasticResponse:
+    """Elastic response of a system to a motion of its bodies, mode by mode.
 
-    states (n_t, n_x) and accelerations (n_t, n_u): the motion of the bodies, elastic ones zero. Velocities may jump
-    between two rows: what the accelerations do not make up for comes as an impulse.
+    states  (n_t, n_x)  with the elastic coordinates and rates of the response
+    omega   (m,)        natural frequencies of the modes [rad/s]
+    peak    (m,)        largest amplitude of each mode, of mass 1 [kg^1/2 m]
+    shapes  body -> (n_modes, m) elastic coordinates of the modes
+    """
+
+    states: Array
+    omega: Array
+    peak: Array
+    shapes: Mapping[str, Array]
+
+
+def elastic_response(model: Model, times: Array, states: Array, accelerations: Array) -> ElasticResponse:
+    """The response that a motion excites, from the elastic coordinates and rates of model.x0.
+
+    states (n_t, n_x) and accelerations (n_t, n_u): the motion of the bodies, elastic coordinates zero. Velocities may
+    jump between two rows: the part that the accelerations do not explain acts as an impulse.
 
     Raises ValueError and LinAlgError where there are no linear equations about rest (see `linearised`).
     """
@@ -49,9 +68,11 @@ def elastic_response(model: Model, times: Array, states: Array, accelerations: A
     start[:, ue] = model.x0[qe], model.x0[model.n_q + ue]
     modal = start[:, own] @ M @ phi
     y, rate = modal_response(omega, damping, times, force @ Z @ phi, impulse @ Z @ phi, modal)
-    shapes, out = (Z @ phi)[ue], states.copy()
-    out[:, qe], out[:, model.n_q + ue] = y @ shapes.T, rate @ shapes.T
-    return out
+    moved, out = Z @ phi, states.copy()
+    out[:, qe], out[:, model.n_q + ue] = y @ moved[ue].T, rate @ moved[ue].T
+    records = dict(zip(model.system.order, body_records(model.table)[1:], strict=True))
+    shapes = {name: moved[int(r["ue"]) + np.arange(int(r["n"]))] for name, r in records.items() if int(r["n"])}
+    return ElasticResponse(out, omega, np.abs(y).max(axis=0, initial=0.0), shapes)
 
 
 def unmodelled_response(model: Model, times: Array, states: Array, rates: Array, jumps: Array) -> tuple[Array, Array]:
