@@ -21,7 +21,7 @@ from femflex.reduction.modes.buckling import roughly_lowest
 from femflex.reduction.modes.modeset import ModeSet
 
 STIFF = 1e3  # times the largest stiffness of a dof: what holds a marker in its place
-FEW, ENOUGH = 12, 16  # shapes that pick an instant, and that flutter is computed in
+FEW = 12  # shapes that pick an instant
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,12 +57,6 @@ class StructureBuckling:
         """See Elastic, with its shapes and units."""
         phi = self.modes.phi[self.free, :FEW]
         return np.asarray(phi / np.sqrt(np.einsum("ij,ij->j", phi, self.K @ phi)))
-
-    @property
-    def flutter_basis(self) -> tuple[Array, Array, Array]:
-        """See Elastic, with its shapes and units."""
-        found = self.on.lowest_modes(max(1, min(ENOUGH, len(self.free) // 2)))
-        return found.phi, np.diag(found.omega**2), np.eye(len(found.omega))
 
     @property
     def size(self) -> int:
