@@ -26,7 +26,7 @@ from femflex.fem.scalar_spring import ScalarSpring
 from femflex.fem.sections.materials import Anisotropic, Material, Orthotropic
 from femflex.fem.support import COMPONENTS, Support, Supports, as_support
 from femflex.fem.tables import InertiaBlock, StrainBlock, mass_and_stiffness
-from femflex.mesh.regions import with_whole
+from femflex.mesh.regions import with_whole_groups
 from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
@@ -199,7 +199,7 @@ def build_structure(
     """
     if not members:
         raise ValueError("a structure needs at least one member; found none")
-    mesh = with_whole(mesh, [*(member.group for member in members), *(supports or {})])
+    mesh = with_whole_groups(mesh, [*(member.group for member in members), *(supports or {})])
     mesh, members, said = with_own_cells(mesh, members)
     warn_of_doubled_cells(mesh, members)
     mesh, notes = prepared(mesh, members)

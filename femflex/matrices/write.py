@@ -11,7 +11,7 @@ from scipy import sparse
 from femflex.hdf5 import placed_hdf5
 from femflex.matrices.arrays import arrays_of
 from femflex.matrices.model import MatrixModel
-from femflex.matrices.nastran import op4_arrays, pyyeti
+from femflex.matrices.nastran import op4_arrays, pyyeti_module
 from femflex.writing import placed
 
 SYMMETRIC, REAL = 6, 2
@@ -49,7 +49,7 @@ def _mat(model: MatrixModel, path: Path) -> None:
 
 
 def _op4(model: MatrixModel, path: Path) -> None:
-    pyyeti("op4").write(str(path), op4_arrays(model))
+    pyyeti_module("op4").write(str(path), op4_arrays(model))
 
 
 def _bulk(model: MatrixModel, path: Path) -> None:

@@ -97,7 +97,7 @@ def test_turned_instance(tmp_path):
     O = turned(axes_of(A, B), 1, 20.0)
     plain, skew = (np.asarray(one.inertia) for one in made.point_masses)
     assert plain == pytest.approx(C @ J @ C.T, rel=1e-9) and skew == pytest.approx(C @ O.T @ J @ O @ C.T, rel=1e-9)
-    (support,) = made.held(["initial"]).values()
+    (support,) = made.active_supports(["initial"]).values()
     assert np.asarray(support.axes) == pytest.approx(basic("C", x[1]) @ C.T, abs=1e-8)
 
 
@@ -105,7 +105,7 @@ def held(made, names=None) -> dict[int, str]:
     """Components 1 to 6 that are held at each node, along whatever axes."""
     found: dict[int, set[int]] = {}
     number = {row: n for n, row in made.points_of_ids.items()}
-    for group, support in made.held(names).items():
+    for group, support in made.active_supports(names).items():
         for row in made.mesh.group_points(group):
             own = found.setdefault(number[row], set())
             own |= {("x", "y", "z", "rx", "ry", "rz").index(c) + 1 for c in support.components}

@@ -25,7 +25,7 @@ def test_new_supports_of_a_step_hold_together_and_drop_those_of_earlier_steps(tm
     made = abaqus_decks.deck(tmp_path, text)
     number = {row: node for node, row in made.points_of_ids.items()}
     found: dict[int, int] = {}
-    for group, support in made.held().items():
+    for group, support in made.active_supports().items():
         for row in made.mesh.group_points(group):
             found[number[row]] = found.get(number[row], 0) + len(support.components)
     assert found == held

@@ -148,10 +148,10 @@ def bushing(a: int, b: int | None, C: np.ndarray, K: list[float], at: np.ndarray
     """A bushing in the middle between two grids, or at a place, which its arms reach rigidly; one grid: there, to the
     ground."""
     ends = [np.array(AT[g]) * INCH for g in (a, b or a)]
-    place = (ends[0] + ends[1]) / 2 if at is None else at * INCH
+    location = (ends[0] + ends[1]) / 2 if at is None else at * INCH
     B = np.zeros((6, 3, 6))
     for g, sign in ((a, 1.0), *(((b, -1.0),) if b else ())):
-        arm = place - np.array(AT[g]) * INCH
+        arm = location - np.array(AT[g]) * INCH
         B[:, g - 1] = sign * np.block([[C, -C @ skew(arm)], [np.zeros((3, 3)), C]])
     B = B.reshape(6, 18)
     return B.T @ np.diag(np.array(K) * POUND_FORCE * np.array([1 / INCH] * 3 + [INCH] * 3)) @ B

@@ -19,7 +19,7 @@ def held(deck, names=None) -> dict[int, str]:
     """Components 1 to 6 that are held at each grid, along whatever axes."""
     found: dict[int, set[int]] = {}
     number = {row: n for n, row in deck.points_of_ids.items()}
-    for group, support in deck.held(names).items():
+    for group, support in deck.active_supports(names).items():
         for row in deck.mesh.group_points(group):
             found.setdefault(number[row], set()).update(WORDS.index(c) + 1 for c in support.components)
     return {n: "".join(map(str, sorted(own))) for n, own in sorted(found.items())}
@@ -51,15 +51,15 @@ def test_supports_lie_along_displacement_axes(tmp_path):
     }
     number = {row: n for n, row in deck.points_of_ids.items()}
     seen = {}
-    for group, support in deck.held(["spc_1"]).items():
+    for group, support in deck.active_supports(["spc_1"]).items():
         for row in deck.mesh.group_points(group):
             seen[number[row]] = np.asarray(support.axes)
             assert support.components == ("x", "z")
     for n, wanted in axes.items():
         assert seen[n] == pytest.approx(wanted, abs=1e-8)
-    for support in deck.held(["spc_2"]).values():
+    for support in deck.active_supports(["spc_2"]).values():
         assert np.asarray(support.axes) == pytest.approx(np.eye(3))
-    (one,) = deck.held(["spc_3"]).values()
+    (one,) = deck.active_supports(["spc_3"]).values()
     assert np.asarray(one.axes) == pytest.approx(axes[8], abs=1e-8)
 
 
@@ -104,11 +104,11 @@ def test_grdset_defaults(tmp_path):
         23: np.array([1.0, 2, 3]) @ C,
         24: [6, -4, 0.0],
     }
-    for number, place in at.items():
-        assert deck.mesh.points[deck.points_of_ids[number]] == pytest.approx(np.array(place))
+    for number, location in at.items():
+        assert deck.mesh.points[deck.points_of_ids[number]] == pytest.approx(np.array(location))
     assert held(deck, ["ps"]) == {21: "3", 22: "3", 23: "3", 24: "4"}
     axes = {}
-    for group, support in deck.held(["spc_1"]).items():
+    for group, support in deck.active_supports(["spc_1"]).items():
         axes |= {int(row): np.asarray(support.axes) for row in deck.mesh.group_points(group)}
     assert axes[deck.points_of_ids[21]] == pytest.approx(C, abs=1e-8)
     assert axes[deck.points_of_ids[23]] == pytest.approx(np.eye(3))

@@ -13,7 +13,7 @@ from support.shell_problems import edge_weights, hemisphere, mapped, pinched_cyl
 from femflex.fem import Material, Member, build_structure
 from femflex.mesh import Mesh, annulus, box, rectangle
 from femflex.mesh.merge import fused
-from femflex.mesh.raised import raised
+from femflex.mesh.second_order import raise_order
 from femflex.reduction.strain.tensors import strain_tensors
 from femflex.warning import PhysicsWarning
 
@@ -150,7 +150,7 @@ def test_frequencies_of_a_reflector_meshed_by_facets():
 
     exact = hertz(dish(4, "quad9", lambda x, y: (x * x + y * y) / 4))[1]
     flat = dish(4, "quad", lambda x, y: (x * x + y * y) / 4)
-    facets = raised(flat, {"quad": np.arange(len(flat.cells["quad"]))})
+    facets = raise_order(flat, {"quad": np.arange(len(flat.cells["quad"]))})
     s, laid = hertz(facets, **member)
     n = len(s.mesh.points)
     off = n - len(flat.points)  # all but the corners

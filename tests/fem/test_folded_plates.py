@@ -35,9 +35,9 @@ def test_an_angle_section_bends_like_a_solid_one():
     """A cantilever of 27-node hexahedra against plates on the middle planes; the models differ by h / WIDTH, 4 %, of
     how far the corner stiffens the legs, which the first mode, of the whole section, hardly feels."""
     h, n = 0.01, 16
-    leg = box(LENGTH, WIDTH, h, n, 6, 1, "hexahedron27").moved([0, h / 2, -h / 2])
-    web = box(LENGTH, h, WIDTH, n, 1, 6, "hexahedron27").moved([0, -h / 2, h / 2])
-    bar = box(LENGTH, h, h, n, 1, 1, "hexahedron27").moved([0, -h / 2, -h / 2])
+    leg = box(LENGTH, WIDTH, h, n, 6, 1, "hexahedron27").translated([0, h / 2, -h / 2])
+    web = box(LENGTH, h, WIDTH, n, 1, 6, "hexahedron27").translated([0, -h / 2, h / 2])
+    bar = box(LENGTH, h, h, n, 1, 1, "hexahedron27").translated([0, -h / 2, -h / 2])
     solid = leg.merged(web).merged(bar, tolerance=1e-9)
     structure = build_structure(solid, [Member("volume", "solid", material=METAL)])
     expected = frequencies(structure, structure.clamped_dofs("left"), 4)

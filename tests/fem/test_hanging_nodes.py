@@ -12,7 +12,7 @@ from support.plate_models import frequencies
 from femflex.fem import Material, Member, build_structure
 from femflex.fem.sections.laminates import isotropic
 from femflex.mesh import Mesh, box, rectangle
-from femflex.mesh.raised import raised
+from femflex.mesh.second_order import raise_order
 
 pytestmark = [pytest.mark.filterwarnings("ignore:(solid|shell) on group")]
 METAL, H = Material(70e9, 0.3, 2700.0), 0.02
@@ -29,17 +29,17 @@ def sheet(kind: str, second, n: int = 4, size=(1.0, 0.8)) -> Mesh:
     rows = np.flatnonzero(second(mesh.points[mesh.cells[kind]].mean(axis=1)))
     rest = np.setdiff1d(np.arange(len(mesh.cells[kind])), rows)
     groups = {"second": {kind: rows}, "first": {kind: rest}, "surface": {kind: np.arange(len(mesh.cells[kind]))}}
-    return raised(Mesh(mesh.points, mesh.cells, groups, {"left": mesh.group_points("left")}), {kind: rows})
+    return raise_order(Mesh(mesh.points, mesh.cells, groups, {"left": mesh.group_points("left")}), {kind: rows})
 
 
 def two_sizes(coarse_second: bool, fine_second: bool) -> Mesh:
     """Two columns of quadrilaterals beside four of half their size."""
     parts = [rectangle(0.5, 0.8, n, n, "quad") for n in (2, 4)]
-    points = np.concatenate([parts[0].points, parts[1].moved([0.5, 0, 0]).points])
+    points = np.concatenate([parts[0].points, parts[1].translated([0.5, 0, 0]).points])
     cells = np.concatenate([parts[0].cells["quad"], parts[1].cells["quad"] + len(parts[0].points)])
     points, which = np.unique(np.round(points, 9), axis=0, return_inverse=True)
     mesh = Mesh(points, {"quad": which.ravel()[cells]}, {"surface": {"quad": np.arange(20)}})
-    return raised(mesh, {"quad": np.flatnonzero(np.where(np.arange(20) < 4, coarse_second, fine_second))})
+    return raise_order(mesh, {"quad": np.flatnonzero(np.where(np.arange(20) < 4, coarse_second, fine_second))})
 
 
 def solids(first: str, second: str) -> Mesh:
@@ -55,7 +55,7 @@ def solids(first: str, second: str) -> Mesh:
         rows[shape] = np.arange(len(cells[shape]))
         if kind.endswith("2"):
             up[shape] = start + np.arange(len(own))
-    return straight_sided(raised(Mesh(whole.points, cells, {"volume": rows}), up))
+    return straight_sided(raise_order(Mesh(whole.points, cells, {"volume": rows}), up))
 
 
 def plane(p):

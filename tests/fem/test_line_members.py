@@ -145,7 +145,7 @@ def masses(segments):
 
 def boom_with_panel(at: float) -> Mesh:
     """A boom of 4 m along x with a panel of 1 m attached to it at `at`, joined along one cell or at one node."""
-    panel = rectangle(1.0, 1.0, 2, 2, "triangle").moved([at, 0, 0])
+    panel = rectangle(1.0, 1.0, 2, 2, "triangle").translated([at, 0, 0])
     return line([[0, 0, 0], [4, 0, 0]], 8).merged(panel, tolerance=1e-9)
 
 

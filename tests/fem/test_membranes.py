@@ -191,7 +191,7 @@ def sheet_tension_tables(cell, section=CLOTH, mesh=None, **options):
     return build_structure(mesh.rotated(C), [Member("surface", "membrane", section, None, options)])
 
 
-def moved(s, H) -> np.ndarray:
+def displacements(s, H) -> np.ndarray:
     """Dofs of displacements H (3, 3) times the place; what fades at the nodes is at rest."""
     return s.translation.T @ (s.mesh.points @ H.T).ravel()
 
@@ -213,7 +213,7 @@ def test_a_sheet_under_a_homogeneous_gradient_has_the_energy_of_green_and_lagran
     free = np.zeros(3) if heat is None else np.array(heat if np.ndim(heat) else [heat, heat, 0.0])
     N = force - A @ free
     energy = 2.0 * (N @ eps + eps @ A @ eps / 2)
-    x = moved(s, H)
+    x = displacements(s, H)
     assert s.internal_force.energy(x) == pytest.approx(energy, rel=1e-9)
     assert s.f0 @ x == pytest.approx(2.0 * N @ [(rows @ H @ rows.T)[0, 0], (rows @ H @ rows.T)[1, 1],
                                                 (rows @ H @ rows.T)[0, 1] + (rows @ H @ rows.T)[1, 0]])  # fmt: skip
@@ -243,8 +243,8 @@ def test_a_sheet_with_curved_sides_has_its_area_mass_and_energy():
     E = (F.T @ F - np.eye(2)) / 2
     eps = np.array([E[0, 0], E[1, 1], 2 * E[0, 1]])
     density = np.array([30.0, 20.0, 5.0]) @ eps + eps @ CLOTH.A @ eps / 2
-    assert s.internal_force.energy(moved(s, H)) == pytest.approx(area * density, rel=1e-9)
-    x = moved(s, np.outer(C[:, 2], C[:, 0]))  # w = x
+    assert s.internal_force.energy(displacements(s, H)) == pytest.approx(area * density, rel=1e-9)
+    x = displacements(s, np.outer(C[:, 2], C[:, 0]))  # w = x
     X = (inertia.rho @ C)[..., 0]
     assert x @ s.M @ x == pytest.approx(np.sum(inertia.dm * X**2), rel=1e-9)
     assert x @ s.M @ x == pytest.approx(0.28 * (8 / 3 + 0.4 * (8 - 6.4)), rel=1e-9)  # int x^2 (1 + 0.4 x (2 - x)) dx
@@ -274,7 +274,7 @@ def test_a_rope_under_a_homogeneous_gradient_has_the_energy_of_its_lengths(cell,
         energy += (40.0 * length + 1e-4 * stiff) * eps + stiff * eps**2 / 2
         work += (40.0 * length + 1e-4 * stiff) * (t @ H @ t)
         at += length
-    x = moved(s, H)
+    x = displacements(s, H)
     assert s.internal_force.energy(x) == pytest.approx(energy, rel=1e-9)
     assert s.f0 @ x == pytest.approx(work, rel=1e-9)
     assert sum(block.dm.sum() for block in s.inertia) == pytest.approx(0.3 * L + 0.1 * L**7 / 7, rel=1e-9)
@@ -314,7 +314,7 @@ def test_a_state_about_a_deflection_is_the_same_structure_seen_from_there(kind):
         assert place.x is block.places
     (block,), (far,) = s.strain, twice.strain
     force = np.einsum("eq,eqi->i", block.weight, far.places - block.places)
-    moved = np.einsum("qm,emc->eqc", block.moved, (s.T @ (x + y))[block.dofs].reshape(len(block.dofs), -1, 3))
+    moved = np.einsum("qm,emc->eqc", block.translated, (s.T @ (x + y))[block.dofs].reshape(len(block.dofs), -1, 3))
     assert force == pytest.approx(np.einsum("eq,eqi->i", block.weight, moved))
 
 

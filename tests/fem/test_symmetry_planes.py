@@ -93,7 +93,7 @@ def test_half_a_block_on_a_skew_plane_is_the_whole():
     C = random_rotation(5)
     member = [Member("volume", "solid", None, METAL)]
     half, twice = box(0.5, 0.2, 0.3, 2, 1, 1, "hexahedron27"), box(1.0, 0.2, 0.3, 4, 1, 1, "hexahedron27")
-    whole = build_structure(twice.moved([-0.5, 0, 0]).rotated(C), member)
+    whole = build_structure(twice.translated([-0.5, 0, 0]).rotated(C), member)
     ends = np.union1d(whole.clamped_dofs("left"), whole.clamped_dofs("right"))
     found = []
     for support in (symmetry(C[:, 0]), antisymmetry(C[:, 0])):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from femflex.mesh import Mesh, box, line, rectangle
-from femflex.mesh.regions import with_box, with_whole
+from femflex.mesh.regions import with_box, with_whole_groups
 
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float)
 
@@ -38,7 +38,7 @@ def test_moving_and_turning_keep_distances_and_turn_by_the_right_hand():
     mesh = line([[0, 0, 0], [2, 0, 0]], 2)
     assert mesh.rotated([0, 0, np.pi / 2]).points[-1] == pytest.approx([0, 2, 0], abs=1e-15)
     assert mesh.rotated([0, 0, np.pi], centre=[1, 0, 0]).points[0] == pytest.approx([2, 0, 0], abs=1e-15)
-    assert mesh.moved([1, 2, 3]).points[0] == pytest.approx([1, 2, 3])
+    assert mesh.translated([1, 2, 3]).points[0] == pytest.approx([1, 2, 3])
     assert mesh.scaled(1e-3).points[-1] == pytest.approx([2e-3, 0, 0])
     rng = np.random.default_rng(1)
     cloud = Mesh(rng.normal(size=(6, 3)), {})
@@ -53,7 +53,7 @@ def test_moving_and_turning_keep_distances_and_turn_by_the_right_hand():
 
 def test_merging_unites_groups_and_fuses_only_within_the_tolerance():
     a = rectangle(1, 1, 2, 2, "quad")
-    b = rectangle(1, 1, 2, 2, "quad").moved([1, 0, 1e-7])
+    b = rectangle(1, 1, 2, 2, "quad").translated([1, 0, 1e-7])
     loose = a.merged(b)
     assert len(loose.points) == 18
     assert len(loose.cell_groups["surface"]["quad"]) == 8
@@ -86,13 +86,13 @@ def test_chains_become_one_point_in_whatever_order_their_points_are_numbered(see
 @pytest.fixture
 def mesh():
     """A block with its shell faces, a plate beside it, and a mast of lines; skew places."""
-    block = box(3, 2, 1, 3, 2, 1).moved([1.0, -2.0, 0.5])
-    plate = rectangle(2, 1, 4, 2, "triangle").moved([6.0, 0.0, 0.3])
+    block = box(3, 2, 1, 3, 2, 1).translated([1.0, -2.0, 0.5])
+    plate = rectangle(2, 1, 4, 2, "triangle").translated([6.0, 0.0, 0.3])
     return block.merged(plate).with_groups(points={"corner": [0, 1]})
 
 
 def test_whole_groups_hold_all_cells_of_their_dimension(mesh):
-    found = with_whole(mesh, ["all", "all_surfaces", "all_lines", "corner", "all", "other"])
+    found = with_whole_groups(mesh, ["all", "all_surfaces", "all_lines", "corner", "all", "other"])
     assert {n: sorted(by) for n, by in found.cell_groups.items() if n.startswith("all")} == {
         "all": ["hexahedron"],
         "all_surfaces": ["quad", "triangle"],
@@ -101,10 +101,10 @@ def test_whole_groups_hold_all_cells_of_their_dimension(mesh):
     for kind, rows in found.cell_groups["all_surfaces"].items():
         assert rows.tolist() == list(range(len(mesh.cells[kind])))
     plate = rectangle(2, 1, 2, 1)
-    assert with_whole(plate, ["all"]).cell_groups["all"]["triangle"].tolist() == [0, 1, 2, 3]
-    assert with_whole(plate, ["all_solids", "surface"]) is plate
+    assert with_whole_groups(plate, ["all"]).cell_groups["all"]["triangle"].tolist() == [0, 1, 2, 3]
+    assert with_whole_groups(plate, ["all_solids", "surface"]) is plate
     own = plate.with_groups({"all": {"line": [2]}})
-    assert with_whole(own, ["all"]).cell_groups["all"]["line"].tolist() == [2]  # the mesh's own stays
+    assert with_whole_groups(own, ["all"]).cell_groups["all"]["line"].tolist() == [2]  # the mesh's own stays
 
 
 def test_a_box_takes_the_points_in_it_and_the_cells_between_them(mesh):

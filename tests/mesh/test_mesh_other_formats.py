@@ -141,7 +141,7 @@ def test_an_xdmf_file_of_meshio_is_read_with_its_marked_cells(stored: str, tmp_p
 def test_a_universal_file_is_read_with_its_groups(tmp_path: Path):
     """A brick of 20 nodes, a tetrahedron of 10 and a beam of three, in the order of the format: round every face."""
     brick, path = box(1, 1, 1, 1, 1, 1, "hexahedron20"), tmp_path / "parts.unv"
-    corner = box(1, 1, 1, 1, 1, 1, "tetra10").moved([3, 0, 0])
+    corner = box(1, 1, 1, 1, 1, 1, "tetra10").translated([3, 0, 0])
     points = np.concatenate([brick.points, corner.points])
     (hexa,), tetra = brick.cells["hexahedron20"], corner.cells["tetra10"][0] + len(brick.points)
     ring = [0, 8, 1, 9, 2, 10, 3, 11, 16, 17, 18, 19, 4, 12, 5, 13, 6, 14, 7, 15]

@@ -4,7 +4,7 @@ import pytest
 from femflex.mesh import Mesh, annulus, box, check, line, rectangle
 from femflex.mesh.cells import CELL_TYPES, FACES
 from femflex.mesh.quality import qualities, sizes
-from femflex.mesh.raised import raised
+from femflex.mesh.second_order import raise_order
 
 FLAT = {
     "line": line([[0, 0, 0], [1, 2, 2]], 3),
@@ -75,7 +75,7 @@ def test_pyramids_divide_into_pyramids_and_tetrahedra(order):
     cells = {"hexahedron": [kept], "pyramid": [[*cut[face[::-1]], len(whole.points)] for face in FACES["hexahedron"]]}
     mesh = Mesh(points, cells, {"cut": {"pyramid": np.arange(6)}, "two": {"hexahedron": [0], "pyramid": [4]}})
     if order == 2:
-        mesh = raised(mesh, {kind: np.arange(len(rows)) for kind, rows in cells.items()})
+        mesh = raise_order(mesh, {kind: np.arange(len(rows)) for kind, rows in cells.items()})
     seam = np.flatnonzero(points[:, 0] == 1.0)
     fine = mesh.with_groups(points={"seam": seam}).refined()
     kinds = ("hexahedron20", "pyramid13", "tetra10") if order == 2 else ("hexahedron", "pyramid", "tetra")

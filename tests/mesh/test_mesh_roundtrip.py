@@ -6,7 +6,7 @@ from scipy.spatial import cKDTree
 
 from femflex.mesh import Mesh, box, line, read_mesh, rectangle, write_mesh
 from femflex.mesh.cells import CELL_TYPES, FACES
-from femflex.mesh.raised import raised
+from femflex.mesh.second_order import raise_order
 
 FORMATS = {
     "msh 4.1 binary": (".msh", {"version": "4.1"}),
@@ -31,7 +31,7 @@ def pyramids(cell):
     centre = len(whole.points) + np.arange(len(hexes))
     cells = np.concatenate([np.column_stack([hexes[:, face[::-1]], centre]) for face in FACES["hexahedron"]])
     mesh = Mesh(np.concatenate([whole.points, whole.points[hexes].mean(axis=1)]), {"pyramid": cells})
-    return mesh if cell == "pyramid" else raised(mesh, {"pyramid": np.arange(len(cells))})
+    return mesh if cell == "pyramid" else raise_order(mesh, {"pyramid": np.arange(len(cells))})
 
 
 def sample(cell, curved_edges=True):
@@ -59,7 +59,7 @@ def sample(cell, curved_edges=True):
     if len(mesh.cells) > 1:
         edges = next(c for c in mesh.cells if c != cell)
         cells["both"] = {edges: mesh.cell_groups["left"][edges], cell: [0]}
-    return mesh.with_groups(cells, points).rotated([0.3, -0.5, 0.9]).moved([-1, 2e-7, 30])
+    return mesh.with_groups(cells, points).rotated([0.3, -0.5, 0.9]).translated([-1, 2e-7, 30])
 
 
 def same(a, b, tolerance):
@@ -105,7 +105,9 @@ def test_a_mesh_with_its_groups_survives_the_file(form, cell, tmp_path):
 @pytest.mark.parametrize("suffix", [".msh", ".vtu", ".vtk", ".med", ".inp", ".bdf"])
 def test_several_cell_types_share_a_file(suffix, tmp_path):
     beam = line([[3, 1, 0], [5, 1, 2]], 4)
-    plate = rectangle(3, 2, 3, 2, "quad").merged(rectangle(3, 2, 3, 2, "triangle").moved([0, 2, 0]), tolerance=1e-9)
+    plate = rectangle(3, 2, 3, 2, "quad").merged(
+        rectangle(3, 2, 3, 2, "triangle").translated([0, 2, 0]), tolerance=1e-9
+    )
     mesh = plate.merged(beam, tolerance=1e-9)
     path = tmp_path / f"craft{suffix}"
     write_mesh(path, mesh)

@@ -30,7 +30,7 @@ from femflex.fem.shell.variable import Patch, VariableSection, axes_at_nodes
 from femflex.fem.tables import DenseStrain, StrainBlock, of
 from femflex.mesh.cells import CELL_TYPES
 from femflex.mesh.quality import quadrature
-from femflex.mesh.raised import raised
+from femflex.mesh.second_order import raise_order
 from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
@@ -69,7 +69,7 @@ def centred_quads(mesh: Mesh, members: Sequence[Member]) -> tuple[Mesh, tuple[st
         return mesh, ()
     chosen = np.unique(np.concatenate(rows))
     text = f"{len(chosen)} eight-node quadrilaterals of shells get a node in their centre (nine nodes)"
-    return raised(mesh, {"quad8": chosen}), (text,)
+    return raise_order(mesh, {"quad8": chosen}), (text,)
 
 
 def prepared_mesh(mesh: Mesh, members: Sequence[Member]) -> tuple[Mesh, tuple[str, ...]]:

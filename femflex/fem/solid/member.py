@@ -25,7 +25,7 @@ from femflex.fem.solid.rules import CELLS, REDUCED, mass_rule, strain_rule
 from femflex.fem.solid.skin import solid_skin
 from femflex.fem.solid.volume import with_even_volume
 from femflex.mesh.cells import CELL_TYPES
-from femflex.mesh.raised import SECOND_ORDER, raised
+from femflex.mesh.second_order import SECOND_ORDER, raise_order
 
 if TYPE_CHECKING:
     from femflex.fem.structure import Member
@@ -76,7 +76,7 @@ def raised_solids(mesh: Mesh, members: Sequence[Member]) -> tuple[Mesh, tuple[st
             for kind, own in mesh.cell_groups.get(member.group, {}).items():
                 keep[kind] = np.union1d(keep.get(kind, own), own)
     chosen = {kind: np.unique(np.concatenate(own)) for kind, own in rows.items()}
-    found = raised(mesh, chosen, keep)
+    found = raise_order(mesh, chosen, keep)
     count = ", ".join(f"{len(own)} {kind} to {SECOND_ORDER[kind]}" for kind, own in sorted(chosen.items()))
     new = len(found.points) - len(mesh.points)
     text = f"solid cells of first order are raised to second order ({count}; {new} nodes are new); order = 1 keeps them"
