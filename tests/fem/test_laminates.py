@@ -53,7 +53,7 @@ def test_skew_ply_is_turned_tensor(angle):
     assert CARBON.transverse_shear(angle) == pytest.approx(shear, rel=1e-12)
     section = layup([Ply(CARBON, 1e-3, angle)])
     assert section.A == pytest.approx(1e-3 * CARBON.plane_stress(angle), rel=1e-12)
-    assert isotropic(1e-3, METAL).turned(angle).A == pytest.approx(isotropic(1e-3, METAL).A, rel=1e-9, abs=1e-3)
+    assert isotropic(1e-3, METAL).rotated(angle).A == pytest.approx(isotropic(1e-3, METAL).A, rel=1e-9, abs=1e-3)
 
 
 FOAM = Lamina(2e8, 3e8, 4e7, 0.2, 90.0, 5e7, 2e7)
@@ -98,7 +98,7 @@ def test_a_stack_moved_off_its_nodes_is_integrated_from_there():
 
 def test_a_stack_turned_in_its_plane_and_turned_over():
     turned = [Ply(ply.lamina, ply.thickness, ply.angle + 0.45) for ply in STACK]
-    check(layup(STACK, coupled=True).turned(0.45), turned)
+    check(layup(STACK, coupled=True).rotated(0.45), turned)
     over = [Ply(ply.lamina, ply.thickness, -ply.angle) for ply in STACK[::-1]]
     check(layup(STACK, coupled=True).turned_over(), over)
     found, expected = layup(STACK, coupled=True).turned_over().S, layup(over, coupled=True).S

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from femflex import fem
-from femflex.fem.along import along, varies
 from femflex.fem.formula import formula
-from femflex.fem.line.cut import FAR, NEAR, cut
+from femflex.fem.line.segments import FAR, NEAR, cut_into_segments
 from femflex.fem.sections import Rectangle
+from femflex.fem.variation import evaluate_variation, varies
 from femflex.mesh import Mesh, line, rectangle
 
 S = np.linspace(0.0, 4.0, 9)
@@ -28,7 +28,7 @@ S = np.linspace(0.0, 4.0, 9)
 )
 def test_a_formula_is_its_arithmetic(text, expected):
     assert varies(text)
-    assert along(text, S, 4.0) == pytest.approx(expected, rel=1e-15, abs=1e-16)
+    assert evaluate_variation(text, S, 4.0) == pytest.approx(expected, rel=1e-15, abs=1e-16)
 
 
 CODE = (
@@ -41,19 +41,19 @@ CODE = (
 @pytest.mark.parametrize("text", CODE)
 def test_a_formula_runs_nothing_but_arithmetic(text):
     with pytest.raises(ValueError, match="formula"):
-        along(text, S, 4.0)
+        evaluate_variation(text, S, 4.0)
 
 
 def test_a_table_passes_through_its_points_and_is_linear_between_two():
     at, values = [0.0, 1.0, 2.5, 4.0], [1.0, 0.5, 0.4, 2.0]
-    assert along((at, values), np.array(at), 4.0) == pytest.approx(values, rel=1e-15)
-    assert along([[0, 4], [1, 3]], S, 4.0) == pytest.approx(1 + S / 2, rel=1e-15)
+    assert evaluate_variation((at, values), np.array(at), 4.0) == pytest.approx(values, rel=1e-15)
+    assert evaluate_variation([[0, 4], [1, 3]], S, 4.0) == pytest.approx(1 + S / 2, rel=1e-15)
     assert varies([[0, 4], [1, 3]])
 
 
 def test_a_positive_table_stays_positive_between_its_points():
     """Where a cubic spline would overshoot below zero."""
-    values = along(([0.0, 1.0, 2.0, 4.0], [10.0, 0.01, 0.01, 10.0]), np.linspace(0, 4, 201), 4.0)
+    values = evaluate_variation(([0.0, 1.0, 2.0, 4.0], [10.0, 0.01, 0.01, 10.0]), np.linspace(0, 4, 201), 4.0)
     assert values.min() == pytest.approx(0.01)
 
 
@@ -64,7 +64,7 @@ def test_a_smooth_table_converges(function, order):
     errors = []
     for n in counts:
         at = np.linspace(0, 4, n + 1)
-        errors.append(np.abs(along((at, function(at)), s, 4.0) - function(s)).max())
+        errors.append(np.abs(evaluate_variation((at, function(at)), s, 4.0) - function(s)).max())
     slope = np.polyfit(np.log(1 / counts), np.log(errors), deg=1)[0]
     assert slope == pytest.approx(order, abs=0.25)
 
@@ -95,7 +95,7 @@ def test_a_tapered_section_is_the_whole_lines_on_every_segment(start, k):
     """Resultants and outline at an arc length of a segment are those at that place of the line, from either end."""
     width = "0.05 - 0.02 * s / L + 0.01 * sin(3 * s)"
     member = fem.Member("line", "beam", Rectangle(width, 0.03), STEEL, {"start": "low"})
-    segments = cut(bent(), [member], k, start=start)
+    segments = cut_into_segments(bent(), [member], k, start=start)
     length = AT[-1]
     for j, segment in enumerate(segments):
         own = segment.members[0]
@@ -156,7 +156,7 @@ def test_other_members_and_masses_go_with_the_segment_they_hang_on():
     mesh = boom_with_panel(4.0)
     lump = fem.PointMass("end", 3.0)
     corner = fem.PointMass("top_right", 0.5)
-    segments = cut(mesh, [TUBE, PLATE], 4, "line", [lump, corner], "start")
+    segments = cut_into_segments(mesh, [TUBE, PLATE], 4, "line", [lump, corner], "start")
     assert ["triangle" in s.mesh.cells for s in segments] == [False, False, False, True]
     assert [len(s.point_masses) for s in segments] == [0, 0, 0, 2]
     found = masses(segments)
@@ -166,8 +166,8 @@ def test_other_members_and_masses_go_with_the_segment_they_hang_on():
 
 def test_a_mass_at_a_cut_is_carried_once():
     mesh = line([[0, 0, 0], [4, 0, 0]], 8).with_groups(points={"middle": [4], "all": range(9)})
-    plain = masses(cut(mesh, [TUBE], 2))
+    plain = masses(cut_into_segments(mesh, [TUBE], 2))
     for group, count in (("middle", 1), ("all", 9)):
-        assert masses(cut(mesh, [TUBE], 2, None, [fem.PointMass(group, 2.0)])).sum() == pytest.approx(
+        assert masses(cut_into_segments(mesh, [TUBE], 2, None, [fem.PointMass(group, 2.0)])).sum() == pytest.approx(
             plain.sum() + 2 * count
         )

@@ -314,7 +314,7 @@ def test_a_state_about_a_deflection_is_the_same_structure_seen_from_there(kind):
         assert place.x is block.places
     (block,), (far,) = s.strain, twice.strain
     force = np.einsum("eq,eqi->i", block.weight, far.places - block.places)
-    moved = np.einsum("qm,emc->eqc", block.translated, (s.T @ (x + y))[block.dofs].reshape(len(block.dofs), -1, 3))
+    moved = np.einsum("qm,emc->eqc", block.shape_functions, (s.T @ (x + y))[block.dofs].reshape(len(block.dofs), -1, 3))
     assert force == pytest.approx(np.einsum("eq,eqi->i", block.weight, moved))
 
 

@@ -138,7 +138,7 @@ def test_orthotropic_plate(family, n, error):
 def test_orthotropic_plate_in_any_position(family):
     section = orthotropic(1e-3, 140e9, 10e9, 5e9, 0.3, 1600.0, angle=0.3)
     mesh = rectangle(1.0, 0.8, 6, 5, CELL[family])
-    for seed, same in ((2, section), (3, section.turned(-0.6))):  # angles turn about the normal with positive z
+    for seed, same in ((2, section), (3, section.rotated(-0.6))):  # angles turn about the normal with positive z
         turn = random_rotation(seed)
         assert (turn[2, 2] > 0) == (same is section)
         structures = [

@@ -10,7 +10,7 @@ from support.plate_models import METAL, random_rotation
 
 from femflex.fem import Material, Member, build_structure
 from femflex.fem.matrix_structure import SCALAR, structure_from_matrices
-from femflex.fem.relaxed import RelaxedStrain, settled, settled_stress
+from femflex.fem.relaxed import RelaxedStrain, settled_stress, with_settled_stress
 from femflex.fem.sections import Circle
 from femflex.mesh import Mesh, line
 
@@ -77,7 +77,7 @@ def test_settled_stress_is_the_initial_one_and_that_of_the_linear_strain(name):
     """f0 gains K0 x, whatever the elements' own points; the energy gains the work of that stress."""
     s = STRUCTURES[name]()
     x, d = random_state(s, 1e-4), random_state(s, 1e-3, seed=1)
-    found = settled(s, x)
+    found = with_settled_stress(s, x)
     assert found.f0 == pytest.approx(s.f0 + s.K0 @ x, abs=1e-7 * np.abs(s.K0 @ x).max())
     V, W = s.internal_force, found.internal_force
     gained = W.energy(d) - V.energy(d)
@@ -100,5 +100,5 @@ def test_a_stress_that_settles_away_is_none():
     mesh = line([[0, 0, 0], [2.0, 0, 0]], 3)
     s = build_structure(mesh, [Member("line", "beam", Circle(0.02), METAL, {"thermal_strain": 1e-4})])
     x = s.translation.T @ (mesh.points * [1e-4, 0, 0]).ravel()
-    assert s.stressed and not settled(s, x).stressed
-    assert settled(s, 0.999 * x).stressed
+    assert s.stressed and not with_settled_stress(s, x).stressed
+    assert with_settled_stress(s, 0.999 * x).stressed

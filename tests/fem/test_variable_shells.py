@@ -132,7 +132,7 @@ FIBRE = Lamina(140e9, 10e9, 5e9, 0.3, 1600.0, 5e9, 3.5e9)
 FOAM = Lamina(2e9, 3e9, 4e8, 0.2, 300.0, 5e8, 2e8)
 
 
-STACK = layup([Ply(FIBRE, 0.004, 0.3), Ply(FOAM, 0.02, -0.5), Ply(FOAM, 0.005, 1.2)], coupled=True).loaded(3.0)
+STACK = layup([Ply(FIBRE, 0.004, 0.3), Ply(FOAM, 0.02, -0.5), Ply(FOAM, 0.005, 1.2)], coupled=True).with_added_mass(3.0)
 
 
 CELLS_SHELL_TABLES = ("quad", "quad9", "triangle6", "triangle")

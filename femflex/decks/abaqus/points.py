@@ -78,7 +78,7 @@ def finish_masses(model: AbaqusModel) -> None:
             continue
         else:
             inertia = None
-        model.point_masses.append(PointMass(model.group(node), max(mass, NO_MASS), inertia, bodily=False))
+        model.point_masses.append(PointMass(model.group(node), max(mass, NO_MASS), inertia, physical=False))
 
 
 def read_springs(model: AbaqusModel, inputs: SectionInputs) -> None:

@@ -273,7 +273,7 @@ def _shells(model: AbaqusModel, inputs: SectionInputs, entry: InstanceKeyword, e
         section_key = (round(scale, 12), angles, below)
         if section_key not in sections:
             plate_section = stack.section(scale, angles)
-            plate_section = (_without_bending(plate_section) if membrane else plate_section).loaded(added)
+            plate_section = (_without_bending(plate_section) if membrane else plate_section).with_added_mass(added)
             sections[section_key] = plate_section.turned_over() if below else plate_section
         return sections[section_key]
 

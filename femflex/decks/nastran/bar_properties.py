@@ -53,7 +53,7 @@ class BarProperty:
     mass: tuple[float, float] = (0.0, 0.0)
     names: list[str] = field(default_factory=list, compare=False)
 
-    def loaded(self, mass: float) -> BarProperty:
+    def with_added_mass(self, mass: float) -> BarProperty:
         """The property with additional nonstructural mass per length [kg/m], at the position of its nonstructural
         mass."""
         if not mass:

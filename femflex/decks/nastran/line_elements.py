@@ -51,7 +51,7 @@ def _bar(model: NastranModel, card: Card) -> None:
     if bar is None:
         return
     extra_mass = model.nonstructural(number)
-    bar = bar.loaded(extra_mass)
+    bar = bar.with_added_mass(extra_mass)
     axes = model.grids.axes(ends[0])
     word = card.word(7)
     frames = word if word.isalpha() and len(word) == 3 else "GGG"

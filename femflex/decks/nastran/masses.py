@@ -149,7 +149,7 @@ def finish_masses(model: NastranModel, total: float) -> None:
             )  # fmt: skip
             inertia, offset = None, np.zeros(3)
         model.point_masses.append(
-            PointMass(model.group(grid), mass, inertia, tuple(float(c) for c in offset), bodily=False)
+            PointMass(model.group(grid), mass, inertia, tuple(float(c) for c in offset), physical=False)
         )
     for grid, inertia, card in model.inertias:
         if grid not in model.turning:
@@ -157,4 +157,4 @@ def finish_masses(model: NastranModel, total: float) -> None:
             continue
         substitute_mass = NO_MASS * max(total, 1e-9)
         findings.note(f"{card} has an inertia and no mass; it gets {substitute_mass:.3g} kg")
-        model.point_masses.append(PointMass(model.group(grid), substitute_mass, inertia, bodily=False))
+        model.point_masses.append(PointMass(model.group(grid), substitute_mass, inertia, physical=False))

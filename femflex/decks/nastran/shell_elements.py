@@ -72,7 +72,7 @@ def _shell(model: NastranModel, card: Card, kind: Kind, properties: ShellPropert
         below = axis is not None and not same_side(normal)
         section = (
             shell_property.section_for(mean).turned_over() if below else shell_property.section_for(mean)
-        ).loaded(extra_mass)
+        ).with_added_mass(extra_mass)
         options |= {} if axis is None else {"axis": tuple(float(c) for c in axis)}
         key += (mean, None if axis is None else direction_key(axis, 6), below, extra_mass)
         if thickness is not None and np.ptp(thickness) > 1e-6 * np.max(thickness):

@@ -183,7 +183,7 @@ class ShellProperties:
             stack.append(Ply(self._materials(mid).lamina(), t, float(np.radians(angle))))
         section = layup(stack, coupled=True)
         if v["nonstructural_mass"]:
-            section = section.loaded(v["nonstructural_mass"])
+            section = section.with_added_mass(v["nonstructural_mass"])
         z0 = card.real(1) * length if card.has(1) else -section.thickness / 2
         shift = z0 + section.thickness / 2
         if abs(shift) > 1e-9 * section.thickness:

@@ -8,7 +8,7 @@ from femflex.arrays import Array
 from femflex.decks.nastran.card import Card
 from femflex.decks.nastran.model import NastranModel
 from femflex.fem import Bushing, ScalarSpring
-from femflex.fem.bushing import along, turns_nodes
+from femflex.fem.bushing import axes_along, turns_nodes
 
 
 def read_springs(model: NastranModel) -> None:
@@ -195,7 +195,7 @@ def _bush(model: NastranModel, card: Card, stiffnesses: dict[int, Array]) -> Non
         raise ValueError(f"{card} has no orientation, and its K2 and K3 differ; give CID, G0 or X1, X2, X3")
     groups = [model.group(g) for g in ends]
     bush = Bushing(groups[0], groups[1] if len(groups) == 2 else None, tuple(K[:3]), tuple(K[3:]), axes, location_point)
-    rows = along(span / np.linalg.norm(span)) if axes is None else axes
+    rows = axes_along(span / np.linalg.norm(span)) if axes is None else axes
     arms = (np.mean(points, axis=0) if location_point is None else location_point) - np.array(points)
     couples_rotation = (is_apart or location_point is not None) and turns_nodes(rows[K[:3] > 0], arms)
     model.springs.append((bush, ends, bool(K[3:].any()) or couples_rotation, card))

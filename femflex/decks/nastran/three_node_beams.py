@@ -36,7 +36,7 @@ def _beam(model: NastranModel, card: Card) -> None:
     if bar is None:
         return
     extra_mass = model.nonstructural(number)
-    bar = bar.loaded(extra_mass)
+    bar = bar.with_added_mass(extra_mass)
     offset_fields = [k for k in range(8, 20) if card.has(k) and card.real(k) != 0]
     if offset_fields:
         raise ValueError(
