@@ -117,7 +117,7 @@ class Deck:
         if not structure.K.diagonal().any():  # a rigid body
             return self
         points = np.array(sorted(self.points_of_ids.values()), np.int64)
-        singular = singular_components(structure, points, structure.held_dofs(active).tolist())
+        singular = singular_components(structure, points, structure.constrained_dofs(active).tolist())
         supported = {
             (int(node), component)
             for group, support in active.items()
@@ -172,7 +172,7 @@ class Deck:
         supports = {
             group: support for group, support in self.supports.get("autospc", {}).items() if support.axes == GLOBAL
         }
-        return structure.held_dofs(supports) if supports else np.zeros(0, np.int64)
+        return structure.constrained_dofs(supports) if supports else np.zeros(0, np.int64)
 
     def point_names(self) -> dict[int, str]:
         """Point of the mesh -> its name in the deck: "GRID 17" of Nastran, "node 17" of others."""

@@ -70,5 +70,5 @@ def reader_of(path: Path) -> DeckReader:
     for reader in ordered:
         if reader.recognises(text):
             return reader
-    solvers = "; ".join(f"{one.solver} ({', '.join(one.suffixes)})" for one in READERS.values())
+    solvers = "; ".join(f"{reader.solver} ({', '.join(reader.suffixes)})" for reader in READERS.values())
     raise ValueError(f"{path.name} is no deck of a known solver; known are {solvers}")

@@ -95,15 +95,15 @@ def bushing_part(mesh: Mesh, bushing: Bushing, numbering: Numbering) -> Contribu
     x = mesh.points[nodes]
     span = x[-1] - x[0]
     length = float(np.linalg.norm(span))
-    apart = length > APART * float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
+    separate = length > APART * float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
     if bushing.axes is not None:
         rows = np.asarray(bushing.axes, float)
         axes = rows / np.linalg.norm(rows, axis=1, keepdims=True)
     else:
-        axes = axes_along(span / length) if apart else np.eye(3)
+        axes = axes_along(span / length) if separate else np.eye(3)
     k = np.concatenate([np.asarray(bushing.translation, float), np.asarray(bushing.rotation, float)])
     middle = x.mean(axis=0) if bushing.at is None else np.asarray(bushing.at, float)
-    arms = middle - x if apart or bushing.at is not None else np.zeros_like(x)
+    arms = middle - x if separate or bushing.at is not None else np.zeros_like(x)
     turns = bool(k[3:].any()) or turns_nodes(axes[k[:3] > 0], arms)
     if turns and (rotation < 0).any():
         action = "resist rotation" if k[3:].any() else "be compared off the line between them"
@@ -123,7 +123,9 @@ def bushing_part(mesh: Mesh, bushing: Bushing, numbering: Numbering) -> Contribu
     strain = DenseStrain(
         dofs, np.ones((1, 1)), np.diag(k[k > 0])[None, None], np.eye(n), np.zeros((n, n, n)), G[None, None]
     )
-    skin: Callable[[], SkinPart] | None = partial(_line, x, translation) if apart and bushing.to is not None else None
+    skin: Callable[[], SkinPart] | None = (
+        partial(_line, x, translation) if separate and bushing.to is not None else None
+    )
     return Contribution((), (strain,), skin)
 
 

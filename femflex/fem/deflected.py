@@ -39,8 +39,10 @@ def deflected(structure: Structure, x: Array) -> Structure:
         strain=strain,
         skin_parts=tuple(partial(_skin, part, raw) for part in structure.skin_parts),
         places=tuple(
-            replace(place, x=block.places) if isinstance(block, TensionStrain) and place is not None else place
-            for block, place in zip(strain, structure.places, strict=True)
+            replace(strain_places, x=block.places)
+            if isinstance(block, TensionStrain) and strain_places is not None
+            else strain_places
+            for block, strain_places in zip(strain, structure.places, strict=True)
         ),
     )
 
@@ -55,8 +57,8 @@ def _strain(block: StrainBlock, raw: Array) -> Any:
 
 
 def _moved_inertia(block: Any, raw: Array) -> InertiaBlock:
-    moved: InertiaBlock = replace(block, rho=block.rho + block.shapes(raw[:, None], slice(None))[..., 0])
-    return moved
+    block_at_state: InertiaBlock = replace(block, rho=block.rho + block.shapes(raw[:, None], slice(None))[..., 0])
+    return block_at_state
 
 
 def _skin(part: Callable[[], SkinPart], raw: Array) -> SkinPart:

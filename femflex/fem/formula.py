@@ -47,7 +47,7 @@ class Step:
 def formula(text: str, s: Array, length: Array | float) -> Array:
     """Value of an arithmetic formula of the arc lengths s [m], the whole arc length L [m] and pi, in the shape of s.
 
-    Raises ValueError on what is not arithmetic, on a wrong number of arguments, and where a part of the formula is not
+    Raises ValueError for other than arithmetic, for a wrong number of arguments, and where a part of the formula is not
     finite at some s: a division by zero, an overflow, the root of a negative number.
     """
     return evaluate_formula(text, {"s": s, "L": np.asarray(length, float), "pi": np.float64(np.pi)})
@@ -66,7 +66,7 @@ def evaluate_formula(text: str, names: Mapping[str, Any]) -> Array:
     gives."""
     shape = np.shape(next(iter(names.values())))
     values: list[Any] = []
-    with np.errstate(all="ignore"):  # what is not finite is reported below
+    with np.errstate(all="ignore"):  # values that are not finite are reported below
         for step in _steps(text, tuple(names)):
             first = len(values) - step.arity
             value = np.asarray(step.operation(names, *values[first:]), float)
@@ -99,8 +99,8 @@ def _tree(text: str) -> ast.expr:
     except (RecursionError, MemoryError):
         raise ValueError(f"formula {_quoted(text)} nests too deeply; write it with fewer parentheses.") from None
     except SyntaxError as error:
-        at = f" at character {error.offset}" if error.offset else ""
-        raise ValueError(f"formula {_quoted(text)} cannot be read: {error.msg}{at}") from None
+        position = f" at character {error.offset}" if error.offset else ""
+        raise ValueError(f"formula {_quoted(text)} cannot be read: {error.msg}{position}") from None
     except ValueError as error:  # a null character
         raise ValueError(f"formula {_quoted(text)} cannot be read: {error}") from None
 

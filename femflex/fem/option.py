@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 class Option:
     """One option of a family of members.
 
-    default  what it is when left out
+    default  its value when left out
     meaning  in words, for the README and the schema
     unit     SI unit of its numbers ("" for plain ones); None for a word, a whole number or a truth value
     shapes   how many numbers it may take: 0 for one alone

@@ -144,10 +144,11 @@ class Structure:
         return self.T.shape[1]
 
     def clamped_dofs(self, group: str, components: Sequence[str] | Support = COMPONENTS) -> IntArray:
-        """Numbers of independent dofs (k,), ascending, zero where the group's nodes are supported; see `held_dofs`."""
-        return self.held_dofs({group: components})
+        """Numbers of independent dofs (k,), ascending, zero where the group's nodes are supported; see
+        `constrained_dofs`."""
+        return self.constrained_dofs({group: components})
 
-    def held_dofs(self, supports: Supports) -> IntArray:
+    def constrained_dofs(self, supports: Supports) -> IntArray:
         """Numbers of the independent dofs (k,), ascending, that are zero under the supports.
 
         supports: group -> components of "x", "y", "z", "rx", "ry", "rz" (global axes), all six for a clamp, the first
@@ -157,10 +158,10 @@ class Structure:
         it.
         """
         key = tuple((group, as_support(value)) for group, value in supports.items())
-        held: IntArray = self.recalled(("held", *key), lambda: self._held_dofs(supports))
-        return held
+        constrained: IntArray = self.recalled(("held", *key), lambda: self._find_constrained_dofs(supports))
+        return constrained
 
-    def _held_dofs(self, supports: Supports) -> IntArray:
+    def _find_constrained_dofs(self, supports: Supports) -> IntArray:
         for group, value in supports.items():
             nodes, support = self.mesh.group_points(group), as_support(value)
             moves = [c for c in support.components if c in COMPONENTS[:3]]
@@ -193,7 +194,7 @@ def build_structure(
     """The Structure of a mesh with these members, concentrated masses, connections, springs and bushings.
 
     supports: those that mode sets will use. They fix nothing here, but the dofs lie along their axes, so that
-    `Structure.held_dofs` finds them in inclined planes and on edges of curved shells too.
+    `Structure.constrained_dofs` finds them in inclined planes and on edges of curved shells too.
     Members may share nodes and cells; nodes without a member carry no dofs. Raises ValueError on an unknown group or
     family, on cells, sections, materials or options a family cannot use, and on masses at nodes without a member.
     """
@@ -218,7 +219,7 @@ def build_structure(
     places: list[StrainPlaces | None] = []
     for k, part in enumerate(parts):
         group = members[k].group if k < len(members) else ""
-        member_places = tuple(replace(place, group=group) for place in part.places)
+        member_places = tuple(replace(strain_places, group=group) for strain_places in part.places)
         places += member_places or (None,) * len(part.strain)
     T = numbering.independent(conditions(mesh, supports or {}))
     translation, rotation = numbering.node_rows(T.shape[0])

@@ -59,8 +59,8 @@ def _bulk(model: MatrixModel, path: Path) -> None:
             f"{model.name} has nodes with axes of their own, which are not written to bulk data; write .npz"
         )
     lines = [f"$ {model.name}: mass, stiffness in SI (kg, m, s)"]
-    for number, place in zip(model.ids, model.points, strict=True):
-        x, y, z = (_field(value) for value in place)
+    for number, position in zip(model.ids, model.points, strict=True):
+        x, y, z = (_field(value) for value in position)
         lines += [f"GRID*   {number:>16d}{'':16}{x}{y}", f"*       {z}"]
     scalars = model.dofs[model.dofs[:, 1] == 0, 0]
     lines += [f"SPOINT  {number:>8d}" for number in scalars]

@@ -132,7 +132,7 @@ def _surface(
     for name, rows in lines.items():
         groups[name] = {edge: start + np.arange(len(rows))}
         start += len(rows)
-    return Mesh(points, cells, groups, {name: np.atleast_1d(at) for name, at in corners.items()}).compacted()
+    return Mesh(points, cells, groups, {name: np.atleast_1d(node) for name, node in corners.items()}).compacted()
 
 
 def _brick_cells(lattice: IntArray, cell: str, parts: Iterable[Array | None], flat: bool = True) -> IntArray:

@@ -37,29 +37,30 @@ class Numbers:
     parts: tuple[int | range, ...] = ()
     without: Numbers | None = None
 
-    def among(self, known: Collection[int]) -> list[int]:
-        """The numbers that are in `known` (a dict or a set), in order.
+    def among(self, allowed: Collection[int]) -> list[int]:
+        """The numbers that are in `allowed` (a dict or a set), in order.
 
-        A range longer than `known` is not iterated over; the known numbers in it are sorted instead.
+        A range longer than `allowed` is not iterated over; the allowed numbers in it are sorted instead.
         """
         members: list[int] = []
         for part in self.parts:
             if isinstance(part, int):
-                members += [part] if part in known else []
-            elif len(part) <= len(known):
-                members += [number for number in part if number in known]
+                members += [part] if part in allowed else []
+            elif len(part) <= len(allowed):
+                members += [number for number in part if number in allowed]
             else:
-                members += sorted((number for number in known if number in part), reverse=part.step < 0)
-        excluded = set(self.without.among(known)) if self.without is not None else set()
+                members += sorted((number for number in allowed if number in part), reverse=part.step < 0)
+        excluded = set(self.without.among(allowed)) if self.without is not None else set()
         return [number for number in members if number not in excluded] if excluded else members
 
-    def all_in(self, known: Collection[int]) -> bool:
-        """Whether all numbers are in `known`."""
+    def all_in(self, allowed: Collection[int]) -> bool:
+        """Whether all numbers are in `allowed`."""
         for part in self.parts:
             if isinstance(part, int):
-                if part not in known and not self._is_excluded(part):
+                if part not in allowed and not self._is_excluded(part):
                     return False
-            elif not all(number in known or self._is_excluded(number) for number in part):  # ends at the first unknown
+            # ends at the first unknown
+            elif not all(number in allowed or self._is_excluded(number) for number in part):
                 return False
         return True
 

@@ -206,8 +206,8 @@ def _cuts(kind: CellType) -> list[list[Array]]:
     if kind.shape == "triangle":
         return [[*halves, 0.5 - corners / 2]]
     if kind.shape == "wedge":
-        turned = np.column_stack([0.5 - corners[:, :2] / 2, corners[:, 2] / 2])
-        return [[*halves, turned, turned + np.array([0, 0, 0.5])]]
+        rotated = np.column_stack([0.5 - corners[:, :2] / 2, corners[:, 2] / 2])
+        return [[*halves, rotated, rotated + np.array([0, 0, 0.5])]]
     if kind.shape == "tetra":
         return [halves + _octahedron(corners, pair) for pair in _OPPOSITE]
     return [_pyramid_children()] if kind.shape == "pyramid" else [halves]

@@ -49,7 +49,7 @@ def test_corner_thickness_of_cquad4_is_a_taper(tmp_path):
     grids, quads = strip()
     deck = read(tmp_path, *grids, *quads, "PSHELL,3,1,.02,1,,1", MAT1, "SPC1,1,123456,1,101")
     structure = deck.structure()
-    assert len(deck.members) == 1 and not [one for one in deck.unused if "T1" in one.card]
+    assert len(deck.members) == 1 and not [card for card in deck.unused if "T1" in card.card]
     assert mass_and_centre(structure)[0] == pytest.approx(2700 * L * W * 0.015, rel=1e-9)
     assert hertz(structure, deck.active_supports()) == pytest.approx(
         by_formula(rectangle(L, W, N, 1, "quad")), rel=1e-7
@@ -144,5 +144,5 @@ def test_relative_thickness_of_second_order_shells(tmp_path):
     assert mass_and_centre(read(tmp_path, *grids, *quad, *last).structure())[0] == pytest.approx(2700 * 0.5 * 0.04)
     tria = ["CTRIA6,1,3,1,2,4,5,9,8", ",,,2.,2.,2.,1", "GRID,9,,.5,.25,0."]
     own = [card for card in grids if card.split(",")[1] in "12458"]
-    made = read(tmp_path, *own, *tria, *last[:2], "SPC1,1,123456,1,4,8")
-    assert mass_and_centre(made.structure())[0] == pytest.approx(2700 * 0.25 * 0.04)
+    imported = read(tmp_path, *own, *tria, *last[:2], "SPC1,1,123456,1,4,8")
+    assert mass_and_centre(imported.structure())[0] == pytest.approx(2700 * 0.25 * 0.04)

@@ -119,7 +119,7 @@ def frequencies(structure, S, axis):
     nodes = structure.translation[axis::3].tocoo().col
     extra = structure.numbering.fading_dofs.reshape(-1, 3)[:, axis]
     dofs = np.concatenate([np.unique(nodes), extra])
-    dofs = np.setdiff1d(dofs, structure.held_dofs(PIN))
+    dofs = np.setdiff1d(dofs, structure.constrained_dofs(PIN))
     K = (structure.K - S)[dofs][:, dofs].toarray()
     return np.sqrt(eigh(K, structure.M[dofs][:, dofs].toarray(), eigvals_only=True)[:3]) / N
 

@@ -304,8 +304,8 @@ def _equation_of(
     """Add one equation between components of nodes, along the axes of *TRANSFORM if a node has them."""
 
     def axes(node: int) -> Array:
-        own = transforms.get(model.representative(node))
-        return np.eye(3) if own is None else own.axes_at(model.x(node))
+        transform = transforms.get(model.representative(node))
+        return np.eye(3) if transform is None else transform.axes_at(model.x(node))
 
     terms = [_rotation_term(model, *term) for term in terms]
     (node, c, first), *others = terms
@@ -320,9 +320,9 @@ def _equation_of(
         if not 0 <= k < 6:
             raise ValueError(f"{keyword.location(row)}: component {k + 1} of an equation is not one of 1 to 6.")
         unit = length ** ((1 if c < 3 else 0) - (1 if k < 3 else 0))
-        own = matrix.setdefault(model.representative(other), np.zeros((1, 6)))
+        coefficients = matrix.setdefault(model.representative(other), np.zeros((1, 6)))
         block = 3 * (k // 3)
-        own[0, block : block + 3] -= factor / first * unit * axes(other)[k % 3]
+        coefficients[0, block : block + 3] -= factor / first * unit * axes(other)[k % 3]
     _add_multi_point(
         model, node, (c,), matrix, f"*EQUATION at {location_of(keyword, row)}", keyword, tuple(map(tuple, axes(node)))
     )

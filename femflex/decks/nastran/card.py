@@ -85,10 +85,10 @@ class Card:
         return [word.strip().upper() for word in self.fields[start:] if word.strip()]
 
 
-def numbers_of(card: Card, start: int, known: Collection[int] | None = None) -> list[int]:
+def numbers_of(card: Card, start: int, allowed: Collection[int] | None = None) -> list[int]:
     """The whole numbers listed from a field on, with THRU and BY. Raises FieldError.
 
-    known: a dict or a set to which ranges are limited; None: every number of a range.
+    allowed: a dict or a set to which ranges are limited; None: every number of a range.
     """
     words, numbers, k = card.words_from(start), list[int](), 0
     first = 0  # start of a range that may follow
@@ -101,9 +101,9 @@ def numbers_of(card: Card, start: int, known: Collection[int] | None = None) -> 
             if k + 1 < len(words) and words[k] == "BY":
                 step, k = int(words[k + 1]), k + 2
             span = range(first + step, last + 1, step)
-            if known is None:
+            if allowed is None:
                 check_count(len(span), str(card))
-            numbers += span if known is None else Numbers((span,)).among(known)
+            numbers += span if allowed is None else Numbers((span,)).among(allowed)
             continue
         if not re.fullmatch(r"[+-]?\d+", words[k]):
             raise FieldError(f"{card} has {words[k]!r} in a list of whole numbers")

@@ -82,9 +82,10 @@ class Narrowing:
         kept = slice(int(plain[0]), int(plain[-1]) + 1) if len(plain) and np.ptp(plain) < len(plain) else plain
         n, t = len(plain), len(triples)
         m = n + 2 * t
-        both = n == 3 * t  # translations and rotations of the same nodes: next to each other they assemble in layers
+        # translations and rotations of the same nodes: next to each other they assemble in layers
+        with_translations = n == 3 * t
         column = np.arange(m)
-        if both:
+        if with_translations:
             column = np.concatenate([column[:n].reshape(t, 3), column[n:].reshape(t, 2)], axis=1).ravel()
         position = np.argsort(column)
 
@@ -138,8 +139,8 @@ def find_narrowing(T: sparse.csr_array) -> Narrowing:
 def _of_elements(part: ElementMatrices, elements: IntArray) -> ElementMatrices:
     """The part of these elements alone, ascending."""
 
-    def values(few: slice) -> Array:
-        numbers = elements[few]
+    def values(chunk: slice) -> Array:
+        numbers = elements[chunk]
         runs = np.split(numbers, np.flatnonzero(np.diff(numbers) > GAP) + 1)
         return np.concatenate([part.values(slice(int(run[0]), int(run[-1]) + 1))[run - run[0]] for run in runs])
 

@@ -102,10 +102,10 @@ def beam(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     thermal_strain  free axial strain (0)
 
     Mesh advice: the relative error of a bending frequency is (beta h)^4 / 1440 at order 3, h the element length and
-    beta = (m' omega^2 / EI)^(1/4). The default order wants beta h < 0.19 for 1e-6: 10 elements for the first mode
-    of a cantilever, 25 for the second, 75 for the fifth; more than a few hundred only gather rounding. Order 6 wants
+    beta = (m' omega^2 / EI)^(1/4). The default order needs beta h < 0.19 for 1e-6: 10 elements for the first mode
+    of a cantilever, 25 for the second, 75 for the fifth; more than a few hundred only add rounding. Order 6 needs
     beta h < 2.5: four elements give the first three modes of a cantilever to 1e-7, at a tenth of the dofs.
-    Properties that vary are integrated with more points; a kink in a table wants a node.
+    Properties that vary are integrated with more points; a kink in a table needs a node.
     """
     options = _checked(member_options(member), member)
     elements = _elements(mesh, member, numbering, options)

@@ -67,7 +67,7 @@ PRODUCTS = (  # strain, two of its gradients (`strain_maps`), and their factor
 )
 
 
-FOURTH = (  # the strains of V_4, by two of those gradients each, and those that a stretched axis wants of V_6
+FOURTH = (  # the strains of V_4, by two of those gradients each, and those of V_6 for a stretched axis
     ((7, 5), (8, 4)),  # r (p + s)
     ((7, 5),),  # r p
     ((8, 4),),  # r s

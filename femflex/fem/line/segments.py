@@ -170,14 +170,16 @@ def _segment_mesh(
     for member in attached_members:
         groups[member.group] = {}
         for kind, rows in attachments.cells_of(member.group, j).items():
-            at = sum(len(part) for part in cells.get(kind, []))
+            count = sum(len(part) for part in cells.get(kind, []))
             cells.setdefault(kind, []).append(mesh.cells[kind][rows])
-            groups[member.group][kind] = at + np.arange(len(rows))
+            groups[member.group][kind] = count + np.arange(len(rows))
     joined = {kind: np.concatenate(parts) for kind, parts in cells.items()}
     part = Mesh(path.points, joined, groups)
     segment_points = _points_of(part)
     points = {
-        name: at for name, at in all_groups(mesh).items() if name not in groups and np.isin(at, segment_points).all()
+        name: group_points
+        for name, group_points in all_groups(mesh).items()
+        if name not in groups and np.isin(group_points, segment_points).all()
     }
     ends = path.nodes[[np.flatnonzero(np.isin(path.nodes, lines))[i] for i in (0, -1)]]
     points |= {NEAR: ends[:1], FAR: ends[1:], ENDS: ends}

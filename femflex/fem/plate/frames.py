@@ -52,8 +52,8 @@ def in_plane(direction: ArrayLike, normals: Array) -> Array:
     vector = np.asarray(direction, float)
     first, second = _projected(vector / np.linalg.norm(vector), normals), _projected(np.roll(vector, 1), normals)
     perpendicular = np.linalg.norm(first, axis=1, keepdims=True) < 0.1
-    chosen = np.where(perpendicular, second, first)
-    unit = chosen / np.linalg.norm(chosen, axis=1, keepdims=True)
+    projected = np.where(perpendicular, second, first)
+    unit = projected / np.linalg.norm(projected, axis=1, keepdims=True)
     return np.where(np.abs(unit) < ROUNDING, 0.0, unit)
 
 

@@ -141,9 +141,9 @@ def _cells(numbers: IntArray, n: int) -> dict[str, IntArray]:
     tips = [numbers[:, [i, c + i, c + (i - 1) % c]] for i in range(c)]
     cells: dict[str, list[IntArray]] = {"triangle": tips, "quad": []}
     cells["triangle" if c == 3 else "quad"].append(numbers[:, c:])
-    both = {name: [*part, *(p[:, ::-1] + n for p in part)] for name, part in cells.items()}
-    both["quad"] += _rim(numbers, n)
-    return {name: np.concatenate(part) for name, part in both.items()}
+    cells_of_faces = {name: [*part, *(p[:, ::-1] + n for p in part)] for name, part in cells.items()}
+    cells_of_faces["quad"] += _rim(numbers, n)
+    return {name: np.concatenate(part) for name, part in cells_of_faces.items()}
 
 
 def _rim(numbers: IntArray, n: int) -> list[IntArray]:

@@ -191,7 +191,8 @@ def _mean_correction(geometry: ShellGeometry, base_at_points: _Base) -> Array:
 
 
 def _element_axes_inverse(geometry: ShellGeometry, base: _Base, middle: _Base) -> Array:
-    """dr^alpha/dx_a (e, q, 2, 2) along axes of the elements: their r direction at the middle laid into the surface."""
+    """dr^alpha/dx_a (e, q, 2, 2) along axes of the elements: their r direction at the middle projected onto the
+    surface."""
     return _frames(replace(geometry, axis=np.broadcast_to(middle.g[:, :, 0], geometry.x.shape)), base)[1]
 
 

@@ -107,8 +107,8 @@ def _grid(r: Array, s: Array) -> Array:
 
 def _product(r: Array, s: Array, points: Array) -> Array:
     """Interpolation (q, n) over the grid of r and s."""
-    both = lagrange(r, points[:, 0])[:, :, None] * lagrange(s, points[:, 1])[:, None, :]
-    return both.reshape(len(points), -1)
+    interpolation = lagrange(r, points[:, 0])[:, :, None] * lagrange(s, points[:, 1])[:, None, :]
+    return interpolation.reshape(len(points), -1)
 
 
 def _tensor(parts: list[tuple[int, Array, Array]], count: int) -> Tying:

@@ -27,7 +27,8 @@ class BeamStrains:
     rows        (p, 9, n)     gradients of the columns, as listed by `fem.beam.strain.strain_maps`
     linear      (s, 9)
     quadratic   (s, 9, 9)
-    stiffness   (p, s)        of (eps, kappa_z, kappa_y, r kappa_x), r^2 = I_p / A, and seven more (`fourth_order`)
+    stiffness   (p, s)        of (eps, kappa_z, kappa_y, r kappa_x), r^2 = I_p / A, and seven more
+                              (`fourth_order_stiffnesses`)
     polar       ()            r [m], 1 where the beam has no I_p
     """
 
