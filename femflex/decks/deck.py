@@ -136,8 +136,8 @@ class Deck:
         count = sum(len(support.components) * len(groups[name]) for name, support in new_supports.items())
         text = (
             f"{count} components of nodes have no stiffness and are fixed (as by AUTOSPC; set of supports 'autospc'): "
-            f"{self._listed([(groups[name], support) for name, support in new_supports.items()])}; if they shall move, "
-            "connect these nodes by elements that resist there"
+            f"{self._list_supports([(groups[name], support) for name, support in new_supports.items()])}; if they "
+            "shall move, connect these nodes by elements that resist there"
         )
         return replace(
             self,
@@ -147,7 +147,7 @@ class Deck:
             notes=(*self.notes, text),
         )
 
-    def _listed(self, singular: list[tuple[IntArray, Support]]) -> str:
+    def _list_supports(self, singular: list[tuple[IntArray, Support]]) -> str:
         """Text that lists components and the numbers of their nodes in the deck, the first MAX_SHOWN of each."""
         number_of_point = {row: node_number for node_number, row in self.points_of_ids.items()}
         texts = []

@@ -144,10 +144,10 @@ def with_own_cells(mesh: Mesh, members: Sequence[Member]) -> tuple[Mesh, list[Me
             member = replace(member, group=name)
         new_members.append(member)
     mesh = mesh.with_groups(cells=groups) if groups else mesh
-    return mesh, new_members, (*notes, *_doubled(mesh, new_members))
+    return mesh, new_members, (*notes, *_notes_on_doubled_cells(mesh, new_members))
 
 
-def _doubled(mesh: Mesh, members: Sequence[Member]) -> Iterator[str]:
+def _notes_on_doubled_cells(mesh: Mesh, members: Sequence[Member]) -> Iterator[str]:
     """Yield sentences about different cells of members that have the same nodes."""
     for kind, nodes in mesh.cells.items():
         used = [rows for member in members if (rows := mesh.cell_groups.get(member.group, {}).get(kind)) is not None]

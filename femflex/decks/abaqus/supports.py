@@ -34,7 +34,7 @@ def read_supports(model: AbaqusModel, transforms: dict[int, System]) -> tuple[di
     for entry in model.flat.keywords:
         name = entry.keyword.name
         if name == "STEP":
-            states[_state_name(step)] = previous = _united(previous, state)  # state before this step
+            states[_state_name(step)] = previous = _merge_states(previous, state)  # state before this step
             step, state = step + 1, {}
         elif name == "FREQUENCY" and step and not active:
             active = f"step {step}"
@@ -43,13 +43,13 @@ def read_supports(model: AbaqusModel, transforms: dict[int, System]) -> tuple[di
             if entry.keyword.parameter("op").upper() == "NEW":
                 previous = {}
             model.attempt(entry.keyword, partial(_boundary, model, entry, state))
-    states[_state_name(step)] = _united(previous, state)
+    states[_state_name(step)] = _merge_states(previous, state)
     active = active if active in states else ("step 1" if "step 1" in states else "initial")
     sets = {name: _supports_of_state(model, state_of_step, name, transforms) for name, state_of_step in states.items()}
     return sets, (active,)
 
 
-def _united(a: State, b: State) -> State:
+def _merge_states(a: State, b: State) -> State:
     return {node: a.get(node, set()) | b.get(node, set()) for node in (*a, *b)}
 
 

@@ -107,7 +107,7 @@ def beam(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     beta h < 2.5: four elements give the first three modes of a cantilever to 1e-7, at a tenth of the dofs.
     Properties that vary are integrated with more points; a kink in a table needs a node.
     """
-    options = _checked(member_options(member), member)
+    options = _checked_options(member_options(member), member)
     elements = _elements(mesh, member, numbering, options)
     order, varying = elements.order, VARYING_DEGREE * member.section.varies
     highest = max(order.bending, order.axial, order.torsion)
@@ -192,7 +192,7 @@ def _inertia(elements: BeamElements, member: Member, degree: int, options: dict[
     return SectionInertia(elements.dofs, dm, rho, N, second, elements.turn(xi), elements.frame[:, 0])
 
 
-def _checked(options: dict[str, Any], member: Member) -> dict[str, Any]:
+def _checked_options(options: dict[str, Any], member: Member) -> dict[str, Any]:
     """Return the options with defaults that depend on others filled in; ValueError for values that the family cannot
     use."""
     where = f"beam on group {member.group!r}"

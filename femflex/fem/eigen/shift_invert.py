@@ -128,14 +128,16 @@ class ShiftInverted:
             phi = orthonormalise(self._M, phi)
             basis, M_basis = np.asfortranarray(phi), np.asfortranarray(self._M @ phi)
 
-            def deflected(load: Array, basis: Array = basis, M_basis: Array = M_basis, solve: Solve = solve) -> Array:
+            def deflated_solve(
+                load: Array, basis: Array = basis, M_basis: Array = M_basis, solve: Solve = solve
+            ) -> Array:
                 x = solve(load - M_basis @ (basis.T @ load))
                 return x - basis @ (M_basis.T @ x)
 
             last = np.sort(np.abs(theta))[::-1][min(surely, len(theta)) - 1]
-            top, shape = self._eigsh(1, deflected, seed=1, tolerance=0.05)
+            top, shape = self._eigsh(1, deflated_solve, seed=1, tolerance=0.05)
             if np.abs(top[0]) > 0.95 * last:
-                top, shape = self._eigsh(1, deflected, seed=1, tolerance=0.0)
+                top, shape = self._eigsh(1, deflated_solve, seed=1, tolerance=0.0)
             if np.abs(top[0]) <= (1 + CLOSE) * last:
                 break
             theta, phi = np.append(theta, top), np.column_stack([phi, shape])

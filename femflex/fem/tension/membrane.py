@@ -61,7 +61,7 @@ def membrane(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     """
     options = member_options(member)
     where = f"membrane on group {member.group!r}"
-    options = _checked(options, where)
+    options = _checked_options(options, where)
     section = member_section(member)
     inertia, strain, places, skins = [], [], [], []
     for kind, nodes in member_cells(mesh, member, CELLS).items():
@@ -195,7 +195,7 @@ def _skin(parts: list[tuple[Array, IntArray, str]]) -> SkinPart:
     return SkinPart(np.concatenate(points), {"triangle": np.concatenate(cells)}, *triplets)
 
 
-def _checked(options: dict[str, Any], where: str) -> dict[str, Any]:
+def _checked_options(options: dict[str, Any], where: str) -> dict[str, Any]:
     """Return the options, with prestress as three numbers; ValueError for values that the family cannot use."""
     prestress = np.asarray(options["prestress"], float)
     force = np.array([prestress, prestress, 0.0]) if prestress.ndim == 0 else prestress

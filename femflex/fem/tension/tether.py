@@ -62,7 +62,7 @@ def tether(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
 
     Mesh advice: order 4 gives the frequency of a mode with m elements in a half wave to about (0.7 / m)^8.
     """
-    options = _checked(member_options(member), member)
+    options = _checked_options(member_options(member), member)
     cells = member_cells(mesh, member, LINE_TYPES)
     order = options["order"] or (EDGE_ORDER if _on_membrane(mesh, cells, numbering) else DEFAULT_ORDER)
     arcs = _arcs(mesh, cells, member, options["start"])
@@ -211,7 +211,7 @@ def _skin(parts: list[tuple[Array, IntArray, str, int]]) -> SkinPart:
     return SkinPart(np.concatenate(points), {"line": np.concatenate(lines)}, *triplets)
 
 
-def _checked(options: dict[str, Any], member: Member) -> dict[str, Any]:
+def _checked_options(options: dict[str, Any], member: Member) -> dict[str, Any]:
     """Return the options; ValueError for a section or values that the family cannot use."""
     where = f"tether on group {member.group!r}"
     if not (hasattr(member.section, "axial") or hasattr(member.section, "resultants")):
