@@ -11,7 +11,7 @@ from scipy import sparse
 
 from femflex.advice.buckling.few_shapes import lowest_of_few
 from femflex.arrays import Array, IntArray
-from femflex.fem.eigen.modes import factorised
+from femflex.fem.eigen.modes import factorise
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.markers import MarkerRows, marker_rows
 from femflex.reduction.boundary.supported import Supported, supported
@@ -110,7 +110,7 @@ class StructureBuckling:
         """See Elastic, with its shapes and units."""
         try:
             K = self.K if held is None else (self.K + STIFF * self.K.diagonal().max() * held).tocsr()
-            mu, x = roughly_lowest(K_sigma, K, self.on.factors if held is None else factorised(K))
+            mu, x = roughly_lowest(K_sigma, K, self.on.factors if held is None else factorise(K))
         except (np.linalg.LinAlgError, RuntimeError):
             return 0.0, np.zeros(len(self.free))
         return mu, x / np.sqrt(x @ (K @ x))
