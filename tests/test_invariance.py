@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.rewriting import alike, in_other_units, names_of, renamed, reordered
+from support.rewriting import in_other_units, names_of, renamed, reordered, similar_names
 
 import femflex
 from femflex.case import read_case
@@ -35,7 +35,7 @@ def numbers(text: str, folder: Path) -> dict[str, Any]:
 @pytest.mark.parametrize("craft", [pytest.param("actuators", marks=pytest.mark.slow), "linkages", "taut"])
 def test_other_names_order_and_units_leave_run_and_modes_unchanged(craft: str, tmp_path: Path):
     text = (CRAFTS / f"{craft}.toml").read_text(encoding="utf-8")
-    names = alike(names_of(text))
+    names = similar_names(names_of(text))
     back = {other: one for one, other in names.items()}
     other_text = renamed(reordered(in_other_units(text)), names)
     wanted = numbers(text, tmp_path / "one")

@@ -32,14 +32,18 @@ def open_choices(table: BodyTable) -> LeftOpen:
     elsewhere = joints and not (held and "loads" in r.model_fields_set)
     plain = r.derivatives is None and r.deflection is None and not r.responses and not r.third_derivatives
     few = None
-    if isinstance(r, CantileverTable) and table.cut is None and not r.model_fields_set & {"attachment", "spin"}:
+    if (
+        isinstance(r, CantileverTable)
+        and table.segmented_member is None
+        and not r.model_fields_set & {"attachment", "spin"}
+    ):
         few = r.modes if all(m.family == "beam" for m in table.members) else None  # sheets slew no better with them
     return LeftOpen(strain, joints, at_roots, elsewhere, tuple(getattr(r, "clamp", ())), few, held and plain)
 
 
 def _leaves_strain(table: BodyTable) -> bool:
     bending = isinstance(table, AnalyticTable) and (table.functions.y or table.functions.z)
-    whole = isinstance(table, FlexibleTable) and table.cut is None
+    whole = isinstance(table, FlexibleTable) and table.segmented_member is None
     return bool(bending or whole) and getattr(table, "strain", None) is None
 
 
@@ -51,7 +55,7 @@ def _leaves_joints(table: BodyTable) -> bool:
         if f is None or table.family != "beam" or f.family not in (None, "characteristic"):
             return False
         return f.joints is None and not f.model_fields_set & {"static", "tip"}
-    if not isinstance(table, FlexibleTable) or table.cut is not None:
+    if not isinstance(table, FlexibleTable) or table.segmented_member is not None:
         return False
     r = table.reduction
     if not isinstance(r, Stretchable) or r.joints is not None:

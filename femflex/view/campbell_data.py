@@ -1,4 +1,4 @@
-"""What is asked of a Campbell diagram to draw it."""
+"""Interface of a Campbell diagram for its picture."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ class BranchData(Protocol):
 
     @property
     def name(self) -> str:
-        """What it is at the first speed, and its number: "flap 1"."""
+        """Character at the first speed, and its number: "flap 1"."""
 
     @property
-    def becomes(self) -> str:
-        """What it is at the last speed, where that is something else."""
+    def final_character(self) -> str:
+        """Character at the last speed, if it differs."""
 
     @property
     def frequencies(self) -> Array:
-        """(n,) [Hz], nan where it is lost."""
+        """Frequencies (n,) [Hz], nan where the branch is lost."""
 
     @property
     def damping_ratios(self) -> Array:
-        """Part of critical (n,) [1]."""
+        """Damping ratios (n,) [1]."""
 
     @property
     def growing(self) -> BoolArray:
-        """Whether it grows, at each of the speeds by number (n,)."""
+        """Whether it grows at each speed (n,)."""
 
 
 class CrossingData(Protocol):
@@ -53,7 +53,7 @@ class CrossingData(Protocol):
 
 
 class CampbellData(Protocol):
-    """What is drawn of a Campbell diagram (femflex.studies.campbell.Campbell)."""
+    """Interface of a Campbell diagram (femflex.studies.campbell.Campbell)."""
 
     @property
     def title(self) -> str:
@@ -68,8 +68,8 @@ class CampbellData(Protocol):
         """(n,) [rad/s], or the values."""
 
     @property
-    def asked(self) -> BoolArray:
-        """Which speeds (n,) [rad/s] were requested."""
+    def requested(self) -> BoolArray:
+        """Whether each speed (n,) was requested."""
 
     @property
     def branches(self) -> Sequence[BranchData]:

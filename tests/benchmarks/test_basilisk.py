@@ -23,7 +23,7 @@ def femflex_run(model, rtol):
     return spent, seen["bodies/hub/attitude"][-1], speeds
 
 
-def apart(a, b):
+def relative_difference(a, b):
     """Relative difference of (Euler parameters, speeds), the sign of the parameters aside."""
     turned = min(np.abs(a[0] - b[0]).max(), np.abs(a[0] + b[0]).max())
     return max(turned, np.abs(a[1] / b[1] - 1.0).max())
@@ -32,9 +32,9 @@ def apart(a, b):
 def test_attitude_and_wheel_speeds_after_600_s_are_those_of_basilisk():
     pytest.importorskip("Basilisk")
     runs = [basilisk_run(step)[1:] for step in (0.0625, 0.03125)]
-    assert apart(*runs) < 1e-7  # its own convergence, of order 4: the finer one is 15 times nearer
+    assert relative_difference(*runs) < 1e-7  # its own convergence, of order 4: the finer one is 15 times nearer
     converged = [b + (b - a) / 15.0 for a, b in zip(*runs, strict=True)]  # Richardson
-    assert apart(femflex_run(femflex_model(), 1e-12)[1:], converged) < AGREED
+    assert relative_difference(femflex_run(femflex_model(), 1e-12)[1:], converged) < AGREED
 
 
 def test_attitude_and_angles_of_hinged_panels_after_600_s_are_those_of_basilisk():
@@ -57,8 +57,12 @@ def test_femflex_is_twenty_times_faster_than_basilisk_at_equal_error(step):
     pytest.importorskip("Basilisk")
     model = femflex_model()
     exact = femflex_run(model, 1e-13)[1:]
-    error = apart(basilisk_run(step)[1:], exact)
-    rtol = next(r for r in 10.0 ** np.arange(-6.0, -12.0, -0.25) if apart(femflex_run(model, r)[1:], exact) < error)
+    error = relative_difference(basilisk_run(step)[1:], exact)
+    rtol = next(
+        r
+        for r in 10.0 ** np.arange(-6.0, -12.0, -0.25)
+        if relative_difference(femflex_run(model, r)[1:], exact) < error
+    )
     ratios = [basilisk_run(step)[0] / femflex_run(model, rtol)[0] for _ in range(9)]
     print(f"\nBasilisk RK4 / femflex = {np.median(ratios):.1f} at an error of {error:.1e} (rtol {rtol:g})")
     assert np.median(ratios) >= 20

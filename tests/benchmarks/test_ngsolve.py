@@ -91,7 +91,7 @@ def test_twenty_modes_of_1e5_dofs_take_no_longer_than_with_sparse_cholesky_and_a
         inverse = K_peer.mat.Inverse(space.FreeDofs(), inverse="sparsecholesky")
         a, b = K_peer.mat.CreateColVector(), K_peer.mat.CreateColVector()
 
-        def of(operator):
+        def linear_operator(operator):
             def apply(x):
                 a.FV().NumPy()[:] = np.ravel(x)
                 b.data = operator * a
@@ -99,7 +99,10 @@ def test_twenty_modes_of_1e5_dofs_take_no_longer_than_with_sparse_cholesky_and_a
 
             return LinearOperator((space.ndof, space.ndof), matvec=apply, dtype=float)
 
-        values = eigsh(of(K_peer.mat), 20, of(M_peer.mat), sigma=0.0, OPinv=of(inverse), return_eigenvectors=False)
+        values = eigsh(
+            linear_operator(K_peer.mat), 20, linear_operator(M_peer.mat), sigma=0.0, OPinv=linear_operator(inverse),
+            return_eigenvectors=False,
+        )  # fmt: skip
         return np.sqrt(np.sort(values))
 
     with threadpool_limits(1):

@@ -12,7 +12,7 @@ from femflex.results import RunWriter, open_run
 from femflex.system import Channel
 from femflex.view.look import Look
 from femflex.view.motion import motion
-from femflex.view.plan import planned
+from femflex.view.plan import plan_scene
 from femflex.view.scene import Scene
 
 SIDE, MODES, SIZE = 226, 8, (1280, 720)  # 51 076 quadrilaterals
@@ -67,7 +67,7 @@ def test_a_frame_of_51k_cells_is_five_times_faster_than_a_new_plotter(run):
     body, delta = run.bodies()["membrane"], run["bodies/membrane/delta"]
     cells = np.column_stack([np.full(SIDE**2, 4), body.skin.cells["quad"]]).ravel()
     look = Look(size=SIZE)
-    plan = planned(run, look)
+    plan = plan_scene(run, look)
 
     def anew(k):
         moved = np.einsum("k,kpi->pi", delta[k], body.skin.shapes)

@@ -54,11 +54,11 @@ def meshed(family):
 
 def seconds(work):
     start = time.process_time()
-    found = work()
-    return time.process_time() - start, found
+    result = work()
+    return time.process_time() - start, result
 
 
-def needed(path, held, bearing=False):
+def measured_work(path, held, bearing=False):
     """Assembly, one factorisation and Lanczos, of the structure with these ends held; bearing: and what buckles it
     under its weight in its plane. One that nothing holds is factorised on determinate supports, and its Lanczos vectors
     are kept free of rigid motion."""
@@ -92,7 +92,7 @@ def ratio_of(folder, family, reduction, *, strain="", options=""):
     held = {HELD: ["left", "right"], CLAMPED: ["left"], FREE: []}[reduction]
     with threadpool_limits(1), warnings.catch_warnings():
         warnings.simplefilter("ignore", PhysicsWarning)
-        numerics, n_dof = needed(path, held, bearing=not strain and reduction != FREE)
+        numerics, n_dof = measured_work(path, held, bearing=not strain and reduction != FREE)
         verb, _ = seconds(lambda: build_body(read_case(path), "body"))
     print(f"{family}, {options or 'no stress'}, {strain or 'strain chosen'}: {n_dof} dofs, ", end="")
     print(f"{verb:.1f} s over {numerics:.1f} s of assembly, factorisation and Lanczos: {verb / numerics:.2f}")

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from support.mutations import CASES, VALUES, beside, mutated, places, raw_case, renamed, toml
+from support.mutations import CASES, VALUES, mutated, mutation_folder, places, raw_case, renamed, toml
 
 from femflex.cli.check import examine_case
 from femflex.cli.errors import meaning
@@ -46,11 +46,11 @@ def check_all(name: str, folder: Path, copies: list[dict[str, Any]]) -> None:
 @pytest.mark.parametrize("name", ["panel_slew.toml", "four_bar.toml", "gimbal_antenna.toml"])
 def test_wrong_types_are_refused(name: str, tmp_path: Path):
     copies = changes(name, [True, [[]], {"kind": []}, 1e300])
-    check_all(name, beside(tmp_path), random.Random(21).sample(copies, 8))
+    check_all(name, mutation_folder(tmp_path), random.Random(21).sample(copies, 8))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(path.name for path in CASES.glob("*.toml")))
 def test_cases_with_one_value_changed_are_answered(name: str, tmp_path: Path):
     copies = changes(name, VALUES)
-    check_all(name, beside(tmp_path), random.Random(22).sample(copies, min(len(copies), 400)))
+    check_all(name, mutation_folder(tmp_path), random.Random(22).sample(copies, min(len(copies), 400)))

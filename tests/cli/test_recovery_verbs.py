@@ -15,7 +15,7 @@ import femflex as package
 from femflex.body.recovery import at_points, named
 from femflex.mesh import line, write_mesh
 from femflex.results import open_run
-from femflex.view.paint import painted
+from femflex.view.paint import paints_of
 from femflex.warning import PhysicsWarning
 
 BAR = """
@@ -113,7 +113,7 @@ def test_map_of_peaks_agrees_with_its_table(femflex, bar_run, tmp_path):
         values = named(run.bodies()["bar"].strain_field[0], "moment_y", run["bodies/bar/delta"])
         np.testing.assert_allclose(largest, np.abs(values).max(axis=0), rtol=1e-6)
         assert set(time) <= set(run.time)
-        paints, _ = painted(run, run.bodies(), "peak:moment_y")
+        paints, _ = paints_of(run, run.bodies(), "peak:moment_y")
         skin = run.bodies()["bar"].skin
         shown = paints["bar"].values(np.zeros(2))
         np.testing.assert_allclose(shown, np.interp(skin.points[:, 0], x, largest), atol=0.05 * largest.max())
@@ -131,7 +131,7 @@ def test_terms_have_the_load_and_sum_to_zero(femflex, run_folder):
     assert push["peak"] == pytest.approx(-1.0) and push["rms"] == pytest.approx(1.0)  # 1 N m until 2 s
 
 
-def test_terms_kept_in_a_run_sum_to_zero_and_leave_it_unchanged(femflex, run_folder):
+def test_stored_terms_sum_to_zero_and_other_channels_stay_equal(femflex, run_folder):
     shutil.copy("run.h5", "before.h5")
     for _ in range(2):  # the second time they are replaced
         assert femflex("terms", "run.h5", "--keep")[0] == 0

@@ -43,7 +43,7 @@ def holder(tmp_path):
     process.stdout.close()
 
 
-def written(path, count=3):
+def write_finished_run(path, count=3):
     """A finished run of that many rows."""
     with RunWriter(path, {"x": Channel("m", "place")}, {}) as writer:
         writer.write_block(np.arange(float(count)), {"x": np.zeros(count)}, resume=np.ones(2))
@@ -55,7 +55,7 @@ def test_file_of_another_writer_is_refused(tmp_path, holder):
     path = tmp_path / "run.h5"
     with pytest.raises(BlockingIOError, match=BUSY):
         RunWriter(path, CHANNELS, known_bodies())
-    written(tmp_path / "other.h5")
+    write_finished_run(tmp_path / "other.h5")
     os.rename(tmp_path / "other.h5", path)
     before = path.read_bytes()
     with pytest.raises(BlockingIOError, match=BUSY):
@@ -75,12 +75,12 @@ def test_lock_of_a_killed_writer_is_free(tmp_path, holder):
     holder.send_signal(signal.SIGKILL)
     holder.wait(30)
     assert (tmp_path / ".run.h5.lock").exists()
-    written(path)
+    write_finished_run(path)
     assert os.listdir(tmp_path) == ["run.h5"]  # and what it left is gone
 
 
 def test_lock_ends_with_its_writer(tmp_path):
-    path = written(tmp_path / "run.h5")
+    path = write_finished_run(tmp_path / "run.h5")
     with pytest.raises(FileExistsError):
         RunWriter(path, CHANNELS, known_bodies())
     with pytest.raises(ZeroDivisionError), RunWriter.resumed(path) as writer:
@@ -137,44 +137,44 @@ def test_second_run_or_resume_is_refused_and_the_first_completes(write_case, cra
 
 
 def test_file_system_without_locks(tmp_path, monkeypatch):
-    def none(*_):
+    def refuse_lock(*_):
         raise OSError(errno.ENOLCK, "no locks here")
 
-    monkeypatch.setattr(lock_module.fcntl, "flock", none)
+    monkeypatch.setattr(lock_module.fcntl, "flock", refuse_lock)
     with FileLock(tmp_path / "a.h5"), FileLock(tmp_path / "a.h5") as second:
         second.release()
         second.release()
 
 
 def test_lock_file_deleted_meanwhile_is_locked_again(tmp_path, monkeypatch):
-    place, real, calls = tmp_path / ".a.h5.lock", lock_module.fcntl.flock, []
+    lock_file, flock, calls = tmp_path / ".a.h5.lock", lock_module.fcntl.flock, []
 
-    def meanwhile(handle, how):
-        real(handle, how)
+    def delete_then_lock(handle, operation):
+        flock(handle, operation)
         calls.append(handle)
         if len(calls) == 1:
-            place.unlink()  # by the one that had it
+            lock_file.unlink()  # by the one that had it
         elif len(calls) == 2:
-            place.unlink()
-            place.write_text("")  # and made anew by a third
+            lock_file.unlink()
+            lock_file.write_text("")  # and made anew by a third
 
-    monkeypatch.setattr(lock_module.fcntl, "flock", meanwhile)
+    monkeypatch.setattr(lock_module.fcntl, "flock", delete_then_lock)
     with FileLock(tmp_path / "a.h5") as lock:
-        assert len(calls) == 3 and place.exists()
-        monkeypatch.setattr(lock_module.fcntl, "flock", real)
+        assert len(calls) == 3 and lock_file.exists()
+        monkeypatch.setattr(lock_module.fcntl, "flock", flock)
         with pytest.raises(BlockingIOError, match=r"a.h5 is being written by another run"):
             FileLock(tmp_path / "a.h5")
         lock.release()
-        assert not place.exists()
+        assert not lock_file.exists()
         FileLock(tmp_path / "a.h5").release()
 
 
 @pytest.fixture
 def interruptible():
     """Ctrl-C raises KeyboardInterrupt, also where the tests run in the background of a shell."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    handler = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
-    signal.signal(signal.SIGINT, before)
+    signal.signal(signal.SIGINT, handler)
 
 
 def test_interrupt_waits_for_the_protected_block(interruptible):

@@ -53,8 +53,8 @@ def test_attributes_and_statistics(written):
 
 def test_bodies_are_read_ready_to_draw(written):
     with open_run(written) as run:
-        found = run.bodies()
-    hub, boom = found["hub"], found["boom"]
+        bodies = run.bodies()
+    hub, boom = bodies["hub"], bodies["boom"]
     assert hub.mass == 3.0 and hub.n_modes == 0 and hub.skin is None
     assert boom.mass == 2.0 and boom.kinds == ("vibration",) and np.array_equal(boom.omega, [6.5])
     assert np.array_equal(boom.markers["tip"], [0, 1, 0]) and np.array_equal(boom.markers["origin"], [0, 0, 0])
@@ -122,7 +122,7 @@ TIMES = np.array([0.5, 1.0, 2.5])
 NAMES = ("a", "b", "c", "d", "e")
 
 
-def made(path, arrays, units, names=None, attributes=None, bodies=None, **options):
+def write_run(path, arrays, units, names=None, attributes=None, bodies=None, **options):
     channels = {
         name: Channel(units.get(name, "m"), f"{name}!", values.shape[1:], (names or {}).get(name, ()), "inertial")
         for name, values in arrays.items()
@@ -156,7 +156,7 @@ def test_xarray_dataset_names_every_dimension(tmp_path):
         "m": np.arange(24.0).reshape(3, 4, 2),
     }
     names = {"few": ("x", "y"), "a/many": NAMES, "m": ("u", "v")}
-    with made(tmp_path / "run.h5", arrays, {"few": "kg"}, names, {"title": "T", "flag": True}) as run:
+    with write_run(tmp_path / "run.h5", arrays, {"few": "kg"}, names, {"title": "T", "flag": True}) as run:
         data = run.to_xarray()
     assert data["few"].dims == ("time", "x_y") and data["a.many"].dims == ("time", "a.many_name")
     assert data["m"].dims == ("time", "size_4", "u_v") and np.array_equal(data["m"], arrays["m"])
@@ -171,11 +171,11 @@ def test_bodies_keep_growth_and_shapes_without_frequencies(tmp_path):
     growth = np.array([[0.0, 0, 0], [1, 0, 0], [0, 2, 0]])
     skin = Skin(boom.skin.points, {"line": np.array([[0, 2]]), **boom.skin.cells}, boom.skin.shapes, growth)
     bodies = {"boom": replace(boom, skin=skin, omega=np.zeros(0), kinds=("constraint",))}
-    with made(tmp_path / "run.h5", {"x": np.zeros(3)}, {}, bodies=bodies) as run:
-        found = run.bodies()["boom"]
-    assert np.array_equal(found.skin.growth, growth) and found.skin.cells["line"].tolist() == [[0, 2]]
-    assert np.isnan(found.omega).all() and found.n_modes == 1 and found.kinds == ("constraint",)
-    assert found.strain_field == ()
+    with write_run(tmp_path / "run.h5", {"x": np.zeros(3)}, {}, bodies=bodies) as run:
+        body = run.bodies()["boom"]
+    assert np.array_equal(body.skin.growth, growth) and body.skin.cells["line"].tolist() == [[0, 2]]
+    assert np.isnan(body.omega).all() and body.n_modes == 1 and body.kinds == ("constraint",)
+    assert body.strain_field == ()
 
 
 def test_added_channels_fill_the_rows_and_replace_their_namesakes(tmp_path):

@@ -148,8 +148,8 @@ def oscillators(K, quartic):
     return FlexibleBody(MassMoments(1.0, first, second), strain, np.zeros((2, 2)), origin, skin)
 
 
-def missed(force, vibration):
-    """How far x'' = -force(x) is from where it began after a period, over how far it moved."""
+def period_error(force, vibration):
+    """Distance of x'' = -force(x) from its start after one period, over the size of the motion."""
     start = vibration.harmonics.sum(axis=0)
 
     def rate(_, y):
@@ -171,7 +171,7 @@ def test_three_to_one_resonance(coupling):
     def force(x, y):
         return x + x**3 + 3 * coupling * x**2 * y, 3.1**2 * y + coupling * x**3
 
-    assert max(missed(force, at) for at in found.path) < 1e-8
+    assert max(period_error(force, at) for at in found.path) < 1e-8
     third = np.array([at.harmonics[3, 1] for at in found.path])
     deepest = int(np.argmax(np.abs(third)))
     assert abs(third[deepest]) > 0.5 * found.path[deepest].amplitude  # well into the tongue
@@ -191,4 +191,4 @@ def test_hardening_spring_at_one_of_two_masses():
     def force(x, y):
         return 2 * x - y + x**3 / 2, 2 * y - x
 
-    assert max(missed(force, at) for at in found.path) < 1e-5
+    assert max(period_error(force, at) for at in found.path) < 1e-5

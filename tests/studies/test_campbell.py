@@ -104,11 +104,11 @@ def test_veering_branches():
     found = diagram(Rotating(0.0, lag=12.0, setting=0.1), speeds, modes=2)
     low, high = found.branches
     assert (low.name, high.name) == ("flap 1", "lag 1")
-    assert (low.becomes, high.becomes) == ("lag", "flap")
+    assert (low.final_character, high.final_character) == ("lag", "flap")
     assert np.all(low.frequencies < high.frequencies)
-    assert not found.asked.all()  # through speeds in between
-    assert found.speeds[found.asked] == pytest.approx(speeds)
-    for k in np.flatnonzero(~found.asked):
+    assert not found.requested.all()  # through speeds in between
+    assert found.speeds[found.requested] == pytest.approx(speeds)
+    for k in np.flatnonzero(~found.requested):
         here = 2 * np.pi * np.array([low.frequencies[k], high.frequencies[k]])
         assert here == pytest.approx(Rotating(found.speeds[k], lag=12.0, setting=0.1).exact(here), rel=1e-5)
 
@@ -300,13 +300,13 @@ def test_no_equilibrium_beyond_the_fold_of_a_pendulum():
     with pytest.raises(EquilibriumError, match="9"):
         value_diagram(case, "loads.0.torque.2", [3.0, 9.5, 12.0], "N m")
     seen: list[float] = []
-    locus = case_stability(case, seen.append).found
+    locus = case_stability(case, seen.append).result
     assert locus.kinds.tolist() == [STATIC, STATIC, STATIC, NONE, NONE] and np.isnan(locus.growth[3:]).all()
     assert locus.lost == 10.0 and seen == pytest.approx([0.2, 0.4, 0.6]) and locus.critical == ()
     across = {"between": ["-15 N m", "-5 N m"], "points": 3}
     table = stability_table({"vary": {"loads.0.torque.2": across}}, "a test")
     other = case_stability(case.model_copy(update={"stability": table}))
-    assert other.found.kinds.tolist() == [NONE, NONE, STATIC] and other.found.lost is None
+    assert other.result.kinds.tolist() == [NONE, NONE, STATIC] and other.result.lost is None
 
 
 TWO_WHEELS = sprung_wheels(20, 'output_step = "0.25 s"')
@@ -359,7 +359,7 @@ def test_diagram_of_a_case_about_its_axis(tmp_path):
     for given in (case, tmp_path / "c.toml", str(tmp_path / "c.toml")):
         found = case_campbell(given, progress=seen.append)
         assert found.title == "a stone on a spring" and found.orders == (1, 2) and found.complete
-        assert found.speeds[found.asked] == pytest.approx([0, 1, 3])
+        assert found.speeds[found.requested] == pytest.approx([0, 1, 3])
         exact = np.sqrt(4.0 - (0.6 * found.speeds) ** 2) / (2 * np.pi)
         assert found.branches[0].frequencies == pytest.approx(exact, rel=1e-6)
         met = [(one.order, one.speed) for one in found.crossings]

@@ -45,9 +45,9 @@ def test_diagram_is_independent_of_body_axes(k):
     C = Rotation.random(random_state=7).as_matrix()
     turned = campbell(turned_pair(C), SPEEDS, C[:, k])
     assert [branch.name for branch in plain.branches] == [branch.name for branch in turned.branches]
-    assert plain.asked.sum() == turned.asked.sum() == len(SPEEDS) and len(turned.speeds) <= len(SPEEDS) + 4
+    assert plain.requested.sum() == turned.requested.sum() == len(SPEEDS) and len(turned.speeds) <= len(SPEEDS) + 4
     for one, other in zip(plain.branches, turned.branches, strict=True):
-        ours, theirs = (b.frequencies[d.asked] for b, d in ((one, plain), (other, turned)))
+        ours, theirs = (b.frequencies[d.requested] for b, d in ((one, plain), (other, turned)))
         assert ours == pytest.approx(theirs, rel=1e-6, abs=1e-7)
     assert len(turned.branches) == 7 and turned.branches[0].name == "wobble"  # beside the six of rest
     for branch in turned.branches[1:]:
@@ -57,8 +57,8 @@ def test_diagram_is_independent_of_body_axes(k):
 def agreement(system: System, axis: np.ndarray) -> None:
     """Campbell diagram and equilibrium say the same at every speed, growth and frequencies too."""
     found = campbell(system, SPEEDS, axis, modes=6)
-    assert found.speeds[found.asked] == pytest.approx(SPEEDS)
-    for k in np.flatnonzero(found.asked):
+    assert found.speeds[found.requested] == pytest.approx(SPEEDS)
+    for k in np.flatnonzero(found.requested):
         alone = equilibrium(replace(system, frame=Frame("spinning", found.speeds[k] * axis)))
         assert alone.stable is not any(branch.growing[k] for branch in found.branches)
         growth = max(
@@ -170,7 +170,7 @@ def frequencies(system, count):
     found = {
         one.speed: np.sort(one.vibration.eigenvalues.imag[one.vibration.eigenvalues.imag > 0])[:count]
         for one, _ in spins(system, np.array([0, 0, 1.0]), BLADE_SPEEDS, 6)
-        if one.asked
+        if one.requested
     }
     return np.array([found[speed] for speed in BLADE_SPEEDS])
 

@@ -14,7 +14,15 @@ from typer.testing import CliRunner
 
 from femflex.case import Case, parse_case
 from femflex.cli.app import app
-from femflex.studies import StrainForm, StrainStudy, choice, convergence, function_kinds, strain_forms, with_choice
+from femflex.studies import (
+    StrainForm,
+    StrainStudy,
+    convergence,
+    function_kinds,
+    recommended_level,
+    strain_forms,
+    with_recommended_level,
+)
 
 BOOM = """
 title = "a boom that stays"
@@ -50,12 +58,12 @@ def boom(taper="", **changes):
 
 def test_one_characteristic_function_is_the_mode_of_a_uniform_boom():
     found = function_kinds(boom(), [1, 2, 4])
-    assert found.chosen == ("characteristic", 1)
-    assert found.recommended == choice(found) == "characteristic, 1"
+    assert found.choice == ("characteristic", 1)
+    assert found.recommended == recommended_level(found) == "characteristic, 1"
     assert {one.kind for one in found.kinds} == {
         "characteristic", "characteristic, static", "characteristic, tip", "polynomial", "elements",
     }  # fmt: skip
-    assert found.own == {"boom": "by default, 2"}
+    assert found.case_kinds == {"boom": "by default, 2"}
     exact = 3.51601527 / (2 * np.pi)
     for kind, study in found.with_values:
         assert study.values[-1] == pytest.approx(exact, rel=4e-4), kind
@@ -66,14 +74,14 @@ def test_tapered_boom_needs_elements():
     """Elements have the taper in their shapes; one of their modes is enough, however strong the taper."""
     case = boom(TAPER)
     found = function_kinds(case, [1, 2, 3, 4, 6])
-    assert found.chosen == ("elements", 1)
+    assert found.choice == ("elements", 1)
     uniform = dict(found.with_values)["characteristic"]
     assert found.enough(uniform) is None or found.enough(uniform) > 3
-    functions = with_choice(case, found, tuple(found.own)).bodies["boom"].functions
+    functions = with_recommended_level(case, found, tuple(found.case_kinds)).bodies["boom"].functions
     assert (functions.family, functions.y) == ("elements", 1)
 
 
-Built = Callable[..., Case]
+LevelBodies = Callable[..., Case]
 SPUN = [  # 0.3 of a turn a second about z, faster than the beam's first flap
     ("torque = [[0, 0, 0], [0, 4, 8], [0, 0, 0]]", "torque = [[0, 0, 0], [0, 0, 20], [0, 0, 0]]"),
     ('duration = "4 s"\noutput_step = "0.05 s"\nrtol = 1e-10', 'duration = "2 s"\noutput_step = "0.02 s"\nrtol = 1e-6'),
@@ -93,7 +101,7 @@ def forms() -> StrainStudy:
     return StrainStudy("peak of tip", 1e-3, tuple(made), {"beam": "linear"})
 
 
-def test_large_deflection_needs_more_than_linear_strain(built: Built):
+def test_large_deflection_needs_more_than_linear_strain(built: LevelBodies):
     """By a fifth of its length: linear strain leaves the foreshortening out, and the beam on a small hub feels it."""
     found = strain_forms(built(*SPUN))
     linear, condensed, nonlinear = found.forms
@@ -104,13 +112,13 @@ def test_large_deflection_needs_more_than_linear_strain(built: Built):
     assert found.own == {"beam": "linear"}
 
 
-def test_choice_of_a_study_is_set_in_the_case(built: Built):
+def test_choice_of_a_study_is_set_in_the_case(built: LevelBodies):
     case = built(*SPUN)
     found = convergence(case, "modes", [1, 2, 3])
-    chosen = with_choice(case, found, ("beam",))
-    assert chosen.bodies["beam"].reduction.modes == choice(found)
-    finer = with_choice(case, replace(found, over="mesh"), ("beam",))
-    assert finer.bodies["beam"].refine == case.bodies["beam"].refine + choice(found)
+    chosen = with_recommended_level(case, found, ("beam",))
+    assert chosen.bodies["beam"].reduction.modes == recommended_level(found)
+    finer = with_recommended_level(case, replace(found, over="mesh"), ("beam",))
+    assert finer.bodies["beam"].refine == case.bodies["beam"].refine + recommended_level(found)
 
 
 def called(*arguments: object):

@@ -17,7 +17,7 @@ from femflex.cli.app import app
 from femflex.pipeline import prepare
 from femflex.pipeline.case_bodies import build_body
 from femflex.reduction import save_body
-from femflex.studies import assessed, convergence, planned
+from femflex.studies import assess_convergence, convergence, plan_study
 from femflex.warning import PhysicsWarning
 
 LENGTH, EI, MASS = 4.0, 50.0, 0.5  # as in conftest.py
@@ -28,7 +28,7 @@ FIRST_MODE = 'quantity = { of = "mode_frequency", body = "beam", mode = 1 }'
 PLAIN = ("modes = 4 }", "modes = 4, joints = {} }")  # without the static shapes of joints that few modes get
 NODAL = ('method = "cantilever", clamp = "ROOT", modes = 4', 'method = "nodal", clamp = "ROOT"')
 
-Built = Callable[..., Case]
+LevelBodies = Callable[..., Case]
 
 
 def clamped_free(root: float, EI: float) -> float:
@@ -40,7 +40,9 @@ def clamped_free(root: float, EI: float) -> float:
     ("mode", "exact"),
     [(1, clamped_free(ROOTS[0], EI)), (2, clamped_free(ROOTS[0], 2 * EI)), (3, clamped_free(ROOTS[1], EI))],
 )
-def test_cubic_elements_show_order_four_and_richardson_hits_the_closed_form(built: Built, mode: int, exact: float):
+def test_cubic_elements_show_order_four_and_richardson_hits_the_closed_form(
+    built: LevelBodies, mode: int, exact: float
+):
     case = built((QUANTITY, FIRST_MODE.replace("mode = 1", f"mode = {mode}")), cells=4)
     found = convergence(case, "mesh", levels=[0, 1, 2, 3])
     assert found.order == pytest.approx(4.0, abs=0.05)
@@ -53,13 +55,13 @@ def test_cubic_elements_show_order_four_and_richardson_hits_the_closed_form(buil
 
 
 @pytest.mark.parametrize(("tolerance", "level"), [(1e-2, 0), (1e-4, 1), (1e-5, 2), (1e-7, None)])
-def test_recommended_refinement_matches_the_closed_form(built: Built, tolerance: float, level: int | None):
+def test_recommended_refinement_matches_the_closed_form(built: LevelBodies, tolerance: float, level: int | None):
     found = convergence(built((QUANTITY, FIRST_MODE), cells=2), "mesh", [0, 1, 2], tolerance)
     within = np.abs(found.values / clamped_free(ROOTS[0], EI) - 1) <= tolerance
     assert found.recommended == level == (int(np.argmax(within)) if within.any() else None)
 
 
-def test_rounding_of_too_many_cubic_elements(built: Built):
+def test_rounding_of_too_many_cubic_elements(built: LevelBodies):
     found = convergence(built((QUANTITY, FIRST_MODE), cells=16), "mesh", [0, 1, 2, 3, 4, 5], 1e-6)
     exact = clamped_free(ROOTS[0], EI)
     assert found.trend.rounded is not None and found.trend.rounded <= 4
@@ -79,13 +81,13 @@ def value_of_run(case: Case) -> float:
 
 
 @pytest.mark.slow
-def test_recommended_modes_match_the_unreduced_run(built: Built):
+def test_recommended_modes_match_the_unreduced_run(built: LevelBodies):
     exact = value_of_run(built(NODAL))
-    study = planned(built(PLAIN), "modes", [1, 2, 3, 4, 5, 6, 8, 10])
+    study = plan_study(built(PLAIN), "modes", [1, 2, 3, 4, 5, 6, 8, 10])
     points = list(study.points())
     recommended = []
     for tolerance in (3e-2, 1e-3):
-        found = assessed(study, points, tolerance)
+        found = assess_convergence(study, points, tolerance)
         bad = np.flatnonzero(np.abs(found.values / exact - 1) > tolerance)
         assert found.recommended == found.levels[bad[-1] + 1]
         recommended.append(found.recommended)
@@ -93,7 +95,7 @@ def test_recommended_modes_match_the_unreduced_run(built: Built):
     assert found.estimate == pytest.approx(exact, rel=1e-3)
 
 
-def test_frequency_of_a_run_converges_to_that_of_the_coupled_beam(built: Built):
+def test_frequency_of_a_run_converges_to_that_of_the_coupled_beam(built: LevelBodies):
     """Hub and beam free in the plane: the transcendental equation of a free-free beam with a rigid body at one end."""
     ring = QUANTITY.replace('"value"', '"frequency"').replace("}", ", start = 2, tones = 2 }")
     long = ('duration = "4 s"', 'duration = "40 s"')
@@ -153,7 +155,7 @@ functions = { y = 3, z = 3, family = "polynomial" }
 EXACT = (1.8751040687119611 / 4.0) ** 2 * math.sqrt(50.0 / 0.5) / (2 * math.pi)  # clamped-free, EIy
 
 
-def test_polynomials_converge_to_the_beam(built: Built):
+def test_polynomials_converge_to_the_beam(built: LevelBodies):
     case = built(FREQUENCY, (MESHED, POLYNOMIALS), ('child_marker = "ROOT"', 'child_marker = "root"'))
     found = convergence(case, "modes", [1, 2, 3, 4], 1e-3)
     assert found.counts.tolist() == [2, 4, 6, 8]
@@ -163,7 +165,7 @@ def test_polynomials_converge_to_the_beam(built: Built):
     assert found.recommended == found.levels[np.argmax(error < 1e-3)]
 
 
-def test_craig_bampton_levels_converge_from_above(built: Built):
+def test_craig_bampton_levels_converge_from_above(built: LevelBodies):
     fixed = 'method = "craig_bampton", clamp = "ROOT", interfaces = ["TIP"], modes = 2, joints = {}'
     found = convergence(built(FREQUENCY, (CANTILEVER, fixed)), "modes", [1, 2, 4, 6])
     assert found.counts.tolist() == [7, 8, 10, 12]  # six of the tip
@@ -171,12 +173,12 @@ def test_craig_bampton_levels_converge_from_above(built: Built):
     assert found.values[-1] == pytest.approx(EXACT, rel=5e-5)  # of six elements
 
 
-def test_levels_of_a_body_file_match_those_of_its_mesh(built: Built):
+def test_levels_of_a_body_file_match_those_of_its_mesh(built: LevelBodies):
     plain = ("modes = 4 }", "modes = 4, joints = {} }")
     case = built(FREQUENCY, plain)
     save_body(case.path.parent / "beam.h5", build_body(case, "beam", modes=6))
     filed = built((MESHED, 'kind = "file"\nfile = "beam.h5"\n'))
-    assert [rung.level for rung in planned(filed).ladder.rungs] == [1, 2, 3, 4, 6]
+    assert [rung.level for rung in plan_study(filed).level_set.levels] == [1, 2, 3, 4, 6]
     direct, cut = convergence(built(plain), "modes", [2, 4, 6]), convergence(filed, "modes", [2, 4, 6])
     np.testing.assert_allclose(cut.values, direct.values, rtol=1e-9)
 
@@ -223,7 +225,7 @@ def called(*arguments: object) -> tuple[int, str, str]:
 
 
 @pytest.mark.slow
-def test_automatic_and_condensed_strain_have_the_same_study(built: Built):
+def test_automatic_and_condensed_strain_have_the_same_study(built: LevelBodies):
     automatic = convergence(built(UNSAID, SILENT, SPUN, SHORT), "derivatives", [1, 2])
     condensed = convergence(built(("modes = 4 }", DERIVED), SPUN, SHORT), "derivatives", [1, 2])
     assert automatic.values.tolist() == condensed.values.tolist()

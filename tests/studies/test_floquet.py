@@ -17,7 +17,7 @@ from femflex.dynamics.equilibria.equilibrium import equilibrium
 from femflex.integrate import Dop853
 from femflex.pipeline.decisions import build_system
 from femflex.studies.floquet import floquet, periodic_state
-from femflex.studies.stability import judged_rest
+from femflex.studies.stability import equilibrium_stability
 from femflex.system import (
     Environment,
     Frame,
@@ -214,7 +214,7 @@ def test_multipliers_of_a_flexible_spinner(inertia, stable):
 def test_multipliers_of_a_free_spinner_match_its_poles():
     """Two formulations: motions in inertial axes over a turn, and the equations linearised in axes that spin."""
     spun = spinner((10.0, 14.0, 20.0), D, free, Frame("spinning", np.array([0.0, 0.0, W])))
-    rest = judged_rest(spun)
+    rest = equilibrium_stability(spun)
     assert rest.about is not None
     own = floquet(spun, PERIOD, rest.about.x)
     for pole in rest.values:

@@ -19,7 +19,7 @@ from femflex.studies.linear import (
 from femflex.studies.linear.sampled import SampledModel
 
 
-def named(word: str, n: int, unit: str) -> tuple[tuple[str, str], ...]:
+def numbered_names(word: str, n: int, unit: str) -> tuple[tuple[str, str], ...]:
     return tuple((f"{word}{k}", f"{unit}{k}") for k in range(n))
 
 
@@ -40,9 +40,9 @@ def model(poles, n_in: int = 2, n_out: int = 3, seed: int = 0) -> StateSpace:
         T @ rng.normal(size=(n, n_in)),
         rng.normal(size=(n_out, n)) @ np.linalg.inv(T),
         rng.normal(size=(n_out, n_in)),
-        named("x", n, "m"),
-        named("u", n_in, "N"),
-        named("y", n_out, "V"),
+        numbered_names("x", n, "m"),
+        numbered_names("u", n_in, "N"),
+        numbered_names("y", n_out, "V"),
     )
 
 
@@ -64,7 +64,7 @@ def test_modal_truncation_has_poles_residues_and_static_response():
         values, left, right = eig(whole.A, left=True)
         far = np.abs(values) > 5.0
 
-        def beyond(s: complex) -> np.ndarray:
+        def removed_part(s: complex) -> np.ndarray:
             out = np.zeros((3, 2), complex)
             for k in np.flatnonzero(far):  # noqa: B023
                 scale = left[:, k].conj() @ right[:, k]  # noqa: B023
@@ -72,7 +72,9 @@ def test_modal_truncation_has_poles_residues_and_static_response():
             return out
 
         s = 0.3 + 0.7j
-        assert response(small, s) == pytest.approx(response(whole, s) - beyond(s) + static * beyond(0.0), rel=1e-8)
+        assert response(small, s) == pytest.approx(
+            response(whole, s) - removed_part(s) + static * removed_part(0.0), rel=1e-8
+        )
     assert response(modal_truncation(whole, 5.0), 0.0) == pytest.approx(response(whole, 0.0), rel=1e-8)
 
 
@@ -170,7 +172,7 @@ def sampled(gain: float, lag: float, period: float = 0.4) -> SampledModel:
     S[3:5, :3] = -gain * (1 - lag) * K
     S[3:5, 5] = [0.3 * lag, 0.0]
     S[5] = [0.2 * lag, 0, 0.1, 0, 0.1, 0.5]
-    return SampledModel(expm(wide * period), S, named("s", 6, ""), {"law/a": 3, "law/b": 4}, period)
+    return SampledModel(expm(wide * period), S, numbered_names("s", 6, ""), {"law/a": 3, "law/b": 4}, period)
 
 
 @pytest.mark.parametrize("command", ["law/a", "law/b"])

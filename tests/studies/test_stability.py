@@ -20,9 +20,9 @@ from femflex.cli.app import app
 from femflex.dynamics import compile_system
 from femflex.rotations import dcm_from_quaternion
 from femflex.studies.floquet import floquet
-from femflex.studies.stability import Chart, Locus, case_stability, judged_rest, stability_chart
+from femflex.studies.stability import Chart, Locus, case_stability, equilibrium_stability, stability_chart
 from femflex.studies.stability.affine import AffineChart
-from femflex.studies.stability.gravity_gradient import craft_inertia, moments, with_ratios
+from femflex.studies.stability.gravity_gradient import craft_inertia, moments_from_ratios, with_ratios
 from femflex.studies.stability.judgement import NONE, STATIC, UNSTABLE, Judgement
 from femflex.system import Frame, Load, Orbit, System, revolute, spherical, weld
 
@@ -37,7 +37,7 @@ vary.k_yaw = { between = [-0.9, 0.7], points = 9 }
 
 @pytest.mark.slow
 def test_regions_of_lagrange_and_of_debra_and_delp():
-    chart = case_stability(parse_case(ORBITER)).found
+    chart = case_stability(parse_case(ORBITER)).result
     assert isinstance(chart, Chart)
     wanted = np.array([[rigid_kind(a, b) for b in chart.second] for a in chart.first])
     assert np.array_equal(chart.kinds, wanted) and {0, 1, 2} == set(np.unique(wanted))
@@ -55,7 +55,7 @@ def critical_speed(m: float, EI: float, L: float, h: float, difference: float) -
     x, weight = np.polynomial.legendre.leggauss(40)
     x, weight = (x + 1) * L / 2, weight * L / 2
 
-    def left(speed: float) -> float:
+    def remaining_stiffness(speed: float) -> float:
         b = (m * speed**2 / EI) ** 0.25
         ends = [
             [1, 0, 1, 0],
@@ -67,7 +67,7 @@ def critical_speed(m: float, EI: float, L: float, h: float, difference: float) -
         v = c @ np.array([np.cosh(b * x), np.sinh(b * x), np.cos(b * x), np.sin(b * x)])
         return difference - 2 * m * weight @ ((h + x) * v)
 
-    return float(brentq(left, 0.05, 2.3))
+    return float(brentq(remaining_stiffness, 0.05, 2.3))
 
 
 @pytest.mark.slow
@@ -78,7 +78,7 @@ def test_spinner_with_axial_booms_has_its_critical_speed():
         update={"between": ["0.69 rad/s", "0.73 rad/s"], "points": 2}
     )
     table = case.stability.model_copy(update={"vary": {"attitude.spin.2": axis}, "without": []})
-    locus = case_stability(case.model_copy(update={"stability": table})).found
+    locus = case_stability(case.model_copy(update={"stability": table})).result
     assert isinstance(locus, Locus) and locus.kinds.tolist() == [STATIC, UNSTABLE] and locus.unit == "rad/s"
     assert locus.critical[0] == pytest.approx(critical_speed(0.5, 158.0, 5.0, 0.5, 150.0 - 90.0), rel=2e-4)
 
@@ -165,7 +165,7 @@ def test_soft_damped_booms_remove_the_region_of_debra_and_delp():
     assert case.stability is not None
     vary = {key: axis.model_copy(update={"points": 10}) for key, axis in case.stability.vary.items()}
     found = case_stability(case.model_copy(update={"stability": case.stability.model_copy(update={"vary": vary})}))
-    assert isinstance(found.found, Chart) and isinstance(found.second, Chart)
+    assert isinstance(found.result, Chart) and isinstance(found.second, Chart)
     steps = [(a, b) for a in (-0.01, 0.0, 0.01) for b in (-0.01, 0.0, 0.01)]
     near = np.array(
         [[[rigid_kind(x + a, y + b) for a, b in steps] for y in found.second.second] for x in found.second.first]
@@ -173,8 +173,8 @@ def test_soft_damped_booms_remove_the_region_of_debra_and_delp():
     rigid, clear = near[:, :, 4], np.ptp(near, axis=2) == 0  # of points off the boundaries: some lie exactly on them
     known = (found.second.kinds != NONE) & clear
     assert known.sum() > 60 and np.array_equal(found.second.kinds[known], rigid[known])
-    assert not (found.found.kinds == 1).any() and (found.found.kinds == 2).any()
-    assert ((found.found.kinds == 2) <= (rigid == 2))[clear].all()  # flexibility makes nothing stable
+    assert not (found.result.kinds == 1).any() and (found.result.kinds == 2).any()
+    assert ((found.result.kinds == 2) <= (rigid == 2))[clear].all()  # flexibility makes nothing stable
 
 
 def craft(spring: float = 0.0) -> System:
@@ -191,10 +191,10 @@ def craft(spring: float = 0.0) -> System:
     return System(bodies, tuple(joints), orbit=Orbit(6.98e6), frame=Frame("orbital"))
 
 
-def points_of(moments) -> tuple[np.ndarray, np.ndarray]:
+def points_of(moments_from_ratios) -> tuple[np.ndarray, np.ndarray]:
     """Points of mass (masses, places) of a body's mass, centre and inertia: six on its principal axes."""
-    m, c = moments.mass, moments.center_of_mass()
-    J = moments.inertia() - m * (c @ c * np.eye(3) - np.outer(c, c))
+    m, c = moments_from_ratios.mass, moments_from_ratios.center_of_mass()
+    J = moments_from_ratios.inertia() - m * (c @ c * np.eye(3) - np.outer(c, c))
     values, axes = np.linalg.eigh(np.trace(J) / 2 * np.eye(3) - J)
     places = [c + s * np.sqrt(3 * max(v, 0) / m) * a for v, a in zip(values, axes.T, strict=True) for s in (1, -1)]
     return np.full(6, m / 6), np.array(places)
@@ -228,7 +228,7 @@ def test_craft_with_given_inertia_ratios(k_roll: float, k_yaw: float):
     assert found[0, 0] == pytest.approx(pitch)
     I2, I3, I1 = np.diag(found)  # pitch, yaw, roll
     assert ((I2 - I3) / I1, (I2 - I1) / I3) == pytest.approx((k_roll, k_yaw))
-    assert moments(k_roll, k_yaw, pitch) == pytest.approx((I1, I2, I3))
+    assert moments_from_ratios(k_roll, k_yaw, pitch) == pytest.approx((I1, I2, I3))
     body = with_ratios(system, "hub", k_roll, k_yaw).bodies["hub"].moments
     assert body.mass == 200.0 and body.first == pytest.approx(system.bodies["hub"].moments.first)
 
@@ -236,11 +236,11 @@ def test_craft_with_given_inertia_ratios(k_roll: float, k_yaw: float):
 @pytest.mark.parametrize("spring", [0.0, 1e-4])
 def test_affine_chart_agrees_with_single_linearisations(spring: float):
     system = craft(spring)
-    chart = AffineChart.of(system, "hub")
+    chart = AffineChart.from_system(system, "hub")
     assert chart is not None
     seen = set()
     for k_roll, k_yaw in ((0.4, 0.2), (0.2, 0.4), (-0.3, 0.3), (-0.1, -0.5), (-0.5, -0.1), (-0.55, -0.7)):
-        fast, slow = chart(k_roll, k_yaw), judged_rest(with_ratios(system, "hub", k_roll, k_yaw))
+        fast, slow = chart(k_roll, k_yaw), equilibrium_stability(with_ratios(system, "hub", k_roll, k_yaw))
         assert fast.kind == slow.kind, (k_roll, k_yaw)
         assert fast.growth == pytest.approx(slow.growth, abs=1e-8) and len(fast.values) == len(slow.values)
         for value in slow.values:

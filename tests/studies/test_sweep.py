@@ -15,13 +15,13 @@ from typer.testing import CliRunner
 from femflex.case.read import parse_case
 from femflex.case.sweep import parse_sweep
 from femflex.cli.app import app
-from femflex.studies import planned
+from femflex.studies import plan_study
 from femflex.studies.study import Study
 from femflex.studies.sweep import open_sweep, sweep
-from femflex.studies.sweep.design import designed, indices, unit_samples
+from femflex.studies.sweep.design import member_values, sobol_indices_of, unit_samples
 from femflex.studies.sweep.journal import journal_of
 from femflex.studies.sweep.member import run_member
-from femflex.studies.sweep.sweep import planned as planned_sweep
+from femflex.studies.sweep.sweep import plan_sweep
 
 SPUN = """
 title = "a wheel that is spun up"
@@ -97,7 +97,7 @@ def test_every_member_matches_its_closed_form(study, tmp_path):
     mean, sigma, least, largest = found.statistics()["speed"]
     assert (mean, sigma) == pytest.approx((speed.mean(), speed.std(ddof=1)))
     assert (least, largest) == (speed.argmin(), speed.argmax())
-    assert found.of_outputs()["speed"] == pytest.approx(np.percentile(speed, [5, 50, 95]), rel=1e-9)
+    assert found.output_percentiles()["speed"] == pytest.approx(np.percentile(speed, [5, 50, 95]), rel=1e-9)
     assert found.histories["bodies/wheel/rate:z"] == pytest.approx(np.outer(speed, found.time / 2.0), rel=1e-9)
     read = open_sweep(tmp_path / "s.h5")
     assert np.array_equal(read.outputs["speed"], found.outputs["speed"]) and read.units == found.units
@@ -170,8 +170,8 @@ def test_designs_have_their_distribution_and_repeat_by_their_seed(design):
     text = f'case = "c.toml"\ndesign = "{design}"\nmembers = 512\nseed = 7\nhistories = ["q:1"]\n'
     text += '[vary.a]\nbetween = [1, 3]\n[vary.b]\nnormal = ["10 m", "2 m"]\n'
     table = parse_sweep(text)
-    rows = designed(table)
-    assert rows == designed(table) and rows != designed(parse_sweep(text.replace("seed = 7", "seed = 8")))
+    rows = member_values(table)
+    assert rows == member_values(table) and rows != member_values(parse_sweep(text.replace("seed = 7", "seed = 8")))
     a, b = np.array([row["a"] for row in rows]), np.array([float(row["b"].split()[0]) for row in rows])
     assert 1 <= a.min() and a.max() <= 3 and rows[0]["b"].endswith(" m")
     assert [a.mean(), b.mean(), b.std()] == pytest.approx([2.0, 10.0, 2.0], rel=0.1)
@@ -194,18 +194,18 @@ def test_sobol_indices_of_a_product(study, tmp_path):
     """Speed = 2 torque / inertia: for independent factors X Y the variances follow from those of X and 1 / Y."""
     path = study(('"latin_hypercube"\nmembers = 6', '"sobol_indices"\nmembers = 64'))
     table = parse_sweep(path.read_text())
-    rows = designed(table)
+    rows = member_values(table)
     assert len(rows) == 64 * 4
     inertia, torque = (np.array([float(str(row[key]).split()[0]) for row in rows]) for key in table.vary)
-    found = indices(table, 2.0 * torque / inertia)
+    found = sobol_indices_of(table, 2.0 * torque / inertia)
     mean = np.log(3.0) / 2.0  # of 1 / J, J uniform from 1 to 3
     v_inv, v_torque = (1 - 1 / 3.0) / 2.0 - mean**2, 0.5**2
     whole = (v_inv + mean**2) * (v_torque + 16.0) - mean**2 * 16.0
     first = np.array([16.0 * v_inv, mean**2 * v_torque]) / whole
     assert found[:, 0] == pytest.approx(first, abs=0.05) and found[:, 1] == pytest.approx(1 - first[::-1], abs=0.05)
-    again = indices(table, np.where(np.arange(len(rows)) == 3, np.nan, torque))
+    again = sobol_indices_of(table, np.where(np.arange(len(rows)) == 3, np.nan, torque))
     assert np.isnan(again).all()
-    assert designed(table) == designed(table)
+    assert member_values(table) == member_values(table)
 
 
 DISPERSION = Path(__file__).parents[2] / "cases" / "studies" / "panel_dispersion.toml"
@@ -214,8 +214,8 @@ DISPERSION = Path(__file__).parents[2] / "cases" / "studies" / "panel_dispersion
 @pytest.mark.slow
 def test_members_of_the_shipped_dispersion_have_the_momentum_of_their_pulses():
     """Each pulse changes from one torque to the other along 5 s: what is left is 2.5 s times the two departures."""
-    table, plan = planned_sweep(DISPERSION)
-    for number, values in list(enumerate(designed(table)))[:2]:
+    table, plan = plan_sweep(DISPERSION)
+    for number, values in list(enumerate(member_values(table)))[:2]:
         found = run_member(plan, number, values)
         assert not found.problem
         first, last = values["loads.0.torque.0.1"] - 40.0, values["loads.0.torque.3.1"] + 40.0
@@ -248,12 +248,12 @@ CLAMPED = 1.8751040687119611**2 / 4 * np.sqrt(3000.0 / 0.5) / (2 * np.pi)
 
 def test_system_frequency_by_mode_and_by_branch():
     """Above the two wheels, at 1 / pi and 6.93 / 2 pi Hz, lies the bending of the clamped rod."""
-    ladder = planned(parse_case(WHEELS + ROD), "modes", [1, 2]).ladder
+    level_set = plan_study(parse_case(WHEELS + ROD), "modes", [1, 2]).level_set
 
     def study(quantity: str) -> Study:
-        return Study(parse_case(WHEELS + ROD.replace("mode = 3", quantity)), "modes", ladder)
+        return Study(parse_case(WHEELS + ROD.replace("mode = 3", quantity)), "modes", level_set)
 
-    built = ladder.rungs[1].build()
+    built = level_set.levels[1].build()
     wheels = np.sqrt([8 / 2, 48 / 3]) / (2 * np.pi)
     for quantity, hertz, tolerance in (
         ("mode = 2", wheels[1], 1e-6),

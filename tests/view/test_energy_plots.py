@@ -105,7 +105,7 @@ def test_power_of_a_load_is_force_times_velocity(pushed):
 TIME = 1800.0 + 900.0 * np.linspace(0, 2, 13) ** 1.5  # uneven
 
 
-def made(path, arrays, times=TIME):
+def stored_run(path, arrays, times=TIME):
     channels = {name: Channel("W", name, values.shape[1:]) for name, values in arrays.items()}
     with RunWriter(path, channels, {}, {"title": "made"}) as writer:
         writer.write_block(times, arrays)
@@ -145,8 +145,8 @@ def arrays():
 
 
 @pytest.fixture(scope="module")
-def full(tmp_path_factory):
-    with made(tmp_path_factory.mktemp("energy") / "run.h5", arrays()) as run:
+def full_run(tmp_path_factory):
+    with stored_run(tmp_path_factory.mktemp("energy") / "run.h5", arrays()) as run:
         yield run
 
 

@@ -13,17 +13,17 @@ from support.made_runs import box_skin, flexible
 from femflex.body import Skin, rigid_body
 from femflex.results import RunWriter, open_run
 from femflex.system import Channel
-from femflex.view.framing import VIEW_ANGLE, Margins, framed
+from femflex.view.framing import VIEW_ANGLE, Margins, fit_camera
 from femflex.view.look import Look
 from femflex.view.motion import motion
-from femflex.view.plan import planned
+from femflex.view.plan import plan_scene
 from femflex.view.render import render_movie, render_picture
 from femflex.view.scene import Scene
 
 
 def on_screen(points, view, aspect):
-    """Where a pinhole camera sees points: parts of width and height from the lower left corner, (n, 2)."""
-    x, y, z = view.axes @ (points - view.place).T
+    """Positions (n, 2) of points in a pinhole camera's picture: parts of width and height from its lower left."""
+    x, y, z = view.axes @ (points - view.position).T
     t = np.tan(VIEW_ANGLE / 2)
     return np.column_stack([0.5 + 0.5 * x / (z * t * aspect), 0.5 + 0.5 * y / (z * t)])
 
@@ -33,7 +33,7 @@ def test_framed_points_fill_the_space_between_the_margins(seed):
     rng = np.random.default_rng(seed)
     cloud = rng.standard_normal((200, 3)) * rng.uniform(0.1, 30, 3) + rng.uniform(-100, 100, 3)
     margins, aspect = Margins(0.03, 0.14, 0.12, 0.1), 16 / 9
-    view = framed(cloud, rng.standard_normal(3), np.array([0.0, 0.0, 1.0]), aspect, margins)
+    view = fit_camera(cloud, rng.standard_normal(3), np.array([0.0, 0.0, 1.0]), aspect, margins)
     seen = on_screen(cloud, view, aspect)
     low, high = np.array([margins.left, margins.bottom]), 1 - np.array([margins.right, margins.top])
     assert np.all(seen > low - 1e-9) and np.all(seen < high + 1e-9)
@@ -46,15 +46,15 @@ def test_framed_points_fill_the_space_between_the_margins(seed):
 
         def gap(d, side=side, rim=rim):
             step = side * d * view.axes[other]
-            there = on_screen(cloud, replace(view, place=view.place + step, focus=view.focus + step), aspect)
+            there = on_screen(cloud, replace(view, position=view.position + step, focus=view.focus + step), aspect)
             return (side * there[:, other]).min() - side * rim[other]
 
         room.append(brentq(gap, 0.0, 1e4))
     assert room[0] == pytest.approx(room[1], rel=1e-6, abs=1e-9)
-    depth = (cloud - view.place) @ view.axes[2]
+    depth = (cloud - view.position) @ view.axes[2]
     assert view.near < depth.min() and depth.max() < view.far
     assert view.axes @ view.axes.T == pytest.approx(np.eye(3), abs=1e-12)
-    assert view.pixels(1000) * np.linalg.norm(view.focus - view.place) * np.tan(VIEW_ANGLE / 2) == pytest.approx(500)
+    assert view.pixels(1000) * np.linalg.norm(view.focus - view.position) * np.tan(VIEW_ANGLE / 2) == pytest.approx(500)
 
 
 def test_body_is_drawn_where_a_pinhole_camera_sees_it(tmp_path):
@@ -79,7 +79,7 @@ def test_body_is_drawn_where_a_pinhole_camera_sees_it(tmp_path):
         writer.finish(complete=True)
     look = Look(size=(640, 400), triads=False, edges="none", view=(3.0, -4.0, 2.0), title="", camera="fixed")
     with open_run(tmp_path / "run.h5") as run:
-        plan = planned(run, look)
+        plan = plan_scene(run, look)
         with Scene(run, look, plan) as scene:
             scene.show(motion(run, np.array([0.5])), 0)
             image = scene.image().astype(int)
@@ -97,18 +97,18 @@ def test_body_is_drawn_where_a_pinhole_camera_sees_it(tmp_path):
 
 def test_camera_is_fixed_between_pictures_of_a_run(run):
     look = Look(size=(320, 180))
-    first, second = planned(run, look, 1.0), planned(run, look, 17.0)
-    assert np.array_equal(first.view.place, second.view.place) and np.array_equal(first.view.up, second.view.up)
-    near = planned(run, Look(size=(320, 180), fit="picture"), 1.0)
-    assert np.linalg.norm(near.view.place - near.view.focus) < np.linalg.norm(first.view.place - first.view.focus)
+    first, second = plan_scene(run, look, 1.0), plan_scene(run, look, 17.0)
+    assert np.array_equal(first.view.position, second.view.position) and np.array_equal(first.view.up, second.view.up)
+    near = plan_scene(run, Look(size=(320, 180), fit="picture"), 1.0)
+    assert np.linalg.norm(near.view.position - near.view.focus) < np.linalg.norm(first.view.position - first.view.focus)
 
 
 def test_pictures_are_repeatable(tmp_path, run):
-    images = [read(render_picture(run, tmp_path / f"{k}.png", time=4.2, size=(320, 180))) for k in (0, 1)]
+    images = [pixels_of(render_picture(run, tmp_path / f"{k}.png", time=4.2, size=(320, 180))) for k in (0, 1)]
     assert np.array_equal(*images)
 
 
-def read(path):
+def pixels_of(path):
     from PIL import Image
 
     with Image.open(path) as image:
@@ -116,7 +116,7 @@ def read(path):
 
 
 def test_orbiting_run_is_seen_from_the_orbital_frame(orbiting):
-    plan = planned(orbiting, Look())
+    plan = plan_scene(orbiting, Look())
     assert plan.camera == "orbital" and plan.view.axes[0][1] == pytest.approx(0, abs=1e-12)  # y0 points up
     moving = motion(orbiting, orbiting.time, "orbital")
     assert np.allclose(moving.reference, np.eye(3), atol=1e-12)
@@ -154,7 +154,7 @@ def test_movie_ends_with_the_motion(tmp_path, settles, still):
     with RunWriter(tmp_path / "run.h5", channels, {"cube": body}) as writer:
         writer.write_block(times, arrays)
     with open_run(tmp_path / "run.h5") as run:
-        assert planned(run, Look()).still == pytest.approx(still, abs=1.5)  # 200 instants are looked at
+        assert plan_scene(run, Look()).still == pytest.approx(still, abs=1.5)  # 200 instants are looked at
         frames = render_movie(run, tmp_path / "frames", fps=0.5, size=(320, 180))
         assert len(list(frames.iterdir())) == 7  # 12 s of the movie
         rest = render_movie(run, tmp_path / "rest", fps=1, speed=2.0, span=(90.0, None), size=(320, 180))

@@ -12,7 +12,7 @@ from femflex.results import RunWriter, open_run
 from femflex.rotations import angles_from_dcm, dcm_from_angles, is_symmetric
 from femflex.system import Channel
 from femflex.view import plot_histories, plot_spectra, plot_spectrograms
-from femflex.view.curves import unwrapped
+from femflex.view.curves import continuous_angles
 from femflex.view.spectrogram import spectrogram
 
 
@@ -88,7 +88,7 @@ def test_angles_are_unwrapped_through_their_singularity(sequence):
     whole = np.stack([0.3 + 0.2 * t, 6 * np.pi * t, 0.1 - 0.1 * t], axis=1)
     C = dcm_from_angles(whole, sequence)
     names = ("x1", "z2", "x3") if is_symmetric(sequence) else ("x", "z", "y")
-    seen = unwrapped(angles_from_dcm(C, sequence), names)
+    seen = continuous_angles(angles_from_dcm(C, sequence), names)
     assert np.abs(seen - seen[0] - (whole - whole[0])).max() < 0.01  # rad: between neighbours at the singularity
     assert np.abs(dcm_from_angles(seen, sequence) - C).max() < 0.01
 

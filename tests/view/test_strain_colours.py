@@ -26,8 +26,8 @@ from femflex.reduction import (
 from femflex.results import RunWriter, open_run
 from femflex.view import mode_montage, render_movie, render_picture
 from femflex.view.look import Look
-from femflex.view.paint import BodyPaint, chosen
-from femflex.view.plan import planned
+from femflex.view.paint import BodyPaint, quantity_of_colour
+from femflex.view.plan import plan_scene
 
 L, B, H, E = 1.0, 0.1, 0.01, 70e9  # m, m, m, Pa; without Poisson's ratio strips bend as beams do
 EI, EA = E * B * H**3 / 12, E * B * H
@@ -63,8 +63,8 @@ def under_load(family: str, strain: str, direction: str, force: float):
 
 def painted(body, colour: str, delta):
     """Values at the points of the skin."""
-    quantity = chosen(colour, list(body.strain_field), "the body")
-    return BodyPaint.of(quantity, body.strain_field, body.skin).values(body.amplitudes(delta))
+    quantity = quantity_of_colour(colour, list(body.strain_field), "the body")
+    return BodyPaint.from_field(quantity, body.strain_field, body.skin).values(body.amplitudes(delta))
 
 
 @pytest.mark.sampled(3)
@@ -205,7 +205,7 @@ def test_painted_energy_integrates_to_the_monitor(swinging):
 
 
 def test_curvature_is_coloured_at_its_place(swinging):
-    paint, skin = planned(swinging, Look(colour="strain:curvature_z")).paints["boom"], swinging.bodies()["boom"].skin
+    paint, skin = plan_scene(swinging, Look(colour="strain:curvature_z")).paints["boom"], swinging.bodies()["boom"].skin
     (part,), y = swinging.bodies()["boom"].strain_field, swinging["bodies/boom/delta"][0]
     order = np.argsort(part.places[:, 0])
     exact = np.interp(skin.points[:, 0], part.places[order, 0], part.strains(y)[0, order, 1])
@@ -219,7 +219,7 @@ def test_constant_strain_has_one_colour():
     rows[:, 0, 0] = 2e-4
     same = type(plate)(**{**vars(plate), "rows": rows})
     field = (same, body.strain_field[1])
-    paint = BodyPaint.of(chosen("strain:membrane_xx", list(field), "b"), field, body.skin)
+    paint = BodyPaint.from_field(quantity_of_colour("strain:membrane_xx", list(field), "b"), field, body.skin)
     found = paint.values(np.array([1.0, 0.0, 0.0]))
     on_plate = body.skin.points[:, 1] > -0.25
     assert found[on_plate] == pytest.approx(2e-4, rel=1e-6) and np.isnan(found[~on_plate]).all()
@@ -243,7 +243,9 @@ def test_modes_are_coloured_by_strain(tmp_path):
         for k, colour in enumerate(["displacement", "energy:plate", "strain:curvature_xx"])
     ]
     assert all(np.abs(a - b).max() > 80 for a, b in pairwise(images))
-    paint = BodyPaint.of(chosen("energy:plate", list(body.strain_field), "b"), body.strain_field, body.skin)
+    paint = BodyPaint.from_field(
+        quantity_of_colour("energy:plate", list(body.strain_field), "b"), body.strain_field, body.skin
+    )
     assert np.nanmax(paint.values(np.array([1.0, 0.0, 0.0]))) > 0
 
 

@@ -169,7 +169,7 @@ def test_locus_has_the_branches_of_its_poles_or_multipliers(tmp_path, drawn_figu
         roots = np.roots([1.0, d, 4.0]).astype(complex) * (1.0 if of == "poles" else 0.5)
         return Judgement(STATIC if d >= 0.3 else UNSTABLE, float(roots.real.max()), roots)
 
-    locus = stability_locus(judge, [-1.0, 0.0, 1.0, 2.0], "damping", of=of)
+    locus = stability_locus(judge, [-1.0, 0.0, 1.0, 2.0], "damping", quantity=of)
     plot_locus(locus, tmp_path / "a.png")
     plane, above, below = drawn_figure().axes
     curves = [data(line) for line in plane.lines if len(line.get_xdata()) == 4]
