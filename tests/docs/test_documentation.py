@@ -116,9 +116,9 @@ def test_pictures_of_the_gallery_are_made(tmp_path: Path, monkeypatch: pytest.Mo
     monkeypatch.syspath_prepend(str(TOP / "docs"))
     pictures = importlib.import_module("generate.pictures")
     monkeypatch.setattr(pictures, "PICTURES", tmp_path)
-    pictures.draw(TOP / "cases" / "chaplygin_sleigh.toml")
-    assert len(pictures.drawn("chaplygin_sleigh")) >= 3
-    assert max(path.stat().st_size for path in pictures.drawn("chaplygin_sleigh")) < 60_000
+    pictures.draw_case(TOP / "cases" / "chaplygin_sleigh.toml")
+    assert len(pictures.case_pictures("chaplygin_sleigh")) >= 3
+    assert max(path.stat().st_size for path in pictures.case_pictures("chaplygin_sleigh")) < 60_000
 
 
 def test_the_citation_names_the_version_and_the_licence():
