@@ -26,12 +26,12 @@ SHORT = np.array([0.0, 1.0, 2.0, 4.0, 5.0])  # not evenly spaced
 
 
 @pytest.fixture(scope="module")
-def written(tmp_path_factory: pytest.TempPathFactory) -> Callable[[np.ndarray, Channels], Run]:
+def write_run(tmp_path_factory: pytest.TempPathFactory) -> Callable[[np.ndarray, Channels], Run]:
     """Writes a run with these channels and opens it."""
 
     def write(time: np.ndarray, channels: Channels) -> Run:
         path: Path = tmp_path_factory.mktemp("run") / "run.h5"
-        with RunWriter(path, {name: one for name, (one, _) in channels.items()}, {"boom": BOOM}, {}) as writer:
+        with RunWriter(path, {name: channel for name, (channel, _) in channels.items()}, {"boom": BOOM}, {}) as writer:
             writer.write_block(time, {name: values for name, (_, values) in channels.items()})
             writer.finish(complete=True)
         return open_run(path)
@@ -43,21 +43,21 @@ BOOM = rigid_body(3.0, np.eye(3))
 
 
 @pytest.fixture(scope="module")
-def swinging(written) -> Run:
+def swinging(write_run) -> Run:
     """Fifty seconds of known sines."""
     angles = Channel("rad", "angles", (3,), ("pitch", "roll", "yaw"))
     energy = Channel("J", "energy", (), ())
-    return written(
+    return write_run(
         LONG,
         {"attitude/angles": (angles, np.stack(ANGLES, axis=1)), "monitors/energy": (energy, 5.0 + 1e-6 * LONG)},
     )
 
 
 @pytest.fixture(scope="module")
-def few_instants(written) -> Run:
+def few_instants(write_run) -> Run:
     """Five instants of a number, of a vector in a plane, and of coordinates of different units."""
     plane = np.array([[3, 4], [0, -5], [6, 8], [0, 0], [-3, 4]], float)
-    return written(
+    return write_run(
         SHORT,
         {
             "x": (Channel("N", "number", (), ()), np.array([1.0, -3, 2, -1, 0.5])),

@@ -129,10 +129,10 @@ MOTIONS: list[tuple[dict[str, Any], Any]] = [
 ]
 
 
-@pytest.mark.parametrize(("given", "value"), MOTIONS, ids=[given["kind"] for given, _ in MOTIONS])
-def test_motion_has_the_values_of_its_formula(given: dict[str, Any], value: Any):
-    motion = MotionOf("rad").read(given)
-    assert motion is not None and motion.profile is not None and motion.given == given
+@pytest.mark.parametrize(("table", "value"), MOTIONS, ids=[table["kind"] for table, _ in MOTIONS])
+def test_motion_has_the_values_of_its_formula(table: dict[str, Any], value: Any):
+    motion = MotionOf("rad").read_value(table)
+    assert motion is not None and motion.profile is not None and motion.table == table
     profile = motion.profile(Path())
     for t, expected in value.items() if isinstance(value, dict) else [(t, value(t)) for t in (0.0, 0.7, 2.3)]:
         assert profile(float(t))[0] == pytest.approx(expected, abs=1e-12), t
@@ -164,9 +164,11 @@ def test_regions_of_a_body_are_groups_of_its_mesh():
     }
     table = {"kind": "flexible", "mesh": "a.msh", "members": [{"group": "line", "family": "beam"}], "regions": regions}
     table["reduction"] = {"method": "cantilever", "clamp": "root", "modes": 3}
-    found = with_regions(mesh, FlexibleTable.model_validate(table))
-    at = {name: sorted(found.points[found.group_points(name)][:, 0].tolist()) for name in regions}
-    assert at == {"near": [1.0], "some": [0.5, 4.0], "inside": [2, 2.5, 3, 3.5, 4], "within": [2.0, 2.5]}
+    mesh_with_regions = with_regions(mesh, FlexibleTable.model_validate(table))
+    positions = {
+        name: sorted(mesh_with_regions.points[mesh_with_regions.group_points(name)][:, 0].tolist()) for name in regions
+    }
+    assert positions == {"near": [1.0], "some": [0.5, 4.0], "inside": [2, 2.5, 3, 3.5, 4], "within": [2.0, 2.5]}
 
 
 TABLES: dict[str, Any] = {
@@ -187,8 +189,8 @@ def test_tables_written_as_text_are_read_back_unchanged():
 def test_changed_values_reach_the_model_and_leave_the_rest(write_case):
     case = read_case(write_case())
     changes = {"bodies.hub.mass": np.float64(410.0), "run.duration": "2 min", "joints.0.name": "root"}
-    other = with_values(case, changes | {"bodies.hub.markers.left.position": np.ones(3), "run.integrator": "esdirk4"})
-    assert (other.bodies["hub"].mass, other.run.duration, other.joints[0].name) == (410.0, 120.0, "root")
-    assert case.bodies["hub"].mass == 200.0 and other.bodies["boom"] == case.bodies["boom"]
-    assert parse_case(other.text, case.path).model_dump() == other.model_dump()
-    assert prepare(other).system.bodies["hub"].moments.mass == 410.0
+    changed = with_values(case, changes | {"bodies.hub.markers.left.position": np.ones(3), "run.integrator": "esdirk4"})
+    assert (changed.bodies["hub"].mass, changed.run.duration, changed.joints[0].name) == (410.0, 120.0, "root")
+    assert case.bodies["hub"].mass == 200.0 and changed.bodies["boom"] == case.bodies["boom"]
+    assert parse_case(changed.text, case.path).model_dump() == changed.model_dump()
+    assert prepare(changed).system.bodies["hub"].moments.mass == 410.0

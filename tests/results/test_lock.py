@@ -57,7 +57,7 @@ def test_file_of_another_writer_is_refused(tmp_path, holder):
         RunWriter(path, CHANNELS, known_bodies())
     write_finished_run(tmp_path / "other.h5")
     os.rename(tmp_path / "other.h5", path)
-    before = path.read_bytes()
+    contents = path.read_bytes()
     with pytest.raises(BlockingIOError, match=BUSY):
         RunWriter(path, CHANNELS, known_bodies(), force=True)
     with pytest.raises(BlockingIOError, match=BUSY):
@@ -67,7 +67,7 @@ def test_file_of_another_writer_is_refused(tmp_path, holder):
     (tmp_path / "linked.h5").symlink_to(path)
     with pytest.raises(BlockingIOError, match=BUSY):
         RunWriter.resumed(tmp_path / "linked.h5")
-    assert path.read_bytes() == before and len(open_run(path)) == 3  # readers need no lock
+    assert path.read_bytes() == contents and len(open_run(path)) == 3  # readers need no lock
 
 
 def test_lock_of_a_killed_writer_is_free(tmp_path, holder):
@@ -119,18 +119,20 @@ RUN = [sys.executable, "-m", "femflex", "run"]
 
 @pytest.mark.slow
 def test_second_run_or_resume_is_refused_and_the_first_completes(write_case, craft, tmp_path):
-    long = craft.replace('duration = "10 s"', 'duration = "400 s"').replace(
+    long_case = craft.replace('duration = "10 s"', 'duration = "400 s"').replace(
         "output_step = 0.05", "output_step = 0.05\nmax_step = 0.0001"
     )
-    case, output = write_case(long), tmp_path / "run.h5"
-    with subprocess.Popen([*RUN, str(case), "-o", str(output)], stdout=subprocess.DEVNULL) as first:
-        while not output.exists() and first.poll() is None:
+    case, output = write_case(long_case), tmp_path / "run.h5"
+    with subprocess.Popen([*RUN, str(case), "-o", str(output)], stdout=subprocess.DEVNULL) as first_process:
+        while not output.exists() and first_process.poll() is None:
             time.sleep(0.02)
         for words in (["--force"], ["--resume"]):
-            second = subprocess.run([*RUN, str(case), "-o", str(output), *words], capture_output=True, text=True)
-            assert first.poll() is None
-            assert second.returncode == 2 and BUSY in second.stderr
-        assert first.wait(300) == 0
+            second_process = subprocess.run(
+                [*RUN, str(case), "-o", str(output), *words], capture_output=True, text=True
+            )
+            assert first_process.poll() is None
+            assert second_process.returncode == 2 and BUSY in second_process.stderr
+        assert first_process.wait(300) == 0
     with open_run(output) as run:
         assert run.complete and len(run) == 8001
     assert not Path(f"{output}.part").exists()

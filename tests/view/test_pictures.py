@@ -46,8 +46,10 @@ def test_colour_bar_covers_the_largest_displacement_of_the_run(run):
 
 def test_magnification_changes_the_picture(tmp_path, run):
     look = {**SMALL, "view": (0.0, -1.0, 0.3), "camera": "body:hub", "triads": False, "edges": "none"}
-    true, more = (pixels_of(render_picture(run, tmp_path / f"{s}.png", time=8.55, scale=s, **look)) for s in (1.0, 4.0))
-    assert np.count_nonzero(np.abs(true.astype(int) - more).sum(axis=2) > 60) > 100
+    true_scale, magnified = (
+        pixels_of(render_picture(run, tmp_path / f"{s}.png", time=8.55, scale=s, **look)) for s in (1.0, 4.0)
+    )
+    assert np.count_nonzero(np.abs(true_scale.astype(int) - magnified).sum(axis=2) > 60) > 100
 
 
 def test_traces_grow_with_time(tmp_path, run):
@@ -63,24 +65,24 @@ def test_trace_follows_the_magnified_body(run, camera):
     moving = motion(run, times, camera, "boom" if camera == "body" else "", ("boom.tip",), scale)
     skin = run.bodies()["boom"].skin
     for k in range(2):
-        moved = skin.points + scale * np.einsum("n,npa->pa", moving.delta["boom"][k], skin.shapes)
-        drawn = moving.position["boom"][k] + moved @ moving.attitude["boom"][k].T
-        assert np.allclose(moving.traces["boom.tip"][k], drawn[-1], atol=1e-9)  # the tip is its last point
+        deformed = skin.points + scale * np.einsum("n,npa->pa", moving.delta["boom"][k], skin.shapes)
+        scene_points = moving.position["boom"][k] + deformed @ moving.attitude["boom"][k].T
+        assert np.allclose(moving.traces["boom.tip"][k], scene_points[-1], atol=1e-9)  # the tip is its last point
 
 
 def movie_frames(path, width, height):
     """Frames of a movie (n, height, width, 3), and what the decoder prints about the file."""
     command = [imageio_ffmpeg.get_ffmpeg_exe(), "-i", str(path), "-f", "rawvideo", "-pix_fmt", "rgb24", "-"]
-    done = subprocess.run(command, capture_output=True, check=True)
-    return np.frombuffer(done.stdout, np.uint8).reshape(-1, height, width, 3).astype(int), done.stderr.decode()
+    process = subprocess.run(command, capture_output=True, check=True)
+    return np.frombuffer(process.stdout, np.uint8).reshape(-1, height, width, 3).astype(int), process.stderr.decode()
 
 
 def test_movie_has_its_frames(tmp_path, run):
-    seen, progress = [], lambda k, n: seen.append((k, n))
+    reports, progress = [], lambda k, n: reports.append((k, n))
     path = render_movie(run, tmp_path / "a.mp4", fps=10, span=(2.0, 4.0), speed=1.0, size=(321, 181), progress=progress)
     images, printed = movie_frames(path, 322, 182)  # even sizes
     assert len(images) == 21 and "h264" in printed and "10 fps" in printed and "yuv420p" in printed
-    assert seen == [(k, 21) for k in range(1, 22)]
+    assert reports == [(k, 21) for k in range(1, 22)]
     assert all(np.abs(a - b).max() > 50 for a, b in pairwise(images))
     assert os.listdir(tmp_path) == ["a.mp4"]
 
@@ -158,8 +160,8 @@ def test_montage_has_a_tile_for_every_shape(tmp_path, boom, theme):
     assert image.shape == (300, 400, 3)
     tiles = [image[r : r + 150, c : c + 200] for r in (0, 150) for c in (0, 200)]
     assert all(np.ptp(tile, axis=2).max() > 80 for tile in tiles)  # coloured by displacement
-    drawn = [tile[:115] for tile in tiles]  # above the captions
-    assert all(np.abs(a - b).max() > 100 for a, b in pairwise(drawn))
+    drawings = [tile[:115] for tile in tiles]  # above the captions
+    assert all(np.abs(a - b).max() > 100 for a, b in pairwise(drawings))
     rim = [np.concatenate([tile[0], tile[-1], tile[:, 0], tile[:, -1]]) for tile in tiles]
     assert all(np.ptp(edge, axis=0).max() == 0 for edge in rim)  # nothing clipped
 

@@ -49,13 +49,13 @@ def test_normals_of_a_bent_plate():
     surface = surface_of(skin)
     delta = np.array([0.8, 0.0, 0.0])
     points, length = surface.skin.displaced(delta)
-    rest = surface.skin.reference
+    reference = surface.skin.reference
     normals = surface.normals(points)
-    upper = (normals[:, 2] > 0.5) & (rest[:, 1] > 0.1) & (rest[:, 1] < PANEL[0] - 0.1)
-    slope = 0.8 * clamped_free(rest[upper, 1] / PANEL[0], 0)[1] / PANEL[0]
+    upper = (normals[:, 2] > 0.5) & (reference[:, 1] > 0.1) & (reference[:, 1] < PANEL[0] - 0.1)
+    slope = 0.8 * clamped_free(reference[upper, 1] / PANEL[0], 0)[1] / PANEL[0]
     expected = np.stack([0 * slope, -slope, 1 + 0 * slope], axis=1) / np.sqrt(1 + slope[:, None] ** 2)
     assert upper.sum() > 500 and np.allclose(normals[upper], expected, atol=2e-3)  # facets of 1/160
-    assert np.allclose(length, 0.8 * np.abs(clamped_free(rest[:, 1] / PANEL[0], 0)[0]), atol=1e-5)
+    assert np.allclose(length, 0.8 * np.abs(clamped_free(reference[:, 1] / PANEL[0], 0)[0]), atol=1e-5)
 
 
 def test_coincident_points_that_move_apart_are_not_merged():
@@ -78,16 +78,16 @@ def skin(seed=1, n=2):
 
 
 def test_displacement_excludes_growth():
-    own = skin(n=3)
-    growing = Skin(own.points, own.cells, own.shapes, own.shapes[2])
+    plain_skin = skin(n=3)
+    growing_skin = Skin(plain_skin.points, plain_skin.cells, plain_skin.shapes, plain_skin.shapes[2])
     delta = np.array([0.5, -1.0, 2.0], np.float32)
-    moved, length = Points.from_skin(growing, np.array([4, 2])).displaced(delta, 2.0)
-    u = np.tensordot(delta, own.shapes, axes=1)[[4, 2]]
-    bent = np.tensordot(delta[:2], own.shapes[:2], axes=1)[[4, 2]]
-    assert moved == pytest.approx(own.points[[4, 2]] + 2.0 * u, abs=1e-5)
+    displaced, length = Points.from_skin(growing_skin, np.array([4, 2])).displaced(delta, 2.0)
+    u = np.tensordot(delta, plain_skin.shapes, axes=1)[[4, 2]]
+    bent = np.tensordot(delta[:2], plain_skin.shapes[:2], axes=1)[[4, 2]]
+    assert displaced == pytest.approx(plain_skin.points[[4, 2]] + 2.0 * u, abs=1e-5)
     assert length == pytest.approx(np.linalg.norm(bent, axis=1), rel=1e-4)
-    assert Points.from_skin(own, np.array([1])).displaced(delta)[1] == pytest.approx(
-        [np.linalg.norm(np.tensordot(delta, own.shapes, axes=1)[1])], rel=1e-4
+    assert Points.from_skin(plain_skin, np.array([1])).displaced(delta)[1] == pytest.approx(
+        [np.linalg.norm(np.tensordot(delta, plain_skin.shapes, axes=1)[1])], rel=1e-4
     )
 
 
@@ -96,12 +96,12 @@ def test_segments_drawn_as_one_body():
     points, shapes = rng.normal(size=(7, 3)), rng.normal(size=(2, 7, 3))
     skin = Skin(points, {}, shapes)
     r, R = rng.normal(size=(4, 3)), rng.normal(size=(4, 3))
-    C, whole = Rotation.random(4, random_state=2).as_matrix(), Rotation.random(4, random_state=3).as_matrix()
+    C, body_attitude = Rotation.random(4, random_state=2).as_matrix(), Rotation.random(4, random_state=3).as_matrix()
     delta = rng.normal(size=(4, 2))
     true = r[:, None] + np.einsum("tij,tpj->tpi", C, points + np.einsum("tk,kpj->tpj", delta, shapes))
     wide = extended_skin(skin)
-    local = wide.points + np.einsum("tk,kpj->tpj", extended_coordinates(r, C, delta, (R, whole)), wide.shapes)
-    assert R[:, None] + np.einsum("tij,tpj->tpi", whole, local) == pytest.approx(true, abs=1e-12)
+    local = wide.points + np.einsum("tk,kpj->tpj", extended_coordinates(r, C, delta, (R, body_attitude)), wide.shapes)
+    assert R[:, None] + np.einsum("tij,tpj->tpi", body_attitude, local) == pytest.approx(true, abs=1e-12)
 
 
 def test_an_undeformed_body_has_no_displacement():
