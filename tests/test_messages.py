@@ -59,7 +59,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.mark.parametrize("row", ROWS)
 def test_message_names_fault_and_remedy(row: dict[str, Any], folder: Path, femflex: Callable[..., Any]):
     _write(row, folder)
-    before = _files(folder)
+    files_before = _files(folder)
     if "call" in row:
         text = _message_of(row["call"], row.get("error", "ValueError"))
     else:
@@ -70,7 +70,7 @@ def test_message_names_fault_and_remedy(row: dict[str, Any], folder: Path, femfl
     plain = " ".join(re.sub(r"[│╭╰╮╯─]", " ", text).split()).lower()
     assert [word for word in row["words"] if word.lower() not in plain] == [], text
     if row.get("code", 2) == 2:
-        assert _files(folder) == before, "a refused call leaves no file"
+        assert _files(folder) == files_before, "a refused call leaves no file"
 
 
 @pytest.mark.parametrize("row", ROWS)
@@ -138,8 +138,8 @@ def _scope(call: str) -> dict[str, Any]:
 
 
 def _is_module(path: str) -> bool:
-    place = Path(package.__file__).parent.joinpath(*path.split("."))
-    return place.is_dir() or place.with_suffix(".py").is_file()
+    location = Path(package.__file__).parent.joinpath(*path.split("."))
+    return location.is_dir() or location.with_suffix(".py").is_file()
 
 
 def _module(path: str, name: str) -> Any:

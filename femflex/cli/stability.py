@@ -203,8 +203,9 @@ def _result_data(result: Locus | Chart) -> dict[str, Any]:
                 "branches": branches, "names": list(result.names), "trivial": list(result.trivial),
                 "split": result.split, "critical": list(result.critical), "lost": result.lost, **kinds}  # fmt: skip
     lines = [{"between": [KINDS[a], KINDS[b]], "points": points.tolist()} for a, b, points in result.boundaries]
-    return {"names": list(result.names), "units": list(result.units), "first": result.first.tolist(),
-            "second": result.second.tolist(), "boundaries": lines, "error": list(result.error), **kinds}  # fmt: skip
+    return {"names": list(result.names), "units": list(result.units), "first": result.first_values.tolist(),
+            "second": result.second_values.tolist(), "boundaries": lines,
+            "error": list(result.error), **kinds}  # fmt: skip
 
 
 def write_table(result: Locus | Chart, path: Path, force: bool) -> None:
@@ -224,8 +225,8 @@ def write_table(result: Locus | Chart, path: Path, force: bool) -> None:
         head = [*result.names, "kind", "growth"]
         rows = [
             [a, b, int(result.kinds[i, j]), result.growth[i, j]]
-            for i, a in enumerate(result.first)
-            for j, b in enumerate(result.second)
+            for i, a in enumerate(result.first_values)
+            for j, b in enumerate(result.second_values)
         ]
     with atomic_file(path, force) as draft:
         lines = [",".join(head), *(",".join(f"{v:.12g}" for v in row) for row in rows)]

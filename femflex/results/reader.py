@@ -100,7 +100,7 @@ class Run:
             return np.asarray(data[slice(*rows.indices(self._rows))], float)
 
     def finite(self, path: str, rows: slice = slice(None)) -> Array:
-        """The same as `read`, for use where every value must be a number.
+        """Read a channel as `read` does, for use where every value must be a number.
 
         Raises ValueError for a run without instants, and where a value is not finite, with its time.
         """
@@ -166,7 +166,7 @@ class Run:
 
     @property
     def without(self) -> tuple[str, ...]:
-        """What was switched off in the run by name, () in a full one."""
+        """Names of the terms that were switched off in the run, () for a full run."""
         return tuple(filter(None, str(self.attributes.get("without", "")).split(", ")))
 
     @property
@@ -181,7 +181,7 @@ class Run:
 
     @property
     def ended(self) -> str:
-        """How the run ended, in words; "" while it has not."""
+        """Text that says how the run ended; "" while it has not ended."""
         return str(self.attributes["ended"])
 
     @property

@@ -49,7 +49,7 @@ class CrossingData(Protocol):
 
     @property
     def frequency(self) -> float:
-        """[Hz]."""
+        """Frequency [Hz]."""
 
 
 class CampbellData(Protocol):
@@ -57,7 +57,7 @@ class CampbellData(Protocol):
 
     @property
     def title(self) -> str:
-        """Of the craft."""
+        """Title of the craft's case."""
 
     @property
     def value(self) -> str:
@@ -65,7 +65,7 @@ class CampbellData(Protocol):
 
     @property
     def speeds(self) -> Array:
-        """(n,) [rad/s], or the values."""
+        """Speeds (n,) [rad/s], or the values."""
 
     @property
     def requested(self) -> BoolArray:
@@ -73,7 +73,7 @@ class CampbellData(Protocol):
 
     @property
     def branches(self) -> Sequence[BranchData]:
-        """By rising frequency at the first speed."""
+        """Branches by rising frequency at the first speed."""
 
     @property
     def orders(self) -> Sequence[int]:
@@ -81,4 +81,4 @@ class CampbellData(Protocol):
 
     @property
     def crossings(self) -> Sequence[CrossingData]:
-        """Of branches with them."""
+        """Crossings of the branches with the multiples."""

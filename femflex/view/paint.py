@@ -58,7 +58,7 @@ class Quantity:
 
     @property
     def unit(self) -> str:
-        """Its SI unit."""
+        """SI unit of the quantity."""
         if self.stress:
             return _stress_unit(self.stress)
         if self.number is None:
@@ -67,7 +67,7 @@ class Quantity:
 
     @property
     def name(self) -> str:
-        """Its name."""
+        """Name of the quantity in words."""
         return "strain energy" if self.number is None else NAMES[self.kind][self.number]
 
     @property
@@ -84,7 +84,7 @@ class Quantity:
         )
 
     def values_at(self, field_part: StrainPart, y: Array) -> Array:
-        """Its values (t, p) at the points of a part, amplitudes (t, n) [kg^1/2 m]."""
+        """Values (t, p) at the points of a part, for amplitudes (t, n) [kg^1/2 m]."""
         if self.stress:
             values = named(field_part, self.stress, y)
             assert values is not None

@@ -32,23 +32,23 @@ class ChartData(Protocol):
 
     @property
     def names(self) -> tuple[str, str]:
-        """Of the two values."""
+        """Names of the two values."""
 
     @property
     def units(self) -> tuple[str, str]:
-        """Of the two values."""
+        """Units of the two values."""
 
     @property
-    def first(self) -> Array:
+    def first_values(self) -> Array:
         """First value (n,), in its unit."""
 
     @property
-    def second(self) -> Array:
+    def second_values(self) -> Array:
         """Second value (m,), in its unit."""
 
     @property
     def kinds(self) -> IntArray:
-        """(n, m): -1 none, 0 unstable, 1 and 2 stable."""
+        """Kinds (n, m) of stability: -1 none, 0 unstable, 1 and 2 stable."""
 
     @property
     def boundaries(self) -> tuple[tuple[int, int, Array], ...]:
@@ -64,11 +64,11 @@ class LocusData(Protocol):
 
     @property
     def name(self) -> str:
-        """Of the value."""
+        """Name of the value."""
 
     @property
     def unit(self) -> str:
-        """Of the value."""
+        """Unit of the value."""
 
     @property
     def values(self) -> Array:
@@ -136,8 +136,8 @@ def plot_chart(
         handles += ax.plot(*points.T, zorder=5, label="dotted: " + name, **style) if k == 0 else []
         if k:
             ax.plot(*points.T, zorder=5, **style)
-    ax.set_xlim(chart.first[0], chart.first[-1])
-    ax.set_ylim(chart.second[0], chart.second[-1])
+    ax.set_xlim(chart.first_values[0], chart.first_values[-1])
+    ax.set_ylim(chart.second_values[0], chart.second_values[-1])
     ax.set_xlabel(_labelled(chart.names[0], chart.units[0]))
     ax.set_ylabel(_labelled(chart.names[1], chart.units[1]))
     finish(ax, (), colours)
@@ -291,8 +291,8 @@ def _joined_names(names: list[str]) -> str:
 
 def _extent(chart: ChartData) -> tuple[float, float, float, float]:
     """The grid's cells about its points."""
-    (a, b), (c, d) = ((values[0], values[-1]) for values in (chart.first, chart.second))
-    h, k = (b - a) / (len(chart.first) - 1) / 2, (d - c) / (len(chart.second) - 1) / 2
+    (a, b), (c, d) = ((values[0], values[-1]) for values in (chart.first_values, chart.second_values))
+    h, k = (b - a) / (len(chart.first_values) - 1) / 2, (d - c) / (len(chart.second_values) - 1) / 2
     return float(a - h), float(b + h), float(c - k), float(d + k)
 
 

@@ -23,7 +23,7 @@ class StudyData(Protocol):
 
     @property
     def unit(self) -> str:
-        """Its unit."""
+        """Unit of the quantity."""
 
     @property
     def over(self) -> str:

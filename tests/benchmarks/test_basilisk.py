@@ -18,15 +18,15 @@ def femflex_run(model, rtol):
     begin = time.process_time()
     solution = Dop853(rtol=rtol, atol=rtol).solve(model, ENDS, model.x0)
     spent = time.process_time() - begin
-    seen = model.observe(ENDS, solution.states)
-    speeds = np.array([seen[f"effectors/wheel{k}/speed"][-1] for k in range(3)])
-    return spent, seen["bodies/hub/attitude"][-1], speeds
+    channels = model.observe(ENDS, solution.states)
+    speeds = np.array([channels[f"effectors/wheel{k}/speed"][-1] for k in range(3)])
+    return spent, channels["bodies/hub/attitude"][-1], speeds
 
 
 def relative_difference(a, b):
     """Relative difference of (Euler parameters, speeds), the sign of the parameters aside."""
-    turned = min(np.abs(a[0] - b[0]).max(), np.abs(a[0] + b[0]).max())
-    return max(turned, np.abs(a[1] / b[1] - 1.0).max())
+    attitude_difference = min(np.abs(a[0] - b[0]).max(), np.abs(a[0] + b[0]).max())
+    return max(attitude_difference, np.abs(a[1] / b[1] - 1.0).max())
 
 
 def test_attitude_and_wheel_speeds_after_600_s_are_those_of_basilisk():
@@ -43,11 +43,11 @@ def test_attitude_and_angles_of_hinged_panels_after_600_s_are_those_of_basilisk(
     converged = [b + (b - a) / 15.0 for a, b in zip(*runs, strict=True)]
     model = hinged_model()
     solution = Dop853(rtol=1e-12, atol=1e-12).solve(model, ENDS, model.x0)
-    seen = model.observe(ENDS, solution.states)
-    turned = seen["bodies/hub/attitude"][-1]
-    assert min(np.abs(turned - converged[0]).max(), np.abs(turned + converged[0]).max()) < AGREED
+    channels = model.observe(ENDS, solution.states)
+    attitude = channels["bodies/hub/attitude"][-1]
+    assert min(np.abs(attitude - converged[0]).max(), np.abs(attitude + converged[0]).max()) < AGREED
     names = [name for name, _ in model.system.coordinate_names()]
-    angles = seen["q"][-1, [names.index("hinge0.angle"), names.index("hinge1.angle")]]
+    angles = channels["q"][-1, [names.index("hinge0.angle"), names.index("hinge1.angle")]]
     assert angles == pytest.approx(converged[1], abs=AGREED)  # of radians, against a start at 0.1
 
 

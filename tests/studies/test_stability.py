@@ -39,7 +39,7 @@ vary.k_yaw = { between = [-0.9, 0.7], points = 9 }
 def test_regions_of_lagrange_and_of_debra_and_delp():
     chart = case_stability(parse_case(ORBITER)).result
     assert isinstance(chart, Chart)
-    expected = np.array([[rigid_kind(a, b) for b in chart.second] for a in chart.first])
+    expected = np.array([[rigid_kind(a, b) for b in chart.second_values] for a in chart.first_values])
     assert np.array_equal(chart.kinds, expected) and {0, 1, 2} == set(np.unique(expected))
     for _, _, points in chart.boundaries:
         for k_roll, k_yaw in points:
@@ -171,8 +171,8 @@ def test_soft_damped_booms_remove_the_region_of_debra_and_delp():
     steps = [(a, b) for a in (-0.01, 0.0, 0.01) for b in (-0.01, 0.0, 0.01)]
     nearby_kinds = np.array(
         [
-            [[rigid_kind(x + a, y + b) for a, b in steps] for y in case_result.second.second]
-            for x in case_result.second.first
+            [[rigid_kind(x + a, y + b) for a, b in steps] for y in case_result.second.second_values]
+            for x in case_result.second.first_values
         ]
     )
     rigid, clear = (

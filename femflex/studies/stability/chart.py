@@ -19,7 +19,7 @@ Edge = tuple[int, int, int]  # first and second number of its first node, and 0 
 
 @dataclass(frozen=True, eq=False)
 class Chart:
-    """Stability over values first (n,) and second (m,).
+    """Stability over values first_values (n,) and second_values (m,).
 
     names       of the two values, and their units
     kinds       (n, m) see `femflex.studies.stability.judgement`;  growth (n, m) [1/s]
@@ -29,8 +29,8 @@ class Chart:
 
     names: tuple[str, str]
     units: tuple[str, str]
-    first: Array
-    second: Array
+    first_values: Array
+    second_values: Array
     kinds: IntArray
     growth: Array
     boundaries: tuple[tuple[int, int, Array], ...]
@@ -39,8 +39,8 @@ class Chart:
 
 def stability_chart(
     judge: Judge,
-    first: Sequence[float],
-    second: Sequence[float],
+    first_values: Sequence[float],
+    second_values: Sequence[float],
     names: tuple[str, str] = ("first", "second"),
     units: tuple[str, str] = ("", ""),
     progress: Progress | None = None,
@@ -50,7 +50,7 @@ def stability_chart(
     Boundaries are computed on the edges of the grid by bisection, and joined through its cells: a region between nodes
     of the grid is not found. progress is called with the number of grid points done.
     """
-    a, b = np.asarray(first, float), np.asarray(second, float)
+    a, b = np.asarray(first_values, float), np.asarray(second_values, float)
     for name, values in zip(names, (a, b), strict=True):
         if len(values) < 2 or not (np.diff(values) > 0).all():
             raise ValueError(f"the values of {name} are to rise; found {values[:6].tolist()}")

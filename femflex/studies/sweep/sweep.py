@@ -64,8 +64,10 @@ class Sweep:
         return {name: _percentiles(values[:, None], self.percentiles)[:, 0] for name, values in self.outputs.items()}
 
     def statistics(self) -> dict[str, tuple[float, float, int, int]]:
-        """Of every output: mean, standard deviation, and the members with the least and the largest value; over the
-        members that did not fail."""
+        """Mean, standard deviation, and the members with the least and the largest value, of every output.
+
+        Members that failed are left out.
+        """
         out = {}
         for name, values in self.outputs.items():
             if good := np.isfinite(values).sum():
