@@ -25,7 +25,7 @@ def check_destination(path: Path, force: bool) -> None:
     refuse_special(path)
     if path.exists() and not force:
         raise FileExistsError(f"{path} exists; choose another name, or force to overwrite it")
-    folder = resolved(path).parent
+    folder = link_target(path).parent
     if not folder.is_dir():
         raise FileNotFoundError(f"folder {folder} does not exist; make it, or choose another for {path.name}")
     if not os.access(folder, os.W_OK):
@@ -43,7 +43,7 @@ def refuse_special(path: Path) -> None:
         raise OSError(f"{path} is {kind}, not a regular file, so it is neither read nor replaced; choose a file")
 
 
-def resolved(path: Path) -> Path:
+def link_target(path: Path) -> Path:
     """The file that a path leads to: links are followed, so that they stay and the file behind them is replaced."""
     return Path(os.path.realpath(path)) if path.is_symlink() else path
 
@@ -51,7 +51,7 @@ def resolved(path: Path) -> Path:
 def move_into_place(part: Path, path: Path) -> None:
     """Move a finished file to its destination, unless that is neither a regular file nor free. Raises OSError."""
     refuse_special(path)
-    os.replace(part, resolved(path))
+    os.replace(part, link_target(path))
 
 
 @contextmanager
@@ -63,7 +63,7 @@ def atomic_file(path: str | Path, force: bool = False, keep_interrupted: bool = 
     """
     path = Path(path)
     check_destination(path, force)
-    folder = Path(tempfile.mkdtemp(prefix=".femflex-", suffix=".part", dir=resolved(path).parent))
+    folder = Path(tempfile.mkdtemp(prefix=".femflex-", suffix=".part", dir=link_target(path).parent))
     part = folder / path.name
     PARTS.add(folder)
     try:

@@ -125,7 +125,7 @@ def _loose_joint(table: JointTable) -> Joint:
         case Spherical():
             return spherical(**_set(table), q0=_ball(table), u0=table.rates, **_springs(table), **where)
         case General():
-            values = {key: table.padded(key) for key in (*SLIDE_KEYS, *TURN_KEYS)}
+            values = {key: table.values_or_zeros(key) for key in (*SLIDE_KEYS, *TURN_KEYS)}
             numbers: dict[str, Any] = {
                 key: np.array(values[f"slide_{key}"] + values[key]) for key in ("stiffness", "damping", "rest")
             }

@@ -78,7 +78,7 @@ class General(JointTable):
                 refuse(f"found {motions} and {counted_noun(n_axes, axes[:-1], axes)}; give as many of both")
         return self
 
-    def padded(self, key: str) -> list[float]:
+    def values_or_zeros(self, key: str) -> list[float]:
         """The values of a key; zeros if it is left out."""
         axes = self.slides if key in SLIDE_KEYS else self.turns
         return list(getattr(self, key)) or [0.0] * len(axes)

@@ -44,7 +44,7 @@ FEW = 4  # known names that are listed even where one of them is close
 def suggestion_text(name: str, candidates: Iterable[str]) -> str:
     """Part of a sentence: "did you mean 'mass'?" if a candidate is close; else, or if they are few, the candidates.
 
-    >>> near("mas", ["mass", "inertia"]), near("x", ["a", "b"])
+    >>> suggestion_text("mas", ["mass", "inertia"]), suggestion_text("x", ["a", "b"])
     ("did you mean 'mass'? known are 'inertia', 'mass'", "known are 'a', 'b'")
     """
     names, name = sorted(candidates), name[:100]

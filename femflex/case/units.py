@@ -83,7 +83,7 @@ def to_si(text: str, unit: str) -> float:
     if base == expected or base == tuple(pair for pair in expected if pair != ("radian", -1)):
         return value * factor / unit_factor
     raise UnitError(
-        f"found {text!r}, which is {describe(base)}; expected {noun(unit)}, such as "
+        f"found {text!r}, which is {describe(base)}; expected {quantity_noun(unit)}, such as "
         f"{example(unit)!r}{_hint(base, unit)}"
     )
 
@@ -123,7 +123,7 @@ def example(unit: str) -> str:
     return EXAMPLES.get(unit, f"1 {unit}")
 
 
-def noun(unit: str) -> str:
+def quantity_noun(unit: str) -> str:
     """Quantity that a unit measures, with its article: "a length"."""
     word = NOUNS[unit]
     return f"{'an' if word[0] in 'aeiou' else 'a'} {word}"
@@ -133,7 +133,7 @@ def describe(base: tuple[tuple[str, float], ...]) -> str:
     """Quantity that a base unit measures, or the unit itself if it has no name here."""
     for unit in NOUNS:
         if _scale(unit)[1] == base:
-            return noun(unit)
+            return quantity_noun(unit)
     return f"a quantity in {_base_text(base)}"
 
 

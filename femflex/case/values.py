@@ -15,7 +15,7 @@ from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from femflex.case.problems import suggestion_text
-from femflex.case.units import UnitError, example, noun, to_si
+from femflex.case.units import UnitError, example, quantity_noun, to_si
 
 MOST_FUNCTIONS = 1000  # for one field of a beam; more functions equal each other to rounding
 FARTHEST = 1e12  # m, of a position: seven times the distance of the Sun
@@ -113,7 +113,7 @@ class Quantity(_Readable):
         return number
 
     def _expected_text(self, shape: tuple[int | None, ...]) -> str:
-        number_text = f"{noun(self.unit)}, a number" + (
+        number_text = f"{quantity_noun(self.unit)}, a number" + (
             f" in {self.unit} or a string such as {example(self.unit)!r}" if self.unit else ""
         )
         if not shape:

@@ -64,7 +64,7 @@ def _is_of_memory(error: BaseException | None) -> bool:
 def raised_by_femflex(error: BaseException) -> bool:
     """Whether a `raise` in femflex raised the error, and not a library or Python itself."""
     innermost = _innermost(error.__traceback__)
-    if innermost is None or not _ours(innermost):
+    if innermost is None or not _is_of_femflex(innermost):
         return False
     return innermost.tb_frame.f_code.co_code[innermost.tb_lasti] == RAISE
 
@@ -75,7 +75,7 @@ def _innermost(trace: TracebackType | None) -> TracebackType | None:
     return trace
 
 
-def _ours(trace: TracebackType) -> bool:
+def _is_of_femflex(trace: TracebackType) -> bool:
     return str(trace.tb_frame.f_globals.get("__name__", "")).partition(".")[0] == PACKAGE
 
 
@@ -83,7 +83,7 @@ def _source_line(error: BaseException) -> str:
     """Module and line of femflex nearest to where the error was raised."""
     line_text, trace = PACKAGE, error.__traceback__
     while trace is not None:
-        if _ours(trace):
+        if _is_of_femflex(trace):
             line_text = f"{trace.tb_frame.f_globals['__name__']}, line {trace.tb_lineno}"
         trace = trace.tb_next
     return line_text

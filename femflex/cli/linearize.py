@@ -116,7 +116,7 @@ def linearize(
 def split_names(text: str | None) -> list[str] | None:
     """Split a list with commas into its words.
 
-    >>> listed("a, b")
+    >>> split_names("a, b")
     ['a', 'b']
     """
     return None if text is None else [word.strip() for word in text.split(",") if word.strip()]

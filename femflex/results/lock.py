@@ -30,10 +30,10 @@ class FileLock:
         self.path = Path(path)
         target = Path(os.path.realpath(self.path))
         self._lock_file = target.with_name(f".{target.name}.lock")
-        while fcntl is not None and not self._acquired():
+        while fcntl is not None and not self._try_lock():
             pass
 
-    def _acquired(self) -> bool:
+    def _try_lock(self) -> bool:
         """Take the lock; return whether it is on the file that exists now, and not on one that was just deleted."""
         handle = os.open(self._lock_file, os.O_RDWR | os.O_CREAT, 0o666)
         try:

@@ -23,7 +23,7 @@ from femflex.results.lock import FileLock
 from femflex.results.reader import open_file
 from femflex.results.resume import fits, flattened, write_slot
 from femflex.system.channel import Channel
-from femflex.writing import PARTS, check_destination, move_into_place, remove_part, resolved
+from femflex.writing import PARTS, check_destination, link_target, move_into_place, remove_part
 
 FIRST_BLOCKS = 4  # blocks of space at first, where the number of rows is not known; doubled when it is full
 
@@ -71,7 +71,7 @@ class RunWriter:
 
     def _begin(self, path: Path, rows: int) -> None:
         self.path, self._expected, self._not_finite = path, rows, ""
-        self._part = resolved(path).parent / f"{resolved(path).name}.part"
+        self._part = link_target(path).parent / f"{link_target(path).name}.part"
         self._interrupt_context = ExitStack()
 
     @classmethod

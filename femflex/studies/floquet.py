@@ -94,7 +94,7 @@ def floquet(system: System, period: float, state: Array | None = None) -> Floque
     values = np.concatenate([other_multipliers, np.ones(R.shape[1])])
     distances_from_one = np.abs(np.linalg.eigvals(scaled) - 1.0)
     split = float(np.sort(distances_from_one)[: R.shape[1]].max(initial=0.0))
-    trivial = _trivial(model, x, steps, [position for position, _ in positions], sizes)
+    trivial = _trivial_names(model, x, steps, [position for position, _ in positions], sizes)
     order = np.argsort(-np.abs(values), kind="stable")
     return Floquet(values[order], Phi, names, period, x, gap, trivial, split)
 
@@ -117,7 +117,7 @@ def returning_departures(Phi: Array) -> list[Array]:
     return steps
 
 
-def _trivial(model: Model, x: Array, steps: list[Array], positions: list[int], sizes: Array) -> tuple[str, ...]:
+def _trivial_names(model: Model, x: Array, steps: list[Array], positions: list[int], sizes: Array) -> tuple[str, ...]:
     """Names of the returning departures: known symmetries, as many unnamed ones as there are more, and their drift."""
     if not steps:
         return ()

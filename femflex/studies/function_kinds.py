@@ -95,7 +95,7 @@ class FunctionStudy:
         return int(study.levels[int(unacceptable[-1]) + 1 if unacceptable.size else 0])
 
     @property
-    def settled(self) -> bool:
+    def reference_is_settled(self) -> bool:
         """Whether the reference is trusted: its last change, or another type's last value, is within the tolerance."""
         best = self.reference
         if best is None:
@@ -111,7 +111,7 @@ class FunctionStudy:
 
         None where no type settles.
         """
-        if not self.settled:
+        if not self.reference_is_settled:
             return None
         fits = []
         for rank, (kind, study) in enumerate(self.with_values):

@@ -53,7 +53,7 @@ class HarmonicBalance:
         """
         c, omega = start.harmonics, start.omega
         h, n = c.shape
-        waves, projection = _waves(h)
+        waves, projection = _cosine_matrices(h)
         K = self.motion.body.strain.tangent(np.zeros(n))
         for _ in range(STEPS):
             q, q1, q2 = (wave @ c for wave in waves)
@@ -85,7 +85,7 @@ class HarmonicBalance:
         Left out, that is the derivative of the amplitude.
         """
         h, n = c.shape
-        waves, projection = _waves(h)
+        waves, projection = _cosine_matrices(h)
         q, q1, q2 = (wave @ c for wave in waves)
         inertia = projection @ self.motion.inertia(q, q1, q2)
         slopes = self.motion.slopes(q, q1, q2, omega**2)
@@ -113,7 +113,7 @@ def _x(harmonics: Array, omega: float) -> Array:
     return np.append(harmonics.ravel(), omega)
 
 
-def _waves(h: int) -> tuple[tuple[Array, Array, Array], Array]:
+def _cosine_matrices(h: int) -> tuple[tuple[Array, Array, Array], Array]:
     """Cosines of h harmonics with two derivatives by phase (t, h), and the projection on harmonics (h, t)."""
     phase = 2 * np.pi * np.arange(4 * h) / (4 * h)  # products of four harmonics below h are distinguished
     order = np.arange(h)

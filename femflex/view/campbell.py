@@ -130,10 +130,10 @@ def _clearest_offset(ring_position: Array, text: str, lines: Array) -> tuple[tup
     half = np.array([0.31 * LETTER * len(text), 0.55 * LETTER])
     middles = {side: ring_position + np.array(side) + [np.sign(side[0]) * half[0], 0.0] for side in SIDES}
 
-    def covered(side: tuple[int, int]) -> int:
+    def covered_points(side: tuple[int, int]) -> int:
         return int((np.abs(lines - middles[side]) < half + 1.0).all(axis=1).sum())
 
-    best = min(SIDES, key=covered)
+    best = min(SIDES, key=covered_points)
     cover = np.stack(np.meshgrid(np.linspace(-1, 1, 40), np.linspace(-1, 1, 9)), axis=-1).reshape(-1, 2)
     return best, middles[best] + cover * half
 

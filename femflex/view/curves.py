@@ -131,7 +131,7 @@ def _curves(run: Run, channel: str) -> list[Curve]:
         return [balance_of(run)]
     above, _, below = channel.partition(OVER)
     if below:
-        return _divided(_curves(run, above), _curves(run, below), below)
+        return _ratio_curves(_curves(run, above), _curves(run, below), below)
     path, _, component = channel.partition(":")
     if not len(run):
         raise ValueError(f"{run.path} holds no instants, so there is nothing to plot")
@@ -160,7 +160,7 @@ def _curves(run: Run, channel: str) -> list[Curve]:
     ]
 
 
-def _divided(above: list[Curve], below: list[Curve], channel: str) -> list[Curve]:
+def _ratio_curves(above: list[Curve], below: list[Curve], channel: str) -> list[Curve]:
     """The curves over the one of another channel; 0 where both are 0. Raises ValueError where it has several."""
     if len(below) != 1:
         raise ValueError(f"{channel!r} has {len(below)} components; name one to divide by, such as {channel + ':1'!r}")

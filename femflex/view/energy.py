@@ -52,12 +52,12 @@ def energy_account(run: Run) -> dict[str, Array]:
         out[f"stored: {name}"] = stored - stored[0]
         for key, sign, word in (("dissipation", 1.0, "dissipated"), ("supplied", -1.0, "work")):
             power = _channel_or_zero(run, f"effectors/{name}/{key}")
-            out[f"{word}: {name}"] = sign * _work(run, power)
+            out[f"{word}: {name}"] = sign * _work_over_time(run, power)
             remaining_power[key] = remaining_power[key] - power
-    out["dissipated: joints and structures"] = _work(run, remaining_power["dissipation"])
+    out["dissipated: joints and structures"] = _work_over_time(run, remaining_power["dissipation"])
     out |= _work_of_loads(run, remaining_power["supplied"])
     for path, name in POWERS.items():
-        out[f"work: {name}"] = -_work(run, _channel_or_zero(run, path))
+        out[f"work: {name}"] = -_work_over_time(run, _channel_or_zero(run, path))
     for path in run:
         if path.startswith("latches/") and path.endswith("/loss"):
             out[f"dissipated: latch {path.split('/')[1]}"] = run.finite(path)
@@ -69,15 +69,15 @@ def _work_of_loads(run: Run, supplied: Array) -> dict[str, Array]:
     names = [path.split("/")[1] for path in run if path.startswith("loads/") and path.endswith("/power")]
     powers = {name: run.finite(f"loads/{name}/power") for name in names}
     if "monitors/load" in run:  # the potential of some is stored
-        return {"work: loads": -_work(run, supplied)}
-    return {f"work: {name}": -_work(run, power) for name, power in powers.items()}
+        return {"work: loads": -_work_over_time(run, supplied)}
+    return {f"work: {name}": -_work_over_time(run, power) for name, power in powers.items()}
 
 
 def _channel_or_zero(run: Run, path: str) -> Array:
     return run.finite(path) if path in run else np.zeros(len(run))
 
 
-def _work(run: Run, power: Array) -> Array:
+def _work_over_time(run: Run, power: Array) -> Array:
     if len(run) < 3:
         return np.zeros(len(run))
     return np.asarray(cumulative_simpson(power, x=run.time, initial=0.0))

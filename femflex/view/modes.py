@@ -116,7 +116,7 @@ def _montage(
             scene.choose(number, text)
             scene.show(1.0)
             tiles.append(scene.image())
-        write_png(draft, _tiled(tiles, title, theme_of(theme)))
+        write_png(draft, _tile_sheet(tiles, title, theme_of(theme)))
     return Drawing(path)
 
 
@@ -241,7 +241,7 @@ def _swing(scene: _ModeScene, count: int, cycles: int) -> Iterator[Image]:
         yield scene.image()
 
 
-def _tiled(tiles: list[Image], title: str, theme: Theme) -> Image:
+def _tile_sheet(tiles: list[Image], title: str, theme: Theme) -> Image:
     """Tiles in rows, as wide as high, with a title above."""
     columns = min(len(tiles), math.ceil(math.sqrt(len(tiles))))
     blank = np.broadcast_to(tiles[0][:1, :1], tiles[0].shape)

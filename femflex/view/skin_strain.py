@@ -57,7 +57,7 @@ def line_weights(field_part: StrainPart, points: Array) -> sparse.csr_array:
     a, b = field_part.places[nearest[:, 0]], field_part.places[nearest[:, 1]]
     t = np.einsum("na,na->n", points - a, b - a) / np.einsum("na,na->n", b - a, b - a)
     t = np.clip(t, -BEYOND, 1.0)
-    return _sparse(nearest, np.stack([1.0 - t, t], axis=1), len(field_part.places))
+    return _sparse_rows(nearest, np.stack([1.0 - t, t], axis=1), len(field_part.places))
 
 
 def element_weights(field_part: StrainPart, points: Array) -> sparse.csr_array:
@@ -69,7 +69,7 @@ def element_weights(field_part: StrainPart, points: Array) -> sparse.csr_array:
     weight = 1.0 / (excess + SHARPNESS * excess[:, -1:] + 1e-300)
     weight /= weight.sum(axis=1, keepdims=True)
     if field_part.per == 1:
-        return _sparse(nearest, weight, len(field_part.places))
+        return _sparse_rows(nearest, weight, len(field_part.places))
     x = field_part.places.reshape(-1, field_part.per, 3)
     share = field_part.weight.reshape(-1, field_part.per)
     share = share / share.sum(axis=1, keepdims=True)
@@ -81,7 +81,7 @@ def element_weights(field_part: StrainPart, points: Array) -> sparse.csr_array:
         e = nearest[:, j] // field_part.per
         point_weights = share[e] + np.einsum("eqa,ea->eq", slopes[e], points - middle[e])
         columns = e[:, None] * field_part.per + np.arange(field_part.per)
-        total = total + _sparse(columns, weight[:, j : j + 1] * point_weights, len(field_part.places))
+        total = total + _sparse_rows(columns, weight[:, j : j + 1] * point_weights, len(field_part.places))
     return total
 
 
@@ -89,7 +89,7 @@ def _second_moments(share: Array, d: Array) -> Array:
     return np.asarray(np.einsum("eq,eqa,eqb->eab", share, d, d))
 
 
-def _sparse(columns: IntArray, values: Array, width: int) -> sparse.csr_array:
+def _sparse_rows(columns: IntArray, values: Array, width: int) -> sparse.csr_array:
     n, k = columns.shape
     rows = np.repeat(np.arange(n), k)
     return sparse.csr_array((values.ravel(), (rows, columns.ravel())), shape=(n, width))

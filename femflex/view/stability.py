@@ -272,7 +272,7 @@ def _name_branches(ax: Axes, labels: list[tuple[str, float, float, str]], colour
 def _joined_names(names: list[str]) -> str:
     """Names as one label; numbers that follow each other as a range.
 
-    >>> _span_of(["lag 1", "lag 2", "lag 3", "flap 1"])
+    >>> _joined_names(["lag 1", "lag 2", "lag 3", "flap 1"])
     'lag 1 to 3, flap 1'
     """
     runs: list[tuple[str, list[int]]] = []

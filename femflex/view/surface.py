@@ -105,7 +105,7 @@ def surface_of(skin: Skin, drawn_edges: str = "sharp", least_gap: float = np.inf
     unknown = sorted(set(skin.cells) - set(CORNERS))
     if unknown:
         raise ValueError(f"cells {unknown} of a skin cannot be drawn; known are {sorted(CORNERS)}")
-    keep, merged = _merged(skin)
+    keep, merged = _distinct_points(skin)
     by_corners = {k: [merged[c[:, :k]] for name, c in skin.cells.items() if CORNERS[name] == k] for k in (1, 2, 3, 4)}
     cells = {k: np.concatenate([np.zeros((0, k), np.int64), *wire_tables]) for k, wire_tables in by_corners.items()}
     sides = _edges(skin.points[keep], cells[3], cells[4], "sharp" if drawn_edges == "auto" else drawn_edges)
@@ -125,7 +125,7 @@ def surface_of(skin: Skin, drawn_edges: str = "sharp", least_gap: float = np.inf
         mesh=wire_tables[1].reshape(-1, 2),
         lines=wire_tables[2].reshape(-1, 2),
         dots=wire_tables[3],
-        summing=_summing(len(source), triangles, quads),
+        summing=_face_to_point_matrix(len(source), triangles, quads),
     )
 
 
@@ -146,7 +146,7 @@ def twist_of(skin: Skin) -> Array:
 
     A shape is linear in its amplitude, so that a twist of theta widens a tube by sqrt(1 + theta^2).
     """
-    keep, merged = _merged(skin)
+    keep, merged = _distinct_points(skin)
     faces = {k: [merged[c[:, :k]] for name, c in skin.cells.items() if CORNERS.get(name) == k] for k in (3, 4)}
     sides = _sides(*(np.concatenate([np.zeros((0, k), np.int64), *tables]) for k, tables in faces.items()))
     points, shapes, twist = skin.points[keep], skin.shapes[:, keep], np.zeros(len(skin.shapes))
@@ -170,7 +170,7 @@ def twist_of(skin: Skin) -> Array:
     return twist
 
 
-def _merged(skin: Skin) -> tuple[IntArray, IntArray]:
+def _distinct_points(skin: Skin) -> tuple[IntArray, IntArray]:
     """Numbers of the distinct points, and for every point its index among them; equal points are merged."""
     n_points = len(skin.points)
     columns = [skin.points, *skin.shapes]
@@ -254,7 +254,7 @@ def _face_of_corner(triangles: IntArray, quads: IntArray) -> IntArray:
     )
 
 
-def _summing(n_points: int, triangles: IntArray, quads: IntArray) -> sparse.csr_array:
+def _face_to_point_matrix(n_points: int, triangles: IntArray, quads: IntArray) -> sparse.csr_array:
     rows, columns = np.concatenate([triangles.ravel(), quads.ravel()]), _face_of_corner(triangles, quads)
     return sparse.csr_array(
         (np.ones(len(rows), np.float32), (rows, columns)), shape=(n_points, len(triangles) + len(quads))

@@ -65,7 +65,7 @@ def table_of(case: Case) -> StabilityTable:
         try:
             changed_text(
                 case.text,
-                {key: _written(axis, axis.numbers()[0]) for key, axis in case.stability.vary.items()},
+                {key: _value_with_unit(axis, axis.numbers()[0]) for key, axis in case.stability.vary.items()},
                 case.path.name,
             )
         except ValueError as error:
@@ -78,7 +78,7 @@ def _partial_progress(progress: Progress, k: int, count: int, table: StabilityTa
     return lambda n_done: progress((k + n_done / points) / count)
 
 
-def _written(axis: AxisTable, value: float) -> float | str:
+def _value_with_unit(axis: AxisTable, value: float) -> float | str:
     unit = axis.numbers()[2]
     return f"{value!r} {unit}" if unit else value
 
@@ -121,7 +121,9 @@ class _Judge:
             assert self.table.inertia is not None
             system = with_ratios(self.base, self.table.inertia, *(values[key] for key in RATIOS))
         else:
-            system = self.varied.system({key: _written(self.table.vary[key], value) for key, value in values.items()})
+            system = self.varied.system(
+                {key: _value_with_unit(self.table.vary[key], value) for key, value in values.items()}
+            )
         return compile_system(system).without(*self.omitted).system if self.omitted else system
 
     def _period(self, system: System) -> float:
