@@ -33,8 +33,8 @@ def generate_pages(_app: object) -> None:
     """Write the pages that come from the schema, the verbs, the channels and the packages."""
     target = HERE / "generated"
     target.mkdir(exist_ok=True)
-    for made in (case_keys, verbs, channels, messages, validation, api):
-        made.write(target)
+    for generator in (case_keys, verbs, channels, messages, validation, api):
+        generator.write(target)
 
 
 def setup(app: object) -> None:

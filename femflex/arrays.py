@@ -1,4 +1,4 @@
-"""Types of arrays in annotations; shapes and units stand in docstrings."""
+"""Types of arrays in annotations; shapes and units are given in docstrings."""
 
 from __future__ import annotations
 

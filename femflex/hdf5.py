@@ -1,4 +1,4 @@
-"""HDF5 files: read with nothing outside them and of a size that they can have, written by way of memory."""
+"""HDF5 files: read without following links and with a check of their size, and written by way of memory."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from femflex.memory import require_proportion
-from femflex.writing import placed, refuse_special
+from femflex.writing import atomic_file, refuse_special
 
 if TYPE_CHECKING:
     import h5py
@@ -20,7 +20,7 @@ def open_hdf5(path: Path, kind: str = "HDF5 file") -> h5py.File:
     """An HDF5 file, called `kind` in messages, open for reading (also while a run is writing it).
 
     Raises FileNotFoundError; ValueError for a file of another format, one that is cut short or damaged, one with links
-    or with data in other files, which are not followed, and one that would unfold to far more than its own size.
+    or with data in other files, which are not followed, and one that would expand to far more than its own size.
     """
     import h5py
 
@@ -44,7 +44,7 @@ def open_hdf5(path: Path, kind: str = "HDF5 file") -> h5py.File:
 def _check_members(file: h5py.File, path: Path) -> None:
     import h5py
 
-    links, elsewhere, sizes = list[str](), list[str](), list[int]()
+    links, external, sizes = list[str](), list[str](), list[int]()
 
     def link(name: bytes, info: Any) -> None:
         if info.type != h5py.h5l.TYPE_HARD:
@@ -54,25 +54,25 @@ def _check_members(file: h5py.File, path: Path) -> None:
         if isinstance(item, h5py.Dataset):
             sizes.append(item.nbytes)
             if item.external or item.is_virtual:
-                elsewhere.append(name)
+                external.append(name)
 
     try:
         file.id.links.visit(link, info=True)
         file.visititems(member)
     except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:
         raise ValueError(f"{path} {DAMAGED}") from error
-    if found := links or elsewhere:
-        what = "a link" if links else "data outside the file"
-        raise ValueError(f"{path}: {found[0]} is {what}, which is not followed; write a file that holds all its data")
+    if names := links or external:
+        kind = "a link" if links else "data outside the file"
+        raise ValueError(f"{path}: {names[0]} is {kind}, which is not followed; write a file that holds all its data")
     require_proportion(path, sum(sizes))
 
 
 @contextmanager
-def placed_hdf5(path: str | Path, force: bool = False) -> Iterator[h5py.File]:
-    """An HDF5 file in memory to fill, written to `path` at the end; HDF5 itself does not survive a full disk."""
+def atomic_hdf5(path: str | Path, force: bool = False) -> Iterator[h5py.File]:
+    """Context with an HDF5 file in memory, written to `path` at the end; HDF5 itself does not survive a full disk."""
     import h5py
 
-    with placed(path, force) as part, h5py.File(part, "w", driver="core", backing_store=False) as file:
+    with atomic_file(path, force) as part, h5py.File(part, "w", driver="core", backing_store=False) as file:
         yield file
         file.flush()
         part.write_bytes(file.id.get_file_image())

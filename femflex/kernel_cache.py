@@ -1,8 +1,8 @@
-"""Compiled kernels on disk: one checked file per kernel, in a folder named by the versions of the compilers.
+"""Compiled kernels on disk: one file with a checksum per kernel, in a folder named by the versions of the compilers.
 
 An edited source, another version or another processor leads to another name, so a stored kernel is never out of date.
-A file whose checksum is wrong is compiled anew and replaced. Files are moved into place whole, so processes that
-compile at the same time do not disturb each other.
+A kernel whose file has a wrong checksum is compiled again, and the file is replaced. Finished files are moved into
+place, so processes that compile at the same time do not disturb each other.
 
 Kernels are stored in the first of these folders that can be written, and read from any of them: NUMBA_CACHE_DIR, the
 installed package, the user's cache folder.
@@ -38,8 +38,8 @@ from femflex.kernel_digest import PACKAGE, kernel_digest, versions_digest
 from femflex.warning import CacheWarning
 
 CHECKSUM_BYTES = 32
-WAYS = ("_compile_for_args", "get_call_template", "get_compile_result")  # in which Numba asks for machine code
-KEPT = 8  # folders of kernels for other versions, and files of one kernel for other sources: those used last
+REQUESTS = ("_compile_for_args", "get_call_template", "get_compile_result")  # Numba's requests for code
+KEPT = 8  # most recently used folders (one per set of versions), and files of one kernel (one per state of its sources)
 
 _njit: Any = numba.njit
 _config: Any = numba.config
@@ -48,10 +48,10 @@ _CompileResult: Any = numba.core.compiler.CompileResult
 _serialize: Any = numba.core.serialize
 
 
-def kept(signature: Any, **options: Any) -> Callable[[Any], Any]:
+def cached_kernel(signature: Any, **options: Any) -> Callable[[Any], Any]:
     """Decorator like `numba.njit` of one signature, with the machine code read from disk or written there.
 
-    Nothing is compiled before the function is called, or handed to another kernel, for the first time. With the
+    Nothing is compiled before the function is called, or passed to another kernel, for the first time. With the
     compiler off the plain function is returned.
     """
 
@@ -66,10 +66,10 @@ def kept(signature: Any, **options: Any) -> Callable[[Any], Any]:
 
 
 def _compile_at_first_use(dispatcher: Any, signature: Any) -> None:
-    """Let the three ways in which Numba asks for machine code compile the declared signature first.
+    """Make the three methods by which Numba requests machine code compile the declared signature first.
 
-    These are a call from Python, a call from compiled code, and the address of a first-class function. They are
-    attributes of this dispatcher until it is compiled; then its class's own come back.
+    They serve a call from Python, a call from compiled code, and the address of a first-class function. Replacements
+    are attributes of this dispatcher until it is compiled; then the methods of its class are used again.
     """
     lock = RLock()
     dispatcher.declared = signature
@@ -82,8 +82,8 @@ def _compile_at_first_use(dispatcher: Any, signature: Any) -> None:
             with _without_collection():
                 dispatcher.compile(signature)
             dispatcher.disable_compile()
-            for way in WAYS:
-                delattr(dispatcher, way)
+            for method in REQUESTS:
+                delattr(dispatcher, method)
             _remember_code(dispatcher)
 
     def compile_for_call(*_: Any, **__: Any) -> Any:
@@ -98,36 +98,36 @@ def _compile_at_first_use(dispatcher: Any, signature: Any) -> None:
         compile_declared()
         return dispatcher.get_compile_result(requested)
 
-    for way, replacement in zip(WAYS, (compile_for_call, call_template, compile_result), strict=True):
-        setattr(dispatcher, way, replacement)
+    for method, replacement in zip(REQUESTS, (compile_for_call, call_template, compile_result), strict=True):
+        setattr(dispatcher, method, replacement)
 
 
 _ahead: dict[str, subprocess.Popen[bytes]] = {}  # name of a kernel -> the process that compiles it
 
 
 def compile_ahead(kernels: Iterable[Any]) -> None:
-    """Let a second process compile the kernels that are not on disk while this one goes on.
+    """Compile the kernels that are not on disk in a second process, while this one goes on.
 
     The first call of one of them waits until it is on disk.
     """
     missing = [kernel for kernel in kernels if is_pending(kernel) and not kernel._cache.is_stored(kernel)]
-    names = [name for kernel in missing if (name := _name_of(kernel)) not in _ahead]
+    names = [name for kernel in missing if (name := _kernel_name(kernel)) not in _ahead]
     if names and (os.cpu_count() or 1) > 1 and _can_store():
         command = [
             sys.executable,
             "-c",
             "import sys; from femflex.kernel_cache import compile_named as c; c(sys.argv[1:])",
         ]
-        nothing = subprocess.DEVNULL
+        devnull = subprocess.DEVNULL
         with contextlib.suppress(OSError):
-            process = subprocess.Popen([*command, *names], stdin=nothing, stdout=nothing, stderr=nothing)
+            process = subprocess.Popen([*command, *names], stdin=devnull, stdout=devnull, stderr=devnull)
             atexit.register(process.kill)
             _ahead.update(dict.fromkeys(names, process))
 
 
 def _wait_for(kernel: Any) -> None:
     """Wait until the process that compiles this kernel, if there is one, has left it on disk or has ended."""
-    process = _ahead.pop(_name_of(kernel), None)
+    process = _ahead.pop(_kernel_name(kernel), None)
     while process is not None and process.poll() is None and not kernel._cache.is_stored(kernel):
         time.sleep(0.02)
 
@@ -141,16 +141,16 @@ def compile_named(names: Iterable[str]) -> None:
 
 
 def is_pending(kernel: Any) -> bool:
-    """Whether this is a kernel that is kept on disk and has not been compiled, or read, in this process."""
+    """Whether this is a cached kernel that has been neither compiled nor read in this process."""
     return hasattr(kernel, "declared") and not kernel.overloads
 
 
-def _name_of(kernel: Any) -> str:
+def _kernel_name(kernel: Any) -> str:
     return f"{kernel.py_func.__module__}:{kernel.py_func.__qualname__}"
 
 
 def _can_store() -> bool:
-    """Whether a folder for kernels can be written."""
+    """Whether some folder for kernels is writable."""
     for folder in cache_folders():
         with contextlib.suppress(OSError):
             folder.mkdir(parents=True, exist_ok=True)
@@ -161,7 +161,7 @@ def _can_store() -> bool:
 
 @contextlib.contextmanager
 def _without_collection() -> Iterator[None]:
-    """Pause the collection of garbage: the compiler makes millions of objects, and a fifth of its time goes there."""
+    """Context without garbage collection, which takes a fifth of the time of the compiler's millions of objects."""
     enabled = gc.isenabled()
     gc.disable()
     try:
@@ -172,32 +172,32 @@ def _without_collection() -> Iterator[None]:
 
 
 def _remember_code(dispatcher: Any) -> None:
-    """Let a compiled kernel know its machine code by heart.
+    """Keep the machine code of a compiled kernel at hand, so that Numba need not look it up.
 
     Where kernels are arguments of others, Numba looks their code up twice for each of them at every call: 0.1 ms, which
     sampled controllers would pay at every sample.
     """
     (result,) = dispatcher.overloads.values()
-    looked_up = dispatcher.get_compile_result
+    look_up = dispatcher.get_compile_result
 
     def get_compile_result(signature: Any) -> Any:
-        return result if signature.args == result.signature.args else looked_up(signature)
+        return result if signature.args == result.signature.args else look_up(signature)
 
     dispatcher.get_compile_result = get_compile_result
     result.library.get_pointer_to_function = cache(result.library.get_pointer_to_function)
 
 
 def cache_folders() -> list[Path]:
-    """Folders where kernels may lie, the preferred one first; they need not exist."""
-    found = [Path(_config.CACHE_DIR) / "femflex"] if _config.CACHE_DIR else []
-    found.append(PACKAGE / "__pycache__" / "kernels")
+    """Folders where kernels may be stored, the preferred one first; they need not exist."""
+    folders = [Path(_config.CACHE_DIR) / "femflex"] if _config.CACHE_DIR else []
+    folders.append(PACKAGE / "__pycache__" / "kernels")
     with contextlib.suppress(RuntimeError):  # no home
-        found.append(Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "femflex" / "kernels")
-    return [folder.absolute() / versions_digest() for folder in found]
+        folders.append(Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "femflex" / "kernels")
+    return [folder.absolute() / versions_digest() for folder in folders]
 
 
 class KernelCache(_Cache):  # type: ignore[misc]
-    """What Numba asks for the machine code of one function, and hands it over to."""
+    """Cache object that Numba asks for the machine code of one function, and gives new machine code to."""
 
     def __init__(self, function: Any) -> None:
         if function.__closure__:
@@ -224,9 +224,9 @@ class KernelCache(_Cache):  # type: ignore[misc]
             with contextlib.suppress(OSError):
                 content = (folder / name).read_bytes()
                 if _checksum(content[CHECKSUM_BYTES:]) == content[:CHECKSUM_BYTES]:
-                    found = _CompileResult._rebuild(target_context, *pickle.loads(content[CHECKSUM_BYTES:]))
+                    compiled = _CompileResult._rebuild(target_context, *pickle.loads(content[CHECKSUM_BYTES:]))
                     _mark_used(folder, folder / name)
-                    return found
+                    return compiled
         return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
@@ -237,17 +237,17 @@ class KernelCache(_Cache):  # type: ignore[misc]
             )
         payload = _serialize.dumps(data._reduce())
         content, name, folders = _checksum(payload) + payload, self._name(sig, data.codegen), cache_folders()
-        if not any(_written(folder / name, content) for folder in folders):
+        if not any(_write_whole(folder / name, content) for folder in folders):
             _warn_not_stored(folders)
 
     def enable(self) -> None:
-        """It always is."""
+        """Do nothing: the cache is always enabled."""
 
     def disable(self) -> None:
-        """It never is."""
+        """Do nothing: the cache is never disabled."""
 
     def flush(self) -> None:
-        """Files are replaced when the code is compiled again."""
+        """Do nothing: files are replaced when the code is compiled again."""
 
     def _name(self, sig: Any, codegen: Any) -> str:
         digest = kernel_digest(self._function, sig, codegen.magic_tuple())
@@ -258,8 +258,8 @@ def _checksum(payload: bytes) -> bytes:
     return hashlib.sha256(payload).digest()
 
 
-def _written(path: Path, content: bytes) -> bool:
-    """Whether the file could be written, and moved into place whole."""
+def _write_whole(path: Path, content: bytes) -> bool:
+    """Write a file and move it into place; return whether that succeeded."""
     draft = path.with_name(f"{path.name}.{uuid.uuid4().hex}")
     try:
         if not path.parent.is_dir():
@@ -275,20 +275,20 @@ def _written(path: Path, content: bytes) -> bool:
     return True
 
 
-def _prune(places: Iterable[Path]) -> None:
-    """Delete folders or files of kernels except those used last."""
+def _prune(paths: Iterable[Path]) -> None:
+    """Delete folders or files of kernels except the most recently used ones."""
     with contextlib.suppress(OSError):
-        for place in sorted(places, key=lambda place: place.stat().st_mtime)[:-KEPT]:
-            if place.is_dir():
-                shutil.rmtree(place, ignore_errors=True)
+        for path in sorted(paths, key=lambda path: path.stat().st_mtime)[:-KEPT]:
+            if path.is_dir():
+                shutil.rmtree(path, ignore_errors=True)
             else:
-                place.unlink(missing_ok=True)
+                path.unlink(missing_ok=True)
 
 
-def _mark_used(*places: Path) -> None:
-    for place in places:
+def _mark_used(*paths: Path) -> None:
+    for path in paths:
         with contextlib.suppress(OSError):
-            os.utime(place)
+            os.utime(path)
 
 
 _warned: list[str] = []
@@ -297,9 +297,9 @@ _warned: list[str] = []
 def _warn_not_stored(folders: list[Path]) -> None:
     if _warned:
         return
-    places = ", ".join(str(folder.parent) for folder in folders)
+    locations = ", ".join(str(folder.parent) for folder in folders)
     _warned.append(
-        f"compiled kernels cannot be stored: {places} cannot be written; each start compiles them again, which takes "
-        f"about half a minute; set NUMBA_CACHE_DIR to a folder that you can write"
+        f"compiled kernels cannot be stored: {locations} cannot be written; each start compiles them again, which "
+        f"takes about half a minute; set NUMBA_CACHE_DIR to a folder that you can write"
     )
     warnings.warn(_warned[0], CacheWarning, stacklevel=2)

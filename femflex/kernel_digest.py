@@ -39,14 +39,14 @@ def sources_of(file: Path) -> list[Path]:
 
     A kernel defined outside femflex depends on all files in its own folder.
     """
-    own = [file] if file.is_relative_to(PACKAGE) else sorted(file.parent.glob("*.py"))
-    found, todo = set(), [*own, *(PACKAGE / name for name in COMPILERS)]
+    roots = [file] if file.is_relative_to(PACKAGE) else sorted(file.parent.glob("*.py"))
+    sources, todo = set(), [*roots, *(PACKAGE / name for name in COMPILERS)]
     while todo:
         source = todo.pop()
-        if source not in found:
-            found.add(source)
+        if source not in sources:
+            sources.add(source)
             todo.extend(imported_files(source))
-    return sorted(found)
+    return sorted(sources)
 
 
 @cache
@@ -56,15 +56,15 @@ def imported_files(file: Path) -> tuple[Path, ...]:
     for package, imported, module in IMPORT.findall(file.read_text(encoding="utf-8", errors="replace")):
         parts = re.sub(r"#[^\n]*", "", imported).strip("() \n").split(",")
         names |= {f"{package}.{part.split()[0]}" for part in parts if part.strip()} or {module}
-    return tuple({place for name in names if (place := _file_of(name.strip("."))) is not None})
+    return tuple({path for name in names if (path := _file_of(name.strip("."))) is not None})
 
 
 def _file_of(name: str) -> Path | None:
-    """The file of a module, or of the module that holds a name; the package's own names come from other files."""
-    place = PACKAGE.joinpath(*name.split("."))
-    for found in (place, place.parent):
-        for file in (found.with_suffix(".py"), found / "__init__.py"):
-            if file.is_file() and found != PACKAGE:
+    """The file of a module, or of the module that defines a name; None for a name of the package itself."""
+    path = PACKAGE.joinpath(*name.split("."))
+    for module in (path, path.parent):
+        for file in (module.with_suffix(".py"), module / "__init__.py"):
+            if file.is_file() and module != PACKAGE:
                 return file
     return None
 
@@ -79,19 +79,19 @@ def kernel_digest(function: Any, signature: Any, target: tuple[Any, ...]) -> str
     """Digest of one kernel: function, sources, signature, and the target (triple, processor, its features)."""
     file = Path(inspect.getfile(function)).resolve()
     inside = file.is_relative_to(PACKAGE)
-    place = function.__module__ if inside else (str(file), function.__code__.co_firstlineno)
+    location = function.__module__ if inside else (str(file), function.__code__.co_firstlineno)
     options = [(name, str(getattr(numba.config, name, None))) for name in OPTIONS]
-    what = (place, function.__qualname__, _digest_of_sources(file), str(signature), target, options)
-    return hashlib.sha256(repr(what).encode()).hexdigest()[:32]
+    identity = (location, function.__qualname__, _digest_of_sources(file), str(signature), target, options)
+    return hashlib.sha256(repr(identity).encode()).hexdigest()[:32]
 
 
 @cache
 def _digest_of_sources(file: Path) -> str:
-    found = hashlib.sha256()
+    digest = hashlib.sha256()
     for source in sources_of(file):
         name = source.relative_to(PACKAGE) if source.is_relative_to(PACKAGE) else source
-        found.update(f"{name} {_digest_of_file(source)}\n".encode())
-    return found.hexdigest()
+        digest.update(f"{name} {_digest_of_file(source)}\n".encode())
+    return digest.hexdigest()
 
 
 @cache

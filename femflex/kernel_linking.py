@@ -1,9 +1,9 @@
-"""How kernels and their parts become machine code: every part once, inside the kernels that use it.
+"""Compilation of kernels and their parts to machine code: every part once, inside the kernels that use it.
 
-Left to itself Numba optimises and emits every function on its own, and again inside each of its callers, up to the
-kernel: most of the time of a first compilation. And what two kernels share is bound to whichever copy was emitted
-first, so that a process which compiles rounds differently from later ones which load. Here a part is only translated;
-a kernel takes its parts in as its own, is optimised as a whole, and means the same in every process.
+By default Numba optimises and emits every function by itself, and again inside each of its callers, up to the kernel.
+That takes most of the time of a first compilation. A part shared by two kernels is then bound to the copy that was
+emitted first, so a process that compiles rounds differently from later ones that load. Here a part is only translated.
+A kernel links private copies of its parts and is optimised as a whole, so it computes the same in every process.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ import numba.core.compiler
 from llvmlite.binding import Linkage
 
 Library: Any = numba.core.codegen.JITCodeLibrary  # numba's own annotations do not cover these
-SHORT = 20  # instructions of a function that its callers take in
+SHORT = 20  # instructions up to which a function may be inlined in its callers
 Compiler: Any = numba.core.compiler.Compiler
 
 
 class _Unbound:
-    """A code generator whose functions are never called from Python, and so have no environment to set."""
+    """Code generator whose functions are never called from Python, and so have no environment to set."""
 
     def __init__(self, codegen: Any) -> None:
         self._codegen = codegen
@@ -29,11 +29,11 @@ class _Unbound:
         return getattr(self._codegen, name)
 
     def set_env(self, name: str, environment: Any) -> None:
-        """There is none."""
+        """Do nothing: there is no environment."""
 
 
 class _PartLibrary(Library):  # type: ignore[misc]
-    """Code that is linked into kernels, and neither optimised nor made machine code before."""
+    """Library of a part: it is linked into kernels, and neither optimised nor emitted by itself."""
 
     @property
     def codegen(self) -> Any:
@@ -52,10 +52,10 @@ class _PartLibrary(Library):  # type: ignore[misc]
 
 
 class _KernelLibrary(Library):  # type: ignore[misc]
-    """Code whose parts belong to it alone.
+    """Library of a kernel with private copies of its parts.
 
-    They are private: not even their names leave it, for the linker would bind other code to them, and their arguments
-    are no longer passed as they were declared.
+    Their names must not be visible outside: the linker would bind other code to them, although their arguments are no
+    longer passed as declared.
     """
 
     def _optimize_final_module(self) -> None:
@@ -66,9 +66,9 @@ class _KernelLibrary(Library):  # type: ignore[misc]
 
 
 class _LoopLibrary(_KernelLibrary):
-    """Code whose parts stay functions: their time counts little beside that of the model, which they call.
+    """Library of an integrator's loop, whose parts are not inlined: their time is small beside that of the model.
 
-    Taken into each other they grow to seven times the code, and the compiler takes three times as long.
+    Inlining would give seven times the code, and the compiler would take three times as long.
     """
 
     def _optimize_final_module(self) -> None:
@@ -88,7 +88,7 @@ class PartCompiler(Compiler):  # type: ignore[misc]
 
 
 class KernelCompiler(Compiler):  # type: ignore[misc]
-    """Pipeline of a kernel that is kept on disk."""
+    """Pipeline of a kernel that is stored on disk."""
 
     library: ClassVar[Any] = _KernelLibrary
 

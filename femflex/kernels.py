@@ -1,6 +1,6 @@
-"""Decorators of compiled kernels and their parts: linked and kept on disk, or by plain Numba where that cannot be.
+"""Decorators of compiled kernels and their parts: linked and stored on disk, or plain Numba where that is not possible.
 
-Importing a module compiles nothing. A kernel is compiled, or read from disk, when it is first called, or first handed
+Importing a module compiles nothing. A kernel is compiled, or read from disk, when it is first called, or first passed
 to another kernel.
 """
 
@@ -28,16 +28,16 @@ def stored(signature: Any, loop: bool = False, **options: Any) -> Callable[[Any]
     (`numba_interfaces`) the function is compiled in every process.
     """
     if plain():
-        made: Callable[[Any], Any] = _njit(signature, **options)
-        return made
-    from femflex.kernel_cache import kept
+        decorator: Callable[[Any], Any] = _njit(signature, **options)
+        return decorator
+    from femflex.kernel_cache import cached_kernel
     from femflex.kernel_linking import KernelCompiler, LoopCompiler
 
-    return kept(signature, pipeline_class=LoopCompiler if loop else KernelCompiler, **options)
+    return cached_kernel(signature, pipeline_class=LoopCompiler if loop else KernelCompiler, **options)
 
 
 def compile_ahead(*kernels: Any) -> None:
-    """Begin to compile those kernels that are not on disk, in a second process.
+    """Start a second process that compiles those of the kernels that are not on disk.
 
     The first call of one of them waits until it is on disk.
     """
@@ -48,7 +48,7 @@ def compile_ahead(*kernels: Any) -> None:
 
 
 def is_on_disk(kernel: Any) -> bool:
-    """Whether the machine code of a kernel has been kept, so that its first call compiles nothing."""
+    """Whether the machine code of a kernel is stored, so that its first call compiles nothing."""
     return plain() or _config.DISABLE_JIT or bool(kernel._cache.is_stored(kernel))
 
 

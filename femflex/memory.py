@@ -1,4 +1,4 @@
-"""Memory that a mesh needs: stated before it is taken, refused where it exceeds what is free."""
+"""Memory that a mesh needs: reported before it is allocated, and refused where it exceeds the free memory."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from pathlib import Path
 
 from femflex.warning import PhysicsWarning
 
-STATED = 1e9  # bytes from which the need is reported
-MOST_UNFOLDED = 100  # times its own size that a compressed file may hold
+REPORTED_ABOVE = 1e9  # bytes from which the need is reported
+LARGEST_EXPANSION = 100  # times its own size that a compressed file may hold
 MARGIN = 2e9  # bytes in addition to the mesh's own, for libraries loaded on the way
 CGROUP = Path("/sys/fs/cgroup")
 
 
 def free_memory() -> float:
-    """Bytes that can be taken without swapping; infinity where the system does not say."""
-    return min(_system_memory(), _group_memory())
+    """Bytes that can be allocated without swapping; infinity where the system does not say."""
+    return min(_system_memory(), _container_memory())
 
 
-def require_memory(need: float, what: str, remedy: str) -> None:
+def require_memory(need: float, subject: str, remedy: str) -> None:
     """Raise ValueError where `what` needs more bytes than are free; warn of more than a GB.
 
     what    subject of the sentence, such as "boom.inp: reading it"
@@ -29,29 +29,29 @@ def require_memory(need: float, what: str, remedy: str) -> None:
     """
     free = free_memory()
     if need > free:
-        raise ValueError(f"{what} takes about {_gigabytes(need)}, and {_gigabytes(free)} are free; {remedy}")
-    if need > STATED:
+        raise ValueError(f"{subject} takes about {_gigabytes(need)}, and {_gigabytes(free)} are free; {remedy}")
+    if need > REPORTED_ABOVE:
         warnings.warn(
-            f"{what} takes about {_gigabytes(need)} of memory; {_gigabytes(free)} are free",
+            f"{subject} takes about {_gigabytes(need)} of memory; {_gigabytes(free)} are free",
             PhysicsWarning,
             stacklevel=3,
         )
 
 
 def require_proportion(path: Path, need: float) -> None:
-    """Raise ValueError where a file unfolds to `need` bytes: over a GB, and more than 100 times its own size."""
-    if need > max(STATED, MOST_UNFOLDED * path.stat().st_size):
+    """Raise ValueError where a file expands to `need` bytes: over a GB, and more than 100 times its own size."""
+    if need > max(REPORTED_ABOVE, LARGEST_EXPANSION * path.stat().st_size):
         raise ValueError(
             f"{path} has {path.stat().st_size} bytes and unfolds to {_gigabytes(need)}, more than "
-            f"{MOST_UNFOLDED} times as much; write sparse matrices, or without compression"
+            f"{LARGEST_EXPANSION} times as much; write sparse matrices, or without compression"
         )
 
 
 @contextmanager
 def limited_memory(need: float) -> Iterator[None]:
-    """Context in which asking for much more memory than `need` bytes raises MemoryError, on systems that can do so.
+    """Context in which allocating much more than `need` bytes raises MemoryError, on systems that can do so.
 
-    So a wrong count in a file ends its reading at once, whichever library has believed it.
+    So a wrong count in a file ends its reading at once, in whichever library it is used.
     """
     try:
         import resource
@@ -61,11 +61,11 @@ def limited_memory(need: float) -> Iterator[None]:
     except (ImportError, OSError, ValueError):
         yield
         return
-    most = int(used + min(free_memory(), MARGIN + need, 2.0**60))
-    if soft != resource.RLIM_INFINITY and soft <= most:
+    allowed = int(used + min(free_memory(), MARGIN + need, 2.0**60))
+    if soft != resource.RLIM_INFINITY and soft <= allowed:
         yield
         return
-    resource.setrlimit(resource.RLIMIT_AS, (most, hard))
+    resource.setrlimit(resource.RLIMIT_AS, (allowed, hard))
     try:
         yield
     finally:
@@ -85,8 +85,8 @@ def _system_memory() -> float:
         return float("inf")
 
 
-def _group_memory() -> float:
-    """What a container leaves, of its own limit."""
+def _container_memory() -> float:
+    """Bytes that the limit of the container leaves free."""
     try:
         limit = (CGROUP / "memory.max").read_text().strip()
         used = int((CGROUP / "memory.current").read_text())

@@ -1,9 +1,9 @@
-"""Whether Numba's inner interfaces are those through which femflex compiles and keeps its kernels.
+"""Check that Numba's internal interfaces are those by which femflex compiles and stores its kernels.
 
-femflex links the parts of a kernel into one piece and keeps its machine code (`kernel_linking`, `kernel_cache`). Both
-stand on classes that Numba does not promise to keep. Where these are not the expected ones every kernel is compiled by
-plain `numba.njit`: the same numbers to rounding, compiled anew in every process, and in more time. The environment
-variable FEMFLEX_PLAIN_NUMBA=1 asks for that way.
+femflex links the parts of a kernel into one piece and stores its machine code (`kernel_linking`, `kernel_cache`). Both
+use classes of Numba that may change without notice. Where these are not the expected ones, every kernel is compiled by
+plain `numba.njit`: the numbers are the same to rounding, but every process compiles anew and takes more time. The
+environment variable FEMFLEX_PLAIN_NUMBA=1 selects plain Numba.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import os
 from functools import cache
 from typing import Any
 
-NEEDED = {  # module -> attribute, and what it must have
+NEEDED = {  # module -> attribute, and the members that it must have
     "numba.core.codegen": (
         (
             "JITCodeLibrary",
@@ -43,24 +43,24 @@ NEEDED = {  # module -> attribute, and what it must have
 
 
 @cache
-def missing() -> str:
-    """The first of Numba's inner interfaces that is not there; the variable's name where it is set; "" for none."""
+def missing_interface() -> str:
+    """The first of Numba's internal interfaces that is absent; the variable's name where it is set; "" for none."""
     if os.environ.get("FEMFLEX_PLAIN_NUMBA", "0") not in ("", "0"):
         return "FEMFLEX_PLAIN_NUMBA"
     for module, classes in NEEDED.items():
         try:
-            found: Any = importlib.import_module(module)
+            numba_module: Any = importlib.import_module(module)
         except ImportError:
             return module
         for name, attributes in classes:
-            if not hasattr(found, name):
+            if not hasattr(numba_module, name):
                 return f"{module}.{name}"
             for attribute in attributes:
-                if not hasattr(getattr(found, name), attribute):
+                if not hasattr(getattr(numba_module, name), attribute):
                     return f"{module}.{name}.{attribute}"
     return ""
 
 
 def plain() -> bool:
     """Whether kernels are compiled by plain `numba.njit`."""
-    return bool(missing())
+    return bool(missing_interface())

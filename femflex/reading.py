@@ -1,4 +1,4 @@
-"""The boundary round the reading of a file: whatever is wrong with what it holds becomes a sentence."""
+"""Context for reading a file: whatever is wrong with its contents becomes a readable error."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from traceback import walk_tb
 # texts of Python's int and float
 NO_NUMBER = re.compile(r"(?:invalid literal for int\(\) with base \d+|could not convert string to float): (.+)")
 
-POINTER = b"version https://git-lfs"  # first bytes of the note that Git keeps where a large file is stored elsewhere
+POINTER = b"version https://git-lfs"  # first bytes of the text that Git stores in place of a large file
 
 
 def refuse_pointer(path: Path) -> None:

@@ -2,10 +2,10 @@
 
 A rotation set is named "euler_parameters", "rodrigues" (Gibbs' vector, axis times tan(angle/2)), "modified_rodrigues"
 (axis times tan(angle/4)), or an angle sequence: "intrinsic xzy" (or "xzy" alone) turns about x, then about the z that
-has turned along, then about the y that has turned twice; "extrinsic xzy" turns about x, z and y that stay.
+turned with it, then about the y that turned twice; "extrinsic xzy" turns about the fixed x, z and y.
 
-C_AB turns components in B into components in A; every function speaks of C_PQ, a rotation that carries P onto Q. All
-take stacks (..., 3, 3), (..., 4), (..., 3) and lean on scipy's Rotation; the compiled model has its own formulas in
+C_AB turns components in B into components in A. The functions use C_PQ, a rotation that carries P onto Q. All take
+stacks (..., 3, 3), (..., 4), (..., 3) and use scipy's Rotation; the compiled model has its own formulas in
 femflex.dynamics.arithmetic.turns, tested against these.
 """
 
@@ -27,7 +27,7 @@ INTRINSIC, EXTRINSIC = "intrinsic", "extrinsic"
 NAMED_SEQUENCES = (*ANGLE_SEQUENCES, *(f"{kind} {s}" for kind in (INTRINSIC, EXTRINSIC) for s in ANGLE_SEQUENCES))
 EULER_PARAMETERS, RODRIGUES, MODIFIED = "euler_parameters", "rodrigues", "modified_rodrigues"
 ROTATION_SETS = (EULER_PARAMETERS, RODRIGUES, MODIFIED, *NAMED_SEQUENCES)
-SINGULAR = 1e-6  # rad; closer to its singularity than this a set is taken to be at it
+SINGULAR = 1e-6  # rad; closer to its singularity than this a set counts as singular
 
 
 def checked_sequence(sequence: str) -> str:
@@ -49,7 +49,7 @@ def letters_of(sequence: str) -> str:
 
 
 def is_extrinsic(sequence: str) -> bool:
-    """Whether the turns of a sequence are about axes that stay."""
+    """Whether the turns of a sequence are about fixed axes."""
     return checked_sequence(sequence).startswith(EXTRINSIC)
 
 
@@ -124,7 +124,7 @@ def coordinates_from_dcm(C: ArrayLike, rotation: str) -> Array:
 
 
 def singularity_distance(coordinates: ArrayLike, rotation: str) -> Array:
-    """Angle (...) [rad] that is left to the singularity of a rotation set at coordinates (..., 3).
+    """Angle (...) [rad] to the singularity of a rotation set at coordinates (..., 3).
 
     Angle sequences: the second angle's distance from a quarter turn, or from zero and half turns when the first and
     third axis are alike (at most pi/2). Gibbs' vector: pi less the angle of rotation; modified: 2 pi less it.
@@ -135,14 +135,14 @@ def singularity_distance(coordinates: ArrayLike, rotation: str) -> Array:
         return np.full(q.shape[:-1], np.inf)
     if rotation in (RODRIGUES, MODIFIED):
         with np.errstate(divide="ignore", invalid="ignore"):
-            left = np.arctan(1.0 / np.linalg.norm(q, axis=-1))
-        return (2.0 if rotation == RODRIGUES else 4.0) * np.where(np.isfinite(q).all(-1), left, 0.0)
+            distance = np.arctan(1.0 / np.linalg.norm(q, axis=-1))
+        return (2.0 if rotation == RODRIGUES else 4.0) * np.where(np.isfinite(q).all(-1), distance, 0.0)
     turn = np.sin(q[..., 1]) if is_symmetric(rotation) else np.cos(q[..., 1])
     return np.arcsin(np.abs(turn))
 
 
 def continued_angles(angles: ArrayLike, symmetric: bool) -> Array:
-    """Angles (n_t, 3) [rad] of a sequence, in each row the equal ones that are nearest to those of the row before.
+    """Angles (n_t, 3) [rad] of a sequence, each row replaced by the equivalent one nearest to the row before.
 
     (a, b, c), (a + pi, pi - b, c + pi) and whole turns more of each are the same rotation; so is (a + pi, -b, c + pi)
     in place of the second where the first and the third axis are alike (symmetric). Where the sequence is singular, a
@@ -153,25 +153,25 @@ def continued_angles(angles: ArrayLike, symmetric: bool) -> Array:
            [  0., 100.,   0.],
            [  0., 190.,   0.]])
     """
-    given = np.asarray(angles, float)
-    middle = given[:, 1]
+    all_angles = np.asarray(angles, float)
+    middle = all_angles[:, 1]
     rows = np.flatnonzero(np.abs(np.sin(middle) if symmetric else np.cos(middle)) > SINGULAR)
     if not len(rows):
-        return given
-    regular = given[rows]
-    other = np.array([np.pi, 0.0 if symmetric else np.pi, np.pi]) + regular * [1.0, -1.0, 1.0]
-    apart, mirrored = (
-        np.square(np.angle(np.exp(1j * (after[1:] - regular[:-1])))).sum(axis=1) for after in (regular, other)
+        return all_angles
+    regular = all_angles[rows]
+    alternative = np.array([np.pi, 0.0 if symmetric else np.pi, np.pi]) + regular * [1.0, -1.0, 1.0]
+    jumps, mirrored_jumps = (
+        np.square(np.angle(np.exp(1j * (later[1:] - regular[:-1])))).sum(axis=1) for later in (regular, alternative)
     )
-    swapped = np.concatenate([[False], np.cumsum(mirrored < apart) % 2 == 1])
-    whole = np.unwrap(np.where(swapped[:, None], other, regular), axis=0)
-    a, b, c = (np.interp(np.arange(len(given)), rows, column) for column in whole.T)
+    swapped = np.concatenate([[False], np.cumsum(mirrored_jumps < jumps) % 2 == 1])
+    unwrapped = np.unwrap(np.where(swapped[:, None], alternative, regular), axis=0)
+    a, b, c = (np.interp(np.arange(len(all_angles)), rows, column) for column in unwrapped.T)
     return np.stack(
-        [a, np.where(np.isin(np.arange(len(given)), rows), b, b + np.angle(np.exp(1j * (middle - b)))), c], 1
+        [a, np.where(np.isin(np.arange(len(all_angles)), rows), b, b + np.angle(np.exp(1j * (middle - b)))), c], 1
     )
 
 
 def regular_coordinates(rotation: str) -> Array:
-    """Coordinates (3,) farthest from the singularity of a rotation set, where a re-based one begins anew."""
+    """Coordinates (3,) farthest from the singularity of a rotation set, where a re-based set starts."""
     symmetric = rotation in NAMED_SEQUENCES and is_symmetric(rotation)
     return np.array([0.0, np.pi / 2 if symmetric else 0.0, 0.0])

@@ -28,12 +28,12 @@ class Summarised:
         return f"<table><caption style='text-align:left'><b>{escape(title)}</b></caption>{cells}</table>"
 
 
-def listed(names: list[str] | tuple[str, ...], most: int = 8) -> str:
-    """Names separated by commas, the first `most` of them.
+def listed(names: list[str] | tuple[str, ...], limit: int = 8) -> str:
+    """Names separated by commas, the first `limit` of them.
 
     >>> listed(["a", "b", "c"], 2)
     'a, b and 1 more'
     """
-    if len(names) <= most:
+    if len(names) <= limit:
         return ", ".join(names) or "none"
-    return f"{', '.join(names[:most])} and {len(names) - most} more"
+    return f"{', '.join(names[:limit])} and {len(names) - limit} more"

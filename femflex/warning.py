@@ -1,14 +1,14 @@
-"""Warnings: about physics, as data from which their text is made, and about the place for compiled code."""
+"""Warnings about physics, as data from which their text is made, and about the folder for compiled code."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
-NAMED = 3  # further bodies that a line on several of them names
+NAMED = 3  # further bodies whose names a line lists
 
 
 class PhysicsWarning(UserWarning):
-    """A model is outside what its assumptions cover.
+    """A model is outside the range of its assumptions.
 
     body_or_joint  the body, joint or group of a mesh that it is about; empty for the whole craft
     effect         what happens, in words that are the same for all bodies; fields in braces stand for the values below:
@@ -17,8 +17,8 @@ class PhysicsWarning(UserWarning):
     remedy         what to do
     further        other values that `effect` and `remedy` name
 
-    The text is effect and remedy with the values put in, or `text` where that is given. A warning of `effect` alone is
-    a text without data.
+    The text is effect and remedy with the values filled in, or `text` if it is passed. A warning with `effect` alone
+    has no data.
     """
 
     def __init__(
@@ -47,14 +47,14 @@ class PhysicsWarning(UserWarning):
 
 
 class TruncationWarning(PhysicsWarning):
-    """The sets of shapes that bodies keep are too small for the craft's lowest frequencies."""
+    """The bodies retain too few shapes for the craft's lowest frequencies."""
 
 
 class CacheWarning(UserWarning):
     """Compiled code cannot be stored, so it is compiled again in every process."""
 
 
-def grouped_texts(given: Iterable[Warning]) -> list[str]:
+def grouped_texts(warnings: Iterable[Warning]) -> list[str]:
     """One line per effect: the text for the first body, and the names of the others that have the same effect.
 
     >>> bent = "{body_or_joint}: bent by {value} %."
@@ -62,19 +62,19 @@ def grouped_texts(given: Iterable[Warning]) -> list[str]:
     ['a: bent by 2 %. (likewise b, c, each with its own numbers)', 'other']
     """
     kinds: dict[object, dict[str, str]] = {}  # effect -> body -> text
-    for one in given:
-        text = str(one)
-        if not isinstance(one, PhysicsWarning) or not one.body_or_joint:
+    for warning in warnings:
+        text = str(warning)
+        if not isinstance(warning, PhysicsWarning) or not warning.body_or_joint:
             kinds.setdefault(text, {}).setdefault("", text)
             continue
-        texts = kinds.setdefault((type(one), one.effect, one.remedy), {})
-        if texts.setdefault(one.body_or_joint, text) != text:  # twice of one body: a line of its own
+        texts = kinds.setdefault((type(warning), warning.effect, warning.remedy), {})
+        if texts.setdefault(warning.body_or_joint, text) != text:  # twice of one body: a line of its own
             kinds.setdefault(text, {})[""] = text
     lines = []
     for texts in kinds.values():
-        (_, first), *others = texts.items()
-        names = [name for name, _ in others]
+        (_, first_text), *further = texts.items()
+        names = [name for name, _ in further]
         more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
-        own = "with its own numbers" if len(names) == 1 else "each with its own numbers"
-        lines.append(first + (f" (likewise {', '.join(names[:NAMED])}{more}, {own})" if names else ""))
+        note = "with its own numbers" if len(names) == 1 else "each with its own numbers"
+        lines.append(first_text + (f" (likewise {', '.join(names[:NAMED])}{more}, {note})" if names else ""))
     return lines

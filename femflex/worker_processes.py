@@ -1,4 +1,4 @@
-"""Processes that work side by side, each with the modules that it needs already loaded."""
+"""Worker processes that run at the same time, each with the modules that it needs already loaded."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from threading import Thread
 SERVER = "forkserver"  # copies one process that has the modules; a copy of this one could hold locks of its threads
 
 
-def started(modules: list[str]) -> BaseContext:
-    """How worker processes are started, which have these modules loaded.
+def worker_context(modules: list[str]) -> BaseContext:
+    """The context that starts worker processes which have these modules loaded.
 
-    Where the system can copy a process, one that loads them is begun now, and every worker is a copy of it; elsewhere
-    each worker loads them itself. Called early, the loading takes place while the caller does other things.
+    Where the system can copy a process, a server process starts now and loads the modules, and every worker is a copy
+    of it. Elsewhere each worker loads them itself. Call this early: the modules then load while the caller works.
     """
     if SERVER not in multiprocessing.get_all_start_methods():
         return multiprocessing.get_context("spawn")
@@ -33,7 +33,7 @@ def started(modules: list[str]) -> BaseContext:
 
 
 def end_with_parent() -> None:
-    """Let this worker process end when the one that began it has, however that ended."""
+    """End this worker process when its parent has ended, in whatever way."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         Thread(target=_end_after, args=(parent.sentinel,), daemon=True).start()

@@ -1,4 +1,7 @@
-"""Files that appear whole: written beside their place and moved there. Only regular files are replaced."""
+"""Files that appear whole: they are written beside their destination and moved there at the end.
+
+Only regular files are replaced.
+"""
 
 from __future__ import annotations
 
@@ -10,19 +13,19 @@ from contextlib import contextmanager
 from pathlib import Path
 from stat import S_ISBLK, S_ISCHR, S_ISFIFO, S_ISREG, S_ISSOCK
 
-PARTS: set[Path] = set()  # files and folders being written beside their place, of no use before they are moved there
+PARTS: set[Path] = set()  # unfinished files and folders beside their destination; of no use before they are moved
 SPECIAL = {S_ISFIFO: "a pipe", S_ISSOCK: "a socket", S_ISCHR: "a device", S_ISBLK: "a device"}
 
 
 def check_destination(path: Path, force: bool) -> None:
-    """Raise the OSError that says why a new file cannot be written there, if so.
+    """Raise the OSError that says why a new file cannot be written at this path, if it cannot.
 
     A file that exists is refused unless `force`; a folder, pipe, socket, device or link to nothing always is.
     """
     refuse_special(path)
     if path.exists() and not force:
         raise FileExistsError(f"{path} exists; choose another name, or force to overwrite it")
-    folder = resolved(path).parent
+    folder = link_target(path).parent
     if not folder.is_dir():
         raise FileNotFoundError(f"folder {folder} does not exist; make it, or choose another for {path.name}")
     if not os.access(folder, os.W_OK):
@@ -40,27 +43,27 @@ def refuse_special(path: Path) -> None:
         raise OSError(f"{path} is {kind}, not a regular file, so it is neither read nor replaced; choose a file")
 
 
-def resolved(path: Path) -> Path:
+def link_target(path: Path) -> Path:
     """The file that a path leads to: links are followed, so that they stay and the file behind them is replaced."""
     return Path(os.path.realpath(path)) if path.is_symlink() else path
 
 
 def move_into_place(part: Path, path: Path) -> None:
-    """Move a finished file to its place, unless that has become something else than a regular file. Raises OSError."""
+    """Move a finished file to its destination, unless that is neither a regular file nor free. Raises OSError."""
     refuse_special(path)
-    os.replace(part, resolved(path))
+    os.replace(part, link_target(path))
 
 
 @contextmanager
-def placed(path: str | Path, force: bool = False, keep_interrupted: bool = False) -> Iterator[Path]:
-    """A file of the same name in a folder beside `path` to write to; it moves to `path` at the end.
+def atomic_file(path: str | Path, force: bool = False, keep_interrupted: bool = False) -> Iterator[Path]:
+    """Context with a file of the same name, in a folder beside `path`, to write to; it is moved to `path` at the end.
 
-    Any error removes it; so does an interrupt (Ctrl-C), unless `keep_interrupted`: then what was written is moved.
-    Raises the OSErrors of `check_destination`, and those of writing with `path` as the name of the file.
+    Any error removes it. An interrupt (Ctrl-C) removes it too, unless `keep_interrupted`: then the part written is
+    moved. Raises the OSErrors of `check_destination`, and those of writing with `path` as the name of the file.
     """
     path = Path(path)
     check_destination(path, force)
-    folder = Path(tempfile.mkdtemp(prefix=".femflex-", suffix=".part", dir=resolved(path).parent))
+    folder = Path(tempfile.mkdtemp(prefix=".femflex-", suffix=".part", dir=link_target(path).parent))
     part = folder / path.name
     PARTS.add(folder)
     try:
@@ -79,7 +82,7 @@ def placed(path: str | Path, force: bool = False, keep_interrupted: bool = False
 
 
 def remove_part(part: Path) -> None:
-    """Remove what was written beside its place."""
+    """Remove an unfinished file or folder."""
     if part.is_dir():
         shutil.rmtree(part, ignore_errors=True)
     else:

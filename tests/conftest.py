@@ -1,4 +1,4 @@
-"""What all tests share: off-screen rendering, one thread, and a small craft as a case file."""
+"""Fixtures and settings of all tests: off-screen rendering, one thread, and a small craft as a case file."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ os.environ.setdefault("MPLBACKEND", "agg")
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Where tests run in several processes, kernels that are not on disk yet are compiled before these begin."""
+    """Compile the kernels that are not on disk before the tests start in several processes."""
     processes = getattr(config.option, "numprocesses", None)
     if processes and not hasattr(config, "workerinput"):
         compile_kernels(processes)
@@ -30,15 +30,15 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Of a test marked `sampled(n)`, n of its cases, spread evenly, stay fast tests; the others become slow ones."""
+    """Mark the cases of a test `sampled(n)` as slow, except n of them, spread evenly."""
     cases: dict[str, list[pytest.Item]] = {}
     for item in items:
         if item.get_closest_marker("sampled"):
             cases.setdefault(item.nodeid.partition("[")[0], []).append(item)
-    for found in cases.values():
-        (count,) = found[0].get_closest_marker("sampled").args
-        fast = {round((k + 0.5) * len(found) / count - 0.5) for k in range(count)} if len(found) > count else None
-        for k, item in enumerate(found):
+    for group in cases.values():
+        (count,) = group[0].get_closest_marker("sampled").args
+        fast = {round((k + 0.5) * len(group) / count - 0.5) for k in range(count)} if len(group) > count else None
+        for k, item in enumerate(group):
             if fast is not None and k not in fast:
                 item.add_marker(pytest.mark.slow)
 

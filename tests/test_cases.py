@@ -9,7 +9,7 @@ import pytest
 
 import femflex
 from femflex.case import read_case
-from femflex.case.verdicts import expects_modes, judged, judged_diagram, judged_modes
+from femflex.case.verdicts import diagram_verdicts, expects_modes, mode_verdicts, run_verdicts
 from femflex.integrate import Esdirk4
 from femflex.pipeline import prepare
 from femflex.pipeline.balanced import case_modes
@@ -31,11 +31,11 @@ def test_shipped_case_meets_its_expectations(path: Path, tmp_path: Path):
     case = read_case(path)
     with femflex.run(case, tmp_path / "run.h5") as run:
         assert run.complete and run.case_text == path.read_text(encoding="utf-8")
-        verdicts = judged(case, run)
+        verdicts = run_verdicts(case, run)
     if case.campbell is not None:
-        verdicts += judged_diagram(case, case_campbell(case))
+        verdicts += diagram_verdicts(case, case_campbell(case))
     if expects_modes(case):
-        verdicts += judged_modes(case, case_modes(case))
+        verdicts += mode_verdicts(case, case_modes(case))
     assert all(verdict.holds for verdict in verdicts), "\n".join(map(str, verdicts))
 
 

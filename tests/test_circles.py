@@ -1,6 +1,6 @@
-"""No module, and no package, imports itself by way of others; imports inside functions count, those for types do not.
+"""No module and no package imports itself by way of others; imports inside functions count, those for types do not.
 
-A package may import from those it stands in and from those within it.
+A package may import from the packages that contain it and from those inside it.
 """
 
 from __future__ import annotations
@@ -23,25 +23,25 @@ def is_for_types(node: ast.AST) -> bool:
 
 def statements(tree: ast.AST) -> Iterator[ast.AST]:
     """All statements of a tree but those that are read for types alone."""
-    left = [tree]
-    while left:
-        for child in ast.iter_child_nodes(left.pop()):
+    todo = [tree]
+    while todo:
+        for child in ast.iter_child_nodes(todo.pop()):
             if isinstance(child, ast.stmt | ast.ExceptHandler | ast.match_case) and not is_for_types(child):
                 yield child
-                left.append(child)
+                todo.append(child)
 
 
 @cache
 def named_imports(name: str) -> frozenset[str]:
-    """Names of femflex that a module imports; what a package hands on counts as the package."""
-    found: set[str] = set()
+    """Names of femflex that a module imports; a name that a package re-exports counts as the package."""
+    names: set[str] = set()
     for node in statements(ast.parse(MODULES[name].read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
-            found |= {alias.name for alias in node.names}
+            names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
             inner = {f"{node.module}.{alias.name}" for alias in node.names}
-            found |= {full if full in MODULES else node.module for full in inner}
-    return frozenset(full for full in found if full.partition(".")[0] == "femflex")
+            names |= {full if full in MODULES else node.module for full in inner}
+    return frozenset(full for full in names if full.partition(".")[0] == "femflex")
 
 
 def imported(name: str) -> set[str]:
@@ -50,12 +50,12 @@ def imported(name: str) -> set[str]:
 
 
 def package_of(name: str) -> str:
-    """The package that a module stands in."""
+    """The package that contains a module."""
     return name if MODULES[name].name == "__init__.py" else name.rpartition(".")[0]
 
 
-def within(inner: str, outer: str) -> bool:
-    """Whether a package is another one or stands in it."""
+def is_inside(inner: str, outer: str) -> bool:
+    """Whether the packages are the same, or the outer one contains the inner one."""
     return inner == outer or inner.startswith(outer + ".")
 
 
@@ -65,7 +65,7 @@ def package_imports() -> dict[str, dict[str, str]]:
     for name in MODULES:
         for other in imported(name):
             a, b = package_of(name), package_of(other)
-            if not (within(a, b) or within(b, a)):
+            if not (is_inside(a, b) or is_inside(b, a)):
                 out.setdefault(a, {}).setdefault(b, f"{name} -> {other}")
     return out
 
@@ -87,9 +87,9 @@ def circles(edges: dict[str, set[str]]) -> list[frozenset[str]]:
             elif other in stack:
                 low[name] = min(low[name], index[other])
         if low[name] == index[name]:
-            at = stack.index(name)
-            out.append(frozenset(stack[at:]))
-            del stack[at:]
+            first = stack.index(name)
+            out.append(frozenset(stack[first:]))
+            del stack[first:]
 
     for name in edges:
         if name not in index:
@@ -97,20 +97,20 @@ def circles(edges: dict[str, set[str]]) -> list[frozenset[str]]:
     return [group for group in out if len(group) > 1 or group <= edges[next(iter(group))]]
 
 
-def test_no_module_imports_itself_by_way_of_others():
+def test_modules_have_no_import_cycle():
     assert not circles({name: imported(name) for name in MODULES})
 
 
-def test_every_import_names_a_module_that_is_there():
+def test_every_import_names_an_existing_module():
     for name in MODULES:
         unknown = {full for full in named_imports(name) if full not in MODULES}
         assert not unknown, f"{name} imports {sorted(unknown)}"
 
 
-def test_no_layer_imports_itself_by_way_of_others():
+def test_layers_have_no_import_cycle():
     edges: dict[str, set[str]] = {name.split(".")[1]: set() for name in MODULES if "." in name}
     for name in MODULES:
-        if name != "femflex":  # which hands on what all others hold
+        if name != "femflex":  # which re-exports names of all others
             layer = name.split(".")[1]
             edges[layer] |= {other.split(".")[1] for other in imported(name) if "." in other} - {layer}
     assert not circles(edges)
@@ -122,7 +122,7 @@ def test_packages_do_not_import_each_other():
     assert not pairs, [f"{a} and {b}: {graph[a][b]}, {graph[b][a]}" for a, b in pairs]
 
 
-def test_packages_stand_in_no_longer_circle():
+def test_packages_have_no_longer_import_cycle():
     graph = package_imports()
     edges = {a: set(targets) for a, targets in graph.items()}
     for targets in graph.values():
@@ -131,11 +131,11 @@ def test_packages_stand_in_no_longer_circle():
     assert not circles(edges)
 
 
-def test_deferred_imports_are_found_and_those_for_types_are_not():
+def test_deferred_imports_count_and_type_imports_do_not():
     assert "femflex.dynamics.terms.ledger" in imported("femflex.dynamics.terms.by_source")  # within a function
     assert "femflex.dynamics.model" not in imported("femflex.dynamics.terms.by_source")  # for types
 
 
-def test_a_circle_is_found_where_there_is_one():
+def test_import_cycle_is_detected():
     assert circles({"a": {"b"}, "b": {"c"}, "c": {"b"}, "d": {"d"}}) == [frozenset("bc"), frozenset("d")]
     assert not circles({"a": {"b", "c"}, "b": {"c"}, "c": set()})

@@ -24,16 +24,16 @@ def test_top_level_has_known_files_alone():
     assert {line.split("/")[0] for line in listed.stdout.split()} == KNOWN
 
 
-@pytest.mark.parametrize("words", [("check",), ("format", "--check")], ids=["lint", "format"])
-def test_ruff_finds_no_problem(words):
-    found = tool("ruff", *words, "femflex", "tests", "meshes", "docs")
-    assert found.returncode == 0, found.stdout
+@pytest.mark.parametrize("arguments", [("check",), ("format", "--check")], ids=["lint", "format"])
+def test_ruff_finds_no_problem(arguments):
+    process = tool("ruff", *arguments, "femflex", "tests", "meshes", "docs")
+    assert process.returncode == 0, process.stdout
 
 
 @pytest.mark.slow
 def test_mypy_finds_no_problem():
-    found = tool("mypy")
-    assert found.returncode == 0, found.stdout
+    process = tool("mypy")
+    assert process.returncode == 0, process.stdout
 
 
 def test_ratio_of_test_lines_to_code_lines_stays_below_its_ceiling():
@@ -64,6 +64,6 @@ def test_tests_import_no_test_module_and_no_private_name():
 @pytest.mark.slow
 @pytest.mark.parametrize("folders", [("view", "studies"), ("studies", "view")], ids="+".join)
 def test_folders_with_a_conftest_each_are_collected_together(folders, tmp_path):
-    words = ["--collect-only", "-q", "-p", "no:cacheprovider", f"--ignore-glob={TOP}/tests/*/test_*.py"]
-    found = tool("pytest", *(str(TOP / "tests" / name) for name in folders), *words, folder=tmp_path)
-    assert found.returncode == pytest.ExitCode.NO_TESTS_COLLECTED, found.stdout
+    options = ["--collect-only", "-q", "-p", "no:cacheprovider", f"--ignore-glob={TOP}/tests/*/test_*.py"]
+    process = tool("pytest", *(str(TOP / "tests" / name) for name in folders), *options, folder=tmp_path)
+    assert process.returncode == pytest.ExitCode.NO_TESTS_COLLECTED, process.stdout

@@ -45,22 +45,22 @@ print(*values, sum(sum(kernel.stats.cache_hits.values()) for kernel in (probe, s
 @pytest.fixture
 def package(tmp_path):
     """A copy of femflex with a kernel whose callee and constant are in another file."""
-    place = tmp_path / "site" / "femflex"
-    shutil.copytree(PACKAGE, place, ignore=shutil.ignore_patterns("__pycache__"))
-    (place / "integrate" / "probe.py").write_text(KERNEL)
-    (place / "integrate" / "callee.py").write_text(CALLEE)
-    return place
+    copy = tmp_path / "site" / "femflex"
+    shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    (copy / "integrate" / "probe.py").write_text(KERNEL)
+    (copy / "integrate" / "callee.py").write_text(CALLEE)
+    return copy
 
 
 def environment(package, **changes):
     """Environment of a process that uses this copy and stores kernels there, or as the changes say."""
-    own = {key: value for key, value in os.environ.items() if not key.startswith(("NUMBA_", "XDG_"))}
-    return {**own, "PYTHONPATH": str(package.parent), "HOME": str(package.parent / "home"), **changes}
+    inherited = {key: value for key, value in os.environ.items() if not key.startswith(("NUMBA_", "XDG_"))}
+    return {**inherited, "PYTHONPATH": str(package.parent), "HOME": str(package.parent / "home"), **changes}
 
 
-def answer(package, *words, **changes):
-    """What a process of its own prints: the words after python, or the call of both kernels."""
-    done = subprocess.run(
+def run_python(package, *words, **changes):
+    """Output and errors of a new process: Python with these words, or the call of both kernels."""
+    process = subprocess.run(
         [sys.executable, *(words or ("-c", CALL))],
         env=environment(package, **changes),
         cwd=package.parent,
@@ -68,7 +68,7 @@ def answer(package, *words, **changes):
         text=True,
         check=True,
     )
-    return done.stdout.split(), done.stderr
+    return process.stdout.split(), process.stderr
 
 
 def stored_files(folder):
@@ -77,54 +77,54 @@ def stored_files(folder):
 
 @pytest.mark.sampled(1)
 @COMPILED
-@pytest.mark.parametrize("place", ["the package", "NUMBA_CACHE_DIR", "the home folder"])
-def test_an_edited_callee_and_constant_give_the_new_numbers(package, tmp_path, place):
-    changes = {"NUMBA_CACHE_DIR": str(tmp_path / "cache")} if place == "NUMBA_CACHE_DIR" else {}
-    if place == "the home folder":
+@pytest.mark.parametrize("folder", ["the package", "NUMBA_CACHE_DIR", "the home folder"])
+def test_an_edited_callee_and_constant_give_the_new_numbers(package, tmp_path, folder):
+    changes = {"NUMBA_CACHE_DIR": str(tmp_path / "cache")} if folder == "NUMBA_CACHE_DIR" else {}
+    if folder == "the home folder":
         (package / "__pycache__").mkdir()
         (package / "__pycache__" / "kernels").write_text("in the way")
-    assert answer(package, **changes) == (["7.0", "5.0", "0"], "")
-    assert answer(package, **changes) == (["7.0", "5.0", "2"], "")
+    assert run_python(package, **changes) == (["7.0", "5.0", "0"], "")
+    assert run_python(package, **changes) == (["7.0", "5.0", "2"], "")
     callee = package / "integrate" / "callee.py"
     callee.write_text(CALLEE.replace("2.0 * x", "5.0 * x").replace("1.0", "0.5"))
-    assert answer(package, **changes)[0] == ["15.5", "14.5", "0"]
+    assert run_python(package, **changes)[0] == ["15.5", "14.5", "0"]
     expected = {
         "NUMBA_CACHE_DIR": tmp_path / "cache",
         "the package": package,
         "the home folder": tmp_path / "site/home",
     }
-    assert len(stored_files(expected[place])) == 4 == len(stored_files(tmp_path))
+    assert len(stored_files(expected[folder])) == 4 == len(stored_files(tmp_path))
 
 
-def cut(content):
+def truncate(content):
     return content[: len(content) // 2]
 
 
-def flipped(content):
+def flip_bit(content):
     middle = len(content) // 2
     return content[:middle] + bytes([content[middle] ^ 1]) + content[middle + 1 :]
 
 
 @pytest.mark.slow
 @COMPILED
-@pytest.mark.parametrize("damage", [cut, flipped, lambda content: b"", lambda content: os.urandom(len(content))])
+@pytest.mark.parametrize("damage", [truncate, flip_bit, lambda content: b"", lambda content: os.urandom(len(content))])
 def test_a_damaged_kernel_is_compiled_again_and_replaced(package, damage):
-    answer(package)
+    run_python(package)
     first, second = stored_files(package)
-    whole = first.read_bytes()
-    first.write_bytes(damage(whole))
-    assert answer(package) == (["7.0", "5.0", "1"], "")
-    assert answer(package) == (["7.0", "5.0", "2"], "")
+    intact = first.read_bytes()
+    first.write_bytes(damage(intact))
+    assert run_python(package) == (["7.0", "5.0", "1"], "")
+    assert run_python(package) == (["7.0", "5.0", "2"], "")
     assert stored_files(package) == [first, second]
 
 
 @pytest.mark.slow
 @COMPILED
-def test_a_full_or_missing_first_folder_is_passed_over(package, tmp_path):
+def test_unwritable_first_folder_is_skipped(package, tmp_path):
     (tmp_path / "file").write_text("")
-    assert answer(package, NUMBA_CACHE_DIR=str(tmp_path / "file")) == (["7.0", "5.0", "0"], "")
+    assert run_python(package, NUMBA_CACHE_DIR=str(tmp_path / "file")) == (["7.0", "5.0", "0"], "")
     assert len(stored_files(package)) == 2  # in the next folder
-    assert answer(package, NUMBA_CACHE_DIR=str(tmp_path / "new")) == (["7.0", "5.0", "2"], "")  # read from there
+    assert run_python(package, NUMBA_CACHE_DIR=str(tmp_path / "new")) == (["7.0", "5.0", "2"], "")  # read from there
 
 
 @pytest.mark.slow
@@ -136,17 +136,17 @@ def test_processes_that_compile_at_the_same_time_agree(package):
     for process in both:
         printed, err = process.communicate(timeout=300)
         assert (printed.split()[:2], err) == (["7.0", "5.0"], "")
-    assert answer(package)[0] == ["7.0", "5.0", "2"]
+    assert run_python(package)[0] == ["7.0", "5.0", "2"]
     assert {path.suffix for path in stored_files(package)[0].parent.iterdir()} == {".kernel"}  # no drafts left
 
 
 @pytest.mark.slow
 @COMPILED
 def test_another_processor_has_its_own_kernels(package):
-    assert answer(package)[0][2] == "0"
-    assert answer(package, NUMBA_CPU_NAME="generic", NUMBA_CPU_FEATURES="")[0] == ["7.0", "5.0", "0"]
-    assert answer(package, NUMBA_CPU_NAME="generic", NUMBA_CPU_FEATURES="")[0] == ["7.0", "5.0", "2"]
-    assert answer(package)[0] == ["7.0", "5.0", "2"]
+    assert run_python(package)[0][2] == "0"
+    assert run_python(package, NUMBA_CPU_NAME="generic", NUMBA_CPU_FEATURES="")[0] == ["7.0", "5.0", "0"]
+    assert run_python(package, NUMBA_CPU_NAME="generic", NUMBA_CPU_FEATURES="")[0] == ["7.0", "5.0", "2"]
+    assert run_python(package)[0] == ["7.0", "5.0", "2"]
 
 
 def imports_at_module_level(file):
@@ -167,11 +167,11 @@ def imports_at_module_level(file):
 def file_of(name):
     """The file of a module, or of the module that holds a name."""
     path = PACKAGE.parent.joinpath(*name.split("."))
-    for place in (path, path.parent):
-        if place.with_suffix(".py").is_file():
-            return place.with_suffix(".py")
-        if (place / "__init__.py").is_file():
-            return place / "__init__.py"
+    for module in (path, path.parent):
+        if module.with_suffix(".py").is_file():
+            return module.with_suffix(".py")
+        if (module / "__init__.py").is_file():
+            return module / "__init__.py"
     raise AssertionError(name)
 
 
@@ -182,7 +182,7 @@ def test_the_digest_follows_every_import():
         assert expected == set(kernel_digest.imported_files(file)), file
 
 
-def test_kernels_take_nothing_from_the_names_that_the_package_loads_when_asked():
+def test_kernels_import_nothing_from_the_package_itself():
     files = [file for file in PACKAGE.rglob("*.py") if re.search(r"^@(kernel|entry)\(", file.read_text(), re.M)]
     assert len(files) > 20
     for source in {source for file in files for source in kernel_digest.sources_of(file)}:
@@ -191,12 +191,12 @@ def test_kernels_take_nothing_from_the_names_that_the_package_loads_when_asked()
 
 @COMPILED
 @pytest.mark.slow
-def test_a_run_without_a_place_to_write_gives_the_answer_and_the_sentence(package, tmp_path, write_case):
+def test_run_without_writable_folder_warns_once(package, tmp_path, write_case):
     case, blocked = write_case(), tmp_path / "blocked"
     blocked.write_text("")
     (package / "__pycache__").mkdir()
     (package / "__pycache__" / "kernels").write_text("in the way")
     places = {"NUMBA_CACHE_DIR": str(blocked), "XDG_CACHE_HOME": str(blocked)}
     for words in (["check", str(case)], ["run", str(case), "-o", str(tmp_path / "run.h5")]):
-        _, err = answer(package, "-m", "femflex", *words, **places)
+        _, err = run_python(package, "-m", "femflex", *words, **places)
         assert err.count("femflex: warning: compiled kernels cannot be stored") == 1

@@ -9,7 +9,7 @@ import pytest
 
 TOP = Path(__file__).resolve().parents[1]
 
-SMALL = """
+TWO_KERNELS = """
 import numpy as np
 from numba import types
 from femflex.dynamics.arithmetic.compiled import inner, kernel
@@ -40,7 +40,7 @@ if __name__ == "__main__":
     print(first(x).hex(), second(x).hex(), hits, sum(emitted), len(emitted))
 """
 
-WHOLE = """
+RUN_DIGEST = """
 import hashlib
 import numpy as np
 from femflex.case import read_case
@@ -57,26 +57,26 @@ print(digest.hexdigest())
 """
 
 
-def said(folder: Path, *words: str) -> list[str]:
-    """What a fresh process says, its kernels kept in that folder."""
+def run_python(folder: Path, *words: str) -> list[str]:
+    """Words printed by a new process that stores its kernels in that folder."""
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(folder), "PYTHONPATH": str(TOP)}
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, *words], env=environment, cwd=TOP, capture_output=True, text=True, check=True
     )
-    return done.stdout.split()
+    return process.stdout.split()
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT", "0") == "1", reason="the compiler is off")
 def test_parts_shared_by_two_kernels_round_the_same_when_loaded(tmp_path):
     script = tmp_path / "shared_part.py"
-    script.write_text(SMALL)
-    compiled, loaded = said(tmp_path, str(script)), said(tmp_path, str(script))
+    script.write_text(TWO_KERNELS)
+    compiled, loaded = run_python(tmp_path, str(script)), run_python(tmp_path, str(script))
     assert compiled[:2] == loaded[:2]
     assert compiled[2:] == ["0", "0", "1"]  # nothing loaded; the part was translated and is no machine code of its own
     assert loaded[2:] == ["2", "0", "0"]
 
 
 @pytest.mark.slow
-def test_a_run_is_the_same_bit_for_bit_where_its_kernels_are_compiled_and_where_they_are_loaded(tmp_path):
-    assert said(tmp_path, "-c", WHOLE) == said(tmp_path, "-c", WHOLE)
+def test_compiled_and_loaded_kernels_give_identical_runs(tmp_path):
+    assert run_python(tmp_path, "-c", RUN_DIGEST) == run_python(tmp_path, "-c", RUN_DIGEST)

@@ -59,9 +59,9 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.mark.parametrize("row", ROWS)
 def test_message_names_fault_and_remedy(row: dict[str, Any], folder: Path, femflex: Callable[..., Any]):
     _write(row, folder)
-    before = _files(folder)
+    files_before = _files(folder)
     if "call" in row:
-        text = _raised(row["call"], row.get("error", "ValueError"))
+        text = _message_of(row["call"], row.get("error", "ValueError"))
     else:
         code, out, err = femflex(*row.get("verb", f"check {row['base']}").split())
         text = out + err
@@ -70,7 +70,7 @@ def test_message_names_fault_and_remedy(row: dict[str, Any], folder: Path, femfl
     plain = " ".join(re.sub(r"[│╭╰╮╯─]", " ", text).split()).lower()
     assert [word for word in row["words"] if word.lower() not in plain] == [], text
     if row.get("code", 2) == 2:
-        assert _files(folder) == before, "a refused call leaves no file"
+        assert _files(folder) == files_before, "a refused call leaves no file"
 
 
 @pytest.mark.parametrize("row", ROWS)
@@ -108,7 +108,7 @@ def _files(folder: Path) -> dict[str, bytes]:
     return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
-def _raised(call: str, error: str) -> str:
+def _message_of(call: str, error: str) -> str:
     """Message of the error that a public call raises, or of its warning."""
     kind = getattr(builtins, error, None) or getattr(package, error, None) or _module("femflex.warning", error)
     catch = pytest.warns if issubclass(kind, Warning) else pytest.raises
@@ -116,7 +116,7 @@ def _raised(call: str, error: str) -> str:
     with catch(kind) as caught:
         eval(call, scope)
     if issubclass(kind, Warning):
-        return " ".join(str(one.message) for one in caught)
+        return " ".join(str(warning.message) for warning in caught)
     return " ".join(map(str, caught.value.args)) or str(caught.value)
 
 
@@ -138,8 +138,8 @@ def _scope(call: str) -> dict[str, Any]:
 
 
 def _is_module(path: str) -> bool:
-    place = Path(package.__file__).parent.joinpath(*path.split("."))
-    return place.is_dir() or place.with_suffix(".py").is_file()
+    location = Path(package.__file__).parent.joinpath(*path.split("."))
+    return location.is_dir() or location.with_suffix(".py").is_file()
 
 
 def _module(path: str, name: str) -> Any:

@@ -28,16 +28,16 @@ HEAVY = (
 
 def loaded_after(code: str) -> set[str]:
     """Names of modules loaded in a fresh interpreter after running the code."""
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-c", f"{code}\nimport sys; print(*sys.modules)"], capture_output=True, text=True, check=True
     )
-    return {name.split(".")[0] for name in done.stdout.splitlines()[-1].split()}
+    return {name.split(".")[0] for name in process.stdout.splitlines()[-1].split()}
 
 
 @pytest.mark.parametrize("name", femflex.__all__)
 def test_public_name_exists_and_is_documented(name: str):
-    found = getattr(femflex, name)
-    assert name == "__version__" or len(inspect.getdoc(found) or "") > 20
+    item = getattr(femflex, name)
+    assert name == "__version__" or len(inspect.getdoc(item) or "") > 20
     assert name in dir(femflex)
 
 

@@ -50,29 +50,29 @@ def write(target: Path) -> None:
 
 
 def page(name: str) -> str:
-    """The page of one package: what it is for, then every exported name."""
+    """The page of one package: its purpose, then every exported name."""
     module = import_module(name)
     head = " ".join((module.__doc__ or "").strip().partition("\n\n")[0].split())
-    parts = [f"# {name}\n\n{head}\n"]
+    sections = [f"# {name}\n\n{head}\n"]
     for exported in exports(module):
-        found = getattr(module, exported)
-        kind = "autoclass" if isinstance(found, type) else "autofunction" if callable(found) else None
+        item = getattr(module, exported)
+        kind = "autoclass" if isinstance(item, type) else "autofunction" if callable(item) else None
         if kind is None:
             continue
         home = f"{name}.{exported}"
         members = "   :members:\n" if kind == "autoclass" and name != "femflex" else ""
-        parts.append(f"```{{eval-rst}}\n.. {kind}:: {home}\n{members}   :no-index:\n```\n")
-    return "\n".join(parts)
+        sections.append(f"```{{eval-rst}}\n.. {kind}:: {home}\n{members}   :no-index:\n```\n")
+    return "\n".join(sections)
 
 
 def exports(module: Any) -> list[str]:
-    """Public names of a package: its __all__, or what it defines itself."""
+    """Public names of a package: its __all__, or the names that it defines itself."""
     names = getattr(module, "__all__", None)
     if names is None:
         names = [
             name
-            for name, found in vars(module).items()
-            if not name.startswith("_") and getattr(found, "__module__", None) == module.__name__
+            for name, item in vars(module).items()
+            if not name.startswith("_") and getattr(item, "__module__", None) == module.__name__
         ]
     return sorted(name for name in names if not name.startswith("_"))
 
@@ -80,16 +80,17 @@ def exports(module: Any) -> list[str]:
 def as_text(_app: object, _what: str, _name: str, _of: object, _options: object, lines: list[str]) -> None:
     """Show a docstring as it is written: its first paragraph as text, the rest in aligned columns."""
     text = "\n".join(lines).strip("\n")
-    first, _, rest = text.partition("\n\n")
-    out = [escaped(" ".join(first.split())), ""]
-    if rest.strip():
-        out += [".. code-block:: text", "", *("   " + line for line in rest.strip("\n").split("\n")), ""]
-    lines[:] = out
+    summary, _, details = text.partition("\n\n")
+    shown_lines = [escaped(" ".join(summary.split())), ""]
+    if details.strip():
+        shown_lines += [".. code-block:: text", "", *("   " + line for line in details.strip("\n").split("\n")), ""]
+    lines[:] = shown_lines
 
 
 def escaped(text: str) -> str:
     """Plain text in reStructuredText, with `code` as literals."""
-    parts = re.split(r"`+([^`]*)`+", text)
+    pieces = re.split(r"`+([^`]*)`+", text)
     return "".join(
-        re.sub(r"([\\*|_<>:])", r"\\\1", part) if k % 2 == 0 else f"\\ ``{part}``\\ " for k, part in enumerate(parts)
+        re.sub(r"([\\*|_<>:])", r"\\\1", piece) if k % 2 == 0 else f"\\ ``{piece}``\\ "
+        for k, piece in enumerate(pieces)
     )

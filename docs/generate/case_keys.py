@@ -46,29 +46,31 @@ def write(target: Path) -> None:
 
 
 def page(schema: Schema) -> str:
-    """The whole page."""
+    """Text of the whole page."""
     root = schema["properties"]
     plain = {key: about for key, about in root.items() if not tables_of(about, schema)}
-    parts = [HEAD, "## Top of the file\n", keys_table(plain, schema.get("required", []), schema)]
+    sections = [HEAD, "## Top of the file\n", keys_table(plain, schema.get("required", []), schema)]
     for key, about in root.items():
         if key in plain or key in SKIPPED:
             continue
-        parts.append(f"\n## {PARENTS.get(key, f'[{key}]')}\n\n{cell(about.get('description', ''))}\n")
-        found = tables_of(about, schema)
-        for name, inner in found.items():
-            single = len(found) == 1
-            parts.append(section(name, inner, schema, 2 if single else 3, single))
+        sections.append(f"\n## {PARENTS.get(key, f'[{key}]')}\n\n{cell(about.get('description', ''))}\n")
+        tables = tables_of(about, schema)
+        for name, inner in tables.items():
+            single = len(tables) == 1
+            sections.append(section(name, inner, schema, 2 if single else 3, single))
         if key == "bodies":
-            parts.append(shared(schema))
-    return "\n".join(parts)
+            sections.append(shared_tables(schema))
+    return "\n".join(sections)
 
 
 SHARED = {"markers.NAME": "MarkerTable", "initial": "InitialTable", "damping": "DampingTable"}  # of several bodies
 
 
-def shared(schema: Schema) -> str:
-    """The tables that several kinds of bodies have, once."""
-    return "".join(section(f"bodies.NAME.{name}", schema["$defs"][of], schema) for name, of in SHARED.items())
+def shared_tables(schema: Schema) -> str:
+    """The tables that several kinds of bodies have, written once."""
+    return "".join(
+        section(f"bodies.NAME.{name}", schema["$defs"][definition], schema) for name, definition in SHARED.items()
+    )
 
 
 def section(name: str, about: Schema, schema: Schema, depth: int = 3, single: bool = False) -> str:
@@ -77,21 +79,24 @@ def section(name: str, about: Schema, schema: Schema, depth: int = 3, single: bo
     text = f"{head}{cell(about.get('description', ''))}\n\n"
     text += keys_table(about.get("properties", {}), about.get("required", []), schema)
     extra = about.get("additionalProperties")
-    inner: dict[int, tuple[str, str, Schema]] = {}  # a table once, though several keys hold it
+    inner_tables: dict[int, tuple[str, str, Schema]] = {}  # a table once, though several keys hold it
     for key, entry in about.get("properties", {}).items():
         if key in ("laws", "options"):
             continue
-        common = [schema["$defs"][name] for of, name in SHARED.items() if key == of.partition(".")[0]]
-        for of, found in tables_of(entry, schema).items():
-            if not any(found is table for table in common):
-                inner.setdefault(id(found), (of, key, found))
+        common = [schema["$defs"][name] for kind_name, name in SHARED.items() if key == kind_name.partition(".")[0]]
+        for kind_name, inner_table in tables_of(entry, schema).items():
+            if not any(inner_table is table for table in common):
+                inner_tables.setdefault(id(inner_table), (kind_name, key, inner_table))
     if isinstance(extra, dict):
-        inner |= {id(found): (of, "NAME", found) for of, found in tables_of(extra, schema).items()}
-    for of, key, found in inner.values():
-        kind = f" ({of})" if is_kind(found) else ""
-        text += section(f"{name}.{key}{kind}", found, schema, min(depth + 1, 5))
+        inner_tables |= {
+            id(inner_table): (kind_name, "NAME", inner_table)
+            for kind_name, inner_table in tables_of(extra, schema).items()
+        }
+    for kind_name, key, inner_table in inner_tables.values():
+        kind = f" ({kind_name})" if is_kind(inner_table) else ""
+        text += section(f"{name}.{key}{kind}", inner_table, schema, min(depth + 1, 5))
     text += "".join(
-        laws(entry) for key, entry in about.get("properties", {}).items() if key == "laws" and name == "weld"
+        joint_laws(entry) for key, entry in about.get("properties", {}).items() if key == "laws" and name == "weld"
     )
     if "allOf" in about:
         text += options(about)
@@ -99,32 +104,32 @@ def section(name: str, about: Schema, schema: Schema, depth: int = 3, single: bo
 
 
 def tables_of(about: Schema, schema: Schema) -> dict[str, Schema]:
-    """Name -> schema of the tables that a key holds: one, or one of several kinds; {} for a value."""
-    out: dict[str, Schema] = {}
+    """Name -> schema of the tables that a key may hold: one, or one of several kinds; {} for a value."""
+    tables: dict[str, Schema] = {}
     for entry in leaves(about):
         if "$ref" in entry:
-            found = schema["$defs"][entry["$ref"].rsplit("/", 1)[-1]]
-            if "properties" in found or "additionalProperties" in found:
-                out[label(found, entry["$ref"])] = found
-    return out
+            definition = schema["$defs"][entry["$ref"].rsplit("/", 1)[-1]]
+            if "properties" in definition or "additionalProperties" in definition:
+                tables[kind_label(definition, entry["$ref"])] = definition
+    return tables
 
 
-def label(found: Schema, ref: str) -> str:
+def kind_label(definition: Schema, ref: str) -> str:
     """The kind or method that selects a table, or its name."""
     for key in ("kind", "method"):
-        const = found.get("properties", {}).get(key, {}).get("const")
+        const = definition.get("properties", {}).get(key, {}).get("const")
         if const:
             return str(const)
     return ref.rsplit("/", 1)[-1].removesuffix("Table").lower()
 
 
-def is_kind(found: Schema) -> bool:
+def is_kind(definition: Schema) -> bool:
     """Whether a table is one of several, selected by a key."""
-    return any("const" in found.get("properties", {}).get(key, {}) for key in ("kind", "method"))
+    return any("const" in definition.get("properties", {}).get(key, {}) for key in ("kind", "method"))
 
 
 def leaves(about: Schema) -> Iterator[Schema]:
-    """The schema itself, or those of a choice, of a list and of named entries."""
+    """The schema itself, or the schemas of its alternatives, of a list's entries and of named entries."""
     for key in ("anyOf", "oneOf"):
         for entry in about.get(key, ()):
             yield from leaves(entry)
@@ -164,7 +169,7 @@ def default_of(about: Schema) -> str:
 
 
 def value_of(about: Schema, schema: Schema) -> str:
-    """What the key may hold, in a few words."""
+    """The values that the key may have, in a few words."""
     words = list(dict.fromkeys(_words(about, schema)))
     return " or ".join(words)
 
@@ -173,8 +178,8 @@ def _words(about: Schema, schema: Schema) -> Iterator[str]:
     if "const" in about:
         yield code(json.dumps(about["const"]))
     elif "enum" in about:
-        shown = [str(word) for word in about["enum"]]
-        yield ", ".join(code(word) for word in shown) if len(shown) <= 8 else f"one of {len(shown)} words"
+        allowed = [str(word) for word in about["enum"]]
+        yield ", ".join(code(word) for word in allowed) if len(allowed) <= 8 else f"one of {len(allowed)} words"
     elif "$ref" in about:
         yield "table"
     elif "anyOf" in about or "oneOf" in about:
@@ -205,14 +210,14 @@ def _list(about: Schema, schema: Schema) -> str:
         return f"{n} x {inner.get('minItems', 'n')} numbers"
     if not inner:
         return f"list of {n}" if n else "list"
-    what = value_of(inner, schema)
-    plural = {"number": "numbers", "text": "texts", "table": "tables", "whole number": "whole numbers"}.get(what)
+    entry = value_of(inner, schema)
+    plural = {"number": "numbers", "text": "texts", "table": "tables", "whole number": "whole numbers"}.get(entry)
     if n:
-        return f"{n} {plural}" if plural else f"list of {n}: {what}"
-    return f"list of {plural or what}"
+        return f"{n} {plural}" if plural else f"list of {n}: {entry}"
+    return f"list of {plural or entry}"
 
 
-def laws(about: Schema) -> str:
+def joint_laws(about: Schema) -> str:
     """The kinds of [[joints.laws]] with their keys."""
     text = "\n### joints.laws\n\n" + cell(about["description"]) + "\n\n"
     rows = []
@@ -220,12 +225,12 @@ def laws(about: Schema) -> str:
         kind = entry["properties"]["kind"]["const"]
         for key, inner in entry["properties"].items():
             if key not in ("kind", "coordinate", "name"):
-                needed = "required" if key in entry["required"] else "–"
-                rows.append([code(kind), code(key), needed, cell(inner["description"])])
-    first = about["items"]["anyOf"][0]["properties"]
-    rows += [["all", code(key), "–", cell(first[key]["description"])] for key in ("coordinate", "name")]
+                default = "required" if key in entry["required"] else "–"
+                rows.append([code(kind), code(key), default, cell(inner["description"])])
+    common_keys = about["items"]["anyOf"][0]["properties"]
+    rows += [["all", code(key), "–", cell(common_keys[key]["description"])] for key in ("coordinate", "name")]
     text += table(("kind", "key", "default", "meaning"), rows)
-    return text + "\n### Motions of joint coordinates\n\n" + MOTIONS + motions()
+    return text + "\n### Motions of joint coordinates\n\n" + MOTIONS + motion_kinds()
 
 
 MOTIONS = """A motion is `"free"`, `"locked"` (at its initial value), a value, or a table of one of these kinds.
@@ -233,15 +238,15 @@ MOTIONS = """A motion is `"free"`, `"locked"` (at its initial value), a value, o
 """
 
 
-def motions() -> str:
+def motion_kinds() -> str:
     """The kinds of motion with their keys."""
     from femflex.case.motion import KEYS, MEANINGS, NEEDED
 
     rows = []
     for kind, keys in KEYS.items():
         for key in keys:
-            needed = "required" if key in NEEDED.get(kind, ()) else "–"
-            rows.append([code(kind), code(key), needed, cell(MEANINGS[kind][key])])
+            default = "required" if key in NEEDED.get(kind, ()) else "–"
+            rows.append([code(kind), code(key), default, cell(MEANINGS[kind][key])])
     return table(("kind", "key", "default", "meaning"), rows)
 
 

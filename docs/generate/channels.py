@@ -34,12 +34,12 @@ REPEATED = ("markers/LINE", "joints/LINE")  # as those of other bodies
 
 def write(target: Path) -> None:
     """Write the page channels.md."""
-    found = {kind: channels_of(model_of(HERE / name)) for kind, name in KINDS.items()}
-    save(target / "channels.md", HEAD + listing(found) + terms_page())
+    channels = {kind: channels_of(model_of(HERE / name)) for kind, name in KINDS.items()}
+    save(target / "channels.md", HEAD + channel_tables(channels) + terms_page())
 
 
-def _act(seen: Any, out: Any) -> None:
-    out.zdot[0] = -seen.z[0]
+def _act(inputs: Any, outputs: Any) -> None:
+    outputs.zdot[0] = -inputs.z[0]
 
 
 def _law(_t: float, _sensors: Any, memory: Any) -> tuple[float, Any]:
@@ -66,17 +66,17 @@ VARIATION = nouns.Variation(_write, ("mass", "growth"))
 
 
 def model_of(path: Path) -> Any:
-    """The compiled model of a case; on the ground with what only Python can give."""
+    """The compiled model of a case; the one on the ground also has parts that only Python can make."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         system = femflex.build_system(femflex.read_case(path))
         if system.orbit is None:
             rows = nouns.velocity_rows("CONSTRAINT1", 1, _no_rows(len(system.velocity_names())))
-            more = {
+            python_parts = {
                 "effectors": (*system.effectors, EFFECTOR, CONTROLLER),
                 "varying": {**system.varying, "BODY5": VARIATION},
             }
-            system = replace(system, constraints=(*system.constraints, rows), **more)
+            system = replace(system, constraints=(*system.constraints, rows), **python_parts)
         return femflex.compile_system(system)
 
 
@@ -89,37 +89,41 @@ def _no_rows(n_u: int) -> Any:
     return rows
 
 
-def plain(text: str) -> str:
-    """The text with numbered names made one."""
+def without_numbers(text: str) -> str:
+    """The text with numbered names replaced by their common name."""
     return COORDINATE.sub("JOINT.COORDINATE", NUMBERED.sub(r"\1", SEGMENT.sub("LINE.K", text)))
 
 
 def channels_of(model: Any) -> dict[str, list[Any]]:
-    """Path -> channels of that kind, numbered names made one."""
-    out: dict[str, list[Any]] = {}
+    """Path -> channels of that kind, numbered names replaced by their common name."""
+    channels: dict[str, list[Any]] = {}
     for path, channel in model.channels.items():
         if not path.startswith(REPEATED):
-            out.setdefault(plain(path), []).append(channel)
-    return out
+            channels.setdefault(without_numbers(path), []).append(channel)
+    return channels
 
 
-def listing(found: dict[str, dict[str, list[Any]]]) -> str:
+def channel_tables(channels_by_kind: dict[str, dict[str, list[Any]]]) -> str:
     """Tables of all channels, one for each first part of the path."""
-    paths = dict.fromkeys(path for channels in found.values() for path in channels)
+    paths = dict.fromkeys(path for channels in channels_by_kind.values() for path in channels)
     groups: dict[str, list[list[str]]] = {}
     for path in sorted(paths, key=lambda path: (path.partition("/")[0], path)):
-        kinds = [kind for kind in found if path in found[kind]]
-        same = [channel for kind in kinds for channel in found[kind][path]]
-        meaning = "; ".join(dict.fromkeys(plain(channel.description) for channel in same))
-        only = "" if len(kinds) == len(found) or path.split("/")[0] not in ("monitors", "orbit", "sights") else kinds[0]
+        kinds = [kind for kind in channels_by_kind if path in channels_by_kind[kind]]
+        path_channels = [channel for kind in kinds for channel in channels_by_kind[kind][path]]
+        meaning = "; ".join(dict.fromkeys(without_numbers(channel.description) for channel in path_channels))
+        only = (
+            ""
+            if len(kinds) == len(channels_by_kind) or path.split("/")[0] not in ("monitors", "orbit", "sights")
+            else kinds[0]
+        )
         varied = (
-            len({channel.shape for channel in same}) > 1
+            len({channel.shape for channel in path_channels}) > 1
             or path in ("q", "u", "z")
             or path.endswith(("delta", "drive", "multipliers"))
         )
-        size = "one per column" if varied else " x ".join(str(n) for n in same[0].shape) or "1"
-        unit = "of the column" if path in ("q", "u", "z") else " or ".join(dict.fromkeys(c.unit for c in same))
-        row = [code(path), size, cell(unit), same[0].frame, only, cell(meaning)]
+        size = "one per column" if varied else " x ".join(str(n) for n in path_channels[0].shape) or "1"
+        unit = "of the column" if path in ("q", "u", "z") else " or ".join(dict.fromkeys(c.unit for c in path_channels))
+        row = [code(path), size, cell(unit), path_channels[0].frame, only, cell(meaning)]
         groups.setdefault(path.partition("/")[0], []).append(row)
     head = ("channel", "numbers", "unit", "axes", "only", "meaning")
     return "\n".join(f"## {name}\n\n{table(head, rows)}" for name, rows in groups.items())
@@ -131,7 +135,7 @@ def terms_page() -> str:
     for case in KINDS.values():
         model = model_of(HERE / case)
         for name in model.terms(np.zeros(1), model.x0[None]):
-            names.setdefault(plain(name))
+            names.setdefault(without_numbers(name))
     text = "\n## Terms\n\n`femflex terms run.h5 --keep` adds every term of the equations of motion as `terms/NAME`, "
     text += "one column per quasi-velocity. The same names, without the part before the slash, go to "
     text += "`femflex run --without`. "

@@ -1,4 +1,4 @@
-"""Gallery of the shipped cases: what each is, its expected answers, and the pictures made from it.
+"""Gallery of the shipped cases: the purpose, the expected answers and the pictures of each.
 
 The page docs/gallery.md and its pictures are kept with the sources, for readers of the files themselves. Both are
 written by `python docs/generate/pictures.py`; a test compares the page with the cases.
@@ -12,7 +12,7 @@ from femflex import read_case
 from femflex.case import Case
 from femflex.case.measure import ExpectTable
 from generate.markdown import cell, code, save, table
-from generate.pictures import PICTURES, drawn
+from generate.pictures import PICTURES, case_pictures
 
 TOP = Path(__file__).resolve().parents[2]
 HEAD = """# Gallery: all shipped cases
@@ -32,48 +32,49 @@ def write(target: Path) -> None:
 
 def page() -> str:
     """Text of the page."""
-    return HEAD + contents() + "\n".join(entry(path) for path in shipped())
+    return HEAD + contents() + "\n".join(case_entry(path) for path in shipped_cases())
 
 
 def contents() -> str:
     """Links to all cases with their titles."""
-    rows = [[f"[{path.stem}](#{path.stem})", cell(read_case(path).title)] for path in shipped()]
+    rows = [[f"[{path.stem}](#{path.stem})", cell(read_case(path).title)] for path in shipped_cases()]
     return table(("case", "title"), rows) + "\n"
 
 
-def shipped() -> list[Path]:
+def shipped_cases() -> list[Path]:
     """All case files of the repository."""
     return sorted((TOP / "cases").glob("*.toml"))
 
 
-def entry(path: Path) -> str:
+def case_entry(path: Path) -> str:
     """One case: title, purpose, pictures, source and expected answers."""
     case = read_case(path)
-    parts = [f"## {path.stem}\n", f"**{cell(case.title)}**\n", cell(case.description) + "\n"]
-    parts += [
+    paragraphs = [f"## {path.stem}\n", f"**{cell(case.title)}**\n", cell(case.description) + "\n"]
+    paragraphs += [
         f"![{path.stem}, {picture.stem}]({picture.relative_to(PICTURES.parent).as_posix()})\n"
-        for picture in drawn(path.stem)
+        for picture in case_pictures(path.stem)
     ]
-    parts.append(f"Source: {cell(case.source)}\n")
-    parts.append(answers(case))
-    return "\n".join(parts)
+    paragraphs.append(f"Source: {cell(case.source)}\n")
+    paragraphs.append(answers(case))
+    return "\n".join(paragraphs)
 
 
 def answers(case: Case) -> str:
     """Table of the expected answers of a case."""
     rows = [
-        [code(name), cell(quantity(about)), cell(expected(about)), cell(about.source)] for name, about in rows_of(case)
+        [code(name), cell(quantity_text(about)), cell(expected_text(about)), cell(about.source)]
+        for name, about in expected_answers(case)
     ]
     return table(("name", "quantity", "expected", "source"), rows)
 
 
-def rows_of(case: Case) -> list[tuple[str, ExpectTable]]:
+def expected_answers(case: Case) -> list[tuple[str, ExpectTable]]:
     """Name and table of every expected answer."""
     return list(case.expect.answers.items())
 
 
-def quantity(about: ExpectTable) -> str:
-    """What is measured, in a few words."""
+def quantity_text(about: ExpectTable) -> str:
+    """Name the measured quantity in a few words."""
     words = [about.of.replace("_", " ")]
     if about.channel:
         words += ["of", about.channel]
@@ -90,8 +91,8 @@ def quantity(about: ExpectTable) -> str:
     return " ".join(word for word in words if word)
 
 
-def expected(about: ExpectTable) -> str:
-    """The expected value with its tolerance, or the limits."""
+def expected_text(about: ExpectTable) -> str:
+    """State the expected value with its tolerance, or the limits."""
     words = []
     if about.value is not None:
         words.append(f"{float(about.value):.10g}")

@@ -23,7 +23,7 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 
 def save(path: Path, text: str) -> None:
-    """Write a page where it differs from what is there, so that an unchanged page is not built again."""
+    """Write a page if its text has changed, so that an unchanged page is not built again."""
     if not path.exists() or path.read_text(encoding="utf-8") != text:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Errors and warnings on one page, by the part of the work in which they come up, read off the sources."""
+"""Errors and warnings on one page, by the part of the work in which they occur, read from the sources."""
 
 from __future__ import annotations
 
@@ -44,16 +44,16 @@ value, the limit and the remedy; the run goes on. This page is generated from th
 
 def write(target: Path) -> None:
     """Write the page messages.md."""
-    parts = []
+    sections = []
     for package, title in SUBJECTS.items():
-        found = {pair for path in (PACKAGE / package).rglob("*.py") for pair in messages(path)}
-        rows = [[kind, cell(text)] for kind, text in sorted(found, key=lambda pair: (pair[0], pair[1].lower()))]
-        parts.append(f"## {title}\n\n" + table(["kind", "message"], rows))
-    save(target / "messages.md", HEAD + "\n".join(parts))
+        pairs = {pair for path in (PACKAGE / package).rglob("*.py") for pair in messages(path)}
+        rows = [[kind, cell(text)] for kind, text in sorted(pairs, key=lambda pair: (pair[0], pair[1].lower()))]
+        sections.append(f"## {title}\n\n" + table(["kind", "message"], rows))
+    save(target / "messages.md", HEAD + "\n".join(sections))
 
 
 def messages(path: Path) -> Iterator[tuple[str, str]]:
-    """Kind and text of what a source file raises, lists as a problem, or warns of."""
+    """Kind and text of the messages that a source file raises, lists as a problem, or warns of."""
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call):
             yield from (("error", text) for text in texts(node.exc))
@@ -66,19 +66,21 @@ def messages(path: Path) -> Iterator[tuple[str, str]]:
 def texts(call: ast.Call) -> Iterator[str]:
     """The sentences among the arguments of a call."""
     for node in (*call.args, *(keyword.value for keyword in call.keywords)):
-        text = written(node)
+        text = expression_text(node)
         if len(text.split()) >= WORDS:
             yield text
 
 
-def written(node: ast.expr) -> str:
-    """The text of an expression, values by their names."""
+def expression_text(node: ast.expr) -> str:
+    """The text of an expression, with the names of values in place of them."""
     if isinstance(node, ast.Constant):
         return node.value if isinstance(node.value, str) else ""
     if isinstance(node, ast.JoinedStr):
-        return "".join(written(part) if isinstance(part, ast.Constant) else placeholder(part) for part in node.values)
+        return "".join(
+            expression_text(value) if isinstance(value, ast.Constant) else placeholder(value) for value in node.values
+        )
     if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add):
-        return written(node.left) + written(node.right)
+        return expression_text(node.left) + expression_text(node.right)
     return ""
 
 

@@ -19,25 +19,27 @@ WIDTH = 800  # pixels
 COLOURS = {"still": 128, "plot": 48}  # of the palette
 
 
-def drawn(name: str) -> list[Path]:
+def case_pictures(name: str) -> list[Path]:
     """The pictures of a case: stills of the craft first, then modes, then plots."""
-    found = sorted((PICTURES / name).glob("*.png"))
-    return sorted(found, key=lambda path: (path.stem != "run", not path.stem.endswith("s"), "modes" not in path.stem))
+    paths = sorted((PICTURES / name).glob("*.png"))
+    return sorted(paths, key=lambda path: (path.stem != "run", not path.stem.endswith("s"), "modes" not in path.stem))
 
 
-def draw(case: Path) -> None:
+def draw_case(case: Path) -> None:
     """Run a case with its pictures and keep its stills."""
     with tempfile.TemporaryDirectory() as temporary:
-        cases = copied(case, Path(temporary))
-        words = [sys.executable, "-m", "femflex", "run", str(cases / case.name), "-o", str(cases / "run.h5")]
-        done = subprocess.run(words, capture_output=True, text=True, cwd=TOP, env=os.environ | {"PYTHONPATH": str(TOP)})
-        if done.returncode:
-            raise RuntimeError(f"{case.name} failed: {done.stderr}")
-        keep(cases.glob("run*.png"), PICTURES / case.stem)
+        cases = copy_case(case, Path(temporary))
+        command = [sys.executable, "-m", "femflex", "run", str(cases / case.name), "-o", str(cases / "run.h5")]
+        process = subprocess.run(
+            command, capture_output=True, text=True, cwd=TOP, env=os.environ | {"PYTHONPATH": str(TOP)}
+        )
+        if process.returncode:
+            raise RuntimeError(f"{case.name} failed: {process.stderr}")
+        store_stills(cases.glob("run*.png"), PICTURES / case.stem)
 
 
-def copied(case: Path, folder: Path) -> Path:
-    """A folder with the case, its movie replaced by a still, and with links to what cases read."""
+def copy_case(case: Path, folder: Path) -> Path:
+    """Make a folder with the case, its movie replaced by a still, and with links to the files that cases read."""
     cases = folder / "cases"
     cases.mkdir()
     (folder / "meshes").symlink_to(TOP / "meshes")
@@ -50,7 +52,7 @@ def copied(case: Path, folder: Path) -> Path:
     return cases
 
 
-def keep(pictures: object, folder: Path) -> None:
+def store_stills(pictures: object, folder: Path) -> None:
     """Replace the pictures in a folder by small copies of these: WIDTH pixels wide, COLOURS colours."""
     from PIL import Image
 
@@ -58,13 +60,13 @@ def keep(pictures: object, folder: Path) -> None:
     folder.mkdir(parents=True)
     for path in sorted(pictures):  # type: ignore[call-overload]
         with Image.open(path) as image:
-            small = image.convert("RGB")
-        small = small.resize((WIDTH, round(small.height * WIDTH / small.width)), Image.Resampling.LANCZOS)
+            picture = image.convert("RGB")
+        picture = picture.resize((WIDTH, round(picture.height * WIDTH / picture.width)), Image.Resampling.LANCZOS)
         name = path.name.removeprefix("run_")
-        still = name[0].isdigit() or name.startswith(("run", "modes"))
-        count = COLOURS["still" if still else "plot"]
-        small = small.quantize(count, method=Image.Quantize.MEDIANCUT, kmeans=2, dither=Image.Dither.NONE)
-        small.save(folder / name, optimize=True)
+        is_still = name[0].isdigit() or name.startswith(("run", "modes"))
+        count = COLOURS["still" if is_still else "plot"]
+        picture = picture.quantize(count, method=Image.Quantize.MEDIANCUT, kmeans=2, dither=Image.Dither.NONE)
+        picture.save(folder / name, optimize=True)
 
 
 def main(names: list[str]) -> None:
@@ -72,10 +74,10 @@ def main(names: list[str]) -> None:
     sys.path[:0] = [str(TOP / "docs"), str(TOP)]
     from generate import gallery
 
-    for case in gallery.shipped():
-        if case.stem in names or (not names and not drawn(case.stem)):
+    for case in gallery.shipped_cases():
+        if case.stem in names or (not names and not case_pictures(case.stem)):
             print(case.stem, flush=True)
-            draw(case)
+            draw_case(case)
     gallery.write(TOP / "docs")
 
 

@@ -6,7 +6,7 @@ import tomllib
 from pathlib import Path
 
 from femflex import read_case
-from generate.gallery import expected, quantity, rows_of, shipped
+from generate.gallery import expected_answers, expected_text, quantity_text, shipped_cases
 from generate.markdown import cell, code, save, table
 
 DATA = Path(__file__).resolve().parents[1] / "validation.toml"
@@ -19,7 +19,7 @@ finite elements. The command of a row reproduces it. `pytest -m ""` includes slo
 TITLES = {"multibody": "Multibody systems and mechanisms"}  # where a subject's name is not its title
 
 
-def rows() -> dict[str, list[dict[str, str]]]:
+def validation_rows() -> dict[str, list[dict[str, str]]]:
     """The rows of validation.toml by subject."""
     return tomllib.loads(DATA.read_text(encoding="utf-8"))
 
@@ -31,16 +31,25 @@ def title_of(subject: str) -> str:
 
 def write(target: Path) -> None:
     """Write the page validation.md."""
-    parts = [HEAD]
-    for subject, entries in rows().items():
+    sections = [HEAD]
+    for subject, entries in validation_rows().items():
         cells = [[cell(e["what"]), cell(e["answer"]), cell(e["femflex"]), code(e["command"])] for e in entries]
-        parts.append(f"## {title_of(subject)}\n\n{table(('what', 'answer from outside', 'femflex', 'command'), cells)}")
-    parts.append("## Every expected answer of the shipped cases\n\nEach is checked by `pytest tests/test_cases.py`.\n")
-    of_cases = []
-    for path in shipped():
+        sections.append(
+            f"## {title_of(subject)}\n\n{table(('what', 'answer from outside', 'femflex', 'command'), cells)}"
+        )
+    sections.append(
+        "## Every expected answer of the shipped cases\n\nEach is checked by `pytest tests/test_cases.py`.\n"
+    )
+    answer_rows = []
+    for path in shipped_cases():
         case = read_case(path)
-        for name, about in rows_of(case):
-            row = [code(path.stem), cell(name.replace("_", " ")), cell(quantity(about)), cell(expected(about))]
-            of_cases.append([*row, cell(about.source)])
-    parts.append(table(("case", "name", "quantity", "expected", "source"), of_cases))
-    save(target / "validation.md", "\n".join(parts))
+        for name, about in expected_answers(case):
+            row = [
+                code(path.stem),
+                cell(name.replace("_", " ")),
+                cell(quantity_text(about)),
+                cell(expected_text(about)),
+            ]
+            answer_rows.append([*row, cell(about.source)])
+    sections.append(table(("case", "name", "quantity", "expected", "source"), answer_rows))
+    save(target / "validation.md", "\n".join(sections))

@@ -22,29 +22,31 @@ error came from. This page is generated from the program.
 def write(target: Path) -> None:
     """Write the page verbs.md."""
     group: Any = typer.main.get_command(app)
-    save(target / "verbs.md", HEAD + "\n".join(verb(name, command) for name, command in group.commands.items()))
+    save(target / "verbs.md", HEAD + "\n".join(verb_section(name, command) for name, command in group.commands.items()))
 
 
-def verb(name: str, command: Any) -> str:
-    """One verb: what it does, how it is called, its arguments and options."""
+def verb_section(name: str, command: Any) -> str:
+    """One verb: its purpose, its usage, its arguments and options."""
     usage = " ".join(
-        ["[OPTIONS]", *(_argument(entry) for entry in command.params if entry.param_type_name == "argument")]
+        ["[OPTIONS]", *(_argument_usage(entry) for entry in command.params if entry.param_type_name == "argument")]
     )
-    text = f"## {name}\n\n" + "\n\n".join(cell(part) for part in (command.help or "").split("\n\n"))
+    text = f"## {name}\n\n" + "\n\n".join(cell(paragraph) for paragraph in (command.help or "").split("\n\n"))
     text += f"\n\n```text\nfemflex {name} {usage}\n```\n\n"
-    rows = [_row(parameter) for parameter in command.params if not getattr(parameter, "hidden", False)]
+    rows = [_parameter_row(parameter) for parameter in command.params if not getattr(parameter, "hidden", False)]
     return text + table(("argument or option", "default", "meaning"), rows) + f"\n{cell(command.epilog or '')}\n"
 
 
-def _argument(parameter: Any) -> str:
-    shown = (parameter.metavar or parameter.name or "").strip("[]{}").upper()
-    return shown if parameter.required else f"[{shown}]..."
+def _argument_usage(parameter: Any) -> str:
+    label = (parameter.metavar or parameter.name or "").strip("[]{}").upper()
+    return label if parameter.required else f"[{label}]..."
 
 
-def _row(parameter: Any) -> list[str]:
+def _parameter_row(parameter: Any) -> list[str]:
     names = parameter.opts if parameter.param_type_name == "option" else [parameter.name or ""]
     default = parameter.default
-    shown = "required" if parameter.required else code(str(default)) if default not in (None, False, (), []) else "–"
+    default_text = (
+        "required" if parameter.required else code(str(default)) if default not in (None, False, (), []) else "–"
+    )
     if callable(default):
-        shown = "–"
-    return [", ".join(code(name) for name in names), shown, cell(getattr(parameter, "help", None) or "")]
+        default_text = "–"
+    return [", ".join(code(name) for name in names), default_text, cell(getattr(parameter, "help", None) or "")]

@@ -60,7 +60,7 @@ def acting_loads(case: Case, name: str, table: FlexibleTable, groups: Mapping[st
         or r.derivatives not in own
         or r.third_derivatives
         or r.deflection is not None
-        or table.cut is not None
+        or table.segmented_member is not None
     ):
         return ActingLoads()
     if linear:

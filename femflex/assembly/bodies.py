@@ -26,7 +26,7 @@ from femflex.case.case import Case
 from femflex.case.deploying import DeployingTable
 from femflex.case.load import LoadTable
 from femflex.case.matrices import MatricesTable
-from femflex.case.problems import CaseError, Problem, near
+from femflex.case.problems import CaseError, Problem, suggestion_text
 from femflex.case.reduction import DampingTable, Stretchable
 from femflex.case.support import SkewSupport
 from femflex.fem.deflected import tension_blocks
@@ -120,7 +120,9 @@ def built_body(
     Raises CaseError with what is wrong with it.
     """
     if name not in case.bodies:
-        raise CaseError(case.path.name, [Problem("bodies", f"found no body {name!r}; {near(name, case.bodies)}")])
+        raise CaseError(
+            case.path.name, [Problem("bodies", f"found no body {name!r}; {suggestion_text(name, case.bodies)}")]
+        )
     made = shared_parts()
     if made is None:
         return _built(case, name, modes, refine, segments, draft)
@@ -148,7 +150,7 @@ def _built(case: Case, name: str, modes: int | None, refine: int, segments: int 
     """`built_body`, anew."""
     table = case.bodies[name]
     try:
-        if isinstance(table, FlexibleTable) and table.cut is not None:
+        if isinstance(table, FlexibleTable) and table.segmented_member is not None:
             cut = _segments(case, name, table, (modes, refine, segments))
             return BuiltBody(Segments(tuple(_turned(body, table) for body in cut.bodies)))
         if isinstance(table, DeployingTable):

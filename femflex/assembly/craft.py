@@ -12,7 +12,7 @@ from femflex.assembly.signals import signal_problems
 from femflex.body import FlexibleBody
 from femflex.case import controller as tables
 from femflex.case.case import Case
-from femflex.case.problems import CaseError, Problem, near
+from femflex.case.problems import CaseError, Problem, suggestion_text
 from femflex.case.sensor import SensorTable
 from femflex.case.thruster import TankTable, ThrusterTable
 from femflex.case.wheel import CableTable, GyroTable, WheelTable
@@ -191,7 +191,9 @@ def build_thruster(case: Case, name: str, table: ThrusterTable) -> Effector:
     supply = None
     if table.tank is not None:
         if table.tank not in case.tanks:
-            raise ValueError(f"found tank {table.tank!r}, which is not in [tanks]; {near(table.tank, case.tanks)}")
+            raise ValueError(
+                f"found tank {table.tank!r}, which is not in [tanks]; {suggestion_text(table.tank, case.tanks)}"
+            )
         held = case.tanks[table.tank]
         supply = Supply(table.tank, held.body, held.marker, held.gyration)
     train = table.train
@@ -327,7 +329,9 @@ def signals_of(case: Case, names: list[str], path: tuple[str, ...] = ()) -> list
             out.append(f"{name}.value")
         else:
             known = [*case.sensors, *case.controllers, *case.signals]
-            raise ValueError(f"found {name!r}, which is no sensor, controller or signal; {near(name, known)}")
+            raise ValueError(
+                f"found {name!r}, which is no sensor, controller or signal; {suggestion_text(name, known)}"
+            )
     return out
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.case.starting_case import CLAMPS, named_like
+from femflex.case.starting_case import CLAMPS, group_named_like
 from femflex.case.starting_deck import DeckFacts
 from femflex.decks import Deck, read_deck
 from femflex.decks.findings import toml_key
@@ -58,7 +58,7 @@ def deck_facts(path: Path, units: str | None, file: str) -> DeckFacts:
     clamp, held = _clamp(deck, sets)
     if not clamp:
         free = f"none of its sets of supports ({', '.join(sets)}) restrains" if sets else "no supports restrain"
-        like = named_like(list(_groups(deck)), CLAMPS)
+        like = group_named_like(list(_groups(deck)), CLAMPS)
         hint = f'; to clamp group {like!r}: reduction = {{ method = "cantilever", clamp = "{like}", modes = 6 }}'
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")

@@ -13,8 +13,8 @@ from typing import Any
 from femflex.arrays import IntArray
 from femflex.case.body import FlexibleTable
 from femflex.case.case import Case
-from femflex.case.mesh_groups import groups_named
-from femflex.case.problems import CaseError, Problem, near
+from femflex.case.mesh_groups import referenced_groups
+from femflex.case.problems import CaseError, Problem, suggestion_text
 from femflex.case.shape import MarkerTable
 from femflex.case.support import DIRECTIONS, SkewSupport
 from femflex.decks import Deck, read_deck
@@ -39,7 +39,7 @@ def deck_of(case: Case, name: str, table: FlexibleTable) -> Deck | None:
     try:
         stamp = path.stat().st_mtime_ns if path.is_file() else 0
         found = _read(str(path), stamp, table.units, json.dumps(table.overrides, sort_keys=True))
-        found = found.with_node_groups(group for _, group in groups_named("", table))
+        found = found.with_node_groups(group for _, group in referenced_groups("", table))
         return replace(found, mesh=found.mesh.with_groups(points=_supports_with_joints(case, name, found)))
     except (ValueError, OSError) as error:
         raise CaseError(case.path.name, [Problem(f"bodies.{name}.deck", str(error))]) from None
@@ -91,7 +91,7 @@ def with_deck(case: Case, name: str, table: FlexibleTable) -> FlexibleTable:
         elif group in deck.mesh.groups:
             held[group] = value
         else:
-            text = f"found {group!r}; {near(group, [*deck.supports, IN_FORCE, *deck.mesh.groups])}"
+            text = f"found {group!r}; {suggestion_text(group, [*deck.supports, IN_FORCE, *deck.mesh.groups])}"
             raise CaseError(case.path.name, [Problem(f"bodies.{name}.reduction.clamp", text)])
     sets = [group for group in clamp if ALL_OF.format(group) in deck.mesh.groups and group not in table.markers]
     markers = {group: MarkerTable(group=ALL_OF.format(group)) for group in sets}

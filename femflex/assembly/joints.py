@@ -109,7 +109,7 @@ def _loose_joint(table: JointTable) -> Joint:
             return cylindrical(axis=table.axis, **start, **_springs(table, "slide_"), **where)
         case tables.Universal():
             return universal(axes=table.axes, q0=table.angles, u0=table.rates, **_springs(table), **where)
-        case Spherical() if table.turning:
+        case Spherical() if table.has_prescribed_angles:
             position, velocity = getattr(table, "position", ()), getattr(table, "velocity", ())
             start = {"q0": [*position, *table.angles], "u0": [*velocity, 0.0, 0.0, 0.0]}
             zero = np.zeros(3)
@@ -125,7 +125,7 @@ def _loose_joint(table: JointTable) -> Joint:
         case Spherical():
             return spherical(**_set(table), q0=_ball(table), u0=table.rates, **_springs(table), **where)
         case General():
-            values = {key: table.padded(key) for key in (*SLIDE_KEYS, *TURN_KEYS)}
+            values = {key: table.values_or_zeros(key) for key in (*SLIDE_KEYS, *TURN_KEYS)}
             numbers: dict[str, Any] = {
                 key: np.array(values[f"slide_{key}"] + values[key]) for key in ("stiffness", "damping", "rest")
             }
@@ -175,7 +175,7 @@ def root_joint(case: Case, bodies: Mapping[str, Part]) -> tuple[Joint | None, di
 
 def _held(attitude: AttitudeTable, position: tuple[float, ...], where: dict[str, Any]) -> Joint:
     """Turns by the angles of the attitude's sequence, prescribed to stay as they are, after slides that are free."""
-    letters, angles = letters_of(attitude.sequence), attitude.turns()
+    letters, angles = letters_of(attitude.sequence), attitude.turn_angles()
     if is_extrinsic(attitude.sequence):  # the same as the intrinsic turns in the other order
         letters, angles = letters[::-1], angles[::-1]
     motion = (*(None for _ in position), *angles)
@@ -185,7 +185,7 @@ def _held(attitude: AttitudeTable, position: tuple[float, ...], where: dict[str,
 
 def _turned(attitude: AttitudeTable) -> Array:
     """Initial coordinates of an attitude that is free, in its rotation set."""
-    return ball_coordinates(attitude.rotation, attitude.sequence, np.array(attitude.turns()), attitude.rebase)
+    return ball_coordinates(attitude.rotation, attitude.sequence, np.array(attitude.turn_angles()), attitude.rebase)
 
 
 def _with_marker(body: Part, name: str, marker: Marker, near_marker: str) -> Part:

@@ -12,9 +12,9 @@ from femflex.arrays import Array
 from femflex.case.case import Case
 from femflex.case.columns import csv_rows, finite
 from femflex.case.load import LoadTable
-from femflex.case.problems import CaseError, Problem, near
+from femflex.case.problems import CaseError, Problem, suggestion_text
 from femflex.case.units import UnitError, to_si
-from femflex.case.values import count
+from femflex.case.values import counted_noun
 from femflex.system import Load
 
 COLUMNS = {"time": "s", **dict.fromkeys(("fx", "fy", "fz"), "N"), **dict.fromkeys(("tx", "ty", "tz"), "N m")}
@@ -58,7 +58,9 @@ def read_load_table(path: Path) -> tuple[Array, Array, Array]:
     column = dict(zip(names, values.T, strict=True))
     times = column["time"]
     if len(times) < 2:
-        raise ValueError(f"{path.name} holds {count(len(times), 'row', 'rows')} of numbers; a table needs at least two")
+        raise ValueError(
+            f"{path.name} holds {counted_noun(len(times), 'row', 'rows')} of numbers; a table needs at least two"
+        )
     falls = np.flatnonzero(np.diff(times) < 0)
     if len(falls):
         k = falls[0]
@@ -77,7 +79,7 @@ def _head(cells: list[str], file: str) -> tuple[list[str], Array]:
         match = re.fullmatch(r"\s*(\w+)\s*(?:[\[(](.*)[\])])?\s*", cell)
         name = match[1].lower() if match else cell.strip()
         if match is None or name not in COLUMNS:
-            raise ValueError(f"column {cell.strip()!r} of {file} is not known; {near(name, COLUMNS)}")
+            raise ValueError(f"column {cell.strip()!r} of {file} is not known; {suggestion_text(name, COLUMNS)}")
         if name in names:
             raise ValueError(f"column {name!r} stands twice in {file}")
         try:
@@ -93,6 +95,7 @@ def _head(cells: list[str], file: str) -> tuple[list[str], Array]:
 def _row(cells: list[str], names: list[str], line: int, file: str) -> list[float]:
     if len(cells) != len(names):
         raise ValueError(
-            f"line {line} of {file} has {count(len(cells), 'entry', 'entries')}; its head names {len(names)} columns"
+            f"line {line} of {file} has {counted_noun(len(cells), 'entry', 'entries')}; its head names "
+            f"{len(names)} columns"
         )
     return [finite(cell, name, line, file) for cell, name in zip(cells, names, strict=True)]

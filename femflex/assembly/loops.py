@@ -7,7 +7,7 @@ from dataclasses import replace
 from femflex.assembly.joints import build_joint
 from femflex.case import constraint as tables
 from femflex.case.case import Case
-from femflex.case.problems import CaseError, Problem, listed
+from femflex.case.problems import CaseError, Problem, quoted_names
 from femflex.system import Joint, Nonholonomic, Spring, knife_edge, rolling_disc
 
 PLACES = {"kind", "child", "parent", "child_marker", "parent_marker", "name", "axis", "axes", "play"}
@@ -21,8 +21,8 @@ def build_loops(case: Case) -> tuple[Joint, ...]:
         if extra:
             where = f"loops[{table.name or table.child}].{extra[0]}"
             text = (
-                f"found {listed(extra)}; a loop has no coordinates of its own. Set them on a joint of [[joints]], or "
-                "cut the loop elsewhere"
+                f"found {quoted_names(extra)}; a loop has no coordinates of its own. Set them on a joint of "
+                "[[joints]], or cut the loop elsewhere"
             )
             problems.append(Problem(where, text))
     if problems:

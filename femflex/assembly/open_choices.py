@@ -32,7 +32,7 @@ def open_choices(table: BodyTable) -> LeftOpen:
 
 def _leaves_strain(table: BodyTable) -> bool:
     bending = isinstance(table, AnalyticTable) and (table.functions.y or table.functions.z)
-    whole = isinstance(table, FlexibleTable) and table.cut is None
+    whole = isinstance(table, FlexibleTable) and table.segmented_member is None
     return bool(bending or whole) and getattr(table, "strain", None) is None
 
 
@@ -44,7 +44,7 @@ def _leaves_joints(table: BodyTable) -> bool:
         if f is None or table.family != "beam" or f.family not in (None, "characteristic"):
             return False
         return f.joints is None and not f.model_fields_set & {"static", "tip"}
-    if not isinstance(table, FlexibleTable) or table.cut is not None:
+    if not isinstance(table, FlexibleTable) or table.segmented_member is not None:
         return False
     r = table.reduction
     if not isinstance(r, Stretchable) or r.joints is not None:

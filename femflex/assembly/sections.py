@@ -7,7 +7,7 @@ from typing import Any
 
 from femflex.case import section as tables
 from femflex.case.base import Table
-from femflex.case.problems import near
+from femflex.case.problems import suggestion_text
 from femflex.fem.sections import (
     Box,
     CableSection,
@@ -28,9 +28,9 @@ BEAM_SECTIONS: dict[type[Table], Any] = {
     tables.Box: Box,
     tables.Rectangle: Rectangle,
     tables.ISection: ISection,
-    tables.Given: GivenSection,
+    tables.NumberSection: GivenSection,
     tables.Stiffness: StiffnessSection,
-    tables.Full: FullSection,
+    tables.MatrixSection: FullSection,
     tables.Cable: CableSection,
 }
 
@@ -98,7 +98,7 @@ def _ply(table: tables.PlyTable, materials: Mapping[str, tables.Material]) -> Pl
     if table.material not in materials:
         raise ValueError(
             f"found material = {table.material!r} of a layer, which is not in [materials]; "
-            f"{near(table.material, materials)}"
+            f"{suggestion_text(table.material, materials)}"
         )
     return Ply(_lamina(build_material(materials[table.material])), table.thickness, table.angle)
 

@@ -44,7 +44,7 @@ def build_segments(
 
     markers: name -> group. Raises CaseError when its member cannot be cut.
     """
-    member = table.cut
+    member = table.segmented_member
     assert member is not None
     groups = [*getattr(table.reduction, "clamp", ()), *getattr(table.reduction, "interfaces", ())]
     start = None if member.options.get("start") else _end_among(mesh, member.group, groups)

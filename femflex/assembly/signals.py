@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from femflex.case.case import Case
-from femflex.case.problems import Problem, near
+from femflex.case.problems import Problem, suggestion_text
 from femflex.system import Controller, Effector
 from femflex.system.effector import ACCOUNTS
 
@@ -33,7 +33,7 @@ def _meant(case: Case, name: str, known: Sequence[str]) -> str:
     """Part of a sentence: the output of a table of that name, or the nearest known signal."""
     own = [one for one in known if one.startswith(f"{name}.")]
     first = f"{name}.value" if name in case.signals else own[0] if own else ""
-    return f"did you mean {first!r}?" if first else near(name, known)
+    return f"did you mean {first!r}?" if first else suggestion_text(name, known)
 
 
 def taken_signals(case: Case) -> Iterator[tuple[str, str]]:

@@ -16,8 +16,8 @@ from femflex.assembly.shared import shared_parts
 from femflex.case.body import FlexibleTable, MemberTable
 from femflex.case.case import Case
 from femflex.case.connection import DistributingInterfaceTable, EquationTable, RigidInterfaceTable
-from femflex.case.mesh_groups import file_mesh, mesh_problems, with_places
-from femflex.case.problems import CaseError, Problem, near
+from femflex.case.mesh_groups import file_mesh, mesh_problems, with_regions
+from femflex.case.problems import CaseError, Problem, suggestion_text
 from femflex.case.reduction import (
     CantileverTable,
     CraigBamptonTable,
@@ -79,7 +79,7 @@ def build_mesh(case: Case, name: str, table: FlexibleTable, refine: int = 0) -> 
     """
     deck = deck_of(case, name, table)
     table = with_deck(case, name, table)
-    mesh = file_mesh(case.path.parent, table) if deck is None else with_places(deck.mesh, table)
+    mesh = file_mesh(case.path.parent, table) if deck is None else with_regions(deck.mesh, table)
     if problems := list(mesh_problems(name, table, mesh)):
         raise CaseError(case.path.name, problems)
     places = {marker: entry.position for marker, entry in table.markers.items() if entry.position is not None}
@@ -134,7 +134,7 @@ def members_of(case: Case, name: str, table: FlexibleTable) -> list[Member]:
 
 def _far(table: FlexibleTable) -> dict[str, bool]:
     """Options that members of a body have where they do not say otherwise."""
-    return {"far_bends": True} if table.strain == "nonlinear" and table.cut is None else {}
+    return {"far_bends": True} if table.strain == "nonlinear" and table.segmented_member is None else {}
 
 
 def point_masses_of(table: FlexibleTable) -> list[PointMass]:
@@ -314,7 +314,7 @@ def _member(case: Case, name: str, table: MemberTable, left_out: Mapping[str, ob
     """A member, with those of the options left out that its family has."""
     where = f"bodies.{name}.members[{table.group}]"
     if table.family not in FAMILIES:
-        text = f"found {table.family!r}, which is no family of members; {near(table.family, FAMILIES)}"
+        text = f"found {table.family!r}, which is no family of members; {suggestion_text(table.family, FAMILIES)}"
         raise CaseError(case.path.name, [Problem(f"{where}.family", text)])
     material: Material | Lamina | Orthotropic | None = None
     section = None

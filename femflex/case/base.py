@@ -1,4 +1,4 @@
-"""The base of every table of a case file, and small types many tables share."""
+"""Base class of every table of a case file, and small types that many tables share."""
 
 from __future__ import annotations
 
@@ -9,47 +9,47 @@ from typing import Annotated, Any, NoReturn
 from pydantic import BaseModel, ConfigDict, StringConstraints
 from pydantic_core import PydanticCustomError
 
-from femflex.case.values import Angles, Matrix, Quantity, ValueProblem, _Readable, shown
+from femflex.case.values import Angles, Matrix, Quantity, ValueProblem, _Readable, value_text
 from femflex.system.names import PATTERN
 
 Name = Annotated[str, StringConstraints(pattern=rf"^{PATTERN}$")]  # becomes a path in the result file
 
 
 class Table(BaseModel):
-    """A table of the case file: keys are known, values typed and in SI, nothing changes once read."""
+    """A table of the case file: its keys are known, its values typed and in SI, and it does not change once read."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, use_attribute_docstrings=True, protected_namespaces=())
 
 
 def refuse(text: str) -> NoReturn:
-    """Raise the problem `text` from inside a validator of a table."""
+    """Raise `text` as a problem from inside a validator of a table."""
     raise PydanticCustomError("conflict", "{text}", {"text": text})
 
 
 def exactly_one(table: Table, keys: Sequence[str], required: bool = True) -> str | None:
-    """The one of the keys that the table gives; a problem when none (if required) or several are given."""
-    given = [key for key in keys if getattr(table, key) is not None]
-    if len(given) > 1:
-        refuse(f"found {' and '.join(given)} together; give one of them")
-    if required and not given:
+    """The one of the keys that is present in the table; a problem if there are several, or none though required."""
+    present = [key for key in keys if getattr(table, key) is not None]
+    if len(present) > 1:
+        refuse(f"found {' and '.join(present)} together; give one of them")
+    if required and not present:
         refuse(f"found none of {', '.join(keys)}; give one of them")
-    return given[0] if given else None
+    return present[0] if present else None
 
 
 @dataclass(frozen=True)
 class OrientationValue(_Readable):
-    """Axes of a marker in its body: a 3 x 3 matrix, turns, or two directions. Reads into C_BM, rows of a matrix."""
+    """Axes of a marker in its body: a 3 x 3 matrix, turns, or two directions. Read as C_BM, rows of a matrix."""
 
-    def read(self, value: Any) -> Matrix:
+    def read_value(self, value: Any) -> Matrix:
         """C_BM (3, 3): its columns are the marker's axes in body components."""
         if isinstance(value, list):
-            return _orthonormal(Quantity("", (3, 3)).read(value))
+            return _orthonormal(Quantity("", (3, 3)).read_value(value))
         if isinstance(value, dict) and set(value) <= {"sequence", "angles"} and "angles" in value:
-            return _turned(value.get("sequence", "xyz"), value["angles"])
+            return _matrix_of_angles(value.get("sequence", "xyz"), value["angles"])
         if isinstance(value, dict) and len(value) == 2 and set(value) <= {"x", "y", "z"}:
-            return _along({axis: Quantity("", (3,)).read(v) for axis, v in value.items()})
+            return _matrix_of_directions({axis: Quantity("", (3,)).read_value(v) for axis, v in value.items()})
         raise ValueProblem(
-            f'found {shown(value)}; expected a 3 x 3 matrix, {{sequence = "xyz", angles = [...]}}, or the '
+            f'found {value_text(value)}; expected a 3 x 3 matrix, {{sequence = "xyz", angles = [...]}}, or the '
             f"directions of two "
             "axes such as {x = [1, 1, 0], y = [0, 0, 1]}"
         )
@@ -95,19 +95,19 @@ def _orthonormal(rows: Matrix) -> Matrix:
             f"found a matrix that is not a rotation (C C^T differs from 1 by {np.abs(C @ C.T - np.eye(3)).max():.1e}, "
             f"determinant {np.linalg.det(C):.4g}); its columns must be perpendicular unit vectors, right-handed"
         )
-    u, _, vh = np.linalg.svd(C)  # printed digits are few: the nearest rotation
+    u, _, vh = np.linalg.svd(C)  # the matrix may be rounded: take the nearest rotation
     return _rows(u @ vh)
 
 
-def _turned(sequence: Any, angles: Any) -> Matrix:
+def _matrix_of_angles(sequence: Any, angles: Any) -> Matrix:
     from femflex.rotations import NAMED_SEQUENCES, dcm_from_angles
 
     if not isinstance(sequence, str) or sequence not in NAMED_SEQUENCES:
-        raise ValueProblem(f"found sequence {shown(sequence)}; known are {', '.join(NAMED_SEQUENCES)}")
-    return _rows(dcm_from_angles(Quantity("rad", (3,)).read(angles), sequence))
+        raise ValueProblem(f"found sequence {value_text(sequence)}; known are {', '.join(NAMED_SEQUENCES)}")
+    return _rows(dcm_from_angles(Quantity("rad", (3,)).read_value(angles), sequence))
 
 
-def _along(directions: dict[str, Any]) -> Matrix:
+def _matrix_of_directions(directions: dict[str, Any]) -> Matrix:
     import numpy as np
 
     (first, a), (second, b) = directions.items()

@@ -20,7 +20,7 @@ from femflex.case.shape import Shape
 from femflex.case.values import Count, Direction, Mass, Position, PositiveLength, Quantity, Vector
 
 Strain = Literal["linear", "nonlinear", "condensed"]
-TENSION = ("tether", "membrane")  # families that bear tension alone
+TENSION = ("tether", "membrane")  # families that carry tension only
 STRETCHABLE = ("cantilever", "free_free", "craig_bampton")
 
 
@@ -126,9 +126,9 @@ class BushingTable(Table):
 
     @model_validator(mode="after")
     def _one_form(self) -> BushingTable:
-        given = sorted(self.model_fields_set & {"translation", "rotation", "axes", "at"})
-        if self.stiffness is not None and given:
-            refuse(f"found stiffness together with {', '.join(given)}; give one form or the other")
+        other_form = sorted(self.model_fields_set & {"translation", "rotation", "axes", "at"})
+        if self.stiffness is not None and other_form:
+            refuse(f"found stiffness together with {', '.join(other_form)}; give one form or the other")
         if self.stiffness is not None and self.to is None:
             refuse("found `stiffness` without `to`; a spring along a line needs its other node")
         if self.stiffness is None and not (any(self.translation) or any(self.rotation)):
@@ -187,14 +187,14 @@ class FlexibleTable(BodyTable):
     """Structural damping. Default: none."""
 
     @property
-    def cut(self) -> MemberTable | None:
+    def segmented_member(self) -> MemberTable | None:
         """The member that is cut into segments, if one is."""
         return next((member for member in self.members if member.segments is not None), None)
 
     @model_validator(mode="before")
     @classmethod
     def _tension_is_nonlinear(cls, values: Any) -> Any:
-        """A body that tension stiffens has its strain chosen here: tension comes with stretch, so it is condensed."""
+        """Choose the strain of a body that tension stiffens: condensed, because tension comes with stretch."""
         if not isinstance(values, dict) or values.get("strain") is not None:
             return values
         members, reduction = values.get("members"), values.get("reduction")
@@ -207,7 +207,7 @@ class FlexibleTable(BodyTable):
 
     @property
     def source(self) -> str:
-        """The file that the body is made of: its mesh or its deck."""
+        """The file of the body's mesh or deck."""
         return self.mesh or self.deck or ""
 
     @model_validator(mode="after")
@@ -218,57 +218,67 @@ class FlexibleTable(BodyTable):
             refuse("found neither mesh nor deck; give the file of one")
         if self.deck is None and not self.members:
             refuse("found no members; name the groups of the mesh that become structure")
-        given = sorted(self.model_fields_set & {"units", "overrides"})
-        if self.deck is None and given:
-            refuse(f"found {', '.join(given)} without a deck; a mesh has mesh_unit, and its members have the values")
+        deck_keys = sorted(self.model_fields_set & {"units", "overrides"})
+        if self.deck is None and deck_keys:
+            refuse(
+                f"found {', '.join(deck_keys)} without a deck; a mesh has mesh_unit, and its members have the values"
+            )
         if self.deck is not None and (self.mesh_unit != "m" or self.groups):
             refuse("found mesh_unit or groups with a deck; give units, and name groups as the deck does (pid_3, set_4)")
-        if self.deck is not None and self.cut is not None:
+        if self.deck is not None and self.segmented_member is not None:
             refuse("found segments in a member of a deck; bodies that are cut into segments have a mesh")
         return self
 
     @model_validator(mode="after")
-    def _preloaded_whole(self) -> FlexibleTable:
-        if self.preload is not None and (self.cut is not None or getattr(self.reduction, "method", "") == "lumped"):
-            what = "a body cut into segments" if self.cut is not None else "a lumped body"
-            refuse(f"found preload on {what}; give it to a body that is reduced as a whole by another method")
+    def _preload_has_one_reduction(self) -> FlexibleTable:
+        if self.preload is not None and (
+            self.segmented_member is not None or getattr(self.reduction, "method", "") == "lumped"
+        ):
+            description = "a body cut into segments" if self.segmented_member is not None else "a lumped body"
+            refuse(f"found preload on {description}; give it to a body that is reduced as a whole by another method")
         return self
 
     @model_validator(mode="after")
-    def _reduced_or_cut(self) -> FlexibleTable:
-        several = [member.group for member in self.members if member.segments is not None]
-        if len(several) > 1:
-            refuse(f"found segments in the members on {', '.join(several)}; one line of a body can be cut")
+    def _reduction_fits_segments(self) -> FlexibleTable:
+        cut_groups = [member.group for member in self.members if member.segments is not None]
+        if len(cut_groups) > 1:
+            refuse(f"found segments in the members on {', '.join(cut_groups)}; one line of a body can be cut")
         method = getattr(self.reduction, "method", None)
-        if not several and method is None:
+        if not cut_groups and method is None:
             refuse("found no reduction; give one, such as { method = 'cantilever', clamp = 'root', modes = 8 }")
-        if not several and method == "craig_bampton" and not getattr(self.reduction, "interfaces", ()):
+        if not cut_groups and method == "craig_bampton" and not getattr(self.reduction, "interfaces", ()):
             refuse("found craig_bampton without interfaces; name the groups at which joints attach")
-        if several and method in ("lumped", "rigid"):
+        if cut_groups and method in ("lumped", "rigid"):
             refuse(
                 f"found reduction method '{method}' and segments; a segment is reduced by craig_bampton, cantilever, "
                 f"free_free or nodal"
             )
-        if several and getattr(self.reduction, "loads", None):
+        if cut_groups and getattr(self.reduction, "loads", None):
             refuse(
                 "found loads in the reduction of a body cut into segments; a segment's ends carry all loads, so drop it"
             )
-        if getattr(self.reduction, "third_derivatives", 0) and (several or self.strain == "linear"):
-            what = "cut into segments" if several else "with linear strain"
-            refuse(f"found third_derivatives in the reduction of a body {what}, which has no use for them; drop them")
-        if getattr(self.reduction, "responses", 0) and (several or self.strain != "nonlinear"):
-            what = "a body cut into segments" if several else f"a body with strain = {self.strain!r}"
-            refuse(f"found responses in the reduction of {what}; they are for strain = 'nonlinear' of a whole body")
-        if self.cut is not None and self.cut.family in TENSION:
+        if getattr(self.reduction, "third_derivatives", 0) and (cut_groups or self.strain == "linear"):
+            description = "cut into segments" if cut_groups else "with linear strain"
             refuse(
-                f"found segments in a member of the family {self.cut.family}, whose nodes have no rotation by which "
-                "segments could be welded; raise the number of modes, or make it several bodies on ball joints"
+                f"found third_derivatives in the reduction of a body {description}, which has no use for them; "
+                "drop them"
             )
-        if several and self.bushings:
+        if getattr(self.reduction, "responses", 0) and (cut_groups or self.strain != "nonlinear"):
+            description = "a body cut into segments" if cut_groups else f"a body with strain = {self.strain!r}"
+            refuse(
+                f"found responses in the reduction of {description}; they are for strain = 'nonlinear' of a whole body"
+            )
+        if self.segmented_member is not None and self.segmented_member.family in TENSION:
+            refuse(
+                f"found segments in a member of the family {self.segmented_member.family}, whose nodes have no "
+                "rotation by which segments could be welded; raise the number of modes, or make it several "
+                "bodies on ball joints"
+            )
+        if cut_groups and self.bushings:
             refuse("found bushings on a body cut into segments; leave them out, or join bodies by springs")
-        if several and self.initial is not None:
+        if cut_groups and self.initial is not None:
             refuse("found initial on a body cut into segments; start from an equilibrium instead ([initial] from)")
-        if several and self.damping is not None and (self.damping.ratio is not None or self.damping.mass):
+        if cut_groups and self.damping is not None and (self.damping.ratio is not None or self.damping.mass):
             refuse(
                 "found damping by ratio or mass on a body cut into segments, whose own modes are not those of the "
                 "whole; give damping = { stiffness = ... }, which damps strain wherever it is"
@@ -276,7 +286,7 @@ class FlexibleTable(BodyTable):
         return self
 
     @model_validator(mode="after")
-    def _markers_have_place(self) -> FlexibleTable:
+    def _markers_have_one_position(self) -> FlexibleTable:
         for name, marker in self.markers.items():
             if marker.group is not None and marker.position is not None:
                 refuse(f"found group and position in marker {name!r}; give one of them")
@@ -332,7 +342,7 @@ class AnalyticTable(BodyTable):
         exactly_one(self, ("mass", "mass_per_length"))
         return self
 
-    def own_markers(self) -> tuple[str, ...]:
+    def built_in_markers(self) -> tuple[str, ...]:
         """The beam's two ends."""
         return ("origin", "root", "tip")
 

@@ -1,4 +1,4 @@
-"""What every kind of [bodies.<name>] may say."""
+"""Keys that all kinds of [bodies.<name>] share."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class RecoveryTable(Table):
 
 
 class BodyTable(Table):
-    """What every body may say."""
+    """Keys that all bodies share."""
 
     markers: dict[Name, MarkerTable] = Field(default_factory=dict)
     """Markers by name: points with axes where joints, loads and outputs attach."""
@@ -30,6 +30,6 @@ class BodyTable(Table):
     recovery: dict[Name, RecoveryTable] = Field(default_factory=dict)
     """Places at which section forces and stresses are written along the run."""
 
-    def own_markers(self) -> tuple[str, ...]:
+    def built_in_markers(self) -> tuple[str, ...]:
         """Names of markers the body has without being declared."""
         return ("origin",)

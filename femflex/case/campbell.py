@@ -1,4 +1,4 @@
-"""[campbell]: over which speeds of a steady spin the frequencies of a craft are reported."""
+"""[campbell]: the speeds of a steady spin at which the frequencies of a craft are reported."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from pydantic import Field, field_validator
 
 from femflex.case.base import Table, refuse
 from femflex.case.units import UnitError, split_quantity, to_si
-from femflex.case.values import Direction, Quantity, ValueProblem, Whole, _Readable, shown
+from femflex.case.values import Direction, Quantity, ValueProblem, Whole, _Readable, value_text
 
 SI = "rad/s"
-LONGEST = 10_000  # speeds: more are a slip of the pen
+LONGEST = 10_000  # speeds: more are taken for a mistake
 
 
 class Speeds(tuple[float, ...]):
-    """Speeds [rad/s] that rise, and the unit they were given in."""
+    """Rising speeds [rad/s], and the unit in which the case gives them."""
 
     unit: str = SI
 
     @classmethod
-    def of(cls, speeds: Sequence[float], unit: str = SI) -> Speeds:
-        """Checked speeds [rad/s], given in that unit."""
+    def from_numbers(cls, speeds: Sequence[float], unit: str = SI) -> Speeds:
+        """Checked speeds [rad/s], written in that unit."""
         out = cls(float(speed) for speed in speeds)
         out.unit = unit
         if len(out) < 2:
@@ -47,16 +47,16 @@ class Speeds(tuple[float, ...]):
 class SpeedsValue(_Readable):
     """Speeds as "first:last unit:number", as a list, or as text with commas."""
 
-    def read(self, value: Any) -> Speeds:
+    def read_value(self, value: Any) -> Speeds:
         """The speeds in rad/s."""
         if isinstance(value, Speeds):
             return value
         if isinstance(value, (list, tuple)):
-            given = next((split_quantity(entry)[1] for entry in value if isinstance(entry, str)), "")
-            return Speeds.of(Quantity(SI, (None,)).read(value), given or SI)
+            unit = next((split_quantity(entry)[1] for entry in value if isinstance(entry, str)), "")
+            return Speeds.from_numbers(Quantity(SI, (None,)).read_value(value), unit or SI)
         if not isinstance(value, str):
-            raise ValueProblem(f"found {shown(value)}; {EXPECTED}")
-        return _range(value) if ":" in value else _listed(value)
+            raise ValueProblem(f"found {value_text(value)}; {EXPECTED}")
+        return _speed_range(value) if ":" in value else _speed_list(value)
 
     def json_schema(self) -> dict[str, Any]:
         """JSON Schema of the forms."""
@@ -67,31 +67,31 @@ class SpeedsValue(_Readable):
 EXPECTED = "expected speeds such as '0:400 rpm:17' (first, last with its unit, how many), or a list of them"
 
 
-def _range(text: str) -> Speeds:
+def _speed_range(text: str) -> Speeds:
     parts = [part.strip() for part in text.split(":")]
     if len(parts) != 3 or not all(parts):
         raise ValueProblem(f"found {text!r}; {EXPECTED}")
     if not parts[2].isdigit() or not 2 <= int(parts[2]) <= LONGEST:
         raise ValueProblem(f"found {parts[2]!r} speeds in {text!r}; give a whole number from 2 to {LONGEST}")
-    (first, last), unit = _with_one_unit(parts[:2])
+    (start, end), unit = _in_one_unit(parts[:2])
     n = int(parts[2])
-    return Speeds.of([first + (last - first) * k / (n - 1) for k in range(n)], unit)
+    return Speeds.from_numbers([start + (end - start) * k / (n - 1) for k in range(n)], unit)
 
 
-def _listed(text: str) -> Speeds:
+def _speed_list(text: str) -> Speeds:
     parts = [part.strip() for part in text.split(",")]
     if not all(parts):
         raise ValueProblem(f"found {text!r}; {EXPECTED}")
-    return Speeds.of(*_with_one_unit(parts))
+    return Speeds.from_numbers(*_in_one_unit(parts))
 
 
-def _with_one_unit(parts: list[str]) -> tuple[list[float], str]:
-    """Numbers in rad/s; those without a unit are in that of the last."""
+def _in_one_unit(parts: list[str]) -> tuple[list[float], str]:
+    """Numbers in rad/s, and the unit; numbers without a unit have that of the last one."""
     try:
         pairs = [split_quantity(part, SI) for part in parts]
         unit = pairs[-1][1] or SI
         return [
-            to_si(part if given else f"{part} {unit}", SI) for part, (_, given) in zip(parts, pairs, strict=True)
+            to_si(part if own_unit else f"{part} {unit}", SI) for part, (_, own_unit) in zip(parts, pairs, strict=True)
         ], unit
     except UnitError as problem:
         raise ValueProblem(f"{problem}; {EXPECTED}") from None

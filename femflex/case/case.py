@@ -97,10 +97,12 @@ class Case(Table):
     _path: Path = PrivateAttr(default=Path("case.toml"))
     _text: str | None = PrivateAttr(default="")
     _raw: dict[str, Any] = PrivateAttr(default_factory=dict)
-    _parts: dict[str, Any] = PrivateAttr(default_factory=dict)  # the tables as they were read: copies may hold others
+    _parts: dict[str, Any] = PrivateAttr(
+        default_factory=dict
+    )  # the tables as they were read; those of a copy may differ
 
     @model_validator(mode="after")
-    def _orbits_need_an_orbit(self) -> Case:
+    def _orbit_keys_need_an_orbit(self) -> Case:
         if self.run.orbits is not None and self.orbit.kind == "none":
             refuse("run.orbits needs an orbit; give duration, or an [orbit]")
         surrounding = self.environment.model_fields_set & {"attraction", "oblateness"}
@@ -110,12 +112,12 @@ class Case(Table):
 
     @property
     def path(self) -> Path:
-        """Where the case was read from; file names in it are relative to its folder."""
+        """Path of the case file; file names in it are relative to its folder."""
         return self._path
 
     @property
     def text(self) -> str:
-        """The case file as it was read; of changed values, the text in which these stand."""
+        """The case file as it was read; after a change of values, the text that contains them."""
         if self._text is None:
             from femflex.case.changed import toml_text
 

@@ -14,21 +14,21 @@ from femflex.case.values import ValueProblem, check_magnitude
 def column_of(path: Path, column: str, unit: str) -> tuple[list[float], list[float]]:
     """Times [s] and a column of a CSV file with a head such as "time [s],azimuth [deg]", in SI.
 
-    Raises ValueError naming the line and column of what cannot be read.
+    Raises ValueError that names the line and column of an invalid cell.
     """
     if not os.path.isfile(path):  # not of a name too long, either
         raise ValueError(f"found file {path.name!r}, which does not exist; names are relative to the case file")
     rows = csv_rows(path)
     heads = [re.fullmatch(r"\s*(\w+)\s*(?:[\[(](.*)[\])])?\s*", cell) for cell in (rows[0][1] if rows else [])]
     names = [head[1] if head else "" for head in heads]
-    for wanted in ("time", column):
-        if wanted not in names:
-            raise ValueError(f"column {wanted!r} is not in {path.name}; its first line names {names}")
+    for required in ("time", column):
+        if required not in names:
+            raise ValueError(f"column {required!r} is not in {path.name}; its first line names {names}")
     out = []
-    for name, its in (("time", "s"), (column, unit)):
+    for name, si_unit in (("time", "s"), (column, unit)):
         j = names.index(name)
         head = heads[j]
-        factor = to_si(f"1 {(head[2] if head else None) or its}", its)
+        factor = to_si(f"1 {(head[2] if head else None) or si_unit}", si_unit)
         out.append([factor * _number(row, j, line, name, path.name) for line, row in rows[1:]])
     return out[0], out[1]
 

@@ -1,4 +1,4 @@
-"""[[bodies.<name>.connections]] and [bodies.<name>.regions]: what joins members, and groups of a mesh by place."""
+"""[[bodies.<name>.connections]] and [bodies.<name>.regions]: connections of members, and groups of mesh points."""
 
 from __future__ import annotations
 
@@ -98,6 +98,6 @@ class RegionTable(Table):
     """Mesh group whose points alone count, with box. Default: all points."""
 
     @model_validator(mode="after")
-    def _one_way(self) -> RegionTable:
+    def _one_definition(self) -> RegionTable:
         exactly_one(self, ("box", "nearest", "points"))
         return self

@@ -12,7 +12,7 @@ from femflex.case.values import PositiveLength, Quantity
 
 
 class BetweenTable(Table):
-    """What acts between a marker of a body and a marker of another, or the origin of the base frame."""
+    """An element between a marker of a body and a marker of another, or the origin of the base frame."""
 
     name: Name
     """Name in channels and messages."""

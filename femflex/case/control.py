@@ -1,4 +1,4 @@
-"""Settings of sensors, controllers and actuators that are possible and seldom meant: warned of, with both numbers."""
+"""Settings of sensors, controllers and actuators that are possible but rarely intended: warnings with both numbers."""
 
 from __future__ import annotations
 
@@ -16,21 +16,27 @@ DERIVATIVES = {"attitude": 0, "pointing": 0, "displacement": 0, "rate": 1, "velo
 
 
 def warn_of_doubtful_control(case: Case) -> None:
-    """Warn of every doubtful setting of what senses, controls and acts in a case."""
-    for text in (*_times(case), *_filters(case), *_gains(case), *_levels(case), *_inner_forces(case)):
+    """Warn of every doubtful setting of the sensors, controllers and actuators of a case."""
+    for text in (
+        *_time_warnings(case),
+        *_filter_warnings(case),
+        *_gain_warnings(case),
+        *_level_warnings(case),
+        *_internal_force_warnings(case),
+    ):
         warnings.warn(text, PhysicsWarning, stacklevel=4)
 
 
-def _times(case: Case) -> Iterator[str]:
-    """Periods and delays that end after the run, and what begins after it."""
+def _time_warnings(case: Case) -> Iterator[str]:
+    """Periods and delays longer than the run, and pulses and releases after its end."""
     end = case.run.length(None if case.orbit.kind == "none" else case.orbit.period)
     for kind in ("sensors", "controllers"):
         for name, table in getattr(case, kind).items():
             for key in ("period", "delay"):
-                if (given := getattr(table, key, None)) is not None and given > end * (1.0 + 1e-9):
+                if (interval := getattr(table, key, None)) is not None and interval > end * (1.0 + 1e-9):
                     yield (
-                        f"{kind}.{name}.{key}: found {given:g} s, longer than the run of {end:g} s, so that it knows "
-                        "one sample at most; shorten it, or run longer"
+                        f"{kind}.{name}.{key}: found {interval:g} s, longer than the run of {end:g} s, so that "
+                        "it knows one sample at most; shorten it, or run longer"
                     )
     for name, jet in case.thrusters.items():
         starts = [start for start, _ in jet.pulses or ()]
@@ -46,13 +52,15 @@ def _times(case: Case) -> Iterator[str]:
             )
 
 
-def _filters(case: Case) -> Iterator[str]:
-    """Filters above half the sampling frequency of theirs, or of what they filter."""
+def _filter_warnings(case: Case) -> Iterator[str]:
+    """Filters above half the sampling frequency of their own or of their inputs."""
     for name, table in case.controllers.items():
         if not isinstance(table, LowPassTable | NotchTable):
             continue
         sources = [_source(case, signal) for signal in table.inputs]
-        period = max((one.period or 0.0 for one in (table, *sources) if one is not None), default=0.0)
+        period = max(
+            (source_table.period or 0.0 for source_table in (table, *sources) if source_table is not None), default=0.0
+        )
         if period and table.frequency >= 0.5 / period:
             yield (
                 f"controllers.{name}.frequency: found {table.frequency:g} Hz, not below {0.5 / period:g} Hz, half the "
@@ -61,17 +69,21 @@ def _filters(case: Case) -> Iterator[str]:
             )
 
 
-def _gains(case: Case) -> Iterator[str]:
-    """Errors and rates of feedback that do not belong together."""
+def _gain_warnings(case: Case) -> Iterator[str]:
+    """Pairs of an error and a rate of a feedback that do not match."""
     for name, table in case.controllers.items():
         if isinstance(table, PdTable | PidTable):
-            one, other = (_source(case, table.inputs[k]) for k in (0, len(table.inputs) // 2))
-            orders = [DERIVATIVES.get(sensor.kind) for sensor in (one, other) if isinstance(sensor, SensorTable)]
+            error_source, rate_source = (_source(case, table.inputs[k]) for k in (0, len(table.inputs) // 2))
+            orders = [
+                DERIVATIVES.get(sensor.kind)
+                for sensor in (error_source, rate_source)
+                if isinstance(sensor, SensorTable)
+            ]
             if len(table.inputs) > 1 and len(orders) == 2 and None not in orders and orders[0] >= orders[1]:  # type: ignore[operator]
                 yield (
-                    f"controllers.{name}.inputs: found the error {table.inputs[0]!r} of a sensor of kind {one.kind!r}, "
-                    f"and the rate {table.inputs[len(table.inputs) // 2]!r} of kind {other.kind!r}, which is not its "
-                    "rate; errors come first, then as many rates"
+                    f"controllers.{name}.inputs: found the error {table.inputs[0]!r} of a sensor of kind "
+                    f"{error_source.kind!r}, and the rate {table.inputs[len(table.inputs) // 2]!r} of kind "
+                    f"{rate_source.kind!r}, which is not its rate; errors come first, then as many rates"
                 )
         elif isinstance(table, AttitudeFeedbackTable):
             error, rate = (_source(case, signal) for signal in (table.error, table.rate))
@@ -83,21 +95,21 @@ def _gains(case: Case) -> Iterator[str]:
                     )
 
 
-def _levels(case: Case) -> Iterator[str]:
+def _level_warnings(case: Case) -> Iterator[str]:
     """Commanded levels of thrusters outside 0 to 1."""
     for name, jet in case.thrusters.items():
         signal = case.signals.get((jet.command or "").partition(".")[0])
         if signal is None or jet.switched:
             continue
-        least, most = min(signal.values), max(signal.values)
-        if least < 0.0 or most > 1.0:
+        smallest, largest = min(signal.values), max(signal.values)
+        if smallest < 0.0 or largest > 1.0:
             yield (
-                f"thrusters.{name}.command: signal {jet.command!r} runs from {least:g} to {most:g}; a level lies "
+                f"thrusters.{name}.command: signal {jet.command!r} runs from {smallest:g} to {largest:g}; a level lies "
                 "between 0 and 1 and is cut off there, so give parts of the full thrust"
             )
 
 
-def _inner_forces(case: Case) -> Iterator[str]:
+def _internal_force_warnings(case: Case) -> Iterator[str]:
     """Cables and separation springs between two markers of one rigid body."""
     for kind in ("cables", "separations"):
         for name, table in getattr(case, kind).items():

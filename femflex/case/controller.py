@@ -15,31 +15,31 @@ Numbers = tuple[float, ...]
 Rows = tuple[Numbers, ...]
 
 
-class _OneOrMany(_Readable):
+class _NumberOrList(_Readable):
     """A number, or a list of numbers: one per channel."""
 
     def __init__(self, above: float = -math.inf) -> None:
-        self.one, self.many = Quantity(above=above), Quantity("", (None,), above=above)
+        self.scalar, self.vector = Quantity(above=above), Quantity("", (None,), above=above)
 
-    def read(self, value: object) -> object:
+    def read_value(self, value: object) -> object:
         """The numbers as a tuple."""
-        return self.many.read(value) if isinstance(value, list) else (self.one.read(value),)
+        return self.vector.read_value(value) if isinstance(value, list) else (self.scalar.read_value(value),)
 
     def json_schema(self) -> dict[str, object]:
         """JSON Schema of both forms."""
-        return {"anyOf": [self.one.json_schema(), self.many.json_schema()]}
+        return {"anyOf": [self.scalar.json_schema(), self.vector.json_schema()]}
 
 
-Gains = Annotated[Numbers, _OneOrMany()]
-Limits = Annotated[Numbers, _OneOrMany(above=0.0)]
+Gains = Annotated[Numbers, _NumberOrList()]
+Limits = Annotated[Numbers, _NumberOrList(above=0.0)]
 
 
 class _Matrix(_Readable):
     """Rows of numbers, as many in each."""
 
-    def read(self, value: object) -> object:
+    def read_value(self, value: object) -> object:
         """The rows as tuples."""
-        rows = Quantity("", (None, None)).read(value)
+        rows = Quantity("", (None, None)).read_value(value)
         lengths = [len(row) for row in rows]
         if len(set(lengths)) > 1:
             k = next(k for k, length in enumerate(lengths) if length != lengths[0])
@@ -57,7 +57,7 @@ MatrixRows = Annotated[Rows, _Matrix()]
 
 
 class BlockTable(Table):
-    """What every controller says. Numbers are in SI units."""
+    """Keys that all controllers share. Numbers are in SI units."""
 
     outputs: list[Name] | None = None
     """Names of the outputs. Default: x, y, z of three, y of one, else y1, y2 and so on."""
@@ -66,7 +66,7 @@ class BlockTable(Table):
 
 
 class LinearTable(BlockTable):
-    """What every linear controller says."""
+    """Keys that all linear controllers share."""
 
     inputs: Annotated[list[str], Field(min_length=1)]
     """Signals, such as "gyro.x"; a name alone, such as "gyro", stands for all its outputs."""
@@ -76,7 +76,7 @@ class LinearTable(BlockTable):
     """Beyond a limit all outputs are scaled down together, which keeps their ratios."""
 
     @model_validator(mode="after")
-    def _scaled_to_a_limit(self) -> LinearTable:
+    def _scaling_needs_a_limit(self) -> LinearTable:
         if self.scaled and self.limit is None:
             refuse("found scaled without limit; give the limit to which the outputs are scaled down, or drop scaled")
         return self
@@ -231,7 +231,7 @@ class PulsesTable(Table):
     """Shortest pulse; shorter ones are left out."""
 
     @model_validator(mode="after")
-    def _shorter(self) -> PulsesTable:
+    def _pulse_is_shorter_than_period(self) -> PulsesTable:
         if self.minimum_on >= self.period:
             refuse(f"found minimum_on {self.minimum_on:g} s, and a period of {self.period:g} s; it must be shorter")
         return self

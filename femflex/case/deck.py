@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from femflex.case.units import UnitError
-from femflex.case.values import Quantity, ValueProblem, _Readable, shown
+from femflex.case.values import Quantity, ValueProblem, _Readable, value_text
 
 UNITS_OF = {
     "E": ("Pa",), "E1": ("Pa",), "E2": ("Pa",), "E3": ("Pa",), "G": ("Pa",), "G12": ("Pa",), "G13": ("Pa",),
@@ -18,16 +18,18 @@ UNITS_OF = {
 class OverrideValues(_Readable):
     """Name -> key -> value; texts with units are read by the key."""
 
-    def read(self, value: Any) -> dict[str, dict[str, float]]:
+    def read_value(self, value: Any) -> dict[str, dict[str, float]]:
         """The values in SI. Raises ValueProblem."""
         if not isinstance(value, dict):
-            raise ValueProblem(f"found {shown(value)}; expected tables such as {{ pid_3 = {{ thickness = '2 mm' }} }}")
-        found: dict[str, dict[str, float]] = {}
+            raise ValueProblem(
+                f"found {value_text(value)}; expected tables such as {{ pid_3 = {{ thickness = '2 mm' }} }}"
+            )
+        overrides: dict[str, dict[str, float]] = {}
         for name, table in value.items():
             if not isinstance(table, dict):
-                raise ValueProblem(f"found {shown(table)} for {name!r}; expected a table of values")
-            found[name] = {key: _number(name, key, given) for key, given in table.items()}
-        return found
+                raise ValueProblem(f"found {value_text(table)} for {name!r}; expected a table of values")
+            overrides[name] = {key: _number(name, key, number_text) for key, number_text in table.items()}
+        return overrides
 
     def json_schema(self) -> dict[str, Any]:
         """JSON Schema of the tables."""
@@ -38,12 +40,12 @@ class OverrideValues(_Readable):
         }
 
 
-def _number(name: str, key: str, given: Any) -> float:
+def _number(name: str, key: str, value: Any) -> float:
     base = key.split("_")[0] if key.startswith("thickness_") else key
     problem: Exception | None = None
     for unit in UNITS_OF.get(base, ("",)):
         try:
-            return float(Quantity(unit).read(given))
+            return float(Quantity(unit).read_value(value))
         except (ValueProblem, UnitError) as error:
             problem = problem or error
     raise ValueProblem(f"{name}.{key}: {problem}")

@@ -12,7 +12,7 @@ from femflex.case.body_base import BodyTable
 from femflex.case.motion import Motion, MotionOf
 from femflex.case.reduction import _Ratio
 from femflex.case.shape import MarkerTable
-from femflex.case.values import MOST_FUNCTIONS, Count, Direction, Mass, Position, PositiveLength, Quantity, count
+from femflex.case.values import MOST_FUNCTIONS, Count, Direction, Mass, Position, PositiveLength, Quantity, counted_noun
 
 LINES, SHEETS = ("beam", "tether"), ("plate", "membrane")
 Stiffness = Annotated[float, Quantity("N m^2", least=0.0)]
@@ -83,20 +83,20 @@ class TaperTable(Table):
     """Factors on GJ. Default: 1."""
 
     def factors(self) -> dict[str, tuple[float, ...]]:
-        """The factors that are given."""
-        found = {key: getattr(self, key) for key in ("mass", "bending", "axial", "torsion")}
-        return {key: values for key, values in found.items() if values is not None}
+        """The factors that the table has, by key."""
+        all_factors = {key: getattr(self, key) for key in ("mass", "bending", "axial", "torsion")}
+        return {key: values for key, values in all_factors.items() if values is not None}
 
     @model_validator(mode="after")
-    def _fits(self) -> TaperTable:
+    def _keys_fit(self) -> TaperTable:
         if len(self.along) < 2 or any(a >= b for a, b in pairwise(self.along)):
             refuse(f"found along = {list(self.along)}; give at least two distances, ascending")
         if not self.factors():
             refuse("found a taper without factors; give mass, bending, axial or torsion")
         for key, values in self.factors().items():
             if len(values) != len(self.along):
-                found = count(len(values), "factor", "factors")
-                refuse(f"found {found} in {key} at {len(self.along)} points; give one at each")
+                number_text = counted_noun(len(values), "factor", "factors")
+                refuse(f"found {number_text} in {key} at {len(self.along)} points; give one at each")
         return self
 
 
@@ -195,12 +195,12 @@ class DeployingTable(BodyTable):
     markers: dict[Name, DeployingMarkerTable] = Field(default_factory=dict)  # type: ignore[assignment]
     """Markers by name, in addition to root and tip."""
 
-    def own_markers(self) -> tuple[str, ...]:
+    def built_in_markers(self) -> tuple[str, ...]:
         """The member's two ends."""
         return ("origin", "root", "tip")
 
     @model_validator(mode="after")
-    def _fits(self) -> DeployingTable:
+    def _keys_fit(self) -> DeployingTable:
         exactly_one(self, ("mass_per_length", "mass"))
         if self.length is not None and self.length.profile is None:
             refuse("found length = 'locked'; give a value or a profile over time")
@@ -219,8 +219,8 @@ class DeployingTable(BodyTable):
                 "found mass without stock; mass is that of the whole member, so give stock, its total length, stowed "
                 "and deployed"
             )
-        sheet = self.family in SHEETS
-        if sheet and self.width is None:
+        is_sheet = self.family in SHEETS
+        if is_sheet and self.width is None:
             refuse(f"found a {self.family} without width; give width")
         if self.family == "beam" and not (self.EIy or self.EIz) and self.functions is not None:
             refuse("found a beam without bending stiffness; give EIy and EIz, or take family = 'tether'")
@@ -229,8 +229,8 @@ class DeployingTable(BodyTable):
         if self.family == "membrane" and not self.tension:
             refuse("found a membrane without tension; it has no stiffness then: give tension")
         f = self.functions
-        if f is not None and (given := [key for key in UNUSED[self.family] if getattr(f, key) != _default(f, key)]):
-            refuse(f"found functions.{given[0]}, which a {self.family} does not use; leave it out")
+        if f is not None and (unused := [key for key in UNUSED[self.family] if getattr(f, key) != _default(f, key)]):
+            refuse(f"found functions.{unused[0]}, which a {self.family} does not use; leave it out")
         if f is not None and f.elements is not None and f.family != "elements":
             refuse('found functions.elements without family = "elements"; give both, or leave elements out')
         if f is not None and f.family == "elements" and (f.static or f.tip or not f.straight):
@@ -240,12 +240,12 @@ class DeployingTable(BodyTable):
                 f"found functions.{'joints' if f.joints else 'loads'} with family = {f.family!r}; these static shapes "
                 "go with characteristic functions: leave one of them out"
             )
-        if self.taper is not None and (sheet or self.reel is not None):
-            what = f"a {self.family}" if sheet else "a free length"
-            refuse(f"found taper with {what}; it is for beams and tethers with a given length")
-        for key, needed in (("axial", "EA"), ("torsion", "GJ")):
-            if f is not None and getattr(f, key) and not getattr(self, needed):
-                refuse(f"found {key} functions without {needed}; give {needed}")
+        if self.taper is not None and (is_sheet or self.reel is not None):
+            description = f"a {self.family}" if is_sheet else "a free length"
+            refuse(f"found taper with {description}; it is for beams and tethers with a given length")
+        for key, stiffness in (("axial", "EA"), ("torsion", "GJ")):
+            if f is not None and getattr(f, key) and not getattr(self, stiffness):
+                refuse(f"found {key} functions without {stiffness}; give {stiffness}")
         for name, marker in self.markers.items():
             if marker.position is not None or marker.group is not None:
                 refuse(f"found position or group in marker {name!r} of a deploying member; give fraction")

@@ -1,4 +1,4 @@
-"""Checks of [campbell], and of what [expect] asks of the diagram it makes."""
+"""Checks of [campbell], and of the entries of [expect] about its diagram."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ NEAR = 1e-9  # relative difference of two speeds that are the same
 
 
 def spin_problems(table: CampbellTable, attitude: AttitudeTable, orbit: OrbitTable) -> Iterator[Problem]:
-    """A craft whose speed of spin can be chosen, about an axis that is reported."""
+    """Problems of a craft without a selectable spin speed or without a spin axis."""
     if orbit.kind != "none":
         yield Problem("campbell", "found an [orbit], on which no spin speed is steady; remove [orbit] or [campbell]")
     elif table.axis is None and not any(attitude.spin or ()):
@@ -24,8 +24,8 @@ def spin_problems(table: CampbellTable, attitude: AttitudeTable, orbit: OrbitTab
         )
 
 
-def diagrams(outline: Outline) -> Iterator[Problem]:
-    """A Campbell diagram has a frame that can spin, and answers are asked at its speeds."""
+def diagram_problems(outline: Outline) -> Iterator[Problem]:
+    """Problems of a Campbell diagram without a spin, and of answers at speeds that it does not have."""
     table, attitude, orbit = outline.campbell, outline.attitude, outline.orbit
     if table is not None and attitude is not None and orbit is not None:
         yield from spin_problems(table, attitude, orbit)

@@ -16,11 +16,11 @@ class GravityValue(_Readable):
     strength = Quantity("m/s^2")
     direction = Quantity("m/s^2", (3,))
 
-    def read(self, value: Any) -> Vector:
+    def read_value(self, value: Any) -> Vector:
         """(3,) [m/s^2]."""
         if isinstance(value, list):
-            return self.direction.read(value)
-        g = self.strength.read(value)
+            return self.direction.read_value(value)
+        g = self.strength.read_value(value)
         if g < 0.0:
             raise ValueProblem(
                 f"found {g:g} m/s^2; a single number is the strength of gravity along -z and is not negative, another "

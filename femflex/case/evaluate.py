@@ -10,12 +10,12 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.case.measure import OF_BODY, MeasureTable
-from femflex.case.problems import near
+from femflex.case.problems import suggestion_text
 from femflex.case.tones import crossing_frequency, fitted_frequencies
 
 
 class Record(Protocol):
-    """What is asked of a run: times, channels by path with names and units, and bodies (femflex.results.Run)."""
+    """Interface of a run: times, channels by path with names and units, and bodies (femflex.results.Run)."""
 
     @property
     def time(self) -> Array:
@@ -33,13 +33,13 @@ class Record(Protocol):
         """Bodies with omega and mass by name."""
 
 
-def measured(table: MeasureTable, run: Record, mean_motion: float | None = None) -> float:
-    """The quantity, in SI (frequencies in Hz, or in units of the mean motion [rad/s] when asked per orbit).
+def measured_value(table: MeasureTable, run: Record, mean_motion: float | None = None) -> float:
+    """The quantity, in SI (frequencies in Hz, or in units of the mean motion [rad/s] if `per_orbit`).
 
     Raises KeyError for an unknown channel, body or component, ValueError where the quantity has no meaning.
     """
     if table.of in OF_BODY:
-        return _of_body(table, run.bodies())
+        return _body_quantity(table, run.bodies())
     assert table.channel is not None
     time, values = run.time, np.asarray(run[table.channel], float)
     values = _component(table, values, run.names(table.channel))
@@ -50,7 +50,7 @@ def measured(table: MeasureTable, run: Record, mean_motion: float | None = None)
         keep &= time <= table.end + 1e-9 * abs(table.end)
     if not keep.any():
         raise ValueError(f"no instant of the run lies between start = {table.start} s and end = {table.end} s")
-    return _reduced(table, time[keep], values[keep], mean_motion)
+    return _reduced_value(table, time[keep], values[keep], mean_motion)
 
 
 def measured_unit(table: MeasureTable, run: Record) -> str:
@@ -63,7 +63,7 @@ def measured_unit(table: MeasureTable, run: Record) -> str:
 
 
 def column_unit(table: MeasureTable, run: Record) -> str:
-    """Unit of the measured column, of those that its channel lists where they differ; the whole list without one."""
+    """Unit of the measured column; all units of the channel, where they differ and no component is named."""
     path = str(table.channel)
     units = run.unit(path).split(", ")
     if len(units) == 1 or table.component is None:
@@ -73,7 +73,7 @@ def column_unit(table: MeasureTable, run: Record) -> str:
     return units[column] if len(units) == len(names) else ", ".join(dict.fromkeys(units))
 
 
-def _reduced(table: MeasureTable, time: Array, x: Array, mean_motion: float | None) -> float:
+def _reduced_value(table: MeasureTable, time: Array, x: Array, mean_motion: float | None) -> float:
     size = np.abs(x) if x.ndim == 1 else np.linalg.norm(x, axis=1)
     if table.of == "frequency":
         if x.ndim > 1:
@@ -86,13 +86,13 @@ def _reduced(table: MeasureTable, time: Array, x: Array, mean_motion: float | No
         if table.per_orbit and mean_motion is None:
             raise ValueError("a frequency per orbit needs an orbit")
         return float(f * 2 * math.pi / mean_motion) if table.per_orbit and mean_motion else float(f)
-    away = np.abs(x - x[0]) if x.ndim == 1 else np.linalg.norm(x - x[0], axis=1)
+    departure = np.abs(x - x[0]) if x.ndim == 1 else np.linalg.norm(x - x[0], axis=1)
     if table.of == "drift":
-        return float(away.max() / size.max() if table.relative and size.max() > 0 else away.max())
+        return float(departure.max() / size.max() if table.relative and size.max() > 0 else departure.max())
     if table.of == "peak":
         return float(size.max())
     if table.of == "change":
-        return float(x[-1] - x[0]) if x.ndim == 1 else float(away[-1])
+        return float(x[-1] - x[0]) if x.ndim == 1 else float(departure[-1])
     x = x if x.ndim == 1 else size
     if table.of == "value":
         return float(np.interp(time[-1] if table.at is None else table.at, time, x))
@@ -115,7 +115,8 @@ def _component(table: MeasureTable, values: Array, names: tuple[str, ...]) -> Ar
     if isinstance(table.component, str):
         if table.component not in names:
             raise KeyError(
-                f"component {table.component!r} is not in channel {table.channel!r}; {near(table.component, names)}"
+                f"component {table.component!r} is not in channel {table.channel!r}; "
+                f"{suggestion_text(table.component, names)}"
             )
         return np.asarray(values[:, names.index(table.component)])
     if table.component >= n:
@@ -123,12 +124,12 @@ def _component(table: MeasureTable, values: Array, names: tuple[str, ...]) -> Ar
     return np.asarray(values[:, table.component])
 
 
-def _of_body(table: MeasureTable, bodies: Mapping[str, Any]) -> float:
-    parts = [body for name, body in bodies.items() if name.rpartition(".")[0] == table.body]  # segments
-    if table.of == "body_mass" and parts:
-        return float(sum(body.mass if hasattr(body, "mass") else body.moments.mass for body in parts))
+def _body_quantity(table: MeasureTable, bodies: Mapping[str, Any]) -> float:
+    segments = [body for name, body in bodies.items() if name.rpartition(".")[0] == table.body]  # segments
+    if table.of == "body_mass" and segments:
+        return float(sum(body.mass if hasattr(body, "mass") else body.moments.mass for body in segments))
     if table.body is None or table.body not in bodies:
-        raise KeyError(f"body {table.body!r} is not in the run; {near(str(table.body), bodies)}")
+        raise KeyError(f"body {table.body!r} is not in the run; {suggestion_text(str(table.body), bodies)}")
     body = bodies[table.body]
     if table.of == "body_mass":
         return float(body.mass if hasattr(body, "mass") else body.moments.mass)

@@ -1,4 +1,4 @@
-"""Inertia matrices as a case file gives them, checked as ones that a distribution of mass can have."""
+"""Inertia matrices of a case file, with the check that a distribution of mass can have them."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ class Inertia(_Readable):
 
     moments, matrix = Quantity("kg m^2", (3,)), Quantity("kg m^2", (3, 3))
 
-    def read(self, value: Any) -> Matrix:
-        """The matrix; checked as one that a distribution of mass can have."""
+    def read_value(self, value: Any) -> Matrix:
+        """The matrix, with the check that a distribution of mass can have it."""
         if isinstance(value, list) and value and not isinstance(value[0], list):
-            a, b, c = self.moments.read(value)
+            a, b, c = self.moments.read_value(value)
             rows: Matrix = ((a, 0.0, 0.0), (0.0, b, 0.0), (0.0, 0.0, c))
         else:
-            rows = self.matrix.read(value)
+            rows = self.matrix.read_value(value)
         _check_inertia(rows)
         return rows
 
@@ -37,14 +37,14 @@ def _check_inertia(rows: Matrix) -> None:
             f"found an inertia that is not symmetric: entry ({i + 1}, {j + 1}) is {J[i, j]:g}, ({j + 1}, {i + 1}) "
             f"is {J[j, i]:g} kg m^2"
         )
-    least, middle, most = np.linalg.eigvalsh(J)
-    principal = f"{least:.7g}, {middle:.7g}, {most:.7g} kg m^2"
-    if least < 0 or most <= 0:
+    smallest, middle, largest = np.linalg.eigvalsh(J)
+    principal = f"{smallest:.7g}, {middle:.7g}, {largest:.7g} kg m^2"
+    if smallest < 0 or largest <= 0:
         raise ValueProblem(
             f"found an inertia that is not positive definite, with principal moments {principal}; check signs and "
             f"entries"
         )
-    if least + middle < most * (1 - 1e-9):
+    if smallest + middle < largest * (1 - 1e-9):
         raise ValueProblem(
             f"found an inertia that breaks the triangle inequality, with principal moments {principal}; "
             "the two smaller must sum to at least the largest"

@@ -1,4 +1,4 @@
-"""The elastic state of a body at the start."""
+"""[initial], and the elastic state of a body at the start."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class InitialTable(Table):
     """Numbers (from 1) of the modes used. Default: the lowest ones that can reach the displacement."""
 
     @model_validator(mode="after")
-    def _one_way(self) -> InitialTable:
+    def _one_definition(self) -> InitialTable:
         exactly_one(self, ("amplitudes", "displacement", "relative"), required=self.rates is None)
         displaced = self.displacement is not None or self.relative is not None
         if displaced != (self.marker is not None):
@@ -49,7 +49,7 @@ EQUILIBRIUM = "equilibrium"
 
 
 class StartTable(Table):
-    """Where the whole craft starts, instead of at what joints, bodies and [attitude] say."""
+    """Initial state of the whole craft, in place of the values of joints, bodies and [attitude]."""
 
     source: str | None = Field(None, alias="from")
     """Initial state of the whole craft: "equilibrium" or a result file. "equilibrium" is the equilibrium nearest to the
@@ -60,7 +60,7 @@ class StartTable(Table):
     The others move to the nearest values that close the loops."""
 
     @model_validator(mode="after")
-    def _one_at_least(self) -> StartTable:
+    def _has_a_key(self) -> StartTable:
         if self.source is None and self.keep is None:
             refuse(
                 "found neither `from` nor `keep`; give `from`, the state at which the craft starts, or `keep`, the "

@@ -1,4 +1,4 @@
-"""[[joints]]: how a body is attached to another, or to the base frame; the plain kinds, and all of them."""
+"""[[joints]]: the connection of a body with another, or with the base frame; the simple kinds, and the union of all."""
 
 from __future__ import annotations
 
@@ -72,10 +72,10 @@ class Prismatic(JointTable):
         return {"slide": "m"}
 
     @model_validator(mode="after")
-    def _held_slides_have_no_spring(self) -> Prismatic:
+    def _prescribed_slide_has_no_spring(self) -> Prismatic:
         for k, motion in enumerate(self.motions("position")):
             if motion is not None:
-                self._refuse_with_motion("position", k, motion, "position", SPRINGS)
+                self._refuse_other_keys("position", k, motion, "position", SPRINGS)
         return self
 
 

@@ -1,4 +1,4 @@
-"""Joints that turn freely: spherical and free."""
+"""Joints with free rotation: spherical and free."""
 
 from __future__ import annotations
 
@@ -43,24 +43,24 @@ class Spherical(JointTable):
 
     def coordinates(self) -> dict[str, str]:
         """Name and unit of every slide and turn that a law may act on."""
-        return {f"angle{k}": "rad" for k in (1, 2, 3)} if self.turning else {}
+        return {f"angle{k}": "rad" for k in (1, 2, 3)} if self.has_prescribed_angles else {}
 
     @property
-    def turning(self) -> bool:
-        """Whether some angle is held, so that the angles of the sequence are the coordinates."""
+    def has_prescribed_angles(self) -> bool:
+        """Whether some angle is prescribed, so that the angles of the sequence are the coordinates."""
         return any(motion is not None for motion in self.motions("angles"))
 
     @model_validator(mode="after")
-    def _held_angles_replace_the_ball(self) -> Spherical:
-        if self.turning and self.rotation != "euler_parameters":
+    def _prescribed_angles_replace_rotation_set(self) -> Spherical:
+        if self.has_prescribed_angles and self.rotation != "euler_parameters":
             refuse(f"found rotation {self.rotation!r} and motion.angles, whose coordinates are those of `sequence`")
-        if self.turning and (self.rebase or is_extrinsic(self.sequence)):
+        if self.has_prescribed_angles and (self.rebase or is_extrinsic(self.sequence)):
             refuse(
                 f"found sequence {self.sequence!r} and rebase = {str(self.rebase).lower()} with motion.angles; "
                 "prescribed angles are those of an intrinsic sequence such as 'xyz', and are never re-based"
             )
         for key in ("rates", "stiffness", "damping"):
-            if self.turning and any(getattr(self, key)):
+            if self.has_prescribed_angles and any(getattr(self, key)):
                 refuse(
                     f"found {key} with motion.angles; a ball's {key} are about its own axes, so write the joint with "
                     "kind = 'general' and turns"

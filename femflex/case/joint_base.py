@@ -1,4 +1,4 @@
-"""What every joint of a case says: where it leads from and to, its laws, and which coordinates are held."""
+"""Keys that all joints share: markers, laws, and prescribed coordinates."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from femflex.case.motion import Motion
 from femflex.case.values import Quantity, ValueProblem
 
 SLIDE_SPRINGS, SPRINGS = ("slide_stiffness", "slide_damping"), ("stiffness", "damping")
-# key of `motion`, key of the initial value, what must not act on a held coordinate
-HELD_KEYS = (
+# key of `motion`, key of the initial value, keys that must not act on a prescribed coordinate
+PRESCRIBED_KEYS = (
     ("angle", "angle", SPRINGS),
     ("angles", "angles", SPRINGS),
     ("position", "position", SLIDE_SPRINGS),
@@ -33,13 +33,13 @@ class ReleaseTable(Table):
     """Value in SI units below which the joint lets go."""
 
     @model_validator(mode="after")
-    def _fits(self) -> ReleaseTable:
+    def _one_limit(self) -> ReleaseTable:
         exactly_one(self, ("above", "below"))
         return self
 
 
 class JointTable(Table):
-    """What every joint says: it leads from a marker of the parent to a marker of the child."""
+    """Keys that all joints share; a joint leads from a marker of the parent to a marker of the child."""
 
     kind: str
     """Kind of the joint."""
@@ -77,38 +77,47 @@ class JointTable(Table):
         except ValueProblem as problem:
             refuse(str(problem))
         slides = sum(unit == "m" for unit in self.coordinates().values())
-        held = [*(self.motions("position") or (None,) * slides), *(self.motions("angle") or self.motions("angles"))]
+        prescribed = [
+            *(self.motions("position") or (None,) * slides),
+            *(self.motions("angle") or self.motions("angles")),
+        ]
         names = list(self.coordinates())
         for kind, k in [*((law.kind, law.freedom) for law in laws), *(("latch", latch.freedom) for latch in latches)]:
-            if k < len(held) and held[k] is not None:
+            if k < len(prescribed) and prescribed[k] is not None:
                 refuse(f"found a {kind} on {names[k]!r}, whose motion is prescribed; it has no effect, so remove it")
         return self
 
     def motions(self, key: str) -> tuple[Motion | None, ...]:
-        """Motion of each coordinate under that key of `motion`; () when all are free."""
-        found = getattr(getattr(self, "motion", None), key, None)
-        return found if isinstance(found, tuple) else (found,) if found is not None else ()
+        """Motion of each coordinate under that key of `motion`; () if all are free."""
+        entry = getattr(getattr(self, "motion", None), key, None)
+        return entry if isinstance(entry, tuple) else (entry,) if entry is not None else ()
 
     @model_validator(mode="after")
-    def _held_freedoms_are_only_held(self) -> JointTable:
-        for key, begins, others in HELD_KEYS:
+    def _prescribed_coordinates_have_no_other_keys(self) -> JointTable:
+        for key, initial_key, force_keys in PRESCRIBED_KEYS:
             for k, motion in enumerate(self.motions(key)):
                 if motion is not None:
-                    self._refuse_with_motion(key, k, motion, begins, others)
+                    self._refuse_other_keys(key, k, motion, initial_key, force_keys)
         return self
 
-    def _refuse_with_motion(self, key: str, k: int, motion: Motion, begins: str, others: tuple[str, ...]) -> None:
-        """Refuse initial values, springs and dampers of coordinate k, which is held."""
-        held = "locked" if motion.locked else "prescribed"
-        for other in (begins, RATES[begins], *others):
-            value = getattr(self, other, 0.0)
+    def _refuse_other_keys(
+        self, key: str, k: int, motion: Motion, initial_key: str, force_keys: tuple[str, ...]
+    ) -> None:
+        """Refuse initial values, springs and dampers of coordinate k, which is prescribed."""
+        state = "locked" if motion.locked else "prescribed"
+        for refused in (initial_key, RATES[initial_key], *force_keys):
+            value = getattr(self, refused, 0.0)
             entry = value if isinstance(value, float) else value[k] if k < len(value) else 0.0
-            given = other in self.model_fields_set and (entry != 0.0 or isinstance(value, float))
-            if not given or (other == begins and motion.locked):
+            is_present = refused in self.model_fields_set and (entry != 0.0 or isinstance(value, float))
+            if not is_present or (refused == initial_key and motion.locked):
                 continue
-            if other in others:
-                refuse(f"found {other} for a coordinate that is {held} by motion.{key}; it has no effect, so remove it")
-            refuse(f"found {other} for a coordinate that is {held} by motion.{key}; the motion sets its initial value")
+            if refused in force_keys:
+                refuse(
+                    f"found {refused} for a coordinate that is {state} by motion.{key}; it has no effect, so remove it"
+                )
+            refuse(
+                f"found {refused} for a coordinate that is {state} by motion.{key}; the motion sets its initial value"
+            )
 
     @model_validator(mode="after")
     def _base_has_one_marker(self) -> JointTable:

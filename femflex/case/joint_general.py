@@ -10,7 +10,7 @@ from femflex.case.base import refuse
 from femflex.case.joint_base import JointTable
 from femflex.case.joint_values import Axis
 from femflex.case.motions import GeneralMotion
-from femflex.case.values import Quantity, count
+from femflex.case.values import Quantity, counted_noun
 
 SLIDE_KEYS = ("position", "velocity", "slide_stiffness", "slide_damping", "slide_rest")
 TURN_KEYS = ("angles", "rates", "stiffness", "damping", "rest")
@@ -64,23 +64,26 @@ class General(JointTable):
     @model_validator(mode="after")
     def _as_many_as_axes(self) -> General:
         for axes, keys in (("slides", SLIDE_KEYS), ("turns", TURN_KEYS)):
-            wanted = len(getattr(self, axes))
+            n_axes = len(getattr(self, axes))
             for key in keys:
-                if len(getattr(self, key)) not in (0, wanted):
-                    found = count(len(getattr(self, key)), "value", "values")
-                    refuse(f"found {found} in {key} and {count(wanted, axes[:-1], axes)}; give as many of both")
-            given = len(self.motions(keys[0]))
-            if given not in (0, wanted):
-                motions = f"{count(given, 'motion', 'motions')} in motion.{keys[0]}"
-                refuse(f"found {motions} and {count(wanted, axes[:-1], axes)}; give as many of both")
+                if len(getattr(self, key)) not in (0, n_axes):
+                    values_text = counted_noun(len(getattr(self, key)), "value", "values")
+                    refuse(
+                        f"found {values_text} in {key} and {counted_noun(n_axes, axes[:-1], axes)}; give as "
+                        "many of both"
+                    )
+            n_motions = len(self.motions(keys[0]))
+            if n_motions not in (0, n_axes):
+                motions = f"{counted_noun(n_motions, 'motion', 'motions')} in motion.{keys[0]}"
+                refuse(f"found {motions} and {counted_noun(n_axes, axes[:-1], axes)}; give as many of both")
         return self
 
-    def padded(self, key: str) -> list[float]:
-        """The values of a key, zeros when left out."""
+    def values_or_zeros(self, key: str) -> list[float]:
+        """The values of a key; zeros if it is left out."""
         axes = self.slides if key in SLIDE_KEYS else self.turns
         return list(getattr(self, key)) or [0.0] * len(axes)
 
 
 def _numbered(name: str, n: int, unit: str) -> dict[str, str]:
-    """Names as a Joint gives them: "angle" for one, "angle1" and so on for several."""
+    """Names of coordinates as in a Joint: "angle" for one, "angle1" and so on for several."""
     return {name + (str(k + 1) if n > 1 else ""): unit for k in range(n)}

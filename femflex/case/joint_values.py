@@ -1,4 +1,4 @@
-"""Values that joints are written with: axes, springs and dampers, one number for all three axes or three."""
+"""Types of joint values: axes, and springs and dampers as one number for all three axes or three numbers."""
 
 from __future__ import annotations
 
@@ -11,30 +11,30 @@ class _OneOrThree(_Readable):
     """A number for all three axes, or three numbers."""
 
     def __init__(self, unit: str) -> None:
-        self.one, self.three = Quantity(unit, least=0.0), Quantity(unit, (3,), least=0.0)
+        self.scalar, self.vector = Quantity(unit, least=0.0), Quantity(unit, (3,), least=0.0)
 
-    def read(self, value: Any) -> Any:
+    def read_value(self, value: Any) -> Any:
         if isinstance(value, list):
-            return self.three.read(value)
-        return (self.one.read(value),) * 3
+            return self.vector.read_value(value)
+        return (self.scalar.read_value(value),) * 3
 
     def json_schema(self) -> dict[str, Any]:
-        return {"anyOf": [self.one.json_schema(), self.three.json_schema()], "unit": self.one.unit}
+        return {"anyOf": [self.scalar.json_schema(), self.vector.json_schema()], "unit": self.scalar.unit}
 
 
 class _Axis(_Readable):
     """A direction: three numbers not all zero, or "x", "-y" and so on."""
 
-    def read(self, value: Any) -> tuple[float, float, float]:
+    def read_value(self, value: Any) -> tuple[float, float, float]:
         if isinstance(value, str):
             if value.lstrip("-") not in ("x", "y", "z") or value.count("-") > 1:
                 raise ValueProblem(f"found {value!r}; an axis is three numbers, or one of x, y, z, -x, -y, -z")
             sign = -1.0 if value[0] == "-" else 1.0
             return tuple(sign * (letter == value[-1]) for letter in "xyz")  # type: ignore[return-value]
-        found = Quantity("", (3,)).read(value)
-        if not any(found):
-            raise ValueProblem(f"found {list(found)}; an axis needs a direction, such as [0, 0, 1] or 'z'")
-        return found
+        axis = Quantity("", (3,)).read_value(value)
+        if not any(axis):
+            raise ValueProblem(f"found {list(axis)}; an axis needs a direction, such as [0, 0, 1] or 'z'")
+        return axis
 
     def json_schema(self) -> dict[str, Any]:
         return {"anyOf": [Quantity("", (3,)).json_schema(), {"enum": ["x", "y", "z", "-x", "-y", "-z"]}]}

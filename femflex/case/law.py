@@ -1,6 +1,6 @@
 """[[joints.laws]]: nonlinear springs and dampers, stops, friction and latches of single coordinates of a joint.
 
-Which unit a value has depends on the coordinate it acts on, a slide or an angle, so values are read with it known.
+The unit of a value depends on the coordinate, a slide or an angle, so values are read once the coordinate is known.
 """
 
 from __future__ import annotations
@@ -11,9 +11,9 @@ from typing import Any
 from pydantic import GetCoreSchemaHandler
 from pydantic_core import CoreSchema, core_schema
 
-from femflex.case.problems import listed, near
+from femflex.case.problems import quoted_names, suggestion_text
 from femflex.case.units import UnitError
-from femflex.case.values import Quantity, ValueProblem, _Readable, count, shown, word
+from femflex.case.values import Quantity, ValueProblem, _Readable, checked_word, counted_noun, value_text
 from femflex.system.latch import Latch
 from femflex.system.law import Friction, Law
 from femflex.system.stop import Stop
@@ -23,7 +23,7 @@ FORCE = {"m": "N", "rad": "N m"}
 STIFFNESS = {"m": "N/m", "rad": "N m/rad"}
 DAMPING = {"m": "N s/m", "rad": "N m s/rad"}
 RATE = {"m": "m/s", "rad": "rad/s"}
-# key -> (its unit by that of the coordinate, whether it is a list), and which keys are needed
+# key -> (its unit as a function of the coordinate's, whether it is a list)
 Key = tuple[Callable[[str], str], bool]
 KEYS: dict[str, dict[str, Key]] = {
     "spring": {"at": (str, True), "force": (FORCE.__getitem__, True)},
@@ -87,19 +87,19 @@ NAME = {"name": {"type": "string", "description": "Name in channels and terms. D
 class Laws(_Readable):
     """The tables of [[joints.laws]] as TOML gives them; `read_laws` reads them once the coordinates are known."""
 
-    def read(self, value: Any) -> tuple[Mapping[str, Any], ...]:
+    def read_value(self, value: Any) -> tuple[Mapping[str, Any], ...]:
         """The tables, their keys checked."""
         if not isinstance(value, list) or not all(isinstance(entry, Mapping) for entry in value):
-            raise ValueProblem(f"found {shown(value)}; expected tables headed [[joints.laws]]")
+            raise ValueProblem(f"found {value_text(value)}; expected tables headed [[joints.laws]]")
         for k, table in enumerate(value):
             try:
-                kind = word(table.get("kind"), KEYS, "kind")
+                kind = checked_word(table.get("kind"), KEYS, "kind")
             except ValueProblem as problem:
                 raise ValueProblem(f"entry {k + 1}: {problem}") from None
-            known = (*KEYS[kind], "kind", "coordinate", *_name_of(kind))
+            allowed = (*KEYS[kind], "kind", "coordinate", *_name_key(kind))
             for key in table:
-                if key not in known:
-                    raise ValueProblem(f"entry {k + 1}: found key {key!r} in a {kind}; {near(key, known)}")
+                if key not in allowed:
+                    raise ValueProblem(f"entry {k + 1}: found key {key!r} in a {kind}; {suggestion_text(key, allowed)}")
             for key in NEEDED[kind]:
                 if key not in table:
                     raise ValueProblem(f"entry {k + 1}: key {key!r} of the {kind} is missing")
@@ -117,7 +117,7 @@ class Laws(_Readable):
                 "properties": {
                     "kind": {"const": kind, "description": MEANINGS[kind]["kind"]},
                     "coordinate": {"type": "string", "description": COORDINATE},
-                    **_name_of(kind),
+                    **_name_key(kind),
                     **{key: {"description": MEANINGS[kind][key]} for key in keys},
                 },
                 "required": ["kind", *NEEDED[kind]],
@@ -128,7 +128,7 @@ class Laws(_Readable):
         return {"type": "array", "items": {"anyOf": tables}}
 
 
-def _name_of(kind: str) -> dict[str, dict[str, str]]:
+def _name_key(kind: str) -> dict[str, dict[str, str]]:
     """Key for a name with its schema; none of latches, whose channels have the name of the coordinate."""
     return {} if kind == "latch" else NAME
 
@@ -144,49 +144,50 @@ def read_laws(
     latches: list[Latch] = []
     for k, table in enumerate(tables):
         try:
-            made = _made(table, coordinates)
+            law_or_latch = _build_law(table, coordinates)
         except (ValueError, UnitError) as problem:
             raise ValueProblem(f"laws: entry {k + 1}: {problem}") from None
-        if isinstance(made, Latch):
-            latches.append(made)
+        if isinstance(law_or_latch, Latch):
+            latches.append(law_or_latch)
         else:
-            laws.append(made)
+            laws.append(law_or_latch)
     return tuple(laws), tuple(latches)
 
 
-def _made(table: Mapping[str, Any], coordinates: Mapping[str, str]) -> Law | Latch:
+def _build_law(table: Mapping[str, Any], coordinates: Mapping[str, str]) -> Law | Latch:
     kind, names = table["kind"], list(coordinates)
     if not names:
         raise ValueProblem(f"found a {kind} on a joint without a slide or turn of its own; it has nothing to act on")
     name = table.get("coordinate", names[0] if len(names) == 1 else None)
     if name is None:
-        raise ValueProblem(f"key 'coordinate' of the {kind} is missing; the joint has {listed(names)}")
-    name = word(name, names, "coordinate", ", which the joint does not have")
+        raise ValueProblem(f"key 'coordinate' of the {kind} is missing; the joint has {quoted_names(names)}")
+    name = checked_word(name, names, "coordinate", ", which the joint does not have")
     unit, freedom = coordinates[name], names.index(name)
     values: dict[str, Any] = {}
     for key, (unit_of, several) in KEYS[kind].items():
         if key in table:
             try:
-                values[key] = Quantity(unit_of(unit), (None,) if several else ()).read(table[key])
+                values[key] = Quantity(unit_of(unit), (None,) if several else ()).read_value(table[key])
             except (ValueProblem, UnitError) as problem:
                 raise ValueProblem(f"{key}: {problem}") from None
-    called: dict[str, Any] = {"freedom": freedom, "name": str(table.get("name", ""))}
+    common: dict[str, Any] = {"freedom": freedom, "name": str(table.get("name", ""))}
     if kind in ("spring", "damper"):
-        first = values["at" if kind == "spring" else "rate"]
-        if len(first) != len(values["force"]):
+        points = values["at" if kind == "spring" else "rate"]
+        if len(points) != len(values["force"]):
             raise ValueProblem(
-                f"found {count(len(first), 'place', 'places')} and {count(len(values['force']), 'force', 'forces')} in "
+                f"found {counted_noun(len(points), 'place', 'places')} and "
+                f"{counted_noun(len(values['force']), 'force', 'forces')} in "
                 f"a {kind}; give as many of both"
             )
         law: Law = (
-            TabulatedSpring(stretch=first, resisting=values["force"], **called)
+            TabulatedSpring(stretch=points, resisting=values["force"], **common)
             if kind == "spring"
-            else TabulatedDamper(rate=first, resisting=values["force"], **called)
+            else TabulatedDamper(rate=points, resisting=values["force"], **common)
         )
         law.pieces()
         return law
     if kind == "stop":
-        return Stop(**values, **called)
+        return Stop(**values, **common)
     if kind == "friction":
-        return Friction(limit=values["force"], velocity=values["velocity"], **called)
+        return Friction(limit=values["force"], velocity=values["velocity"], **common)
     return Latch(freedom, **values)

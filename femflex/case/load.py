@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from pydantic import model_validator
 
 from femflex.case.base import Name, Table, refuse
-from femflex.case.values import Quantity, Vector, _Readable, count
+from femflex.case.values import Quantity, Vector, _Readable, counted_noun
 
 
 class _SteadyOrTable(_Readable):
@@ -17,9 +17,9 @@ class _SteadyOrTable(_Readable):
     def __init__(self, unit: str) -> None:
         self.steady, self.rows = Quantity(unit, (3,)), Quantity(unit, (None, 3))
 
-    def read(self, value: object) -> object:
+    def read_value(self, value: object) -> object:
         nested = isinstance(value, list) and value and isinstance(value[0], list)
-        return (self.rows if nested else self.steady).read(value)
+        return (self.rows if nested else self.steady).read_value(value)
 
     def json_schema(self) -> dict[str, object]:
         return {"anyOf": [self.steady.json_schema(), self.rows.json_schema()], "unit": self.steady.unit}
@@ -55,12 +55,12 @@ class LoadTable(Table):
 
     @model_validator(mode="after")
     def _rows_fit(self) -> LoadTable:
-        given = [key for key in ("force", "torque", "times") if getattr(self, key) is not None]
+        present = [key for key in ("force", "torque", "times") if getattr(self, key) is not None]
         if self.table is not None:
-            if given:
-                refuse(f"found table and {', '.join(given)} together; the CSV file holds them all")
+            if present:
+                refuse(f"found table and {', '.join(present)} together; the CSV file holds them all")
             return self
-        if "force" not in given and "torque" not in given:
+        if "force" not in present and "torque" not in present:
             refuse("found neither force nor torque nor table; give at least one")
         for key in ("force", "torque"):
             self._check_rows(key)
@@ -79,9 +79,11 @@ class LoadTable(Table):
             return
         rows = isinstance(value[0], tuple)
         if rows and self.times is None:
-            refuse(f"found {count(len(value), 'row', 'rows')} in {key} without times; give the time of every row")
+            refuse(
+                f"found {counted_noun(len(value), 'row', 'rows')} in {key} without times; give the time of every row"
+            )
         if not rows and self.times is not None:
             refuse(f"found times with a constant {key}; give one row of {key} per time, {len(self.times)} of them")
         if rows and self.times is not None and len(value) != len(self.times):
-            rows_found, times = count(len(value), "row", "rows"), count(len(self.times), "time", "times")
+            rows_found, times = counted_noun(len(value), "row", "rows"), counted_noun(len(self.times), "time", "times")
             refuse(f"found {rows_found} in {key} and {times}; give as many of both")

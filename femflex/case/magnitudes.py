@@ -29,12 +29,12 @@ def _orbit(case: Case) -> Iterator[str]:
     altitude = case.orbit.perigee_altitude
     if altitude is not None and altitude < LOWEST:
         kilometres = LOWEST <= 1e3 * altitude
-        other = (
+        hint = (
             f'; if kilometres were meant, write "{altitude:g} km"'
             if kilometres
             else "; drag ends an orbit there within a revolution"
         )
-        yield f"orbit.perigee_altitude: found {altitude:g} m, below {LOWEST / 1e3:g} km{other}"
+        yield f"orbit.perigee_altitude: found {altitude:g} m, below {LOWEST / 1e3:g} km{hint}"
 
 
 def _materials(case: Case) -> Iterator[str]:
@@ -42,11 +42,11 @@ def _materials(case: Case) -> Iterator[str]:
         density = material.density
         if density and not DENSITIES[0] <= density <= DENSITIES[1]:
             grams = 1e3 * density
-            other = f'; if g/cm^3 were meant, write "{density:g} g/cm^3" ({grams:g} kg/m^3)'
+            hint = f'; if g/cm^3 were meant, write "{density:g} g/cm^3" ({grams:g} kg/m^3)'
             fits = DENSITIES[0] <= grams <= DENSITIES[1]
             yield (
                 f"materials.{name}.density: found {density:g} kg/m^3; materials have {DENSITIES[0]:g} to "
-                f"{DENSITIES[1]:g} kg/m^3{other if fits else ''}"
+                f"{DENSITIES[1]:g} kg/m^3{hint if fits else ''}"
             )
         elif 1.0 <= density <= 25.0 and not isinstance(material, Core) and material.density != 0.0:
             yield (

@@ -51,7 +51,7 @@ class MatrixFilesTable(Table):
     """Names of the matrices in their files."""
 
     @model_validator(mode="after")
-    def _complete(self) -> MatrixFilesTable:
+    def _has_mass_and_stiffness(self) -> MatrixFilesTable:
         if self.file is None and (self.mass is None or self.stiffness is None):
             refuse("found neither file nor both of mass and stiffness; name the files that hold the matrices")
         return self
@@ -97,17 +97,17 @@ class MatricesTable(BodyTable):
         """(key, file) of all files of the table, key after `matrices`."""
         if isinstance(self.matrices, str):
             return (("", self.matrices),)
-        given = self.matrices.model_dump(exclude={"names"})
-        return tuple((f".{key}", name) for key, name in given.items() if name and name not in ("xyz", "xyzrxryrz"))
+        entries = self.matrices.model_dump(exclude={"names"})
+        return tuple((f".{key}", name) for key, name in entries.items() if name and name not in ("xyz", "xyzrxryrz"))
 
     @model_validator(mode="after")
-    def _linear(self) -> MatricesTable:
-        given: dict[str, Any] = {key: getattr(self.reduction, key, None) for key in ELEMENTS_ONLY}
-        found = [key for key, value in given.items() if value not in (None, "none", 0, False)]
-        if found:
+    def _has_no_strain_keys(self) -> MatricesTable:
+        settings: dict[str, Any] = {key: getattr(self.reduction, key, None) for key in ELEMENTS_ONLY}
+        present = [key for key, value in settings.items() if value not in (None, "none", 0, False)]
+        if present:
             refuse(
-                f"found {', '.join(found)} in the reduction of a body from matrices, whose strain is linear: matrices "
-                "hold no strain beyond that; drop it, or make the body of elements (kind = 'flexible')"
+                f"found {', '.join(present)} in the reduction of a body from matrices, whose strain is linear: "
+                "matrices hold no strain beyond that; drop it, or make the body of elements (kind = 'flexible')"
             )
         if getattr(self.reduction, "method", "") == "lumped":
             refuse("found method 'lumped' for a body from matrices; its mass matrix is given, so use 'nodal'")

@@ -1,4 +1,4 @@
-"""Named quantities of a run or of a body, as [expect] and [study] write them, and [expect] itself."""
+"""Quantities of a run or of a body, as [expect] and [study] define them, and [expect] itself."""
 
 from __future__ import annotations
 
@@ -8,12 +8,22 @@ from pydantic import ConfigDict, StrictBool, model_validator
 
 from femflex.case.base import Table, exactly_one, refuse
 from femflex.case.units import to_base
-from femflex.case.values import Count, Quantity, Time, ValueProblem, Whole, _Readable, check_magnitude, real, shown
+from femflex.case.values import (
+    Count,
+    Quantity,
+    Time,
+    ValueProblem,
+    Whole,
+    _Readable,
+    as_float,
+    check_magnitude,
+    value_text,
+)
 
 OF_BODY = ("mode_frequency", "body_mass")
 OF_CAMPBELL = "campbell_frequency"
 OF_SYSTEM = "system_frequency"
-UNIT_OF = {  # and other units in which it may be given
+UNIT_OF = {  # the unit first, then other permitted units
     "body_mass": ("kg",),
     "mode_frequency": ("Hz", "rad/s"),
     "campbell_frequency": ("Hz", "rad/s"),
@@ -37,13 +47,13 @@ Reduction = Literal[
 ]
 
 
-class Given(float):
-    """A number in SI that remembers its base unit as text ("m s^-1"); None for plain numbers."""
+class NumberWithUnit(float):
+    """A number in SI with its base unit as text ("m s^-1"); None for plain numbers."""
 
     unit: str | None = None
 
     @classmethod
-    def of(cls, number: float, unit: str | None) -> Given:
+    def from_number(cls, number: float, unit: str | None) -> NumberWithUnit:
         """The number with its unit."""
         out = cls(number)
         out.unit = unit
@@ -53,14 +63,14 @@ class Given(float):
 class AnyUnit(_Readable):
     """A number in SI, or a string with any known unit."""
 
-    def read(self, value: Any) -> Given:
-        """The number in base SI, with the unit it was given in."""
+    def read_value(self, value: Any) -> NumberWithUnit:
+        """The number in base SI, with the unit in which the case gives it."""
         if isinstance(value, str):
-            out = Given.of(*to_base(value))
+            out = NumberWithUnit.from_number(*to_base(value))
         elif isinstance(value, bool) or not isinstance(value, (int, float)):
-            raise ValueProblem(f"found {shown(value)}; expected a number in SI or a string with a unit")
+            raise ValueProblem(f"found {value_text(value)}; expected a number in SI or a string with a unit")
         else:
-            out = Given(real(value))
+            out = NumberWithUnit(as_float(value))
         check_magnitude(out)
         return out
 
@@ -69,15 +79,15 @@ class AnyUnit(_Readable):
         return {"anyOf": [{"type": "number"}, {"type": "string", "description": "with a unit"}]}
 
 
-Expected = Annotated[Given | None, AnyUnit()]
+Expected = Annotated[NumberWithUnit | None, AnyUnit()]
 
 
 class _Component(_Readable):
     """Name of an entry, or its number from 0."""
 
-    def read(self, value: Any) -> str | int:
+    def read_value(self, value: Any) -> str | int:
         """The name or number."""
-        return value if isinstance(value, str) else Count(0).read(value)
+        return value if isinstance(value, str) else Count(0).read_value(value)
 
     def json_schema(self) -> dict[str, Any]:
         """JSON Schema of both."""
@@ -121,7 +131,7 @@ class MeasureTable(Table):
     """Speed of the Campbell diagram at which the frequency is taken; one of its speeds."""
 
     @model_validator(mode="after")
-    def _belongs_together(self) -> MeasureTable:
+    def _keys_fit_quantity(self) -> MeasureTable:
         of_campbell = self.of == OF_CAMPBELL
         of_system = self.of == OF_SYSTEM
         if [self.branch is not None and not of_system, self.speed is not None] != [of_campbell] * 2:
@@ -147,7 +157,7 @@ class MeasureTable(Table):
 
 
 class ExpectTable(MeasureTable):
-    """A measured quantity and the answer it is held against."""
+    """A measured quantity and its expected value or limits."""
 
     value: Expected = None
     """Expected value."""
@@ -163,9 +173,9 @@ class ExpectTable(MeasureTable):
     """Origin of the expected value."""
 
     def units(self) -> dict[str, str]:
-        """Base unit of each of the numbers that were given with one."""
+        """Base unit of each number that the case gives with a unit."""
         numbers = {key: getattr(self, key) for key in ("value", "tolerance", "above", "below")}
-        return {key: n.unit for key, n in numbers.items() if isinstance(n, Given) and n.unit is not None}
+        return {key: n.unit for key, n in numbers.items() if isinstance(n, NumberWithUnit) and n.unit is not None}
 
     @model_validator(mode="after")
     def _has_an_answer(self) -> ExpectTable:
@@ -183,10 +193,12 @@ class ExpectTable(MeasureTable):
                 "found units that do not belong together: "
                 + ", ".join(f"{key} in {u or 'plain numbers'}" for key, u in self.units().items())
             )
-        known = UNIT_OF.get(self.of)
+        permitted = UNIT_OF.get(self.of)
         for key, unit in self.units().items():
-            if known is not None and unit not in {to_base(f"1 {one}")[1] for one in known}:
-                refuse(f"found {key} in {unit or 'plain numbers'}; {self.of} is in {known[0]}")
+            if permitted is not None and unit not in {
+                to_base(f"1 {permitted_unit}")[1] for permitted_unit in permitted
+            }:
+                refuse(f"found {key} in {unit or 'plain numbers'}; {self.of} is in {permitted[0]}")
         if self.above is not None and self.below is not None and not self.above < self.below:
             refuse(f"found above = {self.above:g} and below = {self.below:g}, between which nothing lies")
         return self
@@ -208,5 +220,5 @@ class ExpectationsTable(Table):
 
     @classmethod
     def extra_type(cls) -> type[ExpectTable]:
-        """What every key but the known ones holds."""
+        """Type of the entries under all keys except the declared ones."""
         return ExpectTable

@@ -1,4 +1,4 @@
-"""What bodies ask of their meshes: groups that are there and not empty, markers that lie on them."""
+"""References of bodies to their meshes: groups that exist and are not empty, and markers on the mesh."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ import numpy as np
 
 from femflex.case.body import FlexibleTable
 from femflex.case.connection import EquationTable
-from femflex.case.problems import Problem, near
+from femflex.case.problems import Problem, suggestion_text
 
 if TYPE_CHECKING:
     from femflex.mesh import Mesh
 
 UNITS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "inch": 0.0254}  # of a mesh file, in metres
-NEAR = 0.05  # distance over mesh size beyond which a marker's position is taken for a mistake
+NEAR = 0.05  # distance over mesh size beyond which a marker's position counts as a mistake
 
 
 def group_problems(name: str, table: FlexibleTable, folder: Path) -> list[Problem]:
-    """What the body asks of its mesh and the mesh does not have, or why the mesh cannot be read."""
+    """References of the body that its mesh does not have, or the reason why the mesh cannot be read."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # given again when the body is built
@@ -31,26 +31,26 @@ def group_problems(name: str, table: FlexibleTable, folder: Path) -> list[Proble
 
 
 def file_mesh(folder: Path, table: FlexibleTable) -> Mesh:
-    """The mesh of a body as its file has it, in metres. Raises ValueError and OSError."""
+    """The mesh of a body from its file, in metres. Raises ValueError and OSError."""
     from femflex.mesh import read_mesh
 
     mesh = read_mesh(folder / table.source, dict(table.groups) or None)
-    return with_places(mesh if table.mesh_unit == "m" else mesh.scaled(UNITS[table.mesh_unit]), table)
+    return with_regions(mesh if table.mesh_unit == "m" else mesh.scaled(UNITS[table.mesh_unit]), table)
 
 
-def with_places(mesh: Mesh, table: FlexibleTable) -> Mesh:
+def with_regions(mesh: Mesh, table: FlexibleTable) -> Mesh:
     """The mesh with the regions of a body, the whole groups that it names, and the reference nodes of connections."""
     from femflex.mesh.regions import with_box, with_point_at, with_points, with_whole_groups
 
-    own = mesh.points
-    mesh = with_whole_groups(mesh, [group for _, group in groups_named("", table)])
+    file_points = mesh.points
+    mesh = with_whole_groups(mesh, [group for _, group in referenced_groups("", table)])
     for name, region in table.regions.items():
         if region.box is not None:
             mesh = with_box(mesh, name, *region.box, within=region.within)
         elif region.points is not None:
             mesh = with_points(mesh, name, region.points)
         else:
-            nearest = np.argmin(np.linalg.norm(own - np.array(region.nearest), axis=1))
+            nearest = np.argmin(np.linalg.norm(file_points - np.array(region.nearest), axis=1))
             mesh = mesh.with_groups(points={name: [nearest]})
     for connection in table.connections:
         position = getattr(connection, "position", None)
@@ -60,35 +60,39 @@ def with_places(mesh: Mesh, table: FlexibleTable) -> Mesh:
 
 
 def mesh_problems(name: str, table: FlexibleTable, mesh: Mesh) -> Iterator[Problem]:
-    """Groups that the mesh lacks or that are empty, and markers that lie nowhere on it."""
+    """Groups that the mesh lacks or that are empty, and markers that are not on it."""
     for marker, entry in table.markers.items():
         if entry.position is not None:
-            at = np.array(entry.position)
-            yield from _distance_problems(f"bodies.{name}.markers.{marker}.position", mesh, mesh.nearest_point(at), at)
-    lone = {m.group for m in table.members if m.family == "nodes"}  # points serve them
-    for where, group in groups_named(name, table):
+            position = np.array(entry.position)
+            yield from _distance_problems(
+                f"bodies.{name}.markers.{marker}.position", mesh, mesh.nearest_point(position), position
+            )
+    node_groups = {m.group for m in table.members if m.family == "nodes"}  # groups of points are permitted there
+    for key_path, group in referenced_groups(name, table):
         if group not in mesh.groups:
-            text = f"found {group!r}, which is no group of {table.source}; {near(group, mesh.groups)}"
-            known = f" (it has {', '.join(map(repr, mesh.groups))})" if "known are" not in text else ""
-            yield Problem(where, text + known)
+            text = f"found {group!r}, which is no group of {table.source}; {suggestion_text(group, mesh.groups)}"
+            groups_text = f" (it has {', '.join(map(repr, mesh.groups))})" if "known are" not in text else ""
+            yield Problem(key_path, text + groups_text)
             continue
         try:
-            mesh.group_cells(group) if ".members[" in where and group not in lone else mesh.group_points(group)
+            mesh.group_cells(group) if ".members[" in key_path and group not in node_groups else mesh.group_points(
+                group
+            )
         except ValueError as error:
-            yield Problem(where, str(error))
+            yield Problem(key_path, str(error))
 
 
-def groups_named(name: str, table: FlexibleTable) -> Iterator[tuple[str, str]]:
-    """Where a body names groups of its mesh, and their names."""
+def referenced_groups(name: str, table: FlexibleTable) -> Iterator[tuple[str, str]]:
+    """Key paths at which a body refers to groups of its mesh, and the names of these groups."""
     yield from ((f"bodies.{name}.members[{m.group}].group", m.group) for m in table.members)
     yield from ((f"bodies.{name}.point_masses[{m.group}].group", m.group) for m in table.point_masses)
     for connection in table.connections:
-        where = f"bodies.{name}.connections[{connection.kind}]"
+        key_path = f"bodies.{name}.connections[{connection.kind}]"
         if isinstance(connection, EquationTable):
-            yield from ((f"{where}.terms", term.group) for term in connection.terms)
+            yield from ((f"{key_path}.terms", term.group) for term in connection.terms)
         else:
-            yield f"{where}.group", connection.group
-            yield f"{where}.reference", connection.reference_group
+            yield f"{key_path}.group", connection.group
+            yield f"{key_path}.reference", connection.reference_group
     for i, b in enumerate(table.bushings):
         yield from ((f"bodies.{name}.bushings[{i}].{key}", g) for key, g in (("group", b.group), ("to", b.to)) if g)
     for key in ("forces", "masses"):
@@ -101,13 +105,13 @@ def groups_named(name: str, table: FlexibleTable) -> Iterator[tuple[str, str]]:
             yield (f"{key}.group", entry.group) if entry.group is not None else (key, marker)
 
 
-def _distance_problems(where: str, mesh: Mesh, index: int, wanted: np.ndarray) -> list[Problem]:
+def _distance_problems(key_path: str, mesh: Mesh, index: int, position: np.ndarray) -> list[Problem]:
     size = float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
-    distance = float(np.linalg.norm(mesh.points[index] - wanted))
+    distance = float(np.linalg.norm(mesh.points[index] - position))
     if distance <= NEAR * size:
         return []
     text = (
-        f"found {wanted.tolist()} m, {distance:.4g} m from the nearest point of the mesh "
+        f"found {position.tolist()} m, {distance:.4g} m from the nearest point of the mesh "
         f"{mesh.points[index].tolist()}; name a place on the mesh"
     )
-    return [Problem(where, text)]
+    return [Problem(key_path, text)]

@@ -1,7 +1,7 @@
-"""What the motion of a case depends on: the values of its model.
+"""Values of a case's model, on which its motion depends.
 
-A result file keeps them, so that a run is only resumed, or its terms evaluated, with the model that made it. They are
-those that were read, in SI: comments, the order of keys and the units in the text do not count.
+A result file stores them, so that a run is only resumed, or its terms evaluated, with the same model. They are the
+values in SI: comments, the order of keys and the units in the text do not count.
 """
 
 from __future__ import annotations
@@ -24,27 +24,27 @@ LENGTH = {"duration", "orbits", "output_step", "samples"}  # of [run]: output ti
 
 
 def model_values(case: Case) -> dict[str, Any]:
-    """The values of a case that its model and integration depend on, as JSON can hold them; None is left out."""
-    kept = {key: getattr(case, key) for key in type(case).model_fields if key not in NOT_INPUTS}
-    values: dict[str, Any] = _plain(kept, case.path.parent)
+    """The values of a case on which its model and integration depend, as JSON can hold them; None is left out."""
+    tables = {key: getattr(case, key) for key in type(case).model_fields if key not in NOT_INPUTS}
+    values: dict[str, Any] = _plain(tables, case.path.parent)
     values["run"] = {key: value for key, value in values["run"].items() if key not in LENGTH}
     return values
 
 
-def filed_motions(value: Any, where: str = "") -> Iterator[tuple[str, Motion]]:
+def motions_from_files(value: Any, key_path: str = "") -> Iterator[tuple[str, Motion]]:
     """The motions that come from a file, by their key path."""
     if isinstance(value, Motion):
         if value.files:
-            yield where, value
+            yield key_path, value
     elif isinstance(value, BaseModel):
         for key in type(value).model_fields:
-            yield from filed_motions(getattr(value, key), f"{where}.{key}" if where else key)
+            yield from motions_from_files(getattr(value, key), f"{key_path}.{key}" if key_path else key)
     elif isinstance(value, Mapping):
         for key, entry in value.items():
-            yield from filed_motions(entry, f"{where}.{key}")
+            yield from motions_from_files(entry, f"{key_path}.{key}")
     elif isinstance(value, list | tuple):
         for k, entry in enumerate(value):
-            yield from filed_motions(entry, f"{where}[{k}]")
+            yield from motions_from_files(entry, f"{key_path}[{k}]")
 
 
 def _in_si(value: Any) -> Any:
@@ -63,11 +63,11 @@ def _plain(value: Any, folder: Path) -> Any:
     """A value of a case as JSON can hold it."""
     if isinstance(value, Motion):
         if value.files or value.profile is None:
-            return {"locked": value.locked, "given": _in_si(_plain(value.given, folder))}  # files have digests
+            return {"locked": value.locked, "given": _in_si(_plain(value.table, folder))}  # files have digests
         return _plain(value.profile(folder), folder)
     if isinstance(value, BaseModel):
-        named = type(value).model_fields.items()
-        return _plain({field.alias or key: getattr(value, key) for key, field in named}, folder)
+        table_fields = type(value).model_fields.items()
+        return _plain({field.alias or key: getattr(value, key) for key, field in table_fields}, folder)
     if is_dataclass(value) and not isinstance(value, type):
         return _plain({field.name: getattr(value, field.name) for field in fields(value)}, folder)
     if isinstance(value, Mapping):

@@ -22,9 +22,9 @@ from pathlib import Path
 from typing import Any
 
 from femflex.case.columns import column_of
-from femflex.case.problems import near
+from femflex.case.problems import suggestion_text
 from femflex.case.units import NOUNS, UnitError
-from femflex.case.values import Quantity, ValueProblem, _Readable, shown, word
+from femflex.case.values import Quantity, ValueProblem, _Readable, checked_word, value_text
 from femflex.system.profile import ENDS, Profile
 
 FREE, LOCKED = "free", "locked"
@@ -88,17 +88,17 @@ MEANINGS = {
 
 @dataclass(frozen=True)
 class Motion:
-    """A motion as a case says it: locked at the initial value, or `profile(folder)`.
+    """A motion as in a case: locked at the initial value, or `profile(folder)`.
 
-    folder  where the case file is; a motion from a file raises ValueError when it cannot be read
-    files   that its tables are in
-    given   the table of the case that describes it
+    folder  that contains the case file; a motion from a file raises ValueError when it cannot be read
+    files   that contain its tables
+    table   of the case that describes it
     """
 
     locked: bool = False
     profile: Callable[[Path], Profile] | None = None
     files: tuple[str, ...] = ()
-    given: Any = None
+    table: Any = None
 
 
 class MotionOf(_Readable):
@@ -107,31 +107,33 @@ class MotionOf(_Readable):
     def __init__(self, unit: str) -> None:
         self.unit = unit
 
-    def read(self, value: Any) -> Motion | None:
-        """None when free."""
+    def read_value(self, value: Any) -> Motion | None:
+        """The motion; None if free."""
         if value == FREE:
             return None
         if value == LOCKED:
             return Motion(locked=True)
         if isinstance(value, Mapping):
-            return replace(self._of_kind(dict(value)), given=dict(value))
+            return replace(self._motion_of_kind(dict(value)), table=dict(value))
         if isinstance(value, str) and not re.match(r"\s*[-+.\d]", value):
             raise ValueProblem(
-                f"found {shown(value)}; a motion is 'locked', 'free', a number, or a table such as "
+                f"found {value_text(value)}; a motion is 'locked', 'free', a number, or a table such as "
                 '{kind = "smooth_step", from = 0, to = 1, start = 0, end = 5}'
             )
-        return self._fixed(Profile.constant(Quantity(self.unit).read(value)))
+        return self._fixed(Profile.constant(Quantity(self.unit).read_value(value)))
 
-    def _of_kind(self, given: dict[str, Any]) -> Motion:
-        kind = word(given.pop("kind", None), KEYS, "kind", " of a motion")
-        for key in given:
+    def _motion_of_kind(self, table: dict[str, Any]) -> Motion:
+        kind = checked_word(table.pop("kind", None), KEYS, "kind", " of a motion")
+        for key in table:
             if key not in KEYS[kind]:
-                raise ValueProblem(f"found key {key!r} in a motion of kind {kind!r}; {near(key, KEYS[kind])}")
-        missing = [key for key in NEEDED.get(kind, ()) if key not in given]
+                raise ValueProblem(
+                    f"found key {key!r} in a motion of kind {kind!r}; {suggestion_text(key, KEYS[kind])}"
+                )
+        missing = [key for key in NEEDED.get(kind, ()) if key not in table]
         if missing:
             raise ValueProblem(f"key {missing[0]!r} is missing in a motion of kind {kind!r}")
         try:
-            motion: Motion = getattr(self, f"_{kind}")(given)
+            motion: Motion = getattr(self, f"_{kind}")(table)
             return motion
         except (ValueProblem, UnitError):
             raise
@@ -142,76 +144,79 @@ class MotionOf(_Readable):
     def _fixed(profile: Profile) -> Motion:
         return Motion(profile=lambda folder: profile)
 
-    def _value(self, given: dict[str, Any], key: str, unit: str | None = None, default: float = 0.0) -> float:
-        if key not in given:
+    def _value(self, table: dict[str, Any], key: str, unit: str | None = None, default: float = 0.0) -> float:
+        if key not in table:
             return default
         try:
-            return float(Quantity(self.unit if unit is None else unit).read(given[key]))
+            return float(Quantity(self.unit if unit is None else unit).read_value(table[key]))
         except (ValueProblem, UnitError) as problem:
             raise ValueProblem(f"{key}: {problem}") from None
 
-    def _constant(self, given: dict[str, Any]) -> Motion:
-        return self._fixed(Profile.constant(self._value(given, "value")))
+    def _constant(self, table: dict[str, Any]) -> Motion:
+        return self._fixed(Profile.constant(self._value(table, "value")))
 
-    def _polynomial(self, given: dict[str, Any]) -> Motion:
-        rows = given["coefficients"]
+    def _polynomial(self, table: dict[str, Any]) -> Motion:
+        rows = table["coefficients"]
         if not isinstance(rows, list) or not rows:
-            raise ValueProblem(f"coefficients: found {shown(rows)}; expected a list, the constant first")
+            raise ValueProblem(f"coefficients: found {value_text(rows)}; expected a list, the constant first")
         units = [self.unit, f"{self.unit}/s", *(f"{self.unit}/s^{k}" for k in range(2, len(rows)))]
-        return self._fixed(Profile.polynomial(*(_in(row, unit) for row, unit in zip(rows, units, strict=False))))
+        return self._fixed(
+            Profile.polynomial(*(_coefficient(row, unit) for row, unit in zip(rows, units, strict=False)))
+        )
 
-    def _sine(self, given: dict[str, Any]) -> Motion:
-        amplitude, mean = self._value(given, "amplitude"), self._value(given, "mean")
-        omega = 2 * math.pi * self._value(given, "frequency", "Hz")
-        return self._fixed(Profile.sine(amplitude, omega, self._value(given, "phase", "rad"), mean))
+    def _sine(self, table: dict[str, Any]) -> Motion:
+        amplitude, mean = self._value(table, "amplitude"), self._value(table, "mean")
+        omega = 2 * math.pi * self._value(table, "frequency", "Hz")
+        return self._fixed(Profile.sine(amplitude, omega, self._value(table, "phase", "rad"), mean))
 
-    def _smooth_step(self, given: dict[str, Any]) -> Motion:
-        start, end = self._value(given, "start", "s"), self._value(given, "end", "s")
-        return self._fixed(Profile.smooth_step(start, end, self._value(given, "from"), self._value(given, "to")))
+    def _smooth_step(self, table: dict[str, Any]) -> Motion:
+        start, end = self._value(table, "start", "s"), self._value(table, "end", "s")
+        return self._fixed(Profile.smooth_step(start, end, self._value(table, "from"), self._value(table, "to")))
 
-    def _trapezoid(self, given: dict[str, Any]) -> Motion:
-        start, end, ramp = (self._value(given, key, "s") for key in ("start", "end", "ramp"))
-        before, after = self._value(given, "from"), self._value(given, "to")
-        return self._fixed(Profile.trapezoid(start, end, before, after, ramp))
+    def _trapezoid(self, table: dict[str, Any]) -> Motion:
+        start, end, ramp = (self._value(table, key, "s") for key in ("start", "end", "ramp"))
+        start_value, end_value = self._value(table, "from"), self._value(table, "to")
+        return self._fixed(Profile.trapezoid(start, end, start_value, end_value, ramp))
 
-    def _table(self, given: dict[str, Any]) -> Motion:
-        degree, ends = given.get("degree", 3), given.get("ends", "not_a_knot")
+    def _table(self, table: dict[str, Any]) -> Motion:
+        degree, ends = table.get("degree", 3), table.get("ends", "not_a_knot")
         if isinstance(degree, bool) or degree not in (3, 5) or not isinstance(ends, str) or ends not in ENDS:
             raise ValueProblem(
-                f"found degree {shown(degree)} and ends {shown(ends)}; known are 3 and 5, {' and '.join(ENDS)}"
+                f"found degree {value_text(degree)} and ends {value_text(ends)}; known are 3 and 5, "
+                f"{' and '.join(ENDS)}"
             )
-        inline, filed = ("times" in given, "values" in given), ("file" in given, "column" in given)
+        inline, filed = ("times" in table, "values" in table), ("file" in table, "column" in table)
         if all(inline) and not any(filed):
             times, values = (
-                Quantity(unit, (None,)).read(given[key]) for key, unit in (("times", "s"), ("values", self.unit))
+                Quantity(unit, (None,)).read_value(table[key]) for key, unit in (("times", "s"), ("values", self.unit))
             )
             return self._fixed(Profile.spline(times, values, degree, ends))
         if not all(filed) or any(inline):
-            raise ValueProblem(f"found {sorted(given)} in a table; give times and values, or file and column")
-        name, column = str(given["file"]), str(given["column"])
+            raise ValueProblem(f"found {sorted(table)} in a table; give times and values, or file and column")
+        name, column = str(table["file"]), str(table["column"])
         return Motion(
             profile=lambda folder: Profile.spline(*column_of(folder / name, column, self.unit), degree, ends),
             files=(name,),
         )
 
-    def _sum(self, given: dict[str, Any]) -> Motion:
-        parts = given["parts"]
+    def _sum(self, table: dict[str, Any]) -> Motion:
+        parts = table["parts"]
         if not isinstance(parts, list) or len(parts) < 2:
-            raise ValueProblem(f"parts: found {shown(parts)}; expected a list of at least two motions")
-        motions = [self.read(part) for part in parts]
+            raise ValueProblem(f"parts: found {value_text(parts)}; expected a list of at least two motions")
+        motions = [self.read_value(part) for part in parts]
         profiles = [motion.profile for motion in motions if motion is not None and motion.profile is not None]
         if len(profiles) < len(parts):
             raise ValueProblem("found 'free' or 'locked' among the parts of a sum; each must be a motion in time")
 
         def total(folder: Path) -> Profile:
-            first, *others = (profile(folder) for profile in profiles)
-            for other in others:
-                first = first + other
-            return first
+            summed, *further_profiles = (profile(folder) for profile in profiles)
+            for further in further_profiles:
+                summed = summed + further
+            return summed
 
         files = tuple(name for motion in motions if motion is not None for name in motion.files)
         if not files:
-            total(Path())  # reported here if they do not fit together
+            total(Path())  # raises here if they do not fit together
         return Motion(profile=total, files=files)
 
     def json_schema(self) -> dict[str, Any]:
@@ -231,8 +236,8 @@ class MotionOf(_Readable):
         return {"anyOf": [{"enum": [FREE, LOCKED]}, Quantity(self.unit).json_schema(), *tables], "unit": self.unit}
 
 
-def _in(value: Any, unit: str) -> float:
+def _coefficient(value: Any, unit: str) -> float:
     """A coefficient in SI; above jerk only plain numbers."""
     if unit not in NOUNS and isinstance(value, str):
-        raise ValueProblem(f"coefficients: found {shown(value)}; write it as a plain number in {unit}")
-    return float(Quantity(unit if unit in NOUNS else "").read(value))
+        raise ValueProblem(f"coefficients: found {value_text(value)}; write it as a plain number in {unit}")
+    return float(Quantity(unit if unit in NOUNS else "").read_value(value))

@@ -1,4 +1,4 @@
-"""`motion` of every kind of joint: which of its coordinates are locked or specified, and how they move."""
+"""`motion` of every kind of joint: its locked or prescribed coordinates, and their motion."""
 
 from __future__ import annotations
 
@@ -7,27 +7,29 @@ from typing import Annotated, Any
 from femflex.case.base import Table
 from femflex.case.motion import LOCKED, Motion, MotionOf
 from femflex.case.units import UnitError
-from femflex.case.values import ValueProblem, _Readable, count, shown
+from femflex.case.values import ValueProblem, _Readable, counted_noun, value_text
 
 
 class MotionsOf(_Readable):
     """A list of motions of coordinates with one unit; n of them, or any number."""
 
     def __init__(self, unit: str, n: int | None = None) -> None:
-        self.one, self.n = MotionOf(unit), n
+        self.coordinate_motion, self.n = MotionOf(unit), n
 
-    def read(self, value: Any) -> tuple[Motion | None, ...]:
+    def read_value(self, value: Any) -> tuple[Motion | None, ...]:
         """One motion per coordinate, None when free."""
         if value == LOCKED and self.n is not None:
             return (Motion(locked=True),) * self.n
         if not isinstance(value, list):
-            raise ValueProblem(f"found {shown(value)}; expected a list with a motion for every coordinate")
+            raise ValueProblem(f"found {value_text(value)}; expected a list with a motion for every coordinate")
         if self.n is not None and len(value) != self.n:
-            raise ValueProblem(f"found {count(len(value), 'motion', 'motions')}; expected {self.n}, 'free' among them")
+            raise ValueProblem(
+                f"found {counted_noun(len(value), 'motion', 'motions')}; expected {self.n}, 'free' among them"
+            )
         out = []
         for k, entry in enumerate(value):
             try:
-                out.append(self.one.read(entry))
+                out.append(self.coordinate_motion.read_value(entry))
             except (ValueProblem, UnitError) as problem:
                 raise ValueProblem(f"entry {k + 1}: {problem}") from None
         return tuple(out)
@@ -35,7 +37,7 @@ class MotionsOf(_Readable):
     def json_schema(self) -> dict[str, Any]:
         """JSON Schema of a list."""
         size = {} if self.n is None else {"minItems": self.n, "maxItems": self.n}
-        return {"type": "array", "items": self.one.json_schema()} | size
+        return {"type": "array", "items": self.coordinate_motion.json_schema()} | size
 
 
 Angle = Annotated[Motion | None, MotionOf("rad")]
@@ -44,21 +46,21 @@ Motions = tuple[Motion | None, ...]
 
 
 class AngleMotion(Table):
-    """How the angle moves."""
+    """Motion of the angle."""
 
     angle: Angle = None
     """Motion of the angle: "free", "locked", a value, or a profile over time."""
 
 
 class PositionMotion(Table):
-    """How the slide moves."""
+    """Motion of the slide."""
 
     position: Position = None
     """Motion of the slide: "free", "locked", a value, or a profile over time."""
 
 
 class CylinderMotion(Table):
-    """How slide and angle move."""
+    """Motion of slide and angle."""
 
     position: Position = None
     """Motion of the slide: "free", "locked", a value, or a profile over time."""
@@ -67,28 +69,28 @@ class CylinderMotion(Table):
 
 
 class TwoAngles(Table):
-    """How the two angles move."""
+    """Motion of the two angles."""
 
     angles: Annotated[Motions, MotionsOf("rad", 2)] = ()
     """Motion of each of the two angles: "free", "locked", a value, or a profile over time."""
 
 
 class ThreeAngles(Table):
-    """How the three angles of the joint's sequence move."""
+    """Motion of the three angles of the joint's sequence."""
 
     angles: Annotated[Motions, MotionsOf("rad", 3)] = ()
     """Motion of each of the three angles: "free", "locked", a value, or a profile over time."""
 
 
 class FreeMotion(ThreeAngles):
-    """How the three slides, and the three angles of the joint's sequence, move."""
+    """Motion of the three slides, and of the three angles of the joint's sequence."""
 
     position: Annotated[Motions, MotionsOf("m", 3)] = ()
     """Motion of each of the three slides: "free", "locked", a value, or a profile over time."""
 
 
 class GeneralMotion(Table):
-    """How slides and turns move."""
+    """Motion of slides and turns."""
 
     position: Annotated[Motions, MotionsOf("m")] = ()
     """Motion of each slide: "free", "locked", a value, or a profile over time."""

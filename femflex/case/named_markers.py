@@ -1,4 +1,4 @@
-"""Markers that the parts of a case name are on their bodies."""
+"""Check that the markers to which a case refers are on their bodies."""
 
 from __future__ import annotations
 
@@ -9,63 +9,73 @@ from pathlib import Path
 from femflex.case.body import BodyTable, FileTable, FlexibleTable
 from femflex.case.matrices import MatricesTable
 from femflex.case.outline import Outline
-from femflex.case.problems import Problem, near
-from femflex.case.tree import loose_bodies
+from femflex.case.problems import Problem, suggestion_text
+from femflex.case.tree import bodies_without_joint
 
 
 def known_markers(body: BodyTable | None) -> set[str] | None:
-    """Marker names of a body as far as the case file tells; None when only its file knows."""
+    """Marker names of a body as far as the case file defines them; None if only a body file does."""
     if body is None or isinstance(body, FileTable):
         return None
-    known = {"origin", *body.markers}
+    names = {"origin", *body.markers}
     if isinstance(body, FlexibleTable | MatricesTable):
-        known |= {*getattr(body.reduction, "clamp", {}), *getattr(body.reduction, "interfaces", [])}
-    return known | set(body.own_markers())
+        names |= {*getattr(body.reduction, "clamp", {}), *getattr(body.reduction, "interfaces", [])}
+    return names | set(body.built_in_markers())
 
 
-def markers(outline: Outline, folder: Path) -> Iterator[Problem]:
-    """Markers of joints, loads, sights, attitude and initial states are on their bodies."""
-    places: list[tuple[str, str | None, str | None]] = []
-    for where, joint in [*outline.joints.items(), *outline.loops.items()]:
+def marker_problems(outline: Outline, folder: Path) -> Iterator[Problem]:
+    """Problems of joints, loads, sights, attitude and initial states whose markers are not on their bodies."""
+    references: list[tuple[str, str | None, str | None]] = []
+    for key_path, joint in [*outline.joints.items(), *outline.loops.items()]:
         if joint is not None:
-            places.append((f"{where}.child_marker", joint.child, joint.child_marker))
+            references.append((f"{key_path}.child_marker", joint.child, joint.child_marker))
             if joint.parent != joint.child:
-                places.append((f"{where}.parent_marker", joint.parent, joint.parent_marker))
-    for where, load in outline.loads.items():
+                references.append((f"{key_path}.parent_marker", joint.parent, joint.parent_marker))
+    for key_path, load in outline.loads.items():
         if load is not None:
             if load.body not in outline.bodies:
                 yield Problem(
-                    f"{where}.body", f"found {load.body!r}, which is not a body; {near(load.body, outline.bodies)}"
+                    f"{key_path}.body",
+                    f"found {load.body!r}, which is not a body; {suggestion_text(load.body, outline.bodies)}",
                 )
-            places.append((f"{where}.marker", load.body, load.marker))
-    places += [(f"{where}.marker", one.body, one.marker) for where, one in outline.sights.items() if one is not None]
-    for where, one in outline.mounted.items():
-        pairs = () if one is None else (("body", "marker"), ("other_body", "other_marker"), ("parent", "parent_marker"))
+            references.append((f"{key_path}.marker", load.body, load.marker))
+    references += [
+        (f"{key_path}.marker", sight.body, sight.marker)
+        for key_path, sight in outline.sights.items()
+        if sight is not None
+    ]
+    for key_path, mounted in outline.mounted.items():
+        pairs = (
+            () if mounted is None else (("body", "marker"), ("other_body", "other_marker"), ("parent", "parent_marker"))
+        )
         for role, marker_key in pairs:
-            named = getattr(one, role, None)
-            if named is not None and named not in outline.bodies:
-                yield Problem(f"{where}.{role}", f"found {named!r}, which is not a body; {near(named, outline.bodies)}")
-            places.append((f"{where}.{marker_key}", named, getattr(one, marker_key, None)))
-    for where, item in outline.between.items():
+            body_name = getattr(mounted, role, None)
+            if body_name is not None and body_name not in outline.bodies:
+                yield Problem(
+                    f"{key_path}.{role}",
+                    f"found {body_name!r}, which is not a body; {suggestion_text(body_name, outline.bodies)}",
+                )
+            references.append((f"{key_path}.{marker_key}", body_name, getattr(mounted, marker_key, None)))
+    for key_path, item in outline.between.items():
         if item is not None:
-            places += [
-                (f"{where}.marker", item.body, item.marker),
-                (f"{where}.parent_marker", item.parent, item.parent_marker),
+            references += [
+                (f"{key_path}.marker", item.body, item.marker),
+                (f"{key_path}.parent_marker", item.parent, item.parent_marker),
             ]
     for name, body in outline.bodies.items():
         if body is not None and body.initial is not None:
-            places.append((f"bodies.{name}.initial.marker", name, body.initial.marker))
-    loose = loose_bodies(outline)
+            references.append((f"bodies.{name}.initial.marker", name, body.initial.marker))
+    loose = bodies_without_joint(outline)
     if outline.attitude is not None and loose:
-        places.append(("attitude.marker", outline.attitude.root or loose[0], outline.attitude.marker))
-    for where, owner, marker in places:
-        known = known_markers(outline.bodies.get(owner or ""))
-        if marker is not None and known is not None and marker not in known:
-            text = f"found {marker!r}, which is no marker of body {owner!r}; {near(marker, known)}"
-            yield Problem(where, text + _as_group(outline.bodies.get(owner or ""), owner, marker, folder))
+        references.append(("attitude.marker", outline.attitude.root or loose[0], outline.attitude.marker))
+    for key_path, owner, marker in references:
+        names = known_markers(outline.bodies.get(owner or ""))
+        if marker is not None and names is not None and marker not in names:
+            text = f"found {marker!r}, which is no marker of body {owner!r}; {suggestion_text(marker, names)}"
+            yield Problem(key_path, text + _group_hint(outline.bodies.get(owner or ""), owner, marker, folder))
 
 
-def _as_group(body: BodyTable | None, owner: str | None, marker: str, folder: Path) -> str:
+def _group_hint(body: BodyTable | None, owner: str | None, marker: str, folder: Path) -> str:
     """The advice to declare a marker whose name is that of a group of the body's mesh."""
     if not isinstance(body, FlexibleTable) or body.mesh is None or not os.path.isfile(folder / body.mesh):
         return ""

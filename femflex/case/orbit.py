@@ -1,4 +1,4 @@
-"""[orbit] and [attitude]: where the craft flies and how it is turned at the start."""
+"""[orbit] and [attitude]: the orbit, and the initial attitude of the craft."""
 
 from __future__ import annotations
 
@@ -41,9 +41,12 @@ class OrbitTable(Table):
     @model_validator(mode="after")
     def _one_size(self) -> OrbitTable:
         if self.kind == "none":
-            given = sorted(self.model_fields_set - {"kind"})
-            if given:
-                refuse(f"found kind = 'none' together with {', '.join(given)}; an orbit has kind 'specified' or 'free'")
+            other_keys = sorted(self.model_fields_set - {"kind"})
+            if other_keys:
+                refuse(
+                    f"found kind = 'none' together with {', '.join(other_keys)}; an orbit has kind 'specified' "
+                    "or 'free'"
+                )
             return self
         exactly_one(self, ("perigee_altitude", "semi_major_axis"))
         if self.perigee_radius < self.radius:
@@ -70,7 +73,7 @@ class OrbitTable(Table):
 
 
 class AttitudeTable(Table):
-    """How the root body is turned at t = 0, relative to which frame, and whether it stays so.
+    """Initial attitude of the root body relative to a frame, free or prescribed.
 
     From the orbital frame pitch turns about x0, yaw about y0, roll about z0, in the order of `sequence`; from other
     frames `angles` are about the axes of the sequence. In the nominal attitude
@@ -116,13 +119,13 @@ class AttitudeTable(Table):
 
     @model_validator(mode="after")
     def _consistent(self) -> AttitudeTable:
-        named = [key for key in ("pitch", "yaw", "roll") if getattr(self, key) is not None]
-        if named and self.angles is not None:
-            refuse(f"found angles and {', '.join(named)} together; give one or the other")
-        if named and len(set(self.sequence[-3:])) < 3:
+        orbital_angles = [key for key in ("pitch", "yaw", "roll") if getattr(self, key) is not None]
+        if orbital_angles and self.angles is not None:
+            refuse(f"found angles and {', '.join(orbital_angles)} together; give one or the other")
+        if orbital_angles and len(set(self.sequence[-3:])) < 3:
             refuse(
-                f"found {', '.join(named)} with sequence {self.sequence!r}, which turns about one axis twice; give "
-                f"angles"
+                f"found {', '.join(orbital_angles)} with sequence {self.sequence!r}, which turns about one axis "
+                f"twice; give angles"
             )
         if self.nominal_axes is not None and self.marker is not None:
             refuse("found nominal_axes and marker together; give one of them")
@@ -140,12 +143,12 @@ class AttitudeTable(Table):
             refuse("found held = true together with rebase; a held attitude has no coordinates to be re-based")
         return self
 
-    def turns(self) -> tuple[float, float, float]:
+    def turn_angles(self) -> tuple[float, float, float]:
         """The three angles in the order of the sequence [rad]."""
         if self.angles is not None:
             return self.angles
-        named = {"x": self.pitch or 0.0, "y": self.yaw or 0.0, "z": self.roll or 0.0}
-        return tuple(named[axis] for axis in self.sequence[-3:])  # type: ignore[return-value]
+        angles = {"x": self.pitch or 0.0, "y": self.yaw or 0.0, "z": self.roll or 0.0}
+        return tuple(angles[axis] for axis in self.sequence[-3:])  # type: ignore[return-value]
 
 
 def _triple_product(axes: tuple[str, ...]) -> int:

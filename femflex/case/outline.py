@@ -1,7 +1,7 @@
-"""What can be known of a case file that has mistakes: the valid parts, and the names of the others.
+"""Outline of a case file that may have mistakes: its valid parts, and the names of the others.
 
-Checks across the file (names, tree, files) work on this outline, so that they report together with mistakes inside
-single tables.
+Checks across the file (names, tree, files) use this outline, so that their problems are reported together with those
+inside single tables.
 """
 
 from __future__ import annotations
@@ -43,12 +43,12 @@ MOUNTED = {
 }
 
 
-ADAPTERS: dict[int, tuple[Any, TypeAdapter[Any]]] = {}  # by the identity of the type, which stays alive here
+ADAPTERS: dict[int, tuple[Any, TypeAdapter[Any]]] = {}  # by the identity of the type, which is kept alive here
 
 
 @dataclass(frozen=True)
 class Outline:
-    """The parts of a case file; None stands for a part that is missing or has mistakes of its own.
+    """The parts of a case file; None stands for a part that is missing or has mistakes.
 
     bodies  by name; joints, loads, loops, constraints, springs and sights by their label in key paths, such as
             "joints[panel]"
@@ -73,59 +73,59 @@ class Outline:
     expect: ExpectationsTable | None
     initial: StartTable | None
     names: Mapping[str, frozenset[str]]
-    whole: bool
+    is_valid: bool
 
 
-def outline_of(case: Case, raw: Mapping[str, Any]) -> Outline:
-    """The outline of a valid case; raw: its tables as TOML gives them, by which its parts are labelled."""
-    parts = {label: part for key in MOUNTED for label, part in _labelled(key, getattr(case, key)).items()}
+def outline_of_case(case: Case, raw: Mapping[str, Any]) -> Outline:
+    """The outline of a valid case; raw: its TOML tables, from which the labels are taken."""
+    mounted = {label: table for key in MOUNTED for label, table in _label_named(key, getattr(case, key)).items()}
     return Outline(
         run=case.run,
         orbit=case.orbit,
         environment=case.environment,
         attitude=case.attitude,
         bodies=dict(case.bodies),
-        joints=_numbered(raw, "joints", case.joints),
-        loads=_numbered(raw, "loads", case.loads),
-        loops=_numbered(raw, "loops", case.loops),
-        between=_numbered(raw, "constraints", case.constraints) | _numbered(raw, "springs", case.springs),
-        sights=_numbered(raw, "sights", case.sights),
-        mounted=parts,
+        joints=_label_list(raw, "joints", case.joints),
+        loads=_label_list(raw, "loads", case.loads),
+        loops=_label_list(raw, "loops", case.loops),
+        between=_label_list(raw, "constraints", case.constraints) | _label_list(raw, "springs", case.springs),
+        sights=_label_list(raw, "sights", case.sights),
+        mounted=mounted,
         pictures=case.pictures,
         study=case.study,
         campbell=case.campbell,
         expect=case.expect if "expect" in raw else None,
         initial=case.initial,
         names={key: frozenset(map(str, _table(raw, key))) for key in ("materials", "sections")},
-        whole=True,
+        is_valid=True,
     )
 
 
-def outline(raw: Mapping[str, Any]) -> Outline:
-    """The outline of a case with mistakes, as TOML gives it."""
+def outline_of_tables(raw: Mapping[str, Any]) -> Outline:
+    """The outline of a case with mistakes, from its TOML tables."""
     return Outline(
-        run=_part(RunTable, raw.get("run")),
-        orbit=_part(OrbitTable, raw.get("orbit", {"kind": "none"})),
-        environment=_part(EnvironmentTable, raw.get("environment", {})),
-        attitude=_part(AttitudeTable, raw.get("attitude", {})),
-        bodies={str(name): _part(Body, table) for name, table in _table(raw, "bodies").items()},
-        joints=_listed(raw, "joints", Joint),
-        loads=_listed(raw, "loads", LoadTable),
-        loops=_listed(raw, "loops", Joint),
-        between=_listed(raw, "constraints", Constraint) | _listed(raw, "springs", SpringTable),
-        sights=_listed(raw, "sights", SightTable),
-        mounted={label: table for key, kind in MOUNTED.items() for label, table in _named(raw, key, kind).items()},
-        pictures=_part(PicturesTable, raw.get("pictures")),
-        study=_part(StudyTable, raw.get("study")),
-        campbell=_part(CampbellTable, raw.get("campbell")),
-        expect=_part(ExpectationsTable, raw.get("expect")),
-        initial=_part(StartTable, raw.get("initial")),
+        run=_valid_or_none(RunTable, raw.get("run")),
+        orbit=_valid_or_none(OrbitTable, raw.get("orbit", {"kind": "none"})),
+        environment=_valid_or_none(EnvironmentTable, raw.get("environment", {})),
+        attitude=_valid_or_none(AttitudeTable, raw.get("attitude", {})),
+        bodies={str(name): _valid_or_none(Body, table) for name, table in _table(raw, "bodies").items()},
+        joints=_read_list(raw, "joints", Joint),
+        loads=_read_list(raw, "loads", LoadTable),
+        loops=_read_list(raw, "loops", Joint),
+        between=_read_list(raw, "constraints", Constraint) | _read_list(raw, "springs", SpringTable),
+        sights=_read_list(raw, "sights", SightTable),
+        mounted={label: table for key, kind in MOUNTED.items() for label, table in _read_named(raw, key, kind).items()},
+        pictures=_valid_or_none(PicturesTable, raw.get("pictures")),
+        study=_valid_or_none(StudyTable, raw.get("study")),
+        campbell=_valid_or_none(CampbellTable, raw.get("campbell")),
+        expect=_valid_or_none(ExpectationsTable, raw.get("expect")),
+        initial=_valid_or_none(StartTable, raw.get("initial")),
         names={key: frozenset(map(str, _table(raw, key))) for key in ("materials", "sections")},
-        whole=False,
+        is_valid=False,
     )
 
 
-def _part(kind: Any, value: Any) -> Any:
+def _valid_or_none(kind: Any, value: Any) -> Any:
     """The value as that type, or None when it is missing or has mistakes."""
     if value is None:
         return None
@@ -136,30 +136,30 @@ def _part(kind: Any, value: Any) -> Any:
 
 
 def _adapter(kind: Any) -> TypeAdapter[Any]:
-    """The reader of a type, made once: a case is read many times in a sweep."""
+    """The validator of a type, made once, because a sweep reads a case many times."""
     if id(kind) not in ADAPTERS:
         ADAPTERS[id(kind)] = kind, TypeAdapter(kind)
     return ADAPTERS[id(kind)][1]
 
 
 def _table(raw: Mapping[str, Any], key: str) -> Mapping[str, Any]:
-    found = raw.get(key, {})
-    return found if isinstance(found, Mapping) else {}
+    value = raw.get(key, {})
+    return value if isinstance(value, Mapping) else {}
 
 
-def _labelled(key: str, parts: Mapping[str, Any]) -> dict[str, Any]:
-    return {f"{key}.{name}": part for name, part in parts.items()}
+def _label_named(key: str, tables: Mapping[str, Any]) -> dict[str, Any]:
+    return {f"{key}.{name}": table for name, table in tables.items()}
 
 
-def _numbered(raw: Mapping[str, Any], key: str, parts: Sequence[Any]) -> dict[str, Any]:
-    return {f"{key}[{item_label(raw[key], k)}]": part for k, part in enumerate(parts)}
+def _label_list(raw: Mapping[str, Any], key: str, tables: Sequence[Any]) -> dict[str, Any]:
+    return {f"{key}[{item_label(raw[key], k)}]": table for k, table in enumerate(tables)}
 
 
-def _named(raw: Mapping[str, Any], key: str, kind: Any) -> dict[str, Any]:
-    return {f"{key}.{name}": _part(kind, item) for name, item in _table(raw, key).items()}
+def _read_named(raw: Mapping[str, Any], key: str, kind: Any) -> dict[str, Any]:
+    return {f"{key}.{name}": _valid_or_none(kind, item) for name, item in _table(raw, key).items()}
 
 
-def _listed(raw: Mapping[str, Any], key: str, kind: Any) -> dict[str, Any]:
-    found = raw.get(key, [])
-    items = found if isinstance(found, list) else []
-    return {f"{key}[{item_label(items, k)}]": _part(kind, item) for k, item in enumerate(items)}
+def _read_list(raw: Mapping[str, Any], key: str, kind: Any) -> dict[str, Any]:
+    value = raw.get(key, [])
+    items = value if isinstance(value, list) else []
+    return {f"{key}[{item_label(items, k)}]": _valid_or_none(kind, item) for k, item in enumerate(items)}

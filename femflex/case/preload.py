@@ -38,7 +38,7 @@ class PreloadTable(Table):
     """Group -> mass of bodies attached there by joints, on which gravity, spin and orbit act too."""
 
     @model_validator(mode="after")
-    def _loads(self) -> PreloadTable:
+    def _has_one_field_and_a_load(self) -> PreloadTable:
         if self.spin is not None and self.orbit is not None:
             refuse("found spin and orbit together; the field of the orbit holds its rate already, so give one of them")
         if not (any(self.acceleration) or self.spin or self.orbit or self.forces):

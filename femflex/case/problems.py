@@ -1,4 +1,4 @@
-"""Problems of a case file: each one sentence with file, key path, what was found, what is known and what to do."""
+"""Problems of a case file: each is one sentence with file, key path, what was found, what is known and what to do."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Problem:
 
 
 class CaseError(ValueError):
-    """A case that cannot be run, with all problems found together."""
+    """A case that cannot be run, with all of its problems."""
 
     def __init__(self, file: str, problems: Sequence[Problem]) -> None:
         self.file, self.problems = file, tuple(problems)
@@ -38,37 +38,37 @@ def printable(text: str) -> str:
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in cut)
 
 
-FEW = 4  # known names that are listed even where one of them is near
+FEW = 4  # known names that are listed even where one of them is close
 
 
-def near(name: str, known: Iterable[str]) -> str:
-    """Part of a sentence: "did you mean 'mass'?" when a known name is near; the known names otherwise, or if few.
+def suggestion_text(name: str, candidates: Iterable[str]) -> str:
+    """Part of a sentence: "did you mean 'mass'?" if a candidate is close; else, or if they are few, the candidates.
 
-    >>> near("mas", ["mass", "inertia"]), near("x", ["a", "b"])
+    >>> suggestion_text("mas", ["mass", "inertia"]), suggestion_text("x", ["a", "b"])
     ("did you mean 'mass'? known are 'inertia', 'mass'", "known are 'a', 'b'")
     """
-    names, name = sorted(known), name[:100]
+    names, name = sorted(candidates), name[:100]
     close = difflib.get_close_matches(name, names, n=1, cutoff=0.6)
     if not close:
         folded = {n.lower(): n for n in names}
         close = [folded[name.lower()]] if name.lower() in folded else []
-    known = f"known are {listed(names)}" if names else "there are none"
+    candidates = f"known are {quoted_names(names)}" if names else "there are none"
     if close:
-        return f"did you mean {close[0]!r}?" + (f" {known}" if 1 < len(names) <= FEW else "")
-    return known
+        return f"did you mean {close[0]!r}?" + (f" {candidates}" if 1 < len(names) <= FEW else "")
+    return candidates
 
 
-def listed(names: Iterable[str]) -> str:
-    """Names in quotes with commas."""
+def quoted_names(names: Iterable[str]) -> str:
+    """Names in quotes, separated by commas."""
     return ", ".join(repr(name) for name in names)
 
 
 def item_label(items: Any, index: int) -> str:
-    """How an entry of an array of tables is called: its name, its child, or its number."""
+    """Label of an entry of an array of tables: its name, its child, or its number."""
     item = items[index] if isinstance(items, list) and index < len(items) else None
     if isinstance(item, dict):
         for key in ("name", "child", "group"):
             if isinstance(item.get(key), str) and item[key]:
-                same = sum(1 for other in items if isinstance(other, dict) and other.get(key) == item[key])
-                return str(item[key]) if same == 1 else f"{index}: {item[key]}"
+                namesakes = sum(1 for entry in items if isinstance(entry, dict) and entry.get(key) == item[key])
+                return str(item[key]) if namesakes == 1 else f"{index}: {item[key]}"
     return str(index)

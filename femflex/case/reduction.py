@@ -1,4 +1,4 @@
-"""How a meshed body is reduced: which shapes it may take, what is clamped, how it is damped."""
+"""Reduction of a meshed body: the shapes of its basis, its clamps and its damping."""
 
 from __future__ import annotations
 
@@ -8,21 +8,30 @@ from pydantic import Field, StrictBool, model_validator
 
 from femflex.case.base import Table, refuse
 from femflex.case.support import SkewSupport, read_support, support_schema
-from femflex.case.values import MOST_FUNCTIONS, Count, PositiveLength, Quantity, ValueProblem, Whole, _Readable, shown
+from femflex.case.values import (
+    MOST_FUNCTIONS,
+    Count,
+    PositiveLength,
+    Quantity,
+    ValueProblem,
+    Whole,
+    _Readable,
+    value_text,
+)
 
 
 class _ClampValue(_Readable):
-    """Group names, or group name -> support. Reads into a dict; an empty tuple of components holds all six."""
+    """Group names, or group name -> support. Read as a dict; an empty tuple of components clamps all six."""
 
-    def read(self, value: Any) -> dict[str, tuple[str, ...] | SkewSupport]:
-        """Group -> components held, or a support in axes of its own."""
+    def read_value(self, value: Any) -> dict[str, tuple[str, ...] | SkewSupport]:
+        """Group -> clamped components, or a support in other axes."""
         if isinstance(value, str):
             value = [value]
         if isinstance(value, list) and all(isinstance(name, str) for name in value):
             return dict.fromkeys(value, ())
         if not isinstance(value, dict):
             raise ValueProblem(
-                f'found {shown(value)}; expected a group name, a list of them, or {{group = ["x", "y", "z"]}}'
+                f'found {value_text(value)}; expected a group name, a list of them, or {{group = ["x", "y", "z"]}}'
             )
         return {group: read_support(group, support) for group, support in value.items()}
 
@@ -35,37 +44,37 @@ class _ClampValue(_Readable):
 class _Ratio(_Readable):
     """One damping ratio, or one per mode."""
 
-    one, many = Quantity("", least=0.0, below=1.0), Quantity("", (None,), least=0.0, below=1.0)
+    scalar, vector = Quantity("", least=0.0, below=1.0), Quantity("", (None,), least=0.0, below=1.0)
 
-    def read(self, value: Any) -> Any:
+    def read_value(self, value: Any) -> Any:
         """A float or a tuple of them."""
-        return (self.many if isinstance(value, list) else self.one).read(value)
+        return (self.vector if isinstance(value, list) else self.scalar).read_value(value)
 
     def json_schema(self) -> dict[str, Any]:
         """JSON Schema of both forms."""
-        return {"anyOf": [self.one.json_schema(), self.many.json_schema()]}
+        return {"anyOf": [self.scalar.json_schema(), self.vector.json_schema()]}
 
 
-class _KeptDerivatives(_Readable):
+class _DerivativeCount(_Readable):
     """A number of derivative shapes, or the word for how many."""
 
     words = ("auto", "all", "none")
 
-    def read(self, value: Any) -> int | str:
+    def read_value(self, value: Any) -> int | str:
         """The number or the word."""
         if isinstance(value, str) and value in self.words:
             return value
         if isinstance(value, int) and not isinstance(value, bool) and value >= 0:
             return value
         words = ", ".join(repr(word) for word in self.words)
-        raise ValueProblem(f"found {shown(value)}; expected a number of derivative shapes, or one of {words}")
+        raise ValueProblem(f"found {value_text(value)}; expected a number of derivative shapes, or one of {words}")
 
     def json_schema(self) -> dict[str, Any]:
         """JSON Schema of both forms."""
         return {"anyOf": [{"type": "integer", "minimum": 0}, {"enum": list(self.words)}]}
 
 
-Derivatives = Annotated[int | str | None, _KeptDerivatives()]
+Derivatives = Annotated[int | str | None, _DerivativeCount()]
 Clamp = Annotated[dict[str, tuple[str, ...] | SkewSupport], _ClampValue()]
 Component = Literal["x", "y", "z", "rx", "ry", "rz"]
 
@@ -81,7 +90,7 @@ class DampingTable(Table):
     """Stiffness-proportional coefficient beta of Rayleigh damping, D = alpha M + beta K."""
 
     @model_validator(mode="after")
-    def _one_kind(self) -> DampingTable:
+    def _ratio_or_rayleigh(self) -> DampingTable:
         rayleigh = self.mass is not None or self.stiffness is not None
         if (self.ratio is not None) == rayleigh:
             refuse(
@@ -119,7 +128,7 @@ class Stretchable(Table):
     given. {} adds none."""
 
     @model_validator(mode="after")
-    def _derives(self) -> Stretchable:
+    def _deflection_has_derivatives(self) -> Stretchable:
         if self.responses and self.deflection is None:
             refuse(
                 f"found responses = {self.responses} without deflection; give the deflection that they reach, such as "
@@ -162,7 +171,7 @@ class CantileverTable(Stretchable):
     {} adds none."""
 
     @model_validator(mode="after")
-    def _is_held(self) -> CantileverTable:
+    def _has_a_clamp(self) -> CantileverTable:
         if not self.clamp:
             refuse(
                 "found no group to clamp; cantilever modes are those of a clamped structure, so name a group, or use "

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from femflex.case.problems import near
-from femflex.case.values import ValueProblem, _Readable, shown
+from femflex.case.problems import suggestion_text
+from femflex.case.values import ValueProblem, _Readable, value_text
 
 LETTERS = ("xyz", "xzy", "yxz", "yzx", "zxy", "zyx", "xyx", "xzx", "yxy", "yzy", "zxz", "zyz")
 SEQUENCES = (
@@ -19,19 +19,19 @@ SETS = ("euler_parameters", "rodrigues", "modified_rodrigues", *SEQUENCES)
 
 @dataclass(frozen=True)
 class OneOf(_Readable):
-    """One of some words; `listed` of them are named when another word is nowhere near."""
+    """One of some words; a message lists `listed` of them if another word is not similar to any."""
 
     words: tuple[str, ...]
     listed: tuple[str, ...]
 
-    def read(self, value: Any) -> str:
+    def read_value(self, value: Any) -> str:
         """The word itself."""
         if isinstance(value, str) and value in self.words:
             return value
-        hint = near(str(value), self.words)
+        hint = suggestion_text(str(value), self.words)
         if not hint.startswith("did you mean"):
-            hint = near("", self.listed) + "; intrinsic unless it says so, such as 'extrinsic xyz'"
-        raise ValueProblem(f"found {shown(value)}; {hint}")
+            hint = suggestion_text("", self.listed) + "; intrinsic unless it says so, such as 'extrinsic xyz'"
+        raise ValueProblem(f"found {value_text(value)}; {hint}")
 
     def json_schema(self) -> dict[str, Any]:
         """JSON Schema of the words."""

@@ -1,4 +1,4 @@
-"""[run], [pictures] and [study]: how long, how exactly, its pictures, and the quantity of convergence studies."""
+"""[run], [pictures] and [study]: duration and accuracy, pictures, and the quantity of convergence studies."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from femflex.arrays import Array
 
 
-LACKING = {"auto": ("step", "rho"), "dop853": ("step", "rho"), "esdirk4": ("rho",)}  # settings of implicit methods
+UNSUPPORTED = {"auto": ("step", "rho"), "dop853": ("step", "rho"), "esdirk4": ("rho",)}  # settings of implicit methods
 
 
 class RunTable(Table):
@@ -51,16 +51,16 @@ class RunTable(Table):
     """Spectral radius of generalized_alpha at infinite frequency; 1 does not damp."""
 
     @model_validator(mode="after")
-    def _one_of_each(self) -> RunTable:
+    def _keys_are_unique(self) -> RunTable:
         exactly_one(self, ("duration", "orbits"))
         exactly_one(self, ("output_step", "samples"), required=False)
-        if lacking := [key for key in LACKING.get(self.integrator, ()) if getattr(self, key) is not None]:
-            have = " or ".join(
-                name for name in ("esdirk4", "generalized_alpha") if lacking[0] not in LACKING.get(name, ())
+        if unsupported := [key for key in UNSUPPORTED.get(self.integrator, ()) if getattr(self, key) is not None]:
+            supporting = " or ".join(
+                name for name in ("esdirk4", "generalized_alpha") if unsupported[0] not in UNSUPPORTED.get(name, ())
             )
             refuse(
-                f"found {lacking[0]} with integrator = {self.integrator!r}; it is a setting of {have} alone, so select "
-                "this integrator, or leave it out"
+                f"found {unsupported[0]} with integrator = {self.integrator!r}; it is a setting of {supporting} "
+                "alone, so select this integrator, or leave it out"
             )
         if self.duration is not None and self.output_step is not None and self.output_step > self.duration:
             refuse(
@@ -100,11 +100,11 @@ class _Scale(_Readable):
 
     factor = Quantity("", above=0.0)
 
-    def read(self, value: Any) -> float | str:
+    def read_value(self, value: Any) -> float | str:
         """The factor, or "auto"."""
         if isinstance(value, str) and value != "auto":
             raise ValueProblem(f"found {value!r}; expected a factor such as 10, or 'auto'")
-        return value if value == "auto" else self.factor.read(value)
+        return value if value == "auto" else self.factor.read_value(value)
 
     def json_schema(self) -> dict[str, Any]:
         """JSON Schema of both."""
@@ -167,7 +167,7 @@ class PicturesTable(Table):
     """Width and height of pictures in pixels."""
 
     @model_validator(mode="after")
-    def _one_second_run(self) -> PicturesTable:
+    def _one_comparison_run(self) -> PicturesTable:
         if self.without and self.linearised:
             refuse("found without and linearised; the plots hold one second run, so give one of them")
         if self.start is not None and self.end is not None and not self.start < self.end:
@@ -178,7 +178,7 @@ class PicturesTable(Table):
 
 
 class StudyTable(Table):
-    """What `femflex converge` looks at."""
+    """Quantity and range of a convergence study by `femflex converge`."""
 
     quantity: MeasureTable
     """Quantity whose convergence is assessed."""
@@ -194,7 +194,7 @@ class StudyTable(Table):
     """Relative change below which the quantity counts as converged."""
 
     @model_validator(mode="after")
-    def _of_a_run_or_a_body(self) -> StudyTable:
+    def _quantity_is_no_diagram(self) -> StudyTable:
         if self.quantity.of == OF_CAMPBELL:
             refuse(f"found quantity of = {OF_CAMPBELL!r}; a study looks at a run or a body, such as mode_frequency")
         return self

@@ -1,4 +1,4 @@
-"""[materials.<name>] and [sections.<name>]: what members are made of and how thick they are."""
+"""[materials.<name>] and [sections.<name>]: materials, and cross-sections or thicknesses of members."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field
 
 from femflex.case.base import Table
-from femflex.case.values import Along, Angle, Plain, PositiveLength, Quantity
+from femflex.case.values import AlongMember, Angle, Plain, PositiveLength, Quantity
 
 Modulus = Annotated[float, Quantity("Pa", above=0.0)]
 Density = Annotated[float, Quantity("kg/m^3", least=0.0)]
 Poisson = Annotated[float, Quantity("", above=-1.0, below=0.5)]
 MassPerArea = Annotated[float, Quantity("kg/m^2", least=0.0)]
 Variable = float | str | tuple[tuple[float, ...], tuple[float, ...]]
-LengthAlong = Annotated[Variable, Along("m")]
-AreaAlong = Annotated[Variable, Along("m^2")]
-SecondMomentAlong = Annotated[Variable, Along("m^4")]
-RigidityAlong = Annotated[Variable, Along("N m^2")]
+LengthAlong = Annotated[Variable, AlongMember("m")]
+AreaAlong = Annotated[Variable, AlongMember("m^2")]
+SecondMomentAlong = Annotated[Variable, AlongMember("m^4")]
+RigidityAlong = Annotated[Variable, AlongMember("N m^2")]
 
 
 class Isotropic(Table):
@@ -134,7 +134,7 @@ class ISection(Table):
     """Thickness of the web."""
 
 
-class Given(Table):
+class NumberSection(Table):
     """A beam section by area and second moments; Iy bends in x-z, Iz in x-y."""
 
     kind: Literal["numbers"]
@@ -160,7 +160,7 @@ class Stiffness(Table):
 
     kind: Literal["stiffness"]
     """Selects this section: by its stiffnesses."""
-    EA: Annotated[Variable, Along("N")]
+    EA: Annotated[Variable, AlongMember("N")]
     """Axial stiffness."""
     EIy: RigidityAlong
     """Bending stiffness in the x-z plane."""
@@ -168,7 +168,7 @@ class Stiffness(Table):
     """Bending stiffness in the x-y plane."""
     GJ: RigidityAlong
     """Torsional stiffness."""
-    mass_per_length: Annotated[Variable, Along("kg/m")]
+    mass_per_length: Annotated[Variable, AlongMember("kg/m")]
     """Mass per length."""
     ry: LengthAlong | None = None
     """Radius of gyration of the mass about y: root of int z^2 dm over the mass."""
@@ -176,13 +176,13 @@ class Stiffness(Table):
     """Radius of gyration of the mass about z: root of int y^2 dm over the mass."""
     area: AreaAlong | None = None
     """Area of the round bar that is drawn. Default: an ellipse with the stiffnesses' radii of gyration."""
-    GAy: Annotated[Variable, Along("N")] | None = None
+    GAy: Annotated[Variable, AlongMember("N")] | None = None
     """Shear stiffness along y, shear factor included. Needed where the beam shears."""
-    GAz: Annotated[Variable, Along("N")] | None = None
+    GAz: Annotated[Variable, AlongMember("N")] | None = None
     """Shear stiffness along z, shear factor included. Needed where the beam shears."""
 
 
-class Full(Table):
+class MatrixSection(Table):
     """A beam by full 6 x 6 stiffness and mass per length about its node line, such as a composite blade."""
 
     kind: Literal["full"]
@@ -200,9 +200,9 @@ class Cable(Table):
 
     kind: Literal["cable"]
     """Selects this section: axial stiffness and mass per length, for tethers."""
-    EA: Annotated[Variable, Along("N")]
+    EA: Annotated[Variable, AlongMember("N")]
     """Axial stiffness."""
-    mass_per_length: Annotated[Variable, Along("kg/m")]
+    mass_per_length: Annotated[Variable, AlongMember("kg/m")]
     """Mass per length."""
 
 
@@ -255,14 +255,25 @@ class Layup(Table):
     """Non-structural mass per area, such as cells and wiring."""
 
 
-def _isotropic_unless_said(value: Any) -> Any:
+def _isotropic_by_default(value: Any) -> Any:
     return {"kind": "isotropic", **value} if isinstance(value, dict) else value
 
 
 Material = Annotated[
-    Annotated[Isotropic | Orthotropic | Core, Field(discriminator="kind")], BeforeValidator(_isotropic_unless_said)
+    Annotated[Isotropic | Orthotropic | Core, Field(discriminator="kind")], BeforeValidator(_isotropic_by_default)
 ]
 Section = Annotated[
-    Tube | Circle | Box | Rectangle | ISection | Given | Stiffness | Full | Cable | Plate | Sandwich | Layup,
+    Tube
+    | Circle
+    | Box
+    | Rectangle
+    | ISection
+    | NumberSection
+    | Stiffness
+    | MatrixSection
+    | Cable
+    | Plate
+    | Sandwich
+    | Layup,
     Field(discriminator="kind"),
 ]

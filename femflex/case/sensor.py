@@ -1,4 +1,4 @@
-"""[sensors.<name>]: what controllers know of the motion."""
+"""[sensors.<name>]: measurements for controllers."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from typing import Annotated, Literal
 from pydantic import model_validator
 
 from femflex.case.base import Orientation, Table, refuse
-from femflex.case.values import Count, Direction, Duration, Position, Quantity, count
+from femflex.case.values import Count, Direction, Duration, Position, Quantity, counted_noun
 from femflex.case.wheel import PositiveRate
 
-NEEDED = {"joint": "coordinate", "value": "signal", "acceleration": "bandwidth", "strain": "component"}
-OWN = {  # keys that belong to single kinds
+REQUIRED_KEY = {"joint": "coordinate", "value": "signal", "acceleration": "bandwidth", "strain": "component"}
+KINDS_WITH_KEY = {  # keys that belong to single kinds
     "reference": ("attitude",),
     "slew_axis": ("attitude",),
     "slew_angle": ("attitude",),
@@ -84,22 +84,25 @@ class SensorTable(Table):
     """Seed of the noise, which is a function of seed, sensor and number of the sample."""
 
     @model_validator(mode="after")
-    def _fits(self) -> SensorTable:
+    def _keys_fit_kind(self) -> SensorTable:
         if self.kind not in ("joint", "value") and self.body is None:
             refuse(f"found no body for a sensor of kind {self.kind!r}; name the body that carries it")
-        needed = NEEDED.get(self.kind)
-        if needed is not None and getattr(self, needed) is None:
-            refuse(f"found no {needed} for a sensor of kind {self.kind!r}; give it")
-        for key, kinds in OWN.items():
+        required = REQUIRED_KEY.get(self.kind)
+        if required is not None and getattr(self, required) is None:
+            refuse(f"found no {required} for a sensor of kind {self.kind!r}; give it")
+        for key, kinds in KINDS_WITH_KEY.items():
             if key in self.model_fields_set and self.kind not in kinds:
                 refuse(f"found {key} for a sensor of kind {self.kind!r}; it belongs to {' and '.join(kinds)}")
         if (self.slew_axis is None) != (self.slew_angle is None):
             refuse("found one of slew_axis and slew_angle; they belong together")
-        late = [key for key in ("delay", "noise", "quantum") if getattr(self, key)]
-        if self.period is None and (late or self.kind == "strain"):
-            refuse(f"found {late[0] if late else 'a strain'} without period; give the time between two samples")
+        sampled = [key for key in ("delay", "noise", "quantum") if getattr(self, key)]
+        if self.period is None and (sampled or self.kind == "strain"):
+            refuse(f"found {sampled[0] if sampled else 'a strain'} without period; give the time between two samples")
         outputs = 1 if self.kind in ("pointing", "value", "strain") else 2 if self.kind == "joint" else 3
         if self.bias is not None and len(self.bias) != outputs:
-            found, has = count(len(self.bias), "number", "numbers"), count(outputs, "output", "outputs")
-            refuse(f"found {found} in bias; a sensor of kind {self.kind!r} has {has}")
+            numbers, outputs_text = (
+                counted_noun(len(self.bias), "number", "numbers"),
+                counted_noun(outputs, "output", "outputs"),
+            )
+            refuse(f"found {numbers} in bias; a sensor of kind {self.kind!r} has {outputs_text}")
         return self

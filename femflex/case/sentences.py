@@ -1,4 +1,4 @@
-"""What pydantic found wrong with a case file, as sentences with the key path, what is known and what is near."""
+"""Sentences for the errors of pydantic in a case file: key path, valid entries and the most similar one."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
-from femflex.case.problems import Problem, item_label, listed, near
-from femflex.case.values import count, shown
+from femflex.case.problems import Problem, item_label, quoted_names, suggestion_text
+from femflex.case.values import counted_noun, value_text
 from femflex.system.names import ALLOWED
 
 
 def schema_problems(table: type[BaseModel], raw: Any, error: ValidationError) -> list[Problem]:
-    """The sentences for everything pydantic found wrong with `raw` as that table."""
+    """The problems for everything that pydantic found wrong with `raw` as that table."""
     out = []
     for item in error.errors(include_url=False):
-        place = _place(table, raw, item["loc"])
-        out.append((item["type"], Problem(place.path, _sentence(item, place))))
+        location = _locate(table, raw, item["loc"])
+        out.append((item["type"], Problem(location.path, _error_sentence(item, location))))
     guessed = {
         _sibling(p.where, p.text.split("'")[1])
         for kind, p in out
@@ -30,15 +30,15 @@ def schema_problems(table: type[BaseModel], raw: Any, error: ValidationError) ->
     return [problem for kind, problem in out if not (kind == "missing" and problem.where in guessed)]
 
 
-def _sibling(where: str, key: str) -> str:
+def _sibling(key_path: str, key: str) -> str:
     """The path of another key of the same table."""
-    parent = where.rpartition(".")[0]
+    parent = key_path.rpartition(".")[0]
     return f"{parent}.{key}" if parent else key
 
 
 @dataclass(frozen=True)
-class _Place:
-    """Where an error is: key path, the tables its key stands in, other kinds of them, the tables the value may be."""
+class _Location:
+    """Location of an error: key path, tables of its key, alternatives of these, and possible tables of the value."""
 
     path: str
     key: str
@@ -47,34 +47,34 @@ class _Place:
     inner: tuple[type[BaseModel], ...]
 
 
-def _sentence(item: Any, place: _Place) -> str:
-    kind, found, ctx = item["type"], item.get("input"), item.get("ctx", {})
+def _error_sentence(item: Any, location: _Location) -> str:
+    kind, value, ctx = item["type"], item.get("input"), item.get("ctx", {})
     if kind in ("value", "conflict"):
         return str(ctx["text"])
     if kind == "extra_forbidden":
-        return _unknown_key(place)
+        return _unknown_key(location)
     if kind == "missing" and isinstance(item["loc"][-1], int):
-        return f"this entry is missing; found {count(len(found), 'entry', 'entries')} in the list"
+        return f"this entry is missing; found {counted_noun(len(value), 'entry', 'entries')} in the list"
     if kind == "missing":
-        return "this key is missing" + _needed(place)
+        return "this key is missing" + _key_meaning(location)
     if kind == "union_tag_not_found":
         key = ctx["discriminator"].strip("'")
-        return f"key {key!r} is missing; known are {listed(_tags(place, key))}"
+        return f"key {key!r} is missing; known are {quoted_names(_tags(location, key))}"
     if kind == "union_tag_invalid":
         key = ctx["discriminator"].strip("'")
         tag = str(ctx["tag"])
         found_text = repr(tag) if len(tag) < 60 else repr(tag[:57]) + "..."
-        return f"found {key} = {found_text}; {near(tag, _tags(place, key))}"
+        return f"found {key} = {found_text}; {suggestion_text(tag, _tags(location, key))}"
     if kind == "literal_error":
-        known = [text for text in ctx["expected"].split("'") if text.strip(", ") and text.strip() != "or"]
-        return f"found {shown(found)}; " + near(str(found), known)
+        words = [text for text in ctx["expected"].split("'") if text.strip(", ") and text.strip() != "or"]
+        return f"found {value_text(value)}; " + suggestion_text(str(value), words)
     if kind == "too_short":
-        return f"found {count(ctx['actual_length'], 'entry', 'entries')}; expected at least {ctx['min_length']}"
+        return f"found {counted_noun(ctx['actual_length'], 'entry', 'entries')}; expected at least {ctx['min_length']}"
     if kind == "too_long":
-        return f"found {count(ctx['actual_length'], 'entry', 'entries')}; expected at most {ctx['max_length']}"
-    if kind == "string_pattern_mismatch" and ".markers." in place.path:
-        return f"found {shown(found)}; expected {_EXPECTED[kind]}. {OF_GROUP}"
-    return f"found {shown(found)}; expected {_EXPECTED.get(kind, item['msg'][0].lower() + item['msg'][1:])}"
+        return f"found {counted_noun(ctx['actual_length'], 'entry', 'entries')}; expected at most {ctx['max_length']}"
+    if kind == "string_pattern_mismatch" and ".markers." in location.path:
+        return f"found {value_text(value)}; expected {_EXPECTED[kind]}. {OF_GROUP}"
+    return f"found {value_text(value)}; expected {_EXPECTED.get(kind, item['msg'][0].lower() + item['msg'][1:])}"
 
 
 PROPER = ("Poisson", "Rayleigh", "CSV")  # words that keep their capital letters
@@ -96,23 +96,30 @@ _EXPECTED = {
 }
 
 
-def _unknown_key(place: _Place) -> str:
-    fields = [field.alias or name for table in place.tables for name, field in table.model_fields.items()]
-    tags = [f"{d} = {v!r}" for table in place.elsewhere if place.key in table.model_fields for d, v in [_tag_of(table)]]
+def _unknown_key(location: _Location) -> str:
+    fields = [field.alias or name for table in location.tables for name, field in table.model_fields.items()]
+    tags = [
+        f"{d} = {v!r}"
+        for table in location.elsewhere
+        if location.key in table.model_fields
+        for d, v in [_tag_of(table)]
+    ]
     if tags:
         return f"this key is not known here; it belongs to {' or '.join(tags)}"
-    return f"this key is not known; {near(place.key, fields)}"
+    return f"this key is not known; {suggestion_text(location.key, fields)}"
 
 
-def _needed(place: _Place) -> str:
-    field = next((table.model_fields[place.key] for table in place.tables if place.key in table.model_fields), None)
+def _key_meaning(location: _Location) -> str:
+    field = next(
+        (table.model_fields[location.key] for table in location.tables if location.key in table.model_fields), None
+    )
     text = " ".join((field.description or "").split()).partition(". ")[0].rstrip(".") if field else ""
-    first = text if text.startswith(PROPER) else f"{text[:1].lower()}{text[1:]}"
-    return f" ({first})" if text else ""
+    meaning = text if text.startswith(PROPER) else f"{text[:1].lower()}{text[1:]}"
+    return f" ({meaning})" if text else ""
 
 
-def _tags(place: _Place, key: str) -> list[str]:
-    return [value for table in place.inner for _, value in [_tag_of(table, key)] if value]
+def _tags(location: _Location, key: str) -> list[str]:
+    return [value for table in location.inner for _, value in [_tag_of(table, key)] if value]
 
 
 def _tag_of(table: type[BaseModel], key: str = "") -> tuple[str, str]:
@@ -124,10 +131,10 @@ def _tag_of(table: type[BaseModel], key: str = "") -> tuple[str, str]:
     return "", ""
 
 
-def _place(table: type[BaseModel], raw: Any, loc: Sequence[int | str]) -> _Place:
+def _locate(table: type[BaseModel], raw: Any, loc: Sequence[int | str]) -> _Location:
     """Follow an error's location through the raw file and the tables' types together.
 
-    pydantic puts tags of unions into locations; what is no key or index of the raw file is such a tag.
+    pydantic puts tags of unions into locations; an entry that is no key or index of the raw file is such a tag.
     """
     candidates: tuple[Any, ...] = (table,)
     tables: tuple[type[BaseModel], ...] = ()
@@ -145,8 +152,8 @@ def _place(table: type[BaseModel], raw: Any, loc: Sequence[int | str]) -> _Place
         tables, key, path = kinds, str(step), _joined(path, step, value)
         if k + 1 < len(steps):
             elsewhere = ()
-        candidates, value = _below(candidates, step), _entry(value, step)
-    return _Place(path, key, tables, elsewhere, _tables(candidates))
+        candidates, value = _entry_types(candidates, step), _entry(value, step)
+    return _Location(path, key, tables, elsewhere, _tables(candidates))
 
 
 def _entry(value: Any, step: int | str) -> Any:
@@ -163,27 +170,27 @@ def _joined(path: str, step: int | str, value: Any) -> str:
 
 
 def _tables(annotations: Iterable[Any]) -> tuple[type[BaseModel], ...]:
-    return tuple(a for a in _flat(annotations) if isinstance(a, type) and issubclass(a, BaseModel))
+    return tuple(a for a in _alternatives(annotations) if isinstance(a, type) and issubclass(a, BaseModel))
 
 
-def _flat(annotations: Iterable[Any]) -> list[Any]:
-    """Alternatives of unions and what is annotated, opened up."""
+def _alternatives(annotations: Iterable[Any]) -> list[Any]:
+    """Alternatives of unions, and the types inside Annotated."""
     out: list[Any] = []
     for annotation in annotations:
         origin = typing.get_origin(annotation)
         if origin is typing.Annotated:
-            out += _flat([typing.get_args(annotation)[0]])
+            out += _alternatives([typing.get_args(annotation)[0]])
         elif origin in (typing.Union, types.UnionType):
-            out += _flat(typing.get_args(annotation))
+            out += _alternatives(typing.get_args(annotation))
         else:
             out.append(annotation)
     return out
 
 
-def _below(annotations: Iterable[Any], step: int | str) -> tuple[Any, ...]:
+def _entry_types(annotations: Iterable[Any], step: int | str) -> tuple[Any, ...]:
     """Types of the entry `step` of a value of these types."""
     out: list[Any] = []
-    for annotation in _flat(annotations):
+    for annotation in _alternatives(annotations):
         if isinstance(annotation, type) and issubclass(annotation, BaseModel):
             field: FieldInfo | None = annotation.model_fields.get(str(step))
             extra = annotation.__annotations__.get("__pydantic_extra__")

@@ -1,4 +1,4 @@
-"""Markers of bodies, and what is drawn of rigid ones."""
+"""Markers of bodies, and shapes drawn for rigid bodies."""
 
 from __future__ import annotations
 

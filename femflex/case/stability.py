@@ -14,7 +14,7 @@ from femflex.case.units import UnitError
 from femflex.case.values import Count, Duration
 
 RATIOS = ("k_roll", "k_yaw")
-MOST = 2001  # points along one value
+MAX_POINTS = 2001  # points along one value
 
 
 class AxisTable(Table):
@@ -27,20 +27,20 @@ class AxisTable(Table):
 
     @model_validator(mode="after")
     def _rises(self) -> AxisTable:
-        first, last, _ = self.numbers()
-        if not first < last:
+        start, end, _ = self.numbers()
+        if not start < end:
             refuse(f"found between = {self.between}; the second must be above the first")
-        if self.points > MOST:
-            refuse(f"found {self.points} points; give at most {MOST}")
+        if self.points > MAX_POINTS:
+            refuse(f"found {self.points} points; give at most {MAX_POINTS}")
         return self
 
     def numbers(self) -> tuple[float, float, str]:
         """First and last value and their unit as it is written, "" for plain numbers."""
         try:
-            (a, unit), (b, other) = (split_number(value) for value in self.between)
+            (a, unit), (b, second_unit) = (split_number(value) for value in self.between)
         except UnitError as error:
             refuse(f"found {self.between}: {error}")
-        if unit != other:
+        if unit != second_unit:
             refuse(f"found {self.between}, in two units; write both in one")
         return a, b, unit
 
@@ -64,7 +64,7 @@ class StabilityTable(Table):
     """Terms that a second chart or locus omits, as in `run --without`, such as "flexibility"; drawn in dashed lines."""
 
     @model_validator(mode="after")
-    def _belongs_together(self) -> StabilityTable:
+    def _keys_fit_quantity(self) -> StabilityTable:
         ratios = [key for key in self.vary if key in RATIOS]
         if self.inertia is None and ratios:
             refuse(f"found {ratios[0]!r} without inertia; name the body whose moments of inertia change")
@@ -75,9 +75,9 @@ class StabilityTable(Table):
         return self
 
 
-def stability_table(given: dict[str, Any], where: str) -> StabilityTable:
-    """The table of these keys. Raises CaseError with all its problems; where: what they come from."""
+def stability_table(keys: dict[str, Any], origin: str) -> StabilityTable:
+    """The table of these keys. Raises CaseError with all its problems; origin: source of the keys, for messages."""
     try:
-        return StabilityTable.model_validate(given)
+        return StabilityTable.model_validate(keys)
     except ValidationError as error:
-        raise CaseError(where, schema_problems(StabilityTable, given, error)) from None
+        raise CaseError(origin, schema_problems(StabilityTable, keys, error)) from None

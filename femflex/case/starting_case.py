@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from femflex.arrays import Array, IntArray
-from femflex.case.starting_deck import DeckFacts, deck_tables, scale_of
+from femflex.case.starting_deck import DeckFacts, deck_tables, suitable_scale
 from femflex.mesh import Mesh
 from femflex.mesh.cells import CELL_TYPES, EDGES, FACES
 from femflex.mesh.regions import with_whole_groups
@@ -123,7 +123,7 @@ def starting_case(
     deck: DeckFacts | None = None,
     choice: MeshChoice | None = None,
 ) -> tuple[str, list[str]]:
-    """Text of a case called `name`, and what in it is to be looked at first.
+    """Text of a case called `name`, and notes on what the user should check first.
 
     mesh, mesh_file  a mesh for the flexible body, and its path from the case; choice: what is made of it, default the
                      first of `mesh_choices`
@@ -132,29 +132,29 @@ def starting_case(
     Raises ValueError for a mesh of points alone.
     """
     title = name.removesuffix(".toml").replace("_", " ").capitalize()
-    scale = SCALE if deck is None else scale_of(deck)
+    scale = SCALE if deck is None else suitable_scale(deck)
     head = HEAD.format(name=name, title=json.dumps(title), schema=schema, **scale)
     if deck is not None:
         end = "tip" if deck.tip != deck.root else "root"
-        tail = _tail("flexible", end, 2, scale)
+        tail = _load_and_picture_tables("flexible", end, 2, scale)
         return head + deck_tables(deck) + tail, list(deck.notes)
     head += METAL
     if mesh is None:
-        return head + BEAM + _tail("boom", "tip", 2, scale), []
+        return head + BEAM + _load_and_picture_tables("boom", "tip", 2, scale), []
     choice = choice or mesh_choices(mesh)[0]
-    whole = with_whole_groups(mesh, choice.members)
-    text, marker = _meshed(whole, mesh_file, choice)
+    member_mesh = with_whole_groups(mesh, choice.members)
+    text, marker = _mesh_body_tables(member_mesh, mesh_file, choice)
     notes = list(choice.notes)
     size = float(np.ptp(mesh.points, axis=0).max())
     if size > LARGE:
         notes.append(f"mesh_unit: the mesh spans {size:.4g}, read as millimetres")
     axis = _bending_axis(mesh)
     if axis is None:
-        return head + text + _tail("flexible", marker, 2, scale), notes
-    return head + text + _tail("flexible", marker, axis, scale | {"torque": GENTLE}), notes
+        return head + text + _load_and_picture_tables("flexible", marker, 2, scale), notes
+    return head + text + _load_and_picture_tables("flexible", marker, axis, scale | {"torque": GENTLE}), notes
 
 
-def _tail(body: str, marker: str, axis: int, scale: Mapping[str, str]) -> str:
+def _load_and_picture_tables(body: str, marker: str, axis: int, scale: Mapping[str, str]) -> str:
     """Load, pictures, study and expectation: a torque about an axis of the hub, 0 to 2."""
     there, back = (
         f"[{', '.join(sign + scale['torque'] if k == axis else '0' for k in range(3))}]" for sign in ("", "-")
@@ -197,39 +197,43 @@ def mesh_choices(mesh: Mesh) -> list[MeshChoice]:
     """
     if not mesh.dimension:
         raise ValueError("the mesh has no lines, surfaces or volumes; a body needs some")
-    members, beside = _member_groups(mesh)
-    others = [group for group in mesh.groups if group not in members]
-    clamp, tip = named_like(others, CLAMPS) or "", named_like(others, TIPS) or ""
+    members, unused = _member_groups(mesh)
+    free_groups = [group for group in mesh.groups if group not in members]
+    clamp, tip = group_named_like(free_groups, CLAMPS) or "", group_named_like(free_groups, TIPS) or ""
     notes = [f"members: families, section and material of {', '.join(map(repr, members))} are guesses"]
-    if beside:
-        notes.append(f"members: {', '.join(map(repr, beside))} are not used; give members to those that carry load")
-    free = "; these have groups: " + ", ".join(map(repr, others)) if others else ""
+    if unused:
+        notes.append(f"members: {', '.join(map(repr, unused))} are not used; give members to those that carry load")
+    free = "; these have groups: " + ", ".join(map(repr, free_groups)) if free_groups else ""
     unheld = f"reduction: no group of the mesh looks like a root; its modes are free-free{free}"
-    top = {group: own for group, families in members.items() if (own := _of_dimension(families, mesh.dimension))}
-    found = []
+    top = {
+        group: top_families
+        for group, families in members.items()
+        if (top_families := _of_dimension(families, mesh.dimension))
+    }
+    choices = []
     for used in (members, top) if top != members else (members,):
-        whole = with_whole_groups(mesh, used)
-        points = np.unique(np.concatenate([whole.group_points(group) for group in used]))
+        member_mesh = with_whole_groups(mesh, used)
+        points = np.unique(np.concatenate([member_mesh.group_points(group) for group in used]))
         end = tip if tip and np.isin(mesh.group_points(tip), points).all() else ""
-        left = [group for group in members if group not in used]
-        said = [*notes, *([f"members: {', '.join(map(repr, left))} are left out"] if left else [])]
+        left_out = [group for group in members if group not in used]
+        choice_notes = [*notes, *([f"members: {', '.join(map(repr, left_out))} are left out"] if left_out else [])]
         if clamp:
-            found.append(MeshChoice(used, clamp, end if end != clamp else "", notes=tuple(said)))
+            choices.append(MeshChoice(used, clamp, end if end != clamp else "", notes=tuple(choice_notes)))
         loose = f"reduction: clamping {clamp!r} leaves motions, or misses the members; its modes are free-free"
-        found.append(MeshChoice(used, "", end, notes=(*said, loose if clamp else unheld)))
-    return found
+        choices.append(MeshChoice(used, "", end, notes=(*choice_notes, loose if clamp else unheld)))
+    return choices
 
 
 def _of_dimension(families: tuple[str, ...], dimension: int) -> tuple[str, ...]:
     return tuple(family for family in families if DIMENSION[family] == dimension)
 
 
-def _meshed(mesh: Mesh, mesh_file: str, choice: MeshChoice) -> tuple[str, str]:
+def _mesh_body_tables(mesh: Mesh, mesh_file: str, choice: MeshChoice) -> tuple[str, str]:
     """Tables of a body made of a mesh, and the name of a marker at its tip."""
     size = float(np.ptp(mesh.points, axis=0).max())
     unit = '\nmesh_unit = "mm"' if size > LARGE else ""
     metres = size * (1e-3 if unit else 1.0)
-    families = {family for own in choice.members.values() for family in own}
+    families = {family for group_families in choice.members.values() for family in group_families}
     thin, wide = ("2 mm", "30 mm") if 0.1 <= metres <= LARGE else (f"{metres / 1000:.1g} m", f"{metres / 100:.1g} m")
     wall = "1 mm" if wide == "30 mm" else f"{metres / 3000:.1g} m"
     sections = ""
@@ -237,27 +241,28 @@ def _meshed(mesh: Mesh, mesh_file: str, choice: MeshChoice) -> tuple[str, str]:
         sections += f'\n[sections.tube]\nkind = "tube"\nouter_radius = "{wide}"\nthickness = "{wall}"\n'
     if families & {"plate", "plate_bfs", "shell"}:
         sections += f'\n[sections.sheet]\nkind = "plate"\nthickness = "{thin}"\n'
-    named = {"beam": ', section = "tube"', "solid": ""}
+    section_keys = {"beam": ', section = "tube"', "solid": ""}
     members = "".join(
-        f'    {{ group = {json.dumps(group)}, family = "{family}"{named.get(family, SHEET)}, material = "metal" }},\n'
-        for group, own in choice.members.items()
-        for family in own
+        f'    {{ group = {json.dumps(group)}, family = "{family}"{section_keys.get(family, SHEET)}, '
+        f'material = "metal" }},\n'
+        for group, group_families in choice.members.items()
+        for family in group_families
     )
     clamp = json.dumps(choice.clamp)
-    held = f'method = "cantilever", clamp = {clamp}' if choice.clamp else 'method = "free_free"'
+    reduction = f'method = "cantilever", clamp = {clamp}' if choice.clamp else 'method = "free_free"'
     end, markers = choice.clamp or "root", ""
     if not choice.clamp:
         points = mesh.points[np.unique(np.concatenate([mesh.group_points(group) for group in choice.members]))]
         middle = points[np.argmin(np.linalg.norm(points - points.mean(axis=0), axis=1))] * (1e-3 if unit else 1.0)
-        place = ", ".join(f"{float(x):.9g}" for x in middle)
-        markers += f"\n[bodies.flexible.markers.root]\nposition = [{place}]    # the node next to its middle\n"
+        position = ", ".join(f"{float(x):.9g}" for x in middle)
+        markers += f"\n[bodies.flexible.markers.root]\nposition = [{position}]    # the node next to its middle\n"
     if choice.tip:
         markers, end = f"{markers}\n[bodies.flexible.markers.tip]\ngroup = {json.dumps(choice.tip)}\n", "tip"
     return (
         f"{sections}\n"
         f"[bodies.flexible]          # groups of the mesh: {', '.join(map(repr, mesh.groups)) or 'none'}\n"
         f'kind = "flexible"\nmesh = {json.dumps(mesh_file)}{unit}\nmembers = [\n{members}]\n'
-        f"reduction = {{ {held}, modes = {choice.modes} }}\n"
+        f"reduction = {{ {reduction}, modes = {choice.modes} }}\n"
         f"damping = {{ ratio = 0.005 }}     # of critical damping\n{markers}\n"
         f"[[joints]]                 # welded to the hub {'where it is clamped' if choice.clamp else 'at its middle'}\n"
         'kind = "weld"\nparent = "hub"\nparent_marker = "side"\nchild = "flexible"\n'
@@ -273,47 +278,47 @@ def _member_groups(mesh: Mesh) -> tuple[dict[str, tuple[str, ...]], list[str]]:
     cells are no edges or faces of theirs. A group of several dimensions has members of each of which it has more than
     the border of its surfaces or solids.
     """
-    cells = {group: own for group, own in mesh.cell_groups.items() if own}
-    dimensions = {group: {CELL_TYPES[kind].dimension for kind in own} - {0} for group, own in cells.items()}
-    if not any(mesh.dimension in own for own in dimensions.values()):
+    cells = {group: selected for group, selected in mesh.cell_groups.items() if selected}
+    dimensions = {group: {CELL_TYPES[kind].dimension for kind in selected} - {0} for group, selected in cells.items()}
+    if not any(mesh.dimension in selected for selected in dimensions.values()):
         cells, dimensions = {"all": with_whole_groups(mesh, ["all"]).cell_groups["all"]}, {"all": {mesh.dimension}}
     families: dict[str, list[int]] = {}
-    beside: list[str] = []
-    taken: dict[str, set[int]] = {}
+    unused: list[str] = []
+    used_rows: dict[str, set[int]] = {}
     for dimension in range(mesh.dimension, 0, -1):
-        lower = dimension < mesh.dimension and any(dimension in own for own in dimensions.values())
-        sides = _sides(mesh, dimension) if lower else Counter()
+        lower = dimension < mesh.dimension and any(dimension in selected for selected in dimensions.values())
+        sides = _count_sides(mesh, dimension) if lower else Counter()
         for group in sorted(cells, key=lambda name: -sum(map(len, cells[name].values()))):
-            own = {k: set(map(int, r)) for k, r in cells[group].items() if CELL_TYPES[k].dimension == dimension}
-            if not own or any(rows & taken.get(kind, set()) for kind, rows in own.items()):
+            selected = {k: set(map(int, r)) for k, r in cells[group].items() if CELL_TYPES[k].dimension == dimension}
+            if not selected or any(rows & used_rows.get(kind, set()) for kind, rows in selected.items()):
                 continue
             if lower:
-                counts = {sides[_corners(mesh, kind, row)] for kind, rows in own.items() for row in rows}
+                counts = {sides[_corners(mesh, kind, row)] for kind, rows in selected.items() for row in rows}
                 if not (0 in counts or (group in families and max(counts) > 1)):  # inner edges stiffen their own group
                     continue
             families.setdefault(group, []).append(dimension)
-            for kind, rows in own.items():
-                taken.setdefault(kind, set()).update(rows)
-    used = np.unique(np.concatenate([mesh.cells[k][list(rows)].ravel() for k, rows in taken.items()]))
-    for group, found in dimensions.items():
-        if found and group not in families and not np.isin(mesh.group_points(group), used).all():
-            beside.append(group)
-    several = len({dimension for own in families.values() for dimension in own}) > 1
+            for kind, rows in selected.items():
+                used_rows.setdefault(kind, set()).update(rows)
+    used = np.unique(np.concatenate([mesh.cells[k][list(rows)].ravel() for k, rows in used_rows.items()]))
+    for group, group_dimensions in dimensions.items():
+        if group_dimensions and group not in families and not np.isin(mesh.group_points(group), used).all():
+            unused.append(group)
+    several = len({dimension for selected in families.values() for dimension in selected}) > 1
     return {
-        group: tuple(_family(mesh, cells[group], dimension, several) for dimension in own)
-        for group, own in families.items()
-    }, beside
+        group: tuple(_family(mesh, cells[group], dimension, several) for dimension in selected)
+        for group, selected in families.items()
+    }, unused
 
 
-def _sides(mesh: Mesh, dimension: int) -> Counter[frozenset[int]]:
+def _count_sides(mesh: Mesh, dimension: int) -> Counter[frozenset[int]]:
     """Corners of the edges (dimension 1) or faces (2) of cells of higher dimension -> how many of these have it."""
-    found: Counter[frozenset[int]] = Counter()
+    counts: Counter[frozenset[int]] = Counter()
     for kind, nodes in mesh.cells.items():
         cell = CELL_TYPES[kind]
         if cell.dimension > dimension:
             for side in EDGES[cell.shape] if dimension == 1 else FACES[cell.shape]:
-                found.update(map(frozenset, nodes[:, list(side)].tolist()))
-    return found
+                counts.update(map(frozenset, nodes[:, list(side)].tolist()))
+    return counts
 
 
 def _corners(mesh: Mesh, kind: str, row: int) -> frozenset[int]:
@@ -325,14 +330,16 @@ def _family(mesh: Mesh, cells: Mapping[str, IntArray], dimension: int, several: 
     surfaces beside other members, are shells."""
     if dimension != 2:
         return {1: "beam", 3: "solid"}[dimension]
-    own = {kind: mesh.cells[kind][rows] for kind, rows in cells.items() if CELL_TYPES[kind].dimension == 2}
-    points = mesh.points[np.unique(np.concatenate([rows.ravel() for rows in own.values()]))]
+    surface_cells = {kind: mesh.cells[kind][rows] for kind, rows in cells.items() if CELL_TYPES[kind].dimension == 2}
+    points = mesh.points[np.unique(np.concatenate([rows.ravel() for rows in surface_cells.values()]))]
     extent = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
     if several or extent[2] > ASKEW * extent[0]:
         return "shell"
-    if all(kind.startswith("triangle") for kind in own):
+    if all(kind.startswith("triangle") for kind in surface_cells):
         return "plate"
-    rectangles = all(kind.startswith("quad") and _rectangles(mesh.points[rows[:, :4]]) for kind, rows in own.items())
+    rectangles = all(
+        kind.startswith("quad") and _rectangles(mesh.points[rows[:, :4]]) for kind, rows in surface_cells.items()
+    )
     return "plate_bfs" if rectangles else "shell"
 
 
@@ -347,7 +354,7 @@ def _rectangles(corners: Array) -> bool:
     return bool(max((closed / size).max(), flat.max(), askew.max()) < ASKEW)
 
 
-def named_like(groups: list[str], parts: tuple[str, ...]) -> str | None:
-    """The group whose name contains one of these parts and least beside it, in the order of the parts."""
-    found = ([group for group in groups if part in group.lower()] for part in parts)
-    return next((min(one, key=len) for one in found if one), None)
+def group_named_like(groups: list[str], parts: tuple[str, ...]) -> str | None:
+    """The shortest group name that contains one of these parts, in the order of the parts."""
+    matches = ([group for group in groups if part in group.lower()] for part in parts)
+    return next((min(groups_with_part, key=len) for groups_with_part in matches if groups_with_part), None)

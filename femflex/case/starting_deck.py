@@ -12,7 +12,7 @@ GROUPS_SHOWN = 24  # names of groups that the comment lists
 
 @dataclass(frozen=True)
 class DeckFacts:
-    """What a starting case needs to know of a deck.
+    """Facts of a deck that a starting case needs.
 
     file         path from the case
     solver       "Nastran", "Abaqus"
@@ -47,16 +47,18 @@ class DeckFacts:
 
 def deck_tables(facts: DeckFacts) -> str:
     """Tables of the body "flexible" and of the joint that welds it to the hub."""
-    held = f'method = "cantilever", clamp = {json.dumps(facts.clamp)}' if facts.clamp else 'method = "free_free"'
-    held += f", modes = {min(6, len(facts.frequencies)) or 6}"
+    reduction = f'method = "cantilever", clamp = {json.dumps(facts.clamp)}' if facts.clamp else 'method = "free_free"'
+    reduction += f", modes = {min(6, len(facts.frequencies)) or 6}"
     if facts.rigid:
-        held = 'method = "rigid"'
+        reduction = 'method = "rigid"'
     values = {"density": "2700 kg/m^3", "nonstructural_mass": "5.4 kg/m^2"}
     overrides = ", ".join(f'{name} = {{ {key} = "{values[key]}" }}' for name, key in facts.weightless)
     lines = [
         "",
-        *_comment(f"Groups of the deck: {_listed(facts.groups)}. A node is node_17, a property pid_3, by its number."),
-        *_comment(f"Sets of supports: {_listed(facts.supports)}. A clamp may name one, a group, or several."),
+        *_comment(
+            f"Groups of the deck: {_names_text(facts.groups)}. A node is node_17, a property pid_3, by its number."
+        ),
+        *_comment(f"Sets of supports: {_names_text(facts.supports)}. A clamp may name one, a group, or several."),
         "[bodies.flexible]",
         'kind = "flexible"',
         f"deck = {json.dumps(facts.file)}",
@@ -66,7 +68,7 @@ def deck_tables(facts: DeckFacts) -> str:
             if overrides
             else [f'# overrides = {{ {name} = {{ density = "2700 kg/m^3" }} }}' for name in facts.materials[:1]]
         ),
-        f"reduction = {{ {held} }}",
+        f"reduction = {{ {reduction} }}",
         "damping = { ratio = 0.005 }     # of critical damping",
         "",
         "[bodies.flexible.markers.root]",
@@ -87,12 +89,12 @@ def deck_tables(facts: DeckFacts) -> str:
     return "\n".join(lines)
 
 
-def scale_of(facts: DeckFacts) -> dict[str, str]:
+def suitable_scale(facts: DeckFacts) -> dict[str, str]:
     """Duration, output step, hub and torque that suit a body of this mass, extent and first frequency."""
     mass, side = _rounded(10 * facts.mass or 1.0), _rounded(facts.extent / 3 or 1.0)
-    first = next((f for f in facts.frequencies if f > 0), 0.0)
-    duration = _rounded(20 / first) if first else 60.0
-    step = _rounded(min(duration / 400, 0.1 / facts.frequencies[-1])) if first else 0.05
+    lowest = next((f for f in facts.frequencies if f > 0), 0.0)
+    duration = _rounded(20 / lowest) if lowest else 60.0
+    step = _rounded(min(duration / 400, 0.1 / facts.frequencies[-1])) if lowest else 0.05
     inertia = _rounded(mass * side**2 / 6)
     torque = _rounded((inertia + facts.mass * facts.extent**2) * 0.1 / (duration / 6) ** 2)
     return {
@@ -108,9 +110,9 @@ def _rounded(value: float) -> float:
     return float(f"{max(step * power for step in (1, 2, 5) if step * power <= value * (1 + 1e-12)):.0e}")
 
 
-def _listed(names: tuple[str, ...]) -> str:
-    more = f" and {len(names) - GROUPS_SHOWN} more" if len(names) > GROUPS_SHOWN else ""
-    return (", ".join(names[:GROUPS_SHOWN]) or "none") + more
+def _names_text(names: tuple[str, ...]) -> str:
+    rest_text = f" and {len(names) - GROUPS_SHOWN} more" if len(names) > GROUPS_SHOWN else ""
+    return (", ".join(names[:GROUPS_SHOWN]) or "none") + rest_text
 
 
 def _comment(text: str) -> list[str]:

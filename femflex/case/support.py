@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from femflex.case.values import Quantity, ValueProblem, shown
+from femflex.case.values import Quantity, ValueProblem, value_text
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 FORMS = '["x", "y", "z"], { symmetry = [0, 0.6, 0.8] }, or { components = ["x", "ry"], axes = [[...], [...], [...]] }'
-SQUARE = 1e-6  # cosine between two axes that passes for rounding
+SQUARE = 1e-6  # cosine between two axes that counts as rounding
 Vector = tuple[float, float, float]
 
 
@@ -30,7 +30,7 @@ class SkewSupport:
 
 
 def read_support(group: str, value: Any) -> tuple[str, ...] | SkewSupport:
-    """Components held along global axes, or the support of a group; ValueProblem on anything else."""
+    """Clamped components along global axes, or the support of a group. Raises ValueProblem for anything else."""
     if not isinstance(value, dict):
         return _components(group, value)
     keys = set(value)
@@ -39,32 +39,34 @@ def read_support(group: str, value: Any) -> tuple[str, ...] | SkewSupport:
             normal = _vector(group, kind, value[kind])
             return SkewSupport(kind, (), (normal,))
     if keys != {"components", "axes"}:
-        raise ValueProblem(f"found {shown(value)} at group {group!r}; a support is {FORMS}")
+        raise ValueProblem(f"found {value_text(value)} at group {group!r}; a support is {FORMS}")
     axes = value["axes"]
     if not isinstance(axes, list) or len(axes) != 3:
-        raise ValueProblem(f"found axes {shown(axes)} at group {group!r}; give three directions at right angles")
+        raise ValueProblem(f"found axes {value_text(axes)} at group {group!r}; give three directions at right angles")
     rows = tuple(_vector(group, "axes", row) for row in axes)
     if any(abs(_cosine(rows[i], rows[j])) > SQUARE for i, j in ((0, 1), (1, 2), (2, 0))):
-        raise ValueProblem(f"found axes {shown(axes)} at group {group!r}, which are not at right angles to each other")
+        raise ValueProblem(
+            f"found axes {value_text(axes)} at group {group!r}, which are not at right angles to each other"
+        )
     return SkewSupport("axes", _components(group, value["components"]), rows)
 
 
 def support_schema() -> dict[str, Any]:
     """JSON Schema of the three forms."""
     vector = {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}
-    held = {"type": "array", "items": {"enum": list(DIRECTIONS)}, "minItems": 1}
+    components = {"type": "array", "items": {"enum": list(DIRECTIONS)}, "minItems": 1}
     axes = {"type": "array", "items": vector, "minItems": 3, "maxItems": 3}
     tables: list[dict[str, dict[str, Any]]] = [
         {"symmetry": vector | {"description": "Normal of a plane of symmetry."}},
         {"antisymmetry": vector | {"description": "Normal of a plane of antisymmetry."}},
         {
-            "components": held | {"description": "Displacements and rotations along `axes` that are zero."},
+            "components": components | {"description": "Displacements and rotations along `axes` that are zero."},
             "axes": axes | {"description": "Three directions at right angles to each other."},
         },
     ]
     return {
         "anyOf": [
-            held,
+            components,
             *(
                 {"type": "object", "properties": table, "required": sorted(table), "additionalProperties": False}
                 for table in tables
@@ -76,17 +78,17 @@ def support_schema() -> dict[str, Any]:
 def _components(group: str, value: Any) -> tuple[str, ...]:
     wrong = [c for c in value if c not in DIRECTIONS] if isinstance(value, list) else [value]
     if wrong or not value:
-        raise ValueProblem(f"found {shown(value)} at group {group!r}; name components of {', '.join(DIRECTIONS)}")
+        raise ValueProblem(f"found {value_text(value)} at group {group!r}; name components of {', '.join(DIRECTIONS)}")
     return tuple(value)
 
 
 def _vector(group: str, key: str, value: Any) -> Vector:
     try:
-        x, y, z = Quantity("", (3,)).read(value)
+        x, y, z = Quantity("", (3,)).read_value(value)
     except ValueProblem as problem:
         raise ValueProblem(f"{problem}, for {key} at group {group!r}") from None
     if not (x or y or z):
-        raise ValueProblem(f"found {shown(value)} for {key} at group {group!r}; a direction is not all zero")
+        raise ValueProblem(f"found {value_text(value)} for {key} at group {group!r}; a direction is not all zero")
     return x, y, z
 
 

@@ -1,4 +1,4 @@
-"""The file of a sweep: which values of a case vary, how, and what is kept of every run."""
+"""File of a sweep: the values of a case that vary, their distribution, and the outputs kept of every run."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from femflex.case.measure import OF_CAMPBELL, MeasureTable
 from femflex.case.problems import CaseError, Problem
 from femflex.case.sentences import schema_problems
 from femflex.case.units import UnitError, split_quantity
-from femflex.case.values import Count, Quantity, ValueProblem, Whole, _Readable, shown
+from femflex.case.values import Count, Quantity, ValueProblem, Whole, _Readable, value_text
 
 Design = Literal["grid", "list", "random", "latin_hypercube", "sobol", "sobol_indices"]
 DRAWN = ("random", "latin_hypercube", "sobol", "sobol_indices")
@@ -22,10 +22,10 @@ DRAWN = ("random", "latin_hypercube", "sobol", "sobol_indices")
 class _Number(_Readable):
     """A number, or a text with a unit, as it is written."""
 
-    def read(self, value: Any) -> float | str:
+    def read_value(self, value: Any) -> float | str:
         """The number, or the text."""
         if isinstance(value, bool) or not isinstance(value, int | float | str):
-            raise ValueProblem(f"found {shown(value)}; expected a number or a string such as '3 kg'")
+            raise ValueProblem(f"found {value_text(value)}; expected a number or a string such as '3 kg'")
         return value
 
     def json_schema(self) -> dict[str, Any]:
@@ -37,7 +37,7 @@ Scattered = Annotated[float | str, _Number()]
 
 
 class VaryTable(Table):
-    """How one value of a case varies."""
+    """Variation of one value of a case."""
 
     values: Annotated[list[Any] | None, Field(min_length=1)] = None
     """Values as the case file writes them, for the designs grid and list."""
@@ -47,13 +47,13 @@ class VaryTable(Table):
     """Mean and standard deviation of a normal scatter."""
 
     @model_validator(mode="after")
-    def _one_way(self) -> VaryTable:
+    def _one_distribution(self) -> VaryTable:
         key = exactly_one(self, ("values", "between", "normal"))
         if key in ("between", "normal"):
-            first, second, _ = self.numbers()
-            if key == "between" and not first < second:
+            lower, upper, _ = self.numbers()
+            if key == "between" and not lower < upper:
                 refuse(f"found between = {self.between}; the second must be above the first")
-            if key == "normal" and not second > 0:
+            if key == "normal" and not upper > 0:
                 refuse(f"found normal = {self.normal}; the standard deviation must be above 0")
         return self
 
@@ -61,10 +61,10 @@ class VaryTable(Table):
         """The two numbers of a scatter and their unit as it is written, "" for plain numbers."""
         pair = self.between or self.normal or [0.0, 0.0]
         try:
-            (a, unit), (b, other) = (split_number(value) for value in pair)
+            (a, unit), (b, second_unit) = (split_number(value) for value in pair)
         except UnitError as error:
             refuse(f"found {pair}: {error}")
-        if unit != other:
+        if unit != second_unit:
             refuse(f"found {pair}, in two units; write both in one")
         return a, b, unit
 
@@ -102,19 +102,19 @@ class SweepTable(Table):
     """Percentiles of outputs and histories over all runs."""
 
     @model_validator(mode="after")
-    def _belongs_together(self) -> SweepTable:
-        drawn = self.design in DRAWN
-        if drawn != (self.members is not None):
-            given = "without" if drawn else "with"
-            refuse(f"found design = {self.design!r} {given} members; they go with {', '.join(DRAWN)}")
+    def _keys_fit_design(self) -> SweepTable:
+        is_random = self.design in DRAWN
+        if is_random != (self.members is not None):
+            preposition = "without" if is_random else "with"
+            refuse(f"found design = {self.design!r} {preposition} members; they go with {', '.join(DRAWN)}")
         if self.design == "sobol_indices" and (
             (self.members or 0) < 2 or (self.members or 0) & ((self.members or 0) - 1)
         ):
             refuse(f"found members = {self.members}; design = 'sobol_indices' needs a power of 2, such as 64")
         for path, table in self.vary.items():
-            if drawn == (table.values is not None):
-                need = "between or normal" if drawn else "values"
-                refuse(f"found design = {self.design!r}, which needs {need} for {path!r}")
+            if is_random == (table.values is not None):
+                required_key = "between or normal" if is_random else "values"
+                refuse(f"found design = {self.design!r}, which needs {required_key} for {path!r}")
         counts = {path: len(table.values or ()) for path, table in self.vary.items()}
         if self.design == "list" and len(set(counts.values())) > 1:
             refuse(

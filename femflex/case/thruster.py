@@ -64,10 +64,10 @@ class ThrusterTable(MountedTable):
     @model_validator(mode="after")
     def _one_command(self) -> ThrusterTable:
         keys = ("pulses", "train", "profile", "command")
-        given = [key for key in keys if getattr(self, key) is not None]
-        if len(given) != 1:
-            known = ", ".join(keys)
-            refuse(f"found {' and '.join(given) or f'none of {known}'}; give one of {known}")
+        present = [key for key in keys if getattr(self, key) is not None]
+        if len(present) != 1:
+            keys_text = ", ".join(keys)
+            refuse(f"found {' and '.join(present) or f'none of {keys_text}'}; give one of {keys_text}")
         if self.tank is not None and self.specific_impulse is None:
             refuse(f"found tank {self.tank!r} without specific_impulse; give it")
         if self.switched and self.command is None:

@@ -1,8 +1,8 @@
-"""Units of a case file: strings with a unit become SI numbers, checked for dimension. The only place that converts.
+"""Units of a case file: strings with a unit become SI numbers, with a check of their dimension.
 
-The unit registry (pint) is loaded when the first string with a unit is met: the common units alone, and all that pint
-knows where another one is met. Unlike pint's own rule an angle counts as a
-dimension: "30 deg" is no length ratio, and "2 Hz" no angular rate (2 cycles a second are 12.6 rad/s).
+No other module converts units. The unit registry (pint) is loaded for the first string with a unit: only the common
+units, and all of pint's units when another one occurs. Unlike in pint an angle counts as a dimension: "30 deg" is no
+length ratio, and "2 Hz" no angular rate (2 cycles a second are 12.6 rad/s).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from pint import UnitRegistry
 
-# What a unit measures, for messages; keys are also the units of case keys.
+# Names of the quantities of units, for messages; the keys are also the units of case keys.
 NOUNS = {
     "": "plain number",
     "m": "length",
@@ -73,17 +73,17 @@ def to_si(text: str, unit: str) -> float:
 
     Raises UnitError with what was found and what is expected.
     """
-    value, given = split_quantity(text, unit or "")
-    if not given and unit:
+    value, given_unit = split_quantity(text, unit or "")
+    if not given_unit and unit:
         raise UnitError(
             f"found {text!r} without a unit; give a number (in {unit}) or a string such as {example(unit)!r}"
         )
-    factor, base = _scale(given)
-    wanted, expected = _scale(unit)
+    factor, base = _scale(given_unit)
+    unit_factor, expected = _scale(unit)
     if base == expected or base == tuple(pair for pair in expected if pair != ("radian", -1)):
-        return value * factor / wanted
+        return value * factor / unit_factor
     raise UnitError(
-        f"found {text!r}, which is {describe(base)}; expected {noun(unit)}, such as "
+        f"found {text!r}, which is {describe(base)}; expected {quantity_noun(unit)}, such as "
         f"{example(unit)!r}{_hint(base, unit)}"
     )
 
@@ -94,9 +94,9 @@ def to_base(text: str) -> tuple[float, str]:
     >>> to_base("2 km")
     (2000.0, 'm')
     """
-    value, given = split_quantity(text)
-    factor, base = _scale(given)
-    return value * factor, _written(base)
+    value, given_unit = split_quantity(text)
+    factor, base = _scale(given_unit)
+    return value * factor, _base_text(base)
 
 
 def split_quantity(text: str, unit: str = "m") -> tuple[float, str]:
@@ -123,18 +123,18 @@ def example(unit: str) -> str:
     return EXAMPLES.get(unit, f"1 {unit}")
 
 
-def noun(unit: str) -> str:
-    """What a unit measures, with its article: "a length"."""
+def quantity_noun(unit: str) -> str:
+    """Quantity that a unit measures, with its article: "a length"."""
     word = NOUNS[unit]
     return f"{'an' if word[0] in 'aeiou' else 'a'} {word}"
 
 
 def describe(base: tuple[tuple[str, float], ...]) -> str:
-    """What a base unit measures, or the unit itself when it has no name here."""
+    """Quantity that a base unit measures, or the unit itself if it has no name here."""
     for unit in NOUNS:
         if _scale(unit)[1] == base:
-            return noun(unit)
-    return f"a quantity in {_written(base)}"
+            return quantity_noun(unit)
+    return f"a quantity in {_base_text(base)}"
 
 
 # The units that cases are written in, as pint defines them: all of pint's take a third of a second to load.
@@ -169,7 +169,7 @@ revolutions_per_minute = turn / minute = rpm
 
 @cache
 def _registry(complete: bool) -> UnitRegistry[Any]:
-    """The common units alone, or all that pint knows."""
+    """The registry of the common units, or of all units of pint."""
     from pint import UnitRegistry
 
     units: UnitRegistry[Any] = UnitRegistry() if complete else UnitRegistry(None)
@@ -180,8 +180,8 @@ def _registry(complete: bool) -> UnitRegistry[Any]:
     return units
 
 
-def _quantity(unit: str) -> Any:
-    """One of a unit, in base units.
+def _unit_in_base(unit: str) -> Any:
+    """A quantity of 1 in that unit, in base units.
 
     Raises pint.UndefinedUnitError.
     """
@@ -201,12 +201,12 @@ def _scale(unit: str) -> tuple[float, tuple[tuple[str, float], ...]]:
     if len(unit) > 60 or not _UNIT.fullmatch(unit) or "^" in stripped or "**" in stripped:
         raise UnitError(f"unit {unit!r} cannot be read; write it like 'N m^2', 'kg/m' or 'deg/s'")
     try:
-        quantity = _quantity(_JOINED.sub(r"\1N m ", unit))
+        quantity = _unit_in_base(_JOINED.sub(r"\1N m ", unit))
     except pint.UndefinedUnitError as error:
         names = error.unit_names
         name = names if isinstance(names, str) else next(iter(names))
-        near = difflib.get_close_matches(name, [*COMMON_UNITS, *LONG_NAMES], n=1, cutoff=0.6)
-        hint = f"; did you mean {near[0]!r}?" if near else "; common units are " + ", ".join(COMMON_UNITS)
+        matches = difflib.get_close_matches(name, [*COMMON_UNITS, *LONG_NAMES], n=1, cutoff=0.6)
+        hint = f"; did you mean {matches[0]!r}?" if matches else "; common units are " + ", ".join(COMMON_UNITS)
         raise UnitError(f"unit {name!r} in {unit!r} is not known{hint}") from None
     except Exception:  # pint has no common base for what its parser raises
         raise UnitError(f"unit {unit!r} cannot be read; write it like 'N m^2', 'kg/m' or 'deg/s'") from None
@@ -254,7 +254,7 @@ LONG_NAMES = (
 _SYMBOLS = {"kilogram": "kg", "meter": "m", "second": "s", "radian": "rad", "kelvin": "K", "ampere": "A"}
 
 
-def _written(base: tuple[tuple[str, float], ...]) -> str:
+def _base_text(base: tuple[tuple[str, float], ...]) -> str:
     """Text of a base unit: (("kilogram", 1), ("second", -2)) -> "kg s^-2"."""
     return " ".join(_SYMBOLS.get(n, n) + ("" if p == 1 else f"^{p:g}") for n, p in base)
 

@@ -1,6 +1,6 @@
-"""Types of the values a case file holds: numbers with units, vectors, matrices, tables and formulas along a member.
+"""Types of the values in a case file: numbers with units, vectors, matrices, and tables and formulas along a member.
 
-Each is a marker for pydantic: it reads what TOML gives, converts to SI and says in one sentence what is wrong.
+Each is a marker for pydantic: it reads a TOML value, converts it to SI and reports an error in one sentence.
 """
 
 from __future__ import annotations
@@ -14,38 +14,38 @@ from typing import Annotated, Any
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from femflex.case.problems import near
-from femflex.case.units import UnitError, example, noun, to_si
+from femflex.case.problems import suggestion_text
+from femflex.case.units import UnitError, example, quantity_noun, to_si
 
-MOST_FUNCTIONS = 1000  # for one field of a beam; beyond it they are the same to rounding
-FARTHEST = 1e12  # m, of a place: seven times as far as the Sun
+MOST_FUNCTIONS = 1000  # for one field of a beam; more functions equal each other to rounding
+FARTHEST = 1e12  # m, of a position: seven times the distance of the Sun
 SMALLEST, LARGEST = 1e-30, 1e30  # SI; products of several such numbers are still far from overflow and underflow
 
 
 class ValueProblem(ValueError):
-    """A value of a case file that does not fit; the text begins with what was found."""
+    """An invalid value of a case file; the text begins with the value found."""
 
 
 class _Readable:
-    """A marker whose `read` turns a TOML value into the typed one and raises ValueProblem with a sentence."""
+    """A marker whose `read_value` returns the typed value of a TOML value and raises ValueProblem with a sentence."""
 
-    def read(self, value: Any) -> Any:
+    def read_value(self, value: Any) -> Any:
         raise NotImplementedError
 
     def json_schema(self) -> dict[str, Any]:
         raise NotImplementedError
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return core_schema.no_info_plain_validator_function(_reporting(self.read))
+        return core_schema.no_info_plain_validator_function(_as_validator(self.read_value))
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         return self.json_schema()
 
 
-def _reporting(read: Callable[[Any], Any]) -> Callable[[Any], Any]:
+def _as_validator(read_value: Callable[[Any], Any]) -> Callable[[Any], Any]:
     def validate(value: Any) -> Any:
         try:
-            return read(value)
+            return read_value(value)
         except (ValueProblem, UnitError) as problem:
             raise PydanticCustomError("value", "{text}", {"text": str(problem)}) from None
 
@@ -68,24 +68,26 @@ class Quantity(_Readable):
     least: float = -math.inf
     most: float = math.inf
 
-    def read(self, value: Any) -> Any:
+    def read_value(self, value: Any) -> Any:
         """The value in SI: a float, or nested tuples of floats."""
-        return self._read(value, self.shape)
+        return self._read_entries(value, self.shape)
 
-    def _read(self, value: Any, shape: tuple[int | None, ...]) -> Any:
+    def _read_entries(self, value: Any, shape: tuple[int | None, ...]) -> Any:
         if not shape:
             return self._number(value)
         if not isinstance(value, (list, tuple)):
-            raise ValueProblem(f"found {shown(value)}; expected {self._wanted(shape)}")
+            raise ValueProblem(f"found {value_text(value)}; expected {self._expected_text(shape)}")
         if (shape[0] is not None and len(value) != shape[0]) or not value:
-            raise ValueProblem(f"found {count(len(value), 'entry', 'entries')}; expected {self._wanted(shape)}")
+            raise ValueProblem(
+                f"found {counted_noun(len(value), 'entry', 'entries')}; expected {self._expected_text(shape)}"
+            )
         out, problems = [], []
         for k, entry in enumerate(value):
             try:
-                out.append(self._read(entry, shape[1:]))
+                out.append(self._read_entries(entry, shape[1:]))
             except (ValueProblem, UnitError) as problem:
-                place = f"entry {k + 1}" if len(shape) == 1 else f"row {k + 1}"
-                problems.append(f"{place}: {problem}")
+                entry_text = f"entry {k + 1}" if len(shape) == 1 else f"row {k + 1}"
+                problems.append(f"{entry_text}: {problem}")
         if problems:
             raise ValueProblem(
                 "; ".join(problems[:3]) + (f"; and {len(problems) - 3} more" if len(problems) > 3 else "")
@@ -96,9 +98,9 @@ class Quantity(_Readable):
         if isinstance(value, str):
             number = to_si(value, self.unit)
         elif isinstance(value, bool) or not isinstance(value, (int, float)):
-            raise ValueProblem(f"found {shown(value)}; expected {self._wanted(())}")
+            raise ValueProblem(f"found {value_text(value)}; expected {self._expected_text(())}")
         else:
-            number = real(value)
+            number = as_float(value)
         unit = f" {self.unit}" if self.unit else ""
         check_magnitude(number, unit)
         if not self.above < number:
@@ -110,12 +112,12 @@ class Quantity(_Readable):
             raise ValueProblem(f"found {number:g}{unit}; it must be {side} {bound:g}{unit}")
         return number
 
-    def _wanted(self, shape: tuple[int | None, ...]) -> str:
-        one = f"{noun(self.unit)}, a number" + (
+    def _expected_text(self, shape: tuple[int | None, ...]) -> str:
+        number_text = f"{quantity_noun(self.unit)}, a number" + (
             f" in {self.unit} or a string such as {example(self.unit)!r}" if self.unit else ""
         )
         if not shape:
-            return one
+            return number_text
         outer = "".join(f"{'' if size is None else f'{size} '}lists of " for size in shape[:-1])
         sizes = f"a list of {outer}{'' if shape[-1] is None else f'{shape[-1]} '}numbers"
         return sizes + (f" in {self.unit}, or strings such as {example(self.unit)!r}" if self.unit else "")
@@ -141,19 +143,19 @@ class Quantity(_Readable):
 
 
 @dataclass(frozen=True)
-class Along(_Readable):
-    """A quantity that may vary along a member: number, table over arc length, or formula of s and L.
+class AlongMember(_Readable):
+    """A quantity that may vary along a member: a number, a table over arc length, or a formula of s and L.
 
-    Reads into a float, a tuple (s, values), or the formula's text: what femflex.fem.variation takes.
+    Read as a float, a tuple (s, values), or the text of the formula, as femflex.fem.variation expects.
     """
 
     unit: str
     least: float = 0.0
 
-    def read(self, value: Any) -> float | str | tuple[tuple[float, ...], tuple[float, ...]]:
+    def read_value(self, value: Any) -> float | str | tuple[tuple[float, ...], tuple[float, ...]]:
         """The number, formula or table in SI."""
         if not isinstance(value, dict):
-            return Quantity(self.unit, least=self.least).read(value)
+            return Quantity(self.unit, least=self.least).read_value(value)
         if set(value) == {"formula"} and isinstance(value["formula"], str):
             return str(value["formula"])
         if set(value) != {"s", "values"}:
@@ -164,8 +166,11 @@ class Along(_Readable):
         s = self._rows("s", Quantity("m", (None,), least=0.0), value)
         values = self._rows("values", Quantity(self.unit, (None,), least=self.least), value)
         if len(s) != len(values) or len(s) < 2:
-            found = f"{count(len(s), 'arc length', 'arc lengths')} and {count(len(values), 'value', 'values')}"
-            raise ValueProblem(f"found {found}; a table needs as many of both, at least 2")
+            numbers_text = (
+                f"{counted_noun(len(s), 'arc length', 'arc lengths')} and "
+                f"{counted_noun(len(values), 'value', 'values')}"
+            )
+            raise ValueProblem(f"found {numbers_text}; a table needs as many of both, at least 2")
         if any(b <= a for a, b in pairwise(s)):
             raise ValueProblem(f"found arc lengths {list(s)} m; they must increase")
         return s, values
@@ -173,14 +178,14 @@ class Along(_Readable):
     @staticmethod
     def _rows(key: str, kind: Quantity, value: Mapping[str, Any]) -> tuple[float, ...]:
         try:
-            rows: tuple[float, ...] = kind.read(value[key])
+            rows: tuple[float, ...] = kind.read_value(value[key])
             return rows
         except (ValueProblem, UnitError) as problem:
             raise ValueProblem(f"{key}: {problem}") from None
 
     def json_schema(self) -> dict[str, Any]:
         """JSON Schema of the three forms."""
-        one = Quantity(self.unit, least=self.least)
+        number = Quantity(self.unit, least=self.least)
         rows = {
             "s": Quantity("m", (None,)).json_schema() | {"description": "Arc lengths along the member, rising."},
             "values": Quantity(self.unit, (None,)).json_schema() | {"description": "Values at these arc lengths."},
@@ -193,24 +198,24 @@ class Along(_Readable):
             "required": ["formula"],
             "additionalProperties": False,
         }
-        return {"anyOf": [one.json_schema(), table, formula], "unit": self.unit}
+        return {"anyOf": [number.json_schema(), table, formula], "unit": self.unit}
 
 
 @dataclass(frozen=True)
 class Count(_Readable):
-    """A whole number from `least` to `most`; true and 3.0 are not taken for one."""
+    """A whole number from `least` to `most`; true and 3.0 are refused."""
 
     least: int = 1
     most: int = 10**9
 
-    def read(self, value: Any) -> int:
+    def read_value(self, value: Any) -> int:
         """The whole number."""
         if isinstance(value, bool) or not isinstance(value, int):
-            raise ValueProblem(f"found {shown(value)}; expected a whole number")
+            raise ValueProblem(f"found {value_text(value)}; expected a whole number")
         if value < self.least:
             raise ValueProblem(f"found {value}; it must be at least {self.least}")
         if value > self.most:
-            raise ValueProblem(f"found {shown(value)}; it must be at most {self.most}")
+            raise ValueProblem(f"found {value_text(value)}; it must be at most {self.most}")
         return value
 
     def json_schema(self) -> dict[str, Any]:
@@ -218,7 +223,7 @@ class Count(_Readable):
         return {"type": "integer", "minimum": self.least, "maximum": self.most}
 
 
-def real(value: float) -> float:
+def as_float(value: float) -> float:
     """The number as a float; a whole number beyond the range of floats is infinite."""
     try:
         return float(value)
@@ -227,7 +232,7 @@ def real(value: float) -> float:
 
 
 def check_magnitude(number: float, unit: str = "") -> None:
-    """Raise ValueProblem for a number that is not finite, or beyond what a computation in SI can hold."""
+    """Raise ValueProblem for a number that is not finite, or too large or small for a computation in SI."""
     if not math.isfinite(number):
         raise ValueProblem(f"found {number}; the number must be finite")
     if number and not SMALLEST <= abs(number) <= LARGEST:
@@ -236,20 +241,20 @@ def check_magnitude(number: float, unit: str = "") -> None:
         )
 
 
-def word(value: Any, known: Iterable[str], key: str, of: str = "") -> str:
-    """The value of a key that is one of some words; ValueProblem for anything else."""
-    known = tuple(known)
-    if isinstance(value, str) and value in known:
+def checked_word(value: Any, allowed: Iterable[str], key: str, suffix: str = "") -> str:
+    """The value of a key that must be one of some words. Raises ValueProblem for anything else."""
+    allowed = tuple(allowed)
+    if isinstance(value, str) and value in allowed:
         return value
     if value is None:
-        raise ValueProblem(f"key {key!r}{of} is missing; {near('', known)}")
+        raise ValueProblem(f"key {key!r}{suffix} is missing; {suggestion_text('', allowed)}")
     if isinstance(value, str):
-        raise ValueProblem(f"found {key} = {value!r}{of}; {near(value, known)}")
-    raise ValueProblem(f"found {key} = {shown(value)}{of}; {near('', known)}")
+        raise ValueProblem(f"found {key} = {value!r}{suffix}; {suggestion_text(value, allowed)}")
+    raise ValueProblem(f"found {key} = {value_text(value)}{suffix}; {suggestion_text('', allowed)}")
 
 
-def shown(value: Any) -> str:
-    """The value as a message shows it: `"abc" (text)`, `true (a truth value)`."""
+def value_text(value: Any) -> str:
+    """The value as text for a message: `"abc" (text)`, `true (a truth value)`."""
     kinds: Mapping[type, str] = {
         bool: "a truth value",
         str: "text",
@@ -263,9 +268,9 @@ def shown(value: Any) -> str:
     return f"{text if len(text) < 60 else text[:57] + '...'} ({kind})"
 
 
-def count(n: int, one: str, many: str) -> str:
+def counted_noun(n: int, singular: str, plural: str) -> str:
     """Number and noun: "1 entry", "2 entries"."""
-    return f"{n} {one if n == 1 else many}"
+    return f"{n} {singular if n == 1 else plural}"
 
 
 Pair = tuple[float, float]

@@ -1,4 +1,4 @@
-"""Whether what the case expects of its run, its Campbell diagram and its craft's modes holds."""
+"""Verdicts on what the case expects of its run, its Campbell diagram and its craft's modes."""
 
 from __future__ import annotations
 
@@ -7,20 +7,20 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from femflex.case.case import Case
-from femflex.case.evaluate import Record, measured, measured_unit
+from femflex.case.evaluate import Record, measured_unit, measured_value
 from femflex.case.measure import OF_CAMPBELL, OF_SYSTEM, ExpectTable
 from femflex.case.units import UnitError, to_base
 
 
 class Diagram(Protocol):
-    """What is asked of a Campbell diagram (femflex.studies.campbell.Campbell)."""
+    """Interface of a Campbell diagram (femflex.studies.campbell.Campbell)."""
 
     def frequency(self, branch: str, speed: float) -> float:
         """Frequency [Hz] of a branch at a speed [rad/s]."""
 
 
 class Modes(Protocol):
-    """What is asked of the modes of the craft (femflex.dynamics.equilibria.system_modes.SystemModes)."""
+    """Interface of the modes of the craft (femflex.dynamics.equilibria.system_modes.SystemModes)."""
 
     def frequency(self, mode: int | str) -> float:
         """Frequency [Hz] of a mode by its number or name."""
@@ -31,7 +31,7 @@ class Verdict:
     """An expectation, what was measured, and whether it holds."""
 
     name: str
-    found: float
+    measured: float
     expected: str
     holds: bool
     unit: str
@@ -39,19 +39,19 @@ class Verdict:
     def __str__(self) -> str:
         unit = "" if self.unit in ("", "1") else f" {self.unit}"
         return (
-            f"{self.name}: {self.found:.10g}{unit}, expected {self.expected}: "
+            f"{self.name}: {self.measured:.10g}{unit}, expected {self.expected}: "
             f"{'holds' if self.holds else 'does not hold'}"
         )
 
 
-def judged(case: Case, run: Record) -> list[Verdict]:
+def run_verdicts(case: Case, run: Record) -> list[Verdict]:
     """The verdict on every entry of the case's [expect] table that is about a run.
 
     Raises ValueError or KeyError for a quantity the run does not have.
     """
     motion = _mean_motion(case)
     return [
-        _judge(name, table, measured(table, run, motion), measured_unit(table, run))
+        _verdict(name, table, measured_value(table, run, motion), measured_unit(table, run))
         for name, table in case.expect.answers.items()
         if table.of not in (OF_CAMPBELL, OF_SYSTEM)
     ]
@@ -62,19 +62,19 @@ def expects_modes(case: Case) -> bool:
     return any(table.of == OF_SYSTEM for table in case.expect.answers.values())
 
 
-def judged_modes(case: Case, modes: Modes) -> list[Verdict]:
+def mode_verdicts(case: Case, modes: Modes) -> list[Verdict]:
     """The verdict on every entry of the case's [expect] table that is about the modes of the craft.
 
     Raises KeyError for a mode that the craft does not have.
     """
     return [
-        _judge(name, table, modes.frequency(table.branch or table.mode), "Hz")
+        _verdict(name, table, modes.frequency(table.branch or table.mode), "Hz")
         for name, table in case.expect.answers.items()
         if table.of == OF_SYSTEM
     ]
 
 
-def judged_diagram(case: Case, diagram: Diagram) -> list[Verdict]:
+def diagram_verdicts(case: Case, diagram: Diagram) -> list[Verdict]:
     """The verdict on every entry of the case's [expect] table that is about its Campbell diagram.
 
     Raises KeyError for a branch or a speed that the diagram does not have.
@@ -83,11 +83,11 @@ def judged_diagram(case: Case, diagram: Diagram) -> list[Verdict]:
     for name, table in case.expect.answers.items():
         if table.of == OF_CAMPBELL:
             assert table.branch is not None and table.speed is not None
-            out.append(_judge(name, table, diagram.frequency(table.branch, table.speed), "Hz"))
+            out.append(_verdict(name, table, diagram.frequency(table.branch, table.speed), "Hz"))
     return out
 
 
-def _judge(name: str, table: ExpectTable, found: float, unit: str) -> Verdict:
+def _verdict(name: str, table: ExpectTable, measured: float, unit: str) -> Verdict:
     answers = {
         key: _in_unit(name, key, getattr(table, key), table.units().get(key), unit)
         for key in ("value", "tolerance", "above", "below")
@@ -100,26 +100,26 @@ def _judge(name: str, table: ExpectTable, found: float, unit: str) -> Verdict:
             else table.relative_tolerance * abs(answers["value"])
         )
         assert tolerance is not None
-        holds &= abs(found - answers["value"]) <= tolerance
+        holds &= abs(measured - answers["value"]) <= tolerance
         text.append(f"{answers['value']:.10g} +- {tolerance:.3g}")
     if answers["above"] is not None:
-        holds &= found > answers["above"]
+        holds &= measured > answers["above"]
         text.append(f"above {answers['above']:.10g}")
     if answers["below"] is not None:
-        holds &= found < answers["below"]
+        holds &= measured < answers["below"]
         text.append(f"below {answers['below']:.10g}")
-    return Verdict(name, found, ", ".join(text), bool(holds), unit)
+    return Verdict(name, measured, ", ".join(text), bool(holds), unit)
 
 
-def _in_unit(name: str, key: str, number: float | None, given: str | None, unit: str) -> float | None:
+def _in_unit(name: str, key: str, number: float | None, given_unit: str | None, unit: str) -> float | None:
     """The number for a quantity in that unit, angular frequencies in hertz. Raises ValueError on another dimension."""
-    if number is None or given is None:
+    if number is None or given_unit is None:
         return number
-    if unit == "Hz" and given == to_base("1 rad/s")[1]:
+    if unit == "Hz" and given_unit == to_base("1 rad/s")[1]:
         return number / (2 * math.pi)
-    wanted = _base_of(unit)
-    if wanted is not None and given != wanted:
-        raise ValueError(f"expect.{name}.{key}: found a number in {given or 'no unit'}; the quantity is in {unit}")
+    base = _base_of(unit)
+    if base is not None and given_unit != base:
+        raise ValueError(f"expect.{name}.{key}: found a number in {given_unit or 'no unit'}; the quantity is in {unit}")
     return number
 
 

@@ -10,7 +10,7 @@ from pydantic import model_validator
 from femflex.case.base import Table, refuse
 from femflex.case.joint_values import Damper
 from femflex.case.motion import Motion, MotionOf
-from femflex.case.values import Count, Direction, Mass, Plain, Quantity, Rate, _Readable, count
+from femflex.case.values import Count, Direction, Mass, Plain, Quantity, Rate, _Readable, counted_noun
 
 Inertia = Annotated[float, Quantity("kg m^2", above=0.0)]
 PositiveRate = Annotated[float, Quantity("rad/s", above=0.0)]
@@ -19,7 +19,7 @@ Bandwidth = Annotated[float, Quantity("1/s", above=0.0)]
 
 
 class MountedTable(Table):
-    """What stands at a marker of a body."""
+    """An element at a marker of a body."""
 
     body: str
     """Body that carries it."""
@@ -66,21 +66,21 @@ class WheelTable(MountedTable):
     """Speed scale of the smoothing: friction is coulomb tanh(speed / coulomb_speed)."""
 
     @model_validator(mode="after")
-    def _fits(self) -> WheelTable:
-        given = [key for key in ("torque", "speed", "command") if getattr(self, key) is not None]
-        if len(given) > 1:
-            refuse(f"found {' and '.join(given)} together; give one of them")
-        own = [key for key in ("mass", "transverse_inertia") if getattr(self, key) is not None]
-        if self.inertia_in_body == "added" and len(own) < 2:
+    def _keys_fit(self) -> WheelTable:
+        commands = [key for key in ("torque", "speed", "command") if getattr(self, key) is not None]
+        if len(commands) > 1:
+            refuse(f"found {' and '.join(commands)} together; give one of them")
+        rotor_keys = [key for key in ("mass", "transverse_inertia") if getattr(self, key) is not None]
+        if self.inertia_in_body == "added" and len(rotor_keys) < 2:
             refuse('found inertia_in_body = "added" without mass and transverse_inertia; give both')
-        if self.inertia_in_body == "contained" and own:
-            refuse(f'found {own[0]} with inertia_in_body = "contained"; the body holds it already, so drop it')
+        if self.inertia_in_body == "contained" and rotor_keys:
+            refuse(f'found {rotor_keys[0]} with inertia_in_body = "contained"; the body holds it already, so drop it')
         if self.max_speed is not None and abs(self.initial_speed) > self.max_speed:
             refuse(f"found initial_speed {self.initial_speed:g} rad/s beyond max_speed {self.max_speed:g} rad/s")
         return self
 
 
-BEGINS, SIGNAL = re.compile(r"\s*[-+]?\.?\d"), re.compile(r"[\w-]+\.[A-Za-z_]\w*")
+NUMBER_START, SIGNAL = re.compile(r"\s*[-+]?\.?\d"), re.compile(r"[\w-]+\.[A-Za-z_]\w*")
 
 
 class _NumberOrSignal(_Readable):
@@ -89,11 +89,11 @@ class _NumberOrSignal(_Readable):
     def __init__(self, unit: str) -> None:
         self.number = Quantity(unit)
 
-    def read(self, value: Any) -> float | str:
-        """The number in SI, or the name: what does not begin with a number, or reads like "2nd.value"."""
-        if isinstance(value, str) and not (BEGINS.match(value) and not SIGNAL.fullmatch(value)):
+    def read_value(self, value: Any) -> float | str:
+        """The number in SI, or the name: a text that does not begin with a number, or has the form of "2nd.value"."""
+        if isinstance(value, str) and not (NUMBER_START.match(value) and not SIGNAL.fullmatch(value)):
             return value
-        return float(self.number.read(value))
+        return float(self.number.read_value(value))
 
     def json_schema(self) -> dict[str, Any]:
         """JSON Schema of both."""
@@ -177,9 +177,12 @@ class SignalTable(Table):
     """Unit that the result file states."""
 
     @model_validator(mode="after")
-    def _as_many(self) -> SignalTable:
+    def _times_and_values_match(self) -> SignalTable:
         if len(self.times) != len(self.values):
-            times, values = count(len(self.times), "time", "times"), count(len(self.values), "value", "values")
+            times, values = (
+                counted_noun(len(self.times), "time", "times"),
+                counted_noun(len(self.values), "value", "values"),
+            )
             refuse(f"found {times} and {values}; give as many of both")
         if any(b <= a for a, b in zip(self.times, self.times[1:], strict=False)):
             refuse(f"found times {list(self.times)}; they must rise")

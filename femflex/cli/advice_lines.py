@@ -10,20 +10,20 @@ if TYPE_CHECKING:
 
 
 def print_notes(notes: Mapping[str, str]) -> None:
-    """Print them, a line for each body that has one."""
+    """Print the notes, a line for each body that has one."""
     for name, note in notes.items():
         if note:
             print(f"body        {name}: {note}")
 
 
 def strain_data(decided: Decided) -> dict[str, dict[str, Any]]:
-    """Strain of each elastic body, the notes and the advice on it, as --json prints them."""
+    """Return the strain of each elastic body, and the notes and the advice on it, as --json prints them."""
     notes = decided.notes
     return {
         name: {
             "strain": body.strain_form,
             "note": notes.get(name, ""),
-            "advice": [one.data() for one in decided.advice if one.body == name],
+            "advice": [advice.data() for advice in decided.advice if advice.body == name],
         }
         for name, body in decided.system.bodies.items()
         if body.n_modes

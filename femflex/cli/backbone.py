@@ -1,4 +1,4 @@
-"""What `femflex modes --backbone` computes and prints: the lowest frequency over the amplitude."""
+"""The lowest frequency over the amplitude, as `femflex modes --backbone` computes and prints it."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ if TYPE_CHECKING:
 
 
 def read_lengths(text: str) -> list[float]:
-    """Lengths [m] of a list such as "1 mm, 0.5 cm"; plain numbers are metres.
+    """Read the lengths [m] of a list such as "1 mm, 0.5 cm"; plain numbers are metres.
 
     >>> read_lengths("1 mm, 0.02")
     [0.001, 0.02]
     """
     from femflex.case.units import UnitError, to_si
 
-    found = []
-    for part in text.split(","):
+    lengths = []
+    for entry in text.split(","):
         try:
-            found.append(float(part))
+            lengths.append(float(entry))
         except ValueError:
             try:
-                found.append(to_si(part.strip(), "m"))
+                lengths.append(to_si(entry.strip(), "m"))
             except UnitError as error:
                 raise ValueError(f"--backbone: {error}") from None
-    return found
+    return lengths
 
 
 def print_backbone(body: FlexibleBody, amplitudes: list[float]) -> None:
@@ -46,8 +46,8 @@ def print_backbone(body: FlexibleBody, amplitudes: list[float]) -> None:
 
 
 def _print_curve(data: dict[str, Any]) -> None:
-    place = ", ".join(f"{x:.4g}" for x in data["place_m"])
-    print(f"free vibration in mode 1 by its amplitude at ({place}) m, frame held")
+    point_text = ", ".join(f"{x:.4g}" for x in data["place_m"])
+    print(f"free vibration in mode 1 by its amplitude at ({point_text}) m, frame held")
     rows = [
         [f"{a:.6g}", f"{f:.6g}", f"{f / data['small_hz']:.5f}"]
         for a, f in zip(data["amplitude_m"], data["frequency_hz"], strict=True)
@@ -61,27 +61,27 @@ def _print_curve(data: dict[str, Any]) -> None:
 
 
 def backbone_data(body: FlexibleBody, amplitudes: list[float]) -> tuple[dict[str, Any], BackboneError | None]:
-    """What --json prints of a backbone curve, as far as it was found, and the error that ended it."""
+    """Return the backbone curve for --json, as far as it was computed, and the error that ended it."""
     from math import pi
 
     from femflex.studies import BackboneError, backbone
 
     error: BackboneError | None = None
-    found: Backbone | None
+    curve: Backbone | None
     try:
-        found = backbone(body, 1, amplitudes)
+        curve = backbone(body, 1, amplitudes)
     except BackboneError as stopped:
-        error, found = stopped, stopped.found
-    if found is None:
+        error, curve = stopped, stopped.backbone
+    if curve is None:
         return {}, error
     return {
-        "place_m": found.place,
-        "direction": found.direction,
-        "amplitude_m": found.amplitudes,
-        "frequency_hz": found.omega / (2 * pi),
-        "small_hz": found.small / (2 * pi),
-        "gaps_m": found.gaps,
-        "path": [(at.amplitude, at.omega / (2 * pi)) for at in found.path],
+        "place_m": curve.place,
+        "direction": curve.direction,
+        "amplitude_m": curve.amplitudes,
+        "frequency_hz": curve.omega / (2 * pi),
+        "small_hz": curve.small / (2 * pi),
+        "gaps_m": curve.gaps,
+        "path": [(vibration.amplitude, vibration.omega / (2 * pi)) for vibration in curve.path],
         "note": amplitude_note(body),
     }, error
 

@@ -50,9 +50,9 @@ def body(
         from femflex.pipeline.case_bodies import advised_bodies
         from femflex.reduction import save_body
 
-        read = read_case(case)
-        check_no_input(read, target)
-        bodies, notes = advised_bodies(read, [name], modes=number)
+        parsed_case = read_case(case)
+        check_no_input(parsed_case, target)
+        bodies, notes = advised_bodies(parsed_case, [name], modes=number)
         reduced = bodies[name]
         if interface:
             from femflex.matrices import craig_bampton_model, write_matrices

@@ -64,44 +64,47 @@ def campbell(
     are followed over that value.
     """
     files = outputs(output or (), {TABLE: (".csv",), PICTURE: DIAGRAM_SUFFIXES})
-    wanted, time = CampbellOutputs(files.get(TABLE), files.get(PICTURE), theme, force), read_seconds(at, "--at")
-    wanted.check()
+    diagram_outputs, time = (
+        CampbellOutputs(files.get(TABLE), files.get(PICTURE), theme, force),
+        read_seconds(at, "--at"),
+    )
+    diagram_outputs.check()
     with Patience("reading the case"):
         from femflex.case import read_case
 
-        read = read_case(case)
-        if (over := axis_over(read, vary, speeds)) is not None:
+        parsed_case = read_case(case)
+        if (axis_range := value_range(parsed_case, vary, speeds)) is not None:
             if orders is not None or at is not None:
                 raise ValueError(
-                    f"found {'--orders' if orders else '--at'}, which goes with speeds and not with {over[0]}"
+                    f"found {'--orders' if orders else '--at'}, which goes with speeds and not with {axis_range[0]}"
                 )
-            tell_over_value(read, over, modes, wanted, as_json)
+            print_value_diagram(parsed_case, axis_range, modes, diagram_outputs, as_json)
             return
-        read = with_options(read, speeds, modes, orders)
+        parsed_case = with_options(parsed_case, speeds, modes, orders)
         from femflex.studies.campbell import axis_of, decided_of
 
-        axis_of(read)  # reported before the bodies are built
-        decided = decided_of(read)
+        axis_of(parsed_case)  # reported before the bodies are built
+        decided = decided_of(parsed_case)
     if not as_json:
         print_notes(decided.notes)
-    found, stopped = computed_diagram(read, time, decided)
-    if found is not None:
-        wanted.report(read, found, {"bodies": strain_data(decided)} if as_json else None)
+    diagram, stopped = computed_diagram(parsed_case, time, decided)
+    if diagram is not None:
+        diagram_outputs.report(parsed_case, diagram, {"bodies": strain_data(decided)} if as_json else None)
     if stopped is not None:
         raise stopped
 
 
-Over = tuple[str, dict[str, Any]]
+KeyRange = tuple[str, dict[str, Any]]
 
 
-def axis_over(case: Case, vary: str | None, speeds: str | None) -> Over | None:
+def value_range(case: Case, vary: str | None, speeds: str | None) -> KeyRange | None:
     """Key path and range that a diagram is over; None for that over the speed."""
-    from femflex.cli.stability import one_axis
+    from femflex.cli.stability import read_vary_option
 
     if vary is not None:
         if speeds is not None:
             raise ValueError("found --vary and --speeds; a diagram is over one of them")
-        return one_axis(vary)
+        return read_vary_option(vary)
     table = case.stability
     if speeds is not None or case.campbell is not None or table is None or len(table.vary) != 1:
         return None
@@ -109,34 +112,36 @@ def axis_over(case: Case, vary: str | None, speeds: str | None) -> Over | None:
     return key, {"between": axis.between, "points": axis.points}
 
 
-def tell_over_value(case: Case, over: Over, modes: int | None, wanted: CampbellOutputs, as_json: bool) -> None:
-    """Print and write the diagram over a value of the case; what there is when it is broken off."""
+def print_value_diagram(
+    case: Case, axis_range: KeyRange, modes: int | None, diagram_outputs: CampbellOutputs, as_json: bool
+) -> None:
+    """Print and write the diagram over a value of the case, or its computed part if it is broken off."""
     import numpy as np
 
     from femflex.case.stability import stability_table
     from femflex.dynamics.equilibria.equilibrium import EquilibriumError
-    from femflex.studies.campbell import assembled_diagram, over_value, value_motions
+    from femflex.studies.campbell import assembled_diagram, value_motions, with_value_axis
     from femflex.studies.campbell.over_value import MODES
 
-    key, axis = over
+    key, axis = axis_range
     table = stability_table({"vary": {key: axis}}, "--vary").vary[key]
     first, last, unit = table.numbers()
-    modes, found, stopped = modes or MODES, [], None
+    modes, steps, stopped = modes or MODES, [], None
     with Bar("varying", last - first, unit=unit or "1") as bar:
         try:
             for step in value_motions(
                 case, key, np.linspace(first, last, table.points).tolist(), unit, modes, lambda v: bar(v - first)
             ):
-                found.append(step)
+                steps.append(step)
         except (KeyboardInterrupt, EquilibriumError) as error:
             stopped = error
-    if found:
-        diagram = over_value(assembled_diagram(found, modes, (), case.title, stopped is None), key, unit)
+    if steps:
+        diagram = with_value_axis(assembled_diagram(steps, modes, (), case.title, stopped is None), key, unit)
         if as_json:
             print_json(diagram.to_dict())
         else:
             print_campbell(diagram, 1.0, unit)
-        for name, path in wanted.files(diagram, 1.0, unit):
+        for name, path in diagram_outputs.files(diagram, 1.0, unit):
             if not as_json:
                 print(f"{name:11} {path}")
     if stopped is not None:
@@ -144,75 +149,80 @@ def tell_over_value(case: Case, over: Over, modes: int | None, wanted: CampbellO
 
 
 def with_options(case: Case, speeds: str | None, modes: int | None, orders: str | None) -> Case:
-    """The case with what the command line says instead of its [campbell]."""
+    """Return the case with the options of the command line instead of its [campbell]."""
     from femflex.case.campbell import CampbellTable, SpeedsValue
     from femflex.cli.converge import read_levels
 
-    given = {} if case.campbell is None else dict(case.campbell)
+    settings = {} if case.campbell is None else dict(case.campbell)
     if speeds is not None:
         try:
-            given["speeds"] = SpeedsValue().read(speeds)
+            settings["speeds"] = SpeedsValue().read_value(speeds)
         except ValueError as error:
             raise ValueError(f"--speeds: {error}") from None
     if modes is not None:
-        given["modes"] = modes
+        settings["modes"] = modes
     if orders is not None:
-        given["orders"] = read_levels(orders, "--orders")
-        if not given["orders"] or min(given["orders"]) < 1:
+        settings["orders"] = read_levels(orders, "--orders")
+        if not settings["orders"] or min(settings["orders"]) < 1:
             raise ValueError(f"--orders is {orders!r}; give whole numbers from 1 on, such as 1,2,3,4")
-    return case.model_copy(update={"campbell": CampbellTable.model_validate(given)}) if "speeds" in given else case
+    return (
+        case.model_copy(update={"campbell": CampbellTable.model_validate(settings)}) if "speeds" in settings else case
+    )
 
 
 def computed_diagram(
     case: Case, at: float | None = None, decided: Decided | None = None
 ) -> tuple[Campbell | None, BaseException | None]:
-    """The diagram of a case, or of its choices made already, as far as it came, and what broke it off, if anything."""
+    """Compute the diagram of a case, or of its choices made already.
+
+    Returns it as far as it came, and the error that ended it, if there was one.
+    """
     from contextlib import ExitStack
 
     from femflex.dynamics.equilibria.equilibrium import EquilibriumError
     from femflex.results.interrupts import finished_on_interrupt
     from femflex.studies.campbell import case_spins, diagram_of
 
-    found: list[tuple[Spin, Match | None]] = []
+    spins: list[tuple[Spin, Match | None]] = []
     stopped: BaseException | None = None
     scale, unit = (case.campbell.speeds.scale, case.campbell.speeds.unit) if case.campbell else (1.0, "rad/s")
     last = case.campbell.speeds[-1] / scale if case.campbell else 1.0
     with Bar("spinning", last, unit=unit) as bar, ExitStack() as keeping:
         try:
             for step in case_spins(case, at, lambda speed: bar(speed / scale), decided):
-                if not found:
+                if not spins:
                     keeping.enter_context(finished_on_interrupt("a diagram"))
-                found.append(step)
+                spins.append(step)
         except (KeyboardInterrupt, EquilibriumError) as error:
             stopped = error
-    return (diagram_of(case, found, stopped is None) if found else None), stopped
+    return (diagram_of(case, spins, stopped is None) if spins else None), stopped
 
 
 def diagram_paths(output: Path) -> tuple[Path, Path]:
-    """Where `femflex run` leaves the table and the picture of a case's diagram."""
+    """Paths at which `femflex run` leaves the table and the picture of a case's diagram."""
     stem = output.with_suffix("").name
     return output.with_name(f"{stem}_campbell.csv"), output.with_name(f"{stem}_campbell.png")
 
 
 def write_diagram_files(case: Case, output: Path, force: bool) -> list[str]:
-    """Make the diagram of a case next to its result file; names of the expectations that do not hold."""
-    from femflex.case.verdicts import judged_diagram
+    """Write the diagram of a case next to its result file; return the names of the expectations that do not hold."""
+    from femflex.case.verdicts import diagram_verdicts
 
     table, picture = diagram_paths(output)
     theme = "light" if case.pictures is None else case.pictures.theme
-    found, stopped = computed_diagram(case)
-    if found is not None:
+    diagram, stopped = computed_diagram(case)
+    if diagram is not None:
         print()
-        CampbellOutputs(table, picture, theme, force).report(case, found)
+        CampbellOutputs(table, picture, theme, force).report(case, diagram)
     if stopped is not None:
         raise stopped
-    assert found is not None
-    return [verdict.name for verdict in judged_diagram(case, found) if not verdict.holds]
+    assert diagram is not None
+    return [verdict.name for verdict in diagram_verdicts(case, diagram) if not verdict.holds]
 
 
 @dataclass(frozen=True)
 class CampbellOutputs:
-    """What is to be made of a diagram."""
+    """Files and form in which a diagram is written."""
 
     table: Path | None
     picture: Path | None
@@ -220,7 +230,7 @@ class CampbellOutputs:
     force: bool
 
     def check(self) -> None:
-        """Raise before any work what would be found wrong after it."""
+        """Raise an error before the work starts if a file could not be written after it."""
         from femflex.view.theme import theme_of
         from femflex.writing import check_destination
 
@@ -229,35 +239,35 @@ class CampbellOutputs:
             if path is not None:
                 check_destination(path, self.force)
 
-    def report(self, case: Case, found: Campbell, extra: dict[str, Any] | None = None) -> None:
-        """Print the diagram, as JSON where something is added to it there, and write the requested files."""
-        from femflex.case.verdicts import judged_diagram
+    def report(self, case: Case, diagram: Campbell, extra: dict[str, Any] | None = None) -> None:
+        """Print the diagram, as JSON if `extra` is merged into it, and write the requested files."""
+        from femflex.case.verdicts import diagram_verdicts
 
         assert case.campbell is not None
         scale, unit = case.campbell.speeds.scale, case.campbell.speeds.unit
         as_json = extra is not None
         if extra is not None:
-            print_json(found.to_dict() | extra)
+            print_json(diagram.to_dict() | extra)
         else:
-            print_campbell(found, scale, unit)
-        if not found.complete:
-            print_error(f"broken off after {int(found.asked.sum())} of {len(case.campbell.speeds)} speeds")
-        for name, path in self.files(found, scale, unit):
+            print_campbell(diagram, scale, unit)
+        if not diagram.complete:
+            print_error(f"broken off after {int(diagram.requested.sum())} of {len(case.campbell.speeds)} speeds")
+        for name, path in self.files(diagram, scale, unit):
             if not as_json:
                 print(f"{name:11} {path}")
-        if found.complete and not as_json:
-            for verdict in judged_diagram(case, found):
+        if diagram.complete and not as_json:
+            for verdict in diagram_verdicts(case, diagram):
                 print(f"expected    {verdict}")
 
-    def files(self, found: Campbell, scale: float, unit: str) -> list[tuple[str, Path]]:
-        """The files written, each with what it is."""
-        out = []
+    def files(self, diagram: Campbell, scale: float, unit: str) -> list[tuple[str, Path]]:
+        """Write the requested files; return the kind and the path of each."""
+        written = []
         if self.table is not None:
-            write_table(found, self.table, self.force)
-            out.append(("table", self.table))
+            write_table(diagram, self.table, self.force)
+            written.append(("table", self.table))
         if self.picture is not None:
             from femflex.view.campbell import plot_campbell
 
-            plot_campbell(found, self.picture, self.theme, scale, unit, force=self.force)
-            out.append(("picture", self.picture))
-        return out
+            plot_campbell(diagram, self.picture, self.theme, scale, unit, force=self.force)
+            written.append(("picture", self.picture))
+        return written

@@ -13,99 +13,100 @@ if TYPE_CHECKING:
 PRINTED = 1e-6  # damping ratio below which none is printed
 
 
-def print_campbell(found: Campbell, scale: float, unit: str) -> None:
-    """Print frequencies, damping where there is any, crossings, and what grows."""
+def print_campbell(diagram: Campbell, scale: float, unit: str) -> None:
+    """Print frequencies, damping if there is any, crossings, and the motions that grow."""
     import numpy as np
 
     from femflex.dynamics.equilibria.small_motions import growth_rule
 
-    if found.title:
-        print(found.title)
-    names, asked = [branch.name for branch in found.branches], np.flatnonzero(found.asked)
+    if diagram.title:
+        print(diagram.title)
+    names, requested = [branch.name for branch in diagram.branches], np.flatnonzero(diagram.requested)
 
     def table(title: str, cell: str) -> None:
         rows = [
-            [f"{found.speeds[k] / scale:.6g}", *(_cell(branch, k, cell) for branch in found.branches)] for k in asked
+            [f"{diagram.speeds[k] / scale:.6g}", *(_cell(branch, k, cell) for branch in diagram.branches)]
+            for k in requested
         ]
-        print_table([f"{found.value} {unit}".strip(), *names], rows, title)
+        print_table([f"{diagram.value} {unit}".strip(), *names], rows, title)
 
-    frame = "" if found.value else " in the spinning frame"
+    frame = "" if diagram.value else " in the spinning frame"
     table(f"frequency{frame}, Hz (* unstable)", "frequencies")
-    ratios = np.array([branch.damping_ratios[asked] for branch in found.branches])
+    ratios = np.array([branch.damping_ratios[requested] for branch in diagram.branches])
     if np.nanmax(np.abs(ratios), initial=0.0) > PRINTED:
         table("damping ratio of oscillating modes (* unstable)", "damping_ratios")
-    what = "values" if found.value else "speeds"
-    if between := int((~found.asked).sum()):
-        print(f"followed    through {between} additional {what}, where mode shapes change fast")
-    for branch in found.branches:
-        if branch.becomes:
-            print(f"branch      {branch.name} ends as {branch.becomes}")
-    if found.critical:
+    noun = "values" if diagram.value else "speeds"
+    if between := int((~diagram.requested).sum()):
+        print(f"followed    through {between} additional {noun}, where mode shapes change fast")
+    for branch in diagram.branches:
+        if branch.final_character:
+            print(f"branch      {branch.name} ends as {branch.final_character}")
+    if diagram.critical:
         print(
-            f"critical    {', '.join(f'{speed / scale:.6g}' for speed in found.critical)} {unit}: the stiffness is "
+            f"critical    {', '.join(f'{speed / scale:.6g}' for speed in diagram.critical)} {unit}: the stiffness is "
             f"singular there, and no unique equilibrium exists; a row of the tables holds the limit from below"
         )
-    if found.orders:
-        print_crossings(found, scale, unit)
-    for branch in found.branches:
+    if diagram.orders:
+        print_crossings(diagram, scale, unit)
+    for branch in diagram.branches:
         grows = np.flatnonzero(branch.growing)
         if len(grows):
             k, time = branch.fastest
-            fastest = f"fastest at {found.speeds[k] / scale:.6g} {unit}, by a factor e in {time:.4g} s"
-            print(f"unstable    {branch.name} grows from {found.speeds[grows[0]] / scale:.6g} {unit} on, {fastest}")
-    if not any(branch.growing.any() for branch in found.branches):
-        print(f"stability   stable: no motion grows at any of these {what}")
+            fastest = f"fastest at {diagram.speeds[k] / scale:.6g} {unit}, by a factor e in {time:.4g} s"
+            print(f"unstable    {branch.name} grows from {diagram.speeds[grows[0]] / scale:.6g} {unit} on, {fastest}")
+    if not any(branch.growing.any() for branch in diagram.branches):
+        print(f"stability   stable: no motion grows at any of these {noun}")
     print(f"growth      {growth_rule()}")
-    if found.rigid:
-        print(f"rigid       {', '.join(found.rigid)}: neither grow nor decay, and are no branches")
+    if diagram.rigid:
+        print(f"rigid       {', '.join(diagram.rigid)}: neither grow nor decay, and are no branches")
 
 
-def print_crossings(found: Campbell, scale: float, unit: str) -> None:
+def print_crossings(diagram: Campbell, scale: float, unit: str) -> None:
     """Print at which speeds each branch meets each multiple of the spin."""
     met: dict[tuple[str, int], list[str]] = {}
-    for one in found.crossings:
-        met.setdefault((one.branch, one.order), []).append(f"{one.speed / scale:.6g}")
+    for crossing in diagram.crossings:
+        met.setdefault((crossing.branch, crossing.order), []).append(f"{crossing.speed / scale:.6g}")
     rows = [
-        [branch.name, *(", ".join(met.get((branch.name, order), ())) for order in found.orders)]
-        for branch in found.branches
+        [branch.name, *(", ".join(met.get((branch.name, order), ())) for order in diagram.orders)]
+        for branch in diagram.branches
     ]
     if met:
-        print_table([unit, *(f"{order}/rev" for order in found.orders)], rows, "speed at which it meets")
+        print_table([unit, *(f"{order}/rev" for order in diagram.orders)], rows, "speed at which it meets")
     else:
-        print(f"crossing    none with {', '.join(f'{order}/rev' for order in found.orders)} at these speeds\n")
+        print(f"crossing    none with {', '.join(f'{order}/rev' for order in diagram.orders)} at these speeds\n")
 
 
-def _cell(branch: Branch, k: Any, what: str) -> str:
-    value = float(getattr(branch, what)[k])
+def _cell(branch: Branch, k: Any, attribute: str) -> str:
+    value = float(getattr(branch, attribute)[k])
     grows = "*" if branch.growing[k] else ""
     return f"{value:.6g}{grows}" if value == value else ""
 
 
-def write_table(found: Campbell, path: Path, force: bool) -> None:
+def write_table(diagram: Campbell, path: Path, force: bool) -> None:
     """Write every point of every branch as CSV, a line each."""
     import csv
     import math
 
-    from femflex.writing import placed
+    from femflex.writing import atomic_file
 
-    over = f"{found.value} [{found.unit}]" if found.unit else found.value
+    abscissa_head = f"{diagram.value} [{diagram.unit}]" if diagram.unit else diagram.value
     heads = [
-        over if found.value else "speed [rad/s]",
+        abscissa_head if diagram.value else "speed [rad/s]",
         "asked",
         "branch",
         "frequency [Hz]",
         "damping ratio",
         "growth [1/s]",
     ]
-    with placed(path, force) as part, part.open("w", newline="", encoding="utf-8") as file:
+    with atomic_file(path, force) as draft, draft.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow([*heads, "stable", "character"])
-        for branch in found.branches:
-            for k, speed in enumerate(found.speeds):
+        for branch in diagram.branches:
+            for k, speed in enumerate(diagram.speeds):
                 value = complex(branch.eigenvalues[k])
                 if math.isnan(value.real):
                     continue
                 damping = float(branch.damping_ratios[k])
                 numbers = [float(branch.frequencies[k]), "" if math.isnan(damping) else damping, value.real]
                 flags = [int(not branch.growing[k]), branch.characters[k]]
-                writer.writerow([float(speed), int(found.asked[k]), branch.name, *numbers, *flags])
+                writer.writerow([float(speed), int(diagram.requested[k]), branch.name, *numbers, *flags])

@@ -32,10 +32,10 @@ def check(
 ) -> None:
     """Report every problem of a case: keys, units, names, meshes, structure, modes. Writes no result."""
     from femflex.case.problems import CaseError
-    from femflex.case.values import count
+    from femflex.case.values import counted_noun
 
     try:
-        decided, found_text = examine_case(case)
+        decided, description = examine_case(case)
         copy = advice_copy(case, decided, force) if write_advice else None
     except CaseError as error:
         if as_json:
@@ -47,44 +47,47 @@ def check(
     else:
         print_warnings()
         warned = len(warnings_so_far())
-        verdict = f"no errors, {count(warned, 'warning', 'warnings')}" if warned else "no problems"
-        print(f"{case.name}: {verdict}; {found_text}")
+        verdict = f"no errors, {counted_noun(warned, 'warning', 'warnings')}" if warned else "no problems"
+        print(f"{case.name}: {verdict}; {description}")
         print_notes(decided.notes)
         if copy is not None:
             print(f"advice      {copy}")
 
 
 def advice_copy(case: Path, decided: Decided, force: bool) -> Path:
-    """The copy of a case with the advice in it, in the folder of the case."""
+    """Write the copy of a case with the advice in it, in the folder of the case; return its path."""
     from femflex.case import read_case
     from femflex.pipeline.advised_case import advised_text
-    from femflex.writing import placed
+    from femflex.writing import atomic_file
 
     copy = case.with_name(f"{case.stem}_advised.toml")
-    with placed(copy, force) as part:
-        part.write_text(advised_text(read_case(case), decided), encoding="utf-8")
+    with atomic_file(copy, force) as draft:
+        draft.write_text(advised_text(read_case(case), decided), encoding="utf-8")
     return copy
 
 
 def examine_case(case: Path) -> tuple[Decided, str]:
-    """What a case is made of, with all choices made, and that in words. Raises CaseError with its problems."""
+    """Build the bodies of a case and make all choices; return them, and a description of them.
+
+    Raises CaseError with the problems of the case.
+    """
     with Patience("building the bodies"):
         from femflex.advice.advice import warn_of
         from femflex.advice.model_warnings import output_warnings
         from femflex.case import read_case
-        from femflex.case.values import count
+        from femflex.case.values import counted_noun
         from femflex.pipeline.decisions import decided
         from femflex.pipeline.references import duration_of
         from femflex.studies.linear.closed_loop import growing_loops
 
-        read = read_case(case)
-        found = decided(read, thorough=True)
-        system = found.system
-        times = read.run.times(duration_of(read, system))
+        parsed_case = read_case(case)
+        decided_case = decided(parsed_case, thorough=True)
+        system = decided_case.system
+        times = parsed_case.run.times(duration_of(parsed_case, system))
         loops = growing_loops(system, float(times[-1]))
-        warn_of((*found.advice, *output_warnings(system, float(times[1] - times[0])), *loops))
+        warn_of((*decided_case.advice, *output_warnings(system, float(times[1] - times[0])), *loops))
     elastic = sum(body.n_modes for body in system.bodies.values())
     mass = sum(body.moments.mass for body in system.bodies.values())
-    bodies = count(len(system.bodies), "body", "bodies")
+    bodies = counted_noun(len(system.bodies), "body", "bodies")
     text = f"{bodies}, {mass:.6g} kg, {len(system.velocity_names())} degrees of freedom, {elastic} of them elastic"
-    return found, text
+    return decided_case, text

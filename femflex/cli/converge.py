@@ -55,40 +55,40 @@ def converge(
     the one that holds furthest, with what each costs. Ctrl-C keeps what
     there is (exit code 130).
     """
-    wanted = StudyOutputs(tolerance, as_json, output, theme, force)
-    wanted.check()
+    study_outputs = StudyOutputs(tolerance, as_json, output, theme, force)
+    study_outputs.check()
     varied = list(dict.fromkeys(word.strip() for word in over.split(",") if word.strip()))
     numbers = checked_levels(levels, varied)
     with Patience("building the bodies"):
         from femflex.case import read_case
         from femflex.pipeline.case_bodies import with_strain_notes
-        from femflex.studies import check_studies, with_choice
+        from femflex.studies import check_studies, with_recommended_level
         from femflex.warning import PhysicsWarning
 
         warnings.simplefilter("once", PhysicsWarning)  # not again at every level
-        read = read_case(case)
-        own, notes = with_strain_notes(read)
-        check_studies(own, varied)
+        parsed_case = read_case(case)
+        case_with_strain, notes = with_strain_notes(parsed_case)
+        check_studies(case_with_strain, varied)
     findings: list[Convergence | StrainStudy | FunctionStudy] = []
     for k, word in enumerate(varied or ["modes"]):
-        found, names, stopped = run_study(read, word, numbers, tolerance)
+        study, names, stopped = run_study(parsed_case, word, numbers, tolerance)
         if k == 0:
-            wanted.begin(notes)  # what cannot be studied is refused before anything is printed
-        if found is not None:
-            findings.append(found)
-            wanted.say(found)
+            study_outputs.print_body_notes(notes)  # what cannot be studied is refused before anything is printed
+        if study is not None:
+            findings.append(study)
+            study_outputs.print_finding(study)
         if stopped is not None:
-            wanted.report(findings, notes, complete=False)
-            if found is not None and wanted.picture is not None:
+            study_outputs.report(findings, notes, complete=False)
+            if study is not None and study_outputs.picture is not None:
                 print_error("no picture is drawn")
             raise stopped
-        assert found is not None
-        read = with_choice(read, found, names)
-    wanted.report(findings, notes, complete=True)
+        assert study is not None
+        parsed_case = with_recommended_level(parsed_case, study, names)
+    study_outputs.report(findings, notes, complete=True)
 
 
 def checked_levels(levels: str | None, varied: list[str]) -> list[int] | None:
-    """The numbers of --levels. Raises ValueError where they cannot belong to what is varied."""
+    """Return the numbers of --levels."""
     if levels is not None and (len(varied) > 1 or varied == ["strain"]):
         raise ValueError(
             "--levels goes with one study over modes, mesh, derivatives, segments or functions; found --over "
@@ -100,36 +100,36 @@ def checked_levels(levels: str | None, varied: list[str]) -> list[int] | None:
 def run_study(
     case: Case, over: str, levels: list[int] | None, tolerance: float | None
 ) -> tuple[Convergence | StrainStudy | FunctionStudy | None, tuple[str, ...], BaseException | None]:
-    """What a study found, the bodies it varied, and what broke it off, if anything did."""
-    from femflex.studies import assessed, function_kinds, planned, strain_forms
+    """Run one study; return its result, the bodies that it varied, and the error that broke it off, if any."""
+    from femflex.studies import assess_convergence, function_kinds, plan_study, strain_forms
 
     if over == "strain":
         with Bar("comparing", 100.0, unit="%") as bar, keep_alive(bar) as report:
-            compared = strain_forms(case, tolerance, lambda part: report(float(round(100.0 * part))))
+            compared = strain_forms(case, tolerance, lambda fraction: report(float(round(100.0 * fraction))))
         return compared, tuple(compared.own), None
     if over == "functions":
         with Bar("comparing", 100.0, unit="%") as bar, keep_alive(bar) as report:
-            types = function_kinds(case, levels, tolerance, lambda part: report(float(round(100.0 * part))))
-        return types, tuple(types.own), None
-    study = planned(case, over, levels)  # type: ignore[arg-type]  # another word is refused there
+            types = function_kinds(case, levels, tolerance, lambda fraction: report(float(round(100.0 * fraction))))
+        return types, tuple(types.case_kinds), None
+    study = plan_study(case, over, levels)  # type: ignore[arg-type]  # another word is refused there
     points, stopped = computed_points(study)
     valued = any(not point.problem for point in points)
     if stopped is not None and valued:
-        print_error(f"broken off after {len(points)} of {len(study.ladder.rungs)} levels")
+        print_error(f"broken off after {len(points)} of {len(study.level_set.levels)} levels")
     if not valued:
-        return None, study.ladder.varied, stopped
-    return assessed(study, points, tolerance, stopped is None), study.ladder.varied, stopped
+        return None, study.level_set.varied, stopped
+    return assess_convergence(study, points, tolerance, stopped is None), study.level_set.varied, stopped
 
 
 def computed_points(study: Study) -> tuple[list[Point], BaseException | None]:
-    """The points of a study, and what broke it off, if anything did."""
+    """Compute the points of a study; return them, and the error that broke it off, if there was one."""
     from femflex.integrate import IntegrationError
     from femflex.results.interrupts import finished_on_interrupt
 
     points: list[Point] = []
     with Bar("converging", 100.0, unit="%") as bar, keep_alive(bar) as report, ExitStack() as keeping:
         try:
-            for point in study.points(lambda part: report(float(round(100.0 * part)))):
+            for point in study.points(lambda fraction: report(float(round(100.0 * fraction)))):
                 if not points:
                     keeping.enter_context(finished_on_interrupt("a study"))
                 points.append(point)
@@ -145,6 +145,6 @@ def read_levels(text: str, option: str = "--levels") -> list[int]:
     [1, 2, 4]
     """
     try:
-        return [int(part) for part in text.replace(",", " ").split()]
+        return [int(number) for number in text.replace(",", " ").split()]
     except ValueError:
         raise ValueError(f"{option} is {text!r}; give whole numbers with commas, such as 1,2,4,8") from None

@@ -1,4 +1,4 @@
-"""What `femflex converge` says of its studies: tables, verdicts, JSON and a picture."""
+"""Tables, verdicts, JSON and a picture of the studies of `femflex converge`."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ LEVEL = (
 
 @dataclass(frozen=True)
 class StudyOutputs:
-    """What is to be made of a study."""
+    """Files and form in which studies are reported."""
 
     tolerance: float | None
     as_json: bool
@@ -33,7 +33,7 @@ class StudyOutputs:
     force: bool
 
     def check(self) -> None:
-        """Raise before any work what would be found wrong after it."""
+        """Raise an error before the work starts if an option is wrong or a file could not be written."""
         if self.tolerance is not None and not 0.0 < self.tolerance < 1.0:
             raise ValueError(f"--tolerance is {self.tolerance:g}; give a relative error between 0 and 1, such as 1e-3")
         if self.picture is not None:
@@ -45,99 +45,105 @@ class StudyOutputs:
             check_kind(self.picture)
             check_destination(self.picture, self.force)
 
-    def begin(self, notes: Mapping[str, str]) -> None:
-        """Print why bodies have the strain they have, where the case does not say it."""
+    def print_body_notes(self, notes: Mapping[str, str]) -> None:
+        """Print why bodies have the strain they have, if the case does not say it."""
         if not self.as_json:
             print_notes(notes)
 
-    def say(self, found: Finding) -> None:
-        """Print one study as it is done."""
+    def print_finding(self, study: Finding) -> None:
+        """Print the result of one study as soon as it is done."""
         if not self.as_json:
             printers = {"strain": print_forms, "functions": print_kinds}
-            printers.get(found.over, print_study)(found)  # type: ignore[operator]
+            printers.get(study.over, print_study)(study)  # type: ignore[operator]
 
     def report(self, findings: list[Finding], notes: Mapping[str, str], complete: bool) -> None:
-        """Print what they come to together, with the notes on bodies as JSON too, and draw them on request."""
-        from femflex.studies import choice, choice_text
+        """Print the common result of several studies, and JSON with the notes on bodies, and draw them on request."""
+        from femflex.studies import recommendation_text, recommended_level
 
         if self.as_json and len(findings) == 1:
             print_json(findings[0].to_dict() | {"notes": dict(notes)})
         elif self.as_json and findings:
-            chosen = {found.over: choice(found) for found in findings}
-            studies = [found.to_dict() for found in findings]
-            print_json({"studies": studies, "choice": chosen, "verdict": choice_text(findings), "notes": dict(notes)})
+            choices = {finding.over: recommended_level(finding) for finding in findings}
+            studies = [finding.to_dict() for finding in findings]
+            print_json(
+                {"studies": studies, "choice": choices, "verdict": recommendation_text(findings), "notes": dict(notes)}
+            )
         elif len(findings) > 1:
-            print(fill(f"together    {choice_text(findings)}", 110, subsequent_indent=" " * 12))
+            print(fill(f"together    {recommendation_text(findings)}", 110, subsequent_indent=" " * 12))
         if self.picture is not None and complete:  # an interrupt does not wait for a picture
             from femflex.view.side_by_side import plot_studies
 
-            plot_studies(findings, self.picture, choice_text(findings), self.theme, force=self.force)
+            plot_studies(findings, self.picture, recommendation_text(findings), self.theme, force=self.force)
             if not self.as_json:
                 print(f"picture     {self.picture}")
 
 
-def print_forms(found: StrainStudy) -> None:
+def print_forms(study: StrainStudy) -> None:
     """Print the comparison of the three forms of strain."""
     from math import isfinite
 
-    print(f"{found.title} [{found.unit}]" if found.unit not in ("", "1") else found.title)
+    print(f"{study.title} [{study.unit}]" if study.unit not in ("", "1") else study.title)
     rows = []
-    for form in found.forms:
-        off = found.difference(form)
+    for form in study.forms:
+        difference = study.difference(form)
         counts = [str(n) for n in (form.coordinates, form.coordinates - form.derivatives, form.derivatives)]
-        text = [f"{form.value:.12g}", f"{off:.2e}", f"{form.seconds:.3g}"] if isfinite(off) else ["", "", ""]
+        text = (
+            [f"{form.value:.12g}", f"{difference:.2e}", f"{form.seconds:.3g}"] if isfinite(difference) else ["", "", ""]
+        )
         rows.append(
-            [form.strain, *counts, str(form.followers), *text, "<-" if form.strain == found.recommended else ""]
+            [form.strain, *counts, str(form.followers), *text, "<-" if form.strain == study.recommended else ""]
         )
     heads = ["strain", "coordinates", "vibration", "derivatives", "dependent", "value", "difference", "seconds", ""]
     print_table(heads, rows)
-    print(fill(f"verdict     {found.verdict}", 110, subsequent_indent=" " * 12))
+    print(fill(f"verdict     {study.verdict}", 110, subsequent_indent=" " * 12))
 
 
-def print_kinds(found: FunctionStudy) -> None:
+def print_kinds(comparison: FunctionStudy) -> None:
     """Print the comparison of types of functions."""
-    print(f"{found.title} [{found.unit}]" if found.unit not in ("", "1") else found.title)
+    print(f"{comparison.title} [{comparison.unit}]" if comparison.unit not in ("", "1") else comparison.title)
     rows = []
-    for kind, study in found.with_values:
-        off = found.differences(study) if found.reference is not None else study.values * 0.0
+    for kind, study in comparison.with_values:
+        differences = comparison.differences(study) if comparison.reference is not None else study.values * 0.0
         for k, level in enumerate(study.levels):
-            mark = "<-" if found.chosen == (kind, int(level)) else ""
-            rows.append([kind, str(level), str(study.counts[k]), f"{study.values[k]:.12g}", f"{off[k]:.2e}", mark])
+            mark = "<-" if comparison.choice == (kind, int(level)) else ""
+            rows.append(
+                [kind, str(level), str(study.counts[k]), f"{study.values[k]:.12g}", f"{differences[k]:.2e}", mark]
+            )
     print_table(["functions", "a field", "coordinates", "value", "difference", ""], rows)
-    print(fill(f"verdict     {found.verdict}", 110, subsequent_indent=" " * 12))
+    print(fill(f"verdict     {comparison.verdict}", 110, subsequent_indent=" " * 12))
 
 
-def print_study(found: Convergence) -> None:
+def print_study(study: Convergence) -> None:
     """Print table, order, limit and verdict."""
     from math import isfinite
 
-    print(f"{found.title} [{found.unit}]" if found.unit not in ("", "1") else found.title)
-    rows, apart, heads = [], *derivatives_apart(found)
-    for k, level in enumerate(found.levels):
-        change, error = found.changes[k], found.errors[k]
-        found_text = [f"{change:.3e}" if isfinite(change) else "", f"{error:.2e}" if isfinite(error) else ""]
-        mark = "<-" if level == found.recommended else ""
-        rows.append([str(level), str(found.counts[k]), *apart[k], f"{found.values[k]:.12g}", *found_text, mark])
+    print(f"{study.title} [{study.unit}]" if study.unit not in ("", "1") else study.title)
+    rows, shape_counts, heads = [], *shape_count_columns(study)
+    for k, level in enumerate(study.levels):
+        change, error = study.changes[k], study.errors[k]
+        error_texts = [f"{change:.3e}" if isfinite(change) else "", f"{error:.2e}" if isfinite(error) else ""]
+        mark = "<-" if level == study.recommended else ""
+        rows.append([str(level), str(study.counts[k]), *shape_counts[k], f"{study.values[k]:.12g}", *error_texts, mark])
     print_table([*heads, "value", "change", "error", ""], rows)
-    if found.over == "modes" and found.added.any():
+    if study.over == "modes" and study.added.any():
         print(fill(f"level       {LEVEL}", 110, subsequent_indent=" " * 12))
-    for text in found.left_out:
+    for text in study.left_out:
         print(fill(f"left out    {text}", 110, subsequent_indent=" " * 12))
-    print(fill(f"verdict     {found.verdict}", 110, subsequent_indent=" " * 12))
+    print(fill(f"verdict     {study.verdict}", 110, subsequent_indent=" " * 12))
 
 
-def derivatives_apart(found: Convergence) -> tuple[list[list[str]], list[str]]:
-    """Further cells of every row that count vibration and derivative shapes apart, and the heads before the value."""
-    if found.over == "mesh":
-        return [[] for _ in found.levels], ["refined", "dofs"]
-    of = "shapes" if found.over == "derivatives" and found.followers.any() else "coordinates"
-    parts: list[Any] = []
-    heads = [found.over, of]
-    if found.over == "modes" and found.added.any():
-        parts, heads = [*parts, found.added], [*heads, "static shapes"]
-    if found.derivatives.any() or found.followers.any():
-        inside = found.derivatives + (found.followers if of == "shapes" else 0)
-        parts, heads = [*parts, found.counts - inside, found.derivatives], [*heads, "vibration", "derivatives"]
-    if found.followers.any():
-        parts, heads = [*parts, found.followers], [*heads, "dependent"]
-    return [[str(part[k]) for part in parts] for k in range(len(found.levels))], heads
+def shape_count_columns(study: Convergence) -> tuple[list[list[str]], list[str]]:
+    """Return further cells of every row that count vibration and derivative shapes, and the heads before the value."""
+    if study.over == "mesh":
+        return [[] for _ in study.levels], ["refined", "dofs"]
+    count_head = "shapes" if study.over == "derivatives" and study.followers.any() else "coordinates"
+    columns: list[Any] = []
+    heads = [study.over, count_head]
+    if study.over == "modes" and study.added.any():
+        columns, heads = [*columns, study.added], [*heads, "static shapes"]
+    if study.derivatives.any() or study.followers.any():
+        inside = study.derivatives + (study.followers if count_head == "shapes" else 0)
+        columns, heads = [*columns, study.counts - inside, study.derivatives], [*heads, "vibration", "derivatives"]
+    if study.followers.any():
+        columns, heads = [*columns, study.followers], [*heads, "dependent"]
+    return [[str(column[k]) for column in columns] for k in range(len(study.levels))], heads

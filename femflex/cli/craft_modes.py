@@ -31,7 +31,7 @@ class Drawing:
     force: bool
 
     def check(self) -> None:
-        """Raise before any work what would fail after it."""
+        """Raise an error before the work starts if it would fail after it."""
         from femflex.writing import check_destination
 
         if self.mode is not None and self.movie is None:
@@ -41,25 +41,27 @@ class Drawing:
                 check_destination(path, self.force)
 
     def make(self, modes: SystemModes, title: str) -> list[tuple[str, Path]]:
-        """The files written, each with its kind."""
+        """Draw the requested files; return the kind and the path of each."""
         from femflex.view import craft_montage, craft_movie
 
-        out = []
-        moving = [k + 1 for k, known in enumerate(modes.known) if not known]
+        written = []
+        moving = [k + 1 for k, is_rigid in enumerate(modes.known) if not is_rigid]
         if self.picture is not None:
-            chosen = moving[:DRAWN]
-            if not chosen:
+            numbers = moving[:DRAWN]
+            if not numbers:
                 raise ValueError("the craft has only rigid-body modes, which are not drawn")
-            captions = [caption(modes, k) for k in chosen]
-            out.append(("picture", craft_montage(modes.skin(chosen), captions, self.picture, title, force=self.force)))
+            captions = [caption(modes, k) for k in numbers]
+            written.append(
+                ("picture", craft_montage(modes.skin(numbers), captions, self.picture, title, force=self.force))
+            )
         if self.movie is not None:
             mode = self.mode or (moving[0] if moving else 1)
             if not 1 <= mode <= len(modes.names):
                 raise ValueError(f"--mode is {mode}; the modes of the craft are 1 to {len(modes.names)}")
             with Bar("drawing", unit="frames") as bar:
                 path = craft_movie(modes.skin([mode]), caption(modes, mode), self.movie, force=self.force, progress=bar)
-            out.append(("movie", path))
-        return out
+            written.append(("movie", path))
+        return written
 
 
 def caption(modes: SystemModes, mode: int) -> str:
@@ -90,7 +92,7 @@ def craft_modes(file: Path, at: float | None, number: int | None, drawing: Drawi
         print(f"{kind:11} {path}")
 
 
-def print_modes(case: Case, modes: SystemModes, number: int | None, known: KnownBodies) -> None:
+def print_modes(case: Case, modes: SystemModes, number: int | None, body_origins: KnownBodies) -> None:
     """Print the table of modes, what they are about, stability, and what the case expects of them.
 
     known: its bodies by what they were reduced from
@@ -98,26 +100,26 @@ def print_modes(case: Case, modes: SystemModes, number: int | None, known: Known
     import numpy as np
 
     from femflex.advice.limits import LOWEST
-    from femflex.case.verdicts import judged_modes
+    from femflex.case.verdicts import mode_verdicts
     from femflex.cli.equilibrium import frame_text, length_lines, print_stability
 
-    shown = min(number or SHOWN, len(modes.names))
+    count = min(number or SHOWN, len(modes.names))
     rows = [
         [
             str(k + 1), modes.names[k], f"{modes.frequencies[k]:.6g}", f"{modes.eigenvalues[k].imag:.6g}",
             f"{modes.damping_ratios[k]:.4g}" + "*" * bool(modes.growing[k]), kinetic_energy_text(modes, k),
         ]
-        for k in range(shown)
+        for k in range(count)
     ]  # fmt: skip
     print_table(["mode", "name", "Hz", "rad/s", "damping ratio", "kinetic energy"], rows)
-    if shown < len(modes.names):
-        print(f"and {len(modes.names) - shown} modes above, which -n and --json list\n")
-    if modes.growing[:shown].any():
+    if count < len(modes.names):
+        print(f"and {len(modes.names) - count} modes above, which -n and --json list\n")
+    if modes.growing[:count].any():
         print("*           the motion grows")
     if note := damping_note(case, modes):
         print(f"damping     {note}")
     elastic, band = int(np.count_nonzero(~modes.known)), case.run.band
-    if elastic > LOWEST and any(one.origin.source is not None for one in known.values()):
+    if elastic > LOWEST and any(body.origin.source is not None for body in body_origins.values()):
         below = f" and those below {band:g} Hz" if band else " (set run.band to check more)"
         print(f"truncation  checked for the first {LOWEST} of {elastic} elastic frequencies{below}")
     print(f"about       {frame_text(modes.about)}")
@@ -128,42 +130,44 @@ def print_modes(case: Case, modes: SystemModes, number: int | None, known: Known
     if modes.held:
         print(f"held        commands of the sampled controllers {', '.join(modes.held)}: their loops are open")
     print_stability(modes.about)
-    for verdict in judged_modes(case, modes):
+    for verdict in mode_verdicts(case, modes):
         print(f"expected    {verdict}")
 
 
 def damping_note(case: Case, modes: SystemModes) -> str:
-    """The first mode whose damping ratio is far from the one that its body is given; nothing where there is none."""
+    """Describe the first mode whose damping ratio is far from the one given to its body; empty if there is none."""
     from femflex.dynamics.equilibria.character import MOTIONS
 
-    given: dict[str, float] = {}
+    case_ratios: dict[str, float] = {}
     for name, table in case.bodies.items():
         damping = getattr(table, "damping", None)
         ratio = getattr(damping, "ratio", damping)
         if isinstance(ratio, float) and ratio > 0.0:
-            given[name] = ratio
+            case_ratios[name] = ratio
     for k in range(len(modes.names)):
-        shares = {body: float(share[k]) for body, share in modes.energy.items() if body.partition(".")[0] in given}
-        body = max(shares, key=lambda one: shares[one], default="")
-        found = float(modes.damping_ratios[k])
+        shares = {
+            body: float(share[k]) for body, share in modes.energy.items() if body.partition(".")[0] in case_ratios
+        }
+        body = max(shares, key=lambda body_name: shares[body_name], default="")
+        damping_ratio = float(modes.damping_ratios[k])
         if (
             modes.known[k]
             or modes.names[k].startswith(MOTIONS)
             or not shares
             or shares[body] < CARRIES
-            or not 0.0 < found < 1.0
+            or not 0.0 < damping_ratio < 1.0
         ):
             continue
-        ratio = given[body.partition(".")[0]]
-        if abs(found / ratio - 1.0) > CHANGED:
+        ratio = case_ratios[body.partition(".")[0]]
+        if abs(damping_ratio / ratio - 1.0) > CHANGED:
             return (
-                f"mode {k + 1} has a ratio of {found:.4g}, and body {body!r} is given {ratio:g}: that of the modes of "
-                "its own set. Where its root moves otherwise it changes, and dampers of joints add to it"
+                f"mode {k + 1} has a ratio of {damping_ratio:.4g}, and body {body!r} is given {ratio:g}: that of the "
+                "modes of its own set. Where its root moves otherwise it changes, and dampers of joints add to it"
             )
     return ""
 
 
 def kinetic_energy_text(modes: SystemModes, k: int) -> str:
-    """The bodies that hold the kinetic energy of a mode, in per cent."""
+    """Name the bodies that hold the kinetic energy of a mode, in per cent."""
     shares = sorted(((float(share[k]), body) for body, share in modes.energy.items()), reverse=True)
     return ", ".join(f"{body} {100 * share:.0f} %" for share, body in shares if share >= CARRIES)

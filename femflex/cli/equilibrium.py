@@ -54,145 +54,146 @@ def equilibrium(
         from femflex.dynamics.equilibria.equilibrium import EquilibriumError
         from femflex.pipeline.balanced import balanced, decided_at_rest, keep
 
-        read = read_case(case)
-        decided = decided_at_rest(read)
+        parsed_case = read_case(case)
+        decided = decided_at_rest(parsed_case)
         try:
-            found = balanced(decided, time, stable)
+            state = balanced(decided, time, stable)
         except EquilibriumError as error:
             if output is not None:
-                keep(error.last, read, output, force=force, ended=str(error), decided=decided)
+                keep(error.last, parsed_case, output, force=force, ended=str(error), decided=decided)
                 raise type(error)(
                     f"{error} {output} keeps the last state, and is marked incomplete.", error.last
                 ) from None
             raise
     if output is not None:
-        keep(found, read, output, force=force, decided=decided)
+        keep(state, parsed_case, output, force=force, decided=decided)
     if as_json:
-        print_json(equilibrium_data(found) | {"bodies": strain_data(decided)})
+        print_json(equilibrium_data(state) | {"bodies": strain_data(decided)})
         return
-    print(read.title or case.name)
+    print(parsed_case.title or case.name)
     print_notes(decided.notes)
-    print_equilibrium(found)
+    print_equilibrium(state)
     if output is not None:
         print(f"kept        {output}")
 
 
-def print_equilibrium(found: Equilibrium) -> None:
+def print_equilibrium(state: Equilibrium) -> None:
     """Print coordinates, marker positions, residual and stability."""
-    system = found.model.system
+    system = state.model.system
     names = [(name, unit) for name, unit in system.coordinate_names()]
-    rows = [[name, f"{value:.10g}", unit] for (name, unit), value in zip(names, found.q, strict=True)]
+    rows = [[name, f"{value:.10g}", unit] for (name, unit), value in zip(names, state.q, strict=True)]
     if len(rows) > SHOWN:
-        parts = {piece for pieces in system.segments.values() for piece in pieces}
-        rows = [row for row in rows if row[0].rpartition(".delta")[0] not in parts][:SHOWN]
+        segment_names = {piece for pieces in system.segments.values() for piece in pieces}
+        rows = [row for row in rows if row[0].rpartition(".delta")[0] not in segment_names][:SHOWN]
     if rows:
         print_table(["coordinate", "value", "unit"], rows)
     if len(rows) < len(names):
-        shown = {row[0] for row in rows}
-        elastic = all(name.rpartition(".delta")[1] for name, _ in names if name not in shown)
-        what = "elastic" if elastic else "other"
-        print(f"and {len(names) - len(rows)} {what} coordinates, which --json and the result file hold\n")
+        listed = {row[0] for row in rows}
+        elastic = all(name.rpartition(".delta")[1] for name, _ in names if name not in listed)
+        kind = "elastic" if elastic else "other"
+        print(f"and {len(names) - len(rows)} {kind} coordinates, which --json and the result file hold\n")
     print_table(
         ["marker", *(f"{a}, m" for a in XYZ), *(f"deflection {a}, m" for a in XYZ)],
         [
-            [label, *(f"{v:.9g}" for v in (*place["position"], *place.get("deflection", (0.0, 0.0, 0.0))))]
-            for label, place in markers(found).items()
+            [label, *(f"{v:.9g}" for v in (*position["position"], *position.get("deflection", (0.0, 0.0, 0.0))))]
+            for label, position in marker_positions(state).items()
         ],
     )
-    print(f"frame       {frame_text(found)}")
-    for line in length_lines(found):
+    print(f"frame       {frame_text(state)}")
+    for line in length_lines(state):
         print(line)
-    print(f"residual    {found.residual:.2e} of the largest force, after {found.iterations} iterations")
-    for name, loop in loops(found).items():
+    print(f"residual    {state.residual:.2e} of the largest force, after {state.iterations} iterations")
+    for name, loop in loop_forces(state).items():
         force, torque = (math.hypot(*loop[key]) for key in ("force", "torque"))
         print(f"loop        {name} carries {force:.6g} N and {torque:.6g} N m")
-    if found.model.constraints is not None:
-        print(f"loops       closed to {found.gap:.1e} m")
-    if found.left is not None:
-        print(f"left        an equilibrium that is {found.left.verdict}")
-    print_stability(found)
-    if not found.stable:
+    if state.model.constraints is not None:
+        print(f"loops       closed to {state.gap:.1e} m")
+    if state.left is not None:
+        print(f"left        an equilibrium that is {state.left.verdict}")
+    print_stability(state)
+    if not state.stable:
         print("            --stable leaves it, along the motion that grows")
 
 
-def print_stability(found: Equilibrium) -> None:
-    """Print the verdict, the growth rate and its threshold, and the motions that neither grow nor decay."""
-    print(f"stability   {found.verdict}")
-    if len(found.eigenvalues):
+def print_stability(state: Equilibrium) -> None:
+    """Print the verdict, the growth rate and its threshold, and the rigid-body motions that neither grow nor decay."""
+    print(f"stability   {state.verdict}")
+    if len(state.eigenvalues):
         from femflex.dynamics.equilibria.small_motions import growth_rule
 
-        print(f"growth      largest growth rate {found.growth:.3g} 1/s; {growth_rule()}")
-    if found.share == 1.0 and found.motions.known:
+        print(f"growth      largest growth rate {state.growth:.3g} 1/s; {growth_rule()}")
+    if state.share == 1.0 and state.motions.known:
         counts: dict[str, int] = {}
-        for motion in found.motions.known:
+        for motion in state.motions.known:
             counts[motion.name] = counts.get(motion.name, 0) + 1
         names = [name + f" ({count} directions)" * (count > 1) for name, count in counts.items()]
         print(f"rigid       {', '.join(names)}: neither grow nor decay")
 
 
-def markers(found: Equilibrium) -> dict[str, dict[str, Any]]:
+def marker_positions(state: Equilibrium) -> dict[str, dict[str, Any]]:
     """Position and deflection (3,) of every marker by its label; no rounding noise."""
-    seen = found.model.observe([0.0], found.x[None])  # type: ignore[arg-type]
-    size = max((abs(seen[path][0]).max() for path in seen if path.startswith("markers/")), default=0.0)
-    out: dict[str, dict[str, Any]] = {}
-    for path, values in seen.items():
+    channels = state.model.observe([0.0], state.x[None])  # type: ignore[arg-type]
+    size = max((abs(channels[path][0]).max() for path in channels if path.startswith("markers/")), default=0.0)
+    positions: dict[str, dict[str, Any]] = {}
+    for path, values in channels.items():
         head, _, key = path.rpartition("/")
         if head.startswith("markers/") and key in ("position", "deflection"):
             row = values[0]
-            out.setdefault(head.removeprefix("markers/"), {})[key] = [
+            positions.setdefault(head.removeprefix("markers/"), {})[key] = [
                 0.0 if abs(v) < 1e-13 * size else float(v) for v in row
             ]
-    return out
+    return positions
 
 
-def loops(found: Equilibrium) -> dict[str, dict[str, list[float]]]:
+def loop_forces(state: Equilibrium) -> dict[str, dict[str, list[float]]]:
     """Force and torque (3,) that every loop carries at its child's marker, by its name."""
-    if found.model.constraints is None:
+    if state.model.constraints is None:
         return {}
-    seen = found.model.observe([0.0], found.x[None])  # type: ignore[arg-type]
-    names = [loop.label for loop in found.model.system.loops]
+    channels = state.model.observe([0.0], state.x[None])  # type: ignore[arg-type]
+    names = [loop.label for loop in state.model.system.loops]
     return {
-        name: {key: [float(v) for v in seen[f"loops/{name}/{key}"][0]] for key in ("force", "torque")} for name in names
+        name: {key: [float(v) for v in channels[f"loops/{name}/{key}"][0]] for key in ("force", "torque")}
+        for name in names
     }
 
 
-def frame_text(found: Equilibrium) -> str:
-    """In which frame the craft is at rest."""
-    frame = found.model.system.frame
+def frame_text(state: Equilibrium) -> str:
+    """Name the frame in which the craft is at rest."""
+    frame = state.model.system.frame
     if frame.kind == "spinning":
         return f"at rest in the frame that spins at [{', '.join(f'{v:.6g}' for v in frame.rate)}] rad/s"
-    if frame.kind == "orbital" and found.model.system.orbit is not None:
-        return f"at rest in the orbital frame, period {found.model.system.orbit.period:.6g} s"
+    if frame.kind == "orbital" and state.model.system.orbit is not None:
+        return f"at rest in the orbital frame, period {state.model.system.orbit.period:.6g} s"
     return "at rest in the inertial frame"
 
 
-def length_lines(found: Equilibrium) -> list[str]:
+def length_lines(state: Equilibrium) -> list[str]:
     """A line per deploying body on the length at which it stays."""
     from femflex.system.fixed_length import fixed_lengths
 
-    lengths = fixed_lengths(found.model.system)
+    lengths = fixed_lengths(state.model.system)
     return [f"length      of {name} stays at {length:.6g} m" for name, length in lengths.items()]
 
 
-def equilibrium_data(found: Equilibrium) -> dict[str, Any]:
-    """What --json prints."""
+def equilibrium_data(state: Equilibrium) -> dict[str, Any]:
+    """Return the equilibrium for --json."""
     from femflex.system.fixed_length import fixed_lengths
 
-    names = [name for name, _ in found.model.system.coordinate_names()]
+    names = [name for name, _ in state.model.system.coordinate_names()]
     return {
-        "coordinates": dict(zip(names, found.q, strict=True)),
-        "markers": markers(found),
-        "frame": found.model.system.frame.kind,
-        "lengths": fixed_lengths(found.model.system),
-        "residual": found.residual,
-        "iterations": found.iterations,
-        "loops": loops(found),
-        "gap": found.gap,
-        "neutral": list(found.neutral),
-        "stable": found.stable,
-        "growth": found.growth,
-        "growth_threshold": found.growth_threshold,
-        "rigid": [motion.name for motion in found.motions.known] if found.share == 1.0 else [],
-        "left_growth": None if found.left is None else found.left.growth,
-        "eigenvalues": [[float(v.real), float(v.imag)] for v in found.eigenvalues],
+        "coordinates": dict(zip(names, state.q, strict=True)),
+        "markers": marker_positions(state),
+        "frame": state.model.system.frame.kind,
+        "lengths": fixed_lengths(state.model.system),
+        "residual": state.residual,
+        "iterations": state.iterations,
+        "loops": loop_forces(state),
+        "gap": state.gap,
+        "neutral": list(state.neutral),
+        "stable": state.stable,
+        "growth": state.growth,
+        "growth_threshold": state.growth_threshold,
+        "rigid": [motion.name for motion in state.motions.known] if state.share == 1.0 else [],
+        "left_growth": None if state.left is None else state.left.growth,
+        "eigenvalues": [[float(v.real), float(v.imag)] for v in state.eigenvalues],
     }

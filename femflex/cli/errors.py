@@ -1,4 +1,4 @@
-"""What an error means to the user: bad input, failed numerics, or a fault of femflex itself.
+"""Meaning of an error to the user: bad input, failed numerics, or a fault of femflex itself.
 
 A user's mistake is an error that femflex raises: its innermost frame belongs to a module of femflex (known by its name,
 so that links, archives and the working folder do not matter) and stands at a `raise`. A built-in error that a function
@@ -31,9 +31,9 @@ def meaning(error: Exception) -> tuple[int, list[str]]:
     if kind == "CaseError":
         return BAD_INPUT, text.splitlines()
     if _is_of_memory(error):
-        ours = text if raised_by_femflex(error) else ""
+        message = text if raised_by_femflex(error) else ""
         return FAILED, [
-            ours or "there is not enough memory for this; take a coarser mesh, fewer modes or fewer rows of output"
+            message or "there is not enough memory for this; take a coarser mesh, fewer modes or fewer rows of output"
         ]
     if isinstance(error, OSError):
         return FAILED if error.errno in FULL else BAD_INPUT, [_os_text(error)]
@@ -45,7 +45,7 @@ def meaning(error: Exception) -> tuple[int, list[str]]:
         if isinstance(error, ValueError | KeyError):
             return BAD_INPUT, [text]
     return FAULT, [
-        f"this is a fault of femflex itself: {kind} in {_place(error)}",
+        f"this is a fault of femflex itself: {kind} in {_source_line(error)}",
         "please report it with the case and the lines that FEMFLEX_TRACEBACK=1 in the environment prints",
     ]
 
@@ -62,11 +62,11 @@ def _is_of_memory(error: BaseException | None) -> bool:
 
 
 def raised_by_femflex(error: BaseException) -> bool:
-    """Whether a `raise` of femflex raised it, and not a library or Python itself."""
-    last = _innermost(error.__traceback__)
-    if last is None or not _ours(last):
+    """Whether a `raise` in femflex raised the error, and not a library or Python itself."""
+    innermost = _innermost(error.__traceback__)
+    if innermost is None or not _is_of_femflex(innermost):
         return False
-    return last.tb_frame.f_code.co_code[last.tb_lasti] == RAISE
+    return innermost.tb_frame.f_code.co_code[innermost.tb_lasti] == RAISE
 
 
 def _innermost(trace: TracebackType | None) -> TracebackType | None:
@@ -75,18 +75,18 @@ def _innermost(trace: TracebackType | None) -> TracebackType | None:
     return trace
 
 
-def _ours(trace: TracebackType) -> bool:
+def _is_of_femflex(trace: TracebackType) -> bool:
     return str(trace.tb_frame.f_globals.get("__name__", "")).partition(".")[0] == PACKAGE
 
 
-def _place(error: BaseException) -> str:
+def _source_line(error: BaseException) -> str:
     """Module and line of femflex nearest to where the error was raised."""
-    place, trace = PACKAGE, error.__traceback__
+    line_text, trace = PACKAGE, error.__traceback__
     while trace is not None:
-        if _ours(trace):
-            place = f"{trace.tb_frame.f_globals['__name__']}, line {trace.tb_lineno}"
+        if _is_of_femflex(trace):
+            line_text = f"{trace.tb_frame.f_globals['__name__']}, line {trace.tb_lineno}"
         trace = trace.tb_next
-    return place
+    return line_text
 
 
 def _os_text(error: OSError) -> str:

@@ -1,4 +1,4 @@
-"""`femflex info`: what a mesh, body, case or run file holds."""
+"""`femflex info`: the contents of a mesh, body, case or run file."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ def info(
         raise ValueError(f"--channels lists those of a case or of a run; {file} is neither: leave the option out")
     with Patience(f"reading {file.name}"):
         text = (
-            _hdf5(file)
+            _hdf5_text(file)
             if (_starts_as_hdf5(file) or file.suffix.lower() in (".h5", ".hdf5")) and file.suffix.lower() not in FORMATS
-            else (_channels if channels else _case)(file)
+            else (_channels_text if channels else _case_text)(file)
             if file.suffix == ".toml"
-            else _matrices(file)
+            else _matrices_text(file)
             if file.suffix.lower() in MATRICES or _has_matrices(file)
-            else _mesh_or_deck(file, units)
+            else _mesh_or_deck_text(file, units)
         )
     print_folded(text)
 
@@ -65,7 +65,7 @@ def _starts_as_hdf5(file: Path) -> bool:
 
 
 def kind_of_hdf5(file: Path) -> str:
-    """What an HDF5 file says it is, "femflex run" or "femflex body"; "" for a file that is no HDF5.
+    """Return the format that an HDF5 file names, "femflex run" or "femflex body"; "" for a file that is no HDF5.
 
     Raises FileNotFoundError.
     """
@@ -81,7 +81,7 @@ def kind_of_hdf5(file: Path) -> str:
         return str(opened.attrs.get("format", ""))
 
 
-def _hdf5(file: Path) -> str:
+def _hdf5_text(file: Path) -> str:
     kind = kind_of_hdf5(file)
     if kind == "femflex body":
         from femflex.reduction import load_body
@@ -92,14 +92,14 @@ def _hdf5(file: Path) -> str:
 
         with open_run(file) as run:
             return repr(run)
-    if not kind and (text := _study_file(file)):
+    if not kind and (text := _study_file_text(file)):
         return text
     if not kind and _has_members(file):
-        return _matrices(file)
+        return _matrices_text(file)
     raise ValueError(f"{file} is an HDF5 file, but neither a run nor a body of femflex, nor one of matrices")
 
 
-def _study_file(file: Path) -> str:
+def _study_file_text(file: Path) -> str:
     """Lines about a file of `femflex sweep` or `femflex linearize`; "" for another HDF5 file."""
     from femflex.hdf5 import open_hdf5
 
@@ -107,27 +107,27 @@ def _study_file(file: Path) -> str:
         keys = set(opened)
         if LINEAR <= keys:
             return linear_text(file, *(opened[key][()] for key in ("states", "inputs", "outputs")))
-    return _sweep(file) if {"problems", "percentiles", "inputs"} <= keys else ""
+    return _sweep_text(file) if {"problems", "percentiles", "inputs"} <= keys else ""
 
 
-def _sweep(file: Path) -> str:
+def _sweep_text(file: Path) -> str:
     """Lines about the results of a sweep."""
     from femflex.studies.sweep import open_sweep
 
-    found = open_sweep(file)
-    failed = sum(bool(text) for text in found.problems)
-    lines = [f"{file.name}: sweep, {len(found.problems)} runs, of which {failed} failed"]
+    results = open_sweep(file)
+    failed = sum(bool(text) for text in results.problems)
+    lines = [f"{file.name}: sweep, {len(results.problems)} runs, of which {failed} failed"]
     lines += [
-        f"input   {name}: {v.min():.6g} to {v.max():.6g} {found.units.get(name, '')}"
-        for name, v in found.inputs.items()
+        f"input   {name}: {v.min():.6g} to {v.max():.6g} {results.units.get(name, '')}"
+        for name, v in results.inputs.items()
     ]
-    for name, (mean, sigma, least, largest) in found.statistics().items():
-        v, unit = found.outputs[name], found.units.get(name, "")
+    for name, (mean, sigma, least, largest) in results.statistics().items():
+        v, unit = results.outputs[name], results.units.get(name, "")
         lines.append(
             f"output  {name}: mean {mean:.6g}, sigma {sigma:.6g}, {v[least]:.6g} (run {least}) to {v[largest]:.6g} "
             f"(run {largest}) {unit}"
         )
-    return "\n".join([*lines, *(f"history {name} [{found.units.get(name, '')}]" for name in found.histories)])
+    return "\n".join([*lines, *(f"history {name} [{results.units.get(name, '')}]" for name in results.histories)])
 
 
 def linear_text(file: Path, states: Any, inputs: Any, outputs: Any) -> str:
@@ -139,8 +139,8 @@ def linear_text(file: Path, states: Any, inputs: Any, outputs: Any) -> str:
         for group in (states, inputs, outputs)
     ]
     lines = [f"{file.name}: linear model of femflex, dx/dt = A x + B u, y = C x + D u"]
-    for what, group in zip(("states", "inputs", "outputs"), names, strict=True):
-        lines.append(f"{what:8}{len(group)}: {', '.join(group) or 'none'}")
+    for head, group in zip(("states", "inputs", "outputs"), names, strict=True):
+        lines.append(f"{head:8}{len(group)}: {', '.join(group) or 'none'}")
     return "\n".join(lines)
 
 
@@ -162,22 +162,22 @@ def body_text(file: Path, body: object) -> str:
     kinds = ", ".join(f"{body.kinds.count(kind)} {kind}" for kind in dict.fromkeys(body.kinds)) or "none"
     lines = [
         f"{file.name}: reduced body, {body.moments.mass:.6g} kg",
-        f"centre of mass {_list(body.moments.center_of_mass())} m",
+        f"centre of mass {_vector_text(body.moments.center_of_mass())} m",
     ]
     lines.append(f"shapes  {kinds}")
     lines += [f"  {k + 1:3d}  {omega / (2 * pi):.6g} Hz" for k, omega in enumerate(body.omega) if isfinite(omega)]
-    lines += [f"marker  {name} at {_list(marker.position)} m" for name, marker in sorted(body.markers.items())]
+    lines += [f"marker  {name} at {_vector_text(marker.position)} m" for name, marker in sorted(body.markers.items())]
     if body.skin is not None:
         cells = ", ".join(f"{len(rows)} {kind}" for kind, rows in body.skin.cells.items())
         lines.append(f"skin    {len(body.skin.points)} points, {cells}")
     return "\n".join(lines)
 
 
-def _list(values: object) -> str:
+def _vector_text(values: object) -> str:
     return "(" + ", ".join(f"{v:.6g}" for v in values) + ")"  # type: ignore[attr-defined]
 
 
-def _case(file: Path) -> str:
+def _case_text(file: Path) -> str:
     from femflex.case import read_case
 
     case = read_case(file)
@@ -185,7 +185,7 @@ def _case(file: Path) -> str:
     period = f"{case.run.duration:g} s" if case.run.duration is not None else f"{case.run.orbits:g} orbits"
     lines.append(f"run     {period}, integrator {case.run.integrator}")
     lines.append(f"orbit   {case.orbit.kind}")
-    lines += [f"gravity {_list(case.environment.gravity)} m/s^2"] if any(case.environment.gravity) else []
+    lines += [f"gravity {_vector_text(case.environment.gravity)} m/s^2"] if any(case.environment.gravity) else []
     lines += [
         f"body    {name}: {table.kind}" + (f" from {table.source}" if table.kind == "flexible" else "")
         for name, table in case.bodies.items()
@@ -199,7 +199,7 @@ def _case(file: Path) -> str:
     return "\n".join(lines)
 
 
-def _channels(file: Path) -> str:
+def _channels_text(file: Path) -> str:
     """The channels that a run of a case would write."""
     from femflex.case import read_case
     from femflex.pipeline.compiled import compiled
@@ -211,14 +211,14 @@ def _channels(file: Path) -> str:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # `check` and `run` report them
         system = decided(case).system
-        found = compiled(system).channels | recovered(case, system).channels
-    head = f"{file.name}: {len(found)} channels at n instants"
+        channels = compiled(system).channels | recovered(case, system).channels
+    head = f"{file.name}: {len(channels)} channels at n instants"
     return "\n".join(
-        [head, *channel_lines({path: found[path] for path in sorted(found, key=lambda path: path.split("/"))})]
+        [head, *channel_lines({path: channels[path] for path in sorted(channels, key=lambda path: path.split("/"))})]
     )
 
 
-def _mesh_or_deck(file: Path, units: str) -> str:
+def _mesh_or_deck_text(file: Path, units: str) -> str:
     """Lines about a mesh, and about the deck where the file is one."""
     from femflex.decks import READERS, read_deck
     from femflex.decks.report import describe
@@ -226,16 +226,16 @@ def _mesh_or_deck(file: Path, units: str) -> str:
 
     declared = units_of(units)
     if not any(file.suffix.lower() in reader.suffixes for reader in READERS.values()):
-        return _mesh(file)
+        return _mesh_text(file)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # said by `describe`
             deck = describe(read_deck(file, declared))
     except ValueError as error:
         try:
-            mesh = _mesh(file)
-        except ValueError as other:  # coordinate systems of its own, say
-            raise ValueError(f"{error}\n\nas a mesh: {other}") from None
+            mesh = _mesh_text(file)
+        except ValueError as mesh_error:  # coordinate systems of its own, say
+            raise ValueError(f"{error}\n\nas a mesh: {mesh_error}") from None
         if not PROPERTIES.search(file.read_text(encoding="utf-8", errors="replace")):
             return f"{mesh}\n\nas a deck: {error}"
         print_folded(mesh)
@@ -243,20 +243,20 @@ def _mesh_or_deck(file: Path, units: str) -> str:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            return f"{deck}\n\n{_mesh(file)}"
+            return f"{deck}\n\n{_mesh_text(file)}"
     except ValueError:  # elements of other coordinate systems, masses alone
         return deck
 
 
-def _matrices(file: Path) -> str:
+def _matrices_text(file: Path) -> str:
     import numpy as np
     from scipy.io import loadmat
 
     if file.suffix.lower() in (".mat", ".npz"):
         try:
-            found = np.load(file) if file.suffix.lower() == ".npz" else loadmat(file)
-            if set(found) >= LINEAR:
-                return linear_text(file, *(found[key] for key in ("states", "inputs", "outputs")))
+            arrays = np.load(file) if file.suffix.lower() == ".npz" else loadmat(file)
+            if set(arrays) >= LINEAR:
+                return linear_text(file, *(arrays[key] for key in ("states", "inputs", "outputs")))
         except (OSError, ValueError, NotImplementedError):  # damaged, or of another version: its reader says so
             pass
     from femflex.matrices.describe import describe_matrices
@@ -264,7 +264,7 @@ def _matrices(file: Path) -> str:
     return describe_matrices(file)
 
 
-def _mesh(file: Path) -> str:
+def _mesh_text(file: Path) -> str:
     from femflex.mesh import describe, read_mesh
 
     return f"{file.name}: mesh\n{describe(read_mesh(file, strict=False))}"

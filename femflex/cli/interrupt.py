@@ -13,7 +13,7 @@ from typing import NoReturn
 
 INTERRUPTED = 130
 GRACE = 0.3  # seconds; Python's own handler waits for the end of a call into a library
-_unwinding = threading.Event()  # what has been begun is being ended
+_unwinding = threading.Event()  # set while the work in progress is being ended
 SHOW_CURSOR = "\x1b[?25h"  # a progress bar hides it
 
 
@@ -24,19 +24,19 @@ def answer_at_once() -> None:
     it (a renderer), and while such a library works Python does not even look for signals; so a thread waits for them
     as well.
     """
-    signal.signal(signal.SIGINT, _asked)
+    signal.signal(signal.SIGINT, _on_interrupt)
     reader, writer = socket.socketpair()
     writer.setblocking(False)
     signal.set_wakeup_fd(writer.fileno(), warn_on_full_buffer=False)
-    threading.Thread(target=_wait, args=(reader, writer), daemon=True).start()
+    threading.Thread(target=_wait_for_interrupt, args=(reader, writer), daemon=True).start()
 
 
 def leave() -> NoReturn:
     """End the process as interrupted, without the tenth of a second that unloading compiled code takes."""
     writing = sys.modules.get("femflex.writing")
     if writing is not None:
-        for part in list(writing.PARTS):
-            writing.remove_part(part)
+        for draft in list(writing.PARTS):
+            writing.remove_part(draft)
     if sys.stderr.isatty():
         sys.stderr.write(SHOW_CURSOR)
     for stream in (sys.stdout, sys.stderr):
@@ -47,26 +47,26 @@ def leave() -> NoReturn:
     os._exit(INTERRUPTED)
 
 
-def _held() -> bool:
+def _has_work_to_finish() -> bool:
     keeping = sys.modules.get("femflex.results.interrupts")
     return keeping is not None and keeping.has_work_to_finish()
 
 
-def _asked(_: int, __: FrameType | None) -> None:
-    if _held():
+def _on_interrupt(_: int, __: FrameType | None) -> None:
+    if _has_work_to_finish():
         _unwinding.set()
         raise KeyboardInterrupt
-    _say_and_leave()
+    _report_and_leave()
 
 
-def _wait(reader: socket.socket, _writer: socket.socket) -> None:
+def _wait_for_interrupt(reader: socket.socket, _writer: socket.socket) -> None:
     while reader.recv(1) != bytes([signal.SIGINT]):
         pass
     time.sleep(GRACE)
-    if not _held() and not _unwinding.is_set():
-        _say_and_leave()
+    if not _has_work_to_finish() and not _unwinding.is_set():
+        _report_and_leave()
 
 
-def _say_and_leave() -> NoReturn:
+def _report_and_leave() -> NoReturn:
     print("femflex: interrupted", file=sys.stderr)
     leave()

@@ -1,4 +1,4 @@
-"""A progress bar that beats on while one long step gives it nothing to show."""
+"""A progress bar that keeps moving during one long step without progress of its own."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ BEAT = 0.5  # seconds
 
 @contextmanager
 def keep_alive(bar: Callable[[float], None]) -> Iterator[Callable[[float], None]]:
-    """A function that reports progress to the bar, which repeats its last value at every beat."""
-    reached, lock, over = [0.0], Lock(), Event()
+    """Yield a function that reports progress to the bar; the bar repeats its last value at every beat."""
+    last_value, lock, finished = [0.0], Lock(), Event()
 
-    def tell(now: float) -> None:
+    def report(value: float) -> None:
         with lock:
-            reached[0] = now
-            bar(now)
+            last_value[0] = value
+            bar(value)
 
     def beat() -> None:
-        while not over.wait(BEAT):
+        while not finished.wait(BEAT):
             with lock:
-                bar(reached[0])
+                bar(last_value[0])
 
     thread = Thread(target=beat, daemon=True)
     thread.start()
     try:
-        yield tell
+        yield report
     finally:
-        over.set()
+        finished.set()
         thread.join()

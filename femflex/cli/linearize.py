@@ -32,7 +32,7 @@ def linearize(
             help="Inputs, separated by commas, such as loads/slew/torque:y. Default: all loads, motions and commands.",
         ),
     ] = None,
-    outputs_wanted: Annotated[
+    output_channels: Annotated[
         str | None,
         typer.Option(
             "--outputs", help="Outputs: channels separated by commas, such as bodies/hub/rate:y,attitude/angles."
@@ -90,92 +90,92 @@ def linearize(
         from femflex.studies.linear import balanced_truncation, linear_model, modal_truncation
         from femflex.studies.linear.instant import state_of_run
 
-        read = read_case(case)
-        decided = decided_at_rest(read)
+        parsed_case = read_case(case)
+        decided = decided_at_rest(parsed_case)
         state = None
         if run is not None and time is not None:
             time, state = state_of_run(run, decided.system, time)
-        model = linear_model(decided.system, listed(inputs), listed(outputs_wanted), at=time, state=state)
-        small: StateSpace = model
+        model = linear_model(decided.system, split_names(inputs), split_names(output_channels), at=time, state=state)
+        reduced_model: StateSpace = model
         if below is not None:
-            small = modal_truncation(model, 6.283185307179586 * below)
+            reduced_model = modal_truncation(model, 6.283185307179586 * below)
         if balanced is not None:
-            small = balanced_truncation(model, balanced)
-    data = model_data(model, small, zeros)
-    made = written(small, files, read.title or case.stem, (theme, force, nichols))
+            reduced_model = balanced_truncation(model, balanced)
+    data = model_data(model, reduced_model, zeros)
+    written_files = write_files(reduced_model, files, parsed_case.title or case.stem, (theme, force, nichols))
     if as_json:
         print_json(data)
         return
-    print(read.title or case.name)
+    print(parsed_case.title or case.name)
     print_notes(decided.notes)
-    print_model(model, small, data)
-    for kind, path in made:
+    print_model(model, reduced_model, data)
+    for kind, path in written_files:
         print(f"{kind:11} {path}")
 
 
-def listed(text: str | None) -> list[str] | None:
-    """The words of a list with commas.
+def split_names(text: str | None) -> list[str] | None:
+    """Split a list with commas into its words.
 
-    >>> listed("a, b")
+    >>> split_names("a, b")
     ['a', 'b']
     """
     return None if text is None else [word.strip() for word in text.split(",") if word.strip()]
 
 
-def written(
-    small: StateSpace, files: dict[str, Path], title: str, how: tuple[str, bool, bool]
+def write_files(
+    model: StateSpace, files: dict[str, Path], title: str, style: tuple[str, bool, bool]
 ) -> list[tuple[str, Path]]:
-    """Write the requested files: kind and path of each."""
+    """Write the requested files; return the kind and the path of each."""
     from femflex.studies.linear import save_model
     from femflex.studies.linear.grid import response_grid
     from femflex.view.bode import plot_bode, plot_nichols
 
-    theme, force, nichols = how
-    made = []
+    theme, force, nichols = style
+    written_files = []
     if MODEL in files:
-        made.append((MODEL, save_model(small, files[MODEL], force)))
+        written_files.append((MODEL, save_model(model, files[MODEL], force)))
     if PICTURE in files:
-        omega = response_grid(small)
-        G = small.frequency_response(omega)
+        omega = response_grid(model)
+        G = model.frequency_response(omega)
         pairs = {
             f"{out} / {into}": G[:, o, i]
-            for i, (into, _) in enumerate(small.inputs)
-            for o, (out, _) in enumerate(small.outputs)
+            for i, (into, _) in enumerate(model.inputs)
+            for o, (out, _) in enumerate(model.outputs)
         }
         if nichols:
-            made.append((PICTURE, plot_nichols(pairs, files[PICTURE], theme, title, force=force)))
+            written_files.append((PICTURE, plot_nichols(pairs, files[PICTURE], theme, title, force=force)))
         else:
-            made.append((PICTURE, plot_bode(omega, pairs, files[PICTURE], theme, title, force=force)))
-    return made
+            written_files.append((PICTURE, plot_bode(omega, pairs, files[PICTURE], theme, title, force=force)))
+    return written_files
 
 
-def model_data(model: LinearModel, small: StateSpace, zeros: bool) -> dict[str, Any]:
-    """What --json prints."""
+def model_data(model: LinearModel, reduced_model: StateSpace, zeros: bool) -> dict[str, Any]:
+    """Return the model for --json."""
     from femflex.studies.linear import poles_of, transmission_zeros
 
-    found: dict[str, Any] = {
-        "states": [name for name, _ in small.states],
-        "inputs": [{"name": name, "unit": unit} for name, unit in small.inputs],
-        "outputs": [{"name": name, "unit": unit} for name, unit in small.outputs],
+    data: dict[str, Any] = {
+        "states": [name for name, _ in reduced_model.states],
+        "inputs": [{"name": name, "unit": unit} for name, unit in reduced_model.inputs],
+        "outputs": [{"name": name, "unit": unit} for name, unit in reduced_model.outputs],
         "about": "an instant of a motion" if model.about is None else "equilibrium",
         "left_out": list(model.left_out),
-        "poles": [pole.to_dict() for pole in poles_of(small)],
-        **{key: getattr(small, key).tolist() for key in "ABCD"},
+        "poles": [pole.to_dict() for pole in poles_of(reduced_model)],
+        **{key: getattr(reduced_model, key).tolist() for key in "ABCD"},
     }
     if zeros:
-        found["zeros"] = [[float(z.real), float(z.imag)] for z in transmission_zeros(small)]
-    return found
+        data["zeros"] = [[float(z.real), float(z.imag)] for z in transmission_zeros(reduced_model)]
+    return data
 
 
-def print_model(model: LinearModel, small: StateSpace, data: dict[str, Any]) -> None:
-    """Print the poles, the inputs and outputs, and what the model is about."""
+def print_model(model: LinearModel, reduced_model: StateSpace, data: dict[str, Any]) -> None:
+    """Print the poles, the inputs and outputs, and the state about which the model is linear."""
     from femflex.cli.equilibrium import frame_text, length_lines, print_stability
 
     rows = [
         [
             pole["name"], f"{pole['real']:.6g}", f"{pole['imag']:.6g}", f"{pole['frequency_hz']:.6g}",
             f"{pole['damping_ratio']:.4g}",
-            ", ".join(f"{name} {100 * part:.0f} %" for name, part in list(pole["participation"].items())[:PARTS]),
+            ", ".join(f"{name} {100 * share:.0f} %" for name, share in list(pole["participation"].items())[:PARTS]),
         ]
         for pole in data["poles"][:SHOWN]
     ]  # fmt: skip
@@ -184,14 +184,14 @@ def print_model(model: LinearModel, small: StateSpace, data: dict[str, Any]) -> 
         print(f"and {len(data['poles']) - SHOWN} poles above, which --json lists\n")
     if "zeros" in data:
         print_table(["zero, real, 1/s", "imaginary, 1/s"], [[f"{re:.6g}", f"{im:.6g}"] for re, im in data["zeros"]])
-    print(f"states      {len(small.states)}, of {len(model.states)}")
+    print(f"states      {len(reduced_model.states)}, of {len(model.states)}")
     for key in ("inputs", "outputs"):
-        names = [one["name"] for one in data[key]]
-        more = f" and {len(names) - SHOWN} more, which --json lists" if len(names) > SHOWN else ""
-        print(f"{key:11} {', '.join(names[:SHOWN]) or 'none'}{more}")
-    hankel = getattr(small, "hankel", ())
+        names = [entry["name"] for entry in data[key]]
+        more_text = f" and {len(names) - SHOWN} more, which --json lists" if len(names) > SHOWN else ""
+        print(f"{key:11} {', '.join(names[:SHOWN]) or 'none'}{more_text}")
+    hankel = getattr(reduced_model, "hankel", ())
     if len(hankel):
-        print(f"error       below {small.bound:.4g}, as largest singular value")  # type: ignore[attr-defined]
+        print(f"error       below {reduced_model.bound:.4g}, as largest singular value")  # type: ignore[attr-defined]
     if model.about is None:
         print(f"about       the state at {model.t:.9g} s")
         return

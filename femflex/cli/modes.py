@@ -70,8 +70,8 @@ def modes(
     """
     files = outputs(output or (), {PICTURE: (".png",), MOVIE: (".mp4",)})
     picture, movie, time = files.get(PICTURE), files.get(MOVIE), read_seconds(at, "--at")
-    alone = body is not None or all_bodies or mac is not None or backbone is not None or _is_hdf5(file)
-    if not alone:
+    of_bodies = body is not None or all_bodies or mac is not None or backbone is not None or _is_hdf5(file)
+    if not of_bodies:
         from femflex.cli.craft_modes import Drawing, craft_modes
 
         return craft_modes(file, time, number, Drawing(picture, movie, mode, force), as_json)
@@ -80,7 +80,7 @@ def modes(
     amplitudes = None if backbone is None else read_lengths(backbone)
     with Patience("solving for the modes"):
         bodies, notes = flexible_bodies(file, body, number)
-        other = None if mac is None else _body_file(mac)
+        compared_body = None if mac is None else _body_file(mac)
     if picture is not None and len(bodies) > 1:
         raise ValueError(f"-o draws one body; name one of {sorted(bodies)} with --body")
     if picture is not None:
@@ -88,43 +88,48 @@ def modes(
 
         mode_montage(next(iter(bodies.values())), picture, title=f"modes of {next(iter(bodies))}", force=force)
     if as_json:
-        data = {name: modes_data(found, other) | {"note": notes.get(name, "")} for name, found in bodies.items()}
-        first = None
+        data = {
+            name: modes_data(flexible_body, compared_body) | {"note": notes.get(name, "")}
+            for name, flexible_body in bodies.items()
+        }
+        first_error = None
         for name in bodies if amplitudes is not None else ():
             data[name]["backbone"], error = backbone_data(bodies[name], amplitudes or [])
-            first = first or error
+            first_error = first_error or error
         print_json(data)
-        if first is not None:
-            raise first
+        if first_error is not None:
+            raise first_error
         return
-    for k, (names, found) in enumerate(group_equal_bodies(bodies)):
+    for k, (names, flexible_body) in enumerate(group_equal_bodies(bodies)):
         print("\n" * (k > 0), end="")
-        print_modes(names, found)
-        for note in dict.fromkeys(notes[name] for name, body in bodies.items() if body is found and name in notes):
+        print_modes(names, flexible_body)
+        for note in dict.fromkeys(
+            notes[name] for name, body in bodies.items() if body is flexible_body and name in notes
+        ):
             print(note)
-        if other is not None:
-            print_mac(found, other, str(mac))
+        if compared_body is not None:
+            print_mac(flexible_body, compared_body, str(mac))
         if amplitudes is not None:
-            print_backbone(found, amplitudes)
+            print_backbone(flexible_body, amplitudes)
     if picture is not None:
         print(f"picture     {picture}")
 
 
 def flexible_bodies(file: Path, name: str | None, number: int | None) -> tuple[dict[str, FlexibleBody], dict[str, str]]:
-    """The flexible bodies of a case, or that of a body file, and notes. Raises ValueError when there are none."""
-    from femflex.case.problems import near
+    """Return the flexible bodies of a case, or that of a body file, and notes. Raises ValueError if there are none."""
+    from femflex.case.problems import suggestion_text
 
     if _is_hdf5(file):
-        return {file.stem: _shortened(_body_file(file), number)}, {}
+        return {file.stem: _with_number_of_modes(_body_file(file), number)}, {}
     from femflex.case import read_case
     from femflex.pipeline.case_bodies import advised_bodies
 
     case = read_case(file)
     if name is not None and name not in case.bodies:
-        raise ValueError(f"{file.name} has no body {name!r}; {near(name, case.bodies)}")
-    wanted = [name] if name is not None else [n for n, table in case.bodies.items() if table.kind != "rigid"]
-    built, notes = advised_bodies(case, wanted, modes=number)
-    bodies = {n: found for n, found in built.items() if found.n_modes}
+        raise ValueError(f"{file.name} has no body {name!r}; {suggestion_text(name, case.bodies)}")
+    names = [name] if name is not None else [n for n, table in case.bodies.items() if table.kind != "rigid"]
+    built, notes = advised_bodies(case, names, modes=number)
+    bodies = {n: built_body for n, built_body in built.items() if built_body.n_modes}
     if not bodies:
         raise ValueError(f"{f'body {name!r}' if name else file.name} has no elastic modes; all of it is rigid")
     return bodies, notes
@@ -137,10 +142,10 @@ def group_equal_bodies(bodies: Mapping[str, FlexibleBody]) -> list[tuple[str, Fl
 
     groups: list[tuple[list[str], FlexibleBody]] = []
     for name, body in bodies.items():
-        for names, other in groups:
-            a, b = body.moments, other.moments
-            pairs = ((a.mass, b.mass), (a.first, b.first), (a.second, b.second), (body.omega, other.omega))
-            if body.kinds == other.kinds and all(np.array_equal(x, y, equal_nan=True) for x, y in pairs):
+        for names, first_body in groups:
+            a, b = body.moments, first_body.moments
+            pairs = ((a.mass, b.mass), (a.first, b.first), (a.second, b.second), (body.omega, first_body.omega))
+            if body.kinds == first_body.kinds and all(np.array_equal(x, y, equal_nan=True) for x, y in pairs):
                 names.append(name)
                 break
         else:
@@ -160,73 +165,77 @@ def print_modes(name: str, body: FlexibleBody) -> None:
 
     from femflex.reduction import effective_mass
 
-    found, form, n = effective_mass(body), body.strain_form, body.n_modes
+    masses, form, n = effective_mass(body), body.strain_form, body.n_modes
     strain = "" if form == "linear" else f"{form} strain; "
-    each = " each" if ", " in name else ""
+    each_text = " each" if ", " in name else ""
     print(
-        f"{name}: {body.moments.mass:.6g} kg{each}, {n} elastic coordinates"
+        f"{name}: {body.moments.mass:.6g} kg{each_text}, {n} elastic coordinates"
         f"{kind_counts(body.kinds[:n])}{dependent_count(body)}; {strain}"
         "participation in kg^1/2 and kg^1/2 m"
     )
-    kinds = found.kinds if len(set(found.kinds)) > 1 else ()
+    kinds = masses.kinds if len(set(masses.kinds)) > 1 else ()
     print_table(
         ["mode", "Hz", *DIRECTIONS, *["kind"] * bool(kinds)],
         [
             [str(k + 1), f"{omega / (2 * pi):.6g}", *(f"{p + 0.0:.4f}" for p in np.round(row, 4)), *kinds[k : k + 1]]
-            for k, (omega, row) in enumerate(zip(found.omega, found.participation, strict=True))
+            for k, (omega, row) in enumerate(zip(masses.omega, masses.participation, strict=True))
         ],
     )
     rows = []
-    for k, omega in enumerate(found.omega):
-        share = np.divide(found.effective[k], found.total, out=np.zeros(6), where=found.total > 0)
-        cells = [f"{100 * s:.2f} ({100 * r:.2f})" for s, r in zip(share, found.running[k], strict=True)]
+    for k, omega in enumerate(masses.omega):
+        share = np.divide(masses.effective[k], masses.total, out=np.zeros(6), where=masses.total > 0)
+        cells = [f"{100 * s:.2f} ({100 * r:.2f})" for s, r in zip(share, masses.running[k], strict=True)]
         rows.append([str(k + 1), f"{omega / (2 * pi):.6g}", *cells])
     print("effective mass in % of the body's mass and inertia (running sum)")
     print_table(["mode", "Hz", *DIRECTIONS], rows)
 
 
 def kind_counts(kinds: tuple[str, ...]) -> str:
-    """How many of each kind there are, for a heading; nothing where all are of one kind."""
+    """Count the shapes of each kind, for a heading; empty if all are of one kind."""
     names = dict.fromkeys(kinds)
     return f" ({', '.join(f'{kinds.count(name)} {name}' for name in names)})" if len(names) > 1 else ""
 
 
 def dependent_count(body: FlexibleBody) -> str:
-    """Number of dependent shapes of a condensed body, for a heading; empty where there are none."""
-    led = body.kinds[body.n_modes :]
-    return f", {len(body.slaves)} dependent shapes ({', '.join(dict.fromkeys(led))})" if led else ""
+    """Count the dependent shapes of a condensed body, for a heading; empty if there are none."""
+    dependent_kinds = body.kinds[body.n_modes :]
+    return (
+        f", {len(body.slaves)} dependent shapes ({', '.join(dict.fromkeys(dependent_kinds))})"
+        if dependent_kinds
+        else ""
+    )
 
 
-def print_mac(body: FlexibleBody, other: FlexibleBody, title: str) -> None:
+def print_mac(body: FlexibleBody, compared_body: FlexibleBody, title: str) -> None:
     """Print the modal assurance matrix of two bodies' shapes."""
     from femflex.reduction import mac_of_bodies
 
-    table = mac_of_bodies(body, other)
+    table = mac_of_bodies(body, compared_body)
     rows = [[str(k + 1), *(f"{value:.4f}" for value in row)] for k, row in enumerate(table)]
     print(f"modal assurance against {title}")
     print_table(["mode", *(str(k + 1) for k in range(table.shape[1]))], rows)
 
 
-def modes_data(body: FlexibleBody, other: FlexibleBody | None) -> dict[str, Any]:
-    """What --json prints of a body."""
+def modes_data(body: FlexibleBody, compared_body: FlexibleBody | None) -> dict[str, Any]:
+    """Return the modes of a body for --json."""
     from math import pi
 
     from femflex.reduction import effective_mass, mac_of_bodies
 
-    found = effective_mass(body)
+    masses = effective_mass(body)
     data = {
         "mass_kg": body.moments.mass,
-        "frequency_hz": found.omega / (2 * pi),
+        "frequency_hz": masses.omega / (2 * pi),
         "kinds": list(body.kinds),
-        "mode_kinds": list(found.kinds),
+        "mode_kinds": list(masses.kinds),
         "strain": body.strain_form,
         "directions": list(DIRECTIONS),
-        "participation": found.participation,
-        "effective_mass": found.effective,
-        "total": found.total,
-        "running_sum": found.running,
+        "participation": masses.participation,
+        "effective_mass": masses.effective,
+        "total": masses.total,
+        "running_sum": masses.running,
     }
-    return data | ({} if other is None else {"mac": mac_of_bodies(body, other)})
+    return data | ({} if compared_body is None else {"mac": mac_of_bodies(body, compared_body)})
 
 
 def _is_hdf5(file: Path) -> bool:
@@ -242,7 +251,7 @@ def _body_file(file: Path) -> FlexibleBody:
     return load_body(file)
 
 
-def _shortened(body: FlexibleBody, number: int | None) -> FlexibleBody:
+def _with_number_of_modes(body: FlexibleBody, number: int | None) -> FlexibleBody:
 
     if number is not None and number > body.n_modes:
         raise ValueError(f"{number} modes were requested; the body file holds {body.n_modes}")

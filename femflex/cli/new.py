@@ -29,7 +29,7 @@ def new(
     """Write a commented case to start from, and the schema by which editors complete and check its keys."""
     from femflex.case.schema import schema_text
     from femflex.case.starting_case import starting_case
-    from femflex.writing import check_destination, placed
+    from femflex.writing import atomic_file, check_destination
 
     target = name if name.suffix else name.with_suffix(".toml")
     if target.suffix != ".toml":
@@ -39,30 +39,30 @@ def new(
         raise ValueError("found --mesh and --deck; give one of them")
     if units is not None and deck is None:
         raise ValueError("found --units without --deck; it is the set of units of a deck")
-    found, file, facts = None, "", None
+    mesh_data, file, facts = None, "", None
     if mesh is not None:
         from femflex.mesh import read_mesh
 
-        found, file = read_mesh(mesh), Path(os.path.relpath(mesh, target.parent)).as_posix()
+        mesh_data, file = read_mesh(mesh), Path(os.path.relpath(mesh, target.parent)).as_posix()
     if deck is not None:
         from femflex.assembly.deck_facts import deck_facts
 
         with Patience(f"reading {deck.name}"):
             facts = deck_facts(deck, units, Path(os.path.relpath(deck, target.parent)).as_posix())
     schema = target.with_name("case.schema.json")
-    if found is None:
+    if mesh_data is None:
         text, notes = starting_case(target.name, schema=schema.name, deck=facts)
     else:
         from femflex.assembly.starting_mesh import starting_case_of_mesh
 
         with Patience(f"building the body of {Path(file).name}"):
-            text, notes = starting_case_of_mesh(target, found, file, schema.name)
-    with placed(target, force) as part:
-        part.write_text(text, encoding="utf-8")
+            text, notes = starting_case_of_mesh(target, mesh_data, file, schema.name)
+    with atomic_file(target, force) as draft:
+        draft.write_text(text, encoding="utf-8")
     print(f"case        {target}")
     if not schema.exists():
-        with placed(schema) as part:
-            part.write_text(schema_text(), encoding="utf-8")
+        with atomic_file(schema) as draft:
+            draft.write_text(schema_text(), encoding="utf-8")
         print(f"schema      {schema}, for editors")
     if facts is not None:
         print(f"deck        {facts.file}, {facts.solver}, {facts.units}: {facts.mass:.4g} kg, {facts.extent:.4g} m")

@@ -24,7 +24,7 @@ def plot(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="PNG or SVG file. Default: in the folder of the run.")
     ] = None,
-    other: Annotated[
+    second_file: Annotated[
         Path | None, typer.Option("--with", help="Result file of another run, laid over this one in dashed lines.")
     ] = None,
     spectrum: Annotated[
@@ -46,21 +46,29 @@ def plot(
     from femflex.results import open_run
     from femflex.view import plot_energy, plot_histories, plot_spectra, plot_spectrograms
 
-    if energy and (channels or other is not None or spectrum or spectrogram):
+    if energy and (channels or second_file is not None or spectrum or spectrogram):
         raise ValueError("--energy plots the energy account of one run; leave channels, --with and --spectrum out")
-    if spectrogram and (spectrum or other is not None):
+    if spectrogram and (spectrum or second_file is not None):
         raise ValueError("--spectrogram plots one run; leave --spectrum and --with out")
     kind = "energy" if energy else "spectrogram" if spectrogram else "spectrum" if spectrum else "plot"
     target = output or file.with_name(f"{file.stem}_{kind}.png")
-    with open_run(file) as run, nullcontext() if other is None else open_run(other) as second:
+    with open_run(file) as run, nullcontext() if second_file is None else open_run(second_file) as second:
         if energy:
             plot_energy(run, target, theme, title, force=force)
         elif spectrogram:
             plot_spectrograms(run, target, channels or None, not radians, theme, title, highest=highest, force=force)
         elif spectrum:
             plot_spectra(
-                run, target, channels or None, not radians, theme, title, highest=highest, force=force, other=second
+                run,
+                target,
+                channels or None,
+                not radians,
+                theme,
+                title,
+                highest=highest,
+                force=force,
+                second_run=second,
             )
         else:
-            plot_histories(run, target, channels or None, not radians, theme, title, force=force, other=second)
+            plot_histories(run, target, channels or None, not radians, theme, title, force=force, second_run=second)
     print(f"picture     {target}")

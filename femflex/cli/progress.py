@@ -1,4 +1,4 @@
-"""Progress on standard error: shown after two seconds, with the time left; silent when that is no terminal."""
+"""Progress on standard error: shown after two seconds, with the time left; silent if that is no terminal."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ PATIENCE = 2.0  # seconds
 
 
 def on_terminal() -> bool:
-    """Whether somebody watches standard error."""
+    """Whether standard error is a terminal."""
     return sys.stderr.isatty()
 
 
@@ -37,17 +37,17 @@ class Bar:
         if self._bar is not None:
             self._bar.stop()
 
-    def __call__(self, reached: float, end: float | None = None) -> None:
-        """Tell how far it is, and where the end is if it was not known before."""
+    def __call__(self, position: float, end: float | None = None) -> None:
+        """Report the position, and the end if it was not known before."""
         self._end = self._end if end is None else end
         if self._bar is None:
             if time.perf_counter() - self._began < PATIENCE or not on_terminal():
                 return
-            self._open()
-        text = f"{reached:.6g} of {self._end:.6g} {self._unit}"
-        self._bar.update(self._task, completed=reached - self._first, total=self._end - self._first, text=text)
+            self._start_bar()
+        text = f"{position:.6g} of {self._end:.6g} {self._unit}"
+        self._bar.update(self._task, completed=position - self._first, total=self._end - self._first, text=text)
 
-    def _open(self) -> None:
+    def _start_bar(self) -> None:
         from rich.console import Console
         from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
@@ -58,13 +58,13 @@ class Bar:
 
 
 class Patience:
-    """Says what is being done when it takes longer than two seconds; the text may change meanwhile."""
+    """Prints the present task if it takes longer than two seconds; the text may change meanwhile."""
 
     def __init__(self, text: str) -> None:
         self.text = text
-        self._timer = threading.Timer(PATIENCE, self._say)
+        self._timer = threading.Timer(PATIENCE, self._print_text)
         self._timer.daemon = True
-        self._said = ""
+        self._printed = ""
 
     def __enter__(self) -> Self:
         if on_terminal():
@@ -72,10 +72,10 @@ class Patience:
         return self
 
     def __call__(self, text: str) -> None:
-        """What is being done now."""
+        """Set the text of the present task."""
         self.text = text
-        if self._said and self._said != text:
-            self._say()
+        if self._printed and self._printed != text:
+            self._print_text()
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -83,6 +83,6 @@ class Patience:
         self._timer.cancel()
         print_warnings()
 
-    def _say(self) -> None:
-        self._said = self.text
+    def _print_text(self) -> None:
+        self._printed = self.text
         print(f"{self.text} ...", file=sys.stderr, flush=True)

@@ -78,7 +78,7 @@ def render(
         if mode is not None:
             raise ValueError(f"--mode draws a mode of a body file, and {file} is a run; make one with `femflex body`")
         look: dict[str, Any] = {
-            "scale": _factor(scale),
+            "scale": _scale_factor(scale),
             "colour": colour,
             "theme": theme,
             "size": tuple(int(n) for n in read_numbers(size.replace("x", ","), 2, "--size")),
@@ -92,7 +92,7 @@ def render(
         from femflex.results import open_run
 
         with open_run(file) as run:
-            look |= place_of_camera(run, camera, direction)
+            look |= camera_options(run, camera, direction)
             if movie:
                 draw_movie(run, target, span, {"speed": speed, "fps": fps, "force": force}, look)
             else:
@@ -102,8 +102,8 @@ def render(
     print(f"picture     {target}")
 
 
-def place_of_camera(run: Run, camera: str | None, view: tuple[float, ...] | None) -> dict[str, Any]:
-    """Camera, view and fit of the options, or else those of the pictures of the run's case."""
+def camera_options(run: Run, camera: str | None, view: tuple[float, ...] | None) -> dict[str, Any]:
+    """Return camera, view and fit of the options, or else those of the pictures of the run's case."""
     if camera is not None or view is not None:
         return {"camera": camera or "auto", "view": view}
     from femflex.case.run import PicturesTable
@@ -116,13 +116,13 @@ def place_of_camera(run: Run, camera: str | None, view: tuple[float, ...] | None
 
 
 def draw_movie(
-    run: Run, target: Path, span: tuple[float | None, float | None], how: dict[str, Any], look: dict[str, Any]
+    run: Run, target: Path, span: tuple[float | None, float | None], timing: dict[str, Any], look: dict[str, Any]
 ) -> None:
     """Draw a movie with a progress bar; times that are None are chosen as `render_movie` does."""
     from femflex.view import render_movie
 
     with Bar("drawing", unit="frames") as bar:
-        render_movie(run, target, span=span, progress=bar, **how, **look)
+        render_movie(run, target, span=span, progress=bar, **timing, **look)
 
 
 def _draw_body(file: Path, output: Path | None, mode: int | None, look: dict[str, Any], fps: float) -> Path:
@@ -138,17 +138,17 @@ def _draw_body(file: Path, output: Path | None, mode: int | None, look: dict[str
 
 
 def read_numbers(text: str, n: int, option: str) -> tuple[float, ...]:
-    """So many numbers separated by commas. Raises ValueError naming the option."""
+    """Read n numbers separated by commas. Raises ValueError naming the option."""
     try:
-        found = tuple(float(part) for part in text.split(","))
+        numbers = tuple(float(entry) for entry in text.split(","))
     except ValueError:
-        found = ()
-    if len(found) != n:
+        numbers = ()
+    if len(numbers) != n:
         raise ValueError(f"{option}: found {text!r}; expected {n} numbers, such as {','.join('1' * n)}")
-    return found
+    return numbers
 
 
-def _factor(text: str) -> float | str:
+def _scale_factor(text: str) -> float | str:
     if text == "auto":
         return text
     return read_numbers(text, 1, "--scale")[0]

@@ -1,4 +1,4 @@
-"""`femflex run`: a case to its result file, with what a reader wants to see of it on the way."""
+"""`femflex run`: simulates a case and writes its result file, with a report on the way."""
 
 from __future__ import annotations
 
@@ -57,19 +57,19 @@ def run(
     began, output, omitted = time.perf_counter(), output or Path(f"{case.stem}.h5"), listed_names(without)
     with ExitStack() as stack:
         with Patience("reading the case") as say:
-            read = read_case(case)
-            if resume and pipeline.is_finished(read, output):
+            parsed_case = read_case(case)
+            if resume and pipeline.is_finished(parsed_case, output):
                 print(f"done        {output} is complete already; there is nothing to resume (--force runs it anew)")
                 return
             if not resume:
-                pipeline.check_output(read, output, force=force, resume=False)
+                pipeline.check_output(parsed_case, output, force=force, resume=False)
             if not no_pictures:
-                check_pictures(read, output, force=force)
+                check_pictures(parsed_case, output, force=force)
             lock = stack.enter_context(FileLock(output))
             say("building bodies and reading the compiled equations of motion")
             print_compile_notice()
             prepared = pipeline.prepare(
-                read, output, force=force, resume=resume, without=omitted, linearised=linearised
+                parsed_case, output, force=force, resume=resume, without=omitted, linearised=linearised
             )
             if not no_pictures:
                 check_left_out(prepared)
@@ -80,24 +80,24 @@ def run(
         _integrate(prepared, output, force, resume, lock)
     with open_run(output) as done:
         print_run_summary(done, prepared.system, output)
-        missed = [] if linearised else print_verdicts(read, done)
+        failed_names = [] if linearised else print_verdicts(parsed_case, done)
         if not no_pictures:
             draw_pictures(prepared, done, output, force)
-    if read.campbell is not None and not (no_pictures or omitted or linearised):
+    if parsed_case.campbell is not None and not (no_pictures or omitted or linearised):
         from femflex.cli.campbell import write_diagram_files
 
-        missed += write_diagram_files(read, output, force)
-    missed += [] if omitted or linearised else print_modes_verdicts(read)
+        failed_names += write_diagram_files(parsed_case, output, force)
+    failed_names += [] if omitted or linearised else print_modes_verdicts(parsed_case)
     print(f"elapsed     {time.perf_counter() - began:.1f} s")
-    if missed:
+    if failed_names:
         print_error(
-            f"warning: the run is complete, but these expected values of the case do not hold: {', '.join(missed)}. "
-            f"Check the model, or correct [expect]"
+            f"warning: the run is complete, but these expected values of the case do not hold: "
+            f"{', '.join(failed_names)}. Check the model, or correct [expect]"
         )
 
 
 def print_compile_notice() -> None:
-    """Say on standard error that the first run of an installation compiles, where nothing is on disk yet."""
+    """Say on standard error that the first run of an installation compiles, if nothing is on disk yet."""
     from femflex.dynamics.reports.observe import observe
     from femflex.kernels import is_on_disk
 
@@ -106,27 +106,27 @@ def print_compile_notice() -> None:
 
 
 def _integrate(prepared: Prepared, output: Path, force: bool, resume: bool, lock: FileLock) -> None:
-    """Run to the end with a progress bar; Ctrl-C says what is kept."""
+    """Integrate to the end with a progress bar; after Ctrl-C, the error says what the output keeps."""
     from femflex import pipeline
 
-    earlier = None if resume else _identity(output)
+    earlier = None if resume else _file_identity(output)
     with Bar("integrating", float(prepared.times[-1])) as bar:
         try:
             pipeline.integrate(prepared, output, force=force, resume=resume, progress=bar, lock=lock)
         except KeyboardInterrupt:
-            raise KeyboardInterrupt(_what_is_kept(output, earlier)) from None
+            raise KeyboardInterrupt(_interrupt_text(output, earlier)) from None
 
 
-def _identity(path: Path) -> tuple[int, int, int] | None:
-    """What tells a file from the one that takes its place, None where there is none."""
+def _file_identity(path: Path) -> tuple[int, int, int] | None:
+    """Return numbers that tell a file from one that replaces it; None if there is no file."""
     if not path.exists():
         return None
-    found = path.stat()
-    return found.st_ino, found.st_size, found.st_mtime_ns
+    status = path.stat()
+    return status.st_ino, status.st_size, status.st_mtime_ns
 
 
-def _what_is_kept(output: Path, earlier: tuple[int, int, int] | None) -> str:
-    """What an interrupted run left, and how it goes on; nothing where it had no row yet.
+def _interrupt_text(output: Path, earlier: tuple[int, int, int] | None) -> str:
+    """Describe what an interrupted run keeps, and how it goes on.
 
     earlier: the file of another run that was there before, if this one was to overwrite it.
     """
@@ -134,14 +134,14 @@ def _what_is_kept(output: Path, earlier: tuple[int, int, int] | None) -> str:
 
     if not output.exists():
         return "interrupted before the first row"
-    if earlier is not None and _identity(output) == earlier:
+    if earlier is not None and _file_identity(output) == earlier:
         return f"interrupted before the first row; {output} is still that of an earlier run"
     with open_run(output) as run:
         return f"interrupted; {output} keeps {len(run)} rows, to {run.time[-1]:.6g} s, and --resume goes on from there"
 
 
 def draw_pictures(prepared: Prepared, run: Run, output: Path, force: bool) -> None:
-    """Draw what the case asks for; where no renderer can start, say so and keep the run."""
+    """Draw the pictures of the case; if no renderer can start, say so and keep the run."""
     from femflex.cli.pictures import draw_pictures
     from femflex.view import NoRenderer
 
@@ -149,29 +149,31 @@ def draw_pictures(prepared: Prepared, run: Run, output: Path, force: bool) -> No
     if case.pictures is None:
         return
     try:
-        with second_run(case, output, force) if not (run.without or run.linearised) else nullcontext() as other:
-            for path in draw_pictures(case.pictures, run, prepared.system.bodies, output, force=force, other=other):
+        with second_run(case, output, force) if not (run.without or run.linearised) else nullcontext() as second:
+            for path in draw_pictures(
+                case.pictures, run, prepared.system.bodies, output, force=force, second_run=second
+            ):
                 print(f"picture     {path}")
     except NoRenderer as error:
         print_error(f"no pictures: {error}; the run is kept in {output}")
 
 
 def check_pictures(case: Case, output: Path, force: bool) -> None:
-    """Raise FileExistsError when a picture the case asks for exists already, unless force."""
+    """Raise FileExistsError if a picture of the case exists already, unless force."""
     from femflex.cli.pictures import picture_paths
 
     if force:
         return
-    wanted = [] if case.pictures is None else picture_paths(case.pictures, output)
+    picture_files = [] if case.pictures is None else picture_paths(case.pictures, output)
     if (second := second_output(case, output)) is not None:
-        wanted.append(second)
+        picture_files.append(second)
     if case.campbell is not None:
         from femflex.cli.campbell import diagram_paths
 
-        wanted += diagram_paths(output)
-    there = [str(path) for path in wanted if path.exists()]
-    if there:
+        picture_files += diagram_paths(output)
+    existing = [str(path) for path in picture_files if path.exists()]
+    if existing:
         raise FileExistsError(
-            f"{', '.join(there)} exist{'s' * (len(there) == 1)}; choose another --output, --no-pictures, or force "
-            f"to overwrite"
+            f"{', '.join(existing)} exist{'s' * (len(existing) == 1)}; choose another --output, --no-pictures, or "
+            f"force to overwrite"
         )

@@ -28,19 +28,19 @@ def print_run_heading(prepared: Prepared, verbose: bool) -> None:
     print(case.title or case.path.name)
     if prepared.model.omitted:
         print(f"without {', '.join(prepared.model.omitted)}")
-    pieces = {piece for parts in system.segments.values() for piece in parts}
-    whole = {name: body for name, body in system.bodies.items() if body.n_modes and name not in pieces}
-    for names, body in group_equal_bodies(whole):
+    pieces = {piece for segment_names in system.segments.values() for piece in segment_names}
+    unsegmented = {name: body for name, body in system.bodies.items() if body.n_modes and name not in pieces}
+    for names, body in group_equal_bodies(unsegmented):
         if verbose:
             print()
             print_modes(names, body)
         else:
-            print(f"body        {names}: {body.n_modes} coordinates{_range(body)}, {body.strain_form} strain")
+            print(f"body        {names}: {body.n_modes} coordinates{_frequency_range(body)}, {body.strain_form} strain")
     if verbose:
         print()
-    for name, parts in system.segments.items():
-        each = system.bodies[parts[0]].n_modes
-        print(f"body        {name} is cut into {len(parts)} segments of {each} elastic coordinates each")
+    for name, segment_names in system.segments.items():
+        count = system.bodies[segment_names[0]].n_modes
+        print(f"body        {name} is cut into {len(segment_names)} segments of {count} elastic coordinates each")
     if verbose:
         if "nonlinear_strain" not in prepared.model.omitted:
             print_notes(prepared.decided.notes)
@@ -52,20 +52,20 @@ def print_run_heading(prepared: Prepared, verbose: bool) -> None:
     name = prepared.integrator.name
     print(f"integrator  {prepared.reason if verbose else f'{name} ({KINDS[name]})' if name in KINDS else name}")
     print_tolerances(prepared)
-    if (held := prepared.model.constraints) is not None:
-        print(f"constraints {held.text(0.0, prepared.model.x0)}")
+    if (constraints := prepared.model.constraints) is not None:
+        print(f"constraints {constraints.text(0.0, prepared.model.x0)}")
         for misfit in prepared.taken_up:
             print(f"constraints {misfit}")
         print_moved_start(prepared)
     print(f"output      {step}")
 
 
-def _range(body: FlexibleBody) -> str:
-    """The lowest and the highest frequency of a body's modes."""
+def _frequency_range(body: FlexibleBody) -> str:
+    """Describe the lowest and the highest frequency of a body's modes."""
     import numpy as np
 
-    known = body.omega[np.isfinite(body.omega)] / (2.0 * np.pi)
-    return f", {known.min():.4g} to {known.max():.4g} Hz" if len(known) else ""
+    frequencies = body.omega[np.isfinite(body.omega)] / (2.0 * np.pi)
+    return f", {frequencies.min():.4g} to {frequencies.max():.4g} Hz" if len(frequencies) else ""
 
 
 def print_tolerances(prepared: Prepared) -> None:
@@ -78,22 +78,22 @@ def print_tolerances(prepared: Prepared) -> None:
         return
     q, u, _ = model.parts(method.absolute(model, prepared.times, model.x0))
     of_q, of_u = coordinate_kinds(model)
-    parts = [
+    texts = [
         f"{name} {q[of_q == kind].min():.1e} {unit} and {u[of_u == kind].min():.1e} {unit}/s"
         for kind, (name, unit) in enumerate(zip(KINDS, ("m", "rad", "kg^1/2 m"), strict=True))
         if (of_u == kind).any()
     ]
     source = "as requested" if method.atol is not None else "by the energy of the motion"
-    print(f"tolerances  relative {method.rtol:.1e}; absolute, {source}: {', '.join(parts)}")
+    print(f"tolerances  relative {method.rtol:.1e}; absolute, {source}: {', '.join(texts)}")
 
 
 def print_moved_start(prepared: Prepared) -> None:
-    """Print what was changed of the initial values to make them consistent with loops and constraints."""
-    moved = prepared.moved
-    text = ", ".join(map(str, moved[:MOVED]))
-    if len(moved) > MOVED:
-        text += f", and {len(moved) - MOVED} more (all in the file's attribute `start_moved`)"
-    if moved:
+    """Print the initial values that were changed to make them consistent with loops and constraints."""
+    changes = prepared.moved
+    text = ", ".join(map(str, changes[:MOVED]))
+    if len(changes) > MOVED:
+        text += f", and {len(changes) - MOVED} more (all in the file's attribute `start_moved`)"
+    if changes:
         print(f"start       made consistent: {text}")
 
 
@@ -118,19 +118,20 @@ def _orbit_lines(prepared: Prepared) -> list[str]:
 
 
 def _attraction_lines(system: System) -> list[str]:
-    """How the central attraction is taken over a large craft, and what its gradient leaves out."""
+    """Describe how the central attraction acts on a large craft, and the error of its gradient."""
     from femflex.system.attraction import LARGE, free_members, is_integrated, reach
 
-    found, environment = reach(system), system.environment
-    if found is None:
+    extent, environment = reach(system), system.environment
+    if extent is None:
         return []
     lines = []
-    if is_integrated(system) or found.ratio > LARGE:
-        how = "integrated over points of mass" if is_integrated(system) else "by its gradient"
-        when = " at the start" if free_members(system) else ""
+    if is_integrated(system) or extent.ratio > LARGE:
+        method = "integrated over points of mass" if is_integrated(system) else "by its gradient"
+        start_text = " at the start" if free_members(system) else ""
         lines.append(
-            f"attraction  {how}: the craft reaches {found.size:.4g} m{when}, {found.ratio:.2g} of the distance from "
-            f"the centre (auto integrates from {LARGE:g} on); the gradient has an error of {found.error:.2%} there"
+            f"attraction  {method}: the craft reaches {extent.size:.4g} m{start_text}, {extent.ratio:.2g} of the "
+            f"distance from the centre (auto integrates from {LARGE:g} on); the gradient has an error of "
+            f"{extent.error:.2%} there"
         )
     if environment.oblateness:
         lines.append(f"oblateness  J2 = {environment.oblateness:.9g}, pole along the inertial Z axis")
@@ -141,13 +142,13 @@ def _attitude_line(prepared: Prepared) -> str:
     from math import degrees
 
     case, system = prepared.case, prepared.system
-    seen = prepared.model.observe(prepared.times[:1], prepared.model.x0[None])
-    angles = [degrees(a) + 0.0 for a in seen["attitude/angles"][0]]  # no -0
+    channels = prepared.model.observe(prepared.times[:1], prepared.model.x0[None])
+    angles = [degrees(a) + 0.0 for a in channels["attitude/angles"][0]]  # no -0
     names = prepared.model.channels["attitude/angles"].names
     text = ", ".join(f"{name} {angle:.4g}" for name, angle in zip(names, angles, strict=True))
-    how = "held" if case.attitude.held else system.joint_of(system.root).kind
-    root = next((name for name, parts in system.segments.items() if system.root in parts), system.root)
-    return f"attitude    {root} {how} in the {system.frame.kind} frame: {text} deg"
+    motion = "held" if case.attitude.held else system.joint_of(system.root).kind
+    root = next((name for name, segment_names in system.segments.items() if system.root in segment_names), system.root)
+    return f"attitude    {root} {motion} in the {system.frame.kind} frame: {text} deg"
 
 
 def print_run_summary(run: Run, system: System, output: Path) -> None:
@@ -169,14 +170,14 @@ def print_run_summary(run: Run, system: System, output: Path) -> None:
     for path in conserved_monitors(system, run.without):
         print(change_line(run, path))
     if "monitors/constraint_position" in run:
-        gap, speed = (float(run[f"monitors/constraint_{what}"].max()) for what in ("position", "velocity"))
+        gap, speed = (float(run[f"monitors/constraint_{quantity}"].max()) for quantity in ("position", "velocity"))
         print(f"monitor     constraint largest gap {gap:.3e} m, largest velocity residual {speed:.3e} m/s")
     if (norm := "monitors/quaternion_norm") in run:
         print(f"monitor     largest quaternion norm error {np.abs(run[norm]).max():.2e}")
 
 
 def change_line(run: Run, path: str) -> str:
-    """How far a monitor that ought to be constant changed, and what part of its size that is."""
+    """Describe how far a monitor that ought to be constant changed, also relative to its size."""
     import numpy as np
 
     value = run[path]
@@ -187,63 +188,63 @@ def change_line(run: Run, path: str) -> str:
     size = max(float(np.abs(run[share]).max()) for share in shares if share in run)
     zero = path != "monitors/energy" and float(np.abs(value[0]).max()) <= change  # nothing to compare with
     relative = "" if zero or not size > 0.0 else f", {change / size:.2e} of its size"
-    what = path.split("/")[1].replace("_", " ")
-    return f"monitor     {what} changed by up to {change:.3e} {run.unit(path)}{relative}"
+    quantity = path.split("/")[1].replace("_", " ")
+    return f"monitor     {quantity} changed by up to {change:.3e} {run.unit(path)}{relative}"
 
 
 def latch_lines(run: Run) -> list[str]:
-    """A line per latch: when it locked and what was lost, or when it was released."""
-    out = []
+    """A line per latch: the time at which it locked and the energy lost, or the time of its release."""
+    lines = []
     for path in sorted(name for name in run if name.startswith("latches/") and name.endswith("/time")):
-        name, at = path.split("/")[1], float(run[path][-1])
-        if at <= RELEASED:
+        name, lock_time = path.split("/")[1], float(run[path][-1])
+        if lock_time <= RELEASED:
             at_start = float(run[path][0]) <= RELEASED  # in the run that this one starts from
-            when = "before the start" if at_start else f"at t = {RELEASED - at:.9g} s"
-            out.append(f"latch       {name} was released {when}")
-        elif at < 0:
-            out.append(f"latch       {name} did not lock")
+            release_text = "before the start" if at_start else f"at t = {RELEASED - lock_time:.9g} s"
+            lines.append(f"latch       {name} was released {release_text}")
+        elif lock_time < 0:
+            lines.append(f"latch       {name} did not lock")
         else:
             loss = float(run[f"latches/{name}/loss"][-1])
-            out.append(f"latch       {name} locked at t = {at:.9g} s, {loss:.6g} J lost")
-    return out
+            lines.append(f"latch       {name} locked at t = {lock_time:.9g} s, {loss:.6g} J lost")
+    return lines
 
 
 def tank_lines(run: Run) -> list[str]:
     """A line per tank that ran empty, and the propellant left in the others."""
-    out = []
+    lines = []
     for path in sorted(name for name in run if name.startswith("effectors/") and name.endswith("/emptied")):
-        name, at = path.split("/")[1], float(run[path][-1])
-        left = float(run[f"effectors/{name}/mass"][-1])
+        name, empty_time = path.split("/")[1], float(run[path][-1])
+        mass = float(run[f"effectors/{name}/mass"][-1])
         state = (
-            f"was empty at t = {at:.9g} s; its thrusters gave no thrust from then on"
-            if at >= 0
-            else f"holds {left:.6g} kg"
+            f"was empty at t = {empty_time:.9g} s; its thrusters gave no thrust from then on"
+            if empty_time >= 0
+            else f"holds {mass:.6g} kg"
         )
-        out.append(f"tank        {name} {state}")
-    return out
+        lines.append(f"tank        {name} {state}")
+    return lines
 
 
 def wheel_lines(run: Run) -> list[str]:
-    """A line per wheel whose torque or speed was at a limit at some rows: for how many of them, from when to when."""
+    """A line per wheel whose torque or speed was at a limit: the share, first and last of the rows."""
     paths = sorted(path for path in run if path.startswith("effectors/") and path.endswith("/saturated"))
-    found = {path.split("/")[1]: when(run, run[path] > 0.5) for path in paths}
-    return [f"wheel       {name} was saturated {text}" for name, text in found.items() if text]
+    row_texts = {path.split("/")[1]: row_range_text(run, run[path] > 0.5) for path in paths}
+    return [f"wheel       {name} was saturated {text}" for name, text in row_texts.items() if text]
 
 
 def cable_lines(run: Run) -> list[str]:
-    """A line per cable that was slack at some rows: for how many of them, from when on."""
-    found = {}
+    """A line per cable that was slack: the share, first and last of the rows."""
+    row_texts = {}
     for path in sorted(name for name in run if name.startswith("effectors/") and name.endswith("/tension")):
         name = path.split("/")[1]
         if f"effectors/{name}/slack" in run:
-            found[name] = when(run, run[f"effectors/{name}/slack"] > 0.0)
+            row_texts[name] = row_range_text(run, run[f"effectors/{name}/slack"] > 0.0)
         elif f"effectors/{name}/distance" in run:
-            found[name] = when(run, run[path] == 0.0)
-    return [f"cable       {name} was slack {text}" for name, text in found.items() if text]
+            row_texts[name] = row_range_text(run, run[path] == 0.0)
+    return [f"cable       {name} was slack {text}" for name, text in row_texts.items() if text]
 
 
-def when(run: Run, rows: BoolArray) -> str:
-    """The part of these rows, the first and the last of them; empty for none."""
+def row_range_text(run: Run, rows: BoolArray) -> str:
+    """Describe the share of these rows, and the first and the last of them; empty if there are none."""
     if not rows.any():
         return ""
     times = run.time[rows]
@@ -251,43 +252,46 @@ def when(run: Run, rows: BoolArray) -> str:
 
 
 def reach_lines(run: Run, system: System) -> list[str]:
-    """How far a craft with free lengths reached in orbit, and what the gradient of the attraction leaves out there."""
+    """Describe how far a craft with free lengths reached in orbit, and the error of the gravity gradient there."""
     from femflex.system.attraction import LARGE, free_members, is_integrated, reach
 
     if is_integrated(system):
         return []
     lengths = {name: float(run[f"bodies/{name}/length"].max()) for name in free_members(system)}
-    found = reach(system, lengths) if lengths else None
-    if found is None or found.ratio <= LARGE:
+    extent = reach(system, lengths) if lengths else None
+    if extent is None or extent.ratio <= LARGE:
         return []
     return [
-        f"attraction  by its gradient: the craft reached {found.size:.4g} m, {found.ratio:.2g} of the distance from "
-        f"the centre; the gradient has an error of {found.error:.2%} there"
+        f"attraction  by its gradient: the craft reached {extent.size:.4g} m, {extent.ratio:.2g} of the distance from "
+        f"the centre; the gradient has an error of {extent.error:.2%} there"
     ]
 
 
 def print_verdicts(case: Case, run: Run) -> list[str]:
-    """Names of the expectations of the case that do not hold; prints all of them. They are those of the full case."""
+    """Print the expectations of the case; return the names of those that do not hold.
+
+    They are those of the case with all terms, and are not checked for another run.
+    """
     if run.without:
         if case.expect.answers:
             print("expected    not checked: they are for the case with all terms")
         return []
-    from femflex.case.verdicts import judged
+    from femflex.case.verdicts import run_verdicts
 
-    verdicts = judged(case, run)
+    verdicts = run_verdicts(case, run)
     for verdict in verdicts:
         print(f"expected    {verdict}")
     return [verdict.name for verdict in verdicts if not verdict.holds]
 
 
 def print_modes_verdicts(case: Case) -> list[str]:
-    """Names of the expectations of the craft's modes that do not hold; prints all of them."""
-    from femflex.case.verdicts import expects_modes, judged_modes
+    """Print the expectations of the craft's modes; return the names of those that do not hold."""
+    from femflex.case.verdicts import expects_modes, mode_verdicts
     from femflex.pipeline.balanced import case_modes
 
     if not expects_modes(case):
         return []
-    verdicts = judged_modes(case, case_modes(case))
+    verdicts = mode_verdicts(case, case_modes(case))
     for verdict in verdicts:
         print(f"expected    {verdict}")
     return [verdict.name for verdict in verdicts if not verdict.holds]

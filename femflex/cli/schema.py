@@ -23,8 +23,8 @@ def schema(
     if output is None:
         print(text)
         return
-    from femflex.writing import placed
+    from femflex.writing import atomic_file
 
-    with placed(output, force) as part:
+    with atomic_file(output, force) as part:
         part.write_text(text + "\n", encoding="utf-8")
     print(f"schema      {output}")

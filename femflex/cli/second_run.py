@@ -1,4 +1,4 @@
-"""The second run of a case's [pictures], linearised or with something left out, laid over the plots of the first."""
+"""The second run of a case's [pictures], linearised or with terms left out, for the plots of the first."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def second_output(case: Case, output: Path) -> Path | None:
-    """Where the second run goes, None without one."""
+    """Path of the second run's result file; None without a second run."""
     if case.pictures is None or not (case.pictures.without or case.pictures.linearised):
         return None
     word = "linearised" if case.pictures.linearised else "without"
@@ -25,7 +25,7 @@ def second_output(case: Case, output: Path) -> Path | None:
 
 
 def check_left_out(prepared: Prepared) -> None:
-    """Raise ValueError when what the second run leaves out is not there, or has no linear motion."""
+    """Raise ValueError if a term that the second run leaves out does not exist, or the craft has no linear motion."""
     if prepared.case.pictures is not None and prepared.case.pictures.linearised:
         from femflex.pipeline.linear_motion import check
 
@@ -39,7 +39,7 @@ def check_left_out(prepared: Prepared) -> None:
 
 @contextmanager
 def second_run(case: Case, output: Path, force: bool) -> Iterator[Run | None]:
-    """The second run, open for reading; one that diverges is kept up to there, with a report."""
+    """Yield the second run, open for reading; one that diverges is kept up to that time, with a report."""
     path = second_output(case, output)
     if path is None or case.pictures is None:
         yield None
@@ -50,15 +50,15 @@ def second_run(case: Case, output: Path, force: bool) -> Iterator[Run | None]:
     from femflex.warning import PhysicsWarning
 
     linear = case.pictures.linearised
-    what = "linearised" if linear else f"without {', '.join(case.pictures.without)}"
+    difference = "linearised" if linear else f"without {', '.join(case.pictures.without)}"
     prepared = pipeline.prepare(case, path, force=force, without=case.pictures.without, linearised=linear)
     text = "reached the end"
-    with warnings.catch_warnings(), Bar(f"again {what}", float(prepared.times[-1])) as bar:
+    with warnings.catch_warnings(), Bar(f"again {difference}", float(prepared.times[-1])) as bar:
         warnings.simplefilter("ignore", PhysicsWarning)  # what it leaves out is left out on purpose
         try:
             pipeline.integrate(prepared, path, force=force, progress=bar)
         except IntegrationError as error:
             text = f"stopped at t = {error.t:.6g} s, where it diverges"
-    print(f"compared    {what}: {path} {text}")
+    print(f"compared    {difference}: {path} {text}")
     with open_run(path) as run:
         yield run

@@ -66,18 +66,18 @@ def stability(
     from femflex.case import read_case
     from femflex.studies.stability import case_stability
 
-    read = with_options(read_case(case), vary, floquet, period, shooting, without)
+    parsed_case = with_options(read_case(case), vary, floquet, period, shooting, without)
     with Bar("charting", 1.0, unit="of the points") as bar:
-        found = case_stability(read, bar)
+        case_result = case_stability(parsed_case, bar)
     if TABLE in files:
-        write_table(found.found, files[TABLE], force)
+        write_table(case_result.result, files[TABLE], force)
     if PICTURE in files:
-        draw(found, files[PICTURE], read.title or case.stem, theme, force)
+        draw_stability(case_result, files[PICTURE], parsed_case.title or case.stem, theme, force)
     if as_json:
-        print_json(stability_data(found))
+        print_json(stability_data(case_result))
         return
-    print(read.title or case.name)
-    print_stability_of(found)
+    print(parsed_case.title or case.name)
+    print_stability_of(case_result)
     for kind, path in files.items():
         print(f"{kind:11} {path}")
 
@@ -85,68 +85,68 @@ def stability(
 def with_options(
     case: Case, vary: list[str] | None, floquet: bool, period: str | None, shooting: bool, without: list[str] | None
 ) -> Case:
-    """The case with what the command line says in place of its [stability]."""
+    """Return the case with the options of the command line in place of its [stability]."""
     from femflex.case.stability import stability_table
 
-    given: dict[str, Any] = {} if case.stability is None else case.stability.model_dump(exclude_unset=True)
+    settings: dict[str, Any] = {} if case.stability is None else case.stability.model_dump(exclude_unset=True)
     if vary:
-        given["vary"] = dict(one_axis(text) for text in vary)
-        if not {"k_roll", "k_yaw"} & set(given["vary"]):
-            given.pop("inertia", None)
+        settings["vary"] = dict(read_vary_option(text) for text in vary)
+        if not {"k_roll", "k_yaw"} & set(settings["vary"]):
+            settings.pop("inertia", None)
     if floquet or period is not None or shooting:
-        given["of"] = "motion"
+        settings["of"] = "motion"
     if period is not None:
-        given["period"] = read_seconds(period, "--period")
+        settings["period"] = read_seconds(period, "--period")
     if shooting:
-        given["shooting"] = True
+        settings["shooting"] = True
     if without is not None:
-        given["without"] = listed_names(without)
-    if not given:
+        settings["without"] = listed_names(without)
+    if not settings:
         return case
-    return case.model_copy(update={"stability": stability_table(given, "the command line")})
+    return case.model_copy(update={"stability": stability_table(settings, "the command line")})
 
 
-def one_axis(text: str) -> tuple[str, dict[str, Any]]:
+def read_vary_option(text: str) -> tuple[str, dict[str, Any]]:
     """Key path and range of one --vary.
 
-    >>> one_axis("joints.0.damping=0:4 N m s:41")
+    >>> read_vary_option("joints.0.damping=0:4 N m s:41")
     ('joints.0.damping', {'between': ['0 N m s', '4 N m s'], 'points': 41})
     """
     from femflex.case.units import split_quantity
 
-    key, _, rest = text.partition("=")
-    parts = [part.strip() for part in rest.split(":")]
-    if not key.strip() or len(parts) != 3 or not parts[2].isdigit():
+    key, _, range_text = text.partition("=")
+    fields = [field.strip() for field in range_text.split(":")]
+    if not key.strip() or len(fields) != 3 or not fields[2].isdigit():
         raise ValueError(f"--vary: found {text!r}; give KEY=FIRST:LAST:NUMBER, such as joints.0.damping=0:4:41")
-    pairs = [split_quantity(part) for part in parts[:2]]
+    pairs = [split_quantity(field) for field in fields[:2]]
     unit = pairs[1][1] or pairs[0][1]
-    ends = [f"{number:.17g} {own or unit}" if unit else number for number, own in pairs]
-    return key.strip(), {"between": ends, "points": int(parts[2])}
+    ends = [f"{number:.17g} {own_unit or unit}" if unit else number for number, own_unit in pairs]
+    return key.strip(), {"between": ends, "points": int(fields[2])}
 
 
-def print_stability_of(found: CaseStability) -> None:
+def print_stability_of(case_result: CaseStability) -> None:
     """Print a locus as a table with the values at which stability changes, a chart as its regions."""
     from femflex.studies.stability.locus import Locus
 
-    for one, left_out in ((found.found, ()), (found.second, found.left_out)):
-        if one is None:
+    for result, left_out in ((case_result.result, ()), (case_result.second, case_result.left_out)):
+        if result is None:
             continue
         if left_out:
             print(f"\nwithout {', '.join(left_out)}")
-        if isinstance(one, Locus):
-            print_locus(one)
+        if isinstance(result, Locus):
+            print_locus(result)
         else:
-            print_chart(one)
+            print_chart(result)
 
 
 def print_locus(locus: Locus) -> None:
     """Print growth and stability over the value."""
     from femflex.studies.stability import KINDS
 
-    every = max(1, -(-len(locus.values) // ROWS))
+    step = max(1, -(-len(locus.values) // ROWS))
     rows = [
         [f"{locus.values[k]:.6g}", f"{locus.growth[k]:.6g}", KINDS[int(locus.kinds[k])]]
-        for k in range(0, len(locus.values), every)
+        for k in range(0, len(locus.values), step)
     ]
     print_table([f"{locus.name} {locus.unit}".strip(), "growth, 1/s", "stability"], rows)
     names = list(dict.fromkeys(name for name in locus.names if name))
@@ -179,70 +179,79 @@ def print_chart(chart: Chart) -> None:
     print(f"traced      to within {error}")
 
 
-def stability_data(found: CaseStability) -> dict[str, Any]:
-    """What --json prints."""
+def stability_data(case_result: CaseStability) -> dict[str, Any]:
+    """Return the result for --json."""
     return {
-        "found": _plain(found.found),
-        "without": list(found.left_out),
-        "second": None if found.second is None else _plain(found.second),
+        "found": _result_data(case_result.result),
+        "without": list(case_result.left_out),
+        "second": None if case_result.second is None else _result_data(case_result.second),
     }
 
 
-def _plain(one: Locus | Chart) -> dict[str, Any]:
+def _result_data(result: Locus | Chart) -> dict[str, Any]:
     from femflex.studies.stability import KINDS
     from femflex.studies.stability.locus import Locus
 
     kinds = {
-        "kinds": one.kinds.tolist(),
-        "growth": one.growth.tolist(),
+        "kinds": result.kinds.tolist(),
+        "growth": result.growth.tolist(),
         "meaning": {str(k): v for k, v in KINDS.items()},
     }
-    if isinstance(one, Locus):
-        parts = [[[float(z.real), float(z.imag)] for z in row] for row in one.branches]
-        return {"of": one.of, "name": one.name, "unit": one.unit, "values": one.values.tolist(), "branches": parts,
-                "names": list(one.names),
-                "trivial": list(one.trivial), "split": one.split,
-                "critical": list(one.critical), "lost": one.lost, **kinds}  # fmt: skip
-    lines = [{"between": [KINDS[a], KINDS[b]], "points": points.tolist()} for a, b, points in one.boundaries]
-    return {"names": list(one.names), "units": list(one.units), "first": one.first.tolist(),
-            "second": one.second.tolist(), "boundaries": lines, "error": list(one.error), **kinds}  # fmt: skip
+    if isinstance(result, Locus):
+        branches = [[[float(z.real), float(z.imag)] for z in row] for row in result.branches]
+        return {"of": result.quantity, "name": result.name, "unit": result.unit, "values": result.values.tolist(),
+                "branches": branches, "names": list(result.names), "trivial": list(result.trivial),
+                "split": result.split, "critical": list(result.critical), "lost": result.lost, **kinds}  # fmt: skip
+    lines = [{"between": [KINDS[a], KINDS[b]], "points": points.tolist()} for a, b, points in result.boundaries]
+    return {"names": list(result.names), "units": list(result.units), "first": result.first_values.tolist(),
+            "second": result.second_values.tolist(), "boundaries": lines,
+            "error": list(result.error), **kinds}  # fmt: skip
 
 
-def write_table(one: Locus | Chart, path: Path, force: bool) -> None:
-    """Write every point as a row of a CSV file."""
+def write_table(result: Locus | Chart, path: Path, force: bool) -> None:
+    """Write a CSV file with a row for every point."""
     from femflex.studies.stability.locus import Locus
-    from femflex.writing import placed
+    from femflex.writing import atomic_file
 
-    if isinstance(one, Locus):
-        n = one.branches.shape[1]
-        own = [f"{k + 1} {name}".strip() for k, name in enumerate(one.names or ("",) * n)]
-        head = [one.name, "kind", "growth", *(f"{part}_{label}" for label in own for part in ("real", "imag"))]
+    if isinstance(result, Locus):
+        n = result.branches.shape[1]
+        labels = [f"{k + 1} {name}".strip() for k, name in enumerate(result.names or ("",) * n)]
+        head = [result.name, "kind", "growth", *(f"{part}_{label}" for label in labels for part in ("real", "imag"))]
         rows = [
-            [value, int(one.kinds[i]), one.growth[i], *(v for z in one.branches[i] for v in (z.real, z.imag))]
-            for i, value in enumerate(one.values)
+            [value, int(result.kinds[i]), result.growth[i], *(v for z in result.branches[i] for v in (z.real, z.imag))]
+            for i, value in enumerate(result.values)
         ]
     else:
-        head = [*one.names, "kind", "growth"]
+        head = [*result.names, "kind", "growth"]
         rows = [
-            [a, b, int(one.kinds[i, j]), one.growth[i, j]]
-            for i, a in enumerate(one.first)
-            for j, b in enumerate(one.second)
+            [a, b, int(result.kinds[i, j]), result.growth[i, j]]
+            for i, a in enumerate(result.first_values)
+            for j, b in enumerate(result.second_values)
         ]
-    with placed(path, force) as part:
+    with atomic_file(path, force) as draft:
         lines = [",".join(head), *(",".join(f"{v:.12g}" for v in row) for row in rows)]
-        part.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        draft.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def draw(found: CaseStability, path: Path, title: str, theme: str, force: bool) -> None:
-    """Draw the locus or chart, with the regions of the rigid craft where it is over the inertia ratios."""
+def draw_stability(case_result: CaseStability, path: Path, title: str, theme: str, force: bool) -> None:
+    """Draw the locus or chart; a chart over the inertia ratios has the regions of the rigid craft."""
     from femflex.studies.stability.gravity_gradient import known_curves
     from femflex.studies.stability.locus import Locus
     from femflex.view.stability import plot_chart, plot_locus
 
-    if isinstance(found.found, Locus):
-        second = found.second if isinstance(found.second, Locus) else None
-        plot_locus(found.found, path, theme, title, force=force, second=second, left_out=found.left_out)
+    if isinstance(case_result.result, Locus):
+        second = case_result.second if isinstance(case_result.second, Locus) else None
+        plot_locus(case_result.result, path, theme, title, force=force, second=second, left_out=case_result.left_out)
         return
-    chart = found.second if not isinstance(found.second, Locus) else None
-    known = known_curves(found.found.names) if found.ratios else ()
-    plot_chart(found.found, path, theme, title, force=force, second=chart, left_out=found.left_out, known=known)
+    chart = case_result.second if not isinstance(case_result.second, Locus) else None
+    boundaries = known_curves(case_result.result.names) if case_result.ratios else ()
+    plot_chart(
+        case_result.result,
+        path,
+        theme,
+        title,
+        force=force,
+        second=chart,
+        left_out=case_result.left_out,
+        reference_curves=boundaries,
+    )

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
 ROUNDED = 1e-12  # of the largest of the same unit in members of the kind: zero to rounding
 MOMENTS = {"N": "N m", "N/m": "N"}  # units of moments by those of the forces that make them
-Fields = dict[str, "tuple[StrainPart, ...]"]  # of bodies, the parts of the groups that are asked for
-NOWHERE = [None] * 4  # time and place of what is zero
+Fields = dict[str, "tuple[StrainPart, ...]"]  # of bodies, the parts of the requested groups
+NOWHERE = [None] * 4  # time and point of a value that is zero
 HELP_AT = (
     "Place on the body, x,y,z in metres, or one of its markers: values along time at the strain points nearest to it; "
     "may be repeated."
@@ -55,7 +55,7 @@ def stress(
 ) -> None:
     """Print the largest section forces and stresses of every flexible body over a run, or write them along time."""
     from femflex.results import open_run
-    from femflex.writing import check_destination, placed
+    from femflex.writing import atomic_file, check_destination
 
     if at and points:
         raise ValueError("--at and --points are two tables; give one of them")
@@ -64,37 +64,41 @@ def stress(
         check_destination(path, force)
     with Patience(f"recovering stress of {file.name}"), open_run(file) as run:
         bodies = run.bodies()
-        names = body or [name for name, found in bodies.items() if found.strain_field]
-        unknown = [name for name in names if name not in bodies or not bodies[name].strain_field]
-        if unknown or not names:
-            having = [name for name, found in bodies.items() if found.strain_field]
-            raise ValueError(f"{file.name} has no strain of {unknown or 'any body'}; it has that of {having}")
-        fields = _fields(bodies, names, group)
-        wanted = _wanted(fields, quantity)
+        names = body or [name for name, found_body in bodies.items() if found_body.strain_field]
+        unknown_names = [name for name in names if name not in bodies or not bodies[name].strain_field]
+        if unknown_names or not names:
+            names_with_strain = [name for name, found_body in bodies.items() if found_body.strain_field]
+            raise ValueError(
+                f"{file.name} has no strain of {unknown_names or 'any body'}; it has that of {names_with_strain}"
+            )
+        fields = _fields_of_groups(bodies, names, group)
+        quantities = _requested_quantities(fields, quantity)
         if at:
-            rows = _along_time(run, fields, _places(at, bodies, list(fields)), wanted)
+            rows = _rows_over_time(run, fields, _read_points(at, bodies, list(fields)), quantities)
         else:
-            rows = (_of_points if points else _peaks)(run, bodies, fields, wanted)
+            rows = (_rows_of_points if points else _rows_of_peaks)(run, bodies, fields, quantities)
         if PICTURE in files:
-            _draw(run, fields, files[PICTURE], quantity, force)
+            _draw_peaks(run, fields, files[PICTURE], quantity, force)
     if json:
         print(json_format.dumps([dict(zip(rows[0], row, strict=True)) for row in rows[1:]]))
     elif not (at or points) or TABLE not in files:
-        print(_table(rows))
+        print(_table_text(rows))
     if TABLE in files:
         text = io.StringIO()
         csv.writer(text).writerows(rows)
-        with placed(files[TABLE], force) as part:
+        with atomic_file(files[TABLE], force) as part:
             part.write_text(text.getvalue(), encoding="utf-8")
 
 
-def _fields(bodies: Any, names: list[str], groups: list[str] | None) -> Fields:
-    """The parts of the members of these groups, or of all, of every body that has some; ValueError for one unknown."""
-    known = sorted({label(part) for name in names for part in bodies[name].strain_field})
-    if wrong := [each for each in groups or [] if each not in known]:
-        raise ValueError(f"no body of {names} has members of the group {wrong[0]!r}; known are {', '.join(known)}")
-    chosen = set(groups or known)
-    fields = {name: tuple(part for part in bodies[name].strain_field if label(part) in chosen) for name in names}
+def _fields_of_groups(bodies: Any, names: list[str], groups: list[str] | None) -> Fields:
+    """Return the parts of every body that belong to these groups, or all parts; ValueError for an unknown group."""
+    known_groups = sorted({label(part) for name in names for part in bodies[name].strain_field})
+    if unknown_groups := [group for group in groups or [] if group not in known_groups]:
+        raise ValueError(
+            f"no body of {names} has members of the group {unknown_groups[0]!r}; known are {', '.join(known_groups)}"
+        )
+    chosen_groups = set(groups or known_groups)
+    fields = {name: tuple(part for part in bodies[name].strain_field if label(part) in chosen_groups) for name in names}
     return {name: field for name, field in fields.items() if field}
 
 
@@ -103,23 +107,25 @@ def label(part: StrainPart | Peak) -> str:
     return part.group or part.kind
 
 
-def _peaks(run: Any, bodies: Any, fields: Fields, wanted: Mapping[str, list[str]]) -> list[list[Any]]:
+def _rows_of_peaks(run: Any, bodies: Any, fields: Fields, quantities: Mapping[str, list[str]]) -> list[list[Any]]:
     rows: list[list[Any]] = [["body", "members", "quantity", "largest", "unit", "time_s", "x_m", "y_m", "z_m"]]
-    found = _peaks_of_bodies(run, bodies, fields)
-    rounding = _rounding(bodies, found)
+    peaks_of_bodies = _peaks_of_bodies(run, bodies, fields)
+    rounding = _rounding(bodies, peaks_of_bodies)
     for name, field in fields.items():
-        chosen = {label(part) for part in field}
-        for peak in found[name]:
-            if peak.name in wanted[name] and label(peak) in chosen:
-                what = [peak.value, peak.unit, peak.time, *peak.place]
+        chosen_groups = {label(part) for part in field}
+        for peak in peaks_of_bodies[name]:
+            if peak.name in quantities[name] and label(peak) in chosen_groups:
+                cells = [peak.value, peak.unit, peak.time, *peak.place]
                 if peak.value <= rounding[peak.kind, peak.unit]:
-                    what = [0.0, peak.unit, *NOWHERE]
-                rows.append([name, label(peak), peak.name, *what])
+                    cells = [0.0, peak.unit, *NOWHERE]
+                rows.append([name, label(peak), peak.name, *cells])
     return rows
 
 
-def _of_points(run: Any, bodies: Any, fields: Fields, wanted: Mapping[str, list[str]]) -> list[list[Any]]:
-    """The largest magnitude of each quantity over the run at every strain point, and when."""
+def _rows_of_points(
+    run: Any, bodies: Any, fields: Fields, quantities_of_bodies: Mapping[str, list[str]]
+) -> list[list[Any]]:
+    """Rows with the largest magnitude of each quantity over the run at every strain point, and its time."""
     from femflex.body.recovery import over_time, quantities
 
     rows: list[list[Any]] = [["body", "members", "x_m", "y_m", "z_m", "quantity", "largest", "unit", "time_s"]]
@@ -127,14 +133,14 @@ def _of_points(run: Any, bodies: Any, fields: Fields, wanted: Mapping[str, list[
     for name, field in fields.items():
         y = run.finite(f"bodies/{name}/delta")
         for part in field:
-            units = {key: unit for key, unit in quantities([part]).items() if key in wanted[name]}
-            for key, (largest, when) in over_time(part, y, list(units)).items():
-                least = rounding[part.kind, units[key]]
-                for place, value, t in zip(
-                    part.places.tolist(), largest.tolist(), run.time[when].tolist(), strict=True
+            units = {key: unit for key, unit in quantities([part]).items() if key in quantities_of_bodies[name]}
+            for key, (values, indices) in over_time(part, y, list(units)).items():
+                zero_limit = rounding[part.kind, units[key]]
+                for point, value, t in zip(
+                    part.places.tolist(), values.tolist(), run.time[indices].tolist(), strict=True
                 ):
-                    what = [value, units[key], t] if value > least else [0.0, units[key], None]
-                    rows.append([name, label(part), *place, key, *what])
+                    cells = [value, units[key], t] if value > zero_limit else [0.0, units[key], None]
+                    rows.append([name, label(part), *point, key, *cells])
     return rows
 
 
@@ -144,7 +150,7 @@ def _peaks_of_bodies(run: Any, bodies: Any, names: Iterable[str]) -> dict[str, l
     return {name: peaks(bodies[name].strain_field, run.finite(f"bodies/{name}/delta"), run.time) for name in names}
 
 
-def _rounding(bodies: Any, found: Mapping[str, list[Peak]]) -> dict[tuple[str, str], float]:
+def _rounding(bodies: Any, peaks_of_bodies: Mapping[str, list[Peak]]) -> dict[tuple[str, str], float]:
     """Largest value that is zero to rounding, by kind of member and unit, from the peaks of all quantities of bodies.
 
     A force across the extent of its body is a moment that the moments may be what is left of.
@@ -152,42 +158,49 @@ def _rounding(bodies: Any, found: Mapping[str, list[Peak]]) -> dict[tuple[str, s
     import numpy as np
 
     sizes: dict[tuple[str, str], float] = {}
-    for name, peaks in found.items():
-        places = [part.places for part in bodies[name].strain_field]
-        extent = max(float(np.ptp(x, axis=0).max()) for x in places)
+    for name, peaks in peaks_of_bodies.items():
+        points_of_parts = [part.places for part in bodies[name].strain_field]
+        extent = max(float(np.ptp(x, axis=0).max()) for x in points_of_parts)
         for peak in peaks:
             for unit, size in ((peak.unit, peak.value), (MOMENTS.get(peak.unit, ""), extent * peak.value)):
                 sizes[peak.kind, unit] = max(size, sizes.get((peak.kind, unit), 0.0))
     return {key: ROUNDED * size for key, size in sizes.items()}
 
 
-def _draw(run: Any, fields: Fields, path: Path, wanted: list[str] | None, force: bool) -> None:
+def _draw_peaks(run: Any, fields: Fields, path: Path, requested: list[str] | None, force: bool) -> None:
     """Draw the largest values of one quantity over the run on the bodies."""
     from femflex.body.recovery import VON_MISES, quantities
-    from femflex.cli.render import place_of_camera
+    from femflex.cli.render import camera_options
     from femflex.view import render_picture
 
-    known = quantities([part for field in fields.values() for part in field])
-    if wanted and len(wanted) > 1:
-        raise ValueError(f"-o {path} draws one quantity, and --quantity names {len(wanted)}; give one")
-    name = wanted[0] if wanted else VON_MISES if VON_MISES in known else next(iter(known))
-    render_picture(run, path, force=force, colour=f"peak:{name}", **place_of_camera(run, None, None))
+    available = quantities([part for field in fields.values() for part in field])
+    if requested and len(requested) > 1:
+        raise ValueError(f"-o {path} draws one quantity, and --quantity names {len(requested)}; give one")
+    name = requested[0] if requested else VON_MISES if VON_MISES in available else next(iter(available))
+    render_picture(run, path, force=force, colour=f"peak:{name}", **camera_options(run, None, None))
     print(f"picture     {path} ({name})", file=sys.stderr)
 
 
-def _wanted(fields: Fields, requested: list[str] | None) -> dict[str, list[str]]:
-    """The requested quantities that each body has, all without a request; ValueError for one that no body has."""
+def _requested_quantities(fields: Fields, requested: list[str] | None) -> dict[str, list[str]]:
+    """Return the requested quantities of each body, or all; ValueError for a quantity that no body has."""
     from femflex.body.recovery import quantities
 
-    known = {name: list(quantities(field)) for name, field in fields.items()}
-    every = list(dict.fromkeys(each for own in known.values() for each in own))
-    if wrong := [each for each in requested or [] if each not in every]:
-        raise ValueError(f"no body of {list(known)} has the quantity {wrong[0]!r}; known are {', '.join(every)}")
-    return {name: [each for each in requested or own if each in own] for name, own in known.items()}
+    available = {name: list(quantities(field)) for name, field in fields.items()}
+    all_quantities = list(
+        dict.fromkeys(quantity for quantities_of_body in available.values() for quantity in quantities_of_body)
+    )
+    if unknown := [quantity for quantity in requested or [] if quantity not in all_quantities]:
+        raise ValueError(
+            f"no body of {list(available)} has the quantity {unknown[0]!r}; known are {', '.join(all_quantities)}"
+        )
+    return {
+        name: [quantity for quantity in requested or quantities_of_body if quantity in quantities_of_body]
+        for name, quantities_of_body in available.items()
+    }
 
 
-def _along_time(
-    run: Any, fields: Fields, places: Mapping[str, list[list[float]]], wanted: Mapping[str, list[str]]
+def _rows_over_time(
+    run: Any, fields: Fields, points: Mapping[str, list[list[float]]], quantities_of_bodies: Mapping[str, list[str]]
 ) -> list[list[Any]]:
     import numpy as np
 
@@ -197,41 +210,41 @@ def _along_time(
     columns = [run.time]
     for name, parts in fields.items():
         y = run.finite(f"bodies/{name}/delta")
-        for each in wanted[name] if places[name] else []:
-            values, where = at_points(parts, each, places[name], y)
-            unit = quantities(parts)[each]
-            head += [f"{name} {each} [{unit}] at ({', '.join(f'{c:.4g}' for c in x)}) m" for x in where]
+        for quantity in quantities_of_bodies[name] if points[name] else []:
+            values, positions = at_points(parts, quantity, points[name], y)
+            unit = quantities(parts)[quantity]
+            head += [f"{name} {quantity} [{unit}] at ({', '.join(f'{c:.4g}' for c in x)}) m" for x in positions]
             columns += list(values.T)
     return [head, *np.column_stack(columns).tolist()]
 
 
-def _places(texts: list[str], bodies: Any, names: list[str]) -> dict[str, list[list[float]]]:
-    """Places (3,) [m] on each body: three numbers count for all of them, a marker for the bodies that have it."""
-    out: dict[str, list[list[float]]] = {name: [] for name in names}
+def _read_points(texts: list[str], bodies: Any, names: list[str]) -> dict[str, list[list[float]]]:
+    """Points (3,) [m] on each body: three numbers count for all of them, a marker for the bodies that have it."""
+    points: dict[str, list[list[float]]] = {name: [] for name in names}
     for text in texts:
-        having = {name: bodies[name].markers[text].tolist() for name in names if text in bodies[name].markers}
-        for name, place in (having or dict.fromkeys(names, _place(text, bodies, names))).items():
-            out[name].append(place)
-    return out
+        marker_positions = {name: bodies[name].markers[text].tolist() for name in names if text in bodies[name].markers}
+        for name, point in (marker_positions or dict.fromkeys(names, _read_point(text, bodies, names))).items():
+            points[name].append(point)
+    return points
 
 
-def _place(text: str, bodies: Any, names: list[str]) -> list[float]:
+def _read_point(text: str, bodies: Any, names: list[str]) -> list[float]:
     try:
-        found = [float(part) for part in text.split(",")]
+        point = [float(number) for number in text.split(",")]
     except ValueError:
-        found = []
-    if len(found) != 3 or not all(map(isfinite, found)):
+        point = []
+    if len(point) != 3 or not all(map(isfinite, point)):
         markers = sorted({marker for name in names for marker in bodies[name].markers})
         raise ValueError(
             f"--at is {text!r}; give three numbers in metres, such as 0.3,0,0, or a marker: {', '.join(markers)}"
         )
-    return found
+    return point
 
 
-def _table(rows: list[list[Any]]) -> str:
-    shown = [
+def _table_text(rows: list[list[Any]]) -> str:
+    texts = [
         [f"{cell:.5g}" if isinstance(cell, float) else "-" if cell is None else str(cell) for cell in row]
         for row in rows
     ]
-    width = [max(len(row[k]) for row in shown) for k in range(len(shown[0]))]
-    return "\n".join("  ".join(cell.rjust(w) for cell, w in zip(row, width, strict=True)) for row in shown)
+    width = [max(len(row[k]) for row in texts) for k in range(len(texts[0]))]
+    return "\n".join("  ".join(cell.rjust(w) for cell, w in zip(row, width, strict=True)) for row in texts)

@@ -11,7 +11,7 @@ from femflex.cli.outputs import DIAGRAM_SUFFIXES, PICTURE, outputs
 from femflex.cli.progress import Bar
 from femflex.cli.tables import print_json, print_table
 from femflex.cli.verb import print_error, verb
-from femflex.worker_processes import started
+from femflex.worker_processes import worker_context
 
 if TYPE_CHECKING:
     from femflex.studies.sweep import Sweep
@@ -55,66 +55,79 @@ def sweep(
     if PICTURE in files:
         check_destination(files[PICTURE], force)
     if scheduler is None and workers != 1:
-        started(["femflex.studies.sweep.member"])  # while this process loads the same
-    from femflex.studies.sweep import sweep as swept
+        worker_context(["femflex.studies.sweep.member"])  # while this process loads the same
+    from femflex.studies.sweep import sweep as run_sweep
     from femflex.studies.sweep.sweep import count_of
 
     try:
         with Bar("sweeping", float(count_of(study)), unit="runs") as bar:
-            found = swept(study, result, force=force, resume=resume, workers=workers, scheduler=scheduler, progress=bar)
+            results = run_sweep(
+                study, result, force=force, resume=resume, workers=workers, scheduler=scheduler, progress=bar
+            )
     except KeyboardInterrupt:
         raise KeyboardInterrupt(f"interrupted; femflex sweep {study} -o {result} --resume goes on") from None
     if PICTURE in files:
-        draw(found, files[PICTURE], study.stem, (theme, force), "indices" if indices else "envelope" * envelope)
-    failed = [(k, text) for k, text in enumerate(found.problems) if text]
+        draw_sweep(results, files[PICTURE], study.stem, (theme, force), "indices" if indices else "envelope" * envelope)
+    failed = [(k, text) for k, text in enumerate(results.problems) if text]
     for number, text in failed[:FAILURES]:
         print_error(f"run {number} failed: {text}")
-    statistics = found.statistics()
+    statistics = results.statistics()
     if as_json:
         print_json({
             "statistics": {name: dict(zip(("mean", "sigma", "run_of_least", "run_of_largest"), row, strict=True))
                            for name, row in statistics.items()},
-            "runs": len(found.problems), "failed": [{"run": k, "problem": text} for k, text in failed],
-            "inputs": {k: v.tolist() for k, v in found.inputs.items()},
-            "outputs": {k: v.tolist() for k, v in found.outputs.items()}, "units": found.units,
-            "percentiles": found.percentiles.tolist(),
-            "percentiles_of_outputs": {k: v.tolist() for k, v in found.of_outputs().items()},
-            "sobol_indices": {k: v.tolist() for k, v in found.sobol.items()},
+            "runs": len(results.problems), "failed": [{"run": k, "problem": text} for k, text in failed],
+            "inputs": {k: v.tolist() for k, v in results.inputs.items()},
+            "outputs": {k: v.tolist() for k, v in results.outputs.items()}, "units": results.units,
+            "percentiles": results.percentiles.tolist(),
+            "percentiles_of_outputs": {k: v.tolist() for k, v in results.output_percentiles().items()},
+            "sobol_indices": {k: v.tolist() for k, v in results.sobol.items()},
         })  # fmt: skip
         return
     print_table(
-        ["output", "mean", "sigma", *(f"{p:g} %" for p in found.percentiles), "unit"],
+        ["output", "mean", "sigma", *(f"{p:g} %" for p in results.percentiles), "unit"],
         [
-            [name, *(f"{v:.6g}" for v in (*statistics.get(name, ())[:2], *row)), found.units.get(name, "")]
-            for name, row in found.of_outputs().items()
+            [name, *(f"{v:.6g}" for v in (*statistics.get(name, ())[:2], *row)), results.units.get(name, "")]
+            for name, row in results.output_percentiles().items()
         ],
     )
     for name, (_, _, *extremes) in statistics.items():
-        for what, k in zip(("least", "largest"), extremes, strict=True):
+        for head, k in zip(("least", "largest"), extremes, strict=True):
             values = ", ".join(
-                f"{key} = {v[k]:.6g} {found.units.get(key, '')}".strip() for key, v in found.inputs.items()
+                f"{key} = {v[k]:.6g} {results.units.get(key, '')}".strip() for key, v in results.inputs.items()
             )
-            print(f"{what:11} {name} {found.outputs[name][k]:.6g} {found.units.get(name, '')} in run {k}: {values}")
-    for name, shares in found.sobol.items():
-        rows = [[key, f"{one:.4g}", f"{total:.4g}"] for key, (one, total) in zip(found.inputs, shares, strict=True)]
+            print(f"{head:11} {name} {results.outputs[name][k]:.6g} {results.units.get(name, '')} in run {k}: {values}")
+    for name, shares in results.sobol.items():
+        rows = [
+            [key, f"{first_order:.4g}", f"{total:.4g}"]
+            for key, (first_order, total) in zip(results.inputs, shares, strict=True)
+        ]
         print_table(["value", "first order", "total"], rows, f"share in the variance of {name} (Sobol indices)")
-    print(f"runs        {len(found.problems)}, of which {len(failed)} failed")
+    print(f"runs        {len(results.problems)}, of which {len(failed)} failed")
     print(f"kept        {result}")
     if PICTURE in files:
         print(f"picture     {files[PICTURE]}")
 
 
-def draw(found: Sweep, path: Path, title: str, how: tuple[str, bool], kind: str) -> None:
+def draw_sweep(results: Sweep, path: Path, title: str, style: tuple[str, bool], kind: str) -> None:
     """Draw outputs over inputs, the envelopes of histories, or Sobol indices."""
     from femflex.view.sweep_plots import plot_envelopes, plot_indices, plot_scatter
 
-    theme, force = how
+    theme, force = style
     if kind == "indices":
-        plot_indices(list(found.inputs), found.sobol, path, theme, title, force=force)
+        plot_indices(list(results.inputs), results.sobol, path, theme, title, force=force)
     elif kind == "envelope":
-        bands = found.of_histories()
+        bands = results.history_percentiles()
         plot_envelopes(
-            found.time, found.histories, bands, found.percentiles, path, theme, title, force=force, units=found.units
+            results.time,
+            results.histories,
+            bands,
+            results.percentiles,
+            path,
+            theme,
+            title,
+            force=force,
+            units=results.units,
         )
     else:
-        plot_scatter(found.inputs, found.outputs, found.units, path, theme, title, force=force)
+        plot_scatter(results.inputs, results.outputs, results.units, path, theme, title, force=force)

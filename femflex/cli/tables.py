@@ -19,24 +19,24 @@ def print_table(heads: Sequence[str], rows: Iterable[Sequence[str]], title: str 
     with the first `keys` columns.
     """
     cells = [list(map(str, row)) for row in rows]
-    left = [k == 0 or not any(row[k][:1] in NUMERIC for row in cells) for k in range(len(heads))]
-    widths = [max(len(part) for part in (head, *(row[k] for row in cells))) for k, head in enumerate(heads)]
+    is_left = [k == 0 or not any(row[k][:1] in NUMERIC for row in cells) for k in range(len(heads))]
+    widths = [max(len(cell) for cell in (head, *(row[k] for row in cells))) for k, head in enumerate(heads)]
     lines = [title] * bool(title)
     for group in folded_columns(widths, keys, screen_width()):
-        lines += ["  ".join(aligned_cell(heads[k], widths[k], left[k]) for k in group).rstrip()]
-        lines += ["─" * _total(widths, group)]
-        lines += ["  ".join(aligned_cell(row[k], widths[k], left[k]) for k in group).rstrip() for row in cells]
+        lines += ["  ".join(aligned_cell(heads[k], widths[k], is_left[k]) for k in group).rstrip()]
+        lines += ["─" * _table_width(widths, group)]
+        lines += ["  ".join(aligned_cell(row[k], widths[k], is_left[k]) for k in group).rstrip() for row in cells]
         lines += [""]
     print("\n".join(lines))
 
 
 def print_folded(text: str) -> None:
     """Print lines, those that are wider than the terminal folded under the text behind their first word."""
-    print("\n".join(part for line in text.split("\n") for part in folded_line(line, screen_width())))
+    print("\n".join(piece for line in text.split("\n") for piece in folded_line(line, screen_width())))
 
 
 def folded_line(line: str, width: int) -> list[str]:
-    """A line in parts of at most `width` columns, but for longer words.
+    """Split a line into parts of at most `width` columns; longer words are kept whole.
 
     >>> folded_line("note      one two three", 20)
     ['note      one two', '          three']
@@ -58,37 +58,39 @@ def folded_columns(widths: Sequence[int], keys: int, width: int) -> list[list[in
     >>> folded_columns([4, 30, 30, 30, 30], 1, 80), folded_columns([4, 10, 10, 10, 70], 1, 80)
     ([[0, 1, 2], [0, 3, 4]], [[0, 1, 2, 3], [0, 4]])
     """
-    first, others = list(range(keys)), list(range(keys, len(widths)))
-    packed = _packed(widths, first, others, width)
-    for count in range(1, len(packed) + 1) if others else ():
-        size = -(-len(others) // count)
-        groups = [first + others[k : k + size] for k in range(0, len(others), size)]
-        if all(_total(widths, group) <= width for group in groups):
+    key_columns, value_columns = list(range(keys)), list(range(keys, len(widths)))
+    packed = _filled_tables(widths, key_columns, value_columns, width)
+    for count in range(1, len(packed) + 1) if value_columns else ():
+        size = -(-len(value_columns) // count)
+        groups = [key_columns + value_columns[k : k + size] for k in range(0, len(value_columns), size)]
+        if all(_table_width(widths, group) <= width for group in groups):
             return groups
     return packed
 
 
-def _packed(widths: Sequence[int], first: list[int], others: list[int], width: int) -> list[list[int]]:
-    """Columns in the fewest tables, each filled up as far as it goes."""
-    groups = [list(first)]
-    for k in others:
-        if len(groups[-1]) > len(first) and _total(widths, [*groups[-1], k]) > width:
-            groups.append(list(first))
+def _filled_tables(
+    widths: Sequence[int], key_columns: list[int], value_columns: list[int], width: int
+) -> list[list[int]]:
+    """Columns in the fewest tables, each as full as possible."""
+    groups = [list(key_columns)]
+    for k in value_columns:
+        if len(groups[-1]) > len(key_columns) and _table_width(widths, [*groups[-1], k]) > width:
+            groups.append(list(key_columns))
         groups[-1].append(k)
     return groups
 
 
-def _total(widths: Sequence[int], group: Sequence[int]) -> int:
+def _table_width(widths: Sequence[int], group: Sequence[int]) -> int:
     return sum(widths[k] for k in group) + GAP * (len(group) - 1)
 
 
-def aligned_cell(text: str, width: int, left: bool) -> str:
+def aligned_cell(text: str, width: int, is_left: bool) -> str:
     """A cell filled up to its width with spaces, behind it or before it."""
-    return text.ljust(width) if left else text.rjust(width)
+    return text.ljust(width) if is_left else text.rjust(width)
 
 
 def screen_width() -> int:
-    """How many columns a table may have."""
+    """Number of columns that a table may have."""
     import shutil
     import sys
 

@@ -60,7 +60,7 @@ def terms(
     from femflex.advice import advice_from, notes_of
     from femflex.pipeline import rebuilt
     from femflex.results import FileLock, open_run
-    from femflex.studies.explain import chosen, explain
+    from femflex.studies.explain import explain, selected_coordinates
     from femflex.writing import check_destination
 
     if output is not None:
@@ -70,98 +70,105 @@ def terms(
         with Patience("building the model again from the case text") as say:
             model = rebuilt(run, case)
             say("evaluating the terms")
-            first, last = (float(run.time[k]) if t is None else t for k, t in zip((0, -1), span, strict=True))
-            found = explain(run, model, (first, last))
-        places = chosen(found, coordinate or [])
+            start_time, end_time = (float(run.time[k]) if t is None else t for k, t in zip((0, -1), span, strict=True))
+            explanation = explain(run, model, (start_time, end_time))
+        coordinates = selected_coordinates(explanation, coordinate or [])
         if json:
-            print_term_json(run.without, found, places)
+            print_term_json(run.without, explanation, coordinates)
         else:
             print_notes(notes_of(advice_from(str(run.attributes.get("advice", "[]")))))
-            print_term_tables(run.without, found, places)
+            print_term_tables(run.without, explanation, coordinates)
         if output is not None:
             from femflex.view.terms import CoordinateTerms, plot_terms
 
-            shown, which = readable_part(found, places, wanted=start is None and end is None)
-            chose = [
-                CoordinateTerms(k, found.names[k], found.units[k], "inertia" if whole else found.own[k]) for k in places
+            visible, span_text = readable_part(explanation, coordinates, automatic=start is None and end is None)
+            coordinate_terms = [
+                CoordinateTerms(
+                    k, explanation.names[k], explanation.units[k], "inertia" if whole else explanation.own_sources[k]
+                )
+                for k in coordinates
             ]
-            parts = shown.terms if whole else shown.parts
-            plot_terms(run, shown.time, parts, chose, output, theme, title, force=force)
+            terms_of_picture = visible.terms if whole else visible.parts
+            plot_terms(run, visible.time, terms_of_picture, coordinate_terms, output, theme, title, force=force)
             if not json:
-                print(f"picture     {output}{which}")
+                print(f"picture     {output}{span_text}")
         if lock is not None:
-            keep_terms(file, found, lock)
+            keep_terms(file, explanation, lock)
             if not json:
-                print(f"kept        {file}: {', '.join('terms/' + name for name in found.terms)}")
+                print(f"kept        {file}: {', '.join('terms/' + name for name in explanation.terms)}")
 
 
-def readable_part(found: Explanation, places: list[int], wanted: bool) -> tuple[Explanation, str]:
-    """The explanation as far as a picture can show it, and in words which part of the run that is."""
+def readable_part(explanation: Explanation, coordinates: list[int], automatic: bool) -> tuple[Explanation, str]:
+    """Return the part of the explanation that a picture can show, and a text that names that part of the run."""
     from femflex.studies.explain import readable_span
 
-    first, last = readable_span(found, places) if wanted else (found.time[0], found.time[-1])
-    if last >= found.time[-1]:
-        return found, ""
+    start, end = readable_span(explanation, coordinates) if automatic else (explanation.time[0], explanation.time[-1])
+    if end >= explanation.time[-1]:
+        return explanation, ""
     return (
-        found.until(last),
-        f", {first:g} to {last:g} s of {found.time[-1]:g} s, which shows single oscillations (--from, --to)",
+        explanation.up_to(end),
+        f", {start:g} to {end:g} s of {explanation.time[-1]:g} s, which shows single oscillations (--from, --to)",
     )
 
 
-def keep_terms(file: Path, found: Explanation, lock: FileLock) -> None:
+def keep_terms(file: Path, explanation: Explanation, lock: FileLock) -> None:
     """Write the terms into the run."""
     from femflex.results import add_channels
     from femflex.system import Channel
 
-    units, shape = ", ".join(found.units), (len(found.names),)
+    units, shape = ", ".join(explanation.units), (len(explanation.names),)
     add_channels(
         file,
         {
             f"terms/{name}": (
-                Channel(units, f"{name.replace('_', ' ')} in M udot + h - Q = 0", shape, found.names),
+                Channel(units, f"{name.replace('_', ' ')} in M udot + h - Q = 0", shape, explanation.names),
                 rows,
             )
-            for name, rows in found.terms.items()
+            for name, rows in explanation.terms.items()
         },
         lock,
     )
 
 
-def print_term_tables(without: tuple[str, ...], found: Explanation, places: list[int]) -> None:
+def print_term_tables(without: tuple[str, ...], explanation: Explanation, coordinates: list[int]) -> None:
     """Print peak and root mean square of every term on the coordinates."""
     from femflex.cli.tables import print_table
 
     if without:
         print(f"without {', '.join(without)}")
-    for k in places:
-        print_table(("term", "peak", "rms", "of largest"), term_rows(found, k), f"{found.names[k]}, {found.units[k]}")
-    print(f"the terms sum to zero to {found.remainder:.1e} of the largest, over {len(found.time)} instants")
+    for k in coordinates:
+        print_table(
+            ("term", "peak", "rms", "of largest"),
+            term_rows(explanation, k),
+            f"{explanation.names[k]}, {explanation.units[k]}",
+        )
+    print(f"the terms sum to zero to {explanation.remainder:.1e} of the largest, over {len(explanation.time)} instants")
 
 
-def term_rows(found: Explanation, k: int) -> list[tuple[str, str, str, str]]:
+def term_rows(explanation: Explanation, k: int) -> list[tuple[str, str, str, str]]:
     """Rows of the table of coordinate k, largest first; the inertia is followed by its parts."""
     from femflex.studies.explain import ROUNDING
 
-    sizes = found.sizes(k)
+    sizes = explanation.sizes(k)
     scale = max(rms for _, rms in sizes.values())
-    largest = max(sizes[name][1] for name in found.terms) or 1.0
+    largest = max(sizes[name][1] for name in explanation.terms) or 1.0
     order = []
-    for name in sorted(found.terms, key=lambda name: -sizes[name][1]):
-        order += [name, *(sorted(found.inertia, key=lambda part: -sizes[part][1]) if name == "inertia" else ())]
+    for name in sorted(explanation.terms, key=lambda name: -sizes[name][1]):
+        order += [name, *(sorted(explanation.inertia, key=lambda piece: -sizes[piece][1]) if name == "inertia" else ())]
     return [
-        (f"  {name}" if name in found.inertia else name, f"{peak:.4g}", f"{rms:.4g}", f"{rms / largest:.1%}")
+        (f"  {name}" if name in explanation.inertia else name, f"{peak:.4g}", f"{rms:.4g}", f"{rms / largest:.1%}")
         for name in order
         for peak, rms in [sizes[name]]
         if rms > ROUNDING * scale
     ]
 
 
-def print_term_json(without: tuple[str, ...], found: Explanation, places: list[int]) -> None:
-    """Print the same as JSON."""
+def print_term_json(without: tuple[str, ...], explanation: Explanation, coordinates: list[int]) -> None:
+    """Print the terms on the coordinates as JSON."""
     from femflex.cli.tables import print_json
 
-    summary: dict[str, Any] = {"without": list(without), "remainder": found.remainder, "coordinates": {}}
-    for k in places:
-        sizes = {name: {"peak": peak, "rms": rms} for name, (peak, rms) in found.sizes(k).items()}
-        summary["coordinates"][found.names[k]] = {"unit": found.units[k], "terms": sizes}
+    summary: dict[str, Any] = {"without": list(without), "remainder": explanation.remainder, "coordinates": {}}
+    for k in coordinates:
+        sizes = {name: {"peak": peak, "rms": rms} for name, (peak, rms) in explanation.sizes(k).items()}
+        summary["coordinates"][explanation.names[k]] = {"unit": explanation.units[k], "terms": sizes}
     print_json(summary)

@@ -1,4 +1,4 @@
-"""What all verbs share: exit codes, errors without traceback, neat warnings."""
+"""Common parts of all verbs: exit codes, errors without traceback, short warnings."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ def verb(example: str) -> Callable[[F], F]:
             except BrokenPipeError:  # the reader of the output left, such as `head`
                 os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
                 raise typer.Exit(0) from None
-            except KeyboardInterrupt as stop:
-                print_error(str(stop) or "interrupted")
+            except KeyboardInterrupt as interrupt:
+                print_error(str(interrupt) or "interrupted")
                 raise typer.Exit(INTERRUPTED) from None
             except (typer.Exit, typer.Abort):
                 raise

@@ -28,7 +28,7 @@ class WarningGroups:
         return grouped_texts(self._all.values())
 
     def print_pending(self) -> None:
-        """Print what waits."""
+        """Print the waiting warnings."""
         waiting, self._waiting = self._waiting, []
         for line in grouped_texts(waiting):
             print(f"femflex: warning: {line}", file=sys.stderr)
@@ -38,7 +38,7 @@ GATHERED = WarningGroups()
 
 
 def gather_warnings() -> None:
-    """Have the warnings of femflex gathered from here on, and others dropped."""
+    """Gather the warnings of femflex from now on, and drop all others."""
     global GATHERED
     gathered = GATHERED = WarningGroups()
 

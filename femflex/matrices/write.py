@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 from scipy import sparse
 
-from femflex.hdf5 import placed_hdf5
+from femflex.hdf5 import atomic_hdf5
 from femflex.matrices.arrays import arrays_of
 from femflex.matrices.model import MatrixModel
 from femflex.matrices.nastran import op4_arrays, pyyeti_module
-from femflex.writing import placed
+from femflex.writing import atomic_file
 
 SYMMETRIC, REAL = 6, 2
 
@@ -27,7 +27,7 @@ def write_matrices(model: MatrixModel, path: str | Path, force: bool = False) ->
     path = Path(path)
     if path.suffix.lower() not in WRITERS:
         raise ValueError(f"{path.name}: models are written as {', '.join(sorted(WRITERS))}; found {path.suffix!r}")
-    with placed(path, force) as part:
+    with atomic_file(path, force) as part:
         WRITERS[path.suffix.lower()](model, part)
     return path
 
@@ -37,7 +37,7 @@ def _npz(model: MatrixModel, path: Path) -> None:
 
 
 def _hdf5(model: MatrixModel, path: Path) -> None:
-    with placed_hdf5(path) as file:
+    with atomic_hdf5(path) as file:
         for name, value in arrays_of(model).items():
             file.create_dataset(name, data=value)
 

@@ -14,7 +14,7 @@ from femflex.mesh.mesh import Mesh
 from femflex.mesh.midside import with_middle_nodes
 from femflex.mesh.orientation import reorient_solids
 from femflex.reading import reading
-from femflex.writing import placed
+from femflex.writing import atomic_file
 
 __all__ = [
     "io_abaqus",
@@ -70,5 +70,5 @@ def write_mesh(path: str | Path, mesh: Mesh, *, binary: bool = True, version: st
         raise ValueError(f"{path.name}: {file_format.name} is read only; write {path.stem}.msh or .vtu instead.")
     if not mesh.cells:
         raise ValueError(f"a mesh without cells cannot be written to {path.name}.")
-    with placed(path, force=True) as partial:
-        file_format.write(partial, without_vertices(mesh), WriteOptions(binary, version))
+    with atomic_file(path, force=True) as part:
+        file_format.write(part, without_vertices(mesh), WriteOptions(binary, version))

@@ -19,7 +19,7 @@ from femflex.case.body import FileTable, FlexibleTable, RigidTable
 from femflex.case.case import Case
 from femflex.case.initial import EQUILIBRIUM
 from femflex.case.matrices import MatricesTable
-from femflex.case.model_inputs import filed_motions
+from femflex.case.model_inputs import motions_from_files
 from femflex.case.motion import Motion
 from femflex.case.shape import MeshShape
 
@@ -31,7 +31,7 @@ def file_digests(case: Case) -> dict[str, dict[str, str]]:
         warnings.simplefilter("ignore")  # given where the files are read to be used
         digests = {(name, read): read(folder / name) for _, name, read in _files(case)}
         found = {where: {"file": name, "digest": digests[name, read]} for where, name, read in _files(case)}
-    return found | {where: _motion_file(motion, folder) for where, motion in filed_motions(case)}
+    return found | {where: _motion_file(motion, folder) for where, motion in motions_from_files(case)}
 
 
 def _files(case: Case) -> Iterator[tuple[str, str, Callable[[Path], str]]]:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from femflex.case.case import Case
-from femflex.case.problems import Problem, near
+from femflex.case.problems import Problem, suggestion_text
 from femflex.system import Channel, System
 
 ROWS = 10**8  # more output rows than this are a mistake
@@ -36,7 +36,8 @@ def channel_problems(case: Case, channels: Mapping[str, Channel]) -> Iterator[Pr
         if isinstance(table.component, str) and table.component not in names:
             yield Problem(
                 f"{where}.component",
-                f"found {table.component!r}, which is no entry of {table.channel}; {near(table.component, names)}",
+                f"found {table.component!r}, which is no entry of {table.channel}; "
+                f"{suggestion_text(table.component, names)}",
             )
         if isinstance(table.component, int) and table.component >= (shape[0] if shape else 0):
             yield Problem(
@@ -64,14 +65,15 @@ def channel_problems(case: Case, channels: Mapping[str, Channel]) -> Iterator[Pr
         elif component and not component.isdigit() and component not in channels[path].names:
             yield Problem(
                 where,
-                f"found {component!r}, which is no entry of {path}; {near(component, channels[path].names)}",
+                f"found {component!r}, which is no entry of {path}; {suggestion_text(component, channels[path].names)}",
             )
     known = [path.split("/")[1] for path in channels if path.startswith("markers/") and path.endswith("/position")]
     known += [path.removesuffix("/place") for path in channels if path.endswith("/place")]
     for k, marker in enumerate(case.pictures.traces if case.pictures else []):
         if marker not in known:
             yield Problem(
-                f"pictures.traces[{k}]", f"found {marker!r}, which is no marker of the craft; {near(marker, known)}"
+                f"pictures.traces[{k}]",
+                f"found {marker!r}, which is no marker of the craft; {suggestion_text(marker, known)}",
             )
 
 
@@ -114,8 +116,8 @@ def _gigabytes(size: float) -> str:
 
 
 def _near_path(path: str, channels: Mapping[str, Channel]) -> str:
-    text = near(path, channels)
+    text = suggestion_text(path, channels)
     if text.startswith("did"):
         return text
     group = [name for name in channels if name.split("/")[0] == path.split("/")[0]]
-    return near(path, group or {name.rpartition("/")[0] or name for name in channels})
+    return suggestion_text(path, group or {name.rpartition("/")[0] or name for name in channels})

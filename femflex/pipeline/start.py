@@ -85,7 +85,7 @@ def with_heavy_cables(case: Case, system: System) -> System:
 
 def constant_length(case: Case, length: Motion) -> float:
     """The length of a cable with mass [m]. Raises ValueError for one that changes."""
-    if length.profile is None or length.given is not None:
+    if length.profile is None or length.table is not None:
         raise ValueError(
             "found a length that changes and mass_per_length; give a constant length, leave the mass out, or use a "
             "deploying member (family = 'tether')"

@@ -24,7 +24,7 @@ from femflex.arrays import Array
 from femflex.body import FlexibleBody, Foreshortening, Marker, MassMoments, Skin, StrainTensors
 from femflex.body.mass_points import MassPoints
 from femflex.body.strain_field import read_field, write_field
-from femflex.hdf5 import open_hdf5, placed_hdf5
+from femflex.hdf5 import atomic_hdf5, open_hdf5
 from femflex.reading import reading
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ def save_body(path: str | os.PathLike[str], body: FlexibleBody, force: bool = Fa
 
     Raises FileExistsError when there is one already, unless force is given.
     """
-    with placed_hdf5(Path(path), force) as file:
+    with atomic_hdf5(Path(path), force) as file:
         _write(file, body)
     return Path(path)
 

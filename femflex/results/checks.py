@@ -1,4 +1,4 @@
-"""The one check of a result file: what is missing, or not of the shape and type that the layout gives it."""
+"""Check of a result file: entries that are missing, or not of the shape and type that the layout gives them."""
 
 from __future__ import annotations
 
@@ -12,8 +12,11 @@ import numpy as np
 from femflex.results.layout import channels_of
 
 TEXTS = ("title", "case_text", "femflex_version", "ended")
-ADDED = ("case_path", "integrator", "without", "varying", "effectors")  # texts that a run has and a file may lack
-TABLES = {"inputs": ("values", "files", "length"), "advice": ()}  # JSON, likewise, and what it must hold
+OPTIONAL = ("case_path", "integrator", "without", "varying", "effectors")  # texts that a file may lack
+TABLES = {
+    "inputs": ("values", "files", "length"),
+    "advice": (),
+}  # optional JSON texts and their required keys
 GROUPS = ("model", "statistics", "versions")
 WIDTHS = {"position": 3, "attitude": 4, "rate": 3, "velocity": 3, "deflection": 3}  # of channels of bodies and markers
 
@@ -40,8 +43,8 @@ def _problems(file: h5py.File) -> Iterator[str]:
         yield "the values of /time are not finite and rising"
     for name, data in channels_of(file).items():
         yield from (f"its channel {name} {text}" for text in _channel_problems(data, len(time), name))
-    needed = [f"bodies/{name}/{leaf}" for name in file["model"] for leaf in ("position", "attitude", "delta")]
-    for name in ("q", "u", *needed) if "integrator" in file.attrs else ():
+    state_channels = [f"bodies/{name}/{leaf}" for name in file["model"] for leaf in ("position", "attitude", "delta")]
+    for name in ("q", "u", *state_channels) if "integrator" in file.attrs else ():
         if name not in file:
             yield f"its channel {name} is missing"
     for name, group in file["model"].items():
@@ -54,7 +57,7 @@ def _problems(file: h5py.File) -> Iterator[str]:
 
 
 def _attribute_problems(file: h5py.File) -> Iterator[str]:
-    for key in (*TEXTS, *ADDED, *TABLES):
+    for key in (*TEXTS, *OPTIONAL, *TABLES):
         if key not in file.attrs:
             if key in TEXTS:
                 yield f"its attribute {key!r} is missing"
@@ -62,13 +65,13 @@ def _attribute_problems(file: h5py.File) -> Iterator[str]:
             yield f"its attribute {key!r} is no text"
     if not isinstance(file.attrs.get("complete"), bool | np.bool_ | np.integer):
         yield "its attribute 'complete' is missing or neither true nor false"
-    for key, parts in TABLES.items():
+    for key, keys in TABLES.items():
         if text := file.attrs.get(key):
             try:
                 table = json.loads(text)
             except ValueError:
                 table = None
-            if table is None or not all(part in table and isinstance(table[part], dict) for part in parts):
+            if table is None or not all(name in table and isinstance(table[name], dict) for name in keys):
                 yield f"its attribute {key!r} is not the JSON text that a run writes"
 
 
@@ -92,7 +95,7 @@ def _channel_problems(data: h5py.Dataset, rows: int, path: str) -> Iterator[str]
 
 
 def _body_problems(group: h5py.Group, delta: h5py.Dataset | None) -> Iterator[str]:
-    """What is wrong with what is kept of a body; delta: the channel of its elastic coordinates."""
+    """Problems of the stored data of a body; delta: the channel of its elastic coordinates."""
     if not isinstance(group, h5py.Group):
         yield "is no group"
         return
@@ -120,10 +123,10 @@ def _body_problems(group: h5py.Group, delta: h5py.Dataset | None) -> Iterator[st
 
 
 def _is_array(data: object, kinds: str, shape: tuple[int | None, ...]) -> bool:
-    """Whether it is a data set of such numbers and of that shape; None: any size."""
+    """Whether this is a data set of numbers of these kinds and of that shape; None: any size."""
     if not isinstance(data, h5py.Dataset) or data.dtype.kind not in kinds or data.ndim != len(shape):
         return False
-    return all(size is None or size == found for size, found in zip(shape, data.shape, strict=True))
+    return all(size is None or size == actual for size, actual in zip(shape, data.shape, strict=True))
 
 
 def _members(group: h5py.Group, name: str) -> list[str]:

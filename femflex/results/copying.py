@@ -24,13 +24,13 @@ from femflex.system.channel import Channel
 
 LIBRARIES = ("numpy", "scipy", "numba", "h5py", "scikit-fem", "meshio")
 COPY_BYTES = 2**23
-ROOM_BYTES = 1536  # for the integrator's counts
+ROOM_BYTES = 1536  # reserved for the integrator's counts
 ENDED = h5py.string_dtype("utf-8", 1024)  # of fixed length, so that it is written in place
 
 
 @dataclass(frozen=True, eq=False)
 class Changes:
-    """What a copy has that its source has not.
+    """Differences of a copy from its source.
 
     capacity    rows to lay out
     attributes  of the root;  statistics  of the integrator
@@ -46,7 +46,7 @@ class Changes:
 
 
 def skeleton(channels: dict[str, Channel], bodies: dict[str, FlexibleBody], attributes: Mapping[str, Any]) -> h5py.File:
-    """A file in memory with everything but rows."""
+    """A file in memory with everything except rows."""
     file = h5py.File(f"skeleton-{uuid4().hex}", "w", driver="core", backing_store=False)
     basic = {"format": FORMAT, "layout": LAYOUT, "femflex_version": femflex.__version__, "title": "", "case_text": ""}
     set_attributes(file, {**basic, **attributes, "complete": False, "ended": ""})
@@ -62,12 +62,12 @@ def skeleton(channels: dict[str, Channel], bodies: dict[str, FlexibleBody], attr
 def write_copy(source: h5py.File, part: Path, channels: dict[str, Channel], rows: int, changes: Changes) -> None:
     """Write the file `part`, on the disk when this returns: the source's valid rows, with the changes.
 
-    All is done in short steps, so that Ctrl-C is served within one.
+    The copy proceeds in short steps, so that Ctrl-C is served after each.
     """
     size = changes.capacity * row_bytes({"time": TIME, **channels})
     part.unlink(missing_ok=True)
     reserve(part, size + SLACK_BYTES * (1 + len(channels) // 64) + _fixed_bytes(source, changes))
-    with h5py.File(part, "w", locking=False) as target, open(part, "rb+") as written:
+    with h5py.File(part, "w", locking=False) as target, open(part, "rb+") as handle:
         _copy_fixed(source, target, changes)
         target.create_dataset("progress", data=np.array([rows, source["progress"][1]], np.int64))
         for path, channel in {"time": TIME, **channels}.items():
@@ -75,17 +75,17 @@ def write_copy(source: h5py.File, part: Path, channels: dict[str, Channel], rows
             data = create_channel(target, path, channel, changes.capacity, filled)
             for _ in _copied_rows(source[path], data, rows):
                 target.flush()
-                os.fsync(written.fileno())
-    reserve(part, part.stat().st_size)  # rows that were not filled take no place until now
+                os.fsync(handle.fileno())
+    reserve(part, part.stat().st_size)  # rows that were not filled take no space on the disk until now
     if rows:
-        with open(part, "rb+") as written:
-            os.fsync(written.fileno())
+        with open(part, "rb+") as handle:
+            os.fsync(handle.fileno())
 
 
 def conclude(file: h5py.File, attributes: Mapping[str, Any], statistics: Mapping[str, Any]) -> None:
-    """Write in place how the run ended; `complete`, if among the attributes, after all else is in the file.
+    """Write how the run ended, in place; `complete`, if among the attributes, after all else is in the file.
 
-    It goes into room left for it, so the file is whole at every moment and keeps its length.
+    Space is reserved for it, so the file is consistent at every moment and keeps its length.
     """
     set_attributes(file["statistics"], statistics)
     set_attributes(file, {key: value for key, value in attributes.items() if key != "complete"})
@@ -95,7 +95,7 @@ def conclude(file: h5py.File, attributes: Mapping[str, Any], statistics: Mapping
 
 
 def set_attributes(item: h5py.Group, values: Mapping[str, Any]) -> None:
-    """Set attributes, which must be text, numbers or arrays of numbers (ValueError)."""
+    """Set attributes. Raises ValueError for values other than text, numbers and arrays of numbers."""
     for key, value in values.items():
         if key == "ended":
             _set_ended(item, value)
@@ -119,15 +119,15 @@ def _copy_fixed(source: h5py.File, target: h5py.File, changes: Changes) -> None:
             source.copy(name, target)
     set_attributes(target, {**source.attrs, **changes.attributes})
     set_attributes(target["statistics"], changes.statistics)
-    _leave_room(target["statistics"])
+    _reserve_statistics(target["statistics"])
     if changes.slots is not None:
-        lay_slots(target, changes.slots, changes.alone, kept=int(source["progress"][1]))
+        lay_slots(target, changes.slots, changes.alone, used_slot=int(source["progress"][1]))
 
 
-def _leave_room(statistics: h5py.Group) -> None:
-    """Leave room for the counts to come, so that they need no new place in the file (`conclude`)."""
+def _reserve_statistics(statistics: h5py.Group) -> None:
+    """Reserve space for later counts, so that writing them does not lengthen the file (`conclude`)."""
     statistics.attrs["room"] = np.zeros(ROOM_BYTES // 8)
-    statistics.attrs["description"] = "as the integrator counted"  # behind it, for HDF5 gives back room at the end
+    statistics.attrs["description"] = "as the integrator counted"  # after it, because HDF5 gives back space at the end
     del statistics.attrs["room"]
 
 
@@ -139,7 +139,7 @@ def _copied_rows(source: h5py.Dataset, target: h5py.Dataset, rows: int) -> Itera
 
 
 def _fixed_bytes(file: h5py.File, changes: Changes) -> int:
-    """Bytes of the model, the slots and the texts, which every copy takes along."""
+    """Bytes of the model, the slots and the texts, which are in every copy."""
     sizes = [len(value) for value in file.attrs.values() if isinstance(value, str)]
     sizes += [2 * (value.nbytes + 1024) for value in (changes.slots or {}).values()]
     for name in ("model", "resume"):
@@ -149,10 +149,10 @@ def _fixed_bytes(file: h5py.File, changes: Changes) -> int:
 
 
 def _versions() -> dict[str, str]:
-    found = {"python": platform.python_version(), "hdf5": h5py.version.hdf5_version}
+    versions = {"python": platform.python_version(), "hdf5": h5py.version.hdf5_version}
     for name in LIBRARIES:
         try:
-            found[name] = version(name)
+            versions[name] = version(name)
         except PackageNotFoundError:
             continue
-    return found
+    return versions

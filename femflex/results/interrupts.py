@@ -1,4 +1,4 @@
-"""What an interrupt (Ctrl-C) must not lose."""
+"""Interrupts (Ctrl-C): work that is finished first, and blocks that are not interrupted."""
 
 from __future__ import annotations
 
@@ -7,35 +7,35 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-_held: list[str] = []  # what has been begun and is worth ending well
+_unfinished: list[str] = []  # work in progress that an interrupt finishes instead of dropping
 
 
 def has_work_to_finish() -> bool:
-    """Whether something has been begun that an interrupt should end well instead of dropping."""
-    return bool(_held)
+    """Whether work is in progress that an interrupt should finish instead of dropping."""
+    return bool(_unfinished)
 
 
 @contextmanager
-def finished_on_interrupt(what: str) -> Iterator[None]:
-    """Work that an interrupt ends with what there is of it, such as the frames of a movie."""
-    _held.append(what)
+def finished_on_interrupt(work: str) -> Iterator[None]:
+    """Context of work that an interrupt finishes with what there is of it, such as the frames of a movie."""
+    _unfinished.append(work)
     try:
         yield
     finally:
-        _held.remove(what)
+        _unfinished.remove(work)
 
 
 @contextmanager
 def without_interrupts() -> Iterator[None]:
-    """Hold Ctrl-C back until what is inside is done."""
+    """Context that delays Ctrl-C until its end."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
     pending: list[int] = []
-    before = signal.signal(signal.SIGINT, lambda number, _: pending.append(number))
+    handler = signal.signal(signal.SIGINT, lambda number, _: pending.append(number))
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        signal.signal(signal.SIGINT, handler)
     if pending:
         raise KeyboardInterrupt

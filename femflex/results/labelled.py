@@ -1,4 +1,4 @@
-"""A run as an xarray Dataset (alone imports xarray)."""
+"""A run as an xarray Dataset (the only module that imports xarray)."""
 
 from __future__ import annotations
 

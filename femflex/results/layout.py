@@ -1,4 +1,4 @@
-"""Names and sizes of the result file, and its data sets over time with the space laid out for them."""
+"""Names and sizes of the result file, and its data sets over time with the space reserved for them."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ FILLED_BYTES = 2**28  # room up to this size is filled with nan; in larger files
 RESERVED_BYTES = 2**26  # taken from the disk in one call
 
 TIME = Channel("s", "time")
-_APART = ("model", "resume", "statistics", "versions", "progress")
+_NOT_CHANNELS = ("model", "resume", "statistics", "versions", "progress")
 
 
 def create_channel(file: h5py.File, path: str, channel: Channel, rows: int, filled: bool = True) -> h5py.Dataset:
-    """A data set of that many rows, of nan if filled, with its whole index and place in the file laid out at once."""
+    """A data set of that many rows, with its index and its space in the file allocated at once; `filled`: with nan."""
     row_bytes = 8 * max(1, int(np.prod(channel.shape)))
     chunk_rows = max(1, min(rows, CHUNK_ROWS, max(16, CHUNK_BYTES // row_bytes)))
     early = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
@@ -54,14 +54,14 @@ def channel_of(data: h5py.Dataset) -> Channel:
 
 def channels_of(file: h5py.Group) -> dict[str, h5py.Dataset]:
     """The data sets over time of a file by path, /time first."""
-    found = {"time": file["time"]}
+    channels = {"time": file["time"]}
 
     def add(path: str, item: h5py.HLObject) -> None:
-        if isinstance(item, h5py.Dataset) and path.split("/")[0] not in _APART:
-            found[path] = item
+        if isinstance(item, h5py.Dataset) and path.split("/")[0] not in _NOT_CHANNELS:
+            channels[path] = item
 
     file.visititems(add)
-    return found
+    return channels
 
 
 def row_bytes(channels: dict[str, Channel]) -> int:
@@ -70,10 +70,10 @@ def row_bytes(channels: dict[str, Channel]) -> int:
 
 
 def reserve(path: Path, size: int) -> None:
-    """Take that many bytes for a file, so that a full disk shows here as an OSError and not inside the HDF5 library."""
+    """Allocate that many bytes for a file, so that a full disk raises OSError here and not inside the HDF5 library."""
     with open(path, "ab") as file:
         if hasattr(os, "posix_fallocate"):
-            for first in range(0, size, RESERVED_BYTES):
-                os.posix_fallocate(file.fileno(), first, min(RESERVED_BYTES, size - first))
+            for start in range(0, size, RESERVED_BYTES):
+                os.posix_fallocate(file.fileno(), start, min(RESERVED_BYTES, size - start))
         elif shutil.disk_usage(path.parent).free < size:
             raise OSError(28, f"no space left on device; {size} bytes are needed")

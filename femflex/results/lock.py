@@ -1,9 +1,9 @@
 """Lock of a result file against a second writer.
 
 It is an advisory lock of the operating system on an empty file next to the result file, `.<name>.lock`. The system
-releases it when the process ends, however it ends, so that a killed run never blocks the next one. Readers take no
-lock. Where the file system has no locks (some network folders) or the system has no `fcntl` (Windows), writers are not
-kept apart.
+releases it when the process ends, in whatever way, so that a killed run never blocks the next one. Readers take no
+lock. Where the file system has no locks (some network folders) or the system has no `fcntl` (Windows), two writers are
+not prevented.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ class FileLock:
         self._handle = -1
         self.path = Path(path)
         target = Path(os.path.realpath(self.path))
-        self._place = target.with_name(f".{target.name}.lock")
-        while fcntl is not None and not self._acquired():
+        self._lock_file = target.with_name(f".{target.name}.lock")
+        while fcntl is not None and not self._try_lock():
             pass
 
-    def _acquired(self) -> bool:
-        """Whether the lock was taken on the file that is there now, and not on one that was just deleted."""
-        handle = os.open(self._place, os.O_RDWR | os.O_CREAT, 0o666)
+    def _try_lock(self) -> bool:
+        """Take the lock; return whether it is on the file that exists now, and not on one that was just deleted."""
+        handle = os.open(self._lock_file, os.O_RDWR | os.O_CREAT, 0o666)
         try:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
@@ -48,19 +48,19 @@ class FileLock:
             return True
         self._handle = handle
         try:
-            there = os.stat(self._place)
+            current = os.stat(self._lock_file)
         except FileNotFoundError:
-            there = None
-        if there is not None and os.path.samestat(there, os.fstat(handle)):
+            current = None
+        if current is not None and os.path.samestat(current, os.fstat(handle)):
             return True
         self._close()
         return False
 
     def release(self) -> None:
-        """Give the right back; nothing happens if that was done before."""
+        """Release the lock; a second call does nothing."""
         if self._handle >= 0:
             with contextlib.suppress(OSError):
-                self._place.unlink()  # while it is locked: who waits for it sees that it is gone
+                self._lock_file.unlink()  # while it is locked: a writer that waits sees that the file is gone
             self._close()
 
     def _close(self) -> None:

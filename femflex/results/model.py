@@ -15,7 +15,7 @@ from femflex.system.names import name_problems
 
 @dataclass(frozen=True, eq=False)
 class RunBody:
-    """What a result file keeps of a body.
+    """Data of a body that a result file contains.
 
     mass [kg], kinds (n,), omega (n,) [rad/s], markers name -> undeformed position (3,) [m, body frame],
     skin  None for a body that cannot be drawn;  strain_field  parts that recover its strain
@@ -38,22 +38,22 @@ def write_bodies(group: h5py.Group, bodies: dict[str, FlexibleBody]) -> None:
     """Write every body under its name."""
     for name, body in bodies.items():
         _check_name(name)
-        own = group.create_group(name)
-        own.attrs["mass"] = float(body.moments.mass)
-        own.attrs["n_modes"] = body.n_shapes
-        own["omega"] = np.asarray(body.omega, float) if len(body.omega) else np.full(body.n_shapes, np.nan)
-        own.create_dataset("kinds", data=np.array(body.kinds, dtype=object), dtype=h5py.string_dtype())
-        markers = own.create_group("markers")
-        for marker, place in body.markers.items():
-            markers[marker] = place.position
+        body_group = group.create_group(name)
+        body_group.attrs["mass"] = float(body.moments.mass)
+        body_group.attrs["n_modes"] = body.n_shapes
+        body_group["omega"] = np.asarray(body.omega, float) if len(body.omega) else np.full(body.n_shapes, np.nan)
+        body_group.create_dataset("kinds", data=np.array(body.kinds, dtype=object), dtype=h5py.string_dtype())
+        markers = body_group.create_group("markers")
+        for marker, marker_data in body.markers.items():
+            markers[marker] = marker_data.position
         if body.skin is not None:
-            own["points"], own["shapes"] = body.skin.points, body.skin.shapes
+            body_group["points"], body_group["shapes"] = body.skin.points, body.skin.shapes
             if body.skin.growth is not None:
-                own["growth"] = body.skin.growth
-            cells = own.create_group("cells")
+                body_group["growth"] = body.skin.growth
+            cells = body_group.create_group("cells")
             for kind, nodes in body.skin.cells.items():
                 cells[kind] = nodes
-        write_field(own, body.strain_field)
+        write_field(body_group, body.strain_field)
 
 
 def read_body(group: h5py.Group) -> RunBody:
@@ -63,13 +63,13 @@ def read_body(group: h5py.Group) -> RunBody:
         cells = {kind: np.asarray(nodes[()], np.int64) for kind, nodes in group["cells"].items()}
         growth = group["growth"][()] if "growth" in group else None
         skin = Skin(group["points"][()], cells, group["shapes"][()], growth)
-        if not all(np.isfinite(part).all() for part in (skin.points, skin.shapes)):
+        if not all(np.isfinite(values).all() for values in (skin.points, skin.shapes)):
             raise ValueError(f"the points or shapes of {group.name} have values that are not finite")
     return RunBody(
         float(group.attrs["mass"]),
         tuple(group["kinds"].asstr()[()]),
         group["omega"][()],
-        {name: place[()] for name, place in group["markers"].items()},
+        {name: position[()] for name, position in group["markers"].items()},
         skin,
         read_field(group),
     )

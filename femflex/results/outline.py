@@ -1,4 +1,4 @@
-"""A run, or the channels that it will have, as a tree of text."""
+"""Text trees of a run, or of the channels that it will have."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def outline(run: Run) -> str:
-    """What a run holds, one channel a line: shape, unit and names."""
+    """Contents of a run, one channel a line: shape, unit and names."""
     state = "complete" if run.complete else f"incomplete ({run.ended})" if run.ended else "incomplete"
     span = f"{len(run)} instants, {run.time[0]:g} to {run.time[-1]:g} s" if len(run) else "no instants"
     lines = [f"{run.path.name}: {run.title}" if run.title else run.path.name, f"{state}, {span}"]
@@ -45,14 +45,14 @@ def channel_lines(channels: Mapping[str, Channel], n_t: int | None = None) -> li
 
 
 def names_text(names: Sequence[str]) -> str:
-    """Names in one line; of three or more that are numbered on, such as the amplitudes of a body, the ends alone.
+    """Names in one line; of three or more that are numbered in sequence, such as amplitudes of a body, only the ends.
 
     >>> names_text(["hinge.angle", "boom.delta1", "boom.delta2", "boom.delta3"])
     'hinge.angle, boom.delta1 to boom.delta3'
     """
     runs: list[list[str]] = []
     for name in names:
-        if runs and name == re.sub(r"\d+(?=\D*$)", lambda found: str(int(found[0]) + 1), runs[-1][-1]) != runs[-1][-1]:
+        if runs and name == re.sub(r"\d+(?=\D*$)", lambda match: str(int(match[0]) + 1), runs[-1][-1]) != runs[-1][-1]:
             runs[-1].append(name)
         else:
             runs.append([name])

@@ -1,4 +1,4 @@
-"""Run: the result file, read."""
+"""Run: reader of a result file."""
 
 from __future__ import annotations
 
@@ -50,8 +50,8 @@ def open_file(path: Path) -> h5py.File:
 
 
 def _check(file: h5py.File, path: Path) -> None:
-    found, layout = file.attrs.get("format"), file.attrs.get("layout")
-    if found != FORMAT:
+    format_name, layout = file.attrs.get("format"), file.attrs.get("layout")
+    if format_name != FORMAT:
         raise ValueError(f"{path} is an HDF5 file, but not a result file: its attribute `format` is not {FORMAT!r}")
     if not isinstance(layout, int | np.integer):
         raise ValueError(f"{path} is damaged or was edited: its attribute `layout` is not a whole number")
@@ -95,12 +95,12 @@ class Run:
 
         Raises KeyError with the nearest paths when there is none of that name.
         """
-        data = self._find(path)
+        data = self._data_set(path)
         with reading(self.path, KIND, ADVICE):
             return np.asarray(data[slice(*rows.indices(self._rows))], float)
 
     def finite(self, path: str, rows: slice = slice(None)) -> Array:
-        """The same as `read`, for use where every value must be a number.
+        """Read a channel as `read` does, for use where every value must be a number.
 
         Raises ValueError for a run without instants, and where a value is not finite, with its time.
         """
@@ -131,18 +131,18 @@ class Run:
 
     def unit(self, path: str) -> str:
         """Unit of a channel; for columns of several units, all of them separated by ", "."""
-        return str(self._find(path).attrs["unit"])
+        return str(self._data_set(path).attrs["unit"])
 
     def units(self, path: str) -> tuple[str, ...]:
         """Unit of every entry along the last axis."""
-        shape, unit = self._find(path).shape[1:], self.unit(path)
-        each = tuple(unit.split(", "))
+        shape, unit = self._data_set(path).shape[1:], self.unit(path)
+        column_units = tuple(unit.split(", "))
         count = shape[-1] if shape else 1
-        return each if len(each) == count else (unit,) * count
+        return column_units if len(column_units) == count else (unit,) * count
 
     def names(self, path: str) -> tuple[str, ...]:
         """Names of the entries along the last axis, () where they have none."""
-        return tuple(str(name) for name in self._find(path).attrs["names"])
+        return tuple(str(name) for name in self._data_set(path).attrs["names"])
 
     def bodies(self) -> dict[str, RunBody]:
         """The bodies by name, with what is needed to draw them."""
@@ -166,7 +166,7 @@ class Run:
 
     @property
     def without(self) -> tuple[str, ...]:
-        """What was switched off in the run by name, () in a full one."""
+        """Names of the terms that were switched off in the run, () for a full run."""
         return tuple(filter(None, str(self.attributes.get("without", "")).split(", ")))
 
     @property
@@ -181,7 +181,7 @@ class Run:
 
     @property
     def ended(self) -> str:
-        """How the run ended, in words; "" while it has not."""
+        """Text that says how the run ended; "" while it has not ended."""
         return str(self.attributes["ended"])
 
     @property
@@ -229,10 +229,10 @@ class Run:
             raise ValueError(f"{self.path} has been closed; open the run again")
         return self.file
 
-    def _find(self, path: str) -> h5py.Dataset:
+    def _data_set(self, path: str) -> h5py.Dataset:
         self._opened()
         if path not in self._data:
-            raise KeyError(f"{path!r} is not in {self.path}; {_nearest(path, list(self._data))}")
+            raise KeyError(f"{path!r} is not in {self.path}; {_near_paths_text(path, list(self._data))}")
         return self._data[path]
 
 
@@ -241,9 +241,9 @@ def _plain(attributes: Mapping[str, Any]) -> dict[str, Any]:
     return {key: value.decode() if isinstance(value, bytes) else value for key, value in plain.items()}
 
 
-def _nearest(path: str, known: list[str]) -> str:
-    near = difflib.get_close_matches(path, known, n=4, cutoff=0.5)
-    near += [k for k in known if path.strip("/") and path.strip("/") in k and k not in near][:4]
-    if near:
-        return f"near it are {near}"
-    return f"it holds {known}" if len(known) <= 12 else f"its groups are {sorted({k.split('/')[0] for k in known})}"
+def _near_paths_text(path: str, paths: list[str]) -> str:
+    matches = difflib.get_close_matches(path, paths, n=4, cutoff=0.5)
+    matches += [k for k in paths if path.strip("/") and path.strip("/") in k and k not in matches][:4]
+    if matches:
+        return f"near it are {matches}"
+    return f"it holds {paths}" if len(paths) <= 12 else f"its groups are {sorted({k.split('/')[0] for k in paths})}"

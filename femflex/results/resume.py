@@ -1,4 +1,4 @@
-"""The integrator's state in the result file: two slots written in turn, so that one is always whole."""
+"""State of the integrator in the result file: two slots written in turn, so that one is always complete."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ ALONE = "state"  # name of a state that is one array
 
 @dataclass(frozen=True, eq=False)
 class ResumePoint:
-    """Where a run can go on: rows written, time of the last [s], state of the integrator as it was given."""
+    """Point from which a run can continue: rows written, time of the last [s], and the integrator's state."""
 
     rows: int
     time: float
@@ -25,9 +25,9 @@ class ResumePoint:
 
 
 def resume_point(path: str | Path) -> ResumePoint:
-    """The place where the run in that file stopped.
+    """The point at which the run in that file stopped.
 
-    Raises ValueError when the file holds no state to go on from.
+    Raises ValueError when the file holds no state from which to continue.
     """
     from femflex.results.reader import open_run
 
@@ -35,7 +35,7 @@ def resume_point(path: str | Path) -> ResumePoint:
         rows, slot = (int(k) for k in run.file["progress"][()])
         if rows == 0 or slot < 0:
             raise ValueError(f"{path} holds no state of the integrator to go on from; start the run anew")
-        state = _nested(run.file[f"resume/{slot}"])
+        state = _nested_dict(run.file[f"resume/{slot}"])
         return ResumePoint(rows, float(run.time[-1]), state[ALONE] if run.file["resume"].attrs["alone"] else state)
 
 
@@ -45,8 +45,8 @@ def flattened(state: Any, prefix: str = "") -> dict[str, AnyArray]:
     Raises ValueError for anything that is neither a number nor an array of numbers.
     """
     if isinstance(state, Mapping):
-        parts = [flattened(value, f"{prefix}{key}/") for key, value in state.items()]
-        return {path: value for part in parts for path, value in part.items()}
+        branches = [flattened(value, f"{prefix}{key}/") for key, value in state.items()]
+        return {path: value for branch in branches for path, value in branch.items()}
     value = np.asarray(state)
     path = prefix.rstrip("/") or ALONE
     if value.dtype.kind not in "biuf":
@@ -54,27 +54,27 @@ def flattened(state: Any, prefix: str = "") -> dict[str, AnyArray]:
     return {path: value}
 
 
-def lay_slots(file: h5py.File, state: dict[str, AnyArray], alone: bool, kept: int) -> None:
-    """Lay out slots for states of these shapes and types, apart from slot `kept` (-1: none), which is in use."""
+def lay_slots(file: h5py.File, state: dict[str, AnyArray], alone: bool, used_slot: int) -> None:
+    """Lay out slots for states of these shapes and types, except slot `used_slot` (-1: none)."""
     group = file.require_group("resume")
     group.attrs["alone"] = alone
-    for slot in {0, 1} - {kept}:
+    for slot in {0, 1} - {used_slot}:
         if str(slot) in group:
             del group[str(slot)]
-        own = group.create_group(str(slot))
+        slot_group = group.create_group(str(slot))
         for path, value in state.items():
-            own.create_dataset(path, data=np.zeros_like(value))
+            slot_group.create_dataset(path, data=np.zeros_like(value))
 
 
 def fits(file: h5py.File, state: dict[str, AnyArray], slot: int) -> bool:
     """Whether a state has the shapes and types that the slot was laid out for."""
     if f"resume/{slot}" not in file:
         return False
-    found: dict[str, tuple[Any, ...]] = {}
+    laid_out: dict[str, tuple[Any, ...]] = {}
     file[f"resume/{slot}"].visititems(
-        lambda path, item: found.update({path: (item.shape, item.dtype)}) if isinstance(item, h5py.Dataset) else None
+        lambda path, item: laid_out.update({path: (item.shape, item.dtype)}) if isinstance(item, h5py.Dataset) else None
     )
-    return found == {path: (value.shape, value.dtype) for path, value in state.items()}
+    return laid_out == {path: (value.shape, value.dtype) for path, value in state.items()}
 
 
 def write_slot(file: h5py.File, state: dict[str, AnyArray], slot: int) -> None:
@@ -83,5 +83,5 @@ def write_slot(file: h5py.File, state: dict[str, AnyArray], slot: int) -> None:
         file[f"resume/{slot}/{path}"][...] = value
 
 
-def _nested(group: h5py.Group) -> dict[str, Any]:
-    return {name: _nested(item) if isinstance(item, h5py.Group) else item[()] for name, item in group.items()}
+def _nested_dict(group: h5py.Group) -> dict[str, Any]:
+    return {name: _nested_dict(item) if isinstance(item, h5py.Group) else item[()] for name, item in group.items()}

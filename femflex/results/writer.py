@@ -1,4 +1,4 @@
-"""RunWriter: the result file of a run, block by block, whole at every moment."""
+"""RunWriter: the result file of a run, written block by block and consistent at every moment."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ from femflex.results.lock import FileLock
 from femflex.results.reader import open_file
 from femflex.results.resume import fits, flattened, write_slot
 from femflex.system.channel import Channel
-from femflex.writing import PARTS, check_destination, move_into_place, remove_part, resolved
+from femflex.writing import PARTS, check_destination, link_target, move_into_place, remove_part
 
-FIRST_BLOCKS = 4  # room for this many blocks at first where the rows to come are not known; doubled when it is full
+FIRST_BLOCKS = 4  # blocks of space at first, where the number of rows is not known; doubled when it is full
 
 
 class RunWriter:
-    """Writes a result file; its layout and what a kill leaves are reported in `femflex.results`.
+    """Writer of a result file; `femflex.results` describes the layout, and what a killed run leaves.
 
-    channels    path -> Channel of everything `write_block` will bring; bodies for pictures
+    channels    path -> Channel of everything that `write_block` will receive; bodies for pictures
     attributes  of the root: title, case_text, integrator, ...: text, numbers or arrays of numbers
-    lock        of the file, when the caller has taken it already; it is released when the writer closes
-    rows        instants expected in all, when known: room for them is laid out at once, so that the file never grows;
-                without it the file is copied into twice the room whenever it is full
+    lock        of the file, if the caller holds it already; it is released when the writer closes
+    rows        total number of instants, when known: space for them is reserved at once, so that the file never grows;
+                without it the file is copied into one of twice the size whenever it is full
 
     >>> with RunWriter(path, channels, bodies, {"title": "slew"}) as writer:  # doctest: +SKIP
     ...     writer.write_block(times, arrays, resume=state)
@@ -71,14 +71,14 @@ class RunWriter:
 
     def _begin(self, path: Path, rows: int) -> None:
         self.path, self._expected, self._not_finite = path, rows, ""
-        self._part = resolved(path).parent / f"{resolved(path).name}.part"
-        self._held = ExitStack()
+        self._part = link_target(path).parent / f"{link_target(path).name}.part"
+        self._interrupt_context = ExitStack()
 
     @classmethod
     def resumed(cls, path: str | Path, rows: int = 0, lock: FileLock | None = None) -> Self:
         """A writer that appends to a run after its last block (see `resume_point` for the integrator's state).
 
-        rows: instants expected in all, with those that are there; lock: as for a new file.
+        rows: total number of instants, with the existing ones; lock: as for a new file.
         """
         writer = cls.__new__(cls)
         writer._begin(Path(path), rows)
@@ -91,7 +91,7 @@ class RunWriter:
                 writer._lay_out(Changes(rows, running))
             else:
                 writer._skeleton.close()
-                writer._go_on_in(writer.path)
+                writer._continue_in(writer.path)
                 conclude(writer._opened(), running, {})
         except BaseException:
             writer._lock.release()
@@ -115,7 +115,7 @@ class RunWriter:
         try:
             self._write(block, state)
         except (OSError, RuntimeError) as error:
-            raise self._unwritten(error) from error
+            raise self._write_error(error) from error
 
     def finish(self, complete: bool, ended: str = "", statistics: Mapping[str, Any] | None = None) -> None:
         """Close the file, trimmed to its valid rows, saying how the run ended; a run without a block leaves no file.
@@ -124,26 +124,26 @@ class RunWriter:
         """
         if self._not_finite:
             complete, ended = False, "; ".join(filter(None, [ended, self._not_finite]))
-        how = {"complete": bool(complete), "ended": ended}
+        ending = {"complete": bool(complete), "ended": ended}
         try:
             if self._file is not None and self.rows:
-                self._conclude(how, statistics or {})
+                self._conclude(ending, statistics or {})
         finally:
             self.close()
 
-    def _conclude(self, how: Mapping[str, Any], statistics: Mapping[str, Any]) -> None:
+    def _conclude(self, ending: Mapping[str, Any], statistics: Mapping[str, Any]) -> None:
         if self.rows < len(self._data["time"]):
             try:
-                return self._lay_out(Changes(self.rows, how, statistics))
-            except OSError:  # no room for the trimmed copy: say it in place
+                return self._lay_out(Changes(self.rows, ending, statistics))
+            except OSError:  # no space for the trimmed copy: write the ending in place
                 pass
             except KeyboardInterrupt:
                 conclude(self._opened(), {"complete": False, "ended": "interrupted"}, {})
                 raise
-        conclude(self._opened(), how, statistics)
+        conclude(self._opened(), ending, statistics)
 
-    def _leave(self, ended: str) -> None:
-        """Close the file at once, with the rows laid out after the valid ones left in it."""
+    def _close_untrimmed(self, ended: str) -> None:
+        """Close the file at once, and leave the unused rows after the valid ones in it."""
         try:
             if self.rows:
                 conclude(self._opened(), {"complete": False, "ended": ended}, {})
@@ -151,14 +151,14 @@ class RunWriter:
             self.close()
 
     def close(self) -> None:
-        """Close the file as it stands."""
+        """Close the file in its present state."""
         try:
             for file in (self._file, self._skeleton):
                 if file is not None:
                     file.close()
             self._file, self._data = None, {}
             remove_part(self._part)
-            self._held.close()
+            self._interrupt_context.close()
         finally:
             self._lock.release()
 
@@ -171,7 +171,7 @@ class RunWriter:
         if kind is None:
             self.finish(complete=False, ended="not finished")
         elif issubclass(kind, KeyboardInterrupt):
-            self._leave("interrupted")
+            self._close_untrimmed("interrupted")
         else:
             self.finish(complete=False, ended=f"stopped by {kind.__name__}: {error}")
 
@@ -199,12 +199,12 @@ class RunWriter:
             finite = np.isfinite(value).all(axis=tuple(range(1, value.ndim)))
             if not finite.all() and not self._not_finite:
                 self._not_finite = f"values of {path} are not finite from t = {block['time'][np.argmin(finite)]:g} s on"
-        before = self._data["time"][self.rows - 1 : self.rows] if self.rows else np.zeros(0)
-        if np.any(np.diff(np.concatenate([before, block["time"]])) <= 0):
+        last_time = self._data["time"][self.rows - 1 : self.rows] if self.rows else np.zeros(0)
+        if np.any(np.diff(np.concatenate([last_time, block["time"]])) <= 0):
             raise ValueError("the times of the block do not increase, or do not follow those in the file")
 
     def make_room(self, count: int, resume: Any = None) -> None:
-        """Lay out what `write_block` needs for so many more instants and this state; Ctrl-C does no harm meanwhile."""
+        """Reserve space for this many further instants and this state; Ctrl-C does no harm meanwhile."""
         self._opened()
         rows, capacity = self.rows + count, len(self._data["time"])
         state, alone = None if resume is None else flattened(resume), not isinstance(resume, Mapping)
@@ -220,7 +220,7 @@ class RunWriter:
         self._lay_out(Changes(capacity, slots=slots, alone=alone))
 
     def _lay_out(self, changes: Changes) -> None:
-        """Go on in a copy with these changes; it takes the file's place unless there are no rows in it yet."""
+        """Continue in a copy with these changes; it replaces the file unless that has no rows yet."""
         source = self._opened() if self.rows else self._skeleton
         if self._file is not source:
             self._opened().close()
@@ -229,16 +229,16 @@ class RunWriter:
             write_copy(source, self._part, self.channels, self.rows, changes)
         except (OSError, RuntimeError) as error:
             remove_part(self._part)
-            raise self._unwritten(error) from error
+            raise self._write_error(error) from error
         if self.rows:
             source.close()
-        self._go_on_in(self._moved() if self.rows else self._part)
+        self._continue_in(self._move_part() if self.rows else self._part)
 
-    def _moved(self) -> Path:
+    def _move_part(self) -> Path:
         move_into_place(self._part, self.path)
         return self.path
 
-    def _go_on_in(self, path: Path) -> None:
+    def _continue_in(self, path: Path) -> None:
         self._adopt(h5py.File(path, "r+", locking=False))
 
     @property
@@ -246,27 +246,27 @@ class RunWriter:
         return 1 - self._slot if self._slot >= 0 else 0
 
     def _write(self, block: dict[str, Array], state: dict[str, NDArray[Any]] | None) -> None:
-        file, first = self._opened(), self.rows
-        last, slot = first + len(block["time"]), -1 if state is None else self._next_slot
+        file, start = self._opened(), self.rows
+        end, slot = start + len(block["time"]), -1 if state is None else self._next_slot
         for path, value in block.items():
-            self._data[path][first:last] = value
+            self._data[path][start:end] = value
         if state is not None:
             write_slot(file, state, slot)
         file.flush()
-        file["progress"][...] = [last, slot]  # sixteen bytes in place: the block counts from here on
+        file["progress"][...] = [end, slot]  # sixteen bytes in place: the block counts from here on
         file.flush()
-        self.rows, self._slot = last, slot
-        self._held.close()
-        self._held.enter_context(finished_on_interrupt(str(self.path)))
-        if first == 0 < last:
+        self.rows, self._slot = end, slot
+        self._interrupt_context.close()
+        self._interrupt_context.enter_context(finished_on_interrupt(str(self.path)))
+        if start == 0 < end:
             file.close()
-            self._go_on_in(self._moved())
+            self._continue_in(self._move_part())
 
-    def _unwritten(self, error: Exception) -> OSError:
-        named = re.search(r"errno = (\d+)", str(error))  # in what HDF5 says
-        number = getattr(error, "errno", None) or (int(named[1]) if named else None)
-        reason = os.strerror(number) if number else "the HDF5 library could not write to it"
+    def _write_error(self, error: Exception) -> OSError:
+        number_text = re.search(r"errno = (\d+)", str(error))  # in what HDF5 says
+        code = getattr(error, "errno", None) or (int(number_text[1]) if number_text else None)
+        reason = os.strerror(code) if code else "the HDF5 library could not write to it"
         kept = f"the {self.rows} instants written before are kept" if self.rows else "nothing had been written before"
         failure = OSError(f"{self.path} cannot be written ({reason}); {kept}")
-        failure.errno = number or errno.EIO
+        failure.errno = code or errno.EIO
         return failure

@@ -1,17 +1,17 @@
-"""Studies of a case: how a quantity converges with the number of modes and with finer meshes."""
+"""Studies of a case: convergence of a quantity with modes, meshes, segments, strain and functions; backbone curves."""
 
 from __future__ import annotations
 
 from femflex.studies.backbone_curve import Backbone, BackboneError, backbone
-from femflex.studies.chosen import choice, choice_text, with_choice
-from femflex.studies.convergence import Convergence, assessed, convergence
+from femflex.studies.convergence import Convergence, assess_convergence, convergence
 from femflex.studies.decay import mode_trend
 from femflex.studies.function_kinds import FunctionKind, FunctionStudy, function_kinds
 from femflex.studies.law import Law, Trend
-from femflex.studies.refusals import check_studies
+from femflex.studies.recommendations import recommendation_text, recommended_level, with_recommended_level
 from femflex.studies.richardson import extrapolated, mesh_trend, observed_order
 from femflex.studies.strain_forms import StrainForm, StrainStudy, strain_forms
-from femflex.studies.study import Point, Study, planned
+from femflex.studies.study import Point, Study, plan_study
+from femflex.studies.study_checks import check_studies
 
 __all__ = [
     "Backbone",
@@ -25,18 +25,18 @@ __all__ = [
     "StrainStudy",
     "Study",
     "Trend",
-    "assessed",
+    "assess_convergence",
     "backbone",
     "check_studies",
-    "choice",
-    "choice_text",
     "convergence",
     "extrapolated",
     "function_kinds",
     "mesh_trend",
     "mode_trend",
     "observed_order",
-    "planned",
+    "plan_study",
+    "recommendation_text",
+    "recommended_level",
     "strain_forms",
-    "with_choice",
+    "with_recommended_level",
 ]

@@ -15,13 +15,13 @@ from femflex.case import Case, read_case
 from femflex.studies.decay import mode_trend
 from femflex.studies.law import Law, Trend
 from femflex.studies.richardson import mesh_trend
-from femflex.studies.study import Over, Point, Progress, Study, described, planned
+from femflex.studies.study import Over, Point, Progress, Study, plan_study, quantity_text
 from femflex.studies.verdict import law_text, verdict
 
 
 @dataclass(frozen=True, eq=False)
 class Convergence:
-    """What a convergence study found; the arrays run over its levels, coarse to fine.
+    """Result of a convergence study; the arrays run over its levels, coarse to fine.
 
     title, unit   the quantity in words and its unit
     over          "modes": levels are modes a body, counts elastic coordinates; "mesh": refinements and dofs;
@@ -32,14 +32,14 @@ class Convergence:
     errors  (n,)  estimated, absolute; nan where none can be estimated
     trend         law by which the errors fall, limit and its uncertainty
     tolerance     largest error relative to `scale` that counts as converged
-    own           level at which the case itself stands, None where its bodies differ
+    case_level    level of the case itself, None where its bodies differ
     simulated     the quantity is that of a run, not of a body
     left_out      levels too coarse for the case, each with the reason
-    complete      False when the study was broken off
-    derivatives   (n,) how many of the counted coordinates are derivative shapes
-    whole         the last level is all there is: errors are distances from it where no law shows
-    followers     (n,) how many derivative shapes follow the coordinates of condensed bodies
-    added         (n,) how many of the counted coordinates are static shapes in addition to modes
+    complete      False when the study was interrupted
+    derivatives   (n,) number of the counted coordinates that are derivative shapes
+    exhaustive    no level beyond the last one exists: errors are distances from it if they follow no law
+    followers     (n,) number of derivative shapes that depend on the coordinates of condensed bodies
+    added         (n,) number of the counted coordinates that are static shapes in addition to modes
     """
 
     title: str
@@ -51,14 +51,14 @@ class Convergence:
     errors: Array
     trend: Trend
     tolerance: float
-    own: int | None
+    case_level: int | None
     simulated: bool
     left_out: tuple[str, ...] = ()
     complete: bool = True
     derivatives: IntArray = field(default_factory=lambda: np.zeros(0, np.int64))
     followers: IntArray = field(default_factory=lambda: np.zeros(0, np.int64))
     added: IntArray = field(default_factory=lambda: np.zeros(0, np.int64))
-    whole: bool = False
+    exhaustive: bool = False
 
     @property
     def changes(self) -> Array:
@@ -80,7 +80,7 @@ class Convergence:
 
     @property
     def scale(self) -> float:
-        """What errors are relative to: size of the limit, or of the largest value when the limit is next to nothing."""
+        """Reference of relative errors: size of the limit, or of the largest value if the limit is almost zero."""
         largest = float(np.abs(self.values).max())
         limit = abs(self.trend.limit)
         return limit if limit > 1e-9 * largest else largest or 1.0
@@ -88,14 +88,14 @@ class Convergence:
     @property
     def recommended(self) -> int | None:
         """The coarsest level from which on all errors above rounding are within the tolerance, or None."""
-        within = self.errors[: self.n_resolved] <= self.tolerance * self.scale
-        bad = np.flatnonzero(~within)
-        first = int(bad[-1]) + 1 if bad.size else 0
-        return int(self.levels[first]) if first < self.n_resolved else None
+        acceptable = self.errors[: self.n_resolved] <= self.tolerance * self.scale
+        unacceptable = np.flatnonzero(~acceptable)
+        start = int(unacceptable[-1]) + 1 if unacceptable.size else 0
+        return int(self.levels[start]) if start < self.n_resolved else None
 
     @property
     def n_resolved(self) -> int:
-        """Number of levels that tell something: those before rounding is met."""
+        """Number of levels before rounding dominates."""
         return len(self.levels) if self.trend.rounded is None else self.trend.rounded
 
     @property
@@ -105,7 +105,7 @@ class Convergence:
 
     @property
     def law(self) -> Law | None:
-        """The law by which errors fall in `x`, None without one."""
+        """The law by which errors decrease in `x`, None without one."""
         return self.trend.law
 
     @property
@@ -115,7 +115,7 @@ class Convergence:
 
     @property
     def verdict(self) -> str:
-        """What this means, in sentences."""
+        """The conclusions, in sentences."""
         return verdict(self)
 
     def to_dict(self) -> dict[str, Any]:
@@ -136,7 +136,7 @@ class Convergence:
             "uncertainty": self.trend.spread,
             "tolerance": self.tolerance,
             "recommended": self.recommended,
-            "own": self.own,
+            "own": self.case_level,
             "left_out": list(self.left_out),
             "complete": self.complete,
             "verdict": self.verdict,
@@ -150,59 +150,61 @@ def convergence(
     tolerance: float | None = None,
     progress: Progress | None = None,
 ) -> Convergence:
-    """How the quantity of a case's [study] converges with the number of modes or with finer meshes.
+    """Convergence of the quantity of a case's [study] with the number of modes or with finer meshes.
 
-    levels: numbers of modes, or of refinements; left out, those of the case or a usual ladder. tolerance is relative;
-    left out, that of the case (1e-3 unless it says otherwise). progress is called with the part of the work done.
+    levels: numbers of modes, or of refinements; by default those of the case, or usual ones. tolerance: relative; by
+    default that of the case (1e-3 if it has none). progress is called with the fraction of the work done.
     Raises ValueError (also CaseError) for a case that cannot be studied so, IntegrationError when the numerics fail.
     """
-    study = planned(case if isinstance(case, Case) else read_case(case), over, levels)
-    return assessed(study, list(study.points(progress)), tolerance)
+    study = plan_study(case if isinstance(case, Case) else read_case(case), over, levels)
+    return assess_convergence(study, list(study.points(progress)), tolerance)
 
 
-def assessed(
+def assess_convergence(
     study: Study, points: Sequence[Point], tolerance: float | None = None, complete: bool = True
 ) -> Convergence:
-    """What the points of a study say, all of them or those there were when it was broken off (at least one value)."""
+    """Convergence from the points of a study: all of them, or those before an interruption (at least one value)."""
     assert study.case.study is not None
-    kept = [point for point in points if not point.problem]
-    if not kept:
+    valued = [point for point in points if not point.problem]
+    if not valued:
         raise ValueError("there is no value yet to judge convergence by")
     tolerance = study.case.study.tolerance if tolerance is None else tolerance
     if not tolerance > 0:
         raise ValueError(f"tolerance is {tolerance}; it must be above 0")
-    levels, counts = (np.array([getattr(point, key) for point in kept], np.int64) for key in ("level", "count"))
-    values, noise = (np.array([getattr(point, key) for point in kept]) for key in ("value", "noise"))
-    follow = mesh_trend if study.over in ("mesh", "segments") else mode_trend
-    trend = follow(resolution(study.over, levels, counts), values, noise)
-    whole = complete and kept[-1].level == study.ladder.whole and trend.state in ("unsettled", "few", "one")
-    if trend.state == "unsettled" and not whole:
+    levels, counts = (np.array([getattr(point, key) for point in valued], np.int64) for key in ("level", "count"))
+    values, noise = (np.array([getattr(point, key) for point in valued]) for key in ("value", "noise"))
+    fit_trend = mesh_trend if study.over in ("mesh", "segments") else mode_trend
+    trend = fit_trend(resolution(study.over, levels, counts), values, noise)
+    exhaustive = (
+        complete and valued[-1].level == study.level_set.exhaustive and trend.state in ("unsettled", "few", "one")
+    )
+    if trend.state == "unsettled" and not exhaustive:
         trend = within_tolerance(trend, values, tolerance)
     return Convergence(
-        title=described(study.quantity),
-        unit=kept[-1].unit,
+        title=quantity_text(study.quantity),
+        unit=valued[-1].unit,
         over=study.over,
         levels=levels,
         counts=counts,
         values=values,
-        errors=np.maximum(np.abs(values - values[-1]), noise) if whole else errors(trend, values, noise),
+        errors=np.maximum(np.abs(values - values[-1]), noise) if exhaustive else estimated_errors(trend, values, noise),
         trend=trend,
         tolerance=tolerance,
-        own=study.ladder.own,
+        case_level=study.level_set.case_level,
         simulated=study.quantity.channel is not None,
         left_out=tuple(f"{point.level}: {point.problem}" for point in points if point.problem),
         complete=complete,
-        derivatives=np.array([point.derivatives for point in kept], np.int64),
-        followers=np.array([point.followers for point in kept], np.int64),
-        added=np.array([point.added for point in kept], np.int64),
-        whole=whole,
+        derivatives=np.array([point.derivatives for point in valued], np.int64),
+        followers=np.array([point.followers for point in valued], np.int64),
+        added=np.array([point.added for point in valued], np.int64),
+        exhaustive=exhaustive,
     )
 
 
 def within_tolerance(trend: Trend, values: Array, tolerance: float) -> Trend:
-    """The trend of values (n,) whose last change is below the relative tolerance: converged, whatever came before.
+    """The trend of values (n,), converged if their last change is below the relative tolerance, whatever came before.
 
-    An earlier change that is next to nothing, as of a mode that takes no part, hides a fall from a law.
+    An earlier change of almost zero, as of a mode that takes no part, can hide the decrease from a fitted law.
     """
     changes, scale = np.abs(np.diff(values)), float(np.abs(values).max()) or 1.0
     if changes.max() <= tolerance * scale:
@@ -212,12 +214,12 @@ def within_tolerance(trend: Trend, values: Array, tolerance: float) -> Trend:
     return trend
 
 
-def errors(trend: Trend, values: Array, noise: Array) -> Array:
+def estimated_errors(trend: Trend, values: Array, noise: Array) -> Array:
     """Estimated errors (n,), in the unit of the quantity: distance from the limit, but no less than the limit's
     uncertainty and than rounding."""
     off: Array = np.abs(values - trend.limit)
     if trend.state in ("one", "few"):
-        off[-1] = np.nan  # nothing is known of the last value
+        off[-1] = np.nan  # the error of the last value is unknown
         return off
     floor = np.maximum(trend.spread, noise)
     return np.where(off > floor, off, floor)
@@ -226,7 +228,8 @@ def errors(trend: Trend, values: Array, noise: Array) -> Array:
 def resolution(over: Over, levels: IntArray, counts: IntArray) -> Array:
     """Resolution (n,) [1]: elastic coordinates, segments, or cells along an edge of the case's own.
 
-    Modes where static shapes of joints, of which more modes need fewer, keep the coordinates from growing.
+    The number of modes where more modes need fewer static shapes of joints, so that the number of coordinates may not
+    grow.
     """
     if over == "segments" or (over == "modes" and np.any(np.diff(counts) <= 0)):
         return levels.astype(float)

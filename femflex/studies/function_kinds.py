@@ -1,4 +1,4 @@
-"""Types of admissible functions compared: which type, and how many of them, a quantity needs."""
+"""Comparison of types of admissible functions: the type and the number that a quantity needs."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from femflex.case import Case, CaseError
 from femflex.case.body import AnalyticTable, BodyTable
 from femflex.case.deploying import DeployingTable
 from femflex.integrate import IntegrationError
-from femflex.studies.convergence import Convergence, assessed
-from femflex.studies.ladder import varied
-from femflex.studies.level import with_level
-from femflex.studies.study import Point, Progress, described, planned, require_study
+from femflex.studies.convergence import Convergence, assess_convergence
+from femflex.studies.level_tables import with_level
+from femflex.studies.levels import varied_names
+from femflex.studies.study import Point, Progress, plan_study, quantity_text, require_study
 from femflex.warning import PhysicsWarning
 
 PLAIN: dict[str, Any] = {"static": False, "tip": False, "joints": []}
@@ -31,48 +31,48 @@ CHARACTERISTIC: dict[str, dict[str, Any]] = {
 POLYNOMIAL: dict[str, Any] = {"family": "polynomial", **PLAIN}
 ELEMENTS: dict[str, Any] = {"family": "elements", **PLAIN, "elements": None, "straight": True}
 LEAST = {"characteristic, static": 2, "characteristic, tip": 2}  # functions of a field
-LEVELS = (1, 2, 3, 4, 6, 8)  # numbers of functions of a field that are tried when none are named
+LEVELS = (1, 2, 3, 4, 6, 8)  # default numbers of functions of a field
 
 
 @dataclass(frozen=True, eq=False)
 class FunctionKind:
     """A case with one type of functions in all bodies that have functions.
 
-    found: how the quantity converges with their number, None where it has no value; problem: why not; seconds: of all
-    its runs.
+    study: convergence of the quantity with their number, None where it has no value; problem: the reason; seconds: time
+    of all its runs.
     """
 
     kind: str
-    found: Convergence | None
+    study: Convergence | None
     seconds: float = math.nan
     problem: str = ""
 
 
 @dataclass(frozen=True, eq=False)
 class FunctionStudy:
-    """Types of functions, each over their number, judged against the best value of all."""
+    """Types of functions, each over their number, assessed against the best value of all."""
 
     title: str
     tolerance: float
     kinds: tuple[FunctionKind, ...]
-    own: Mapping[str, str]
+    case_kinds: Mapping[str, str]
     over: str = "functions"
 
     @property
     def with_values(self) -> list[tuple[str, Convergence]]:
         """Types with values."""
-        return [(one.kind, one.found) for one in self.kinds if one.found is not None]
+        return [(kind.kind, kind.study) for kind in self.kinds if kind.study is not None]
 
     @property
     def unit(self) -> str:
         """Unit of the quantity."""
-        return next((found.unit for _, found in self.with_values), "")
+        return next((study.unit for _, study in self.with_values), "")
 
     @property
     def reference(self) -> tuple[str, Convergence] | None:
         """The type whose last change is the smallest, of those with more than one value."""
-        several = [one for one in self.with_values if len(one[1].values) > 1]
-        return min(several, key=lambda one: abs(one[1].changes[-1]), default=None)
+        several = [pair for pair in self.with_values if len(pair[1].values) > 1]
+        return min(several, key=lambda pair: abs(pair[1].changes[-1]), default=None)
 
     @property
     def scale(self) -> float:
@@ -80,84 +80,90 @@ class FunctionStudy:
         best = self.reference
         return 1.0 if best is None else abs(float(best[1].values[-1])) or 1.0
 
-    def differences(self, found: Convergence) -> np.ndarray:
-        """Of a type's values (n,) from the reference's last one, relative."""
+    def differences(self, study: Convergence) -> np.ndarray:
+        """Relative differences of a type's values (n,) from the last value of the reference."""
         best = self.reference
         assert best is not None
-        return np.asarray(np.abs(found.values - best[1].values[-1]) / self.scale)
+        return np.asarray(np.abs(study.values - best[1].values[-1]) / self.scale)
 
-    def enough(self, found: Convergence) -> int | None:
-        """The least number of a type's functions from which on all values are within the tolerance."""
-        within = self.differences(found) <= self.tolerance
-        if not within[-1]:
+    def enough(self, study: Convergence) -> int | None:
+        """The smallest number of a type's functions from which on all values are within the tolerance."""
+        acceptable = self.differences(study) <= self.tolerance
+        if not acceptable[-1]:
             return None
-        bad = np.flatnonzero(~within)
-        return int(found.levels[int(bad[-1]) + 1 if bad.size else 0])
+        unacceptable = np.flatnonzero(~acceptable)
+        return int(study.levels[int(unacceptable[-1]) + 1 if unacceptable.size else 0])
 
     @property
-    def settled(self) -> bool:
+    def reference_is_settled(self) -> bool:
         """Whether the reference is trusted: its last change, or another type's last value, is within the tolerance."""
         best = self.reference
         if best is None:
             return False
         if abs(best[1].changes[-1]) <= self.tolerance * self.scale:
             return True
-        others = [self.differences(found)[-1] for kind, found in self.with_values if kind != best[0]]
-        return bool(others) and min(others) <= self.tolerance
+        last_differences = [self.differences(study)[-1] for kind, study in self.with_values if kind != best[0]]
+        return bool(last_differences) and min(last_differences) <= self.tolerance
 
     @property
-    def chosen(self) -> tuple[str, int] | None:
+    def choice(self) -> tuple[str, int] | None:
         """Type and number of functions with the fewest coordinates within the tolerance; the first type of two alike.
 
         None where no type settles.
         """
-        if not self.settled:
+        if not self.reference_is_settled:
             return None
         fits = []
-        for place, (kind, found) in enumerate(self.with_values):
-            level = self.enough(found)
+        for rank, (kind, study) in enumerate(self.with_values):
+            level = self.enough(study)
             if level is not None:
-                fits.append((int(found.counts[found.levels == level][0]), place, kind, level))
+                fits.append((int(study.counts[study.levels == level][0]), rank, kind, level))
         return min(fits)[2:] if fits else None
 
     @property
     def recommended(self) -> str | None:
         """The choice in words, such as "polynomial, 4"."""
-        return None if self.chosen is None else f"{self.chosen[0]}, {self.chosen[1]}"
+        return None if self.choice is None else f"{self.choice[0]}, {self.choice[1]}"
 
     @cached_property
     def verdict(self) -> str:
-        """What this means, in sentences."""
-        best, said = self.reference, []
-        for one in self.kinds:
-            if one.found is None:
-                said.append(f"{one.kind.capitalize()} functions have no value: {one.problem}.")
+        """The conclusions, in sentences."""
+        best, sentences = self.reference, []
+        for function_kind in self.kinds:
+            if function_kind.study is None:
+                sentences.append(f"{function_kind.kind.capitalize()} functions have no value: {function_kind.problem}.")
         if best is None:
-            return " ".join([*said, "Nothing can be compared."])
-        for kind, found in self.with_values:
-            level, last = self.enough(found), f"{self.differences(found)[-1]:.2g}"
+            return " ".join([*sentences, "Nothing can be compared."])
+        for kind, study in self.with_values:
+            level, last_text = self.enough(study), f"{self.differences(study)[-1]:.2g}"
             if level is None:
-                said.append(f"{kind.capitalize()}: {found.levels[-1]} per field are too few ({last} off).")
+                sentences.append(f"{kind.capitalize()}: {study.levels[-1]} per field are too few ({last_text} off).")
             else:
-                off = self.differences(found)[found.levels == level][0]
-                said.append(f"{kind.capitalize()}: {level} per field suffice ({off:.2g} off).")
-        said.append(f"Differences are from {best[0]} with {best[1].levels[-1]} per field, relative.")
-        if self.chosen is None:
-            return " ".join([*said, f"No type settles within the tolerance {self.tolerance:g}; try more functions."])
-        return " ".join([*said, f"Choose {self.chosen[0]}, {self.chosen[1]} per field."])
+                difference = self.differences(study)[study.levels == level][0]
+                sentences.append(f"{kind.capitalize()}: {level} per field suffice ({difference:.2g} off).")
+        sentences.append(f"Differences are from {best[0]} with {best[1].levels[-1]} per field, relative.")
+        if self.choice is None:
+            return " ".join(
+                [*sentences, f"No type settles within the tolerance {self.tolerance:g}; try more functions."]
+            )
+        return " ".join([*sentences, f"Choose {self.choice[0]}, {self.choice[1]} per field."])
 
     def to_dict(self) -> dict[str, Any]:
         """Everything in plain numbers, lists and text."""
         kinds = [
-            {"kind": one.kind, "problem": one.problem, "seconds": one.seconds}
-            | ({} if one.found is None else {"study": one.found.to_dict(), "enough": self._enough_of(one.found)})
-            for one in self.kinds
+            {"kind": function_kind.kind, "problem": function_kind.problem, "seconds": function_kind.seconds}
+            | (
+                {}
+                if function_kind.study is None
+                else {"study": function_kind.study.to_dict(), "enough": self._enough_of(function_kind.study)}
+            )
+            for function_kind in self.kinds
         ]
         summary = {key: getattr(self, key) for key in ("unit", "over", "tolerance", "recommended", "verdict")}
-        return {"quantity": self.title, **summary, "own": dict(self.own), "kinds": kinds}
+        return {"quantity": self.title, **summary, "own": dict(self.case_kinds), "kinds": kinds}
 
-    def _enough_of(self, found: Convergence) -> int | None:
-        return None if self.reference is None else self.enough(found)
+    def _enough_of(self, study: Convergence) -> int | None:
+        return None if self.reference is None else self.enough(study)
 
 
 def function_kinds(
@@ -166,7 +172,7 @@ def function_kinds(
     tolerance: float | None = None,
     progress: Progress | None = None,
 ) -> FunctionStudy:
-    """The FunctionStudy of a case's [study] quantity; all bodies with functions take each type in turn.
+    """The FunctionStudy of a case's [study] quantity; all bodies with functions use each type in turn.
 
     levels: numbers of functions of a field; left out, those of the case, or 1 to 8.
 
@@ -174,19 +180,19 @@ def function_kinds(
     """
     table = require_study(case)
     names = function_names(case)
-    wanted = sorted(set(levels or table.modes or LEVELS))
+    counts = sorted(set(levels or table.modes or LEVELS))
     kinds = kinds_of(case, names)
-    found = []
+    results = []
     for k, kind in enumerate(kinds):
-        part = None if progress is None else (lambda x, k=k: progress((k + x) / len(kinds)))
-        found.append(_kind(with_functions_of(case, names, kind), kind, wanted, tolerance, part))
-    own = {name: _own_kind(case.bodies[name]) for name in names}
-    return FunctionStudy(described(table.quantity), tolerance or table.tolerance, tuple(found), own)
+        partial_progress = None if progress is None else (lambda x, k=k: progress((k + x) / len(kinds)))
+        results.append(_kind(with_function_kind(case, names, kind), kind, counts, tolerance, partial_progress))
+    case_kinds = {name: _case_kind_text(case.bodies[name]) for name in names}
+    return FunctionStudy(quantity_text(table.quantity), tolerance or table.tolerance, tuple(results), case_kinds)
 
 
 def function_names(case: Case) -> list[str]:
     """Names of the bodies that a study over functions varies. Raises ValueError when there is none."""
-    return varied(case, _has_functions, "functions to vary")
+    return varied_names(case, _has_functions, "functions to vary")
 
 
 def _has_functions(table: BodyTable) -> bool:
@@ -196,58 +202,58 @@ def _has_functions(table: BodyTable) -> bool:
 def kinds_of(case: Case, names: Sequence[str]) -> list[str]:
     """Types of functions that all these bodies can take."""
     every = [*CHARACTERISTIC, "polynomial", "elements"]
-    return [kind for kind in every if all(kind in _choices(case.bodies[name]) for name in names)]
+    return [kind for kind in every if all(kind in _kind_updates(case.bodies[name]) for name in names)]
 
 
-def _choices(table: BodyTable) -> dict[str, dict[str, Any]]:
-    """Type -> what it changes in the table of a body's functions."""
+def _kind_updates(table: BodyTable) -> dict[str, dict[str, Any]]:
+    """Type -> changes in the table of a body's functions."""
     assert isinstance(table, AnalyticTable | DeployingTable) and table.functions is not None
-    known = type(table.functions).model_fields
-    found = {"characteristic": CHARACTERISTIC["characteristic"], "polynomial": POLYNOMIAL}
+    declared = type(table.functions).model_fields
+    options = {"characteristic": CHARACTERISTIC["characteristic"], "polynomial": POLYNOMIAL}
     if isinstance(table, AnalyticTable):
         if table.functions.ends == "clamped-free":
-            found["characteristic, static"] = CHARACTERISTIC["characteristic, static"]
+            options["characteristic, static"] = CHARACTERISTIC["characteristic, static"]
     else:
         if table.family == "beam":
-            found |= CHARACTERISTIC
+            options |= CHARACTERISTIC
         if table.family in ("beam", "plate") or table.tension:
-            found["elements"] = ELEMENTS
-    return {kind: {key: value for key, value in change.items() if key in known} for kind, change in found.items()}
+            options["elements"] = ELEMENTS
+    return {kind: {key: value for key, value in change.items() if key in declared} for kind, change in options.items()}
 
 
-def with_functions_of(case: Case, names: Sequence[str], kind: str, level: int | None = None) -> Case:
+def with_function_kind(case: Case, names: Sequence[str], kind: str, level: int | None = None) -> Case:
     """The case with that type of functions in these bodies, and `level` of them a field where it is given."""
     bodies: dict[str, Any] = dict(case.bodies)
     for name in names:
         table = bodies[name]
         assert isinstance(table, AnalyticTable | DeployingTable) and table.functions is not None
-        functions = table.functions.model_copy(update=_choices(table)[kind])
+        functions = table.functions.model_copy(update=_kind_updates(table)[kind])
         changed = table.model_copy(update={"functions": functions})
         bodies[name] = changed if level is None else with_level(changed, "modes", level)
     return case.model_copy(update={"bodies": bodies})
 
 
-def _own_kind(table: BodyTable) -> str:
-    """Type and numbers of the functions that a case gives a body."""
+def _case_kind_text(table: BodyTable) -> str:
+    """Type and numbers of the functions of a body in the case."""
     f: Any = table.functions  # type: ignore[attr-defined]
     family = f.family or "by default"
-    more = "".join(f", {key}" for key in ("static", "tip") if getattr(f, key, False))
-    return f"{family}{more}, {max(f.y, f.z, getattr(f, 'axial', 0), getattr(f, 'torsion', 0))}"
+    added = "".join(f", {key}" for key in ("static", "tip") if getattr(f, key, False))
+    return f"{family}{added}, {max(f.y, f.z, getattr(f, 'axial', 0), getattr(f, 'torsion', 0))}"
 
 
 def _kind(
     case: Case, kind: str, levels: Sequence[int], tolerance: float | None, progress: Progress | None
 ) -> FunctionKind:
-    """One type of functions over their number; a type without any value says why."""
+    """Study of one type of functions over their number; a type without a value has the reason as its problem."""
     usable = [n for n in levels if n >= LEAST.get(kind, 1)]
     if len(usable) < 2:
         return FunctionKind(kind, None, problem=f"at least two numbers from {LEAST.get(kind, 1)} on are needed")
     points: list[Point] = []
     start = time.perf_counter()
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", PhysicsWarning)  # of coarse levels it is known that they are coarse
+        warnings.simplefilter("ignore", PhysicsWarning)  # coarse levels are expected to be inaccurate
         try:
-            study = planned(case, "modes", usable)
+            study = plan_study(case, "modes", usable)
             points.extend(study.points(progress))
         except IntegrationError as error:
             return FunctionKind(kind, None, problem=f"it diverges at t = {error.t:.4g} s")
@@ -255,4 +261,4 @@ def _kind(
             return FunctionKind(kind, None, problem=error.problems[0].text.rstrip("."))
         except ValueError as error:
             return FunctionKind(kind, None, problem=str(error).removeprefix(f"{case.path.name}: ").rstrip("."))
-    return FunctionKind(kind, assessed(study, points, tolerance), time.perf_counter() - start)
+    return FunctionKind(kind, assess_convergence(study, points, tolerance), time.perf_counter() - start)

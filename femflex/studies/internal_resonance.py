@@ -1,57 +1,61 @@
-"""Where a branch goes on beyond a tongue: internal resonance, by which it leads off into another mode's vibrations."""
+"""Continuation of a branch beyond an internal resonance, where it leads into vibrations of another mode (a tongue)."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from femflex.studies.arc import Place, nearer, stepped
+from femflex.studies.continuation import BranchPoint, next_point_on_branch, point_of_smaller_amplitude
 from femflex.studies.harmonic_balance import HarmonicBalance
 
 LEADING = 0.5  # share that the first harmonic has in a motion of the branch
-OWN = 0.95  # of the largest share before: places of less lie in the tongue already
+OUTSIDE_SHARE = 0.95  # of the largest share before: points below it are in the tongue already
 SHORT, FARTHEST = 0.02, 2.0  # steps over a tongue along the arc
-BACK = (1, 2, 3, 4, 6, 9, 13)  # the last places outside, from which they are tried
-CLEAR = 2e-3  # of an amplitude by which a place beyond the tongue is greater: it does not lie in the tongue itself
-LEAST = 5e-3  # of an amplitude: step in search of the far side
+BACK = (1, 2, 3, 4, 6, 9, 13)  # which of the last points outside the tongue the steps start from
+CLEAR = 2e-3  # relative increase of amplitude from which on a point counts as beyond the tongue
+LEAST = 5e-3  # of an amplitude: smallest step of the search for the far side
 
 
-def beyond_resonance(problem: HarmonicBalance, places: list[Place], amplitude: float) -> Place | None:
-    """The place of least amplitude beyond a tongue, or that of a requested amplitude; None where none is near.
+def beyond_resonance(problem: HarmonicBalance, points: list[BranchPoint], amplitude: float) -> BranchPoint | None:
+    """The point of least amplitude beyond a tongue, or that of a requested amplitude; None if none is found.
 
-    places: in order along the branch, up into the tongue or to its brink.
+    points: in order along the branch, up to or into the tongue.
     """
-    turn = int(np.argmax([place.at.amplitude for place in places]))
-    peak = places[turn].at.amplitude
-    shares = np.array([first_share(problem, place) for place in places[: turn + 1]])
-    least = OWN * shares.max()
+    turn = int(np.argmax([point.vibration.amplitude for point in points]))
+    peak = points[turn].vibration.amplitude
+    shares = np.array([first_share(problem, point) for point in points[: turn + 1]])
+    least = OUTSIDE_SHARE * shares.max()
     outside = np.flatnonzero(shares > least)
-    for place in (places[outside[-back]] for back in BACK if back <= len(outside)):
-        rate = problem.rate(place.at, place.tangent)
-        length = max(SHORT, (peak - place.at.amplitude) / rate) if rate > 0 else np.inf
+    for point in (points[outside[-back]] for back in BACK if back <= len(outside)):
+        rate = problem.rate(point.vibration, point.tangent)
+        length = max(SHORT, (peak - point.vibration.amplitude) / rate) if rate > 0 else np.inf
         while length < FARTHEST:
-            to = stepped(problem, place, length, np.inf)
-            if to is not None and to.at.amplitude > (1 + CLEAR) * peak and first_share(problem, to) > least:
-                return _nearest(problem, peak, to, amplitude)
+            candidate = next_point_on_branch(problem, point, length, np.inf)
+            if (
+                candidate is not None
+                and candidate.vibration.amplitude > (1 + CLEAR) * peak
+                and first_share(problem, candidate) > least
+            ):
+                return _far_side(problem, peak, candidate, amplitude)
             length *= 1.5
     return None
 
 
-def first_share(problem: HarmonicBalance, place: Place) -> float:
+def first_share(problem: HarmonicBalance, point: BranchPoint) -> float:
     """Share of the first harmonic in the mean square of the motion about its mean, weighed by mass."""
-    harmonics = place.at.harmonics
+    harmonics = point.vibration.harmonics
     n = harmonics.shape[1]
     squares = np.einsum("ki,ij,kj->k", harmonics[1:], problem.motion.mass[:n, :n], harmonics[1:])
     return float(squares[0] / squares.sum())
 
 
-def _nearest(problem: HarmonicBalance, peak: float, far: Place, amplitude: float) -> Place:
-    """From a place beyond a tongue down to its far side, or to a requested amplitude."""
-    least = amplitude if peak < amplitude < far.at.amplitude else peak
-    step = (far.at.amplitude - least) / 2
-    while far.at.amplitude > least and step > LEAST * peak:
-        lower = nearer(problem, far, max(least, far.at.amplitude - step))
+def _far_side(problem: HarmonicBalance, peak: float, point: BranchPoint, amplitude: float) -> BranchPoint:
+    """The point at the far side of a tongue, or of a requested amplitude, reached downwards from a point beyond."""
+    lowest = amplitude if peak < amplitude < point.vibration.amplitude else peak
+    step = (point.vibration.amplitude - lowest) / 2
+    while point.vibration.amplitude > lowest and step > LEAST * peak:
+        lower = point_of_smaller_amplitude(problem, point, max(lowest, point.vibration.amplitude - step))
         if lower is None:
             step /= 2
         else:
-            far = lower
-    return far
+            point = lower
+    return point

@@ -1,4 +1,4 @@
-"""Laws by which an error falls, and what a sequence of values says of its limit."""
+"""Laws by which an error decreases, and the trend of a sequence of values towards its limit."""
 
 from __future__ import annotations
 
@@ -45,18 +45,18 @@ def shape(kind: Kind, rate: float, x: Array, reference: float) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Trend:
-    """What successive values say of their limit.
+    """Trend of successive values towards their limit.
 
-    state    one, few       too few values to tell
+    state    one, few       too few values to judge
              constant       no change above rounding
              law            errors fall by `law`; the limit is extrapolated
              settling       the last changes are small compared with the earlier ones, but follow no law
              swinging       the last changes have both signs
-             unsettled      the changes do not fall; there is no limit to speak of (nan)
+             unsettled      the changes do not fall; there is no limit (nan)
     limit    best estimate of the limit, spread its own uncertainty
-    scatter  how far the law is off: of the order where it is observed, of the errors' logarithm where it is fitted; nan
-             where the law has as many numbers as there are values to tell
-    rounded  first level whose value differs from the one before by rounding alone, or None
+    scatter  deviation from the law: of the observed order, or of the logarithm of the errors in a fit; nan if the law
+             has as many parameters as there are values
+    rounded  first level whose value differs from the one before only by rounding, or None
     """
 
     state: State

@@ -17,8 +17,8 @@ from femflex.studies.law import Law, State, Trend
 
 HIGHEST = 60.0  # an observed order beyond this is not looked for
 LOWEST = 0.3  # an observed order below this is no convergence
-FAINT = 1e-6  # relative change below which a change that does not fall is taken for rounding
-SURELY = 3.0  # changes within so many times the rounding estimated are taken for rounding
+FAINT = 1e-6  # relative change below which a change that does not decrease counts as rounding
+SURELY = 3.0  # changes up to this multiple of the estimated rounding error count as rounding
 
 
 def observed_order(x: ArrayLike, values: ArrayLike) -> float:
@@ -49,41 +49,48 @@ def mesh_trend(x: ArrayLike, values: ArrayLike, noise: ArrayLike = 0.0) -> Trend
     noise = np.broadcast_to(np.asarray(noise, float), v.shape)
     if len(v) < 2:
         return Trend("one", float(v[-1]), math.nan)
-    last, change = _before_rounding(v, noise), np.abs(np.diff(v))
-    if len(v) == 2 and last == 1:
+    last_resolved, change = _last_above_rounding(v, noise), np.abs(np.diff(v))
+    if len(v) == 2 and last_resolved == 1:
         return Trend("few", float(v[1]), float(change[0]))
-    rounded = last + 1 if last + 1 < len(v) else None
-    floor = float(max(noise[last], change[last])) if rounded is not None else 0.0
-    if last < 2:
-        return Trend("rounded" if last else "constant", float(v[last]), floor, rounded=rounded)
-    orders = [observed_order(x[k : k + 3], v[k : k + 3]) for k in range(last - 1)]
+    rounded = last_resolved + 1 if last_resolved + 1 < len(v) else None
+    floor = float(max(noise[last_resolved], change[last_resolved])) if rounded is not None else 0.0
+    if last_resolved < 2:
+        return Trend("rounded" if last_resolved else "constant", float(v[last_resolved]), floor, rounded=rounded)
+    orders = [observed_order(x[k : k + 3], v[k : k + 3]) for k in range(last_resolved - 1)]
     if orders[-1] < LOWEST:
         return Trend("unsettled", math.nan, math.nan, rounded=rounded)
-    doubted = [p for p in orders[-2:] if not p >= LOWEST]  # a law seen once against a value that denies it is chance
-    if doubted:
-        state: State = "swinging" if math.isnan(doubted[0]) else "settling"
-        return Trend(state, float(v[last]), max(float(change[last - 2 : last].max()), floor), rounded=rounded)
-    return _with_order(x[: last + 1], v[: last + 1], orders, floor, rounded)
+    contradicting = [
+        p for p in orders[-2:] if not p >= LOWEST
+    ]  # an order seen once, and contradicted by another value, is chance
+    if contradicting:
+        state: State = "swinging" if math.isnan(contradicting[0]) else "settling"
+        return Trend(
+            state,
+            float(v[last_resolved]),
+            max(float(change[last_resolved - 2 : last_resolved].max()), floor),
+            rounded=rounded,
+        )
+    return _extrapolated_trend(x[: last_resolved + 1], v[: last_resolved + 1], orders, floor, rounded)
 
 
-def _with_order(x: Array, v: Array, orders: list[float], floor: float, rounded: int | None) -> Trend:
+def _extrapolated_trend(x: Array, v: Array, orders: list[float], floor: float, rounded: int | None) -> Trend:
     """Richardson's limit, with the difference from that of the triple before as its uncertainty."""
     limit = extrapolated(x[-2:], v[-2:], orders[-1])
-    spread, known = abs(limit - float(v[-1])), [p for p in orders[-3:-1] if p >= LOWEST]
+    spread, earlier_orders = abs(limit - float(v[-1])), [p for p in orders[-3:-1] if p >= LOWEST]
     if len(orders) > 1:
         spread = abs(limit - extrapolated(x[-3:-1], v[-3:-1], orders[-2]))
-    scatter = max((abs(p - orders[-1]) for p in known), default=math.nan)
+    scatter = max((abs(p - orders[-1]) for p in earlier_orders), default=math.nan)
     law = Law("algebraic", orders[-1], abs(limit - float(v[-1])), float(x[-1]))
     return Trend("law", limit, max(spread, floor), law, scatter, rounded)
 
 
-def _before_rounding(v: Array, noise: Array) -> int:
+def _last_above_rounding(v: Array, noise: Array) -> int:
     """The last level that differs from the one before by more than rounding; 0 when none does."""
     change, scale = np.abs(np.diff(v)), float(np.abs(v).max())
     resolved = np.flatnonzero(change > SURELY * (noise[:-1] + noise[1:]))
-    last = int(resolved[-1]) + 1 if resolved.size else 0
-    for k in range(1, last):
+    last_resolved = int(resolved[-1]) + 1 if resolved.size else 0
+    for k in range(1, last_resolved):
         faint = max(change[k], change[k - 1]) < FAINT * scale
         if faint and (change[k] > 0.7 * change[k - 1] or np.diff(v)[k] * np.diff(v)[k - 1] <= 0):
             return k if k > 1 else 0  # the first change has none before it to fall from
-    return last
+    return last_resolved

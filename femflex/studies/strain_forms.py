@@ -1,4 +1,4 @@
-"""The same case with linear, condensed and nonlinear strain: what changes in its quantity, and what each costs."""
+"""Comparison of linear, condensed and nonlinear strain in one case: its quantity, and the cost of each."""
 
 from __future__ import annotations
 
@@ -16,20 +16,25 @@ from femflex.case.body import AnalyticTable, BodyTable, FlexibleTable, Strain
 from femflex.case.reduction import Stretchable
 from femflex.integrate import IntegrationError
 from femflex.pipeline.case_bodies import with_own_strain
-from femflex.studies.ladder import Built, Ladder, varied
-from femflex.studies.study import Progress, Study, described, require_study
+from femflex.studies.levels import LevelBodies, LevelSet, varied_names
+from femflex.studies.study import Progress, Study, quantity_text, require_study
 from femflex.system import Segments
 from femflex.warning import PhysicsWarning
 
-FORMS: tuple[Strain, ...] = ("linear", "condensed", "nonlinear")  # each holds further than the one before
+FORMS: tuple[Strain, ...] = (
+    "linear",
+    "condensed",
+    "nonlinear",
+)  # each is valid for larger deflections than the one before
 
 
 @dataclass(frozen=True)
 class StrainForm:
     """A case with one form of strain in all bodies that can take it.
 
-    coordinates of all bodies, derivatives how many of them are derivative shapes, followers how many follow; value of
-    the quantity and seconds of the run (bodies are built before); problem: why there is none (nan), else empty.
+    coordinates: number of all bodies; derivatives: number of derivative shapes among them; followers: number of
+    dependent shapes; value of the quantity; seconds of the run, without building bodies; problem: reason for no value
+    (nan), else empty.
     """
 
     strain: Strain
@@ -59,11 +64,11 @@ class StrainStudy:
 
     @property
     def reference(self) -> StrainForm | None:
-        """The form that holds furthest of those with a value."""
+        """The most accurate form that has a value."""
         return next((form for form in reversed(self.forms) if not form.problem), None)
 
     def difference(self, form: StrainForm) -> float:
-        """Of a form's value from the reference's, over the latter; nan without values."""
+        """Relative difference of a form's value from that of the reference; nan without values."""
         best = self.reference
         if best is None or form.problem:
             return math.nan
@@ -79,22 +84,22 @@ class StrainStudy:
 
     @cached_property
     def verdict(self) -> str:
-        """What this means, in sentences."""
+        """The conclusions, in sentences."""
         best = self.reference
         if best is None or self.recommended is None:
-            left = f"only strain = {best.strain!r} has a value" if best else "no form has a value"
-            return f"Nothing can be compared: {left}."
-        said = []
+            reason = f"only strain = {best.strain!r} has a value" if best else "no form has a value"
+            return f"Nothing can be compared: {reason}."
+        sentences = []
         for form in self.forms[: self.forms.index(best)]:
             if form.problem:
-                said.append(f"{form.strain.capitalize()} strain has no value: {form.problem}.")
+                sentences.append(f"{form.strain.capitalize()} strain has no value: {form.problem}.")
                 continue
             enough = "is enough" if self.difference(form) <= self.tolerance else "is not enough"
-            said.append(
+            sentences.append(
                 f"{form.strain.capitalize()} strain {enough}: {self.difference(form):.2g} off {best.strain} strain "
                 f"(tolerance {self.tolerance:g}), in {form.seconds / best.seconds:.2g} of its time."
             )
-        return " ".join([*said, f"Choose strain = {self.recommended!r}."])
+        return " ".join([*sentences, f"Choose strain = {self.recommended!r}."])
 
     def to_dict(self) -> dict[str, Any]:
         """Everything in plain numbers, lists and text."""
@@ -115,24 +120,26 @@ def strain_forms(case: Case, tolerance: float | None = None, progress: Progress 
     for k, strain in enumerate(FORMS):
         if progress is not None:
             progress(k / len(FORMS))
-        forms.append(_form(with_strain_of(case, names, strain), names, strain))
+        forms.append(_form(with_strain_form(case, names, strain), names, strain))
     own = {name: case.bodies[name].strain or "not set" for name in names}  # type: ignore[union-attr]
-    return StrainStudy(described(table.quantity), tolerance or table.tolerance, tuple(forms), own)
+    return StrainStudy(quantity_text(table.quantity), tolerance or table.tolerance, tuple(forms), own)
 
 
 def has_strain(table: BodyTable) -> bool:
     """Whether a body has a choice of strain."""
     if isinstance(table, AnalyticTable):
         return bool(table.functions.y or table.functions.z)
-    return isinstance(table, FlexibleTable) and (table.cut is not None or isinstance(table.reduction, Stretchable))
+    return isinstance(table, FlexibleTable) and (
+        table.segmented_member is not None or isinstance(table.reduction, Stretchable)
+    )
 
 
 def strain_names(case: Case) -> list[str]:
     """Names of the bodies a study over strain varies. Raises ValueError when there is none."""
-    return varied(case, has_strain, "form of strain to choose")
+    return varied_names(case, has_strain, "form of strain to choose")
 
 
-def with_strain_of(case: Case, names: Sequence[str], strain: Strain) -> Case:
+def with_strain_form(case: Case, names: Sequence[str], strain: Strain) -> Case:
     """The case with that form of strain in these bodies: derivatives as they are or "auto", none with linear strain."""
     assert strain in get_args(Strain)
     bodies = dict(case.bodies)
@@ -141,30 +148,34 @@ def with_strain_of(case: Case, names: Sequence[str], strain: Strain) -> Case:
         update: dict[str, Any] = {"strain": strain}
         reduction = getattr(table, "reduction", None)
         if isinstance(reduction, Stretchable):
-            given = None if reduction.derivatives in (None, "none", 0) else reduction.derivatives
-            kept = (
-                {"derivatives": "none", "deflection": None} if strain == "linear" else {"derivatives": given or "auto"}
+            derivatives = None if reduction.derivatives in (None, "none", 0) else reduction.derivatives
+            reduction_update = (
+                {"derivatives": "none", "deflection": None}
+                if strain == "linear"
+                else {"derivatives": derivatives or "auto"}
             )
-            update["reduction"] = reduction.model_copy(update=kept)
+            update["reduction"] = reduction.model_copy(update=reduction_update)
         bodies[name] = table.model_copy(update=update)
     return case.model_copy(update={"bodies": bodies})
 
 
 def _form(case: Case, names: Sequence[str], strain: Strain) -> StrainForm:
-    """One form of a case, run; a form that cannot be built or runs away says why."""
+    """Result of a case with one form of strain; if it cannot be built or diverges, the result has the reason."""
     try:
-        built = Built({name: build_part(case, name) for name in names}, 0)
+        level_bodies = LevelBodies({name: build_part(case, name) for name in names}, 0)
     except CaseError as error:
         return StrainForm(strain, 0, 0, 0, problem=error.problems[0].text)
-    pieces = [p for part in built.bodies.values() for p in (part.bodies if isinstance(part, Segments) else (part,))]
-    counts = (sum(body.n_modes for body in pieces), built.derivatives, built.followers)
-    study = Study(case, "modes", Ladder(tuple(names), (), None))
+    pieces = [
+        p for part in level_bodies.bodies.values() for p in (part.bodies if isinstance(part, Segments) else (part,))
+    ]
+    counts = (sum(body.n_modes for body in pieces), level_bodies.derivatives, level_bodies.followers)
+    study = Study(case, "modes", LevelSet(tuple(names), (), None))
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", PhysicsWarning)  # of large bends with linear strain: it is what is asked
+        warnings.simplefilter("ignore", PhysicsWarning)  # large deflections with linear strain are intended here
         _ = study.constant
         start = time.perf_counter()
         try:
-            value, unit, _ = study.value(built, lambda part: None)
+            value, unit, _ = study.value(level_bodies, lambda part: None)
         except IntegrationError as error:
             return StrainForm(strain, *counts, problem=f"it diverges at t = {error.t:.4g} s")
         except ValueError as error:

@@ -1,4 +1,4 @@
-"""A convergence study: one case over a ladder of levels, one number from each."""
+"""A convergence study: one case at several levels, one number from each."""
 
 from __future__ import annotations
 
@@ -15,29 +15,29 @@ from femflex.arrays import Array
 from femflex.assembly import build_part
 from femflex.assembly.shared import shared_structures
 from femflex.case import Case, CaseError
-from femflex.case.evaluate import measured, measured_unit
+from femflex.case.evaluate import measured_unit, measured_value
 from femflex.case.measure import OF_SYSTEM, MeasureTable
 from femflex.case.run import StudyTable
 from femflex.pipeline import Prepared, prepare
 from femflex.pipeline.balanced import case_modes
 from femflex.pipeline.case_bodies import with_own_strain
 from femflex.pipeline.guard import MotionGuard
-from femflex.studies.derivative_ladder import derivative_ladder
-from femflex.studies.ladder import Built, Ladder, Rung, mesh_ladder, mode_ladder
-from femflex.studies.segment_ladder import segment_ladder
+from femflex.studies.derivative_levels import derivative_levels
+from femflex.studies.levels import Level, LevelBodies, LevelSet, mesh_levels, mode_levels
+from femflex.studies.segment_levels import segment_levels
 from femflex.system import Channel, Part
 from femflex.warning import PhysicsWarning
 
 Over = Literal["modes", "mesh", "derivatives", "segments"]
-Progress = Callable[[float], object]  # called with the part of the work done
+Progress = Callable[[float], object]  # called with the fraction of the work done
 
-LADDERS: dict[str, Callable[[Case, Sequence[int] | None], Ladder]] = {
-    "modes": mode_ladder,
-    "mesh": mesh_ladder,
-    "derivatives": derivative_ladder,
-    "segments": segment_ladder,
+LEVEL_SETS: dict[str, Callable[[Case, Sequence[int] | None], LevelSet]] = {
+    "modes": mode_levels,
+    "mesh": mesh_levels,
+    "derivatives": derivative_levels,
+    "segments": segment_levels,
 }
-LEVELS = {  # what levels are, and the least
+LEVELS = {  # meaning of a level, and the least one
     "modes": ("numbers of modes", 1),
     "mesh": ("numbers of refinements", 0),
     "derivatives": ("numbers of derivative shapes", 0),
@@ -50,10 +50,10 @@ EXAMPLE = '[study]\nquantity = { of = "peak", channel = "markers/beam.tip/deflec
 
 @dataclass(frozen=True)
 class Point:
-    """A level with its count of elastic coordinates or dofs, the value there, the value's own rounding, and their unit.
+    """Result of a level: number of elastic coordinates or dofs, value, rounding error of the value, and unit.
 
-    derivatives says how many of the coordinates are derivative shapes, followers how many follow, added how many are
-    static shapes; problem, why a level too coarse for the case has no value (nan).
+    derivatives: number of coordinates that are derivative shapes; followers: number of dependent shapes; added: number
+    of static shapes; problem: reason why a level too coarse for the case has no value (nan).
     """
 
     level: int
@@ -68,8 +68,8 @@ class Point:
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
-    """What `measured` asks of a run, kept in memory: the one channel of the quantity, and the bodies."""
+class MeasuredRun:
+    """A run in memory as `measured_value` needs it: the one channel of the quantity, and the bodies."""
 
     bodies_of: Mapping[str, Any]
     time: Array = field(default_factory=lambda: np.zeros(0))
@@ -96,114 +96,135 @@ class Seen:
 
 @dataclass(frozen=True, eq=False)
 class Study:
-    """A case, what is varied, and the ladder of levels; `points` climbs it."""
+    """A case, the varied property, and its levels; `points` evaluates them."""
 
     case: Case
     over: Over
-    ladder: Ladder
+    level_set: LevelSet
 
     @property
     def quantity(self) -> MeasureTable:
-        """What the case's [study] watches."""
+        """The quantity of the case's [study]."""
         assert self.case.study is not None
         return self.case.study.quantity
 
     @cached_property
     def constant(self) -> dict[str, Part]:
         """The bodies that no level varies."""
-        return {name: build_part(self.case, name) for name in self.case.bodies if name not in self.ladder.varied}
+        return {name: build_part(self.case, name) for name in self.case.bodies if name not in self.level_set.varied}
 
     def points(self, progress: Progress | None = None) -> Iterator[Point]:
         """A Point for each level, coarse to fine; progress is reported for the whole study.
 
-        The first levels may be too coarse for the case: an initial displacement that so few modes cannot take, a mode
-        that is not among them. Raises what made the last of them fail when no level has a value, and IntegrationError
-        when the numerics fail. Physics warnings are those of the finest level.
+        The first levels may be too coarse for the case: an initial displacement that so few modes cannot represent, or
+        a mode that is not among them. Raises the error of the last level when no level has a value, and
+        IntegrationError when the numerics fail. Physics warnings are those of the finest level.
         """
-        rungs, found, size = self.ladder.rungs, False, (-1, 0)
-        ends = np.cumsum([rung.weight for rung in rungs])
-        for rung, end in zip(rungs, ends, strict=True):
-            report = partial(_tell, progress, (end - rung.weight) / ends[-1], rung.weight / ends[-1])
+        levels, has_value, size = self.level_set.levels, False, (-1, 0)
+        ends = np.cumsum([step.weight for step in levels])
+        for step, end in zip(levels, ends, strict=True):
+            report = partial(_report_progress, progress, (end - step.weight) / ends[-1], step.weight / ends[-1])
             report(0.0)
             with warnings.catch_warnings():
-                if rung is not rungs[-1]:  # of coarse levels it is known that they are coarse
+                if step is not levels[-1]:  # coarse levels are expected to be inaccurate
                     warnings.simplefilter("ignore", PhysicsWarning)
-                built = rung.build()
-                if (built.count, built.added) == size:  # a close pair was kept whole, so nothing is new
+                level_bodies = step.build()
+                if (
+                    level_bodies.count,
+                    level_bodies.added,
+                ) == size:  # a close pair was not split, so this level equals the last one
                     continue
-                point = self._point(rung, built, report, may_fail=not found and rung is not rungs[-1])
-            found, size = found or not point.problem, (built.count, built.added)
+                point = self._point(step, level_bodies, report, may_fail=not has_value and step is not levels[-1])
+            has_value, size = has_value or not point.problem, (level_bodies.count, level_bodies.added)
             yield point
 
-    def _point(self, rung: Rung, built: Built, progress: Progress, may_fail: bool) -> Point:
+    def _point(self, step: Level, level_bodies: LevelBodies, progress: Progress, may_fail: bool) -> Point:
         try:
-            value, unit, rtol = self.value(built, progress)
+            value, unit, rtol = self.value(level_bodies, progress)
         except ValueError as error:
             if not (may_fail and self._is_coarse(error)):
                 raise
             text = str(error).removeprefix(f"{self.case.path.name}: ")
-            return Point(rung.level, built.count, math.nan, math.nan, problem=text)
-        noise = max(built.rounding, STEPS * rtol, EPS) * abs(value)
-        return Point(rung.level, built.count, value, noise, unit, "", built.derivatives, built.followers, built.added)
+            return Point(step.level, level_bodies.count, math.nan, math.nan, problem=text)
+        noise = max(level_bodies.rounding, STEPS * rtol, EPS) * abs(value)
+        return Point(
+            step.level,
+            level_bodies.count,
+            value,
+            noise,
+            unit,
+            "",
+            level_bodies.derivatives,
+            level_bodies.followers,
+            level_bodies.added,
+        )
 
-    def value(self, built: Built, progress: Progress) -> tuple[float, str, float]:
+    def value(self, level_bodies: LevelBodies, progress: Progress) -> tuple[float, str, float]:
         """The quantity with these bodies, its unit, and the relative tolerance of the integration behind it."""
         if self.quantity.of == OF_SYSTEM:
-            everything = self.constant | built.bodies | built.others
-            modes = case_modes(self.case, bodies={name: everything[name] for name in self.case.bodies})
+            all_bodies = self.constant | level_bodies.bodies | level_bodies.other_bodies
+            modes = case_modes(self.case, bodies={name: all_bodies[name] for name in self.case.bodies})
             try:
                 return modes.frequency(self.quantity.branch or self.quantity.mode), "Hz", 0.0
             except KeyError as error:
                 raise ValueError(error.args[0]) from None
-        seen = self.seen(built, progress)
-        return measured(self.quantity, seen, seen.mean_motion), measured_unit(self.quantity, seen), seen.rtol
+        measured_run = self.measured_run(level_bodies, progress)
+        return (
+            measured_value(self.quantity, measured_run, measured_run.mean_motion),
+            measured_unit(self.quantity, measured_run),
+            measured_run.rtol,
+        )
 
     def _is_coarse(self, error: ValueError) -> bool:
-        """Whether the trouble is one that more modes may end."""
+        """Whether more modes may remove the error."""
         initial = isinstance(error, CaseError) and all(problem.where.endswith(".initial") for problem in error.problems)
         return self.over == "modes" and (initial or self.quantity.of in ("mode_frequency", OF_SYSTEM))
 
-    def seen(self, built: Built, progress: Progress) -> Seen:
-        """The run of the case with these bodies, or the bodies alone where that is all the quantity needs."""
+    def measured_run(self, level_bodies: LevelBodies, progress: Progress) -> MeasuredRun:
+        """The run of the case with these bodies, or only the bodies if the quantity needs no run."""
         path = self.quantity.channel
         if path is None:
-            return Seen(built.bodies)
-        everything = self.constant | built.bodies | built.others
-        bodies = {name: everything[name] for name in self.case.bodies}
+            return MeasuredRun(level_bodies.bodies)
+        all_bodies = self.constant | level_bodies.bodies | level_bodies.other_bodies
+        bodies = {name: all_bodies[name] for name in self.case.bodies}
         prepared = prepare(self.case, bodies=bodies)
         motion = None if prepared.system.orbit is None else prepared.system.orbit.mean_motion
         rtol = float(getattr(prepared.integrator, "rtol", 0.0))
-        values, channel = watched(prepared, path, progress), prepared.model.channels[path]
-        return Seen(bodies, prepared.times, values, channel, motion, rtol)
+        values, channel = channel_of_run(prepared, path, progress), prepared.model.channels[path]
+        return MeasuredRun(bodies, prepared.times, values, channel, motion, rtol)
 
 
-def _tell(progress: Progress | None, start: float, share: float, part: float) -> None:
+def _report_progress(progress: Progress | None, start: float, share: float, fraction: float) -> None:
     if progress is not None:
-        progress(start + share * part)
+        progress(start + share * fraction)
 
 
-def planned(case: Case, over: Over = "modes", levels: Sequence[int] | None = None) -> Study:
+def plan_study(case: Case, over: Over = "modes", levels: Sequence[int] | None = None) -> Study:
     """The study of a case's [study] quantity over its modes, its meshes or its derivative shapes.
 
-    levels: numbers of modes (from 1) or refinements (from 0) to try; left out, those of the case, or a usual ladder.
-    Raises ValueError when the case has no [study], nothing to vary, or the levels make no ladder.
+    levels: numbers of modes (from 1) or refinements (from 0); by default those of the case, or usual ones.
+    Raises ValueError when the case has no [study], nothing to vary, or the levels are too few or invalid.
     """
-    require_known(over)
+    require_valid_property(over)
     require_study(case)
-    what, least = LEVELS[over]
+    meaning, least = LEVELS[over]
     if levels is not None and (len(set(levels)) < 2 or min(levels) < least):
-        found, what = ", ".join(map(str, levels)) or "none", f"{what}, each at least {least}"
-        raise ValueError(f"found levels {found}; give at least two different {what} (an order needs three).")
+        found_text, meaning = ", ".join(map(str, levels)) or "none", f"{meaning}, each at least {least}"
+        raise ValueError(f"found levels {found_text}; give at least two different {meaning} (an order needs three).")
     with shared_structures():
-        own = with_own_strain(case)
-        ladder = mode_ladder(own, levels, case) if over == "modes" else LADDERS[over](own, levels)
-        return Study(own, over, ladder)
+        case_with_strain = with_own_strain(case)
+        level_set = (
+            mode_levels(case_with_strain, levels, case)
+            if over == "modes"
+            else LEVEL_SETS[over](case_with_strain, levels)
+        )
+        return Study(case_with_strain, over, level_set)
 
 
-def require_known(over: str) -> None:
-    """Raise ValueError for a word that no ladder goes by."""
-    if over not in LADDERS:
-        raise ValueError(f"a study varies {', '.join(LADDERS)}, functions or strain; found {over!r}.")
+def require_valid_property(over: str) -> None:
+    """Raise ValueError for a word that names no property of a study."""
+    if over not in LEVEL_SETS:
+        raise ValueError(f"a study varies {', '.join(LEVEL_SETS)}, functions or strain; found {over!r}.")
 
 
 def require_study(case: Case) -> StudyTable:
@@ -215,8 +236,8 @@ def require_study(case: Case) -> StudyTable:
     return case.study
 
 
-def watched(prepared: Prepared, path: str, progress: Progress) -> Array:
-    """One channel of a run that leaves no file, (n_t, ...), in its unit."""
+def channel_of_run(prepared: Prepared, path: str, progress: Progress) -> Array:
+    """One channel of a run without a file, (n_t, ...), in its unit."""
     model, times = prepared.model, prepared.times
     rows, guard = [], MotionGuard(model)
     for block in prepared.integrator.blocks(model, times, model.x0):
@@ -228,7 +249,7 @@ def watched(prepared: Prepared, path: str, progress: Progress) -> Array:
     return np.concatenate(rows)
 
 
-def described(quantity: MeasureTable) -> str:
+def quantity_text(quantity: MeasureTable) -> str:
     """A quantity in words: "peak of attitude/angles pitch", "frequency of mode 1 of beam"."""
     q = quantity
     if q.of == "mode_frequency":
@@ -237,7 +258,7 @@ def described(quantity: MeasureTable) -> str:
         return f"mass of {q.body}"
     if q.of == OF_SYSTEM:
         return f"frequency of {q.branch or f'mode {q.mode}'} of the craft"
-    of = f"frequency {q.tone} of {q.tones}" if q.of == "frequency" and q.tones > 1 else q.of
+    measure_text = f"frequency {q.tone} of {q.tones}" if q.of == "frequency" and q.tones > 1 else q.of
     component = "" if q.component is None else f" {q.component}"
-    when = f" at {q.at:g} s" if q.at is not None else " at the end" if q.of == "value" else ""
-    return f"{of} of {q.channel}{component}{when}"
+    time_text = f" at {q.at:g} s" if q.at is not None else " at the end" if q.of == "value" else ""
+    return f"{measure_text} of {q.channel}{component}{time_text}"

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.arrays import Array, IntArray
-from femflex.view.overlay import matrix
+from femflex.view.overlay import pose_matrix
 from femflex.view.paint import Paint
 from femflex.view.surface import Points, Surface
 from femflex.view.theme import Theme
@@ -17,12 +17,12 @@ from femflex.view.window import LIGHTS
 
 THIN, FAINT, THICK, DOT = 1.1, 0.8, 4.0, 9.0  # pixels: edges of faces, mesh lines, lines and points as bodies
 PALE = 0.6  # opacity of mesh lines
-WRAP = 0.3  # light reaches faces turned away up to this cosine: colours can be read on the dark side of a panel
+WRAP = 0.3  # light reaches faces turned away up to this cosine, so that colours on the dark side are visible
 VEIL = 0.16  # opacity
 
 
 class BodyActor:
-    """One body in a scene: faces, edges, lines and dots, moved as a whole and deformed in place."""
+    """One body in a scene: faces, edges, lines and dots with one pose, deformed in place."""
 
     def __init__(
         self,
@@ -37,9 +37,9 @@ class BodyActor:
         """Coloured over the bar by the length of the displacement, or by a paint where one is given."""
         self._surface, self._bar, self._paint = surface, bar, paint
         self._delta: Array | None = None
-        self._parts = _parts(surface)
+        self._data = _drawn_parts(surface)
         self._actors = []
-        for kind, data in self._parts.items():
+        for kind, data in self._data.items():
             plain = theme.edge if kind in ("edges", "mesh") else colour
             look: dict[str, Any] = {"color": plain}
             if bar is not None and kind != "edges":
@@ -50,17 +50,19 @@ class BodyActor:
             _style(actor, kind, pixel, surface.closed)
             self._actors.append(actor)
 
-    def show(self, position: Array, attitude: Array, delta: Array, scale: float, own: Array | None = None) -> None:
+    def show(
+        self, position: Array, attitude: Array, delta: Array, scale: float, own_amplitudes: Array | None = None
+    ) -> None:
         """Move to a pose, position (3,) [m] and C_VB (3, 3), with elastic coordinates (n,) magnified.
 
-        own: amplitudes of the body's own shapes, which a paint takes, where they differ from delta.
+        own_amplitudes: amplitudes of the body's own shapes, for a paint, where they differ from delta.
         """
-        pose = matrix(position, attitude)
+        pose = pose_matrix(position, attitude)
         for actor in self._actors:
             actor.SetUserMatrix(pose)
         if self._delta is None or not np.array_equal(delta, self._delta):
             self._delta = np.array(delta)
-            self._deform(self._delta, scale, self._delta if own is None else own)
+            self._deform(self._delta, scale, self._delta if own_amplitudes is None else own_amplitudes)
 
     def rescale(self, top: float) -> None:
         """Colour from none to this displacement [m], where the displacement colours."""
@@ -68,33 +70,35 @@ class BodyActor:
             for actor in self._actors:
                 actor.mapper.SetScalarRange(0.0, top * self._bar.factor)
 
-    def _deform(self, delta: Array, scale: float, own: Array) -> None:
-        painted = None if self._paint is None else self._paint.values(own)
-        for kind, data in self._parts.items():
-            points, length = _points(self._surface, kind).moved(delta, scale)
+    def _deform(self, delta: Array, scale: float, own_amplitudes: Array) -> None:
+        painted = None if self._paint is None else self._paint.values(own_amplitudes)
+        for kind, data in self._data.items():
+            points, length = _points(self._surface, kind).displaced(delta, scale)
             data.points[:] = points
             data.GetPoints().Modified()
             if kind == "faces":
                 data.point_data["Normals"][:] = self._surface.normals(points)
                 data.GetPointData().GetNormals().Modified()
             if self._bar is not None and kind != "edges":
-                shown = length if painted is None else painted[_points(self._surface, kind).numbers]
-                data.point_data["painted"][:] = shown * np.float32(self._bar.factor)
+                colour_values = length if painted is None else painted[_points(self._surface, kind).numbers]
+                data.point_data["painted"][:] = colour_values * np.float32(self._bar.factor)
                 data.GetPointData().GetArray("painted").Modified()
             data.Modified()
 
 
 def add_ghost(plotter: Any, surface: Surface, theme: Theme, pixel: float) -> list[Any]:
-    """Draw the undeformed body as a veil with its sharp edges; returns its actors, at the identity pose."""
+    """Draw the undeformed body, transparent with its sharp edges; return its actors, at the identity pose."""
     actors = []
-    for kind, data in _parts(surface).items():
+    for kind, data in _drawn_parts(surface).items():
         if kind == "mesh":
             continue
         actor = plotter.add_mesh(data, color=theme.ghost, smooth_shading=False, reset_camera=False)
         _style(actor, kind, pixel, surface.closed)
         actor.prop.opacity = VEIL if kind == "faces" else 0.9
         actor.prop.line_width = pixel * THIN
-        actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(2.0, 4.0)  # behind what it touches
+        actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(
+            2.0, 4.0
+        )  # behind the surfaces that it touches
         actors.append(actor)
     return actors
 
@@ -106,53 +110,53 @@ class TraceActor:
         import pyvista as pv
 
         self._path = path.astype(np.float32)
-        self._data: Any = pv.PolyData(self._path.copy(), lines=_packed(np.arange(len(path))[None, :]))
+        self._data: Any = pv.PolyData(self._path.copy(), lines=_vtk_cells(np.arange(len(path))[None, :]))
         plotter.add_mesh(self._data, color=theme.trace, line_width=2.0 * pixel, lighting=False, reset_camera=False)
 
-    def show(self, k: int, now: Array) -> None:
-        """Draw points 0 to k - 1 and the present place (3,) [m]."""
-        drawn = np.arange(len(self._path))[:, None] < k
-        self._data.points[:] = np.where(drawn, self._path, now.astype(np.float32))
+    def show(self, k: int, position: Array) -> None:
+        """Draw points 0 to k - 1 and the present position (3,) [m]."""
+        is_past = np.arange(len(self._path))[:, None] < k
+        self._data.points[:] = np.where(is_past, self._path, position.astype(np.float32))
         self._data.GetPoints().Modified()
         self._data.Modified()
 
 
 class SightActor:
-    """A line of sight, drawn a little way towards what is looked at."""
+    """A line of sight, drawn as a short line towards its target."""
 
     def __init__(self, plotter: Any, length: float, theme: Theme, pixel: float) -> None:
         import pyvista as pv
 
         self._length = length
-        self._data: Any = pv.PolyData(np.zeros((2, 3), np.float32), lines=_packed(np.array([[0, 1]])))
+        self._data: Any = pv.PolyData(np.zeros((2, 3), np.float32), lines=_vtk_cells(np.array([[0, 1]])))
         plotter.add_mesh(self._data, color=theme.trace, line_width=2.5 * pixel, lighting=False, reset_camera=False)
 
     def show(self, start: Array, direction: Array) -> None:
-        """Draw it from a place (3,) [m] along a direction (3,)."""
+        """Draw it from a position (3,) [m] along a direction (3,)."""
         self._data.points[:] = np.stack([start, start + self._length * direction])
         self._data.GetPoints().Modified()
         self._data.Modified()
 
 
-def _parts(surface: Surface) -> dict[str, Any]:
+def _drawn_parts(surface: Surface) -> dict[str, Any]:
     import pyvista as pv
 
     cells = {
-        "faces": {"faces": _packed(surface.triangles, surface.quads)},
-        "edges": {"lines": _packed(surface.edges)},
-        "mesh": {"lines": _packed(surface.mesh)},
-        "lines": {"lines": _packed(surface.lines)},
-        "dots": {"verts": _packed(surface.dots[:, None])},
+        "faces": {"faces": _vtk_cells(surface.triangles, surface.quads)},
+        "edges": {"lines": _vtk_cells(surface.edges)},
+        "mesh": {"lines": _vtk_cells(surface.mesh)},
+        "lines": {"lines": _vtk_cells(surface.lines)},
+        "dots": {"verts": _vtk_cells(surface.dots[:, None])},
     }
     filled = {kind: table for kind, table in cells.items() if all(len(values) for values in table.values())}
-    parts: dict[str, Any] = {}
+    data_by_kind: dict[str, Any] = {}
     for kind, table in filled.items():
         make: Any = pv.PolyData
-        parts[kind] = make(_points(surface, kind).rest.copy(), **table)
-    if "faces" in parts:
-        parts["faces"].point_data["Normals"] = surface.normals(surface.skin.rest)
-        parts["faces"].GetPointData().SetActiveNormals("Normals")
-    return parts
+        data_by_kind[kind] = make(_points(surface, kind).reference.copy(), **table)
+    if "faces" in data_by_kind:
+        data_by_kind["faces"].point_data["Normals"] = surface.normals(surface.skin.reference)
+        data_by_kind["faces"].GetPointData().SetActiveNormals("Normals")
+    return data_by_kind
 
 
 def _points(surface: Surface, kind: str) -> Points:
@@ -178,13 +182,13 @@ def _style(actor: Any, kind: str, pixel: float, closed: bool) -> None:
 def matt_shading() -> str:
     """The shader's lines for matt surfaces under LIGHTS; VTK's own, with gloss, take a quarter of a frame's time."""
     shade = []
-    for place, intensity in LIGHTS:
-        x, y, z = (float(c) for c in np.divide(place, np.linalg.norm(place)))
+    for direction, intensity in LIGHTS:
+        x, y, z = (float(c) for c in np.divide(direction, np.linalg.norm(direction)))
         facing = f"dot(normalVCVSOutput, vec3({x:.4f}, {y:.4f}, {z:.4f}))"
         shade.append(f"{intensity / (1.0 + WRAP):.4f} * max(0.0, {facing} + {WRAP:.4f})")
     return f"  fragOutput0 = vec4(ambientColor + ({' + '.join(shade)}) * diffuseColor, opacity);\n"
 
 
-def _packed(*tables: NDArray[Any]) -> IntArray:
+def _vtk_cells(*tables: NDArray[Any]) -> IntArray:
     rows = [np.column_stack([np.full(len(table), table.shape[1]), table]).ravel() for table in tables]
     return np.concatenate(rows).astype(np.int64)

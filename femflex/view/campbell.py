@@ -10,7 +10,7 @@ import numpy as np
 from femflex.arrays import Array
 from femflex.view.campbell_data import BranchData, CampbellData
 from femflex.view.convergence import check_kind
-from femflex.view.plot import finish, raised, saved
+from femflex.view.plot import finish, save_figure, with_superscripts
 from femflex.view.theme import Theme, theme_of
 
 if TYPE_CHECKING:
@@ -42,8 +42,8 @@ def plot_campbell(
     """Path of a picture (.png or .svg) of a Campbell diagram, speeds in a unit that is `scale` rad/s, values as they
     are.
 
-    Crossings with multiples of the spin are ringed; where a branch grows it is drawn wide and red. Damping ratios
-    stand below, where there are any.
+    Crossings with multiples of the spin are marked by rings; growing branches are wide and red. Damping ratios are
+    drawn below, if there are any.
     """
     check_kind(path)
     from matplotlib.figure import Figure
@@ -61,82 +61,91 @@ def plot_campbell(
         _damping(axes[1], diagram, colours, scale)
     for ax in axes:
         finish(ax, (), colours)
-    unit_text = f" [{raised(unit)}]" if unit else ""
+    unit_text = f" [{with_superscripts(unit)}]" if unit else ""
     axes[-1].set_xlabel((diagram.value or "speed of spin") + unit_text)
     axes[0].set_xlim(diagram.speeds[0] / scale, diagram.speeds[-1] / scale)
-    return saved(figure, path, dpi, force)
+    return save_figure(figure, path, dpi, force)
 
 
 def _frequencies(ax: Axes, diagram: CampbellData, colours: Theme, scale: float) -> None:
-    """Branches with their names, multiples of the spin, and where they meet."""
+    """Draw branches with their names, multiples of the spin, and their crossings."""
     top = 1.06 * max(float(np.nanmax(b.frequencies)) for b in diagram.branches) or 1.0
     ax.set_ylim(0, top)
     _orders(ax, diagram, colours, scale, top)
     ends = []
     for branch in diagram.branches:
         speeds, frequencies, style = diagram.speeds / scale, branch.frequencies, _style(branch, colours)
-        ax.plot(*((speeds, frequencies) if diagram.value else _fine(speeds, frequencies)), zorder=3, **style)
-        ax.plot(speeds[diagram.asked], frequencies[diagram.asked], ".", color=style["color"], markersize=3.5, zorder=3)
+        ax.plot(*((speeds, frequencies) if diagram.value else _interpolated(speeds, frequencies)), zorder=3, **style)
+        ax.plot(
+            speeds[diagram.requested],
+            frequencies[diagram.requested],
+            ".",
+            color=style["color"],
+            markersize=3.5,
+            zorder=3,
+        )
         ax.plot(speeds, np.where(branch.growing, frequencies, np.nan), color=colours.trace, linewidth=5, alpha=0.6)
         if np.isfinite(frequencies[-1]):
-            text = f"{branch.name} → {branch.becomes}" if branch.becomes else branch.name
+            text = f"{branch.name} → {branch.final_character}" if branch.final_character else branch.name
             ends.append((float(frequencies[-1]), text, style["color"]))
     _names(ax, sorted(ends), top)
     _crossings(ax, diagram, colours, scale, top)
 
 
 def _crossings(ax: Axes, diagram: CampbellData, colours: Theme, scale: float, top: float) -> None:
-    """A ring about each crossing, with its speed where there is room for it, on the side with the fewest lines."""
-    first, last = (float(v) / scale for v in (diagram.speeds[0], diagram.speeds[-1]))
-    places = np.array([[one.speed / scale, one.frequency] for one in diagram.crossings]).reshape(-1, 2)
-    points = 72 * FRAME * np.array([WIDTH / (last - first), HEIGHT / top])  # per unit of the axes
-    lines = (np.concatenate(_lines(diagram, scale, first, last)) - [first, 0.0]) * points
-    rings = (places - [first, 0.0]) * points
-    for k, at in enumerate(places):
-        ax.plot(*at, "o", color=colours.text, markerfacecolor=colours.background, markersize=5.5, zorder=4)
-        apart = np.hypot(*((np.delete(places, k, axis=0) - at) / (last, top)).T)
-        if apart.min(initial=1.0) > CLEAR:
-            text = f"{at[0]:.4g}"
-            others = [np.delete(rings, k, axis=0) + shift for shift in RING]
-            side, label = _clearest(rings[k], text, np.concatenate([lines, *others]))
+    """Draw a ring at each crossing, with its speed on the side with the fewest lines, where there is space."""
+    start, end = (float(v) / scale for v in (diagram.speeds[0], diagram.speeds[-1]))
+    positions = np.array([[crossing.speed / scale, crossing.frequency] for crossing in diagram.crossings]).reshape(
+        -1, 2
+    )
+    points = 72 * FRAME * np.array([WIDTH / (end - start), HEIGHT / top])  # per unit of the axes
+    lines = (np.concatenate(_curve_points(diagram, scale, start, end)) - [start, 0.0]) * points
+    rings = (positions - [start, 0.0]) * points
+    for k, crossing_point in enumerate(positions):
+        ax.plot(*crossing_point, "o", color=colours.text, markerfacecolor=colours.background, markersize=5.5, zorder=4)
+        distances = np.hypot(*((np.delete(positions, k, axis=0) - crossing_point) / (end, top)).T)
+        if distances.min(initial=1.0) > CLEAR:
+            text = f"{crossing_point[0]:.4g}"
+            other_rings = [np.delete(rings, k, axis=0) + shift for shift in RING]
+            side, label = _clearest_offset(rings[k], text, np.concatenate([lines, *other_rings]))
             lines = np.concatenate([lines, label])
             style: dict[str, Any] = {"textcoords": "offset points", "fontsize": LETTER, "color": colours.text}
             style |= {"ha": "left" if side[0] > 0 else "right" if side[0] < 0 else "center", "va": "center"}
-            ax.annotate(text, (at[0], at[1]), side, zorder=5, **style)
+            ax.annotate(text, (crossing_point[0], crossing_point[1]), side, zorder=5, **style)
 
 
-def _lines(diagram: CampbellData, scale: float, first: float, last: float) -> list[Array]:
+def _curve_points(diagram: CampbellData, scale: float, start: float, end: float) -> list[Array]:
     """(n, 2) points along each branch and each multiple of the spin: speed and frequency as drawn."""
-    x = np.linspace(first, last, 400)
-    drawn = [np.interp(x, diagram.speeds / scale, branch.frequencies) for branch in diagram.branches]
-    drawn += [order * scale / (2 * np.pi) * x for order in diagram.orders]
-    return [np.stack([x, y], axis=1)[np.isfinite(y)] for y in drawn]
+    x = np.linspace(start, end, 400)
+    curves = [np.interp(x, diagram.speeds / scale, branch.frequencies) for branch in diagram.branches]
+    curves += [order * scale / (2 * np.pi) * x for order in diagram.orders]
+    return [np.stack([x, y], axis=1)[np.isfinite(y)] for y in curves]
 
 
-def _clearest(at: Array, text: str, lines: Array) -> tuple[tuple[int, int], Array]:
+def _clearest_offset(ring_position: Array, text: str, lines: Array) -> tuple[tuple[int, int], Array]:
     """Offset of a label from a ring, of SIDES, with the fewest of the points `lines` (n, 2) in it, and its area [pt].
 
     The area is points all over the label, which later labels avoid more than lines.
     """
     half = np.array([0.31 * LETTER * len(text), 0.55 * LETTER])
-    middles = {side: at + np.array(side) + [np.sign(side[0]) * half[0], 0.0] for side in SIDES}
+    middles = {side: ring_position + np.array(side) + [np.sign(side[0]) * half[0], 0.0] for side in SIDES}
 
-    def covered(side: tuple[int, int]) -> int:
+    def covered_points(side: tuple[int, int]) -> int:
         return int((np.abs(lines - middles[side]) < half + 1.0).all(axis=1).sum())
 
-    best = min(SIDES, key=covered)
+    best = min(SIDES, key=covered_points)
     cover = np.stack(np.meshgrid(np.linspace(-1, 1, 40), np.linspace(-1, 1, 9)), axis=-1).reshape(-1, 2)
     return best, middles[best] + cover * half
 
 
 def _orders(ax: Axes, diagram: CampbellData, colours: Theme, scale: float, top: float) -> None:
-    """The multiples of the spin as thin lines, each named where it leaves the axes."""
-    first, last = (float(v) / scale for v in (diagram.speeds[0], diagram.speeds[-1]))
+    """Draw the multiples of the spin as thin lines, each labelled where it leaves the axes."""
+    start, end = (float(v) / scale for v in (diagram.speeds[0], diagram.speeds[-1]))
     for order in diagram.orders:
         slope = order * scale / (2 * np.pi)
-        ax.plot([first, last], [slope * first, slope * last], color=colours.faint, linewidth=0.9, linestyle=(0, (4, 3)))
-        at = min(0.97 * last, 0.97 * top / slope)
-        if at > first:
+        ax.plot([start, end], [slope * start, slope * end], color=colours.faint, linewidth=0.9, linestyle=(0, (4, 3)))
+        label_speed = min(0.97 * end, 0.97 * top / slope)
+        if label_speed > start:
             style: dict[str, Any] = {
                 "fontsize": 8,
                 "color": colours.faint,
@@ -145,21 +154,25 @@ def _orders(ax: Axes, diagram: CampbellData, colours: Theme, scale: float, top: 
                 "zorder": 3.5,
             }
             box = {"facecolor": colours.background, "edgecolor": "none", "alpha": 0.85, "pad": 1.0}
-            ax.annotate(f"{order}/rev", (at, slope * at), bbox=box, **style)
+            ax.annotate(f"{order}/rev", (label_speed, slope * label_speed), bbox=box, **style)
 
 
 def _names(ax: Axes, ends: list[tuple[float, str, str]], top: float) -> None:
-    """Names next to the ends of the branches, moved apart where they would lie on each other."""
-    places = [height / top for height, _, _ in ends]
+    """Write names next to the ends of the branches, moved apart where they would overlap."""
+    heights = [height / top for height, _, _ in ends]
     for _ in range(200):
-        moved = False
-        for k in range(len(places) - 1):
-            if (short := APART - (places[k + 1] - places[k])) > 1e-9:
-                places[k], places[k + 1], moved = max(places[k] - short / 2, 0.0), places[k + 1] + short / 2, True
-        if not moved:
+        changed = False
+        for k in range(len(heights) - 1):
+            if (overlap := APART - (heights[k + 1] - heights[k])) > 1e-9:
+                heights[k], heights[k + 1], changed = (
+                    max(heights[k] - overlap / 2, 0.0),
+                    heights[k + 1] + overlap / 2,
+                    True,
+                )
+        if not changed:
             break
-    for place, (_, name, colour) in zip(places, ends, strict=True):
-        ax.text(1.012, place, name, transform=ax.transAxes, va="center", fontsize=9, color=colour)
+    for label_height, (_, name, colour) in zip(heights, ends, strict=True):
+        ax.text(1.012, label_height, name, transform=ax.transAxes, va="center", fontsize=9, color=colour)
 
 
 def _damping(ax: Axes, diagram: CampbellData, colours: Theme, scale: float) -> None:
@@ -177,8 +190,8 @@ def _style(branch: BranchData, colours: Theme) -> dict[str, Any]:
     return {"color": colours.lines[kind], "linewidth": 1.5}
 
 
-def _fine(speeds: Array, frequencies: Array) -> tuple[Array, Array]:
-    """Points between the points: centrifugal stiffening makes f^2 straight over the speed's square."""
+def _interpolated(speeds: Array, frequencies: Array) -> tuple[Array, Array]:
+    """Interpolated points: with centrifugal stiffening f^2 is nearly linear in the square of the speed."""
     steps = np.arange(len(speeds) - 1)[:, None] + np.linspace(0, 1, FINE, endpoint=False)
     fine = np.concatenate([np.interp(steps.ravel(), np.arange(len(speeds)), speeds), speeds[-1:]])
     return fine, np.sqrt(np.interp(fine**2, speeds**2, frequencies**2))

@@ -1,4 +1,4 @@
-"""What is asked of a Campbell diagram to draw it."""
+"""Interface of a Campbell diagram for its picture."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ class BranchData(Protocol):
 
     @property
     def name(self) -> str:
-        """What it is at the first speed, and its number: "flap 1"."""
+        """Character at the first speed, and its number: "flap 1"."""
 
     @property
-    def becomes(self) -> str:
-        """What it is at the last speed, where that is something else."""
+    def final_character(self) -> str:
+        """Character at the last speed, if it differs."""
 
     @property
     def frequencies(self) -> Array:
-        """(n,) [Hz], nan where it is lost."""
+        """Frequencies (n,) [Hz], nan where the branch is lost."""
 
     @property
     def damping_ratios(self) -> Array:
-        """Part of critical (n,) [1]."""
+        """Damping ratios (n,) [1]."""
 
     @property
     def growing(self) -> BoolArray:
-        """Whether it grows, at each of the speeds by number (n,)."""
+        """Whether it grows at each speed (n,)."""
 
 
 class CrossingData(Protocol):
@@ -49,15 +49,15 @@ class CrossingData(Protocol):
 
     @property
     def frequency(self) -> float:
-        """[Hz]."""
+        """Frequency [Hz]."""
 
 
 class CampbellData(Protocol):
-    """What is drawn of a Campbell diagram (femflex.studies.campbell.Campbell)."""
+    """Interface of a Campbell diagram (femflex.studies.campbell.Campbell)."""
 
     @property
     def title(self) -> str:
-        """Of the craft."""
+        """Title of the craft's case."""
 
     @property
     def value(self) -> str:
@@ -65,15 +65,15 @@ class CampbellData(Protocol):
 
     @property
     def speeds(self) -> Array:
-        """(n,) [rad/s], or the values."""
+        """Speeds (n,) [rad/s], or the values."""
 
     @property
-    def asked(self) -> BoolArray:
-        """Which speeds (n,) [rad/s] were requested."""
+    def requested(self) -> BoolArray:
+        """Whether each speed (n,) was requested."""
 
     @property
     def branches(self) -> Sequence[BranchData]:
-        """By rising frequency at the first speed."""
+        """Branches by rising frequency at the first speed."""
 
     @property
     def orders(self) -> Sequence[int]:
@@ -81,4 +81,4 @@ class CampbellData(Protocol):
 
     @property
     def crossings(self) -> Sequence[CrossingData]:
-        """Of branches with them."""
+        """Crossings of the branches with the multiples."""

@@ -1,4 +1,4 @@
-"""The picture of a convergence study: values towards their limit, and errors falling, as PNG or SVG."""
+"""Picture of a convergence study: values towards their limit, and decreasing errors, as PNG or SVG."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from femflex.arrays import Array, IntArray
 from femflex.view.drawing import Drawing
 from femflex.view.study_data import StudyData
 from femflex.view.theme import Theme, theme_of
-from femflex.writing import placed
+from femflex.writing import atomic_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-VARIED = {"mesh": "finer meshes", "derivatives": "derivative shapes"}  # else as the study calls it
+VARIED = {"mesh": "finer meshes", "derivatives": "derivative shapes"}  # otherwise the word of the study
 SIZE = (9.0, 7.2)  # inches
 WIDTH = 126  # letters of a line of the verdict
 
@@ -42,11 +42,11 @@ def plot_convergence(
     figure.suptitle(heading, color=colours.text, fontsize=12, fontweight="bold")
     draw_study(above, below, study, colours)
     for ax in (above, below):
-        finish(ax, colours)
+        finish_study_axes(ax, colours)
     words = "\n".join(textwrap.wrap(study.verdict, WIDTH))
     figure.supxlabel(words, color=colours.text, fontsize=8.5, ha="left", x=0.02, linespacing=1.4)
-    with placed(path, force) as part:
-        figure.savefig(part, format=Path(path).suffix.lower().lstrip("."), dpi=dpi)
+    with atomic_file(path, force) as draft:
+        figure.savefig(draft, format=Path(path).suffix.lower().lstrip("."), dpi=dpi)
     return Drawing(path)
 
 
@@ -77,7 +77,7 @@ def _values(ax: Axes, study: StudyData, colours: Theme) -> None:
         ax.fill_between([], [], color=colours.lines[2], alpha=0.15, label=f"tolerance {study.tolerance:g}")
         _frame(ax, study, band)
     ax.plot(abscissa(study), study.values, "o-", color=colours.lines[0], linewidth=1.2, markersize=5, label="value")
-    _ring(ax, study, study.values, colours)
+    _mark_recommended(ax, study, study.values, colours)
     ax.ticklabel_format(axis="y", useOffset=True, useMathText=True, scilimits=(-3, 4))
     ax.set_ylabel(f"value [{study.unit}]" if study.unit not in ("", "1") else "value")
 
@@ -96,14 +96,14 @@ def _errors(ax: Axes, study: StudyData, colours: Theme) -> None:
     """Relative errors over the count, the law through them, and the tolerance."""
     ax.set_xscale("log" if abscissa(study).min() > 0 else "linear")
     ax.set_yscale("log")
-    known = np.isfinite(study.errors) & (study.errors > 0)
-    counts, errors = abscissa(study)[known], study.errors[known] / study.scale
-    resolved = known & (np.arange(len(known)) < study.n_resolved)
+    estimated = np.isfinite(study.errors) & (study.errors > 0)
+    counts, errors = abscissa(study)[estimated], study.errors[estimated] / study.scale
+    resolved = estimated & (np.arange(len(estimated)) < study.n_resolved)
     if study.law is not None and resolved.any():
-        x, on = study.x[resolved], abscissa(study)[resolved].astype(float)
+        x, abscissa_values = study.x[resolved], abscissa(study)[resolved].astype(float)
         fine = np.geomspace(x[0], x[-1], 200)
         ax.plot(
-            np.exp(np.interp(np.log(fine), np.log(x), np.log(on))),
+            np.exp(np.interp(np.log(fine), np.log(x), np.log(abscissa_values))),
             study.law.error(fine) / study.scale,
             color=colours.lines[1],
             linewidth=1.2,
@@ -115,28 +115,32 @@ def _errors(ax: Axes, study: StudyData, colours: Theme) -> None:
         ax.plot(counts, errors, "o", color=colours.lines[0], markersize=5, label="estimated error")
     else:
         ax.text(0.5, 0.5, "no error can be estimated", transform=ax.transAxes, ha="center", color=colours.faint)
-    _ring(ax, study, study.errors / study.scale, colours)
-    named = not np.array_equal(study.levels, abscissa(study))
-    for level, at, error in zip(study.levels[known], counts, errors, strict=True):
-        if named:
-            mark = ax.annotate(f"{level}", (at, error), (0, 8), textcoords="offset points", ha="center", fontsize=8)
+    _mark_recommended(ax, study, study.errors / study.scale, colours)
+    with_levels = not np.array_equal(study.levels, abscissa(study))
+    for level, count, error in zip(study.levels[estimated], counts, errors, strict=True):
+        if with_levels:
+            mark = ax.annotate(f"{level}", (count, error), (0, 8), textcoords="offset points", ha="center", fontsize=8)
             mark.set_color(colours.text)
     ax.margins(y=0.12)
     ax.set_ylabel("estimated relative error")
-    what = "degrees of freedom" if study.over == "mesh" else "elastic coordinates"
-    what = "shapes" if study.over == "derivatives" and study.followers.any() else what
+    abscissa_text = "degrees of freedom" if study.over == "mesh" else "elastic coordinates"
+    abscissa_text = "shapes" if study.over == "derivatives" and study.followers.any() else abscissa_text
     numbers = "refinements of the mesh" if study.over == "mesh" else f"{VARIED.get(study.over, study.over)} per body"
-    own = np.array_equal(study.levels, abscissa(study)) and not np.array_equal(study.levels, study.counts)
-    ax.set_xlabel(numbers if own else f"{what}   (at a point: {numbers})" if named else what)
+    is_own_abscissa = np.array_equal(study.levels, abscissa(study)) and not np.array_equal(study.levels, study.counts)
+    ax.set_xlabel(
+        numbers if is_own_abscissa else f"{abscissa_text}   (at a point: {numbers})" if with_levels else abscissa_text
+    )
     _count_ticks(ax, study)
 
 
-def _ring(ax: Axes, study: StudyData, heights: Array, colours: Theme) -> None:
-    """A ring about the level to choose."""
-    at = study.levels == study.recommended
-    if study.recommended is not None and np.isfinite(heights[at]).all():
-        place = abscissa(study)[at]
-        (ring,) = ax.plot(place, heights[at], "o", color=colours.lines[6], markersize=12, label="to choose")
+def _mark_recommended(ax: Axes, study: StudyData, heights: Array, colours: Theme) -> None:
+    """Draw a ring at the recommended level."""
+    is_recommended = study.levels == study.recommended
+    if study.recommended is not None and np.isfinite(heights[is_recommended]).all():
+        position = abscissa(study)[is_recommended]
+        (ring,) = ax.plot(
+            position, heights[is_recommended], "o", color=colours.lines[6], markersize=12, label="to choose"
+        )
         ring.set(markerfacecolor="none", markeredgewidth=1.5)
 
 
@@ -149,8 +153,8 @@ def _count_ticks(ax: Axes, study: StudyData) -> None:
     ax.set_xticklabels([str(count) for count in abscissa(study)])
 
 
-def finish(ax: Axes, colours: Theme, inside: bool = False) -> None:
-    """The look of all axes of studies; the legend stands next to them or, where there is no room, inside."""
+def finish_study_axes(ax: Axes, colours: Theme, inside: bool = False) -> None:
+    """Format axes of a study; the legend is next to them or, where there is no space, inside."""
     ax.set_facecolor(colours.background)
     ax.grid(True, color=colours.faint, alpha=0.25, linewidth=0.6)
     ax.tick_params(colors=colours.text, which="both", labelsize=9)
@@ -161,7 +165,7 @@ def finish(ax: Axes, colours: Theme, inside: bool = False) -> None:
         spine.set_color(colours.faint)
     if not ax.get_legend_handles_labels()[0]:
         return
-    place: dict[str, Any] = {"loc": "best"} if inside else {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)}
-    legend = ax.legend(frameon=False, fontsize=9 - 1.5 * inside, **place)
+    location: dict[str, Any] = {"loc": "best"} if inside else {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)}
+    legend = ax.legend(frameon=False, fontsize=9 - 1.5 * inside, **location)
     for text in legend.get_texts():
         text.set_color(colours.text)

@@ -1,4 +1,4 @@
-"""What is plotted: named curves taken from a run, in units a reader wants."""
+"""Curves for plots: components of a run's channels, in readable units."""
 
 from __future__ import annotations
 
@@ -27,17 +27,18 @@ STEADY = 1e-4  # of its size: a curve that changes less is shown from its first 
 CONSTANT = 1e-12  # of its size: a curve that changes less is shown as a constant, not as rounding
 FLAT = 0.05  # of the largest range on the same axes: angles that move by less get axes of their own
 STILL = 1e-6  # of that range: an angle that does not move
-APART = 0.6 * np.pi  # angle between two rows up to which its way is reported
+APART = 0.6 * np.pi  # angle between two rows up to which the direction of the turn is known
 NEGLIGIBLE = 1e-3  # less than a line's width of the largest on the same axes: a curve that is shown on request only
 ROUNDED = 1e-8  # of the largest on the same axes: zero to rounding, shown only if its component is named
 
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """One component over time: label, values (n_t,) and unit; `quantity` is what the ordinate is called.
+    """One component over time: label, values (n_t,) and unit; `quantity` is the name of the ordinate.
 
-    time (n_t,) [s]; second: of the other run of two that are laid over each other; named: its component was requested;
-    channel: that it is a component of;  whole: size of what it is the sum of, by which its rounding is judged
+    time (n_t,) [s]; second: whether it belongs to the second of two runs in one plot; named: its component was
+    requested; channel: of which it is a component;  magnitude: of the terms of which it is the sum, as reference of
+    rounding
     """
 
     label: str
@@ -48,7 +49,7 @@ class Curve:
     second: bool = False
     named: bool = False
     channel: str = ""
-    whole: float = 0.0
+    magnitude: float = 0.0
 
     @property
     def source(self) -> tuple[str, bool]:
@@ -57,7 +58,7 @@ class Curve:
 
     @property
     def axes(self) -> tuple[str, str]:
-        """Curves with the same share a pair of axes: one unit, but positions do not hide deflections."""
+        """Key of the axes of the curve: one unit, and lengths and angles only of one quantity."""
         return (self.quantity if self.unit in ("m", "rad") else "", self.unit)
 
 
@@ -65,53 +66,55 @@ def curves_of(
     run: Run,
     channels: Sequence[str] | None = None,
     degrees: bool = True,
-    other: Run | None = None,
+    second_run: Run | None = None,
     least: float = NEGLIGIBLE,
 ) -> list[list[Curve]]:
     """Curves of channels in readable units, those on one pair of axes together; without channels, a default selection.
 
     A channel is a path ("attitude/angles"), or a path and a component by name or by number from 1
     ("attitude/angles:pitch", "q:1"), or "energy minus work". "A over B" is channel A divided by channel B of one
-    component, such as a deflection over a deployed length. Raises KeyError for one that the run has not.
-    The same curves of another run follow theirs, marked `second`. Components smaller than `least` times the largest of
-    their channel are left out, unless they are requested by name or number.
+    component, such as a deflection over a deployed length. Raises KeyError for one that the run does not have.
+    The curves of a second run follow those of the first, marked `second`. Components smaller than `least` times the
+    largest of their channel are left out, unless they are requested by name or number.
     """
-    chosen = default_channels(run) if channels is None else list(channels)
-    found = [curve for channel in chosen for curve in _curves(run, channel)]
-    if other is not None:
-        there = [channel for channel in chosen if channels is not None or channel == BALANCE or channel in other]
-        found += [replace(curve, second=True) for channel in there for curve in _curves(other, channel)]
-    if not found:
+    selected = default_channels(run) if channels is None else list(channels)
+    curves = [curve for channel in selected for curve in _curves(run, channel)]
+    if second_run is not None:
+        shared = [
+            channel for channel in selected if channels is not None or channel == BALANCE or channel in second_run
+        ]
+        curves += [replace(curve, second=True) for channel in shared for curve in _curves(second_run, channel)]
+    if not curves:
         raise ValueError("the list of channels to plot is empty; name some, or give no list for the default ones")
-    keys, limit = dict.fromkeys(curve.axes for curve in found), NEGLIGIBLE if channels is None else ROUNDED
-    groups = [part for key in keys for part in by_range([curve for curve in found if curve.axes == key])]
-    return [_changes(_readable(_noticeable(group, limit, least), degrees)) for group in groups]
+    keys, limit = dict.fromkeys(curve.axes for curve in curves), NEGLIGIBLE if channels is None else ROUNDED
+    groups = [subgroup for key in keys for subgroup in split_by_range([curve for curve in curves if curve.axes == key])]
+    return [_relative_to_start(_in_readable_units(_noticeable(group, limit, least), degrees)) for group in groups]
 
 
-def by_range(group: list[Curve]) -> list[list[Curve]]:
-    """Angles of one pair of axes on several, where some move so much less than others that they would lie flat.
+def split_by_range(group: list[Curve]) -> list[list[Curve]]:
+    """Angles of one pair of axes on several, where some vary so much less than others that they would look constant.
 
-    Those that do not move stay with the largest; a second run's go with their namesakes.
+    Constant ones stay with the largest; curves of a second run go with those of the same name.
     """
-    first = [curve for curve in group if not curve.second] or group
-    ranges = {curve.label: float(np.ptp(curve.values)) if len(curve.values) else 0.0 for curve in first}
+    of_first_run = [curve for curve in group if not curve.second] or group
+    ranges = {curve.label: float(np.ptp(curve.values)) if len(curve.values) else 0.0 for curve in of_first_run}
     if group[0].unit != "rad" or len(ranges) < 2:
         return [group]
     largest = max(ranges.values())
-    parts: list[list[str]] = []
+    subgroups: list[list[str]] = []
     top = np.inf
     for label in sorted(ranges, key=lambda label: -ranges[label]):
-        still = ranges[label] <= STILL * largest
-        if not parts or (ranges[label] < FLAT * top and not still):
-            parts.append([])
+        is_constant = ranges[label] <= STILL * largest
+        if not subgroups or (ranges[label] < FLAT * top and not is_constant):
+            subgroups.append([])
             top = ranges[label]
-        parts[0 if still else -1].append(label)
-    return [[curve for curve in group if curve.label in part] for part in parts]
+        subgroups[0 if is_constant else -1].append(label)
+    return [[curve for curve in group if curve.label in labels] for labels in subgroups]
 
 
 def default_channels(run: Run) -> list[str]:
     """Attitude angles, the largest marker deflection of each body, and energy minus work."""
-    chosen = [path for path in ("attitude/angles",) if path in run]
+    selected = [path for path in ("attitude/angles",) if path in run]
     largest: dict[str, tuple[float, str]] = {}
     bodies = body_names(run)
     for path in run:
@@ -119,8 +122,8 @@ def default_channels(run: Run) -> list[str]:
             body, size = body_of_marker(path.split("/")[1], bodies), float(np.abs(run[path]).max(initial=0.0))
             if size > largest.get(body, (0.0, ""))[0]:
                 largest[body] = (size, path)
-    chosen += [path for _, path in largest.values()]
-    return chosen + ([BALANCE] if has_balance(run) else []) or list(run)[:1]
+    selected += [path for _, path in largest.values()]
+    return selected + ([BALANCE] if has_balance(run) else []) or list(run)[:1]
 
 
 def _curves(run: Run, channel: str) -> list[Curve]:
@@ -128,36 +131,36 @@ def _curves(run: Run, channel: str) -> list[Curve]:
         return [balance_of(run)]
     above, _, below = channel.partition(OVER)
     if below:
-        return _divided(_curves(run, above), _curves(run, below), below)
+        return _ratio_curves(_curves(run, above), _curves(run, below), below)
     path, _, component = channel.partition(":")
     if not len(run):
         raise ValueError(f"{run.path} holds no instants, so there is nothing to plot")
     values = run[path].reshape(len(run), -1)
     if path == "attitude/angles":
-        values = unwrapped(values, run.names(path))
+        values = continuous_angles(values, run.names(path))
     count, units, quantity = values.shape[1], run.units(path), path.split("/")[-1]
     names = run.names(path) or (("",) if count == 1 else tuple(str(k + 1) for k in range(count)))
-    wanted = [_component(path, names, component)] if component else range(count)
+    columns = [_component(path, names, component)] if component else range(count)
     owner = path.split("/")[1] if path.count("/") > 1 else ""
     summed = path == "monitors/energy" and "monitors/kinetic" in run
-    whole = float(np.abs(run["monitors/kinetic"]).max(initial=0.0)) if summed else 0.0
-    named = {"angles": "attitude", "q": "coordinate", "u": "velocity"}.get(quantity, quantity)
+    magnitude = float(np.abs(run["monitors/kinetic"]).max(initial=0.0)) if summed else 0.0
+    ordinate = {"angles": "attitude", "q": "coordinate", "u": "velocity"}.get(quantity, quantity)
     return [
         Curve(
             f"{owner} {names[k % len(names)]}".strip() or quantity,
             values[:, k],
             units[k % len(units)],
-            named,
+            ordinate,
             run.time,
             named=bool(component),
             channel=path,
-            whole=whole,
+            magnitude=magnitude,
         )
-        for k in wanted
+        for k in columns
     ]
 
 
-def _divided(above: list[Curve], below: list[Curve], channel: str) -> list[Curve]:
+def _ratio_curves(above: list[Curve], below: list[Curve], channel: str) -> list[Curve]:
     """The curves over the one of another channel; 0 where both are 0. Raises ValueError where it has several."""
     if len(below) != 1:
         raise ValueError(f"{channel!r} has {len(below)} components; name one to divide by, such as {channel + ':1'!r}")
@@ -170,23 +173,23 @@ def _divided(above: list[Curve], below: list[Curve], channel: str) -> list[Curve
             unit="1" if curve.unit == by.unit else f"{curve.unit}/({by.unit})",
             quantity=f"{curve.quantity}{OVER}{by.quantity}",
             channel=f"{curve.channel}{OVER}{by.channel}",
-            whole=0.0,
+            magnitude=0.0,
         )
         for curve in above
     ]
 
 
-def unwrapped(angles: Array, names: tuple[str, ...]) -> Array:
-    """Angles (n_t, 3) counted on beyond half a turn, the middle one beyond a quarter [rad].
+def continuous_angles(angles: Array, names: tuple[str, ...]) -> Array:
+    """Angles (n_t, 3) continued beyond half a turn, the middle one beyond a quarter [rad].
 
-    As they are where rows lie too far apart to tell the way.
+    They are unchanged where rows are too far apart to determine the direction of the turn.
     """
     symmetric = names[0][0] == names[2][0]  # x1, z2, x3
-    for whole in (continued_angles(angles, symmetric), np.unwrap(angles, axis=0)):
-        followed = np.abs(np.diff(whole, axis=0)).max(axis=0, initial=0.0) < APART
-        if followed.all():
-            return whole
-    return np.where(followed, whole, angles)
+    for continued in (continued_angles(angles, symmetric), np.unwrap(angles, axis=0)):
+        is_continuous = np.abs(np.diff(continued, axis=0)).max(axis=0, initial=0.0) < APART
+        if is_continuous.all():
+            return continued
+    return np.where(is_continuous, continued, angles)
 
 
 def _component(path: str, names: tuple[str, ...], component: str) -> int:
@@ -198,9 +201,9 @@ def _component(path: str, names: tuple[str, ...], component: str) -> int:
 
 
 def has_balance(run: Run) -> bool:
-    """Whether energy minus work ought to stay: not where a specified orbit gives or takes energy.
+    """Whether energy minus work is constant: it is not where a specified orbit supplies or absorbs energy.
 
-    A specified orbit that is not circular does, and so does what keeps O on it against loads.
+    A specified orbit that is not circular does so, and the force that holds O on it against loads too.
     """
     if "monitors/jacobi" not in run:
         return "monitors/energy" in run
@@ -209,15 +212,15 @@ def has_balance(run: Run) -> bool:
 
 
 def balance_of(run: Run) -> Curve:
-    """Energy counted from its first value, minus the work since then [J]: what is left is error.
+    """Change of energy since its first value, minus the work since then [J]; the remainder is error.
 
     The energy is that of monitors/energy, or monitors/jacobi on a specified orbit. The work is that of loads,
     effectors, specified motions and varying bodies, minus what is dissipated and what latches lose: the integral of
-    their powers over the rows of the run (Simpson's rule). Rows that lie far apart, or a power that jumps between two,
-    add to what is left.
+    their powers over the rows of the run (Simpson's rule). Rows that are far apart, or a power that jumps between
+    two rows, increase the remainder.
     """
-    held = "monitors/jacobi" in run
-    E = run["monitors/jacobi" if held else "monitors/energy"]
+    has_jacobi = "monitors/jacobi" in run
+    E = run["monitors/jacobi" if has_jacobi else "monitors/energy"]
     power = sum((sign * run[path] for path, sign in POWERS.items() if path in run), np.zeros(len(run)))
     work = np.zeros(len(run))
     lost = sum(
@@ -227,12 +230,12 @@ def balance_of(run: Run) -> Curve:
         work = cumulative_simpson(power, x=run.time, initial=0.0)
     elif len(run) == 2:
         work[1] = (power[0] + power[1]) / 2 * (run.time[1] - run.time[0])
-    return Curve("Jacobi integral" if held else "energy", E - E[0] - work + lost, "J", BALANCE, run.time)
+    return Curve("Jacobi integral" if has_jacobi else "energy", E - E[0] - work + lost, "J", BALANCE, run.time)
 
 
-def _changes(group: list[Curve]) -> list[Curve]:
-    """The curves counted from their first values where they hardly leave them, as an energy does."""
-    moves = [(np.ptp(curve.values), max(np.abs(curve.values).max(), curve.whole)) for curve in group]
+def _relative_to_start(group: list[Curve]) -> list[Curve]:
+    """The curves relative to their first values if they hardly change, as an energy does."""
+    moves = [(np.ptp(curve.values), max(np.abs(curve.values).max(), curve.magnitude)) for curve in group]
     if not all(0 < move < STEADY * size for move, size in moves):
         return group
     if all(move < CONSTANT * size for move, size in moves):
@@ -260,16 +263,16 @@ def _size(group: list[Curve]) -> float:
 
 
 def _noticeable(group: list[Curve], limit: float, least: float) -> list[Curve]:
-    """The curves that reach `limit` of the largest and `least` of their channel's, and those requested by component."""
+    """The curves above `limit` of the largest and `least` of their channel's largest, and those requested by name."""
     largest = {key: _size([curve for curve in group if curve.source == key]) for key in {c.source for c in group}}
-    whole = limit * _size(group)
-    seen = {
-        curve.label for curve in group if curve.named or _size([curve]) >= max(whole, least * largest[curve.source])
+    threshold = limit * _size(group)
+    visible = {
+        curve.label for curve in group if curve.named or _size([curve]) >= max(threshold, least * largest[curve.source])
     }
-    return [curve for curve in group if curve.label in seen]
+    return [curve for curve in group if curve.label in visible]
 
 
-def _readable(group: list[Curve], degrees: bool) -> list[Curve]:
+def _in_readable_units(group: list[Curve], degrees: bool) -> list[Curve]:
     """The curves with lengths in one unit that suits the first run's largest, and angles in degrees on request."""
     unit, factor, largest = group[0].unit, 1.0, _size([curve for curve in group if not curve.second] or group)
     if unit == "m" and largest > 0:

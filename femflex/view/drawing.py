@@ -1,4 +1,4 @@
-"""A file that was drawn: a path that a notebook shows as its picture."""
+"""A drawn file: a path that a notebook shows as its picture."""
 
 from __future__ import annotations
 

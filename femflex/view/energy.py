@@ -1,4 +1,4 @@
-"""Where the energy of a run is: stored, dissipated, and the work of loads and actuators, each contributor by name."""
+"""Energy account of a run: stored and dissipated energy, and work of loads and actuators, each contributor by name."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from scipy.integrate import cumulative_simpson
 from femflex.arrays import Array
 from femflex.results import Run
 from femflex.view.curves import balance_of, has_balance
-from femflex.view.plot import figure_of, finish, saved
+from femflex.view.plot import figure_of, finish, save_figure
 from femflex.view.second_run import title_of
 from femflex.view.theme import theme_of
 from femflex.view.units import time_unit
@@ -23,15 +23,15 @@ STORED = {
     "monitors/load": "constant loads",
 }
 POWERS = {"monitors/drive_power": "specified motions", "monitors/variation_power": "varying bodies"}
-SEEN = 1e-3  # of the largest: a contributor that is less is not drawn
+VISIBLE = 1e-3  # of the largest: a smaller contributor is not drawn
 
 
 def energy_account(run: Run) -> dict[str, Array]:
-    """Contributor -> its energy since the start (n_t,) [J], such that all of them together stay zero.
+    """Contributor -> its energy since the start (n_t,) [J]; the sum of all of them is zero.
 
-    Stored energy, and what each effector stores; what is dissipated, by each effector, by laws of joints and structural
-    damping together, and by latches; minus the work of each load, effector and specified motion. Work is the integral
-    of power over the rows of the run (Simpson's rule): rows that lie far apart add to what is left. Raises ValueError
+    Stored energy, also of each effector; energy dissipated by each effector, by laws of joints and structural damping
+    together, and by latches; minus the work of each load, effector and specified motion. Work is the integral
+    of power over the rows of the run (Simpson's rule): rows that are far apart add to the error. Raises ValueError
     where the energy is no balance, on a specified orbit.
     """
     if not has_balance(run) or "monitors/jacobi" in run:
@@ -43,38 +43,41 @@ def energy_account(run: Run) -> dict[str, Array]:
     effectors = sorted(
         {path.split("/")[1] for path in run if path.startswith("effectors/") and path.endswith("/power")}
     )
-    rest = {"dissipation": _of(run, "monitors/dissipation"), "supplied": _of(run, "monitors/supplied")}
+    remaining_power = {
+        "dissipation": _channel_or_zero(run, "monitors/dissipation"),
+        "supplied": _channel_or_zero(run, "monitors/supplied"),
+    }
     for name in effectors:
-        stored = _of(run, f"effectors/{name}/energy")
+        stored = _channel_or_zero(run, f"effectors/{name}/energy")
         out[f"stored: {name}"] = stored - stored[0]
         for key, sign, word in (("dissipation", 1.0, "dissipated"), ("supplied", -1.0, "work")):
-            power = _of(run, f"effectors/{name}/{key}")
-            out[f"{word}: {name}"] = sign * _work(run, power)
-            rest[key] = rest[key] - power
-    out["dissipated: joints and structures"] = _work(run, rest["dissipation"])
-    out |= _of_loads(run, rest["supplied"])
+            power = _channel_or_zero(run, f"effectors/{name}/{key}")
+            out[f"{word}: {name}"] = sign * _work_over_time(run, power)
+            remaining_power[key] = remaining_power[key] - power
+    out["dissipated: joints and structures"] = _work_over_time(run, remaining_power["dissipation"])
+    out |= _work_of_loads(run, remaining_power["supplied"])
     for path, name in POWERS.items():
-        out[f"work: {name}"] = -_work(run, _of(run, path))
+        out[f"work: {name}"] = -_work_over_time(run, _channel_or_zero(run, path))
     for path in run:
         if path.startswith("latches/") and path.endswith("/loss"):
             out[f"dissipated: latch {path.split('/')[1]}"] = run.finite(path)
     return {name: values for name, values in out.items() if values.any()}
 
 
-def _of_loads(run: Run, supplied: Array) -> dict[str, Array]:
+def _work_of_loads(run: Run, supplied: Array) -> dict[str, Array]:
     """Minus the work of loads, each by itself where all of them supply power."""
     names = [path.split("/")[1] for path in run if path.startswith("loads/") and path.endswith("/power")]
     powers = {name: run.finite(f"loads/{name}/power") for name in names}
     if "monitors/load" in run:  # the potential of some is stored
-        return {"work: loads": -_work(run, supplied)}
-    return {f"work: {name}": -_work(run, power) for name, power in powers.items()}
+        return {"work: loads": -_work_over_time(run, supplied)}
+    return {f"work: {name}": -_work_over_time(run, power) for name, power in powers.items()}
 
 
-def _of(run: Run, path: str) -> Array:
+def _channel_or_zero(run: Run, path: str) -> Array:
     return run.finite(path) if path in run else np.zeros(len(run))
 
 
-def _work(run: Run, power: Array) -> Array:
+def _work_over_time(run: Run, power: Array) -> Array:
     if len(run) < 3:
         return np.zeros(len(run))
     return np.asarray(cumulative_simpson(power, x=run.time, initial=0.0))
@@ -85,29 +88,29 @@ def plot_energy(
 ) -> Path:
     """Path of a picture (.png or .svg) of the energy account: contributors stacked, their sum as a line, and its error.
 
-    What is above zero is stacked upwards, what is below downwards, so that the line is the sum at every instant.
+    Positive energies are stacked upwards, negative ones downwards, and the line is their sum at every instant.
     """
     account, colours = energy_account(run), theme_of(theme)
     seconds, unit = time_unit(run.duration)
     t = run.time / seconds
     figure, (ax, below) = figure_of(2, title_of(run) if title is None else title, colours, sharex=True)
     largest = max((float(np.abs(values).max()) for values in account.values()), default=0.0)
-    drawn = {name: values for name, values in account.items() if np.abs(values).max() >= SEEN * largest}
+    visible = {name: values for name, values in account.items() if np.abs(values).max() >= VISIBLE * largest}
     up, down = np.zeros(len(t)), np.zeros(len(t))
-    for k, (name, values) in enumerate(drawn.items()):
-        for base, part in ((up, np.maximum(values, 0.0)), (down, np.minimum(values, 0.0))):
+    for k, (name, values) in enumerate(visible.items()):
+        for base, increment in ((up, np.maximum(values, 0.0)), (down, np.minimum(values, 0.0))):
             label = name if base is up else None
             colour = colours.lines[k % len(colours.lines)]
-            ax.fill_between(t, base, base + part, color=colour, alpha=0.75, linewidth=0, label=label)
-            base += part
+            ax.fill_between(t, base, base + increment, color=colour, alpha=0.75, linewidth=0, label=label)
+            base += increment
     ax.plot(t, sum(account.values(), np.zeros(len(t))), color=colours.text, linewidth=1.0, label="sum")
     ax.set_ylabel("energy since\nthe start [J]")
-    left = balance_of(run).values
-    below.plot(t, left, color=colours.text, linewidth=1.0)
+    error = balance_of(run).values
+    below.plot(t, error, color=colours.text, linewidth=1.0)
     below.set_ylabel("sum [J]")
     below.set_xlabel(f"time [{unit}]")
-    for one in (ax, below):
-        one.margins(x=0)
-    finish(ax, list(drawn), colours)
+    for axes_ in (ax, below):
+        axes_.margins(x=0)
+    finish(ax, list(visible), colours)
     finish(below, [], colours)
-    return saved(figure, path, dpi, force)
+    return save_figure(figure, path, dpi, force)

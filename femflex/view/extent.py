@@ -1,4 +1,4 @@
-"""How far a run reaches: the points that frame it, and its largest elastic displacement."""
+"""Extent of a run: the points that determine the framing, and the largest elastic displacement."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ import numpy as np
 from femflex.arrays import Array, IntArray
 from femflex.body import Skin
 from femflex.results import Run, RunBody
-from femflex.view.growing import grown
+from femflex.view.deploying_skin import skin_with_growth
 from femflex.view.motion import Motion, motion
 from femflex.view.units import round_below
 
 DIRECTIONS = 64
-MOST_ROWS = 2000  # rows of a run that are looked at
+MOST_ROWS = 2000  # rows of a run that are examined
 VISIBLE = 0.08  # of the size: the displacement that an automatic scale aims at
 
 
@@ -22,16 +22,16 @@ def outer_points(skin: Skin) -> IntArray:
     height = np.linspace(-1, 1, DIRECTIONS)
     level = np.sqrt(1 - height**2)
     sphere = np.stack([level * np.cos(golden), level * np.sin(golden), height])
-    found = [np.argmax(skin.points @ sphere, axis=0)]
-    found += [np.argmax(np.abs(shape), axis=0) for shape in skin.shapes]
+    indices = [np.argmax(skin.points @ sphere, axis=0)]
+    indices += [np.argmax(np.abs(shape), axis=0) for shape in skin.shapes]
     stride = max(1, len(skin.points) // 100)
-    return np.unique(np.concatenate([*found, np.arange(0, len(skin.points), stride)]))
+    return np.unique(np.concatenate([*indices, np.arange(0, len(skin.points), stride)]))
 
 
-def thinned(skins: dict[str, Skin]) -> dict[str, Skin]:
-    """The same skins with their outer points alone, and no cells."""
-    chosen = {name: outer_points(skin) for name, skin in skins.items()}
-    return {name: Skin(skin.points[chosen[name]], {}, skin.shapes[:, chosen[name]]) for name, skin in skins.items()}
+def outer_skins(skins: dict[str, Skin]) -> dict[str, Skin]:
+    """The skins with only their outer points, and without cells."""
+    numbers = {name: outer_points(skin) for name, skin in skins.items()}
+    return {name: Skin(skin.points[numbers[name]], {}, skin.shapes[:, numbers[name]]) for name, skin in skins.items()}
 
 
 def some_rows(run: Run) -> IntArray:
@@ -50,14 +50,14 @@ def displacement(run: Run, skins: dict[str, Skin]) -> tuple[Array, Array]:
     for name, skin in skins.items():
         if name in deltas and len(skin.shapes):
             n = len(skin.shapes)
-            moved = (deltas[name] @ skin.shapes.reshape(n, -1)).reshape(len(rows), -1, 3)
-            largest = np.maximum(largest, np.linalg.norm(moved, axis=2).max(axis=1))
+            displacements = (deltas[name] @ skin.shapes.reshape(n, -1)).reshape(len(rows), -1, 3)
+            largest = np.maximum(largest, np.linalg.norm(displacements, axis=2).max(axis=1))
     return run.time[rows], largest
 
 
 def cloud(motion: Motion, skins: dict[str, Skin], scale: float, arms: dict[str, Array], sight: float = 0.0) -> Array:
     """Points (n_t, n, 3) that thinned skins, axes and sights of such lengths, and traces reach at each instant [m]."""
-    parts = []
+    clouds = []
     for name, r in motion.position.items():
         C = motion.attitude[name]
         local = np.broadcast_to(
@@ -65,13 +65,13 @@ def cloud(motion: Motion, skins: dict[str, Skin], scale: float, arms: dict[str, 
         )
         if name in skins:
             skin, n = skins[name], len(skins[name].shapes)
-            moved = (
+            displacements = (
                 (motion.delta[name] @ skin.shapes.reshape(n, -1)).reshape(len(r), -1, 3) if n else np.zeros((1, 1, 3))
             )
-            local = np.concatenate([local, skin.points + scale * moved + np.zeros((len(r), 1, 1))], axis=1)
-        parts.append(r[:, None] + np.einsum("tij,tpj->tpi", C, local))
+            local = np.concatenate([local, skin.points + scale * displacements + np.zeros((len(r), 1, 1))], axis=1)
+        clouds.append(r[:, None] + np.einsum("tij,tpj->tpi", C, local))
     ends = [start + sight * direction for start, direction in motion.sights.values()]
-    return np.concatenate([*parts, *(line[:, None] for line in (*motion.traces.values(), *ends))], axis=1)
+    return np.concatenate([*clouds, *(line[:, None] for line in (*motion.traces.values(), *ends))], axis=1)
 
 
 def automatic_scale(largest: float, size: float) -> float:
@@ -86,7 +86,7 @@ def skins_of(bodies: dict[str, RunBody]) -> dict[str, Skin]:
 
     Raises ValueError when none has.
     """
-    skins = {name: grown(body.skin) for name, body in bodies.items() if body.skin is not None}
+    skins = {name: skin_with_growth(body.skin) for name, body in bodies.items() if body.skin is not None}
     if not skins:
         raise ValueError(f"no body of the run can be drawn: {sorted(bodies)} have no skin; give one of them a shape")
     return skins

@@ -1,4 +1,4 @@
-"""How a picture looks: everything about it that is not the run."""
+"""Appearance of a picture: everything about it that is not the run."""
 
 from __future__ import annotations
 
@@ -31,16 +31,16 @@ class LookOptions(TypedDict, total=False):
 
 @dataclass(frozen=True)
 class Look:
-    """How a picture looks.
+    """Appearance of a picture.
 
     theme    "light" or "dark"
     size     width and height [pixels]
-    scale    magnification of the elastic displacement, 1 is true; "auto" makes it visible. The picture says it.
-             (Bodies stand where they truly are, so a body on a magnified one seems detached; the undeformed bodies
-             are drawn as a veil.)
-    colour   what colours flexible bodies: "displacement", "energy" or "strain:<name>" (view.paint tells the names)
-    camera   "auto", "fixed", "follow", "orbital", "body" or "body:<name>"
-    view     direction from the scene to the camera, in the camera's frame; None shows the most of the craft
+    scale    magnification of the elastic displacement, 1 is true; "auto" makes it visible. The picture states it.
+             (Bodies have their true poses, so a body on a magnified one seems detached; the undeformed bodies are
+             drawn transparent.)
+    colour   quantity that colours flexible bodies: "displacement", "energy" or "strain:<name>" (names: see
+    `view.paint`) camera   "auto", "fixed", "follow", "orbital", "body" or "body:<name>"
+    view     direction from the scene to the camera, in the camera's frame; None: largest area of the craft
     triads   axes of the bodies, and of the orbital or inertial frame in the corner
     edges    "sharp", "mesh" (every edge of the elements), "none"; "auto" adds faint mesh lines where they are apart
     traces   markers, "<body>.<marker>", whose path is drawn
@@ -73,12 +73,12 @@ class Look:
             raise ValueError(f"fit {self.fit!r} is not known; known are {list(FITS)}")
         if self.scale != "auto" if isinstance(self.scale, str) else not self.scale > 0:
             raise ValueError(f"scale {self.scale!r} of the deformation is neither a positive number nor 'auto'")
-        if self.view is not None and not all(math.isfinite(part) for part in self.view):
+        if self.view is not None and not all(math.isfinite(component) for component in self.view):
             raise ValueError(f"the view direction {tuple(self.view)} is not finite; give three numbers, as 1,-2,0.5")
         if self.view is not None and not any(self.view):
             raise ValueError("the view direction (0, 0, 0) has no direction; give one from the scene to the camera")
 
     @property
     def colours(self) -> Theme:
-        """The theme itself."""
+        """The theme."""
         return theme_of(self.theme)

@@ -12,15 +12,15 @@ import numpy as np
 from femflex.body import FlexibleBody, Skin
 from femflex.view.actors import BodyActor, add_ghost
 from femflex.view.drawing import Drawing
-from femflex.view.framing import Margins, View, best_direction, framed
+from femflex.view.framing import Margins, View, best_direction, fit_camera
 from femflex.view.movie import Progress, write_movie, write_png
 from femflex.view.overlay import add_text
 from femflex.view.shape_paint import ShapePaint, shape_paint
-from femflex.view.surface import APART, SEEN, breadth, surface_of, twist_of
+from femflex.view.surface import MESH_LINE_GAP, VISIBLE, breadth, surface_of, twist_of
 from femflex.view.theme import Theme, theme_of
 from femflex.view.units import Bar
-from femflex.view.window import Image, grabbed, open_window, place_camera
-from femflex.writing import placed
+from femflex.view.window import Image, open_window, place_camera, screenshot_of
+from femflex.writing import atomic_file
 
 AMPLITUDE = 0.14  # largest displacement drawn, parts of the body's size
 TWISTED = 0.5  # rad; largest twist of slender parts, which widens them by 12 %
@@ -47,12 +47,12 @@ def mode_montage(
     own largest (`colour`, as of `Look`; to lowest order in the amplitude). Raises ValueError for a body without skin or
     shapes.
     """
-    path, skin = Path(path), _checked(body)
-    chosen = list(range(1, min(body.n_modes, MOST) + 1)) if modes is None else list(modes)
-    if not chosen:
+    path, skin = Path(path), _checked_skin(body)
+    numbers = list(range(1, min(body.n_modes, MOST) + 1)) if modes is None else list(modes)
+    if not numbers:
         raise ValueError("the list of modes to draw is empty; name some, or give no list for the first ones")
-    drawn = [(_number(body, mode), caption(body, mode)) for mode in chosen]
-    return _montage(skin, drawn, path, title, theme, tile, view, force, shape_paint(body, skin, colour))
+    shapes = [(_shape_index(body, mode), caption(body, mode)) for mode in numbers]
+    return _montage(skin, shapes, path, title, theme, tile, view, force, shape_paint(body, skin, colour))
 
 
 def craft_montage(
@@ -97,7 +97,7 @@ def craft_movie(
 
 def _montage(
     skin: Skin,
-    drawn: Sequence[tuple[int, str]],
+    shapes: Sequence[tuple[int, str]],
     path: str | Path,
     title: str,
     theme: str,
@@ -110,13 +110,13 @@ def _montage(
     path = Path(path)
     if path.suffix.lower() != ".png":
         raise ValueError(f"a picture is written as .png; {path.name} is not one")
-    with placed(path, force) as part, _ModeScene(skin, theme_of(theme), tile, view, SAMPLES, paint) as scene:
+    with atomic_file(path, force) as draft, _ModeScene(skin, theme_of(theme), tile, view, SAMPLES, paint) as scene:
         tiles = []
-        for number, text in drawn:
+        for number, text in shapes:
             scene.choose(number, text)
             scene.show(1.0)
             tiles.append(scene.image())
-        write_png(part, _arranged(tiles, title, theme_of(theme)))
+        write_png(draft, _tile_sheet(tiles, title, theme_of(theme)))
     return Drawing(path)
 
 
@@ -145,7 +145,7 @@ def mode_movie(
 
     colour: as for `mode_montage`.
     """
-    skin, number = _checked(body), _number(body, mode)
+    skin, number = _checked_skin(body), _shape_index(body, mode)
     count = _frames(seconds, cycles, fps)
     with _ModeScene(skin, theme_of(theme), size, view, 1, shape_paint(body, skin, colour)) as scene:
         scene.choose(number, caption(body, mode))
@@ -153,7 +153,7 @@ def mode_movie(
 
 
 def caption(body: FlexibleBody, mode: int) -> str:
-    """What is written under a shape: number and frequency, or its kind where it has none.
+    """Text under a shape: number and frequency, or its kind where it has no frequency.
 
     The number counts from 1.
     """
@@ -181,10 +181,10 @@ class _ModeScene:
         width, height = size[0] * samples, size[1] * samples
         self._plotter = open_window((width, height), theme)
         self._size = float(np.linalg.norm(np.ptp(skin.points, axis=0))) or 1.0
-        place = self._view(view, size[0] / size[1])
-        place_camera(self._plotter, place)
-        slender = breadth(skin) * place.pixels(size[1]) < SEEN
-        surface = surface_of(skin, "thick" if slender else "auto", APART / place.pixels(size[1]))
+        camera = self._camera(view, size[0] / size[1])
+        place_camera(self._plotter, camera)
+        slender = breadth(skin) * camera.pixels(size[1]) < VISIBLE
+        surface = surface_of(skin, "thick" if slender else "auto", MESH_LINE_GAP / camera.pixels(size[1]))
         pixel = height / 720 + 0.35 * samples
         self._paint = paint
         bar = Bar(1.0, "", AMPLITUDE * self._size, 4)
@@ -197,7 +197,7 @@ class _ModeScene:
         )
 
     def choose(self, number: int, text: str, quadrature: int | None = None) -> None:
-        """Turn to shape `number`, counted from 0, and to one that moves a quarter of a cycle later, if any."""
+        """Select shape `number`, from 0, and a shape that moves a quarter of a cycle later, if any."""
         largest = self._skin.reach[number]
         self._unit = np.zeros(len(self._skin.shapes))
         if largest:
@@ -216,7 +216,7 @@ class _ModeScene:
 
     def image(self) -> Image:
         """The picture, (height, width, 3)."""
-        return grabbed(self._plotter, self._samples)
+        return screenshot_of(self._plotter, self._samples)
 
     def __enter__(self) -> Self:
         return self
@@ -224,14 +224,14 @@ class _ModeScene:
     def __exit__(self, *error: object) -> None:
         self._plotter.close()
 
-    def _view(self, view: Any, aspect: float) -> View:
+    def _camera(self, view: Any, aspect: float) -> View:
         """A camera that has every shape in the picture, at both ends of its swing."""
         towards = best_direction(self._skin.points, Z) if view is None else np.asarray(view, float)
         reach = [self._skin.points]
         for shape, largest in zip(self._skin.shapes, self._skin.reach, strict=True):
             swing = AMPLITUDE * self._size / (largest or 1.0) * shape
             reach += [self._skin.points + swing, self._skin.points - swing]
-        return framed(np.concatenate(reach), towards, Z, aspect, Margins(0.05, 0.05, 0.06, 0.16))
+        return fit_camera(np.concatenate(reach), towards, Z, aspect, Margins(0.05, 0.05, 0.06, 0.16))
 
 
 def _swing(scene: _ModeScene, count: int, cycles: int) -> Iterator[Image]:
@@ -241,7 +241,7 @@ def _swing(scene: _ModeScene, count: int, cycles: int) -> Iterator[Image]:
         yield scene.image()
 
 
-def _arranged(tiles: list[Image], title: str, theme: Theme) -> Image:
+def _tile_sheet(tiles: list[Image], title: str, theme: Theme) -> Image:
     """Tiles in rows, as wide as high, with a title above."""
     columns = min(len(tiles), math.ceil(math.sqrt(len(tiles))))
     blank = np.broadcast_to(tiles[0][:1, :1], tiles[0].shape)
@@ -255,12 +255,12 @@ def _arranged(tiles: list[Image], title: str, theme: Theme) -> Image:
 def _title_band(title: str, width: int, height: int, theme: Theme) -> Image:
     plotter = open_window((width, height), theme)
     add_text(plotter.renderer, title, (0.5, 0.45), 0.5 * height, theme.text, "center center", bold=True)
-    image = grabbed(plotter)
+    image = screenshot_of(plotter)
     plotter.close()
     return image
 
 
-def _checked(body: FlexibleBody) -> Skin:
+def _checked_skin(body: FlexibleBody) -> Skin:
     if body.n_modes == 0:
         raise ValueError("the body is rigid: it has no shapes to draw")
     if body.skin is None:
@@ -268,7 +268,7 @@ def _checked(body: FlexibleBody) -> Skin:
     return body.skin
 
 
-def _number(body: FlexibleBody, mode: int) -> int:
+def _shape_index(body: FlexibleBody, mode: int) -> int:
     if not 1 <= mode <= body.n_modes:
         raise ValueError(f"mode {mode} is not on the body; its modes are 1 to {body.n_modes}")
     return mode - 1

@@ -1,4 +1,4 @@
-"""Poses and elastic coordinates of a run's bodies at any instants, in the frame the camera stands in."""
+"""Poses and elastic coordinates of a run's bodies at given instants, in the frame of the camera."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.results import Run, RunBody
-from femflex.view.growing import growing, grown_coordinates
-from femflex.view.segments import body_of_marker, whole_of, widened_coordinates
+from femflex.view.deploying_skin import amplitudes_with_growth, deploying_bodies
+from femflex.view.segments import body_of_marker, extended_coordinates, segmented_body_of
 
 CAMERAS = ("auto", "fixed", "follow", "orbital", "body")
 FAR = 1.0  # travel over size beyond which the automatic camera follows
@@ -17,13 +17,13 @@ FAR = 1.0  # travel over size beyond which the automatic camera follows
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """Where everything is at instants (n_t,), in frame V of the camera.
+    """Poses and elastic coordinates of bodies, and positions of traces, at instants (n_t,), in frame V of the camera.
 
     position  body -> (n_t, 3) [m];  attitude  body -> C_VB (n_t, 3, 3);  delta  body -> (n_t, n)
     amplitudes  body -> (n_t, n)  delta, of a segment that of its own shapes
     reference (n_t, 3, 3)  C_VR, R the orbital axes when orbiting, else the inertial ones
     traces    marker or contact -> (n_t, 3) [m], a marker's with its deflection magnified as the bodies are drawn
-    sights    line of sight -> where it begins (n_t, 3) [m], and its direction (n_t, 3)
+    sights    line of sight -> its start (n_t, 3) [m] and direction (n_t, 3)
     lengths   body that deploys -> its length (n_t,) [m]
     """
 
@@ -43,9 +43,9 @@ class Interpolated:
 
     def __init__(self, run: Run, times: Array) -> None:
         self.run, self.times = run, np.asarray(times, float)
-        last = len(run) - 1
-        left = np.clip(np.searchsorted(run.time, self.times, side="right") - 1, 0, max(last - 1, 0))
-        self._rows = np.stack([left, np.minimum(left + 1, last)])
+        last_row = len(run) - 1
+        row_before = np.clip(np.searchsorted(run.time, self.times, side="right") - 1, 0, max(last_row - 1, 0))
+        self._rows = np.stack([row_before, np.minimum(row_before + 1, last_row)])
         start, end = run.time[self._rows]
         self._weight = np.where(end > start, (self.times - start) / np.where(end > start, end - start, 1.0), 0.0)
 
@@ -82,49 +82,53 @@ def motion(
             "body": axes of that body
     scale   magnification of the elastic displacement of the traced markers
     """
-    at = Interpolated(run, times)
+    channel = Interpolated(run, times)
     names = [path.split("/")[1] for path in run if path.startswith("bodies/") and path.endswith("/position")]
-    position = {name: at(f"bodies/{name}/position") for name in names}
-    attitude = {name: at.dcm(f"bodies/{name}/attitude") for name in names}
-    delta = {name: at(f"bodies/{name}/delta") for name in names if f"bodies/{name}/delta" in run}
+    position = {name: channel(f"bodies/{name}/position") for name in names}
+    attitude = {name: channel.dcm(f"bodies/{name}/attitude") for name in names}
+    delta = {name: channel(f"bodies/{name}/delta") for name in names if f"bodies/{name}/delta" in run}
     amplitudes = dict(delta)
     for name in names:  # a segment is drawn as a deformation of the whole body
-        if (whole := whole_of(name, names)) is not None:
-            pose = position[whole], attitude[whole]
-            delta[name] = widened_coordinates(position[name], attitude[name], delta[name], pose)
+        if (segmented := segmented_body_of(name, names)) is not None:
+            pose = position[segmented], attitude[segmented]
+            delta[name] = extended_coordinates(position[name], attitude[name], delta[name], pose)
             position[name], attitude[name] = pose
-    lengths = {name: at(f"bodies/{name}/length") for name in growing(run, names)}
+    lengths = {name: channel(f"bodies/{name}/length") for name in deploying_bodies(run, names)}
     for name, length in lengths.items():
-        delta[name] = grown_coordinates(run, name, length, delta[name], scale)
-    orbital = at.dcm("orbit/attitude") if "orbit/attitude" in run else None
-    place, C_NV = np.zeros((len(times), 3)), np.broadcast_to(np.eye(3), (len(times), 3, 3))
+        delta[name] = amplitudes_with_growth(run, name, length, delta[name], scale)
+    orbital = channel.dcm("orbit/attitude") if "orbit/attitude" in run else None
+    origin, C_NV = np.zeros((len(times), 3)), np.broadcast_to(np.eye(3), (len(times), 3, 3))
     if camera == "follow":
-        place = at("monitors/center_of_mass") if "monitors/center_of_mass" in run else next(iter(position.values()))
+        origin = (
+            channel("monitors/center_of_mass") if "monitors/center_of_mass" in run else next(iter(position.values()))
+        )
     elif camera == "orbital" and orbital is not None:
         C_NV = orbital
     elif camera == "body":
-        place, C_NV = position[body], attitude[body]
-    moved = {name: np.einsum("tji,tj->ti", C_NV, r - place) for name, r in position.items()}
-    turned = {name: np.einsum("tji,tjk->tik", C_NV, C) for name, C in attitude.items()}
+        origin, C_NV = position[body], attitude[body]
+    relative = {name: np.einsum("tji,tj->ti", C_NV, r - origin) for name, r in position.items()}
+    relative_attitude = {name: np.einsum("tji,tjk->tik", C_NV, C) for name, C in attitude.items()}
     reference = np.einsum("tji,tjk->tik", C_NV, orbital) if orbital is not None else np.swapaxes(C_NV, 1, 2)
     lines = {}
     for marker in traces:
         if marker not in traced_markers(run):
-            lines[marker] = np.einsum("tji,tj->ti", C_NV, at(f"{marker}/place") - place)
+            lines[marker] = np.einsum("tji,tj->ti", C_NV, channel(f"{marker}/place") - origin)
             continue
-        lines[marker] = np.einsum("tji,tj->ti", C_NV, at(f"markers/{marker}/position") - place)
+        lines[marker] = np.einsum("tji,tj->ti", C_NV, channel(f"markers/{marker}/position") - origin)
         if (bend := f"markers/{marker}/deflection") in run:
-            C_VB = turned[body_of_marker(marker, turned)]
-            lines[marker] += (scale - 1.0) * np.einsum("tij,tj->ti", C_VB, at(bend))
+            C_VB = relative_attitude[body_of_marker(marker, relative_attitude)]
+            lines[marker] += (scale - 1.0) * np.einsum("tij,tj->ti", C_VB, channel(bend))
     sights = {}
     for path in (path for path in run if path.startswith("sights/") and path.endswith("/direction")):
-        start = at(path.replace("/direction", "/position")) - place
-        sights[path.split("/")[1]] = tuple(np.einsum("tji,tj->ti", C_NV, v) for v in (start, at(path)))
-    return Motion(np.asarray(times, float), moved, turned, delta, amplitudes, reference, lines, sights, lengths)
+        start = channel(path.replace("/direction", "/position")) - origin
+        sights[path.split("/")[1]] = tuple(np.einsum("tji,tj->ti", C_NV, v) for v in (start, channel(path)))
+    return Motion(
+        np.asarray(times, float), relative, relative_attitude, delta, amplitudes, reference, lines, sights, lengths
+    )
 
 
 def traced_markers(run: Run) -> list[str]:
-    """Markers whose path can be drawn; places of contact can too, such as "constraints/contact"."""
+    """Markers whose path can be drawn; contact points can be drawn too, such as "constraints/contact"."""
     return [path.split("/")[1] for path in run if path.startswith("markers/") and path.endswith("/position")]
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from femflex.results.interrupts import finished_on_interrupt, without_interrupts
 from femflex.view.drawing import Drawing
 from femflex.view.window import Image
-from femflex.writing import placed
+from femflex.writing import atomic_file
 
 PNG_COMPRESSION = 1  # 18 ms a frame; the default takes 45 for a tenth less
 Progress = Callable[[int, int], Any]
@@ -44,16 +44,16 @@ def write_movie(
     if not fps > 0:
         raise ValueError(f"fps is {fps}; a movie needs a positive number of frames a second")
     with _folder(path, force) if path.suffix == "" else _mp4(path, fps, force) as add:
-        _draw(add, iter(frames), count, progress)
+        _add_frames(add, iter(frames), count, progress)
     return Drawing(path)
 
 
-def _draw(add: Callable[[Image], None], frames: Iterator[Image], count: int, progress: Progress | None) -> None:
-    first = next(frames, None)
-    if first is None:
+def _add_frames(add: Callable[[Image], None], frames: Iterator[Image], count: int, progress: Progress | None) -> None:
+    first_frame = next(frames, None)
+    if first_frame is None:
         return
     with finished_on_interrupt("a movie"):
-        add(first)
+        add(first_frame)
         for done in range(1, count + 1):
             if progress is not None:
                 progress(done, count)
@@ -76,8 +76,8 @@ def _folder(path: Path, force: bool) -> Iterator[Callable[[Image], None]]:
     def add(frame: Image) -> None:
         nonlocal done
         done += 1
-        with placed(path / f"frame_{done:05d}.png", force=True) as part:
-            write_png(part, frame)
+        with atomic_file(path / f"frame_{done:05d}.png", force=True) as draft:
+            write_png(draft, frame)
 
     yield add
 
@@ -86,22 +86,22 @@ def _folder(path: Path, force: bool) -> Iterator[Callable[[Image], None]]:
 def _mp4(path: Path, fps: float, force: bool) -> Iterator[Callable[[Image], None]]:
     process: subprocess.Popen[bytes] | None = None
 
-    with placed(path, force, keep_interrupted=True) as part:
+    with atomic_file(path, force, keep_interrupted=True) as draft:
 
         def add(frame: Image) -> None:
             nonlocal process
-            process = process or _encoder(part, frame.shape[1], frame.shape[0], fps)
+            process = process or _encoder(draft, frame.shape[1], frame.shape[0], fps)
             assert process.stdin is not None
             process.stdin.write(np.ascontiguousarray(frame).data)
 
         try:
             yield add
         except BrokenPipeError as error:
-            raise OSError(f"{path} cannot be written: {_finished(process) or error}") from error
+            raise OSError(f"{path} cannot be written: {_close_encoder(process) or error}") from error
         except BaseException:
-            _finished(process)  # ends the file properly, so that it plays up to here
+            _close_encoder(process)  # ends the file properly, so that it plays up to here
             raise
-        if text := _finished(process):
+        if text := _close_encoder(process):
             raise OSError(f"{path} cannot be written: {text}")
 
 
@@ -116,7 +116,7 @@ def _encoder(path: Path, width: int, height: int, fps: float) -> subprocess.Pope
     return subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True)
 
 
-def _finished(process: subprocess.Popen[bytes] | None) -> str:
+def _close_encoder(process: subprocess.Popen[bytes] | None) -> str:
     """Close the encoder; its message when it failed, or ""."""
     if process is None or process.stdin is None or process.stdin.closed:
         return ""

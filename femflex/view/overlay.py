@@ -1,4 +1,4 @@
-"""Texts, colour bar and corner triad, laid over a scene."""
+"""Texts, colour bar and corner triad over a scene."""
 
 from __future__ import annotations
 
@@ -27,20 +27,20 @@ SCALE_REACH = 0.3  # its greatest length, parts of the height
 def add_text(
     renderer: Any,
     text: str,
-    where: tuple[float, float],
+    position: tuple[float, float],
     pixels: float,
     colour: str,
     align: str = "left top",
     bold: bool = False,
 ) -> Any:
-    """A text at a place given in parts of width and height; returns its actor."""
+    """Add a text at a position in fractions of width and height; return its actor."""
     import pyvista as pv
     from vtkmodules.vtkRenderingCore import vtkTextActor
 
     actor = vtkTextActor()
     actor.SetInput(text)
     actor.GetPositionCoordinate().SetCoordinateSystemToNormalizedViewport()
-    actor.SetPosition(*where)
+    actor.SetPosition(*position)
     style = actor.GetTextProperty()
     style.SetFontFamily(4)  # from a file
     style.SetFontFile(_font(bold))
@@ -61,27 +61,30 @@ def add_colour_bar(renderer: Any, bar: Bar, theme: Theme, size: tuple[int, int])
     from vtkmodules.vtkRenderingCore import vtkActor2D, vtkCoordinate, vtkPolyDataMapper2D
 
     (low, high), unit = BAR_HEIGHT, size[1] / size[0]  # parts of the width in one of the height
-    left, right = (1 - x * unit for x in BAR_PLACE)
+    left_side, right_side = (1 - x * unit for x in BAR_PLACE)
     points, cells, colours = vtkPoints(), vtkCellArray(), vtkUnsignedCharArray()
     colours.SetNumberOfComponents(3)
     for k, colour in enumerate(theme.colour_map(bar.signed)(np.linspace(0, 1, 256))):
         y = [low + (high - low) * j / 256 for j in (k, k + 1)]
-        ids = [points.InsertNextPoint(x, h, 0.0) for x, h in ((left, y[0]), (right, y[0]), (right, y[1]), (left, y[1]))]
+        ids = [
+            points.InsertNextPoint(x, h, 0.0)
+            for x, h in ((left_side, y[0]), (right_side, y[0]), (right_side, y[1]), (left_side, y[1]))
+        ]
         cells.InsertNextCell(4, ids)
         colours.InsertNextTuple3(*pv.Color(colour[:3]).int_rgb)
-    strip, place, mapper, actor = vtkPolyData(), vtkCoordinate(), vtkPolyDataMapper2D(), vtkActor2D()
+    strip, coordinate, mapper, actor = vtkPolyData(), vtkCoordinate(), vtkPolyDataMapper2D(), vtkActor2D()
     strip.SetPoints(points)
     strip.SetPolys(cells)
     strip.GetCellData().SetScalars(colours)
-    place.SetCoordinateSystemToNormalizedViewport()
+    coordinate.SetCoordinateSystemToNormalizedViewport()
     mapper.SetInputData(strip)
-    mapper.SetTransformCoordinate(place)
+    mapper.SetTransformCoordinate(coordinate)
     actor.SetMapper(mapper)
     renderer.AddViewProp(actor)
     pixels = size[1] * LETTER
     for k, label in enumerate(bar.labels):
         level = low + (high - low) * k / (len(bar.labels) - 1)
-        add_text(renderer, label, (right + 0.014 * unit, level), pixels, theme.text, "left center")
+        add_text(renderer, label, (right_side + 0.014 * unit, level), pixels, theme.text, "left center")
     title = f"{bar.title}\n[{bar.unit}]"
     add_text(renderer, title, (1 - 0.025 * unit, high + 0.035), pixels, theme.text, "right bottom")
 
@@ -99,12 +102,12 @@ def add_length_scale(renderer: Any, metre: float, theme: Theme, size: tuple[int,
     points, cells = vtkPoints(), vtkCellArray()
     ends = [(middle - half, low + tick), (middle - half, low), (middle + half, low), (middle + half, low + tick)]
     cells.InsertNextCell(4, [points.InsertNextPoint(x, y, 0.0) for x, y in ends])
-    line, place, mapper, actor = vtkPolyData(), vtkCoordinate(), vtkPolyDataMapper2D(), vtkActor2D()
+    line, coordinate, mapper, actor = vtkPolyData(), vtkCoordinate(), vtkPolyDataMapper2D(), vtkActor2D()
     line.SetPoints(points)
     line.SetLines(cells)
-    place.SetCoordinateSystemToNormalizedViewport()
+    coordinate.SetCoordinateSystemToNormalizedViewport()
     mapper.SetInputData(line)
-    mapper.SetTransformCoordinate(place)
+    mapper.SetTransformCoordinate(coordinate)
     actor.SetMapper(mapper)
     actor.GetProperty().SetColor(*pv.Color(theme.text).float_rgb)
     actor.GetProperty().SetLineWidth(max(1.0, size[1] / 480))
@@ -155,14 +158,14 @@ class CornerTriad:
 
     def show(self, C_VR: Array) -> None:
         """Turn to the attitude of the reference frame (3, 3), direction cosines, in the camera's frame."""
-        self._actor.SetUserMatrix(matrix(np.zeros(3), C_VR))
+        self._actor.SetUserMatrix(pose_matrix(np.zeros(3), C_VR))
         for (actor, letters), (x, y) in zip(self._labels, (self._axes[:2] @ C_VR).T, strict=True):
-            beyond = 0.02 + 0.3 * LETTER * letters * abs(x)  # half the word's width lies beyond the tip
+            offset = 0.02 + 0.3 * LETTER * letters * abs(x)  # half the word's width lies beyond the tip
             length = np.hypot(x, y)
             if length < END_ON:
-                right, up = -beyond, -beyond
+                right, up = -offset, -offset
             else:
-                right, up = (CORNER_ARM * c + beyond * c / length for c in (x, y))
+                right, up = (CORNER_ARM * c + offset * c / length for c in (x, y))
             actor.SetPosition((CORNER[0] + right) / self._aspect, CORNER[1] + up)
 
 
@@ -171,14 +174,14 @@ def triad_actor(theme: Theme, lengths: Array, thickness: float) -> Any:
     import pyvista as pv
     from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
-    parts = []
+    arrows = []
     for direction, colour, length in zip(np.eye(3), theme.axes, lengths, strict=True):
         tip = thickness / length
         shape = {"tip_length": 4.0 * tip, "tip_radius": tip, "shaft_radius": 0.42 * tip, "scale": length}
         arrow = pv.Arrow(direction=direction, **shape)
         arrow.cell_data["colour"] = np.tile(np.array(pv.Color(colour).int_rgb, np.uint8), (arrow.n_cells, 1))
-        parts.append(arrow)
-    triad = pv.merge(parts)
+        arrows.append(arrow)
+    triad = pv.merge(arrows)
     mapper, actor = vtkPolyDataMapper(), vtkActor()
     mapper.SetInputData(triad)
     mapper.SetScalarModeToUseCellFieldData()
@@ -190,12 +193,12 @@ def triad_actor(theme: Theme, lengths: Array, thickness: float) -> Any:
     return actor
 
 
-def matrix(position: Array, attitude: Array) -> Any:
+def pose_matrix(position: Array, attitude: Array) -> Any:
     """The 4 x 4 matrix of a pose, position (3,) [m], for VTK."""
     from vtkmodules.vtkCommonMath import vtkMatrix4x4
 
-    whole = np.eye(4)
-    whole[:3, :3], whole[:3, 3] = attitude, position
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = attitude, position
     out = vtkMatrix4x4()
-    out.DeepCopy(whole.ravel().tolist())
+    out.DeepCopy(pose.ravel().tolist())
     return out

@@ -1,4 +1,4 @@
-"""Colours of a body other than its displacement: strain energy density, or one strain, from its strain field."""
+"""Colours of a body by strain energy density, a strain or a stress, from its strain field."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from femflex.body.recovery import RESULTANTS, SHEAR_FORCES, VON_MISES, named, ov
 from femflex.body.strain_field import NAMES, StrainPart
 from femflex.results import Run, RunBody
 from femflex.view.extent import some_rows
-from femflex.view.skin_strain import carried, on_skin
+from femflex.view.skin_strain import part_on_skin, skin_weights
 from femflex.view.units import Bar, strain_bar
 
 UNITS = {"line": "J/m", "plate": "J/m²", "solid": "J/m³"}
@@ -29,12 +29,14 @@ NEGATIVE = 1e-3  # of the largest; an energy density below minus this is drawn o
 
 
 def _stress_unit(name: str) -> str:
-    units = {key: unit for names, own in RESULTANTS.values() for key, unit in zip(names, own, strict=True)}
+    units = {
+        key: unit for names, group_units in RESULTANTS.values() for key, unit in zip(names, group_units, strict=True)
+    }
     return units.get(name, "Pa")
 
 
 class Paint(Protocol):
-    """What gives the points of a skin their colour."""
+    """Source of the colour of the points of a skin."""
 
     def values(self, y: Array) -> NDArray[np.float32]:
         """Values (n_skin,) at amplitudes (n,) [kg^1/2 m], nan where there is none."""
@@ -56,7 +58,7 @@ class Quantity:
 
     @property
     def unit(self) -> str:
-        """Its SI unit."""
+        """SI unit of the quantity."""
         if self.stress:
             return _stress_unit(self.stress)
         if self.number is None:
@@ -65,40 +67,44 @@ class Quantity:
 
     @property
     def name(self) -> str:
-        """Its name."""
+        """Name of the quantity in words."""
         return "strain energy" if self.number is None else NAMES[self.kind][self.number]
 
     @property
     def title(self) -> str:
-        """What stands above the bar."""
+        """Text above the colour bar."""
         if self.stress:
             return self.stress.replace("_", "\n", 1) + ("\nstress" if self.stress == VON_MISES else "")
         if self.kind == EVERY:
             return "strain energy,\nof the largest\nof its kind"
-        first, _, rest = self.name.partition(" " if self.number is None else "_")
-        known = first in ("curvature", "twist")
-        return "\n".join([*filter(None, (first, rest)), *([] if self.number is None or known else ["strain"])])
+        first_word, _, remaining = self.name.partition(" " if self.number is None else "_")
+        is_complete = first_word in ("curvature", "twist")
+        return "\n".join(
+            [*filter(None, (first_word, remaining)), *([] if self.number is None or is_complete else ["strain"])]
+        )
 
-    def of(self, part: StrainPart, y: Array) -> Array:
-        """Its values (t, p) at the points of a part, amplitudes (t, n) [kg^1/2 m]."""
+    def values_at(self, field_part: StrainPart, y: Array) -> Array:
+        """Values (t, p) at the points of a part, for amplitudes (t, n) [kg^1/2 m]."""
         if self.stress:
-            found = named(part, self.stress, y)
-            assert found is not None
-            return found
+            values = named(field_part, self.stress, y)
+            assert values is not None
+            return values
         if self.number is not None:
-            return part.strains(y)[:, :, self.number]
-        return part.energy(y) * (100.0 / self.largest[part.kind] if self.largest else 1.0)
+            return field_part.strains(y)[:, :, self.number]
+        return field_part.energy(y) * (100.0 / self.largest[field_part.kind] if self.largest else 1.0)
 
-    def held(self, part: StrainPart) -> bool:
-        """Whether a part has it."""
+    def is_in(self, field_part: StrainPart) -> bool:
+        """Whether a part of the strain field has the quantity."""
         if self.stress:
-            return self.stress in quantities([part])
-        return self.kind == EVERY or (part.kind == self.kind and (self.number is None or self.number < len(part.names)))
+            return self.stress in quantities([field_part])
+        return self.kind == EVERY or (
+            field_part.kind == self.kind and (self.number is None or self.number < len(field_part.names))
+        )
 
 
 @dataclass(frozen=True, eq=False)
 class BodyPaint:
-    """Colours of one body: the part of each member at those points of the skin that are its own, by their numbers.
+    """Colours of one body: the strain field of each member at its points of the skin, and the numbers of these points.
 
     bare  (n_skin,)  points that belong to members without the quantity
     """
@@ -108,27 +114,28 @@ class BodyPaint:
     bare: BoolArray
 
     @classmethod
-    def of(cls, quantity: Quantity, field: tuple[StrainPart, ...], skin: Skin) -> BodyPaint:
-        """The paint of a skin; every point of it takes its colour from the member with the nearest point."""
+    def from_field(cls, quantity: Quantity, field: tuple[StrainPart, ...], skin: Skin) -> BodyPaint:
+        """The paint of a skin; every point has the colour of the member with the nearest point."""
         owner = owners(field, skin)
-        taken = [k for k, part in enumerate(field) if quantity.held(part)]
-        own = {k: np.flatnonzero(owner == k) for k in taken}
-        parts = tuple((on_skin(field[k], skin.points[rows]), rows) for k, rows in own.items() if len(rows))
-        return cls(quantity, parts, ~np.isin(owner, taken))
+        colouring = [k for k, field_part in enumerate(field) if quantity.is_in(field_part)]
+        rows_of_part = {k: np.flatnonzero(owner == k) for k in colouring}
+        skin_parts = tuple(
+            (part_on_skin(field[k], skin.points[rows]), rows) for k, rows in rows_of_part.items() if len(rows)
+        )
+        return cls(quantity, skin_parts, ~np.isin(owner, colouring))
 
     def values(self, y: Array) -> NDArray[np.float32]:
         """The quantity at the points of the skin (n_skin,), nan where there is none; amplitudes y (n,) [kg^1/2 m]."""
-        found = np.full(len(self.bare), np.nan, np.float32)
-        for part, rows in self.parts:
-            found[rows] = self.quantity.of(part, y[None])[0]
-        return found
+        skin_values = np.full(len(self.bare), np.nan, np.float32)
+        for field_part, rows in self.parts:
+            skin_values[rows] = self.quantity.values_at(field_part, y[None])[0]
+        return skin_values
 
 
 def owners(field: tuple[StrainPart, ...], skin: Skin) -> IntArray:
-    """Number (n_skin,), an index, of the part that each point of a skin takes its colour from: that with the nearest
-    point."""
+    """Index (n_skin,) of the part that colours each point of a skin: that with the nearest point."""
     distance = np.array([cKDTree(part.places).query(skin.points)[0] for part in field])
-    return np.asarray(np.argmin(_among_own(distance, skin), axis=0))
+    return np.asarray(np.argmin(_without_stray_parts(distance, skin), axis=0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,44 +145,46 @@ class PeakPaint:
     peaks: NDArray[np.float32]
 
     @classmethod
-    def of(cls, name: str, field: tuple[StrainPart, ...], skin: Skin, y: Array) -> PeakPaint:
-        """The peaks over amplitudes y (t, n) [kg^1/2 m], carried from the strain points to the skin; nan where there
-        are none."""
+    def from_run(cls, name: str, field: tuple[StrainPart, ...], skin: Skin, y: Array) -> PeakPaint:
+        """The peaks over amplitudes y (t, n) [kg^1/2 m], interpolated from the strain points to the skin; nan where
+        there are none."""
         owner = owners(field, skin)
-        found = np.full(len(skin.points), np.nan, np.float32)
-        for k, part in enumerate(field):
+        peaks = np.full(len(skin.points), np.nan, np.float32)
+        for k, field_part in enumerate(field):
             rows = np.flatnonzero(owner == k)
-            if len(rows) and name in quantities([part]):
-                found[rows] = np.maximum(carried(part, skin.points[rows]) @ over_time(part, y, [name])[name][0], 0.0)
-        return cls(found)
+            if len(rows) and name in quantities([field_part]):
+                peaks[rows] = np.maximum(
+                    skin_weights(field_part, skin.points[rows]) @ over_time(field_part, y, [name])[name][0], 0.0
+                )
+        return cls(peaks)
 
     def values(self, y: Array) -> NDArray[np.float32]:
-        """The same (n_skin,), in its unit, at all times."""
+        """The peaks (n_skin,), in their unit, at all times."""
         return self.peaks
 
 
-def _peaks_painted(run: Run, bodies: Mapping[str, RunBody], name: str) -> tuple[dict[str, Paint], Bar | None]:
+def _peak_paints(run: Run, bodies: Mapping[str, RunBody], name: str) -> tuple[dict[str, Paint], Bar | None]:
     """Paints of the largest magnitudes over the run. Raises ValueError where no body has the quantity."""
     fields = {key: body.strain_field for key, body in bodies.items() if body.strain_field}
-    known = quantities([part for field in fields.values() for part in field])
-    if name not in known:
-        names = ", ".join(f"peak:{each}" for each in known) or "none"
+    available = quantities([field_part for field in fields.values() for field_part in field])
+    if name not in available:
+        names = ", ".join(f"peak:{quantity_name}" for quantity_name in available) or "none"
         raise ValueError(f"colour 'peak:{name}' is not known for {run.path.name}; peaks known are {names}.")
     paints: dict[str, Paint] = {}
     largest = 0.0
     for key, field in fields.items():
         skin = bodies[key].skin
         if skin is not None and name in quantities(field):
-            paint = PeakPaint.of(name, field, skin, run.finite(f"bodies/{key}/delta"))
+            paint = PeakPaint.from_run(name, field, skin, run.finite(f"bodies/{key}/delta"))
             largest, paints[key] = max(largest, float(np.nanmax(paint.peaks, initial=0.0))), paint
     title = "peak\n" + name.replace("_", "\n", 1)
-    return paints, strain_bar(largest, known[name], False, title)
+    return paints, strain_bar(largest, available[name], False, title)
 
 
-def _among_own(distance: Array, skin: Skin) -> Array:
-    """Distances (parts, n_skin) without those of parts that lie on a connected piece of the skin by chance alone.
+def _without_stray_parts(distance: Array, skin: Skin) -> Array:
+    """Distances (parts, n_skin) without those of parts that do not belong to a connected piece of the skin.
 
-    A part that is nearest at fewer than STRAY of a piece's points is of another member that meets it there.
+    A part that is nearest at fewer than STRAY of a piece's points belongs to another member that meets it there.
     """
     n = len(skin.points)
     pairs = [np.stack([c.ravel(), np.roll(c, 1, axis=1).ravel()]) for c in skin.cells.values()]
@@ -188,7 +197,7 @@ def _among_own(distance: Array, skin: Skin) -> Array:
     return np.where(share[:, piece] < STRAY, np.inf, distance)
 
 
-def painted(run: Run, bodies: Mapping[str, RunBody], colour: str) -> tuple[Mapping[str, Paint], Bar | None]:
+def paints_of(run: Run, bodies: Mapping[str, RunBody], colour: str) -> tuple[Mapping[str, Paint], Bar | None]:
     """Paints by body, and the bar over the range of the whole run; nothing for "displacement".
 
     colour: "energy", "energy:<kind>", "strain:<name>", "stress:<name>", or "peak:<name>" of the largest stress or
@@ -199,17 +208,19 @@ def painted(run: Run, bodies: Mapping[str, RunBody], colour: str) -> tuple[Mappi
     if colour == "displacement":
         return {}, None
     if colour.startswith("peak:"):
-        return _peaks_painted(run, bodies, colour.removeprefix("peak:"))
+        return _peak_paints(run, bodies, colour.removeprefix("peak:"))
     flexible = {name: body for name, body in bodies.items() if body.n_modes}
     fields = {name: body.strain_field for name, body in flexible.items() if body.strain_field}
-    quantity = chosen(colour, [part for field in fields.values() for part in field], str(run.path.name))
+    quantity = quantity_of_colour(
+        colour, [field_part for field in fields.values() for field_part in field], str(run.path.name)
+    )
     paints = {
-        name: BodyPaint.of(quantity, field, skin)
+        name: BodyPaint.from_field(quantity, field, skin)
         for name, field in fields.items()
-        if (skin := bodies[name].skin) is not None and any(quantity.held(part) for part in field)
+        if (skin := bodies[name].skin) is not None and any(quantity.is_in(field_part) for field_part in field)
     }
     if quantity.kind == EVERY and not quantity.stress:
-        kinds = {part.kind for paint in paints.values() for part, _ in paint.parts}
+        kinds = {field_part.kind for paint in paints.values() for field_part, _ in paint.parts}
         quantity = replace(quantity, largest={kind: _largest(run, paints, kind) for kind in kinds})
         paints = {name: replace(paint, quantity=quantity) for name, paint in paints.items()}
     low, high = _range(run, paints)
@@ -218,44 +229,46 @@ def painted(run: Run, bodies: Mapping[str, RunBody], colour: str) -> tuple[Mappi
     return paints, strain_bar(max(high, -low), quantity.unit, signed, quantity.title)
 
 
-def chosen(colour: str, parts: list[StrainPart], where: str) -> Quantity:
-    """The quantity a colour names, of those that the parts have.
+def quantity_of_colour(colour: str, field_parts: list[StrainPart], source: str) -> Quantity:
+    """The quantity that a colour names, of those that the parts have.
 
-    Raises ValueError with the known names, or where there are no parts to take it from.
+    Raises ValueError with the known names, also where there are no parts.
     """
-    kinds = [kind for kind in NAMES if any(part.kind == kind for part in parts)]
+    kinds = [kind for kind in NAMES if any(field_part.kind == kind for field_part in field_parts)]
     energies = {"energy": Quantity(kinds[0] if len(kinds) == 1 else EVERY, None)} if kinds else {}
     energies |= {f"energy:{kind}": Quantity(kind, None) for kind in kinds if len(kinds) > 1}
     strains = {
         f"strain:{name}": Quantity(kind, number)
         for kind in kinds
         for number, name in enumerate(NAMES[kind])
-        if any(part.kind == kind and number < len(part.names) for part in parts)
+        if any(field_part.kind == kind and number < len(field_part.names) for field_part in field_parts)
     }
     stresses = {
-        f"stress:{name}": Quantity(EVERY, None, stress=name) for name in quantities(parts) if name not in SHEAR_FORCES
+        f"stress:{name}": Quantity(EVERY, None, stress=name)
+        for name in quantities(field_parts)
+        if name not in SHEAR_FORCES
     }
-    known = {**energies, **strains, **stresses}
-    if colour in known:
-        return known[colour]
-    every = ["energy", *(f"strain:{name}" for names in NAMES.values() for name in names)]
-    if not parts and (colour in every or colour.startswith(("energy:", "stress:"))):
+    available = {**energies, **strains, **stresses}
+    if colour in available:
+        return available[colour]
+    default_names = ["energy", *(f"strain:{name}" for names in NAMES.values() for name in names)]
+    if not field_parts and (colour in default_names or colour.startswith(("energy:", "stress:"))):
         raise ValueError(
-            f"colour {colour!r} needs the strain of flexible bodies, and {where} holds none: it was made by an earlier "
-            "femflex, or of matrices without elements. Make it again with `femflex run` or `femflex body`, or colour "
-            "by displacement."
+            f"colour {colour!r} needs the strain of flexible bodies, and {source} holds none: it was made by an "
+            "earlier femflex, or of matrices without elements. Make it again with `femflex run` or `femflex body`, or "
+            "colour by displacement."
         )
-    names = ", ".join(["displacement", *(known or every)])
-    raise ValueError(f"colour {colour!r} is not known for {where}; known are {names}.")
+    names = ", ".join(["displacement", *(available or default_names)])
+    raise ValueError(f"colour {colour!r} is not known for {source}; known are {names}.")
 
 
 def _largest(run: Run, paints: Mapping[str, BodyPaint], kind: str) -> float:
     """The largest energy density of members of a kind over the run; 1 where there is none."""
-    found = (
-        replace(paint, parts=tuple((part, rows) for part, rows in paint.parts if part.kind == kind))
+    paints_of_kind = (
+        replace(paint, parts=tuple((field_part, rows) for field_part, rows in paint.parts if field_part.kind == kind))
         for paint in paints.values()
     )
-    low, high = _range(run, dict(zip(paints, found, strict=True)))
+    low, high = _range(run, dict(zip(paints, paints_of_kind, strict=True)))
     return max(high, -low) or 1.0
 
 
@@ -264,10 +277,10 @@ def _range(run: Run, paints: Mapping[str, BodyPaint]) -> tuple[float, float]:
     low, high, rows = 0.0, 0.0, some_rows(run)
     for name, paint in paints.items():
         y = run.finite(f"bodies/{name}/delta")[rows]
-        for part, _ in paint.parts:
-            each = part.rows.shape[0] * part.rows.shape[1]
-            kept = y[:: max(1, int(np.ceil(len(y) * each / MOST_VALUES)))]
-            for block in np.array_split(kept, max(1, len(kept) * each // 2_000_000)):
-                found = paint.quantity.of(part, block)
-                low, high = min(low, float(found.min(initial=0.0))), max(high, float(found.max(initial=0.0)))
+        for field_part, _ in paint.parts:
+            n_entries = field_part.rows.shape[0] * field_part.rows.shape[1]
+            sampled = y[:: max(1, int(np.ceil(len(y) * n_entries / MOST_VALUES)))]
+            for block in np.array_split(sampled, max(1, len(sampled) * n_entries // 2_000_000)):
+                values = paint.quantity.values_at(field_part, block)
+                low, high = min(low, float(values.min(initial=0.0))), max(high, float(values.max(initial=0.0)))
     return low, high

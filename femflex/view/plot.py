@@ -1,4 +1,4 @@
-"""Time histories and spectra of a run, as PNG or SVG (alone imports matplotlib's figures)."""
+"""Time histories and spectra of a run, as PNG or SVG (the only module that imports matplotlib's figures)."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from femflex.view.second_run import (
 from femflex.view.spectrum import WINDOW, amplitude_spectrum
 from femflex.view.theme import Theme, theme_of
 from femflex.view.units import time_unit
-from femflex.writing import placed
+from femflex.writing import atomic_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -45,28 +45,28 @@ def plot_histories(
     title: str | None = None,
     dpi: int = 150,
     force: bool = False,
-    other: Run | None = None,
+    second_run: Run | None = None,
 ) -> Path:
     """Path of a picture (.png or .svg) of channels over time, one pair of axes for every unit.
 
     channels as in `curves_of`; by default attitude angles, largest deflections and energy minus work.
-    other: a second run, laid over the first in thin dashed lines of the same colours.
+    second_run: a second run, drawn over the first in thin dashed lines of the same colours.
     """
-    groups, colours = curves_of(run, channels, degrees, other), theme_of(theme)
-    figure, axes = figure_of(len(groups), _title(run, other) if title is None else title, colours, sharex=True)
-    seconds, unit = time_unit(max(run.duration, 0.0 if other is None else other.duration))
+    groups, colours = curves_of(run, channels, degrees, second_run), theme_of(theme)
+    figure, axes = figure_of(len(groups), _title(run, second_run) if title is None else title, colours, sharex=True)
+    seconds, unit = time_unit(max(run.duration, 0.0 if second_run is None else second_run.duration))
     for ax, group in zip(axes, groups, strict=True):
         for curve, style in _styled(group, colours):
             ax.plot(curve.time / seconds, curve.values, **style)
         ax.set_ylabel(_ordinate(group))
         ax.margins(x=0)
         fit_limits(ax, group)
-        if other is not None:
-            name_second(ax, group, run, other, colours)
-            mark_end(ax, group, other, (seconds, unit), colours)
+        if second_run is not None:
+            name_second(ax, group, run, second_run, colours)
+            mark_end(ax, group, second_run, (seconds, unit), colours)
         finish(ax, group, colours)
     axes[-1].set_xlabel(f"time [{unit}]")
-    return saved(figure, path, dpi, force)
+    return save_figure(figure, path, dpi, force)
 
 
 def plot_spectra(
@@ -79,65 +79,68 @@ def plot_spectra(
     dpi: int = 150,
     highest: float | None = None,
     force: bool = False,
-    other: Run | None = None,
+    second_run: Run | None = None,
 ) -> Path:
     """Path of a picture (.png or .svg) of amplitude spectra of channels, with their peaks named.
 
     A sine of amplitude a makes a peak of height a. highest is the last frequency shown [Hz]; by default every pair of
-    axes goes a little beyond its last peak. other: a second run, laid over the first in thin dashed lines.
+    axes goes a little beyond its last peak. second_run: a second run, drawn over the first in thin dashed lines.
     """
     if highest is not None and not highest > 0:
         raise ValueError(f"the last frequency shown is {highest:g} Hz; give one above 0")
     colours = theme_of(theme)
-    groups = curves_of(run, channels, degrees, other, least=ROUNDED)
+    groups = curves_of(run, channels, degrees, second_run, least=ROUNDED)
     if channels is None:
         groups = [group for group in groups if group[0].quantity != BALANCE] or groups
-    figure, axes = figure_of(len(groups), _title(run, other) if title is None else title, colours, sharex=False)
+    figure, axes = figure_of(len(groups), _title(run, second_run) if title is None else title, colours, sharex=False)
     for ax, group in zip(axes, groups, strict=True):
         spectra = [amplitude_spectrum(curve.time, curve.values) for curve in group]
         peaks = [peak for spectrum in spectra for peak in spectrum.peaks() if highest is None or peak[0] <= highest]
         nyquist = float(spectra[0].frequency[-1])
-        last = highest or min(nyquist, 1.3 * max((frequency for frequency, _ in peaks), default=nyquist))
-        factor, unit = (1e3, "mHz") if last < 0.5 else (1.0, "Hz")
+        last_frequency = highest or min(nyquist, 1.3 * max((frequency for frequency, _ in peaks), default=nyquist))
+        factor, unit = (1e3, "mHz") if last_frequency < 0.5 else (1.0, "Hz")
         top = max(float(spectrum.amplitude.max()) for spectrum in spectra)
-        seen = []
+        drawn_curves = []
         for (curve, style), spectrum in zip(_styled(group, colours), spectra, strict=True):
-            if spectrum.amplitude[spectrum.frequency <= last].max(initial=0.0) < DEPTH * top and len(group) > 1:
+            if (
+                spectrum.amplitude[spectrum.frequency <= last_frequency].max(initial=0.0) < DEPTH * top
+                and len(group) > 1
+            ):
                 continue  # below the axes, as a motion that is not excited
             ax.semilogy(spectrum.frequency * factor, np.maximum(spectrum.amplitude, 1e-300), **style)
-            seen.append(curve)
-        if other is not None:
-            name_second(ax, seen, run, other, colours)
+            drawn_curves.append(curve)
+        if second_run is not None:
+            name_second(ax, drawn_curves, run, second_run, colours)
         ax.set_ylim(DEPTH * (top or 1.0), 10 * (top or 1.0))
-        ax.set_xlim(0, last * factor)
-        _name_peaks(ax, [(frequency * factor, amplitude) for frequency, amplitude in peaks], colours)
+        ax.set_xlim(0, last_frequency * factor)
+        _label_peaks(ax, [(frequency * factor, amplitude) for frequency, amplitude in peaks], colours)
         ax.set_ylabel("amplitude of\n" + _ordinate(group))
         ax.set_xlabel(f"frequency [{unit}]")
-        finish(ax, seen, colours)
+        finish(ax, drawn_curves, colours)
     axes[-1].set_xlabel(f"{axes[-1].get_xlabel()}   ({WINDOW}, trend removed)")
-    return saved(figure, path, dpi, force)
+    return save_figure(figure, path, dpi, force)
 
 
-def _name_peaks(ax: Axes, peaks: list[tuple[float, float]], colours: Theme) -> None:
+def _label_peaks(ax: Axes, peaks: list[tuple[float, float]], colours: Theme) -> None:
     """Write the frequency above each peak, and above the higher of two that are close."""
     width = ax.get_xlim()[1]
-    named: list[float] = []
-    for place, amplitude in sorted(peaks, key=lambda peak: -peak[1]):
-        if all(abs(place - other) > APART * width for other in named):
-            named.append(place)
-            side = "left" if place < APART * width else "center"
+    labelled: list[float] = []
+    for frequency, amplitude in sorted(peaks, key=lambda peak: -peak[1]):
+        if all(abs(frequency - earlier) > APART * width for earlier in labelled):
+            labelled.append(frequency)
+            side = "left" if frequency < APART * width else "center"
             style: dict[str, Any] = {"textcoords": "offset points", "ha": side, "fontsize": 8, "color": colours.text}
-            ax.annotate(f"{place:#.4g}", (place, amplitude), (0, 4), **style)
+            ax.annotate(f"{frequency:#.4g}", (frequency, amplitude), (0, 4), **style)
 
 
 def _ordinate(group: list[Curve]) -> str:
-    """Quantities and unit, with raised exponents."""
-    said, unit = ", ".join(dict.fromkeys(curve.quantity for curve in group)), group[0].unit
-    return said if unit in ("1", "") else f"{said} [{raised(unit)}]"
+    """Quantities and unit of the ordinate."""
+    quantities, unit = ", ".join(dict.fromkeys(curve.quantity for curve in group)), group[0].unit
+    return quantities if unit in ("1", "") else f"{quantities} [{with_superscripts(unit)}]"
 
 
-def raised(unit: str) -> str:
-    """A unit with raised exponents."""
+def with_superscripts(unit: str) -> str:
+    """A unit with its exponents as superscripts."""
     return re.sub(r"\^(-?[\d/]+)", r"$^{\1}$", unit)
 
 
@@ -156,13 +159,13 @@ def _styled(group: list[Curve], colours: Theme) -> list[tuple[Curve, dict[str, A
     ]
 
 
-def _title(run: Run, other: Run | None) -> str:
-    """Title of one run, or of two: what tells them apart."""
-    if other is None:
+def _title(run: Run, second_run: Run | None) -> str:
+    """Title of one run, or of two with their difference."""
+    if second_run is None:
         return title_of(run)
-    if run.title != other.title:
-        return f"{title_of(run)}\ndashed: {title_of(other)}"
-    return f"{run.title}\n{omission_text(run)}; dashed: {difference_text(other, run)}"
+    if run.title != second_run.title:
+        return f"{title_of(run)}\ndashed: {title_of(second_run)}"
+    return f"{run.title}\n{omission_text(run)}; dashed: {difference_text(second_run, run)}"
 
 
 def figure_of(count: int, title: str, colours: Theme, sharex: bool) -> tuple[Figure, list[Axes]]:
@@ -193,12 +196,12 @@ def finish(ax: Axes, group: Sequence[object], colours: Theme) -> None:
         text.set_color(colours.text)
 
 
-def saved(figure: Figure, path: str | Path, dpi: int, force: bool) -> Path:
+def save_figure(figure: Figure, path: str | Path, dpi: int, force: bool) -> Path:
     """Path of the figure as a file, .png or .svg."""
     path = Path(path)
     kind = path.suffix.lower().lstrip(".")
     if kind not in ("png", "svg"):
         raise ValueError(f"a plot is written as .png or .svg; {path.name} is neither")
-    with placed(path, force) as part:
-        figure.savefig(part, format=kind, dpi=dpi)
+    with atomic_file(path, force) as draft:
+        figure.savefig(draft, format=kind, dpi=dpi)
     return Drawing(path)

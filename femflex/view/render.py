@@ -15,11 +15,11 @@ from femflex.view.drawing import Drawing
 from femflex.view.look import Look, LookOptions
 from femflex.view.motion import motion
 from femflex.view.movie import Progress, write_movie, write_png
-from femflex.view.plan import Plan, planned
+from femflex.view.plan import ScenePlan, plan_scene
 from femflex.view.scene import Scene
 from femflex.view.units import clock
 from femflex.view.window import Image
-from femflex.writing import placed
+from femflex.writing import atomic_file
 
 PICTURE_SAMPLES, MOVIE_SAMPLES = 2, 1
 SLOW_MOTION, REAL_TIME = 4.0, 20.0  # s; a run of a length between these is shown as fast as it went
@@ -34,16 +34,16 @@ def render_picture(
     `look` are the fields of `Look`. The camera is framed over the whole run. Raises ValueError for a time outside the
     run, NoRenderer where nothing can be drawn.
     """
-    chosen, path = Look(**look), Path(path)
+    options, path = Look(**look), Path(path)
     if path.suffix.lower() != ".png":
         raise ValueError(f"a picture is written as .png; {path.name} is not one")
     if time is not None:
-        _inside(run, time)
-    plan = planned(run, chosen, time)
-    at = plan.peak if time is None else time
-    with placed(path, force) as part, Scene(run, chosen, plan, chosen.samples or PICTURE_SAMPLES) as scene:
-        scene.show(motion(run, np.array([at]), plan.camera, plan.body, chosen.traces, plan.scale), 0)
-        write_png(part, scene.image())
+        _checked_time(run, time)
+    plan = plan_scene(run, options, time)
+    instant = plan.peak if time is None else time
+    with atomic_file(path, force) as draft, Scene(run, options, plan, options.samples or PICTURE_SAMPLES) as scene:
+        scene.show(motion(run, np.array([instant]), plan.camera, plan.body, options.traces, plan.scale), 0)
+        write_png(draft, scene.image())
     return Drawing(path)
 
 
@@ -64,36 +64,36 @@ def render_movie(
               visibly (`Plan.still`)
     progress  called with frames done and in all; what was drawn before an interrupt is kept
     """
-    chosen = replace(Look(**look), fit="run")
-    plan = planned(run, chosen)
-    whole = (plan.span[0], plan.still if span[0] is None or span[0] < plan.still else plan.span[1])
-    first, last = (_inside(run, whole[k] if t is None else t) for k, t in enumerate(span))
-    if not last > first:
-        raise ValueError(f"a movie needs a span of time; from {first:g} s to {last:g} s there is none")
+    options = replace(Look(**look), fit="run")
+    plan = plan_scene(run, options)
+    default_span = (plan.span[0], plan.still if span[0] is None or span[0] < plan.still else plan.span[1])
+    start, end = (_checked_time(run, default_span[k] if t is None else t) for k, t in enumerate(span))
+    if not end > start:
+        raise ValueError(f"a movie needs a span of time; from {start:g} s to {end:g} s there is none")
     if speed is None:
-        speed = 1.0 if SLOW_MOTION <= last - first <= REAL_TIME else (last - first) / MOVIE_SECONDS
+        speed = 1.0 if SLOW_MOTION <= end - start <= REAL_TIME else (end - start) / MOVIE_SECONDS
     if not speed > 0:
         raise ValueError(f"speed is {speed}; it is the number of seconds of the run in one of the movie, above 0")
-    count = max(2, round((last - first) / speed * fps) + 1)
-    times = np.linspace(first, last, count)
+    count = max(2, round((end - start) / speed * fps) + 1)
+    times = np.linspace(start, end, count)
     notes = [] if abs(speed - 1) < 5e-3 else [f"{speed:.3g} × real time"]
-    if span[1] is None and last < plan.span[1]:
-        notes.append(f"still after {clock(last, plan.span[1] - plan.span[0])}")
+    if span[1] is None and end < plan.span[1]:
+        notes.append(f"still after {clock(end, plan.span[1] - plan.span[0])}")
     note = "; ".join(notes)
-    with Scene(run, chosen, plan, chosen.samples or MOVIE_SAMPLES, note) as scene:
-        frames = _frames(run, scene, plan, times, chosen.traces)
+    with Scene(run, options, plan, options.samples or MOVIE_SAMPLES, note) as scene:
+        frames = _frames(run, scene, plan, times, options.traces)
         return write_movie(path, frames, count, fps, force, progress)
 
 
-def _frames(run: Run, scene: Scene, plan: Plan, times: Array, traces: tuple[str, ...]) -> Iterator[Image]:
+def _frames(run: Run, scene: Scene, plan: ScenePlan, times: Array, traces: tuple[str, ...]) -> Iterator[Image]:
     moving = motion(run, times, plan.camera, plan.body, traces, plan.scale)
     for k in range(len(times)):
         scene.show(moving, k)
         yield scene.image()
 
 
-def _inside(run: Run, time: float) -> float:
-    first, last = float(run.time[0]), float(run.time[-1])
-    if not first <= time <= last:
-        raise ValueError(f"time {time:g} s is outside the run, which goes from {first:g} s to {last:g} s")
+def _checked_time(run: Run, time: float) -> float:
+    start, end = float(run.time[0]), float(run.time[-1])
+    if not start <= time <= end:
+        raise ValueError(f"time {time:g} s is outside the run, which goes from {start:g} s to {end:g} s")
     return time

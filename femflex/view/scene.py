@@ -8,8 +8,8 @@ import numpy as np
 
 from femflex.results import Run
 from femflex.view.actors import BodyActor, SightActor, TraceActor, add_ghost
+from femflex.view.deploying_skin import lengths_line
 from femflex.view.extent import some_rows
-from femflex.view.growing import lengths_line
 from femflex.view.look import Look
 from femflex.view.motion import Motion, motion
 from femflex.view.overlay import (
@@ -18,16 +18,16 @@ from femflex.view.overlay import (
     add_colour_bar,
     add_length_scale,
     add_text,
-    matrix,
+    pose_matrix,
     triad_actor,
 )
-from femflex.view.plan import Plan
-from femflex.view.surface import APART, SEEN, breadth, surface_of
+from femflex.view.plan import ScenePlan
+from femflex.view.surface import MESH_LINE_GAP, VISIBLE, breadth, surface_of
 from femflex.view.units import clock
-from femflex.view.window import Image, grabbed, open_window, place_camera
+from femflex.view.window import Image, open_window, place_camera, screenshot_of
 
 TIP = 0.055  # radius of the arrow heads of a body's axes, parts of the shortest
-WHOLE = "scale of the whole run"  # under the colour bar: that of one instant would flicker in a movie
+BAR_NOTE = "scale of the whole run"  # text under the colour bar; a scale of one instant would flicker in a movie
 
 
 class Scene:
@@ -36,7 +36,7 @@ class Scene:
     samples  each pixel of an image is the mean of samples x samples drawn ones;  note  a second line under the clock
     """
 
-    def __init__(self, run: Run, look: Look, plan: Plan, samples: int = 1, note: str = "") -> None:
+    def __init__(self, run: Run, look: Look, plan: ScenePlan, samples: int = 1, note: str = "") -> None:
         self._run, self._plan, self._samples = run, plan, samples
         theme, (width, height) = look.colours, (look.size[0] * samples, look.size[1] * samples)
         self._plotter = open_window((width, height), theme)
@@ -60,14 +60,14 @@ class Scene:
         t, plan = float(moving.times[k]), self._plan
         for name, actor in self._bodies.items():
             delta = moving.delta[name][k] if name in moving.delta else np.zeros(0)
-            own = moving.amplitudes[name][k] if name in moving.amplitudes else delta
-            actor.show(moving.position[name][k], moving.attitude[name][k], delta, plan.scale, own)
+            own_amplitudes = moving.amplitudes[name][k] if name in moving.amplitudes else delta
+            actor.show(moving.position[name][k], moving.attitude[name][k], delta, plan.scale, own_amplitudes)
         for name, ghosts in self._ghosts.items():
-            pose = matrix(moving.position[name][k], moving.attitude[name][k])
+            pose = pose_matrix(moving.position[name][k], moving.attitude[name][k])
             for ghost in ghosts:
                 ghost.SetUserMatrix(pose)
         for name, triad in self._triads.items():
-            triad.SetUserMatrix(matrix(moving.position[name][k], moving.attitude[name][k]))
+            triad.SetUserMatrix(pose_matrix(moving.position[name][k], moving.attitude[name][k]))
         for name, trace in self._traces.items():
             trace.show(int(np.searchsorted(self._path_times, t)), moving.traces[name][k])
         for name, sight in self._sights.items():
@@ -79,7 +79,7 @@ class Scene:
 
     def image(self) -> Image:
         """The picture, (height, width, 3)."""
-        return grabbed(self._plotter, self._samples)
+        return screenshot_of(self._plotter, self._samples)
 
     def close(self) -> None:
         """Close the window."""
@@ -95,9 +95,9 @@ class Scene:
         theme, actors, rigid = look.colours, {}, 0
         for name, skin in self._plan.skins.items():
             metre = self._plan.view.pixels(look.size[1])
-            slender = breadth(skin) * metre < SEEN
+            slender = breadth(skin) * metre < VISIBLE
             edges = "sharp" if look.edges == "auto" and not len(skin.shapes) else look.edges
-            surface = surface_of(skin, "thick" if slender else edges, APART / metre)
+            surface = surface_of(skin, "thick" if slender else edges, MESH_LINE_GAP / metre)
             paint = self._plan.paints.get(name)
             deforms = self._plan.bar if len(skin.shapes) and (paint or not self._plan.paints) else None
             colour = theme.rigid[rigid % len(theme.rigid)]
@@ -124,12 +124,12 @@ class Scene:
         fitting = 0.78 * width / (0.66 * max(1, len(title)))  # left of the clock
         add_text(renderer, title, (0.02, 0.965), min(height / 30, fitting), theme.text, bold=True)
         if plan.bar is not None:
-            shown = "deformation true to scale" if plan.scale == 1.0 else f"deformation × {plan.scale:g}"
-            add_text(renderer, shown, (0.98, 0.035), height / 40, theme.text, "right bottom")
+            scale_text = "deformation true to scale" if plan.scale == 1.0 else f"deformation × {plan.scale:g}"
+            add_text(renderer, scale_text, (0.98, 0.035), height / 40, theme.text, "right bottom")
             add_colour_bar(renderer, plan.bar, theme, size)
             if len(self._run) > 1:
-                below = (1 - 0.025 * height / width, BAR_HEIGHT[0] - 0.055)
-                add_text(renderer, WHOLE, below, height / 48, theme.faint, "right bottom")
+                position_below_bar = (1 - 0.025 * height / width, BAR_HEIGHT[0] - 0.055)
+                add_text(renderer, BAR_NOTE, position_below_bar, height / 48, theme.faint, "right bottom")
         if note:
             add_text(renderer, note, (0.55, 0.035), height / 40, theme.faint, "center bottom")
         return add_text(renderer, "", (0.98, 0.965), height / 32, theme.text, "right top")

@@ -1,8 +1,8 @@
-"""Bodies cut into segments, drawn as one: every segment as a deformation of the undeformed whole body.
+"""Bodies cut into segments, drawn as one: every segment as a deformation of the undeformed complete body.
 
-A point p of a segment at (r, C) with displacement S delta lies, seen from the whole body, at d + C (p + S delta). This
-is linear in the numbers d, C - 1 and C delta, which stand for elastic coordinates of wider shapes; so a bent boom is
-coloured and magnified by how far it is from the straight one, not by what remains inside each segment.
+A point p of a segment at (r, C) with displacement S delta is, relative to the complete body, at d + C (p + S delta).
+This is linear in d, C - 1 and C delta, which are used as amplitudes of extended shapes. A bent boom is thus coloured
+and magnified by its displacement from the straight one, not by the deformation inside each segment.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from femflex.body import Skin
 from femflex.results import Run
 
 
-def whole_of(name: str, names: Collection[str]) -> str | None:
+def segmented_body_of(name: str, names: Collection[str]) -> str | None:
     """Name of the body of which `name` is a segment ("boom" of "boom.3"), None when it is none."""
     stem, dot, number = name.rpartition(".")
     return stem if dot and number.isdigit() and stem in names else None
 
 
 def body_of_marker(marker: str, names: Iterable[str]) -> str:
-    """Name of the body of a marker "body.marker", of these; no other of them but its segments begins like it."""
+    """Name of the body of a marker "body.marker", of these names; only its segments share that beginning."""
     return min((name for name in names if marker.startswith(f"{name}.")), key=len)
 
 
@@ -32,25 +32,25 @@ def body_names(run: Run) -> set[str]:
     return {path.split("/")[1] for path in run if path.startswith("bodies/") and path.endswith("/position")}
 
 
-def cut_bodies(run: Run) -> set[str]:
+def segmented_bodies(run: Run) -> set[str]:
     """Names of the bodies of a run that are cut into segments."""
     names = body_names(run)
-    return {whole for name in names if (whole := whole_of(name, names)) is not None}
+    return {body for name in names if (body := segmented_body_of(name, names)) is not None}
 
 
-def widened(skin: Skin) -> Skin:
+def extended_skin(skin: Skin) -> Skin:
     """The skin with shapes for d (3), C - 1 (3 x 3) and C delta (n x 3 x 3) in place of its own n."""
     n_points = len(skin.points)
     axes = np.broadcast_to(np.eye(3)[:, None], (3, n_points, 3))
-    turned = np.einsum("ac,pb->abpc", np.eye(3), skin.points).reshape(9, n_points, 3)
-    bent = np.einsum("ac,kpb->kabpc", np.eye(3), skin.shapes).reshape(-1, n_points, 3)
-    return Skin(skin.points, skin.cells, np.concatenate([axes, turned, bent]))
+    rotation_shapes = np.einsum("ac,pb->abpc", np.eye(3), skin.points).reshape(9, n_points, 3)
+    deformation_shapes = np.einsum("ac,kpb->kabpc", np.eye(3), skin.shapes).reshape(-1, n_points, 3)
+    return Skin(skin.points, skin.cells, np.concatenate([axes, rotation_shapes, deformation_shapes]))
 
 
-def widened_coordinates(position: Array, attitude: Array, delta: Array, whole: tuple[Array, Array]) -> Array:
-    """Coordinates [m, 1, kg^1/2 m] (n_t, 12 + 9 n) of the widened shapes of a segment, from its pose, delta and the
-    whole's pose."""
-    r, C = whole
+def extended_coordinates(position: Array, attitude: Array, delta: Array, body_pose: tuple[Array, Array]) -> Array:
+    """Coordinates [m, 1, kg^1/2 m] (n_t, 12 + 9 n) of the extended shapes of a segment, from its pose, delta and the
+    pose of the complete body."""
+    r, C = body_pose
     relative = np.einsum("tji,tjk->tik", C, attitude)
     d = np.einsum("tji,tj->ti", C, position - r)
     products = np.einsum("tab,tk->tkab", relative, delta)

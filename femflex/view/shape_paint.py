@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from femflex.arrays import Array
 from femflex.body import FlexibleBody, Skin
-from femflex.view.paint import EVERY, BodyPaint, chosen
+from femflex.view.paint import EVERY, BodyPaint, quantity_of_colour
 
 
 class ShapePaint:
@@ -20,11 +20,13 @@ class ShapePaint:
         self.signed = paint.quantity.number is not None
 
     def choose(self, y: Array) -> None:
-        """Turn to a shape of full amplitudes y (n,) [kg^1/2 m]."""
+        """Select a shape, with its full amplitudes y (n,) [kg^1/2 m]."""
         if self._paint.quantity.kind == EVERY:
             densities: dict[str, float] = {}
-            for part, _ in self._paint.parts:
-                densities[part.kind] = max(densities.get(part.kind, 0.0), float(np.abs(part.energy(y[None])).max()))
+            for field_part, _ in self._paint.parts:
+                densities[field_part.kind] = max(
+                    densities.get(field_part.kind, 0.0), float(np.abs(field_part.energy(y[None])).max())
+                )
             largest = {kind: density or 1.0 for kind, density in densities.items()}
             self._paint = replace(self._paint, quantity=replace(self._paint.quantity, largest=largest))
         self._largest = float(np.nanmax(np.abs(self._paint.values(y)), initial=0.0)) or 1.0
@@ -35,8 +37,10 @@ class ShapePaint:
 
 
 def shape_paint(body: FlexibleBody, skin: Skin, colour: str) -> ShapePaint | None:
-    """The paint of a body's shapes; None for "displacement". Raises ValueError as `view.paint.chosen`."""
+    """The paint of a body's shapes; None for "displacement". Raises ValueError as `view.paint.quantity_of_colour`."""
     if colour == "displacement":
         return None
-    linear = tuple(replace(part, nonlinear=False, stress=0 * part.stress) for part in body.strain_field)
-    return ShapePaint(BodyPaint.of(chosen(colour, list(linear), "the body"), linear, skin))
+    linear = tuple(
+        replace(field_part, nonlinear=False, stress=0 * field_part.stress) for field_part in body.strain_field
+    )
+    return ShapePaint(BodyPaint.from_field(quantity_of_colour(colour, list(linear), "the body"), linear, skin))

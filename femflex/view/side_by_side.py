@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from femflex.view.convergence import VARIED, check_kind, draw_study, finish, plot_convergence
+from femflex.view.convergence import VARIED, check_kind, draw_study, finish_study_axes, plot_convergence
 from femflex.view.drawing import Drawing
 from femflex.view.theme import Theme, theme_of
-from femflex.writing import placed
+from femflex.writing import atomic_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -44,61 +44,71 @@ def plot_studies(
     figure.suptitle(title, color=colours.text, fontsize=12, fontweight="bold")
     for (above, below), study in zip(axes.T, studies, strict=True):
         if study.over == STRAIN:
-            _forms(above, below, study, colours)
+            _draw_strain_forms(above, below, study, colours)
         elif study.over == FUNCTIONS:
-            _kinds(above, below, study, colours)
+            _draw_function_kinds(above, below, study, colours)
         else:
             draw_study(above, below, study, colours)
         above.set_title(f"over {VARIED.get(study.over, study.over)}", color=colours.text, fontsize=10)
         for ax in (above, below):
-            finish(ax, colours, inside=True)
+            finish_study_axes(ax, colours, inside=True)
         if study.over == STRAIN:
             below.tick_params(axis="x", labelsize=8)
-    said = words if len(studies) > 1 else studies[0].verdict
-    found_text = "\n".join(textwrap.wrap(said, int(LETTERS * width / COLUMN)))
-    figure.supxlabel(found_text, color=colours.text, fontsize=8.5, ha="left", x=0.02, linespacing=1.4)
-    with placed(path, force) as part:
-        figure.savefig(part, format=Path(path).suffix.lower().lstrip("."), dpi=dpi)
+    text = words if len(studies) > 1 else studies[0].verdict
+    wrapped = "\n".join(textwrap.wrap(text, int(LETTERS * width / COLUMN)))
+    figure.supxlabel(wrapped, color=colours.text, fontsize=8.5, ha="left", x=0.02, linespacing=1.4)
+    with atomic_file(path, force) as draft:
+        figure.savefig(draft, format=Path(path).suffix.lower().lstrip("."), dpi=dpi)
     return Drawing(path)
 
 
-def _forms(above: Axes, below: Axes, study: Any, colours: Theme) -> None:
+def _draw_strain_forms(above: Axes, below: Axes, study: Any, colours: Theme) -> None:
     """Values of the forms with their differences; under them the time of each run."""
-    at = np.arange(len(study.forms))
+    columns = np.arange(len(study.forms))
     values = np.array([form.value for form in study.forms])
     best = study.reference
     if best is not None:
         band = study.tolerance * abs(best.value)
         above.axhspan(best.value - band, best.value + band, color=colours.lines[2], alpha=0.25, linewidth=0)
         above.axhline(best.value, color=colours.lines[2], linewidth=1.2, label=f"{best.strain}, +- {study.tolerance:g}")
-    above.plot(at, values, "o", color=colours.lines[0], markersize=6, label="value")
+    above.plot(columns, values, "o", color=colours.lines[0], markersize=6, label="value")
     for k, form in enumerate(study.forms):
         _draw_column(above, k, form, study, colours)
     above.margins(x=0.2, y=0.3)
     above.set_ylabel(f"value [{study.unit}]" if study.unit not in ("", "1") else "value")
-    below.bar(at, [form.seconds for form in study.forms], width=0.5, color=colours.lines[0])
+    below.bar(columns, [form.seconds for form in study.forms], width=0.5, color=colours.lines[0])
     for k, form in enumerate(study.forms):
         if np.isfinite(form.seconds):
             mark = below.annotate(f"{form.seconds:.3g} s", (k, form.seconds), (0, 3), textcoords="offset points")
             mark.set(ha="center", fontsize=8, color=colours.text)
     below.margins(x=0.2, y=0.15)
     below.set_ylabel("time of the run [s]")
-    below.set_xticks(at, [_label(form) for form in study.forms], fontsize=8)
+    below.set_xticks(columns, [_label(form) for form in study.forms], fontsize=8)
 
 
-def _kinds(above: Axes, below: Axes, study: Any, colours: Theme) -> None:
+def _draw_function_kinds(above: Axes, below: Axes, study: Any, colours: Theme) -> None:
     """Values of every type of functions over their number; under them the differences from the best."""
     from matplotlib.ticker import MaxNLocator
 
     below.set_yscale("log")
     best = study.reference
-    for k, (kind, found) in enumerate(study.with_values):
+    for k, (kind, study_of_kind) in enumerate(study.with_values):
         colour = colours.lines[k % len(colours.lines)]
-        above.plot(found.counts, found.values, "o-", color=colour, linewidth=1.2, markersize=4, label=kind)
+        above.plot(
+            study_of_kind.counts, study_of_kind.values, "o-", color=colour, linewidth=1.2, markersize=4, label=kind
+        )
         if best is not None:
-            off = study.differences(found)
-            seen = off > LEAST
-            below.plot(found.counts[seen], off[seen], "o-", color=colour, linewidth=1.2, markersize=4, label=kind)
+            differences = study.differences(study_of_kind)
+            visible = differences > LEAST
+            below.plot(
+                study_of_kind.counts[visible],
+                differences[visible],
+                "o-",
+                color=colour,
+                linewidth=1.2,
+                markersize=4,
+                label=kind,
+            )
     below.axhline(
         study.tolerance, color=colours.text, linewidth=1.0, linestyle="--", label=f"tolerance {study.tolerance:g}"
     )

@@ -1,4 +1,4 @@
-"""Spectrograms: how the amplitudes over frequency change along a run, as of a member that grows."""
+"""Spectrograms: amplitudes over frequency and time along a run, as for a deploying member."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from scipy.signal.windows import blackmanharris
 from femflex.arrays import Array
 from femflex.results import Run
 from femflex.view.curves import BALANCE, ROUNDED, Curve, curves_of
-from femflex.view.plot import figure_of, finish, raised, saved
+from femflex.view.plot import figure_of, finish, save_figure, with_superscripts
 from femflex.view.second_run import title_of
 from femflex.view.spectrum import check_finite
 from femflex.view.theme import theme_of
 from femflex.view.units import time_unit
 
-SPAN = 0.2  # of the record: length of the window, whose places are its middle
-STEPS = 200  # places of the window
+SPAN = 0.2  # of the record: length of the window; its time is that of its middle
+STEPS = 200  # positions of the window
 PADDING = 8  # finer frequencies than the window's own
 DEPTH = 0.02  # of the largest amplitude: the last colour
 
@@ -26,9 +26,9 @@ DEPTH = 0.02  # of the largest amplitude: the last colour
 def spectrogram(time: Array, values: Array) -> tuple[Array, Array, Array]:
     """Times (n,) [s], frequencies (m,) [Hz] and amplitudes (m, n) of values (n_t,) at times (n_t,) [s].
 
-    A sine of amplitude a has the amplitude a. A Blackman-Harris window of a fifth of the record, from which a line is
-    taken, moves along it; two lines merge below 4 over its length. Uneven times are interpolated to even ones. Raises
-    ValueError below 80 instants.
+    A sine of amplitude a has the amplitude a. A Blackman-Harris window of a fifth of the record, without its linear
+    trend, moves along it; two spectral lines merge below 4 over its length. Uneven times are interpolated to even
+    ones. Raises ValueError below 80 instants.
     """
     if len(time) < 80:
         raise ValueError(f"a spectrogram needs at least 80 instants; the record has {len(time)}")
@@ -76,24 +76,24 @@ def plot_spectrograms(
         time, frequency, amplitude = spectrogram(curve.time, curve.values)
         top = float(amplitude.max()) or 1.0
         strong = np.flatnonzero((amplitude > 0.1 * top).any(axis=1))
-        last = highest or 1.6 * float(frequency[strong[-1]] if len(strong) else frequency[-1])
-        factor, hertz = (1e3, "mHz") if last < 0.5 else (1.0, "Hz")
-        shown = frequency <= last
+        last_frequency = highest or 1.6 * float(frequency[strong[-1]] if len(strong) else frequency[-1])
+        factor, hertz = (1e3, "mHz") if last_frequency < 0.5 else (1.0, "Hz")
+        is_shown = frequency <= last_frequency
         painted = ax.pcolormesh(
             time / seconds,
-            frequency[shown] * factor,
-            np.maximum(amplitude[shown], DEPTH * top),
+            frequency[is_shown] * factor,
+            np.maximum(amplitude[is_shown], DEPTH * top),
             norm=LogNorm(DEPTH * top, top),
             cmap=colours.colour_map(),
             shading="nearest",
             rasterized=True,
         )
         bar = figure.colorbar(painted, ax=ax, pad=0.01)
-        said = "amplitude" if curve.unit in ("1", "") else f"amplitude [{raised(curve.unit)}]"
-        bar.set_label(said, color=colours.text)
+        label = "amplitude" if curve.unit in ("1", "") else f"amplitude [{with_superscripts(curve.unit)}]"
+        bar.set_label(label, color=colours.text)
         bar.ax.tick_params(colors=colours.text, labelsize=9)
         ax.set_ylabel(f"{curve.label}\nfrequency [{hertz}]")
         finish(ax, [], colours)
         ax.grid(False)
     axes[-1].set_xlabel(f"time [{unit}], middle of a window of {SPAN:g} of the run")
-    return saved(figure, path, dpi, force)
+    return save_figure(figure, path, dpi, force)

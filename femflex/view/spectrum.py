@@ -10,11 +10,11 @@ from scipy.signal.windows import blackmanharris
 
 from femflex.arrays import Array
 
-WINDOW = "Blackman–Harris window"  # side lobes 92 dB down: what is seen is signal; two lines merge below 4 / T
+WINDOW = "Blackman–Harris window"  # side lobes 92 dB down, so visible peaks are signal; two lines merge below 4 / T
 PADDING = 4  # finer frequencies than the record's own, so that peaks are smooth
 PROMINENCE = 8.0  # a peak stands out of the valley next to it by this factor
-LEAST_CYCLES = 2.5  # in the record; the place of a slower peak cannot be reported
-ROUNDING = 1e-13  # of the largest value: less than that beside a straight line is no signal
+LEAST_CYCLES = 2.5  # in the record; the frequency of a slower peak is too inaccurate
+ROUNDING = 1e-13  # of the largest value: a smaller deviation from a straight line is no signal
 FLOOR = 1e-4  # of the highest peak; smaller ones are not reported, and may be side lobes
 
 
@@ -25,10 +25,10 @@ class Spectrum:
     frequency: Array
     amplitude: Array
 
-    def peaks(self, most: int = 6) -> list[tuple[float, float]]:
+    def peaks(self, count: int = 6) -> list[tuple[float, float]]:
         """The highest peaks, (frequency [Hz], amplitude), in order of frequency; no slow ones.
 
-        Places and heights by a parabola through the logarithms around the top.
+        Frequencies and heights are those of a parabola through the logarithms around the top.
         """
         if not self.amplitude.any():
             return []
@@ -37,10 +37,10 @@ class Spectrum:
         a, b, c = level[tops - 1], level[tops], level[tops + 1]
         shift = 0.5 * (a - c) / (a - 2 * b + c)
         ranked = np.argsort(b)[::-1]
-        kept = np.sort(ranked[(tops + shift)[ranked] >= LEAST_CYCLES * PADDING][:most])
+        selected = np.sort(ranked[(tops + shift)[ranked] >= LEAST_CYCLES * PADDING][:count])
         step = self.frequency[1] - self.frequency[0]
-        places, heights = self.frequency[tops] + shift * step, np.exp(b - 0.25 * (a - c) * shift)
-        return list(zip(places[kept].tolist(), heights[kept].tolist(), strict=True))
+        frequencies, heights = self.frequency[tops] + shift * step, np.exp(b - 0.25 * (a - c) * shift)
+        return list(zip(frequencies[selected].tolist(), heights[selected].tolist(), strict=True))
 
 
 def check_finite(time: Array, values: Array) -> None:
@@ -65,8 +65,8 @@ def amplitude_spectrum(time: Array, values: Array) -> Spectrum:
     line = np.polynomial.Polynomial.fit(
         even, values, 1, w=np.sqrt(window)
     )  # as the window sees it: no remainder at 0 Hz
-    left = values - line(even)
-    values = left if np.abs(left).max() > ROUNDING * np.abs(values).max() else np.zeros(n)
+    residual = values - line(even)
+    values = residual if np.abs(residual).max() > ROUNDING * np.abs(values).max() else np.zeros(n)
     amplitude = 2.0 * np.abs(np.fft.rfft(values * window, PADDING * n)) / window.sum()
     frequency = np.fft.rfftfreq(PADDING * n, (even[-1] - even[0]) / (n - 1))
     return Spectrum(frequency, np.asarray(amplitude))

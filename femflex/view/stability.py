@@ -1,4 +1,4 @@
-"""Stability over values of a case as pictures: charts of two values, loci of poles or multipliers over one."""
+"""Pictures of stability over values of a case: charts of two values, loci of poles or multipliers over one."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from femflex.arrays import Array, ComplexArray, IntArray
 from femflex.view.convergence import check_kind
-from femflex.view.plot import finish, raised, saved
+from femflex.view.plot import finish, save_figure, with_superscripts
 from femflex.view.theme import Theme, theme_of
 
 if TYPE_CHECKING:
@@ -28,27 +28,27 @@ REGIONS = {
 
 
 class ChartData(Protocol):
-    """What is drawn of a chart (femflex.studies.stability.Chart)."""
+    """Interface of a chart (femflex.studies.stability.Chart)."""
 
     @property
     def names(self) -> tuple[str, str]:
-        """Of the two values."""
+        """Names of the two values."""
 
     @property
     def units(self) -> tuple[str, str]:
-        """Of the two values."""
+        """Units of the two values."""
 
     @property
-    def first(self) -> Array:
+    def first_values(self) -> Array:
         """First value (n,), in its unit."""
 
     @property
-    def second(self) -> Array:
+    def second_values(self) -> Array:
         """Second value (m,), in its unit."""
 
     @property
     def kinds(self) -> IntArray:
-        """(n, m): -1 none, 0 unstable, 1 and 2 stable."""
+        """Kinds (n, m) of stability: -1 none, 0 unstable, 1 and 2 stable."""
 
     @property
     def boundaries(self) -> tuple[tuple[int, int, Array], ...]:
@@ -56,19 +56,19 @@ class ChartData(Protocol):
 
 
 class LocusData(Protocol):
-    """What is drawn of a locus (femflex.studies.stability.Locus)."""
+    """Interface of a locus (femflex.studies.stability.Locus)."""
 
     @property
-    def of(self) -> str:
+    def quantity(self) -> str:
         """Poles or multipliers."""
 
     @property
     def name(self) -> str:
-        """Of the value."""
+        """Name of the value."""
 
     @property
     def unit(self) -> str:
-        """Of the value."""
+        """Unit of the value."""
 
     @property
     def values(self) -> Array:
@@ -100,12 +100,12 @@ def plot_chart(
     force: bool = False,
     second: ChartData | None = None,
     left_out: Sequence[str] = (),
-    known: Sequence[tuple[str, Array]] = (),
+    reference_curves: Sequence[tuple[str, Array]] = (),
 ) -> Path:
     """Path of a picture (.png or .svg) of the regions of a chart and their traced boundaries.
 
-    second: the chart with `left_out` left out, whose boundaries are dashed; known: names and points (k, 2) of curves
-    from elsewhere, in the units of the chart's values, dotted.
+    second: the chart without the terms `left_out`, whose boundaries are dashed; reference_curves: names and points (k,
+    2) of other curves, in the units of the chart's values, dotted.
     """
     check_kind(path)
     from matplotlib.colors import to_rgba
@@ -131,20 +131,20 @@ def plot_chart(
         if lines:
             lines[0].set_label(f"dashed: without {', '.join(left_out)}")
             handles.append(lines[0])
-    for k, (name, points) in enumerate(known):
+    for k, (name, points) in enumerate(reference_curves):
         style = {"color": colours.lines[3], "linewidth": 1.6, "linestyle": (0, (1, 1.6))}
         handles += ax.plot(*points.T, zorder=5, label="dotted: " + name, **style) if k == 0 else []
         if k:
             ax.plot(*points.T, zorder=5, **style)
-    ax.set_xlim(chart.first[0], chart.first[-1])
-    ax.set_ylim(chart.second[0], chart.second[-1])
+    ax.set_xlim(chart.first_values[0], chart.first_values[-1])
+    ax.set_ylim(chart.second_values[0], chart.second_values[-1])
     ax.set_xlabel(_labelled(chart.names[0], chart.units[0]))
     ax.set_ylabel(_labelled(chart.names[1], chart.units[1]))
     finish(ax, (), colours)
     legend = ax.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.11), frameon=False, ncols=2)
     for text in legend.get_texts():
         text.set_color(colours.text)
-    return saved(figure, path, dpi, force)
+    return save_figure(figure, path, dpi, force)
 
 
 def plot_locus(
@@ -159,8 +159,8 @@ def plot_locus(
 ) -> Path:
     """Path of a picture (.png or .svg) of poles or multipliers in the complex plane and over the value.
 
-    Of poles frequency and growth stand over the value, of multipliers their size and angle. Values at which stability
-    changes are marked. second: the locus with `left_out` left out, dashed.
+    The plots over the value show frequency and growth of poles, or size and angle of multipliers. Values at which
+    stability changes are marked. second: the locus without the terms `left_out`, dashed.
     """
     check_kind(path)
     from matplotlib.figure import Figure
@@ -169,12 +169,12 @@ def plot_locus(
     figure = Figure(figsize=(11.0, 6.0), layout="constrained", facecolor=colours.background)
     axes = figure.subplot_mosaic("AB;AC")
     figure.suptitle(title, color=colours.text, fontsize=12, fontweight="bold")
-    unit = f" [{raised(locus.unit)}]" if locus.unit not in ("", "1") else ""
-    for one, dashed in ((locus, False), (second, True)):
-        if one is not None:
-            _located(axes, one, colours, dashed)
+    unit = f" [{with_superscripts(locus.unit)}]" if locus.unit not in ("", "1") else ""
+    for drawn_locus, dashed in ((locus, False), (second, True)):
+        if drawn_locus is not None:
+            _draw_branches(axes, drawn_locus, colours, dashed)
     plane, above, below = axes["A"], axes["B"], axes["C"]
-    if locus.of == "poles":
+    if locus.quantity == "poles":
         plane.axvline(0.0, color=colours.faint, linewidth=0.9)
         plane.set_xlabel("growth [1/s]")
         plane.set_ylabel("frequency [Hz]")
@@ -206,15 +206,15 @@ def plot_locus(
             text.set_color(colours.text)
     for ax in axes.values():
         finish(ax, (), colours)
-    return saved(figure, path, dpi, force)
+    return save_figure(figure, path, dpi, force)
 
 
-def _located(axes: dict[str, Axes], locus: LocusData, colours: Theme, dashed: bool) -> None:
-    """The branches of a locus, poles below the real axis left out; a ring where each begins, a dot where it ends."""
-    poles = locus.of == "poles"
-    named: list[tuple[str, float, float, str]] = []
-    kept = [k for k in range(locus.branches.shape[1]) if not poles or np.nanmax(locus.branches[:, k].imag) >= 0]
-    for number, k in enumerate(kept):
+def _draw_branches(axes: dict[str, Axes], locus: LocusData, colours: Theme, dashed: bool) -> None:
+    """Draw the branches of a locus, without poles below the real axis; a ring at each start, a dot at each end."""
+    poles = locus.quantity == "poles"
+    labels: list[tuple[str, float, float, str]] = []
+    columns = [k for k in range(locus.branches.shape[1]) if not poles or np.nanmax(locus.branches[:, k].imag) >= 0]
+    for number, k in enumerate(columns):
         branch = locus.branches[:, k]
         style: dict[str, Any] = {"color": colours.lines[number % len(colours.lines)], "linewidth": 1.4}
         if dashed:
@@ -228,38 +228,38 @@ def _located(axes: dict[str, Axes], locus: LocusData, colours: Theme, dashed: bo
             axes["A"].plot(x[-1:], y[-1:], "o", color=style["color"], markersize=5)
         name = locus.names[k] if poles and locus.names else ""
         if name and not dashed and np.isfinite(y[0]) and y[0] > 0:
-            named.append((name, float(x[0]), float(y[0]), str(style["color"])))
-        over = (y, x) if poles else (np.abs(branch), np.degrees(np.angle(branch)))
-        for ax, values in zip((axes["B"], axes["C"]), over, strict=True):
+            labels.append((name, float(x[0]), float(y[0]), str(style["color"])))
+        curves = (y, x) if poles else (np.abs(branch), np.degrees(np.angle(branch)))
+        for ax, values in zip((axes["B"], axes["C"]), curves, strict=True):
             if poles or ax is axes["B"]:
                 ax.plot(locus.values, values, **style)
             else:
                 ax.plot(locus.values, values, ".", color=style["color"], markersize=3)
-    _name_branches(axes["A"], named, colours)
+    _name_branches(axes["A"], labels, colours)
 
 
-def _name_branches(ax: Axes, named: list[tuple[str, float, float, str]], colours: Theme) -> None:
+def _name_branches(ax: Axes, labels: list[tuple[str, float, float, str]], colours: Theme) -> None:
     """Write the names of branches (name, x, y, colour) where they begin; names that would overlap share a label."""
-    (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
+    (left_limit, right_limit), (low, high) = ax.get_xlim(), ax.get_ylim()
     groups: list[list[tuple[str, float, float, str]]] = []
-    for one in sorted(named, key=lambda branch: branch[2]):
-        near = [
+    for label in sorted(labels, key=lambda branch: branch[2]):
+        overlapping = [
             group
             for group in groups
             if any(
-                abs(one[1] - x) < NEAR * (right - left) and abs(one[2] - y) < 0.4 * NEAR * (high - low)
+                abs(label[1] - x) < NEAR * (right_limit - left_limit) and abs(label[2] - y) < 0.4 * NEAR * (high - low)
                 for _, x, y, _ in group
             )
         ]
-        if near:
-            near[0].append(one)
+        if overlapping:
+            overlapping[0].append(label)
         else:
-            groups.append([one])
+            groups.append([label])
     for group in groups:
         x, y = group[0][1], group[-1][2]
-        inward = x > left + 0.85 * (right - left)
+        inward = x > left_limit + 0.85 * (right_limit - left_limit)
         ax.annotate(
-            _span_of([name for name, *_ in sorted(group, key=named.index)]),
+            _joined_names([name for name, *_ in sorted(group, key=labels.index)]),
             (x, y),
             xytext=(-14, 8) if inward else (6, 4),
             textcoords="offset points",
@@ -269,10 +269,10 @@ def _name_branches(ax: Axes, named: list[tuple[str, float, float, str]], colours
         )
 
 
-def _span_of(names: list[str]) -> str:
+def _joined_names(names: list[str]) -> str:
     """Names as one label; numbers that follow each other as a range.
 
-    >>> _span_of(["lag 1", "lag 2", "lag 3", "flap 1"])
+    >>> _joined_names(["lag 1", "lag 2", "lag 3", "flap 1"])
     'lag 1 to 3, flap 1'
     """
     runs: list[tuple[str, list[int]]] = []
@@ -282,14 +282,17 @@ def _span_of(names: list[str]) -> str:
             runs[-1][1].append(int(number))
         else:
             runs.append((kind, [int(number)]) if kind and number.isdigit() else (name, []))
-    texts = [f"{kind} {own[0]}" + f" to {own[-1]}" * (len(own) > 1) if own else kind for kind, own in runs]
+    texts = [
+        f"{kind} {numbers[0]}" + f" to {numbers[-1]}" * (len(numbers) > 1) if numbers else kind
+        for kind, numbers in runs
+    ]
     return ", ".join(texts)
 
 
 def _extent(chart: ChartData) -> tuple[float, float, float, float]:
     """The grid's cells about its points."""
-    (a, b), (c, d) = ((values[0], values[-1]) for values in (chart.first, chart.second))
-    h, k = (b - a) / (len(chart.first) - 1) / 2, (d - c) / (len(chart.second) - 1) / 2
+    (a, b), (c, d) = ((values[0], values[-1]) for values in (chart.first_values, chart.second_values))
+    h, k = (b - a) / (len(chart.first_values) - 1) / 2, (d - c) / (len(chart.second_values) - 1) / 2
     return float(a - h), float(b + h), float(c - k), float(d + k)
 
 
@@ -298,4 +301,4 @@ def _shade(name: str, colours: Theme) -> str:
 
 
 def _labelled(name: str, unit: str) -> str:
-    return f"{name} [{raised(unit)}]" if unit not in ("", "1") else name
+    return f"{name} [{with_superscripts(unit)}]" if unit not in ("", "1") else name

@@ -1,4 +1,4 @@
-"""What is asked of a convergence study to draw it."""
+"""Interface of a convergence study for its picture."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class Curve(Protocol):
 
 
 class StudyData(Protocol):
-    """What is drawn of a study (femflex.studies.Convergence); arrays (n,) run over its levels, coarse to fine."""
+    """Interface of a study (femflex.studies.Convergence); arrays (n,) run over its levels, coarse to fine."""
 
     @property
     def title(self) -> str:
@@ -23,11 +23,11 @@ class StudyData(Protocol):
 
     @property
     def unit(self) -> str:
-        """Its unit."""
+        """Unit of the quantity."""
 
     @property
     def over(self) -> str:
-        """What is varied: modes, mesh or derivatives."""
+        """Varied property: modes, mesh or derivatives."""
 
     @property
     def levels(self) -> IntArray:
@@ -75,7 +75,7 @@ class StudyData(Protocol):
 
     @property
     def scale(self) -> float:
-        """What errors are relative to."""
+        """Reference of relative errors."""
 
     @property
     def recommended(self) -> int | None:
@@ -83,4 +83,4 @@ class StudyData(Protocol):
 
     @property
     def verdict(self) -> str:
-        """What it means, in sentences."""
+        """Conclusions, in sentences."""

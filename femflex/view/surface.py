@@ -1,4 +1,4 @@
-"""A body's skin made ready to draw: merged, oriented, with normals and edges that follow the deformation."""
+"""Surface of a body's skin for drawing: merged, oriented, with normals and edges that follow the deformation."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ CORNERS = {
     "quad9": 4,
 }
 FEATURE_ANGLE = np.deg2rad(50.0)  # sharper edges are drawn and split the shading; tubes have at least 8 sides
-SEEN = 4.0  # pixels; bodies less broad are drawn with thick lines
-APART = 4.0  # pixels between mesh lines that are drawn; nearer ones would darken the surface
+VISIBLE = 4.0  # pixels; narrower bodies are drawn with thick lines
+MESH_LINE_GAP = 4.0  # pixels between mesh lines that are drawn; nearer ones would darken the surface
 SLENDER = 0.4  # second over first extent of a part below which it has an axis
 MERGE = 1e-7  # of the size: points nearer than this that move alike are one
 
@@ -40,13 +40,13 @@ class Points:
     grows: whether the last shape is the growth of a body that deploys, which is no displacement.
     """
 
-    rest: Single
+    reference: Single
     shapes: Single
     numbers: IntArray
     grows: bool = False
 
     @classmethod
-    def of(cls, skin: Skin, numbers: IntArray) -> Points:
+    def from_skin(cls, skin: Skin, numbers: IntArray) -> Points:
         """The points (k, 3) [m] of these numbers (k,) of a skin."""
         return cls(
             skin.points[numbers].astype(np.float32),
@@ -55,21 +55,21 @@ class Points:
             skin.growth is not None,
         )
 
-    def moved(self, delta: Array, scale: float = 1.0) -> tuple[Single, Single]:
+    def displaced(self, delta: Array, scale: float = 1.0) -> tuple[Single, Single]:
         """Points (n_p, 3) [m] at elastic coordinates (n,), magnified, and the true length of their displacement
         (n_p,)."""
         if not delta.any():
-            return self.rest, np.zeros(len(self.rest), np.float32)
+            return self.reference, np.zeros(len(self.reference), np.float32)
         u = (delta.astype(np.float32) @ self.shapes.reshape(len(delta), -1)).reshape(-1, 3)
-        moved = self.rest + np.float32(scale) * u
+        positions = self.reference + np.float32(scale) * u
         if self.grows:
             u = u - np.float32(delta[-1]) * self.shapes[-1]
-        return moved, np.sqrt(np.einsum("pi,pi->p", u, u))
+        return positions, np.sqrt(np.einsum("pi,pi->p", u, u))
 
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """What is drawn of a body: faces over `skin`; edges, mesh, lines and dots over `wires`.
+    """Drawable geometry of a body: faces over `skin`; edges, mesh, lines and dots over `wires`.
 
     Points of the skin are shared where the shading is smooth and split at sharp edges.
     triangles (k, 3), quads (k, 4); edges (k, 2), mesh (k, 2) faint, lines (k, 2), dots (k,): numbers of points
@@ -94,38 +94,38 @@ class Surface:
         return np.asarray(total / np.where(length > 0, length, 1.0)[:, None], np.float32)
 
 
-def surface_of(skin: Skin, drawn_edges: str = "sharp", apart: float = np.inf) -> Surface:
+def surface_of(skin: Skin, drawn_edges: str = "sharp", least_gap: float = np.inf) -> Surface:
     """The surface of a skin; its edges are the "sharp" ones, those of the "mesh", or "none".
 
     "auto" draws the sharp ones, and the others as faint mesh lines if their median length is above `apart` [m].
-    "thick" makes all edges lines of the body itself, so that one too slender to be seen is seen.
+    "thick" makes all edges lines of the body itself, so that a very slender one is visible.
 
     Raises ValueError for cells that cannot be drawn.
     """
     unknown = sorted(set(skin.cells) - set(CORNERS))
     if unknown:
         raise ValueError(f"cells {unknown} of a skin cannot be drawn; known are {sorted(CORNERS)}")
-    keep, merged = _merged(skin)
+    keep, merged = _distinct_points(skin)
     by_corners = {k: [merged[c[:, :k]] for name, c in skin.cells.items() if CORNERS[name] == k] for k in (1, 2, 3, 4)}
-    cells = {k: np.concatenate([np.zeros((0, k), np.int64), *parts]) for k, parts in by_corners.items()}
+    cells = {k: np.concatenate([np.zeros((0, k), np.int64), *wire_tables]) for k, wire_tables in by_corners.items()}
     sides = _edges(skin.points[keep], cells[3], cells[4], "sharp" if drawn_edges == "auto" else drawn_edges)
-    mesh = _mesh_lines(skin.points[keep], cells[3], cells[4], sides, apart) if drawn_edges == "auto" else sides[:0]
+    mesh = _mesh_lines(skin.points[keep], cells[3], cells[4], sides, least_gap) if drawn_edges == "auto" else sides[:0]
     edges, lines = (sides[:0], np.concatenate([cells[2], sides])) if drawn_edges == "thick" else (sides, cells[2])
     source, triangles, quads, closed = _oriented(skin.points[keep], cells[3], cells[4])
     tables = [edges.ravel(), mesh.ravel(), lines.ravel(), cells[1].ravel()]
     used, wires = np.unique(np.concatenate(tables), return_inverse=True)
-    parts = np.split(wires, np.cumsum([table.size for table in tables])[:-1])
+    wire_tables = np.split(wires, np.cumsum([table.size for table in tables])[:-1])
     return Surface(
-        skin=Points.of(skin, keep[source]),
+        skin=Points.from_skin(skin, keep[source]),
         triangles=triangles,
         quads=quads,
         closed=closed,
-        wires=Points.of(skin, keep[used.astype(np.int64)]),
-        edges=parts[0].reshape(-1, 2),
-        mesh=parts[1].reshape(-1, 2),
-        lines=parts[2].reshape(-1, 2),
-        dots=parts[3],
-        summing=_summing(len(source), triangles, quads),
+        wires=Points.from_skin(skin, keep[used.astype(np.int64)]),
+        edges=wire_tables[0].reshape(-1, 2),
+        mesh=wire_tables[1].reshape(-1, 2),
+        lines=wire_tables[2].reshape(-1, 2),
+        dots=wire_tables[3],
+        summing=_face_to_point_matrix(len(source), triangles, quads),
     )
 
 
@@ -146,46 +146,46 @@ def twist_of(skin: Skin) -> Array:
 
     A shape is linear in its amplitude, so that a twist of theta widens a tube by sqrt(1 + theta^2).
     """
-    keep, merged = _merged(skin)
+    keep, merged = _distinct_points(skin)
     faces = {k: [merged[c[:, :k]] for name, c in skin.cells.items() if CORNERS.get(name) == k] for k in (3, 4)}
-    sides = _sides(*(np.concatenate([np.zeros((0, k), np.int64), *parts]) for k, parts in faces.items()))
+    sides = _sides(*(np.concatenate([np.zeros((0, k), np.int64), *tables]) for k, tables in faces.items()))
     points, shapes, twist = skin.points[keep], skin.shapes[:, keep], np.zeros(len(skin.shapes))
     links = sparse.csr_array((np.ones(len(sides)), (sides[:, 0], sides[:, 1])), shape=(len(keep), len(keep)))
-    _, part = connected_components(links, directed=False)
-    for number in np.unique(part[sides[:, 0]]):
-        own = sides[part[sides[:, 0]] == number]
-        own_points = points[part == number]
+    _, piece = connected_components(links, directed=False)
+    for number in np.unique(piece[sides[:, 0]]):
+        own_sides = sides[piece[sides[:, 0]] == number]
+        own_points = points[piece == number]
         if len(own_points) == 1:  # faces without extent, as of a rigid body that is drawn as a point
             continue
         _, extent, axes = np.linalg.svd(own_points - own_points.mean(axis=0), full_matrices=False)
         if extent[1] > SLENDER * extent[0]:
             continue
-        along, side = axes[0], np.diff(points[own], axis=1)[:, 0]
+        along, side = axes[0], np.diff(points[own_sides], axis=1)[:, 0]
         length = np.linalg.norm(side, axis=1)
         across = (np.abs(side @ along) < 0.1 * length) & (length > 0)
-        turned = np.diff(shapes[:, own[across]], axis=2)[:, :, 0]
-        turned -= (turned @ along)[..., None] * along
-        turned = np.linalg.norm(turned, axis=2) / length[across]
-        twist = np.maximum(twist, turned.max(axis=1, initial=0.0))
+        rotations = np.diff(shapes[:, own_sides[across]], axis=2)[:, :, 0]
+        rotations -= (rotations @ along)[..., None] * along
+        rotations = np.linalg.norm(rotations, axis=2) / length[across]
+        twist = np.maximum(twist, rotations.max(axis=1, initial=0.0))
     return twist
 
 
-def _merged(skin: Skin) -> tuple[IntArray, IntArray]:
-    """Numbers of the points to keep, and for every point its place among them: points alike are one."""
+def _distinct_points(skin: Skin) -> tuple[IntArray, IntArray]:
+    """Numbers of the distinct points, and for every point its index among them; equal points are merged."""
     n_points = len(skin.points)
     columns = [skin.points, *skin.shapes]
     scaled = [c / size for c in columns if (size := np.ptp(c, axis=0).max(initial=0.0) or np.abs(c).max(initial=0.0))]
     if not scaled:
         return np.arange(n_points), np.arange(n_points)
     table = np.concatenate(scaled, axis=1)
-    mixing = np.random.default_rng(0).standard_normal((table.shape[1], 3))  # three numbers tell points apart
+    mixing = np.random.default_rng(0).standard_normal((table.shape[1], 3))  # three numbers distinguish points
     key = np.round(table @ mixing / (MERGE * np.sqrt(table.shape[1]))).astype(np.int64)
     _, keep, merged = np.unique(key, axis=0, return_index=True, return_inverse=True)
     return keep, merged.reshape(-1)
 
 
 def _oriented(points: Array, triangles: IntArray, quads: IntArray) -> tuple[IntArray, IntArray, IntArray, bool]:
-    """Source of each drawn point, its triangles and quads (turned alike; outward where closed), and whether closed."""
+    """Source of each drawn point, triangles and quads (oriented alike; outward if closed), and whether closed."""
     import pyvista as pv
 
     if not len(triangles) + len(quads):
@@ -205,8 +205,8 @@ def _oriented(points: Array, triangles: IntArray, quads: IntArray) -> tuple[IntA
     table, size = split.faces, np.concatenate([np.full(len(triangles), 3), np.full(len(quads), 4)])
     if len(table) != np.sum(size + 1):
         raise ValueError("a skin has faces with repeated corners, which cannot be drawn")
-    first = np.cumsum(size + 1) - size
-    corners = [table[first[size == k][:, None] + np.arange(k)].astype(np.int64) for k in (3, 4)]
+    offsets = np.cumsum(size + 1) - size
+    corners = [table[offsets[size == k][:, None] + np.arange(k)].astype(np.int64) for k in (3, 4)]
     return np.asarray(split.point_data["source"], np.int64), corners[0], corners[1], closed
 
 
@@ -231,10 +231,10 @@ def _edges(points: Array, triangles: IntArray, quads: IntArray, which: str) -> I
     return np.asarray(unique[~smooth])
 
 
-def _mesh_lines(points: Array, triangles: IntArray, quads: IntArray, sharp: IntArray, apart: float) -> IntArray:
+def _mesh_lines(points: Array, triangles: IntArray, quads: IntArray, sharp: IntArray, least_gap: float) -> IntArray:
     """Sides (k, 2) that are not sharp, if half of them are longer than `apart` [m]; else none."""
     sides = np.unique(np.sort(_sides(triangles, quads), axis=1), axis=0)
-    if not len(sides) or np.median(np.linalg.norm(np.diff(points[sides], axis=1)[:, 0], axis=1)) <= apart:
+    if not len(sides) or np.median(np.linalg.norm(np.diff(points[sides], axis=1)[:, 0], axis=1)) <= least_gap:
         return sides[:0]
     n = len(points)
     return np.asarray(sides[~np.isin(sides @ [n, 1], sharp @ [n, 1])])
@@ -254,7 +254,7 @@ def _face_of_corner(triangles: IntArray, quads: IntArray) -> IntArray:
     )
 
 
-def _summing(n_points: int, triangles: IntArray, quads: IntArray) -> sparse.csr_array:
+def _face_to_point_matrix(n_points: int, triangles: IntArray, quads: IntArray) -> sparse.csr_array:
     rows, columns = np.concatenate([triangles.ravel(), quads.ravel()]), _face_of_corner(triangles, quads)
     return sparse.csr_array(
         (np.ones(len(rows), np.float32), (rows, columns)), shape=(n_points, len(triangles) + len(quads))

@@ -9,7 +9,7 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.view.convergence import check_kind
-from femflex.view.plot import figure_of, finish, raised, saved
+from femflex.view.plot import figure_of, finish, save_figure, with_superscripts
 from femflex.view.theme import theme_of
 from femflex.view.units import time_unit
 
@@ -55,7 +55,7 @@ def plot_scatter(
         axes[-1, j].set_xlabel(_labelled(key, units), fontsize=8)
     axes[-1, -1].set_xlabel("runs", color=colours.text)
     axes[-1, -1].xaxis.label.set_color(colours.text)
-    return saved(figure, path, dpi, force)
+    return save_figure(figure, path, dpi, force)
 
 
 def plot_envelopes(
@@ -88,13 +88,13 @@ def plot_envelopes(
             ax.fill_between(time / seconds, low, high, color=colour, alpha=0.35, label=text)
         middle = int(np.argmin(np.abs(percentiles - 50.0)))
         ax.plot(time / seconds, bands[name][middle], color=colour, linewidth=1.2, label=f"{percentiles[middle]:g} %")
-        of_it = (units or {}).get(name, "")
-        ax.set_ylabel(name.split("/")[-1] + (f" [{raised(of_it)}]" if of_it else ""))
+        history_unit = (units or {}).get(name, "")
+        ax.set_ylabel(name.split("/")[-1] + (f" [{with_superscripts(history_unit)}]" if history_unit else ""))
         ax.set_title(name, fontsize=9, color=colours.text, loc="left")
         ax.margins(x=0)
         finish(ax, [name], colours)
     axes[-1].set_xlabel(f"time [{unit}]")
-    return saved(figure, path, dpi, force)
+    return save_figure(figure, path, dpi, force)
 
 
 def plot_indices(
@@ -112,18 +112,18 @@ def plot_indices(
         raise ValueError("the sweep has no Sobol indices; take design = 'sobol_indices'")
     colours = theme_of(theme)
     figure, axes = figure_of(len(indices), title, colours, sharex=True)
-    places = np.arange(len(inputs))
+    positions = np.arange(len(inputs))
     for ax, (name, values) in zip(axes, indices.items(), strict=True):
         for k, word in enumerate(("first order", "total")):
-            ax.barh(places + 0.2 - 0.4 * k, np.nan_to_num(values[:, k]), 0.36, color=colours.lines[k], label=word)
-        ax.set_yticks(places, list(inputs))
+            ax.barh(positions + 0.2 - 0.4 * k, np.nan_to_num(values[:, k]), 0.36, color=colours.lines[k], label=word)
+        ax.set_yticks(positions, list(inputs))
         ax.invert_yaxis()
         ax.set_title(name, fontsize=9, color=colours.text, loc="left")
         finish(ax, [name], colours)
     axes[-1].set_xlabel("share in the variance")
-    return saved(figure, path, dpi, force)
+    return save_figure(figure, path, dpi, force)
 
 
 def _labelled(name: str, units: Mapping[str, str]) -> str:
     unit = units.get(name, "")
-    return f"{name} [{raised(unit)}]" if unit not in ("", "1") else name
+    return f"{name} [{with_superscripts(unit)}]" if unit not in ("", "1") else name

@@ -20,8 +20,8 @@ DARKER = 0.55  # brightness of darker mesh lines
 class Theme:
     """Colours by use.
 
-    elastic  colour map of the elastic displacement, and the place on it of zero (its darkest part is hard to see)
-    signed   colour map of what may be negative
+    elastic  colour map of the elastic displacement, and the position of zero on it (its darkest part is hard to see)
+    signed   colour map of quantities that may be negative
     lines    colours of curves, in turn
     """
 
@@ -38,7 +38,7 @@ class Theme:
     lines: tuple[str, ...]
 
     def colour_map(self, signed: bool = False) -> ListedColormap:
-        """The colours from none to the largest, or from the least to the largest of what may be negative."""
+        """The colours from none to the largest, or from the least to the largest if values may be negative."""
         import matplotlib
         from matplotlib.colors import ListedColormap
 
@@ -48,7 +48,7 @@ class Theme:
     def mesh_line_map(self, signed: bool = False) -> ListedColormap:
         """The colours of mesh lines on faces of `colour_map`: lighter, or darker where zero is light.
 
-        They change with the faces without a step: a step would be taken for one of what is shown.
+        They change continuously with the colours of faces: a step would look like one of the quantity.
         """
         from matplotlib.colors import ListedColormap
 

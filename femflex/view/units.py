@@ -1,4 +1,4 @@
-"""Numbers as a reader wants them: units of length and time, round limits, the clock."""
+"""Numbers in readable form: units of length and time, round limits, and the clock."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from dataclasses import dataclass
 LENGTHS = ((1.0, "m"), (1e-2, "cm"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm"))  # metres in one
 ROUND = ((1.0, 5), (1.2, 4), (1.5, 5), (2.0, 4), (2.5, 5), (3.0, 6), (4.0, 4), (5.0, 5), (6.0, 6), (8.0, 4), (10.0, 5))
 PREFIXES = ((1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
-ROUNDING = 1e-9  # strain, curvature [1/m] and energy density [J/m^k] below which there is none to show
+ROUNDING = 1e-9  # strain, curvature [1/m] and energy density [J/m^k] below which nothing is shown
 
 
 @dataclass(frozen=True)
 class Bar:
-    """A colour bar from zero to `top` in so many parts, in `unit`; `factor` takes SI units into it.
+    """A colour bar from zero to `top` with `parts` intervals, in `unit`; `factor` converts SI units to it.
 
-    signed  from -top to top, in twice as many parts;  title  what it shows, in lines
+    signed  from -top to top, with twice as many intervals;  title  of the bar, in lines
     """
 
     factor: float
@@ -74,19 +74,19 @@ def strain_bar(largest: float, unit: str, signed: bool, title: str) -> Bar:
     Bar(factor=1000000.0, unit='µε', top=400.0, parts=4, signed=True, title='axial strain')
     """
     largest = max(largest, ROUNDING)
-    factor, shown = (1e6, "µε") if unit == "1" else (1.0, unit) if largest >= 0.05 else (1e3, "1/km")
+    factor, unit_text = (1e6, "µε") if unit == "1" else (1.0, unit) if largest >= 0.05 else (1e3, "1/km")
     if unit.startswith(("J", "Pa", "N")):
-        one, prefix = next(step for step in PREFIXES if largest >= step[0])
-        factor, shown = 1.0 / one, prefix + unit
-    top, parts = round_above(largest * factor)
-    return Bar(factor, shown, top, 2 if signed and parts % 2 == 0 and parts > 4 else parts, signed, title)
+        prefix_factor, prefix = next(step for step in PREFIXES if largest >= step[0])
+        factor, unit_text = 1.0 / prefix_factor, prefix + unit
+    top, n_parts = round_above(largest * factor)
+    return Bar(factor, unit_text, top, 2 if signed and n_parts % 2 == 0 and n_parts > 4 else n_parts, signed, title)
 
 
 def round_above(value: float) -> tuple[float, int]:
     """A round number at or above the value, and the parts that a scale up to it is divided into."""
     power = 10.0 ** math.floor(math.log10(value))
-    top, parts = next((top, parts) for top, parts in ROUND if top * power >= value * (1 - 1e-9))
-    return top * power, parts
+    top, n_parts = next((top, n_parts) for top, n_parts in ROUND if top * power >= value * (1 - 1e-9))
+    return top * power, n_parts
 
 
 def round_below(value: float) -> float:
@@ -118,7 +118,7 @@ def clock(t: float, duration: float) -> str:
 
 
 def time_unit(duration: float) -> tuple[float, str]:
-    """Seconds in one, and name, of the unit for a time axis of that length [s].
+    """Seconds per unit, and name, of the unit for a time axis of that length [s].
 
     >>> time_unit(300.0), time_unit(3000.0), time_unit(20000.0)
     ((1.0, 's'), (60.0, 'min'), (3600.0, 'h'))

@@ -1,4 +1,4 @@
-"""An off-screen window, opened without noise, or the one sentence that there can be none."""
+"""Off-screen window without output of the renderer, or an error if there is none."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ LIGHTS = (((0.3, 0.0, 1.0), 0.75), ((-0.7, 0.8, 0.7), 0.55))  # next to the came
 
 
 class NoRenderer(RuntimeError):
-    """No off-screen renderer starts on this machine; results are not touched by it."""
+    """No off-screen renderer starts on this machine; results are not affected."""
 
 
 def open_window(size: tuple[int, int], theme: Theme) -> Any:
     """A pyvista plotter of that size (pixels) off screen, one sample a pixel, with the theme's background.
 
-    Raises NoRenderer when neither a display nor EGL nor OSMesa can be had.
+    Raises NoRenderer when neither a display nor EGL nor OSMesa is available.
     """
     import pyvista as pv
     from vtkmodules.vtkCommonCore import vtkObject
 
-    shown = vtkObject.GetGlobalWarningDisplay()
-    vtkObject.GlobalWarningDisplayOff()  # it would report a missing display, though another way is then found
+    display_warnings = vtkObject.GetGlobalWarningDisplay()
+    vtkObject.GlobalWarningDisplayOff()  # it would report a missing display even if another renderer is found
     try:
         plotter: Any = pv.Plotter(off_screen=True, window_size=list(size), lighting="none")
         window = plotter.render_window
@@ -36,7 +36,7 @@ def open_window(size: tuple[int, int], theme: Theme) -> Any:
         window.Initialize()
         started = window.GetInitialized()
     finally:
-        vtkObject.SetGlobalWarningDisplay(shown)
+        vtkObject.SetGlobalWarningDisplay(display_warnings)
     if not started:
         plotter.close()
         raise NoRenderer(
@@ -44,14 +44,14 @@ def open_window(size: tuple[int, int], theme: Theme) -> Any:
             "(on Debian and Ubuntu: libegl1 or libosmesa6), or draw the pictures from the result file elsewhere"
         )
     plotter.set_background(theme.background)
-    for place, intensity in LIGHTS:
+    for direction, intensity in LIGHTS:
         plotter.add_light(
-            pv.Light(position=place, focal_point=(0, 0, 0), intensity=intensity, light_type="camera light")
+            pv.Light(position=direction, focal_point=(0, 0, 0), intensity=intensity, light_type="camera light")
         )
     return plotter
 
 
-def grabbed(plotter: Any, samples: int = 1) -> Image:
+def screenshot_of(plotter: Any, samples: int = 1) -> Image:
     """The picture of a plotter's window, (height, width, 3), each pixel the mean of samples x samples drawn ones."""
     plotter.render_window.Render()
     image: Image = plotter.screenshot(None, return_img=True)[..., :3]
@@ -63,8 +63,8 @@ def grabbed(plotter: Any, samples: int = 1) -> Image:
 
 
 def place_camera(plotter: Any, view: View) -> None:
-    """Put the camera of a plotter in its place."""
-    plotter.camera.position = tuple(view.place)
+    """Set the camera of a plotter."""
+    plotter.camera.position = tuple(view.position)
     plotter.camera.focal_point = tuple(view.focus)
     plotter.camera.up = tuple(view.up)
     plotter.camera.view_angle = float(np.rad2deg(view.angle))

@@ -41,6 +41,6 @@ def test_case_b_runs_faster_than_exudyns_generalised_alpha_at_equal_error(method
         errors = [np.abs(tip - converged).max() for tip in (tip_theirs, tip_ours)]
         assert max(errors) < ERROR
         ratios.append(theirs / ours)
-    told = f"errors {errors[0]:.1e} and {errors[1]:.1e} m; pairs {np.round(ratios, 1)}"
-    print(f"\ncase b: Exudyn generalised alpha / femflex {method.name} = {np.median(ratios):.1f} ({told})")
+    details = f"errors {errors[0]:.1e} and {errors[1]:.1e} m; pairs {np.round(ratios, 1)}"
+    print(f"\ncase b: Exudyn generalised alpha / femflex {method.name} = {np.median(ratios):.1f} ({details})")
     assert np.median(ratios) >= least

@@ -15,8 +15,8 @@ CALLS = 20000
 
 def seconds_of(model):
     """Time of a rate."""
-    own = (0.0, model.x0, np.empty(model.n_x), model.table, model.pool, model.work)
-    return timeit(lambda: model.rate(*own), number=CALLS) / CALLS
+    arguments = (0.0, model.x0, np.empty(model.n_x), model.table, model.pool, model.work)
+    return timeit(lambda: model.rate(*arguments), number=CALLS) / CALLS
 
 
 @pytest.mark.benchmark

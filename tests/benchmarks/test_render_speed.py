@@ -12,7 +12,7 @@ from femflex.results import RunWriter, open_run
 from femflex.system import Channel
 from femflex.view.look import Look
 from femflex.view.motion import motion
-from femflex.view.plan import planned
+from femflex.view.plan import plan_scene
 from femflex.view.scene import Scene
 
 SIDE, MODES, SIZE = 226, 8, (1280, 720)  # 51 076 quadrilaterals
@@ -50,8 +50,8 @@ def run(tmp_path):
 
 def best_times(draws, frames):
     """Shortest time of a frame [s] of each way to draw, taken in turn so that a busy machine slows all alike."""
-    taken = np.array([[timed(draw, k) for draw in draws] for k in range(frames + 1)])
-    return taken[1:].min(axis=0)  # the first opens windows
+    times = np.array([[timed(draw, k) for draw in draws] for k in range(frames + 1)])
+    return times[1:].min(axis=0)  # the first opens windows
 
 
 def timed(draw, k):
@@ -67,16 +67,16 @@ def test_a_frame_of_51k_cells_is_five_times_faster_than_a_new_plotter(run):
     body, delta = run.bodies()["membrane"], run["bodies/membrane/delta"]
     cells = np.column_stack([np.full(SIDE**2, 4), body.skin.cells["quad"]]).ravel()
     look = Look(size=SIZE)
-    plan = planned(run, look)
+    plan = plan_scene(run, look)
 
-    def anew(k):
-        moved = np.einsum("k,kpi->pi", delta[k], body.skin.shapes)
-        mesh = pv.PolyData(body.skin.points + moved, cells)
-        mesh["displacement"] = np.linalg.norm(moved, axis=1)
+    def with_new_plotter(k):
+        displacement = np.einsum("k,kpi->pi", delta[k], body.skin.shapes)
+        mesh = pv.PolyData(body.skin.points + displacement, cells)
+        mesh["displacement"] = np.linalg.norm(displacement, axis=1)
         plotter = pv.Plotter(off_screen=True, window_size=SIZE)
         plotter.add_mesh(mesh, scalars="displacement", clim=(0, plan.largest))
         plotter.add_text(f"t = {run.time[k]:.2f} s")
-        plotter.camera_position = [tuple(plan.view.place), tuple(plan.view.focus), tuple(plan.view.up)]
+        plotter.camera_position = [tuple(plan.view.position), tuple(plan.view.focus), tuple(plan.view.up)]
         image = plotter.screenshot(None, return_img=True)
         plotter.close()
         return image
@@ -88,7 +88,7 @@ def test_a_frame_of_51k_cells_is_five_times_faster_than_a_new_plotter(run):
             scene.show(moving, k)
             return scene.image()
 
-        new, ours = best_times([anew, in_place], frames=12)
+        new, ours = best_times([with_new_plotter, in_place], frames=12)
         assert in_place(0).shape == (SIZE[1], SIZE[0], 3)
     print(f"new plotter {1e3 * new:.0f} ms a frame, in place {1e3 * ours:.1f} ms: {new / ours:.1f} times faster")
     assert new > 5 * ours

@@ -26,12 +26,12 @@ def best_of(count, measure):
 
 @pytest.mark.benchmark
 def test_help_answers_within_half_a_second():
-    def once():
+    def measure_seconds():
         begin = time.perf_counter()
         subprocess.run([sys.executable, "-m", "femflex", "--help"], check=True, stdout=subprocess.DEVNULL)
         return time.perf_counter() - begin
 
-    spent = best_of(3, once)
+    spent = best_of(3, measure_seconds)
     print(f"\nfemflex --help: {spent:.2f} s")
     assert spent < 0.5
 
@@ -40,10 +40,10 @@ def test_help_answers_within_half_a_second():
 def test_a_second_start_reaches_its_first_step_within_half_a_second_over_imports(tmp_path):
     code = SECOND_START.format(case=str(CASE), output=str(tmp_path / "run.h5"))
 
-    def once():
+    def measure_seconds():
         return float(subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout)
 
-    once()  # compiles, should this be the first start
-    spent = best_of(3, once)
+    measure_seconds()  # compiles, should this be the first start
+    spent = best_of(3, measure_seconds)
     print(f"\nsecond start to the first step, over imports: {spent:.2f} s")
     assert spent < 0.5

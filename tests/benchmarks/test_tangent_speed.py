@@ -16,7 +16,7 @@ METAL = Material(70e9, 0.3, 2700.0)
 
 
 @pytest.mark.benchmark
-def test_the_tangent_of_a_bent_plate_of_8000_dofs_is_solved_ten_times_as_fast_as_with_exchanged_rows():
+def test_solution_of_plate_tangent_is_ten_times_faster_than_with_row_exchanges():
     plate = build_structure(rectangle(1.0, 0.6, 32, 20, "quad"), [Member("surface", "plate_bfs", 5e-3, METAL)])
     shapes = cantilever_modes(plate, "left", 1)
     free, phi = free_dofs(plate, shapes.held), shapes.phi[:, 0]

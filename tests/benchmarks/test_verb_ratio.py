@@ -54,11 +54,11 @@ def meshed(family):
 
 def seconds(work):
     start = time.process_time()
-    found = work()
-    return time.process_time() - start, found
+    result = work()
+    return time.process_time() - start, result
 
 
-def needed(path, held, bearing=False):
+def measured_work(path, clamped_groups, bearing=False):
     """Assembly, one factorisation and Lanczos, of the structure with these ends held; bearing: and what buckles it
     under its weight in its plane. One that nothing holds is factorised on determinate supports, and its Lanczos vectors
     are kept free of rigid motion."""
@@ -69,10 +69,14 @@ def needed(path, held, bearing=False):
 
     def work():
         structure = build_structure_of(case, "body", plain, mesh)
-        dofs = np.unique(np.concatenate([np.zeros(0, np.int64), *(structure.clamped_dofs(group) for group in held)]))
-        if not held:
-            on = supported(structure, dofs)
-            ShiftInverted(on.K, on.M, 0.0, on.answers).largest(N + BESIDE, surely=N)
+        dofs = np.unique(
+            np.concatenate([np.zeros(0, np.int64), *(structure.clamped_dofs(group) for group in clamped_groups)])
+        )
+        if not clamped_groups:
+            supported_structure = supported(structure, dofs)
+            ShiftInverted(supported_structure.K, supported_structure.M, 0.0, supported_structure.answers).largest(
+                N + BESIDE, surely=N
+            )
             return structure.n_dof
         free = np.setdiff1d(np.arange(structure.n_dof), dofs)
         K, M = structure.K[free][:, free], structure.M[free][:, free]
@@ -89,10 +93,10 @@ def needed(path, held, bearing=False):
 
 def ratio_of(folder, family, reduction, *, strain="", options=""):
     path = write_case(folder, meshed(family), family, reduction, strain=strain, options=options)
-    held = {HELD: ["left", "right"], CLAMPED: ["left"], FREE: []}[reduction]
+    clamped_groups = {HELD: ["left", "right"], CLAMPED: ["left"], FREE: []}[reduction]
     with threadpool_limits(1), warnings.catch_warnings():
         warnings.simplefilter("ignore", PhysicsWarning)
-        numerics, n_dof = needed(path, held, bearing=not strain and reduction != FREE)
+        numerics, n_dof = measured_work(path, clamped_groups, bearing=not strain and reduction != FREE)
         verb, _ = seconds(lambda: build_body(read_case(path), "body"))
     print(f"{family}, {options or 'no stress'}, {strain or 'strain chosen'}: {n_dof} dofs, ", end="")
     print(f"{verb:.1f} s over {numerics:.1f} s of assembly, factorisation and Lanczos: {verb / numerics:.2f}")

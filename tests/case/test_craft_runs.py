@@ -49,14 +49,14 @@ damping = 4
     def stop(t):
         raise KeyboardInterrupt
 
-    with package.run(case, tmp_path / "whole.h5") as whole:
+    with package.run(case, tmp_path / "whole.h5") as complete_run:
         with pytest.raises(KeyboardInterrupt):
             package.run(case, tmp_path / "part.h5", progress=stop)
         code, _, text = femflex("run", case, "-o", tmp_path / "part.h5", "--resume")
         assert code == 0, text
-        with open_run(tmp_path / "part.h5") as rest:
+        with open_run(tmp_path / "part.h5") as remainder:
             for path in ("q", "u", "z", "monitors/energy", "effectors/gyro/z"):
-                assert np.array_equal(rest[path], whole[path]), path
+                assert np.array_equal(remainder[path], complete_run[path]), path
 
 
 SEPARATION = """
@@ -91,12 +91,13 @@ values = [0, 5]
 
 
 @pytest.mark.parametrize(
-    ("release", "at"), [('release = "2 s"', 2.0), ('release_at = { signal = "clock.value", above = 1.5 }', 3.0)]
+    ("release", "release_time"),
+    [('release = "2 s"', 2.0), ('release_at = { signal = "clock.value", above = 1.5 }', 3.0)],
 )
-def test_spring_pushes_a_released_body_off_at_the_speed_of_its_energy(tmp_path, release, at):
+def test_spring_pushes_a_released_body_off_at_the_speed_of_its_energy(tmp_path, release, release_time):
     with package.run(parse_case(REST + SEPARATION.replace("RELEASE", release)), tmp_path / "run.h5") as run:
         distance, t = run["effectors/spring/distance"], run.time
-        assert distance[t <= at] == pytest.approx(0.1) and distance[t > at].min() > 0.1
+        assert distance[t <= release_time] == pytest.approx(0.1) and distance[t > release_time].min() > 0.1
         assert np.abs(run["monitors/momentum"]).max() < 1e-12
         speed = np.diff(distance)[-1] / np.diff(t)[-1]
         assert speed == pytest.approx(0.1 * np.sqrt(200 * (1 / 1 + 1 / 200)), rel=1e-6)  # l sqrt(k / mu)

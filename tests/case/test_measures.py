@@ -12,10 +12,10 @@ import pytest
 
 from femflex.body import rigid_body
 from femflex.case import parse_case
-from femflex.case.evaluate import measured, measured_unit
+from femflex.case.evaluate import measured_unit, measured_value
 from femflex.case.measure import MeasureTable
 from femflex.case.tones import fitted_frequencies
-from femflex.case.verdicts import judged
+from femflex.case.verdicts import run_verdicts
 from femflex.results import Run, RunWriter, open_run
 from femflex.system import Channel
 
@@ -26,12 +26,12 @@ SHORT = np.array([0.0, 1.0, 2.0, 4.0, 5.0])  # not evenly spaced
 
 
 @pytest.fixture(scope="module")
-def written(tmp_path_factory: pytest.TempPathFactory) -> Callable[[np.ndarray, Channels], Run]:
+def write_run(tmp_path_factory: pytest.TempPathFactory) -> Callable[[np.ndarray, Channels], Run]:
     """Writes a run with these channels and opens it."""
 
     def write(time: np.ndarray, channels: Channels) -> Run:
         path: Path = tmp_path_factory.mktemp("run") / "run.h5"
-        with RunWriter(path, {name: one for name, (one, _) in channels.items()}, {"boom": BOOM}, {}) as writer:
+        with RunWriter(path, {name: channel for name, (channel, _) in channels.items()}, {"boom": BOOM}, {}) as writer:
             writer.write_block(time, {name: values for name, (_, values) in channels.items()})
             writer.finish(complete=True)
         return open_run(path)
@@ -43,21 +43,21 @@ BOOM = rigid_body(3.0, np.eye(3))
 
 
 @pytest.fixture(scope="module")
-def swinging(written) -> Run:
+def swinging(write_run) -> Run:
     """Fifty seconds of known sines."""
     angles = Channel("rad", "angles", (3,), ("pitch", "roll", "yaw"))
     energy = Channel("J", "energy", (), ())
-    return written(
+    return write_run(
         LONG,
         {"attitude/angles": (angles, np.stack(ANGLES, axis=1)), "monitors/energy": (energy, 5.0 + 1e-6 * LONG)},
     )
 
 
 @pytest.fixture(scope="module")
-def short(written) -> Run:
+def few_instants(write_run) -> Run:
     """Five instants of a number, of a vector in a plane, and of coordinates of different units."""
     plane = np.array([[3, 4], [0, -5], [6, 8], [0, 0], [-3, 4]], float)
-    return written(
+    return write_run(
         SHORT,
         {
             "x": (Channel("N", "number", (), ()), np.array([1.0, -3, 2, -1, 0.5])),
@@ -67,8 +67,8 @@ def short(written) -> Run:
     )
 
 
-def of(run: Run, mean_motion: float | None = 0.5, **table: Any) -> float:
-    return measured(MeasureTable.model_validate(table), run, mean_motion=mean_motion)
+def measure(run: Run, mean_motion: float | None = 0.5, **table: Any) -> float:
+    return measured_value(MeasureTable.model_validate(table), run, mean_motion=mean_motion)
 
 
 @pytest.mark.parametrize(
@@ -92,26 +92,28 @@ def of(run: Run, mean_motion: float | None = 0.5, **table: Any) -> float:
         ({"of": "drift", "start": 2.0}, 3.0, 10.0),
     ],
 )
-def test_numbers_and_vectors_are_reduced_by_definition(short: Run, table: dict[str, Any], of_x: float, of_r: float):
+def test_numbers_and_vectors_are_reduced_by_definition(
+    few_instants: Run, table: dict[str, Any], of_x: float, of_r: float
+):
     """Of a vector the magnitude counts; change and drift are magnitudes of its difference."""
-    assert of(short, channel="x", **table) == pytest.approx(of_x, rel=1e-12)
-    assert of(short, channel="r", **table) == pytest.approx(of_r, rel=1e-12)
+    assert measure(few_instants, channel="x", **table) == pytest.approx(of_x, rel=1e-12)
+    assert measure(few_instants, channel="r", **table) == pytest.approx(of_r, rel=1e-12)
 
 
 def test_sines_have_the_amplitudes_and_frequencies_they_were_made_of(swinging: Run):
     pitch = {"channel": "attitude/angles", "component": "pitch"}
     roll = {"of": "frequency", "channel": "attitude/angles", "component": "roll", "tones": 2, "per_orbit": True}
-    assert of(swinging, of="rms", **pitch) == pytest.approx(0.1 / math.sqrt(2), rel=2e-2)
-    assert of(swinging, of="value", at=10.0, **pitch) == pytest.approx(0.1 * math.sin(15.8), rel=1e-3)
-    assert of(swinging, of="range", **pitch) == pytest.approx(0.2, rel=1e-3)
-    assert of(swinging, of="frequency", **pitch) == pytest.approx(1.58 / (2 * math.pi), rel=1e-9)
-    assert of(swinging, tone=1, **roll) == pytest.approx(0.5687 / 0.5, rel=1e-10)
-    assert of(swinging, tone=2, **roll) == pytest.approx(1.9266 / 0.5, rel=1e-10)
-    assert of(swinging, of="drift", channel="monitors/energy") == pytest.approx(5e-5, rel=1e-6)
-    assert of(swinging, of="body_mass", body="boom") == 3.0
+    assert measure(swinging, of="rms", **pitch) == pytest.approx(0.1 / math.sqrt(2), rel=2e-2)
+    assert measure(swinging, of="value", at=10.0, **pitch) == pytest.approx(0.1 * math.sin(15.8), rel=1e-3)
+    assert measure(swinging, of="range", **pitch) == pytest.approx(0.2, rel=1e-3)
+    assert measure(swinging, of="frequency", **pitch) == pytest.approx(1.58 / (2 * math.pi), rel=1e-9)
+    assert measure(swinging, tone=1, **roll) == pytest.approx(0.5687 / 0.5, rel=1e-10)
+    assert measure(swinging, tone=2, **roll) == pytest.approx(1.9266 / 0.5, rel=1e-10)
+    assert measure(swinging, of="drift", channel="monitors/energy") == pytest.approx(5e-5, rel=1e-6)
+    assert measure(swinging, of="body_mass", body="boom") == 3.0
 
 
-def test_close_tones_are_told_apart_in_rising_order():
+def test_close_tones_are_separated_in_rising_order():
     omega = np.array([1.0, 1.3, 1.31])
     t = np.linspace(0, 900, 9001)
     signal = sum(a * np.cos(w * t + p) for a, w, p in zip((1, 0.3, 0.5), omega, (0.1, 2.0, 1.0), strict=True))
@@ -130,8 +132,8 @@ def test_close_tones_are_told_apart_in_rising_order():
         ({"of": "peak", "channel": "mixed", "component": 0}, "m"),
     ],
 )
-def test_unit_is_that_of_the_measured_column(short: Run, table: dict[str, Any], unit: str):
-    assert measured_unit(MeasureTable.model_validate(table), short) == unit
+def test_unit_is_that_of_the_measured_column(few_instants: Run, table: dict[str, Any], unit: str):
+    assert measured_unit(MeasureTable.model_validate(table), few_instants) == unit
 
 
 HEAD = '[run]\nduration = 50\n[bodies.boom]\nkind = "rigid"\nmass = 3\ninertia = [1, 1, 1]\n'
@@ -154,7 +156,7 @@ DRIFT = 'of = "drift"\nchannel = "monitors/energy"\n'
     ],
 )
 def test_expectations_hold_in_their_units_and_bounds(swinging: Run, table: str, holds: bool):
-    (verdict,) = judged(parse_case(f"{HEAD}[expect.one]\n{table}\n"), swinging)
+    (verdict,) = run_verdicts(parse_case(f"{HEAD}[expect.one]\n{table}\n"), swinging)
     assert verdict.holds is holds, str(verdict)
 
 
@@ -163,6 +165,8 @@ def test_frequency_per_orbit_counts_in_the_mean_motion_of_an_ellipse(swinging: R
     """Perigee at 6378.137 + 1000 km, e = 0.2: a = 7378.137 / 0.8 km, n = sqrt(mu / a^3)."""
     n = math.sqrt(3.986004418e14 / (7378137.0 / 0.8) ** 3)
     orbit = f'[orbit]\nkind = "specified"\neccentricity = 0.2\n{size}\n'
-    asked = PEAK.replace("peak", "frequency") + f"per_orbit = true\nvalue = {1.58 / n}\nrelative_tolerance = 1e-6\n"
-    (verdict,) = judged(parse_case(f"{HEAD}{orbit}[expect.one]\n{asked}"), swinging)
-    assert verdict.holds and verdict.found == pytest.approx(1.58 / n, rel=1e-8)
+    frequency_table = (
+        PEAK.replace("peak", "frequency") + f"per_orbit = true\nvalue = {1.58 / n}\nrelative_tolerance = 1e-6\n"
+    )
+    (verdict,) = run_verdicts(parse_case(f"{HEAD}{orbit}[expect.one]\n{frequency_table}"), swinging)
+    assert verdict.holds and verdict.measured == pytest.approx(1.58 / n, rel=1e-8)

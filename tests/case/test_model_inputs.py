@@ -41,10 +41,10 @@ def inputs(folder):
     return model_values(case), file_digests(case)
 
 
-def changed_files(before, after):
+def changed_files(old_inputs, new_inputs):
     """Keys of the files that count as changed."""
-    assert set(after[1]) == set(before[1])
-    return {key for key in after[1] if after[1][key] != before[1][key]}
+    assert set(new_inputs[1]) == set(old_inputs[1])
+    return {key for key in new_inputs[1] if new_inputs[1][key] != old_inputs[1][key]}
 
 
 MESH, TRACKED, PUSHED = "bodies.boom.mesh", "joints[0].motion.angle", "loads[0].table"
@@ -68,27 +68,27 @@ MESH, TRACKED, PUSHED = "bodies.boom.mesh", "joints[0].motion.angle", "loads[0].
     ],
 )
 def test_only_other_numbers_of_a_file_count(folder, file, old, new, keys):
-    before = inputs(folder)
+    old_inputs = inputs(folder)
     text = (folder / file).read_text()
     assert old in text
     (folder / file).write_text(text.replace(old, new))
-    after = inputs(folder)
-    assert after[0] == before[0] and changed_files(before, after) == keys
+    new_inputs = inputs(folder)
+    assert new_inputs[0] == old_inputs[0] and changed_files(old_inputs, new_inputs) == keys
 
 
 def test_mesh_counts_by_its_contents_through_includes_and_in_binary(folder):
     mesh = read_mesh(folder / "boom.inp")
-    before = inputs(folder)
+    old_inputs = inputs(folder)
     (folder / "nodes.inp").write_text(BOOM[: BOOM.index("*ELEMENT")].replace("2, 1.0", "2, 1.1"))
     (folder / "boom.inp").write_text("*INCLUDE, INPUT=nodes.inp\n" + BOOM[BOOM.index("*ELEMENT") :])
-    assert changed_files(before, inputs(folder)) == {MESH}
+    assert changed_files(old_inputs, inputs(folder)) == {MESH}
     (folder / "craft.toml").write_text(FILES.replace("boom.inp", "boom.msh"))
     write_mesh(folder / "boom.msh", mesh)
-    before = inputs(folder)
+    old_inputs = inputs(folder)
     write_mesh(folder / "boom.msh", mesh, binary=False)
-    assert changed_files(before, inputs(folder)) == set()
+    assert changed_files(old_inputs, inputs(folder)) == set()
     write_mesh(folder / "boom.msh", replace(mesh, points=mesh.points * [1, 1.01, 1] + [0, 1e-3, 0]))
-    assert changed_files(before, inputs(folder)) == {MESH}
+    assert changed_files(old_inputs, inputs(folder)) == {MESH}
 
 
 @pytest.mark.parametrize(
@@ -107,11 +107,11 @@ def test_mesh_counts_by_its_contents_through_includes_and_in_binary(folder):
     ],
 )
 def test_only_other_values_of_the_model_count(folder, old, new, counts):
-    before = inputs(folder)
+    old_inputs = inputs(folder)
     assert old in FILES
     (folder / "craft.toml").write_text(FILES.replace(old, new, 1))
-    after = inputs(folder)
-    assert (after[0] != before[0]) is counts and (counts or after == before)
+    new_inputs = inputs(folder)
+    assert (new_inputs[0] != old_inputs[0]) is counts and (counts or new_inputs == old_inputs)
 
 
 def test_input_of_a_case_is_not_overwritten(folder):

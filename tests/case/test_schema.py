@@ -72,9 +72,9 @@ def keys_of(node: Any, path: str = "") -> Iterator[tuple[str, Any]]:
 
 
 def test_every_key_has_a_description():
-    found = [(path, about) for path, about in keys_of(schema()) if not path.endswith(".options")]
-    assert len(found) > 500
-    assert not [path for path, about in found if len(about.get("description", "").split()) < 2]
+    keys = [(path, about) for path, about in keys_of(schema()) if not path.endswith(".options")]
+    assert len(keys) > 500
+    assert not [path for path, about in keys if len(about.get("description", "").split()) < 2]
 
 
 def test_shipped_schema_is_the_one_of_the_package():
@@ -87,9 +87,11 @@ def test_shipped_schema_is_the_one_of_the_package():
 
 @pytest.mark.parametrize("family", sorted(FAMILIES))
 def test_options_of_a_family_are_in_the_schema_and_in_the_page_of_members(family: str):
-    given = {entry["if"]["properties"]["family"]["const"]: entry for entry in schema()["$defs"]["MemberTable"]["allOf"]}
-    listed = given[family]["then"]["properties"]["options"]["properties"]
-    assert set(listed) == set(OPTIONS[family])
-    assert all(entry["description"] for entry in listed.values())
+    branches = {
+        entry["if"]["properties"]["family"]["const"]: entry for entry in schema()["$defs"]["MemberTable"]["allOf"]
+    }
+    options = branches[family]["then"]["properties"]["options"]["properties"]
+    assert set(options) == set(OPTIONS[family])
+    assert all(entry["description"] for entry in options.values())
     row = next(line for line in MEMBERS.read_text(encoding="utf-8").splitlines() if line.startswith(f"| `{family}`"))
     assert {name for name in OPTIONS[family] if f"`{name}`" in row} == set(OPTIONS[family])

@@ -15,7 +15,7 @@ from femflex.case import Case, parse_case, read_case, with_values
 from femflex.case.body import FlexibleTable
 from femflex.case.changed import toml_text
 from femflex.case.columns import column_of
-from femflex.case.mesh_groups import with_places
+from femflex.case.mesh_groups import with_regions
 from femflex.case.motion import MotionOf
 from femflex.case.orbit import AttitudeTable
 from femflex.case.run import RunTable
@@ -29,9 +29,9 @@ def with_marker(orientation: Any) -> Case:
     return parse_case(HUB + toml_text({"bodies": {"hub": {"markers": {"m": {"orientation": orientation}}}}}))
 
 
-def orientation(given: Any) -> np.ndarray:
+def orientation(value: Any) -> np.ndarray:
     """C of a marker with this orientation."""
-    return np.array(with_marker(given).bodies["hub"].markers["m"].orientation)
+    return np.array(with_marker(value).bodies["hub"].markers["m"].orientation)
 
 
 def turn(axis: str, angle: float) -> np.ndarray:
@@ -65,11 +65,11 @@ def test_orientation_by_two_directions_is_right_handed_and_keeps_the_first(first
     assert C[:, j] @ b > 0 and abs(np.linalg.det(np.stack([a, b, C[:, j]]))) < 1e-12
 
 
-def test_printed_matrix_becomes_the_nearest_rotation():
+def test_rounded_matrix_becomes_the_nearest_rotation():
     C = turn("x", 0.3) @ turn("y", 0.7)
-    found = orientation(np.round(C, 7).tolist())
-    np.testing.assert_allclose(found, C, atol=1e-7)
-    np.testing.assert_allclose(found @ found.T, np.eye(3), atol=1e-14)
+    rotation = orientation(np.round(C, 7).tolist())
+    np.testing.assert_allclose(rotation, C, atol=1e-7)
+    np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-14)
 
 
 @pytest.mark.parametrize(
@@ -85,11 +85,11 @@ def test_gravity_of_one_number_acts_along_minus_z(gravity: str, vector: tuple[fl
 )
 def test_pitch_yaw_and_roll_are_turns_about_x_y_and_z(sequence: str, turns: tuple[float, ...]):
     table = AttitudeTable.model_validate({"pitch": 0.1, "yaw": 0.2, "roll": 0.3, "sequence": sequence})
-    assert table.turns() == turns
-    assert AttitudeTable.model_validate({"yaw": 0.2, "sequence": sequence}).turns() == tuple(
+    assert table.turn_angles() == turns
+    assert AttitudeTable.model_validate({"yaw": 0.2, "sequence": sequence}).turn_angles() == tuple(
         0.2 * (t == 0.2) for t in turns
     )
-    assert AttitudeTable.model_validate({"angles": [4, 5, 6], "sequence": sequence}).turns() == (4, 5, 6)
+    assert AttitudeTable.model_validate({"angles": [4, 5, 6], "sequence": sequence}).turn_angles() == (4, 5, 6)
 
 
 @pytest.mark.parametrize(
@@ -129,10 +129,10 @@ MOTIONS: list[tuple[dict[str, Any], Any]] = [
 ]
 
 
-@pytest.mark.parametrize(("given", "value"), MOTIONS, ids=[given["kind"] for given, _ in MOTIONS])
-def test_motion_has_the_values_of_its_formula(given: dict[str, Any], value: Any):
-    motion = MotionOf("rad").read(given)
-    assert motion is not None and motion.profile is not None and motion.given == given
+@pytest.mark.parametrize(("table", "value"), MOTIONS, ids=[table["kind"] for table, _ in MOTIONS])
+def test_motion_has_the_values_of_its_formula(table: dict[str, Any], value: Any):
+    motion = MotionOf("rad").read_value(table)
+    assert motion is not None and motion.profile is not None and motion.table == table
     profile = motion.profile(Path())
     for t, expected in value.items() if isinstance(value, dict) else [(t, value(t)) for t in (0.0, 0.7, 2.3)]:
         assert profile(float(t))[0] == pytest.approx(expected, abs=1e-12), t
@@ -164,9 +164,11 @@ def test_regions_of_a_body_are_groups_of_its_mesh():
     }
     table = {"kind": "flexible", "mesh": "a.msh", "members": [{"group": "line", "family": "beam"}], "regions": regions}
     table["reduction"] = {"method": "cantilever", "clamp": "root", "modes": 3}
-    found = with_places(mesh, FlexibleTable.model_validate(table))
-    at = {name: sorted(found.points[found.group_points(name)][:, 0].tolist()) for name in regions}
-    assert at == {"near": [1.0], "some": [0.5, 4.0], "inside": [2, 2.5, 3, 3.5, 4], "within": [2.0, 2.5]}
+    mesh_with_regions = with_regions(mesh, FlexibleTable.model_validate(table))
+    positions = {
+        name: sorted(mesh_with_regions.points[mesh_with_regions.group_points(name)][:, 0].tolist()) for name in regions
+    }
+    assert positions == {"near": [1.0], "some": [0.5, 4.0], "inside": [2, 2.5, 3, 3.5, 4], "within": [2.0, 2.5]}
 
 
 TABLES: dict[str, Any] = {
@@ -187,8 +189,8 @@ def test_tables_written_as_text_are_read_back_unchanged():
 def test_changed_values_reach_the_model_and_leave_the_rest(write_case):
     case = read_case(write_case())
     changes = {"bodies.hub.mass": np.float64(410.0), "run.duration": "2 min", "joints.0.name": "root"}
-    other = with_values(case, changes | {"bodies.hub.markers.left.position": np.ones(3), "run.integrator": "esdirk4"})
-    assert (other.bodies["hub"].mass, other.run.duration, other.joints[0].name) == (410.0, 120.0, "root")
-    assert case.bodies["hub"].mass == 200.0 and other.bodies["boom"] == case.bodies["boom"]
-    assert parse_case(other.text, case.path).model_dump() == other.model_dump()
-    assert prepare(other).system.bodies["hub"].moments.mass == 410.0
+    changed = with_values(case, changes | {"bodies.hub.markers.left.position": np.ones(3), "run.integrator": "esdirk4"})
+    assert (changed.bodies["hub"].mass, changed.run.duration, changed.joints[0].name) == (410.0, 120.0, "root")
+    assert case.bodies["hub"].mass == 200.0 and changed.bodies["boom"] == case.bodies["boom"]
+    assert parse_case(changed.text, case.path).model_dump() == changed.model_dump()
+    assert prepare(changed).system.bodies["hub"].moments.mass == 410.0

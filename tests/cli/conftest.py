@@ -101,9 +101,9 @@ def hub_and_beam(tmp_path: Path) -> Callable[..., Path]:
 def upright(tmp_path: Path) -> Callable[..., Path]:
     """Writes an upright pendulum, with more keys of its joint."""
 
-    def write(more: str = "") -> Path:
+    def write(joint_keys: str = "") -> Path:
         path = tmp_path / "up.toml"
-        path.write_text(UPRIGHT + more)
+        path.write_text(UPRIGHT + joint_keys)
         return path
 
     return write

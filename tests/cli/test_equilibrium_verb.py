@@ -100,9 +100,9 @@ def test_coupler_of_four_bar_is_a_two_force_member(femflex, tmp_path):
     load = '[[loads]]\nname = "push"\nbody = "rocker"\nmarker = "tip"\nframe = "inertial"\nforce = [0, -5, 0]\n'
     (tmp_path / "sprung.toml").write_text(text.replace('rate = "4 rad/s"', "stiffness = 20\nrest = 0.4") + load)
     code, out, _ = femflex("equilibrium", "sprung.toml", "--json")
-    found = json.loads(out)
-    assert code == 0 and found["stable"] and found["gap"] < 1e-12 and not found["neutral"]
-    root, tip = (np.array(found["markers"][f"coupler.{end}"]["position"]) for end in ("root", "tip"))
-    force = np.array(found["loops"]["closure"]["force"])
+    data = json.loads(out)
+    assert code == 0 and data["stable"] and data["gap"] < 1e-12 and not data["neutral"]
+    root, tip = (np.array(data["markers"][f"coupler.{end}"]["position"]) for end in ("root", "tip"))
+    force = np.array(data["loops"]["closure"]["force"])
     assert np.linalg.norm(force) > 1.0
     assert np.linalg.norm(np.cross(force, tip - root)) < 1e-7 * np.linalg.norm(force) * np.linalg.norm(tip - root)

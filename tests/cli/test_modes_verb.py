@@ -30,10 +30,10 @@ def test_craft_modes_solve_transcendental_equation(femflex, hub_and_beam):
 @pytest.mark.slow
 def test_converge_finds_exact_frequency_of_craft(femflex, hub_and_beam):
     code, out, _ = femflex("converge", hub_and_beam(damping=0), "--over", "modes", "--json")
-    found = json.loads(out)
-    assert code == 0 and found["unit"] == "Hz"
+    data = json.loads(out)
+    assert code == 0 and data["unit"] == "Hz"
     # static shapes of its joint make two modes enough (2e-10); four go without them (6e-6)
-    assert found["values"] == pytest.approx([EXACT[0]] * len(found["values"]), rel=2e-5)
+    assert data["values"] == pytest.approx([EXACT[0]] * len(data["values"]), rel=2e-5)
 
 
 @pytest.mark.slow
@@ -68,9 +68,9 @@ def test_flat_boom_has_effective_masses_of_clamped_beam(femflex, write_case):
     data = json.loads(femflex("modes", write_case(flat), "--bodies", "--json")[1])["boom"]
     shares = np.array(data["effective_mass"]) / np.array(data["total"])
     stiff = int(np.argmin(np.abs(np.array(data["frequency_hz"]) / data["frequency_hz"][0] - 3)))
-    for mode, (moved, turned) in ((0, ("y", "rz")), (stiff, ("z", "ry"))):
-        for direction, part in ((moved, 0.6131), (turned, 0.9707)):
-            assert shares[mode][data["directions"].index(direction)] == pytest.approx(part, abs=2e-3)
+    for mode, (translation, rotation) in ((0, ("y", "rz")), (stiff, ("z", "ry"))):
+        for direction, share in ((translation, 0.6131), (rotation, 0.9707)):
+            assert shares[mode][data["directions"].index(direction)] == pytest.approx(share, abs=2e-3)
 
 
 def test_body_file_has_modes_of_its_case(femflex, write_case):
@@ -92,9 +92,9 @@ def test_info_lists_channels_of_a_case_before_its_run(femflex, run_folder):
     code, out, err = femflex("info", "craft.toml", "--channels")
     assert code == 0, err
     run = femflex("info", "run.h5")[1].splitlines()
-    first = next(k for k, line in enumerate(run) if line == "attitude")
-    n = run[first + 1].split()[1]
-    assert out.splitlines()[1:] == [line.replace(f"  {n} ", "  n ") for line in run[first:]]
+    first_row = next(k for k, line in enumerate(run) if line == "attitude")
+    n = run[first_row + 1].split()[1]
+    assert out.splitlines()[1:] == [line.replace(f"  {n} ", "  n ") for line in run[first_row:]]
     assert "boom.delta1" in out
 
 
@@ -116,10 +116,10 @@ def test_info_describes_files_of_every_kind(femflex, run_folder):
 
 def test_copy_with_advice_is_a_sound_case_and_overwrites_nothing(femflex, write_case, tmp_path):
     case = write_case()
-    before = case.read_text()
+    original = case.read_text()
     assert femflex("check", case, "--write-advice")[0] == 0
     (copy,) = set(tmp_path.glob("*.toml")) - {case}
-    assert case.read_text() == before and femflex("check", copy)[0] == 0
+    assert case.read_text() == original and femflex("check", copy)[0] == 0
     copy.write_text("mine")
     assert femflex("check", case, "--write-advice")[0] == 2 and copy.read_text() == "mine"
 

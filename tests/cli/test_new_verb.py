@@ -22,8 +22,8 @@ def test_new_case_is_valid_with_its_commented_tables_and_runs(femflex, tmp_path)
     assert set(case.bodies) == {"hub", "boom"} and case.run.duration == 60.0
     code, _, err = femflex("run", path, "--no-pictures")
     assert code == 0 and not err
-    head, _, rest = path.read_text().partition("[[loads]]")
-    path.write_text(head + "[[loads]]" + rest.replace("\n# ", "\n"))
+    head, _, commented = path.read_text().partition("[[loads]]")
+    path.write_text(head + "[[loads]]" + commented.replace("\n# ", "\n"))
     assert list(read_case(path).expect.answers) == ["turned"]
     assert femflex("new", path)[0] == 2 and "\n# " not in path.read_text().partition("[[loads]]")[2]
 
@@ -112,8 +112,10 @@ LINES = {"line": np.arange(2)}
 )
 def test_new_case_of_any_groups_passes_check(femflex, tmp_path, lines, groups, points, members, clamp):
     cells = {"quad": QUADS} | ({} if lines is None else {"line": lines})
-    own = GRID if lines is None or lines.max() < 9 else np.concatenate([GRID, OFF])
-    write_mesh(tmp_path / "part.vtu", Mesh(own, cells, groups, {key: np.array(rows) for key, rows in points.items()}))
+    mesh_points = GRID if lines is None or lines.max() < 9 else np.concatenate([GRID, OFF])
+    write_mesh(
+        tmp_path / "part.vtu", Mesh(mesh_points, cells, groups, {key: np.array(rows) for key, rows in points.items()})
+    )
     code, out, err = femflex("new", "part.toml", "--mesh", "part.vtu")
     assert code == 0, err
     body = read_case(tmp_path / "part.toml").bodies["flexible"]

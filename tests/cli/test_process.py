@@ -38,7 +38,7 @@ def test_help_imports_no_heavy_library():
     assert "Simulate a case" in done.stdout and "typer" in imported and not HEAVY & imported
 
 
-def test_broken_pipe_is_no_error():
+def test_broken_pipe_ends_verb_without_error():
     with subprocess.Popen([*COMMAND, "schema"], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as piped:
         assert piped.stdout is not None and piped.stderr is not None
         piped.stdout.readline()

@@ -15,7 +15,7 @@ import femflex as package
 from femflex.body.recovery import at_points, named
 from femflex.mesh import line, write_mesh
 from femflex.results import open_run
-from femflex.view.paint import painted
+from femflex.view.paint import paints_of
 from femflex.warning import PhysicsWarning
 
 BAR = """
@@ -67,15 +67,15 @@ def bar_run(tmp_path_factory) -> Path:
 
 
 def test_moment_at_rest_is_force_times_distance(femflex, bar_run, tmp_path):
-    out = tmp_path / "at.csv"
-    words = ("stress", bar_run, "--at", "end", "--at", "0.1,0,0", "--quantity", "moment_y", "-o", out)
-    assert femflex(*words)[0] == 0
-    head, *rows = csv.reader(out.read_text().splitlines())
-    places = [float(text.split("(")[1].split(",")[0]) for text in head[1:]]
-    assert len(places) == 2 and places[0] > 0.7 and places[1] < 0.3
-    for x, value in zip(places, rows[-1][1:], strict=True):
+    table = tmp_path / "at.csv"
+    command = ("stress", bar_run, "--at", "end", "--at", "0.1,0,0", "--quantity", "moment_y", "-o", table)
+    assert femflex(*command)[0] == 0
+    head, *rows = csv.reader(table.read_text().splitlines())
+    distances = [float(text.split("(")[1].split(",")[0]) for text in head[1:]]
+    assert len(distances) == 2 and distances[0] > 0.7 and distances[1] < 0.3
+    for x, value in zip(distances, rows[-1][1:], strict=True):
         assert abs(float(value)) == pytest.approx(3.0 * (1 - x), rel=2e-2)
-    assert femflex(*words)[0] == 2  # it is there now
+    assert femflex(*command)[0] == 2  # it is there now
 
 
 def test_peaks_are_at_the_root_and_of_the_loaded_plane_alone(femflex, bar_run):
@@ -92,11 +92,11 @@ def test_peaks_are_at_the_root_and_of_the_loaded_plane_alone(femflex, bar_run):
 def test_recovery_channels_of_a_case_are_those_of_the_verb(bar_run):
     with open_run(bar_run) as run:
         assert sum(path.startswith("recovery/bar.root/") for path in run.channels) == 7
-        parts, y = run.bodies()["bar"].strain_field, run["bodies/bar/delta"]
+        strain_parts, y = run.bodies()["bar"].strain_field, run["bodies/bar/delta"]
         for name in ("moment_y", "shear_force_z"):
-            values, where = at_points(parts, name, [0.5, 0, 0], y)
+            values, positions = at_points(strain_parts, name, [0.5, 0, 0], y)
             np.testing.assert_allclose(run[f"recovery/bar.middle/{name}"], values[:, 0], rtol=1e-12, atol=1e-12)
-            at_rest = -3.0 * (1 - where[0, 0]) if name == "moment_y" else 3.0
+            at_rest = -3.0 * (1 - positions[0, 0]) if name == "moment_y" else 3.0
             assert run[f"recovery/bar.middle/{name}"][-1] == pytest.approx(at_rest, rel=2e-2)
         assert run.channels["recovery/bar.middle/shear_force_z"].unit == "N"
 
@@ -113,10 +113,10 @@ def test_map_of_peaks_agrees_with_its_table(femflex, bar_run, tmp_path):
         values = named(run.bodies()["bar"].strain_field[0], "moment_y", run["bodies/bar/delta"])
         np.testing.assert_allclose(largest, np.abs(values).max(axis=0), rtol=1e-6)
         assert set(time) <= set(run.time)
-        paints, _ = painted(run, run.bodies(), "peak:moment_y")
+        paints, _ = paints_of(run, run.bodies(), "peak:moment_y")
         skin = run.bodies()["bar"].skin
-        shown = paints["bar"].values(np.zeros(2))
-        np.testing.assert_allclose(shown, np.interp(skin.points[:, 0], x, largest), atol=0.05 * largest.max())
+        painted_values = paints["bar"].values(np.zeros(2))
+        np.testing.assert_allclose(painted_values, np.interp(skin.points[:, 0], x, largest), atol=0.05 * largest.max())
     image = imread(picture)
     assert image.shape[:2] == (720, 1280) and len(np.unique(image.reshape(-1, image.shape[2]), axis=0)) > 50
 
@@ -131,16 +131,16 @@ def test_terms_have_the_load_and_sum_to_zero(femflex, run_folder):
     assert push["peak"] == pytest.approx(-1.0) and push["rms"] == pytest.approx(1.0)  # 1 N m until 2 s
 
 
-def test_terms_kept_in_a_run_sum_to_zero_and_leave_it_unchanged(femflex, run_folder):
+def test_stored_terms_sum_to_zero_and_other_channels_stay_equal(femflex, run_folder):
     shutil.copy("run.h5", "before.h5")
     for _ in range(2):  # the second time they are replaced
         assert femflex("terms", "run.h5", "--keep")[0] == 0
-    with open_run(run_folder / "run.h5") as run, open_run(run_folder / "before.h5") as before:
+    with open_run(run_folder / "run.h5") as run, open_run(run_folder / "before.h5") as original:
         terms = {path: run[path] for path in run if path.startswith("terms/")}
         assert {"terms/inertia", "terms/loads/push", "terms/elastic"} <= set(terms)
         assert run.names("terms/elastic") == run.names("u") and run.units("terms/loads/push")[5] == "N m"
         assert np.abs(sum(terms.values())).max() < 1e-10 * max(np.abs(rows).max() for rows in terms.values())
-        assert run.complete and all(np.array_equal(run[path], before[path]) for path in before)
+        assert run.complete and all(np.array_equal(run[path], original[path]) for path in original)
     assert femflex("plot", "run.h5", "terms/loads/push:base-hub.omega_z", "-o", "push.svg")[0] == 0
     assert (run_folder / "push.svg").read_text().startswith("<?xml")
 
@@ -180,7 +180,7 @@ def test_terms_need_the_inputs_of_the_run(femflex, run_folder, old, new, words):
 def test_wrong_option_for_a_run_is_refused(femflex, run_folder, command, words):
     run = (run_folder / "run.h5").read_bytes()
     (run_folder / "half.h5").write_bytes(run[: len(run) // 2])
-    before = {path.name: path.read_bytes() for path in run_folder.iterdir()}
+    contents = {path.name: path.read_bytes() for path in run_folder.iterdir()}
     code, out, err = femflex(*command.split())
     assert (code, out) == (2, "") and "Traceback" not in err and all(word in err for word in words), err
-    assert {path.name: path.read_bytes() for path in run_folder.iterdir()} == before
+    assert {path.name: path.read_bytes() for path in run_folder.iterdir()} == contents

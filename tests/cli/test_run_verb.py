@@ -74,9 +74,9 @@ def test_existing_output_is_only_replaced_with_force(femflex, tmp_path):
         assert (tmp_path / name).read_text() == "mine"
         (tmp_path / name).unlink()
     assert femflex("run", "wheel.toml")[0] == 0
-    before = (tmp_path / "wheel.h5").read_bytes()
+    first_result = (tmp_path / "wheel.h5").read_bytes()
     assert femflex("run", "wheel.toml", "--resume")[0] == 0  # complete: nothing to do
-    assert (tmp_path / "wheel.h5").read_bytes() == before
+    assert (tmp_path / "wheel.h5").read_bytes() == first_result
     assert femflex("run", "wheel.toml", "--force")[0] == 0
     assert imread(tmp_path / "wheel_bodies_wheel_rate.png").std() > 0.01
 
@@ -87,9 +87,9 @@ def test_motion_that_diverges_exits_with_3_and_keeps_rows(femflex, craft, write_
     text = text.replace("[bodies.boom]", '[bodies.boom]\nstrain = "linear"')
     code, _, err = femflex("run", write_case(text.replace("mass = 200", "mass = 1e7")), "-o", "run.h5")
     assert code == 3 and "boom.delta" in err and "Traceback" not in err
-    with open_run(tmp_path / "run.h5") as kept:
-        assert not kept.complete and "diverges" in kept.ended
-        assert 0 < len(kept) < 201 and np.isfinite(kept["q"]).all()
+    with open_run(tmp_path / "run.h5") as run:
+        assert not run.complete and "diverges" in run.ended
+        assert 0 < len(run) < 201 and np.isfinite(run["q"]).all()
 
 
 def test_overflow_exits_with_3_and_keeps_finite_rows(femflex, craft, write_case, tmp_path):
@@ -98,8 +98,8 @@ def test_overflow_exits_with_3_and_keeps_finite_rows(femflex, craft, write_case,
     )
     code, _, err = femflex("run", write_case(text), "-o", "run.h5")
     assert code == 3 and "t = 5 s" in err
-    with open_run(tmp_path / "run.h5") as kept:
-        assert not kept.complete and kept.time[-1] == 5.0 and np.isfinite(kept["q"]).all()
+    with open_run(tmp_path / "run.h5") as run:
+        assert not run.complete and run.time[-1] == 5.0 and np.isfinite(run["q"]).all()
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a limit of file size")
@@ -107,7 +107,7 @@ def test_full_disk_exits_with_3_and_leaves_no_part(femflex, write_case, tmp_path
     import resource
 
     case = write_case()
-    before = sorted(path.name for path in tmp_path.iterdir())
+    names_before = sorted(path.name for path in tmp_path.iterdir())
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, hard))
     try:
@@ -115,7 +115,7 @@ def test_full_disk_exits_with_3_and_leaves_no_part(femflex, write_case, tmp_path
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
     assert code == 3 and "run.h5" in err and "too large" in err and "Traceback" not in err
-    assert sorted(path.name for path in tmp_path.iterdir()) == before
+    assert sorted(path.name for path in tmp_path.iterdir()) == names_before
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs SIGINT")
@@ -124,16 +124,16 @@ def test_interrupted_run_resumes_bit_for_bit(femflex, craft, write_case, tmp_pat
     output = tmp_path / "run.h5"
 
     def interrupt() -> None:
-        while not output.exists() and not over.is_set():
+        while not output.exists() and not is_over.is_set():
             time.sleep(0.005)
         time.sleep(0.05)
-        if not over.is_set():
+        if not is_over.is_set():
             os.kill(os.getpid(), signal.SIGINT)
 
-    over, thread = threading.Event(), threading.Thread(target=interrupt)
+    is_over, thread = threading.Event(), threading.Thread(target=interrupt)
     thread.start()
     code, _, err = femflex("run", case, "-o", output)
-    over.set()
+    is_over.set()
     thread.join()
     assert code == 130 and "--resume" in err
     with h5py.File(output) as file:
@@ -142,10 +142,10 @@ def test_interrupted_run_resumes_bit_for_bit(femflex, craft, write_case, tmp_pat
         assert 0 < rows < 2001 and str(rows) in err and np.isfinite(file["q"][:rows]).all()
     assert femflex("run", case, "-o", output, "--resume")[0] == 0
     assert femflex("run", case, "-o", "whole.h5")[0] == 0
-    with open_run(output) as resumed, open_run(tmp_path / "whole.h5") as whole:
+    with open_run(output) as resumed, open_run(tmp_path / "whole.h5") as complete_run:
         assert resumed.complete and len(resumed) == 2001
         for path in ("q", "u", "markers/boom.tip/position", "monitors/energy"):
-            np.testing.assert_array_equal(resumed[path], whole[path])
+            np.testing.assert_array_equal(resumed[path], complete_run[path])
 
 
 # resuming with another case
@@ -193,11 +193,11 @@ def edit(path: Path, old: str, new: str) -> None:
     ],
 )
 def test_resume_with_changed_input_is_refused(femflex, unfinished, name, old, new, words):
-    before = (unfinished / "run.h5").read_bytes()
+    contents = (unfinished / "run.h5").read_bytes()
     edit(unfinished / name, old, new)
     code, out, err = femflex("run", "craft.toml", "-o", "run.h5", "--resume")
     assert (code, out) == (2, "") and all(word in err for word in ("run.h5", *words)), err
-    assert (unfinished / "run.h5").read_bytes() == before
+    assert (unfinished / "run.h5").read_bytes() == contents
 
 
 def test_resume_permits_changes_outside_the_motion(femflex, unfinished):
@@ -213,10 +213,10 @@ def test_resume_with_later_end_agrees_with_longer_run(femflex, unfinished):
     edit(unfinished / "craft.toml", '"1 s"', '"2.02 s"')
     assert femflex("run", "craft.toml", "-o", "whole.h5")[0] == 0
     assert femflex("run", "craft.toml", "-o", "run.h5", "--resume")[0] == 0
-    with open_run(unfinished / "run.h5") as run, open_run(unfinished / "whole.h5") as whole:
-        assert run.complete and np.array_equal(run.time, whole.time) and len(run) == 42
+    with open_run(unfinished / "run.h5") as run, open_run(unfinished / "whole.h5") as long_run:
+        assert run.complete and np.array_equal(run.time, long_run.time) and len(run) == 42
         for path in ("q", "u", "markers/boom.tip/position", "monitors/energy"):
-            assert np.abs(run[path] - whole[path]).max() < 1e-9 * np.abs(whole[path]).max()  # steps to 1e-11
+            assert np.abs(run[path] - long_run[path]).max() < 1e-9 * np.abs(long_run[path]).max()  # steps to 1e-11
     edit(unfinished / "craft.toml", '"2.02 s"', '"3 s"')  # 2.02 s is no multiple of the output step
     assert femflex("run", "craft.toml", "-o", "run.h5", "--resume")[0] == 0
     with open_run(unfinished / "run.h5") as run:
@@ -257,9 +257,9 @@ def test_linear_strain_diverges_in_second_run_of_spin_up(femflex, tmp_path):
     (tmp_path / "case.toml").write_text(text)
     code, _, err = femflex("run", "case.toml", "-o", "run.h5")
     assert code == 0, err
-    with open_run(tmp_path / "run.h5") as first, open_run(tmp_path / "run_without.h5") as second:
-        assert second.without == ("nonlinear_strain",) and not second.complete and first.complete
-        bend, away = (each["markers/beam.tip/deflection"][:, 1] for each in (first, second))
-        assert 9.0 < second.time[-1] < 12.0 and np.abs(away).max() > 100 * np.abs(bend).max()
-        np.testing.assert_allclose(away[:30], bend[:30], atol=0.02)  # at first they agree
+    with open_run(tmp_path / "run.h5") as nonlinear_run, open_run(tmp_path / "run_without.h5") as linear_run:
+        assert linear_run.without == ("nonlinear_strain",) and not linear_run.complete and nonlinear_run.complete
+        nonlinear_tip, linear_tip = (run["markers/beam.tip/deflection"][:, 1] for run in (nonlinear_run, linear_run))
+        assert 9.0 < linear_run.time[-1] < 12.0 and np.abs(linear_tip).max() > 100 * np.abs(nonlinear_tip).max()
+        np.testing.assert_allclose(linear_tip[:30], nonlinear_tip[:30], atol=0.02)  # at first they agree
     assert np.ptp(imread(tmp_path / "run_markers_beam.tip_deflection.png")) > 0.5

@@ -59,8 +59,8 @@ def test_the_reference_has_every_key_of_a_case(generated: Callable[[str], str]):
             if name == "case" and f"[{key}" in page:
                 continue
             assert f"| `{key}` |" in page, f"{name}.{key}"
-            first = " ".join(about.get("description", "").split())[:30].split("|")[0].split("<")[0].split("*")[0]
-            assert first in page, f"{name}.{key}: {first}"
+            beginning = " ".join(about.get("description", "").split())[:30].split("|")[0].split("<")[0].split("*")[0]
+            assert beginning in page, f"{name}.{key}: {beginning}"
 
 
 def test_the_reference_has_every_verb(generated: Callable[[str], str]):
@@ -83,9 +83,9 @@ def test_the_reference_has_every_kind_of_channel_and_term(generated: Callable[[s
 @pytest.mark.filterwarnings("ignore::femflex.warning.PhysicsWarning")
 def test_every_channel_of_a_shipped_case_is_in_the_reference(name: str, generated: Callable[[str], str]):
     templates = re.findall(r"^\| `([^`]+)` \|", generated("channels"), re.MULTILINE)
-    known = re.compile("|".join(re.sub(r"[A-Z]{3,}", "[^/]+", re.escape(template)) for template in templates))
+    documented = re.compile("|".join(re.sub(r"[A-Z]{3,}", "[^/]+", re.escape(template)) for template in templates))
     model = femflex.compile_system(femflex.build_system(femflex.read_case(TOP / "cases" / f"{name}.toml")))
-    assert not [path for path in model.channels if not known.fullmatch(path)]
+    assert not [path for path in model.channels if not documented.fullmatch(path)]
 
 
 def test_the_validation_has_every_subject(generated: Callable[[str], str]):
@@ -98,8 +98,8 @@ def test_the_gallery_is_that_of_the_cases(generated: Callable[[str], str]):
     page = generated("gallery")
     for path in (TOP / "cases").glob("*.toml"):
         assert f"## {path.stem}\n" in page
-    kept = (TOP / "docs" / "gallery.md").read_text(encoding="utf-8")
-    assert page == kept, "docs/gallery.md is older than the cases: run python docs/generate/pictures.py"
+    stored_page = (TOP / "docs" / "gallery.md").read_text(encoding="utf-8")
+    assert page == stored_page, "docs/gallery.md is older than the cases: run python docs/generate/pictures.py"
 
 
 @pytest.mark.slow
@@ -116,9 +116,9 @@ def test_pictures_of_the_gallery_are_made(tmp_path: Path, monkeypatch: pytest.Mo
     monkeypatch.syspath_prepend(str(TOP / "docs"))
     pictures = importlib.import_module("generate.pictures")
     monkeypatch.setattr(pictures, "PICTURES", tmp_path)
-    pictures.draw(TOP / "cases" / "chaplygin_sleigh.toml")
-    assert len(pictures.drawn("chaplygin_sleigh")) >= 3
-    assert max(path.stat().st_size for path in pictures.drawn("chaplygin_sleigh")) < 60_000
+    pictures.draw_case(TOP / "cases" / "chaplygin_sleigh.toml")
+    assert len(pictures.case_pictures("chaplygin_sleigh")) >= 3
+    assert max(path.stat().st_size for path in pictures.case_pictures("chaplygin_sleigh")) < 60_000
 
 
 def test_the_citation_names_the_version_and_the_licence():

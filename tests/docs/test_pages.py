@@ -64,8 +64,8 @@ def test_a_wrong_key_in_a_fragment_is_found(fragments):
 def test_links_lead_to_files(path: Path):
     for target in LINK.findall(path.read_text(encoding="utf-8")):
         if "://" not in target:
-            there = path.parent / target
-            assert there.exists() or (there.parent.name == "generated" and there.name in GENERATED), target
+            linked = path.parent / target
+            assert linked.exists() or (linked.parent.name == "generated" and linked.name in GENERATED), target
 
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: row["what"][:60])
@@ -83,7 +83,7 @@ def test_the_gallery_and_the_validation_hold_every_case():
 def test_every_case_has_small_pictures_in_the_gallery():
     folders = {path.name: sorted(path.glob("*.png")) for path in (TOP / "docs" / "gallery").iterdir()}
     assert sorted(folders) == [path.stem for path in sorted((TOP / "cases").glob("*.toml"))]
-    sizes = {f"{name}/{path.name}": path.stat().st_size for name, found in folders.items() for path in found}
+    sizes = {f"{name}/{path.name}": path.stat().st_size for name, paths in folders.items() for path in paths}
     assert all(folders.values()) and max(sizes.values()) < 60_000 and sum(sizes.values()) < 4_000_000
 
 
@@ -91,21 +91,21 @@ def sentences(text: str) -> list[list[str]]:
     """Words of every sentence of a page's prose: paragraphs, entries of lists and cells of tables."""
     text = re.sub(r"<!--.*?-->|^```.*?^```|\$\$.*?\$\$", "\n\n", text, flags=re.DOTALL | re.MULTILINE)
     pieces = re.split(r"\n\s*\n|\n(?=[-#|\d])|\|", text)
-    found = []
+    sentences_of_text = []
     for piece in pieces:
         for sentence in re.split(r"(?<=[.;:!?])\s+", " ".join(piece.split())):
             words = [word for word in sentence.split() if re.search(r"\w", word)]
             if len(words) > 3:
-                found.append(words)
-    return found
+                sentences_of_text.append(words)
+    return sentences_of_text
 
 
 def test_sentences_of_the_pages_are_short():
     pages = [path for path in PAGES if path.name != "gallery.md"]  # whose sentences are those of the cases
-    found = [(name_of(path), words) for path in pages for words in sentences(path.read_text(encoding="utf-8"))]
-    long = [(page, len(words), " ".join(words[:12])) for page, words in found if len(words) > LONGEST]
-    assert not long
-    assert statistics.median(len(words) for _, words in found) <= MEDIAN
+    words_by_page = [(name_of(path), words) for path in pages for words in sentences(path.read_text(encoding="utf-8"))]
+    long_sentences = [(page, len(words), " ".join(words[:12])) for page, words in words_by_page if len(words) > LONGEST]
+    assert not long_sentences
+    assert statistics.median(len(words) for _, words in words_by_page) <= MEDIAN
 
 
 def test_every_page_is_in_one_table_of_contents():
@@ -115,5 +115,5 @@ def test_every_page_is_in_one_table_of_contents():
             names = [line for line in block.splitlines() if line and not line.startswith(":")]
             entries += [(path.parent / f"{name}.md").resolve() for name in names]
     assert len(entries) == len(set(entries))
-    written = {path for path in PAGES if path not in (TOP / "README.md", TOP / "docs" / "index.md")}
-    assert written <= set(entries)
+    pages = {path for path in PAGES if path not in (TOP / "README.md", TOP / "docs" / "index.md")}
+    assert pages <= set(entries)

@@ -17,11 +17,11 @@ READERS = ("info run.h5", "plot run.h5 q -o q.png", "render run.h5 -o p.png --si
 RESUME = "run craft.toml -o run.h5 --resume --no-pictures"
 
 
-def without(path: str) -> Callable[[h5py.File], None]:
+def remove(path: str) -> Callable[[h5py.File], None]:
     return lambda file: file.pop(path) and None
 
 
-def replaced(path: str, change: Callable[[np.ndarray], np.ndarray]) -> Callable[[h5py.File], None]:
+def replace(path: str, change: Callable[[np.ndarray], np.ndarray]) -> Callable[[h5py.File], None]:
     def edit(file: h5py.File) -> None:
         values, attributes = change(file[path][()]), dict(file[path].attrs)
         del file[path]
@@ -31,55 +31,55 @@ def replaced(path: str, change: Callable[[np.ndarray], np.ndarray]) -> Callable[
     return edit
 
 
-def attribute(path: str, key: str, value: object = None) -> Callable[[h5py.File], None]:
+def set_attribute(path: str, key: str, value: object = None) -> Callable[[h5py.File], None]:
     return lambda file: file[path].attrs.__delitem__(key) if value is None else file[path].attrs.update({key: value})
 
 
-def linked(file: h5py.File) -> None:
+def link_elsewhere(file: h5py.File) -> None:
     del file["q"]
     file["q"] = h5py.ExternalLink("other.h5", "/q")
 
 
-def raw(file: h5py.File) -> None:
+def store_outside(file: h5py.File) -> None:
     del file["q"]
     file.create_dataset("q", (201, 11), "f8", external=[("q.raw", 0, 201 * 88)])
 
 
-def huge(file: h5py.File) -> None:
+def add_huge_array(file: h5py.File) -> None:
     file.create_dataset("z", (201, 10**9), "f8", chunks=(1, 10**6))
 
 
 # edit, verbs, a word of the sentence
 EDITS = {
-    "no time": (without("time"), READERS, "/time"),
-    "no progress": (without("progress"), READERS, "/progress"),
-    "too many rows": (replaced("progress", lambda a: a + 1000), READERS, "1201 rows"),
-    "time not rising": (replaced("time", lambda t: t[::-1]), READERS, "/time"),
-    "no q": (without("q"), READERS, "channel q"),
-    "short q": (replaced("q", lambda q: q[:9]), READERS, "9 rows"),
-    "q of whole numbers": (replaced("q", lambda q: q.astype(int)), READERS, "int64"),
-    "narrow q": (replaced("q", lambda q: q[:, :4]), READERS, "11 names"),
-    "no unit": (attribute("q", "unit"), READERS, "'unit'"),
+    "no time": (remove("time"), READERS, "/time"),
+    "no progress": (remove("progress"), READERS, "/progress"),
+    "too many rows": (replace("progress", lambda a: a + 1000), READERS, "1201 rows"),
+    "time not rising": (replace("time", lambda t: t[::-1]), READERS, "/time"),
+    "no q": (remove("q"), READERS, "channel q"),
+    "short q": (replace("q", lambda q: q[:9]), READERS, "9 rows"),
+    "q of whole numbers": (replace("q", lambda q: q.astype(int)), READERS, "int64"),
+    "narrow q": (replace("q", lambda q: q[:, :4]), READERS, "11 names"),
+    "no unit": (set_attribute("q", "unit"), READERS, "'unit'"),
     "renamed group": (lambda file: file.move("bodies", "body"), READERS, "bodies/boom/position"),
-    "no model": (without("model"), READERS, "/model"),
-    "no case text": (attribute("/", "case_text"), READERS, "'case_text'"),
-    "inputs cut": (attribute("/", "inputs", "{"), READERS, "'inputs'"),
-    "layout of text": (attribute("/", "layout", "one"), READERS, "layout"),
-    "no state": (without("resume"), READERS, "/resume"),
-    "external link": (linked, READERS, "link"),
-    "raw storage": (raw, READERS, "outside"),
-    "size": (huge, READERS, "unfolds"),
-    "fewer shapes": (replaced("model/boom/shapes", lambda a: a[:2]), READERS, "'shapes'"),
-    "cells": (replaced("model/boom/cells/quad", lambda a: a + 9999), READERS[2:], "points"),
-    "no strain rows": (without("model/boom/strain_field/0/rows"), READERS[2:], "lacks rows"),
-    "position is nan": (replaced("bodies/boom/position", lambda a: a * np.nan), READERS[2:3], "not finite"),
-    "delta is nan": (replaced("bodies/boom/delta", lambda a: a * np.nan), READERS[3:], "not finite"),
-    "q is nan": (replaced("q", lambda a: a * np.nan), (RESUME, "plot run.h5 q --spectrum"), "finite"),
-    "another case": (attribute("/", "case_text", "[run]\nduration = 3"), (RESUME,), "case text"),
-    "another mass": (attribute("model/boom", "mass", 7.0), (RESUME,), "mass"),
-    "other shapes": (replaced("model/boom/shapes", lambda a: 2 * a), (RESUME,), "shapes"),
-    "other names": (attribute("q", "names", [f"x{k}" for k in range(11)]), (RESUME,), "channel q"),
-    "other method": (attribute("/", "integrator", "magic"), (RESUME,), "magic"),
+    "no model": (remove("model"), READERS, "/model"),
+    "no case text": (set_attribute("/", "case_text"), READERS, "'case_text'"),
+    "inputs cut": (set_attribute("/", "inputs", "{"), READERS, "'inputs'"),
+    "layout of text": (set_attribute("/", "layout", "one"), READERS, "layout"),
+    "no state": (remove("resume"), READERS, "/resume"),
+    "external link": (link_elsewhere, READERS, "link"),
+    "raw storage": (store_outside, READERS, "outside"),
+    "size": (add_huge_array, READERS, "unfolds"),
+    "fewer shapes": (replace("model/boom/shapes", lambda a: a[:2]), READERS, "'shapes'"),
+    "cells": (replace("model/boom/cells/quad", lambda a: a + 9999), READERS[2:], "points"),
+    "no strain rows": (remove("model/boom/strain_field/0/rows"), READERS[2:], "lacks rows"),
+    "position is nan": (replace("bodies/boom/position", lambda a: a * np.nan), READERS[2:3], "not finite"),
+    "delta is nan": (replace("bodies/boom/delta", lambda a: a * np.nan), READERS[3:], "not finite"),
+    "q is nan": (replace("q", lambda a: a * np.nan), (RESUME, "plot run.h5 q --spectrum"), "finite"),
+    "another case": (set_attribute("/", "case_text", "[run]\nduration = 3"), (RESUME,), "case text"),
+    "another mass": (set_attribute("model/boom", "mass", 7.0), (RESUME,), "mass"),
+    "other shapes": (replace("model/boom/shapes", lambda a: 2 * a), (RESUME,), "shapes"),
+    "other names": (set_attribute("q", "names", [f"x{k}" for k in range(11)]), (RESUME,), "channel q"),
+    "other method": (set_attribute("/", "integrator", "magic"), (RESUME,), "magic"),
 }
 
 

@@ -53,11 +53,11 @@ def test_exports_that_do_not_fit_leave_no_file(tmp_path: Path):
     with RunWriter(tmp_path / "run.h5", CHANNELS, known_bodies()) as writer:
         writer.write_block(times, known_arrays(times))
         writer.finish(complete=True)
-    before = (tmp_path / "run.h5").read_bytes()
-    done = subprocess.run([sys.executable, "-c", LIMITED], cwd=tmp_path, capture_output=True, text=True, timeout=120)
-    assert (done.returncode, done.stderr) == (0, "")
-    for export, printed in zip(EXPORTS, done.stdout.splitlines(), strict=True):
+    contents = (tmp_path / "run.h5").read_bytes()
+    process = subprocess.run([sys.executable, "-c", LIMITED], cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    assert (process.returncode, process.stderr) == (0, "")
+    for export, printed in zip(EXPORTS, process.stdout.splitlines(), strict=True):
         name = export.partition("'")[2].partition("'")[0]
         assert printed.startswith("3|") and name in printed, printed
-    assert [found.name for found in tmp_path.iterdir()] == ["run.h5"]
-    assert (tmp_path / "run.h5").read_bytes() == before
+    assert [path.name for path in tmp_path.iterdir()] == ["run.h5"]
+    assert (tmp_path / "run.h5").read_bytes() == contents

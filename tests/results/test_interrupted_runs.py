@@ -117,9 +117,11 @@ def test_mixture_of_old_and_new_pages_reads_as_the_old_run(tmp_path):
 
 def test_stopped_run_is_resumed_after_its_last_block(tmp_path):
     path = tmp_path / "run.h5"
-    first, second = np.arange(0.0, 10), np.arange(10.0, 15)
+    first_block, second_block = np.arange(0.0, 10), np.arange(10.0, 15)
     with RunWriter(path, CHANNELS, known_bodies(), {"title": "long"}) as writer:
-        writer.write_block(first, known_arrays(first), resume={"h": 0.1, "x": {"q": np.arange(3.0), "order": 8}})
+        writer.write_block(
+            first_block, known_arrays(first_block), resume={"h": 0.1, "x": {"q": np.arange(3.0), "order": 8}}
+        )
         writer.finish(complete=False, ended="interrupted")
     point = resume_point(path)
     assert (point.rows, point.time) == (10, 9.0)
@@ -129,7 +131,9 @@ def test_stopped_run_is_resumed_after_its_last_block(tmp_path):
         assert writer.rows == 10 and writer.channels == CHANNELS
         with open_run(path) as run:
             assert not run.complete and run.ended == ""
-        writer.write_block(second, known_arrays(second), resume={"h": 0.2, "x": {"q": np.arange(3.0), "order": 7}})
+        writer.write_block(
+            second_block, known_arrays(second_block), resume={"h": 0.2, "x": {"q": np.arange(3.0), "order": 7}}
+        )
         writer.finish(complete=True, ended="reached the end", statistics={"steps": 3})
     with open_run(path) as run:
         assert run.complete and run.title == "long" and np.array_equal(run.time, np.arange(15.0))
@@ -170,11 +174,11 @@ with RunWriter("run.h5", CHANNELS, known_bodies()) as writer:
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a limit of file size")
 def test_full_disk_keeps_the_blocks_written_before(tmp_path):
     script = FULL_DISK.format(here=str(Path(__file__).parents[1]))
-    done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=True)
-    printed, rows = done.stdout.strip().split("|")
+    process = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=True)
+    printed, rows = process.stdout.strip().split("|")
     assert "run.h5" in printed and rows in printed
-    assert int(rows) >= 4000 and done.stderr == ""
-    assert [found.name for found in tmp_path.iterdir()] == ["run.h5"]
+    assert int(rows) >= 4000 and process.stderr == ""
+    assert [path.name for path in tmp_path.iterdir()] == ["run.h5"]
     with open_run(tmp_path / "run.h5") as run:
         assert len(run) == int(rows) and not run.complete and run.ended == "the disk is full"
         assert all(np.array_equal(run[name], value) for name, value in known_arrays(run.time).items())
@@ -185,7 +189,7 @@ def run_times(rows):
     return np.arange(rows - 1000.0, rows - 990)
 
 
-HOW = {"complete": True, "ended": "reached the end after a long way " + 20 * "and a word "}
+CONCLUSION = {"complete": True, "ended": "reached the end after a long way " + 20 * "and a word "}
 COUNTS = {"accepted": 41, "evaluations": 512, "rejected": 3, "smallest": 1e-3, "largest": 0.4, "newton": 7}
 
 
@@ -195,19 +199,19 @@ def write(writer, blocks, rows=1000):
         writer.write_block(times, known_arrays(times), resume={"x": np.full(3, float(k)), "next": k})
 
 
-def identity(path):
-    found = path.stat()
-    return found.st_ino, found.st_size
+def file_identity(path):
+    status = path.stat()
+    return status.st_ino, status.st_size
 
 
 def test_run_of_known_length_stays_in_its_file(tmp_path):
     path = tmp_path / "run.h5"
     with RunWriter(path, CHANNELS, known_bodies(), rows=9000) as writer:
         write(writer, [0])
-        begun = identity(path)
+        begun = file_identity(path)
         write(writer, range(1, 9))
         writer.finish(complete=True, ended="reached the end", statistics=COUNTS)
-    assert identity(path) == begun
+    assert file_identity(path) == begun
     with open_run(path) as run:
         assert run.complete and np.array_equal(run["q"], known_arrays(np.arange(9000.0))["q"])
         assert run.statistics == COUNTS
@@ -217,7 +221,7 @@ def test_interrupted_run_is_resumed_in_the_same_file(tmp_path):
     path = tmp_path / "run.h5"
     with pytest.raises(KeyboardInterrupt), RunWriter(path, CHANNELS, known_bodies(), rows=9000) as writer:
         write(writer, range(4))
-        begun = identity(path)
+        begun = file_identity(path)
         raise KeyboardInterrupt
     with open_run(path) as run:
         assert len(run) == 4000 and not run.complete and run.ended == "interrupted"
@@ -227,7 +231,7 @@ def test_interrupted_run_is_resumed_in_the_same_file(tmp_path):
             assert run.ended == "" and not run.complete
         write(writer, range(4, 9))
         writer.finish(complete=True)
-    assert identity(path) == begun
+    assert file_identity(path) == begun
     with open_run(path) as run:
         assert run.complete and np.array_equal(run["q"], known_arrays(np.arange(9000.0))["q"])
 
@@ -244,8 +248,10 @@ class Recorded(io.BytesIO):
         return super().write(data)
 
 
-@pytest.mark.parametrize("how", [HOW, {"complete": False, "ended": "interrupted"}], ids=["finished", "interrupted"])
-def test_kill_at_any_write_of_the_end_leaves_a_valid_file(tmp_path, how):
+@pytest.mark.parametrize(
+    "conclusion", [CONCLUSION, {"complete": False, "ended": "interrupted"}], ids=["finished", "interrupted"]
+)
+def test_kill_at_any_write_of_the_end_leaves_a_valid_file(tmp_path, conclusion):
     path, torn = tmp_path / "run.h5", tmp_path / "torn.h5"
     writer = RunWriter(path, CHANNELS, known_bodies(), {"case_text": "[run]\n" * 100}, rows=3000)
     write(writer, range(3))
@@ -253,19 +259,19 @@ def test_kill_at_any_write_of_the_end_leaves_a_valid_file(tmp_path, how):
     image = path.read_bytes()
     record = Recorded(image)
     with h5py.File(record, "r+") as file:
-        conclude(file, how, COUNTS)
+        conclude(file, conclusion, COUNTS)
     for count in range(len(record.writes) + 1):
         mixed = bytearray(image)
-        for at, data in record.writes[:count]:
-            mixed[at : at + len(data)] = data
+        for offset, data in record.writes[:count]:
+            mixed[offset : offset + len(data)] = data
         assert len(mixed) == len(image)
         torn.write_bytes(mixed)
         with open_run(torn) as run:
             assert np.array_equal(run["q"], known_arrays(np.arange(3000.0))["q"])
-            assert set(run.statistics) <= set(COUNTS) and run.ended in ("", how["ended"])
-            assert not run.complete or (run.statistics == COUNTS and run.ended == how["ended"])
+            assert set(run.statistics) <= set(COUNTS) and run.ended in ("", conclusion["ended"])
+            assert not run.complete or (run.statistics == COUNTS and run.ended == conclusion["ended"])
     with open_run(torn) as run:
-        assert run.complete == how["complete"] and run.statistics == COUNTS
+        assert run.complete == conclusion["complete"] and run.statistics == COUNTS
 
 
 @pytest.mark.parametrize("blocks", [0, 2])

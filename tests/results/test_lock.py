@@ -43,7 +43,7 @@ def holder(tmp_path):
     process.stdout.close()
 
 
-def written(path, count=3):
+def write_finished_run(path, count=3):
     """A finished run of that many rows."""
     with RunWriter(path, {"x": Channel("m", "place")}, {}) as writer:
         writer.write_block(np.arange(float(count)), {"x": np.zeros(count)}, resume=np.ones(2))
@@ -55,9 +55,9 @@ def test_file_of_another_writer_is_refused(tmp_path, holder):
     path = tmp_path / "run.h5"
     with pytest.raises(BlockingIOError, match=BUSY):
         RunWriter(path, CHANNELS, known_bodies())
-    written(tmp_path / "other.h5")
+    write_finished_run(tmp_path / "other.h5")
     os.rename(tmp_path / "other.h5", path)
-    before = path.read_bytes()
+    contents = path.read_bytes()
     with pytest.raises(BlockingIOError, match=BUSY):
         RunWriter(path, CHANNELS, known_bodies(), force=True)
     with pytest.raises(BlockingIOError, match=BUSY):
@@ -67,7 +67,7 @@ def test_file_of_another_writer_is_refused(tmp_path, holder):
     (tmp_path / "linked.h5").symlink_to(path)
     with pytest.raises(BlockingIOError, match=BUSY):
         RunWriter.resumed(tmp_path / "linked.h5")
-    assert path.read_bytes() == before and len(open_run(path)) == 3  # readers need no lock
+    assert path.read_bytes() == contents and len(open_run(path)) == 3  # readers need no lock
 
 
 def test_lock_of_a_killed_writer_is_free(tmp_path, holder):
@@ -75,12 +75,12 @@ def test_lock_of_a_killed_writer_is_free(tmp_path, holder):
     holder.send_signal(signal.SIGKILL)
     holder.wait(30)
     assert (tmp_path / ".run.h5.lock").exists()
-    written(path)
+    write_finished_run(path)
     assert os.listdir(tmp_path) == ["run.h5"]  # and what it left is gone
 
 
 def test_lock_ends_with_its_writer(tmp_path):
-    path = written(tmp_path / "run.h5")
+    path = write_finished_run(tmp_path / "run.h5")
     with pytest.raises(FileExistsError):
         RunWriter(path, CHANNELS, known_bodies())
     with pytest.raises(ZeroDivisionError), RunWriter.resumed(path) as writer:
@@ -119,62 +119,64 @@ RUN = [sys.executable, "-m", "femflex", "run"]
 
 @pytest.mark.slow
 def test_second_run_or_resume_is_refused_and_the_first_completes(write_case, craft, tmp_path):
-    long = craft.replace('duration = "10 s"', 'duration = "400 s"').replace(
+    long_case = craft.replace('duration = "10 s"', 'duration = "400 s"').replace(
         "output_step = 0.05", "output_step = 0.05\nmax_step = 0.0001"
     )
-    case, output = write_case(long), tmp_path / "run.h5"
-    with subprocess.Popen([*RUN, str(case), "-o", str(output)], stdout=subprocess.DEVNULL) as first:
-        while not output.exists() and first.poll() is None:
+    case, output = write_case(long_case), tmp_path / "run.h5"
+    with subprocess.Popen([*RUN, str(case), "-o", str(output)], stdout=subprocess.DEVNULL) as first_process:
+        while not output.exists() and first_process.poll() is None:
             time.sleep(0.02)
         for words in (["--force"], ["--resume"]):
-            second = subprocess.run([*RUN, str(case), "-o", str(output), *words], capture_output=True, text=True)
-            assert first.poll() is None
-            assert second.returncode == 2 and BUSY in second.stderr
-        assert first.wait(300) == 0
+            second_process = subprocess.run(
+                [*RUN, str(case), "-o", str(output), *words], capture_output=True, text=True
+            )
+            assert first_process.poll() is None
+            assert second_process.returncode == 2 and BUSY in second_process.stderr
+        assert first_process.wait(300) == 0
     with open_run(output) as run:
         assert run.complete and len(run) == 8001
     assert not Path(f"{output}.part").exists()
 
 
 def test_file_system_without_locks(tmp_path, monkeypatch):
-    def none(*_):
+    def refuse_lock(*_):
         raise OSError(errno.ENOLCK, "no locks here")
 
-    monkeypatch.setattr(lock_module.fcntl, "flock", none)
+    monkeypatch.setattr(lock_module.fcntl, "flock", refuse_lock)
     with FileLock(tmp_path / "a.h5"), FileLock(tmp_path / "a.h5") as second:
         second.release()
         second.release()
 
 
 def test_lock_file_deleted_meanwhile_is_locked_again(tmp_path, monkeypatch):
-    place, real, calls = tmp_path / ".a.h5.lock", lock_module.fcntl.flock, []
+    lock_file, flock, calls = tmp_path / ".a.h5.lock", lock_module.fcntl.flock, []
 
-    def meanwhile(handle, how):
-        real(handle, how)
+    def delete_then_lock(handle, operation):
+        flock(handle, operation)
         calls.append(handle)
         if len(calls) == 1:
-            place.unlink()  # by the one that had it
+            lock_file.unlink()  # by the one that had it
         elif len(calls) == 2:
-            place.unlink()
-            place.write_text("")  # and made anew by a third
+            lock_file.unlink()
+            lock_file.write_text("")  # and made anew by a third
 
-    monkeypatch.setattr(lock_module.fcntl, "flock", meanwhile)
+    monkeypatch.setattr(lock_module.fcntl, "flock", delete_then_lock)
     with FileLock(tmp_path / "a.h5") as lock:
-        assert len(calls) == 3 and place.exists()
-        monkeypatch.setattr(lock_module.fcntl, "flock", real)
+        assert len(calls) == 3 and lock_file.exists()
+        monkeypatch.setattr(lock_module.fcntl, "flock", flock)
         with pytest.raises(BlockingIOError, match=r"a.h5 is being written by another run"):
             FileLock(tmp_path / "a.h5")
         lock.release()
-        assert not place.exists()
+        assert not lock_file.exists()
         FileLock(tmp_path / "a.h5").release()
 
 
 @pytest.fixture
 def interruptible():
     """Ctrl-C raises KeyboardInterrupt, also where the tests run in the background of a shell."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    handler = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
-    signal.signal(signal.SIGINT, before)
+    signal.signal(signal.SIGINT, handler)
 
 
 def test_interrupt_waits_for_the_protected_block(interruptible):

@@ -19,20 +19,20 @@ ROWS = 0.1 * np.arange(35)
 
 
 @pytest.fixture
-def written(tmp_path):
+def run_file(tmp_path):
     return write_known_run(tmp_path / "run.h5")
 
 
-def test_arrays_are_read_bit_for_bit(written):
-    with open_run(written) as run:
+def test_arrays_are_read_bit_for_bit(run_file):
+    with open_run(run_file) as run:
         assert np.array_equal(run.time, ROWS)
         for path, value in known_arrays(ROWS).items():
             assert np.array_equal(run[path], value), path
             assert np.array_equal(run.read(path, slice(3, 20, 2)), value[3:20:2])
 
 
-def test_channels_keep_units_names_and_frames(written):
-    with open_run(written) as run:
+def test_channels_keep_units_names_and_frames(run_file):
+    with open_run(run_file) as run:
         assert run.channels == CHANNELS
         assert sorted(run) == sorted(CHANNELS) and "q" in run and "p" not in run
         assert run.units("q") == ("rad", "kg^1/2 m")
@@ -41,8 +41,8 @@ def test_channels_keep_units_names_and_frames(written):
         assert run.names("attitude/angles") == ("pitch", "yaw", "roll") and run.names("monitors/energy") == ()
 
 
-def test_attributes_and_statistics(written):
-    with open_run(written) as run:
+def test_attributes_and_statistics(run_file):
+    with open_run(run_file) as run:
         assert run.complete and run.ended == "reached the end"
         assert run.title == "a known run" and run.case_text == "[run]\nduration = 3.4\n"
         assert run.attributes["rtol"] == 1e-9
@@ -51,10 +51,10 @@ def test_attributes_and_statistics(written):
         assert len(run) == 35 and run.duration == pytest.approx(3.4, rel=1e-15)
 
 
-def test_bodies_are_read_ready_to_draw(written):
-    with open_run(written) as run:
-        found = run.bodies()
-    hub, boom = found["hub"], found["boom"]
+def test_bodies_are_read_ready_to_draw(run_file):
+    with open_run(run_file) as run:
+        bodies = run.bodies()
+    hub, boom = bodies["hub"], bodies["boom"]
     assert hub.mass == 3.0 and hub.n_modes == 0 and hub.skin is None
     assert boom.mass == 2.0 and boom.kinds == ("vibration",) and np.array_equal(boom.omega, [6.5])
     assert np.array_equal(boom.markers["tip"], [0, 1, 0]) and np.array_equal(boom.markers["origin"], [0, 0, 0])
@@ -63,8 +63,8 @@ def test_bodies_are_read_ready_to_draw(written):
     assert np.array_equal(boom.skin.cells["triangle"], [[0, 1, 2]])
 
 
-def test_plain_h5py_reads_the_documented_layout(written):
-    with h5py.File(written, "r") as file:
+def test_plain_h5py_reads_the_documented_layout(run_file):
+    with h5py.File(run_file, "r") as file:
         assert file.attrs["complete"] and file.attrs["format"] == "femflex run" and file.attrs["layout"] == 1
         assert file["time"].attrs["unit"] == "s"
         assert list(file["progress"]) == [35, 0]  # five blocks: slots 0, 1, 0, 1, 0
@@ -89,20 +89,20 @@ def test_run_with_nan_is_not_complete(tmp_path):
         assert "bodies/hub/position" in run.ended and "6 s" in run.ended
 
 
-def test_run_without_a_block_keeps_the_old_file(written):
-    before = written.read_bytes()
-    with RunWriter(written, CHANNELS, known_bodies(), force=True) as writer:
+def test_run_without_a_block_keeps_the_old_file(run_file):
+    contents = run_file.read_bytes()
+    with RunWriter(run_file, CHANNELS, known_bodies(), force=True) as writer:
         writer.finish(complete=False, ended="failed to start")
-    assert written.read_bytes() == before and len(list(written.parent.iterdir())) == 1
+    assert run_file.read_bytes() == contents and len(list(run_file.parent.iterdir())) == 1
 
 
-def test_first_block_replaces_the_old_file(written):
+def test_first_block_replaces_the_old_file(run_file):
     times = np.arange(3.0)
-    with RunWriter(written, CHANNELS, known_bodies(), force=True) as writer:
-        with open_run(written) as run:
+    with RunWriter(run_file, CHANNELS, known_bodies(), force=True) as writer:
+        with open_run(run_file) as run:
             assert len(run) == 35
         writer.write_block(times, known_arrays(times))
-        with open_run(written) as run:
+        with open_run(run_file) as run:
             assert len(run) == 3
 
 
@@ -122,7 +122,7 @@ TIMES = np.array([0.5, 1.0, 2.5])
 NAMES = ("a", "b", "c", "d", "e")
 
 
-def made(path, arrays, units, names=None, attributes=None, bodies=None, **options):
+def write_run(path, arrays, units, names=None, attributes=None, bodies=None, **options):
     channels = {
         name: Channel(units.get(name, "m"), f"{name}!", values.shape[1:], (names or {}).get(name, ()), "inertial")
         for name, values in arrays.items()
@@ -142,10 +142,10 @@ def test_added_channels_join_those_of_the_file(tmp_path):
     arrays = {path: np.zeros((3, *channel.shape)) for path, channel in channels.items()}
     with RunWriter(tmp_path / "run.h5", channels, {}, {}) as writer:
         writer.write_block(TIMES, arrays)
-    more = Channel("m", "place", (3,), ("x", "y", "z"), "marker")
-    add_channels(tmp_path / "run.h5", {"more": (more, np.zeros((3, 3)))})
+    place_channel = Channel("m", "place", (3,), ("x", "y", "z"), "marker")
+    add_channels(tmp_path / "run.h5", {"more": (place_channel, np.zeros((3, 3)))})
     with open_run(tmp_path / "run.h5") as run:
-        assert run.channels == channels | {"more": more}
+        assert run.channels == channels | {"more": place_channel}
 
 
 def test_xarray_dataset_names_every_dimension(tmp_path):
@@ -156,7 +156,7 @@ def test_xarray_dataset_names_every_dimension(tmp_path):
         "m": np.arange(24.0).reshape(3, 4, 2),
     }
     names = {"few": ("x", "y"), "a/many": NAMES, "m": ("u", "v")}
-    with made(tmp_path / "run.h5", arrays, {"few": "kg"}, names, {"title": "T", "flag": True}) as run:
+    with write_run(tmp_path / "run.h5", arrays, {"few": "kg"}, names, {"title": "T", "flag": True}) as run:
         data = run.to_xarray()
     assert data["few"].dims == ("time", "x_y") and data["a.many"].dims == ("time", "a.many_name")
     assert data["m"].dims == ("time", "size_4", "u_v") and np.array_equal(data["m"], arrays["m"])
@@ -171,11 +171,11 @@ def test_bodies_keep_growth_and_shapes_without_frequencies(tmp_path):
     growth = np.array([[0.0, 0, 0], [1, 0, 0], [0, 2, 0]])
     skin = Skin(boom.skin.points, {"line": np.array([[0, 2]]), **boom.skin.cells}, boom.skin.shapes, growth)
     bodies = {"boom": replace(boom, skin=skin, omega=np.zeros(0), kinds=("constraint",))}
-    with made(tmp_path / "run.h5", {"x": np.zeros(3)}, {}, bodies=bodies) as run:
-        found = run.bodies()["boom"]
-    assert np.array_equal(found.skin.growth, growth) and found.skin.cells["line"].tolist() == [[0, 2]]
-    assert np.isnan(found.omega).all() and found.n_modes == 1 and found.kinds == ("constraint",)
-    assert found.strain_field == ()
+    with write_run(tmp_path / "run.h5", {"x": np.zeros(3)}, {}, bodies=bodies) as run:
+        body = run.bodies()["boom"]
+    assert np.array_equal(body.skin.growth, growth) and body.skin.cells["line"].tolist() == [[0, 2]]
+    assert np.isnan(body.omega).all() and body.n_modes == 1 and body.kinds == ("constraint",)
+    assert body.strain_field == ()
 
 
 def test_added_channels_fill_the_rows_and_replace_their_namesakes(tmp_path):
@@ -197,7 +197,7 @@ def test_added_channels_fill_the_rows_and_replace_their_namesakes(tmp_path):
         assert np.array_equal(run["monitors/energy"], np.arange(7.0)) and len(run) == 7
         assert len(run.file["stress/max"]) == len(run.file["time"]) == 50
         assert np.isnan(run.file["stress/max"][7:]).all() and np.array_equal(run["q"], known_arrays(run.time)["q"])
-    before = path.read_bytes()
+    contents = path.read_bytes()
     with pytest.raises(ValueError):
         add_channels(path, {"x": (Channel("m", "x"), np.zeros(7)), "y": (Channel("m", "y"), np.zeros(6))})
     with FileLock(path) as lock:
@@ -205,7 +205,7 @@ def test_added_channels_fill_the_rows_and_replace_their_namesakes(tmp_path):
         with pytest.raises(BlockingIOError):
             add_channels(path, {})
     assert (
-        len(path.read_bytes()) == len(before)
+        len(path.read_bytes()) == len(contents)
         and os.listdir(tmp_path) == ["run.h5"]
         and not any(part.parent == tmp_path for part in PARTS)
     )

@@ -60,7 +60,7 @@ quantity = {{ of = "value", channel = "markers/beam.tip/deflection", component =
 
 
 @pytest.fixture
-def written(tmp_path: Path) -> Callable[..., Path]:
+def write_case_file(tmp_path: Path) -> Callable[..., Path]:
     """Writes the case with some of its text replaced, and its mesh; returns the case's path."""
 
     def write(*replaced: tuple[str, str], cells: int = 6) -> Path:
@@ -79,6 +79,6 @@ def written(tmp_path: Path) -> Callable[..., Path]:
 
 
 @pytest.fixture
-def built(written: Callable[..., Path]) -> Callable[..., Case]:
+def build_case(write_case_file: Callable[..., Path]) -> Callable[..., Case]:
     """The same, read."""
-    return lambda *replaced, cells=6: read_case(written(*replaced, cells=cells))
+    return lambda *replaced, cells=6: read_case(write_case_file(*replaced, cells=cells))

@@ -45,18 +45,18 @@ def oscillator(c2, c3):
 
 def test_duffing_oscillator_matches_elliptic_integral():
     amplitudes = np.array([0.1, 0.5, 1.0, 2.0, 4.0])
-    found = backbone(oscillator(0.0, 1.0), 1, amplitudes)
-    assert found.small == pytest.approx(1.0) and found.direction == pytest.approx([0, 0, 1])
-    np.testing.assert_allclose(found.omega, duffing(amplitudes**2), rtol=1e-7)
-    np.testing.assert_allclose(found.harmonics[:, 0::2], 0.0, atol=1e-12)  # odd harmonics alone
+    curve = backbone(oscillator(0.0, 1.0), 1, amplitudes)
+    assert curve.small == pytest.approx(1.0) and curve.direction == pytest.approx([0, 0, 1])
+    np.testing.assert_allclose(curve.omega, duffing(amplitudes**2), rtol=1e-7)
+    np.testing.assert_allclose(curve.harmonics[:, 0::2], 0.0, atol=1e-12)  # odd harmonics alone
 
 
 def test_quadratic_spring_softens_and_drifts():
     """Second-order perturbation of x'' + x + 3 c x^2: omega = 1 - 5 (3 c a)^2 / 12, mean -3 c a^2 / 2."""
     a, c = 0.02, 0.5
-    found = backbone(oscillator(c, 0.0), 1, [a])
-    assert found.omega[0] - 1 == pytest.approx(-5 / 12 * (3 * c * a) ** 2, rel=0.05)
-    assert found.harmonics[0, 0, 0] == pytest.approx(-3 * c * a**2 / 2, rel=0.03)
+    curve = backbone(oscillator(c, 0.0), 1, [a])
+    assert curve.omega[0] - 1 == pytest.approx(-5 / 12 * (3 * c * a) ** 2, rel=0.05)
+    assert curve.harmonics[0, 0, 0] == pytest.approx(-3 * c * a**2 / 2, rel=0.03)
 
 
 @pytest.fixture(scope="module")
@@ -81,11 +81,11 @@ def test_beam_between_immovable_pins_matches_woinowsky_krieger(pinned, strain):
 
     The axial inertia and bent curvature that this leaves out count (a / L)^2 and r^2: 3e-6 here, L / r = 866.
     """
-    found = backbone(pinned[strain], 1, RADIUS * np.array([1.0, 2.0, 3.0]))
-    assert found.place[0] == pytest.approx(0.5)
-    assert found.harmonics.shape[2] == {"condensed": 2, "nonlinear": 5}[strain]
-    np.testing.assert_allclose(found.omega / found.small, [1.0892, 1.3178, 1.6257], atol=6e-5)
-    np.testing.assert_allclose(found.omega / found.small, duffing(np.array([1, 4, 9]) / 4), rtol=3e-5)
+    curve = backbone(pinned[strain], 1, RADIUS * np.array([1.0, 2.0, 3.0]))
+    assert curve.place[0] == pytest.approx(0.5)
+    assert curve.harmonics.shape[2] == {"condensed": 2, "nonlinear": 5}[strain]
+    np.testing.assert_allclose(curve.omega / curve.small, [1.0892, 1.3178, 1.6257], atol=6e-5)
+    np.testing.assert_allclose(curve.omega / curve.small, duffing(np.array([1, 4, 9]) / 4), rtol=3e-5)
 
 
 def inextensible(mode):
@@ -119,11 +119,11 @@ def test_cantilever_hardens_in_mode_1_and_softens_in_mode_2(mode, published):
     square = (3.5160152685, 22.0344915647)[mode - 1] ** 2
     assert 4 * geometric * 8 * square / 3 == pytest.approx(published[0], rel=1e-3)
     assert -4 * inertial * 4 == pytest.approx(published[1], rel=1e-3)
-    found = backbone(cantilever(z=6), mode, [0.01, 0.02])
-    assert found.place[0] == 1.0
+    curve = backbone(cantilever(z=6), mode, [0.01, 0.02])
+    assert curve.place[0] == 1.0
     exact = geometric + inertial
     assert (exact > 0) == (mode == 1)
-    rise = (found.omega / found.small - 1) / found.amplitudes**2
+    rise = (curve.omega / curve.small - 1) / curve.amplitudes**2
     assert (4 * rise[0] - rise[1]) / 3 == pytest.approx(exact, rel=2e-4)  # the next term goes with a^4
 
 
@@ -131,8 +131,8 @@ def test_meshed_cantilever_hardens_in_mode_1():
     member = Member("line", "beam", Rectangle(0.004, 0.002), METAL, {"orientation": (0, 1, 0)})
     structure = build_structure(line([[0, 0, 0], [1.0, 0, 0]], 8), [member])
     modes = with_derivatives(structure, cantilever_modes(structure, "start", 4))
-    found = backbone(reduce_structure(structure, modes, strain="condensed"), 1, [0.02])
-    assert found.omega[0] / found.small - 1 == pytest.approx(inextensible(1).sum() * 0.02**2, rel=2e-3)
+    curve = backbone(reduce_structure(structure, modes, strain="condensed"), 1, [0.02])
+    assert curve.omega[0] / curve.small - 1 == pytest.approx(inextensible(1).sum() * 0.02**2, rel=2e-3)
 
 
 @pytest.mark.parametrize("mode", [1, 2])
@@ -141,22 +141,22 @@ def test_strip_of_plates_hardens_and_softens(mode):
     strip = Member("surface", "plate_bfs", 0.002, Material(70e9, 0.0, 2700.0))
     structure = build_structure(rectangle(1.0, 0.1, 10, 1, "quad"), [strip])
     modes = with_derivatives(structure, cantilever_modes(structure, ["left"], 4), "all")
-    found = backbone(reduce_structure(structure, modes, strain="condensed"), mode, [0.01, 0.02])
-    rise = (found.omega / found.small - 1) / found.amplitudes**2
+    curve = backbone(reduce_structure(structure, modes, strain="condensed"), mode, [0.01, 0.02])
+    rise = (curve.omega / curve.small - 1) / curve.amplitudes**2
     assert (4 * rise[0] - rise[1]) / 3 == pytest.approx(inextensible(mode).sum(), rel=2e-3)
 
 
 @pytest.mark.slow
 def test_condensed_motion_is_periodic_in_the_compiled_equations():
     body = cantilever(z=3)
-    found = backbone(body, 2, [0.03, 0.1])
-    assert found.omega[1] < 0.95 * found.small
-    delta = found.harmonics[1].sum(axis=0)
+    curve = backbone(body, 2, [0.03, 0.1])
+    assert curve.omega[1] < 0.95 * curve.small
+    delta = curve.harmonics[1].sum(axis=0)
     model = compile_system(System({"beam": body}, (weld("beam"),), delta0={"beam": delta}))
-    times = 2 * np.pi / found.omega[1] * np.array([0.0, 0.5, 1.0])
+    times = 2 * np.pi / curve.omega[1] * np.array([0.0, 0.5, 1.0])
     states = integrator("dop853", rtol=1e-11, atol=1e-14).solve(model, times, model.x0).states
     np.testing.assert_allclose(states[2, :3], delta, atol=1e-4 * np.abs(delta).max())
-    assert np.abs(states[2, 3:]).max() < 1e-3 * found.omega[1] * np.abs(delta).max()
+    assert np.abs(states[2, 3:]).max() < 1e-3 * curve.omega[1] * np.abs(delta).max()
     turned = body.markers["tip"].phi @ body.amplitudes(states[1, :3])
     assert np.linalg.norm(turned) > 0.1  # half a period later it is on the other side
     assert turned[2] * (body.markers["tip"].phi @ body.amplitudes(delta))[2] < 0

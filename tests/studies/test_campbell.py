@@ -35,8 +35,8 @@ def blade():
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("k", [pytest.param(k, marks=() if k == 5 else pytest.mark.slow) for k in range(9)])
 def test_frequencies_are_exact_at_every_speed(k, blade):
-    found = 2 * np.pi * np.array([branch.frequencies[k] for branch in blade.branches])
-    assert found == pytest.approx(Rotating(blade.speeds[k], hub=0.1, lag=9.0).exact(found), rel=1e-5)
+    omega = 2 * np.pi * np.array([branch.frequencies[k] for branch in blade.branches])
+    assert omega == pytest.approx(Rotating(blade.speeds[k], hub=0.1, lag=9.0).exact(omega), rel=1e-5)
 
 
 @pytest.mark.slow
@@ -62,8 +62,8 @@ def test_southwell_bounds_and_slope_at_rest():
     assert pytest.approx(1.1934, abs=2e-4) == K
     gain = (flap[1:] ** 2 - flap[0] ** 2) / speeds[1:] ** 2
     assert np.all(gain < K) and np.all(gain > 1.0)  # a string's own factor is 1: Southwell's from below
-    near = 2 * np.pi * diagram(Rotating(0.0, lag=12.0), [0.0, 0.05], modes=1).branch("flap 1").frequencies
-    assert (near[1] ** 2 - near[0] ** 2) / 0.05**2 == pytest.approx(K, rel=1e-3)
+    slow_flap = 2 * np.pi * diagram(Rotating(0.0, lag=12.0), [0.0, 0.05], modes=1).branch("flap 1").frequencies
+    assert (slow_flap[1] ** 2 - slow_flap[0] ** 2) / 0.05**2 == pytest.approx(K, rel=1e-3)
 
 
 @pytest.mark.slow
@@ -89,28 +89,28 @@ def test_number_of_crossings(blade):
 
 @pytest.mark.slow
 def test_flap_and_lag_of_a_round_blade():
-    found = diagram(Rotating(0.0), np.linspace(0, 8, 5), modes=4)
-    names = [branch.name for branch in found.branches]
+    spin_diagram = diagram(Rotating(0.0), np.linspace(0, 8, 5), modes=4)
+    names = [branch.name for branch in spin_diagram.branches]
     assert sorted(names) == ["flap 1", "flap 2", "lag 1", "lag 2"]
     for k in (1, 2):
-        flap, lag = (2 * np.pi * found.branch(f"{word} {k}").frequencies for word in ("flap", "lag"))
-        assert flap**2 - lag**2 == pytest.approx(found.speeds**2, rel=1e-6, abs=1e-6)
+        flap, lag = (2 * np.pi * spin_diagram.branch(f"{word} {k}").frequencies for word in ("flap", "lag"))
+        assert flap**2 - lag**2 == pytest.approx(spin_diagram.speeds**2, rel=1e-6, abs=1e-6)
 
 
 @pytest.mark.slow
 def test_veering_branches():
     """Turned by a small angle, flap and lag are coupled: they come near, exchange what they are, and never meet."""
     speeds = np.linspace(0, 12, 7)
-    found = diagram(Rotating(0.0, lag=12.0, setting=0.1), speeds, modes=2)
-    low, high = found.branches
+    spin_diagram = diagram(Rotating(0.0, lag=12.0, setting=0.1), speeds, modes=2)
+    low, high = spin_diagram.branches
     assert (low.name, high.name) == ("flap 1", "lag 1")
-    assert (low.becomes, high.becomes) == ("lag", "flap")
+    assert (low.final_character, high.final_character) == ("lag", "flap")
     assert np.all(low.frequencies < high.frequencies)
-    assert not found.asked.all()  # through speeds in between
-    assert found.speeds[found.asked] == pytest.approx(speeds)
-    for k in np.flatnonzero(~found.asked):
-        here = 2 * np.pi * np.array([low.frequencies[k], high.frequencies[k]])
-        assert here == pytest.approx(Rotating(found.speeds[k], lag=12.0, setting=0.1).exact(here), rel=1e-5)
+    assert not spin_diagram.requested.all()  # through speeds in between
+    assert spin_diagram.speeds[spin_diagram.requested] == pytest.approx(speeds)
+    for k in np.flatnonzero(~spin_diagram.requested):
+        omega = 2 * np.pi * np.array([low.frequencies[k], high.frequencies[k]])
+        assert omega == pytest.approx(Rotating(spin_diagram.speeds[k], lag=12.0, setting=0.1).exact(omega), rel=1e-5)
 
 
 MASS, ARM, RIM = 2.0, 1.2, 0.7
@@ -155,15 +155,15 @@ def test_inward_rod_is_unstable_above_its_critical_speed():
     pull = MASS * rim * ARM - (X - Z)  # towards the outside: against the spring
     critical = np.sqrt(stiffness / pull)
     speeds = np.linspace(0, 2 * critical, 9)
-    found = campbell(sprung_rod(rim, -ARM, stiffness, 0.0), speeds, modes=1)
-    (branch,) = found.branches
-    above = found.speeds > critical * (1 + 1e-6)
-    below = found.speeds < critical * (1 - 1e-6)
+    spin_diagram = campbell(sprung_rod(rim, -ARM, stiffness, 0.0), speeds, modes=1)
+    (branch,) = spin_diagram.branches
+    above = spin_diagram.speeds > critical * (1 + 1e-6)
+    below = spin_diagram.speeds < critical * (1 - 1e-6)
     assert not branch.growing[below].any() and branch.growing[above].all()
-    square = (stiffness - found.speeds**2 * pull) / (X + Z)
+    square = (stiffness - spin_diagram.speeds**2 * pull) / (X + Z)
     assert (branch.eigenvalues**2).real[above | below] == pytest.approx(-square[above | below], rel=1e-6)
     assert np.all(branch.frequencies[above] == 0)
-    assert all(c.speed < critical for c in found.crossings)
+    assert all(c.speed < critical for c in spin_diagram.crossings)
 
 
 def test_critical_speed_is_passed_and_marked():
@@ -188,10 +188,10 @@ slide_stiffness = [4.0, 4.0]
 speeds = [0, 1, 2, 3, 5]
 modes = 2
 """
-    found = case_campbell(parse_case(text, Path("ball.toml")))
-    assert found.critical == (2.0,)
+    spin_diagram = case_campbell(parse_case(text, Path("ball.toml")))
+    assert spin_diagram.critical == (2.0,)
     for speed in (0.0, 1.0, 2.0, 3.0, 5.0):
-        frequencies = sorted(2 * np.pi * found.frequency(branch.name, speed) for branch in found.branches)
+        frequencies = sorted(2 * np.pi * spin_diagram.frequency(branch.name, speed) for branch in spin_diagram.branches)
         assert frequencies == pytest.approx([abs(2 - speed), 2 + speed], abs=5e-6)
 
 
@@ -203,8 +203,8 @@ def test_torsion_of_a_spinning_strip(femflex, tmp_path):
     """
     mesh = Path(__file__).resolve().parents[2] / "meshes" / "panel.msh"
     (tmp_path / "strip.toml").write_text(STRIP.format(mesh=mesh))
-    code, said, _ = femflex("campbell", "strip.toml", "--json")
-    (torsion,) = [b for b in json.loads(said)["branches"] if b["name"] == "torsion 1"]
+    code, output, _ = femflex("campbell", "strip.toml", "--json")
+    (torsion,) = [b for b in json.loads(output)["branches"] if b["name"] == "torsion 1"]
     square = (2 * np.pi * np.array(torsion["frequency"])) ** 2
     s = (np.arange(4000) + 0.5) / 4000
     pull = np.sum((1 - s**2) / 2 * (np.pi / 2 * np.cos(np.pi * s / 2)) ** 2) / np.sum(np.sin(np.pi * s / 2) ** 2)
@@ -230,13 +230,13 @@ def test_names_and_frequencies_of_flap_lag_stretch_and_torsion():
     """A strip at rest: bending in both planes, stretch and twist of a clamped-free rod, pi/2 sqrt(stiffness / mass)."""
     strip = UniformBeam(1.0, EA=9e4, EIy=4.0, EIz=60.0, GJ=2.0, mass_per_length=1.0, ry=0.005, rz=0.05)
     body = beam_body(strip, BeamFunctions(y=2, z=2, axial=2, torsion=2, family="polynomial"))
-    found = campbell(System({"strip": body}, (weld("strip"),)), [0.0, 0.5], modes=8)
-    assert {"flap 1", "lag 1", "stretch 1", "torsion 1"} <= {branch.name for branch in found.branches}
-    omega = {name: 2 * np.pi * found.branch(name).frequencies[0] for name in ("flap 1", "lag 1")}
+    spin_diagram = campbell(System({"strip": body}, (weld("strip"),)), [0.0, 0.5], modes=8)
+    assert {"flap 1", "lag 1", "stretch 1", "torsion 1"} <= {branch.name for branch in spin_diagram.branches}
+    omega = {name: 2 * np.pi * spin_diagram.branch(name).frequencies[0] for name in ("flap 1", "lag 1")}
     assert omega == pytest.approx({"flap 1": 3.516 * 2.0, "lag 1": 3.516 * np.sqrt(60.0)}, rel=0.02)
     rods = {"stretch 1": np.sqrt(9e4), "torsion 1": np.sqrt(2.0 / (0.005**2 + 0.05**2))}
     for name, speed in rods.items():
-        assert 2 * np.pi * found.branch(name).frequencies[0] == pytest.approx(np.pi / 2 * speed, rel=0.02)
+        assert 2 * np.pi * spin_diagram.branch(name).frequencies[0] == pytest.approx(np.pi / 2 * speed, rel=0.02)
 
 
 SPRUNG = sprung_wheels(20, "").replace('rate = "0.5 rad/s"\n', "").replace('child = "b"', 'parent = "a"\nchild = "b"')
@@ -250,20 +250,28 @@ def exact(k: float) -> np.ndarray:
 
 
 def test_branches_over_a_stiffness():
-    found = value_diagram(parse_case(WHEELS), "joints.0.stiffness", [0.5, 4.0, 20.0, 60.0], "N m")
-    assert [one.name for one in found.branches] == ["joint 1", "joint 2"] and not found.crossings
-    for k, value in enumerate(found.speeds):
-        assert [one.frequencies[k] for one in found.branches] == pytest.approx(exact(value), rel=1e-7)
-    assert found.value == "joints.0.stiffness" and found.to_dict()["over"] == found.value
+    stiffness_diagram = value_diagram(parse_case(WHEELS), "joints.0.stiffness", [0.5, 4.0, 20.0, 60.0], "N m")
+    assert [branch.name for branch in stiffness_diagram.branches] == [
+        "joint 1",
+        "joint 2",
+    ] and not stiffness_diagram.crossings
+    for k, value in enumerate(stiffness_diagram.speeds):
+        assert [branch.frequencies[k] for branch in stiffness_diagram.branches] == pytest.approx(exact(value), rel=1e-7)
+    assert (
+        stiffness_diagram.value == "joints.0.stiffness"
+        and stiffness_diagram.to_dict()["over"] == stiffness_diagram.value
+    )
 
 
 def test_crossing_branches_over_a_stiffness():
     """Two wheels on the ground that do not feel each other: one frequency stays, the other crosses it."""
     case = parse_case(WHEELS.replace('parent = "a"\n', ""))
-    found = value_diagram(case, "joints.0.stiffness", np.linspace(4.0, 60.0, 15).tolist(), "N m")
-    first, second = found.branches
-    assert first.frequencies == pytest.approx(np.sqrt(found.speeds / 2.0) / (2 * np.pi), rel=1e-7)
-    assert second.frequencies == pytest.approx(np.full(len(found.speeds), np.sqrt(20.0 / 3.0) / (2 * np.pi)), rel=1e-7)
+    stiffness_diagram = value_diagram(case, "joints.0.stiffness", np.linspace(4.0, 60.0, 15).tolist(), "N m")
+    first, second = stiffness_diagram.branches
+    assert first.frequencies == pytest.approx(np.sqrt(stiffness_diagram.speeds / 2.0) / (2 * np.pi), rel=1e-7)
+    assert second.frequencies == pytest.approx(
+        np.full(len(stiffness_diagram.speeds), np.sqrt(20.0 / 3.0) / (2 * np.pi)), rel=1e-7
+    )
 
 
 PENDULUM = """
@@ -294,19 +302,19 @@ vary."loads.0.torque.2" = { between = ["2.5 N m", "12.5 N m"], points = 5 }
 def test_no_equilibrium_beyond_the_fold_of_a_pendulum():
     """m g l = 9 N m: w^2 = sqrt(81 - T^2) / 1.5 (about the hinge), and nothing from T = 9 on."""
     case = parse_case(PENDULUM)
-    found = value_diagram(case, "loads.0.torque.2", [3.0, 6.0], "N m")
-    wanted = np.sqrt(np.sqrt(81 - np.array([9, 36])) / 1.5)
-    assert 2 * np.pi * found.branches[0].frequencies == pytest.approx(wanted, rel=1e-7)
+    torque_diagram = value_diagram(case, "loads.0.torque.2", [3.0, 6.0], "N m")
+    omega = np.sqrt(np.sqrt(81 - np.array([9, 36])) / 1.5)
+    assert 2 * np.pi * torque_diagram.branches[0].frequencies == pytest.approx(omega, rel=1e-7)
     with pytest.raises(EquilibriumError, match="9"):
         value_diagram(case, "loads.0.torque.2", [3.0, 9.5, 12.0], "N m")
-    seen: list[float] = []
-    locus = case_stability(case, seen.append).found
+    progress: list[float] = []
+    locus = case_stability(case, progress.append).result
     assert locus.kinds.tolist() == [STATIC, STATIC, STATIC, NONE, NONE] and np.isnan(locus.growth[3:]).all()
-    assert locus.lost == 10.0 and seen == pytest.approx([0.2, 0.4, 0.6]) and locus.critical == ()
+    assert locus.lost == 10.0 and progress == pytest.approx([0.2, 0.4, 0.6]) and locus.critical == ()
     across = {"between": ["-15 N m", "-5 N m"], "points": 3}
     table = stability_table({"vary": {"loads.0.torque.2": across}}, "a test")
-    other = case_stability(case.model_copy(update={"stability": table}))
-    assert other.found.kinds.tolist() == [NONE, NONE, STATIC] and other.found.lost is None
+    partial_result = case_stability(case.model_copy(update={"stability": table}))
+    assert partial_result.result.kinds.tolist() == [NONE, NONE, STATIC] and partial_result.result.lost is None
 
 
 TWO_WHEELS = sprung_wheels(20, 'output_step = "0.25 s"')
@@ -355,15 +363,15 @@ def test_diagram_of_a_case_about_its_axis(tmp_path):
     case = parse_case(SPINNING)
     assert axis_of(case) == pytest.approx([0.6, 0.0, 0.8])
     (tmp_path / "c.toml").write_text(SPINNING)
-    seen: list[float] = []
-    for given in (case, tmp_path / "c.toml", str(tmp_path / "c.toml")):
-        found = case_campbell(given, progress=seen.append)
-        assert found.title == "a stone on a spring" and found.orders == (1, 2) and found.complete
-        assert found.speeds[found.asked] == pytest.approx([0, 1, 3])
-        exact = np.sqrt(4.0 - (0.6 * found.speeds) ** 2) / (2 * np.pi)
-        assert found.branches[0].frequencies == pytest.approx(exact, rel=1e-6)
-        met = [(one.order, one.speed) for one in found.crossings]
+    progress_values: list[float] = []
+    for case_or_path in (case, tmp_path / "c.toml", str(tmp_path / "c.toml")):
+        spin_diagram = case_campbell(case_or_path, progress=progress_values.append)
+        assert spin_diagram.title == "a stone on a spring" and spin_diagram.orders == (1, 2) and spin_diagram.complete
+        assert spin_diagram.speeds[spin_diagram.requested] == pytest.approx([0, 1, 3])
+        exact = np.sqrt(4.0 - (0.6 * spin_diagram.speeds) ** 2) / (2 * np.pi)
+        assert spin_diagram.branches[0].frequencies == pytest.approx(exact, rel=1e-6)
+        met = [(crossing.order, crossing.speed) for crossing in spin_diagram.crossings]
         assert met == [(n, pytest.approx(np.sqrt(4 / (n**2 + 0.36)), rel=1e-6)) for n in (2, 1)]
-    assert seen == [0, 1, 3] * 3
-    part = diagram_of(case, list(case_spins(case))[:2], complete=False)
-    assert not part.complete and part.speeds.tolist() == [0, 1]
+    assert progress_values == [0, 1, 3] * 3
+    unfinished = diagram_of(case, list(case_spins(case))[:2], complete=False)
+    assert not unfinished.complete and unfinished.speeds.tolist() == [0, 1]

@@ -45,55 +45,55 @@ def test_diagram_is_independent_of_body_axes(k):
     C = Rotation.random(random_state=7).as_matrix()
     turned = campbell(turned_pair(C), SPEEDS, C[:, k])
     assert [branch.name for branch in plain.branches] == [branch.name for branch in turned.branches]
-    assert plain.asked.sum() == turned.asked.sum() == len(SPEEDS) and len(turned.speeds) <= len(SPEEDS) + 4
-    for one, other in zip(plain.branches, turned.branches, strict=True):
-        ours, theirs = (b.frequencies[d.asked] for b, d in ((one, plain), (other, turned)))
-        assert ours == pytest.approx(theirs, rel=1e-6, abs=1e-7)
+    assert plain.requested.sum() == turned.requested.sum() == len(SPEEDS) and len(turned.speeds) <= len(SPEEDS) + 4
+    for plain_branch, turned_branch in zip(plain.branches, turned.branches, strict=True):
+        expected = turned_branch.frequencies[turned.requested]
+        assert plain_branch.frequencies[plain.requested] == pytest.approx(expected, rel=1e-6, abs=1e-7)
     assert len(turned.branches) == 7 and turned.branches[0].name == "wobble"  # beside the six of rest
     for branch in turned.branches[1:]:
         assert np.ptp(branch.frequencies) < 0.2 * branch.frequencies[0]
 
 
-def agreement(system: System, axis: np.ndarray) -> None:
-    """Campbell diagram and equilibrium say the same at every speed, growth and frequencies too."""
-    found = campbell(system, SPEEDS, axis, modes=6)
-    assert found.speeds[found.asked] == pytest.approx(SPEEDS)
-    for k in np.flatnonzero(found.asked):
-        alone = equilibrium(replace(system, frame=Frame("spinning", found.speeds[k] * axis)))
-        assert alone.stable is not any(branch.growing[k] for branch in found.branches)
+def assert_diagram_matches_equilibria(system: System, axis: np.ndarray) -> None:
+    """Compare stability, growth and frequencies of the Campbell diagram with the equilibrium at every speed."""
+    diagram = campbell(system, SPEEDS, axis, modes=6)
+    assert diagram.speeds[diagram.requested] == pytest.approx(SPEEDS)
+    for k in np.flatnonzero(diagram.requested):
+        steady_state = equilibrium(replace(system, frame=Frame("spinning", diagram.speeds[k] * axis)))
+        assert steady_state.stable is not any(branch.growing[k] for branch in diagram.branches)
         growth = max(
-            float(branch.eigenvalues[k].real) for branch in found.branches if not np.isnan(branch.frequencies[k])
+            float(branch.eigenvalues[k].real) for branch in diagram.branches if not np.isnan(branch.frequencies[k])
         )
-        assert max(growth, 0.0) == pytest.approx(alone.growth, rel=1e-5, abs=1e-9)
-        whole = linearised(alone.model, 0.0, alone.x).eigenvalues()
-        for branch in found.branches:
+        assert max(growth, 0.0) == pytest.approx(steady_state.growth, rel=1e-5, abs=1e-9)
+        eigenvalues = linearised(steady_state.model, 0.0, steady_state.x).eigenvalues()
+        for branch in diagram.branches:
             value = branch.eigenvalues[k]
-            if found.speeds[k] > 0 and not np.isnan(value):
-                assert np.abs(whole - value).min() < 1e-6 * max(1.0, abs(value))
+            if diagram.speeds[k] > 0 and not np.isnan(value):
+                assert np.abs(eigenvalues - value).min() < 1e-6 * max(1.0, abs(value))
 
 
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("seed", [pytest.param(k, marks=() if k in (0, 3) else pytest.mark.slow) for k in range(5)])
 def test_diagram_and_equilibria_of_free_craft_agree(seed):
-    agreement(*random_craft(seed))
+    assert_diagram_matches_equilibria(*random_craft(seed))
 
 
 @pytest.mark.parametrize("seed", [pytest.param(k, marks=() if k == 10 else pytest.mark.slow) for k in range(10, 15)])
 def test_diagram_and_equilibria_of_driven_craft_agree(seed):
-    agreement(*random_craft(seed, driven=True))
+    assert_diagram_matches_equilibria(*random_craft(seed, driven=True))
 
 
 def test_wobble_of_a_free_rigid_body():
     C = Rotation.random(random_state=3).as_matrix()
     system = System({"top": rigid_body(5.0, C @ np.diag([2.0, 3.0, 4.5]) @ C.T)}, (free("top"),))
-    found = campbell(system, SPEEDS, C[:, 2])
-    (wobble,) = found.branches
-    assert wobble.name == "wobble" and found.rigid[-1] == "tilt of the spin axis"
+    diagram = campbell(system, SPEEDS, C[:, 2])
+    (wobble,) = diagram.branches
+    assert wobble.name == "wobble" and diagram.rigid[-1] == "tilt of the spin axis"
     assert 2 * np.pi * wobble.frequencies == pytest.approx(SPEEDS * np.sqrt(1.5 * 2.5 / 6.0), rel=1e-8)
-    across = campbell(system, SPEEDS, C[:, 1])
-    assert across.branches[0].growing.tolist() == [False, True, True, True]
-    assert across.branches[0].eigenvalues.real == pytest.approx(SPEEDS * np.sqrt(1.5 / 9.0), rel=1e-8)
-    assert across.to_dict()["growth_threshold"] == 1e-8
+    diagram_across = campbell(system, SPEEDS, C[:, 1])
+    assert diagram_across.branches[0].growing.tolist() == [False, True, True, True]
+    assert diagram_across.branches[0].eigenvalues.real == pytest.approx(SPEEDS * np.sqrt(1.5 / 9.0), rel=1e-8)
+    assert diagram_across.to_dict()["growth_threshold"] == 1e-8
 
 
 def test_free_hinge_swings_with_the_spin():
@@ -167,12 +167,12 @@ def blade(folder, hub=0.0, lag=1.9, setting=0.0, modes=4, more=""):
 
 def frequencies(system, count):
     """(n_speeds, count) the lowest, about the steady state at each speed."""
-    found = {
-        one.speed: np.sort(one.vibration.eigenvalues.imag[one.vibration.eigenvalues.imag > 0])[:count]
-        for one, _ in spins(system, np.array([0, 0, 1.0]), BLADE_SPEEDS, 6)
-        if one.asked
+    frequencies_by_speed = {
+        spin.speed: np.sort(spin.vibration.eigenvalues.imag[spin.vibration.eigenvalues.imag > 0])[:count]
+        for spin, _ in spins(system, np.array([0, 0, 1.0]), BLADE_SPEEDS, 6)
+        if spin.requested
     }
-    return np.array([found[speed] for speed in BLADE_SPEEDS])
+    return np.array([frequencies_by_speed[speed] for speed in BLADE_SPEEDS])
 
 
 @pytest.mark.slow
@@ -182,8 +182,8 @@ def test_blade_of_four_modes_has_exact_frequencies(tmp_path, hub, lag, setting):
     system = blade(tmp_path, hub, lag, setting)
     body = system.bodies["blade"]
     assert body.n_modes == 8 and "(spin)" in body.note and body.strain_form == "condensed"
-    for speed, found in zip(BLADE_SPEEDS, frequencies(system, 4), strict=True):
+    for speed, omega in zip(BLADE_SPEEDS, frequencies(system, 4), strict=True):
         beam = Rotating(float(speed), hub=hub, lag=lag, setting=setting)
-        exact = beam.exact(found, within=2e-3)
-        assert found[:2] == pytest.approx(exact[:2], rel=5e-4)
-        assert found == pytest.approx(exact, rel=1.5e-3)
+        exact = beam.exact(omega, within=2e-3)
+        assert omega[:2] == pytest.approx(exact[:2], rel=5e-4)
+        assert omega == pytest.approx(exact, rel=1.5e-3)

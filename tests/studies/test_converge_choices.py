@@ -14,7 +14,15 @@ from typer.testing import CliRunner
 
 from femflex.case import Case, parse_case
 from femflex.cli.app import app
-from femflex.studies import StrainForm, StrainStudy, choice, convergence, function_kinds, strain_forms, with_choice
+from femflex.studies import (
+    StrainForm,
+    StrainStudy,
+    convergence,
+    function_kinds,
+    recommended_level,
+    strain_forms,
+    with_recommended_level,
+)
 
 BOOM = """
 title = "a boom that stays"
@@ -49,15 +57,15 @@ def boom(taper="", **changes):
 
 
 def test_one_characteristic_function_is_the_mode_of_a_uniform_boom():
-    found = function_kinds(boom(), [1, 2, 4])
-    assert found.chosen == ("characteristic", 1)
-    assert found.recommended == choice(found) == "characteristic, 1"
-    assert {one.kind for one in found.kinds} == {
+    comparison = function_kinds(boom(), [1, 2, 4])
+    assert comparison.choice == ("characteristic", 1)
+    assert comparison.recommended == recommended_level(comparison) == "characteristic, 1"
+    assert {entry.kind for entry in comparison.kinds} == {
         "characteristic", "characteristic, static", "characteristic, tip", "polynomial", "elements",
     }  # fmt: skip
-    assert found.own == {"boom": "by default, 2"}
+    assert comparison.case_kinds == {"boom": "by default, 2"}
     exact = 3.51601527 / (2 * np.pi)
-    for kind, study in found.with_values:
+    for kind, study in comparison.with_values:
         assert study.values[-1] == pytest.approx(exact, rel=4e-4), kind
 
 
@@ -65,15 +73,15 @@ def test_one_characteristic_function_is_the_mode_of_a_uniform_boom():
 def test_tapered_boom_needs_elements():
     """Elements have the taper in their shapes; one of their modes is enough, however strong the taper."""
     case = boom(TAPER)
-    found = function_kinds(case, [1, 2, 3, 4, 6])
-    assert found.chosen == ("elements", 1)
-    uniform = dict(found.with_values)["characteristic"]
-    assert found.enough(uniform) is None or found.enough(uniform) > 3
-    functions = with_choice(case, found, tuple(found.own)).bodies["boom"].functions
+    comparison = function_kinds(case, [1, 2, 3, 4, 6])
+    assert comparison.choice == ("elements", 1)
+    uniform = dict(comparison.with_values)["characteristic"]
+    assert comparison.enough(uniform) is None or comparison.enough(uniform) > 3
+    functions = with_recommended_level(case, comparison, tuple(comparison.case_kinds)).bodies["boom"].functions
     assert (functions.family, functions.y) == ("elements", 1)
 
 
-Built = Callable[..., Case]
+BuildCase = Callable[..., Case]
 SPUN = [  # 0.3 of a turn a second about z, faster than the beam's first flap
     ("torque = [[0, 0, 0], [0, 4, 8], [0, 0, 0]]", "torque = [[0, 0, 0], [0, 0, 20], [0, 0, 0]]"),
     ('duration = "4 s"\noutput_step = "0.05 s"\nrtol = 1e-10', 'duration = "2 s"\noutput_step = "0.02 s"\nrtol = 1e-6'),
@@ -85,55 +93,55 @@ SPUN = [  # 0.3 of a turn a second about z, faster than the beam's first flap
 @pytest.fixture(scope="module")
 def forms() -> StrainStudy:
     """A made-up comparison."""
-    made = [
+    results = [
         StrainForm("linear", 4, 0, 0, 1.3, 0.1, "", "m"),
         StrainForm("condensed", 4, 0, 3, 1.0005, 0.2, "", "m"),
         StrainForm("nonlinear", 7, 3, 0, 1.0, 4.0, "", "m"),
     ]
-    return StrainStudy("peak of tip", 1e-3, tuple(made), {"beam": "linear"})
+    return StrainStudy("peak of tip", 1e-3, tuple(results), {"beam": "linear"})
 
 
-def test_large_deflection_needs_more_than_linear_strain(built: Built):
+def test_large_deflection_needs_more_than_linear_strain(build_case: BuildCase):
     """By a fifth of its length: linear strain leaves the foreshortening out, and the beam on a small hub feels it."""
-    found = strain_forms(built(*SPUN))
-    linear, condensed, nonlinear = found.forms
-    assert [form.problem for form in found.forms] == ["", "", ""]
+    comparison = strain_forms(build_case(*SPUN))
+    linear, condensed, nonlinear = comparison.forms
+    assert [form.problem for form in comparison.forms] == ["", "", ""]
     assert (linear.derivatives, linear.followers) == (0, 0)
     assert condensed.coordinates == linear.coordinates == 3 and condensed.followers == nonlinear.derivatives > 0
-    assert found.difference(condensed) < 0.05 * found.difference(linear)
-    assert found.own == {"beam": "linear"}
+    assert comparison.difference(condensed) < 0.05 * comparison.difference(linear)
+    assert comparison.own == {"beam": "linear"}
 
 
-def test_choice_of_a_study_is_set_in_the_case(built: Built):
-    case = built(*SPUN)
-    found = convergence(case, "modes", [1, 2, 3])
-    chosen = with_choice(case, found, ("beam",))
-    assert chosen.bodies["beam"].reduction.modes == choice(found)
-    finer = with_choice(case, replace(found, over="mesh"), ("beam",))
-    assert finer.bodies["beam"].refine == case.bodies["beam"].refine + choice(found)
+def test_choice_of_a_study_is_set_in_the_case(build_case: BuildCase):
+    case = build_case(*SPUN)
+    study = convergence(case, "modes", [1, 2, 3])
+    recommended_case = with_recommended_level(case, study, ("beam",))
+    assert recommended_case.bodies["beam"].reduction.modes == recommended_level(study)
+    refined_case = with_recommended_level(case, replace(study, over="mesh"), ("beam",))
+    assert refined_case.bodies["beam"].refine == case.bodies["beam"].refine + recommended_level(study)
 
 
-def called(*arguments: object):
+def invoke_converge(*arguments: object):
     return CliRunner().invoke(app, ["converge", *map(str, arguments)])
 
 
 @pytest.mark.slow
-def test_several_studies_in_turn(written: Callable[..., Path], tmp_path: Path):
-    case = written(*SPUN[:-1], ("modes = 4 }", 'modes = 2, derivatives = "auto" }\nstrain = "nonlinear"'))
+def test_several_studies_in_turn(write_case_file: Callable[..., Path], tmp_path: Path):
+    case = write_case_file(*SPUN[:-1], ("modes = 4 }", 'modes = 2, derivatives = "auto" }\nstrain = "nonlinear"'))
     picture = tmp_path / "study.png"
-    done = called(case, "--over", "modes,derivatives,strain", "--tolerance", "0.02", "-o", picture)
-    assert done.exit_code == 0, done.stderr
+    result = invoke_converge(case, "--over", "modes,derivatives,strain", "--tolerance", "0.02", "-o", picture)
+    assert result.exit_code == 0, result.stderr
     assert np.ptp(imread(picture)) > 0.5
-    both = json.loads(called(case, "--over", "derivatives,strain", "--json").stdout)
-    assert [study["over"] for study in both["studies"]] == ["derivatives", "strain"]
-    assert set(both["choice"]) == {"derivatives", "strain"} and len(both["studies"][1]["forms"]) == 3
+    summary = json.loads(invoke_converge(case, "--over", "derivatives,strain", "--json").stdout)
+    assert [study["over"] for study in summary["studies"]] == ["derivatives", "strain"]
+    assert set(summary["choice"]) == {"derivatives", "strain"} and len(summary["studies"][1]["forms"]) == 3
 
 
-Called = Callable[..., tuple[int, str, str]]
+RunConverge = Callable[..., tuple[int, str, str]]
 
 
 @pytest.fixture
-def converge(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Called:
+def converge(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> RunConverge:
     """Runs `femflex converge` in a folder of its own; returns exit code, standard output and standard error."""
     monkeypatch.chdir(tmp_path)
 
@@ -151,8 +159,8 @@ def rows(out: str) -> list[list[str]]:
     return [line.split() for line in out.splitlines() if line.lstrip(" ")[:1].isdigit() and not line.startswith("  ")]
 
 
-def test_verb_recommends_six_modes(converge: Called, written: Callable[..., Path]):
-    code, out, err = converge(written(), "--levels", "2,3,4,6,8,10", "--tolerance", "1e-3")
+def test_verb_recommends_six_modes(converge: RunConverge, write_case_file: Callable[..., Path]):
+    code, out, err = converge(write_case_file(), "--levels", "2,3,4,6,8,10", "--tolerance", "1e-3")
     assert (code, err) == (0, "")
     assert [row[0] for row in rows(out)] == ["2", "3", "4", "6", "8", "10"]
     assert [row[0] for row in rows(out) if row[-1] == "<-"] == ["6"]

@@ -17,7 +17,7 @@ from femflex.dynamics.equilibria.equilibrium import equilibrium
 from femflex.integrate import Dop853
 from femflex.pipeline.decisions import build_system
 from femflex.studies.floquet import floquet, periodic_state
-from femflex.studies.stability import judged_rest
+from femflex.studies.stability import equilibrium_stability
 from femflex.system import (
     Environment,
     Frame,
@@ -59,11 +59,11 @@ def mathieu_trace(a: float, q: float) -> float:
 
 @pytest.mark.parametrize(("a", "q"), [(0.7, 0.2), (1.0, 0.4), (2.5, 0.8)])
 def test_shaken_pendulum_has_multipliers_of_mathieu(a, q):
-    found = floquet(pendulum(a, q), np.pi)
-    assert found.names == ("pin.angle", "pin.angle_rate") and found.gap < 1e-9
-    assert np.trace(found.monodromy) == pytest.approx(mathieu_trace(a, q), abs=1e-6)
-    assert np.prod(found.multipliers).real == pytest.approx(1.0, abs=1e-6)
-    assert found.stable == (abs(mathieu_trace(a, q)) < 2)
+    result = floquet(pendulum(a, q), np.pi)
+    assert result.names == ("pin.angle", "pin.angle_rate") and result.gap < 1e-9
+    assert np.trace(result.monodromy) == pytest.approx(mathieu_trace(a, q), abs=1e-6)
+    assert np.prod(result.multipliers).real == pytest.approx(1.0, abs=1e-6)
+    assert result.stable == (abs(mathieu_trace(a, q)) < 2)
 
 
 def test_first_tongue_lies_between_the_characteristic_values():
@@ -83,10 +83,10 @@ def test_librations_in_a_circular_orbit():
         orbit=orbit,
     )
     modes = equilibrium(craft).eigenvalues
-    found = floquet(craft, orbit.period)
-    wanted = np.exp(modes * orbit.period)
-    for one in wanted:
-        assert np.abs(found.multipliers - one).min() < 1e-5 * max(1.0, abs(one))
+    result = floquet(craft, orbit.period)
+    expected = np.exp(modes * orbit.period)
+    for multiplier in expected:
+        assert np.abs(result.multipliers - multiplier).min() < 1e-5 * max(1.0, abs(multiplier))
 
 
 def test_shooting_finds_the_periodic_pitch_in_an_eccentric_orbit():
@@ -130,17 +130,17 @@ def flow_of_carts(damping: float, period: float) -> np.ndarray:
 
 @pytest.mark.parametrize("damping", [0.0, 0.8])
 def test_monodromy_matrix_of_two_carts(damping):
-    period, place = 0.7, np.array([0.6, 0.0, 0.0, 0.0])
-    found = floquet(carts(damping), period, place)
-    assert found.names == ("rail.slide", "gap.slide", "rail.slide_rate", "gap.slide_rate")
-    assert found.monodromy == pytest.approx(flow_of_carts(damping, period), abs=1e-6)
-    assert found.trivial == ("translation x", "drift") and found.x.tolist() == place.tolist()
-    assert found.period == period and found.gap < 1e-9 and found.stable and 0 <= found.split < 1e-3
+    period, state = 0.7, np.array([0.6, 0.0, 0.0, 0.0])
+    result = floquet(carts(damping), period, state)
+    assert result.names == ("rail.slide", "gap.slide", "rail.slide_rate", "gap.slide_rate")
+    assert result.monodromy == pytest.approx(flow_of_carts(damping, period), abs=1e-6)
+    assert result.trivial == ("translation x", "drift") and result.x.tolist() == state.tolist()
+    assert result.period == period and result.gap < 1e-9 and result.stable and 0 <= result.split < 1e-3
     s = np.roots([1.0, damping * 5 / 6, 25 / 6])  # of the gap: m = 3 2 / 5
-    assert np.sort_complex(found.multipliers) == pytest.approx(
+    assert np.sort_complex(result.multipliers) == pytest.approx(
         np.sort_complex(np.append(np.exp(s * period), [1, 1])), abs=1e-6
     )
-    assert (np.diff(np.abs(found.multipliers)) <= 0).all() and (found.multipliers == 1.0).sum() == 2
+    assert (np.diff(np.abs(result.multipliers)) <= 0).all() and (result.multipliers == 1.0).sum() == 2
 
 
 def test_monodromy_matrix_in_a_spinning_frame():
@@ -153,10 +153,10 @@ def test_monodromy_matrix_in_a_spinning_frame():
     )
     q, T = np.array([0.5, 0.2]), 2 * np.pi / w
     cross = np.array([[0.0, -w], [w, 0.0]])
-    found = floquet(system, T, np.concatenate([q, -cross @ q]))
-    wanted = np.block([[np.eye(2) + T * cross, T * np.eye(2)], [-T * cross @ cross, np.eye(2) - T * cross]])
-    assert found.monodromy == pytest.approx(wanted, abs=1e-5)
-    assert found.trivial == ("translation x", "translation y", "drift", "drift")
+    result = floquet(system, T, np.concatenate([q, -cross @ q]))
+    expected = np.block([[np.eye(2) + T * cross, T * np.eye(2)], [-T * cross @ cross, np.eye(2) - T * cross]])
+    assert result.monodromy == pytest.approx(expected, abs=1e-5)
+    assert result.trivial == ("translation x", "translation y", "drift", "drift")
 
 
 W, M, ARM, K, D = 0.8, 2.0, 1.5, 3.0, 0.2
@@ -165,13 +165,13 @@ PERIOD = 2 * np.pi / W
 
 def sprung_mass(damping: float) -> FlexibleBody:
     """The mass on its spring as a body of one shape, along z."""
-    second = np.zeros((2, 3, 2, 3))
-    second[0, 0, 0, 0], second[1, 2, 1, 2] = M * ARM**2, 1.0
-    second[0, 0, 1, 2] = second[1, 2, 0, 0] = np.sqrt(M) * ARM
-    first = np.array([[M * ARM, 0.0, 0.0], [0.0, 0.0, np.sqrt(M)]])
+    second_moments = np.zeros((2, 3, 2, 3))
+    second_moments[0, 0, 0, 0], second_moments[1, 2, 1, 2] = M * ARM**2, 1.0
+    second_moments[0, 0, 1, 2] = second_moments[1, 2, 0, 0] = np.sqrt(M) * ARM
+    first_moments = np.array([[M * ARM, 0.0, 0.0], [0.0, 0.0, np.sqrt(M)]])
     tip = Marker(np.array([ARM, 0.0, 0.0]), np.array([[0.0], [0.0], [1 / np.sqrt(M)]]), np.zeros((3, 1)))
     strain = StrainTensors.linear(np.array([[K / M]]))
-    return FlexibleBody(MassMoments(M, first, second), strain, np.array([[damping / M]]), {"tip": tip})
+    return FlexibleBody(MassMoments(M, first_moments, second_moments), strain, np.array([[damping / M]]), {"tip": tip})
 
 
 def spinner(inertia: tuple[float, float, float], damping: float, joint=spherical, frame: Frame | None = None) -> System:
@@ -185,38 +185,38 @@ def spinner(inertia: tuple[float, float, float], damping: float, joint=spherical
     return System(bodies, (hub, weld("mass", "hub")), frame=frame or Frame())
 
 
-def own_matrix(inertia: tuple[float, float, float], damping: float) -> np.ndarray:
+def craft_matrix(inertia: tuple[float, float, float], damping: float) -> np.ndarray:
     """Matrix (4, 4) of d(x, y, w, w')/dt."""
     A, B, C = inertia
-    left = np.array([[A, 0, 0, 0], [0, B + M * ARM**2, 0, -M * ARM], [0, 0, 1, 0], [0, -M * ARM, 0, M]], float)
-    right = np.array([
+    mass_matrix = np.array([[A, 0, 0, 0], [0, B + M * ARM**2, 0, -M * ARM], [0, 0, 1, 0], [0, -M * ARM, 0, M]], float)
+    rate_matrix = np.array([
         [0, -(C - B) * W, 0, 0],
         [W * (C + M * ARM**2 - A), 0, M * ARM * W**2, 0],
         [0, 0, 0, 1],
         [-M * ARM * W, 0, -K, -damping],
     ])  # fmt: skip
-    return np.linalg.solve(left, right)
+    return np.linalg.solve(mass_matrix, rate_matrix)
 
 
 @pytest.mark.parametrize(("inertia", "stable"), [((10.0, 14.0, 20.0), True), ((10.0, 20.0, 14.0), False)])
 def test_multipliers_of_a_flexible_spinner(inertia, stable):
-    found = floquet(spinner(inertia, D), PERIOD)
-    wanted = np.linalg.eigvals(expm(own_matrix(inertia, D) * PERIOD))
-    assert sorted(found.trivial) == ["drift", "rotation x", "rotation y", "rotation z"]
-    own = found.multipliers[found.multipliers != 1.0]
-    assert len(own) == 4 and len(found.multipliers) == 8
-    for one in wanted:
-        assert np.abs(own - one).min() < 3e-6 * max(1.0, abs(one))
-    assert found.stable == stable == bool((np.abs(wanted) < 1).all())
-    assert found.split < 1e-2  # the root of an error of 1e-8 is 1e-4; a defective pair keeps no more
+    result = floquet(spinner(inertia, D), PERIOD)
+    expected = np.linalg.eigvals(expm(craft_matrix(inertia, D) * PERIOD))
+    assert sorted(result.trivial) == ["drift", "rotation x", "rotation y", "rotation z"]
+    nontrivial = result.multipliers[result.multipliers != 1.0]
+    assert len(nontrivial) == 4 and len(result.multipliers) == 8
+    for multiplier in expected:
+        assert np.abs(nontrivial - multiplier).min() < 3e-6 * max(1.0, abs(multiplier))
+    assert result.stable == stable == bool((np.abs(expected) < 1).all())
+    assert result.split < 1e-2  # the root of an error of 1e-8 is 1e-4; a defective pair keeps no more
 
 
 def test_multipliers_of_a_free_spinner_match_its_poles():
     """Two formulations: motions in inertial axes over a turn, and the equations linearised in axes that spin."""
     spun = spinner((10.0, 14.0, 20.0), D, free, Frame("spinning", np.array([0.0, 0.0, W])))
-    rest = judged_rest(spun)
-    assert rest.about is not None
-    own = floquet(spun, PERIOD, rest.about.x)
-    for pole in rest.values:
-        assert np.abs(own.multipliers - np.exp(pole * PERIOD)).min() < 3e-6
-    assert own.stable and own.trivial.count("drift") >= 3 and "neutral" not in own.trivial
+    steady_state = equilibrium_stability(spun)
+    assert steady_state.about is not None
+    result = floquet(spun, PERIOD, steady_state.about.x)
+    for pole in steady_state.values:
+        assert np.abs(result.multipliers - np.exp(pole * PERIOD)).min() < 3e-6
+    assert result.stable and result.trivial.count("drift") >= 3 and "neutral" not in result.trivial

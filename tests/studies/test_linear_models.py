@@ -53,8 +53,8 @@ def test_poles_of_a_hub_with_a_beam_are_exact():
     poles = poles_of(model)
     assert [pole.name for pole in poles[:3]] == ["rotation z", "rotation z", "bending 1"]
     assert [pole.rigid for pole in poles[:3]] == [True, True, False] and not any(pole.value for pole in poles[:2])
-    found = [pole.value.imag for pole in poles[2:5]]
-    assert found == pytest.approx(exact_frequencies(0.1, 0.1, 0.5, True), rel=1e-6)
+    omega = [pole.value.imag for pole in poles[2:5]]
+    assert omega == pytest.approx(exact_frequencies(0.1, 0.1, 0.5, True), rel=1e-6)
     assert all(sum(pole.participation.values()) <= 1.0 + 1e-12 for pole in poles)
 
 
@@ -110,9 +110,9 @@ def test_difference_to_nonlinear_response_is_of_second_order(arm):
     linear = arm.C[row] @ expm(wide * end)[:-1, -1]
     for step in steps:
         model = compile_system(with_motor(arm.model.system, step))
-        full = solve_ivp(model.state_rate, (0, end), arm.x, rtol=1e-11, atol=1e-13, method="DOP853").y[:, -1]
-        seen = model.observe(np.array([end]), full[None])["bodies/arm/rate"][0, 2]
-        errors.append(abs(seen - linear * step))
+        end_state = solve_ivp(model.state_rate, (0, end), arm.x, rtol=1e-11, atol=1e-13, method="DOP853").y[:, -1]
+        rate = model.observe(np.array([end]), end_state[None])["bodies/arm/rate"][0, 2]
+        errors.append(abs(rate - linear * step))
     slope = np.polyfit(np.log(steps), np.log(errors), 1)[0]
     assert slope == pytest.approx(2.0, abs=0.1) and errors[-1] < 0.05 * abs(linear * steps[-1])
 
@@ -130,23 +130,23 @@ def test_frequency_response_to_a_moving_slide(arm):
         shaken = swinging(Profile(np.zeros(1), np.zeros((1, 1)), np.array([[size, omega, 0.0]])))
         model = compile_system(shaken)
         times = 2 * np.pi / omega * np.linspace(0, 1, 33)[:-1]
-        found = solve_ivp(model.state_rate, (0, times[-1]), x, t_eval=times, rtol=1e-9, atol=1e-13, method="DOP853")
-        rate = model.observe(times, found.y.T)["bodies/arm/rate"][:, 2]
+        motion = solve_ivp(model.state_rate, (0, times[-1]), x, t_eval=times, rtol=1e-9, atol=1e-13, method="DOP853")
+        rate = model.observe(times, motion.y.T)["bodies/arm/rate"][:, 2]
         phasor = 2j * np.mean(rate * np.exp(-1j * omega * times)) / size  # of size sin(omega t)
-        wanted = -(omega**2) * arm.frequency_response(np.array([omega]))[0, row, 2]
-        assert phasor == pytest.approx(wanted, abs=3e-4 * abs(wanted))
+        expected = -(omega**2) * arm.frequency_response(np.array([omega]))[0, row, 2]
+        assert phasor == pytest.approx(expected, abs=3e-4 * abs(expected))
 
 
 def test_closed_loop_is_linearised_about_the_given_state():
-    away = compile_system(four_bar(speed=0.0, start=(1.6, 0.1, 1.9))).x0
-    found, wanted, other = (
+    other_state = compile_system(four_bar(speed=0.0, start=(1.6, 0.1, 1.9))).x0
+    linear_at_state, expected, linear_at_start = (
         linear_model(four_bar(speed=0.0, start=start), ["joints/drive.angle/effort"], ["bodies/rocker/rate:z"], at=0.0,
                      state=x)
-        for start, x in (((0.3, 0.4, 1.6), away), ((1.6, 0.1, 1.9), away), ((0.3, 0.4, 1.6), None))
+        for start, x in (((0.3, 0.4, 1.6), other_state), ((1.6, 0.1, 1.9), other_state), ((0.3, 0.4, 1.6), None))
     )  # fmt: skip
-    assert found.A == pytest.approx(wanted.A) and found.B == pytest.approx(wanted.B)
-    assert found.C == pytest.approx(wanted.C) and found.D == pytest.approx(wanted.D)
-    assert np.abs(found.C - other.C).max() > 0.1
+    assert linear_at_state.A == pytest.approx(expected.A) and linear_at_state.B == pytest.approx(expected.B)
+    assert linear_at_state.C == pytest.approx(expected.C) and linear_at_state.D == pytest.approx(expected.D)
+    assert np.abs(linear_at_state.C - linear_at_start.C).max() > 0.1
 
 
 HINGE = """
@@ -169,11 +169,11 @@ damping = 1
 def test_root_locus_of_a_damped_hinge_is_a_circle():
     """s = -d / 2 J +- i sqrt(k / J - (d / 2 J)^2): |s| stays at 2 rad/s."""
     dampings = [0.0, 1.0, 2.0, 4.0, 6.0]
-    found = root_locus(parse_case(HINGE), "joints.0.damping", dampings)
+    locus = root_locus(parse_case(HINGE), "joints.0.damping", dampings)
     real = -np.array(dampings) / 4.0
-    for branch, side in zip(found.poles.T, (1.0, -1.0) if found.poles[0, 0].imag > 0 else (-1.0, 1.0), strict=True):
+    for branch, side in zip(locus.poles.T, (1.0, -1.0) if locus.poles[0, 0].imag > 0 else (-1.0, 1.0), strict=True):
         assert branch == pytest.approx(real + side * 1j * np.sqrt(4.0 - real**2), abs=1e-8)
-    assert found.path == "joints.0.damping" and found.values == tuple(dampings)
+    assert locus.path == "joints.0.damping" and locus.values == tuple(dampings)
 
 
 XYZ = "xyz"
@@ -212,21 +212,21 @@ def test_linear_model_is_the_derivative_of_rates_and_outputs():
     x = model.x0 + 0.2 * rng.normal(size=model.n_x)
     x[:4] = turn / np.linalg.norm(turn)
     outputs = ["effectors/gauge/y", "markers/beam.tip/position:z", "bodies/hub/rate:x"]
-    found = linear_model(system, ["loads/motor/torque:y", "joints/axle.angle/effort"], outputs, at=0.7, state=x)
+    linear = linear_model(system, ["loads/motor/torque:y", "joints/axle.angle/effort"], outputs, at=0.7, state=x)
     names = [name for name, _ in system.velocity_names()]
-    assert [name for name, _ in found.states] == [
+    assert [name for name, _ in linear.states] == [
         *(name.removesuffix("_rate").replace("omega_", "turn_") for name in names),
         *names,
         *(f"gauge.lagged_{a}" for a in XYZ),
     ]
-    units = [unit for _, unit in found.states]
+    units = [unit for _, unit in linear.states]
     assert units[:3] == ["rad"] * 3 and units[n_u : n_u + 3] == ["rad/s"] * 3 and units[-3:] == ["m/s"] * 3
     assert (
         units[names.index("beam.delta1_rate")] == "kg^1/2 m"
         and units[n_u + names.index("beam.delta1_rate")] == "kg^1/2 m/s"
     )
-    assert found.inputs == (("loads/motor/torque:y", "N m"), ("joints/axle.angle/effort", "N m"))
-    assert [unit for _, unit in found.outputs] == ["m/s^2", "m", "rad/s"] and found.t == 0.7 and found.about is None
+    assert linear.inputs == (("loads/motor/torque:y", "N m"), ("joints/axle.angle/effort", "N m"))
+    assert [unit for _, unit in linear.outputs] == ["m/s^2", "m", "rad/s"] and linear.t == 0.7 and linear.about is None
 
     def displaced(dxi: np.ndarray) -> np.ndarray:
         """Increments: rotation vector in body axes of the ball, the others as they are."""
@@ -240,27 +240,31 @@ def test_linear_model_is_the_derivative_of_rates_and_outputs():
     def flow(model, x):
         """Rates of increments (dxi' = du + W dxi comes by hand below), velocities and states; outputs."""
         rate = model.state_rate(0.7, x)
-        seen = model.observe(np.array([0.7]), x[None])
-        out = [seen["effectors/gauge/y"][0], seen["markers/beam.tip/position"][0][2], seen["bodies/hub/rate"][0][0]]
-        return rate[n_q:], np.array(out, float)
+        channels = model.observe(np.array([0.7]), x[None])
+        output_values = [
+            channels["effectors/gauge/y"][0],
+            channels["markers/beam.tip/position"][0][2],
+            channels["bodies/hub/rate"][0][0],
+        ]
+        return rate[n_q:], np.array(output_values, float)
 
     h, n = 1e-6, 2 * n_u + 3
     below, C = np.zeros((n_u + 3, n)), np.zeros((3, n))
     for k in range(n):
         ends = [flow(model, displaced(s * h * np.eye(n)[k])) for s in (1, -1)]
         below[:, k], C[:, k] = ((ends[0][i] - ends[1][i]) / (2 * h) for i in (0, 1))
-    assert found.A[n_u:] == pytest.approx(below, abs=3e-7 * np.abs(below).max())
-    assert found.C == pytest.approx(C, abs=3e-7 * np.abs(C).max())
+    assert linear.A[n_u:] == pytest.approx(below, abs=3e-7 * np.abs(below).max())
+    assert linear.C == pytest.approx(C, abs=3e-7 * np.abs(C).max())
     w = x[n_q : n_q + 3]
     W = np.zeros((n_u, n_u))
     W[:3, :3] = np.array([[0, w[2], -w[1]], [-w[2], 0, w[0]], [w[1], -w[0], 0]])
-    assert found.A[:n_u] == pytest.approx(np.hstack([W, np.eye(n_u), np.zeros((n_u, 3))]), abs=1e-6)
+    assert linear.A[:n_u] == pytest.approx(np.hstack([W, np.eye(n_u), np.zeros((n_u, 3))]), abs=1e-6)
     for k, (load, effort) in enumerate(((0.5, 0.0), (0.0, 0.5))):
         ends = [flow(compile_system(spinner(0.6 + s * load, s * effort)), x) for s in (1, -1)]
-        assert found.B[:n_u, k] == pytest.approx(np.zeros(n_u), abs=1e-12)
+        assert linear.B[:n_u, k] == pytest.approx(np.zeros(n_u), abs=1e-12)
         wanted = ends[0][0] - ends[1][0]
-        assert found.B[n_u:, k] == pytest.approx(wanted, abs=1e-7 * np.abs(wanted).max())
-        assert found.D[:, k] == pytest.approx(ends[0][1] - ends[1][1], abs=1e-7)
-    assert found.y0 == pytest.approx(flow(model, x)[1], rel=1e-12)
-    part = found.selected(["joints/axle.angle/effort"], ["bodies/hub/rate:x", "effectors/gauge/y"])
-    assert part.y0 == pytest.approx(found.y0[[2, 0]]) and part.inputs == found.inputs[1:]
+        assert linear.B[n_u:, k] == pytest.approx(wanted, abs=1e-7 * np.abs(wanted).max())
+        assert linear.D[:, k] == pytest.approx(ends[0][1] - ends[1][1], abs=1e-7)
+    assert linear.y0 == pytest.approx(flow(model, x)[1], rel=1e-12)
+    part = linear.selected(["joints/axle.angle/effort"], ["bodies/hub/rate:x", "effectors/gauge/y"])
+    assert part.y0 == pytest.approx(linear.y0[[2, 0]]) and part.inputs == linear.inputs[1:]

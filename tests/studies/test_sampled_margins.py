@@ -18,8 +18,8 @@ J, P, D, T = 40.0, 6.0, 16.0, 0.5  # inertia without the wheel, gains and period
 
 def craft(delay: float, **values: object) -> System:
     """The craft of the case with another delay of its sensors."""
-    rest = {"attitude.angles": [0, 0, 0], "sensors.star.delay": delay, "sensors.gyro.delay": delay}
-    return build_system(with_values(read_case(DELAYED), {**rest, **values}))
+    at_rest = {"attitude.angles": [0, 0, 0], "sensors.star.delay": delay, "sensors.gyro.delay": delay}
+    return build_system(with_values(read_case(DELAYED), {**at_rest, **values}))
 
 
 def plant() -> tuple[np.ndarray, np.ndarray]:
@@ -27,33 +27,33 @@ def plant() -> tuple[np.ndarray, np.ndarray]:
     return np.array([[1.0, T], [0.0, 1.0]]), np.array([[T**2 / (2 * J)], [T / J]])
 
 
-def about_z(values: np.ndarray, wanted: np.ndarray) -> float:
-    """Largest distance of the wanted multipliers from those found."""
-    return max(float(np.abs(values - one).min()) for one in wanted)
+def largest_distance(values: np.ndarray, expected: np.ndarray) -> float:
+    """Largest distance of the expected multipliers from the nearest computed ones."""
+    return max(float(np.abs(values - multiplier).min()) for multiplier in expected)
 
 
 def test_multipliers_of_a_sampled_double_integrator():
     A, B = plant()
-    wanted = np.linalg.eigvals(A - B @ [[P, D]])
+    expected = np.linalg.eigvals(A - B @ [[P, D]])
     model = sampled_model(craft(0.0))
-    assert about_z(model.multipliers(), wanted) < 1e-7 and model.period == T
+    assert largest_distance(model.multipliers(), expected) < 1e-7 and model.period == T
 
 
 def test_margins_match_closed_forms():
     """gain 2 J / (D T) by Jury's test at z = -1; the others at which the multipliers of the changed loop reach 1."""
-    found = margins(sampled_model(craft(0.0)), "share/y")
-    assert found.gain_up == pytest.approx(2 * J / (D * T), rel=1e-3)
+    result = margins(sampled_model(craft(0.0)), "share/y")
+    assert result.gain_up == pytest.approx(2 * J / (D * T), rel=1e-3)
     A, B = plant()
 
     def loop(omega: float) -> complex:
         z = np.exp(1j * omega * T)
         return complex((-np.array([[P, D]]) @ np.linalg.solve(z * np.eye(2) - A, B))[0, 0])
 
-    assert abs(loop(found.crossover)) == pytest.approx(1.0, abs=1e-4)
-    assert found.phase == pytest.approx(np.angle(loop(found.crossover)) % (2 * np.pi), abs=1e-3)
-    assert found.delay == pytest.approx(found.phase / found.crossover, rel=1e-9)
+    assert abs(loop(result.crossover)) == pytest.approx(1.0, abs=1e-4)
+    assert result.phase == pytest.approx(np.angle(loop(result.crossover)) % (2 * np.pi), abs=1e-3)
+    assert result.delay == pytest.approx(result.phase / result.crossover, rel=1e-9)
     least = min(abs(1 - loop(w)) for w in np.geomspace(1e-3, np.pi / T, 4000))
-    assert found.modulus == pytest.approx(least, rel=1e-2)
+    assert result.modulus == pytest.approx(least, rel=1e-2)
 
 
 @pytest.mark.parametrize(("period", "limit"), [(1e-3, 0.05), (0.1, 1e-6)])

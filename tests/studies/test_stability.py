@@ -20,9 +20,9 @@ from femflex.cli.app import app
 from femflex.dynamics import compile_system
 from femflex.rotations import dcm_from_quaternion
 from femflex.studies.floquet import floquet
-from femflex.studies.stability import Chart, Locus, case_stability, judged_rest, stability_chart
+from femflex.studies.stability import Chart, Locus, case_stability, equilibrium_stability, stability_chart
 from femflex.studies.stability.affine import AffineChart
-from femflex.studies.stability.gravity_gradient import craft_inertia, moments, with_ratios
+from femflex.studies.stability.gravity_gradient import craft_inertia, moments_from_ratios, with_ratios
 from femflex.studies.stability.judgement import NONE, STATIC, UNSTABLE, Judgement
 from femflex.system import Frame, Load, Orbit, System, revolute, spherical, weld
 
@@ -37,16 +37,16 @@ vary.k_yaw = { between = [-0.9, 0.7], points = 9 }
 
 @pytest.mark.slow
 def test_regions_of_lagrange_and_of_debra_and_delp():
-    chart = case_stability(parse_case(ORBITER)).found
+    chart = case_stability(parse_case(ORBITER)).result
     assert isinstance(chart, Chart)
-    wanted = np.array([[rigid_kind(a, b) for b in chart.second] for a in chart.first])
-    assert np.array_equal(chart.kinds, wanted) and {0, 1, 2} == set(np.unique(wanted))
+    expected = np.array([[rigid_kind(a, b) for b in chart.second_values] for a in chart.first_values])
+    assert np.array_equal(chart.kinds, expected) and {0, 1, 2} == set(np.unique(expected))
     for _, _, points in chart.boundaries:
         for k_roll, k_yaw in points:
-            both = k_roll * k_yaw
+            product = k_roll * k_yaw
             curves = [k_roll - k_yaw, k_roll, k_yaw]
-            if both > 0:
-                curves.append((1 + 3 * k_roll + both - 4 * np.sqrt(both)) / 10)  # its slope there is up to 10
+            if product > 0:
+                curves.append((1 + 3 * k_roll + product - 4 * np.sqrt(product)) / 10)  # its slope there is up to 10
             assert np.abs(curves).min() < max(chart.error)
 
 
@@ -55,7 +55,7 @@ def critical_speed(m: float, EI: float, L: float, h: float, difference: float) -
     x, weight = np.polynomial.legendre.leggauss(40)
     x, weight = (x + 1) * L / 2, weight * L / 2
 
-    def left(speed: float) -> float:
+    def remaining_stiffness(speed: float) -> float:
         b = (m * speed**2 / EI) ** 0.25
         ends = [
             [1, 0, 1, 0],
@@ -67,7 +67,7 @@ def critical_speed(m: float, EI: float, L: float, h: float, difference: float) -
         v = c @ np.array([np.cosh(b * x), np.sinh(b * x), np.cos(b * x), np.sin(b * x)])
         return difference - 2 * m * weight @ ((h + x) * v)
 
-    return float(brentq(left, 0.05, 2.3))
+    return float(brentq(remaining_stiffness, 0.05, 2.3))
 
 
 @pytest.mark.slow
@@ -78,7 +78,7 @@ def test_spinner_with_axial_booms_has_its_critical_speed():
         update={"between": ["0.69 rad/s", "0.73 rad/s"], "points": 2}
     )
     table = case.stability.model_copy(update={"vary": {"attitude.spin.2": axis}, "without": []})
-    locus = case_stability(case.model_copy(update={"stability": table})).found
+    locus = case_stability(case.model_copy(update={"stability": table})).result
     assert isinstance(locus, Locus) and locus.kinds.tolist() == [STATIC, UNSTABLE] and locus.unit == "rad/s"
     assert locus.critical[0] == pytest.approx(critical_speed(0.5, 158.0, 5.0, 0.5, 150.0 - 90.0), rel=2e-4)
 
@@ -99,9 +99,9 @@ def test_square_wave_of_stiffness_matches_meissner(stiff, slack):
     period = 2.0
     a, b = np.sqrt([stiff, slack]) * period / 2
     trace = 2 * np.cos(a) * np.cos(b) - (a / b + b / a) * np.sin(a) * np.sin(b)
-    found = floquet(square_wave(stiff, slack, period), period)
-    assert np.trace(found.monodromy) == pytest.approx(trace, abs=1e-6)
-    assert found.stable == (abs(trace) < 2)
+    result = floquet(square_wave(stiff, slack, period), period)
+    assert np.trace(result.monodromy) == pytest.approx(trace, abs=1e-6)
+    assert result.stable == (abs(trace) < 2)
 
 
 def test_boundary_of_a_disc_is_traced():
@@ -164,25 +164,33 @@ def test_soft_damped_booms_remove_the_region_of_debra_and_delp():
     case = read_case(CASES / "gravity_gradient.toml")
     assert case.stability is not None
     vary = {key: axis.model_copy(update={"points": 10}) for key, axis in case.stability.vary.items()}
-    found = case_stability(case.model_copy(update={"stability": case.stability.model_copy(update={"vary": vary})}))
-    assert isinstance(found.found, Chart) and isinstance(found.second, Chart)
-    steps = [(a, b) for a in (-0.01, 0.0, 0.01) for b in (-0.01, 0.0, 0.01)]
-    near = np.array(
-        [[[rigid_kind(x + a, y + b) for a, b in steps] for y in found.second.second] for x in found.second.first]
+    case_result = case_stability(
+        case.model_copy(update={"stability": case.stability.model_copy(update={"vary": vary})})
     )
-    rigid, clear = near[:, :, 4], np.ptp(near, axis=2) == 0  # of points off the boundaries: some lie exactly on them
-    known = (found.second.kinds != NONE) & clear
-    assert known.sum() > 60 and np.array_equal(found.second.kinds[known], rigid[known])
-    assert not (found.found.kinds == 1).any() and (found.found.kinds == 2).any()
-    assert ((found.found.kinds == 2) <= (rigid == 2))[clear].all()  # flexibility makes nothing stable
+    assert isinstance(case_result.result, Chart) and isinstance(case_result.second, Chart)
+    steps = [(a, b) for a in (-0.01, 0.0, 0.01) for b in (-0.01, 0.0, 0.01)]
+    nearby_kinds = np.array(
+        [
+            [[rigid_kind(x + a, y + b) for a, b in steps] for y in case_result.second.second_values]
+            for x in case_result.second.first_values
+        ]
+    )
+    rigid, clear = (
+        nearby_kinds[:, :, 4],
+        np.ptp(nearby_kinds, axis=2) == 0,
+    )  # of points off the boundaries: some lie exactly on them
+    is_known = (case_result.second.kinds != NONE) & clear
+    assert is_known.sum() > 60 and np.array_equal(case_result.second.kinds[is_known], rigid[is_known])
+    assert not (case_result.result.kinds == 1).any() and (case_result.result.kinds == 2).any()
+    assert ((case_result.result.kinds == 2) <= (rigid == 2))[clear].all()  # flexibility makes nothing stable
 
 
 def craft(spring: float = 0.0) -> System:
     """A hub off its own origin with a bar welded on askew, and where wanted a rotor on a spring."""
     turned = Rotation.from_rotvec([0.4, -0.7, 0.3]).as_matrix()
-    at = Marker.at([0.7, -0.2, 0.4])
-    at = Marker(at.position, np.zeros((3, 0)), np.zeros((3, 0)), turned)
-    hub = rigid_body(200.0, np.array([[50.0, 1, 2], [1, 40, 0.5], [2, 0.5, 45]]), [0.1, 0.05, -0.08], {"seat": at})
+    seat = Marker.at([0.7, -0.2, 0.4])
+    seat = Marker(seat.position, np.zeros((3, 0)), np.zeros((3, 0)), turned)
+    hub = rigid_body(200.0, np.array([[50.0, 1, 2], [1, 40, 0.5], [2, 0.5, 45]]), [0.1, 0.05, -0.08], {"seat": seat})
     bar = rigid_body(7.0, np.array([[3.0, 0.2, 0.1], [0.2, 1.0, 0.3], [0.1, 0.3, 3.2]]), [0.3, 0.6, -0.2])
     bodies, joints = {"hub": hub, "bar": bar}, [spherical("hub"), weld("bar", "hub", parent_marker="seat")]
     if spring:
@@ -196,39 +204,39 @@ def points_of(moments) -> tuple[np.ndarray, np.ndarray]:
     m, c = moments.mass, moments.center_of_mass()
     J = moments.inertia() - m * (c @ c * np.eye(3) - np.outer(c, c))
     values, axes = np.linalg.eigh(np.trace(J) / 2 * np.eye(3) - J)
-    places = [c + s * np.sqrt(3 * max(v, 0) / m) * a for v, a in zip(values, axes.T, strict=True) for s in (1, -1)]
-    return np.full(6, m / 6), np.array(places)
+    positions = [c + s * np.sqrt(3 * max(v, 0) / m) * a for v, a in zip(values, axes.T, strict=True) for s in (1, -1)]
+    return np.full(6, m / 6), np.array(positions)
 
 
 def test_inertia_of_a_craft_is_a_sum_over_points():
     system = craft(4.0)
     inertia, turned = craft_inertia(system)
     model = compile_system(system)
-    seen = model.observe(np.zeros(1), model.x0[None])
-    C_NO = dcm_from_quaternion(seen["orbit/attitude"][0])
-    masses, places = [], []
+    channels = model.observe(np.zeros(1), model.x0[None])
+    C_NO = dcm_from_quaternion(channels["orbit/attitude"][0])
+    masses, positions = [], []
     for name, body in system.bodies.items():
-        C = C_NO.T @ dcm_from_quaternion(seen[f"bodies/{name}/attitude"][0])
+        C = C_NO.T @ dcm_from_quaternion(channels[f"bodies/{name}/attitude"][0])
         m, r = points_of(body.moments)
         masses.append(m)
-        places.append(C_NO.T @ seen[f"bodies/{name}/position"][0] + r @ C.T)
+        positions.append(C_NO.T @ channels[f"bodies/{name}/position"][0] + r @ C.T)
         assert turned[name] == pytest.approx(C, abs=1e-12)
-    m, r = np.concatenate(masses), np.concatenate(places)
+    m, r = np.concatenate(masses), np.concatenate(positions)
     r = r - m @ r / m.sum()
-    wanted = np.einsum("p,p,ab->ab", m, (r**2).sum(axis=1), np.eye(3)) - np.einsum("p,pa,pb->ab", m, r, r)
-    assert inertia == pytest.approx(wanted, rel=1e-9, abs=1e-9)
+    expected = np.einsum("p,p,ab->ab", m, (r**2).sum(axis=1), np.eye(3)) - np.einsum("p,pa,pb->ab", m, r, r)
+    assert inertia == pytest.approx(expected, rel=1e-9, abs=1e-9)
 
 
 @pytest.mark.parametrize(("k_roll", "k_yaw"), [(0.4, 0.2), (-0.3, -0.5), (0.1, 0.45)])
 def test_craft_with_given_inertia_ratios(k_roll: float, k_yaw: float):
     system = craft()
     pitch = craft_inertia(system)[0][0, 0]
-    found = craft_inertia(with_ratios(system, "hub", k_roll, k_yaw))[0]
-    assert found == pytest.approx(np.diag(np.diag(found)), abs=1e-8 * pitch)
-    assert found[0, 0] == pytest.approx(pitch)
-    I2, I3, I1 = np.diag(found)  # pitch, yaw, roll
+    inertia = craft_inertia(with_ratios(system, "hub", k_roll, k_yaw))[0]
+    assert inertia == pytest.approx(np.diag(np.diag(inertia)), abs=1e-8 * pitch)
+    assert inertia[0, 0] == pytest.approx(pitch)
+    I2, I3, I1 = np.diag(inertia)  # pitch, yaw, roll
     assert ((I2 - I3) / I1, (I2 - I1) / I3) == pytest.approx((k_roll, k_yaw))
-    assert moments(k_roll, k_yaw, pitch) == pytest.approx((I1, I2, I3))
+    assert moments_from_ratios(k_roll, k_yaw, pitch) == pytest.approx((I1, I2, I3))
     body = with_ratios(system, "hub", k_roll, k_yaw).bodies["hub"].moments
     assert body.mass == 200.0 and body.first == pytest.approx(system.bodies["hub"].moments.first)
 
@@ -236,16 +244,16 @@ def test_craft_with_given_inertia_ratios(k_roll: float, k_yaw: float):
 @pytest.mark.parametrize("spring", [0.0, 1e-4])
 def test_affine_chart_agrees_with_single_linearisations(spring: float):
     system = craft(spring)
-    chart = AffineChart.of(system, "hub")
+    chart = AffineChart.from_system(system, "hub")
     assert chart is not None
-    seen = set()
+    kinds = set()
     for k_roll, k_yaw in ((0.4, 0.2), (0.2, 0.4), (-0.3, 0.3), (-0.1, -0.5), (-0.5, -0.1), (-0.55, -0.7)):
-        fast, slow = chart(k_roll, k_yaw), judged_rest(with_ratios(system, "hub", k_roll, k_yaw))
+        fast, slow = chart(k_roll, k_yaw), equilibrium_stability(with_ratios(system, "hub", k_roll, k_yaw))
         assert fast.kind == slow.kind, (k_roll, k_yaw)
         assert fast.growth == pytest.approx(slow.growth, abs=1e-8) and len(fast.values) == len(slow.values)
         for value in slow.values:
             assert np.abs(fast.values - value).min() < 1e-5 * chart.rate + 1e-6 * abs(value)
         if not spring:
             assert fast.kind == rigid_kind(k_roll, k_yaw), (k_roll, k_yaw)
-        seen.add(fast.kind)
-    assert seen >= {STATIC, UNSTABLE}
+        kinds.add(fast.kind)
+    assert kinds >= {STATIC, UNSTABLE}

@@ -15,13 +15,13 @@ from typer.testing import CliRunner
 from femflex.case.read import parse_case
 from femflex.case.sweep import parse_sweep
 from femflex.cli.app import app
-from femflex.studies import planned
+from femflex.studies import plan_study
 from femflex.studies.study import Study
 from femflex.studies.sweep import open_sweep, sweep
-from femflex.studies.sweep.design import designed, indices, unit_samples
+from femflex.studies.sweep.design import member_values, sobol_indices_of, unit_samples
 from femflex.studies.sweep.journal import journal_of
 from femflex.studies.sweep.member import run_member
-from femflex.studies.sweep.sweep import planned as planned_sweep
+from femflex.studies.sweep.sweep import plan_sweep
 
 SPUN = """
 title = "a wheel that is spun up"
@@ -82,48 +82,50 @@ def study(tmp_path):
 
 
 def test_every_member_matches_its_closed_form(study, tmp_path):
-    seen = []
-    found = sweep(study(), tmp_path / "s.h5", workers=1, progress=seen.append)
-    speed = found.inputs["loads.motor.torque.2"] * 2.0 / found.inputs["bodies.wheel.inertia.2"]
-    assert found.outputs["speed"] == pytest.approx(speed, rel=1e-9)
-    assert seen == [1, 2, 3, 4, 5, 6] and not any(found.problems)
-    assert found.units == {
+    progress_values = []
+    results = sweep(study(), tmp_path / "s.h5", workers=1, progress=progress_values.append)
+    speed = results.inputs["loads.motor.torque.2"] * 2.0 / results.inputs["bodies.wheel.inertia.2"]
+    assert results.outputs["speed"] == pytest.approx(speed, rel=1e-9)
+    assert progress_values == [1, 2, 3, 4, 5, 6] and not any(results.problems)
+    assert results.units == {
         "bodies.wheel.inertia.2": "kg m^2",
         "loads.motor.torque.2": "",
         "speed": "rad/s",
         "bodies/wheel/rate:z": "rad/s",
         "monitors/energy": "J",
     }
-    mean, sigma, least, largest = found.statistics()["speed"]
+    mean, sigma, least, largest = results.statistics()["speed"]
     assert (mean, sigma) == pytest.approx((speed.mean(), speed.std(ddof=1)))
     assert (least, largest) == (speed.argmin(), speed.argmax())
-    assert found.of_outputs()["speed"] == pytest.approx(np.percentile(speed, [5, 50, 95]), rel=1e-9)
-    assert found.histories["bodies/wheel/rate:z"] == pytest.approx(np.outer(speed, found.time / 2.0), rel=1e-9)
-    read = open_sweep(tmp_path / "s.h5")
-    assert np.array_equal(read.outputs["speed"], found.outputs["speed"]) and read.units == found.units
+    assert results.output_percentiles()["speed"] == pytest.approx(np.percentile(speed, [5, 50, 95]), rel=1e-9)
+    assert results.histories["bodies/wheel/rate:z"] == pytest.approx(np.outer(speed, results.time / 2.0), rel=1e-9)
+    stored = open_sweep(tmp_path / "s.h5")
+    assert np.array_equal(stored.outputs["speed"], results.outputs["speed"]) and stored.units == results.units
     with h5py.File(tmp_path / "s.h5") as file:
         assert "percentiles_of_histories/bodies|wheel|rate:z" in file
     assert not journal_of(tmp_path / "s.h5").exists()
 
 
 def test_interrupted_sweep_resumes_to_the_same_bits(study, tmp_path):
-    whole = sweep(study(), tmp_path / "whole.h5", workers=1)
+    uninterrupted = sweep(study(), tmp_path / "whole.h5", workers=1)
 
-    def killed(count):
+    def interrupt_after_three(count):
         if count == 3:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        sweep(study(), tmp_path / "s.h5", workers=1, progress=killed)
+        sweep(study(), tmp_path / "s.h5", workers=1, progress=interrupt_after_three)
     journal = journal_of(tmp_path / "s.h5")
     with journal.open("a") as file:
         file.write('{"number": 3, "outp')  # a line cut short
-    seen = []
-    again = sweep(study(), tmp_path / "s.h5", workers=1, resume=True, progress=seen.append)
-    assert seen == [4, 5, 6] and np.array_equal(again.outputs["speed"], whole.outputs["speed"])
-    assert np.array_equal(sweep(study(), tmp_path / "s.h5", resume=True).outputs["speed"], whole.outputs["speed"])
+    progress_values = []
+    resumed = sweep(study(), tmp_path / "s.h5", workers=1, resume=True, progress=progress_values.append)
+    assert progress_values == [4, 5, 6] and np.array_equal(resumed.outputs["speed"], uninterrupted.outputs["speed"])
+    assert np.array_equal(
+        sweep(study(), tmp_path / "s.h5", resume=True).outputs["speed"], uninterrupted.outputs["speed"]
+    )
     with pytest.raises(KeyboardInterrupt):
-        sweep(study(), tmp_path / "t.h5", workers=1, progress=killed)
+        sweep(study(), tmp_path / "t.h5", workers=1, progress=interrupt_after_three)
     with pytest.raises(ValueError, match="journal"):
         sweep(study(("seed = 4", "seed = 5")), tmp_path / "t.h5", workers=1, resume=True)
     with pytest.raises(ValueError, match="another sweep"):
@@ -146,10 +148,12 @@ def test_sweep_is_not_resumed_when_a_mesh_has_changed(craft, write_case, tmp_pat
 
 @pytest.mark.slow
 def test_two_workers_give_the_same_bits(study, tmp_path):
-    one = sweep(study(), tmp_path / "one.h5", workers=1)
-    two = sweep(study(), tmp_path / "two.h5", workers=2)
-    assert np.array_equal(one.outputs["speed"], two.outputs["speed"])
-    assert np.array_equal(one.histories["bodies/wheel/rate:z"], two.histories["bodies/wheel/rate:z"])
+    results_of_one = sweep(study(), tmp_path / "one.h5", workers=1)
+    results_of_two = sweep(study(), tmp_path / "two.h5", workers=2)
+    assert np.array_equal(results_of_one.outputs["speed"], results_of_two.outputs["speed"])
+    assert np.array_equal(
+        results_of_one.histories["bodies/wheel/rate:z"], results_of_two.histories["bodies/wheel/rate:z"]
+    )
 
 
 def test_failed_members_are_listed_with_their_problem(study, tmp_path):
@@ -159,10 +163,10 @@ def test_failed_members_are_listed_with_their_problem(study, tmp_path):
         (inertia, '"bodies.wheel.mass"]\nvalues = ["3 kg", "-1 kg"]'),
         ("normal = [4, 0.5]", "values = [2, 4]"),
     )
-    found = sweep(grid, tmp_path / "s.h5", workers=1)
-    assert [bool(text) for text in found.problems] == [False, False, True, True]
-    assert "bodies.wheel.mass" in found.problems[2] and np.isnan(found.outputs["speed"][2:]).all()
-    assert found.outputs["speed"][:2] == pytest.approx([2.0, 4.0], rel=1e-9)
+    results = sweep(grid, tmp_path / "s.h5", workers=1)
+    assert [bool(text) for text in results.problems] == [False, False, True, True]
+    assert "bodies.wheel.mass" in results.problems[2] and np.isnan(results.outputs["speed"][2:]).all()
+    assert results.outputs["speed"][:2] == pytest.approx([2.0, 4.0], rel=1e-9)
 
 
 @pytest.mark.parametrize("design", ["random", "latin_hypercube", "sobol"])
@@ -170,8 +174,8 @@ def test_designs_have_their_distribution_and_repeat_by_their_seed(design):
     text = f'case = "c.toml"\ndesign = "{design}"\nmembers = 512\nseed = 7\nhistories = ["q:1"]\n'
     text += '[vary.a]\nbetween = [1, 3]\n[vary.b]\nnormal = ["10 m", "2 m"]\n'
     table = parse_sweep(text)
-    rows = designed(table)
-    assert rows == designed(table) and rows != designed(parse_sweep(text.replace("seed = 7", "seed = 8")))
+    rows = member_values(table)
+    assert rows == member_values(table) and rows != member_values(parse_sweep(text.replace("seed = 7", "seed = 8")))
     a, b = np.array([row["a"] for row in rows]), np.array([float(row["b"].split()[0]) for row in rows])
     assert 1 <= a.min() and a.max() <= 3 and rows[0]["b"].endswith(" m")
     assert [a.mean(), b.mean(), b.std()] == pytest.approx([2.0, 10.0, 2.0], rel=0.1)
@@ -183,29 +187,31 @@ def test_verb_writes_results_and_pictures(study, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     study()
     run = CliRunner().invoke
-    found = run(app, ["sweep", "study.toml", "--workers", "1", "-o", "s.h5", "-o", "s.png"])
-    assert found.exit_code == 0, found.output
+    result = run(app, ["sweep", "study.toml", "--workers", "1", "-o", "s.h5", "-o", "s.png"])
+    assert result.exit_code == 0, result.output
     assert (tmp_path / "s.png").stat().st_size > 10_000
-    found = run(app, ["sweep", "study.toml", "-o", "s.h5", "-o", "e.png", "--envelope", "--resume", "--json"])
-    assert json.loads(found.stdout)["runs"] == 6 and (tmp_path / "e.png").stat().st_size > 10_000
+    result = run(app, ["sweep", "study.toml", "-o", "s.h5", "-o", "e.png", "--envelope", "--resume", "--json"])
+    assert json.loads(result.stdout)["runs"] == 6 and (tmp_path / "e.png").stat().st_size > 10_000
 
 
 def test_sobol_indices_of_a_product(study, tmp_path):
     """Speed = 2 torque / inertia: for independent factors X Y the variances follow from those of X and 1 / Y."""
     path = study(('"latin_hypercube"\nmembers = 6', '"sobol_indices"\nmembers = 64'))
     table = parse_sweep(path.read_text())
-    rows = designed(table)
+    rows = member_values(table)
     assert len(rows) == 64 * 4
     inertia, torque = (np.array([float(str(row[key]).split()[0]) for row in rows]) for key in table.vary)
-    found = indices(table, 2.0 * torque / inertia)
+    indices = sobol_indices_of(table, 2.0 * torque / inertia)
     mean = np.log(3.0) / 2.0  # of 1 / J, J uniform from 1 to 3
     v_inv, v_torque = (1 - 1 / 3.0) / 2.0 - mean**2, 0.5**2
-    whole = (v_inv + mean**2) * (v_torque + 16.0) - mean**2 * 16.0
-    first = np.array([16.0 * v_inv, mean**2 * v_torque]) / whole
-    assert found[:, 0] == pytest.approx(first, abs=0.05) and found[:, 1] == pytest.approx(1 - first[::-1], abs=0.05)
-    again = indices(table, np.where(np.arange(len(rows)) == 3, np.nan, torque))
-    assert np.isnan(again).all()
-    assert designed(table) == designed(table)
+    variance = (v_inv + mean**2) * (v_torque + 16.0) - mean**2 * 16.0
+    first_order = np.array([16.0 * v_inv, mean**2 * v_torque]) / variance
+    assert indices[:, 0] == pytest.approx(first_order, abs=0.05) and indices[:, 1] == pytest.approx(
+        1 - first_order[::-1], abs=0.05
+    )
+    failed_indices = sobol_indices_of(table, np.where(np.arange(len(rows)) == 3, np.nan, torque))
+    assert np.isnan(failed_indices).all()
+    assert member_values(table) == member_values(table)
 
 
 DISPERSION = Path(__file__).parents[2] / "cases" / "studies" / "panel_dispersion.toml"
@@ -214,13 +220,13 @@ DISPERSION = Path(__file__).parents[2] / "cases" / "studies" / "panel_dispersion
 @pytest.mark.slow
 def test_members_of_the_shipped_dispersion_have_the_momentum_of_their_pulses():
     """Each pulse changes from one torque to the other along 5 s: what is left is 2.5 s times the two departures."""
-    table, plan = planned_sweep(DISPERSION)
-    for number, values in list(enumerate(designed(table)))[:2]:
-        found = run_member(plan, number, values)
-        assert not found.problem
-        first, last = values["loads.0.torque.0.1"] - 40.0, values["loads.0.torque.3.1"] + 40.0
-        left = dict(zip(table.outputs, found.outputs, strict=True))["left"]
-        assert left == pytest.approx(2.5 * (first + last), abs=1e-6)
+    table, plan = plan_sweep(DISPERSION)
+    for number, values in list(enumerate(member_values(table)))[:2]:
+        outcome = run_member(plan, number, values)
+        assert not outcome.problem
+        first_departure, last_departure = values["loads.0.torque.0.1"] - 40.0, values["loads.0.torque.3.1"] + 40.0
+        remaining_momentum = dict(zip(table.outputs, outcome.outputs, strict=True))["left"]
+        assert remaining_momentum == pytest.approx(2.5 * (first_departure + last_departure), abs=1e-6)
 
 
 DESIGN = """
@@ -236,8 +242,8 @@ component = "z"
 """
 
 
-def table(head: str, first: str, second: str):
-    return parse_sweep(DESIGN.format(head=head, first=first, second=second))
+def table(head: str, first_range: str, second_range: str):
+    return parse_sweep(DESIGN.format(head=head, first=first_range, second=second_range))
 
 
 WHEELS = sprung_wheels(48, 'samples = 5\n[attitude]\nframe = "inertial"')
@@ -248,12 +254,12 @@ CLAMPED = 1.8751040687119611**2 / 4 * np.sqrt(3000.0 / 0.5) / (2 * np.pi)
 
 def test_system_frequency_by_mode_and_by_branch():
     """Above the two wheels, at 1 / pi and 6.93 / 2 pi Hz, lies the bending of the clamped rod."""
-    ladder = planned(parse_case(WHEELS + ROD), "modes", [1, 2]).ladder
+    level_set = plan_study(parse_case(WHEELS + ROD), "modes", [1, 2]).level_set
 
     def study(quantity: str) -> Study:
-        return Study(parse_case(WHEELS + ROD.replace("mode = 3", quantity)), "modes", ladder)
+        return Study(parse_case(WHEELS + ROD.replace("mode = 3", quantity)), "modes", level_set)
 
-    built = ladder.rungs[1].build()
+    built = level_set.levels[1].build()
     wheels = np.sqrt([8 / 2, 48 / 3]) / (2 * np.pi)
     for quantity, hertz, tolerance in (
         ("mode = 2", wheels[1], 1e-6),

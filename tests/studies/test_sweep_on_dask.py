@@ -47,18 +47,18 @@ component = "z"
 def test_killed_worker_loses_no_member(tmp_path):
     (tmp_path / "spun.toml").write_text(CASE)
     (tmp_path / "study.toml").write_text(STUDY)
-    alone = sweep(tmp_path / "study.toml", tmp_path / "alone.h5", workers=1)
+    single_results = sweep(tmp_path / "study.toml", tmp_path / "alone.h5", workers=1)
     with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
-        first = next(iter(cluster.workers.values()))
+        first_worker = next(iter(cluster.workers.values()))
         killed: list[int] = []
 
         def watch(done: float) -> None:
             if done == 3.0:
-                os.kill(first.pid, signal.SIGKILL)
-                killed.append(first.pid)
+                os.kill(first_worker.pid, signal.SIGKILL)
+                killed.append(first_worker.pid)
 
-        together = sweep(
+        dask_results = sweep(
             tmp_path / "study.toml", tmp_path / "dask.h5", scheduler=cluster.scheduler_address, progress=watch
         )
-    assert killed and not any(together.problems)
-    assert np.array_equal(together.outputs["speed"], alone.outputs["speed"])
+    assert killed and not any(dask_results.problems)
+    assert np.array_equal(dask_results.outputs["speed"], single_results.outputs["speed"])

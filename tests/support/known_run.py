@@ -18,7 +18,7 @@ CHANNELS = {
 
 
 def known_arrays(times):
-    """What every channel holds at those instants."""
+    """Values of every channel at those instants."""
     columns = np.stack([np.sin(times), np.cos(times), times**2], axis=1)
     return {
         "q": columns[:, :2],

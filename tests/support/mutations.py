@@ -87,7 +87,7 @@ def _inline(value: Any) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
-def beside(folder: Path) -> Path:
+def mutation_folder(folder: Path) -> Path:
     """A folder for changed copies, with the files that the shipped cases name."""
     cases = folder / "cases"
     cases.mkdir()

@@ -46,7 +46,7 @@ def names_of(text: str) -> list[str]:
     return sorted(found)
 
 
-def alike(names: list[str]) -> dict[str, str]:
+def similar_names(names: list[str]) -> dict[str, str]:
     """Another name for each of these, in the same alphabetical order, which begins as its neighbours do."""
     made = sorted(f"{first}{second}" for first in ALIKE for second in ("", *(f"_{one}" for one in ALIKE), *ALIKE[1:3]))
     others = sorted(set(made))[: len(names)]
@@ -62,15 +62,15 @@ def renamed(text: str, names: Mapping[str, str]) -> str:
 
 def reordered(text: str) -> str:
     """A case with its tables from last to first, and in each of them its keys."""
-    return toml_text(_turned(tomllib.loads(text)))
+    return toml_text(_reversed_order(tomllib.loads(text)))
 
 
-def _turned(value: Any) -> Any:
+def _reversed_order(value: Any) -> Any:
     if isinstance(value, dict):
-        return {key: _turned(part) for key, part in reversed(value.items())}
+        return {key: _reversed_order(part) for key, part in reversed(value.items())}
     if isinstance(value, list) and any(isinstance(part, dict) and set(part) & UNORDERED for part in value):
-        return [_turned(part) for part in reversed(value)]
-    return [_turned(part) for part in value] if isinstance(value, list) else value
+        return [_reversed_order(part) for part in reversed(value)]
+    return [_reversed_order(part) for part in value] if isinstance(value, list) else value
 
 
 def in_other_units(text: str) -> str:

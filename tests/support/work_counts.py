@@ -77,7 +77,7 @@ def count_work(monkeypatch, n_dof):
     """Counts, as they grow: "structures" assembled, "factorisations" and "Lanczos" searches of nearly all n_dof."""
     counts = Counter()
 
-    def counted(module, name, kind, large=lambda *args: True):
+    def count_calls(module, name, kind, large=lambda *args: True):
         original = getattr(module, name)
 
         def call(*args, **kwargs):
@@ -86,13 +86,13 @@ def count_work(monkeypatch, n_dof):
 
         monkeypatch.setattr(module, name, call)
 
-    def whole(A, *_):
+    def has_all_dof(A, *_):
         return A.shape[0] > 0.75 * n_dof
 
-    counted(fem_structure, "mass_and_stiffness", "structures")
-    counted(assembler.Assembler, "total", "matrices")
+    count_calls(fem_structure, "mass_and_stiffness", "structures")
+    count_calls(assembler.Assembler, "total", "matrices")
     for module in (shift_invert, pivots):
-        counted(module, "splu", "factorisations", whole)
+        count_calls(module, "splu", "factorisations", has_all_dof)
     for module in (shift_invert, buckling):
-        counted(module, "eigsh", "Lanczos", whole)
+        count_calls(module, "eigsh", "Lanczos", has_all_dof)
     return counts

@@ -34,17 +34,17 @@ def drawn_figure(monkeypatch):
     """The figure that was written last, with the keywords it was written with; nothing is rendered."""
     from matplotlib.figure import Figure
 
-    kept = []
+    figures = []
 
-    def keep(figure, path, **keywords):
+    def record_figure(figure, path, **keywords):
         path.write_bytes(b"drawn")
-        kept.append((figure, keywords))
+        figures.append((figure, keywords))
 
-    monkeypatch.setattr(Figure, "savefig", keep)
+    monkeypatch.setattr(Figure, "savefig", record_figure)
 
-    def last():
-        figure, keywords = kept[-1]
+    def last_figure():
+        figure, keywords = figures[-1]
         figure.keywords = keywords
         return figure
 
-    return last
+    return last_figure

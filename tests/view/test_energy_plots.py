@@ -105,7 +105,7 @@ def test_power_of_a_load_is_force_times_velocity(pushed):
 TIME = 1800.0 + 900.0 * np.linspace(0, 2, 13) ** 1.5  # uneven
 
 
-def made(path, arrays, times=TIME):
+def stored_run(path, arrays, times=TIME):
     channels = {name: Channel("W", name, values.shape[1:]) for name, values in arrays.items()}
     with RunWriter(path, channels, {}, {"title": "made"}) as writer:
         writer.write_block(times, arrays)
@@ -134,52 +134,56 @@ POWERS = {
 
 def arrays():
     rng = np.random.default_rng(7)
-    stored = ("kinetic", "elastic", "spring", "gravity")
-    found = {f"monitors/{name}": 100.0 + rng.normal(size=13) for name in stored}
-    found |= {f"effectors/{name}/energy": 50.0 + rng.normal(size=13) for name in ("wheel", "gyro")}
-    found |= {f"effectors/{name}/power": rng.normal(size=13) for name in ("wheel", "gyro")}
-    found |= {path: power for path, (power, _) in POWERS.items()}
-    found["latches/door/loss"] = np.where(np.arange(13) > 6, 8.0, 0.0)
-    found["monitors/energy"] = 1e3 + sum(found[f"monitors/{name}"] for name in stored)
-    return found
+    energy_names = ("kinetic", "elastic", "spring", "gravity")
+    channels = {f"monitors/{name}": 100.0 + rng.normal(size=13) for name in energy_names}
+    channels |= {f"effectors/{name}/energy": 50.0 + rng.normal(size=13) for name in ("wheel", "gyro")}
+    channels |= {f"effectors/{name}/power": rng.normal(size=13) for name in ("wheel", "gyro")}
+    channels |= {path: power for path, (power, _) in POWERS.items()}
+    channels["latches/door/loss"] = np.where(np.arange(13) > 6, 8.0, 0.0)
+    channels["monitors/energy"] = 1e3 + sum(channels[f"monitors/{name}"] for name in energy_names)
+    return channels
 
 
 @pytest.fixture(scope="module")
-def full(tmp_path_factory):
-    with made(tmp_path_factory.mktemp("energy") / "run.h5", arrays()) as run:
+def full_run(tmp_path_factory):
+    with stored_run(tmp_path_factory.mktemp("energy") / "run.h5", arrays()) as run:
         yield run
 
 
-def work(path):
+def work_of_path(path):
     return POWERS[path][1]
 
 
 def band(collection):
     (path,) = collection.get_paths()
     x, y = path.vertices.T
-    at = np.unique(x)
-    return at, np.array([y[x == one].min() for one in at]), np.array([y[x == one].max() for one in at])
+    abscissae = np.unique(x)
+    return (
+        abscissae,
+        np.array([y[x == abscissa].min() for abscissa in abscissae]),
+        np.array([y[x == abscissa].max() for abscissa in abscissae]),
+    )
 
 
 def test_energy_picture_stacks_positive_and_negative_parts(tmp_path, wheeled, drawn_figure):
-    account, left, time = energy_account(wheeled), balance_of(wheeled).values, wheeled.time
+    account, balance, time = energy_account(wheeled), balance_of(wheeled).values, wheeled.time
     plot_energy(wheeled, tmp_path / "a.svg", dpi=42)
     ax, below = drawn_figure().axes
     largest = max(np.abs(values).max() for values in account.values())
-    drawn = {name: values for name, values in account.items() if np.abs(values).max() >= 1e-3 * largest}
-    assert len(ax.collections) == 2 * len(drawn) > 4
+    large_terms = {name: values for name, values in account.items() if np.abs(values).max() >= 1e-3 * largest}
+    assert len(ax.collections) == 2 * len(large_terms) > 4
     up, down = np.zeros(len(time)), np.zeros(len(time))
-    for k, (name, values) in enumerate(drawn.items()):
+    for k, (name, values) in enumerate(large_terms.items()):
         upper, lower = ax.collections[2 * k : 2 * k + 2]
         assert upper.get_label() == name
         new_up, new_down = up + np.maximum(values, 0), down + np.minimum(values, 0)
         for collection, (low, high) in ((upper, (up, new_up)), (lower, (new_down, down))):
-            at, bottom, top = band(collection)
-            np.testing.assert_allclose(at, time)
+            abscissae, bottom, top = band(collection)
+            np.testing.assert_allclose(abscissae, time)
             np.testing.assert_allclose([bottom, top], [low, high], atol=1e-9 * largest)
         up, down = new_up, new_down
     np.testing.assert_allclose(ax.lines[0].get_data(), [time, sum(account.values())], atol=1e-9 * largest)
-    np.testing.assert_allclose(below.lines[0].get_data(), [time, left], atol=1e-9 * largest)
+    np.testing.assert_allclose(below.lines[0].get_data(), [time, balance], atol=1e-9 * largest)
 
 
 SWING = np.linspace(0, 10, 201)
@@ -196,7 +200,7 @@ HUB = CoordinateTerms(0, "base-hub.angle_rate", "N m", "inertia/base-hub")
 
 @pytest.fixture
 def swinging_run(tmp_path):
-    """A swinging_run of two coordinates, of which the first swings."""
+    """A run of two coordinates, of which the first swings."""
     q, u = np.stack([np.sin(SWING), SWING], axis=1), np.stack([np.cos(SWING), 0 * SWING + 1], axis=1)
     names = ("base-hub.angle", "boom.delta1")
     channels = {
@@ -215,15 +219,15 @@ def swinging_run(tmp_path):
 @pytest.mark.parametrize("theme", ["light", "dark"])
 def test_terms_picture_has_motion_and_stack(tmp_path, swinging_run, drawn_figure, theme):
     rows = SWING <= 8
-    parts = {name: part[rows] for name, part in PARTS.items()}
-    plot_terms(swinging_run, SWING[rows], parts, [HUB], tmp_path / "a.png", theme=theme, dpi=50)
+    terms = {name: values[rows] for name, values in PARTS.items()}
+    plot_terms(swinging_run, SWING[rows], terms, [HUB], tmp_path / "a.png", theme=theme, dpi=50)
     motion, stack = drawn_figure().axes
     assert motion.get_title(loc="left") == "base-hub.angle" and motion.get_ylabel() == "[deg]"
     assert motion.lines[0].get_ydata() == pytest.approx(np.rad2deg(np.sin(SWING[rows])))
     assert stack.get_ylabel() == "moment [N m]" and stack.get_xlabel() == "time [s]"
-    named = [text.get_text() for text in stack.get_legend().get_texts()]
-    assert [name.split("  ")[0] for name in named] == ["joint springs", "load push", "sum: inertia of base-hub"]
-    assert stack.lines[-1].get_ydata() == pytest.approx(parts["inertia/base-hub"][:, 0])
+    legend_names = [text.get_text() for text in stack.get_legend().get_texts()]
+    assert [name.split("  ")[0] for name in legend_names] == ["joint springs", "load push", "sum: inertia of base-hub"]
+    assert stack.lines[-1].get_ydata() == pytest.approx(terms["inertia/base-hub"][:, 0])
     areas = [area.get_paths()[0].vertices[:, 1] for area in stack.collections]
     assert max(a.max() for a in areas) == pytest.approx(max(-SPRING[rows] + 1.0 * (SWING[rows] < 5)), rel=1e-3)
     assert drawn_figure().get_suptitle() == "swing (without gravity gradient, pull)"

@@ -16,19 +16,19 @@ from support.made_runs import craft
 from femflex.results import open_run
 from femflex.view import Look, mode_montage, mode_movie, render_movie, render_picture
 from femflex.view.motion import motion
-from femflex.view.plan import planned
+from femflex.view.plan import plan_scene
 
 SMALL = {"size": (320, 180), "samples": 1}
 
 
-def read(path):
+def pixels_of(path):
     with Image.open(path) as image:
         return np.asarray(image).astype(int)
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])
 def test_picture_has_its_size_and_shows_the_bodies(tmp_path, run, theme):
-    image = read(render_picture(run, tmp_path / "a.png", time=3.0, theme=theme, size=(400, 240)))
+    image = pixels_of(render_picture(run, tmp_path / "a.png", time=3.0, theme=theme, size=(400, 240)))
     assert image.shape == (240, 400, 3)
     assert (image[0].mean() > 200) == (theme == "light")
     hue = np.ptp(image.astype(int), axis=2)  # greys have none
@@ -37,7 +37,7 @@ def test_picture_has_its_size_and_shows_the_bodies(tmp_path, run, theme):
 
 def test_colour_bar_covers_the_largest_displacement_of_the_run(run):
     """Boom: both bending planes together; amplitudes of the made-up motion times unit tip shapes."""
-    plan = planned(run, Look())
+    plan = plan_scene(run, Look())
     tip = run["markers/boom.tip/deflection"]
     assert plan.largest == pytest.approx(np.linalg.norm(tip, axis=1).max(), rel=2e-3)  # the rim turns a little too
     assert plan.bar.unit == "cm" and plan.bar.top >= 100 * plan.largest > 0.7 * plan.bar.top
@@ -46,13 +46,15 @@ def test_colour_bar_covers_the_largest_displacement_of_the_run(run):
 
 def test_magnification_changes_the_picture(tmp_path, run):
     look = {**SMALL, "view": (0.0, -1.0, 0.3), "camera": "body:hub", "triads": False, "edges": "none"}
-    true, more = (read(render_picture(run, tmp_path / f"{s}.png", time=8.55, scale=s, **look)) for s in (1.0, 4.0))
-    assert np.count_nonzero(np.abs(true.astype(int) - more).sum(axis=2) > 60) > 100
+    true_scale, magnified = (
+        pixels_of(render_picture(run, tmp_path / f"{s}.png", time=8.55, scale=s, **look)) for s in (1.0, 4.0)
+    )
+    assert np.count_nonzero(np.abs(true_scale.astype(int) - magnified).sum(axis=2) > 60) > 100
 
 
 def test_traces_grow_with_time(tmp_path, run):
     look = {**SMALL, "traces": ("boom.tip",), "triads": False}
-    early, late = (read(render_picture(run, tmp_path / f"{t}.png", time=t, **look)) for t in (1.0, 18.0))
+    early, late = (pixels_of(render_picture(run, tmp_path / f"{t}.png", time=t, **look)) for t in (1.0, 18.0))
     red = [np.count_nonzero(np.abs(i.astype(int) - [209, 73, 91]).sum(axis=2) < 60) for i in (early, late)]
     assert red[1] > 4 * red[0] > 0
 
@@ -63,32 +65,32 @@ def test_trace_follows_the_magnified_body(run, camera):
     moving = motion(run, times, camera, "boom" if camera == "body" else "", ("boom.tip",), scale)
     skin = run.bodies()["boom"].skin
     for k in range(2):
-        moved = skin.points + scale * np.einsum("n,npa->pa", moving.delta["boom"][k], skin.shapes)
-        drawn = moving.position["boom"][k] + moved @ moving.attitude["boom"][k].T
-        assert np.allclose(moving.traces["boom.tip"][k], drawn[-1], atol=1e-9)  # the tip is its last point
+        deformed = skin.points + scale * np.einsum("n,npa->pa", moving.delta["boom"][k], skin.shapes)
+        scene_points = moving.position["boom"][k] + deformed @ moving.attitude["boom"][k].T
+        assert np.allclose(moving.traces["boom.tip"][k], scene_points[-1], atol=1e-9)  # the tip is its last point
 
 
 def movie_frames(path, width, height):
     """Frames of a movie (n, height, width, 3), and what the decoder prints about the file."""
     command = [imageio_ffmpeg.get_ffmpeg_exe(), "-i", str(path), "-f", "rawvideo", "-pix_fmt", "rgb24", "-"]
-    done = subprocess.run(command, capture_output=True, check=True)
-    return np.frombuffer(done.stdout, np.uint8).reshape(-1, height, width, 3).astype(int), done.stderr.decode()
+    process = subprocess.run(command, capture_output=True, check=True)
+    return np.frombuffer(process.stdout, np.uint8).reshape(-1, height, width, 3).astype(int), process.stderr.decode()
 
 
 def test_movie_has_its_frames(tmp_path, run):
-    seen, progress = [], lambda k, n: seen.append((k, n))
+    reports, progress = [], lambda k, n: reports.append((k, n))
     path = render_movie(run, tmp_path / "a.mp4", fps=10, span=(2.0, 4.0), speed=1.0, size=(321, 181), progress=progress)
     images, printed = movie_frames(path, 322, 182)  # even sizes
     assert len(images) == 21 and "h264" in printed and "10 fps" in printed and "yuv420p" in printed
-    assert seen == [(k, 21) for k in range(1, 22)]
+    assert reports == [(k, 21) for k in range(1, 22)]
     assert all(np.abs(a - b).max() > 50 for a, b in pairwise(images))
     assert os.listdir(tmp_path) == ["a.mp4"]
 
 
 def test_frame_is_the_picture_of_its_time(tmp_path, run):
     folder = render_movie(run, tmp_path / "frames", fps=1, span=(0.0, 5.0), speed=1.0, **SMALL)
-    single = read(render_picture(run, tmp_path / "a.png", time=3.0, **SMALL))
-    assert np.array_equal(read(folder / "frame_00004.png"), single)
+    single = pixels_of(render_picture(run, tmp_path / "a.png", time=3.0, **SMALL))
+    assert np.array_equal(pixels_of(folder / "frame_00004.png"), single)
 
 
 def test_interrupted_movie_has_the_frames_drawn_before(tmp_path, run):
@@ -135,8 +137,8 @@ def test_picture_of_a_killed_run(tmp_path, tumbling):
         file["progress"][...] = [150, -1]
         file.attrs["complete"] = False
     with open_run(copy) as run:
-        assert planned(run, Look()).span == (0.0, pytest.approx(149 * 0.05))
-        assert read(render_picture(run, tmp_path / "a.png", **SMALL)).shape == (180, 320, 3)
+        assert plan_scene(run, Look()).span == (0.0, pytest.approx(149 * 0.05))
+        assert pixels_of(render_picture(run, tmp_path / "a.png", **SMALL)).shape == (180, 320, 3)
 
 
 TILE = (200, 150)
@@ -154,12 +156,12 @@ def panel():
 
 @pytest.mark.parametrize("theme", ["dark"])
 def test_montage_has_a_tile_for_every_shape(tmp_path, boom, theme):
-    image = read(mode_montage(boom, tmp_path / "a.png", theme=theme, tile=TILE))
+    image = pixels_of(mode_montage(boom, tmp_path / "a.png", theme=theme, tile=TILE))
     assert image.shape == (300, 400, 3)
     tiles = [image[r : r + 150, c : c + 200] for r in (0, 150) for c in (0, 200)]
     assert all(np.ptp(tile, axis=2).max() > 80 for tile in tiles)  # coloured by displacement
-    drawn = [tile[:115] for tile in tiles]  # above the captions
-    assert all(np.abs(a - b).max() > 100 for a, b in pairwise(drawn))
+    drawings = [tile[:115] for tile in tiles]  # above the captions
+    assert all(np.abs(a - b).max() > 100 for a, b in pairwise(drawings))
     rim = [np.concatenate([tile[0], tile[-1], tile[:, 0], tile[:, -1]]) for tile in tiles]
     assert all(np.ptp(edge, axis=0).max() == 0 for edge in rim)  # nothing clipped
 
@@ -167,7 +169,7 @@ def test_montage_has_a_tile_for_every_shape(tmp_path, boom, theme):
 def test_mode_movie_is_periodic(tmp_path, panel):
     folder = mode_movie(panel, tmp_path / "m", mode=1, seconds=1.0, cycles=2, fps=8, size=(240, 160))
     assert len(os.listdir(folder)) == 16
-    frames = [read(folder / f"frame_{k:05d}.png") for k in range(1, 17)]
+    frames = [pixels_of(folder / f"frame_{k:05d}.png") for k in range(1, 17)]
     assert all(np.array_equal(a, b) for a, b in zip(frames[:8], frames[8:], strict=True))
     assert np.array_equal(frames[0], frames[4])  # both ends of the swing pass through rest
     up, down = ((np.abs(f - f[0, 0]).sum(axis=2) > 100)[:120].nonzero()[0].mean() for f in (frames[2], frames[6]))

@@ -12,7 +12,7 @@ from femflex.results import RunWriter, open_run
 from femflex.rotations import angles_from_dcm, dcm_from_angles, is_symmetric
 from femflex.system import Channel
 from femflex.view import plot_histories, plot_spectra, plot_spectrograms
-from femflex.view.curves import unwrapped
+from femflex.view.curves import continuous_angles
 from femflex.view.spectrogram import spectrogram
 
 
@@ -23,9 +23,14 @@ def test_default_plot(tmp_path, run, drawn_figure):
     assert drift.get_ylabel() == "energy minus work [J]" and drift.get_xlabel() == "time [s]"
     assert [line.get_label() for line in attitude.lines] == ["pitch", "yaw"]
     assert [line.get_label() for line in small.lines] == ["roll"]  # 3 deg beside 290
-    named = {line.get_label(): line.get_ydata() for line in deflection.lines}
-    assert set(named) == {"boom.tip x", "boom.tip y", "boom.tip z", "panel.corner z"}  # in plane it does not move
-    assert np.allclose(named["boom.tip y"], 100 * run["markers/boom.tip/deflection"][:, 1])
+    lines_by_label = {line.get_label(): line.get_ydata() for line in deflection.lines}
+    assert set(lines_by_label) == {
+        "boom.tip x",
+        "boom.tip y",
+        "boom.tip z",
+        "panel.corner z",
+    }  # in plane it does not move
+    assert np.allclose(lines_by_label["boom.tip y"], 100 * run["markers/boom.tip/deflection"][:, 1])
     assert np.allclose(attitude.lines[0].get_ydata(), np.rad2deg(0.25 * run.time))
     E = run["monitors/energy"]
     assert np.allclose(drift.lines[0].get_ydata(), E - E[0], atol=1e-15)
@@ -74,23 +79,25 @@ def test_attitude_angles_are_unwrapped(tmp_path, drawn_figure):
         plot_histories(run, tmp_path / "a.png", channels=["attitude/angles"])
         yaw = next(line for ax in drawn_figure().axes for line in ax.lines if line.get_label() == "yaw")
         assert yaw.get_ydata() == pytest.approx(np.rad2deg(4 * t))
-    few = np.arange(0, 201, 15)  # 3 rad between two rows: which way cannot be told
-    with open_run(swinging(tmp_path / "few.h5", wrapped[few], 0 * wrapped[few])) as run:
+    sparse_rows = np.arange(0, 201, 15)  # 3 rad between two rows: which way cannot be told
+    with open_run(swinging(tmp_path / "few.h5", wrapped[sparse_rows], 0 * wrapped[sparse_rows])) as run:
         plot_histories(run, tmp_path / "b.png", channels=["attitude/angles"])
         yaw = next(line for ax in drawn_figure().axes for line in ax.lines if line.get_label() == "yaw")
-        assert yaw.get_ydata() == pytest.approx(np.rad2deg(wrapped[few, 2]))
+        assert yaw.get_ydata() == pytest.approx(np.rad2deg(wrapped[sparse_rows, 2]))
 
 
 @pytest.mark.parametrize("sequence", ["xzy", "zxz", "extrinsic yxz"])
 def test_angles_are_unwrapped_through_their_singularity(sequence):
     """The middle angle turns thrice and hits the singularity in a row; the angles carried on are the same attitude."""
     t = np.linspace(0, 1, 109)  # 10 deg between two rows
-    whole = np.stack([0.3 + 0.2 * t, 6 * np.pi * t, 0.1 - 0.1 * t], axis=1)
-    C = dcm_from_angles(whole, sequence)
+    exact_angles = np.stack([0.3 + 0.2 * t, 6 * np.pi * t, 0.1 - 0.1 * t], axis=1)
+    C = dcm_from_angles(exact_angles, sequence)
     names = ("x1", "z2", "x3") if is_symmetric(sequence) else ("x", "z", "y")
-    seen = unwrapped(angles_from_dcm(C, sequence), names)
-    assert np.abs(seen - seen[0] - (whole - whole[0])).max() < 0.01  # rad: between neighbours at the singularity
-    assert np.abs(dcm_from_angles(seen, sequence) - C).max() < 0.01
+    unwrapped = continuous_angles(angles_from_dcm(C, sequence), names)
+    assert (
+        np.abs(unwrapped - unwrapped[0] - (exact_angles - exact_angles[0])).max() < 0.01
+    )  # rad: between neighbours at the singularity
+    assert np.abs(dcm_from_angles(unwrapped, sequence) - C).max() < 0.01
 
 
 def sine(t, frequency, amplitude):
@@ -122,12 +129,12 @@ def sine_run(tmp_path_factory):
 def test_histories_have_the_data_of_their_channels(tmp_path, sine_run, drawn_figure):
     plot_histories(sine_run, tmp_path / "a.svg", ["many", "attitude/angles:2", "markers/mast.top/deflection"], dpi=31)
     figure = drawn_figure()
-    many, angle, deflection = figure.axes
+    ten_components, angle, deflection = figure.axes
     assert figure.get_size_inches() == pytest.approx([9.0, 3 * 2.5 + 0.5]) and figure.keywords["dpi"] == 31
-    assert [line.get_label() for line in many.lines] == [str(k + 1) for k in range(10)]
-    for k, line in enumerate(many.lines):
+    assert [line.get_label() for line in ten_components.lines] == [str(k + 1) for k in range(10)]
+    for k, line in enumerate(ten_components.lines):
         np.testing.assert_allclose(line.get_data(), [sine_run.time, sine_run["many"][:, k]])
-    assert (many.get_ylabel(), angle.get_ylabel(), deflection.get_ylabel()) == (
+    assert (ten_components.get_ylabel(), angle.get_ylabel(), deflection.get_ylabel()) == (
         "many [N m$^{2}$]",
         "attitude [deg]",
         "deflection [cm]",
@@ -135,7 +142,7 @@ def test_histories_have_the_data_of_their_channels(tmp_path, sine_run, drawn_fig
     assert angle.lines[0].get_ydata() == pytest.approx(np.rad2deg(sine_run["attitude/angles"][:, 1]))
     assert [line.get_label() for line in deflection.lines] == ["mast.top x", "mast.top y"]
     assert figure.get_suptitle() == "made" and figure.axes[-1].get_xlabel() == "time [s]"
-    assert many.get_xlim() == pytest.approx((100, 140)) and many.get_title() == ""
+    assert ten_components.get_xlim() == pytest.approx((100, 140)) and ten_components.get_title() == ""
 
 
 def test_spectra_have_the_peaks_of_their_sines(tmp_path, sine_run, drawn_figure):
@@ -148,9 +155,9 @@ def test_spectra_have_the_peaks_of_their_sines(tmp_path, sine_run, drawn_figure)
     values = {"boom.tip x": (1.5, 40.0), "boom.tip y": (3.2, 10.0), "boom.tip z": (2.0, 5.0), "mast.top x": (0.6, 30.0)}
     for line in ax.lines:
         if line.get_label() in values:
-            place, height = values[line.get_label()]
+            frequency, height = values[line.get_label()]
             x, y = line.get_data()
-            assert x[np.argmax(y)] == pytest.approx(place, abs=0.01) and y.max() == pytest.approx(height, rel=2e-2)
+            assert x[np.argmax(y)] == pytest.approx(frequency, abs=0.01) and y.max() == pytest.approx(height, rel=2e-2)
     assert set(values) <= {line.get_label() for line in ax.lines}
     assert ax.get_xlim() == pytest.approx((0.0, 1.3 * 3.2), rel=1e-3)
     top = max(line.get_ydata().max() for line in ax.lines)
@@ -165,11 +172,15 @@ def test_spectra_have_the_peaks_of_their_sines(tmp_path, sine_run, drawn_figure)
 def test_spectrogram_has_amplitude_and_frequency_of_its_sine(tmp_path, sine_run, drawn_figure):
     rng = np.random.default_rng(2)
     t = 30.0 + np.sort(np.concatenate([[0.0, 60.0], rng.uniform(0, 60, 5998)]))
-    places, frequencies, amplitude = spectrogram(t, 5.0 + 0.3 * t + sine(t, 2.0, 0.7))
-    assert amplitude.shape == (len(frequencies), len(places)) and len(places) == 200
-    assert (places[0], places[-1]) == pytest.approx((36.0, 84.0), abs=0.1) and np.diff(places).min() > 0
-    at = frequencies[amplitude.argmax(axis=0)]
-    assert at == pytest.approx(np.full(200, 2.0), abs=0.02) and amplitude.max(axis=0) == pytest.approx(0.7, rel=2e-2)
+    window_times, frequencies, amplitude = spectrogram(t, 5.0 + 0.3 * t + sine(t, 2.0, 0.7))
+    assert amplitude.shape == (len(frequencies), len(window_times)) and len(window_times) == 200
+    assert (window_times[0], window_times[-1]) == pytest.approx((36.0, 84.0), abs=0.1) and np.diff(
+        window_times
+    ).min() > 0
+    peak_frequencies = frequencies[amplitude.argmax(axis=0)]
+    assert peak_frequencies == pytest.approx(np.full(200, 2.0), abs=0.02) and amplitude.max(axis=0) == pytest.approx(
+        0.7, rel=2e-2
+    )
     assert amplitude[frequencies < 0.5].max() < 0.02  # the line is taken out
     plot_spectrograms(sine_run, tmp_path / "a.svg", ["markers/boom.tip/deflection:x", "markers/boom.tip/deflection:y"])
     figure = drawn_figure()

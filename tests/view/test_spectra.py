@@ -34,9 +34,9 @@ def test_peaks_of_few_cycles_are_left_out(phase):
     time = np.linspace(0, 20, 801)
     for cycles in np.arange(0.6, 3.4, 0.1):
         spectrum = amplitude_spectrum(time, np.sin(2 * np.pi * cycles / 20 * time + phase))
-        places = [place * 20 for place, height in spectrum.peaks() if height > 1e-3]  # no side lobes
-        assert all(place >= 2.5 * 800 / 801 and abs(place / cycles - 1) < 0.13 for place in places)
-        assert len(places) == 1 or cycles < 2.6
+        peak_cycles = [20 * frequency for frequency, height in spectrum.peaks() if height > 1e-3]  # no side lobes
+        assert all(peak >= 2.5 * 800 / 801 and abs(peak / cycles - 1) < 0.13 for peak in peak_cycles)
+        assert len(peak_cycles) == 1 or cycles < 2.6
 
 
 def test_uneven_times():

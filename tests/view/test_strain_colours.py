@@ -26,8 +26,8 @@ from femflex.reduction import (
 from femflex.results import RunWriter, open_run
 from femflex.view import mode_montage, render_movie, render_picture
 from femflex.view.look import Look
-from femflex.view.paint import BodyPaint, chosen
-from femflex.view.plan import planned
+from femflex.view.paint import BodyPaint, quantity_of_colour
+from femflex.view.plan import plan_scene
 
 L, B, H, E = 1.0, 0.1, 0.01, 70e9  # m, m, m, Pa; without Poisson's ratio strips bend as beams do
 EI, EA = E * B * H**3 / 12, E * B * H
@@ -63,8 +63,8 @@ def under_load(family: str, strain: str, direction: str, force: float):
 
 def painted(body, colour: str, delta):
     """Values at the points of the skin."""
-    quantity = chosen(colour, list(body.strain_field), "the body")
-    return BodyPaint.of(quantity, body.strain_field, body.skin).values(body.amplitudes(delta))
+    quantity = quantity_of_colour(colour, list(body.strain_field), "the body")
+    return BodyPaint.from_field(quantity, body.strain_field, body.skin).values(body.amplitudes(delta))
 
 
 @pytest.mark.sampled(3)
@@ -78,18 +78,18 @@ def test_bending_strain_of_a_cantilever(family: str, strain: str):
     if family == "solid":
         outside = np.minimum(np.abs(z), np.abs(z - H)) < 1e-9
         x = x[outside]
-        found = painted(body, "strain:xx", delta)[outside] / (H / 2 - z[outside])
-        wanted = F * (L - x) / EI
+        curvature = painted(body, "strain:xx", delta)[outside] / (H / 2 - z[outside])
+        expected = F * (L - x) / EI
     else:
-        wanted = F * (L - x) / EI
+        expected = F * (L - x) / EI
         name = {"beam": "curvature_y", "plate": "curvature_xx", "bfs": "curvature_xx"}[family]
-        found = painted(body, f"strain:{name}", delta)
-        found = found * np.sign(np.sum(found * wanted))  # of a section's and of a normal's turn
-    off = {"solid": 0.026, "plate": 0.012}.get(
+        curvature = painted(body, f"strain:{name}", delta)
+        curvature = curvature * np.sign(np.sum(curvature * expected))  # of a section's and of a normal's turn
+    tolerance = {"solid": 0.026, "plate": 0.012}.get(
         family, 2e-3
     )  # what elements lose at an end: of solids half of one of 20
-    assert found == pytest.approx(wanted, abs=off * F * L / EI)
-    assert found[np.abs(x) < 1e-9].mean() == pytest.approx(F * L / EI, rel=0.026 if family == "solid" else 2.5e-3)
+    assert curvature == pytest.approx(expected, abs=tolerance * F * L / EI)
+    assert curvature[np.abs(x) < 1e-9].mean() == pytest.approx(F * L / EI, rel=0.026 if family == "solid" else 2.5e-3)
 
 
 @pytest.mark.sampled(3)
@@ -118,10 +118,10 @@ MODELS = {
 LARGE = {"linear": 0.03, "nonlinear": 0.03, "condensed": 0.0075}  # of the size: condensed energy lacks the fifth order
 
 
-def ledger(body, delta):
+def elastic_energy(body, delta):
     """Strain energy of a body at its coordinates, as runs report it."""
-    held = (system.weld("hub"), system.weld("body", "hub"))
-    model = compile_system(System({"hub": rigid_body(1.0, np.eye(3)), "body": body}, held))
+    joints = (system.weld("hub"), system.weld("body", "hub"))
+    model = compile_system(System({"hub": rigid_body(1.0, np.eye(3)), "body": body}, joints))
     return float(model.observe(np.zeros(1), np.concatenate([delta, 0 * delta])[None])["monitors/elastic"][0])
 
 
@@ -135,13 +135,13 @@ def test_energy_density_integrates_to_the_elastic_energy(family: str, strain: st
     if strain != "linear":
         modes = with_derivatives(structure, modes)
     body = reduce_structure(structure, modes, strain=strain)
-    first = np.linalg.norm((structure.translation @ modes.phi[:, 0]).reshape(-1, 3), axis=1).max()
+    first_amplitude = np.linalg.norm((structure.translation @ modes.phi[:, 0]).reshape(-1, 3), axis=1).max()
     size = float(np.linalg.norm(np.ptp(structure.mesh.points, axis=0)))
     delta = np.zeros(body.n_modes)
-    delta[:3] = LARGE[strain] * size / first * np.array([1.0, 0.2, -0.1])
+    delta[:3] = LARGE[strain] * size / first_amplitude * np.array([1.0, 0.2, -0.1])
     y = body.amplitudes(delta)
-    found = sum(float(part.energy(y)[0] @ part.weight) for part in body.strain_field)
-    assert found == pytest.approx(ledger(body, delta), rel=2e-3)
+    energy = sum(float(part.energy(y)[0] @ part.weight) for part in body.strain_field)
+    assert energy == pytest.approx(elastic_energy(body, delta), rel=2e-3)
 
 
 @pytest.mark.parametrize("strain", FORMS)
@@ -150,8 +150,8 @@ def test_energy_density_of_functions_integrates_to_the_elastic_energy(strain: st
     body = beam_body(UniformBeam(1.0, EA, EI, 2 * EI, EI, 1.2), functions, strain=strain)
     delta = np.zeros(body.n_modes)
     delta[:2] = 0.05, 0.02
-    found = sum(float(part.energy(body.amplitudes(delta))[0] @ part.weight) for part in body.strain_field)
-    assert found == pytest.approx(ledger(body, delta), rel=1e-5)
+    energy = sum(float(part.energy(body.amplitudes(delta))[0] @ part.weight) for part in body.strain_field)
+    assert energy == pytest.approx(elastic_energy(body, delta), rel=1e-5)
 
 
 METAL = Material(7e10, 0.3, 2700.0)
@@ -169,21 +169,21 @@ def plate_and_beam():
     points = np.concatenate([plate.points, tube.points])
     cells = {"triangle": plate.cells["triangle"], "line": tube.cells["line"] + len(plate.points)}
     groups = {kind: {kind: np.arange(len(rows))} for kind, rows in cells.items()}
-    whole = Mesh(points, cells, groups, {"root": np.flatnonzero(points[:, 0] == 0)})
+    mesh = Mesh(points, cells, groups, {"root": np.flatnonzero(points[:, 0] == 0)})
     members = [Member("triangle", "plate", 0.004, METAL), Member("line", "beam", Tube(0.02, 0.002), METAL)]
-    structure = build_structure(whole, members)
+    structure = build_structure(mesh, members)
     return reduce_structure(structure, cantilever_modes(structure, "root", 3))
 
 
 def write(path, body, delta, without_field=False):
     """A run of a body held at its root at those elastic coordinates (t, n), and what it reports."""
     bodies = {"hub": rigid_body(50.0, np.eye(3) * 20.0), "boom": body}
-    held = (system.weld("hub"), system.weld("boom", "hub", child_marker="root"))
-    model = compile_system(System(bodies, held))
+    joints = (system.weld("hub"), system.weld("boom", "hub", child_marker="root"))
+    model = compile_system(System(bodies, joints))
     times = np.arange(float(len(delta)))
-    seen = model.observe(times, np.hstack([delta, np.zeros_like(delta)]))
+    channels = model.observe(times, np.hstack([delta, np.zeros_like(delta)]))
     with RunWriter(path, model.channels, bodies, {"title": "held"}) as writer:
-        writer.write_block(times, seen)
+        writer.write_block(times, channels)
         writer.finish(complete=True)
     return path
 
@@ -205,7 +205,7 @@ def test_painted_energy_integrates_to_the_monitor(swinging):
 
 
 def test_curvature_is_coloured_at_its_place(swinging):
-    paint, skin = planned(swinging, Look(colour="strain:curvature_z")).paints["boom"], swinging.bodies()["boom"].skin
+    paint, skin = plan_scene(swinging, Look(colour="strain:curvature_z")).paints["boom"], swinging.bodies()["boom"].skin
     (part,), y = swinging.bodies()["boom"].strain_field, swinging["bodies/boom/delta"][0]
     order = np.argsort(part.places[:, 0])
     exact = np.interp(skin.points[:, 0], part.places[order, 0], part.strains(y)[0, order, 1])
@@ -217,12 +217,12 @@ def test_constant_strain_has_one_colour():
     plate = body.strain_field[0]
     rows = np.zeros_like(plate.rows)
     rows[:, 0, 0] = 2e-4
-    same = type(plate)(**{**vars(plate), "rows": rows})
-    field = (same, body.strain_field[1])
-    paint = BodyPaint.of(chosen("strain:membrane_xx", list(field), "b"), field, body.skin)
-    found = paint.values(np.array([1.0, 0.0, 0.0]))
+    uniform_part = type(plate)(**{**vars(plate), "rows": rows})
+    field = (uniform_part, body.strain_field[1])
+    paint = BodyPaint.from_field(quantity_of_colour("strain:membrane_xx", list(field), "b"), field, body.skin)
+    colours = paint.values(np.array([1.0, 0.0, 0.0]))
     on_plate = body.skin.points[:, 1] > -0.25
-    assert found[on_plate] == pytest.approx(2e-4, rel=1e-6) and np.isnan(found[~on_plate]).all()
+    assert colours[on_plate] == pytest.approx(2e-4, rel=1e-6) and np.isnan(colours[~on_plate]).all()
 
 
 @pytest.mark.sampled(1)
@@ -243,21 +243,23 @@ def test_modes_are_coloured_by_strain(tmp_path):
         for k, colour in enumerate(["displacement", "energy:plate", "strain:curvature_xx"])
     ]
     assert all(np.abs(a - b).max() > 80 for a, b in pairwise(images))
-    paint = BodyPaint.of(chosen("energy:plate", list(body.strain_field), "b"), body.strain_field, body.skin)
+    paint = BodyPaint.from_field(
+        quantity_of_colour("energy:plate", list(body.strain_field), "b"), body.strain_field, body.skin
+    )
     assert np.nanmax(paint.values(np.array([1.0, 0.0, 0.0]))) > 0
 
 
-def part_of(kind, places, per=1, n=2, stress=0.0, seed=0, **more):
+def part_of(kind, points, per=1, n=2, stress=0.0, seed=0, **part_options):
     """A part whose gradients are linear in place: rows[p, g, k] = a[g, k] + b[g, k] . x."""
     rng = np.random.default_rng(seed)
-    places = np.asarray(places, float)
+    points = np.asarray(points, float)
     g = len(NAMES[kind])
     a, b = rng.normal(size=(g, n)), rng.normal(size=(g, n, 3))
-    rows = a + np.einsum("gnx,px->pgn", b, places)
+    rows = a + np.einsum("gnx,px->pgn", b, points)
     C = rng.normal(size=(g, g))
     return StrainPart(
-        kind, places, rng.uniform(0.5, 1.5, len(places)), rows.astype(np.float32), np.eye(g), np.zeros((g, g, g)),
-        (C @ C.T)[None], np.full((1, g), stress), np.eye(n), False, per, **more,
+        kind, points, rng.uniform(0.5, 1.5, len(points)), rows.astype(np.float32), np.eye(g), np.zeros((g, g, g)),
+        (C @ C.T)[None], np.full((1, g), stress), np.eye(n), False, per, **part_options,
     )  # fmt: skip
 
 

@@ -92,8 +92,12 @@ def band(collection):
     """Lower and upper bounds of a filled band at its abscissae."""
     (path,) = collection.get_paths()
     x, y = path.vertices.T
-    at = np.unique(x)
-    return at, np.array([y[x == one].min() for one in at]), np.array([y[x == one].max() for one in at])
+    abscissae = np.unique(x)
+    return (
+        abscissae,
+        np.array([y[x == abscissa].min() for abscissa in abscissae]),
+        np.array([y[x == abscissa].max() for abscissa in abscissae]),
+    )
 
 
 def test_envelopes_hold_all_complete_runs_and_the_outer_percentiles(tmp_path, drawn_figure):
@@ -107,8 +111,8 @@ def test_envelopes_hold_all_complete_runs_and_the_outer_percentiles(tmp_path, dr
         good = np.delete(runs[name], 2, axis=0) if name == "energy" else runs[name]
         limits = ([good.min(axis=0), good.max(axis=0)], np.sort([bands[name][2], bands[name][0]], axis=0))
         for collection, expected in zip(ax.collections, limits, strict=True):
-            at, low, high = band(collection)
-            np.testing.assert_allclose(at, time / 60)
+            abscissae, low, high = band(collection)
+            np.testing.assert_allclose(abscissae, time / 60)
             np.testing.assert_allclose([low, high], expected)
         (line,) = ax.lines
         np.testing.assert_allclose(line.get_data(), [time / 60, bands[name][1]])  # 40 is nearest to 50
@@ -161,27 +165,27 @@ def test_chart_colours_every_cell_and_draws_every_boundary(tmp_path, drawn_figur
     np.testing.assert_array_equal(data(ax.lines[0]), chart.boundaries[0][2])
 
 
-@pytest.mark.parametrize("of", ["poles", "multipliers"])
-def test_locus_has_the_branches_of_its_poles_or_multipliers(tmp_path, drawn_figure, of):
+@pytest.mark.parametrize("quantity", ["poles", "multipliers"])
+def test_locus_has_the_branches_of_its_poles_or_multipliers(tmp_path, drawn_figure, quantity):
     """s^2 + d s + 4 = 0, or its roots over a half."""
 
     def judge(d):
-        roots = np.roots([1.0, d, 4.0]).astype(complex) * (1.0 if of == "poles" else 0.5)
+        roots = np.roots([1.0, d, 4.0]).astype(complex) * (1.0 if quantity == "poles" else 0.5)
         return Judgement(STATIC if d >= 0.3 else UNSTABLE, float(roots.real.max()), roots)
 
-    locus = stability_locus(judge, [-1.0, 0.0, 1.0, 2.0], "damping", of=of)
+    locus = stability_locus(judge, [-1.0, 0.0, 1.0, 2.0], "damping", quantity=quantity)
     plot_locus(locus, tmp_path / "a.png")
     plane, above, below = drawn_figure().axes
     curves = [data(line) for line in plane.lines if len(line.get_xdata()) == 4]
-    branches = locus.branches.T if of == "multipliers" else [b for b in locus.branches.T if b[0].imag > 0]
-    height = 1.0 if of == "multipliers" else 2 * np.pi
+    branches = locus.branches.T if quantity == "multipliers" else [b for b in locus.branches.T if b[0].imag > 0]
+    height = 1.0 if quantity == "multipliers" else 2 * np.pi
     np.testing.assert_allclose(curves, [np.column_stack([b.real, b.imag / height]) for b in branches])
-    over = [[line.get_ydata() for line in ax.lines if len(line.get_xdata()) == 4] for ax in (above, below)]
-    parts = (np.abs, lambda z: np.degrees(np.angle(z)))
-    if of == "poles":
-        parts = (lambda z: z.imag / (2 * np.pi), np.real)
-    for lines, part in zip(over, parts, strict=True):
-        np.testing.assert_allclose(lines, [part(b) for b in branches])
+    curves_over_value = [[line.get_ydata() for line in ax.lines if len(line.get_xdata()) == 4] for ax in (above, below)]
+    components = (np.abs, lambda z: np.degrees(np.angle(z)))
+    if quantity == "poles":
+        components = (lambda z: z.imag / (2 * np.pi), np.real)
+    for lines, component in zip(curves_over_value, components, strict=True):
+        np.testing.assert_allclose(lines, [component(b) for b in branches])
     marks = [line.get_xdata()[0] for line in above.lines if line.get_color() == LIGHT.trace]
     assert marks == pytest.approx([0.3], abs=1e-6)
 
@@ -192,15 +196,15 @@ def test_locus_has_the_branches_of_its_poles_or_multipliers(tmp_path, drawn_figu
 def test_convergence_picture_has_values_errors_and_limit(tmp_path, drawn_figure):
     study = '[study]\nquantity = { of = "mode_frequency", body = "rod" }\ntolerance = 1e-3\n'
     run = 'title = "rod"\n[run]\nduration = 1\nsamples = 5\n'
-    found = convergence(
+    study_result = convergence(
         parse_case(run + clamped_rod('{ y = 2, family = "polynomial" }') + study), "modes", [1, 2, 3, 4]
     )
-    plot_convergence(found, tmp_path / "a.svg")
+    plot_convergence(study_result, tmp_path / "a.svg")
     above, below = drawn_figure().axes
     lines = {line.get_label(): data(line) for ax in (above, below) for line in ax.lines}
-    np.testing.assert_allclose(lines["value"], np.column_stack([found.counts, found.values]))
-    assert lines["limit"][:, 1] == pytest.approx(found.estimate)
-    shown = lines["estimated error"]
-    np.testing.assert_allclose(shown[:, 0], found.counts[: len(shown)])
-    np.testing.assert_allclose(shown[:, 1], found.errors[: len(shown)] / found.scale)
+    np.testing.assert_allclose(lines["value"], np.column_stack([study_result.counts, study_result.values]))
+    assert lines["limit"][:, 1] == pytest.approx(study_result.estimate)
+    error_line = lines["estimated error"]
+    np.testing.assert_allclose(error_line[:, 0], study_result.counts[: len(error_line)])
+    np.testing.assert_allclose(error_line[:, 1], study_result.errors[: len(error_line)] / study_result.scale)
     assert lines["tolerance 0.001"][:, 1] == pytest.approx(1e-3)

@@ -1,4 +1,4 @@
-"""Where a branch meets a multiple of the spin: f = n Omega / 2 pi."""
+"""Crossings of a branch with a multiple of the spin: f = n Omega / 2 pi."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 
 from femflex.arrays import Array
 
-ROUNDING = 1e-12  # of a squared frequency: a sample so near to a multiple of the spin is a crossing itself
+ROUNDING = 1e-12  # of a squared frequency: a sample this close to a multiple of the spin is a crossing itself
 
 
 @dataclass(frozen=True)
@@ -30,18 +30,18 @@ def crossings(branch: str, speeds: Array, frequencies: Array, orders: list[int])
     Between speeds the squares are interpolated, which centrifugal stiffening makes nearly straight.
     """
     swings = frequencies > 0
-    parts = np.flatnonzero(np.diff(np.concatenate([[False], swings, [False]]).astype(int))).reshape(-1, 2)
+    intervals = np.flatnonzero(np.diff(np.concatenate([[False], swings, [False]]).astype(int))).reshape(-1, 2)
     out = []
-    for first, end in parts:
-        if end - first < 2:
+    for start, end in intervals:
+        if end - start < 2:
             continue
-        z, y = speeds[first:end] ** 2, (2 * np.pi * frequencies[first:end]) ** 2
-        curve = CubicSpline(z, y) if len(z) > 3 else lambda at, z=z, y=y: np.interp(at, z, y)
-        out += [found for order in orders for found in _meetings(branch, order, z, y, curve)]
+        z, y = speeds[start:end] ** 2, (2 * np.pi * frequencies[start:end]) ** 2
+        curve = CubicSpline(z, y) if len(z) > 3 else lambda square, z=z, y=y: np.interp(square, z, y)
+        out += [point for order in orders for point in _crossings_of_order(branch, order, z, y, curve)]
     return sorted(out, key=lambda crossing: crossing.speed)
 
 
-def _meetings(branch: str, order: int, z: Array, y: Array, curve: object) -> list[Crossing]:
+def _crossings_of_order(branch: str, order: int, z: Array, y: Array, curve: object) -> list[Crossing]:
     gap = np.where(np.abs(y - order**2 * z) > ROUNDING * y, y - order**2 * z, 0.0)
     squares = [float(s) for s in z[gap == 0]]
     for k in np.flatnonzero(gap[:-1] * gap[1:] < 0):

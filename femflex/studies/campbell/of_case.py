@@ -1,4 +1,4 @@
-"""The Campbell diagram that a case asks for."""
+"""The Campbell diagram of the [campbell] table of a case."""
 
 from __future__ import annotations
 
@@ -32,16 +32,16 @@ def case_campbell(
     return diagram_of(case, list(case_spins(case, at, progress)))
 
 
-def diagram_of(case: Case, found: list[tuple[Spin, Match | None]], complete: bool = True) -> Campbell:
-    """The diagram of the spins of a case, all of them or those there were when it was broken off."""
+def diagram_of(case: Case, matched_spins: list[tuple[Spin, Match | None]], complete: bool = True) -> Campbell:
+    """The diagram of the spins of a case: all of them, or those before an interruption."""
     table = table_of(case)
-    return assembled_diagram(found, table.modes, table.orders, case.title, complete)
+    return assembled_diagram(matched_spins, table.modes, table.orders, case.title, complete)
 
 
 def decided_of(case: Case) -> Decided:
-    """The case with all choices made whose system is spun, its equilibrium to be found anew at every speed.
+    """The case with all choices made; the equilibrium of its system is computed again at every speed.
 
-    Its doubts are given as warnings. Raises CaseError with what does not fit together.
+    Doubts about the case become warnings. Raises CaseError with what does not fit together.
     """
     from femflex.pipeline.balanced import decided_at_rest
 
@@ -51,16 +51,16 @@ def decided_of(case: Case) -> Decided:
 def case_spins(
     case: Case, at: float | None = None, progress: Callable[[float], None] | None = None, decided: Decided | None = None
 ) -> Iterator[tuple[Spin, Match | None]]:
-    """The steady spins of a case in turn; its choices are made before the first, if they are not given (`decided_of`).
+    """The steady spins of a case in turn; `decided`: the case with its choices, by default made here (`decided_of`).
 
-    Warns (PhysicsWarning) of bodies whose stiffening by the fastest of them is left out.
+    Warns (PhysicsWarning) of bodies whose stiffening by the fastest spin is not modelled.
     """
     table, axis = table_of(case), axis_of(case)
     decided = decided_of(case) if decided is None else decided
     x = None
-    for found in spins(decided.system, axis, table.speeds, table.modes, at, progress):
-        x = found[0].x
-        yield found
+    for matched_spin in spins(decided.system, axis, table.speeds, table.modes, at, progress):
+        x = matched_spin[0].x
+        yield matched_spin
     if x is not None:
         warn_of_ignored_stiffening(decided, axis * table.speeds[-1], x)
 
@@ -82,9 +82,9 @@ def table_of(case: Case) -> CampbellTable:
 
 
 def axis_of(case: Case) -> Array:
-    """Unit vector (3,) [1] about which a case spins. Raises CaseError where it does not say."""
+    """Unit vector (3,) [1] of the spin axis of a case. Raises CaseError if it has none."""
     table = table_of(case)
     if problems := list(spin_problems(table, case.attitude, case.orbit)):
         raise CaseError(case.path.name, problems)
-    given = np.array(table.axis or case.attitude.spin)
-    return np.asarray(given / np.linalg.norm(given))
+    direction = np.array(table.axis or case.attitude.spin)
+    return np.asarray(direction / np.linalg.norm(direction))

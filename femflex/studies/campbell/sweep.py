@@ -1,4 +1,4 @@
-"""Steady spins of a craft one after the other, each found from the one before and close enough to be followed."""
+"""Steady spins of a craft one after the other, each found from the one before, and close enough to track modes."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from femflex.dynamics.equilibria.character import motion_character
 from femflex.dynamics.equilibria.equilibrium import EquilibriumError, equilibrium
 from femflex.dynamics.equilibria.frozen import frozen_system
 from femflex.dynamics.equilibria.small_motions import SmallMotions
-from femflex.studies.campbell.matching import Match, match
+from femflex.studies.campbell.matching import Match, match_vibrations
 from femflex.system import Frame, System, started
 
-ALIKE = 0.8  # least likeness of the shapes that are followed from one speed to the next
+ALIKE = 0.8  # smallest MAC of a shape that is tracked from one speed to the next
 BESIDE = 1e-6  # of a critical speed: how far below it the small motions are taken in its place
-HALVINGS = 6  # of a step, at most: what changes within a 64th of it is passed as a crossing
+HALVINGS = 6  # of a step, at most: a change within a 64th of it counts as a crossing
 NOTHING = (
     "the craft has no vibration: its bodies are rigid, and its joints are welded, prescribed or without springs; a "
     "Campbell diagram needs a flexible body or a sprung joint"
@@ -29,16 +29,16 @@ class Spin:
     """A steady spin and the small motions about it.
 
     speed      [rad/s]; the value, where a diagram is over another value than the speed
-    asked      whether it is one of those that were requested, or one in between
+    asked      whether it was requested, or is an intermediate one
     x          (n_x,) the equilibrium
     vibration  the small motions, with damping
-    words      (n,) what each of them is, see `character`
+    words      (n,) character of each of them, see `character`
     critical   whether its stiffness is singular: the motions are those just below
     passed     requested speeds before this one that have no equilibrium
     """
 
     speed: float
-    asked: bool
+    requested: bool
     x: Array
     vibration: SmallMotions
     words: tuple[str, ...]
@@ -54,10 +54,10 @@ def spins(
     at: float | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Iterator[tuple[Spin, Match | None]]:
-    """Every steady spin about the axis (3,) in turn, with how its vibrations continue those of the one before.
+    """Every steady spin about the axis (3,) in turn, with the match of its vibrations with those of the one before.
 
-    Between speeds [rad/s] at which one of the `count` lowest shapes is not like that of the speed before, more are
-    looked at. A critical speed, at which the stiffness of the spinning craft is singular, is passed. Raises ValueError
+    If one of the `count` lowest shapes differs too much from that of the speed before, intermediate speeds [rad/s] are
+    added. A critical speed, at which the stiffness of the spinning craft is singular, is skipped. Raises ValueError
     for a craft that cannot spin steadily or has nothing that vibrates, EquilibriumError where the first or the last
     speed has no equilibrium.
     """
@@ -72,65 +72,69 @@ def spins(
         raise ValueError(NOTHING)
     still = frozen_system(replace(system, frame=frame_of(axis, speeds[0])), at)
 
-    def at_speed(speed: float, near: Array | None, asked: bool) -> Spin:
+    def at_speed(speed: float, state: Array | None, requested: bool) -> Spin:
         try:
-            return spin(still, axis, speed, near, asked)
+            return spin(still, axis, speed, state, requested)
         except EquilibriumError:
-            if near is None:
+            if state is None:
                 raise
-            return replace(spin(still, axis, speed * (1.0 - BESIDE), near, asked), speed=speed, critical=True)
+            return replace(spin(still, axis, speed * (1.0 - BESIDE), state, requested), speed=speed, critical=True)
 
-    yield from walked(at_speed, speeds, count, progress, passing=True)
+    yield from tracked_motions(at_speed, speeds, count, progress, passing=True)
 
 
-def walked(
-    found_at: Callable[[float, Array | None, bool], Spin],
+def tracked_motions(
+    spin_at: Callable[[float, Array | None, bool], Spin],
     values: Sequence[float],
     count: int,
     progress: Callable[[float], None] | None = None,
     passing: bool = False,
 ) -> Iterator[tuple[Spin, Match | None]]:
-    """Small motions at every value in turn, with how they continue those of the value before.
+    """Small motions at every value in turn, with their match with those of the value before.
 
-    found_at: gives those at a value, near a state (n_x,) [SI], and whether the value was requested; passing: a
-    value without equilibrium between others is left out. Between values at
-    which one of the `count` lowest shapes is not like that before, more are looked at.
+    spin_at: returns those at a value, from a state (n_x,) [SI] nearby, and whether the value was requested; passing: a
+    value without equilibrium between others is skipped. If one of the `count` lowest shapes differs too much from that
+    before, intermediate values are added.
     """
-    before: Spin | None = None
+    last_spin: Spin | None = None
     passed: tuple[float, ...] = ()
     for value in values:
         try:
-            found = replace(found_at(value, None if before is None else before.x, True), passed=passed)
+            current_spin = replace(spin_at(value, None if last_spin is None else last_spin.x, True), passed=passed)
         except EquilibriumError:
-            if not passing or before is None or value == values[-1]:
+            if not passing or last_spin is None or value == values[-1]:
                 raise
             passed = (*passed, value)
             continue
         passed = ()
-        if before is None:
-            yield found, None
+        if last_spin is None:
+            yield current_spin, None
         else:
-            yield from _between(found_at, (before, found), count, HALVINGS if not found.passed else 0)
-        before = found
+            yield from _with_intermediate_spins(
+                spin_at, (last_spin, current_spin), count, HALVINGS if not current_spin.passed else 0
+            )
+        last_spin = current_spin
         if progress is not None:
             progress(value)
 
 
-def spin(system: System, axis: Array, speed: float, near: Array | None = None, asked: bool = True) -> Spin:
+def spin(system: System, axis: Array, speed: float, state: Array | None = None, requested: bool = True) -> Spin:
     """The steady spin nearest to a state (n_x,) [SI], or to the initial one."""
     spun = replace(system, frame=frame_of(axis, speed))
-    if near is not None:
+    if state is not None:
         n = len(spun.coordinate_names()) + len(spun.velocity_names())
-        at = np.concatenate([near[:n], spun.initial_state()[n:]])  # wheels coast in the steady state and have no states
-        spun = replace(started(spun, at), z0=spun.z0)  # they start as their tables say at every speed
+        initial = np.concatenate(
+            [state[:n], spun.initial_state()[n:]]
+        )  # wheels coast in the steady state and have no states
+        spun = replace(started(spun, initial), z0=spun.z0)  # they start as their tables say at every speed
     try:
-        rest = equilibrium(spun)
+        balance = equilibrium(spun)
     except EquilibriumError as error:
         raise EquilibriumError(f"at a spin of {speed:.6g} rad/s {error}", error.last) from None
-    motions = rest.motions.of_craft()
+    motions = balance.motions.of_craft()
     if speed > 0 and not len(motions.eigenvalues):
         raise ValueError(NOTHING)
-    return Spin(speed, asked, rest.x, motions, motion_character(rest.model, motions, axis).words)
+    return Spin(speed, requested, balance.x, motions, motion_character(balance.model, motions, axis).words)
 
 
 def frame_of(axis: Array, speed: float) -> Frame:
@@ -138,15 +142,15 @@ def frame_of(axis: Array, speed: float) -> Frame:
     return Frame("spinning", np.asarray(axis, float) / np.linalg.norm(axis) * speed)
 
 
-def _between(
-    found_at: Callable[[float, Array | None, bool], Spin], ends: tuple[Spin, Spin], count: int, halvings: int
+def _with_intermediate_spins(
+    spin_at: Callable[[float, Array | None, bool], Spin], ends: tuple[Spin, Spin], count: int, halvings: int
 ) -> Iterator[tuple[Spin, Match | None]]:
-    """The second of two spins, and before it as many in between as it takes to follow shapes from one to the next."""
-    first, last = ends
-    found = match(first.vibration, last.vibration, count, close=halvings == 0)
-    if found.worst >= ALIKE or halvings == 0:
-        yield last, found
+    """The second of two spins, after as many intermediate ones as are needed to track shapes from one to the next."""
+    lower, upper = ends
+    link = match_vibrations(lower.vibration, upper.vibration, count, close=halvings == 0)
+    if link.worst >= ALIKE or halvings == 0:
+        yield upper, link
         return
-    middle = found_at((first.speed + last.speed) / 2, first.x, False)
-    yield from _between(found_at, (first, middle), count, halvings - 1)
-    yield from _between(found_at, (middle, last), count, halvings - 1)
+    middle = spin_at((lower.speed + upper.speed) / 2, lower.x, False)
+    yield from _with_intermediate_spins(spin_at, (lower, middle), count, halvings - 1)
+    yield from _with_intermediate_spins(spin_at, (middle, upper), count, halvings - 1)

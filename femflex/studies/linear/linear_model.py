@@ -1,10 +1,10 @@
-"""The linear model of a system, by derivatives of its compiled equations and of what it reports.
+"""Linear model of a system, by differentiation of its compiled equations and of its channels.
 
     M du' + (D + G) du + K dxi + R dz = Q du_in,    dxi' = du + W dxi,    dz' = F_x dxi + F_u du + F_z dz + F_in du_in
 
-The coordinates' side is that of `femflex.dynamics.equilibria.linearised`. Columns of inputs come from the same system
-with a little more of the input; outputs are differences of the channels. The place and rate of a prescribed freedom are
-states of the model, and its acceleration is the input.
+The equations of the coordinates are those of `femflex.dynamics.equilibria.linearised`. Columns of inputs come from the
+same system with a small increment of the input; outputs are differences of channels. The value and rate of a prescribed
+coordinate are states of the model, and its acceleration is the input.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.case.problems import near
+from femflex.case.problems import suggestion_text
 from femflex.dynamics.equilibria.equilibrium import Equilibrium
 from femflex.dynamics.equilibria.increments import advanced
 from femflex.dynamics.equilibria.linearised import (
@@ -30,14 +30,14 @@ from femflex.dynamics.equilibria.states import moving_states
 from femflex.dynamics.equilibria.system_modes import SystemModes, modes_about
 from femflex.dynamics.model import Model, compile_system
 from femflex.pipeline.rest import rest_of, rest_state, rest_system
-from femflex.studies.linear.inputs import Input, inputs_of, usual_inputs
+from femflex.studies.linear.inputs import Input, default_inputs, inputs_of
 from femflex.studies.linear.space import StateSpace
 from femflex.summary import Rows, Summarised, listed
 from femflex.system import System
 from femflex.system.held_commands import UNIT, commanded
 
 STEP = 1e-5  # of a coordinate's usual size, as in `linearised`: error of central differences 1e-10
-ROUNDING = 16 * np.finfo(float).eps  # of a channel's size: a smaller difference of two values is none
+ROUNDING = 16 * np.finfo(float).eps  # of a channel's size: a smaller difference of two values counts as zero
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -62,7 +62,7 @@ class LinearModel(Summarised, StateSpace):
     left_out: tuple[str, ...] = ()
 
     def summary(self) -> tuple[str, Rows]:
-        """What it is about, its states, inputs and outputs."""
+        """Title, states, inputs and outputs."""
         about = "an equilibrium" if self.about is not None else f"the state at t = {self.t:g} s"
         rows = [("states", f"{len(self.A)}: {listed([name for name, _ in self.states])}")]
         rows += [("inputs", listed([f"{name} [{unit}]" for name, unit in self.inputs]))]
@@ -70,10 +70,10 @@ class LinearModel(Summarised, StateSpace):
         return f"Linear model about {about}", rows
 
     def selected(self, inputs: Sequence[str] | None = None, outputs: Sequence[str] | None = None) -> LinearModel:
-        """The model with these inputs and outputs alone, in this order."""
-        found = super().selected(inputs, outputs)
+        """The model with only these inputs and outputs, in this order."""
+        selection = super().selected(inputs, outputs)
         names = [name for name, _ in self.outputs]
-        return replace(found, y0=self.y0[[names.index(name) for name, _ in found.outputs]])
+        return replace(selection, y0=self.y0[[names.index(name) for name, _ in selection.outputs]])
 
     @cached_property
     def modes(self) -> SystemModes | None:
@@ -98,12 +98,12 @@ def linear_model(
     at       time [s] at which loads and motions are taken; left out, those that vary are left out of the equilibrium
     state    (n_x,) about which the model holds at that time, as a row of a run; no equilibrium is sought then
 
-    Commands of sampled controllers are held. Derivatives are central differences, good to 1e-8 of each block's largest
-    entry. Raises KeyError for unknown inputs and outputs, and as `femflex.equilibrium`.
+    Commands of sampled controllers are held. Derivatives are central differences, accurate to 1e-8 of each block's
+    largest entry. Raises KeyError for unknown inputs and outputs, and as `femflex.equilibrium`.
     """
     system = commanded(system)
-    wanted = usual_inputs(system, _moving(system)) if inputs is None else inputs
-    inputs_of(system, wanted)  # unknown ones are reported before the equilibrium is sought
+    paths = default_inputs(system, _moving_coordinates(system)) if inputs is None else inputs
+    inputs_of(system, paths)  # unknown ones are reported before the equilibrium is sought
     left_out: tuple[str, ...] = ()
     about, t = None, at or 0.0
     if state is None:
@@ -115,15 +115,15 @@ def linear_model(
         x = np.asarray(state, float)
         if x.shape != (model.n_x,):
             raise ValueError(f"the state has the shape {x.shape}; expected ({model.n_x},), as a row of a run")
-    chosen = inputs_of(model.system, wanted)
-    if any(one.kind == "motion" for one in chosen) and model.constraints is not None:
+    selected_inputs = inputs_of(model.system, paths)
+    if any(entry.kind == "motion" for entry in selected_inputs) and model.constraints is not None:
         raise ValueError("with loops a prescribed motion cannot be an input of a linear model; take loads")
-    return _Builder(model, x, t, chosen, outputs).built(about, left_out)
+    return _Builder(model, x, t, selected_inputs, outputs).build(about, left_out)
 
 
-def _moving(system: System) -> list[str]:
-    """Names of the prescribed freedoms that move."""
-    return [joint.freedom_names()[k] for joint in system.joints for k, one in joint.held.items() if one.moves]
+def _moving_coordinates(system: System) -> list[str]:
+    """Names of the prescribed coordinates that move."""
+    return [joint.freedom_names()[k] for joint in system.joints for k, motion in joint.held.items() if motion.moves]
 
 
 class _Builder:
@@ -133,8 +133,8 @@ class _Builder:
         self, model: Model, x: Array, t: float, inputs: Sequence[Input], outputs: Sequence[str] | None
     ) -> None:
         self.model, self.x, self.t, self.inputs = model, x, t, inputs
-        self.places, self.outputs = output_places(model, outputs)
-        self.own = [model.n_q + model.n_u + k for k in moving_states(model.system)]
+        self.output_indices, self.outputs = output_entries(model, outputs)
+        self.state_indices = [model.n_q + model.n_u + k for k in moving_states(model.system)]
         self.udot = model.state_rate(t, x)[model.n_q : model.n_q + model.n_u]
         if model.system.loops or not self.udot.any():
             self.udot = np.zeros(model.n_u)
@@ -142,24 +142,24 @@ class _Builder:
         self.coordinates = dict(zip(names, model.parts(x)[0].tolist(), strict=True))
         self.y0 = self._outputs(model, x)
 
-    def built(self, about: Equilibrium | None, left_out: tuple[str, ...]) -> LinearModel:
-        """The model."""
+    def build(self, about: Equilibrium | None, left_out: tuple[str, ...]) -> LinearModel:
+        """The linear model."""
         linear = linearised(self.model, self.t, self.x, self.udot)
         Z = free_directions(self.model, self.t, self.x)[1]
         A, C = linear.state_matrix(), self._output_matrix(Z)
-        led = [one for one in self.inputs if one.kind == "motion"]
-        columns = [self._column(one, linear.M, Z) for one in self.inputs]
+        prescribed = [entry for entry in self.inputs if entry.kind == "motion"]
+        columns = [self._column(entry, linear.M, Z) for entry in self.inputs]
         B = np.column_stack([np.zeros((len(A), 0)), *(state for state, _ in columns)])
-        D = np.column_stack([np.zeros((len(C), 0)), *(seen for _, seen in columns)])
-        if led:
-            A, B, C = self._with_motions(led, (A, B, C), linear.M, Z)
-        names, units = self._state_names(linear, led)
+        D = np.column_stack([np.zeros((len(C), 0)), *(outputs for _, outputs in columns)])
+        if prescribed:
+            A, B, C = self._with_motions(prescribed, (A, B, C), linear.M, Z)
+        names, units = self._state_names(linear, prescribed)
         return LinearModel(
-            A, B, C, D, tuple(zip(names, units, strict=True)), tuple((one.path, one.unit) for one in self.inputs),
+            A, B, C, D, tuple(zip(names, units, strict=True)), tuple((entry.path, entry.unit) for entry in self.inputs),
             self.outputs, linear.M, linear.D, linear.K, self.model, self.x, self.t, self.y0, about, left_out,
         )  # fmt: skip
 
-    def _state_names(self, linear: Linearised, led: list[Input]) -> tuple[list[str], list[str]]:
+    def _state_names(self, linear: Linearised, prescribed: list[Input]) -> tuple[list[str], list[str]]:
         system = self.model.system
         rates = dict(system.velocity_names())
         names = [name.removesuffix("_rate").replace(".omega_", ".turn_") for name in linear.names]
@@ -167,66 +167,70 @@ class _Builder:
         states = dict(system.state_names())
         names += [*linear.names, *linear.states.names]
         units += [rates[name] for name in linear.names] + [states[name] for name in linear.states.names]
-        for one in led:
-            names += [one.owner, f"{one.owner}_rate"]
-            units += [one.unit.removesuffix("/s^2"), one.unit.removesuffix("^2")]
+        for entry in prescribed:
+            names += [entry.owner, f"{entry.owner}_rate"]
+            units += [entry.unit.removesuffix("/s^2"), entry.unit.removesuffix("^2")]
         return names, units
 
     def _with_motions(
-        self, led: list[Input], blocks: tuple[Array, Array, Array], M: Array, Z: Array
+        self, prescribed: list[Input], blocks: tuple[Array, Array, Array], M: Array, Z: Array
     ) -> tuple[Array, Array, Array]:
-        """A, B, C with place and rate of each prescribed freedom as two more states."""
+        """A, B, C with value and rate of each prescribed coordinate as two further states."""
         A, B, C = blocks
-        n, m = len(A), 2 * len(led)
-        wide = np.zeros((n + m, n + m))
-        wide[:n, :n], B, C = A, np.vstack([B, np.zeros((m, B.shape[1]))]), np.hstack([C, np.zeros((len(C), m))])
-        for k, one in enumerate(led):
+        n, m = len(A), 2 * len(prescribed)
+        extended = np.zeros((n + m, n + m))
+        extended[:n, :n], B, C = A, np.vstack([B, np.zeros((m, B.shape[1]))]), np.hstack([C, np.zeros((len(C), m))])
+        for k, entry in enumerate(prescribed):
             for order in (0, 1):
-                wide[:n, n + 2 * k + order], C[:, n + 2 * k + order] = self._led_column(one, order, M, Z)
-            wide[n + 2 * k, n + 2 * k + 1] = 1.0
-            B[n + 2 * k + 1, self.inputs.index(one)] = 1.0
-        return wide, B, C
+                extended[:n, n + 2 * k + order], C[:, n + 2 * k + order] = self._motion_column(entry, order, M, Z)
+            extended[n + 2 * k, n + 2 * k + 1] = 1.0
+            B[n + 2 * k + 1, self.inputs.index(entry)] = 1.0
+        return extended, B, C
 
-    def _column(self, one: Input, M: Array, Z: Array) -> tuple[Array, Array]:
+    def _column(self, entry: Input, M: Array, Z: Array) -> tuple[Array, Array]:
         """Columns of B and D of an input."""
-        if one.kind == "motion":
-            return self._led_column(one, 2, M, Z)
+        if entry.kind == "motion":
+            return self._motion_column(entry, 2, M, Z)
 
-        def moved(h: float) -> Array:
-            return self._equations(compile_system(one.moved(self.model.system, h, self.coordinates)), self.x, self.udot)
+        def equations(h: float) -> Array:
+            return self._equations(
+                compile_system(entry.with_increment(self.model.system, h, self.coordinates)), self.x, self.udot
+            )
 
-        return self._split(moved, one.step, M, Z)
+        return self._columns_of(equations, entry.step, M, Z)
 
-    def _led_column(self, one: Input, order: int, M: Array, Z: Array) -> tuple[Array, Array]:
-        """Columns of place (0), rate (1) or acceleration (2) of a prescribed freedom."""
+    def _motion_column(self, entry: Input, order: int, M: Array, Z: Array) -> tuple[Array, Array]:
+        """Columns of value (0), rate (1) or acceleration (2) of a prescribed coordinate."""
         names = [name.removesuffix("_rate") for name, _ in self.model.system.velocity_names()]
-        u = names.index(one.owner)
+        u = names.index(entry.owner)
         fastest = max(1.0, float(np.abs(self.model.parts(self.x)[1]).max(initial=0.0)))
         step = (STEP * float(usual_sizes(self.model)[u]), STEP * fastest, 1.0)[order]
 
-        def led(h: float) -> Array:
+        def equations(h: float) -> Array:
             coefficients = h * np.eye(3)[order] / (2.0 if order == 2 else 1.0)
             q, v, z = self.model.parts(self.x)
-            unit, none = np.eye(self.model.n_u)[u] * h, np.zeros(self.model.n_u)
+            direction, zero = np.eye(self.model.n_u)[u] * h, np.zeros(self.model.n_u)
             q, v, udot = (
-                advanced(self.model, q, unit if order == 0 else none),
-                v + (unit if order == 1 else none),
-                self.udot + (unit if order == 2 else none),
+                advanced(self.model, q, direction if order == 0 else zero),
+                v + (direction if order == 1 else zero),
+                self.udot + (direction if order == 2 else zero),
             )
-            system = one.led(self.model.system, self.t, coefficients)
+            system = entry.with_motion_change(self.model.system, self.t, coefficients)
             return self._equations(compile_system(system), np.concatenate([q, v, z]), udot)
 
-        return self._split(led, step, M, Z)
+        return self._columns_of(equations, step, M, Z)
 
     def _equations(self, model: Model, x: Array, udot: Array) -> Array:
         """Forces, rates of the states of effectors, and outputs, one after another."""
-        rates = model.state_rate(self.t, x)[self.own]
+        rates = model.state_rate(self.t, x)[self.state_indices]
         return np.concatenate([model.residual(self.t, x, udot), rates, self._outputs(model, x)])
 
-    def _split(self, f: Callable[[float], Array], first: float, M: Array, Z: Array) -> tuple[Array, Array]:
-        """Columns of the states and of the outputs from the equations over a distance."""
-        forces, rates, seen = np.split(self._derivative(f, first), np.cumsum([self.model.n_u, len(self.own)]))
-        return np.concatenate([np.zeros(len(M)), np.linalg.solve(M, -Z.T @ forces), rates]), seen
+    def _columns_of(self, f: Callable[[float], Array], step: float, M: Array, Z: Array) -> tuple[Array, Array]:
+        """Columns of the states and of the outputs, from the equations as a function of the increment."""
+        forces, rates, outputs = np.split(
+            self._derivative(f, step), np.cumsum([self.model.n_u, len(self.state_indices)])
+        )
+        return np.concatenate([np.zeros(len(M)), np.linalg.solve(M, -Z.T @ forces), rates]), outputs
 
     def _output_matrix(self, Z: Array) -> Array:
         """C over increments along Z, their rates, and the states of effectors."""
@@ -234,64 +238,64 @@ class _Builder:
         sizes, fastest = usual_sizes(self.model), max(1.0, float(np.abs(u).max(initial=0.0)))
         columns = []
 
-        def moved(xi: Array) -> Array:
+        def of_coordinates(xi: Array) -> Array:
             return self._outputs(self.model, np.concatenate([advanced(self.model, q, xi), u, z]))
 
-        def faster(du: Array) -> Array:
+        def of_rates(du: Array) -> Array:
             return self._outputs(self.model, np.concatenate([q, u + du, z]))
 
-        def other(dx: Array) -> Array:
+        def of_states(dx: Array) -> Array:
             return self._outputs(self.model, self.x + dx)
 
-        columns += [self._derivative(along(moved, d), STEP / float(np.abs(d / sizes).max())) for d in Z.T]
-        columns += [self._derivative(along(faster, d), STEP * fastest) for d in Z.T]
+        columns += [self._derivative(along(of_coordinates, d), STEP / float(np.abs(d / sizes).max())) for d in Z.T]
+        columns += [self._derivative(along(of_rates, d), STEP * fastest) for d in Z.T]
         state_sizes = self.model.system.state_sizes()
-        for place in self.own:
-            size = float(state_sizes[place - self.model.n_q - self.model.n_u])
-            columns.append(self._derivative(along(other, np.eye(self.model.n_x)[place]), STEP * size))
+        for index in self.state_indices:
+            size = float(state_sizes[index - self.model.n_q - self.model.n_u])
+            columns.append(self._derivative(along(of_states, np.eye(self.model.n_x)[index]), STEP * size))
         return np.column_stack([np.zeros((len(self.outputs), 0)), *columns])
 
-    def _derivative(self, f: Callable[[float], Array], first: float) -> Array:
-        """Derivative of what a distance changes, zero where the longest step changes it by rounding."""
-        ahead, behind = f(first), f(-first)
-        still = np.abs(ahead - behind) <= ROUNDING * np.maximum(np.abs(ahead), np.abs(behind))
-        return np.where(still, 0.0, local_derivative(f, first))
+    def _derivative(self, f: Callable[[float], Array], step: float) -> Array:
+        """Derivative of a function of the increment; zero where the longest step changes it only by rounding."""
+        forward, backward = f(step), f(-step)
+        is_rounding = np.abs(forward - backward) <= ROUNDING * np.maximum(np.abs(forward), np.abs(backward))
+        return np.where(is_rounding, 0.0, local_derivative(f, step))
 
     def _outputs(self, model: Model, x: Array) -> Array:
-        seen = model.observe(np.array([self.t]), x[None])
-        return np.array([np.ravel(seen[path][0])[k] for path, k in self.places])
+        channels = model.observe(np.array([self.t]), x[None])
+        return np.array([np.ravel(channels[path][0])[k] for path, k in self.output_indices])
 
 
-def output_places(
-    model: Model, wanted: Sequence[str] | None
+def output_entries(
+    model: Model, requested: Sequence[str] | None
 ) -> tuple[list[tuple[str, int]], tuple[tuple[str, str], ...]]:
-    """(channel, number of the entry) of every output, and their names and units.
+    """(channel, index of the entry) of every output, and their names and units.
 
     Raises KeyError, nearest name first.
     """
-    places, outputs = [], []
-    for text in usual_outputs(model) if wanted is None else wanted:
+    entries, outputs = [], []
+    for text in default_outputs(model) if requested is None else requested:
         path, _, component = text.partition(":")
         if path not in model.channels:
-            raise KeyError(f"the craft has no output {path!r}; {near(path, model.channels)}")
+            raise KeyError(f"the craft has no output {path!r}; {suggestion_text(path, model.channels)}")
         channel = model.channels[path]
         count = int(np.prod(channel.shape))
         names = channel.names if len(channel.names) == count else tuple(str(k + 1) for k in range(count))
         if component and component not in names:
-            raise KeyError(f"channel {path!r} has no component {component!r}; {near(component, names)}")
+            raise KeyError(f"channel {path!r} has no component {component!r}; {suggestion_text(component, names)}")
         units = channel.unit.split(", ")
         for k, name in enumerate(names):
             if component in ("", name):
-                places.append((path, k))
+                entries.append((path, k))
                 outputs.append((f"{path}:{name}" if channel.shape else path, units[k % len(units)]))
-    return places, tuple(outputs)
+    return entries, tuple(outputs)
 
 
-def usual_outputs(model: Model) -> list[str]:
+def default_outputs(model: Model) -> list[str]:
     """Attitude, rates of the root body, deflections of flexible bodies' markers, and channels of effectors."""
     system = model.system
-    bent = {
+    deflections = {
         f"markers/{name}.{marker}/deflection" for name, b in system.bodies.items() if b.n_modes for marker in b.markers
     }
-    wanted = {"attitude/angles", f"bodies/{system.root}/rate", *bent}
-    return [path for path in model.channels if path in wanted or (path.startswith("effectors/") and UNIT not in path)]
+    selected = {"attitude/angles", f"bodies/{system.root}/rate", *deflections}
+    return [path for path in model.channels if path in selected or (path.startswith("effectors/") and UNIT not in path)]

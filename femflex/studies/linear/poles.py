@@ -1,4 +1,4 @@
-"""The poles of a linear model with their names and what takes part in them."""
+"""Poles of a linear model, with their names and the states that take part in them."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from femflex.arrays import Array, ComplexArray
 from femflex.studies.linear.linear_model import LinearModel
 from femflex.studies.linear.space import StateSpace
 
-ALIKE = 1e-3  # relative distance of a pole to the eigenvalue of a natural mode up to which it bears the mode's name
-NEAR = 1e-4  # of the largest pole: poles of known rigid motion, double and defective, split by the root of rounding
+ALIKE = 1e-3  # relative distance of a pole to the eigenvalue of a natural mode up to which it has the mode's name
+NEAR = 1e-4  # of the largest pole: double defective poles of rigid motion split by the square root of rounding
 SPLIT = 1e-7  # [1/s], of a craft without other poles
-PART = 0.02  # share from which on a state is listed
+LISTED = 0.02  # share from which on a state is listed
 
 
 @dataclass(frozen=True)
 class Pole:
-    """A pole [1/s], of a conjugate pair the one above the real axis.
+    """A pole [1/s]; of a conjugate pair the one above the real axis.
 
-    name           of the natural mode, such as "bending 1"; without one the state that takes part most
-    rigid          whether it belongs to a motion that is known to neither grow nor decay
-    participation  name of a state -> its share, of those that take part; they add up to 1 over all states
+    name           of the natural mode, such as "bending 1"; otherwise the state with the largest share
+    rigid          whether it belongs to a rigid motion, which neither grows nor decays
+    participation  name of a state -> its share, if above 0.02; the shares of all states sum to 1
     """
 
     value: complex
@@ -33,12 +33,12 @@ class Pole:
 
     @property
     def frequency(self) -> float:
-        """[Hz]; 0 where it does not oscillate."""
+        """Frequency [Hz]; 0 where the motion does not oscillate."""
         return float(self.value.imag / (2 * np.pi))
 
     @property
     def damping_ratio(self) -> float:
-        """Part of critical; below 0 grows, 0 for known rigid motions."""
+        """Damping ratio; negative for growth, 0 for rigid motions."""
         return float(-self.value.real / abs(self.value)) if abs(self.value) > 0 else 0.0
 
     def to_dict(self) -> dict[str, Any]:
@@ -58,27 +58,27 @@ def poles_of(model: StateSpace) -> list[Pole]:
     """
     from scipy.linalg import eig
 
-    # left vectors of their own, not the inverse of the right ones: that of a drift's double pole 0 does not exist
-    values, left, right = (np.asarray(part, complex) for part in eig(model.A, left=True, right=True))
+    # left vectors from the solver: the matrix of right ones is singular for a drift's double pole 0
+    values, left, right = (np.asarray(matrix, complex) for matrix in eig(model.A, left=True, right=True))
     rigid = np.zeros(len(values), bool)
-    named: dict[int, str] = {}
-    taking = np.abs(right * left)
+    rigid_names: dict[int, str] = {}
+    shares = np.abs(right * left)
     if isinstance(model, LinearModel):
-        values, named, shapes = _with_known(values, right, model)
-        rigid[list(named)] = True
+        values, rigid_names, shapes = _with_exact_rigid_poles(values, right, model)
+        rigid[list(rigid_names)] = True
         for k, shape in shapes.items():
-            taking[:, k] = 0.0
-            taking[: len(shape), k] = np.abs(shape) ** 2
-    taking /= np.maximum(taking.sum(axis=0), 1e-300)
+            shares[:, k] = 0.0
+            shares[: len(shape), k] = np.abs(shape) ** 2
+    shares /= np.maximum(shares.sum(axis=0), 1e-300)
     order = [k for k in np.lexsort((np.abs(values), ~rigid)) if values[k].imag >= 0]
-    return [_pole(model, complex(values[k]), named.get(k, ""), taking[:, k]) for k in order]
+    return [_pole(model, complex(values[k]), rigid_names.get(k, ""), shares[:, k]) for k in order]
 
 
-def _pole(model: StateSpace, value: complex, known: str, taking: Array) -> Pole:
+def _pole(model: StateSpace, value: complex, rigid_name: str, shares: Array) -> Pole:
     names = [name for name, _ in model.states]
-    ranked = [int(k) for k in np.argsort(-np.round(taking, 6), kind="stable")]
-    parts = {names[k]: float(taking[k]) for k in ranked if taking[k] >= PART}
-    return Pole(value, known or _mode_name(model, value) or names[ranked[0]], bool(known), parts)
+    ranked = [int(k) for k in np.argsort(-np.round(shares, 6), kind="stable")]
+    listed_shares = {names[k]: float(shares[k]) for k in ranked if shares[k] >= LISTED}
+    return Pole(value, rigid_name or _mode_name(model, value) or names[ranked[0]], bool(rigid_name), listed_shares)
 
 
 def _mode_name(model: StateSpace, value: complex) -> str:
@@ -86,43 +86,45 @@ def _mode_name(model: StateSpace, value: complex) -> str:
     modes = model.modes if isinstance(model, LinearModel) else None
     if modes is None or not len(modes.eigenvalues):
         return ""
-    apart = np.where(modes.known, np.inf, np.abs(np.asarray(modes.eigenvalues) - value))
-    nearest = int(np.argmin(apart))
-    return modes.names[nearest] if apart[nearest] <= ALIKE * abs(value) else ""
+    distance = np.where(modes.known, np.inf, np.abs(np.asarray(modes.eigenvalues) - value))
+    nearest = int(np.argmin(distance))
+    return modes.names[nearest] if distance[nearest] <= ALIKE * abs(value) else ""
 
 
-def _with_known(
+def _with_exact_rigid_poles(
     values: ComplexArray, right: ComplexArray, model: LinearModel
 ) -> tuple[ComplexArray, dict[int, str], dict[int, ComplexArray]]:
-    """Eigenvalues with those of known rigid motion at what they are exactly; names and displacements of these by place.
+    """Eigenvalues with exact values for known rigid motions; names and displacements of these by index.
 
     Displacements (n,) in the motion, of the model's coordinates.
     """
-    wanted: list[complex] = []
+    exact_values: list[complex] = []
     names: list[str] = []
     shapes: list[ComplexArray] = []
     order = [name for name, _ in model.model.system.velocity_names()]
     n = len(model.mass)
-    own = [order.index(name) for name, _ in model.states[n : 2 * n]]
+    coordinates = [order.index(name) for name, _ in model.states[n : 2 * n]]
     for motion in () if model.modes is None else model.modes.about.motions.known:
-        still = motion.eigenvalue == 0
-        pair = [motion.eigenvalue] if still else [motion.eigenvalue, np.conj(motion.eigenvalue)]
-        wanted += pair * (2 if still and motion.drifts else 1)  # across a spin two directions share two double poles
-        names += [motion.name] * (len(wanted) - len(names))
-        shapes += [motion.shape[own]] * (len(wanted) - len(shapes))
-    if not wanted or not len(values):
+        is_zero = motion.eigenvalue == 0
+        pair = [motion.eigenvalue] if is_zero else [motion.eigenvalue, np.conj(motion.eigenvalue)]
+        exact_values += pair * (
+            2 if is_zero and motion.drifts else 1
+        )  # two directions normal to a spin share two double poles
+        names += [motion.name] * (len(exact_values) - len(names))
+        shapes += [motion.shape[coordinates]] * (len(exact_values) - len(shapes))
+    if not exact_values or not len(values):
         return values, {}, {}
     from scipy.optimize import linear_sum_assignment
 
-    distance = np.abs(np.array(wanted)[:, None] - values[None])
-    near = max(NEAR * float(np.abs(values).max(initial=0.0)), SPLIT)
-    there, fields = right[:n], np.array(shapes)
-    like = np.abs(fields.conj() @ there) / np.maximum(
-        np.linalg.norm(fields, axis=1)[:, None] * np.linalg.norm(there, axis=0), 1e-300
+    distance = np.abs(np.array(exact_values)[:, None] - values[None])
+    tolerance = max(NEAR * float(np.abs(values).max(initial=0.0)), SPLIT)
+    displacements, fields = right[:n], np.array(shapes)
+    likeness = np.abs(fields.conj() @ displacements) / np.maximum(
+        np.linalg.norm(fields, axis=1)[:, None] * np.linalg.norm(displacements, axis=0), 1e-300
     )
-    rows, columns = linear_sum_assignment(distance - near * like)
-    held = distance[rows, columns] <= near
+    rows, columns = linear_sum_assignment(distance - tolerance * likeness)
+    matched = distance[rows, columns] <= tolerance
     exact = values.copy()
-    exact[columns[held]] = np.array(wanted)[rows[held]]
-    places = list(zip(columns[held].tolist(), rows[held].tolist(), strict=True))
-    return exact, {c: names[r] for c, r in places}, {c: shapes[r] for c, r in places}
+    exact[columns[matched]] = np.array(exact_values)[rows[matched]]
+    pairs = list(zip(columns[matched].tolist(), rows[matched].tolist(), strict=True))
+    return exact, {c: names[r] for c, r in pairs}, {c: shapes[r] for c, r in pairs}

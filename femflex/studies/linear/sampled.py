@@ -1,12 +1,12 @@
 """The exact discrete model of a craft with sampled controllers, and the margins of its loops.
 
-Between two samples the linear craft moves freely with commands and memory z held; at a sample the controllers change z:
+Between two samples commands and memory z are constant; at a sample the controllers change z:
 
     s(kT+) = S s(kT-),    s((k+1)T-) = E s(kT+),    E = exp([[A, B], [0, 0]] T)
 
-with s = (departures of the craft, commands, memory). S is the derivative of the very calls that a run makes, of all
-controllers in their order; A and B those of the compiled equations. A loop is broken where a command is held: the
-command that the controllers give, v, over the one that acts, w, is L(z) = v / w; the loop is closed by v = w.
+with s = (departures of the craft, commands, memory). S is the derivative of the controllers' calls, in the
+order of a run; A and B are those of the compiled equations. A loop is broken at a sampled command: the command v of the
+controllers over the command w that acts is L(z) = v / w; the loop is closed by v = w.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 from femflex.arrays import Array, ComplexArray, IntArray
-from femflex.case.problems import near
+from femflex.case.problems import suggestion_text
 from femflex.dynamics.equilibria.increments import advanced
 from femflex.dynamics.equilibria.linearised import free_directions, linearised, usual_sizes
 from femflex.dynamics.equilibria.local_derivative import along, local_derivative
@@ -34,7 +34,7 @@ STEP = 1e-4  # of a usual size: the first of steps that fall
 SAME = 1e-9  # relative difference of two periods that are one
 POINTS = 4000  # of a frequency response up to half the rate of the samples
 LOWEST = 1e-4  # of that rate, where it begins
-LEVEL = 1e-2  # relative change over the first octave, below which a response has come to that at rest
+LEVEL = 1e-2  # relative change over the first octave below which a response counts as the static one
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +42,7 @@ class SampledModel:
     """Discrete model of a craft with controllers of one period [s].
 
     flow    E (n, n);  sample  S (n, n);  states (name, unit) of s
-    commands  names of the commands that act between samples, and their places in s
+    commands  names of the commands that act between samples, and their indices in s
     """
 
     flow: Array
@@ -59,16 +59,16 @@ class SampledModel:
     def loop(self, command: str, omega: Array) -> ComplexArray:
         """L (n_omega,) at omega (n_omega,) [rad/s] with the loop broken at a command, the others closed.
 
-        Raises KeyError for a command that is not there, nearest name first.
+        Raises KeyError for an unknown command.
         """
         if command not in self.commands:
-            raise KeyError(f"there is no sampled command {command!r}; {near(command, self.commands)}")
+            raise KeyError(f"there is no sampled command {command!r}; {suggestion_text(command, self.commands)}")
         k, n = self.commands[command], len(self.flow)
         keep = np.ones(n)
         keep[k] = 0.0
         A, B, C = self.flow @ (keep[:, None] * self.sample), self.flow[:, k], self.sample[k]
         z = np.exp(1j * np.atleast_1d(omega) * self.period)
-        return np.array([C @ np.linalg.solve(one * np.eye(n) - A, B.astype(complex)) for one in z])
+        return np.array([C @ np.linalg.solve(factor * np.eye(n) - A, B.astype(complex)) for factor in z])
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ class Margins:
     """Margins of a loop closed by v = w.
 
     gain_up, gain_down  factors on the command at which the loop becomes unstable, above and below 1 (inf and 0: none)
-    phase       [rad] of lag that makes it so, inf where |L| is nowhere 1;  delay [s] that does
+    phase       lag [rad] that makes it unstable, inf where |L| is nowhere 1;  delay [s] that does
     crossover   highest frequency [rad/s] at which |L| is 1, 0 without
     modulus     least distance of L from 1: one over the largest sensitivity
     """
@@ -96,27 +96,27 @@ def sampled_model(system: System) -> SampledModel:
     samples; and as `femflex.equilibrium`.
     """
     period = _period(system)
-    effectors = tuple(without_quantum(one) if is_sampled(one) else one for one in system.effectors)
+    effectors = tuple(without_quantum(item) if is_sampled(item) else item for item in system.effectors)
     system = replace(system, effectors=effectors)
-    still = commanded(system)
-    about = rest_of(still)[0]
-    rest = rest_system(still, None, about)
-    model = compile_system(_with_controllers(rest, system))
-    x = _state(model, rest_state(about, compile_system(rest)), rest)
+    continuous = commanded(system)
+    about = rest_of(continuous)[0]
+    balanced = rest_system(continuous, None, about)
+    model = compile_system(_with_controllers(balanced, system))
+    x = _state_with_controllers(model, rest_state(about, compile_system(balanced)), balanced)
     names = [name for name, _ in model.system.state_names()]
-    held = [
+    sampled_states = [
         names.index(name)
-        for one in model.system.controllers
-        for name, _ in one.state_names()
+        for item in model.system.controllers
+        for name, _ in item.state_names()
         if not name.endswith(".next")
     ]
-    builder = _Sampled(model, x, np.array(held, int))
+    builder = _SampledBuilder(model, x, np.array(sampled_states, int))
     flow = builder.flow()
     E = np.asarray(expm(flow * period))
     commands = {
-        f"{one.name}/{command}": builder.n + held.index(names.index(f"{one.name}.{command}"))
-        for one in model.system.controllers
-        for command in one.commands
+        f"{item.name}/{command}": builder.n + sampled_states.index(names.index(f"{item.name}.{command}"))
+        for item in model.system.controllers
+        for command in item.commands
     }
     commands = {name: k for name, k in commands.items() if flow[: builder.n, k].any()}
     return SampledModel(E, builder.sample(period), builder.names(), commands, period)
@@ -128,130 +128,157 @@ def margins(model: SampledModel, command: str) -> Margins:
     omega = np.geomspace(LOWEST * top, top, POINTS)
     L = model.loop(command, omega)
 
-    def at(w: float) -> complex:
+    def loop_at(w: float) -> complex:
         return complex(model.loop(command, np.array([w]))[0])
 
-    real = _roots(omega[:-1], L[:-1].imag, lambda w: at(w).imag)
-    gains = [1.0 / value for value in (at(w).real for w in real) if value > 0]
+    real = _sign_changes(omega[:-1], L[:-1].imag, lambda w: loop_at(w).imag)
+    gains = [1.0 / value for value in (loop_at(w).real for w in real) if value > 0]
     gains += [1.0 / float(L[-1].real)] if L[-1].real > 0 else []  # at half the rate of the samples L is real
-    level = abs(at(2.0 * omega[0]) - complex(L[0])) < LEVEL * abs(L[0])  # and at rest, where nothing drifts
+    level = abs(loop_at(2.0 * omega[0]) - complex(L[0])) < LEVEL * abs(L[0])  # and at rest, if nothing drifts
     gains += [1.0 / float(L[0].real)] if level and L[0].real > 0 else []
-    around = _roots(omega, np.abs(L) - 1.0, lambda w: abs(at(w)) - 1.0)
-    phases = [float(np.angle(at(w))) for w in around]
-    lags = [phase % (2 * np.pi) for phase in phases]  # L turns by -lag: it meets 1 after its own angle
-    delays = [lag / w for lag, w in zip(lags, around, strict=True)]
+    crossovers = _sign_changes(omega, np.abs(L) - 1.0, lambda w: abs(loop_at(w)) - 1.0)
+    phases = [float(np.angle(loop_at(w))) for w in crossovers]
+    lags = [phase % (2 * np.pi) for phase in phases]  # a lag turns L by -lag, to 1 after its own angle
+    delays = [lag / w for lag, w in zip(lags, crossovers, strict=True)]
     return Margins(
         min((g for g in gains if g > 1), default=np.inf),
         max((g for g in gains if g < 1), default=0.0),
         min(lags, default=np.inf),
         min(delays, default=np.inf),
-        max(around, default=0.0),
+        max(crossovers, default=0.0),
         float(np.abs(1.0 - L).min()),
     )
 
 
-def _roots(omega: Array, values: Array, exact: Callable[[float], float]) -> list[float]:
+def _sign_changes(omega: Array, values: Array, exact: Callable[[float], float]) -> list[float]:
     """Frequencies at which a function with these values changes its sign."""
-    places = np.flatnonzero(np.sign(values[:-1]) * np.sign(values[1:]) < 0)
-    return [float(brentq(exact, omega[k], omega[k + 1], xtol=1e-12 * omega[k])) for k in places]
+    intervals = np.flatnonzero(np.sign(values[:-1]) * np.sign(values[1:]) < 0)
+    return [float(brentq(exact, omega[k], omega[k + 1], xtol=1e-12 * omega[k])) for k in intervals]
 
 
 def _period(system: System) -> float:
     if not system.controllers:
         raise ValueError("the craft has no sampled controller; give one a period, or take the linear model")
-    first = system.controllers[0]
-    for one in system.controllers:
-        if abs(one.period - first.period) > SAME * first.period or abs(one.start - first.start) > SAME * first.period:
+    reference = system.controllers[0]
+    for controller in system.controllers:
+        if (
+            abs(controller.period - reference.period) > SAME * reference.period
+            or abs(controller.start - reference.start) > SAME * reference.period
+        ):
             raise ValueError(
-                f"controllers {first.name!r} and {one.name!r} are called every {first.period:g} s from {first.start:g} "
-                f"s and every {one.period:g} s from {one.start:g} s; a discrete model needs one period and start"
+                f"controllers {reference.name!r} and {controller.name!r} are called every {reference.period:g} "
+                f"s from {reference.start:g} s and every {controller.period:g} s from {controller.start:g} s; a "
+                "discrete model needs one period and start"
             )
-    return first.period
+    return reference.period
 
 
-def _with_controllers(rest: System, system: System) -> System:
+def _with_controllers(balanced: System, system: System) -> System:
     """The system at rest with the sampled controllers in place of their held commands."""
-    by_name = {one.name: one for one in rest.effectors}
-    effectors = tuple(one if one in system.controllers else by_name.get(one.name, one) for one in system.effectors)
-    return replace(rest, effectors=effectors, z0=system.z0)
+    by_name = {effector.name: effector for effector in balanced.effectors}
+    effectors = tuple(
+        effector if effector in system.controllers else by_name.get(effector.name, effector)
+        for effector in system.effectors
+    )
+    return replace(balanced, effectors=effectors, z0=system.z0)
 
 
-def _state(model: Model, x: Array, rest: System) -> Array:
+def _state_with_controllers(model: Model, x: Array, balanced: System) -> Array:
     """The state of the model with controllers: coordinates at rest, states of effectors settled."""
-    found = dict(zip([name for name, _ in rest.state_names()], x[len(x) - len(rest.state_names()) :], strict=True))
-    full = np.concatenate([x[: model.n_q + model.n_u], model.parts(model.x0)[2]])
+    settled = dict(
+        zip([name for name, _ in balanced.state_names()], x[len(x) - len(balanced.state_names()) :], strict=True)
+    )
+    state = np.concatenate([x[: model.n_q + model.n_u], model.parts(model.x0)[2]])
     for k, (name, _) in enumerate(model.system.state_names()):
-        full[model.n_q + model.n_u + k] = found.get(name, full[model.n_q + model.n_u + k])
-    return full
+        state[model.n_q + model.n_u + k] = settled.get(name, state[model.n_q + model.n_u + k])
+    return state
 
 
-class _Sampled:
+class _SampledBuilder:
     """Derivatives of the motion between samples and of the samples about a state x, over s."""
 
-    def __init__(self, model: Model, x: Array, held: IntArray) -> None:
+    def __init__(self, model: Model, x: Array, sampled_states: IntArray) -> None:
         self.model, self.x = model, x
-        first = model.n_q + model.n_u
-        self.inner, self.held = first + np.array(moving_states(model.system), int), first + held
-        self.own, self.Z = free_directions(model, 0.0, x)
-        self.n = 2 * len(self.own) + len(self.inner)
+        offset = model.n_q + model.n_u
+        self.continuous_states, self.sampled_states = (
+            offset + np.array(moving_states(model.system), int),
+            offset + sampled_states,
+        )
+        self.free_coordinates, self.Z = free_directions(model, 0.0, x)
+        self.n = 2 * len(self.free_coordinates) + len(self.continuous_states)
 
     def names(self) -> tuple[tuple[str, str], ...]:
         """Names and units of s."""
-        system, first = self.model.system, self.model.n_q + self.model.n_u
+        system, offset = self.model.system, self.model.n_q + self.model.n_u
         rates, states = system.velocity_names(), system.state_names()
-        own = [rates[k] for k in self.own]
-        turned = [
-            (name.removesuffix("_rate").replace(".omega_", ".turn_"), unit.removesuffix("/s")) for name, unit in own
+        velocities = [rates[k] for k in self.free_coordinates]
+        coordinates = [
+            (name.removesuffix("_rate").replace(".omega_", ".turn_"), unit.removesuffix("/s"))
+            for name, unit in velocities
         ]
-        return (*turned, *own, *(states[k - first] for k in (*self.inner, *self.held)))
+        return (
+            *coordinates,
+            *velocities,
+            *(states[k - offset] for k in (*self.continuous_states, *self.sampled_states)),
+        )
 
     def flow(self) -> Array:
         """[[A, B], [0, 0]] (n, n)."""
-        wide = np.zeros((self.n + len(self.held),) * 2)
-        wide[: self.n, : self.n] = linearised(self.model, 0.0, self.x).state_matrix()
+        generator = np.zeros((self.n + len(self.sampled_states),) * 2)
+        generator[: self.n, : self.n] = linearised(self.model, 0.0, self.x).state_matrix()
         sizes = self.model.system.state_sizes()
-        m, first = len(self.own), self.model.n_q + self.model.n_u
-        for k, place in enumerate(self.held):
-            e = np.eye(self.model.n_x)[place]
-            size = STEP * float(sizes[place - first])
+        m, offset = len(self.free_coordinates), self.model.n_q + self.model.n_u
+        for k, index in enumerate(self.sampled_states):
+            e = np.eye(self.model.n_x)[index]
+            size = STEP * float(sizes[index - offset])
             rate = local_derivative(along(lambda dx: self.model.state_rate(0.0, self.x + dx), e), size)
-            wide[m : 2 * m, self.n + k] = rate[self.model.n_q + self.own]
-            wide[2 * m : self.n, self.n + k] = rate[self.inner]
-        return wide
+            generator[m : 2 * m, self.n + k] = rate[self.model.n_q + self.free_coordinates]
+            generator[2 * m : self.n, self.n + k] = rate[self.continuous_states]
+        return generator
 
     def sample(self, period: float) -> Array:
         """S (n, n) by central differences of the controllers' calls."""
         clock = self.model.clock
         assert clock is not None
-        m, first = len(self.own), self.model.n_q + self.model.n_u
-        place = usual_sizes(self.model)[self.own]
-        inner = self.model.system.state_sizes()[self.inner - first]
-        sizes = np.concatenate([place, place / period, inner, self.model.system.state_sizes()[self.held - first]])
+        m, offset = len(self.free_coordinates), self.model.n_q + self.model.n_u
+        coordinate_sizes = usual_sizes(self.model)[self.free_coordinates]
+        state_sizes = self.model.system.state_sizes()[self.continuous_states - offset]
+        sizes = np.concatenate(
+            [
+                coordinate_sizes,
+                coordinate_sizes / period,
+                state_sizes,
+                self.model.system.state_sizes()[self.sampled_states - offset],
+            ]
+        )
         x = self.x.copy()
         t = clock.next(x)
         clock.strike(t, x)
         if clock.next(x) < t + period * (1.0 - SAME):
-            late = next(one for one in clock.samplers if x[one.next] < t + period * (1.0 - SAME)).controller
+            delayed = next(
+                sampler for sampler in clock.samplers if x[sampler.next] < t + period * (1.0 - SAME)
+            ).controller
             raise ValueError(
-                f"{late.name!r} is called again {clock.next(x) - t:.6g} s after its sample, as for a delay; a discrete "
-                "model has calls at samples alone, so leave the delay out or give it as a memory of the controller"
+                f"{delayed.name!r} is called again {clock.next(x) - t:.6g} s after its sample, as for a delay; "
+                "a discrete model has calls at samples alone, so leave the delay out or give it as a memory of "
+                "the controller"
             )
-        S = np.eye(self.n + len(self.held))
+        S = np.eye(self.n + len(self.sampled_states))
         for j, size in enumerate(sizes):
             e = np.eye(len(sizes))[j]
-            S[self.n :, j] = local_derivative(along(lambda s: self._called(s, m), e), STEP * size)
+            S[self.n :, j] = local_derivative(along(lambda s: self._sampled_values(s, m), e), STEP * size)
         return S
 
-    def _called(self, s: Array, m: int) -> Array:
-        """Commands and memory after a sample at so much from the state."""
-        x, clock = self._moved(s, m), self.model.clock
+    def _sampled_values(self, s: Array, m: int) -> Array:
+        """Commands and memory after a sample at this departure s from the state."""
+        x, clock = self._displaced_state(s, m), self.model.clock
         assert clock is not None
         clock.strike(clock.next(x), x)
-        return np.asarray(x[self.held])
+        return np.asarray(x[self.sampled_states])
 
-    def _moved(self, s: Array, m: int) -> Array:
+    def _displaced_state(self, s: Array, m: int) -> Array:
         q, u, z = self.model.parts(self.x)
         x = np.concatenate([advanced(self.model, q, self.Z @ s[:m]), u + self.Z @ s[m : 2 * m], z])
-        x[self.inner] += s[2 * m : self.n]
-        x[self.held] += s[self.n :]
+        x[self.continuous_states] += s[2 * m : self.n]
+        x[self.sampled_states] += s[self.n :]
         return x

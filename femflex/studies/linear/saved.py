@@ -6,16 +6,18 @@ from pathlib import Path
 
 import numpy as np
 
-from femflex.hdf5 import placed_hdf5
+from femflex.hdf5 import atomic_hdf5
 from femflex.studies.linear.linear_model import LinearModel
 from femflex.studies.linear.space import StateSpace
-from femflex.writing import placed
+from femflex.writing import atomic_file
 
 SUFFIXES = (".mat", ".npz", ".h5")
 
 
 def save_model(model: StateSpace, path: str | Path, force: bool = False) -> Path:
-    """Path of a file with A, B, C, D, the names and units of states, inputs and outputs; of a LinearModel M, DG, K too.
+    """Save A, B, C, D, and names and units of states, inputs and outputs; of a LinearModel also M, DG and K.
+
+    Returns the path.
 
     DG is D + G, damping and gyroscopic; y0 the outputs and t the time about which it holds. Raises ValueError for
     another suffix than .mat, .npz, .h5, and FileExistsError unless `force`.
@@ -35,18 +37,18 @@ def save_model(model: StateSpace, path: str | Path, force: bool = False) -> Path
     if kind == ".h5":
         import h5py
 
-        with placed_hdf5(path, force) as file:
+        with atomic_hdf5(path, force) as file:
             for key, value in numbers.items():
                 file[key] = value
             for key, words in texts.items():
                 file.create_dataset(key, data=np.array(words, object), dtype=h5py.string_dtype())
         return path
-    with placed(path, force) as part:
+    with atomic_file(path, force) as file_path:
         if kind == ".mat":
             from scipy.io import savemat
 
-            savemat(part, numbers | {key: np.array(value, object) for key, value in texts.items()})
+            savemat(file_path, numbers | {key: np.array(value, object) for key, value in texts.items()})
         else:
-            named = {key: np.array(value, str) for key, value in texts.items()}
-            np.savez(part, **numbers, **named)  # type: ignore[arg-type]
+            text_arrays = {key: np.array(value, str) for key, value in texts.items()}
+            np.savez(file_path, **numbers, **text_arrays)  # type: ignore[arg-type]
     return path

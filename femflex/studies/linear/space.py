@@ -14,7 +14,7 @@ from typing import Any, Self
 import numpy as np
 
 from femflex.arrays import Array, ComplexArray
-from femflex.case.problems import near
+from femflex.case.problems import suggestion_text
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,8 +37,8 @@ class StateSpace:
 
     def eigenvalues(self) -> ComplexArray:
         """Eigenvalues (n,) of A [1/s], by rising size."""
-        found = np.asarray(np.linalg.eigvals(self.A), complex)
-        return found[np.argsort(np.abs(found), kind="stable")]
+        values = np.asarray(np.linalg.eigvals(self.A), complex)
+        return values[np.argsort(np.abs(values), kind="stable")]
 
     def frequency_response(self, omega: Array) -> ComplexArray:
         """G(i omega) = C (i omega I - A)^-1 B + D, (n_omega, n_out, n_in), at omega (n_omega,) [rad/s].
@@ -46,20 +46,20 @@ class StateSpace:
         Raises ValueError at an undamped pole, where there is none.
         """
         omega, eye = np.atleast_1d(np.asarray(omega, float)), np.eye(len(self.A))
-        found = np.empty((len(omega), len(self.outputs), len(self.inputs)), complex)
+        response = np.empty((len(omega), len(self.outputs), len(self.inputs)), complex)
         for k, w in enumerate(omega):
             try:
-                found[k] = self.C @ np.linalg.solve(1j * w * eye - self.A, self.B) + self.D
+                response[k] = self.C @ np.linalg.solve(1j * w * eye - self.A, self.B) + self.D
             except np.linalg.LinAlgError:
                 raise ValueError(
                     f"the model has an undamped pole at {w:.6g} rad/s, where its response is infinite; omit this "
                     "frequency, or give damping"
                 ) from None
-        return found
+        return response
 
     def selected(self, inputs: Sequence[str] | None = None, outputs: Sequence[str] | None = None) -> Self:
-        """The model with these inputs and outputs alone, in this order. Raises KeyError for one that it has not."""
-        i, o = chosen(inputs, self.inputs, "input"), chosen(outputs, self.outputs, "output")
+        """The model with only these inputs and outputs, in this order. Raises KeyError for unknown ones."""
+        i, o = indices_of_names(inputs, self.inputs, "input"), indices_of_names(outputs, self.outputs, "output")
         return replace(
             self,
             B=self.B[:, i],
@@ -82,12 +82,12 @@ class StateSpace:
         return control.ss(self.A, self.B, self.C, self.D, **labels)
 
 
-def chosen(wanted: Sequence[str] | None, known: Sequence[tuple[str, str]], what: str) -> list[int]:
-    """Places of names among (name, unit) pairs; all of them where none are requested."""
-    names = [name for name, _ in known]
-    if wanted is None:
+def indices_of_names(requested: Sequence[str] | None, pairs: Sequence[tuple[str, str]], kind: str) -> list[int]:
+    """Indices of names among (name, unit) pairs; all of them if none are requested."""
+    names = [name for name, _ in pairs]
+    if requested is None:
         return list(range(len(names)))
-    for name in wanted:
+    for name in requested:
         if name not in names:
-            raise KeyError(f"the linear model has no {what} {name!r}; {near(name, names)}")
-    return [names.index(name) for name in wanted]
+            raise KeyError(f"the linear model has no {kind} {name!r}; {suggestion_text(name, names)}")
+    return [names.index(name) for name in requested]

@@ -1,4 +1,4 @@
-"""Smaller linear models: modal and balanced truncation, rigid-body modes kept apart."""
+"""Reduced linear models by modal and balanced truncation; rigid-body modes are kept separate."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from femflex.studies.linear.space import StateSpace
 
 SLOW = 1e-5  # of the largest pole: poles below are those of rigid-body motion
 DAMPED = 1e-7  # least damping ratio of poles that are balanced
-LEAST = 1e-13  # of the largest Hankel singular value: states below are not moved or not seen
+LEAST = 1e-13  # of the largest Hankel singular value: states below are uncontrollable or unobservable
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,21 +27,21 @@ class Truncated(StateSpace):
 
 
 def modal_truncation(model: StateSpace, highest: float, static: bool = True) -> Truncated:
-    """The model with its poles up to highest [rad/s] alone; states "mode state 1", ...
+    """The model with only its poles up to highest [rad/s]; states "mode state 1", ...
 
-    static: the static response of the others is kept in D, so that the model is exact at rest. Raises ValueError when
-    none, or all, of the poles would be left.
+    static: the static response of the removed modes is kept in D, so that the model is exact at rest. Raises
+    ValueError when none, or all, of the poles would be left.
     """
     size = np.abs(model.eigenvalues())
     if not (size <= highest).any() or (size <= highest).all():
-        kept_now = "none" if (size > highest).all() else "all"
+        retained_text = "none" if (size > highest).all() else "all"
         raise ValueError(
-            f"a modal truncation at {highest:.6g} rad/s keeps {kept_now} of the poles, which lie at "
+            f"a modal truncation at {highest:.6g} rad/s keeps {retained_text} of the poles, which lie at "
             f"{size.min(initial=np.inf):.4g} to {size.max(initial=0.0):.4g} rad/s; take one between"
         )
-    kept, left = separated(model, highest)
-    D = model.D - left.C @ np.linalg.solve(left.A, left.B) if static else model.D
-    return _named(kept.A, kept.B, kept.C, D, model, "mode state", np.zeros(0), float("nan"))
+    retained, removed = decoupled_parts(model, highest)
+    D = model.D - removed.C @ np.linalg.solve(removed.A, removed.B) if static else model.D
+    return _with_state_names(retained.A, retained.B, retained.C, D, model, "mode state", np.zeros(0), float("nan"))
 
 
 def balanced_truncation(model: StateSpace, order: int) -> Truncated:
@@ -57,54 +57,54 @@ def balanced_truncation(model: StateSpace, order: int) -> Truncated:
         raise ValueError("the model has only rigid-body modes; there is nothing to truncate")
     worst = fast[np.argmax(fast.real / np.abs(fast))]
     if not -worst.real > DAMPED * abs(worst):
-        what = "grows" if worst.real > DAMPED * abs(worst) else "is not damped"
+        behaviour = "grows" if worst.real > DAMPED * abs(worst) else "is not damped"
         raise ValueError(
-            f"a balanced truncation needs damped motions; the one at {abs(worst.imag) / (2 * np.pi):.6g} Hz {what}. "
-            "Give bodies and joints damping, or take a modal truncation"
+            f"a balanced truncation needs damped motions; the one at {abs(worst.imag) / (2 * np.pi):.6g} Hz "
+            f"{behaviour}. Give bodies and joints damping, or take a modal truncation"
         )
-    rigid, elastic = separated(model, slow)
-    left, right, sigma = _balancing(elastic)
-    most = int((sigma > LEAST * sigma.max(initial=0.0)).sum())
-    if not 1 <= order <= most:
+    rigid, elastic = decoupled_parts(model, slow)
+    left_projection, right_projection, sigma = _balancing(elastic)
+    max_order = int((sigma > LEAST * sigma.max(initial=0.0)).sum())
+    if not 1 <= order <= max_order:
         raise ValueError(
-            f"a balanced truncation to {order} states was requested; {most} states are controllable and observable, "
-            f"and {len(rigid.A)} more are rigid-body motion. Take a number from 1 to {most}"
+            f"a balanced truncation to {order} states was requested; {max_order} states are controllable and "
+            f"observable, and {len(rigid.A)} more are rigid-body motion. Take a number from 1 to {max_order}"
         )
-    T, S = right[:, :order], left[:, :order].T
+    T, S = right_projection[:, :order], left_projection[:, :order].T
     A = np.block([
         [rigid.A, np.zeros((len(rigid.A), order))],
         [np.zeros((order, len(rigid.A))), S @ elastic.A @ T],
     ])  # fmt: skip
     B, C = np.vstack([rigid.B, S @ elastic.B]), np.hstack([rigid.C, elastic.C @ T])
-    return _named(A, B, C, model.D, model, "balanced state", sigma, float(2 * sigma[order:].sum()))
+    return _with_state_names(A, B, C, model.D, model, "balanced state", sigma, float(2 * sigma[order:].sum()))
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
-    """A, B, C of a part of a model that is on its own."""
+class DecoupledPart:
+    """A, B, C of a decoupled part of a model."""
 
     A: Array
     B: Array
     C: Array
 
 
-def separated(model: StateSpace, highest: float) -> tuple[Part, Part]:
+def decoupled_parts(model: StateSpace, highest: float) -> tuple[DecoupledPart, DecoupledPart]:
     """The parts of a model with poles up to highest [rad/s] and beyond, by an ordered Schur form.
 
-    With A = Q [[S11, S12], [0, S22]] Q^T and S11 X - X S22 = -S12 the parts follow no longer from each other.
+    With A = Q [[S11, S12], [0, S22]] Q^T and S11 X - X S22 = -S12 the parts are decoupled.
     """
     S, Q, n = schur(model.A, output="real", sort=lambda re, im: bool(np.hypot(re, im) <= highest))
     X = solve_sylvester(S[:n, :n], -S[n:, n:], -S[:n, n:]) if 0 < n < len(S) else np.zeros((n, len(S) - n))
     B, C = Q.T @ model.B, model.C @ Q
-    first = Part(S[:n, :n], B[:n] - X @ B[n:], C[:, :n])
-    return first, Part(S[n:, n:], B[n:], C[:, n:] + C[:, :n] @ X)
+    slow_part = DecoupledPart(S[:n, :n], B[:n] - X @ B[n:], C[:, :n])
+    return slow_part, DecoupledPart(S[n:, n:], B[n:], C[:, n:] + C[:, :n] @ X)
 
 
-def _balancing(part: Part) -> tuple[Array, Array, Array]:
+def _balancing(system: DecoupledPart) -> tuple[Array, Array, Array]:
     """Left and right projections (n, n) and Hankel singular values (n,), by the square-root method."""
-    reach = solve_continuous_lyapunov(part.A, -part.B @ part.B.T)
-    seen = solve_continuous_lyapunov(part.A.T, -part.C.T @ part.C)
-    R, L = _root(np.asarray(reach, float)), _root(np.asarray(seen, float))
+    controllability = solve_continuous_lyapunov(system.A, -system.B @ system.B.T)
+    observability = solve_continuous_lyapunov(system.A.T, -system.C.T @ system.C)
+    R, L = _root(np.asarray(controllability, float)), _root(np.asarray(observability, float))
     U, sigma, Vt = np.linalg.svd(L.T @ R)
     scale = 1.0 / np.sqrt(np.maximum(sigma, LEAST * sigma.max(initial=1e-300)))
     return L @ U * scale, R @ Vt.T * scale, sigma
@@ -119,7 +119,7 @@ def _root(W: Array) -> Array:
         return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
 
 
-def _named(
+def _with_state_names(
     A: Array, B: Array, C: Array, D: Array, model: StateSpace, word: str, sigma: Array, bound: float
 ) -> Truncated:
     states = tuple((f"{word} {k + 1}", "1") for k in range(len(A)))

@@ -1,4 +1,4 @@
-"""Transmission zeros of a linear model: frequencies at which some input leaves all outputs still."""
+"""Transmission zeros of a linear model: frequencies at which an input does not affect any output."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import numpy as np
 from femflex.arrays import ComplexArray
 from femflex.studies.linear.space import StateSpace
 
-FARTHEST = 1e3  # times the largest pole: zeros beyond are those at infinity, split by rounding
+FARTHEST = 1e3  # times the largest pole: zeros beyond it are zeros at infinity, split by rounding
 SINGULAR = 1e-12  # of the largest singular value of G(s0) below which inputs or outputs depend on each other
 
 
@@ -15,8 +15,8 @@ def transmission_zeros(model: StateSpace) -> ComplexArray:
     """Finite transmission zeros [1/s] of a model with as many inputs as outputs, by rising size.
 
     With s = s0 + 1 / w the model becomes one whose feedthrough is G(s0), so that its zeros are the eigenvalues
-    w of -R + R B G(s0)^-1 C R, R = (s0 - A)^-1; those at infinity come to w = 0. Poles that no input moves or no output
-    sees are among them. Raises ValueError where inputs and outputs differ in number, or depend on each other.
+    w of -R + R B G(s0)^-1 C R, R = (s0 - A)^-1; those at infinity become w = 0. Uncontrollable and unobservable
+    poles are among them. Raises ValueError where inputs and outputs differ in number, or depend on each other.
     """
     if len(model.inputs) != len(model.outputs) or not model.inputs:
         raise ValueError(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from femflex.studies.stability.chart import Chart, stability_chart
-from femflex.studies.stability.judgement import KINDS, Judgement, judged_motion, judged_rest
+from femflex.studies.stability.judgement import KINDS, Judgement, equilibrium_stability, motion_stability
 from femflex.studies.stability.locus import Locus, stability_locus
 from femflex.studies.stability.of_case import case_stability
 
@@ -13,8 +13,8 @@ __all__ = [
     "Judgement",
     "Locus",
     "case_stability",
-    "judged_motion",
-    "judged_rest",
+    "equilibrium_stability",
+    "motion_stability",
     "stability_chart",
     "stability_locus",
 ]

@@ -2,7 +2,7 @@
 
 M, D and K about one state are affine in the moments of inertia of a rigid body: three linearisations, at the craft's
 own roll and yaw inertia and a step along either, hold for every point of a chart. The state is an equilibrium at all of
-them where the three are in balance there, as a craft along its orbital frame is.
+them if the three systems are in equilibrium there, as a craft along its orbital frame is.
 """
 
 from __future__ import annotations
@@ -17,8 +17,15 @@ from femflex.dynamics.equilibria.equilibrium import EquilibriumError
 from femflex.dynamics.equilibria.linearised import frame_rate, linearised, usual_sizes
 from femflex.dynamics.equilibria.small_motions import growth_threshold, spectrum
 from femflex.pipeline.rest import rest_of
-from femflex.studies.stability.gravity_gradient import craft_inertia, moments, ratio_inertia, with_inertia
-from femflex.studies.stability.judgement import GYROSCOPIC, STATIC, UNSTABLE, Judgement, definite, none
+from femflex.studies.stability.gravity_gradient import craft_inertia, moments_from_ratios, ratio_inertia, with_inertia
+from femflex.studies.stability.judgement import (
+    GYROSCOPIC,
+    STATIC,
+    UNSTABLE,
+    Judgement,
+    is_positive_definite,
+    no_judgement,
+)
 from femflex.system import System
 
 STEP = 0.5  # of the pitch inertia: that of the roll and yaw inertia between the linearisations
@@ -29,14 +36,14 @@ BALANCED = 1e-9  # forces left at the common state, over the inertia times the s
 class AffineChart:
     """Judgements over the ratios from M, D and K (3, n, n) at the craft's own inertia and a step along roll and yaw.
 
-    own    roll and yaw inertia [kg m^2] of the first, pitch that of all, step between them
-    sizes  (n,) usual sizes of the coordinates;  rate  of the orbit [rad/s]
+    roll_yaw  inertia [kg m^2] of the first, pitch that of all, step between them
+    sizes     (n,) usual sizes of the coordinates;  rate  of the orbit [rad/s]
     """
 
     system: System
     body: str
     craft: tuple[Array, dict[str, Array]]
-    own: tuple[float, float]
+    roll_yaw: tuple[float, float]
     pitch: float
     M: Array
     D: Array
@@ -45,47 +52,47 @@ class AffineChart:
     rate: float
 
     @classmethod
-    def of(cls, system: System, body: str, without: tuple[str, ...] = ()) -> AffineChart | None:
-        """The equations of a craft; None where its equilibrium depends on the ratios, or something resists nothing."""
+    def from_system(cls, system: System, body: str, omitted: tuple[str, ...] = ()) -> AffineChart | None:
+        """The equations of a craft; None where its equilibrium depends on the ratios, or is neutral."""
         craft = craft_inertia(system)
         pitch, yaw, roll = (float(v) for v in np.diag(craft[0]))
         C, step = craft[1][body], STEP * pitch
         base = ratio_inertia(system, body, craft, (pitch - yaw) / roll, (pitch - roll) / yaw)
         changes = [np.zeros((3, 3)), C.T @ np.diag([0, 0, step]) @ C, C.T @ np.diag([0, step, 0]) @ C]
         systems = [with_inertia(system, body, base + change) for change in changes]
-        if without:
-            systems = [compile_system(one).without(*without).system for one in systems]
+        if omitted:
+            systems = [compile_system(variant).without(*omitted).system for variant in systems]
         try:
             about = rest_of(systems[0])[0]
         except (EquilibriumError, ValueError):
             return None
         if about.neutral or about.motions.known or about.motions.driven or about.moving.loops or about.moving.varying:
             return None
-        still = [with_inertia(about.moving, body, base + change) for change in changes]
-        models = [compile_system(one) for one in still]
+        balanced = [with_inertia(about.moving, body, base + change) for change in changes]
+        models = [compile_system(variant) for variant in balanced]
         sizes, rate = usual_sizes(about.model), frame_rate(about.moving)
         inertia = float(np.abs(np.diag(models[0].mass_matrix(0.0, about.x)) * sizes**2).max(initial=0.0))
-        left = [float(np.abs(model.bias(0.0, about.x) * sizes).max(initial=0.0)) for model in models]
-        if max(left) > BALANCED * rate**2 * inertia:
+        residuals = [float(np.abs(model.bias(0.0, about.x) * sizes).max(initial=0.0)) for model in models]
+        if max(residuals) > BALANCED * rate**2 * inertia:
             return None
-        parts = [linearised(model, 0.0, about.x) for model in models]
+        linearisations = [linearised(model, 0.0, about.x) for model in models]
         names = [name for name, _ in about.model.system.velocity_names()]
-        own = [names.index(name) for name in parts[0].names]
-        M, D, K = (np.array([getattr(part, key) for part in parts]) for key in "MDK")
-        return cls(system, body, craft, (roll, yaw), pitch, M, D, K, sizes[own], rate)
+        coordinates = [names.index(name) for name in linearisations[0].names]
+        M, D, K = (np.array([getattr(linearisation, key) for linearisation in linearisations]) for key in "MDK")
+        return cls(system, body, craft, (roll, yaw), pitch, M, D, K, sizes[coordinates], rate)
 
     def __call__(self, k_roll: float, k_yaw: float) -> Judgement:
         """The judgement at these ratios, none where the body cannot have them."""
         try:
             ratio_inertia(self.system, self.body, self.craft, k_roll, k_yaw)
-            roll, _, yaw = moments(k_roll, k_yaw, self.pitch)
+            roll, _, yaw = moments_from_ratios(k_roll, k_yaw, self.pitch)
         except ValueError as error:
-            return none(" ".join(str(error).split()))
+            return no_judgement(" ".join(str(error).split()))
         step = STEP * self.pitch
-        a, b = (roll - self.own[0]) / step, (yaw - self.own[1]) / step
+        a, b = (roll - self.roll_yaw[0]) / step, (yaw - self.roll_yaw[1]) / step
         M, D, K = (P[0] + a * (P[1] - P[0]) + b * (P[2] - P[0]) for P in (self.M, self.D, self.K))
         values = spectrum(M, D, K)
         growth = float(values.real.max(initial=0.0))
         if (values.real > growth_threshold(values, self.rate)).any():
             return Judgement(UNSTABLE, growth, values)
-        return Judgement(STATIC if definite(M, K, self.sizes, self.rate) else GYROSCOPIC, growth, values)
+        return Judgement(STATIC if is_positive_definite(M, K, self.sizes, self.rate) else GYROSCOPIC, growth, values)

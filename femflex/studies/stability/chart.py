@@ -19,18 +19,18 @@ Edge = tuple[int, int, int]  # first and second number of its first node, and 0 
 
 @dataclass(frozen=True, eq=False)
 class Chart:
-    """Stability over values first (n,) and second (m,).
+    """Stability over values first_values (n,) and second_values (m,).
 
     names       of the two values, and their units
     kinds       (n, m) see `femflex.studies.stability.judgement`;  growth (n, m) [1/s]
     boundaries  (kind on one side, kind on the other, points (k, 2)) of every line between two regions
-    error       how far a point of a boundary may be off, in the two values
+    error       largest error of a point of a boundary, in the two values
     """
 
     names: tuple[str, str]
     units: tuple[str, str]
-    first: Array
-    second: Array
+    first_values: Array
+    second_values: Array
     kinds: IntArray
     growth: Array
     boundaries: tuple[tuple[int, int, Array], ...]
@@ -39,18 +39,18 @@ class Chart:
 
 def stability_chart(
     judge: Judge,
-    first: Sequence[float],
-    second: Sequence[float],
+    first_values: Sequence[float],
+    second_values: Sequence[float],
     names: tuple[str, str] = ("first", "second"),
     units: tuple[str, str] = ("", ""),
     progress: Progress | None = None,
 ) -> Chart:
     """The chart of a judgement over two lists of rising values.
 
-    Boundaries are found on the edges of the grid by bisection, and joined through its cells: a region that lies between
-    nodes of the grid is not seen. progress is called with the number of grid points done.
+    Boundaries are computed on the edges of the grid by bisection, and joined through its cells: a region between nodes
+    of the grid is not found. progress is called with the number of grid points done.
     """
-    a, b = np.asarray(first, float), np.asarray(second, float)
+    a, b = np.asarray(first_values, float), np.asarray(second_values, float)
     for name, values in zip(names, (a, b), strict=True):
         if len(values) < 2 or not (np.diff(values) > 0).all():
             raise ValueError(f"the values of {name} are to rise; found {values[:6].tolist()}")
@@ -58,38 +58,38 @@ def stability_chart(
     loads = np.empty((len(a), len(b)), np.int64)
     for i, x in enumerate(a):
         for j, y in enumerate(b):
-            found = judge(float(x), float(y))
-            kinds[i, j], growth[i, j], loads[i, j] = found.kind, found.growth, found.loads
+            judgement = judge(float(x), float(y))
+            kinds[i, j], growth[i, j], loads[i, j] = judgement.kind, judgement.growth, judgement.loads
             if progress is not None:
                 progress(float(i * len(b) + j + 1))
-    fewer = loads < loads.max()  # no equilibrium under the loads that act elsewhere
-    kinds[fewer], growth[fewer] = NONE, np.nan
+    has_fewer_loads = loads < loads.max()  # no equilibrium under the loads that act elsewhere
+    kinds[has_fewer_loads], growth[has_fewer_loads] = NONE, np.nan
     crossings = _crossings(judge, a, b, kinds)
     error = (float(np.diff(a).max()) / 2**HALVINGS, float(np.diff(b).max()) / 2**HALVINGS)
     return Chart(names, units, a, b, kinds, growth, tuple(_joined(kinds, crossings)), error)
 
 
 def _crossings(judge: Judge, a: Array, b: Array, kinds: IntArray) -> dict[Edge, Array]:
-    """Points (2,) on the edges of the grid at which the kind changes; edges to where there is none are left out."""
-    found = {}
-    for along in (0, 1):
-        for i in range(len(a) - (along == 0)):
-            for j in range(len(b) - (along == 1)):
-                ends = kinds[i, j], kinds[i + (along == 0), j + (along == 1)]
+    """Points (2,) on the edges of the grid at which the kind changes, except on edges to nodes without a judgement."""
+    points = {}
+    for direction in (0, 1):
+        for i in range(len(a) - (direction == 0)):
+            for j in range(len(b) - (direction == 1)):
+                ends = kinds[i, j], kinds[i + (direction == 0), j + (direction == 1)]
                 if ends[0] == ends[1] or NONE in ends:
                     continue
                 low = np.array([a[i], b[j]])
-                high = np.array([a[i + (along == 0)], b[j + (along == 1)]])
+                high = np.array([a[i + (direction == 0)], b[j + (direction == 1)]])
                 for _ in range(HALVINGS):
                     middle = (low + high) / 2
                     kind = judge(*map(float, middle)).kind
                     low, high = (middle, high) if kind == ends[0] else (low, middle)
-                found[i, j, along] = (low + high) / 2
-    return found
+                points[i, j, direction] = (low + high) / 2
+    return points
 
 
 def _joined(kinds: IntArray, crossings: dict[Edge, Array]) -> list[tuple[int, int, Array]]:
-    """The crossings joined through the cells, as lines as long as can be."""
+    """The crossings joined through the cells to lines of maximum length."""
     links: dict[tuple[int, int], list[tuple[Edge, Edge]]] = {}
     for i in range(kinds.shape[0] - 1):
         for j in range(kinds.shape[1] - 1):
@@ -102,7 +102,7 @@ def _joined(kinds: IntArray, crossings: dict[Edge, Array]) -> list[tuple[int, in
                 links.setdefault(sides, []).extend(zip(edges[::2], edges[1::2], strict=False))
     out = []
     for sides, segments in links.items():
-        for line in _chains(segments):
+        for line in _lines_of_segments(segments):
             out.append((*sides, np.array([crossings[edge] for edge in line])))
     return out
 
@@ -113,22 +113,22 @@ def _sides(kinds: IntArray, edge: Edge) -> tuple[int, int]:
     return min(ends), max(ends)
 
 
-def _chains(segments: list[tuple[Edge, Edge]]) -> list[list[Edge]]:
+def _lines_of_segments(segments: list[tuple[Edge, Edge]]) -> list[list[Edge]]:
     """Segments with common ends as lines."""
-    left, lines = list(segments), []
-    while left:
-        line = list(left.pop())
-        grown = True
-        while grown:
-            grown = False
-            for k, (p, q) in enumerate(left):
-                for end, other in ((p, q), (q, p)):
+    remaining, lines = list(segments), []
+    while remaining:
+        line = list(remaining.pop())
+        extended = True
+        while extended:
+            extended = False
+            for k, (p, q) in enumerate(remaining):
+                for end, opposite in ((p, q), (q, p)):
                     if line[-1] == end or line[0] == end:
-                        line = [*line, other] if line[-1] == end else [other, *line]
-                        left.pop(k)
-                        grown = True
+                        line = [*line, opposite] if line[-1] == end else [opposite, *line]
+                        remaining.pop(k)
+                        extended = True
                         break
-                if grown:
+                if extended:
                     break
         lines.append(line)
     return lines

@@ -1,4 +1,4 @@
-"""Inertia ratios of a craft in a circular orbit: its moments of inertia by them, and the rigid craft's regions.
+"""Inertia ratios of a craft in a circular orbit: moments of inertia from them, and stable regions of the rigid craft.
 
 With 1 roll, 2 pitch, 3 yaw (Hughes, Spacecraft attitude dynamics, sec. 9.2):
 
@@ -35,15 +35,15 @@ def delp_boundary(n: int = 200) -> Array:
     return np.column_stack([-(r**2), -(s**2)])
 
 
-def moments(k_roll: float, k_yaw: float, pitch: float) -> tuple[float, float, float]:
+def moments_from_ratios(k_roll: float, k_yaw: float, pitch: float) -> tuple[float, float, float]:
     """I_roll, I_pitch, I_yaw [kg m^2] of these ratios.
 
     Raises ValueError for ratios that no body has: beyond -1 and 1.
     """
     if not (abs(k_roll) < 1 and abs(k_yaw) < 1):
         raise ValueError(f"no body has k_roll = {k_roll:g} and k_yaw = {k_yaw:g}; both lie between -1 and 1")
-    both = 1 - k_roll * k_yaw
-    return pitch * (1 - k_yaw) / both, pitch, pitch * (1 - k_roll) / both
+    denominator = 1 - k_roll * k_yaw
+    return pitch * (1 - k_yaw) / denominator, pitch, pitch * (1 - k_roll) / denominator
 
 
 def craft_inertia(system: System) -> tuple[Array, dict[str, Array]]:
@@ -57,17 +57,17 @@ def craft_inertia(system: System) -> tuple[Array, dict[str, Array]]:
             "[attitude] frame out"
         )
     model = compile_system(system)
-    seen = model.observe(np.zeros(1), nominal_state(model)[None])
-    C_NO = dcm_from_quaternion(seen["orbit/attitude"][0])
-    turned, total, mass, first = {}, np.zeros((3, 3)), 0.0, np.zeros(3)
+    channels = model.observe(np.zeros(1), nominal_state(model)[None])
+    C_NO = dcm_from_quaternion(channels["orbit/attitude"][0])
+    C_OB, total, mass, first_moment = {}, np.zeros((3, 3)), 0.0, np.zeros(3)
     for name, body in system.bodies.items():
-        C = C_NO.T @ dcm_from_quaternion(seen[f"bodies/{name}/attitude"][0])
-        r = C_NO.T @ seen[f"bodies/{name}/position"][0]
+        C = C_NO.T @ dcm_from_quaternion(channels[f"bodies/{name}/attitude"][0])
+        r = C_NO.T @ channels[f"bodies/{name}/position"][0]
         m, s = body.moments.mass, C @ body.moments.first[0]
-        mixed = 2 * (r @ s) * np.eye(3) - np.outer(r, s) - np.outer(s, r)
-        total += C @ body.moments.inertia() @ C.T + mixed + m * (r @ r * np.eye(3) - np.outer(r, r))
-        mass, first, turned[name] = mass + m, first + s + m * r, C
-    return total - (first @ first * np.eye(3) - np.outer(first, first)) / mass, turned
+        steiner = 2 * (r @ s) * np.eye(3) - np.outer(r, s) - np.outer(s, r)
+        total += C @ body.moments.inertia() @ C.T + steiner + m * (r @ r * np.eye(3) - np.outer(r, r))
+        mass, first_moment, C_OB[name] = mass + m, first_moment + s + m * r, C
+    return total - (first_moment @ first_moment * np.eye(3) - np.outer(first_moment, first_moment)) / mass, C_OB
 
 
 def with_ratios(system: System, body: str, k_roll: float, k_yaw: float) -> System:
@@ -86,26 +86,26 @@ def ratio_inertia(
     craft: as `craft_inertia`. Raises ValueError where that body would have moments that no body has.
     """
     if body not in system.bodies or system.bodies[body].n_modes:
-        rigid = [name for name, one in system.bodies.items() if not one.n_modes]
+        rigid = [name for name, candidate in system.bodies.items() if not candidate.n_modes]
         raise ValueError(f"the craft has no rigid body {body!r}; its rigid bodies are {', '.join(rigid)}")
-    now, turned = craft
-    roll, pitch, yaw = moments(k_roll, k_yaw, float(now[0, 0]))
-    C, one = turned[body], system.bodies[body]
-    found = one.moments.inertia() + C.T @ (np.diag([pitch, yaw, roll]) - now) @ C
-    found = (found + found.T) / 2
-    mass, center = one.moments.mass, one.moments.first[0] / one.moments.mass
+    current, C_OB = craft
+    roll, pitch, yaw = moments_from_ratios(k_roll, k_yaw, float(current[0, 0]))
+    C, candidate = C_OB[body], system.bodies[body]
+    body_inertia = candidate.moments.inertia() + C.T @ (np.diag([pitch, yaw, roll]) - current) @ C
+    body_inertia = (body_inertia + body_inertia.T) / 2
+    mass, center = candidate.moments.mass, candidate.moments.first[0] / candidate.moments.mass
     try:
-        rigid_body(mass, found - mass * (center @ center * np.eye(3) - np.outer(center, center)), center)
+        rigid_body(mass, body_inertia - mass * (center @ center * np.eye(3) - np.outer(center, center)), center)
     except ValueError as error:
         raise ValueError(f"k_roll = {k_roll:g} and k_yaw = {k_yaw:g} cannot be had by {body!r}: {error}") from None
-    return found
+    return body_inertia
 
 
 def with_inertia(system: System, body: str, inertia: Array) -> System:
     """The system with another inertia (3, 3) [kg m^2] of a rigid body about its origin."""
-    one = system.bodies[body]
+    candidate = system.bodies[body]
     second = (np.trace(inertia) / 2 * np.eye(3) - inertia)[None, :, None, :]
-    changed = replace(one, moments=MassMoments(one.moments.mass, one.moments.first, second))
+    changed = replace(candidate, moments=MassMoments(candidate.moments.mass, candidate.moments.first, second))
     return replace(system, bodies={**system.bodies, body: changed})
 
 
@@ -116,5 +116,5 @@ def known_curves(names: tuple[str, str]) -> list[tuple[str, Array]]:
     delp = delp_boundary()
     curves = [np.column_stack([ends, ends]), np.column_stack([ends, 0 * ends]), np.column_stack([0 * ends, -ends])]
     curves.append(delp[delp[:, 0] >= delp[:, 1]])
-    turned = [curve if names == RATIOS else curve[:, ::-1] for curve in curves]
-    return [("regions of Lagrange, and of DeBra and Delp, for a rigid craft", curve) for curve in turned]
+    ordered = [curve if names == RATIOS else curve[:, ::-1] for curve in curves]
+    return [("regions of Lagrange, and of DeBra and Delp, for a rigid craft", curve) for curve in ordered]

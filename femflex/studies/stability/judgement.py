@@ -1,4 +1,4 @@
-"""Whether an equilibrium or a periodic motion is stable, and by what."""
+"""Assessment of whether an equilibrium or a periodic motion is stable, and by which forces."""
 
 from __future__ import annotations
 
@@ -23,16 +23,18 @@ KINDS = {
     GYROSCOPIC: "stable by gyroscopic forces alone",
     STATIC: "stable",
 }
-ALIKE = 1e-6  # relative distance of a pole to the eigenvalue of a mode up to which it bears the mode's name
-DEFINITE = 1e-9  # of the square of the orbit's rate times the largest inertia: a stiffness above minus this is none
+ALIKE = 1e-6  # relative distance of a pole to the eigenvalue of a mode up to which it has the mode's name
+DEFINITE = (
+    1e-9  # of the square of the orbit's rate times the largest inertia: a stiffness above minus this counts as zero
+)
 
 
 @dataclass(frozen=True, eq=False)
 class Judgement:
-    """Kind of KINDS, growth [1/s] of the fastest motion, poles [1/s] or multipliers (n,), and why there is none.
+    """Kind of KINDS, growth [1/s] of the fastest motion, poles [1/s] or multipliers (n,), and the reason for no result.
 
-    about: the equilibrium, where one is judged; lost: whether none was found; trivial, split: as of the `Floquet` of a
-    motion.
+    about: the equilibrium, if one is assessed; lost: whether none was found; trivial, split: those of the `Floquet` of
+    a motion.
     """
 
     kind: int
@@ -46,7 +48,7 @@ class Judgement:
 
     @property
     def loads(self) -> int:
-        """Number of loads that act in the equilibrium; where there is none under them, they do not act."""
+        """Number of loads that act in the equilibrium; 0 without one."""
         return 0 if self.about is None else len(self.about.moving.loads)
 
     @property
@@ -62,13 +64,14 @@ class Judgement:
         if self.about is None or not len(self.values):
             return ("",) * len(self.values)
         modes = modes_about(self.about)
-        own = np.flatnonzero(~modes.known)
-        apart = np.abs(np.abs(modes.eigenvalues[own].real[:, None] - self.values.real)) + np.abs(
-            np.abs(modes.eigenvalues[own].imag)[:, None] - np.abs(self.values.imag)
+        elastic = np.flatnonzero(~modes.known)
+        distance = np.abs(np.abs(modes.eigenvalues[elastic].real[:, None] - self.values.real)) + np.abs(
+            np.abs(modes.eigenvalues[elastic].imag)[:, None] - np.abs(self.values.imag)
         )
-        near = np.argmin(apart, axis=0) if len(own) else np.zeros(0, int)
+        nearest = np.argmin(distance, axis=0) if len(elastic) else np.zeros(0, int)
         return tuple(
-            modes.names[own[k]] if apart[k, j] <= ALIKE * abs(self.values[j]) else "" for j, k in enumerate(near)
+            modes.names[elastic[k]] if distance[k, j] <= ALIKE * abs(self.values[j]) else ""
+            for j, k in enumerate(nearest)
         )
 
     @property
@@ -77,21 +80,21 @@ class Judgement:
         return self.kind > UNSTABLE
 
 
-def none(problem: str, lost: bool = False) -> Judgement:
-    """The judgement where there is nothing to judge; lost: for want of an equilibrium."""
+def no_judgement(problem: str, lost: bool = False) -> Judgement:
+    """The judgement without a result; lost: whether the reason is that there is no equilibrium."""
     return Judgement(NONE, float("nan"), np.zeros(0, complex), problem, lost=lost)
 
 
-def judged_rest(system: System) -> Judgement:
+def equilibrium_stability(system: System) -> Judgement:
     """The stability of the equilibrium of a system by its poles.
 
-    In orbit it is by gyroscopic forces alone where the stiffness is not positive definite. Without an equilibrium there
-    is none to judge.
+    In orbit it is due to gyroscopic forces if the stiffness is not positive definite. Without an equilibrium the
+    judgement has no result.
     """
     try:
         about, _ = rest_of(system)
     except (EquilibriumError, ValueError) as error:
-        return none(str(error), isinstance(error, EquilibriumError))
+        return no_judgement(str(error), isinstance(error, EquilibriumError))
     values = about.eigenvalues
     growth = float(values.real.max(initial=0.0))
     if not about.stable:
@@ -102,10 +105,12 @@ def judged_rest(system: System) -> Judgement:
     names = [name for name, _ in about.model.system.velocity_names()]
     sizes = usual_sizes(about.model)[[names.index(name) for name in linear.names]]
     rate = frame_rate(about.model.system)
-    return Judgement(STATIC if definite(linear.M, linear.K, sizes, rate) else GYROSCOPIC, growth, values, about=about)
+    return Judgement(
+        STATIC if is_positive_definite(linear.M, linear.K, sizes, rate) else GYROSCOPIC, growth, values, about=about
+    )
 
 
-def definite(M: Array, K: Array, sizes: Array, rate: float) -> bool:
+def is_positive_definite(M: Array, K: Array, sizes: Array, rate: float) -> bool:
     """Whether the stiffness K (n, n) is positive definite, but for rounding, in an orbit of a rate [rad/s].
 
     sizes (n,): usual sizes of the coordinates.
@@ -117,13 +122,13 @@ def definite(M: Array, K: Array, sizes: Array, rate: float) -> bool:
     return bool(np.linalg.eigvalsh(energy)[0] >= -DEFINITE * scale)
 
 
-def judged_motion(system: System, period: float, shooting: bool = False) -> Judgement:
+def motion_stability(system: System, period: float, shooting: bool = False) -> Judgement:
     """The stability of the motion of a period [s] by its Floquet multipliers, found by shooting if requested."""
     try:
-        found = floquet(system, period, periodic_state(system, period) if shooting else None)
+        result = floquet(system, period, periodic_state(system, period) if shooting else None)
     except (ValueError, IntegrationError, CaseError) as error:
-        return none(str(error))
-    largest = float(np.abs(found.multipliers).max(initial=0.0))
+        return no_judgement(str(error))
+    largest = float(np.abs(result.multipliers).max(initial=0.0))
     growth = float(np.log(max(largest, 1e-300)) / period)
-    kind = STATIC if found.stable else UNSTABLE
-    return Judgement(kind, growth, found.multipliers, trivial=found.trivial, split=found.split)
+    kind = STATIC if result.stable else UNSTABLE
+    return Judgement(kind, growth, result.multipliers, trivial=result.trivial, split=result.split)

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from femflex.arrays import Array, ComplexArray, IntArray
-from femflex.studies.stability.judgement import NONE, Judgement, none
+from femflex.studies.stability.judgement import NONE, Judgement, no_judgement
 
 Progress = Callable[[float], object]
 
@@ -20,16 +20,16 @@ HALVINGS = 30  # of the interval in which stability changes
 class Locus:
     """Branches (n, k) of poles [1/s] or multipliers over values (n,), NaN where there are none.
 
-    of        "poles" or "multipliers";  name, unit  of the value
+    quantity  "poles" or "multipliers";  name, unit  of the value
     kinds     (n,) see `femflex.studies.stability.judgement`;  growth (n,) [1/s]
     critical  values at which stability changes
-    names     (k,) of the modes that branches begin as, "" where they are not known
+    names     (k,) of the modes at the start of the branches, "" where they are not known
     trivial   names of the multipliers that are 1 by symmetry, at the first value; split their largest distance from 1
               among the eigenvalues of the whole matrix at any value
-    lost      value at which the equilibrium that was there before is not found; those beyond it are not looked at
+    lost      value at which the equilibrium is no longer found; larger values are not evaluated
     """
 
-    of: str
+    quantity: str
     name: str
     unit: str
     values: Array
@@ -48,74 +48,87 @@ def stability_locus(
     values: Sequence[float],
     name: str = "value",
     unit: str = "",
-    of: str = "poles",
+    quantity: str = "poles",
     progress: Progress | None = None,
 ) -> Locus:
     """The locus of a judgement over rising values.
 
-    Branches go from value to value by the least change of all together; a change of stability between two values is
-    found by bisection. Raises ValueError where nothing can be judged at any value, and where the number of poles
+    Poles are assigned to branches from value to value by the least total change; a change of stability between two
+    values is located by bisection. Raises ValueError if there is no judgement at any value, and if the number of poles
     changes.
     """
-    found, lost = _judged(judge, values, progress)
-    good = [one for one in found if one.kind != NONE]
-    if not good:
-        raise ValueError(f"nothing can be judged at any value of {name}; at the first: {found[0].problem}")
-    rows = _branches(values, found, name, of)
+    judgements, lost = _judgements(judge, values, progress)
+    valid = [judgement for judgement in judgements if judgement.kind != NONE]
+    if not valid:
+        raise ValueError(f"nothing can be judged at any value of {name}; at the first: {judgements[0].problem}")
+    rows = _branches(values, judgements, name, quantity)
     critical = []
     for k in range(len(values) - 1):
-        if NONE not in (found[k].kind, found[k + 1].kind) and found[k].stable != found[k + 1].stable:
-            critical.append(_change(judge, float(values[k]), float(values[k + 1]), found[k].stable))
-    kinds, growth = np.array([one.kind for one in found]), np.array([one.growth for one in found])
+        if (
+            NONE not in (judgements[k].kind, judgements[k + 1].kind)
+            and judgements[k].stable != judgements[k + 1].stable
+        ):
+            critical.append(_change(judge, float(values[k]), float(values[k + 1]), judgements[k].stable))
+    kinds, growth = (
+        np.array([judgement.kind for judgement in judgements]),
+        np.array([judgement.growth for judgement in judgements]),
+    )
     return Locus(
-        of, name, unit, np.asarray(values, float), np.array(rows), kinds, growth, tuple(critical),
-        good[0].names(), good[0].trivial, max(one.split for one in good), lost,
+        quantity, name, unit, np.asarray(values, float), np.array(rows), kinds, growth, tuple(critical),
+        valid[0].names(), valid[0].trivial, max(judgement.split for judgement in valid), lost,
     )  # fmt: skip
 
 
-def _judged(
+def _judgements(
     judge: Callable[[float], Judgement], values: Sequence[float], progress: Progress | None
 ) -> tuple[list[Judgement], float | None]:
     """The judgement at every value, and the value at which an equilibrium is lost: at it and beyond, there is none.
 
-    Without an equilibrium under its loads a craft may have one without them, which is another: as many loads act all
-    along.
+    A craft without an equilibrium under its loads may have another one without them; the number of loads that act must
+    stay the same.
     """
-    found: list[Judgement] = []
+    judgements: list[Judgement] = []
     for k, value in enumerate(values):
-        one = judge(float(value))
-        if found and found[-1].about is not None and (one.lost or one.loads < found[-1].loads):
-            return [*found, *[none("the equilibrium is lost", True)] * (len(values) - k)], float(value)
-        found.append(one)
+        judgement = judge(float(value))
+        if (
+            judgements
+            and judgements[-1].about is not None
+            and (judgement.lost or judgement.loads < judgements[-1].loads)
+        ):
+            return [*judgements, *[no_judgement("the equilibrium is lost", True)] * (len(values) - k)], float(value)
+        judgements.append(judgement)
         if progress is not None:
             progress(float(k + 1))
-    most = max(one.loads for one in found)
-    return [one if one.loads == most else none("no equilibrium under the loads", True) for one in found], None
+    largest = max(judgement.loads for judgement in judgements)
+    return [
+        judgement if judgement.loads == largest else no_judgement("no equilibrium under the loads", True)
+        for judgement in judgements
+    ], None
 
 
-def _branches(values: Sequence[float], found: list[Judgement], name: str, of: str) -> list[ComplexArray]:
+def _branches(values: Sequence[float], judgements: list[Judgement], name: str, quantity: str) -> list[ComplexArray]:
     """Poles or multipliers (k,) at every value, branch by branch; NaN where a branch is a known motion, or nothing is.
 
     A known motion, such as that of a joint without a damper, is no pole, and becomes one with the damper: from 0.
     Raises ValueError where the number of states changes.
     """
-    good = [one for one in found if one.kind != NONE]
-    count, size = max(len(one.values) for one in good), good[0].size
+    valid = [judgement for judgement in judgements if judgement.kind != NONE]
+    count, size = max(len(judgement.values) for judgement in valid), valid[0].size
     rows: list[ComplexArray] = []
-    last: ComplexArray | None = None
-    for value, one in zip(values, found, strict=True):
-        if one.kind == NONE:
+    last_row: ComplexArray | None = None
+    for value, judgement in zip(values, judgements, strict=True):
+        if judgement.kind == NONE:
             rows.append(np.full(count, np.nan + 0j))
             continue
-        if one.size != size:
+        if judgement.size != size:
             raise ValueError(
-                f"the craft has {one.size} states at {name} = {value:g} and {size} before, and so other {of}; a locus "
-                "needs a value that changes none of them"
+                f"the craft has {judgement.size} states at {name} = {value:g} and {size} before, and so other "
+                f"{quantity}; a locus needs a value that changes none of them"
             )
-        row = np.concatenate([one.values, np.full(count - len(one.values), np.nan + 0j)])
-        if last is not None:
-            row = row[linear_sum_assignment(np.abs(np.nan_to_num(last)[:, None] - np.nan_to_num(row)[None]))[1]]
-        last = row
+        row = np.concatenate([judgement.values, np.full(count - len(judgement.values), np.nan + 0j)])
+        if last_row is not None:
+            row = row[linear_sum_assignment(np.abs(np.nan_to_num(last_row)[:, None] - np.nan_to_num(row)[None]))[1]]
+        last_row = row
         rows.append(row)
     return rows
 

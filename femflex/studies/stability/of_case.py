@@ -14,9 +14,9 @@ from femflex.dynamics import compile_system
 from femflex.studies.stability.affine import AffineChart
 from femflex.studies.stability.chart import Chart, stability_chart
 from femflex.studies.stability.gravity_gradient import with_ratios
-from femflex.studies.stability.judgement import Judgement, judged_motion, judged_rest, none
+from femflex.studies.stability.judgement import Judgement, equilibrium_stability, motion_stability, no_judgement
 from femflex.studies.stability.locus import Locus, stability_locus
-from femflex.studies.varied import VariedCase
+from femflex.studies.varied_case import VariedCase
 from femflex.system import System
 
 Progress = Callable[[float], object]
@@ -24,9 +24,9 @@ Progress = Callable[[float], object]
 
 @dataclass(frozen=True, eq=False)
 class CaseStability:
-    """The locus or chart of a case, and a second one with something left out."""
+    """The locus or chart of a case, and a second one with terms omitted."""
 
-    found: Locus | Chart
+    result: Locus | Chart
     second: Locus | Chart | None
     left_out: tuple[str, ...]
     table: StabilityTable
@@ -44,14 +44,14 @@ def case_stability(case: Case, progress: Progress | None = None) -> CaseStabilit
     that is not in the case; a point that the case does not take, or without equilibrium, counts as none.
     """
     table = table_of(case)
-    judges = [_Judge.of(case, table, ())]
+    judges = [_Judge.from_case(case, table, ())]
     if table.without:
-        judges.append(_Judge.of(case, table, tuple(table.without)))
-    found: list[Locus | Chart] = []
+        judges.append(_Judge.from_case(case, table, tuple(table.without)))
+    results: list[Locus | Chart] = []
     for k, judge in enumerate(judges):
-        tell = None if progress is None else _part(progress, k, len(judges), table)
-        found.append(judge.found(table, tell))
-    return CaseStability(found[0], found[1] if len(found) > 1 else None, tuple(table.without), table)
+        tell = None if progress is None else _partial_progress(progress, k, len(judges), table)
+        results.append(judge.evaluate(table, tell))
+    return CaseStability(results[0], results[1] if len(results) > 1 else None, tuple(table.without), table)
 
 
 def table_of(case: Case) -> StabilityTable:
@@ -65,7 +65,7 @@ def table_of(case: Case) -> StabilityTable:
         try:
             changed_text(
                 case.text,
-                {key: _written(one, one.numbers()[0]) for key, one in case.stability.vary.items()},
+                {key: _value_with_unit(axis, axis.numbers()[0]) for key, axis in case.stability.vary.items()},
                 case.path.name,
             )
         except ValueError as error:
@@ -73,12 +73,12 @@ def table_of(case: Case) -> StabilityTable:
     return case.stability
 
 
-def _part(progress: Progress, k: int, count: int, table: StabilityTable) -> Progress:
+def _partial_progress(progress: Progress, k: int, count: int, table: StabilityTable) -> Progress:
     points = float(np.prod([axis.points for axis in table.vary.values()]))
-    return lambda done: progress((k + done / points) / count)
+    return lambda n_done: progress((k + n_done / points) / count)
 
 
-def _written(axis: AxisTable, value: float) -> float | str:
+def _value_with_unit(axis: AxisTable, value: float) -> float | str:
     unit = axis.numbers()[2]
     return f"{value!r} {unit}" if unit else value
 
@@ -89,20 +89,20 @@ class _Judge:
 
     varied: VariedCase
     table: StabilityTable
-    without: tuple[str, ...]
+    omitted: tuple[str, ...]
     base: System | None
     affine: AffineChart | None = None
 
     @classmethod
-    def of(cls, case: Case, table: StabilityTable, without: tuple[str, ...]) -> _Judge:
-        """The bodies built once; for inertia ratios the system too."""
+    def from_case(cls, case: Case, table: StabilityTable, omitted: tuple[str, ...]) -> _Judge:
+        """The judgement with bodies built once; for inertia ratios the system too."""
         if table.inertia is None:
-            return cls(VariedCase.of(case, table.vary), table, without, None)
-        varied = VariedCase.of(case, [])
+            return cls(VariedCase.from_paths(case, table.vary), table, omitted, None)
+        varied = VariedCase.from_paths(case, [])
         base = varied.system({})
-        with_ratios(base, table.inertia, *_middle(base))
-        affine = AffineChart.of(base, table.inertia, without) if table.of == "equilibrium" else None
-        return cls(varied, table, without, base, affine)
+        with_ratios(base, table.inertia, *_present_ratios(base))
+        affine = AffineChart.from_system(base, table.inertia, omitted) if table.of == "equilibrium" else None
+        return cls(varied, table, omitted, base, affine)
 
     def __call__(self, *values: float) -> Judgement:
         """The judgement at these values, in the order of the keys."""
@@ -111,18 +111,20 @@ class _Judge:
         try:
             system = self._system(dict(zip(self.table.vary, values, strict=True)))
         except ValueError as error:
-            return none(" ".join(str(error).split()))
+            return no_judgement(" ".join(str(error).split()))
         if self.table.of == "equilibrium":
-            return judged_rest(system)
-        return judged_motion(system, self._period(system), self.table.shooting)
+            return equilibrium_stability(system)
+        return motion_stability(system, self._period(system), self.table.shooting)
 
     def _system(self, values: dict[str, float]) -> System:
         if self.base is not None:
             assert self.table.inertia is not None
             system = with_ratios(self.base, self.table.inertia, *(values[key] for key in RATIOS))
         else:
-            system = self.varied.system({key: _written(self.table.vary[key], value) for key, value in values.items()})
-        return compile_system(system).without(*self.without).system if self.without else system
+            system = self.varied.system(
+                {key: _value_with_unit(self.table.vary[key], value) for key, value in values.items()}
+            )
+        return compile_system(system).without(*self.omitted).system if self.omitted else system
 
     def _period(self, system: System) -> float:
         if self.table.period is not None:
@@ -134,19 +136,19 @@ class _Judge:
             raise ValueError("found no period, and neither an orbit nor a spinning frame to take it from; give period")
         return 2 * np.pi / rate
 
-    def found(self, table: StabilityTable, progress: Progress | None) -> Locus | Chart:
-        """The locus or chart."""
+    def evaluate(self, table: StabilityTable, progress: Progress | None) -> Locus | Chart:
+        """The locus or chart over the values of the table."""
         names, axes = tuple(table.vary), [axis.numbers() for axis in table.vary.values()]
-        grids = [np.linspace(a, b, one.points) for (a, b, _), one in zip(axes, table.vary.values(), strict=True)]
+        grids = [np.linspace(a, b, axis.points) for (a, b, _), axis in zip(axes, table.vary.values(), strict=True)]
         if len(names) == 1:
-            of = "poles" if table.of == "equilibrium" else "multipliers"
-            return stability_locus(self, grids[0].tolist(), names[0], axes[0][2], of, progress)
+            quantity = "poles" if table.of == "equilibrium" else "multipliers"
+            return stability_locus(self, grids[0].tolist(), names[0], axes[0][2], quantity, progress)
         return stability_chart(
             self, grids[0].tolist(), grids[1].tolist(), (names[0], names[1]), (axes[0][2], axes[1][2]), progress
         )
 
 
-def _middle(system: System) -> tuple[float, float]:
+def _present_ratios(system: System) -> tuple[float, float]:
     """The ratios that the craft has now."""
     from femflex.studies.stability.gravity_gradient import craft_inertia
 

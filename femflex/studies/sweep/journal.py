@@ -1,4 +1,4 @@
-"""The journal of a sweep: one line per member that is done, so that a sweep that was killed goes on."""
+"""Journal of a sweep: one line per finished member, so that a killed sweep can continue."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from typing import TextIO
 
 from femflex import __version__
 from femflex.studies.sweep.member import Outcome, Plan
-from femflex.writing import placed
+from femflex.writing import atomic_file
 
 
 def journal_of(output: Path) -> Path:
-    """The journal that stands next to a sweep's result until it is complete."""
+    """Path of the journal next to a sweep's result; it exists until the sweep is complete."""
     return output.with_name(output.name + ".journal")
 
 
 def digest(plan: Plan) -> str:
-    """What makes two sweeps the same: table, case, contents of the files that the case names, version of femflex."""
+    """Digest of everything that identifies a sweep: table, case, contents of the files of the case, and version."""
     return sha256("\n".join([plan.sweep_text, plan.case_text, plan.files, __version__]).encode()).hexdigest()
 
 
-def refuse_other(path: Path, found: str, plan: Plan) -> None:
-    """Raise ValueError where a file, made by a sweep of the digest `found`, is of another sweep than the plan."""
-    if found != digest(plan):
+def refuse_other_sweep(path: Path, found_digest: str, plan: Plan) -> None:
+    """Raise ValueError where a file of a sweep with that digest belongs to another sweep than the plan."""
+    if found_digest != digest(plan):
         raise ValueError(
             f"{path} is of another sweep: the file of the sweep, its case or a file that this names has changed since. "
             "Leave --resume out and give --force to begin anew"
@@ -34,35 +34,35 @@ def refuse_other(path: Path, found: str, plan: Plan) -> None:
 
 
 def read_journal(path: Path, plan: Plan) -> list[Outcome]:
-    """The members that are done, none where there is no journal; a line cut short by a kill is left out.
+    """The finished members, none without a journal; a line cut short by a kill is ignored.
 
     Raises ValueError for the journal of another sweep.
     """
     if not path.is_file():
         return []
-    first, *lines = path.read_text(encoding="utf-8").split("\n")
-    refuse_other(path, first, plan)
-    found = {}
+    head, *lines = path.read_text(encoding="utf-8").split("\n")
+    refuse_other_sweep(path, head, plan)
+    outcomes = {}
     for line in lines:
         try:
-            one = Outcome(**json.loads(line))
+            outcome = Outcome(**json.loads(line))
         except (json.JSONDecodeError, TypeError):
             continue
-        found[one.number] = one
-    return [found[k] for k in sorted(found)]
+        outcomes[outcome.number] = outcome
+    return [outcomes[k] for k in sorted(outcomes)]
 
 
-def begin(path: Path, plan: Plan, done: list[Outcome]) -> TextIO:
-    """The journal open for more, with what is done; one that was there is replaced when the new one is whole."""
-    with placed(path, force=True) as part, part.open("w", encoding="utf-8") as file:
+def open_journal(path: Path, plan: Plan, done: list[Outcome]) -> TextIO:
+    """The journal opened for appending, with the finished members; an old one is replaced when this one is written."""
+    with atomic_file(path, force=True) as draft, draft.open("w", encoding="utf-8") as file:
         file.write(digest(plan) + "\n")
-        for one in done:
-            add(file, one)
+        for outcome in done:
+            append_outcome(file, outcome)
     return path.open("a", encoding="utf-8")
 
 
-def add(file: TextIO, one: Outcome) -> None:
-    """One more line, on the disk when this returns. Numbers keep every bit."""
-    file.write(json.dumps(asdict(one)) + "\n")
+def append_outcome(file: TextIO, outcome: Outcome) -> None:
+    """Append a line, which is on the disk when this returns. Numbers keep every bit."""
+    file.write(json.dumps(asdict(outcome)) + "\n")
     file.flush()
     os.fsync(file.fileno())

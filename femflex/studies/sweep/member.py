@@ -1,4 +1,4 @@
-"""One member of a sweep: a case with other values, run in memory, and what is kept of it."""
+"""One member of a sweep: a case with other values, run in memory, and its results."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.case import Case, CaseError, with_values
-from femflex.case.evaluate import column_unit, measured, measured_unit
+from femflex.case.evaluate import column_unit, measured_unit, measured_value
 from femflex.case.measure import OF_SYSTEM, MeasureTable
-from femflex.case.problems import near
+from femflex.case.problems import suggestion_text
 from femflex.case.read import parse_case
 from femflex.case.sweep import SweepTable, parse_sweep
 from femflex.integrate import IntegrationError
@@ -23,7 +23,7 @@ from femflex.pipeline import prepare
 from femflex.pipeline.balanced import case_modes
 from femflex.pipeline.decisions import decided
 from femflex.pipeline.guard import MotionGuard
-from femflex.studies.varied import VariedCase
+from femflex.studies.varied_case import VariedCase
 from femflex.system import Channel, Part
 from femflex.warning import PhysicsWarning
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Plan:
-    """What a worker is given once: texts of the sweep and the case, the case's file, digests of the files it names."""
+    """Data that a worker receives once: texts of sweep and case, path of the case, digests of the files of the case."""
 
     sweep_text: str
     case_text: str
@@ -43,7 +43,7 @@ class Plan:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What is kept of a member: outputs, histories over time, units of both, or what broke it off."""
+    """Results of a member: outputs, histories over time, units of both, or the problem that ended it."""
 
     number: int
     outputs: list[float]
@@ -54,13 +54,13 @@ class Outcome:
 
 
 @dataclass(frozen=True, eq=False)
-class Watched:
-    """Channels of a run kept in memory, as `measured` asks for them."""
+class RecordedRun:
+    """Channels of a run in memory, as `measured_value` needs them."""
 
     time: Array
     values: Mapping[str, Array]
     channels: Mapping[str, Channel]
-    parts: Mapping[str, Any]
+    bodies_by_name: Mapping[str, Any]
 
     def __getitem__(self, path: str) -> Array:
         return self.values[path]
@@ -75,32 +75,32 @@ class Watched:
 
     def bodies(self) -> Mapping[str, Any]:
         """The bodies by name."""
-        return self.parts
+        return self.bodies_by_name
 
 
 @lru_cache(maxsize=4)
-def base_of(plan: Plan) -> tuple[VariedCase, SweepTable]:
-    """What all members share, built once in every process."""
+def shared_base(plan: Plan) -> tuple[VariedCase, SweepTable]:
+    """Data that all members share, built once in every process."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PhysicsWarning)
         table = parse_sweep(plan.sweep_text)
-        return VariedCase.of(parse_case(plan.case_text, Path(plan.case_path)), table.vary), table
+        return VariedCase.from_paths(parse_case(plan.case_text, Path(plan.case_path)), table.vary), table
 
 
 @lru_cache(maxsize=1)
 def _threads() -> ThreadpoolController:
-    """The thread pools of this process, looked for once."""
+    """The thread pools of this process, searched once."""
     from threadpoolctl import ThreadpoolController
 
     return ThreadpoolController()
 
 
 def run_member(plan: Plan, number: int, values: Mapping[str, Any]) -> Outcome:
-    """The outcome of a member; what goes wrong with it is its problem, and no error."""
+    """The outcome of a member; an error in it becomes its problem and is not raised."""
     with warnings.catch_warnings(), _threads().limit(limits=1):
         warnings.simplefilter("ignore", PhysicsWarning)
         try:
-            return _outcome(*base_of(plan), number, values)
+            return _outcome(*shared_base(plan), number, values)
         except (CaseError, ValueError, KeyError, IntegrationError, ArithmeticError, np.linalg.LinAlgError) as error:
             text = str(error.args[0]) if isinstance(error, KeyError) and error.args else str(error)
             return Outcome(number, [], [], [], [], " ".join(text.split()) or type(error).__name__)
@@ -109,58 +109,62 @@ def run_member(plan: Plan, number: int, values: Mapping[str, Any]) -> Outcome:
 def _outcome(base: VariedCase, table: SweepTable, number: int, values: Mapping[str, Any]) -> Outcome:
     case = with_values(base.case, values)
     bodies = base.bodies_of(case)
-    paths = [one.channel for one in table.outputs.values() if one.channel is not None]
-    kept = [text.partition(":")[0] for text in table.histories]
-    seen, motion = _watched(case, bodies, list(dict.fromkeys([*paths, *kept])))
-    modes = case_modes(case, bodies=bodies) if any(one.of == OF_SYSTEM for one in table.outputs.values()) else None
+    paths = [table_entry.channel for table_entry in table.outputs.values() if table_entry.channel is not None]
+    history_paths = [text.partition(":")[0] for text in table.histories]
+    run, motion = _recorded_run(case, bodies, list(dict.fromkeys([*paths, *history_paths])))
+    modes = (
+        case_modes(case, bodies=bodies)
+        if any(table_entry.of == OF_SYSTEM for table_entry in table.outputs.values())
+        else None
+    )
     outputs, units = [], []
-    for one in table.outputs.values():
-        if one.of == OF_SYSTEM and modes is not None:
-            outputs.append(float(modes.frequency(one.branch or one.mode)))
+    for table_entry in table.outputs.values():
+        if table_entry.of == OF_SYSTEM and modes is not None:
+            outputs.append(float(modes.frequency(table_entry.branch or table_entry.mode)))
             units.append("Hz")
         else:
-            outputs.append(measured(one, seen, motion))
-            units.append(measured_unit(one, seen))
-    histories = [history(seen, text) for text in table.histories]
-    units += [column_unit(_column(text), seen) for text in table.histories]
-    return Outcome(number, outputs, units, seen.time.tolist() if histories else [], [h.tolist() for h in histories])
+            outputs.append(measured_value(table_entry, run, motion))
+            units.append(measured_unit(table_entry, run))
+    histories = [history(run, text) for text in table.histories]
+    units += [column_unit(_column(text), run) for text in table.histories]
+    return Outcome(number, outputs, units, run.time.tolist() if histories else [], [h.tolist() for h in histories])
 
 
-def _watched(case: Case, bodies: Mapping[str, Part] | None, paths: list[str]) -> tuple[Watched, float | None]:
-    """The channels of the run of a case, and its mean motion; no run where nothing is asked of it."""
+def _recorded_run(case: Case, bodies: Mapping[str, Part] | None, paths: list[str]) -> tuple[RecordedRun, float | None]:
+    """The channels of the run of a case, and its mean motion; nothing is run if no channel is requested."""
     if not paths:
         parts: Mapping[str, Any] = decided(case, bodies, loaded=False).system.bodies
-        return Watched(np.zeros(0), {}, {}, parts), None
+        return RecordedRun(np.zeros(0), {}, {}, parts), None
     prepared = prepare(case, bodies=bodies)
     model, times = prepared.model, prepared.times
     for path in paths:
         if path not in model.channels:
-            raise KeyError(f"the run has no channel {path!r}; {near(path, model.channels)}")
+            raise KeyError(f"the run has no channel {path!r}; {suggestion_text(path, model.channels)}")
     rows: dict[str, list[Array]] = {path: [] for path in paths}
     guard = MotionGuard(model)
     for block in prepared.integrator.blocks(model, times, model.x0):
         if (error := guard.divergence(block)) is not None:
             raise error
         if len(block.times):
-            found = model.observe(block.times, block.states)
+            channels = model.observe(block.times, block.states)
             for path in paths:
-                rows[path].append(found[path])
+                rows[path].append(channels[path])
     motion = None if prepared.system.orbit is None else prepared.system.orbit.mean_motion
     values = {path: np.concatenate(parts) for path, parts in rows.items()}
-    return Watched(times, values, model.channels, prepared.system.bodies), motion
+    return RecordedRun(times, values, model.channels, prepared.system.bodies), motion
 
 
 def _column(text: str) -> MeasureTable:
-    """What a history watches."""
+    """Table of the channel of a history."""
     path, _, component = text.partition(":")
     return MeasureTable(channel=path, component=component) if component else MeasureTable(channel=path)
 
 
-def history(seen: Watched, text: str) -> Array:
+def history(run: RecordedRun, text: str) -> Array:
     """One component of a channel over time (n_t,), in its unit. Raises ValueError where it is not named."""
     path, _, component = text.partition(":")
-    names = seen.names(path)
-    values = seen[path]
+    names = run.names(path)
+    values = run[path]
     if not component and values.ndim > 1:
         raise ValueError(
             f"history {text!r} is that of a vector; name one of {', '.join(names)}, as in '{path}:{names[0]}'"
@@ -168,5 +172,5 @@ def history(seen: Watched, text: str) -> Array:
     if not component:
         return values
     if component not in names:
-        measured(_column(text), seen)  # which raises the sentence
+        measured_value(_column(text), run)  # which raises the sentence
     return np.asarray(values[:, names.index(component)])

@@ -19,11 +19,18 @@ from femflex.case.problems import Problem
 from femflex.case.read import parse_case
 from femflex.case.sweep import SweepTable, read_sweep, split_number
 from femflex.case.units import UnitError
-from femflex.hdf5 import placed_hdf5
+from femflex.hdf5 import atomic_hdf5
 from femflex.pipeline.file_digests import file_digests
 from femflex.results import FileLock
-from femflex.studies.sweep.design import designed, indices
-from femflex.studies.sweep.journal import add, begin, digest, journal_of, read_journal, refuse_other
+from femflex.studies.sweep.design import member_values, sobol_indices_of
+from femflex.studies.sweep.journal import (
+    append_outcome,
+    digest,
+    journal_of,
+    open_journal,
+    read_journal,
+    refuse_other_sweep,
+)
 from femflex.studies.sweep.member import Outcome, Plan, run_member
 from femflex.studies.sweep.workers import Todo, outcomes
 from femflex.writing import check_destination
@@ -39,7 +46,7 @@ class Sweep:
     outputs      name -> (n,) NaN where a member failed
     units        key path, name or history -> unit
     time         (n_t,) [s];  histories  channel -> (n, n_t)
-    percentiles  (n_p,);  problems (n,) what broke a member off, "" where nothing did
+    percentiles  (n_p,);  problems (n,) why a member ended early, "" where it did not
     sobol        name of an output -> (n_inputs, 2) first-order and total indices; empty for other designs
     """
 
@@ -52,13 +59,15 @@ class Sweep:
     problems: tuple[str, ...]
     sobol: dict[str, Array] = field(default_factory=dict)
 
-    def of_outputs(self) -> dict[str, Array]:
+    def output_percentiles(self) -> dict[str, Array]:
         """Percentiles (n_p,) of every output, in its unit, over the members that did not fail."""
         return {name: _percentiles(values[:, None], self.percentiles)[:, 0] for name, values in self.outputs.items()}
 
     def statistics(self) -> dict[str, tuple[float, float, int, int]]:
-        """Of every output: mean, standard deviation, and the members with the least and the largest value; over the
-        members that did not fail."""
+        """Mean, standard deviation, and the members with the least and the largest value, of every output.
+
+        Members that failed are left out.
+        """
         out = {}
         for name, values in self.outputs.items():
             if good := np.isfinite(values).sum():
@@ -66,7 +75,7 @@ class Sweep:
                 out[name] = float(np.nanmean(values)), sigma, int(np.nanargmin(values)), int(np.nanargmax(values))
         return out
 
-    def of_histories(self) -> dict[str, Array]:
+    def history_percentiles(self) -> dict[str, Array]:
         """Percentiles (n_p, n_t) of every history, in its unit."""
         return {name: _percentiles(values, self.percentiles) for name, values in self.histories.items()}
 
@@ -83,8 +92,8 @@ def sweep(
 ) -> Sweep:
     """The finished sweep of a file, also written to an HDF5 file.
 
-    workers    processes; left out, one per core. The numbers do not depend on it
-    resume     go on with a sweep that was interrupted or killed; members that are done are not run again
+    workers    number of processes, by default one per core. The results do not depend on it
+    resume     continue a sweep that was interrupted or killed; finished members are not run again
     scheduler  address of a Dask scheduler, in place of processes
     progress   called with the number of members done
 
@@ -94,52 +103,52 @@ def sweep(
     FileExistsError for an existing output unless `force`, ValueError when every member fails.
     """
     output = Path(output)
-    table, plan = planned(path)
+    table, plan = plan_sweep(path)
     check_destination(output, force or resume)
-    members = designed(table)
+    members = member_values(table)
     _check_keys(parse_case(plan.case_text, Path(plan.case_path)), members[0])
     journal = journal_of(output)
     done = read_journal(journal, plan) if resume else []
     if resume and not journal.is_file() and output.is_file():
         finished = open_sweep(output)
-        refuse_other(output, _digest_in(output), plan)
+        refuse_other_sweep(output, _digest_in(output), plan)
         return finished
-    have = {one.number for one in done}
-    todo = [(k, values) for k, values in enumerate(members) if k not in have]
-    tried = _tried(plan, todo)
-    left = [(k, values) for k, values in todo if k not in {one.number for one in tried}]
-    with FileLock(output), begin(journal, plan, done) as file:
-        for one in chain(tried, outcomes(plan, left, workers or usable_cores(), scheduler)):
-            add(file, one)
-            done.append(one)
+    finished_numbers = {outcome.number for outcome in done}
+    todo = [(k, values) for k, values in enumerate(members) if k not in finished_numbers]
+    probes = _probe_members(plan, todo)
+    remaining = [(k, values) for k, values in todo if k not in {outcome.number for outcome in probes}]
+    with FileLock(output), open_journal(journal, plan, done) as file:
+        for outcome in chain(probes, outcomes(plan, remaining, workers or usable_cores(), scheduler)):
+            append_outcome(file, outcome)
+            done.append(outcome)
             if progress is not None:
                 progress(float(len(done)))
-    found = gathered(table, members, done)
-    if all(found.problems):
-        raise ValueError(f"every member of the sweep failed; the first: {found.problems[0]}")
-    written(found, output, plan)
+    results = collect_results(table, members, done)
+    if all(results.problems):
+        raise ValueError(f"every member of the sweep failed; the first: {results.problems[0]}")
+    write_sweep(results, output, plan)
     journal.unlink()
-    return found
+    return results
 
 
-def _tried(plan: Plan, todo: Todo) -> list[Outcome]:
+def _probe_members(plan: Plan, todo: Todo) -> list[Outcome]:
     """The outcome of the first member, or of the first and the last, so that a mistake in the sweep shows early.
 
     Raises ValueError where both fail for one reason.
     """
-    tried: list[Outcome] = []
+    probes: list[Outcome] = []
     for number, values in [todo[0], todo[-1]] if len(todo) > 2 else []:
-        tried.append(run_member(plan, number, values))
-        if not tried[-1].problem:
-            return tried
-    if tried and tried[0].problem == tried[1].problem:
+        probes.append(run_member(plan, number, values))
+        if not probes[-1].problem:
+            return probes
+    if probes and probes[0].problem == probes[1].problem:
         raise ValueError(
-            f"the first and the last member of the sweep, tried before the others, fail: {tried[0].problem}"
+            f"the first and the last member of the sweep, tried before the others, fail: {probes[0].problem}"
         )
-    return tried
+    return probes
 
 
-def planned(path: str | Path) -> tuple[SweepTable, Plan]:
+def plan_sweep(path: str | Path) -> tuple[SweepTable, Plan]:
     """The table of a sweep, and what its workers need."""
     table, text = read_sweep(path)
     case = read_case(Path(path).parent / table.case)
@@ -149,7 +158,7 @@ def planned(path: str | Path) -> tuple[SweepTable, Plan]:
 
 def count_of(path: str | Path) -> int:
     """Number of members of a sweep's file."""
-    return len(designed(read_sweep(path)[0]))
+    return len(member_values(read_sweep(path)[0]))
 
 
 def usable_cores() -> int:
@@ -158,33 +167,33 @@ def usable_cores() -> int:
 
 
 def _check_keys(case: Case, values: dict[str, Any]) -> None:
-    """Report key paths that are not in the case before anything runs; what a value does to it is the member's.
+    """Raise CaseError before anything runs for key paths that are not in the case; invalid values concern members.
 
-    A key that the case does not write, but knows, is there; one that it does not know is named by the case's own check.
+    A key that is missing in the file but valid is accepted; the check of the case reports an invalid one.
     """
-    name, known = case.path.name, set(written_keys(case.tables))
+    name, existing = case.path.name, set(written_keys(case.tables))
     try:
         with_values(case, values)
     except CaseError as error:
-        new = {path.rpartition(".")[2] for path in values if path not in known}
-        wrong = [one for one in error.problems if not one.where or one.where.rpartition(".")[2] in new]
+        new = {path.rpartition(".")[2] for path in values if path not in existing}
+        wrong = [problem for problem in error.problems if not problem.where or problem.where.rpartition(".")[2] in new]
         if wrong:
             raise CaseError(
-                name, [Problem("vary", f"{one.where}: {one.text}".removeprefix(": ")) for one in wrong]
+                name, [Problem("vary", f"{problem.where}: {problem.text}".removeprefix(": ")) for problem in wrong]
             ) from None
 
 
-def gathered(table: SweepTable, members: list[dict[str, Any]], done: list[Outcome]) -> Sweep:
+def collect_results(table: SweepTable, members: list[dict[str, Any]], done: list[Outcome]) -> Sweep:
     """The results of all members in their order."""
-    by_number = {one.number: one for one in done}
+    by_number = {outcome.number: outcome for outcome in done}
     rows = [by_number[k] for k in range(len(members))]
-    good = next((one for one in rows if not one.problem), None)
+    good = next((outcome for outcome in rows if not outcome.problem), None)
     time = np.array(good.time if good else [])
-    named = [*table.outputs, *table.histories]
-    units = dict(zip(named, good.units if good else [""] * len(named), strict=True))
+    names = [*table.outputs, *table.histories]
+    units = dict(zip(names, good.units if good else [""] * len(names), strict=True))
     inputs = {}
     for key in table.vary:
-        numbers = [_number(one[key]) for one in members]
+        numbers = [_number(values[key]) for values in members]
         inputs[key] = np.array([number for number, _ in numbers])
         units[key] = numbers[0][1]
     outputs = {
@@ -195,8 +204,8 @@ def gathered(table: SweepTable, members: list[dict[str, Any]], done: list[Outcom
         name: np.array([row.histories[k] if row.histories else [np.nan] * len(time) for row in rows])
         for k, name in enumerate(table.histories)
     }
-    percentiles, wanted = np.array(table.percentiles), table.design == "sobol_indices"
-    sobol = {name: indices(table, values) for name, values in outputs.items()} if wanted else {}
+    percentiles, with_indices = np.array(table.percentiles), table.design == "sobol_indices"
+    sobol = {name: sobol_indices_of(table, values) for name, values in outputs.items()} if with_indices else {}
     return Sweep(inputs, outputs, units, time, histories, percentiles, tuple(row.problem for row in rows), sobol)
 
 
@@ -213,29 +222,33 @@ def _percentiles(values: Array, which: Array) -> Array:
     return np.percentile(good, which, axis=0) if len(good) else np.full((len(which), values.shape[1]), np.nan)
 
 
-def written(found: Sweep, path: Path, plan: Plan) -> None:
-    """Write the results into an HDF5 file, which appears whole."""
+def write_sweep(results: Sweep, path: Path, plan: Plan) -> None:
+    """Write the results to an HDF5 file, which appears when it is complete."""
     import h5py
 
-    with placed_hdf5(path, force=True) as file:
+    with atomic_hdf5(path, force=True) as file:
         file.attrs["sweep"], file.attrs["case_text"] = plan.sweep_text, plan.case_text
         file.attrs["digest"] = digest(plan)
-        for group, columns in (("inputs", found.inputs), ("outputs", found.outputs), ("histories", found.histories)):
+        for group, columns in (
+            ("inputs", results.inputs),
+            ("outputs", results.outputs),
+            ("histories", results.histories),
+        ):
             for name, values in columns.items():
                 data = file.create_group(group) if group not in file else file[group]
-                one = data.create_dataset(name.replace("/", "|"), data=values)
-                one.attrs["unit"] = found.units.get(name, "")
-        file["time"], file["percentiles"] = found.time, found.percentiles
-        for group, columns in (("outputs", found.of_outputs()), ("histories", found.of_histories())):
+                dataset = data.create_dataset(name.replace("/", "|"), data=values)
+                dataset.attrs["unit"] = results.units.get(name, "")
+        file["time"], file["percentiles"] = results.time, results.percentiles
+        for group, columns in (("outputs", results.output_percentiles()), ("histories", results.history_percentiles())):
             for name, values in columns.items():
                 file[f"percentiles_of_{group}/{name.replace('/', '|')}"] = values
-        for name, values in found.sobol.items():
+        for name, values in results.sobol.items():
             file[f"sobol_indices/{name}"] = values
-        file.create_dataset("problems", data=np.array(found.problems, object), dtype=h5py.string_dtype())
+        file.create_dataset("problems", data=np.array(results.problems, object), dtype=h5py.string_dtype())
 
 
 def _digest_in(path: Path) -> str:
-    """The digest of the sweep that a file of results is of."""
+    """The digest of the sweep in a file of results."""
     from femflex.hdf5 import open_hdf5
 
     with open_hdf5(path) as file:

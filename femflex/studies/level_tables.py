@@ -10,11 +10,11 @@ from femflex.case.matrices import MatricesTable
 
 
 def with_level(table: BodyTable, over: str, level: int) -> BodyTable:
-    """The table with so many modes or segments, or refined so often more."""
+    """The table with this number of modes or segments, or with this many further refinements."""
     if isinstance(table, AnalyticTable | DeployingTable):
         assert table.functions is not None
-        given = {key: level for key in ("y", "z", "axial", "torsion") if getattr(table.functions, key)}
-        return table.model_copy(update={"functions": table.functions.model_copy(update=given)})
+        counts = {key: level for key in ("y", "z", "axial", "torsion") if getattr(table.functions, key)}
+        return table.model_copy(update={"functions": table.functions.model_copy(update=counts)})
     if isinstance(table, FileTable):
         return table.model_copy(update={"modes": level})
     if isinstance(table, MatricesTable):
@@ -25,8 +25,8 @@ def with_level(table: BodyTable, over: str, level: int) -> BodyTable:
     if over == "mesh":
         update = {"refine": table.refine + level}
     elif over == "segments":
-        cut = [m.model_copy(update={"segments": level}) if m.segments is not None else m for m in table.members]
-        update = {"members": cut}
+        members = [m.model_copy(update={"segments": level}) if m.segments is not None else m for m in table.members]
+        update = {"members": members}
     elif table.reduction is not None:
         update = {"reduction": table.reduction.model_copy(update={"modes": level})}
     return table.model_copy(update=update)

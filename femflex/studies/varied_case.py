@@ -1,4 +1,4 @@
-"""A case whose values change from one evaluation to the next, its bodies built once where only numbers change."""
+"""A case evaluated with changing values; its bodies are built once if only numbers of rigid ones change."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ BUILDING = ("bodies", "materials", "sections")  # tables that change bodies; wit
 
 @dataclass(frozen=True, eq=False)
 class VariedCase:
-    """The case before its values are changed, and its bodies; none where the values change more than rigid ones.
+    """The case before its values are changed, and its bodies; None where the values change flexible bodies.
 
-    rigid: names of the bodies that are built anew every time.
+    rigid: names of the bodies that are built again every time.
     """
 
     case: Case
@@ -30,21 +30,21 @@ class VariedCase:
     rigid: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, case: Case, paths: Iterable[str]) -> VariedCase:
-        """The case whose values at these key paths change; bodies have the strain and shapes the case chooses now."""
+    def from_paths(cls, case: Case, paths: Iterable[str]) -> VariedCase:
+        """The case with changing values at these key paths; bodies have the strain and shapes that are selected now."""
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", PhysicsWarning)
             changed = [path.split(".") for path in paths if path.partition(".")[0] in BUILDING]
             rigid = [keys[1] for keys in changed if keys[0] == "bodies" and _is_rigid(case, keys)]
             if len(rigid) < len(changed):
                 return cls(case, None)
-            chosen = decided(case, loaded=False).case
+            resolved_case = decided(case, loaded=False).case
             with shared_structures():
-                parts = {name: build_part(chosen, name) for name in chosen.bodies}
-            return cls(case, parts, tuple(dict.fromkeys(rigid)))
+                bodies = {name: build_part(resolved_case, name) for name in resolved_case.bodies}
+            return cls(case, bodies, tuple(dict.fromkeys(rigid)))
 
     def bodies_of(self, case: Case) -> Mapping[str, Part] | None:
-        """The bodies of the changed case; None where it is to build and choose all of them."""
+        """The bodies of the changed case; None where all of them must be built."""
         if self.bodies is None:
             return None
         return {**self.bodies, **{name: build_part(case, name) for name in self.rigid}}

@@ -1,11 +1,11 @@
-"""The elastic motion of a body whose frame is held: Me q'' + f(q) = 0, or that of its manifold where shapes follow.
+"""Elastic motion of a body with a fixed frame: Me q'' + f(q) = 0, or on the manifold of its dependent shapes.
 
 With the amplitudes eta = (q, y) of all shapes, y_s = 1/2 q.A_s q, Y = d(eta)/dq and g_s = q'.A_s q' (condensed form,
 THEORY section 3), T = 1/2 eta'.Me eta' gives
 
     f(q) + Y^T Me (Y q'' + g) = 0,
 
-f being the force of the strain tensors. Nothing follows where A is empty: then Y = 1 and g = 0.
+f being the force of the strain tensors. If A is empty there are no dependent shapes: Y = 1 and g = 0.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from femflex.body import FlexibleBody
 
 
 @dataclass(frozen=True, eq=False)
-class HeldMotion:
+class FixedFrameMotion:
     """Forces of a body's motion at many instants, and their derivatives; damping is left out."""
 
     body: FlexibleBody
@@ -38,26 +38,26 @@ class HeldMotion:
 
     def elastic(self, q: Array) -> Array:
         """Elastic forces (t, n) [kg^1/2 m/s^2] at coordinates (t, n)."""
-        return np.stack([self.body.strain.force(at) for at in q])
+        return np.stack([self.body.strain.force(row) for row in q])
 
     def inertia(self, q: Array, q1: Array, q2: Array) -> Array:
         """Inertia forces Y^T Me (Y q'' + g), (t, n) [kg^1/2 m/s^2], from coordinates and their first and second
         derivatives (t, n)."""
-        Y = self.ties(q)
+        Y = self.tangent_basis(q)
         return np.einsum("tai,ta->ti", Y, self._momentum_rate(Y, q1, q2))
 
-    def ties(self, q: Array) -> Array:
+    def tangent_basis(self, q: Array) -> Array:
         """Y (t, n + n_s, n) [1]."""
         return np.concatenate([self._ones(len(q)), np.einsum("sij,tj->tsi", self.followers, q)], axis=1)
 
     def slopes(self, q: Array, q1: Array, q2: Array, square: float) -> tuple[Array, Array, Array]:
         """Derivatives (t, n, n) [SI] of elastic + square inertia forces by q, q' and q''."""
         A, n = self.followers, self.body.n_modes
-        Y = self.ties(q)
+        Y = self.tangent_basis(q)
         pulled = np.einsum("tai,ab->tib", Y, self.mass)
         followed = self._momentum_rate(Y, q1, q2)[:, n:]
         turned = np.einsum("ts,sij->tij", followed, A) + np.einsum("tis,sjk,tk->tij", pulled[:, :, n:], A, q2)
-        tangent = np.stack([self.body.strain.tangent(at) for at in q])
+        tangent = np.stack([self.body.strain.tangent(row) for row in q])
         by_rate = 2 * np.einsum("tis,sjk,tk->tij", pulled[:, :, n:], A, q1)
         return tangent + square * turned, square * by_rate, square * np.einsum("tib,tbj->tij", pulled, Y)
 
