@@ -292,7 +292,7 @@ def _turned(body: FlexibleBody, table: FlexibleTable) -> FlexibleBody:
     markers = dict(body.markers)
     for key, entry in table.markers.items():
         if key in markers and entry.orientation is not None:
-            markers[key] = markers[key].turned(np.array(entry.orientation))
+            markers[key] = markers[key].with_orientation(np.array(entry.orientation))
     return replace(body, markers=markers)
 
 
@@ -305,7 +305,7 @@ def _rigid(case: Case, table: RigidTable) -> FlexibleBody:
         J = J - table.imbalance.dynamic * (np.eye(3)[[0]].T @ np.eye(3)[[2]] + np.eye(3)[[2]].T @ np.eye(3)[[0]])
         J = J - table.mass * (offset @ offset * np.eye(3) - np.outer(offset, offset))
         centre = centre + offset
-    markers = {name: Marker.at(np.array(entry.position or (0.0, 0.0, 0.0))) for name, entry in table.markers.items()}
+    markers = {name: Marker.rigid(np.array(entry.position or (0.0, 0.0, 0.0))) for name, entry in table.markers.items()}
     return rigid_body(table.mass, J, centre, markers, rigid_skin(case, table))
 
 
@@ -371,5 +371,5 @@ def _with_markers(body: FlexibleBody, name: str, table: BodyTable) -> FlexibleBo
                 raise ValueError(f"marker {key!r} needs marker {group!r} of body {name!r}, which has {sorted(markers)}")
             markers[key] = markers[group]
         if entry.orientation is not None:
-            markers[key] = markers[key].turned(np.array(entry.orientation))
+            markers[key] = markers[key].with_orientation(np.array(entry.orientation))
     return replace(body, markers=markers)

@@ -183,7 +183,7 @@ def _made(table: Mapping[str, Any], coordinates: Mapping[str, str]) -> Law | Lat
             if kind == "spring"
             else TabulatedDamper(rate=first, resisting=values["force"], **called)
         )
-        law.pieces()
+        law.kernel_pieces()
         return law
     if kind == "stop":
         return Stop(**values, **called)

@@ -119,18 +119,18 @@ def _orbit_lines(prepared: Prepared) -> list[str]:
 
 def _attraction_lines(system: System) -> list[str]:
     """How the central attraction is taken over a large craft, and what its gradient leaves out."""
-    from femflex.system.attraction import LARGE, free_members, is_integrated, reach
+    from femflex.system.attraction import LARGE_RATIO, free_members, is_integrated, system_size
 
-    found, environment = reach(system), system.environment
+    found, environment = system_size(system), system.environment
     if found is None:
         return []
     lines = []
-    if is_integrated(system) or found.ratio > LARGE:
+    if is_integrated(system) or found.ratio > LARGE_RATIO:
         how = "integrated over points of mass" if is_integrated(system) else "by its gradient"
         when = " at the start" if free_members(system) else ""
         lines.append(
             f"attraction  {how}: the craft reaches {found.size:.4g} m{when}, {found.ratio:.2g} of the distance from "
-            f"the centre (auto integrates from {LARGE:g} on); the gradient has an error of {found.error:.2%} there"
+            f"the centre (auto integrates from {LARGE_RATIO:g} on); the gradient has an error of {found.error:.2%} there"
         )
     if environment.oblateness:
         lines.append(f"oblateness  J2 = {environment.oblateness:.9g}, pole along the inertial Z axis")
@@ -252,13 +252,13 @@ def when(run: Run, rows: BoolArray) -> str:
 
 def reach_lines(run: Run, system: System) -> list[str]:
     """How far a craft with free lengths reached in orbit, and what the gradient of the attraction leaves out there."""
-    from femflex.system.attraction import LARGE, free_members, is_integrated, reach
+    from femflex.system.attraction import LARGE_RATIO, free_members, is_integrated, system_size
 
     if is_integrated(system):
         return []
     lengths = {name: float(run[f"bodies/{name}/length"].max()) for name in free_members(system)}
-    found = reach(system, lengths) if lengths else None
-    if found is None or found.ratio <= LARGE:
+    found = system_size(system, lengths) if lengths else None
+    if found is None or found.ratio <= LARGE_RATIO:
         return []
     return [
         f"attraction  by its gradient: the craft reached {found.size:.4g} m, {found.ratio:.2g} of the distance from "

@@ -120,7 +120,7 @@ def _peaks(run: Any, bodies: Any, fields: Fields, wanted: Mapping[str, list[str]
 
 def _of_points(run: Any, bodies: Any, fields: Fields, wanted: Mapping[str, list[str]]) -> list[list[Any]]:
     """The largest magnitude of each quantity over the run at every strain point, and when."""
-    from femflex.body.recovery import over_time, quantities
+    from femflex.body.recovery import peaks_over_time, quantities
 
     rows: list[list[Any]] = [["body", "members", "x_m", "y_m", "z_m", "quantity", "largest", "unit", "time_s"]]
     rounding = _rounding(bodies, _peaks_of_bodies(run, bodies, fields))
@@ -128,7 +128,7 @@ def _of_points(run: Any, bodies: Any, fields: Fields, wanted: Mapping[str, list[
         y = run.finite(f"bodies/{name}/delta")
         for part in field:
             units = {key: unit for key, unit in quantities([part]).items() if key in wanted[name]}
-            for key, (largest, when) in over_time(part, y, list(units)).items():
+            for key, (largest, when) in peaks_over_time(part, y, list(units)).items():
                 least = rounding[part.kind, units[key]]
                 for place, value, t in zip(
                     part.places.tolist(), largest.tolist(), run.time[when].tolist(), strict=True

@@ -18,11 +18,11 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.dynamics.joints.law_report import latch_places
+from femflex.dynamics.lowering.constraint_layout import R_LAMBDA
 from femflex.dynamics.lowering.layout import HEADER, N_HEADER
-from femflex.dynamics.lowering.tie_layout import R_LAMBDA
-from femflex.dynamics.reports.sensing import Sensing
+from femflex.dynamics.reports.channel_reader import ChannelReader
 from femflex.system import Latch, Threshold
-from femflex.system.freedoms import RELEASED
+from femflex.system.joint_coordinates import RELEASED
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
@@ -32,7 +32,7 @@ STEP = 1e-6  # s, over which the rate of a channel is taken along the motion
 
 
 @dataclass(frozen=True)
-class Place:
+class LatchEvent:
     """A latch, where its time and its coordinate stand in x and its freedom in u, and the sign of the way to it."""
 
     latch: Latch
@@ -49,63 +49,63 @@ class Latches:
     model: Model
 
     @cached_property
-    def places(self) -> list[Place]:
+    def latch_events(self) -> list[LatchEvent]:
         """Where each latch stands in the state, and from which side its coordinate comes."""
-        found, first = [], self.model.n_q + self.model.n_u
-        for its in latch_places(self.model.system):
-            side = 1.0 if its.joint.q0[its.latch.freedom] > its.latch.at else -1.0
-            found.append(Place(its.latch, first + its.time, its.q, its.u, side))
-        return found
+        entries, first = [], self.model.n_q + self.model.n_u
+        for place in latch_places(self.model.system):
+            side = 1.0 if place.joint.q0[place.latch.freedom] > place.latch.at else -1.0
+            entries.append(LatchEvent(place.latch, first + place.time, place.q, place.u, side))
+        return entries
 
     @cached_property
-    def _sensing(self) -> Sensing:
-        return Sensing(self.model)
+    def _reader(self) -> ChannelReader:
+        return ChannelReader(self.model)
 
     def values(self, t: float, x: Array) -> Array:
         """How far each open latch's coordinate, or the channel at which it opens, has to go; 1 for a closed one."""
-        out = np.array([_to_go(p, t, x) for p in self.places])
-        waiting = {k: opens for k, p in enumerate(self.places) if (opens := _awaited(p, x)) is not None}
+        out = np.array([_distance(p, t, x) for p in self.latch_events])
+        waiting = {k: opens for k, p in enumerate(self.latch_events) if (opens := _threshold(p, x)) is not None}
         if waiting:
-            seen = self._sensing.read(t, x, sorted({opens.channel for opens in waiting.values()}))
+            channels = self._reader.values(t, x, sorted({opens.channel for opens in waiting.values()}))
             for k, opens in waiting.items():
-                out[k] = opens.to_go(float(seen[opens.channel]))
+                out[k] = opens.distance(float(channels[opens.channel]))
         return out
 
     def rates(self, t: float, x: Array) -> Array:
         """How fast that changes; 0 for a closed one."""
         n_q = self.model.n_q
-        out = np.array([_approach(p, x, n_q) for p in self.places])
-        waiting = [k for k, p in enumerate(self.places) if _awaited(p, x) is not None]
+        out = np.array([_approach(p, x, n_q) for p in self.latch_events])
+        waiting = [k for k, p in enumerate(self.latch_events) if _threshold(p, x) is not None]
         if waiting:
             dx = self.model.state_rate(t, x)
             ahead, behind = (self.values(t + sign * STEP, x + sign * STEP * dx) for sign in (1.0, -1.0))
             out[waiting] = ((ahead - behind) / (2.0 * STEP))[waiting]
         return out
 
-    def happen(self, together: Sequence[int], t: float, x: Array) -> None:
+    def apply(self, simultaneous: Sequence[int], t: float, x: Array) -> None:
         """Close these latches at once."""
-        for k in together:
-            if self.places[k].latch.opens is not None:
-                x[self.places[k].time] = RELEASED - t
-        closing = [self.places[k] for k in together if self.places[k].latch.opens is None]
-        for place in closing:
-            x[place.time], x[place.q] = t, place.latch.at
-        stopped = [place for place in closing if place.latch.rigid]
+        for k in simultaneous:
+            if self.latch_events[k].latch.opens is not None:
+                x[self.latch_events[k].time] = RELEASED - t
+        closing = [self.latch_events[k] for k in simultaneous if self.latch_events[k].latch.opens is None]
+        for latch_event in closing:
+            x[latch_event.time], x[latch_event.q] = t, latch_event.latch.at
+        stopped = [latch_event for latch_event in closing if latch_event.latch.rigid]
         if not stopped:
             return
-        moving = [x[self.model.n_q + place.freedom] for place in stopped]
-        after, impulses = impact(self.model, t, x, [place.freedom for place in stopped])
-        for place, u, impulse in zip(stopped, moving, impulses, strict=True):
-            x[place.time + 1] = -0.5 * impulse * u
+        moving = [x[self.model.n_q + latch_event.freedom] for latch_event in stopped]
+        after, impulses = impact(self.model, t, x, [latch_event.freedom for latch_event in stopped])
+        for latch_event, u, impulse in zip(stopped, moving, impulses, strict=True):
+            x[latch_event.time + 1] = -0.5 * impulse * u
         x[self.model.n_q : self.model.n_q + self.model.n_u] = after
 
 
-def _awaited(p: Place, x: Array) -> Threshold | None:
+def _threshold(p: LatchEvent, x: Array) -> Threshold | None:
     """The threshold until which a latch is closed, None where it awaits none."""
     return p.latch.opens if isinstance(p.latch.opens, Threshold) and x[p.time] >= 0.0 else None
 
 
-def _to_go(p: Place, t: float, x: Array) -> float:
+def _distance(p: LatchEvent, t: float, x: Array) -> float:
     """How far an open latch's coordinate has to go, or a time to the opening of one that opens; 1 when it is done."""
     if isinstance(p.latch.opens, Threshold):
         return 1.0
@@ -114,7 +114,7 @@ def _to_go(p: Place, t: float, x: Array) -> float:
     return 1.0 if x[p.time] >= 0.0 else p.side * (x[p.q] - p.latch.at)
 
 
-def _approach(p: Place, x: Array, n_q: int) -> float:
+def _approach(p: LatchEvent, x: Array, n_q: int) -> float:
     """Rate of `_to_go`."""
     if isinstance(p.latch.opens, Threshold):
         return 0.0
@@ -142,13 +142,15 @@ def impact(model: Model, t: float, x: Array, freedoms: list[int]) -> tuple[Array
     closed = np.concatenate([q, after, z])
     model.project(t, closed, model.table, model.pool, model.work)
     multipliers = model.constraints.rows()[:, R_LAMBDA].copy()
-    found = model.parts(closed)[1]
-    more = found - after
-    held = [held_impulse(model, t, x, more, multipliers, freedom) for freedom in freedoms]
-    return found, [one + two for one, two in zip(impulses, held, strict=True)]
+    velocities = model.parts(closed)[1]
+    change_by_constraints = velocities - after
+    by_constraints = [
+        constraint_impulse(model, t, x, change_by_constraints, multipliers, freedom) for freedom in freedoms
+    ]
+    return velocities, [first + second for first, second in zip(impulses, by_constraints, strict=True)]
 
 
-def held_impulse(model: Model, t: float, x: Array, change: Array, multipliers: Array, freedom: int) -> float:
+def constraint_impulse(model: Model, t: float, x: Array, change: Array, multipliers: Array, freedom: int) -> float:
     """The impulse along a freedom that a change of u (n_u,) by multipliers (n_rows,) asks of what holds it at rest.
 
     That is the freedom's own row of M du = J e + A^T L, from the mass matrix with the freedom open.
@@ -161,7 +163,7 @@ def held_impulse(model: Model, t: float, x: Array, change: Array, multipliers: A
 def _free_row(model: Model, t: float, x: Array, freedom: int) -> Array:
     """Row of the mass matrix (n_u,) that belongs to a freedom which a latch holds in x, as if it were open."""
     opened, first = x.copy(), model.n_q + model.n_u
-    for its in latch_places(model.system):
-        if its.u == freedom and its.latch.rigid:
-            opened[first + its.time] = -1.0
+    for place in latch_places(model.system):
+        if place.u == freedom and place.latch.rigid:
+            opened[first + place.time] = -1.0
     return model.mass_matrix(t, opened)[freedom]

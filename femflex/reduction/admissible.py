@@ -73,7 +73,7 @@ def _body(
     beam: UniformBeam, functions: BeamFunctions, damping: Damping | None, orthonormal: bool, strain: str
 ) -> FlexibleBody:
     """The body with every function, or mode of them, a coordinate; followers come last."""
-    xi, weight = gauss(points_for(functions.most))
+    xi, weight = gauss(points_for(functions.max_count))
     offsets, share = section_points(np.array(beam.rz**2), np.array(beam.ry**2), beam.rotary_inertia)
     dm = np.outer(weight * beam.taper.mass(xi) * beam.mass_per_length * beam.length, share).ravel()
     rho, shapes = _places(beam, xi, offsets), _motion(beam, functions, xi, offsets)
@@ -246,7 +246,7 @@ def _marker(beam: UniformBeam, functions: BeamFunctions, end: int, X: Array, sin
     xi = np.array([float(end)])
     position = _places(beam, xi, np.zeros((1, 3)))[0]
     if ends_of(functions.ends)[end] == "clamped":
-        return Marker.at(position, n_modes=X.shape[1])
+        return Marker.rigid(position, n_modes=X.shape[1])
     centre, turn = _section_motion(beam, functions, xi)
     return Marker(position, centre[0] @ X, turn[0] @ X, axis=beam.frame[0] if sines else np.zeros(3))
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.terms.by_source import INERTIA_OF, force_units, inertia_by_source, sources, terms
+from femflex.dynamics.terms.by_source import INERTIA_OF, force_units, inertia_by_source, terms, velocity_slices
 
 if TYPE_CHECKING:
     from femflex.dynamics import Model
@@ -126,7 +126,7 @@ def explain(run: Run, model: Model, span: tuple[float, float] | None = None) -> 
     part = slice(int(rows[0]), int(rows[-1]) + 1)
     time, states = run.read("time", part), run.states(part)
     own = [""] * model.n_u
-    for source, places in sources(model.system).items():
+    for source, places in velocity_slices(model.system).items():
         own[places] = [INERTIA_OF + source] * (places.stop - places.start)
     names = tuple(name for name, _ in model.system.velocity_names())
     whole, split = terms(model, time, states), inertia_by_source(model, time, states)

@@ -19,15 +19,15 @@ from femflex.arrays import Array
 from femflex.rotations import EULER_PARAMETERS
 from femflex.summary import Rows, Summarised, listed
 from femflex.system.ball import ball_coordinates, check_ball, singular_start
-from femflex.system.freedom_names import coordinate_names, velocity_names
-from femflex.system.freedoms import OPEN, SHUT, check_laws, started_motion
+from femflex.system.coordinate_names import coordinate_names, velocity_names
+from femflex.system.gimbal_lock import locked_start_text
+from femflex.system.joint_coordinates import OPEN, SHUT, check_laws, started_motion
 from femflex.system.latch import Latch
 from femflex.system.law import Law
 from femflex.system.profile import Profile
-from femflex.system.turning import locked_start
 
 
-def _none() -> Array:
+def _no_axes() -> Array:
     return np.zeros((0, 3))
 
 
@@ -58,8 +58,8 @@ class Joint(Summarised):
     child_marker: str = "origin"
     parent_marker: str = "origin"
     name: str = ""
-    translations: Array = field(default_factory=_none)
-    rotations: Array = field(default_factory=_none)
+    translations: Array = field(default_factory=_no_axes)
+    rotations: Array = field(default_factory=_no_axes)
     ball: str | None = None
     rebase: bool = False
     stiffness: Array = field(default_factory=lambda: np.zeros(0))
@@ -114,7 +114,7 @@ class Joint(Summarised):
         rows += [("freedoms", listed(self.freedom_names()))] if self.n_u else []
         numbers = {"stiffness": self.stiffness, "damping": self.damping, "q0": self.q0, "u0": self.u0}
         rows += [(key, ", ".join(f"{x:.6g}" for x in value)) for key, value in numbers.items() if value.any()]
-        rows += [("specified", listed([self.freedom_names()[k] for k in self.held]))] if self.held else []
+        rows += [("specified", listed([self.freedom_names()[k] for k in self.prescribed]))] if self.prescribed else []
         rows += [("laws", listed(self.law_names()))] if self.laws else []
         rows += [("latches", str(len(self.latches)))] if self.latches else []
         return f"{self.kind.capitalize()} joint {self.label!r}", rows
@@ -136,7 +136,7 @@ class Joint(Summarised):
         return len(self.translations) + (len(self.rotations) if self.ball is None else 3)
 
     @property
-    def held(self) -> dict[int, Profile]:
+    def prescribed(self) -> dict[int, Profile]:
         """The freedoms that are locked or specified, by number, with their motion."""
         return {k: profile for k, profile in enumerate(self.motion) if isinstance(profile, Profile)}
 
@@ -179,7 +179,7 @@ class Joint(Summarised):
             u0=self.u0 if u0 is None else np.asarray(u0, float),
         )
 
-    def ball_places(self) -> slice:
+    def ball_slice(self) -> slice:
         """Where the coordinates of the ball stand in q of the joint, without those of its reference."""
         first = len(self.translations)
         return slice(first, first + (4 if self.ball == EULER_PARAMETERS else 3))
@@ -187,8 +187,8 @@ class Joint(Summarised):
     def singular_start(self) -> str | None:
         """The sentence that says that the joint starts at the singularity of its rotation set or turns, if it does."""
         if self.ball is None:
-            return locked_start(self)
-        return singular_start(self.ball, self.q0[self.ball_places()], self.label)
+            return locked_start_text(self)
+        return singular_start(self.ball, self.q0[self.ball_slice()], self.label)
 
     def _rest_coordinates(self) -> Array:
         ball = np.zeros(len(self.rotations))

@@ -26,7 +26,7 @@ class Threshold:
         side, value = ("above", self.above) if self.above is not None else ("below", self.below)
         return f"{self.channel} {side} {value:g}"
 
-    def to_go(self, value: float) -> float:
+    def distance(self, value: float) -> float:
         """How far the channel has to go; zero or less beyond the threshold."""
         return self.above - value if self.above is not None else value - (self.below or 0.0)
 

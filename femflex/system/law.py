@@ -45,7 +45,7 @@ class Law:
         """Largest stiffness it can have."""
         return 0.0
 
-    def pieces(self) -> list[Piece]:
+    def kernel_pieces(self) -> list[Piece]:
         """What the compiled equations evaluate, summed."""
         raise NotImplementedError
 
@@ -73,7 +73,7 @@ class Elastic(Law):
         knots = self.potential.knots
         return float(np.max(self.potential(np.concatenate([knots, (knots[1:] + knots[:-1]) / 2]))[2]))
 
-    def pieces(self) -> list[Piece]:
+    def kernel_pieces(self) -> list[Piece]:
         return [(SPRING, self.potential.numbers)]
 
 
@@ -99,5 +99,5 @@ class Friction(Law):
     def force(self, q: Array, u: Array) -> Array:
         return self.limit * np.tanh(u / self.velocity)
 
-    def pieces(self) -> list[Piece]:
+    def kernel_pieces(self) -> list[Piece]:
         return [(FRICTION, np.array([self.limit, self.velocity]))]

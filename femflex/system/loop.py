@@ -39,8 +39,8 @@ def closure(joint: Joint) -> Closure:
     No turn: three pairs hold the axes of P and Q together; one turn about a: a stays on itself (two pairs); two turns
     about a and b: their angle stays (one pair, since a . R(a) R(b) b = a . b); a ball locks no turn.
     """
-    _, _, rest = np.linalg.svd(np.vstack([joint.translations, np.zeros((3, 3))]))
-    slides = np.pad(rest[len(joint.translations) :], ((0, 0), (0, 1)))
+    _, _, complement = np.linalg.svd(np.vstack([joint.translations, np.zeros((3, 3))]))
+    slides = np.pad(complement[len(joint.translations) :], ((0, 0), (0, 1)))
     turns = joint.rotations
     if joint.ball is not None or len(turns) == 3:
         pairs: list[tuple[Array, Array]] = []
@@ -64,7 +64,7 @@ def closure_problems(joint: Joint) -> list[str]:
             f"loop {joint.label!r} has a spring or a damper, a law or a latch; a cut joint has no coordinates of its "
             "own: cut the loop at another joint"
         )
-    if joint.held:
+    if joint.prescribed:
         out.append(
             f"loop {joint.label!r} has a locked or prescribed coordinate; a cut joint has no coordinates of its own: "
             "cut the loop at another joint"

@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 from femflex.arrays import Array, BoolArray, IntArray
 from femflex.body import Skin
-from femflex.body.recovery import RESULTANTS, SHEAR_FORCES, VON_MISES, named, over_time, quantities
+from femflex.body.recovery import RESULTANTS, SHEAR_FORCES, VON_MISES, peaks_over_time, quantities, quantity_by_name
 from femflex.body.strain_field import NAMES, StrainPart
 from femflex.results import Run, RunBody
 from femflex.view.extent import some_rows
@@ -82,7 +82,7 @@ class Quantity:
     def of(self, part: StrainPart, y: Array) -> Array:
         """Its values (t, p) at the points of a part, amplitudes (t, n) [kg^1/2 m]."""
         if self.stress:
-            found = named(part, self.stress, y)
+            found = quantity_by_name(part, self.stress, y)
             assert found is not None
             return found
         if self.number is not None:
@@ -146,7 +146,9 @@ class PeakPaint:
         for k, part in enumerate(field):
             rows = np.flatnonzero(owner == k)
             if len(rows) and name in quantities([part]):
-                found[rows] = np.maximum(carried(part, skin.points[rows]) @ over_time(part, y, [name])[name][0], 0.0)
+                found[rows] = np.maximum(
+                    carried(part, skin.points[rows]) @ peaks_over_time(part, y, [name])[name][0], 0.0
+                )
         return cls(found)
 
     def values(self, y: Array) -> NDArray[np.float32]:

@@ -19,7 +19,7 @@ def ratio(one, other):
     best = {}
     for _ in range(9):
         for k, model in enumerate((one, other)):
-            x, dx, own = model.x0.copy(), np.empty(model.n_x), model.workspace.own
+            x, dx, own = model.x0.copy(), np.empty(model.n_x), model.workspace.arrays
             start = time.process_time()
             for _ in range(CALLS):
                 model.rate(1.0, x, dx, *own)

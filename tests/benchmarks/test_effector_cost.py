@@ -19,7 +19,7 @@ def equipped(system, count):
     from dataclasses import replace
 
     root = system.root
-    place = Marker.at(np.array([0.3, 0.2, 0.1]), n_modes=system.bodies[root].n_shapes)
+    place = Marker.rigid(np.array([0.3, 0.2, 0.1]), n_modes=system.bodies[root].n_shapes)
     body = replace(system.bodies[root], markers={**system.bodies[root].markers, "place": place})
     axes = np.random.default_rng(1).normal(size=(2 * count, 3))
     wheels = [reaction_wheel(f"w{k}", root, 1e-6, marker="place", axis=axes[k], torque=1e-9) for k in range(count)]

@@ -8,7 +8,7 @@ from support.members import falling_chain, hub_with_arms, solved
 from femflex.body import rigid_body
 from femflex.deployment import DeployingLine, Reel, StringFunctions, deploying_line
 from femflex.dynamics import compile_system
-from femflex.dynamics.reports.diagnosis import end_of_length
+from femflex.dynamics.reports.diagnosis import length_limit_text
 from femflex.integrate import IntegrationError, integrator
 from femflex.reduction import BeamFunctions
 from femflex.system import (
@@ -212,7 +212,7 @@ def test_the_end_of_a_free_length_is_said_by_name(reel, sentence):
     system = System({"chain": made.body}, (weld("chain"),), varying={"chain": made.variation},
                     effectors=(reel.effector(5.0),))  # fmt: skip
     model = compile_system(system)
-    assert end_of_length(model, 0.0, model.x0) == ""
+    assert length_limit_text(model, 0.0, model.x0) == ""
     with pytest.raises(IntegrationError, match=sentence) as stopped:
         integrator("dop853").solve(model, np.linspace(0, 5, 51), model.x0)
     assert len(stopped.value.times) > 1

@@ -70,7 +70,7 @@ def material_of_line(made, line, functions, at_tip, density, stock, breaks=()):
 
 def check(made, material, others):
     block = Block(made.body, made.variation.varies)
-    found = made.variation.write.at(*STATE)
+    found = made.variation.write.block_at(*STATE)
     wanted = material.block(block, *STATE, others)
     assert found.shape == wanted.shape
     assert np.count_nonzero(wanted) > 40

@@ -13,7 +13,7 @@ from support.elastica import EI, LENGTH, SECTION, elastica
 from femflex import equilibrium, fem, reduction, system
 from femflex.dynamics import compile_system
 from femflex.dynamics.reports.marker_motion import marker_motion
-from femflex.dynamics.terms.without import with_linear_strain
+from femflex.dynamics.terms.without import linearised_body
 from femflex.integrate import integrator
 from femflex.mesh import line
 from femflex.reduction import (
@@ -149,7 +149,7 @@ def test_biaxial_bending_energy_balances_work():
         np.ptp(way, axis=0).min() > 0.005 * LENGTH_OF_BIAXIAL_BENDING
         and np.abs(tip_of_biaxial_bending(model, states)[1]).max() > 0.03
     )  # all ways
-    linear = compile_system(replace(model.system, bodies={"beam": with_linear_strain(one())})).observe(
+    linear = compile_system(replace(model.system, bodies={"beam": linearised_body(one())})).observe(
         TIMES_OF_BIAXIAL_BENDING, states
     )
     wrong = linear["monitors/kinetic"] + linear["monitors/elastic"]
@@ -168,7 +168,7 @@ def test_biaxial_bending_matches_segments():
         sizes = np.ptp(exact[0], axis=0).max(), np.abs(exact[1]).max()
         for kept, found in (
             (own, tip_of_biaxial_bending(*moved(one(), share))),
-            (other, tip_of_biaxial_bending(*moved(with_linear_strain(one()), share))),
+            (other, tip_of_biaxial_bending(*moved(linearised_body(one()), share))),
             (coarse, twelve),
         ):
             place = np.abs(found[0] - exact[0]).max(axis=0) / sizes[0]

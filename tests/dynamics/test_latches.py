@@ -23,7 +23,9 @@ def wing(latches=True, n=3, damping=0.0, **latch):
         body = random_body(rng, n)[0]
         tip = Marker(np.array([1.0, 0.2, 0.1]), 0.1 * rng.normal(size=(3, n)), 0.1 * rng.normal(size=(3, n)))
         panels.append(replace(body, damping=0.0 * body.damping, markers={**body.markers, "tip": tip}))
-    hub = rigid_body(30.0, np.diag([20.0, 30.0, 25.0]), [0.1, 0.2, 0.0], {"side": Marker.at(np.array([0.5, 0.3, 0.0]))})
+    hub = rigid_body(
+        30.0, np.diag([20.0, 30.0, 25.0]), [0.1, 0.2, 0.0], {"side": Marker.rigid(np.array([0.5, 0.3, 0.0]))}
+    )
     at = {"latches": (Latch(0, 0.4, **latch),)} if latches else {}
     second = {"latches": (Latch(0, -0.3),)} if latches else {}
     root = free("hub", u0=[0.01, -0.02, 0.03, 0.05, -0.04, 0.02])
@@ -105,7 +107,7 @@ def test_impact_with_loop_matches_dense_equations():
     latch = replace(model.system.joints[1].latches[0], at=x[crank])  # where the crank is, so that no loop opens
     moved = replace(model.system.joints[1], latches=(latch,), q0=np.zeros(1))
     joints = (model.system.joints[0], moved, *model.system.joints[2:])
-    replace(model, system=replace(model.system, joints=joints)).events.happen([0], 1.5, x)
+    replace(model, system=replace(model.system, joints=joints)).events.apply([0], 1.5, x)
     assert model.parts(x)[1] == pytest.approx(u + change, abs=1e-11)
     names = [name for name, _ in model.system.all_state_names()]
     lost = 0.5 * (u @ M @ u - (u + change) @ M @ (u + change))

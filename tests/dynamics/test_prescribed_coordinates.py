@@ -22,7 +22,7 @@ def crane(motion=(), torque=0.0, n=2):
         30.0,
         np.diag([20.0, 30.0, 25.0]),
         center_of_mass=[0.1, 0.2, 0.0],
-        markers={"side": Marker.at(np.array([0.5, 0.3, 0.0]))},
+        markers={"side": Marker.rigid(np.array([0.5, 0.3, 0.0]))},
     )
     loads = tuple(
         Load(name, body, frame="inertial", torque=np.array([0, 0, sign * torque]))
@@ -60,7 +60,7 @@ def test_power_of_prescribed_motion_is_rate_of_energy(method):
     error = {"dop853": 1e-7, "esdirk4": 1e-5, "generalized_alpha": 1e-3}[method]
     assert np.ptp(energy) > 1.0
     assert energy - energy[0] == pytest.approx(work, abs=error * np.ptp(energy))
-    s = model.system.joint_of("arm").held[0](times)
+    s = model.system.joint_of("arm").prescribed[0](times)
     assert seen["q"][:, 3] == pytest.approx(s[0], abs=1e-14) and seen["u"][:, 3] == pytest.approx(s[1], abs=1e-14)
 
 

@@ -195,7 +195,7 @@ def test_without_removes_its_row_alone(name):
 @pytest.mark.parametrize("name", TREES)
 def test_implicit_solve_inverts_mass_damping_and_tangent_stiffness(name):
     p = problem(name)
-    model, own, c_m, c_d, c_k = p.model, p.model.workspace.own, 2.0, 0.3, 0.7
+    model, own, c_m, c_d, c_k = p.model, p.model.workspace.arrays, 2.0, 0.3, 0.7
     S, iq, iu = c_m * model.mass_matrix(p.t, p.x), 0, 0
     for body_name in p.system.order:
         joint, body = p.system.joint_of(body_name), p.system.bodies[body_name]

@@ -37,7 +37,7 @@ def run(system, end, n=41, method=FINE):
 
 
 def hub(inertia=J, **markers):
-    tilted = Marker.at(np.array([0.2, -0.1, 0.3]), np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]))
+    tilted = Marker.rigid(np.array([0.2, -0.1, 0.3]), np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]))
     return rigid_body(20.0, inertia, markers={"tilted": tilted, **markers})
 
 
@@ -145,7 +145,7 @@ def test_unbalanced_rotor_bearing_force():
     rotor = unbalanced_rotor(mass, 0.02, 0.015, Us, Ud)
     assert rotor.moments.first[0] == pytest.approx([Us, 0, 0])
     assert rotor.moments.inertia()[0, 2] == pytest.approx(-Ud)
-    post = rigid_body(1.0, np.eye(3), markers={"origin": Marker.at(np.zeros(3))})
+    post = rigid_body(1.0, np.eye(3), markers={"origin": Marker.rigid(np.zeros(3))})
     joints = (weld("post"), revolute("rotor", "post", name="axle", u0=[speed]))
     _, _, seen = run(System({"post": post, "rotor": rotor}, joints, reactions=True), 0.1, 11)
     angle = seen["q"][:, 0]

@@ -23,7 +23,7 @@ class Timed:
     def rates(self, t, x):
         return np.array([0.0 if k in self.done else rate(t) for k, (_, rate) in enumerate(self.curves)])
 
-    def happen(self, together, t, x):
+    def apply(self, together, t, x):
         self.calls.append((list(together), t))
         self.done |= set(together)
         x[1] += 1.0
@@ -41,7 +41,7 @@ class Wall:
     def rates(self, t, x):
         return np.array([x[1]])
 
-    def happen(self, together, t, x):
+    def apply(self, together, t, x):
         self.times.append(t)
         x[1] *= -self.share
 

@@ -45,8 +45,8 @@ from femflex.system import (
     with_wheel,
     without_axial_inertia,
 )
-from femflex.system.attraction import extent, reach
-from femflex.system.turning import can_lock, free_turns, lock_angle
+from femflex.system.attraction import extent, system_size
+from femflex.system.gimbal_lock import can_lock, free_turns, lock_angle
 
 RNG = np.random.default_rng
 
@@ -86,7 +86,7 @@ def test_attached_mass_equals_points_moving_with_the_marker():
 
 
 def test_wheel_inertia_along_and_across_its_axis():
-    at = Marker.at([0.3, 0.1, -0.2], Rotation.from_rotvec([0.3, -0.5, 0.8]).as_matrix())
+    at = Marker.rigid([0.3, 0.1, -0.2], Rotation.from_rotvec([0.3, -0.5, 0.8]).as_matrix())
     body = rigid_body(20.0, [5.0, 6.0, 7.0], [0.1, 0.2, -0.1], {"bay": at})
     wheel = reaction_wheel("w", "hub", 0.4, marker="bay", axis=(1.0, -2.0, 2.0), initial_speed=-30.0, max_speed=50.0)
     a = at.orientation @ np.array([1.0, -2.0, 2.0]) / 3.0
@@ -125,16 +125,16 @@ def test_coasting_gyro_keeps_its_turned_axis(double):
 
 
 def test_dry_body_plus_propellant_is_the_full_body():
-    body = flexible(3, fore=Marker.at([0.5, 0.1, 0.0], n_modes=2))
+    body = flexible(3, fore=Marker.rigid([0.5, 0.1, 0.0], n_modes=2))
     tanks = {"a": ("tip", 1.5, 0.1), "b": ("fore", 0.8, 0.2)}
     variation = tank_variation(body, tanks)
     block = Block(body, ("mass",))
     dry, *units = variation.numbers[2:].reshape(3, block.size)
-    np.testing.assert_allclose(dry + 1.5 * units[0] + 0.8 * units[1], block.laid(body), atol=1e-12)
+    np.testing.assert_allclose(dry + 1.5 * units[0] + 0.8 * units[1], block.constant_block(body), atol=1e-12)
     at = body.marker("tip").position  # of a unit of the first tank: a ball of that gyration radius at its marker
     np.testing.assert_allclose(units[0][:4], [1.0, *at])
     np.testing.assert_allclose(units[0][4:13].reshape(3, 3), np.outer(at, at) + 0.01 / 2 * np.eye(3), atol=1e-12)
-    rigid_body(2.0, [0.1, 0.1, 0.1], markers={"m": Marker.at(np.zeros(3))})
+    rigid_body(2.0, [0.1, 0.1, 0.1], markers={"m": Marker.rigid(np.zeros(3))})
 
 
 JOINTS = [
@@ -204,7 +204,7 @@ def test_angle_to_gimbal_lock():
 
 
 def test_reach_of_a_craft_is_its_longest_chain():
-    far = Marker.at([0.0, 3.0, 4.0])
+    far = Marker.rigid([0.0, 3.0, 4.0])
     skin = Skin(np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -6.0]]), {}, np.zeros((0, 2, 3)))
     hub = rigid_body(1.0, [1.0, 1.0, 1.0], markers={"m": far})
     arm = rigid_body(1.0, [1.0, 1.0, 1.0], skin=skin)
@@ -216,7 +216,7 @@ def test_reach_of_a_craft_is_its_longest_chain():
     joints = (spherical("hub"), weld("arm", "hub"), weld("tip", "arm"), weld("side", "hub"))
     bodies = {"hub": hub, "arm": arm, "tip": tip, "side": bare}
     orbit = Orbit(8e6, 0.125)
-    found = reach(System(bodies, joints, orbit=orbit))
+    found = system_size(System(bodies, joints, orbit=orbit))
     assert (found.size, found.radius) == pytest.approx((18.0, 7e6))
     assert (found.ratio, found.error) == pytest.approx((18.0 / 7e6, 27.0 / 7e6))
 
@@ -231,7 +231,7 @@ def test_length_table_is_a_sum_of_powers():
     for L, piece, s in ((0.7, first, -0.6), (2.4, first, 2.8), (2.5, second, 0.0), (4.0, second, 0.75)):
         U, A = -1.3, 0.6
         wanted = sum(s**p * U**a * A**b * values for (p, a, b), values in piece.items())
-        np.testing.assert_allclose(table.at(L, U, A), wanted, rtol=1e-12)
+        np.testing.assert_allclose(table.block_at(L, U, A), wanted, rtol=1e-12)
 
 
 def test_ground_station_turns_eastwards():

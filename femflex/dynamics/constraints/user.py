@@ -10,7 +10,7 @@ import numba
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.arithmetic.entries import known
+from femflex.dynamics.arithmetic.entries import plain_address
 
 Function = Callable[[float, Array], tuple[Array, Array]]
 
@@ -33,7 +33,7 @@ class Rows:
         self._callback = _PROTOTYPE(self._called)
         self.address = ctypes.cast(self._callback, ctypes.c_void_p).value or 0
         if _numba.config.DISABLE_JIT:
-            self.address = known(self.write)
+            self.address = plain_address(self.write)
 
     def checked(self, t: float, q: Array) -> tuple[Array, Array]:
         """A (n_rows, n_u) and b (n_rows,) at t and q, or a ValueError that says what is wrong with them."""

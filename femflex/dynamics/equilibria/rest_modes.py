@@ -22,7 +22,7 @@ from femflex.system import Environment, Frame, LengthTable, System
 
 ELASTIC = 0.01  # share of a motion's potential energy in the shapes of bodies, from which on it is an elastic mode
 CLOSE = 0.01  # relative distance within which two frequencies are a pair
-STILL = 1e-6  # frequency over that of the softest shape below which a motion is rigid
+RIGID_BELOW = 1e-6  # frequency over that of the softest shape below which a motion is rigid
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,30 +40,30 @@ class RestModes:
 
     def lowest_elastic(self, count: int, band: float = 0.0) -> IntArray:
         """Numbers of the `count` lowest elastic modes, a close pair at the end whole, and of all below a band [Hz]."""
-        found = np.flatnonzero(self.elastic)
-        omega = self.omega[found]
-        last = omega[:count].max(initial=0.0)
-        return found[(omega <= (1.0 + CLOSE) * last) | (omega < 2.0 * np.pi * band)]
+        numbers = np.flatnonzero(self.elastic)
+        omega = self.omega[numbers]
+        highest = omega[:count].max(initial=0.0)
+        return numbers[(omega <= (1.0 + CLOSE) * highest) | (omega < 2.0 * np.pi * band)]
 
 
 def rest_modes(system: System, bodies: Mapping[str, FlexibleBody] | None = None) -> RestModes:
     """The natural motions of a system, some of its bodies in other sets if given."""
-    system = _bare(system, bodies or {})
+    system = _undeformed(system, bodies or {})
     model = compile_system(system)
     rest = model.at_rest(model.x0[: model.n_q])
     Z = free_directions(model, 0.0, rest)[1]
     K = stiffness(model, 0.0, rest, np.zeros(model.n_u), multipliers(model, 0.0, rest))
     M, K = (Z.T @ A @ Z for A in (model.mass_matrix(0.0, rest), K))
     squares, phi = eigh((K + K.T) / 2, (M + M.T) / 2)
-    moved = Z @ phi
+    phi_u = Z @ phi
     records = dict(zip(system.order, body_records(model.table)[1:], strict=True))
-    shapes = {name: moved[int(r["ue"]) + np.arange(int(r["n"]))] for name, r in records.items() if int(r["n"])}
+    shapes = {name: phi_u[int(r["ue"]) + np.arange(int(r["n"]))] for name, r in records.items() if int(r["n"])}
     energy = sum(
         (np.einsum("ik,ij,jk->k", y, system.bodies[name].strain.V1, y) for name, y in shapes.items()),
         np.zeros(len(squares)),
     )
     softest = min((_softest(system.bodies[name]) for name in shapes), default=0.0)
-    squares = np.where(squares > STILL**2 * softest, squares, 0.0)
+    squares = np.where(squares > RIGID_BELOW**2 * softest, squares, 0.0)
     elastic = (squares > 0.0) & (energy > ELASTIC * squares)
     return RestModes(np.sqrt(squares), elastic, shapes)
 
@@ -74,15 +74,23 @@ def _softest(body: FlexibleBody) -> float:
     return float((np.diag(body.strain.V1) / mass).min())
 
 
-def _bare(system: System, bodies: Mapping[str, FlexibleBody]) -> System:
+def _undeformed(system: System, bodies: Mapping[str, FlexibleBody]) -> System:
     """The system with linear strain, undeformed, at rest, with nothing that pushes, pulls or spins it.
 
     Members that deploy have their first lengths.
     """
     linear = {name: bodies.get(name) or linear_body(body) for name, body in system.bodies.items()}
-    varying = {name: one for name, one in system.varying.items() if not isinstance(one.write, LengthTable)}
-    reels = {f"{one.write.length}" for one in system.varying.values() if isinstance(one.write, LengthTable)}
-    effectors = tuple(one for one in system.effectors if f"{one.name}.length" not in reels)
+    varying = {
+        name: varying_body
+        for name, varying_body in system.varying.items()
+        if not isinstance(varying_body.write, LengthTable)
+    }
+    reels = {
+        f"{varying_body.write.length}"
+        for varying_body in system.varying.values()
+        if isinstance(varying_body.write, LengthTable)
+    }
+    effectors = tuple(varying_body for varying_body in system.effectors if f"{varying_body.name}.length" not in reels)
     frame = system.frame if system.orbit is not None else Frame("inertial")
     return replace(
         system, bodies=linear, loads=(), frame=frame, environment=Environment(np.zeros(3)), delta0={}, ddelta0={},
@@ -114,7 +122,7 @@ def truncation(system: System, richer: RestModes, count: int = 3, band: float = 
 
     richer: the `rest_modes` of the same system with its bodies in richer sets.
     """
-    kept = rest_modes(system).omega
+    omega = rest_modes(system).omega
     numbers = richer.lowest_elastic(count, band)
-    numbers = numbers[numbers < len(kept)]
-    return Truncation(kept[numbers] / (2.0 * np.pi), richer.omega[numbers] / (2.0 * np.pi))
+    numbers = numbers[numbers < len(omega)]
+    return Truncation(omega[numbers] / (2.0 * np.pi), richer.omega[numbers] / (2.0 * np.pi))

@@ -55,7 +55,7 @@ class ForceTerm(ABC):
         return []
 
     @abstractmethod
-    def without(self, system: System, item: str) -> System:
+    def without_item(self, system: System, item: str) -> System:
         """The system without the item of that name."""
 
     def fixed(self, system: System) -> list[str]:
@@ -76,19 +76,19 @@ class ForceTerm(ABC):
 
     def record(self, system: System, at: int) -> Records:
         """Its TERM record, its own records standing at a place."""
-        made = np.zeros(1, TERM)
-        made["apply"], made["report"] = self.apply.address, self.report.address
-        made["resist"], made["relax"] = (0 if call is None else call.address for call in (self.resist, self.relax))
-        made["at"], made["n"], made["energy"] = at, len(self.items(system)), self.energy
-        made["reported"] = sum(int(np.prod(channel.shape)) for channel in self.channels(system).values())
-        return made
+        record = np.zeros(1, TERM)
+        record["apply"], record["report"] = self.apply.address, self.report.address
+        record["resist"], record["relax"] = (0 if call is None else call.address for call in (self.resist, self.relax))
+        record["at"], record["n"], record["energy"] = at, len(self.items(system)), self.energy
+        record["reported"] = sum(int(np.prod(channel.shape)) for channel in self.channels(system).values())
+        return record
 
 
 @cache
 def force_terms() -> tuple[ForceTerm, ...]:
     """All force terms, by the names of their files."""
     package = import_module("femflex.dynamics.force_terms")
-    for found in pkgutil.iter_modules(package.__path__):
-        import_module(f"{package.__name__}.{found.name}")
+    for module in pkgutil.iter_modules(package.__path__):
+        import_module(f"{package.__name__}.{module.name}")
     kinds = sorted(ForceTerm.__subclasses__(), key=lambda kind: kind.__module__)
     return tuple(kind() for kind in kinds)

@@ -20,14 +20,14 @@ from __future__ import annotations
 
 from femflex.arrays import Array, Table
 from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.entries import INTEGER, INTEGERS, NOTHING, NUMBERS, REAL, caller
+from femflex.dynamics.arithmetic.entries import INTEGER, INTEGERS, NUMBERS, REAL, VOID, caller
 from femflex.dynamics.lowering.layout import W_RESIST, body_of, header_of, term_of
 
 _OWN = (INTEGERS, NUMBERS, NUMBERS)  # table, pool, work
-APPLY = NOTHING(REAL, NUMBERS, NUMBERS, INTEGER, INTEGER, INTEGER, *_OWN)
-RESIST = NOTHING(REAL, NUMBERS, NUMBERS, REAL, REAL, INTEGER, INTEGER, *_OWN)
-RELAX = NOTHING(REAL, NUMBERS, REAL, NUMBERS, INTEGER, INTEGER, *_OWN)
-REPORT = NOTHING(REAL, NUMBERS, NUMBERS, INTEGER, INTEGER, NUMBERS, NUMBERS, *_OWN)
+APPLY = VOID(REAL, NUMBERS, NUMBERS, INTEGER, INTEGER, INTEGER, *_OWN)
+RESIST = VOID(REAL, NUMBERS, NUMBERS, REAL, REAL, INTEGER, INTEGER, *_OWN)
+RELAX = VOID(REAL, NUMBERS, REAL, NUMBERS, INTEGER, INTEGER, *_OWN)
+REPORT = VOID(REAL, NUMBERS, NUMBERS, INTEGER, INTEGER, NUMBERS, NUMBERS, *_OWN)
 
 # numbers of `account`: where positions and velocities are counted from (inertial components); what terms add
 A_SHIFT, A_DRIFT, A_ENERGY, A_DISSIPATION, A_SUPPLIED, A_SIZE = 0, 3, 6, 7, 8, 9

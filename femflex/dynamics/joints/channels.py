@@ -66,7 +66,7 @@ def joint_channels(system: System) -> dict[str, Channel]:
             )
             out[f"{path}/rate"] = _channel(rates, f"rate of joint {joint.label}{of_ball}")
         if joint.ball is not None and (joint.rebase or is_reported(joint)):
-            of_set = names[joint.ball_places()]
+            of_set = names[joint.ball_slice()]
             text = f"{joint.ball} from the parent's marker"
             text += ", independent of the reference of q" if joint.rebase else ""
             out[f"{path}/rotation"] = _channel(of_set, text)
@@ -84,7 +84,7 @@ def observe_joints(system: System, states: Array, n_q: int) -> dict[str, Array]:
         for key, values in (("slide", q[:, :n]), ("angle", q[:, n:]), ("rate", u)):
             out[f"{path}/{key}"] = values[:, 0] if values.shape[1] == 1 else values
         if joint.ball is not None:
-            ball = q[:, joint.ball_places()]
+            ball = q[:, joint.ball_slice()]
             if has_singularity(joint):
                 out[f"{path}/singularity"] = singularity_distance(ball, joint.ball)
             if joint.rebase:
@@ -113,5 +113,5 @@ def rest_coordinates(joint: Joint) -> Array:
     if sprung[n:].any():
         C_PQ = dcm_from_vector(joint.rest[n:])
         C_PR = dcm_from_quaternion(q[-4:]) if joint.rebase else np.eye(3)
-        q[joint.ball_places()] = coordinates_from_dcm(C_PR.T @ C_PQ, joint.ball)
+        q[joint.ball_slice()] = coordinates_from_dcm(C_PR.T @ C_PQ, joint.ball)
     return q

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from femflex.arrays import Array, Record
 from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.lanes import last, plus, reciprocal, with_last
+from femflex.dynamics.arithmetic.lanes import fourth, plus, reciprocal, with_fourth
 from femflex.dynamics.arithmetic.pairs import dot_pair, pair, put_pair
-from femflex.dynamics.arithmetic.spatial import free_motion, less_outer, pulled, put_six_rows, six_rows, with_bias
+from femflex.dynamics.arithmetic.spatial import free_motion, less_outer, put_six_rows, rows_times, six_rows, with_bias
 from femflex.dynamics.arithmetic.vectors import dot, load3, scale, store_lane, sub
 from femflex.dynamics.lowering.layout import W_ACC, W_BIAS, W_H, W_M, W_PIVOT, W_RESIST, W_TAU, W_U
 
@@ -25,8 +25,8 @@ def eliminate_joint(b: Record, pool: Array, work: Array, c_d: float, c_k: float,
         if b["held"] and work[w + W_PIVOT + k] == 0.0:
             continue
         h = pair(work, w + W_H + 8 * k)
-        U = pulled(rows, h)
-        d, force = dot_pair(U, h), last(U[1])
+        U = rows_times(rows, h)
+        d, force = dot_pair(U, h), fourth(U[1])
         if k >= hidden:
             if b["sprung"] or forced:
                 force -= work[w + W_TAU + k - hidden]
@@ -35,7 +35,7 @@ def eliminate_joint(b: Record, pool: Array, work: Array, c_d: float, c_k: float,
                 if b["lawful"] and (c_d != 0.0 or c_k != 0.0):
                     d += work[w + W_RESIST + k - hidden]
         d = reciprocal(d)
-        U = (U[0], with_last(U[1], force))
+        U = (U[0], with_fourth(U[1], force))
         put_pair(work, w + W_U + 8 * k, U)
         work[w + W_PIVOT + k] = d
         rows = less_outer(rows, U, (d * U[0], d * U[1]))

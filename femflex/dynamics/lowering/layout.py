@@ -1,7 +1,7 @@
 """Flat arrays of a compiled system: one integer table of records, one pool of numbers, one scratch array.
 
 table  header record, then one BODY record per body (record 0 is the base frame), the reported markers, the freedoms
-       that are held, the records of force terms, one TERM record per force term, and what `tie_layout` describes
+       that are held, the records of force terms, one TERM record per force term, and what `constraint_layout` describes
 pool   numbers: moments, shapes at markers, axes, springs, load tables, orbit; constants, but for the blocks of bodies
        that vary with time, which are written anew at every evaluation (see varying)
 work   scratch, one block per body: the offsets W_* below, then arrays whose place the record holds
@@ -51,7 +51,7 @@ HEADER = np.dtype(
             "account",  # work (A_SIZE): see femflex.dynamics.forces.calls
             "held_q", "held_u",  # work (n_q,), (n_u,): the state with held freedoms where they are held
             "known", "flags", "drives",  # work (n_u,): their accelerations; 1 where held; forces that hold them
-            "closing",  # table: where records of constraints begin (see tie_layout)
+            "closing",  # table: where records of constraints begin (see constraint_layout)
             "n_varying",  # bodies whose properties depend on time
             "n_free",  # of these, ones whose length is free; their accelerations stand behind z
             "lack", "needs",  # work (n_u,), (n_free, n_free + 1): for these accelerations, see free_lengths

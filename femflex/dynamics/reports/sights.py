@@ -27,20 +27,20 @@ def sight_channels(system: System) -> dict[str, Channel]:
     return out
 
 
-def observe_sights(system: System, times: Array, seen: Mapping[str, Array]) -> dict[str, Array]:
+def observe_sights(system: System, times: Array, channels: Mapping[str, Array]) -> dict[str, Array]:
     """The channels of `sight_channels` at times (n_t,), from what the system reports of bodies and orbit."""
     out = {}
     for sight in system.sights:
-        place, C_NM = marker_motion(system, times, seen, sight.body, sight.marker)
+        position, C_NM = marker_motion(system, times, channels, sight.body, sight.marker)
         pointed = C_NM @ sight.axis
-        up = dcm_from_quaternion(seen["orbit/attitude"])[:, :, 1]
+        up = dcm_from_quaternion(channels["orbit/attitude"])[:, :, 1]
         station = sight.station(times)
-        away = station - seen["orbit/radius"][:, None] * up - place
-        distance = np.linalg.norm(away, axis=1)
-        ahead = away / distance[:, None]
-        off = np.linalg.norm(np.cross(pointed, ahead), axis=1)
+        to_station = station - channels["orbit/radius"][:, None] * up - position
+        distance = np.linalg.norm(to_station, axis=1)
+        direction = to_station / distance[:, None]
+        sine = np.linalg.norm(np.cross(pointed, direction), axis=1)
         path = f"sights/{sight.name}"
-        out[f"{path}/error"] = np.arctan2(off, np.einsum("ti,ti->t", pointed, ahead))
-        out[f"{path}/range"], out[f"{path}/position"], out[f"{path}/direction"] = distance, place, ahead
-        out[f"{path}/elevation"] = np.arcsin(-np.einsum("ti,ti->t", ahead, station / sight.radius))
+        out[f"{path}/error"] = np.arctan2(sine, np.einsum("ti,ti->t", pointed, direction))
+        out[f"{path}/range"], out[f"{path}/position"], out[f"{path}/direction"] = distance, position, direction
+        out[f"{path}/elevation"] = np.arcsin(-np.einsum("ti,ti->t", direction, station / sight.radius))
     return out

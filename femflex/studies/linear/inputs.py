@@ -18,7 +18,7 @@ import numpy as np
 from femflex.arrays import Array
 from femflex.case.problems import near
 from femflex.system import Controller, Effector, Joint, Load, Profile, System
-from femflex.system.held_commands import UNIT, is_commanded
+from femflex.system.constant_commands import UNIT, stands_for_controller
 from femflex.system.segments import marker_label
 
 XYZ = ("x", "y", "z")
@@ -64,7 +64,7 @@ class Input:
         coordinate."""
         joint, k = freedom(system, self.owner)
         motion: list[Any] = list(joint.motion)
-        motion[k] = joint.held[k] + Profile(np.array([t]), coefficients[None])
+        motion[k] = joint.prescribed[k] + Profile(np.array([t]), coefficients[None])
         q0, u0 = joint.q0.copy(), joint.u0.copy()
         q0[k] = u0[k] = 0.0  # left out: the new motion begins elsewhere
         led = replace(joint, motion=tuple(motion), q0=q0, u0=u0)
@@ -104,7 +104,7 @@ def known_inputs(system: System) -> dict[str, Input]:
     for joint in system.joints:
         for k, name in enumerate(joint.freedom_names()):
             turns = k >= len(joint.translations)
-            if k in joint.held:
+            if k in joint.prescribed:
                 unit = "rad/s^2" if turns else "m/s^2"
                 found.append(Input(f"motions/{name}", unit, "motion", name, "", 1.0))
             else:
@@ -122,7 +122,7 @@ def known_inputs(system: System) -> dict[str, Input]:
 
 def is_input(one: Effector) -> bool:
     """Whether an effector is a signal, or stands for the commands of a controller."""
-    return is_commanded(one) or (one.act == "signal" and not one.name.endswith(UNIT))
+    return stands_for_controller(one) or (one.act == "signal" and not one.name.endswith(UNIT))
 
 
 def usual_inputs(system: System, moving: Sequence[str]) -> list[str]:

@@ -22,12 +22,12 @@ from femflex.arrays import Array, ComplexArray, IntArray
 from femflex.case.problems import near
 from femflex.dynamics.equilibria.increments import advanced
 from femflex.dynamics.equilibria.linearised import free_directions, linearised, usual_sizes
-from femflex.dynamics.equilibria.local_derivative import along, local_derivative
-from femflex.dynamics.equilibria.states import moving_states
+from femflex.dynamics.equilibria.local_derivative import local_derivative, on_line
+from femflex.dynamics.equilibria.states import effector_states
 from femflex.dynamics.model import Model, compile_system
 from femflex.pipeline.rest import rest_of, rest_state, rest_system
 from femflex.system import System
-from femflex.system.held_commands import commanded, is_sampled
+from femflex.system.constant_commands import is_sampled, with_held_commands
 from femflex.system.sensor import without_quantum
 
 STEP = 1e-4  # of a usual size: the first of steps that fall
@@ -98,7 +98,7 @@ def sampled_model(system: System) -> SampledModel:
     period = _period(system)
     effectors = tuple(without_quantum(one) if is_sampled(one) else one for one in system.effectors)
     system = replace(system, effectors=effectors)
-    still = commanded(system)
+    still = with_held_commands(system)
     about = rest_of(still)[0]
     rest = rest_system(still, None, about)
     model = compile_system(_with_controllers(rest, system))
@@ -191,7 +191,7 @@ class _Sampled:
     def __init__(self, model: Model, x: Array, held: IntArray) -> None:
         self.model, self.x = model, x
         first = model.n_q + model.n_u
-        self.inner, self.held = first + np.array(moving_states(model.system), int), first + held
+        self.inner, self.held = first + np.array(effector_states(model.system), int), first + held
         self.own, self.Z = free_directions(model, 0.0, x)
         self.n = 2 * len(self.own) + len(self.inner)
 
@@ -214,7 +214,7 @@ class _Sampled:
         for k, place in enumerate(self.held):
             e = np.eye(self.model.n_x)[place]
             size = STEP * float(sizes[place - first])
-            rate = local_derivative(along(lambda dx: self.model.state_rate(0.0, self.x + dx), e), size)
+            rate = local_derivative(on_line(lambda dx: self.model.state_rate(0.0, self.x + dx), e), size)
             wide[m : 2 * m, self.n + k] = rate[self.model.n_q + self.own]
             wide[2 * m : self.n, self.n + k] = rate[self.inner]
         return wide
@@ -228,25 +228,25 @@ class _Sampled:
         inner = self.model.system.state_sizes()[self.inner - first]
         sizes = np.concatenate([place, place / period, inner, self.model.system.state_sizes()[self.held - first]])
         x = self.x.copy()
-        t = clock.next(x)
-        clock.strike(t, x)
-        if clock.next(x) < t + period * (1.0 - SAME):
-            late = next(one for one in clock.samplers if x[one.next] < t + period * (1.0 - SAME)).controller
+        t = clock.next_instant(x)
+        clock.sample(t, x)
+        if clock.next_instant(x) < t + period * (1.0 - SAME):
+            late = next(one for one in clock.samplers if x[one.next_instant] < t + period * (1.0 - SAME)).controller
             raise ValueError(
-                f"{late.name!r} is called again {clock.next(x) - t:.6g} s after its sample, as for a delay; a discrete "
+                f"{late.name!r} is called again {clock.next_instant(x) - t:.6g} s after its sample, as for a delay; a discrete "
                 "model has calls at samples alone, so leave the delay out or give it as a memory of the controller"
             )
         S = np.eye(self.n + len(self.held))
         for j, size in enumerate(sizes):
             e = np.eye(len(sizes))[j]
-            S[self.n :, j] = local_derivative(along(lambda s: self._called(s, m), e), STEP * size)
+            S[self.n :, j] = local_derivative(on_line(lambda s: self._called(s, m), e), STEP * size)
         return S
 
     def _called(self, s: Array, m: int) -> Array:
         """Commands and memory after a sample at so much from the state."""
         x, clock = self._moved(s, m), self.model.clock
         assert clock is not None
-        clock.strike(clock.next(x), x)
+        clock.sample(clock.next_instant(x), x)
         return np.asarray(x[self.held])
 
     def _moved(self, s: Array, m: int) -> Array:

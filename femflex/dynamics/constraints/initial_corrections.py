@@ -11,12 +11,12 @@ import numpy as np
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
 
-NOTICED = 1e-9  # of the largest value with the same unit
-NOTHING = 1e-12  # in SI: the rounding of a start in which all values of a unit are zero
+RELATIVE_TOLERANCE = 1e-9  # of the largest value with the same unit
+ABSOLUTE_TOLERANCE = 1e-12  # in SI: the rounding of a start in which all values of a unit are zero
 
 
 @dataclass(frozen=True)
-class MovedValue:
+class CorrectedInitialValue:
     """An initial value: its name and unit, as given and as the run starts from it (SI)."""
 
     name: str
@@ -32,7 +32,7 @@ class MovedValue:
         return f"{self.name} {factor * self.given:.{digits}g} -> {factor * self.started:.{digits}g} {unit}"
 
 
-def moved_start(model: Model) -> list[MovedValue]:
+def initial_corrections(model: Model) -> list[CorrectedInitialValue]:
     """The initial values that were moved to make the start consistent, those moved farthest first.
 
     How far is reported relative to the largest value of the same unit; what is below NOTICED of it has not moved.
@@ -41,10 +41,10 @@ def moved_start(model: Model) -> list[MovedValue]:
     if model.constraints is None:
         return []
     names = [*system.coordinate_names(), *system.velocity_names()]
-    given, started = system.initial_state(), model.x0
-    size = np.maximum(np.abs(given), np.abs(started))
-    scale = np.array([max(size[k] for k, other in enumerate(names) if other[1] == unit) for _, unit in names])
-    far = np.abs(started - given)
-    noticed = np.flatnonzero((far > NOTICED * scale) & (far > NOTHING))
-    order = noticed[np.argsort(-far[noticed] / scale[noticed], kind="stable")]
-    return [MovedValue(names[k][0], names[k][1], float(given[k]), float(started[k])) for k in order]
+    requested, started = system.initial_state(), model.x0
+    size = np.maximum(np.abs(requested), np.abs(started))
+    scale = np.array([max(size[k] for k, pair in enumerate(names) if pair[1] == unit) for _, unit in names])
+    change = np.abs(started - requested)
+    noticed = np.flatnonzero((change > RELATIVE_TOLERANCE * scale) & (change > ABSOLUTE_TOLERANCE))
+    order = noticed[np.argsort(-change[noticed] / scale[noticed], kind="stable")]
+    return [CorrectedInitialValue(names[k][0], names[k][1], float(requested[k]), float(started[k])) for k in order]

@@ -7,20 +7,20 @@ from __future__ import annotations
 
 from femflex.arrays import Array, Table
 from femflex.dynamics.arithmetic.compiled import inner, kernel
-from femflex.dynamics.arithmetic.lanes import beyond, start
+from femflex.dynamics.arithmetic.lanes import offset, pointer
 from femflex.dynamics.forces.system import write_forces
 from femflex.dynamics.joints.coordinates import coordinate_rates
-from femflex.dynamics.joints.held import add_known_accelerations, held_state
+from femflex.dynamics.joints.prescribed_motion import add_known_accelerations, prescribed_state
 from femflex.dynamics.lowering.layout import body_of, header_of
-from femflex.dynamics.motion.equations import RATE, place
+from femflex.dynamics.motion.auxiliary_states import copy_auxiliary_states, write_auxiliary_rates
+from femflex.dynamics.motion.equations import RATE, place_bodies
 from femflex.dynamics.motion.recursion import accelerate, reduce_to_root
-from femflex.dynamics.motion.states import take_states, write_state_rates
 
 
 @inner
 def write_accelerations(t: float, q: Array, u: Array, udot: Array, table: Table, pool: Array, work: Array) -> None:
     """udot of M udot = Q - h at the state (q, u), in which held freedoms are where they are held."""
-    place(t, q, u, table, pool, work)
+    place_bodies(t, q, u, table, pool, work)
     write_forces(t, q, u, table, pool, work)
     if header_of(table)["n_holds"] > 0:
         add_known_accelerations(table, work)
@@ -29,15 +29,15 @@ def write_accelerations(t: float, q: Array, u: Array, udot: Array, table: Table,
 
 
 @kernel(RATE)
-def led_rate(t: float, x: Array, dx: Array, table: Table, pool: Array, work: Array) -> None:
+def rate_with_prescribed_motion(t: float, x: Array, dx: Array, table: Table, pool: Array, work: Array) -> None:
     """dx/dt of the state x = (q, u, z): qdot = N(q) u, M udot = Q - h and zdot; held freedoms have (sdot, sddot)."""
-    records, numbers, scratch = start(table), start(pool), start(work)
+    records, numbers, scratch = pointer(table), pointer(pool), pointer(work)
     head = header_of(records)
-    q, u, dq, udot = start(x), beyond(x, head["n_q"]), start(dx), beyond(dx, head["n_q"])
-    take_states(u, records, scratch)
+    q, u, dq, udot = pointer(x), offset(x, head["n_q"]), pointer(dx), offset(dx, head["n_q"])
+    copy_auxiliary_states(u, records, scratch)
     if head["n_holds"] > 0:
-        q, u = held_state(t, q, u, records, numbers, scratch)
+        q, u = prescribed_state(t, q, u, records, numbers, scratch)
     write_accelerations(t, q, u, udot, records, numbers, scratch)
-    write_state_rates(beyond(udot, head["n_u"]), records, scratch)
+    write_auxiliary_rates(offset(udot, head["n_u"]), records, scratch)
     for i in range(1, head["n_bodies"]):
         coordinate_rates(body_of(records, i), q, u, dq, numbers)

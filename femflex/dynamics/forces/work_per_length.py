@@ -9,7 +9,7 @@ from femflex.dynamics.lowering.unit_block import WORKED
 
 
 @inner
-def clear_worked(table: Table, pool: Array) -> None:
+def clear_work_per_length(table: Table, pool: Array) -> None:
     """Set what forces on markers of deploying bodies do per length [N] to zero."""
     for i in range(1, header_of(table)["n_bodies"]):
         b = body_of(table, i)

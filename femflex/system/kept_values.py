@@ -8,27 +8,27 @@ from difflib import get_close_matches
 from femflex.system.joint import Joint
 
 
-def keepable(joint: Joint) -> dict[str, list[int]]:
+def keepable_names(joint: Joint) -> dict[str, list[int]]:
     """Every name that may be kept, and the freedoms of the joint that it stands for; a ball only as a whole."""
     single = len(joint.translations) + (len(joint.rotations) if joint.ball is None else 0)
     names = {joint.label: list(range(joint.n_u))} if joint.n_u else {}
     return names | {name: [k] for k, name in enumerate(joint.freedom_names()[:single])}
 
 
-def kept(keep: Sequence[str], joint: Joint) -> list[int]:
+def kept_coordinates(keep: Sequence[str], joint: Joint) -> list[int]:
     """Freedoms of the joint whose initial values stay as given."""
-    found = keepable(joint)
-    return sorted({k for name in keep for k in found.get(name, ())})
+    names = keepable_names(joint)
+    return sorted({k for name in keep for k in names.get(name, ())})
 
 
 def keep_problems(keep: Sequence[str], joints: Sequence[Joint]) -> list[str]:
     """Sentences on names that stand for nothing that can be kept."""
-    known = [name for joint in joints for name in keepable(joint)]
+    known = [name for joint in joints for name in keepable_names(joint)]
     out = []
     for name in keep:
         if name not in known:
-            near = get_close_matches(name, known, n=1)
-            hint = f"did you mean {near[0]!r}? " if near else ""
+            matches = get_close_matches(name, known, n=1)
+            hint = f"did you mean {matches[0]!r}? " if matches else ""
             out.append(
                 f"keep names {name!r}, which is no joint that moves and no slide or turn of one; {hint}"
                 f"known are {', '.join(known)}"

@@ -9,37 +9,37 @@ from __future__ import annotations
 
 from femflex.arrays import Array, Record, Table
 from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.lanes import beyond, last, plus, with_last
+from femflex.dynamics.arithmetic.lanes import fourth, offset, plus, with_fourth
 from femflex.dynamics.arithmetic.pairs import dot_pair, pair, put_pair
 from femflex.dynamics.arithmetic.profiles import profile_at
-from femflex.dynamics.arithmetic.spatial import pulled, six_rows
+from femflex.dynamics.arithmetic.spatial import rows_times, six_rows
 from femflex.dynamics.lowering.layout import W_ACC, W_BIAS, W_H, W_M, W_PIVOT, W_TAU, W_U, body_of, header_of, hold_of
 
 
 @inner
-def held_state(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> tuple[Array, Array]:
+def prescribed_state(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> tuple[Array, Array]:
     """(q, u) with held freedoms where they are held, z taken already; writes flags and known accelerations."""
     head = header_of(table)
-    own_q, own_u, z = beyond(work, head["held_q"]), beyond(work, head["held_u"]), beyond(work, head["z"])
+    new_q, new_u, z = offset(work, head["held_q"]), offset(work, head["held_u"]), offset(work, head["z"])
     for k in range(head["n_q"]):
-        own_q[k] = q[k]
+        new_q[k] = q[k]
     for k in range(head["n_u"]):
-        own_u[k] = u[k]
+        new_u[k] = u[k]
         work[head["flags"] + k] = work[head["known"] + k] = work[head["drives"] + k] = 0.0
     for j in range(head["n_holds"]):
-        hold = hold_of(table, j)
-        s, ds, dds, flag = q[hold["q"]], 0.0, 0.0, 1.0
-        if hold["latch"] < 0:
-            s, ds, dds = profile_at(t, hold["profile"], pool)
-        elif z[hold["latch"]] < 0.0:
-            ds, flag = u[hold["u"]], 0.0
-        own_q[hold["q"]], own_u[hold["u"]] = s, ds
-        work[head["flags"] + hold["u"]], work[head["known"] + hold["u"]] = flag, dds
-    return own_q, own_u
+        entry = hold_of(table, j)
+        s, ds, dds, flag = q[entry["q"]], 0.0, 0.0, 1.0
+        if entry["latch"] < 0:
+            s, ds, dds = profile_at(t, entry["profile"], pool)
+        elif z[entry["latch"]] < 0.0:
+            ds, flag = u[entry["u"]], 0.0
+        new_q[entry["q"]], new_u[entry["u"]] = s, ds
+        work[head["flags"] + entry["u"]], work[head["known"] + entry["u"]] = flag, dds
+    return new_q, new_u
 
 
 @inner
-def is_held(b: Record, k: int, work: Array) -> bool:
+def is_prescribed_now(b: Record, k: int, work: Array) -> bool:
     """Whether freedom k of a joint that may be held is held now."""
     return work[b["flags"] + k] != 0.0
 
@@ -58,34 +58,34 @@ def add_known_accelerations(table: Table, work: Array) -> None:
 
 
 @inner
-def keep_held_columns(b: Record, work: Array) -> None:
+def write_prescribed_columns(b: Record, work: Array) -> None:
     """Before the joint's freedoms are eliminated: U = A h and h . p - tau of those held, whose pivots become 0."""
     w = b["work"]
     rows = six_rows(work, w + W_M)
     hidden = 3 if b["hidden"] else 0
     for k in range(b["n_h"]):
-        held = k >= hidden and is_held(b, k - hidden, work)
-        work[w + W_PIVOT + k] = 0.0 if held else 1.0
-        if held:
-            U = pulled(rows, pair(work, w + W_H + 8 * k))
-            force = last(U[1]) - (work[w + W_TAU + k - hidden] if b["sprung"] else 0.0)
-            put_pair(work, w + W_U + 8 * k, (U[0], with_last(U[1], force)))
+        prescribed = k >= hidden and is_prescribed_now(b, k - hidden, work)
+        work[w + W_PIVOT + k] = 0.0 if prescribed else 1.0
+        if prescribed:
+            U = rows_times(rows, pair(work, w + W_H + 8 * k))
+            force = fourth(U[1]) - (work[w + W_TAU + k - hidden] if b["sprung"] else 0.0)
+            put_pair(work, w + W_U + 8 * k, (U[0], with_fourth(U[1], force)))
 
 
 @inner
-def accelerate_held(b: Record, work: Array, out: Array) -> None:
+def accelerate_prescribed(b: Record, work: Array, out: Array) -> None:
     """Once the body's acceleration is known: write sddot of held freedoms and the forces that hold them."""
     w = b["work"]
     acc = pair(work, w + W_ACC)
     hidden = 3 if b["hidden"] else 0
     for k in range(hidden, b["n_h"]):
-        if is_held(b, k - hidden, work):
+        if is_prescribed_now(b, k - hidden, work):
             out[b["u"] + k - hidden] = work[b["known"] + k - hidden]
             work[b["drives"] + k - hidden] = dot_pair(acc, pair(work, w + W_U + 8 * k))
 
 
 @inner
-def hold_rows(udot: Array, out: Array, table: Table, work: Array) -> None:
+def write_prescribed_rows(udot: Array, out: Array, table: Table, work: Array) -> None:
     """out = udot - sddot on the rows of held freedoms, in place of their equations of motion."""
     head = header_of(table)
     for k in range(head["n_u"]):

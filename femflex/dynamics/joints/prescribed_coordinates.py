@@ -11,27 +11,27 @@ if TYPE_CHECKING:
     from femflex.dynamics.model import Model
 
 
-def held_freedoms(joint: Joint) -> list[int]:
+def prescribed_freedoms(joint: Joint) -> list[int]:
     """Freedoms of a joint that are held throughout or once they latch, in the model's order."""
-    return [*joint.held, *(latch.freedom for latch in joint.locking)]
+    return [*joint.prescribed, *(latch.freedom for latch in joint.locking)]
 
 
-def held_places(system: System) -> list[tuple[Joint, int, int, int]]:
+def prescribed_places(system: System) -> list[tuple[Joint, int, int, int]]:
     """(joint, its freedom, place in q, place in u) of every freedom that is held, or may be."""
-    found, iq, iu = [], 0, 0
+    places, iq, iu = [], 0, 0
     for name in system.order:
         joint, n = system.joint_of(name), system.bodies[name].n_modes
-        found += [(joint, k, iq + k, iu + k) for k in held_freedoms(joint)]
+        places += [(joint, k, iq + k, iu + k) for k in prescribed_freedoms(joint)]
         iq, iu = iq + joint.n_q + n, iu + joint.n_u + n
-    return found
+    return places
 
 
-def specified_states(model: Model, times: Array, states: Array) -> Array:
+def prescribed_states(model: Model, times: Array, states: Array) -> Array:
     """The states (n_t, n_x) with held freedoms where they are held."""
-    places = [place for place in held_places(model.system) if place[1] in place[0].held]
+    places = [place for place in prescribed_places(model.system) if place[1] in place[0].prescribed]
     if not places:
         return states
     states = states.copy()
     for joint, k, q, u in places:
-        states[:, q], states[:, model.n_q + u], _ = joint.held[k](times)
+        states[:, q], states[:, model.n_q + u], _ = joint.prescribed[k](times)
     return states
