@@ -1,4 +1,4 @@
-"""What all tests share: off-screen rendering, one thread, and a small craft as a case file."""
+"""Fixtures of all tests: off-screen rendering, one thread, and a small craft as a case file."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ os.environ.setdefault("MPLBACKEND", "agg")
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Where tests run in several processes, kernels that are not on disk yet are compiled before these begin."""
+    """Compile kernels that are not on disk yet, before tests begin in several processes."""
     processes = getattr(config.option, "numprocesses", None)
     if processes and not hasattr(config, "workerinput"):
         compile_kernels(processes)

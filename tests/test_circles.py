@@ -54,8 +54,8 @@ def package_of(name: str) -> str:
     return name if MODULES[name].name == "__init__.py" else name.rpartition(".")[0]
 
 
-def within(inner: str, outer: str) -> bool:
-    """Whether a package is another one or stands in it."""
+def is_within(inner: str, outer: str) -> bool:
+    """Return whether a package is another one or a part of it."""
     return inner == outer or inner.startswith(outer + ".")
 
 
@@ -65,7 +65,7 @@ def package_imports() -> dict[str, dict[str, str]]:
     for name in MODULES:
         for other in imported(name):
             a, b = package_of(name), package_of(other)
-            if not (within(a, b) or within(b, a)):
+            if not (is_within(a, b) or is_within(b, a)):
                 out.setdefault(a, {}).setdefault(b, f"{name} -> {other}")
     return out
 
@@ -97,17 +97,17 @@ def circles(edges: dict[str, set[str]]) -> list[frozenset[str]]:
     return [group for group in out if len(group) > 1 or group <= edges[next(iter(group))]]
 
 
-def test_no_module_imports_itself_by_way_of_others():
+def test_modules_have_no_import_cycle():
     assert not circles({name: imported(name) for name in MODULES})
 
 
-def test_every_import_names_a_module_that_is_there():
+def test_imported_modules_exist():
     for name in MODULES:
         unknown = {full for full in named_imports(name) if full not in MODULES}
         assert not unknown, f"{name} imports {sorted(unknown)}"
 
 
-def test_no_layer_imports_itself_by_way_of_others():
+def test_layers_have_no_import_cycle():
     edges: dict[str, set[str]] = {name.split(".")[1]: set() for name in MODULES if "." in name}
     for name in MODULES:
         if name != "femflex":  # which hands on what all others hold
@@ -122,7 +122,7 @@ def test_packages_do_not_import_each_other():
     assert not pairs, [f"{a} and {b}: {graph[a][b]}, {graph[b][a]}" for a, b in pairs]
 
 
-def test_packages_stand_in_no_longer_circle():
+def test_package_imports_have_no_long_cycle():
     graph = package_imports()
     edges = {a: set(targets) for a, targets in graph.items()}
     for targets in graph.values():
@@ -136,6 +136,6 @@ def test_deferred_imports_are_found_and_those_for_types_are_not():
     assert "femflex.dynamics.model" not in imported("femflex.dynamics.terms.by_source")  # for types
 
 
-def test_a_circle_is_found_where_there_is_one():
+def test_cycle_is_found():
     assert circles({"a": {"b"}, "b": {"c"}, "c": {"b"}, "d": {"d"}}) == [frozenset("bc"), frozenset("d")]
     assert not circles({"a": {"b", "c"}, "b": {"c"}, "c": set()})

@@ -58,8 +58,8 @@ def environment(package, **changes):
     return {**own, "PYTHONPATH": str(package.parent), "HOME": str(package.parent / "home"), **changes}
 
 
-def answer(package, *words, **changes):
-    """What a process of its own prints: the words after python, or the call of both kernels."""
+def process_output(package, *words, **changes):
+    """Return the output of a new process: of the words after python, or of the call of both kernels."""
     done = subprocess.run(
         [sys.executable, *(words or ("-c", CALL))],
         env=environment(package, **changes),
@@ -78,16 +78,16 @@ def stored_files(folder):
 @pytest.mark.sampled(1)
 @COMPILED
 @pytest.mark.parametrize("place", ["the package", "NUMBA_CACHE_DIR", "the home folder"])
-def test_an_edited_callee_and_constant_give_the_new_numbers(package, tmp_path, place):
+def test_edited_callee_and_constant_give_new_numbers(package, tmp_path, place):
     changes = {"NUMBA_CACHE_DIR": str(tmp_path / "cache")} if place == "NUMBA_CACHE_DIR" else {}
     if place == "the home folder":
         (package / "__pycache__").mkdir()
         (package / "__pycache__" / "kernels").write_text("in the way")
-    assert answer(package, **changes) == (["7.0", "5.0", "0"], "")
-    assert answer(package, **changes) == (["7.0", "5.0", "2"], "")
+    assert process_output(package, **changes) == (["7.0", "5.0", "0"], "")
+    assert process_output(package, **changes) == (["7.0", "5.0", "2"], "")
     callee = package / "integrate" / "callee.py"
     callee.write_text(CALLEE.replace("2.0 * x", "5.0 * x").replace("1.0", "0.5"))
-    assert answer(package, **changes)[0] == ["15.5", "14.5", "0"]
+    assert process_output(package, **changes)[0] == ["15.5", "14.5", "0"]
     expected = {
         "NUMBA_CACHE_DIR": tmp_path / "cache",
         "the package": package,
@@ -96,7 +96,7 @@ def test_an_edited_callee_and_constant_give_the_new_numbers(package, tmp_path, p
     assert len(stored_files(expected[place])) == 4 == len(stored_files(tmp_path))
 
 
-def cut(content):
+def first_half(content):
     return content[: len(content) // 2]
 
 
@@ -107,24 +107,27 @@ def flipped(content):
 
 @pytest.mark.slow
 @COMPILED
-@pytest.mark.parametrize("damage", [cut, flipped, lambda content: b"", lambda content: os.urandom(len(content))])
-def test_a_damaged_kernel_is_compiled_again_and_replaced(package, damage):
-    answer(package)
+@pytest.mark.parametrize("damage", [first_half, flipped, lambda content: b"", lambda content: os.urandom(len(content))])
+def test_damaged_kernel_is_compiled_again_and_replaced(package, damage):
+    process_output(package)
     first, second = stored_files(package)
     whole = first.read_bytes()
     first.write_bytes(damage(whole))
-    assert answer(package) == (["7.0", "5.0", "1"], "")
-    assert answer(package) == (["7.0", "5.0", "2"], "")
+    assert process_output(package) == (["7.0", "5.0", "1"], "")
+    assert process_output(package) == (["7.0", "5.0", "2"], "")
     assert stored_files(package) == [first, second]
 
 
 @pytest.mark.slow
 @COMPILED
-def test_a_full_or_missing_first_folder_is_passed_over(package, tmp_path):
+def test_full_or_missing_first_folder_is_skipped(package, tmp_path):
     (tmp_path / "file").write_text("")
-    assert answer(package, NUMBA_CACHE_DIR=str(tmp_path / "file")) == (["7.0", "5.0", "0"], "")
+    assert process_output(package, NUMBA_CACHE_DIR=str(tmp_path / "file")) == (["7.0", "5.0", "0"], "")
     assert len(stored_files(package)) == 2  # in the next folder
-    assert answer(package, NUMBA_CACHE_DIR=str(tmp_path / "new")) == (["7.0", "5.0", "2"], "")  # read from there
+    assert process_output(package, NUMBA_CACHE_DIR=str(tmp_path / "new")) == (
+        ["7.0", "5.0", "2"],
+        "",
+    )  # read from there
 
 
 @pytest.mark.slow
@@ -136,17 +139,17 @@ def test_processes_that_compile_at_the_same_time_agree(package):
     for process in both:
         printed, err = process.communicate(timeout=300)
         assert (printed.split()[:2], err) == (["7.0", "5.0"], "")
-    assert answer(package)[0] == ["7.0", "5.0", "2"]
+    assert process_output(package)[0] == ["7.0", "5.0", "2"]
     assert {path.suffix for path in stored_files(package)[0].parent.iterdir()} == {".kernel"}  # no drafts left
 
 
 @pytest.mark.slow
 @COMPILED
 def test_another_processor_has_its_own_kernels(package):
-    assert answer(package)[0][2] == "0"
-    assert answer(package, NUMBA_CPU_NAME="generic", NUMBA_CPU_FEATURES="")[0] == ["7.0", "5.0", "0"]
-    assert answer(package, NUMBA_CPU_NAME="generic", NUMBA_CPU_FEATURES="")[0] == ["7.0", "5.0", "2"]
-    assert answer(package)[0] == ["7.0", "5.0", "2"]
+    assert process_output(package)[0][2] == "0"
+    assert process_output(package, NUMBA_CPU_NAME="generic", NUMBA_CPU_FEATURES="")[0] == ["7.0", "5.0", "0"]
+    assert process_output(package, NUMBA_CPU_NAME="generic", NUMBA_CPU_FEATURES="")[0] == ["7.0", "5.0", "2"]
+    assert process_output(package)[0] == ["7.0", "5.0", "2"]
 
 
 def imports_at_module_level(file):
@@ -176,7 +179,7 @@ def file_of(name):
 
 
 @pytest.mark.slow
-def test_the_digest_follows_every_import():
+def test_digest_follows_every_import():
     for file in PACKAGE.rglob("*.py"):
         expected = {file_of(name) for name in imports_at_module_level(file)} - {PACKAGE / "__init__.py"}
         assert expected == set(kernel_digest.imported_files(file)), file
@@ -191,12 +194,12 @@ def test_kernels_take_nothing_from_the_names_that_the_package_loads_when_asked()
 
 @COMPILED
 @pytest.mark.slow
-def test_a_run_without_a_place_to_write_gives_the_answer_and_the_sentence(package, tmp_path, write_case):
+def test_run_without_writable_cache_prints_result_and_warning(package, tmp_path, write_case):
     case, blocked = write_case(), tmp_path / "blocked"
     blocked.write_text("")
     (package / "__pycache__").mkdir()
     (package / "__pycache__" / "kernels").write_text("in the way")
     places = {"NUMBA_CACHE_DIR": str(blocked), "XDG_CACHE_HOME": str(blocked)}
     for words in (["check", str(case)], ["run", str(case), "-o", str(tmp_path / "run.h5")]):
-        _, err = answer(package, "-m", "femflex", *words, **places)
+        _, err = process_output(package, "-m", "femflex", *words, **places)
         assert err.count("femflex: warning: compiled kernels cannot be stored") == 1

@@ -57,8 +57,8 @@ print(digest.hexdigest())
 """
 
 
-def said(folder: Path, *words: str) -> list[str]:
-    """What a fresh process says, its kernels kept in that folder."""
+def printed_words(folder: Path, *words: str) -> list[str]:
+    """Return the words that a new process prints, with its kernels in that folder."""
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(folder), "PYTHONPATH": str(TOP)}
     done = subprocess.run(
         [sys.executable, *words], env=environment, cwd=TOP, capture_output=True, text=True, check=True
@@ -71,12 +71,12 @@ def said(folder: Path, *words: str) -> list[str]:
 def test_parts_shared_by_two_kernels_round_the_same_when_loaded(tmp_path):
     script = tmp_path / "shared_part.py"
     script.write_text(SMALL)
-    compiled, loaded = said(tmp_path, str(script)), said(tmp_path, str(script))
+    compiled, loaded = printed_words(tmp_path, str(script)), printed_words(tmp_path, str(script))
     assert compiled[:2] == loaded[:2]
     assert compiled[2:] == ["0", "0", "1"]  # nothing loaded; the part was translated and is no machine code of its own
     assert loaded[2:] == ["2", "0", "0"]
 
 
 @pytest.mark.slow
-def test_a_run_is_the_same_bit_for_bit_where_its_kernels_are_compiled_and_where_they_are_loaded(tmp_path):
-    assert said(tmp_path, "-c", WHOLE) == said(tmp_path, "-c", WHOLE)
+def test_run_is_identical_with_compiled_and_loaded_kernels(tmp_path):
+    assert printed_words(tmp_path, "-c", WHOLE) == printed_words(tmp_path, "-c", WHOLE)

@@ -61,7 +61,7 @@ def test_message_names_fault_and_remedy(row: dict[str, Any], folder: Path, femfl
     _write(row, folder)
     before = _files(folder)
     if "call" in row:
-        text = _raised(row["call"], row.get("error", "ValueError"))
+        text = _raised_message(row["call"], row.get("error", "ValueError"))
     else:
         code, out, err = femflex(*row.get("verb", f"check {row['base']}").split())
         text = out + err
@@ -108,7 +108,7 @@ def _files(folder: Path) -> dict[str, bytes]:
     return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
-def _raised(call: str, error: str) -> str:
+def _raised_message(call: str, error: str) -> str:
     """Message of the error that a public call raises, or of its warning."""
     kind = getattr(builtins, error, None) or getattr(package, error, None) or _module("femflex.warning", error)
     catch = pytest.warns if issubclass(kind, Warning) else pytest.raises

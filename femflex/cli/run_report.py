@@ -130,7 +130,8 @@ def _attraction_lines(system: System) -> list[str]:
         when = " at the start" if free_members(system) else ""
         lines.append(
             f"attraction  {how}: the craft reaches {found.size:.4g} m{when}, {found.ratio:.2g} of the distance from "
-            f"the centre (auto integrates from {LARGE_RATIO:g} on); the gradient has an error of {found.error:.2%} there"
+            f"the centre (auto integrates from {LARGE_RATIO:g} on); the gradient has an error of {found.error:.2%} "
+            "there"
         )
     if environment.oblateness:
         lines.append(f"oblateness  J2 = {environment.oblateness:.9g}, pole along the inertial Z axis")

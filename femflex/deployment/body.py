@@ -58,7 +58,7 @@ class DeployingBody(NamedTuple):
 def deploying_line(
     line: DeployingLine, functions: LineFunctions | None, length: Profile | Reel, **options: Unpack[DeployingOptions]
 ) -> DeployingBody:
-    """A beam or tether that deploys along a profile of its length: its body at t = 0, and how that varies.
+    """Return a beam or tether that deploys along a profile of its length: its body at t = 0, and its variation.
 
     functions  admissible functions on xi = x / L (`BeamFunctions`, `StringFunctions`, ...); None: it stays straight
     length     L(t) [m], or a Reel whose states it is
@@ -131,7 +131,7 @@ def deploying_tapered_line(
 
 
 class DeployingOptions(TypedDict, total=False):
-    """What every deploying member may be given.
+    """Options that every deploying member may be given.
 
     stock        length of the whole member [m]; its mass stays constant. Left out: the largest length up to `until`
     until        last time of the run [s]; the length is checked up to it. Left out: 0

@@ -88,7 +88,7 @@ class ElementFunctions:
 
     @property
     def blocks(self) -> list[tuple[IntArray, int]]:
-        """Numbers (k,) of the functions of each field, and how many of its modes are kept."""
+        """Return the numbers (k,) of the functions of each field, and the number of its modes that are kept."""
         blocks, first = [], 0
         for name, kept, bends in self._fields():
             n = len(self._free_functions(bends, name in "yz"))

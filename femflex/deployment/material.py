@@ -33,7 +33,7 @@ from femflex.deployment.series import Series, added, derivative, mapped, product
 
 @dataclass(frozen=True, eq=False)
 class MaterialPoints:
-    """Where material points of sections at xi (k,) stand: z = sum_p values_p lambda^p.
+    """Positions of the material points of sections at xi (k,): z = sum_p values_p lambda^p.
 
     xi      (k,)                 distance from the exit over the length
     share   (k,)                 part of the mass; of the member's mass per lambda for the deployed material, of the
@@ -80,7 +80,7 @@ class Inertia:
 
 
 def inertia_of(deployed: MaterialPoints, stowed: MaterialPoints, member: float, total: float, at_tip: bool) -> Inertia:
-    """Inertia of deployed material, `member` lambda of mass [kg], and of what is stowed, total - member lambda.
+    """Return the inertia of deployed material, `member` lambda of mass [kg], and of the stowed rest of the total.
 
     deployed, stowed: all points of the member, and those of one section at the drum; shares sum to one.
     """

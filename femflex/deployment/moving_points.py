@@ -1,4 +1,4 @@
-"""Points of mass of a deploying member, as its shapes say."""
+"""Points of mass of a deploying member, from its shapes."""
 
 from __future__ import annotations
 

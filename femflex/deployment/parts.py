@@ -68,7 +68,7 @@ def exit_marker(shapes: MemberShapes) -> MarkerSeries:
 
 
 def with_columns(shapes: Shapes, X: Array, condensed: bool) -> Shapes:
-    """The shapes with their columns X (functions, n) [1], and with those slaved to them if the strain is condensed."""
+    """Return the shapes with their columns X (functions, n) [1], and with slaved shapes if the strain is condensed."""
     shapes = replace(shapes, X=X)
     if not condensed:
         return shapes

@@ -1,4 +1,4 @@
-"""Forces in sections of deploying members: tension from the motion of what lies outboard, moments from curvature.
+"""Forces in sections of deploying members: tension from the motion of the outboard part, moments from curvature.
 
 What lies beyond a section moves with the accelerations of its material, so the section pulls it with
 
@@ -74,7 +74,7 @@ class MemberSections:
 
     @property
     def resultants(self) -> dict[str, tuple[str, str]]:
-        """Name -> unit and meaning of what is reported."""
+        """Return name -> unit and meaning of the reported resultants."""
         return TENSION if self.bends is None else TENSION | MOMENTS
 
     def report(

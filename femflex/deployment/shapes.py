@@ -37,7 +37,7 @@ class ShapeFunctions(Protocol):
 
 
 class MemberAxes(Protocol):
-    """Where a member stands in its body: the exit and its axes, and the tension at its tip that supports hold up."""
+    """Position and axes of a member in its body (at the exit), and the tension at its tip that supports carry."""
 
     @property
     def root(self) -> Any:
@@ -93,7 +93,7 @@ class MemberShapes(ABC):
     @property
     @abstractmethod
     def thickness(self) -> float:
-        """Radius of what is drawn [m]; 0 for a line or a sheet."""
+        """Return the radius for drawing [m]; 0 for a line or a sheet."""
 
     @property
     @abstractmethod
@@ -126,7 +126,7 @@ class MemberShapes(ABC):
 
     @abstractmethod
     def drawing(self) -> Drawing:
-        """What is drawn of the deployed part."""
+        """Return the lines and surfaces that draw the deployed part."""
 
     @property
     def n(self) -> int:

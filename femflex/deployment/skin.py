@@ -1,4 +1,4 @@
-"""What is drawn of a deploying member: the deployed part, which grows, and the coil of the stowed part at the drum."""
+"""Drawing of a deploying member: the deployed part, which grows, and the coil of the stowed part at the drum."""
 
 from __future__ import annotations
 

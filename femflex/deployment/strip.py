@@ -144,11 +144,11 @@ class StripShapes(MemberShapes):
     @property
     def section(self) -> tuple[Array, Array]:
         """Offsets (m, 3) of points across, member axes, and their shares of the mass (m,)."""
-        return self._across(ETA), ETA_WEIGHT / 2
+        return self._transverse_offsets(ETA), ETA_WEIGHT / 2
 
     @property
     def thickness(self) -> float:
-        """Thickness of what is drawn [m]: none."""
+        """Return the thickness for drawing [m]: none."""
         return 0.0
 
     @property
@@ -156,7 +156,7 @@ class StripShapes(MemberShapes):
         """Half of its width [m]."""
         return self.strip.width / 2
 
-    def _across(self, eta: Array) -> Array:
+    def _transverse_offsets(self, eta: Array) -> Array:
         """Offsets (m, 3), member axes, of points at eta = 2 y / b."""
         return np.outer(eta, [0.0, self.strip.width / 2, 0.0])
 
@@ -235,4 +235,4 @@ class StripShapes(MemberShapes):
     def drawing(self) -> Drawing:
         """The sheet."""
         xi, eta = np.linspace(0.0, 1.0, 1 + 4 * max(5, self.max_count)), np.linspace(-1.0, 1.0, 5)
-        return Drawing(xi, self._across(eta), {"quad": quadrilateral_grid(len(xi), len(eta), closed=False)})
+        return Drawing(xi, self._transverse_offsets(eta), {"quad": quadrilateral_grid(len(xi), len(eta), closed=False)})

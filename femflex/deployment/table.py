@@ -95,7 +95,7 @@ class DeployingParts:
 def deploying_variation(
     pieces: Sequence[DeployingParts], body: FlexibleBody, length: Profile | str, **more: Any
 ) -> Variation:
-    """The Variation of a body that is as `pieces` say, one after another in the length; more: fields of LengthTable.
+    """Return the Variation of a body that `pieces` describe, in order of the length; more: fields of LengthTable.
 
     length: profile of its length, or the name of the state that is its length.
     """
@@ -138,7 +138,7 @@ class _Writer:
         self.terms: dict[tuple[int, int, int], Array] = {}
 
     def add(self, series: Series, write: Callable[[Array, Array], Any], rate: int = 0, acceleration: int = 0) -> None:
-        """Add what `put` writes of every coefficient."""
+        """Add the numbers that `put` writes of every coefficient."""
         for power, value in series.items():
             if value.any():
                 out = np.zeros(self.block.size)

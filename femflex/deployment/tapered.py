@@ -254,9 +254,14 @@ def _piece(line: TaperedLine, a: float, b: float, markers: dict[str, float], exi
         return MarkerSeries(parts[0], parts[1], parts[2], series_of_marker.orientation, series_of_marker.axis)
 
     inertia = Inertia(
-        mass=line.deployed_mass(line.stock), first=part_series("first"), second=part_series("second"), drift=part_series("drift", scale),
-        flow=part_series("flow", scale), speed=part_series("speed", scale**2), pickup=part_series("pickup", scale**3),
-    )  # fmt: skip
+        mass=line.deployed_mass(line.stock),
+        first=part_series("first"),
+        second=part_series("second"),
+        drift=part_series("drift", scale),
+        flow=part_series("flow", scale),
+        speed=part_series("speed", scale**2),
+        pickup=part_series("pickup", scale**3),
+    )
     followers = line.shapes.followers
     return DeployingParts(
         reference=scale,

@@ -1,4 +1,4 @@
-"""The channels that a run of a system reports, and where each stands in an observed row."""
+"""Channels that a run of a system reports, and the slice of an observed row that each fills."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def conservative_loads(system: System) -> list[str]:
 
 
 def is_supplied(system: System) -> bool:
-    """Whether something may bring in power: a load whose potential is not part of the energy, or an effector."""
+    """Return whether an element may supply power: a load whose potential is not part of the energy, or an effector."""
     effectors = (e for e in system.effectors if isinstance(e, Effector))
     supplied = any(effector.acts or "supplied" in effector.accounts for effector in effectors)
     return supplied or len(conservative_loads(system)) < len(system.loads)
@@ -62,7 +62,7 @@ def row_length(system: System) -> int:
 
 
 def row_slices(system: System) -> dict[str, slice | int]:
-    """Where each channel stands in an observed row."""
+    """Return the slice of an observed row that each channel fills."""
     s = monitors
     slices: dict[str, slice | int] = {
         "attitude/angles": slice(s.ROW_ANGLES, s.ROW_ANGLES + 3),
@@ -111,7 +111,7 @@ def row_slices(system: System) -> dict[str, slice | int]:
 
 
 def channels_of(system: System) -> dict[str, Channel]:
-    """Path, unit, meaning and frame of everything a run reports; what is zero by construction is left out."""
+    """Return path, unit, meaning and frame of every channel of a run; those zero by construction are left out."""
     q, u, z = system.coordinate_names(), system.velocity_names(), system.state_names()
     where = "from O" if system.orbit else "from the inertial origin"
     sequence = system.libration_sequence
@@ -199,7 +199,7 @@ def channels_of(system: System) -> dict[str, Channel]:
 
 
 def constraint_channels(system: System) -> dict[str, Channel]:
-    """What loops and constraints report; nothing for a system without any."""
+    """Return the channels of loops and constraints; none for a system without any."""
     if not (system.loops or system.constraints):
         return {}
     out = {

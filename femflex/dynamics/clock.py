@@ -1,4 +1,4 @@
-"""Sampled controllers at work: when the next one is called, and what its call does to the state."""
+"""Calls of sampled controllers: the instant of the next one, and its effect on the state."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Clock:
         return float(min(x[sampler.next_instant] for sampler in self.samplers))
 
     def sample(self, t: float, x: Array) -> None:
-        """Call every controller that is due at t; its commands, memory and next instant go into x, in place.
+        """Call every controller that is due at t; its commands, memory and next instant are written into x, in place.
 
         Those that are due together see the motion of that instant, and each the commands of those before it.
         """

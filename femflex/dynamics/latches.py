@@ -1,4 +1,4 @@
-"""Latches at work: when a joint's coordinate reaches its latch, and what that does to the motion.
+"""Events of latches: the instant at which a joint's coordinate reaches its latch, and the impact on the motion.
 
 A rigid latch stops its freedom by an impulse J along it: M du = J e + A^T L with du = -u on the freedom and A du = 0 on
 the constraints, whose impulses L keep loops closed. Nothing else acts, so momentum and angular momentum stay. The
@@ -33,7 +33,7 @@ STEP = 1e-6  # s, over which the rate of a channel is taken along the motion
 
 @dataclass(frozen=True)
 class LatchEvent:
-    """A latch, where its time and its coordinate stand in x and its freedom in u, and the sign of the way to it."""
+    """A latch, the places in x of its time, coordinate and freedom, and the sign of the way to it."""
 
     latch: Latch
     time: int
@@ -50,11 +50,11 @@ class Latches:
 
     @cached_property
     def latch_events(self) -> list[LatchEvent]:
-        """Where each latch stands in the state, and from which side its coordinate comes."""
+        """Return for each latch its places in the state, and the side from which its coordinate approaches."""
         entries, first = [], self.model.n_q + self.model.n_u
-        for place in latch_places(self.model.system):
-            side = 1.0 if place.joint.q0[place.latch.freedom] > place.latch.at else -1.0
-            entries.append(LatchEvent(place.latch, first + place.time, place.q, place.u, side))
+        for latch_place in latch_places(self.model.system):
+            side = 1.0 if latch_place.joint.q0[latch_place.latch.freedom] > latch_place.latch.at else -1.0
+            entries.append(LatchEvent(latch_place.latch, first + latch_place.time, latch_place.q, latch_place.u, side))
         return entries
 
     @cached_property
@@ -62,7 +62,7 @@ class Latches:
         return ChannelReader(self.model)
 
     def values(self, t: float, x: Array) -> Array:
-        """How far each open latch's coordinate, or the channel at which it opens, has to go; 1 for a closed one."""
+        """Return the distance of each open latch's coordinate, or of the channel that opens it; 1 for a closed one."""
         out = np.array([_distance(p, t, x) for p in self.latch_events])
         waiting = {k: opens for k, p in enumerate(self.latch_events) if (opens := _threshold(p, x)) is not None}
         if waiting:
@@ -72,7 +72,7 @@ class Latches:
         return out
 
     def rates(self, t: float, x: Array) -> Array:
-        """How fast that changes; 0 for a closed one."""
+        """Return the rates of these distances; 0 for a closed latch."""
         n_q = self.model.n_q
         out = np.array([_approach(p, x, n_q) for p in self.latch_events])
         waiting = [k for k, p in enumerate(self.latch_events) if _threshold(p, x) is not None]
@@ -100,31 +100,31 @@ class Latches:
         x[self.model.n_q : self.model.n_q + self.model.n_u] = after
 
 
-def _threshold(p: LatchEvent, x: Array) -> Threshold | None:
-    """The threshold until which a latch is closed, None where it awaits none."""
-    return p.latch.opens if isinstance(p.latch.opens, Threshold) and x[p.time] >= 0.0 else None
+def _threshold(event: LatchEvent, x: Array) -> Threshold | None:
+    """Return the threshold at which a closed latch opens, None if it has none."""
+    return event.latch.opens if isinstance(event.latch.opens, Threshold) and x[event.time] >= 0.0 else None
 
 
-def _distance(p: LatchEvent, t: float, x: Array) -> float:
-    """How far an open latch's coordinate has to go, or a time to the opening of one that opens; 1 when it is done."""
-    if isinstance(p.latch.opens, Threshold):
+def _distance(event: LatchEvent, t: float, x: Array) -> float:
+    """Return the distance of an open latch's coordinate, or the time until a timed one opens; 1 when it is done."""
+    if isinstance(event.latch.opens, Threshold):
         return 1.0
-    if p.latch.opens is not None:
-        return p.latch.opens - t if x[p.time] >= 0.0 else 1.0
-    return 1.0 if x[p.time] >= 0.0 else p.side * (x[p.q] - p.latch.at)
+    if event.latch.opens is not None:
+        return event.latch.opens - t if x[event.time] >= 0.0 else 1.0
+    return 1.0 if x[event.time] >= 0.0 else event.side * (x[event.q] - event.latch.at)
 
 
-def _approach(p: LatchEvent, x: Array, n_q: int) -> float:
-    """Rate of `_to_go`."""
-    if isinstance(p.latch.opens, Threshold):
+def _approach(event: LatchEvent, x: Array, n_q: int) -> float:
+    """Return the rate of `_distance`."""
+    if isinstance(event.latch.opens, Threshold):
         return 0.0
-    if p.latch.opens is not None:
-        return -1.0 if x[p.time] >= 0.0 else 0.0
-    return 0.0 if x[p.time] >= 0.0 else p.side * x[n_q + p.freedom]
+    if event.latch.opens is not None:
+        return -1.0 if x[event.time] >= 0.0 else 0.0
+    return 0.0 if x[event.time] >= 0.0 else event.side * x[n_q + event.freedom]
 
 
 def impact(model: Model, t: float, x: Array, freedoms: list[int]) -> tuple[Array, list[float]]:
-    """Quasi-velocities u (n_u,) after the freedoms are stopped, held in x already, and the impulses along them.
+    """Return quasi-velocities u (n_u,) after freedoms locked in x are stopped, and the impulses along them.
 
     Beside constraints in two steps, both the shortest by M: to rest of the freedoms, then onto the constraints with the
     freedoms at rest. Together they are the shortest way to both, for the second keeps what the first has reached.
@@ -151,7 +151,7 @@ def impact(model: Model, t: float, x: Array, freedoms: list[int]) -> tuple[Array
 
 
 def constraint_impulse(model: Model, t: float, x: Array, change: Array, multipliers: Array, freedom: int) -> float:
-    """The impulse along a freedom that a change of u (n_u,) by multipliers (n_rows,) asks of what holds it at rest.
+    """Return the impulse along a freedom for a change of u (n_u,) by multipliers (n_rows,), on what holds it at rest.
 
     That is the freedom's own row of M du = J e + A^T L, from the mass matrix with the freedom open.
     """
@@ -161,9 +161,9 @@ def constraint_impulse(model: Model, t: float, x: Array, change: Array, multipli
 
 
 def _free_row(model: Model, t: float, x: Array, freedom: int) -> Array:
-    """Row of the mass matrix (n_u,) that belongs to a freedom which a latch holds in x, as if it were open."""
+    """Return the row of the mass matrix (n_u,) of a freedom that a latch locks in x, as if it were open."""
     opened, first = x.copy(), model.n_q + model.n_u
-    for place in latch_places(model.system):
-        if place.u == freedom and place.latch.rigid:
-            opened[first + place.time] = -1.0
+    for latch_place in latch_places(model.system):
+        if latch_place.u == freedom and latch_place.latch.rigid:
+            opened[first + latch_place.time] = -1.0
     return model.mass_matrix(t, opened)[freedom]

@@ -1,4 +1,4 @@
-"""The compiled System: flat arrays, the compiled calls over them, and what a run of it reports."""
+"""The compiled System: flat arrays, the compiled calls over them, and the channels of a run."""
 
 from __future__ import annotations
 
@@ -121,8 +121,8 @@ class Model(Summarised):
         return self._with_workspace(self.workspace.new_scratch())
 
     def _with_workspace(self, workspace: Workspace) -> Model:
-        held = None if self.constraints is None else replace(self.constraints, workspace=workspace)
-        return replace(self, workspace=workspace, constraints=held)
+        constraints = None if self.constraints is None else replace(self.constraints, workspace=workspace)
+        return replace(self, workspace=workspace, constraints=constraints)
 
     @property
     def n_x(self) -> int:
@@ -196,7 +196,7 @@ class Model(Summarised):
         return dx
 
     def residual(self, t: float, x: Array, udot: Array) -> Array:
-        """M udot + h - Q of eq. (9), (n_u,), without forces of constraints; udot - sddot on rows of held freedoms."""
+        """M udot + h - Q of eq. (9), (n_u,), without forces of constraints; udot - sddot on prescribed rows."""
         self._refuse_short(x)
         out = np.empty(self.n_u)
         q, u = np.ascontiguousarray(x[: self.n_q], float), np.ascontiguousarray(x[self.n_q :], float)
@@ -204,7 +204,7 @@ class Model(Summarised):
         return out
 
     def gather(self, t: float, x: Array, udot: Array) -> None:
-        """Leave in the work array what every joint carries (W_P) when the state x moves on with udot (n_u,)."""
+        """Leave in the work array the force of every joint (W_P) for the state x that moves on with udot (n_u,)."""
         self._refuse_short(x)
         q, u = np.ascontiguousarray(x[: self.n_q], float), np.ascontiguousarray(x[self.n_q :], float)
         out, arrays = np.empty(self.n_u), self.workspace.arrays
@@ -232,8 +232,7 @@ class Model(Summarised):
         return terms(self, times, states)
 
     def without(self, *names: str) -> Model:
-        """The model without what is named: a term (see `terms`), a load, "flexibility" or that of a body, or
-        "nonlinear_strain".
+        """Return the model without a term (see `terms`), a load, "flexibility" (or a body's), or "nonlinear_strain".
 
         A rigid, undamped, unloaded ... system is one in which the thing is not there. The inertia forces by degree in u
         and gravity are left out of the compiled equations instead; the monitors of energy still count what they stand
@@ -250,7 +249,7 @@ class Model(Summarised):
         return with_reduced_equations(model, omitted)
 
     def diagnosis(self, t: float, x: Array, infeasible: bool = False) -> tuple[str, Exception | None]:
-        """A sentence on a state at which a run came to its end, and the exception behind it."""
+        """Return a sentence on a state at which a run ended, and the exception behind it."""
         return diagnosis(self, t, x, infeasible)
 
     def observe(self, times: Array, states: Array) -> dict[str, Array]:
@@ -333,7 +332,7 @@ def free_lengths(system: System) -> list[str]:
 
 
 def rate_of(system: System) -> Any:
-    """The compiled rate of a tree: the plain one, or that with held freedoms and states z."""
+    """Return the compiled rate of a tree: the plain one, or that with prescribed freedoms and states z."""
     if free_lengths(system):
         return free_rate
     if not (system.state_names() or any(joint.prescribed for joint in system.joints)):
@@ -342,18 +341,18 @@ def rate_of(system: System) -> Any:
 
 
 def with_constraints(tree: Model) -> Model:
-    """The model with its loops closed and its constraints held, started from the nearest consistent state.
+    """Return the model with its loops closed and its constraints met, started from the nearest consistent state.
 
     Raises ValueError for a loop that cannot close.
     """
     rate = constrained_free_rate if free_lengths(tree.system) else constrained.rate
-    held = build_constraints(tree.system, tree.workspace, tree.n_q, tree.n_u, tree.tree.kinematic)
-    held = replace(held, rate=rate)
-    x0 = assembled(held, tree.x0, characteristic_length(tree.system), tree.mass_matrix)
+    constraints = build_constraints(tree.system, tree.workspace, tree.n_q, tree.n_u, tree.tree.kinematic)
+    constraints = replace(constraints, rate=rate)
+    x0 = assembled(constraints, tree.x0, characteristic_length(tree.system), tree.mass_matrix)
     tree.workspace.store_numbers()  # what play was taken up, and which pivots are lost
     return replace(
         tree,
-        constraints=held,
+        constraints=constraints,
         x0=x0,
         rate=rate,
         project=constrained.project,

@@ -1,4 +1,4 @@
-"""Faults of the compiled functions that users hand over, effectors and varying bodies: found by calls as plain Python.
+"""Faults of users' compiled functions of effectors and varying bodies, which calls as plain Python reveal.
 
 Compiled code checks no place in an array, and answers NaN where a function raises. So every function is called once
 before a run, where a place outside its arrays is an error; and where a motion is not finite any more, the first
@@ -67,8 +67,9 @@ def check_user_functions(model: Model) -> None:
 
 
 def user_function_fault(model: Model, t: float, x: Array) -> tuple[str, Exception | None]:
-    """A sentence on the first user's function that raises, or is not finite, at the state x (n_x,) or just beyond it;
-    and what it raised. "" and None where there is none."""
+    """Return a sentence on the first user's function that raises, or is not finite, at the state x (n_x,) or just
+    beyond it, and the exception that it raised; "" and None if there is none.
+    """
     if not _has_user_functions(model.system):
         return "", None
     model = model.for_run()

@@ -39,11 +39,11 @@ class Workspace:
         return Workspace(self.table, self.numbers, self.n_work, self.varies)
 
     def store_numbers(self) -> None:
-        """Make what stands in the calling thread's pool the numbers of the model, while it is being compiled."""
+        """Make the numbers in the calling thread's pool those of the model, while it is being compiled."""
         self.numbers[:] = self.arrays[1]
 
     def clear_failed(self) -> None:
-        """Drop what an evaluation that failed left in the calling thread's scratch, as it spoils the next ones."""
+        """Clear the calling thread's scratch after an evaluation that failed, since it spoils the next ones."""
         work = self.arrays[2]
         work[np.isnan(work)] = 0.0
 

@@ -206,7 +206,7 @@ def adapted(budget: int, seconds: float) -> int:
 
 
 def checked(times: Array, x0: Array, n_x: int) -> tuple[Array, Array]:
-    """Output times and first state as contiguous arrays, or a ValueError that says what is wrong with them."""
+    """Return output times and first state as contiguous arrays; raise ValueError that names the fault in them."""
     times, x0 = np.ascontiguousarray(times, float), np.ascontiguousarray(x0, float)
     if times.ndim != 1 or times.size == 0 or not np.all(np.isfinite(times)) or not np.all(np.diff(times) > 0.0):
         raise ValueError("output times must be a list of at least one finite number, strictly ascending.")

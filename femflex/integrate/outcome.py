@@ -87,7 +87,7 @@ class Solution(Summarised):
 
 
 class IntegrationError(RuntimeError):
-    """The numerics failed; carries what was computed so that it can still be saved.
+    """The integration failed; the exception carries the results so far, so that they can still be saved.
 
     times, states  the rows not yet handed out, ending with the last finite state (on no output time in general);
                    from `blocks` that is the last finite state alone, from `solve` the whole trajectory up to it
@@ -146,7 +146,7 @@ def failure(name: str, resume: Array, x: Array, model: object = None) -> Integra
 
 
 class Interrupted(KeyboardInterrupt):
-    """Ctrl-C, or an interrupt raised by a progress callback, during `solve`; `solution` is what was computed."""
+    """Ctrl-C, or an interrupt raised by a progress callback, during `solve`; `solution` has the results so far."""
 
     def __init__(self, solution: Solution) -> None:
         super().__init__(f"interrupted at t = {solution.resume[head.T]:.6g} s; {len(solution.times)} rows are kept")

@@ -1,4 +1,4 @@
-"""What stands at a marker of a body as part of it: its mass and rotary inertia in the body's moments."""
+"""Bodies at a marker of another body as part of it: their mass and rotary inertia in the body's moments."""
 
 from __future__ import annotations
 

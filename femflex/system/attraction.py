@@ -20,7 +20,7 @@ LARGE_RATIO = (
 
 @dataclass(frozen=True)
 class SystemSize:
-    """Size of a system [m], its least distance from the centre of attraction [m], and what the gradient leaves out.
+    """Size of a system [m], its least distance from the centre of attraction [m], and the error of the gradient.
 
     error: the next term of the expansion over the gradient's, 3/2 size / radius for a line along the vertical.
     """

@@ -131,7 +131,7 @@ def allocation(effect: ArrayLike) -> StateSpace:
 
 
 def momentum_management(rate: float, effect: ArrayLike) -> StateSpace:
-    """Torque demand -rate H for the momentum H = effect h that wheels of momenta h hold [1/s]."""
+    """Return the torque demand -rate H for the momentum H = effect h of wheels with momenta h [1/s]."""
     return gain(-rate * np.atleast_2d(np.asarray(effect, float)))
 
 
@@ -141,7 +141,7 @@ def _repeated(block: StateSpace, channels: int) -> StateSpace:
 
 
 def discretised(system: StateSpace, period: float) -> StateSpace:
-    """x_(k+1) = A x_k + B u_k of inputs that are held over each period [s]: exp([[A, B], [0, 0]] period)."""
+    """Return x_(k+1) = A x_k + B u_k for inputs constant over each period [s]: exp([[A, B], [0, 0]] period)."""
     from scipy.linalg import expm
 
     A, B, C, D = system
@@ -203,7 +203,7 @@ def refuse_repeated(name: str, outputs: Mapping[str, str] | Sequence[str]) -> No
 
 
 def paths_of(signals: Sequence[str]) -> tuple[str, ...]:
-    """Channels of the result file that signals stand in."""
+    """Return the channels of the result file for these signals."""
     return tuple(CHANNEL_FOLDER + "/".join(signal.rpartition(".")[::2]) for signal in signals)
 
 

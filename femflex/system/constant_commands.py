@@ -1,4 +1,4 @@
-"""A system whose sampled controllers hold their commands, as it has to be where it is linearised or at rest."""
+"""System with constant commands of sampled controllers, as linearisation and rest need it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ UNIT = "-unit"  # after the name of a controller: a signal that its held command
 
 
 def with_held_commands(system: System) -> System:
-    """The system in which the commands of sampled controllers stay at what they are before the first sample."""
+    """Return the system in which sampled controllers keep their commands before the first sample."""
     effectors = tuple(
         part
         for effector in system.effectors
@@ -33,7 +33,7 @@ def is_sampled(effector: Effector | Controller) -> TypeGuard[Controller]:
 
 
 def stands_for_controller(effector: Effector) -> bool:
-    """Whether an effector stands for the held commands of a controller."""
+    """Return whether an effector stands for the constant commands of a controller."""
     return effector.inputs == (f"{effector.name}{UNIT}.value",)
 
 

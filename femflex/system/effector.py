@@ -75,7 +75,7 @@ class StateEvent:
 
 @dataclass(frozen=True, eq=False)
 class Effector:
-    """What acts at markers and along joints (see this module).
+    """Element that acts at markers and along joints (see this module).
 
     markers     (body, marker) of each
     freedoms    names of slides and turns, as in "hinge.angle"

@@ -18,7 +18,7 @@ CHANNEL_FOLDER = "effectors/"
 
 
 def evaluation_order(items: Sequence[T]) -> list[T]:
-    """Effectors, or controllers, in their order of evaluation; what stands in a circle is left out."""
+    """Return effectors, or controllers, in their order of evaluation; those in a circle are left out."""
     waits = {item.name: _predecessors(item, items) for item in items}
     out: list[T] = []
     waiting = list(items)
@@ -57,7 +57,7 @@ def _algebraic_loop(items: Sequence[T], what: str) -> list[str]:
 
 
 def _predecessors(item: Effector | Controller, items: Sequence[Effector] | Sequence[Controller]) -> set[str]:
-    """Names of the others that come before."""
+    """Return the names of the others that come before."""
     if isinstance(item, Effector):
         offered = {f"{e.name}.{c}": e.name for e in items if isinstance(e, Effector) for c in e.channels}
         names = {offered[name] for name in item.inputs if name in offered}

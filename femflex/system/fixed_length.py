@@ -75,9 +75,9 @@ def body_at_length(body: FlexibleBody, variation: Variation, length: float) -> F
     first = float(table.length(max(0.0, table.length.first))[0])
     parts, numbers, n, n_shapes = Block(body, variation.varies), table.block_at(length), body.n_modes, body.n_shapes
 
-    def rows(place: int, *shape: int, width: int) -> Array:
+    def rows(offset: int, *shape: int, width: int) -> Array:
         wide = -(-width // 4) * 4
-        return numbers[place : place + int(np.prod(shape)) * wide].reshape(*shape, wide)[..., :width]
+        return numbers[offset : offset + int(np.prod(shape)) * wide].reshape(*shape, wide)[..., :width]
 
     out = body
     if parts.mass >= 0:

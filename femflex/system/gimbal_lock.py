@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def free_turns(joint: Joint) -> list[int]:
-    """Numbers of a joint's successive turns that no motion holds; none for a ball."""
+    """Return the numbers of a joint's successive turns that are not prescribed; none for a ball."""
     return [k for k in range(len(joint.rotations)) if len(joint.translations) + k not in joint.prescribed]
 
 
@@ -44,17 +44,18 @@ def lock_angle(joint: Joint, q: Array) -> Array:
 
 
 def lock_text(joint: Joint, q: Array) -> str:
-    """How close the free turns of a joint are to gimbal lock at its coordinates q (n_q,), in words."""
+    """Describe how close the free turns of a joint are to gimbal lock at its coordinates q (n_q,)."""
     names, free = joint.freedom_names()[len(joint.translations) :], free_turns(joint)
     text = ", ".join(repr(names[k]) for k in free)
     state = "in one plane" if len(free) == 3 else "parallel"
     angles = q[len(joint.translations) :][: len(joint.rotations)]
     values = ", ".join(f"{np.degrees(angle) + 0.0:.6g}" for angle in angles)
-    return f"the axes of its free turns {text} are {state} to {float(lock_angle(joint, q)):.2g} rad (turns of {values} deg)"
+    angle_text = f"{float(lock_angle(joint, q)):.2g} rad"
+    return f"the axes of its free turns {text} are {state} to {angle_text} (turns of {values} deg)"
 
 
 def locked_start_text(joint: Joint) -> str | None:
-    """The sentence that says that a joint of successive turns starts in gimbal lock, if it does."""
+    """Return the message that a joint of successive turns starts in gimbal lock, "" if it does not."""
     if float(lock_angle(joint, joint.q0)) > SINGULAR:
         return None
     return (

@@ -1,4 +1,4 @@
-"""What a joint says of its single freedoms, checked: held motions, laws, latches."""
+"""Single freedoms of a joint, checked: prescribed motions, laws, latches."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ RELEASED = -2.0  # minus the time at which it opened, in place of the time, of o
 
 
 def started_motion(joint: Joint) -> tuple[Array, Array]:
-    """q0 and u0 of the joint with held freedoms where their motion begins. Raises ValueError for what does not fit."""
+    """Return q0 and u0 of the joint with prescribed freedoms at the start of their motion; ValueError for conflicts."""
     if joint.motion and len(joint.motion) != joint.n_u:
         raise ValueError(
             f"motion of joint {joint.label!r} has {len(joint.motion)} entries; the joint needs {joint.n_u}"
@@ -51,7 +51,7 @@ def started_motion(joint: Joint) -> tuple[Array, Array]:
 
 
 def check_laws(joint: Joint) -> None:
-    """Raise ValueError for a law or a latch that acts on no freedom of the joint, on a ball or on a held freedom."""
+    """Raise ValueError for a law or a latch on no freedom of the joint, on a ball or on a prescribed freedom."""
     latched = [latch.freedom for latch in joint.latches]
     for what, k in [*((f"a {law.kind}", law.freedom) for law in joint.laws), *(("a latch", k) for k in latched)]:
         if not 0 <= k < joint.n_u:

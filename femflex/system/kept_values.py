@@ -1,4 +1,4 @@
-"""Initial values that stay exactly as given where loops close: those of whole joints, or of single slides and turns."""
+"""Initial values that stay exactly as given when loops close: those of whole joints, or of single slides and turns."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from femflex.system.joint import Joint
 
 
 def keepable_names(joint: Joint) -> dict[str, list[int]]:
-    """Every name that may be kept, and the freedoms of the joint that it stands for; a ball only as a whole."""
+    """Return every name that may be kept, and the freedoms of the joint under it; a ball only as a whole."""
     single = len(joint.translations) + (len(joint.rotations) if joint.ball is None else 0)
     names = {joint.label: list(range(joint.n_u))} if joint.n_u else {}
     return names | {name: [k] for k, name in enumerate(joint.freedom_names()[:single])}
@@ -22,15 +22,15 @@ def kept_coordinates(keep: Sequence[str], joint: Joint) -> list[int]:
 
 
 def keep_problems(keep: Sequence[str], joints: Sequence[Joint]) -> list[str]:
-    """Sentences on names that stand for nothing that can be kept."""
-    known = [name for joint in joints for name in keepable_names(joint)]
+    """Return sentences on names under which nothing can be kept."""
+    keepable = [name for joint in joints for name in keepable_names(joint)]
     out = []
     for name in keep:
-        if name not in known:
-            matches = get_close_matches(name, known, n=1)
+        if name not in keepable:
+            matches = get_close_matches(name, keepable, n=1)
             hint = f"did you mean {matches[0]!r}? " if matches else ""
             out.append(
                 f"keep names {name!r}, which is no joint that moves and no slide or turn of one; {hint}"
-                f"known are {', '.join(known)}"
+                f"known are {', '.join(keepable)}"
             )
     return out

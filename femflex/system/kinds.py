@@ -23,7 +23,7 @@ _Make = TypeVar("_Make", bound=Callable[..., Joint])
 
 
 class JointOptions(TypedDict, total=False):
-    """What every kind of joint takes besides its axes; see `Joint`."""
+    """Options that every kind of joint takes besides its axes; see `Joint`."""
 
     child_marker: str
     parent_marker: str

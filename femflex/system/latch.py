@@ -1,4 +1,4 @@
-"""Latches of joints: what locks a freedom at a place that it reaches."""
+"""Latches of joints, which lock a freedom at a place that it reaches."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Threshold:
         return f"{self.channel} {side} {value:g}"
 
     def distance(self, value: float) -> float:
-        """How far the channel has to go; zero or less beyond the threshold."""
+        """Return the distance of the channel from the threshold; zero or less beyond it."""
         return self.above - value if self.above is not None else value - (self.below or 0.0)
 
 

@@ -1,4 +1,4 @@
-"""Laws of joint freedoms beyond linear springs and dampers: what they have in common, and friction.
+"""Laws of joint freedoms beyond linear springs and dampers: their common interface, and friction.
 
 Each acts on one slide or turn of a joint. A law's force counts as it resists: against a positive stretch or rate it is
 positive, and the joint feels minus it.
@@ -14,7 +14,7 @@ import numpy as np
 from femflex.arrays import Array
 from femflex.system.profile import Profile
 
-# How a piece of a law is evaluated (femflex.dynamics.joints.laws).
+# kinds of pieces of laws (femflex.dynamics.force_terms.laws).
 SPRING, DAMPER, CONTACT, FRICTION, LATCHED = 0, 1, 2, 3, 4
 Piece = tuple[int, Array]  # one of these, and its numbers
 
@@ -46,7 +46,7 @@ class Law:
         return 0.0
 
     def kernel_pieces(self) -> list[Piece]:
-        """What the compiled equations evaluate, summed."""
+        """Return the pieces that the compiled equations evaluate and add up."""
         raise NotImplementedError
 
 

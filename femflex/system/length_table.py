@@ -1,4 +1,4 @@
-"""Properties of a body that follow from one length and its rate: what a deploying member writes to its block.
+"""Properties of a body that follow from one length and its rate: the numbers of a deploying member's block.
 
 A LengthTable stands in the place of a function in a Variation. The numbers of the block at the length L, its rate U and
 its acceleration A are sums of terms
@@ -53,7 +53,7 @@ class Sections(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class LengthTable:
-    """What a body's block holds at a length L(t).
+    """Numbers of a body's block over a length L(t).
 
     length      Profile of L in time [m]; or the name of the state of an effector that is the length, such as
                 "reel.length". Its next state is the rate U, and what the effector gives for the rate of U is the force

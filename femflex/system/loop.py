@@ -1,4 +1,4 @@
-"""Loops: joints cut out of the tree. Only what a cut joint locks is used: slides, and turns as pairs of directions."""
+"""Loops: joints cut out of the tree, of which only locked freedoms are used: slides, and turns as direction pairs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ OFFSET, COSINE = 3, 6  # columns of slides and pairs from which a residual is co
 
 @dataclass(frozen=True, eq=False)
 class Closure:
-    """What a cut joint between marker P of the parent and marker Q of the child locks.
+    """Constraints of a cut joint between marker P of the parent and marker Q of the child.
 
     slides  (n_s, 4)  unit directions e, fixed in P, along which Q must not leave P, and the distance o it keeps
                       (0): e . r_QP_P = o
@@ -57,7 +57,7 @@ def closure(joint: Joint) -> Closure:
 
 
 def closure_problems(joint: Joint) -> list[str]:
-    """Sentences on what a joint says that a cut joint cannot do."""
+    """Return sentences on options of a joint that a cut joint cannot have."""
     out = []
     if joint.stiffness.any() or joint.damping.any() or joint.laws or joint.latches:
         out.append(

@@ -1,4 +1,4 @@
-"""Bodies cut into segments: how the segments of a line member become bodies of a System, welded end to end.
+"""Bodies cut into segments: the segments of a line member become bodies of a System, welded end to end.
 
 Segment k of the body "boom" is the body "boom.k", counted from the near end. Joints, loads and markers go on naming
 "boom": each goes to the segment that holds the marker.
@@ -47,7 +47,7 @@ class Segments:
         return markers
 
     def holder(self, marker: str) -> int:
-        """Number (from 0) of the segment that holds a marker. Raises KeyError with the known names."""
+        """Return the number (from 0) of the segment with a marker. Raises KeyError with the known names."""
         if marker == "origin":
             return 0
         for j, body in enumerate(self.bodies):
@@ -67,7 +67,7 @@ class Segments:
         return Segments(tuple(bodies))
 
     def with_body(self, marker: str, body: FlexibleBody) -> Segments:
-        """A copy in which the segment that holds a marker is another body."""
+        """Return a copy in which the segment with a marker is another body."""
         bodies = list(self.bodies)
         bodies[self.holder(marker)] = body
         return Segments(tuple(bodies))
@@ -87,7 +87,7 @@ def segment_name(body: str, j: int) -> str:
 
 
 def marker_label(segments: Mapping[str, tuple[str, ...]], body: str, marker: str) -> str:
-    """How a marker is called in results: "boom.tip" also when it is on a segment of the boom."""
+    """Return the name of a marker in results: "boom.tip" also when it is on a segment of the boom."""
     owner = next((name for name, parts in segments.items() if body in parts), body)
     return f"{owner}.{marker}"
 
@@ -127,7 +127,7 @@ def with_segments(
 
 
 def with_segment_names(tie: Tie, parts: Mapping[str, Part]) -> Tie:
-    """A loop, constraint, spring or sight with the segments that hold its markers in place of cut bodies."""
+    """Return a loop, constraint, spring or sight with the segments of its markers in place of cut bodies."""
     changes: dict[str, Any] = {"name": tie.label} if isinstance(tie, Joint) else {}
     body = ("child", "child_marker") if isinstance(tie, Joint) else ("body", "marker")
     for key, marker in (body, ("parent", "parent_marker")):
@@ -138,29 +138,29 @@ def with_segment_names(tie: Tie, parts: Mapping[str, Part]) -> Tie:
 
 
 def effector_at_segments(effector: Effector, parts: Mapping[str, Part]) -> Effector:
-    """An effector at the segments that hold its markers, in place of cut bodies."""
+    """Return an effector at the segments of its markers, in place of cut bodies."""
     markers = tuple((body_with_marker(parts, body, marker), marker) for body, marker in effector.markers)
     return effector if markers == effector.markers else replace(effector, markers=markers)
 
 
 def body_with_marker(parts: Mapping[str, Part], body: str, marker: str) -> str:
-    """Name of the body that holds a marker: a segment's, where the body is cut into segments. Raises KeyError."""
+    """Return the name of the body with a marker: a segment's, where the body is cut. Raises KeyError."""
     part = parts.get(body)
     return segment_name(body, part.holder(marker)) if isinstance(part, Segments) else body
 
 
 def body_of_part(part: Part, marker: str) -> FlexibleBody:
-    """The body that holds a marker: the whole, or a segment. Raises KeyError."""
+    """Return the body with a marker: the whole, or a segment. Raises KeyError."""
     return part.bodies[part.holder(marker)] if isinstance(part, Segments) else part
 
 
 def with_body_of_part(part: Part, marker: str, body: FlexibleBody) -> Part:
-    """The part in which the body that holds a marker is another one."""
+    """Return the part in which the body with a marker is another one."""
     return part.with_body(marker, body) if isinstance(part, Segments) else body
 
 
 def welds(names: Sequence[str], clamped: int) -> list[Joint]:
-    """Welds between neighbours, leading away from the segment that is held."""
+    """Return welds between neighbours, leading away from the segment that is attached."""
     outward = [
         weld(names[j], names[j - 1], child_marker=NEAR, parent_marker=FAR) for j in range(clamped + 1, len(names))
     ]

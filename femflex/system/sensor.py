@@ -1,4 +1,4 @@
-"""Sensors: what a controller knows of the motion.
+"""Sensors: measurements of the motion for controllers.
 
 Without a period a sensor is exact and continuous, but for its bias: an effector without force. With a period it is
 sampled: the exact measurement becomes an effector "<name>_exact", and the sensor a Controller whose commands are the
@@ -38,7 +38,7 @@ UNITS = {"attitude": "rad", "rate": "rad/s", "displacement": "m", "velocity": "m
 
 @dataclass(frozen=True, eq=False)
 class Sampling:
-    """How a sensor is sampled: period and delay [s], noise (standard deviation) and quantum in the sensor's unit."""
+    """Sampling of a sensor: period and delay [s], noise (standard deviation) and quantum in the sensor's unit."""
 
     period: float
     delay: float = 0.0
@@ -92,7 +92,7 @@ class Sensor(Summarised):
             check_sampling(self.name, self.sampling)
 
     def summary(self) -> tuple[str, Rows]:
-        """Where it is, what it measures, and how it is sampled."""
+        """Return a text: its marker, the quantity that it measures, and its sampling."""
         position = self.freedom or self.signal or f"{self.body}.{self.marker}"
         rows = [("measures", self.kind), ("at", position)]
         rows += [("outputs", ", ".join(f"{name} [{unit}]" for name, unit in self.outputs.items()))]
@@ -102,7 +102,7 @@ class Sensor(Summarised):
 
     @property
     def outputs(self) -> dict[str, str]:
-        """Name -> unit of what it measures."""
+        """Return name -> unit of its measurements."""
         if self.kind in UNITS:
             return dict.fromkeys(XYZ, UNITS[self.kind])
         if self.kind == "joint":
@@ -111,7 +111,7 @@ class Sensor(Summarised):
 
     @property
     def effectors(self) -> tuple[Effector | Controller, ...]:
-        """What a System takes for it."""
+        """Return the effectors of a System that model the sensor."""
         if self.sampling is None:
             return (self._exact(self.name, self.bias),)
         exact = self._exact(f"{self.name}_exact", np.zeros(3))
@@ -165,10 +165,10 @@ def strain_sensor(
     """
     parts = [part for part in body.strain_field if component in part.names]
     if not parts:
-        known = sorted({n for part in body.strain_field for n in part.names})
+        gauge_names = sorted({n for part in body.strain_field for n in part.names})
         raise ValueError(
             f"sensor {name!r} measures the strain {component!r} of body {body_name!r}, which has "
-            f"{', '.join(known) or 'no strain field'}"
+            f"{', '.join(gauge_names) or 'no strain field'}"
         )
     point = np.asarray(point, float)
     part_at_point = min(
@@ -214,7 +214,7 @@ def sampled_sensor(
     sampling: Sampling,
     of: StrainAt | None = None,
 ) -> Controller:
-    """The Controller that samples channels, or what `of` makes of them."""
+    """Return the Controller that samples channels, or the quantity that `of` computes of them."""
     delay_samples = math.floor(sampling.delay / sampling.period + 1e-9)
     remainder = max(0.0, sampling.delay - delay_samples * sampling.period)
     remainder = 0.0 if remainder < 1e-9 * sampling.period else remainder
@@ -225,7 +225,7 @@ def sampled_sensor(
 
 @dataclass(frozen=True, eq=False)
 class _Sampled:
-    """The law of a sampled sensor. Memory: number of samples, whether one waits, what is known, the last samples."""
+    """Law of a sampled sensor. Memory: number of samples, whether one waits, the last output, the last samples."""
 
     name: str
     paths: tuple[str, ...]

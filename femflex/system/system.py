@@ -84,8 +84,10 @@ class System(Summarised):
     varying: dict[str, Variation] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        given = ((effector.effectors if isinstance(effector, Sensor) else (effector,)) for effector in self.effectors)
-        object.__setattr__(self, "effectors", tuple(chain.from_iterable(given)))
+        effectors_by_entry = (
+            (effector.effectors if isinstance(effector, Sensor) else (effector,)) for effector in self.effectors
+        )
+        object.__setattr__(self, "effectors", tuple(chain.from_iterable(effectors_by_entry)))
         problems = [*self._tree_problems(), *self._orbit_problems(), *self._name_problems()]
         problems += keep_problems(self.keep, self.joints)
         problems += self._variation_problems()
@@ -95,7 +97,7 @@ class System(Summarised):
             raise ValueError("\n".join(problems))
 
     def summary(self) -> tuple[str, Rows]:
-        """Bodies, joints, what acts, and the number of degrees of freedom."""
+        """Return a text: bodies, joints, elements that act, and the number of degrees of freedom."""
         mass = sum(body.moments.mass for body in self.bodies.values())
         elastic = sum(body.n_modes for body in self.bodies.values())
         rows = [
@@ -116,7 +118,7 @@ class System(Summarised):
 
     @cached_property
     def order(self) -> list[str]:
-        """Body names so that parents come before their children; by distance from the base, then in the order given."""
+        """Return body names with parents before their children; by distance from the base, then in the order given."""
         depth: dict[str | None, int] = {None: 0}
         for body in self.bodies:
             path = [body]
@@ -191,7 +193,7 @@ class System(Summarised):
         return np.concatenate([*q, *u, self._initial_z()])
 
     def _state_owners(self) -> list[Joint | Effector | Controller]:
-        """What has states, in the order of z."""
+        """Return the elements that have states, in the order of z."""
         return [*(self.joint_of(b) for b in self.order), *self.effectors]
 
     def _initial_z(self) -> Array:
@@ -204,7 +206,7 @@ class System(Summarised):
         return [(f"{body}.delta{k + 1}{suffix}", unit) for k in range(self.bodies[body].n_modes)]
 
     def _tree_problems(self) -> list[str]:
-        known = sorted(self.bodies)
+        body_names = sorted(self.bodies)
         out = [] if self.bodies else ["the system has no bodies"]
         out += [text for j in self.joints if (text := j.singular_start()) is not None]
         out += [text for j in self.joints for text in latch_start_problems(j, self.z0)]
@@ -217,16 +219,18 @@ class System(Summarised):
         for j in self.joints:
             for role, name in (("child", j.child), ("parent", j.parent)):
                 if name is not None and name not in self.bodies:
-                    out.append(f"{role} {name!r} of joint {j.label!r} is not a body; bodies are {known}")
+                    out.append(f"{role} {name!r} of joint {j.label!r} is not a body; bodies are {body_names}")
             if j.child == j.parent:
                 out.append(f"joint {j.label!r} joins body {j.child!r} to itself")
             if j.child in parent:
                 out.append(f"body {j.child!r} is the child of two joints; a tree gives every body one parent")
             parent[j.child] = j.parent
-        out += [f"body {b!r} has no joint; join it to a parent or to the base frame" for b in known if b not in parent]
+        out += [
+            f"body {b!r} has no joint; join it to a parent or to the base frame" for b in body_names if b not in parent
+        ]
         if out:
             return out
-        for b in known:
+        for b in body_names:
             path = [b]
             while (up := parent[path[-1]]) is not None:
                 if up in path:
@@ -281,8 +285,8 @@ class System(Summarised):
             if body not in self.bodies:
                 out.append(f"body {body!r} of {who} does not exist; bodies are {sorted(self.bodies)}")
             elif marker not in self.bodies[body].markers:
-                known = sorted(self.bodies[body].markers)
-                out.append(f"marker {marker!r} of {who} is not on body {body!r}; its markers are {known}")
+                marker_names = sorted(self.bodies[body].markers)
+                out.append(f"marker {marker!r} of {who} is not on body {body!r}; its markers are {marker_names}")
         for what in ("delta0", "ddelta0"):
             for body, value in getattr(self, what).items():
                 n = self.bodies[body].n_modes if body in self.bodies else -1
@@ -308,8 +312,9 @@ class System(Summarised):
         ]
         if without_points and self.environment.attraction == "exact":
             unknown.append(
-                f"attraction 'exact' is integrated over points of mass, and those of body {without_points[0]!r}, whose mass "
-                "varies with time, are not known: uniform members that deploy have them; take attraction = 'gradient'"
+                f"attraction 'exact' is integrated over points of mass, and those of body {without_points[0]!r}, whose "
+                "mass varies with time, are not known: uniform members that deploy have them; take attraction = "
+                "'gradient'"
             )
         unknown += self._length_problems(existing)
         return unknown + [text for name, v in existing.items() for text in v.problems(name, self.bodies[name])]
@@ -371,7 +376,7 @@ def started(system: System, x: Array) -> System:
 
 
 def assembled(parts: Mapping[str, Part], joints: Sequence[Joint], loads: Sequence[Load] = (), **more: Any) -> System:
-    """The System of bodies some of which are cut into Segments; what acts on them names these as one body."""
+    """Return the System of bodies of which some are cut into Segments; other elements name these as one body."""
     bodies, all_joints, acting, segments = with_segments(parts, joints, loads)
     for key in ("loops", "constraints", "springs", "sights"):
         more[key] = tuple(with_segment_names(tie, parts) for tie in more.get(key, ()))

@@ -125,13 +125,13 @@ def _pulse_table(name: str, pulses: Sequence[tuple[float, float]], minimum_on: f
 
 
 def pulse_train(start: float, period: float, width: float, count: int) -> list[tuple[float, float]]:
-    """(start, duration) of `count` equal pulses. Raises ValueError for more than a run can hold."""
+    """Return (start, duration) of `count` equal pulses. Raises ValueError for more than a run allows."""
     check_pulse_count(count)
     return [(start + k * period, width) for k in range(count)]
 
 
 def check_pulse_count(count: int) -> None:
-    """Raise ValueError for more pulses than a run can hold."""
+    """Raise ValueError for more pulses than a run allows."""
     if count > MAX_PULSES:
         raise ValueError(
             f"found {count:.6g} pulses of one thruster; the most is {MAX_PULSES}. Leave out pulses beyond the end of "
@@ -169,7 +169,7 @@ def _emptied_state(t: float, z: Array) -> Array:
 
 
 def tank_variation(body: FlexibleBody, tanks: Mapping[str, tuple[str, float, float]]) -> Variation:
-    """How the moments of a body follow the masses in its tanks; the body as it is holds them full.
+    """Return the variation of a body with the masses in its tanks; the body as it stands has them full.
 
     tanks: name -> (marker, mass of propellant at the start [kg], gyration radius [m])
     """

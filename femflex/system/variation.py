@@ -1,4 +1,4 @@
-"""Bodies whose properties depend on time: what changes, the function that writes it, and where it writes.
+"""Bodies whose properties depend on time: the properties that change, and the function that writes their block.
 
 THE SOCKET. A body of a System stays a FlexibleBody: its properties at the start, its size, its markers. A Variation
 beside it (`System.varying`) names the parts that change and holds a function
@@ -60,7 +60,7 @@ PLACE = 24  # of a marker: position 3, C_BM 9, axis 3, 0; velocity 3, accelerati
 
 @dataclass(frozen=True, eq=False)
 class Variation:
-    """How the properties of one body depend on time.
+    """Properties of one body as functions of time.
 
     write    the function (see this module), or a LengthTable
     varies   what it writes: "mass", "flow" (how material moves inside the body), "growth" (mass that arrives), with
@@ -110,17 +110,17 @@ class Variation:
         return replace(self.with_frozen("stiffness", "damping", "strain"), whole=self.whole or body)
 
     def problems(self, name: str, body: FlexibleBody) -> list[str]:
-        """What is wrong with the variation of that body."""
+        """Return the problems of the variation of that body."""
         markers = [MARKER + marker for marker in sorted(body.markers)]
-        known = [*PARTS, *markers]
+        known_parts = [*PARTS, *markers]
         out = [
-            f"body {name!r} varies in {part!r}; what can vary is {', '.join(known)}"
+            f"body {name!r} varies in {part!r}; what can vary is {', '.join(known_parts)}"
             for part in self.varies
-            if part not in known
+            if part not in known_parts
         ]
         if not self.varies:
             out.append(
-                f"body {name!r} has a variation in which nothing varies; name what it writes: {', '.join(known)}"
+                f"body {name!r} has a variation in which nothing varies; name what it writes: {', '.join(known_parts)}"
             )
         for part in ("flow", "growth"):
             if part in self.varies and "mass" not in self.varies:
@@ -131,7 +131,7 @@ class Variation:
 
 
 class Block:
-    """Where the parts of a varying body stand in what its function writes: places of numbers, row by row.
+    """Layout of the block that the function of a varying body writes: offsets of its parts, row by row.
 
     n, n_shapes   elastic coordinates and shapes; row, wide: these filled up to whole lanes, the length of rows
     mass          m; first moment (3); second moment int rho rho^T dm (9)
@@ -191,7 +191,7 @@ class Block:
         return starts
 
     def constant_block(self, body: FlexibleBody) -> Array:
-        """The block of a body whose properties stand still, (size,)."""
+        """Return the block of a body whose properties are constant, (size,)."""
         out = np.zeros(self.size)
         if self.mass >= 0:
             self.put_moments(out, body.moments)
@@ -230,7 +230,7 @@ class Block:
         self._write_rows(out, self.speed_rate, speed_rate[:, 1:])
 
     def put_pickup(self, out: Array, pickup: Array) -> None:
-        """Write the form (1 + n_shapes, 1 + n_shapes) of what is picked up into a block."""
+        """Write the form (1 + n_shapes, 1 + n_shapes) of the material picked up into a block."""
         out[self.pickup] = pickup[0, 0]
         self._write_rows(out, self.pickup_shapes, pickup[:, 1:])
 

@@ -100,7 +100,7 @@ def moving_marker(made, name, length):
     return jet(marker.position), jet(marker.phi), jet(marker.psi)
 
 
-def still(jet):
+def frozen_jet(jet):
     return Jet(jet.v)
 
 
@@ -139,8 +139,8 @@ def test_deploying_members_on_flexible_parent_match_kane(seed, drum):
     udot = rng.normal(size=model.n_u)
     ours = model.residual(NOW, np.concatenate([q, u]), udot)
 
-    def own(moves):
-        keep = (lambda jet: jet) if moves else still
+    def markers_of_body(moves):
+        keep = (lambda jet: jet) if moves else frozen_jet
         return {
             id(marker): replace(marker, position=keep(p), phi=keep(f), psi=keep(s))
             for marker, (p, f, s) in markers.items()
@@ -149,14 +149,14 @@ def test_deploying_members_on_flexible_parent_match_kane(seed, drum):
     resting = {
         name: (
             m,
-            [still(x) if isinstance(x, Jet) else x for x in r],
-            [still(f) if isinstance(f, Jet) else f for f in p],
+            [frozen_jet(x) if isinstance(x, Jet) else x for x in r],
+            [frozen_jet(f) if isinstance(f, Jet) else f for f in p],
         )
         for name, (m, r, p) in clouds.items()
     }
     base = lambda moves: Jet(np.eye(3))  # noqa: E731
-    partial = partial_velocities(DeployingTree(system, resting, own(False)), q, len(u), base)
-    tree = DeployingTree(system, clouds, own(True))
+    partial = partial_velocities(DeployingTree(system, resting, markers_of_body(False)), q, len(u), base)
+    tree = DeployingTree(system, clouds, markers_of_body(True))
 
     def pushes(m, r):
         out = []

@@ -191,14 +191,14 @@ def test_angle_to_gimbal_lock():
         assert found == pytest.approx(wanted, rel=1e-9)
     assert can_lock(joint) and free_turns(joint) == [0, 1, 2]
 
-    def between(u, v):
+    def axis_angle(u, v):
         return math.asin(np.linalg.norm(np.cross(u, v)))
 
     held = replace(joint, motion=(None, None, 0.9, None))
     third = Rotation.from_rotvec(0.9 * a[1]).apply(a[2])
-    assert lock_angle(held, q[0]) == pytest.approx(between(a[0], third)) and free_turns(held) == [0, 2]
+    assert lock_angle(held, q[0]) == pytest.approx(axis_angle(a[0], third)) and free_turns(held) == [0, 2]
     last = replace(joint, motion=(None, 0.2, None, None))
-    assert not can_lock(last) and lock_angle(last, q[0]) == pytest.approx(between(a[1], a[2]))
+    assert not can_lock(last) and lock_angle(last, q[0]) == pytest.approx(axis_angle(a[1], a[2]))
     alone = replace(joint, motion=(None, 0.2, 0.9, None))
     assert lock_angle(alone, q[0]) == pytest.approx(np.pi / 2) and lock_angle(spherical("b"), np.zeros(4)) > 1.5
 

@@ -41,7 +41,7 @@ class Entry:
 
     @cached_property
     def address(self) -> int:
-        """Where it stands in this process; compiled, or read from disk, at the first request."""
+        """Return its address in this process; it is compiled, or read from disk, at the first request."""
         if _numba.config.DISABLE_JIT:
             return plain_address(self.function)
         if plain():
@@ -65,7 +65,7 @@ def plain_address(function: Callable[..., Any]) -> int:
 
 
 def caller(signature: Any) -> Callable[..., Any]:
-    """The function (address, *arguments) that calls what stands at the address, compiled into its own caller."""
+    """Return the compiled function (address, *arguments) that calls the function at the address."""
 
     def call(address: int, *arguments: Any) -> Any:
         return _PLAIN[int(address)](*arguments)

@@ -25,7 +25,7 @@ ZEROS = np.zeros(WIDTH)
 
 
 def padded(n: int) -> int:
-    """The least multiple of the width that holds n numbers."""
+    """Return the least multiple of the width that is at least n."""
     return -(-n // WIDTH) * WIDTH
 
 

@@ -17,7 +17,7 @@ HEAD = 5
 
 @inner
 def piece_at(t: float, knots: int, n: int, pool: Array) -> int:
-    """Number of the piece that holds at t."""
+    """Return the number of the piece that applies at t."""
     low, high = 0, n
     while high - low > 1:
         middle = (low + high) // 2

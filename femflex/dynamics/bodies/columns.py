@@ -1,4 +1,4 @@
-"""Columns G and Phi (6, row) of a marker seen from a body's origin: what each shape's acceleration gives there."""
+"""Columns G and Phi (6, row) of a marker at a body's origin: the acceleration there for that of each shape."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the elastic coordinates do to a body's markers: rows over shapes (phi, psi) times coordinates and rates."""
+"""Motion of a body's markers by its elastic coordinates: rows over shapes (phi, psi) times coordinates and rates."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ def write_varying_bodies(t: float, table: Table, pool: Array, work: Array) -> No
 
 @inner
 def derive_rows(b: Record, pool: Array) -> None:
-    """Write what follows from a body's moments: the transposed first ones, R1[j,a,k], and the elastic mass."""
+    """Write the numbers that follow from a body's moments: transposed first ones, R1[j,a,k], and the elastic mass."""
     wide, first = b["wide"], b["first"]
     for k in range(wide):
         for a in range(3):

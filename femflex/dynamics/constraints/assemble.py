@@ -37,7 +37,7 @@ ACCELERATION_TOLERANCE = 1e-6  # acceleration that may be missing, relative to t
 
 
 def assembled(constraints: Constraints, x0: Array, size: float, mass_matrix: MassMatrix) -> Array:
-    """x0 brought onto the constraints: q nearest to the given q and u nearest to the given u, both by the mass matrix.
+    """Return x0 moved onto the constraints: q nearest to the given q and u nearest to the given u, by the mass matrix.
 
     What the system's `keep` names stays exactly as given, and shapes too unless the joints alone cannot close the
     loops. Every step goes to the point nearest to the
@@ -56,8 +56,8 @@ def assembled(constraints: Constraints, x0: Array, size: float, mass_matrix: Mas
         plain = smallest_change_of(
             constraints, lambda t, x: np.eye(constraints.n_u), movable(constraints.system, shapes=False)
         )
-        for nearest, to_given in ((stiff, True), (stiff, False), (plain, False), (bending, True), (bending, False)):
-            x = search_closed(constraints, x0, nearest, to_given)
+        for nearest, near_x0 in ((stiff, True), (stiff, False), (plain, False), (bending, True), (bending, False)):
+            x = search_closed(constraints, x0, nearest, near_x0)
             if np.all(np.abs(constraints.residuals(0.0, x)[0]) < limits):
                 break
     refuse_open(constraints, x, limits)
@@ -83,7 +83,7 @@ def assembled(constraints: Constraints, x0: Array, size: float, mass_matrix: Mas
 
 
 def smallest_joint_change(constraints: Constraints, mass_matrix: MassMatrix, shapes: bool) -> SmallestChange:
-    """The smallest change by mass of what may move; of the joints alone unless `shapes`."""
+    """Return the smallest change by mass of the movable freedoms; of the joints alone unless `shapes`."""
     free = movable(constraints.system, shapes)
     n_prescribed = sum(len(joint.prescribed) for joint in constraints.system.joints)
     if len(free) + n_prescribed == constraints.n_u:
@@ -92,7 +92,7 @@ def smallest_joint_change(constraints: Constraints, mass_matrix: MassMatrix, sha
 
 
 def movable(system: System, shapes: bool) -> list[int]:
-    """Freedoms that neither a motion holds nor the initial values keep; elastic ones among them only with `shapes`."""
+    """Return the freedoms that are neither prescribed nor kept at initial values; elastic ones only with `shapes`."""
     free: list[int] = []
     first = 0
     for name in system.order:
@@ -122,7 +122,7 @@ def smallest_change_of(constraints: Constraints, mass_matrix: MassMatrix, free: 
 
 
 def search_closed(constraints: Constraints, x0: Array, nearest: SmallestChange, nearest_to_x0: bool) -> Array:
-    """The end of the search from x0, steps limited in length; to_given: for the closed point nearest to x0."""
+    """Search a closed state from x0 with steps of limited length; nearest_to_x0: the closed state nearest to x0."""
     n_q, d, x = constraints.n_q, np.zeros(constraints.n_u), np.array(x0, float)
     z = x[n_q + len(d) :]  # states of effectors, which stay: masses of tanks count
     part, before = 1.0, np.inf  # of a step that is taken; the size of the one before
@@ -173,13 +173,13 @@ def refuse_bent(constraints: Constraints, x0: Array, x: Array, size: float) -> N
         if distance > MAX_BENDING * size:
             raise ValueError(
                 f"the loops of body {name!r} cannot close: the joints alone do not reach, and bending would move it by "
-                f"{distance:.3g} m, {100 * distance / size:.3g} % of its size. Check the lengths and the markers' axes, or start "
-                "nearer to a closed configuration."
+                f"{distance:.3g} m, {100 * distance / size:.3g} % of its size. Check the lengths and the markers' "
+                "axes, or start nearer to a closed configuration."
             )
 
 
 def refuse_moving(constraints: Constraints, x: Array, tolerance: float) -> None:
-    """Raise ValueError for a constraint whose velocities x cannot satisfy, rows with play to what they may open at."""
+    """Raise ValueError for a constraint whose velocities x cannot satisfy, to within the play of its rows."""
     speeds = np.abs(constraints.residuals(0.0, x)[1])
     limits = np.maximum(tolerance, OPENING_RATE * constraints.row_plays) * max(
         1.0, np.abs(x[constraints.n_q : constraints.n_q + constraints.n_u]).max(initial=0.0)
@@ -190,12 +190,13 @@ def refuse_moving(constraints: Constraints, x: Array, tolerance: float) -> None:
     competing = competing_motions_text(constraints, 0.0, x, worst)
     raise ValueError(
         f"{constraints.kind_of(worst)} cannot be satisfied{competing}: the nearest velocities violate it by "
-        f"{speeds[constraints.rows_of(worst)].max():.3g} (m/s or rad/s){kept_values_text(constraints)}. Remove one of them."
+        f"{speeds[constraints.rows_of(worst)].max():.3g} (m/s or rad/s){kept_values_text(constraints)}. Remove one of "
+        "them."
     )
 
 
 def clearance_text(constraints: Constraints, gaps: Array) -> str:
-    """What else helps where loops stand open by no more than digits that were left out; "" else."""
+    """Return advice for loops whose misfit is no more than rounded digits; "" for all others."""
     gap = float((gaps * constraints.row_lengths).max())
     if gap > DIGITS * characteristic_length(constraints.system) or not constraints.system.loops:
         return ""
@@ -203,13 +204,13 @@ def clearance_text(constraints: Constraints, gaps: Array) -> str:
 
 
 def kept_values_text(constraints: Constraints) -> str:
-    """Which initial values are not allowed to move, in words."""
+    """Return the names of the initial values that must not move, in words."""
     names = constraints.system.keep
     return f", with {', '.join(repr(name) for name in names)} kept as given" if names else ""
 
 
 def refuse_accelerations(constraints: Constraints, x: Array, size: float) -> None:
-    """Raise ValueError for a constraint whose accelerations no multipliers can bring about at the start x (n_x,).
+    """Raise ValueError for a constraint whose accelerations cannot be met by any multipliers at the start x (n_x,).
 
     In a singular configuration the rows lose rank. The velocities have to lie along one of the branches that meet
     there: n . (bdot - Adot u) = 0 for every n with n A = 0, a condition of second order in u.

@@ -1,4 +1,4 @@
-"""What loops with play stand open by where the run begins, taken into their markers.
+"""Loops with play: their misfit at the start of the run is absorbed by their markers.
 
 A loop with more rows than it needs closes only to the accuracy of its markers. Within its play the misfit that the best
 configuration leaves is taken into the marker on the parent: moved and turned by it, the marker fits exactly, and so do
@@ -22,7 +22,7 @@ MAX_PLAY = 1e-3  # of the bodies' size: play beyond is a clearance in which part
 
 @dataclass(frozen=True)
 class AbsorbedMisfit:
-    """By how much a loop's marker on the parent was moved [m] and turned [rad], and the loop's play [m]."""
+    """Displacement [m] and rotation [rad] of a loop's marker on the parent, and the loop's play [m]."""
 
     loop: str
     displacement: float
@@ -30,15 +30,16 @@ class AbsorbedMisfit:
     play: float
 
     def __str__(self) -> str:
-        """The sentence."""
+        """Return the correction as a sentence."""
         return (
-            f"loop {self.loop!r}: the smallest gap that its joints reach is {self.displacement:.3g} m and {self.rotation:.3g} "
-            f"rad, within its `play` of {self.play:.3g} m; its marker on the parent was displaced and turned by the gap"
+            f"loop {self.loop!r}: the smallest gap that its joints reach is {self.displacement:.3g} m and "
+            f"{self.rotation:.3g} rad, within its `play` of {self.play:.3g} m; its marker on the parent "
+            "was displaced and turned by the gap"
         )
 
 
 def absorb_misfit(constraints: Constraints, x: Array) -> None:
-    """Take the misfit at the state x (n_x,) of loops with play into their markers."""
+    """Shift the markers of loops with play by the loops' misfit at the state x (n_x,)."""
     gaps, pool = constraints.residuals(0.0, x)[0], constraints.arrays[1]
     size = float(pool[int(constraints.closing["tolerance"]) + 1])
     for loop, record in zip(constraints.system.loops, constraints.records, strict=False):
@@ -52,7 +53,7 @@ def absorb_misfit(constraints: Constraints, x: Array) -> None:
 
 
 def absorbed_misfits(constraints: Constraints) -> list[AbsorbedMisfit]:
-    """What was taken into the markers of each loop, of those where anything was."""
+    """Return the misfit that the markers of each loop absorbed, of the loops that have any."""
     out = []
     for loop, record in zip(constraints.system.loops, constraints.records, strict=False):
         original, (slides, pairs) = closure(loop), _tables(constraints, record)
@@ -69,8 +70,8 @@ def refuse_clearance(constraints: Constraints, size: float) -> None:
         if loop.play > MAX_PLAY * size:
             raise ValueError(
                 f"play of loop {loop.label!r} is {loop.play:.3g} m, {loop.play / size:.2%} of the bodies' size of "
-                f"{size:.3g} m; `play` allows for rounded lengths and axes (limit {MAX_PLAY:.1%}). Give lengths and axes "
-                "to more digits, or a joint that lets the parts move"
+                f"{size:.3g} m; `play` allows for rounded lengths and axes (limit {MAX_PLAY:.1%}). Give lengths and "
+                "axes to more digits, or a joint that lets the parts move"
             )
 
 

@@ -1,4 +1,4 @@
-"""Sentences on constraints that cannot be satisfied: which they are, and what competes with them."""
+"""Messages on constraints that cannot be satisfied: their names, and what competes with them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ ENTRY_TOLERANCE = 1e-9  # entry of A, relative to the largest of its row, from w
 
 
 def prescribed_coordinates(system: System) -> dict[int, tuple[str, str]]:
-    """Place in u, name and body of every freedom that a motion holds, locked ones included."""
+    """Return place in u, name and body of every prescribed freedom, locked ones included."""
     out: dict[int, tuple[str, str]] = {}
     first = 0
     for name in system.order:
@@ -61,7 +61,7 @@ def competing_motions_text(constraints: Constraints, t: float, x: Array, name: s
 
 
 def violated_text(constraints: Constraints, t: float, x: Array, further: str = "") -> str:
-    """The sentence on the worst row of the state that was last brought back and that no step reaches; x before it."""
+    """Describe the worst row of the last projected state that no step reaches; x is the state before it."""
     note = int(constraints.closing["note"])
     row, remaining, limit, speed = constraints.arrays[2][note : note + layout.N_SPEED + 1]
     name = constraints.name_of_row(int(row))

@@ -1,4 +1,4 @@
-"""What constraints add to a compiled model: A and b for studies, multipliers and reactions, redundant rows."""
+"""Constraints of a compiled model: A and b for studies, multipliers and reactions, redundant rows."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class Constraints:
         return slice(int(record["first"]), int(record["first"] + record["n_rows"]))
 
     def rows(self) -> Array:
-        """The rows as the last call left them, (n_rows, ROW_SIZE); see constraint_layout."""
+        """Return the rows of the last call, (n_rows, ROW_SIZE); see constraint_layout."""
         first = int(self.closing["rows"])
         return self.arrays[2][first : first + layout.ROW_SIZE * self.n_rows].reshape(self.n_rows, layout.ROW_SIZE)
 
@@ -108,11 +108,11 @@ class Constraints:
         return int(self.arrays[2][int(self.closing["small"]) + 3 * m * m + 2 * m])
 
     def redundant(self, t: float, x: Array) -> int:
-        """Number of rows that follow from the others at x; their multipliers are the smallest that hold the motion."""
+        """Return the number of rows at x that depend on the others; their multipliers are the smallest that suffice."""
         return self.n_rows - self.smallest_change(t, x, np.zeros(self.n_rows))[1]
 
     def text(self, t: float, x: Array) -> str:
-        """A sentence on the number of rows and how many of them are redundant at x."""
+        """Return a sentence on the number of rows and of redundant ones at x."""
         redundant, rows = self.redundant(t, x), "row" if self.n_rows == 1 else "rows"
         if redundant == 0:
             return f"{self.n_rows} constraint {rows}, none redundant."
@@ -136,7 +136,7 @@ class Constraints:
             self.rate(float(times[j]), np.ascontiguousarray(states[j], float), dx, *self.arrays)
             self._raise_errors()
             udot[j], rows[j], rank[j] = dx[self.n_q : self.n_q + self.n_u], self.rows(), self.rank()
-            turns[j] = [work[place : place + 9].reshape(3, 3) for place in positions]
+            turns[j] = [work[offset : offset + 9].reshape(3, 3) for offset in positions]
         return udot, rows, rank, turns
 
     def forces(self, times: Array, states: Array) -> dict[str, Array]:
@@ -172,12 +172,12 @@ class Constraints:
 
     @cached_property
     def dependence_limit(self) -> float:
-        """What remains of a row below this part of the longest row: it depends on those before (at the start)."""
+        """Return the part of the longest row below which a row's rest depends on the rows before it (at the start)."""
         return dependence_limit(self.system)
 
     @cached_property
     def row_plays(self) -> Array:
-        """What each row may stay open by (n_rows,): the play of its loop [m], by the bodies' size in rows of angles."""
+        """Return the residual that each row may keep (n_rows,): its loop's play [m], over the body size for angles."""
         out = np.zeros(self.n_rows)
         for loop in self.system.loops:
             out[self.rows_of(loop.label)] = loop.play
@@ -185,7 +185,7 @@ class Constraints:
 
     @cached_property
     def row_lengths(self) -> Array:
-        """What turns every row's position residual to metres, (n_rows,)."""
+        """Return the factors that turn the position residual of every row into metres, (n_rows,)."""
         out = np.ones(self.n_rows)
         size = self.arrays[1][int(self.closing["tolerance"]) + 1]
         for record in self.records:
@@ -207,7 +207,7 @@ class Constraints:
         self._raise_errors()
 
     def _raise_errors(self) -> None:
-        """Raise what a user's function raised when compiled code called it last."""
+        """Raise the exception of a user's function that failed in the last compiled call."""
         if (failed := self.failed_user()) is not None:
             raise failed[1]
 
@@ -220,7 +220,7 @@ class Constraints:
         return None
 
     def reset_passage_notes(self) -> None:
-        """Begin the notes of singular configurations passed along a run anew (see `singular_passage`)."""
+        """Clear the notes of singular configurations passed along a run (see `singular_passage`)."""
         note = int(self.closing["note"])
         self.arrays[2][note + layout.N_RANK : note + layout.NOTE_SIZE] = 0.0
         self.arrays[2][note + layout.N_LEAST] = 1.0

@@ -1,4 +1,4 @@
-"""What a state that was brought back still misses of its constraints, in units of what it may miss.
+"""Remaining violation of the constraints after projection, relative to its tolerance.
 
 Positions are brought back to rounding, velocities exactly, wherever the constraints can all be satisfied. What remains
 above the limits here belongs to constraints that contradict each other, or the prescribed motions.
@@ -26,7 +26,7 @@ ROUNDING = 1e-14  # the same, relative to the markers' distance from the origin
 
 @inner
 def constraint_violation(t: float, u: Array, table: Table, pool: Array, work: Array) -> float:
-    """Largest residual in units of its limit, the velocities' correction just made; the NOTE says which."""
+    """Return the largest residual in units of its limit after the last correction; the NOTE says of which row."""
     closing = closing_of(table)
     size, fastest = pool[closing["tolerance"] + 1], 1.0
     for k in range(header_of(table)["n_u"]):
@@ -57,7 +57,7 @@ def constraint_violation(t: float, u: Array, table: Table, pool: Array, work: Ar
 
 @inner
 def note_pivot(t: float, table: Table, work: Array) -> None:
-    """Note how near the rows have come to losing their rank: the least of the last pivot over the first."""
+    """Note how near the rows have come to losing rank: the least of the last pivot over the first."""
     closing, rank = closing_of(table), rank_of(table, work)
     note, m = closing["note"], closing["n_rows"]
     if rank > work[note + layout.N_RANK]:
@@ -100,7 +100,7 @@ def count_passage(t: float, part: float, note: int, work: Array) -> None:
 
 @inner
 def correct_speeds(table: Table, work: Array) -> None:
-    """Take from the rows' velocity residuals what the multipliers' correction of u takes away."""
+    """Subtract the effect of the multipliers' correction of u from the rows' velocity residuals."""
     closing = closing_of(table)
     width, change = closing["width"], offset(work, closing["moved_by"])
     for j in range(width):

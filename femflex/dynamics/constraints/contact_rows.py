@@ -24,7 +24,7 @@ def put_force(r: int, e: Vector, d: Vector, rho: Vector, P: Record, Q: Record, w
 
 @inner
 def put_values(r: int, gap: float, bias: float, work: Array) -> None:
-    """A row's position residual (zero for one that holds velocities alone) and its bias Adot u - bdot."""
+    """Write a row's position residual (zero for one of velocities alone) and its bias Adot u - bdot."""
     work[r + layout.R_GAP], work[r + layout.R_BIAS] = gap, bias
 
 
@@ -45,7 +45,7 @@ def contact_arm(n: Vector, a: Vector, dn: Vector, da: Vector, radius: float) -> 
 
 @inner
 def write_disc(c: Record, P: Record, Q: Record, row: int, pool: Array, work: Array) -> None:
-    """Three rows: the disc's lowest point moves with the plane through P; along the normal the height is held too."""
+    """Write three rows: the disc's lowest point moves with the plane through P, and stays at its height above it."""
     p, q = c["motion_P"], c["motion_Q"]
     C = load9(work, p + layout.M_C)
     a = turn(load9(work, q + layout.M_C), load3(pool, c["axis"]))

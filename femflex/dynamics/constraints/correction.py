@@ -28,7 +28,7 @@ def correct(
     pool: Array,
     work: Array,
 ) -> None:
-    """out = what Newton's method adds to (udot, zdot); zero along the constrained motion."""
+    """Write Newton's correction of (udot, zdot) to out; it is zero along the constrained motion."""
     records, numbers, scratch, accelerations, rates = (
         pointer(table),
         pointer(pool),

@@ -56,7 +56,7 @@ def solve_motion(t: float, q: Array, u: Array, udot: Array, table: Table, pool: 
 
 @inner
 def constrain(t: float, q: Array, u: Array, udot: Array, table: Table, pool: Array, work: Array, stiff: bool) -> None:
-    """Correct the free accelerations udot: what they lack in every row gives the multipliers.
+    """Correct the free accelerations udot by the multipliers that make up the deficit in every row.
 
     stiff: the recursion was that of an implicit step.
     """
@@ -67,7 +67,7 @@ def constrain(t: float, q: Array, u: Array, udot: Array, table: Table, pool: Arr
 
 @inner
 def add_constraint_response(udot: Array, table: Table, pool: Array, work: Array, stiff: bool) -> None:
-    """Add to udot what the multipliers of the rows' right sides give, by the recursion's factors."""
+    """Add to udot the response to the multipliers of the rows' right sides, with the recursion's factors."""
     whiten_rows(table, work, stiff)
     factorise_products(table, pool, work)
     step = constraint_response(table, work, stiff)
@@ -136,7 +136,7 @@ def aim_residuals(residual: int, table: Table, work: Array) -> None:
 
 @inner
 def set_prescribed(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> None:
-    """Put held freedoms of the state where they are held."""
+    """Set the prescribed freedoms of the state to their prescribed values."""
     q_prescribed, u_prescribed = prescribed_state(t, q, u, table, pool, work)
     for i in range(header_of(table)["n_holds"]):
         hold = hold_of(table, i)
@@ -145,7 +145,7 @@ def set_prescribed(t: float, q: Array, u: Array, table: Table, pool: Array, work
 
 @inner
 def project_state(t: float, q: Array, u: Array, task: int, table: Table, pool: Array, work: Array) -> float:
-    """Bring (q, u) onto the constraints, or do what the task says; what is left in units of what may be."""
+    """Project (q, u) onto the constraints, or do as the task says; return the remaining violation over its limit."""
     copy_auxiliary_states(u, table, work)
     if header_of(table)["n_holds"] > 0 and task != layout.TASK_MEASURE:
         set_prescribed(t, q, u, table, pool, work)
@@ -175,7 +175,7 @@ def project_state(t: float, q: Array, u: Array, task: int, table: Table, pool: A
 
 @kernel(PROJECT)
 def project(t: float, x: Array, table: Table, pool: Array, work: Array) -> float:
-    """Bring x onto the constraints, positions then velocities, along the shortest way by M; what is left.
+    """Project x onto the constraints, positions then velocities, by the least change in M; return the violation.
 
     That is the largest residual in units of what it may be: above 1 no state there satisfies the constraints.
 

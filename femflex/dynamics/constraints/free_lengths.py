@@ -39,7 +39,7 @@ from femflex.dynamics.motion.gathering import gather_residual
 def add_marker_work(
     b: Record, c: Record, force_entry: int, rows: tuple[int, int, int, int], table: Table, pool: Array, work: Array
 ) -> None:
-    """Add what the rows of a constraint do per length [N] at a marker of a deploying body; own: R_FP or R_FQ."""
+    """Add the work per length [N] of a constraint's rows at a marker of a deploying body; own: R_FP or R_FQ."""
     position, shape, spin, bends = rows
     force, torque = ZERO, ZERO
     for k in range(c["n_rows"]):
@@ -53,7 +53,7 @@ def add_marker_work(
 
 @inner
 def add_constraint_work(table: Table, pool: Array, work: Array) -> None:
-    """Add what loops and discs do per length [N] at markers that move with it."""
+    """Add the work per length [N] of loops and discs at markers that move with the length."""
     for i in range(closing_of(table)["n_constraints"]):
         c = constraint_of(table, i)
         if c["kind"] == layout.CONSTRAINT_GENERAL:
@@ -71,7 +71,7 @@ def add_constraint_work(table: Table, pool: Array, work: Array) -> None:
 def write_constrained_needs(
     t: float, q: Array, u: Array, udot: Array, column: int, table: Table, pool: Array, work: Array
 ) -> None:
-    """Write what each free length lacks in force [N], at the accelerations of lengths in their slots."""
+    """Write the deficit of force [N] of each free length, at the accelerations of lengths in their slots."""
     solve_motion(t, q, u, udot, table, pool, work)
     clear_work_per_length(table, pool)
     place_bodies(t, q, u, table, pool, work)

@@ -1,4 +1,4 @@
-"""Rows A u = b that a user's function writes: brought into the work array, and used as they stand."""
+"""Rows A u = b that a user's function writes: they are copied into the work array and used as they are."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the start of a run moved: initial values that loops and constraints did not leave as they were given."""
+"""Initial values that loops and constraints corrected at the start of a run."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class CorrectedInitialValue:
     started: float
 
     def __str__(self) -> str:
-        """The change in words, with as many digits as it takes to see it, angles in degrees."""
+        """Return the correction in words, with as many digits as show it, angles in degrees."""
         factor, unit = (math.degrees(1.0), "deg") if self.unit == "rad" else (1.0, self.unit)
         size = max(abs(self.given), abs(self.started))
         digits = max(4, 2 - math.floor(math.log10(abs(self.started - self.given) / size)))
@@ -33,7 +33,7 @@ class CorrectedInitialValue:
 
 
 def initial_corrections(model: Model) -> list[CorrectedInitialValue]:
-    """The initial values that were moved to make the start consistent, those moved farthest first.
+    """Return the initial values that were corrected to make the start consistent, largest corrections first.
 
     How far is reported relative to the largest value of the same unit; what is below NOTICED of it has not moved.
     """

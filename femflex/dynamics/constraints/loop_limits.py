@@ -1,4 +1,4 @@
-"""Loops that have come to the end of their reach: rows that have lost their independence since the start."""
+"""Loops in a limit configuration: rows that have become dependent since the start."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ DEPENDENT = 1e-8  # singular value, relative to the largest, of rows that follow
 
 
 def loop_limit_text(model: Model, t: float, x: Array, part: float) -> str:
-    """The sentence on a loop whose smallest singular value is below that part of what it was at the start, or ""."""
+    """Describe a loop whose smallest singular value is below that part of its value at the start; "" for none."""
     constraints = model.constraints
     assert constraints is not None
     B_start = mass_scaled_rows(model, 0.0, model.x0)
@@ -37,8 +37,8 @@ def loop_limit_text(model: Model, t: float, x: Array, part: float) -> str:
     text = f"(smallest singular value of its rows {values[rank - 1]:.2g}, at the start {values_start[rank - 1]:.2g})"
     if names:
         return (
-            f"{constraints.kind_of(name)} cannot follow the prescribed motion of {', '.join(names)} any further: it has come "
-            f"to the end of its reach {text}. End the motion earlier, or change the lengths"
+            f"{constraints.kind_of(name)} cannot follow the prescribed motion of {', '.join(names)} any further: it "
+            f"has come to the end of its reach {text}. End the motion earlier, or change the lengths"
         )
     return (
         f"{constraints.kind_of(name)} is in a singular configuration, where its joints' motion is not determined {text}"
@@ -46,7 +46,7 @@ def loop_limit_text(model: Model, t: float, x: Array, part: float) -> str:
 
 
 def mass_scaled_rows(model: Model, t: float, x: Array) -> Array:
-    """A root(M)^-T of the freedoms that no motion holds, each row at the length of the free bodies' own."""
+    """Return A root(M)^-T of the freedoms that are not prescribed, each row at the length of the free bodies' own."""
     constraints = model.constraints
     assert constraints is not None
     free = [k for k in range(model.n_u) if k not in prescribed_coordinates(model.system)]

@@ -51,7 +51,7 @@ def move_marker(b: Record, marker: int, shape: int, spin: int, bends: int, m: in
 
 @inner
 def accelerate_marker(b: Record, bends: int, m: int, work: Array) -> None:
-    """Complete a marker's accelerations with those of its body and of the shapes, inertial components."""
+    """Complete a marker's accelerations by those of its body and of the shapes, inertial components."""
     w = b["work"]
     C_iN, alpha = load9(work, w + W_CIN), load3(work, w + W_ACC + 4)
     a = add(load3(work, m + M_A), add(load3(work, w + W_ACC), cross(alpha, load3(work, m + M_ARM))))

@@ -1,4 +1,4 @@
-"""What joints carry in a constrained motion: the equations gathered from the tips, constraint forces included.
+"""Forces in the joints of a constrained motion: the equations summed from the tips, with constraint forces.
 
 Compiled apart from `constraints`, and only at the first request.
 """
@@ -50,7 +50,7 @@ def subtract_general(out: Array, table: Table, work: Array) -> None:
 def write_constrained_residual(
     t: float, q: Array, u: Array, udot: Array, out: Array, table: Table, pool: Array, work: Array
 ) -> None:
-    """out = M udot + h - Q - A^T lambda; W_P keeps what every joint carries."""
+    """Write M udot + h - Q - A^T lambda to out; W_P has the force that every joint carries."""
     head = header_of(table)
     copy_auxiliary_states(u, table, work)
     if head["n_holds"] > 0:

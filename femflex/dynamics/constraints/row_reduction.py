@@ -27,7 +27,7 @@ from femflex.dynamics.motion.recursion import accelerate
 
 @inner
 def white_row_shift(b: Record, closing: Record) -> int:
-    """What is added to b["u"] for the body's first joint freedom in a white row; hidden slides stand first of all."""
+    """Return the addend to b["u"] for the body's first joint freedom in a white row; hidden slides come first."""
     return 0 if b["hidden"] else closing["n_hidden"]
 
 
@@ -39,7 +39,7 @@ def is_plain(b: Record, stiff: bool) -> bool:
 
 @inner
 def write_pivot_roots(table: Table, work: Array, stiff: bool) -> None:
-    """Square roots of all reciprocal pivots of the recursion; zero for held freedoms, which forces do not move."""
+    """Write the roots of all reciprocal pivots of the recursion; zero for prescribed freedoms."""
     closing = closing_of(table)
     roots = closing["roots"]
     for i in range(1, header_of(table)["n_bodies"]):
@@ -53,7 +53,7 @@ def write_pivot_roots(table: Table, work: Array, stiff: bool) -> None:
 
 @inner
 def mark_path(i: int, marks: int, table: Table, work: Array) -> None:
-    """Mark body i and those between it and the root."""
+    """Mark body i and all bodies between it and the root."""
     while i > 0 and work[marks + i] == 0.0:
         work[marks + i] = 1.0
         i = body_of(table, i)["parent"]
@@ -98,7 +98,7 @@ def clear_marked(table: Table, work: Array) -> None:
 
 @inner
 def reduce_forces(i: int, table: Table, work: Array, stiff: bool) -> None:
-    """White row i from the forces that stand on the marked bodies, which are used up."""
+    """Write white row i from the forces on the marked bodies, and clear these."""
     closing = closing_of(table)
     white = offset(work, closing["white"] + closing["width"] * i)
     for j in range(closing["width"]):
@@ -138,7 +138,7 @@ def reduce_body(b: Record, closing: Record, white: Array, work: Array, stiff: bo
 
 @inner
 def reduce_shapes(b: Record, force: Pair, white: Array, roots: Array, work: Array, stiff: bool) -> Pair:
-    """The wrench without what the shapes take up; their part of the white row is written."""
+    """Return the wrench less the part of the shapes, and write the shapes' part of the white row."""
     n, row, stride, border, pn = b["n"], b["row"], b["stride"], b["border"], b["pn"]
     plain = is_plain(b, stiff)
     for i in range(n):

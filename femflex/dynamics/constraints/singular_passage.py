@@ -43,7 +43,7 @@ def loss_ratio(constraints: Constraints) -> float:
 
 @dataclass(frozen=True)
 class Passage:
-    """Where the rows came near to losing rank.
+    """Configuration at which the rows came near to losing rank.
 
     t, least  time [s] where they came closest, and the last pivot over the first there;  lost  below which they do
     count     how many such configurations were passed at least: too long steps hide others;  first  about when
@@ -58,7 +58,7 @@ class Passage:
 
 
 def passage(constraints: Constraints) -> Passage | None:
-    """The Passage of a run; None where none was found and the rows stayed a hundred times above what is LOST."""
+    """Return the Passage of a run; None where the rows stayed a hundred times above LOST."""
     note, pool = int(constraints.closing["note"]), constraints.arrays[1]
     lost = float(pool[int(constraints.closing["tolerance"]) + 2])
     notes = constraints.arrays[2][note : note + layout.NOTE_SIZE]

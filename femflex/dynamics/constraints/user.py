@@ -36,7 +36,7 @@ class Rows:
             self.address = plain_address(self.write)
 
     def checked(self, t: float, q: Array) -> tuple[Array, Array]:
-        """A (n_rows, n_u) and b (n_rows,) at t and q, or a ValueError that says what is wrong with them."""
+        """Return A (n_rows, n_u) and b (n_rows,) at t and q; raise ValueError that names the fault in them."""
         A, b = (np.asarray(part, float) for part in self.function(t, q))
         if A.shape != (self.n_rows, self.n_u) or b.shape != (self.n_rows,):
             raise ValueError(

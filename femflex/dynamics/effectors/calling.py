@@ -24,7 +24,7 @@ def out_size(e: Record) -> int:
 
 @inner
 def evaluate(t: float, e: Record, z: Array, out: int, pool: Array, work: Array) -> None:
-    """Call an effector's function on what it sees and its states z (n_z,); its numbers go to place `out` of work."""
+    """Call an effector's function with its inputs and states z (n_z,); its results go to offset `out` of work."""
     if e["clears"] != 0:
         for k in range(0, out_size(e), 4):
             put_lane(work, out + k, zero_lane())
@@ -45,7 +45,7 @@ def evaluate_effector(
     pool: Array,
     work: Array,
 ) -> None:
-    """See, call, and keep the rates of states of effector i; those from `first` on have done so."""
+    """Write the inputs of effector i, call it, and keep its state rates; those from `first` on are done already."""
     head, e = header_of(table), effector_at(table, records + N_EFFECTOR * i)
     write_inputs(e, first, q, u, shift, drift, table, pool, work)
     evaluate(t, e, offset(work, head["z"] + e["z"]), e["out"], pool, work)

@@ -33,7 +33,7 @@ _COMPILED: dict[tuple[Any, Sizes, bool], tuple[int, Any]] = {}
 
 
 class EffectorInput(NamedTuple):
-    """What a function of an effector reads (see femflex.system.effector)."""
+    """Arguments that a function of an effector reads (see femflex.system.effector)."""
 
     time: float
     position: Array
@@ -48,7 +48,7 @@ class EffectorInput(NamedTuple):
 
 
 class EffectorOutput(NamedTuple):
-    """What a function of an effector writes."""
+    """Results that a function of an effector writes."""
 
     force: Array
     torque: Array
@@ -72,7 +72,7 @@ def output_size(n_markers: int, n_freedoms: int, n_z: int, n_channels: int) -> i
 
 
 def act_address(name: str, function: Callable[..., Any] | str, sizes: Sizes, jacobian: bool = False) -> int:
-    """Where compiled code calls the function of effector `name`, or its Jacobian.
+    """Return the address of the function of effector `name`, or of its Jacobian, for compiled code.
 
     Raises ValueError where Numba cannot compile it.
     """
@@ -124,19 +124,20 @@ def guarded(function: Callable[..., None], n: int) -> Callable[..., None]:
 
 
 def plain_call(function: Callable[..., Any], sizes: Sizes, jacobian: bool = False) -> Callable[..., None]:
-    """The function of an effector, or its Jacobian, as plain Python over arrays: it raises what the user's code raises,
-    and IndexError outside the arrays."""
+    """Return the function of an effector, or its Jacobian, as plain Python over arrays. It raises the exceptions of the
+    user's code, and IndexError outside the arrays.
+    """
     return (_jacobian if jacobian else _act)(getattr(function, "py_func", function), sizes, plain_array)
 
 
 def call_sizes(effector: Effector) -> Sizes:
-    """Lengths of what an effector's function reads and writes."""
+    """Return the lengths of the arrays that an effector's function reads and writes."""
     counted = (effector.markers, effector.freedoms, effector.inputs, effector.states, effector.parameters)
     return *map(len, counted), len(effector.channels)  # type: ignore[return-value]
 
 
 def _input_maker(sizes: Sizes, array: Any) -> Any:
-    """The function that makes a `Seen` of what the model hands over, compiled where arrays are views of addresses."""
+    """Return the function that makes an `EffectorInput` of the model's numbers, compiled where arrays are addresses."""
     m, f, n, n_z, n_p, _ = sizes
 
     def make_input(t: float, seen: Any, z: Any, parameters: Any) -> EffectorInput:
@@ -157,7 +158,7 @@ def _input_maker(sizes: Sizes, array: Any) -> Any:
 
 
 def _act(inner: Any, sizes: Sizes, array: Any) -> Callable[..., None]:
-    """The function of signature ACT that hands arrays to an effector's own."""
+    """Return the function of signature ACT that passes arrays to an effector's function."""
     m, f, _, n_z, _, c = sizes
     make_input = _input_maker(sizes, array)
     effort, accounts = 6 * m, 6 * m + f + n_z + c
@@ -182,7 +183,7 @@ def _act(inner: Any, sizes: Sizes, array: Any) -> Callable[..., None]:
 
 
 def _jacobian(inner: Any, sizes: Sizes, array: Any) -> Callable[..., None]:
-    """The function of signature ACT that hands arrays to an effector's own Jacobian."""
+    """Return the function of signature ACT that passes arrays to an effector's Jacobian."""
     n_z = sizes[3]
     make_input = _input_maker(sizes, array)
 
@@ -193,6 +194,6 @@ def _jacobian(inner: Any, sizes: Sizes, array: Any) -> Callable[..., None]:
 
 
 def first_line(error: Exception) -> str:
-    """The line of a compiler's message that says most."""
+    """Return the most telling line of a compiler's message."""
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
     return next((line for line in lines if not line.startswith("Failed in")), lines[0] if lines else "no reason given")

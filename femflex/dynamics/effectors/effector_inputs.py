@@ -1,7 +1,7 @@
-"""What effectors see: the motion of their markers, their slides and turns, and their inputs.
+"""Inputs of effectors: the motion of their markers, their slides and turns, and their input signals.
 
-Effectors of one group (see `femflex.dynamics.effectors.lowering.grouped`) read one place: the first of them writes the
-motion of their marker, and each its own inputs behind it.
+Effectors of one group (see `femflex.dynamics.effectors.lowering.marker_groups`) share a place in the work array: the
+first of them writes the motion of their marker, and each writes its own inputs after it.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from femflex.dynamics.lowering.layout import W_CIN, W_OMEGA, W_POS, W_VEL, body_
 def write_marker_motion(
     e: Record, k: int, p: Record, shift: Vector, drift: Vector, table: Table, pool: Array, work: Array
 ) -> None:
-    """Write the motion of marker k of an effector, inertial components, and what pushing at it needs."""
+    """Write the motion of marker k of an effector, inertial components, and the numbers that its force needs."""
     b, m, seen = body_of(table, p["body"]), e["n_markers"], e["seen"]
     w = b["work"]
     C_iN, omega = load9(work, w + W_CIN), load3(work, w + W_OMEGA)
@@ -63,7 +63,7 @@ def write_signals(e: Record, table: Table, work: Array) -> None:
 def write_inputs(
     e: Record, first: int, q: Array, u: Array, shift: Vector, drift: Vector, table: Table, pool: Array, work: Array
 ) -> None:
-    """Write what an effector sees at the placed state, after those from `first` on. shift, drift: of `origin`."""
+    """Write the inputs of an effector at the placed state, after those from `first` on. shift, drift: of `origin`."""
     if e["before"] < first:
         for k in range(e["n_markers"]):
             write_marker_motion(e, k, port_at(table, e["markers"] + N_PORT * k), shift, drift, table, pool, work)

@@ -1,4 +1,4 @@
-"""Events of a model: those of latches and those of effectors, as one list (see femflex.integrate.events)."""
+"""Events of a model, of latches and of effectors, in one list (see femflex.integrate.events)."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class StateEvents:
 
     @cached_property
     def states_of_events(self) -> list[tuple[Effector, StateEvent, slice]]:
-        """Every event, and where the states of its effector stand in x."""
+        """Return every event, and the slice of x with the states of its effector."""
         names = [name for name, _ in self.model.system.all_state_names()]
         rows = []
         for effector in effectors_with_events(self.model.system):

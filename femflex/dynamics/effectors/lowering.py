@@ -21,7 +21,7 @@ Records = NDArray[np.void]
 def lowered(
     effectors: list[Effector], system: System, bodies: Records, z: int, pool: Pool, scratch: Scratch, first: int
 ) -> Table:
-    """The records of effectors, in that order, which will stand in the table from place `at` on; z: of its header."""
+    """Return the records of effectors, in that order, for the table from `at` on; z: of its header."""
     records, parts_after = np.zeros(len(effectors), EFFECTOR), []
     position = first + N_EFFECTOR * len(effectors)
     names = [name for name, _ in system.state_names()]
@@ -44,7 +44,7 @@ def lowered(
 
 
 def signal_offsets(effectors: list[Effector], records: Records, names: list[str], z: int) -> dict[str, int]:
-    """Where every state, and every channel of these effectors, stands from place z of the work array."""
+    """Return the offset of every state and channel of these effectors, from offset z of the work array on."""
     offsets = {
         f"{effector.name}.{channel}": int(r["out"] + 6 * r["n_markers"] + r["n_freedoms"] + r["n_z"]) + k - z
         for effector, r in zip(effectors, records, strict=True)
@@ -108,8 +108,8 @@ def lowered_freedoms(effector: Effector, system: System, bodies: Records) -> Rec
     records = np.zeros(len(effector.freedoms), HANDLE)
     for i, name in enumerate(system.order, start=1):
         for k, freedom in enumerate(system.joint_of(name).freedom_names()):
-            for record, wanted in zip(records, effector.freedoms, strict=True):
-                if freedom == wanted:
+            for record, effector_freedom in zip(records, effector.freedoms, strict=True):
+                if freedom == effector_freedom:
                     record["body"], record["freedom"] = i, k
                     record["q"], record["u"] = bodies[i]["q"] + k, bodies[i]["u"] + k
                     bodies[i]["sprung"], bodies[i]["full"] = 1, 0

@@ -1,4 +1,4 @@
-"""Starts of effectors: states given by what a channel is to be, such as the speed of a wheel, and what cannot start."""
+"""Initial states of effectors from the value of a channel, such as the speed of a wheel, and what cannot start."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def with_starts(model: Model) -> Model:
-    """The model whose effectors start as `Effector.starts` says; states that System.z0 gives stay.
+    """Return the model with its effectors started by `Effector.starts`; states that System.z0 gives stay.
 
     The channels are linear in the states, so one evaluation for each finds them all.
     """

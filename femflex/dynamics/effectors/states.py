@@ -1,4 +1,4 @@
-"""What is reported of the states of effectors and controllers."""
+"""Reported states of effectors and controllers."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def observe_states(system: System, z: Array) -> dict[str, Any]:
 
 
 def add_angular_momentum(system: System, out: dict[str, Any]) -> None:
-    """Add what effectors hold of angular momentum (channels momentum_x, momentum_y, momentum_z) to the craft's."""
+    """Add the angular momentum of effectors (channels momentum_x, momentum_y, momentum_z) to the craft's."""
     for effector in system.effectors:
         if isinstance(effector, Effector) and set(MOMENTUM) <= effector.channels.keys():
             components = [out[f"effectors/{effector.name}/{channel}"] for channel in MOMENTUM]
@@ -46,7 +46,7 @@ def add_angular_momentum(system: System, out: dict[str, Any]) -> None:
 
 
 def keeps_momentum(effector: Effector) -> bool:
-    """Whether what an effector does leaves the momentum of the whole craft as it is, its own included."""
+    """Return whether an effector leaves the momentum of the whole craft as it is, its own included."""
     return set(MOMENTUM) <= effector.channels.keys() or effector.act in ("measure", "separation")
 
 

@@ -1,4 +1,4 @@
-"""Newton's method on the forces of a system at rest: how they balance, under a share of the outer ones.
+"""Newton's method for the balance of forces of a system at rest, under a share of the outer ones.
 
 Directions with a stiffness of their own are eliminated first; those that nothing resists are left where they are.
 With loops all steps go along the directions that keep these closed, and multipliers carry the forces across.
@@ -41,7 +41,7 @@ RELAXATIONS = 8  # of bringing that to rest, each with its stiffness before the 
 
 @dataclass(frozen=True, eq=False)
 class Balance:
-    """Where Newton's method came to at a share of the outer forces, and what is left over along which coordinate.
+    """Result of Newton's method at a share of the outer forces, and the residual with its largest coordinate.
 
     neutral     names of the coordinates that nothing resists
     directions  (n_u, len(neutral)) increments along which nothing does
@@ -164,7 +164,7 @@ def newton_step(problem: Steady, K: Array, g: Array, size: float, A: Array, iner
 
 
 def _split_by_resistance(S: Array, M: Array | None, noise: float) -> tuple[Array, Array]:
-    """Orthonormal directions (n, .) that a stiffness S (n, n) resists, and those that it does not.
+    """Return orthonormal directions (n, .) that a stiffness S (n, n) resists, and those that it does not.
 
     M (n, n): their inertia, where resistance is stiffness per inertia.
     """
@@ -197,7 +197,7 @@ def stiff_compliance(problem: Steady, q: Array, share: float, A: Array, K: Array
 
 
 def relaxed(problem: Steady, q: Array, share: float, compliance: Array) -> Array:
-    """The coordinates with what is stiff brought to rest, everything else where it is."""
+    """Return the coordinates with the stiff ones brought to rest and all others unchanged."""
     before = np.inf
     for _ in range(RELAXATIONS):
         move = -compliance @ unbalanced_forces(problem, q, share, problem.constraint_matrix(q))[0]
@@ -211,7 +211,7 @@ def relaxed(problem: Steady, q: Array, share: float, compliance: Array) -> Array
 def _line_search(
     problem: Steady, q: Array, move: Array, share: float, merit: Merit, compliance: Array
 ) -> tuple[Array, bool]:
-    """The coordinates a step further, shortened until what is left falls by its merit, and whether that helped."""
+    """Return the coordinates after a step, shortened until the residual falls by its merit, and whether that helped."""
     before = merit(unbalanced_forces(problem, q, share, problem.constraint_matrix(q))[0])
     for k in range(HALVINGS):
         factor = 0.5**k

@@ -1,4 +1,4 @@
-"""How every body moves along increments of a system's coordinates: its frame's place and attitude, and its shapes."""
+"""Motion of every body along increments of a system's coordinates: its frame and its shapes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ STEP = 1e-5  # of a coordinate's usual size: error of central differences h^2 ~ 
 
 @dataclass(frozen=True, eq=False)
 class BodyMotion:
-    """A body in a state, and how it moves along m increments; components in the base frame F.
+    """A body in a state, and its motion along m increments; components in the base frame F.
 
     position (3,)       of its frame's origin [m];            slide (3, m) its displacement
     attitude (3, 3)     C_FB;                                 turn (3, m) its rotation vector

@@ -1,4 +1,4 @@
-"""Name and energies of a small motion: rigid motion of the craft, motion of a joint, or how its bodies deform.
+"""Name and energies of a small motion: rigid motion of the craft, motion of a joint, or deformation of bodies.
 
 Rigid motions of the craft are the wobble of a free spin (seen from inertial space: nutation) and librations in orbit.
 Everything else is named by the bodies, looked at in slices along their longest direction. The mean motion of a slice is
@@ -46,7 +46,7 @@ class MotionCharacter:
 
 
 def motion_character(model: Model, motions: SmallMotions, axis: Array | None = None) -> MotionCharacter:
-    """What each of the small motions is; axis (3,): of the spin, where there is one, base frame components."""
+    """Return a description of each small motion; axis (3,) is that of a spin, in base frame components."""
     kinetic = {
         name: motions.bodies[name].kinetic(model.system.bodies[name], motions.shapes) for name in model.system.order
     }
@@ -64,7 +64,7 @@ def motion_character(model: Model, motions: SmallMotions, axis: Array | None = N
 
 
 def numbered_names(words: Sequence[str]) -> tuple[str, ...]:
-    """Words with their number among those alike, "flap 1"; rigid motions without one where there is one alone."""
+    """Return names with their number among equal ones, "flap 1"; a single rigid motion has no number."""
     counts: dict[str, int] = {}
     out = []
     for word in words:
@@ -75,7 +75,7 @@ def numbered_names(words: Sequence[str]) -> tuple[str, ...]:
 
 
 def _deformation_words(model: Model, motions: SmallMotions, axis: Array | None, strained: BoolArray) -> list[str]:
-    """The word for each motion by how the slices of the bodies move, weighted by their mass.
+    """Return the word for each motion by the motion of the bodies' slices, weighted by their mass.
 
     Where strain is what resists (strained), the rigid bodies, which only go along, do not count.
     """
@@ -131,7 +131,7 @@ def elastic_coordinates(model: Model) -> BoolArray:
 
 
 def _name_rigid(model: Model, motions: SmallMotions, words: list[str]) -> None:
-    """Call the motion that is most of all a turn of the free spinning craft wobble, and those in orbit librations."""
+    """Name the motion that mostly turns the free spinning craft wobble, and those in orbit librations."""
     free = any(motion.name.startswith("tilt") for motion in motions.known)
     in_orbit = model.system.frame.kind == "orbital" and model.system.orbit is not None
     fields, exist = rigid_fields(model, motions.bodies, np.eye(3))
@@ -173,7 +173,7 @@ def _share_within(fields: Array, motions: SmallMotions) -> Array:
 
 
 def moved_points(body: FlexibleBody, motion: BodyMotion) -> tuple[Array, Array]:
-    """Points (p, 3) of a body in the base frame, and how they move along the coordinates (p, 3, n_u)."""
+    """Return points (p, 3) of a body in the base frame, and their motion along the coordinates (p, 3, n_u)."""
     rest, shapes = points_of(body)
     arms = (rest + np.einsum("spa,s->pa", shapes, motion.delta)) @ motion.attitude.T
     per_coordinate = motion.slide + np.cross(motion.turn.T[None], arms[:, None]).swapaxes(1, 2)
@@ -182,7 +182,7 @@ def moved_points(body: FlexibleBody, motion: BodyMotion) -> tuple[Array, Array]:
 
 
 def points_of(body: FlexibleBody) -> tuple[Array, Array]:
-    """Points (p, 3) of a body and how its shapes move them (n_shapes, p, 3).
+    """Return points (p, 3) of a body and their motion by its shapes (n_shapes, p, 3).
 
     Six points of the same inertia for a rigid body; some of the skin of a flexible one, or its markers.
     """

@@ -1,4 +1,4 @@
-"""Small motions that loops leave: independent freedoms, the directions that close every loop, and what loops carry.
+"""Small motions of systems with loops: independent freedoms, directions that close every loop, loop forces.
 
 Loops are g(q) = 0 with dg = A dxi. Rows of A may depend on each other, as those of a flat linkage do in space; `slack`
 is the part of the largest below which a row does (`slack_of_loops`).
@@ -41,7 +41,7 @@ def closing_directions(A: Array, slack: float) -> Array:
 
 
 def least_multipliers(A: Array, force: Array, slack: float) -> Array:
-    """The smallest multipliers (n_rows,) whose forces A^T lambda come nearest to a generalised force (n,)."""
+    """Return the smallest multipliers (n_rows,) with A^T lambda nearest to a generalised force (n,)."""
     return np.asarray(np.linalg.lstsq(A.T, force, rcond=slack)[0], float)
 
 

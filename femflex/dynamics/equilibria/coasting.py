@@ -38,7 +38,7 @@ def with_coasting_rotors(system: System, keep: Collection[str] = ()) -> System:
 
 
 def controlled_rotors(system: System) -> list[str]:
-    """Names of wheels and gyros that a continuous law commands by what sensors measure."""
+    """Return the names of wheels and gyros that a continuous law commands by measurements of sensors."""
     by_name = {e.name: e for e in system.effectors if isinstance(e, Effector)}
 
     def measures(name: str, visited: frozenset[str]) -> bool:

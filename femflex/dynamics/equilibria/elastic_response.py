@@ -26,7 +26,7 @@ DAMPED = 0.99  # of critical: modes damped more than that are taken to be so, fo
 
 
 def elastic_response(model: Model, times: Array, states: Array, accelerations: Array) -> Array:
-    """The states (n_t, n_x) with the elastic coordinates and rates that the motion calls up, from those of model.x0.
+    """Return the states (n_t, n_x) with the elastic response to the motion, from that of model.x0 on.
 
     states (n_t, n_x) and accelerations (n_t, n_u): the motion of the bodies, elastic ones zero. Velocities may jump
     between two rows: what the accelerations do not make up for comes as an impulse.

@@ -118,7 +118,7 @@ class Equilibrium:
 
     @property
     def _level(self) -> float:
-        """Rate below which motion is taken for none [1/s]."""
+        """Return the rate below which a motion counts as none [1/s]."""
         return LEVEL * self.left.growth if self.left is not None else 0.0
 
     @property
@@ -139,8 +139,8 @@ def equilibrium(system: System, at: float | None = None, stable: bool = False) -
     """The equilibrium nearest to the system's initial coordinates: at rest in its base frame.
 
     On the ground, in a uniformly spinning frame, or in the orbital frame of a circular orbit; loads are constant, or
-    those at the time `at` [s]. stable: an unstable one is left along the motion that grows, for one that is stable
-    (`leaving`). Raises ValueError when forces change over time or nothing can move, EquilibriumError when none is
+    those at the time `at` [s]. stable: an unstable one is left along the motion that grows, for one that is stable.
+    Raises ValueError when forces change over time or nothing can move, EquilibriumError when none is
     found.
     """
     problem = steady(system, at)
@@ -152,7 +152,7 @@ def equilibrium(system: System, at: float | None = None, stable: bool = False) -
 
 
 def _by_continuation(problem: Steady, start: Array) -> Equilibrium:
-    """What Newton's method comes to from the coordinates begun from, or a path along growing outer forces."""
+    """Return the solution of Newton's method from the initial coordinates, or else along growing outer forces."""
     q, share, step, count = start, 0.0, 1.0, 0
     first = True
     while share < 1.0:
@@ -249,7 +249,7 @@ def _failed(problem: Steady, q: Array, share: float, count: int, trial: Balance)
     neutral_text = f"; nothing resists {', '.join(trial.neutral)}" if trial.neutral else ""
     return EquilibriumError(
         f"no equilibrium was found beyond {share:.4g} of the loads, spin and gravity: the largest unbalanced force, "
-        f"in {where}, is {trial.residual:.3g} of the largest force{neutral_text}. Start nearer to the equilibrium, lower the "
-        "loads or the spin, or fix free coordinates.",
+        f"in {where}, is {trial.residual:.3g} of the largest force{neutral_text}. Start nearer to the equilibrium, "
+        "lower the loads or the spin, or fix free coordinates.",
         last,
     )

@@ -1,4 +1,4 @@
-"""The highest natural frequency of a compiled model: what an explicit method has to follow."""
+"""Highest natural frequency of a compiled model, which limits the step of an explicit method."""
 
 from __future__ import annotations
 
@@ -108,15 +108,15 @@ def largest_eigenvalue(operator: Callable[[Array], Array], n: int) -> float:
 def law_frequency(model: Model) -> float:
     """Highest frequency that stops, tabulated springs and latches can reach where they are stiffest [rad/s]."""
     squares = [0.0]
-    for place in law_places(model.system):
+    for law_place in law_places(model.system):
         unit, out = np.zeros(model.n_u), np.empty(model.n_u)
-        unit[place.u] = 1.0
-        stiffest = place.law.stiffest if isinstance(place.law, Law) else place.law.stiffness
+        unit[law_place.u] = 1.0
+        stiffest = law_place.law.stiffest if isinstance(law_place.law, Law) else law_place.law.stiffness
         if stiffest > 0:
             q = np.ascontiguousarray(model.x0[: model.n_q])
             rhs = np.concatenate([unit, model.parts(model.x0)[2]])
             model.tree.solve(0.0, q, rhs, out, 1.0, 0.0, 0.0, model.table, model.pool, model.work)
-            squares.append(stiffest * out[place.u])
+            squares.append(stiffest * out[law_place.u])
     return float(np.sqrt(max(squares)))
 
 
@@ -134,7 +134,7 @@ def linear_frequency(model: Model) -> float:
 
 
 def stiff_indices(model: Model) -> tuple[IntArray, IntArray]:
-    """Places in q and in u (m,) of the coordinates that have stiffness; with springs or effectors those of all of u."""
+    """Return places in q and in u (m,) of coordinates with stiffness; all of u if there are springs or effectors."""
     if model.system.springs or model.system.effectors:  # these may act on any coordinate
         return np.full(model.n_u, -1), np.arange(model.n_u)
     pairs = [pair for record in body_records(model.table)[1:] for pair in stiff_coordinates(record)]

@@ -1,4 +1,4 @@
-"""A system with all that changes over time as it is at one instant, and what then still keeps it from resting."""
+"""A system frozen at one instant: all that changes over time is constant; and what then still keeps it from rest."""
 
 from __future__ import annotations
 

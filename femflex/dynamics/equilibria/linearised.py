@@ -37,7 +37,7 @@ NARROW = 5  # steps along coordinates, the last 1e-13 of that size: laws of 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Linearised:
-    """Linear equations about a state: M, D, K, W (n, n) of the freedoms that are not held; their names.
+    """Linear equations about a state: M, D, K, W (n, n) of the freedoms that are not prescribed; their names.
 
     states  the m states of effectors in addition (see femflex.dynamics.equilibria.states)
 
@@ -106,7 +106,7 @@ def linearised(model: Model, t: float, x: Array, udot: Array | None = None) -> L
 
 
 def free_directions(model: Model, t: float, x: Array) -> tuple[IntArray, Array]:
-    """Freedoms (m,) that are neither held nor follow others through loops, and how all move with them, (n_u, m)."""
+    """Return the free freedoms (m,), neither prescribed nor following through loops, and the motion of all (n_u, m)."""
     free = np.flatnonzero(~is_prescribed(model, x))
     Z = np.eye(model.n_u)[:, free]
     if model.constraints is None:
@@ -118,7 +118,7 @@ def free_directions(model: Model, t: float, x: Array) -> tuple[IntArray, Array]:
 
 
 def is_prescribed(model: Model, x: Array | None = None) -> BoolArray:
-    """(n_u,): which freedoms are locked or prescribed, those that rigid latches lock in the state x included.
+    """Return (n_u,) whether each freedom is prescribed or locked, also by a rigid latch in the state x.
 
     x: (n_x,), the initial state when left out
     """
@@ -126,12 +126,12 @@ def is_prescribed(model: Model, x: Array | None = None) -> BoolArray:
     for name, record in zip(model.system.order, body_records(model.table)[1:], strict=True):
         prescribed[[int(record["u"]) + k for k in model.system.joint_of(name).prescribed]] = True
     z = model.parts(model.x0 if x is None else x)[2]
-    prescribed[[place.u for place in latch_places(model.system) if place.latch.rigid and z[place.time] >= 0.0]] = True
+    prescribed[[latch.u for latch in latch_places(model.system) if latch.latch.rigid and z[latch.time] >= 0.0]] = True
     return prescribed
 
 
 def multipliers(model: Model, t: float, x: Array) -> Array:
-    """Multipliers (n_rows,) of the loops that hold a system at rest at x; none for a tree."""
+    """Return the multipliers (n_rows,) of the loops of a system at rest at x; none for a tree."""
     if model.constraints is None:
         return np.zeros(0)
     ties, force = model.constraints.matrix(t, x), model.bias(t, x)
@@ -187,7 +187,7 @@ def nonlinear_bodies(model: Model) -> list[tuple[StrainTensors, IntArray, IntArr
 
 
 def rounding_forces(model: Model, t: float, x: Array, udot: Array) -> Array:
-    """Forces (n_u,) whose rounding may stand in the residual about a state x (n_x,) with accelerations udot (n_u,).
+    """Return forces (n_u,) whose rounding may remain in the residual about x (n_x,) with accelerations udot (n_u,).
 
     What is large in one coordinate is summed up in others: the largest energy counts for all.
     """

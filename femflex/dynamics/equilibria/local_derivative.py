@@ -42,7 +42,7 @@ def local_derivative(f: Callable[[float], Array], first: float, size: ArrayLike 
 
 
 def _most_alike(slopes: Array, h: NDArray[np.floating], rounding: Array) -> Array:
-    """Of slopes (k, n) by falling steps h (k,) those of the pair that differs by the smallest part."""
+    """Return, of slopes (k, n) by falling steps h (k,), the pair with the smallest relative difference."""
     change = np.abs(np.diff(slopes, axis=0))
     # where the shortest step tells another slope it is rounding, or the little that a law of its width changes
     rounding = np.maximum(rounding, change[-1] * h[-1]) / h[1:, None]

@@ -1,4 +1,4 @@
-"""Natural frequencies and shapes of a craft about rest, undamped and unloaded; and what richer sets would change.
+"""Natural frequencies and shapes of a craft about rest, undamped and unloaded, and their change by richer sets.
 
 For judging sets of shapes: M and K are those of the initial configuration with no rates, linear strain, no loads, no
 weight and no spin. By Rayleigh and Ritz every natural frequency of a set falls, or stays, as shapes are added, so that
@@ -113,12 +113,12 @@ class Truncation:
 
     @property
     def errors(self) -> Array:
-        """(k,) by what part of the kept frequencies these are too high, below 1."""
+        """Return (k,) the relative error by which the kept frequencies are too high, below 1."""
         return np.asarray(1.0 - self.richer / self.kept)
 
 
 def truncation(system: System, richer: RestModes, count: int = 3, band: float = 0.0) -> Truncation:
-    """What richer sets would change of a craft's `count` lowest elastic frequencies, and of all below `band` [Hz].
+    """Compare a craft's `count` lowest elastic frequencies, and all below `band` [Hz], with those of richer sets.
 
     richer: the `rest_modes` of the same system with its bodies in richer sets.
     """

@@ -137,7 +137,7 @@ def known_motions(
 
 
 def _triad(axis: Array) -> Array:
-    """Orthonormal columns (3, 3), right-handed, the first along the axis."""
+    """Return orthonormal columns (3, 3), right-handed, the first along the axis."""
     first = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
     first /= np.linalg.norm(first)
     return np.column_stack([axis, first, np.cross(axis, first)])
@@ -180,7 +180,7 @@ def _is_negligible(misfit: Array, reference: Array) -> bool:
 
 
 def _outside_rigid_motions(neutral: Array, rigid: Array, sizes: Array) -> Array:
-    """Neutral directions (n_u, m) that the rigid ones (n_u, k) do not hold."""
+    """Return the neutral directions (n_u, m) that the rigid ones (n_u, k) do not contain."""
     if not neutral.shape[1]:
         return neutral
     scaled = neutral / sizes[:, None]

@@ -51,8 +51,9 @@ def _sentence(model: Model, k: int, related: list[int]) -> str:
     body_names = " and ".join(dict.fromkeys(repr(bodies[i]) for i in (*related, k)))
     return (
         f"the mass matrix is singular at the start: coordinate {names[k]} describes the same motion as {listed} (of "
-        f"{body_names}), so its acceleration is not determined. Leave one of them out: lock that motion of the joint, choose "
-        "a joint with fewer free motions, or take fewer shapes (of a deploying tether, functions.straight = false)"
+        f"{body_names}), so its acceleration is not determined. Leave one of them out: lock that motion of the joint, "
+        "choose a joint with fewer free motions, or take fewer shapes (of a deploying tether, functions.straight = "
+        "false)"
     )
 
 

@@ -1,4 +1,4 @@
-"""Small motions about an equilibrium: eigenvalues, shapes, which of them grow, and what is known to do neither.
+"""Small motions about an equilibrium: eigenvalues, shapes, which of them grow, and which certainly do not.
 
 One linearisation for equilibria, Campbell diagrams and system modes:
 
@@ -64,7 +64,7 @@ class SmallMotions:
     spectrum_thresholds: Array
 
     def of_craft(self) -> SmallMotions:
-        """The same without the motions that are mostly those of states of effectors."""
+        """Return the motions without those that are mostly of states of effectors."""
         of_bodies = np.array([not owner for owner in self.owners], bool)
         owners = ("",) * int(of_bodies.sum())
         return replace(
@@ -198,7 +198,7 @@ class _Modal:
         return cls(phi, inverse, s, A, K, D, z.names)
 
     def state(self, position: Array, velocity: Array) -> Array:
-        """States (2 n + m, k) of fields and their velocities (n, k), those of effectors left where they are."""
+        """Return states (2 n + m, k) of fields and their velocities (n, k), with the states of effectors unchanged."""
         return self._with_zero_states(self.inverse @ position, (self.inverse @ velocity) / self.s[:, None])
 
     def _with_zero_states(self, y: Array, rate: Array) -> Array:
@@ -253,7 +253,7 @@ class _Modal:
         return R
 
     def rest_states(self, R: Array) -> list[Array]:
-        """States (2 n + m, k) that stay where they are, then those that go on at a constant rate, and so on.
+        """Return states (2 n + m, k) that remain constant, then those with a constant rate, and so on.
 
         Each step beyond the invariant space R and those before.
         """
@@ -305,7 +305,7 @@ def known_with_states(
 
 
 def _eigen(modal: _Modal, R: Array) -> tuple[ComplexArray, ComplexArray, list[str]]:
-    """Eigenvalues (k,) and states (2 n + m, k) of all motions but those of the invariant space R, and their owners.
+    """Return eigenvalues (k,) and states (2 n + m, k) of the motions outside the invariant space R, and their owners.
 
     A motion is that of states of effectors where these take more than half of the participation: |left right|.
     """
@@ -329,7 +329,7 @@ def _eigen(modal: _Modal, R: Array) -> tuple[ComplexArray, ComplexArray, list[st
 
 
 def distinct_motions(values: ComplexArray, all_real: bool) -> IntArray:
-    """Places of the eigenvalues that stand for a motion each, by rising frequency, those that grow first.
+    """Return the place of one eigenvalue of each motion, growing ones first, then by rising frequency.
 
     every: real ones stand for a motion each, as those of filters and lags do.
     """

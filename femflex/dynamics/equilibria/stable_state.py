@@ -22,7 +22,7 @@ UPHILL_LIMIT = 0.5  # of the force along a step that its end may have, the other
 
 
 def stable_state_below(problem: Steady, q: Array, start: Array) -> Array | None:
-    """Coordinates (n_q,) near a stable equilibrium below q, an unstable one; None where none is come to.
+    """Return coordinates (n_q,) near a stable equilibrium below the unstable q; None if none is reached.
 
     Of the two sides of q that of the coordinates begun from is taken.
     """
@@ -59,7 +59,7 @@ def _resistance(problem: Steady, q: Array) -> tuple[Array, Array, Array, Array]:
 
 
 def _descend(problem: Steady, q: Array, g: Array, K: Array, move: Array) -> Array | None:
-    """The coordinates a step further, shortened until they still go down at its end, or hardly up."""
+    """Return the coordinates after a step, shortened until the potential falls along it or hardly rises."""
     for _ in range(HALVINGS):
         trial = _displaced(problem, q, K, move)
         after = unbalanced_forces(problem, trial, 1.0, problem.constraint_matrix(trial))[0]

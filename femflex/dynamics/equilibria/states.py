@@ -1,4 +1,4 @@
-"""States z of effectors about a state of rest: where they settle, and how they and the motion drive each other.
+"""States z of effectors about rest: the values at which they settle, and their coupling with the motion.
 
     M du' + D du + K dxi + R dz = 0,    dz' = F_x dxi + F_u du + F_z dz
 
@@ -41,7 +41,7 @@ class StateEquations:
 
     @classmethod
     def empty(cls, n: int) -> StateEquations:
-        """Those of n coordinates without states."""
+        """Return the coupling of n coordinates that have no states."""
         return cls(np.zeros((n, 0)), np.zeros((0, n)), np.zeros((0, n)), np.zeros((0, 0)), ())
 
     def in_directions(self, Z: Array) -> StateEquations:
@@ -49,7 +49,7 @@ class StateEquations:
         return StateEquations(Z.T @ self.R, self.F_x @ Z, self.F_u @ Z, self.F_z, self.names)
 
     def settled_stiffness(self) -> Array:
-        """What the states add to K (n, n) when they follow the coordinates at once: -R F_z^-1 F_x."""
+        """Return the addend to K (n, n) of states that follow the coordinates at once: -R F_z^-1 F_x."""
         if not self.names:
             return np.zeros((len(self.R), len(self.R)))
         return np.asarray(-self.R @ np.linalg.lstsq(self.F_z, self.F_x, rcond=SINGULAR)[0])
@@ -98,7 +98,7 @@ def settled_states(model: Model, x: Array) -> Array:
 
 
 def resting_state(model: Model, x: Array, target: Model) -> Array:
-    """The state (n_x,) [SI] of a model at rest as another one is in x; states that this has not are those of the start.
+    """Return the state (n_x,) [SI] of a model at rest as another one is in x; states missing there start as given.
 
     The two are of one craft, with other effectors.
     """

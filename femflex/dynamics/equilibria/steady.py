@@ -118,7 +118,7 @@ class Steady:
         return np.where(self.prescribed, 0.0, A * self.sizes)
 
     def directions(self, A: Array) -> tuple[Array, Array]:
-        """Directions (n_u, .) that keep loops closed: those that shapes and springs resist, and the others."""
+        """Return directions (n_u, .) that keep loops closed: those that shapes and springs resist, and the others."""
         unit = np.eye(self.full.n_u)
         if not len(A):
             return unit[:, self.elastic & ~self.prescribed], unit[:, ~self.elastic & ~self.prescribed]
@@ -194,7 +194,7 @@ def _check_constant(problem: Steady) -> None:
 
 
 def _remedy(model: Model, x: Array) -> str:
-    """What to do about the effectors that change over time by themselves, "" without any."""
+    """Return advice about the effectors that change over time by themselves, "" if there are none."""
     channels = model.observe(np.array(TIMES), np.stack([x, x]))
     changing = {
         path.split("/")[1]

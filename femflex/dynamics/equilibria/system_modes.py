@@ -70,7 +70,7 @@ class SystemModes(Summarised):
 
     @property
     def held(self) -> list[str]:
-        """Names of the sampled controllers, whose commands are held: the modes are those of the craft without them."""
+        """Return the sampled controllers whose commands are constant: the modes are those of the craft without them."""
         return [
             effector.name
             for effector in self.about.model.system.effectors

@@ -157,7 +157,7 @@ def position_of_point(g: Record, k: int, pool: Array, work: Array, table: Table)
 def attraction_at(
     kind: int, strength: float, mu: float, c: Vector, l: Vector, a0: float, quadrupole: Vector, d: Vector, free: int
 ) -> tuple[Vector, float]:
-    """What an item of the term adds at d from c, inertial components, and its potential, per mass."""
+    """Return the acceleration by an item of the term at d from c, inertial components, and its potential, per mass."""
     if kind == EXACT:
         a, U = beyond_gradient(mu, a0, l, d)
         return sub(a, quadrupole), U

@@ -1,4 +1,4 @@
-"""Effectors: what functions do at markers and along joints (see femflex.system.effector)."""
+"""Effectors: forces of functions at markers and along joints (see femflex.system.effector)."""
 
 from __future__ import annotations
 
@@ -154,18 +154,18 @@ def acting_effectors(system: System) -> list[Effector]:
 
 
 def signal_names(effector: Effector) -> list[str]:
-    """Full names of what others may take from an effector: its states and its channels."""
+    """Return the full names of an effector's states and channels, which others may take as inputs."""
     return [*(name for name, _ in effector.state_names()), *(f"{effector.name}.{c}" for c in effector.channels)]
 
 
 def zero_keys(effector: Effector) -> list[str]:
-    """Last parts of the paths of what an effector leaves at zero: accounts it does not keep, what it does not exert."""
+    """Return the last path parts of an effector's zero channels: unused accounts, forces that it does not exert."""
     keys = [key for key in EXERTED if key not in effector.exerts]
     return [*keys, *(key for key in ACCOUNTS if key not in effector.accounts), *([] if effector.acts else ["power"])]
 
 
 def channels_of_effector(effector: Effector) -> dict[str, Channel]:
-    """What `report` writes of one effector."""
+    """Return the channels that `report` writes of one effector."""
     m, f, name = len(effector.markers), len(effector.freedoms), effector.name
     path = f"effectors/{name}"
     out = {}

@@ -90,7 +90,7 @@ def law_slopes(law: Record, q: Array, u: Array, z: Array, pool: Array) -> tuple[
 
 @inner
 def first_piece(table: Table, start: int) -> int:
-    """Where the LAW records begin, behind their number."""
+    """Return the start of the LAW records, which follow their number."""
     return start + 1
 
 
@@ -147,28 +147,28 @@ class Laws(ForceTerm):
 
     def lower(self, system: System, head: Record, bodies: Records, pool: Pool, scratch: Scratch, at: int) -> Table:
         pieces: list[tuple[int, ...]] = []
-        for item, place in enumerate(law_places(system)):
-            i, k = 1 + system.order.index(place.joint.child), place.law.freedom
-            for kind, numbers in pieces_of(place.law):
-                pieces.append((i, k, place.q, place.u, kind, pool.add(numbers), place.time, item))
+        for item, law_place in enumerate(law_places(system)):
+            i, k = 1 + system.order.index(law_place.joint.child), law_place.law.freedom
+            for kind, numbers in pieces_of(law_place.law):
+                pieces.append((i, k, law_place.q, law_place.u, kind, pool.add(numbers), law_place.time, item))
             bodies[i]["sprung"], bodies[i]["lawful"], bodies[i]["full"] = 1, 1, 0
         return np.array([len(pieces), *(number for piece in pieces for number in piece)], np.int64)
 
     def channels(self, system: System) -> dict[str, Channel]:
         return {
-            f"laws/{place.name}/force": Channel(place.unit, f"resisting force or torque of {place.name}")
-            for place in law_places(system)
+            f"laws/{law_place.name}/force": Channel(law_place.unit, f"resisting force or torque of {law_place.name}")
+            for law_place in law_places(system)
         }
 
     def without_item(self, system: System, item: str) -> System:
         return replace(system, joints=tuple(without_law(joint, item) for joint in system.joints))
 
     def fixed(self, system: System) -> list[str]:
-        return [place.name for place in law_places(system) if isinstance(place.law, Latch)]
+        return [law_place.name for law_place in law_places(system) if isinstance(law_place.law, Latch)]
 
 
 def pieces_of(law: Law | Latch) -> list[tuple[int, Array]]:
-    """What the compiled equations evaluate of a law or an elastic latch, summed: kind and numbers."""
+    """Return the summed pieces of a law or an elastic latch that the compiled equations evaluate: kind and numbers."""
     if isinstance(law, Law):
         return law.kernel_pieces()
     return [(LATCHED, np.array([law.stiffness, law.damping, law.at]))]

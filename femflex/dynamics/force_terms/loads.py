@@ -180,7 +180,7 @@ def report(
     pool: Array,
     work: Array,
 ) -> None:
-    """Force and torque of every load, body components, and its power; what it adds to energy or to the supply."""
+    """Write force and torque of every load, body components, and its power; add its part to energy or supply."""
     head, shift, drift = header_of(table), load3(account, A_SHIFT), load3(account, A_DRIFT)
     for i in range(n):
         load = load_at(table, records + N_LOAD * i)

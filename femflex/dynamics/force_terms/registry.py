@@ -1,4 +1,4 @@
-"""What a force term says of itself, and the register of all of them."""
+"""Description of a force term, and the register of all force terms."""
 
 from __future__ import annotations
 
@@ -44,14 +44,14 @@ class ForceTerm(ABC):
 
     @abstractmethod
     def lower(self, system: System, head: np.void, bodies: Records, pool: Pool, scratch: Scratch, at: int) -> Any:
-        """Its own records, which will stand in the table from place `at` on; may change the bodies' records."""
+        """Return its own records for the table from `at` on; it may change the bodies' records."""
 
     def channels(self, system: System) -> dict[str, Channel]:
-        """What `report` writes, in its order: path -> Channel."""
+        """Return the channels that `report` writes, in its order: path -> Channel."""
         return {}
 
     def zeros(self, system: System) -> list[str]:
-        """Paths of what `report` writes that is zero by construction; a run does not report these."""
+        """Return paths of channels that are zero by construction; a run does not report these."""
         return []
 
     @abstractmethod
@@ -63,7 +63,7 @@ class ForceTerm(ABC):
         return []
 
     def others(self, system: System) -> list[str]:
-        """Names of what can be left out, and has no row in the ledger."""
+        """Return names of parts that can be left out and have no row in the ledger."""
         return []
 
     def breaks(self, system: System) -> list[Array]:

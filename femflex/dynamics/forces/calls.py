@@ -1,8 +1,9 @@
-"""How the equations call force terms (see `femflex.dynamics.force_terms`): by address, through fixed signatures.
+"""Calls of force terms by the equations (see `femflex.dynamics.force_terms`): by address, with fixed signatures.
 
 APPLY    apply(t, q, u, at, first, last, table, pool, work)
-         Puts the forces of items first to last - 1 on the placed bodies: off their bias wrenches and elastic bias
-         (`push`), and on W_TAU of their joints. Items with states write the rates of these behind `zdot` of the header.
+         Subtracts the forces of items first to last - 1 from the bias wrenches and the elastic bias of the placed
+         bodies (`push_on_body`), and adds them to W_TAU of their joints. Items with states write the rates of these
+         behind `zdot` of the header.
 RESIST   resist(t, q, u, c_d, c_k, at, n, table, pool, work)
          Adds c_d D + c_k K of its n items to W_RESIST along the freedoms of joints, each slope where it is positive:
          what implicit integrators hold against motion. An approximation is enough.

@@ -1,4 +1,4 @@
-"""A force and a torque at a marker, put on the bias of its body."""
+"""Force and torque at a marker, added to the bias of its body."""
 
 from __future__ import annotations
 

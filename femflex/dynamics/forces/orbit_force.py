@@ -1,4 +1,4 @@
-"""What a specified orbit needs: the force that keeps O on it against the loads."""
+"""Force that keeps O on a specified orbit against the loads."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a run reports of joints that turn successively: the angle left to gimbal lock."""
+"""Channels of joints with successive turns: the angle that remains to gimbal lock."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from femflex.system.gimbal_lock import can_lock, lock_angle
 
 
 def lockable_joints(system: System) -> Iterator[tuple[Joint, int]]:
-    """Every joint of successive turns that can come to gimbal lock, and where its coordinates begin in q."""
+    """Return every joint of successive turns that can reach gimbal lock, and its first place in q."""
     first = 0
     for name in system.order:
         joint = system.joint_of(name)
@@ -20,7 +20,7 @@ def lockable_joints(system: System) -> Iterator[tuple[Joint, int]]:
 
 
 def lock_channels(system: System) -> dict[str, Channel]:
-    """Path, unit and meaning of what is reported."""
+    """Return path, unit and meaning of the channels."""
     return {
         f"joints/{joint.label}/singularity": Channel("rad", "angle left to gimbal lock of its free turns")
         for joint, _ in lockable_joints(system)

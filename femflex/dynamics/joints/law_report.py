@@ -1,4 +1,4 @@
-"""Where laws and latches of joints stand in the state; when latches locked; the power that is taken for good."""
+"""Channels of laws and latches of joints: state numbers, times of locking, and the power that is dissipated."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ FORCES = {"m/s": "N", "rad/s": "N m"}
 
 @dataclass(frozen=True, eq=False)
 class LawPlace:
-    """A law, or an elastic latch, and where what it needs stands in q, in u, and in z (-1: nothing does)."""
+    """A law, or an elastic latch, and its places in q, in u, and in z (-1: none)."""
 
     name: str
     joint: Joint
@@ -53,7 +53,7 @@ def law_places(system: System) -> list[LawPlace]:
 
 @dataclass(frozen=True, eq=False)
 class LatchPlace:
-    """A latch, and where its coordinate stands in q, its freedom in u, and its time in z; its loss follows there."""
+    """A latch, and the places of its coordinate in q, its freedom in u, and its time in z, with its loss next to it."""
 
     joint: Joint
     latch: Latch
@@ -76,7 +76,7 @@ def latch_places(system: System) -> list[LatchPlace]:
 
 
 def is_damped(system: System) -> bool:
-    """Whether anything takes energy out of the motion for good."""
+    """Return whether any element dissipates energy of the motion."""
     joints = any(joint.damping.any() or joint.laws or joint.latches for joint in system.joints)
     joints = joints or any(spring.damping for spring in system.springs)
     joints = joints or any(isinstance(e, Effector) and "dissipation" in e.accounts for e in system.effectors)
@@ -84,10 +84,10 @@ def is_damped(system: System) -> bool:
 
 
 def law_channels(system: System) -> dict[str, Channel]:
-    """Path, unit and meaning of what is reported of latches, and of the power that is lost."""
+    """Return path, unit and meaning of the channels of latches, and of the dissipated power."""
     out = {}
-    for place in latch_places(system):
-        name = place.joint.freedom_names()[place.latch.freedom]
+    for latch_place in latch_places(system):
+        name = latch_place.joint.freedom_names()[latch_place.latch.freedom]
         path = f"latches/{name}"
         out[f"{path}/locked"] = Channel("1", f"1 from when {name} latched")
         out[f"{path}/time"] = Channel("s", f"when {name} latched; -1 before; -2 - t once released at t")
@@ -103,10 +103,10 @@ def observe_laws(model: Model, states: Array, dissipated: Array) -> dict[str, Ar
     if not is_damped(system):
         return {}
     out: dict[str, Array] = {}
-    for place in latch_places(system):
-        path = f"latches/{place.joint.freedom_names()[place.latch.freedom]}"
-        out[f"{path}/time"], out[f"{path}/loss"] = z[:, place.time], z[:, place.time + 1]
-        out[f"{path}/locked"] = (z[:, place.time] >= 0).astype(float)
+    for latch_place in latch_places(system):
+        path = f"latches/{latch_place.joint.freedom_names()[latch_place.latch.freedom]}"
+        out[f"{path}/time"], out[f"{path}/loss"] = z[:, latch_place.time], z[:, latch_place.time + 1]
+        out[f"{path}/locked"] = (z[:, latch_place.time] >= 0).astype(float)
     return {**out, "monitors/dissipation": linear_dissipation(system, u) + dissipated}
 
 

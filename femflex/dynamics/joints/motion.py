@@ -16,7 +16,7 @@ def eliminate_joint(b: Record, pool: Array, work: Array, c_d: float, c_k: float,
     """Take the joint's freedoms out of [A | p], one after the other, the bias acceleration included in p.
 
     Freedom k with column h: U = A h, d = h . U + c_d damper + c_k spring + that of laws, and the force that remains
-    is h . p - tau, kept in the last place of U. Held freedoms (pivot 0, see held) stay in [A | p].
+    is h . p - tau, kept in the last place of U. Prescribed freedoms (pivot 0, see prescribed_motion) stay in [A | p].
     """
     w = b["work"]
     rows = with_bias(six_rows(work, w + W_M), pair(work, w + W_BIAS))
@@ -44,7 +44,7 @@ def eliminate_joint(b: Record, pool: Array, work: Array, c_d: float, c_k: float,
 
 @inner
 def accelerate_joint(b: Record, work: Array, out: Array) -> None:
-    """Write udot = -(U . a + h . p - tau)/d of each joint freedom, the last eliminated first; add what they give."""
+    """Write udot = -(U . a + h . p - tau)/d of each joint freedom, the last eliminated first, and add their effect."""
     w = b["work"]
     acc = pair(work, w + W_ACC)
     hidden = 3 if b["hidden"] else 0

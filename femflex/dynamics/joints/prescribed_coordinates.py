@@ -1,4 +1,4 @@
-"""Freedoms of joints that are held: which they are, where they stand in the state, and what they are held at."""
+"""Prescribed freedoms of joints: their places in the state, and their prescribed values."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ if TYPE_CHECKING:
 
 
 def prescribed_freedoms(joint: Joint) -> list[int]:
-    """Freedoms of a joint that are held throughout or once they latch, in the model's order."""
+    """Return the freedoms of a joint that are prescribed throughout or once they latch, in the model's order."""
     return [*joint.prescribed, *(latch.freedom for latch in joint.locking)]
 
 
 def prescribed_places(system: System) -> list[tuple[Joint, int, int, int]]:
-    """(joint, its freedom, place in q, place in u) of every freedom that is held, or may be."""
+    """Return (joint, its freedom, place in q, place in u) of every freedom that is or may become prescribed."""
     places, iq, iu = [], 0, 0
     for name in system.order:
         joint, n = system.joint_of(name), system.bodies[name].n_modes
@@ -27,8 +27,8 @@ def prescribed_places(system: System) -> list[tuple[Joint, int, int, int]]:
 
 
 def prescribed_states(model: Model, times: Array, states: Array) -> Array:
-    """The states (n_t, n_x) with held freedoms where they are held."""
-    places = [place for place in prescribed_places(model.system) if place[1] in place[0].prescribed]
+    """Return the states (n_t, n_x) with prescribed freedoms at their prescribed values."""
+    places = [entry for entry in prescribed_places(model.system) if entry[1] in entry[0].prescribed]
     if not places:
         return states
     states = states.copy()

@@ -1,4 +1,4 @@
-"""Held freedoms: joint coordinates that follow a specified motion or have latched, and the forces that make them.
+"""Prescribed freedoms: joint coordinates that follow a given motion or have latched, and the forces that this needs.
 
 The state keeps their places, so nothing is renumbered. Before anything is computed the state is copied with s(t) and
 sdot(t) in it; sddot enters the recursion as a known acceleration (eq. 5), and the force that the specification needs
@@ -18,7 +18,7 @@ from femflex.dynamics.lowering.layout import W_ACC, W_BIAS, W_H, W_M, W_PIVOT, W
 
 @inner
 def prescribed_state(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> tuple[Array, Array]:
-    """(q, u) with held freedoms where they are held, z taken already; writes flags and known accelerations."""
+    """Return (q, u) with prescribed freedoms at their values, z copied; write flags and known accelerations."""
     head = header_of(table)
     new_q, new_u, z = offset(work, head["held_q"]), offset(work, head["held_u"]), offset(work, head["z"])
     for k in range(head["n_q"]):
@@ -40,13 +40,13 @@ def prescribed_state(t: float, q: Array, u: Array, table: Table, pool: Array, wo
 
 @inner
 def is_prescribed_now(b: Record, k: int, work: Array) -> bool:
-    """Whether freedom k of a joint that may be held is held now."""
+    """Return whether freedom k of a joint that may be prescribed is so now."""
     return work[b["flags"] + k] != 0.0
 
 
 @inner
 def add_known_accelerations(table: Table, work: Array) -> None:
-    """Add what held freedoms give to the bodies' bias accelerations."""
+    """Add the accelerations of prescribed freedoms to the bodies' bias accelerations."""
     for i in range(1, header_of(table)["n_bodies"]):
         b = body_of(table, i)
         if b["held"]:
@@ -74,7 +74,7 @@ def write_prescribed_columns(b: Record, work: Array) -> None:
 
 @inner
 def accelerate_prescribed(b: Record, work: Array, out: Array) -> None:
-    """Once the body's acceleration is known: write sddot of held freedoms and the forces that hold them."""
+    """Once the body's acceleration is known: write sddot of prescribed freedoms and the forces that it needs."""
     w = b["work"]
     acc = pair(work, w + W_ACC)
     hidden = 3 if b["hidden"] else 0
@@ -86,7 +86,7 @@ def accelerate_prescribed(b: Record, work: Array, out: Array) -> None:
 
 @inner
 def write_prescribed_rows(udot: Array, out: Array, table: Table, work: Array) -> None:
-    """out = udot - sddot on the rows of held freedoms, in place of their equations of motion."""
+    """Write udot - sddot on the rows of prescribed freedoms of out, in place of their equations of motion."""
     head = header_of(table)
     for k in range(head["n_u"]):
         if work[head["flags"] + k] != 0.0:

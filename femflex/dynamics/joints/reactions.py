@@ -1,4 +1,4 @@
-"""What the joints of the tree carry: force and torque on the child, from the equations gathered from the tips.
+"""Forces in the joints of the tree: force and torque on the child, from the equations summed from the tips.
 
 Reported when a system asks for it (`System.reactions`): an instant costs about two rates.
 """
@@ -21,12 +21,12 @@ XYZ = ("x", "y", "z")
 
 
 def joints_with_reactions(system: System) -> list[Joint]:
-    """The joints that carry anything, in tree order: not those free in all six motions."""
+    """Return the joints that carry any force, in tree order: all but those free in all six motions."""
     return [joint for joint in map(system.joint_of, system.order) if joint.n_u - len(joint.prescribed) < 6]
 
 
 def reaction_channels(system: System) -> dict[str, Channel]:
-    """Path, unit and meaning of the forces in joints, where the system asks for them."""
+    """Return path, unit and meaning of the forces in joints, if the system asks for them."""
     out = {}
     for joint in joints_with_reactions(system) if system.reactions else []:
         where = f"{joint.child}.{joint.child_marker}"

@@ -65,7 +65,7 @@ def switch_ball(b: Record, q: Array, pool: Array) -> int:
 
 @inner
 def angle_to_singularity(b: Record, q: Array, pool: Array) -> float:
-    """Angle left to the singularity of a ball's set (see femflex.rotations.singularity_distance)."""
+    """Return the angle that remains to the singularity of a ball's set (see femflex.rotations.singularity_distance)."""
     j = b["q"] + b["n_slide"]
     if b["ball"] == BALL_RODRIGUES or b["ball"] == BALL_MODIFIED:
         half = math.atan(math.sqrt(dot(load3(q, j), load3(q, j))))
@@ -86,7 +86,7 @@ def note_smallest_angle(b: Record, t: float, q: Array, pool: Array, work: Array)
 
 @kernel(SWITCH)
 def switch(t: float, x: Array, table: Table, pool: Array, work: Array) -> int:
-    """Number of balls whose coordinates were changed in the state x, in place; notes how near to failing they were."""
+    """Change the coordinates of balls near their singularity in x, in place; return how many, note the least angle."""
     records = pointer(table)
     changed = 0
     for i in range(1, header_of(records)["n_bodies"]):

@@ -1,4 +1,4 @@
-"""Bodies lowered to flat arrays: moments, stiffness, strain and what follows."""
+"""Bodies lowered to flat arrays: moments, stiffness, strain and followers."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ROUNDING = 1e-12  # relative; an elastic mass or stiffness closer than this to i
 
 @dataclass(frozen=True)
 class BodyNumbers:
-    """What lowering takes from a body alone: pieces of the pool and numbers of the record, by the record's names."""
+    """Numbers of a body alone for its record and the pool, by the names of the record's fields."""
 
     pieces: dict[str, Piece]
     counts: dict[str, int]
@@ -88,7 +88,7 @@ def _numbers(body: FlexibleBody) -> BodyNumbers:
 
 
 def take_monomials(record: np.void, scratch: Scratch) -> None:
-    """Places in the work array of what nonlinear strain is summed up from."""
+    """Reserve places in the work array for the monomials of nonlinear strain."""
     n = int(record["n"])
     pairs = n * (n + 1) // 2
     record["nonlinear"], record["n_blocks"] = 1, -(-pairs // COLUMNS)

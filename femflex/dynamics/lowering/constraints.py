@@ -62,8 +62,8 @@ def lower_closing(closing: np.void, system: System, pool: Pool, n_rows: int, n_c
 
 
 def dependence_limit(system: System, least: float = DEPENDENT) -> float:
-    """What remains of a row below this part of the longest row: it depends on those before; more than the least where
-    loops have play.
+    """Return the part of the longest row below which the rest of a row counts as dependent on those before; it is
+    larger where loops have play.
 
     An axis that is askew by an angle leaves a row that part of which does not follow from the others, and a loop open
     by the angle times its size as it moves.

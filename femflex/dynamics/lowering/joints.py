@@ -1,4 +1,4 @@
-"""Joints lowered to flat arrays: axes, springs, what they hold, and the markers they join."""
+"""Joints lowered to flat arrays: axes, springs, prescribed freedoms, and the markers they join."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def lower_joint(record: np.void, joint: Joint, system: System, pool: Pool) -> No
 def lower_prescribed(
     head: np.void, bodies: NDArray[np.void], system: System, pool: Pool, scratch: Scratch
 ) -> NDArray[np.void]:
-    """One HOLD record per held freedom, and where the model keeps what it holds."""
+    """Write one HOLD record per prescribed freedom, and the place of its value in the model."""
     entries, z = [], 0
     for record, name in zip(bodies[1:], system.order, strict=True):
         joint = system.joint_of(name)

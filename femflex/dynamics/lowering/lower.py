@@ -22,7 +22,7 @@ N_ACCOUNT = 9  # numbers of the header's account
 
 
 class LowerableTerm(Protocol):
-    """What lowering asks of a force term (see femflex.dynamics.force_terms)."""
+    """Functions that lowering needs of a force term (see femflex.dynamics.force_terms)."""
 
     def items(self, system: System) -> list[str]:
         """Names of its items in a system."""
@@ -30,7 +30,7 @@ class LowerableTerm(Protocol):
     def lower(
         self, system: System, head: np.void, bodies: NDArray[np.void], pool: Pool, scratch: Scratch, at: int
     ) -> NDArray[np.void] | Table:
-        """Its own records, which will stand in the table from place `at` on; may change the bodies' records."""
+        """Return its own records for the table from `at` on; it may change the bodies' records."""
 
     def record(self, system: System, at: int) -> NDArray[np.void]:
         """Its TERM record, its own records standing at a place."""

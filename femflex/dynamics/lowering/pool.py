@@ -1,4 +1,4 @@
-"""Where lowering lays numbers and scratch: one after another, from whole lanes."""
+"""Allocation of numbers and scratch in the pool: one after another, from whole lanes."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ MARKERS: WeakKeyDictionary[Marker, tuple[Piece, Piece, Piece, int]] = WeakKeyDic
 
 
 class Pool:
-    """Numbers laid one after another from whole lanes; `put` says where a piece went, and lays equal ones only once."""
+    """Numbers laid one after another from whole lanes; `put` returns a piece's offset, and lays equal ones once."""
 
     def __init__(self) -> None:
         self._pieces: list[tuple[int, Array]] = []  # place and numbers

@@ -1,4 +1,4 @@
-"""Bodies that vary with time, lowered: their block in the pool, and the places of what the kernels read in it."""
+"""Bodies that vary with time, lowered: their block in the pool, and the offsets of what kernels read in it."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ _KNOWN: dict[
 def function_address(
     name: str, write: Callable[..., Any] | LengthTable | str, n_z: int, n_numbers: int, n_block: int
 ) -> int:
-    """Where compiled code calls the function of body `name`; compiled once in a process.
+    """Return the address of the function of body `name` for compiled code; it is compiled once in a process.
 
     Raises ValueError where Numba cannot compile it.
     """
@@ -73,8 +73,8 @@ def _check_signature(name: str, write: Any) -> None:
     signature = getattr(write, "_sig", USER)
     if signature != USER:
         raise ValueError(
-            f"the compiled function that writes the properties of body {name!r} has the signature {signature}; compile it "
-            f"for {USER}"
+            f"the compiled function that writes the properties of body {name!r} has the signature {signature}; compile "
+            f"it for {USER}"
         )
 
 

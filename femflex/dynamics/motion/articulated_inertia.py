@@ -1,4 +1,4 @@
-"""What a body hands to its parent once its own freedoms are eliminated: inertia and bias at the parent's origin."""
+"""Articulated inertia and bias of a body at its parent's origin, after its own freedoms are eliminated."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def add_to_parent_rows(b: Record, parent: Record, work: Array) -> None:
 
 @inner
 def add_to_parent_shapes(b: Record, parent: Record, work: Array, rows: Rows, r: Vector) -> None:
-    """Add what the child's rows (parent axes, at the child's origin) mean for the parent's shapes: columns Phi.
+    """Add the effect of the child's rows (parent axes, at the child's origin) on the parent's shapes: columns Phi.
 
     With F_k = A Phi_k: E_kj + F_k . Phi_j, and the coupling gains F_k at the parent's origin and pn_k + p . Phi_k.
     """

@@ -1,4 +1,4 @@
-"""The states z that stand behind the velocities: where kernels find them, and their rates.
+"""Auxiliary states z, which follow the velocities in memory: their copy for kernels, and their rates.
 
 Latch flags are constant between events. The other states belong to effectors, which write their rates into the work
 array whenever forces are written.
@@ -16,7 +16,7 @@ from femflex.dynamics.motion.equations import place_bodies
 
 @inner
 def copy_auxiliary_states(u: Array, table: Table, work: Array) -> None:
-    """Copy the states that stand behind u (n_u,) to where all that is evaluated finds them."""
+    """Copy the states behind u (n_u,) to the place where every evaluation reads them."""
     head = header_of(table)
     for k in range(head["n_z"]):
         work[head["z"] + k] = u[head["n_u"] + k]
@@ -43,7 +43,7 @@ def correct_auxiliary_states(
     pool: Array,
     work: Array,
 ) -> None:
-    """out (n_z,): what Newton's method adds to the given dz/dt, (1 - c_d J)^-1 (zdot - given).
+    """Write Newton's correction of the given dz/dt to out (n_z,): (1 - c_d J)^-1 (zdot - given).
 
     zdot is that at the velocities u + c_d step, which the same iteration has found: states that follow velocities
     faster than the step would lag an iteration behind otherwise. J = dzdot/dz is known to the terms whose states

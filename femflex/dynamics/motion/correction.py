@@ -61,7 +61,7 @@ def resisted_accelerations(
 ) -> tuple[Array, Array]:
     """out = udot + d, the accelerations of the heavier bodies and joints; forced as in `reduce_to_root`.
 
-    The coordinates and velocities in which held freedoms are where they are held are given back.
+    Returns the coordinates and velocities with prescribed freedoms at their values.
     """
     head = header_of(table)
     copy_auxiliary_states(u, table, work)
@@ -109,9 +109,9 @@ def correct(
     pool: Array,
     work: Array,
 ) -> None:
-    """out = -(M + c_d D + c_k K)^-1 (M udot + h - Q) at the state (q, u), in O(n); sddot - udot of held freedoms.
+    """out = -(M + c_d D + c_k K)^-1 (M udot + h - Q) at the state (q, u), in O(n); sddot - udot if prescribed.
 
-    The states' part of out follows (see `correct_states`).
+    The part of out for the states follows (see `correct_auxiliary_states`).
     """
     records, numbers, scratch, accelerations, rates = (
         pointer(table),

@@ -1,4 +1,4 @@
-"""The force of the drum of a deploying body, compiled: what `femflex.dynamics.reports.drum` says, for free lengths.
+"""Compiled force of the drum of a deploying body (see `femflex.dynamics.reports.drum`), for free lengths.
 
 Everything is read at a state whose accelerations and joint wrenches were gathered last. The block of a unit rate of the
 length stands at `unit`, laid out as the body's own; `off` leads from a place in the one to that in the other.
@@ -47,7 +47,7 @@ from femflex.system.variation import COLUMNS
 
 @inner
 def complete_accelerations(b: Record, work: Array) -> None:
-    """Add the accelerations of slaved shapes behind those of the coordinates, at work[b["accel_all"]] (wide)."""
+    """Add the accelerations of slaved shapes after those of the coordinates, at work[b["accel_all"]] (wide)."""
     n, row = b["n"], b["row"]
     for k in range(b["wide"]):
         work[b["accel_all"] + k] = work[b["accel"] + k] if k < n else 0.0
@@ -139,7 +139,7 @@ def sum9(m: Matrix, s: float, n: Matrix) -> Matrix:
 
 @inner
 def joint_force_at_P(child: Record, parent: Record, shift: int, pool: Array, work: Array) -> float:
-    """What a joint carries, by the velocity that its marker P on the deploying parent has per rate of the length."""
+    """Return the joint's force on the velocity of marker P (on the deploying parent) per rate of the length."""
     w = child["work"]
     C = load_rows(work, w + W_CIP)
     force, torque = turn_back(C, load3(work, w + W_P)), turn_back(C, load3(work, w + W_P + 4))
@@ -155,7 +155,7 @@ def joint_force_at_P(child: Record, parent: Record, shift: int, pool: Array, wor
 
 @inner
 def joint_force_at_Q(b: Record, shift: int, pool: Array, work: Array) -> float:
-    """What the body's own joint carries, by the velocity that its marker Q has in it per rate of the length."""
+    """Return the force of the body's own joint on the velocity of its marker Q per rate of the length."""
     w, wide, delta = b["work"], b["wide"], b["delta"]
     force, torque = load3(work, w + W_P), load3(work, w + W_P + 4)
     shape, spin = b["own_shape"] + shift, b["own_spin"] + shift

@@ -39,7 +39,7 @@ def place_bodies(t: float, q: Array, u: Array, table: Table, pool: Array, work: 
 
 @kernel(RATE)
 def rate(t: float, x: Array, dx: Array, table: Table, pool: Array, work: Array) -> None:
-    """dx/dt of the state x = (q, u): qdot = N(q) u and M udot = Q - h, in O(n); without held freedoms and states."""
+    """Write dx/dt of x = (q, u): qdot = N(q) u and M udot = Q - h, in O(n); without prescribed freedoms and states."""
     records, numbers, scratch = pointer(table), pointer(pool), pointer(work)
     head = header_of(records)
     q, u, dq, udot = pointer(x), offset(x, head["n_q"]), pointer(dx), offset(dx, head["n_q"])

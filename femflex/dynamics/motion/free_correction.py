@@ -55,7 +55,7 @@ def write_imbalance_slopes(
     pool: Array,
     work: Array,
 ) -> None:
-    """Rows [d(lack)/d(Lddot), lack] of the free lengths, at what bodies and joints do in the step."""
+    """Write rows [d(deficit)/d(Lddot), deficit] of the free lengths, at the step's motion of bodies and joints."""
     head = header_of(table)
     n, slots, z = head["n_free"], head["z"] + head["n_z"], offset(u, head["n_u"])
     for trial in range(n + 1):  # as given, then each alone
@@ -93,7 +93,7 @@ def correct(
     pool: Array,
     work: Array,
 ) -> None:
-    """out = what Newton's method adds to (udot, zdot), lengths among z; c_k = c_d^2 or near it."""
+    """Write Newton's correction of (udot, zdot), lengths among z, to out; c_k = c_d^2 or near it."""
     records, numbers, scratch, accelerations, rates = (
         pointer(table),
         pointer(pool),

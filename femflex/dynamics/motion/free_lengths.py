@@ -42,7 +42,7 @@ def write_unit_blocks(table: Table, pool: Array, work: Array) -> None:
 def write_imbalance(
     t: float, x: Array, u: Array, udot: Array, column: int, table: Table, pool: Array, work: Array
 ) -> None:
-    """Write what each free length lacks in force, at the accelerations of lengths in their slots."""
+    """Write the deficit of force of each free length, at the accelerations of lengths in their slots."""
     clear_work_per_length(table, pool)
     write_residual(t, x, u, udot, offset(work, header_of(table)["lack"]), table, pool, work)
     write_imbalance_entries(column, table, pool, work)
@@ -50,7 +50,7 @@ def write_imbalance(
 
 @inner
 def write_imbalance_entries(column: int, table: Table, pool: Array, work: Array) -> None:
-    """Write what each free length lacks in force [N] at the state that was gathered last."""
+    """Write the deficit of force [N] of each free length at the state that was gathered last."""
     head = header_of(table)
     n, k = head["n_free"], 0
     for i in range(1, head["n_bodies"]):

@@ -42,7 +42,7 @@ def write_residual(
 ) -> None:
     """out = M udot + h - Q: forces of motion and strain, loads and springs, then the inertia forces of udot.
 
-    On the rows of held freedoms out = udot - sddot.
+    On the rows of prescribed freedoms out = udot - sddot.
     """
     has_prescribed = header_of(table)["n_holds"] > 0
     copy_auxiliary_states(u, table, work)
@@ -82,7 +82,7 @@ def gather_residual(udot: Array, out: Array, table: Table, pool: Array, work: Ar
 
 @inner
 def accelerate_body(b: Record, parent: Record, udot: Array, work: Array) -> None:
-    """Write the body's acceleration: the parent's, the joint's and the bias; and keep those of the shapes."""
+    """Write the body's acceleration, that of parent, joint and bias together; and keep those of the shapes."""
     w, hidden = b["work"], 3 if b["hidden"] else 0
     for k in range(b["row"]):
         work[b["accel"] + k] = udot[b["ue"] + k] if k < b["n"] else 0.0
@@ -172,7 +172,7 @@ def write_solution(
 ) -> None:
     """out = (c_m M + c_d D + c_k K)^-1 rhs; the velocities handed to `place` only reach biases, which are cleared.
 
-    On held freedoms the matrix is c_m times the unit matrix. K counts the stiffness of force terms; D leaves out
+    On prescribed freedoms the matrix is c_m times the unit matrix. K counts the stiffness of force terms; D leaves out
     what these resist at a rate, which is not known here. The states stand behind rhs.
     """
     head = header_of(table)

@@ -1,4 +1,4 @@
-"""Where every body is and how it turns: positions by eq. (1), rates and bias accelerations by eq. (2), parent to child.
+"""Kinematics of the bodies, parent to child: positions by eq. (1), rates and bias accelerations by eq. (2).
 
 From the parent's origin to marker P (which the parent's elastic coordinates move and turn), along the joint's slides,
 through its turns to marker Q, and from Q back to the child's origin (Q moves and turns on the child likewise). Bias
@@ -179,7 +179,7 @@ def write_body_motion(
     a: Vector,
     alpha: Vector,
 ) -> None:
-    """Write what place_body finds: r in parent components, the rest in the body's; position and attitude follow."""
+    """Write the result of place_body: r in parent components, the rest in the body's; position and attitude follow."""
     w, wp = b["work"], parent["work"]
     store_rows(work, w + W_CIP, C_ip)
     store3(work, w + W_R, r)

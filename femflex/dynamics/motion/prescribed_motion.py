@@ -1,4 +1,4 @@
-"""The equations of motion (9) of a model with held joint freedoms or states z.
+"""Equations of motion (9) of a model with prescribed joint freedoms or states z.
 
 Compiled apart from `rate`, and only for such models: the others keep their speed and their first compilation.
 """
@@ -19,7 +19,7 @@ from femflex.dynamics.motion.recursion import accelerate, reduce_to_root
 
 @inner
 def write_accelerations(t: float, q: Array, u: Array, udot: Array, table: Table, pool: Array, work: Array) -> None:
-    """udot of M udot = Q - h at the state (q, u), in which held freedoms are where they are held."""
+    """Write udot of M udot = Q - h at the state (q, u), with prescribed freedoms at their values."""
     place_bodies(t, q, u, table, pool, work)
     write_forces(t, q, u, table, pool, work)
     if header_of(table)["n_holds"] > 0:
@@ -30,7 +30,7 @@ def write_accelerations(t: float, q: Array, u: Array, udot: Array, table: Table,
 
 @kernel(RATE)
 def rate_with_prescribed_motion(t: float, x: Array, dx: Array, table: Table, pool: Array, work: Array) -> None:
-    """dx/dt of the state x = (q, u, z): qdot = N(q) u, M udot = Q - h and zdot; held freedoms have (sdot, sddot)."""
+    """Write dx/dt of x = (q, u, z): qdot = N(q) u, M udot = Q - h and zdot; prescribed freedoms have (sdot, sddot)."""
     records, numbers, scratch = pointer(table), pointer(pool), pointer(work)
     head = header_of(records)
     q, u, dq, udot = pointer(x), offset(x, head["n_q"]), pointer(dx), offset(dx, head["n_q"])

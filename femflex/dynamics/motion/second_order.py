@@ -1,4 +1,4 @@
-"""The equations of motion (9) as implicit integrators and studies ask for them, each call compiled when first used.
+"""Equations of motion (9) for implicit integrators and studies, each call compiled when first used.
 
 RESIDUAL   residual(t, q, u, udot, out, table, pool, work): out = M udot + h - Q
 SOLVE      solve(t, q, rhs, out, c_m, c_d, c_k, table, pool, work): out = (c_m M + c_d D + c_k K)^-1 rhs

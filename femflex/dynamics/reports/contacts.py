@@ -1,4 +1,4 @@
-"""Where rolling discs and knife edges touch."""
+"""Contact points of rolling discs and knife edges."""
 
 from __future__ import annotations
 

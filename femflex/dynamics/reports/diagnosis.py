@@ -1,4 +1,4 @@
-"""What a model says of a state at which a run came to its end: the one cause that the numbers there point to."""
+"""Diagnosis of the state at which a run ended: the one cause that its numbers point to."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def diagnosis(model: Model, t: float, x: Array, infeasible: bool) -> tuple[str, 
 
 
 def length_limit_text(model: Model, t: float, x: Array) -> str:
-    """A free length that has come to zero or to its stock."""
+    """Describe a free length that has reached zero or its stock; "" for none."""
     names, z = [name for name, _ in model.system.state_names()], model.parts(x)[2]
     for body, variation in model.system.varying.items():
         table = variation.write
@@ -76,8 +76,8 @@ def gimbal_lock_text(model: Model, t: float, x: Array) -> str:
         coordinates = q[first : first + joint.n_q]
         if lock_angle(joint, coordinates) < THRESHOLD:
             return (
-                f"joint {joint.label!r} has reached gimbal lock: {lock_text(joint, coordinates)}. Choose a sequence of turns that "
-                "stays clear of it, or lock other turns"
+                f"joint {joint.label!r} has reached gimbal lock: {lock_text(joint, coordinates)}. Choose a sequence of "
+                "turns that stays clear of it, or lock other turns"
             )
     return ""
 

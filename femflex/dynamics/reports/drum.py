@@ -1,4 +1,4 @@
-"""What the drum of a deploying member does: its force from momentum, its power, and the energy lost at the exit.
+"""Report of the drum of a deploying member: its force from momentum, its power, and the energy lost at the exit.
 
 The drum's force F works on the length L: with chi_A = dz_A/dL at a material point, w = U chi_A y_A,
 

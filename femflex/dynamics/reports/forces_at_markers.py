@@ -1,6 +1,6 @@
 """Forces at a deploying body's own markers: of loads, springs and effectors as reported, of loops by their multipliers.
 
-Everything is read at a state that `femflex.dynamics.reports.variations.gather` has gathered last.
+Everything is read at a state that `femflex.dynamics.reports.variations.gather_forces` has gathered last.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Where markers are and how they are turned, from what a run reports of their bodies."""
+"""Positions and orientations of markers, from the channels of their bodies."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Power of what changes inside one body: moving material, stiffness, arriving mass (see `variations`).
+"""Power of changes inside one body: moving material, stiffness, arriving mass (see `variations`).
 
 All vectors in body components. y = (1, delta) and its rates are those of the body's shapes.
 """
@@ -17,7 +17,7 @@ from femflex.system.variation import RATES
 
 @dataclass(frozen=True, eq=False)
 class BodyMotion:
-    """How a body moves at an instant, its origin's motion and that of its shapes.
+    """Motion of a body at an instant: that of its origin and of its shapes.
 
     v, a          (3,) velocity of its origin, and acceleration less gravity there
     omega, alpha  (3,) rate and angular acceleration
@@ -113,7 +113,7 @@ def strain_power(start: int, n: int, n_blocks: int, columns: int, pool: Array, d
 
 
 def _rows(pool: Array, start: int, n: int, wide: int, *shape: int) -> Array:
-    """Rows over n shapes, (*shape, n), that stand `wide` apart."""
+    """Return rows over n shapes, (*shape, n), that lie `wide` apart."""
     count = int(np.prod(shape)) * wide
     return pool[start : start + count].reshape(*shape, wide)[..., :n]
 

@@ -27,7 +27,7 @@ UNITS = {"rad/s": "kg m^2/s", "m/s": "kg m/s", "kg^1/2 m/s": "kg^1/2 m/s"}
 
 
 def momenta_channels(system: System) -> dict[str, Channel]:
-    """The channels, where the system asks for them."""
+    """Return the channels, if the system asks for them."""
     if not system.momenta:
         return {}
     names = system.velocity_names()

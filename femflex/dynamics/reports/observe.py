@@ -1,4 +1,4 @@
-"""What a run reports at an instant: positions, attitudes, markers, loads and monitors, written row by row."""
+"""Report of a run at an instant: positions, attitudes, markers, loads and monitors, written row by row."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ OBSERVE = types.void(_vector, _matrix, _matrix, _integers, _vector, _vector)
 
 @inner
 def reference_motion(table: Table, pool: Array, work: Array) -> tuple[Vector, Vector]:
-    """Place and velocity, inertial components, of what positions and velocities are counted from.
+    """Return position and velocity, inertial components, of the origin of reported positions and velocities.
 
     With an eliminated translation this is the centre of mass (which sits at O); otherwise the base origin.
     """
@@ -112,7 +112,7 @@ def observe_terms(
     pool: Array,
     work: Array,
 ) -> None:
-    """What force terms report, from place `at` of the row on; their energies and powers into its fixed part."""
+    """Write the channels of force terms into the row from `at` on, their energies and powers into its fixed part."""
     head = header_of(table)
     account = offset(work, head["account"])
     store3(account, A_SHIFT, shift)

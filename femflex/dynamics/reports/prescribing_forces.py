@@ -1,4 +1,4 @@
-"""What held freedoms report: the forces and torques that their specification needs, and the power these give.
+"""Forces and torques that prescribed motions of freedoms need, and the power that they supply.
 
 Compiled apart from `rate`, and only for models that hold a freedom.
 """
@@ -21,7 +21,7 @@ from femflex.dynamics.reports.observe import OBSERVE
 def write_prescribing_forces(
     t: float, x: Array, out: Array, udot: Array, table: Table, pool: Array, work: Array
 ) -> None:
-    """out (n_u,): generalised forces that hold the held freedoms at the state x, zero on the others."""
+    """Write to out (n_u,) the generalised forces of prescribed freedoms at the state x, zero for the others."""
     head = header_of(table)
     copy_auxiliary_states(offset(x, head["n_q"]), table, work)
     q, u = prescribed_state(t, x, offset(x, head["n_q"]), table, pool, work)
@@ -34,7 +34,7 @@ def write_prescribing_forces(
 def observe_prescribing_forces(
     times: Array, states: Array, rows: Array, table: Table, pool: Array, work: Array
 ) -> None:
-    """rows (n_t, n_u): the forces that hold the held freedoms at times (n_t,) and states (n_t, n_x)."""
+    """Write to rows (n_t, n_u) the forces of prescribed freedoms at times (n_t,) and states (n_t, n_x)."""
     udot = np.empty(rows.shape[1])
     for j in range(len(times)):
         write_prescribing_forces(

@@ -1,4 +1,4 @@
-"""What a run reports of a body cut into segments as a whole: where it would be undeformed, and how its markers bend."""
+"""Channels of a body cut into segments as a whole: its undeformed position, and the deflection of its markers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What lines of sight report: direction and distance of the station, its elevation, and what the axis misses it by."""
+"""Channels of lines of sight: direction and distance of the station, its elevation, the axis' pointing error."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ XYZ = ("x", "y", "z")
 
 
 def sight_channels(system: System) -> dict[str, Channel]:
-    """Path, unit and meaning of what lines of sight report."""
+    """Return path, unit and meaning of the channels of lines of sight."""
     out = {}
     for sight in system.sights:
         path, where = f"sights/{sight.name}", f"{sight.body}.{sight.marker}"
@@ -28,7 +28,7 @@ def sight_channels(system: System) -> dict[str, Channel]:
 
 
 def observe_sights(system: System, times: Array, channels: Mapping[str, Array]) -> dict[str, Array]:
-    """The channels of `sight_channels` at times (n_t,), from what the system reports of bodies and orbit."""
+    """Return the channels of `sight_channels` at times (n_t,), from those of bodies and orbit."""
     out = {}
     for sight in system.sights:
         position, C_NM = marker_motion(system, times, channels, sight.body, sight.marker)

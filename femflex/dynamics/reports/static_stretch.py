@@ -1,4 +1,4 @@
-"""What markers of condensed bodies move by static stretch, which is no coordinate: added to what a run reports.
+"""Static stretch of markers of condensed bodies, which is no coordinate: it is added to the channels of a run.
 
 The body's own inertia and weight stretch it: u = -S (a - g, dC/dt^2) with S `Marker.stretch`, a the acceleration of the
 body's origin and [alpha]x + omega omega^T - omega^2 that of its places. Equations of motion and energies know none of

@@ -1,4 +1,4 @@
-"""What bodies that vary with time report: their mass, and the power that the change gives to the system.
+"""Report of bodies that vary with time: their mass, and the power that the change supplies to the system.
 
 The power belongs to whatever drives the change, and nothing else in the balance of energy holds it:
 
@@ -50,7 +50,7 @@ if TYPE_CHECKING:
 
 
 def variation_channels(system: System) -> dict[str, Channel]:
-    """Path, unit and meaning of what bodies that vary report; nothing for a system without any."""
+    """Return path, unit and meaning of the channels of varying bodies; none for a system without any."""
     out = {}
     for name in varying_names(system):
         out[f"bodies/{name}/mass"] = Channel("kg", f"mass of {name}")
@@ -119,7 +119,7 @@ def length_at(model: Model, name: str, t: float, x: Array) -> tuple[float, float
 def drum_report(
     model: Model, k: int, table: LengthTable, at_length: tuple[float, float, float], power: float
 ) -> dict[str, float]:
-    """What the drum of body record k reports, at the state that was gathered last: the channels of `drum_channels`."""
+    """Return the channels (`drum_channels`) of the drum of body record k, at the state that was gathered last."""
     records, work = body_records(model.table), model.work
     b, motion = records[k], body_motion(model, k)
     variation = model.system.varying[model.system.order[k - 1]]
@@ -147,7 +147,7 @@ def section_report(
     at_length: tuple[float, float, float],
     acting: Sequence[tuple[str, Array]],
 ) -> dict[str, Array]:
-    """What the sections of body record k report, at the state that was gathered last.
+    """Return the forces in the sections of body record k, at the state that was gathered last.
 
     acting: marker and force (3,) of loads, springs and effectors on the body, body components.
     """
@@ -169,7 +169,7 @@ def section_report(
 
 
 def gather_forces(model: Model, t: float, x: Array) -> None:
-    """Leave in the work array how everything moves at the state x (n_x,), and what joints carry."""
+    """Leave in the work array the motion of all bodies at the state x (n_x,), and the forces in joints."""
     n_q, udot = model.n_q, model.parts(model.state_rate(t, x))[1]
     q, u = np.ascontiguousarray(x[:n_q], float), np.ascontiguousarray(x[n_q:], float)
     for name, table in lengths_of(model.system).items():
@@ -205,7 +205,7 @@ def marker_position(b: np.void, rows: tuple[int, int, int], pool: Array, motion:
 
 
 def external_work_per_length(model: Model, k: int) -> float:
-    """Force along the length of body record k by what acts at its markers and on its points of mass, less joints [N].
+    """Return the force along the length of body record k by forces at its markers and mass points, less joints [N].
 
     At the state that was gathered last.
     """
@@ -242,7 +242,7 @@ def change_power(model: Model, k: int) -> float:
 
 
 def body_motion(model: Model, k: int) -> BodyMotion:
-    """How a body moves, its acceleration less gravity, at the state that was gathered last."""
+    """Return the motion of a body, its acceleration less gravity, at the state that was gathered last."""
     b, work, pool = body_records(model.table)[k], model.work, model.pool
     w, n, n_shapes = int(b["work"]), int(b["n"]), int(b["n_shapes"])
     delta, ddelta = (work[int(b[key]) : int(b[key]) + n_shapes] for key in ("delta", "ddelta"))
@@ -272,7 +272,7 @@ def body_motion(model: Model, k: int) -> BodyMotion:
 
 
 def joint_power_at_P(child: np.void, parent: np.void, pool: Array, work: Array, motion: BodyMotion) -> float:
-    """Power of what a joint carries by the velocity that its marker P has of itself [W]."""
+    """Return the power of a joint's force on the velocity that its marker P has in the body [W]."""
     marker, w = int(child["place"]), int(child["work"])
     C = work[w + W_CIP : w + W_CIP + 12].reshape(3, 4)[:, :3]  # parent to child components
     force, torque = C.T @ work[w + W_P : w + W_P + 3], C.T @ work[w + W_P + 4 : w + W_P + 7]

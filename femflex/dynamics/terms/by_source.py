@@ -31,7 +31,7 @@ def terms(model: Model, times: Array, states: Array) -> dict[str, Array]:
 
     times (n_t,) [s], states (n_t, n_x); udot is the model's own. Row k is the generalised force on the coordinate with
     quasi-velocity u_k (units as in `force_units`). The names are those of `TERMS`, without what the system has not,
-    "drives/<freedom>" of held freedoms, those of force terms ("loads/<name>", "laws/<law>", "springs/<name>",
+    "drives/<freedom>" of prescribed freedoms, those of force terms ("loads/<name>", "laws/<law>", "springs/<name>",
     "effectors/<name>"), "loops/<name>" and "constraints/<name>"; -Q and -A^T lambda carry their minus. The terms sum
     to zero to rounding, row by row.
     """
@@ -121,7 +121,7 @@ def linear_terms(model: Model, t: float, x: Array) -> tuple[Array, Array]:
 
 
 def ledger_rows(system: System) -> list[str]:
-    """Names of the ledger's rows for a system, also of those that are zero throughout."""
+    """Return the names of the ledger's rows for a system, also of those that are zero throughout."""
     drives = (DRIVES + joint.freedom_names()[k] for joint, k, _, _ in prescribed_places(system))
     return [*TERMS, *drives, *(name for term in force_terms() for name in term.names(system))]
 

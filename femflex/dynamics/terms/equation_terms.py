@@ -1,4 +1,4 @@
-"""The terms of eq. (9) that bodies, joints, gravity and motion bring by themselves, each with all that is known of it.
+"""Terms of eq. (9) of bodies, joints, gravity and motion themselves, each with its description.
 
 Force terms say the same of themselves in files of their own (see femflex.dynamics.force_terms). These here are
 evaluated together, in one pass over the bodies: gravity is a field inside the inertia forces and costs nothing there.
@@ -34,7 +34,7 @@ class EquationTerm:
 
 
 def change_of_bodies(change: Callable[[FlexibleBody], FlexibleBody], frozen: str) -> Change:
-    """The change of a system in which every body changes; a part of varying bodies goes with it."""
+    """Return the change of a system in which every body changes, with the variation of varying bodies."""
     return lambda system: replace(
         system,
         bodies={name: change(body) for name, body in system.bodies.items()},
@@ -103,7 +103,7 @@ def has_prescribed_motion(system: System) -> bool:
 
 
 def has_moving_reference(system: System) -> bool:
-    """Whether something moves that the coordinates do not say."""
+    """Return whether anything moves that is not among the coordinates."""
     return system.frame.kind != "inertial" or has_prescribed_motion(system)
 
 

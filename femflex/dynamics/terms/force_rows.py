@@ -1,4 +1,4 @@
-"""Rows of what pushes or holds: elastic forces by degree, joints, gravity, force terms, drives."""
+"""Rows of forces: elastic forces by degree, joints, gravity, force terms, prescribed motions."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from femflex.dynamics.terms.rows import (
 def write_drive_rows(
     t: float, q: Array, u: Array, rows: Array, spare: Array, table: Table, pool: Array, work: Array
 ) -> None:
-    """Rows of the forces that hold freedoms, from the recursion: one row per hold."""
+    """Write one row for the force of each prescribed freedom, from the recursion."""
     head = header_of(table)
     n_u = head["n_u"]
     write_accelerations(t, q, u, offset(spare, TRIAL * n_u), table, pool, work)

@@ -1,4 +1,4 @@
-"""The terms of eq. (9) one by one, compiled: which source moves, holds or brakes each coordinate.
+"""Terms of eq. (9) one by one, compiled: the source that drives, holds or damps each coordinate.
 
 Every term is written as it stands on the left of M udot + h - Q = 0, so that all of them sum to zero. h splits by its
 degree in u (THEORY section 4), from inertia forces alone, at u, -u and 0; everything else is evaluated by itself, with
@@ -7,8 +7,8 @@ nothing else there to cancel against. Compiled apart from `rate`, and only at th
 The degree in u counts free coordinates alone: held ones move as specified throughout, and their sddot belongs to the
 specified motion.
 
-Rows (n_terms, n_u) lie flat; `spare` (SPARE n_u) is room for vectors (n_u,): a system at rest, what held freedoms do,
-and trial velocities.
+Rows (n_terms, n_u) lie flat; `spare` (SPARE n_u) is room for vectors (n_u,): a system at rest, motion of prescribed
+freedoms alone, and trial velocities.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ LEDGER = types.void(_vector, _matrix, _matrix, _matrix, types.int64[::1], _vecto
 
 @inner
 def split_prescribed(u: Array, udot: Array, spare: Array, table: Table, work: Array) -> None:
-    """Write into `spare` zeros, what held freedoms do by themselves, and the accelerations of the others."""
+    """Write into `spare` zeros, the accelerations of prescribed freedoms alone, and those of the others."""
     head = header_of(table)
     n_u = head["n_u"]
     for k in range(n_u):
@@ -95,7 +95,7 @@ def write_terms(
 def write_rows_of_run(
     times: Array, states: Array, rates: Array, out: Array, spare: Array, table: Table, pool: Array, work: Array
 ) -> None:
-    """Rows of every instant of a run; what `spare` points to is held by the caller."""
+    """Write the rows of every instant of a run; the caller owns the memory behind `spare`."""
     for j in range(len(times)):
         q = pointer(states[j])
         u = offset(q, header_of(table)["n_q"])

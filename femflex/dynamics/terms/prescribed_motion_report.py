@@ -1,4 +1,4 @@
-"""Channels of joints whose freedoms are held: their motion as it is prescribed, and what it needs."""
+"""Channels of joints with prescribed freedoms: their prescribed motion, and the force or torque that it needs."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ FORCES = {"m/s": "N", "rad/s": "N m"}
 
 
 def prescribed_motion_channels(system: System) -> dict[str, Channel]:
-    """Path, unit and meaning of what joints with held freedoms report; nothing for a system without any."""
+    """Return path, unit and meaning of the channels of joints with prescribed freedoms, if there are any."""
     out = {}
     for joint in (system.joint_of(name) for name in system.order):
         prescribed = prescribed_freedoms(joint)
@@ -40,7 +40,7 @@ def prescribed_motion_channels(system: System) -> dict[str, Channel]:
 
 
 def prescribing_forces(model: Model, times: Array, states: Array) -> Array:
-    """Generalised forces (n_t, n_u) that hold the held freedoms [N, N m]; zero on the others."""
+    """Return the generalised forces (n_t, n_u) of prescribed freedoms [N, N m]; zero for the others."""
     if model.reduced or model.constraints is not None:
         rows = [row for name, row in terms(model, times, states).items() if name.startswith(DRIVES)]
         return -sum(rows, np.zeros((len(times), model.n_u)))
@@ -50,7 +50,7 @@ def prescribing_forces(model: Model, times: Array, states: Array) -> Array:
 
 
 def observe_prescribed_motion(model: Model, times: Array, states: Array) -> dict[str, Array]:
-    """The channels of `held_channels` at times (n_t,) and states (n_t, n_x)."""
+    """Return the channels of `prescribed_motion_channels` at times (n_t,) and states (n_t, n_x)."""
     prescribed = prescribed_places(model.system)
     if not prescribed:
         return {}

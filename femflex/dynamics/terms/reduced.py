@@ -68,16 +68,16 @@ def write_reduced_rate(
         force[k] = -force[k]
     for k in range(n_u, n_u + head["n_z"]):
         force[k] = u[k]
-    known = offset(
+    known_rates = offset(
         scratch, PRESCRIBED_UDOT * n_u
     )  # they stand in the specified motion, not in the accelerations solved for
     if head["n_holds"] > 0:
         for k in range(n_u):
-            force[k] = force[k] - known[k]
+            force[k] = force[k] - known_rates[k]
     write_solution(t, q, force, udot, 1.0, 0.0, 0.0, table, pool, work)
     if head["n_holds"] > 0:
         for k in range(n_u):
-            udot[k] = udot[k] + known[k]
+            udot[k] = udot[k] + known_rates[k]
         q, u = prescribed_state(t, q, u, table, pool, work)
     write_auxiliary_rates(offset(udot, n_u), table, work)
     for i in range(1, head["n_bodies"]):

@@ -33,7 +33,7 @@ def reduced_correct(
     pool: Array,
     work: Array,
 ) -> None:
-    """out = what Newton's method adds to udot with the terms that `kept` leaves (see `motion.correction`).
+    """Write Newton's correction of udot to out, with the terms that `kept` leaves (see `motion.correction`).
 
     With constraints the accelerations are then corrected until they satisfy every row. The states' part follows.
     """

@@ -1,4 +1,4 @@
-"""Rows of the inertia forces that go with velocities, by their degree in u: two, one (M_t u and G u) and zero."""
+"""Rows of the inertia forces of velocities, by their degree in u: two, one (M_t u and G u) and zero."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from femflex.dynamics.terms.rows import (
 
 @inner
 def velocity_row(t: float, q: Array, u: Array, udot: Array, row: Array, table: Table, pool: Array, work: Array) -> None:
-    """row = M udot + h of the inertia forces alone at the state (q, u); udot of held freedoms alone."""
+    """row = M udot + h of the inertia forces alone at the state (q, u); udot of prescribed freedoms alone."""
     place_bodies(t, q, u, table, pool, work)
     for i in range(1, header_of(table)["n_bodies"]):
         b = body_of(table, i)
@@ -45,7 +45,7 @@ def write_velocity_rows(
 ) -> None:
     """Rows of h by degree in u: two (Coriolis, centrifugal), one (gyroscopic), zero (specified motion).
 
-    The bodies are left placed at (q, 0), held freedoms moving.
+    The bodies are left placed at (q, 0), prescribed freedoms moving.
     """
     n_u = header_of(table)["n_u"]
     plus, minus, at_zero = offset(rows, QUADRATIC * n_u), offset(rows, LINEAR * n_u), offset(rows, SPECIFIED * n_u)
@@ -62,13 +62,13 @@ def write_velocity_rows(
 
 @inner
 def spare_vectors(spare: Array, n_u: int) -> tuple[Array, Array, Array]:
-    """Velocities and accelerations of held freedoms alone, and room for a velocity."""
+    """Return the velocities and accelerations of prescribed freedoms alone, and room for a velocity."""
     return offset(spare, PRESCRIBED_U * n_u), offset(spare, PRESCRIBED_UDOT * n_u), offset(spare, BACKWARDS * n_u)
 
 
 @inner
 def is_free(k: int, table: Table, work: Array) -> bool:
-    """Whether coordinate k is not held."""
+    """Return whether coordinate k is not prescribed."""
     head = header_of(table)
     return head["n_holds"] == 0 or work[head["flags"] + k] == 0.0
 
@@ -79,7 +79,7 @@ def split_moving_mass(
 ) -> None:
     """Split L u = M_t u + G u, the part of h linear in the free u: M_t = (L + L^T)/2 from the columns of L.
 
-    A row of a held freedom keeps all of it as gyroscopic.
+    A row of a prescribed freedom keeps all of it as gyroscopic.
     """
     n_u = header_of(table)["n_u"]
     linear, moving = offset(rows, LINEAR * n_u), offset(rows, MOVING * n_u)

@@ -73,7 +73,7 @@ def switchable_names(model: Model) -> list[str]:
 
 
 def resolve_name(model: Model, name: str) -> str:
-    """The full name of something that can be switched off; a load may go by its own name alone, stiffness by K1."""
+    """Return the full name of a part that can be switched off; a load may be named alone, stiffness as K1."""
     names = switchable_names(model)
     name = SHORT.get(name, name)
     for full in (name, *(folder + name for folder in folders())):
@@ -98,14 +98,14 @@ def resolve_name(model: Model, name: str) -> str:
 
 
 def folders() -> tuple[str, ...]:
-    """First parts of the names of what may go by its own name alone."""
+    """Return the first parts of the names of items that may be named alone."""
     return (*(f"{term.folder}/" for term in force_terms()), LOOPS, CONSTRAINTS, VARYING)
 
 
-def closest_name(name: str, known: list[str]) -> str:
+def closest_name(name: str, known_names: list[str]) -> str:
     """The known name that is meant by another one, in full where its last part alone would not do; "" for none."""
-    short = {full.partition("/")[2]: full for full in known if "/" in full}
-    matches = get_close_matches(name, [*known, *short], n=1)
+    short = {full.partition("/")[2]: full for full in known_names if "/" in full}
+    matches = get_close_matches(name, [*known_names, *short], n=1)
     return short.get(matches[0], matches[0]) if matches else ""
 
 
@@ -136,7 +136,7 @@ def without_named(system: System, name: str) -> System:
 
 
 def with_rigid_bodies(system: System, names: set[str]) -> System:
-    """The system with those bodies rigid in their undeformed shape."""
+    """Return the system with those bodies rigid in their undeformed shape."""
     return replace(
         system,
         bodies={name: rigid_copy(body) if name in names else body for name, body in system.bodies.items()},
@@ -147,13 +147,13 @@ def with_rigid_bodies(system: System, names: set[str]) -> System:
 
 
 def without_reactions(system: System, omitted: tuple[str, ...]) -> System:
-    """The system without reports of what joints carry, where terms are left out of the equations they follow from."""
+    """Return the system without reactions of joints, where terms are left out of the equations they follow from."""
     terms_left_out = [name for name in omitted if name in SWITCHED]
     if not (system.reactions and terms_left_out):
         return system
     warnings.warn(
-        f"forces in joints are left out of the run: they are those of the full equations, and {', '.join(terms_left_out)} is "
-        "switched off",
+        "forces in joints are left out of the run: they are those of the full equations, and "
+        f"{', '.join(terms_left_out)} is switched off",
         PhysicsWarning,
         stacklevel=3,
     )
@@ -166,7 +166,7 @@ def rigid_copy(body: FlexibleBody) -> FlexibleBody:
 
 
 def with_reduced_equations(model: Model, omitted: tuple[str, ...]) -> Model:
-    """The model with the compiled equations that leave these terms out, where they are what does so."""
+    """Return the model with the compiled equations without these terms, where these leave them out."""
     rows = ledger_rows(model.system)
     if not any(name in SWITCHED for name in omitted):
         return replace(model, omitted=omitted)

@@ -233,8 +233,9 @@ class _Sampled:
         if clock.next_instant(x) < t + period * (1.0 - SAME):
             late = next(one for one in clock.samplers if x[one.next_instant] < t + period * (1.0 - SAME)).controller
             raise ValueError(
-                f"{late.name!r} is called again {clock.next_instant(x) - t:.6g} s after its sample, as for a delay; a discrete "
-                "model has calls at samples alone, so leave the delay out or give it as a memory of the controller"
+                f"{late.name!r} is called again {clock.next_instant(x) - t:.6g} s after its sample, as for a delay; a "
+                "discrete model has calls at samples alone, so leave the delay out or give it as a memory of the "
+                "controller"
             )
         S = np.eye(self.n + len(self.held))
         for j, size in enumerate(sizes):

@@ -1,4 +1,4 @@
-"""Exact measurements of motion: what sensors see before period, delay, noise and quantisation."""
+"""Exact measurements of motion: the signal of a sensor before period, delay, noise and quantisation."""
 
 from __future__ import annotations
 
