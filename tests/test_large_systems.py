@@ -40,7 +40,7 @@ def check_invariants(channels, model, tolerance):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("method", [Dop853(rtol=1e-11, atol=1e-12), Esdirk4(rtol=1e-6)], ids=["dop853", "esdirk4"])
-def test_a_large_system_keeps_energy_and_momenta(name, method, tmp_path):
+def test_large_system_keeps_energy_and_momenta(name, method, tmp_path):
     model = model_of(LARGE[name], tmp_path)
     times = np.linspace(0.0, 0.1, 5)
     states = method.solve(model, times, model.x0).states
@@ -49,7 +49,7 @@ def test_a_large_system_keeps_energy_and_momenta(name, method, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["star", pytest.param("long chain", marks=pytest.mark.slow)])
-def test_a_large_system_runs_from_a_case_file(name, tmp_path):
+def test_large_system_runs_from_case_file(name, tmp_path):
     path = tmp_path / "large.toml"
     path.write_text(LARGE[name])
     with femflex.run(path, tmp_path / "run.h5") as run:

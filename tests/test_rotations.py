@@ -34,7 +34,7 @@ def turn(axis, angle):
 
 
 @pytest.mark.parametrize("letters", ANGLE_SEQUENCES)
-def test_a_sequence_is_the_product_of_its_turns(letters):
+def test_sequence_is_product_of_turns(letters):
     angles = np.array([0.4, -0.7, 1.1])
     A, B, C = (turn(np.eye(3)["xyz".index(x)], a) for x, a in zip(letters, angles, strict=True))
     for name, expected in (
@@ -70,7 +70,7 @@ def test_parameters_are_functions_of_axis_and_angle(angle):
 
 
 @pytest.mark.parametrize("rotation", ROTATION_SETS)
-def test_what_is_left_to_the_singularity_is_measured_as_an_angle(rotation):
+def test_distance_to_singularity_is_an_angle(rotation):
     if rotation == "euler_parameters":
         found = singularity_distance(np.ones((5, 4)), rotation)
         assert found.shape == (5,) and np.isinf(found).all()

@@ -12,7 +12,7 @@ from femflex.advice.bodies import KnownBodies
 from femflex.advice.limits import BENT, SWUNG
 from femflex.advice.remedies import division_remedy
 from femflex.arrays import Array
-from femflex.body.skin import farthest
+from femflex.body.skin import largest_displacements
 from femflex.system import LengthTable
 from femflex.warning import PhysicsWarning
 
@@ -42,7 +42,7 @@ class DeflectionWatch:
         self.name, self.at, self._body, self.remedy = name, at, body, remedy
         if body not in PLACES:
             places, size = _places(body)
-            PLACES[body] = places, size, farthest(places[: body.n_modes]), farthest_places(places)
+            PLACES[body] = places, size, largest_displacements(places[: body.n_modes]), farthest_places(places)
         self._places, size, self._largest, self._few = PLACES[body]
         self.size = max(size, longest) or np.inf  # all places may coincide
         self._worst, self._delta = -1.0, np.zeros(body.n_modes)
@@ -64,14 +64,14 @@ class DeflectionWatch:
         displaced = np.zeros(len(states))
         for rows in np.array_split(np.arange(len(states)), 1 + len(states) * self._few[0].size // LARGE):
             delta = self._body.amplitudes(states[rows, self.at : self.at + self._body.n_modes])
-            displaced[rows] = farthest(np.tensordot(delta, self._few, axes=1))
+            displaced[rows] = largest_displacements(np.tensordot(delta, self._few, axes=1))
         return displaced / self.size
 
     @property
     def reached(self) -> float:
         """Largest displacement of a place of the body over its size."""
         displaced = np.tensordot(self._body.amplitudes(self._delta)[None], self._places, axes=1)
-        return float(farthest(displaced)[0]) / self.size
+        return float(largest_displacements(displaced)[0]) / self.size
 
     def warn(self, verb: str, note: str = "") -> None:
         """Warn when the body was bent by more than its strain is good for, with both numbers.
@@ -119,7 +119,7 @@ def farthest_places(places: Array) -> Array:
     n, p, _ = places.shape
     if p <= MANY:
         return places
-    size = np.maximum(farthest(places), TINY)
+    size = np.maximum(largest_displacements(places), TINY)
     rng = np.random.default_rng(0)
     mixed = np.concatenate([np.eye(n), rng.standard_normal((MIXTURES, n))]) / size
     chosen = set(map(int, rng.permutation(p)[:MANY]))

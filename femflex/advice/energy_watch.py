@@ -67,7 +67,7 @@ def conserved_monitors(system: System, without: Sequence[str] = ()) -> list[str]
     """
     if system.varying:
         return []
-    led = any(profile.moves for joint in system.joints for profile in joint.held.values())
+    led = any(profile.moves for joint in system.joints for profile in joint.prescribed.values())
     working = any(spring.damping for spring in system.springs) or any(c.function for c in system.constraints)
     weights = conservative_loads(system)
     effectors = [effector for effector in system.effectors if isinstance(effector, Effector)]
@@ -82,7 +82,7 @@ def conserved_monitors(system: System, without: Sequence[str] = ()) -> list[str]
         roots = [joint for joint in system.joints if joint.parent is None]
         parents = [tie.parent for ties in (system.loops, system.constraints, system.springs) for tie in ties]
         tied = None in parents
-        adrift = len(roots) == 1 and roots[0].n_u - len(roots[0].held) == 6 and not roots[0].stiffness.any()
+        adrift = len(roots) == 1 and roots[0].n_u - len(roots[0].prescribed) == 6 and not roots[0].stiffness.any()
         adrift = adrift and not (tied or weights)
         fixed = system.frame.kind == "inertial"
         fixed = fixed and not effectors

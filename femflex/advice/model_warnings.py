@@ -12,13 +12,13 @@ from femflex.advice.bodies import KnownBodies
 from femflex.advice.limits import CARRIED, DRIFT, DUST, LOWEST
 from femflex.body import FlexibleBody
 from femflex.dynamics import compile_system
-from femflex.dynamics.equilibria.linearised import held_freedoms
+from femflex.dynamics.equilibria.linearised import is_prescribed
 from femflex.dynamics.lowering.layout import body_records
 from femflex.reduction.boundary.rigid import DIRECTIONS
 from femflex.reduction.origin import Meshed
 from femflex.rotations import dcm_from_quaternion
 from femflex.system import Effector, Joint, System
-from femflex.system.ties import tie_places
+from femflex.system.connections import tie_markers
 
 LINE = 1e-9  # least over largest moment of inertia about the centre of mass: mass on a line
 NO_INERTIA = 1e-13  # eigenvalue of the scaled mass matrix: a motion that accelerations cannot be solved for
@@ -83,7 +83,7 @@ def _used(system: System) -> set[tuple[str | None, str]]:
     """Body and marker of both ends of all joints, loops, constraints and springs."""
     used: set[tuple[str | None, str]] = {(joint.child, joint.child_marker) for joint in system.joints}
     used |= {(joint.parent, joint.parent_marker) for joint in system.joints}
-    return used | {(body, marker) for _, body, marker in tie_places(system.loops, system.constraints, system.springs)}
+    return used | {(body, marker) for _, body, marker in tie_markers(system.loops, system.constraints, system.springs)}
 
 
 def _clamped(system: System, known: KnownBodies) -> Iterator[tuple[Joint, Meshed]]:
@@ -98,7 +98,7 @@ def _clamped(system: System, known: KnownBodies) -> Iterator[tuple[Joint, Meshed
 
 def _is_free(system: System, joint: Joint) -> bool:
     """Whether a joint leaves a body all its motion: on a specified orbit that is its attitude."""
-    return joint.parent is None and not joint.held and (joint.n_u == 6 or system.orbit is not None)
+    return joint.parent is None and not joint.prescribed and (joint.n_u == 6 or system.orbit is not None)
 
 
 def _held_elsewhere(system: System, known: KnownBodies) -> Iterator[Advice]:
@@ -196,7 +196,7 @@ def carried_mass(body: FlexibleBody) -> float:
 def _loose_bodies(system: System) -> Iterator[Advice]:
     """Free bodies without a joint, in a craft whose other bodies have joints: one joint may have been forgotten."""
     parents = {joint.parent for joint in system.joints}
-    tied = {body for _, body, _ in tie_places(system.loops, system.constraints, system.springs)}
+    tied = {body for _, body, _ in tie_markers(system.loops, system.constraints, system.springs)}
     others = [joint for joint in system.joints if not _is_free(system, joint)]
     for joint in system.joints:
         if _is_free(system, joint) and others and joint.child not in parents | tied:
@@ -241,7 +241,7 @@ def _turns_without_inertia(system: System) -> Iterator[Advice]:
     if not lines:
         return
     model = compile_system(system)
-    held, joints, own = held_freedoms(model), dict[str, list[int]](), list[int]()
+    held, joints, own = is_prescribed(model), dict[str, list[int]](), list[int]()
     for name, record in zip(system.order, body_records(model.table)[1:], strict=True):
         joints[name] = [k for k in range(int(record["u"]), int(record["ue"])) if not held[k]]
         own += joints[name]

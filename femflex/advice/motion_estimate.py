@@ -15,9 +15,9 @@ from femflex.advice.limits import MANY, MOST_RATES
 from femflex.arrays import Array
 from femflex.body import FlexibleBody
 from femflex.dynamics import Model, compile_system
-from femflex.dynamics.equilibria.elastic_response import ElasticResponse, elastic_places, elastic_response
-from femflex.dynamics.joints.held_places import specified_states
-from femflex.dynamics.terms.without import stiffened
+from femflex.dynamics.equilibria.elastic_response import ElasticResponse, elastic_indices, elastic_response
+from femflex.dynamics.joints.prescribed_coordinates import prescribed_states
+from femflex.dynamics.terms.without import with_rigid_bodies
 from femflex.integrate import Dop853, IntegrationError
 from femflex.integrate.driver import ABSOLUTE, collected
 from femflex.integrate.outcome import Block
@@ -107,10 +107,10 @@ def rigid_motion_of(model: Model, until: float) -> RigidEstimate:
 
     Raises ValueError and LinAlgError where they cannot be rigid.
     """
-    system = stiffened(model.system, set(model.system.bodies))
+    system = with_rigid_bodies(model.system, set(model.system.bodies))
     rigid = compile_system(system)
     (times, states), short = _moved(rigid, estimate_times(model, until))
-    return RigidEstimate(system, times, specified_states(rigid, times, states), short)
+    return RigidEstimate(system, times, prescribed_states(rigid, times, states), short)
 
 
 def _first(error: Exception) -> str:
@@ -121,7 +121,9 @@ def _first(error: Exception) -> str:
 def estimate_times(model: Model, until: float) -> Array:
     """Times (n_t,) [s] of the estimate: spread out, denser under prescribed sines, at jumps and where responses
     oscillate."""
-    sines = [profile.sines[:, 1].max(initial=0.0) for joint in model.system.joints for profile in joint.held.values()]
+    sines = [
+        profile.sines[:, 1].max(initial=0.0) for joint in model.system.joints for profile in joint.prescribed.values()
+    ]
     turns = max(sines, default=0.0) * until / (2.0 * np.pi)
     rows = ROWS if model.constraints is None else ROWS // CLOSED
     times = np.linspace(0.0, until, int(np.clip(PER_PERIOD * turns, rows, MOST_ROWS)))
@@ -193,7 +195,7 @@ def _joined(parts: Sequence[Motion]) -> Motion:
 
 def _taken_along(model: Model, rigid: Model, motion: Motion) -> tuple[Array, Array]:
     """States and accelerations of the model, elastic ones zero, that move as the rigid model does."""
-    qe, ue = elastic_places(model)
+    qe, ue = elastic_indices(model)
     q, u = np.delete(np.arange(model.n_q), qe), np.delete(np.arange(model.n_u), ue)
     times, found = motion
     states, rates = np.zeros((len(times), model.n_x)), np.zeros((len(times), model.n_u))

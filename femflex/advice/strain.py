@@ -201,7 +201,7 @@ def _turns(system: System, name: str | None) -> bool:
     while name is not None:
         joint = system.joint_of(name)
         slides = len(joint.translations)
-        if any(k >= slides and k not in joint.held for k in range(joint.n_u)):
+        if any(k >= slides and k not in joint.prescribed for k in range(joint.n_u)):
             return True
         name = joint.parent
     return False

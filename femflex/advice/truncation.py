@@ -29,7 +29,7 @@ from femflex.dynamics.equilibria.rest_modes import RestModes, rest_modes, trunca
 from femflex.reading import error_text
 from femflex.reduction.boundary.rigid import DIRECTIONS
 from femflex.system import System
-from femflex.system.ties import tie_places
+from femflex.system.connections import tie_markers
 from femflex.warning import TruncationWarning
 
 log = logging.getLogger(__name__)
@@ -149,7 +149,7 @@ def _enriched(system: System, known: KnownBodies, markers: Mapping[str, tuple[st
 def _stands(system: System, name: str) -> bool:
     """Whether the root of a body cannot move: it and all rigid bodies that carry it are at rest in the base frame."""
     joint = system.joint_of(name)
-    if joint.n_u > len(joint.held) or system.orbit is not None:
+    if joint.n_u > len(joint.prescribed) or system.orbit is not None:
         return False
     return joint.parent is None or (not system.bodies[joint.parent].n_modes and _stands(system, joint.parent))
 
@@ -161,7 +161,7 @@ def joint_markers(system: System) -> dict[str, set[str]]:
         found.setdefault(joint.child, set()).add(joint.child_marker)
         if joint.parent is not None:
             found.setdefault(joint.parent, set()).add(joint.parent_marker)
-    for _, body, marker in tie_places(system.loops, system.constraints, system.springs):
+    for _, body, marker in tie_markers(system.loops, system.constraints, system.springs):
         found.setdefault(body, set()).add(marker)
     return found
 

@@ -294,7 +294,7 @@ def _turned(body: FlexibleBody, table: FlexibleTable) -> FlexibleBody:
     markers = dict(body.markers)
     for key, entry in table.markers.items():
         if key in markers and entry.orientation is not None:
-            markers[key] = markers[key].turned(np.array(entry.orientation))
+            markers[key] = markers[key].with_orientation(np.array(entry.orientation))
     return replace(body, markers=markers)
 
 
@@ -373,5 +373,5 @@ def _with_markers(body: FlexibleBody, name: str, table: BodyTable) -> FlexibleBo
                 raise ValueError(f"marker {key!r} needs marker {group!r} of body {name!r}, which has {sorted(markers)}")
             markers[key] = markers[group]
         if entry.orientation is not None:
-            markers[key] = markers[key].turned(np.array(entry.orientation))
+            markers[key] = markers[key].with_orientation(np.array(entry.orientation))
     return replace(body, markers=markers)

@@ -39,7 +39,7 @@ from femflex.system import (
     with_wheel,
     without_axial_inertia,
 )
-from femflex.system.segments import carrier, place_at, with_carrier
+from femflex.system.segments import body_of_part, body_with_marker, with_body_of_part
 from femflex.system.wheel import UNLIMITED
 
 Acting = Effector | Controller
@@ -131,19 +131,19 @@ def build_wheel(name: str, table: WheelTable) -> Effector:
 
 def carrying(part: Part, table: WheelTable, wheel: Effector) -> Part:
     """The body that carries a wheel, with or less what the table says. Raises ValueError, and KeyError for a marker."""
-    body = carrier(part, table.marker)
+    body = body_of_part(part, table.marker)
     if table.inertia_in_body == "contained":
         made = without_axial_inertia(body, wheel)
     else:
         made = with_wheel(body, wheel, table.mass or 0.0, table.transverse_inertia or 0.0)
-    return with_carrier(part, table.marker, made)
+    return with_body_of_part(part, table.marker, made)
 
 
 def filled(part: Part, table: TankTable) -> Part:
     """The body that carries a tank, with its propellant. Raises ValueError, and KeyError for a marker."""
     own = table.propellant * table.gyration**2 * np.eye(3)
-    made = with_attached(carrier(part, table.marker), table.marker, table.propellant, own)
-    return with_carrier(part, table.marker, made)
+    made = with_attached(body_of_part(part, table.marker), table.marker, table.propellant, own)
+    return with_body_of_part(part, table.marker, made)
 
 
 def emptied(parts: Mapping[str, Part], tanks: Mapping[str, TankTable]) -> dict[str, Variation]:
@@ -151,8 +151,8 @@ def emptied(parts: Mapping[str, Part], tanks: Mapping[str, TankTable]) -> dict[s
     held: dict[str, dict[str, tuple[str, float, float]]] = {}
     carriers: dict[str, FlexibleBody] = {}
     for name, table in tanks.items():
-        place = place_at(parts, table.body, table.marker)
-        carriers[place] = carrier(parts[table.body], table.marker)
+        place = body_with_marker(parts, table.body, table.marker)
+        carriers[place] = body_of_part(parts[table.body], table.marker)
         held.setdefault(place, {})[name] = (table.marker, table.propellant, table.gyration)
     return {place: tank_variation(carriers[place], own) for place, own in held.items()}
 

@@ -147,7 +147,7 @@ def _answered(own: BeamFunctions, axis: int, turns: bool) -> float:
     """
     row = (3, 2, 1)[axis] if turns else axis
     bends = row in (1, 2)
-    xi, weight = gauss(points_for(own.most))
+    xi, weight = gauss(points_for(own.max_count))
     curved = own.fields(xi, 1.0, 2 if bends else 1)[:, row]
     those = curved.any(axis=0)
     if not those.any():

@@ -36,7 +36,7 @@ from femflex.system import (
     universal,
     weld,
 )
-from femflex.system.freedoms import latch_start_problems
+from femflex.system.joint_coordinates import latch_start_problems
 
 LIBRATION = "libration_axes"  # marker of the root body whose axes the attitude is reported of
 
@@ -63,7 +63,7 @@ def build_joint(table: JointTable, folder: Path) -> Joint:
     at = table.release_at
     if table.release is None and at is None:
         return joint
-    if joint.ball is not None or not joint.n_u or joint.held or latches:
+    if joint.ball is not None or not joint.n_u or joint.prescribed or latches:
         raise ValueError(
             f"found release on a joint of kind {table.kind!r}; a release needs a joint of slides and single turns "
             "without prescribed motion and latches, such as kind = 'general'"
@@ -160,7 +160,7 @@ def root_joint(case: Case, bodies: Mapping[str, Part]) -> tuple[Joint | None, di
     marker = attitude.marker or "origin"
     if not np.array_equal(C_BM, place.orientation):
         marker = LIBRATION
-    body = _with_marker(bodies[name], marker, place.turned(C_BM), attitude.marker or "origin")
+    body = _with_marker(bodies[name], marker, place.with_orientation(C_BM), attitude.marker or "origin")
     where: dict[str, Any] = {"child": name, "child_marker": marker}
     rates = attitude.rates or (0.0, 0.0, 0.0)
     position, velocity = attitude.position or (0.0, 0.0, 0.0), attitude.velocity or (0.0, 0.0, 0.0)

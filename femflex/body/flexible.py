@@ -34,7 +34,7 @@ class FlexibleBody(Summarised):
     slaves   (n_s, n, n)  A_s, symmetric: the last n_s shapes follow the first n, y_s = 1/2 delta.A_s delta
              (condensed form, THEORY section 3; sections of beams that turn); none where all are coordinates
     foreshortening  of its lowest shape where linear strain leaves it out, or None
-    strain_field  parts over all shapes that recover strain over the body; none where it is not known
+    strain_field  parts over all shapes that recover strain over the body; empty if unknown
     mass_points  points of mass over all shapes, of bodies so long that gravity is integrated over them; or None
 
     Arrays, names and units only: it can be pickled. What a body was reduced from is its `reduction.Origin`; what is to
@@ -61,8 +61,8 @@ class FlexibleBody(Summarised):
             counts = [f"{self.kinds.count(kind)} {kind}" for kind in dict.fromkeys(self.kinds)]
             rows += [("coordinates", str(self.n_modes)), ("shapes", ", ".join(counts) or str(self.n_shapes))]
             rows += [("strain", self.strain_form)]
-            known = self.omega[np.isfinite(self.omega)] / (2.0 * np.pi)
-            rows += [("frequencies", listed([f"{f:.4g}" for f in known], 6) + " Hz")] if len(known) else []
+            frequencies = self.omega[np.isfinite(self.omega)] / (2.0 * np.pi)
+            rows += [("frequencies", listed([f"{f:.4g}" for f in frequencies], 6) + " Hz")] if len(frequencies) else []
         rows += [("markers", listed(sorted(self.markers)))]
         return f"{'Flexible' if self.n_modes else 'Rigid'} body", rows
 
@@ -94,32 +94,34 @@ class FlexibleBody(Summarised):
 
     @property
     def n_shapes(self) -> int:
-        """Number of shapes: the elastic coordinates and what follows them."""
+        """Number of shapes: those of the elastic coordinates, and the dependent (slaved) ones."""
         return self.moments.n_modes
 
     @property
     def condensed(self) -> bool:
-        """Whether its stretch follows its bending: not sections of beams that turn alone, or a remainder of stretch."""
-        followers = self.kinds[self.n_modes :] if self.kinds else ("",) * len(self.slaves)
-        return any(kind not in ("section", "remainder") for kind in followers)
+        """Whether its stretch is slaved to bending; dependent section turns or a remainder of stretch do not count."""
+        slave_kinds = self.kinds[self.n_modes :] if self.kinds else ("",) * len(self.slaves)
+        return any(kind not in ("section", "remainder") for kind in slave_kinds)
 
     @property
     def strain_form(self) -> Literal["linear", "nonlinear", "condensed"]:
-        """The form of strain that the body holds."""
+        """The form of the body's strain."""
         if self.condensed:
             return "condensed"
         return "linear" if self.strain.is_linear else "nonlinear"
 
     def truncated(self, n: int) -> FlexibleBody:
-        """A copy with the first n elastic coordinates alone, and what follows them."""
-        followers = np.arange(self.n_modes, self.n_shapes)
-        return self._confined(np.concatenate([np.arange(n), followers]), n, self.slaves[:, :n, :n])
+        """A copy with the first n elastic coordinates alone, and their dependent shapes."""
+        slaves = np.arange(self.n_modes, self.n_shapes)
+        return self._with_shapes(np.concatenate([np.arange(n), slaves]), n, self.slaves[:, :n, :n])
 
     def without_slaves(self) -> FlexibleBody:
-        """The body to first order in its elastic coordinates: itself, without the shapes that follow others."""
-        return self._confined(np.arange(self.n_modes), self.n_modes, np.zeros((0, 0, 0))) if len(self.slaves) else self
+        """The body to first order in its elastic coordinates, without the dependent (slaved) shapes."""
+        return (
+            self._with_shapes(np.arange(self.n_modes), self.n_modes, np.zeros((0, 0, 0))) if len(self.slaves) else self
+        )
 
-    def _confined(self, shapes: IntArray, n: int, slaves: Array) -> FlexibleBody:
+    def _with_shapes(self, shapes: IntArray, n: int, slaves: Array) -> FlexibleBody:
         moments, z = self.moments, np.concatenate([[0], 1 + shapes])
         return replace(
             self,
@@ -131,8 +133,8 @@ class FlexibleBody(Summarised):
             kinds=tuple(self.kinds[k] for k in shapes) if self.kinds else (),
             omega=self.omega[shapes] if self.omega.size else self.omega,
             slaves=slaves,
-            strain_field=tuple(part.over(shapes) for part in self.strain_field),
-            mass_points=None if self.mass_points is None else self.mass_points.over(shapes),
+            strain_field=tuple(part.with_shapes(shapes) for part in self.strain_field),
+            mass_points=None if self.mass_points is None else self.mass_points.with_shapes(shapes),
         )
 
     def amplitudes(self, delta: Array) -> Array:
@@ -141,9 +143,9 @@ class FlexibleBody(Summarised):
         if not len(self.slaves):
             return delta
         products = (delta[..., :, None] * delta[..., None, :]).reshape(*delta.shape[:-1], -1, 1)
-        # one product of the same size for each state, so that no bit depends on how many come together
-        followed = (self.slaves.reshape(len(self.slaves), -1) @ products)[..., 0] / 2
-        return np.concatenate([delta, followed], axis=-1)
+        # one product of the same size for each state, so that results do not depend on the number of states
+        dependent = (self.slaves.reshape(len(self.slaves), -1) @ products)[..., 0] / 2
+        return np.concatenate([delta, dependent], axis=-1)
 
     def marker(self, name: str) -> Marker:
         """The marker of that name.

@@ -1,4 +1,4 @@
-"""How a body's lowest shape shortens it: the measure of what linear strain leaves out."""
+"""Foreshortening of a body by its lowest shape: an indicator of the stiffness that linear strain leaves out."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Markers: named places on a body, and how its shapes move them."""
+"""Markers: named points on a body, and their motion by its shapes."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from femflex.arrays import Array
 
 @dataclass(frozen=True, eq=False)
 class Marker:
-    """A named place on a body: where joints, loads and sensors attach.
+    """A named point on a body, to which joints, loads and sensors attach.
 
     position    (3,)    undeformed position, body frame [m]
-    phi         (3, n)  translation of the place per shape
-    psi         (3, n)  small rotation of the place per shape
+    phi         (3, n)  translation of the point per shape
+    psi         (3, n)  small rotation of the point per shape
     orientation (3, 3)  C_BM: turns marker components into body components, undeformed
     axis        (3,)    unit vector along the beam whose section it is, where psi delta is (twist, sines of the slopes);
                         zero where psi delta is the rotation vector itself
-    stretch     (3, 4, 3)  static displacement of the place by stretch that no coordinate holds, in fields z_a e_b of
-                        force per mass on the body, z = (1, position) [s^2 | s^2 m]
+    stretch     (3, 4, 3)  static displacement of the point by stretch that no coordinate describes, in fields z_a e_b
+                        of force per mass on the body, z = (1, position) [s^2 | s^2 m]
     """
 
     position: Array
@@ -37,7 +37,7 @@ class Marker:
         return cls(np.asarray(position, float), zero, zero, np.eye(3) if orientation is None else orientation)
 
     def rotation_vector(self, delta: Array) -> Array:
-        """Rotation vector of the place (..., 3) at amplitudes delta (..., n) of all shapes.
+        """Rotation vector of the point (..., 3) at amplitudes delta (..., n) of all shapes.
 
         Of a section whose axis e stays on the tangent, with s = psi delta and p = s - e (e.s):
         s - 1/2 (e.s) e x s + 1/6 |p|^2 p, right to second order in all and to third in the slopes.
@@ -50,6 +50,6 @@ class Marker:
         square = np.sum(p * p, axis=-1)[..., None]
         return np.asarray(s - 0.5 * twist[..., None] * np.cross(self.axis, s) + square / 6 * p)
 
-    def turned(self, orientation: Array) -> Marker:
-        """The same place with other undeformed axes, C_BM (3, 3)."""
+    def with_orientation(self, orientation: Array) -> Marker:
+        """The same point with other undeformed axes, C_BM (3, 3)."""
         return replace(self, orientation=np.asarray(orientation, float))

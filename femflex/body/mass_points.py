@@ -1,4 +1,4 @@
-"""Points with mass of a body: where fields that are not linear in position are taken."""
+"""Mass points of a body, at which fields that are not linear in position are evaluated."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ class MassPoints:
     rho: Array
     phi: Array
 
-    def mixed(self, X: Array) -> MassPoints:
-        """The same over the shapes phi X, X (n, m)."""
+    def transformed(self, X: Array) -> MassPoints:
+        """The same points over the shapes phi X, X (n, m)."""
         return replace(self, phi=self.phi @ X)
 
-    def over(self, shapes: IntArray) -> MassPoints:
-        """The same over those shapes alone."""
+    def with_shapes(self, shapes: IntArray) -> MassPoints:
+        """The same points over the selected shapes alone."""
         return replace(self, phi=self.phi[:, :, shapes])
 
 

@@ -1,4 +1,4 @@
-"""Mass moments: what the inertia of a flexible body is made of, over its shapes."""
+"""Mass moments of a flexible body over its shapes, from which its inertia follows."""
 
 from __future__ import annotations
 

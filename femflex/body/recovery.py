@@ -12,7 +12,7 @@ from scipy import sparse
 from femflex.arrays import Array, IntArray
 from femflex.body.strain_field import StrainPart
 
-RESULTANTS = {  # by kind of member: names and units of what the elastic matrix makes of the strains
+RESULTANTS = {  # by kind of member: names and units of the elastic matrix times the strains
     "line": (("axial_force", "moment_z", "moment_y", "torque"), ("N", "N m", "N m", "N m")),
     "plate": (
         ("force_xx", "force_yy", "force_xy", "moment_xx", "moment_yy", "moment_xy", "shear_x", "shear_y"),
@@ -24,14 +24,14 @@ SHEAR_FORCES = {"shear_force_y": ("moment_z", -1.0), "shear_force_z": ("moment_y
 _LINE = RESULTANTS["line"][0]
 VON_MISES, FIBRE_STRESS = "von_mises", "fibre_stress"
 PLY_AXES = ("11", "22", "12")  # stresses of a ply along its axis 1, across it, and shear
-ISOTROPIC = 0.1  # of the largest stiffness, by which a ply's may differ with the direction
-ONE_SHEET = 1e-3  # by which 12 D / (A h^2) of a sheet of one material may differ from 1
-CHUNK = 4_000_000  # values held at once
+ISOTROPY_TOLERANCE = 0.1  # of the largest stiffness, by which a ply's may differ with the direction
+SHEET_TOLERANCE = 1e-3  # by which 12 D / (A h^2) of a sheet of one material may differ from 1
+CHUNK = 4_000_000  # values in memory at once
 
 
 @dataclass(frozen=True)
 class Peak:
-    """The largest value of one quantity of the members of a group: value, time [s], place (3,) [m, body frame].
+    """The largest value of one quantity of the members of a group: value, time [s], position (3,) [m, body frame].
 
     group  "" for members whose group is not known: those of a kind then count together
     """
@@ -53,13 +53,13 @@ def resultants(part: StrainPart, y: Array) -> Array:
     """
     names = RESULTANTS[part.kind][0]
     strains = part.strains(y)
-    found = np.einsum("...st,...pt->...ps", part.elastic[0], strains) if len(part.elastic) == 1 else np.einsum(
+    forces = np.einsum("...st,...pt->...ps", part.elastic[0], strains) if len(part.elastic) == 1 else np.einsum(
         "pst,ipt->ips", part.elastic, strains
     )  # fmt: skip
-    found = (found + part.stress)[..., : len(names)]
-    if part.kind == "line" and found.shape[2] > 3:
-        found[..., 3] *= part.lever  # twist is the twist rate times the section's polar radius
-    return np.asarray(found)
+    forces = (forces + part.stress)[..., : len(names)]
+    if part.kind == "line" and forces.shape[2] > 3:
+        forces[..., 3] *= part.lever  # twist is the twist rate times the section's polar radius
+    return np.asarray(forces)
 
 
 def von_mises(part: StrainPart, y: Array) -> Array | None:
@@ -74,9 +74,9 @@ def von_mises(part: StrainPart, y: Array) -> Array | None:
     if part.kind == "line":
         torque = resultants(part, y)[..., 3] * part.fibres[:, 3]
         return np.asarray(np.sqrt(fibre_stress(part, y) ** 2 + 3 * torque**2))
-    found = resultants(part, y)
+    forces = resultants(part, y)
     if part.kind == "solid":
-        xx, yy, zz, yz, xz, xy = np.moveaxis(found, 2, 0)
+        xx, yy, zz, yz, xz, xy = np.moveaxis(forces, 2, 0)
         squares = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
         return np.asarray(np.sqrt(squares / 2 + 3 * (yz**2 + xz**2 + xy**2)))
     if part.plies.size:
@@ -85,7 +85,7 @@ def von_mises(part: StrainPart, y: Array) -> Array | None:
     h = 2 * part.lever  # of a file without plies
     faces = []
     for sign in (1.0, -1.0):
-        xx, yy, xy = np.moveaxis(found[..., :3] / h[..., None] + sign * 6 * found[..., 3:6] / h[..., None] ** 2, 2, 0)
+        xx, yy, xy = np.moveaxis(forces[..., :3] / h[..., None] + sign * 6 * forces[..., 3:6] / h[..., None] ** 2, 2, 0)
         faces.append(np.sqrt(xx**2 - xx * yy + yy**2 + 3 * xy**2))
     return np.asarray(np.maximum(*faces))
 
@@ -100,8 +100,8 @@ def ply_stresses(part: StrainPart, y: Array, plies: slice = slice(None)) -> Arra
     compliance = np.linalg.inv(part.elastic[:, :n, :n])
     per_force = part.plies[:, plies][..., :n] @ compliance[:, None, None]
     flat = per_force.reshape(len(per_force), -1, n)
-    found = np.matmul(flat, resultants(part, y)[..., :n, None])[..., 0]
-    return np.asarray(found.reshape(*found.shape[:2], *per_force.shape[1:4]))
+    stress = np.matmul(flat, resultants(part, y)[..., :n, None])[..., 0]
+    return np.asarray(stress.reshape(*stress.shape[:2], *per_force.shape[1:4]))
 
 
 def ply_names(part: StrainPart) -> dict[str, tuple[int, int]]:
@@ -123,13 +123,15 @@ def has_isotropic_plies(part: StrainPart) -> bool:
     """
     if not part.plies.size:
         return False
-    own = part.plies[0, :, 0, :, :3]
-    equal, first, second = (own @ np.array(strain) for strain in ([1.0, 1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 0.0, 2.0]))
-    size = np.abs(own).max(axis=(1, 2))
+    stiffness = part.plies[0, :, 0, :, :3]
+    equal, first, second = (
+        stiffness @ np.array(strain) for strain in ([1.0, 1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 0.0, 2.0])
+    )
+    size = np.abs(stiffness).max(axis=(1, 2))
     shears = [np.hypot((s[:, 0] - s[:, 1]) / 2, s[:, 2]) for s in (first, second)]
     differ = [equal[:, 0] - equal[:, 1], equal[:, 2], first[:, 0] + first[:, 1], second[:, 0] + second[:, 1]]
     differ.append(shears[0] - shears[1])
-    return bool(np.all(np.abs(differ) <= ISOTROPIC * size))
+    return bool(np.all(np.abs(differ) <= ISOTROPY_TOLERANCE * size))
 
 
 def fibre_stress(part: StrainPart, y: Array) -> Array:
@@ -137,13 +139,13 @@ def fibre_stress(part: StrainPart, y: Array) -> Array:
 
     |N|/A + |M_z| y_max/I_z + |M_y| z_max/I_y, a corner's; of round sections the two moments add as vectors do.
     """
-    found = np.abs(resultants(part, y)) * part.fibres[:, : len(part.names)]
-    if found.shape[2] == 1:  # of rods
-        return np.asarray(found[..., 0])
+    stress = np.abs(resultants(part, y)) * part.fibres[:, : len(part.names)]
+    if stress.shape[2] == 1:  # of rods
+        return np.asarray(stress[..., 0])
     bending = np.where(
-        np.isnan(part.fibres[:, 3]), found[..., 1] + found[..., 2], np.hypot(found[..., 1], found[..., 2])
+        np.isnan(part.fibres[:, 3]), stress[..., 1] + stress[..., 2], np.hypot(stress[..., 1], stress[..., 2])
     )
-    return np.asarray(found[..., 0] + bending)
+    return np.asarray(stress[..., 0] + bending)
 
 
 def has_face_stress(part: StrainPart) -> bool:
@@ -155,11 +157,11 @@ def has_face_stress(part: StrainPart) -> bool:
         return has_isotropic_plies(part)
     h = 2 * part.lever
     A, D = part.elastic[:, 0, 0], part.elastic[:, 3, 3]
-    return bool(np.all(h > 0) and np.all(np.abs(12 * D / (A * h**2) - 1) < ONE_SHEET))
+    return bool(np.all(h > 0) and np.all(np.abs(12 * D / (A * h**2) - 1) < SHEET_TOLERANCE))
 
 
-def named(part: StrainPart, name: str, y: Array) -> Array | None:
-    """One quantity (t, p) of a part by its name, such as "moment_y" or "von_mises"; None where it has none.
+def quantity_by_name(part: StrainPart, name: str, y: Array) -> Array | None:
+    """One quantity (t, p) of a part by its name, such as "moment_y" or "von_mises"; None if the part does not have it.
 
     Shear forces of lines are those that balance the moments: V_y = -dM_z/dx, V_z = dM_y/dx, in the axes of the section.
     They hold the load of rotary inertia, and differ from the constitutive ones within elements that are too long.
@@ -191,12 +193,12 @@ def _slopes(part: StrainPart) -> sparse.csr_array:
     """Matrix (p, p) that takes values (..., p) at the points of a line's elements to their derivatives along them:
     those of the polynomial through the points of each element."""
     x = part.places.reshape(-1, part.per, 3)
-    way = x[:, -1] - x[:, 0]
-    span = np.linalg.norm(way, axis=1)
-    s = np.einsum("eqi,ei->eq", x - x[:, :1], way) / span[:, None] ** 2
-    apart = s[:, :, None] - s[:, None, :] + np.eye(part.per)
-    weight = 1.0 / apart.prod(axis=2)  # barycentric
-    D = weight[:, None, :] / weight[:, :, None] / apart
+    direction = x[:, -1] - x[:, 0]
+    span = np.linalg.norm(direction, axis=1)
+    s = np.einsum("eqi,ei->eq", x - x[:, :1], direction) / span[:, None] ** 2
+    differences = s[:, :, None] - s[:, None, :] + np.eye(part.per)
+    weight = 1.0 / differences.prod(axis=2)  # barycentric
+    D = weight[:, None, :] / weight[:, :, None] / differences
     D *= 1.0 - np.eye(part.per)
     D -= D.sum(axis=2, keepdims=True) * np.eye(part.per)
     blocks = (D / span[:, None, None]).swapaxes(1, 2)
@@ -205,19 +207,19 @@ def _slopes(part: StrainPart) -> sparse.csr_array:
 
 def quantities(parts: Sequence[StrainPart]) -> dict[str, str]:
     """Units of all quantities that the parts have, by name."""
-    found: dict[str, str] = {}
+    units_by_name: dict[str, str] = {}
     for part in parts:
         names, units = RESULTANTS[part.kind]
-        found |= dict(zip(names[: len(part.names)], units, strict=False))
+        units_by_name |= dict(zip(names[: len(part.names)], units, strict=False))
         if _shears(part):
-            found |= dict.fromkeys(SHEAR_FORCES, "N")
+            units_by_name |= dict.fromkeys(SHEAR_FORCES, "N")
         if len(part.fibres):
-            found[FIBRE_STRESS] = "Pa"
-        found |= dict.fromkeys(ply_names(part), "Pa")
+            units_by_name[FIBRE_STRESS] = "Pa"
+        units_by_name |= dict.fromkeys(ply_names(part), "Pa")
         twisted = len(part.names) == len(_LINE) and len(part.fibres) > 0 and not np.isnan(part.fibres[:, 3]).any()
         if part.kind == "solid" or (has_face_stress(part) if part.kind == "plate" else twisted):
-            found[VON_MISES] = "Pa"
-    return found
+            units_by_name[VON_MISES] = "Pa"
+    return units_by_name
 
 
 def peaks(parts: Sequence[StrainPart], y: Array, time: Array) -> list[Peak]:
@@ -225,13 +227,13 @@ def peaks(parts: Sequence[StrainPart], y: Array, time: Array) -> list[Peak]:
     best: dict[tuple[str, str, str], Peak] = {}
     for part in parts:
         units = quantities([part])
-        for name, (largest, when) in over_time(part, y, list(units)).items():
-            at = int(np.argmax(largest))
+        for name, (largest, rows) in peaks_over_time(part, y, list(units)).items():
+            point = int(np.argmax(largest))
             key = part.kind, part.group, name
-            if key not in best or largest[at] > abs(best[key].value):
-                x, y_, z = (float(value) for value in part.places[at])
-                when_s = float(time[when[at]])
-                best[key] = Peak(part.kind, name, units[name], float(largest[at]), when_s, (x, y_, z), part.group)
+            if key not in best or largest[point] > abs(best[key].value):
+                x, y_, z = (float(value) for value in part.places[point])
+                when_s = float(time[rows[point]])
+                best[key] = Peak(part.kind, name, units[name], float(largest[point]), when_s, (x, y_, z), part.group)
     return [best[key] for key in sorted(best, key=lambda key: (list(RESULTANTS).index(key[0]), *key[1:]))]
 
 
@@ -240,8 +242,8 @@ def at_points(parts: Sequence[StrainPart], name: str, points: ArrayLike, y: Arra
 
     Raises ValueError with the names known when no part has it.
     """
-    found = [NearestPoint.of(parts, name, point) for point in np.asarray(points, float).reshape(-1, 3)]
-    return np.stack([point.values(y) for point in found], axis=1), np.stack([point.place for point in found])
+    nearest = [NearestPoint.find(parts, name, point) for point in np.asarray(points, float).reshape(-1, 3)]
+    return np.stack([point.values(y) for point in nearest], axis=1), np.stack([point.position for point in nearest])
 
 
 @dataclass(frozen=True, eq=False)
@@ -253,20 +255,20 @@ class NearestPoint:
     number: int
 
     @classmethod
-    def of(cls, parts: Sequence[StrainPart], name: str, point: ArrayLike) -> NearestPoint:
-        """The point nearest to a place (3,) of those that have the quantity; ValueError when none has it."""
-        own = [part for part in parts if name in quantities([part])]
-        if not own:
+    def find(cls, parts: Sequence[StrainPart], name: str, point: ArrayLike) -> NearestPoint:
+        """The point nearest to `point` (3,) among the parts that have the quantity; ValueError when none has it."""
+        candidates = [part for part in parts if name in quantities([part])]
+        if not candidates:
             raise ValueError(f"quantity {name!r} is not known of this body; it has {', '.join(quantities(parts))}")
-        away = [np.linalg.norm(part.places - np.asarray(point, float), axis=1) for part in own]
-        k = int(np.argmin([each.min() for each in away]))
-        at, per = int(np.argmin(away[k])), own[k].per
-        element = at // per
-        return cls(name, _over(own[k], np.arange(element * per, (element + 1) * per)), at % per)
+        distances = [np.linalg.norm(part.places - np.asarray(point, float), axis=1) for part in candidates]
+        k = int(np.argmin([each.min() for each in distances]))
+        index, per = int(np.argmin(distances[k])), candidates[k].per
+        element = index // per
+        return cls(name, _at_points(candidates[k], np.arange(element * per, (element + 1) * per)), index % per)
 
     @property
-    def place(self) -> Array:
-        """Where it lies (3,) [m, body frame]."""
+    def position(self) -> Array:
+        """Position of the point (3,) [m, body frame]."""
         return np.asarray(self.part.places[self.number])
 
     @property
@@ -276,13 +278,13 @@ class NearestPoint:
 
     def values(self, y: Array) -> Array:
         """The quantity along time (t,) at amplitudes y (t, n)."""
-        found = named(self.part, self.name, y)
-        assert found is not None
-        return np.asarray(found[:, self.number])
+        values = quantity_by_name(self.part, self.name, y)
+        assert values is not None
+        return np.asarray(values[:, self.number])
 
 
-def _over(part: StrainPart, points: IntArray) -> StrainPart:
-    """The part at some of its points alone, those of whole elements."""
+def _at_points(part: StrainPart, points: IntArray) -> StrainPart:
+    """The part restricted to some of its points, those of whole elements."""
 
     def rows(table: Array) -> Array:
         return table if len(table) == 1 else table[points]
@@ -300,7 +302,7 @@ def _over(part: StrainPart, points: IntArray) -> StrainPart:
     )
 
 
-def over_time(part: StrainPart, y: Array, names: Sequence[str]) -> dict[str, tuple[Array, IntArray]]:
+def peaks_over_time(part: StrainPart, y: Array, names: Sequence[str]) -> dict[str, tuple[Array, IntArray]]:
     """Largest magnitude (p,) of each quantity at each point, and the row (p,) of y where it is; in chunks of time."""
     n = len(part.places)
     largest = {name: np.full(n, -1.0) for name in names}
@@ -308,11 +310,11 @@ def over_time(part: StrainPart, y: Array, names: Sequence[str]) -> dict[str, tup
     step = max(1, CHUNK // (n * 20))
     for start in range(0, len(y), step):
         for name in names:
-            found = named(part, name, y[start : start + step])
-            assert found is not None
-            found = np.abs(found)
-            row = np.argmax(found, axis=0)
-            value = found[row, np.arange(n)]
+            values = quantity_by_name(part, name, y[start : start + step])
+            assert values is not None
+            values = np.abs(values)
+            row = np.argmax(values, axis=0)
+            value = values[row, np.arange(n)]
             better = value > largest[name]
             largest[name][better], when[name][better] = value[better], start + row[better]
     return {name: (largest[name], when[name]) for name in names}

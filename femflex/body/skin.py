@@ -1,4 +1,4 @@
-"""The skin: what is drawn of a body."""
+"""The skin of a body: the surface, lines or points that pictures show."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from femflex.arrays import Array, IntArray
 
 @dataclass(frozen=True, eq=False)
 class Skin:
-    """What is drawn of a body: a surface (or line, or points) and how each shape moves its points.
+    """Surface (or line, or points) of a body that pictures show, and the displacement of its points per shape.
 
     points  (n_p, 3)      undeformed, body frame [m]; already offset to the section's rim or the plate's faces
     cells   type -> (n_c, nodes)   with meshio's cell names: "triangle", "quad", "line", "vertex"
@@ -32,11 +32,11 @@ class Skin:
                 raise ValueError(f"the cells {kind!r} of a skin name points that it does not have; expected 0 to n - 1")
 
     @cached_property
-    def reach(self) -> Array:
-        """How far each shape moves the point that it moves farthest (n,) [m per amplitude]."""
-        return farthest(self.shapes)
+    def max_displacement(self) -> Array:
+        """Largest displacement of a point by each shape (n,) [m per amplitude]."""
+        return largest_displacements(self.shapes)
 
 
-def farthest(shapes: Array) -> Array:
-    """Largest displacement (n,) [m per amplitude] of the places that shapes (n, p, 3) move."""
+def largest_displacements(shapes: Array) -> Array:
+    """Largest displacement (n,) [m per amplitude] among the points that shapes (n, p, 3) move."""
     return np.asarray(np.sqrt(np.einsum("spa,spa->sp", shapes, shapes).max(axis=1, initial=0.0)))

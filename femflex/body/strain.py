@@ -76,7 +76,7 @@ class StrainTensors:
         return out + hessian(self.V3, d, 4) / 2 if self.V3.size else out
 
     def settled(self, d: Array, free: NDArray[np.intp]) -> Array:
-        """The state nearest to d (n,) in which the coordinates numbered `free` store least energy, the others kept.
+        """State near d (n,) in which the coordinates numbered `free` minimise the energy; the others keep their values.
 
         Newton's method on the energy, with steps shortened until it falls.
         """
@@ -94,13 +94,13 @@ class StrainTensors:
 
     def truncated(self, n: int) -> StrainTensors:
         """The tensors of the first n coordinates alone."""
-        have = self.V1.shape[0]
-        V2 = truncated(self.V2, have, n, 3) if self.V2.size else self.V2
-        V3 = truncated(self.V3, have, n, 4) if self.V3.size else self.V3
+        n_old = self.V1.shape[0]
+        V2 = truncated(self.V2, n_old, n, 3) if self.V2.size else self.V2
+        V3 = truncated(self.V3, n_old, n, 4) if self.V3.size else self.V3
         return StrainTensors(self.V1[:n, :n], self.f0[:n], V2, V3)
 
 
-def _stepped(d: Array, at: NDArray[np.intp], step: Array) -> Array:
+def _stepped(d: Array, coordinates: NDArray[np.intp], step: Array) -> Array:
     out = d.copy()
-    out[at] += step
+    out[coordinates] += step
     return out

@@ -1,7 +1,7 @@
-"""What recovers strain and strain energy over a body from its elastic coordinates: gradient rows at chosen points.
+"""Strain fields: rows that give strain and strain energy at points of a body from its elastic coordinates.
 
-A field is a tuple of parts, one per member and element layout; it is what pictures coloured by strain are made from,
-and goes with the body into body files and result files.
+A field is a tuple of parts, one per member and element layout. Pictures coloured by strain are made from it, and it is
+stored with the body in body files and result files.
 """
 
 from __future__ import annotations
@@ -97,9 +97,9 @@ class StrainPart:
             "stress": (p, s), "first": (n, n), "lever": (p,), "fibres": (p, 4),
         }  # fmt: skip
         for name, shape in shapes.items():
-            found = getattr(self, name).shape
-            if found not in (shape, (1, *shape[1:]), (0, 4)):
-                raise ValueError(f"{name!r} of a strain field has the shape {found}; expected {shape}")
+            actual = getattr(self, name).shape
+            if actual not in (shape, (1, *shape[1:]), (0, 4)):
+                raise ValueError(f"{name!r} of a strain field has the shape {actual}; expected {shape}")
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -118,31 +118,31 @@ class StrainPart:
         stored = np.einsum("tps,tps->tp", eps, np.matmul(eps[:, :, None], self.elastic)[:, :, 0]) / 2
         return np.asarray(stored + np.sum(self.stress * (linear + quadratic), axis=2))
 
-    def mixed(self, X: Array, first: Array) -> StrainPart:
-        """The same over the shapes phi X, X (n, m), first (m, m) of which are of first order."""
+    def transformed(self, X: Array, first: Array) -> StrainPart:
+        """The same part over the shapes phi X, X (n, m), first (m, m) of which are of first order."""
         return replace(self, rows=(self.rows @ X).astype(np.float32), first=first)
 
-    def over(self, shapes: IntArray) -> StrainPart:
-        """The same over those shapes alone."""
+    def with_shapes(self, shapes: IntArray) -> StrainPart:
+        """The same part over the selected shapes alone."""
         return replace(self, rows=self.rows[:, :, shapes], first=self.first[np.ix_(shapes, shapes)])
 
-    def at(self, point: Array) -> StrainPart:
-        """The same at one point (3,), body frame [m].
+    def at_point(self, point: Array) -> StrainPart:
+        """The same part at one point (3,), body frame [m].
 
         Of lines with several points per element: on the straight line through the two nearest points of an element,
         the gradients linear between them and up to half their distance beyond. Else the nearest point.
         """
-        away = np.linalg.norm(self.places - point, axis=1)
-        k = int(np.argmin(away))
+        distances = np.linalg.norm(self.places - point, axis=1)
+        k = int(np.argmin(distances))
         if self.kind != "line" or self.per < 2:
             return self._weighted(k, k, 0.0)
         first = k - k % self.per
-        j = min((i for i in range(first, first + self.per) if i != k), key=lambda i: float(away[i]))
-        along = self.places[j] - self.places[k]
-        return self._weighted(k, j, float(np.clip(along @ (point - self.places[k]) / (along @ along), -0.5, 1.0)))
+        j = min((i for i in range(first, first + self.per) if i != k), key=lambda i: float(distances[i]))
+        segment = self.places[j] - self.places[k]
+        return self._weighted(k, j, float(np.clip(segment @ (point - self.places[k]) / (segment @ segment), -0.5, 1.0)))
 
     def _weighted(self, k: int, j: int, share: float) -> StrainPart:
-        """The same at one point with (1 - share) of point k and a share of point j."""
+        """The same part at one point: (1 - share) of point k plus a share of point j."""
 
         def mean(a: NDArray[Any]) -> NDArray[Any]:
             return ((1.0 - share) * a[k : k + 1] + share * a[j : j + 1]).astype(a.dtype) if len(a) > 1 else a
@@ -169,22 +169,26 @@ class StrainPart:
         if not self.quadratic.any():
             return np.zeros((1, 1, len(self.linear)))
         g = self._gradients(np.asarray(y, float).reshape(-1, len(self.first)) @ self.first.T)
-        other = 2 * self._gradients(y) - g  # twice what is of second order: products with it are of third
+        with_second_order = 2 * self._gradients(y) - g  # twice what is of second order: products with it are of third
         out = np.zeros((*g.shape[:2], len(self.linear)))
         for s, i, j in zip(*np.nonzero(self.quadratic), strict=True):
-            out[:, :, s] += self.quadratic[s, i, j] / 2 * g[:, :, i] * other[:, :, j]
+            out[:, :, s] += self.quadratic[s, i, j] / 2 * g[:, :, i] * with_second_order[:, :, j]
         return out
 
 
 def write_field(group: h5py.Group, field: Sequence[StrainPart]) -> None:
     """Write every part as a group of its own, by number."""
     for number, part in enumerate(field):
-        own = group.create_group(f"strain_field/{number}")
-        own.attrs["kind"], own.attrs["nonlinear"], own.attrs["per"] = part.kind, part.nonlinear, part.per
-        own.attrs["group"] = part.group
+        part_group = group.create_group(f"strain_field/{number}")
+        part_group.attrs["kind"], part_group.attrs["nonlinear"], part_group.attrs["per"] = (
+            part.kind,
+            part.nonlinear,
+            part.per,
+        )
+        part_group.attrs["group"] = part.group
         for name in ARRAYS:
-            own[name] = getattr(part, name)
-            own[name].attrs["description"], own[name].attrs["units"] = ARRAYS[name]
+            part_group[name] = getattr(part, name)
+            part_group[name].attrs["description"], part_group[name].attrs["units"] = ARRAYS[name]
 
 
 def read_field(group: h5py.Group) -> tuple[StrainPart, ...]:
@@ -193,8 +197,8 @@ def read_field(group: h5py.Group) -> tuple[StrainPart, ...]:
         return ()
     parts: Any = group["strain_field"]
     numbered = [parts[str(number)] for number in range(len(parts))]
-    for own in numbered:
-        if lacking := sorted({*ARRAYS} - {"first", "lever", "fibres", *own}):
+    for part_group in numbered:
+        if lacking := sorted({*ARRAYS} - {"first", "lever", "fibres", *part_group}):
             raise ValueError(f"a part of the strain field lacks {', '.join(lacking)}")
     return tuple(
         StrainPart(
@@ -212,9 +216,9 @@ def read_field(group: h5py.Group) -> tuple[StrainPart, ...]:
     )
 
 
-def _first_order(own: Any) -> Array:
+def _first_order(part_group: Any) -> Array:
     """`first` of a part; files of femflex before it have the number of shapes of first order, the first ones."""
-    if "first" in own:
-        return np.asarray(own["first"][()], float)
-    n = own["rows"].shape[2]
-    return np.diag((np.arange(n) < int(own.attrs["leading"])).astype(float))
+    if "first" in part_group:
+        return np.asarray(part_group["first"][()], float)
+    n = part_group["rows"].shape[2]
+    return np.diag((np.arange(n) < int(part_group.attrs["leading"])).astype(float))

@@ -30,7 +30,7 @@ def packed_indices(n: int, degree: int) -> IntArray:
 
 @lru_cache(maxsize=64)
 def multiplicity(n: int, degree: int) -> Array:
-    """How often each packed value stands in the full tensor (C,); not to be written to."""
+    """Number of occurrences of each packed value in the full tensor (C,); not to be written to."""
     rows = packed_indices(n, degree)
     number = np.full(len(rows), float(factorial(degree)))
     run = np.ones(len(rows))
@@ -88,18 +88,20 @@ def unpacked(values: Array, n: int, degree: int) -> Array:
 
 
 def truncated(values: Array, n: int, keep: int, degree: int) -> Array:
-    """The packed values of the tensor confined to its first `keep` of n coordinates."""
+    """The packed values of the tensor restricted to its first `keep` of n coordinates."""
     return values[packed_indices(n, degree)[:, -1] < keep]
 
 
-def picked(values: Array, n: int, chosen: IntArray, degree: int) -> Array:
-    """The packed values of the tensor confined to the chosen of n coordinates, in their order."""
-    rows = np.sort(chosen[packed_indices(len(chosen), degree)], axis=1)
-    place = np.zeros(len(rows), np.int64)
+def selected(values: Array, n: int, coordinates: IntArray, degree: int) -> Array:
+    """The packed values of the tensor restricted to `coordinates` of n, in their order."""
+    rows = np.sort(coordinates[packed_indices(len(coordinates), degree)], axis=1)
+    position = np.zeros(len(rows), np.int64)
     first = np.zeros(len(rows), np.int64)
     for a in range(degree):  # count the packed rows before each: those whose entry a is smaller, after equal ones
-        left = degree - 1 - a
-        below = np.array([0, *np.cumsum([comb(n - v + left - 1, left) if left else 1 for v in range(n)])], np.int64)
-        place += below[rows[:, a]] - below[first]
+        remaining = degree - 1 - a
+        below = np.array(
+            [0, *np.cumsum([comb(n - v + remaining - 1, remaining) if remaining else 1 for v in range(n)])], np.int64
+        )
+        position += below[rows[:, a]] - below[first]
         first = rows[:, a]
-    return values[place]
+    return values[position]

@@ -184,7 +184,7 @@ def _build_law(table: Mapping[str, Any], coordinates: Mapping[str, str]) -> Law 
             if kind == "spring"
             else TabulatedDamper(rate=points, resisting=values["force"], **common)
         )
-        law.pieces()
+        law.kernel_pieces()
         return law
     if kind == "stop":
         return Stop(**values, **common)

@@ -119,18 +119,18 @@ def _orbit_lines(prepared: Prepared) -> list[str]:
 
 def _attraction_lines(system: System) -> list[str]:
     """Describe how the central attraction acts on a large craft, and the error of its gradient."""
-    from femflex.system.attraction import LARGE, free_members, is_integrated, reach
+    from femflex.system.attraction import LARGE_RATIO, free_members, is_integrated, system_size
 
-    extent, environment = reach(system), system.environment
+    extent, environment = system_size(system), system.environment
     if extent is None:
         return []
     lines = []
-    if is_integrated(system) or extent.ratio > LARGE:
+    if is_integrated(system) or extent.ratio > LARGE_RATIO:
         method = "integrated over points of mass" if is_integrated(system) else "by its gradient"
         start_text = " at the start" if free_members(system) else ""
         lines.append(
             f"attraction  {method}: the craft reaches {extent.size:.4g} m{start_text}, {extent.ratio:.2g} of the "
-            f"distance from the centre (auto integrates from {LARGE:g} on); the gradient has an error of "
+            f"distance from the centre (auto integrates from {LARGE_RATIO:g} on); the gradient has an error of "
             f"{extent.error:.2%} there"
         )
     if environment.oblateness:
@@ -253,13 +253,13 @@ def row_range_text(run: Run, rows: BoolArray) -> str:
 
 def reach_lines(run: Run, system: System) -> list[str]:
     """Describe how far a craft with free lengths reached in orbit, and the error of the gravity gradient there."""
-    from femflex.system.attraction import LARGE, free_members, is_integrated, reach
+    from femflex.system.attraction import LARGE_RATIO, free_members, is_integrated, system_size
 
     if is_integrated(system):
         return []
     lengths = {name: float(run[f"bodies/{name}/length"].max()) for name in free_members(system)}
-    extent = reach(system, lengths) if lengths else None
-    if extent is None or extent.ratio <= LARGE:
+    extent = system_size(system, lengths) if lengths else None
+    if extent is None or extent.ratio <= LARGE_RATIO:
         return []
     return [
         f"attraction  by its gradient: the craft reached {extent.size:.4g} m, {extent.ratio:.2g} of the distance from "

@@ -31,10 +31,10 @@ def check_left_out(prepared: Prepared) -> None:
 
         check(prepared.system)
     if prepared.case.pictures is not None and not prepared.model.omitted:
-        from femflex.dynamics.terms.without import resolved
+        from femflex.dynamics.terms.without import resolve_name
 
         for name in prepared.case.pictures.without:
-            resolved(prepared.model, name)
+            resolve_name(prepared.model, name)
 
 
 @contextmanager

@@ -126,7 +126,7 @@ def _rows_of_points(
     run: Any, bodies: Any, fields: Fields, quantities_of_bodies: Mapping[str, list[str]]
 ) -> list[list[Any]]:
     """Rows with the largest magnitude of each quantity over the run at every strain point, and its time."""
-    from femflex.body.recovery import over_time, quantities
+    from femflex.body.recovery import peaks_over_time, quantities
 
     rows: list[list[Any]] = [["body", "members", "x_m", "y_m", "z_m", "quantity", "largest", "unit", "time_s"]]
     rounding = _rounding(bodies, _peaks_of_bodies(run, bodies, fields))
@@ -134,7 +134,7 @@ def _rows_of_points(
         y = run.finite(f"bodies/{name}/delta")
         for part in field:
             units = {key: unit for key, unit in quantities([part]).items() if key in quantities_of_bodies[name]}
-            for key, (values, indices) in over_time(part, y, list(units)).items():
+            for key, (values, indices) in peaks_over_time(part, y, list(units)).items():
                 zero_limit = rounding[part.kind, units[key]]
                 for point, value, t in zip(
                     part.places.tolist(), values.tolist(), run.time[indices].tolist(), strict=True

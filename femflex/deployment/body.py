@@ -12,21 +12,21 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.body import FlexibleBody
-from femflex.deployment.drawn import skin_of
 from femflex.deployment.line import DeployingLine, LineFunctions, LineShapes
 from femflex.deployment.moving_points import moving_points
 from femflex.deployment.parts import Strain, exit_marker, member_parts, resting_rates
 from femflex.deployment.reel import Reel
 from femflex.deployment.sections import sections_of
 from femflex.deployment.shapes import MemberShapes
+from femflex.deployment.skin import deployed_skin
 from femflex.deployment.strip import DeployingStrip, StripFunctions, StripShapes
-from femflex.deployment.table import DeployingParts, variation_of
-from femflex.deployment.tapered import MaterialTaper, one, pieces_of, tapered_line
+from femflex.deployment.table import DeployingParts, deploying_variation
+from femflex.deployment.tapered import MaterialTaper, pieces_of, tapered_line, unit_factor
 from femflex.system import Profile, Variation
 from femflex.warning import PhysicsWarning
 
 SAMPLES = 2001  # of a profile between its breaks, to find its least and largest length
-SOFTENED = 0.02  # change of bending stiffness by axial inertia from which linear strain is warned of
+SOFTENING_LIMIT = 0.02  # change of bending stiffness by axial inertia from which linear strain is warned of
 BUCKLING = 7.837  # of m' |A| L^3 / EI, at which a cantilever under its own distributed load buckles
 
 
@@ -56,9 +56,9 @@ class DeployingBody(NamedTuple):
 
 
 def deploying_line(
-    line: DeployingLine, functions: LineFunctions | None, length: Profile | Reel, **options: Unpack[Options]
+    line: DeployingLine, functions: LineFunctions | None, length: Profile | Reel, **options: Unpack[DeployingOptions]
 ) -> DeployingBody:
-    """A beam or tether that deploys along a profile of its length: its body at t = 0, and how that varies.
+    """Return a beam or tether that deploys along a profile of its length: its body at t = 0, and its variation.
 
     functions  admissible functions on xi = x / L (`BeamFunctions`, `StringFunctions`, ...); None: it stays straight
     length     L(t) [m], or a Reel whose states it is
@@ -66,19 +66,19 @@ def deploying_line(
 
     Raises ValueError for a length that reaches zero or exceeds the stock.
     """
-    first = _first(length, options)
-    made = _deployed(LineShapes(functions, first, line=line), length, options)
-    bends = made.shapes.slopes(np.linspace(0.0, 1.0, 9))[0].any()
+    reference = _reference_length(length, options)
+    member = _deploying_body(LineShapes(functions, reference, line=line), length, options)
+    bends = member.shapes.slopes(np.linspace(0.0, 1.0, 9))[0].any()
     if options.get("strain") == "linear" and bends and isinstance(length, Profile):
         _warn_of_linear_strain(line, length, options.get("until", 0.0))
-    return made
+    return member
 
 
 def deploying_strip(
-    strip: DeployingStrip, functions: StripFunctions | None, length: Profile | Reel, **options: Unpack[Options]
+    strip: DeployingStrip, functions: StripFunctions | None, length: Profile | Reel, **options: Unpack[DeployingOptions]
 ) -> DeployingBody:
     """A plate or membrane that rolls out along a profile of its length; as `deploying_line`."""
-    return _deployed(StripShapes(functions, _first(length, options), strip=strip), length, options)
+    return _deploying_body(StripShapes(functions, _reference_length(length, options), strip=strip), length, options)
 
 
 def deploying_tapered_line(
@@ -86,17 +86,17 @@ def deploying_tapered_line(
     taper: MaterialTaper,
     functions: LineFunctions | None,
     length: Profile,
-    **options: Unpack[Options],
+    **options: Unpack[DeployingOptions],
 ) -> DeployingBody:
     """A beam or tether whose section and density vary along the material.
 
     taper: factors on its stiffness and mass per length, over the distance from the end that comes out first. As
     `deploying_line`; the relative error of the table in the length is `variation.write.error`.
     """
-    least, most, first = length_range(length, options.get("until", 0.0))
+    smallest, largest, first = length_range(length, options.get("until", 0.0))
     at_tip, radius = options.get("drum") == "tip", options.get("drum_radius")
-    stock = options.get("stock") or most
-    check_length(least, most, stock)
+    stock = options.get("stock") or largest
+    check_length(smallest, largest, stock)
     shapes = LineShapes(functions, options.get("reference") or first, line=line)
     condensed = options.get("strain", "condensed") == "condensed"
     if taper.covered < stock * (1.0 - 1e-9):
@@ -107,31 +107,31 @@ def deploying_tapered_line(
             PhysicsWarning,
             stacklevel=2,
         )
-    made = tapered_line(shapes, taper, stock, condensed, options.get("damping", 0.0), at_tip)
+    tapered = tapered_line(shapes, taper, stock, condensed, options.get("damping", 0.0), at_tip)
     check_markers(options.get("markers") or {})
     markers = {"tip": 1.0, **(options.get("markers") or {})}
-    pieces, error = pieces_of(made, (least, most), markers, exit_marker(made.shapes))
+    pieces, error = pieces_of(tapered, (smallest, largest), markers, exit_marker(tapered.shapes))
     pieces = [_with_axes(part, options) for part in pieces]
-    here = next((part for part in reversed(pieces) if part.origin <= first), pieces[0])
-    body = here.body(first, skin=skin_of(made.shapes, first, stock, at_tip, radius))
+    first_part = next((part for part in reversed(pieces) if part.origin <= first), pieces[0])
+    body = first_part.body(first, skin=deployed_skin(tapered.shapes, first, stock, at_tip, radius))
     sections = sections_of(
-        made.shapes, stock, at_tip, options.get("markers") or {},
+        tapered.shapes, stock, at_tip, options.get("markers") or {},
         lambda sigma: line.mass_per_length * taper.mass(sigma), taper.bending,
     )  # fmt: skip
-    more: dict[str, Any] = {
+    table_options: dict[str, Any] = {
         "stock": stock,
         "drum_radius": radius,
         "at_tip": at_tip,
-        "bounds": (least, most),
+        "bounds": (smallest, largest),
         "error": error,
     }
-    more["sections"] = sections
-    variation = variation_of(pieces, body, length, **more)
-    return DeployingBody(body, variation, here, made.shapes, (first, float(length(0.0)[1])))
+    table_options["sections"] = sections
+    variation = deploying_variation(pieces, body, length, **table_options)
+    return DeployingBody(body, variation, first_part, tapered.shapes, (first, float(length(0.0)[1])))
 
 
-class Options(TypedDict, total=False):
-    """What every deploying member may be given.
+class DeployingOptions(TypedDict, total=False):
+    """Options that every deploying member may be given.
 
     stock        length of the whole member [m]; its mass stays constant. Left out: the largest length up to `until`
     until        last time of the run [s]; the length is checked up to it. Left out: 0
@@ -155,49 +155,52 @@ class Options(TypedDict, total=False):
     orientations: Mapping[str, Array]
 
 
-def _range(length: Profile | Reel, options: Options) -> tuple[float, float, float]:
+def _range(length: Profile | Reel, options: DeployingOptions) -> tuple[float, float, float]:
     """Least, largest and first length [m]."""
     if isinstance(length, Reel):
         return length.length, length.length, length.length
     return length_range(length, options.get("until", 0.0))
 
 
-def _first(length: Profile | Reel, options: Options) -> float:
+def _reference_length(length: Profile | Reel, options: DeployingOptions) -> float:
     return options.get("reference") or _range(length, options)[2]
 
 
-def _deployed(shapes: MemberShapes, length: Profile | Reel, options: Options) -> DeployingBody:
-    least, most, first = _range(length, options)
+def _deploying_body(shapes: MemberShapes, length: Profile | Reel, options: DeployingOptions) -> DeployingBody:
+    least, largest, first = _range(length, options)
     stock, at_tip, markers = options.get("stock"), options.get("drum") == "tip", options.get("markers") or {}
-    whole = max(most, first) if stock is None else stock
-    check_length(least, most, whole)
+    stock_length = max(largest, first) if stock is None else stock
+    check_length(least, largest, stock_length)
     check_markers(markers)
-    total = shapes.member_mass / shapes.reference * whole
+    total = shapes.member_mass / shapes.reference * stock_length
     strain, damping = options.get("strain", "condensed"), options.get("damping", 0.0)
     parts, shapes = member_parts(shapes, total, strain, damping, at_tip, markers)
     parts = _with_axes(parts, options)
-    body = parts.body(first, skin=skin_of(shapes, first, whole, at_tip, options.get("drum_radius")))
-    more: dict[str, Any] = {
-        "stock": whole,
+    body = parts.body(first, skin=deployed_skin(shapes, first, stock_length, at_tip, options.get("drum_radius")))
+    table_options: dict[str, Any] = {
+        "stock": stock_length,
         "drum_radius": options.get("drum_radius"),
         "at_tip": at_tip,
-        "bounds": (least, most),
+        "bounds": (least, largest),
     }
-    more["points"] = moving_points(shapes, total, at_tip)
+    table_options["points"] = moving_points(shapes, total, at_tip)
     density = shapes.member_mass / shapes.reference
-    more["sections"] = sections_of(shapes, whole, at_tip, markers, lambda sigma: density * one(sigma), one)
+    table_options["sections"] = sections_of(
+        shapes, stock_length, at_tip, markers, lambda sigma: density * unit_factor(sigma), unit_factor
+    )
     if isinstance(length, Reel):
-        variation = variation_of([parts], body, length.state, drum_mass=length.mass, **more)
+        variation = deploying_variation([parts], body, length.state, drum_mass=length.mass, **table_options)
         return DeployingBody(body, variation, parts, shapes, (length.length, length.speed))
     start = (first, float(length(0.0)[1]))
-    return DeployingBody(body, variation_of([parts], body, length, **more), parts, shapes, start)
+    return DeployingBody(body, deploying_variation([parts], body, length, **table_options), parts, shapes, start)
 
 
-def _with_axes(parts: DeployingParts, options: Options) -> DeployingParts:
+def _with_axes(parts: DeployingParts, options: DeployingOptions) -> DeployingParts:
     """The parts whose markers have the axes that the options give them."""
-    given = options.get("orientations") or {}
+    orientations = options.get("orientations") or {}
     turned = {
-        name: replace(marker, orientation=given.get(name, marker.orientation)) for name, marker in parts.markers.items()
+        name: replace(marker, orientation=orientations.get(name, marker.orientation))
+        for name, marker in parts.markers.items()
     }
     return replace(parts, markers=turned)
 
@@ -230,16 +233,16 @@ def length_range(length: Profile, until: float) -> tuple[float, float, float]:
     return float(values.min()), float(values.max()), float(values[0])
 
 
-def check_length(least: float, most: float, stock: float) -> None:
+def check_length(least: float, largest: float, stock: float) -> None:
     """Raise ValueError for a length that is not between zero and the stock."""
     if not least > 0.0:
         raise ValueError(
             f"the deployed length falls to {least:g} m; it must stay above zero: start from, and stop at, a short "
             "length"
         )
-    if most > stock * (1.0 + 1e-12):
+    if largest > stock * (1.0 + 1e-12):
         raise ValueError(
-            f"the deployed length grows to {most:g} m, above the total length of the member, stock = {stock:g} m; "
+            f"the deployed length grows to {largest:g} m, above the total length of the member, stock = {stock:g} m; "
             "raise stock, or deploy less"
         )
 
@@ -251,11 +254,11 @@ def _warn_of_linear_strain(line: DeployingLine, length: Profile, until: float) -
     L, _, acceleration = length(times)
     load = line.mass_per_length * np.abs(acceleration) * L**3
     worst = float(np.nanmax(load))
-    if worst > SOFTENED * BUCKLING * EI:
+    if worst > SOFTENING_LIMIT * BUCKLING * EI:
         warnings.warn(
             "deploying member with linear strain: the inertia load of its axial acceleration (up to "
             f"{np.abs(acceleration).max():.3g} m/s^2) reaches {worst / (BUCKLING * EI) if EI else np.inf:.2g} of its "
-            f"buckling load (limit {SOFTENED:g}), and linear strain leaves it out; set strain = 'condensed'",
+            f"buckling load (limit {SOFTENING_LIMIT:g}), and linear strain leaves it out; set strain = 'condensed'",
             PhysicsWarning,
             stacklevel=3,
         )

@@ -65,7 +65,7 @@ class ElementFunctions:
                 f"numbers of modes (y, z, axial, torsion) are {counts}; give at least one, and none negative"
             )
         for name, kept, bends in self._fields():
-            if kept > (most := len(self._nodal(bends, name in "yz"))):
+            if kept > (most := len(self._free_functions(bends, name in "yz"))):
                 raise ValueError(
                     f"{kept} modes along {name} were requested; {len(edges) - 1} elements have {most}. Give more "
                     "elements or fewer modes"
@@ -79,39 +79,39 @@ class ElementFunctions:
     @property
     def count(self) -> int:
         """Number of functions: degrees of freedom of the elements."""
-        return sum(len(self._nodal(bends, name in "yz")) for name, _, bends in self._fields())
+        return sum(len(self._free_functions(bends, name in "yz")) for name, _, bends in self._fields())
 
     @property
-    def most(self) -> int:
+    def max_count(self) -> int:
         """The largest number of modes of one field."""
         return max(self.y, self.z, self.axial, self.torsion)
 
     @property
     def blocks(self) -> list[tuple[IntArray, int]]:
-        """Numbers (k,) of the functions of each field, and how many of its modes are kept."""
-        found, first = [], 0
+        """Return the numbers (k,) of the functions of each field, and the number of its modes that are kept."""
+        blocks, first = [], 0
         for name, kept, bends in self._fields():
-            n = len(self._nodal(bends, name in "yz"))
-            found.append((np.arange(first, first + n), kept))
+            n = len(self._free_functions(bends, name in "yz"))
+            blocks.append((np.arange(first, first + n), kept))
             first += n
-        return found
+        return blocks
 
     def fields(self, xi: Array, length: float, derivative: int = 0) -> Array:
         """Derivative by x (n_xi, 4, n) of u, v, w [m] and theta [rad] at x = xi length, xi (n_xi,) [1]."""
-        found, first = np.zeros((len(xi), 4, self.count)), 0
+        values_of_fields, first = np.zeros((len(xi), 4, self.count)), 0
         rows = {"y": 1, "z": 2, "axial": 0, "torsion": 3}
         for name, _, bends in self._fields():
-            values = self._values(xi, bends, derivative)[:, self._nodal(bends, name in "yz")]
-            found[:, rows[name], first : first + values.shape[1]] = values / length**derivative
+            values = self._values(xi, bends, derivative)[:, self._free_functions(bends, name in "yz")]
+            values_of_fields[:, rows[name], first : first + values.shape[1]] = values / length**derivative
             first += values.shape[1]
-        return found
+        return values_of_fields
 
     def _fields(self) -> list[tuple[str, int, bool]]:
         """Name, number of modes, and whether slopes are continuous, of the fields that have modes."""
         counts = {"y": self.y, "z": self.z, "axial": self.axial, "torsion": self.torsion}
         return [(name, n, name in "yz" and not self.string) for name, n in counts.items() if n]
 
-    def _nodal(self, bends: bool, across: bool) -> IntArray:
+    def _free_functions(self, bends: bool, across: bool) -> IntArray:
         """The degrees of freedom of a field that its supports leave."""
         n = len(self.edges) - 1
         if bends:

@@ -7,19 +7,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.deployment.intervals import Pieces, integral_of
+from femflex.deployment.intervals import PiecewisePolynomials, integral_of
 
-KEPT = 1e-9  # of the largest singular value: products of slopes below it add nothing to the span
+SINGULAR_VALUE_LIMIT = 1e-9  # of the largest singular value: products of slopes below it add nothing to the span
 
 
 @dataclass(frozen=True, eq=False)
-class Followers:
+class SlavedShapes:
     """Axial shapes F_s(xi) / L whose amplitudes are 1/2 delta.A_s delta.
 
     functions: the F_s; slaves (n_s, n, n): A_s. The 1 / L goes with the shape, so that the A_s are constant.
     """
 
-    functions: Pieces
+    functions: PiecewisePolynomials
     slaves: Array
 
     @property
@@ -32,7 +32,7 @@ class Followers:
         return self.functions(xi, derivative)
 
 
-def followers_of(slope: Array, share: Array, weight: Array, knots: Array) -> Followers | None:
+def slaved_shapes_of(slope: Array, share: Array, weight: Array, knots: Array) -> SlavedShapes | None:
     """Followers of the slopes (q, m, n) by xi of transverse displacements, each of a `share` (m,).
 
     weight (q,): of the Gauss points of the slopes, the same number of them between each two neighbours of the ends and
@@ -44,13 +44,15 @@ def followers_of(slope: Array, share: Array, weight: Array, knots: Array) -> Fol
     if not squares.any():
         return None
     U, size, V = np.linalg.svd(np.sqrt(weight)[:, None] * squares, full_matrices=False)
-    kept = size > KEPT * size[0]
-    rates = U[:, kept] / np.sqrt(weight)[:, None]  # orthonormal over xi: dF_s/dxi
+    significant = size > SINGULAR_VALUE_LIMIT * size[0]
+    rates = U[:, significant] / np.sqrt(weight)[:, None]  # orthonormal over xi: dF_s/dxi
     edges = np.concatenate([[0.0], knots, [1.0]])
     points = len(weight) // (len(edges) - 1)
     degree = min(points - 1, 2 * points // 3)
     integrated = integral_of(edges, rates.reshape(len(edges) - 1, points, -1), degree)
-    A = np.zeros((int(kept.sum()), n, n))
-    A[:, i, j] = -(size[kept, None] * V[kept])  # 1/2 d.A d = -1/2 sum over all k, l; pairs k < l stand twice in it
+    A = np.zeros((int(significant.sum()), n, n))
+    A[:, i, j] = -(
+        size[significant, None] * V[significant]
+    )  # 1/2 d.A d = -1/2 sum over all k, l; pairs k < l stand twice in it
     A[:, j, i] = A[:, i, j]
-    return Followers(integrated, A)
+    return SlavedShapes(integrated, A)

@@ -24,7 +24,7 @@ def gauss_between(knots: Array, n: int) -> tuple[Array, Array]:
 
 
 @dataclass(frozen=True, eq=False)
-class Pieces:
+class PiecewisePolynomials:
     """Functions that are polynomials between knots.
 
     edges         (k + 1,)     ends of the intervals, from 0 to 1
@@ -36,17 +36,17 @@ class Pieces:
 
     def __call__(self, xi: Array, derivative: int = 0) -> Array:
         """Values or a derivative by xi (len(xi), n)."""
-        found = np.zeros((len(xi), self.coefficients.shape[2]))
+        values = np.zeros((len(xi), self.coefficients.shape[2]))
         inside = np.clip(np.searchsorted(self.edges, xi, side="right") - 1, 0, len(self.edges) - 2)
         for k in np.unique(inside):
-            here, a, b = inside == k, self.edges[k], self.edges[k + 1]
+            in_interval, a, b = inside == k, self.edges[k], self.edges[k + 1]
             series = self.coefficients[k]
             series = legendre.legder(series, derivative) * (2.0 / (b - a)) ** derivative if derivative else series
-            found[here] = legendre.legval((2.0 * xi[here] - a - b) / (b - a), series, tensor=True).T
-        return found
+            values[in_interval] = legendre.legval((2.0 * xi[in_interval] - a - b) / (b - a), series, tensor=True).T
+        return values
 
 
-def integral_of(edges: Array, values: Array, degree: int) -> Pieces:
+def integral_of(edges: Array, values: Array, degree: int) -> PiecewisePolynomials:
     """The integral from 0 of functions with values (k, q, n), in any unit, at the q Gauss points of each interval.
 
     degree: of the polynomials that are fitted to the functions on each interval.
@@ -56,9 +56,9 @@ def integral_of(edges: Array, values: Array, degree: int) -> Pieces:
     fit = (2.0 * np.arange(degree + 1) + 1.0)[:, None] / 2.0 * (P.T * w)  # (degree + 1, q)
     size = np.diff(edges)
     parts, start = [], np.zeros(values.shape[2])
-    for k, one in enumerate(values):
-        part = np.asarray(legendre.legint(fit @ one, lbnd=-1), float) * size[k] / 2.0
+    for k, interval_values in enumerate(values):
+        part = np.asarray(legendre.legint(fit @ interval_values, lbnd=-1), float) * size[k] / 2.0
         part[0] += start
         start = part.sum(axis=0)  # every Legendre polynomial is 1 at the end
         parts.append(part)
-    return Pieces(edges, np.stack(parts))
+    return PiecewisePolynomials(edges, np.stack(parts))

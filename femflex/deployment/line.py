@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from femflex.arrays import Array
 from femflex.deployment.series import Series
-from femflex.deployment.shapes import Drawing, MemberShapes, clean, grid
+from femflex.deployment.shapes import Drawing, MemberShapes, quadrilateral_grid, without_rounding
 from femflex.fem.line.chain import element_frames
 from femflex.fem.line.section_points import section_points
 from femflex.reduction.beams.beam_functions import axial_characteristic, polynomials
@@ -29,7 +29,7 @@ class LineFunctions(Protocol):
         """Number of functions."""
 
     @property
-    def most(self) -> int:
+    def max_count(self) -> int:
         """The largest number of functions of one field."""
 
     def fields(self, xi: Array, length: float, derivative: int = 0) -> Array:
@@ -69,25 +69,25 @@ class StringFunctions:
         return self.y + self.z + self.axial
 
     @property
-    def most(self) -> int:
+    def max_count(self) -> int:
         """The largest number of functions of one field."""
         return max(self.y, self.z, self.axial) + 1
 
     def fields(self, xi: Array, length: float, derivative: int = 0) -> Array:
         """Derivative by x (n_xi, 4, n) of u, v, w [m] and theta [rad] at x = xi length, xi (n_xi,) [1]."""
-        found, first = np.zeros((len(xi), 4, self.count)), 0
+        values, first = np.zeros((len(xi), 4, self.count)), 0
         for row, n in ((1, self.y), (2, self.z), (0, self.axial)):
             if n:
-                found[:, row, first : first + n] = self._field(row, n, xi, derivative) / length**derivative
+                values[:, row, first : first + n] = self._field(row, n, xi, derivative) / length**derivative
             first += n
-        return found
+        return values
 
     def _field(self, row: int, n: int, xi: Array, derivative: int) -> Array:
-        held = row > 0 and self.tip == "held"
-        skipped = int(row > 0 and not self.straight and not held)
+        fixed_tip = row > 0 and self.tip == "held"
+        skipped = int(row > 0 and not self.straight and not fixed_tip)
         if self.family == "polynomial":
-            return polynomials(1, int(held), n + skipped, rigid=1)(xi, derivative)[:, skipped:]
-        ends = "clamped-clamped" if held else "clamped-free"
+            return polynomials(1, int(fixed_tip), n + skipped, rigid=1)(xi, derivative)[:, skipped:]
+        ends = "clamped-clamped" if fixed_tip else "clamped-free"
         return axial_characteristic(ends, n)(xi, derivative)
 
 
@@ -181,7 +181,7 @@ class LineShapes(MemberShapes):
         if self.functions is None:
             return np.zeros((len(xi), 4, 0))
         functions = self.functions
-        return clean(lambda x: functions.fields(x, 1.0, derivative) @ self.X, xi)
+        return without_rounding(lambda x: functions.fields(x, 1.0, derivative) @ self.X, xi)
 
     def slopes(self, xi: Array) -> tuple[Array, Array]:
         """Slopes (n_xi, 2, n) [m] by xi of v and w, and the weight (2,) [1] of each."""
@@ -195,7 +195,7 @@ class LineShapes(MemberShapes):
     def matrices(self, xi: Array, weight: Array) -> tuple[Array, Series]:
         """Mass matrix (n, n) [kg] at the reference length, and V1 (n, n) [N/m] as a series in lambda, over the
         functions."""
-        line, L, member = self.line, self.reference, self.member_mass
+        line, L, mass = self.line, self.reference, self.member_mass
         assert self.functions is not None
         value, slope, bend = (self.functions.fields(xi, 1.0, d) for d in range(3))
 
@@ -204,9 +204,9 @@ class LineShapes(MemberShapes):
 
         offsets, share = line.sections
         polar = float(share @ (offsets[:, 1] ** 2 + offsets[:, 2] ** 2))
-        M = member * (sum(integral(value, row) for row in range(3)) + polar * integral(value, 3))
+        M = mass * (sum(integral(value, row) for row in range(3)) + polar * integral(value, 3))
         if line.rotary_inertia:
-            M = M + member / L**2 * (line.rz**2 * integral(slope, 1) + line.ry**2 * integral(slope, 2))
+            M = M + mass / L**2 * (line.rz**2 * integral(slope, 1) + line.ry**2 * integral(slope, 2))
         V1: Series = {
             -3: (line.EIz * integral(bend, 1) + line.EIy * integral(bend, 2)) / L**3,
             -1: (line.EA * integral(slope, 0) + line.GJ * integral(slope, 3)) / L
@@ -234,18 +234,18 @@ class LineShapes(MemberShapes):
         steep = self.fields(xi, derivative + 1)[:, None] / self.reference
         dv, dw = steep[:, :, 1], steep[:, :, 2]
         x, y, z = (offsets[:, i, None] for i in range(3))
-        none = np.zeros((len(xi), len(offsets), self.n))
+        zeros = np.zeros((len(xi), len(offsets), self.n))
         return {
-            0: np.stack([none + u, none + v - z * theta, none + w + y * theta], axis=2),
-            -1: np.stack([none - y * dv - z * dw, none + x * dv, none + x * dw], axis=2),
+            0: np.stack([zeros + u, zeros + v - z * theta, zeros + w + y * theta], axis=2),
+            -1: np.stack([zeros - y * dv - z * dw, zeros + x * dv, zeros + x * dw], axis=2),
         }
 
     def drawing(self) -> Drawing:
         """A line, or a tube of the line's radius."""
-        xi = np.linspace(0.0, 1.0, 1 + 4 * max(5, self.most))
+        xi = np.linspace(0.0, 1.0, 1 + 4 * max(5, self.max_count))
         if self.line.radius is None:
             lines = np.stack([np.arange(len(xi) - 1), np.arange(1, len(xi))], axis=1)
             return Drawing(xi, np.zeros((1, 3)), {"line": lines})
         angle = np.arange(SIDES) * 2 * np.pi / SIDES
         offsets = self.line.radius * np.stack([0 * angle, np.cos(angle), np.sin(angle)], axis=1)
-        return Drawing(xi, offsets, {"quad": grid(len(xi), SIDES, closed=True)})
+        return Drawing(xi, offsets, {"quad": quadrilateral_grid(len(xi), SIDES, closed=True)})

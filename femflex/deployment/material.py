@@ -32,8 +32,8 @@ from femflex.deployment.series import Series, added, derivative, mapped, product
 
 
 @dataclass(frozen=True, eq=False)
-class Places:
-    """Where material points of sections at xi (k,) stand: z = sum_p values_p lambda^p.
+class MaterialPoints:
+    """Positions of the material points of sections at xi (k,): z = sum_p values_p lambda^p.
 
     xi      (k,)                 distance from the exit over the length
     share   (k,)                 part of the mass; of the member's mass per lambda for the deployed material, of the
@@ -47,12 +47,12 @@ class Places:
     values: Series
     slopes: Series
 
-    def moved(self, at_tip: bool) -> Series:
+    def velocities(self, at_tip: bool) -> Series:
         """chi, the velocities per rate of lambda."""
-        along = (-self.xi if at_tip else 1.0 - self.xi)[:, None, None]
-        return {p - 1: along * self.slopes[p] + p * value for p, value in self.values.items()}
+        xi_rate = (-self.xi if at_tip else 1.0 - self.xi)[:, None, None]
+        return {p - 1: xi_rate * self.slopes[p] + p * value for p, value in self.values.items()}
 
-    def carried(self) -> Series:
+    def section_velocities(self) -> Series:
         """Velocities per rate of lambda of places that keep their xi."""
         return derivative(self.values)
 
@@ -79,19 +79,19 @@ class Inertia:
     pickup: Series
 
 
-def inertia_of(deployed: Places, stowed: Places, member: float, total: float, at_tip: bool) -> Inertia:
-    """Inertia of deployed material, `member` lambda of mass [kg], and of what is stowed, total - member lambda.
+def inertia_of(deployed: MaterialPoints, stowed: MaterialPoints, member: float, total: float, at_tip: bool) -> Inertia:
+    """Return the inertia of deployed material, `member` lambda of mass [kg], and of the stowed rest of the total.
 
     deployed, stowed: all points of the member, and those of one section at the drum; shares sum to one.
     """
     w, v = member * deployed.share, stowed.share
-    z, chi = deployed.values, deployed.moved(at_tip)
-    z0, chi0 = stowed.values, stowed.carried() if at_tip else {}
+    z, chi = deployed.values, deployed.velocities(at_tip)
+    z0, chi0 = stowed.values, stowed.section_velocities() if at_tip else {}
 
     def stowed_part(series: Series) -> Series:
         return added(scaled(series, total), scaled(series, -member, 1))
 
-    def both(moving: Series, still: Series) -> Series:
+    def combined(moving: Series, still: Series) -> Series:
         return added(scaled(moving, 1.0, 1), stowed_part(still))
 
     def first_of(a: Series, share: Array) -> Series:
@@ -100,13 +100,13 @@ def inertia_of(deployed: Places, stowed: Places, member: float, total: float, at
     def second_of(a: Series, b: Series, share: Array) -> Series:
         return product(a, b, lambda x, y: np.einsum("k,kaA,kbB->AaBb", share, x, y, optimize=True))
 
-    jump = added(stowed.moved(at_tip), scaled(chi0, -1.0))
+    jump = added(stowed.velocities(at_tip), scaled(chi0, -1.0))
     return Inertia(
         mass=total,
-        first=both(first_of(z, w), first_of(z0, v)),
-        second=both(second_of(z, z, w), second_of(z0, z0, v)),
-        drift=both(first_of(chi, w), first_of(chi0, v)),
-        flow=both(second_of(z, chi, w), second_of(z0, chi0, v)),
-        speed=both(second_of(chi, chi, w), second_of(chi0, chi0, v)),
+        first=combined(first_of(z, w), first_of(z0, v)),
+        second=combined(second_of(z, z, w), second_of(z0, z0, v)),
+        drift=combined(first_of(chi, w), first_of(chi0, v)),
+        flow=combined(second_of(z, chi, w), second_of(z0, chi0, v)),
+        speed=combined(second_of(chi, chi, w), second_of(chi0, chi0, v)),
         pickup=product(jump, jump, lambda x, y: member * np.einsum("k,kaA,kaB->AB", v, x, y)),
     )

@@ -9,7 +9,7 @@ from typing import Literal, TypeVar
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.deployment.foreshortening import followers_of
+from femflex.deployment.foreshortening import slaved_shapes_of
 from femflex.deployment.material import inertia_of
 from femflex.deployment.series import Series, added
 from femflex.deployment.shapes import MemberShapes, ShapeFunctions
@@ -43,11 +43,11 @@ def member_parts(
     if shapes.functions is not None:
         X, V1 = _columns(shapes.functions, *shapes.matrices(xi, weight))
         shapes = with_columns(shapes, X, strain == "condensed")
-    drum = shapes.places(np.array([1.0 if at_tip else 0.0]), np.ones(1))
+    drum = shapes.material_points(np.array([1.0 if at_tip else 0.0]), np.ones(1))
     n, followers = shapes.n, shapes.followers
     parts = DeployingParts(
         reference=shapes.reference,
-        inertia=inertia_of(shapes.places(xi, weight), drum, shapes.member_mass, total, at_tip),
+        inertia=inertia_of(shapes.material_points(xi, weight), drum, shapes.member_mass, total, at_tip),
         V1=V1,
         V3=shapes.quartic(xi, weight) if followers is not None else {},
         damping=_damping(V1, n, damping),
@@ -63,17 +63,17 @@ def member_parts(
 
 def exit_marker(shapes: MemberShapes) -> MarkerSeries:
     """The exit, which does not turn with the member: strings have a slope there."""
-    none = {0: np.zeros((3, shapes.n_shapes))}
-    return MarkerSeries({0: np.asarray(shapes.axes.root, float)}, none, none, shapes.axes.frame.T)
+    no_rows = {0: np.zeros((3, shapes.n_shapes))}
+    return MarkerSeries({0: np.asarray(shapes.axes.root, float)}, no_rows, no_rows, shapes.axes.frame.T)
 
 
 def with_columns(shapes: Shapes, X: Array, condensed: bool) -> Shapes:
-    """The shapes with their columns X (functions, n) [1], and with those slaved to them if the strain is condensed."""
+    """Return the shapes with their columns X (functions, n) [1], and with slaved shapes if the strain is condensed."""
     shapes = replace(shapes, X=X)
     if not condensed:
         return shapes
     xi, weight = shapes.quadrature
-    return replace(shapes, followers=followers_of(*shapes.slopes(xi), weight, shapes.knots))
+    return replace(shapes, followers=slaved_shapes_of(*shapes.slopes(xi), weight, shapes.knots))
 
 
 def columns_of(functions: ShapeFunctions, M: Array, K: Array) -> Array:
@@ -93,20 +93,22 @@ def columns_of(functions: ShapeFunctions, M: Array, K: Array) -> Array:
             "functions"
         )
     columns, omega2 = [], []
-    for at, kept in blocks:
-        found, modes = dense_modes(K[np.ix_(at, at)], M[np.ix_(at, at)])
-        X = np.zeros((len(K), kept))
-        X[at] = canonical_modes(found, modes)[:, :kept]
+    for functions_of_field, n_modes in blocks:
+        omega2_of_field, modes = dense_modes(
+            K[np.ix_(functions_of_field, functions_of_field)], M[np.ix_(functions_of_field, functions_of_field)]
+        )
+        X = np.zeros((len(K), n_modes))
+        X[functions_of_field] = canonical_modes(omega2_of_field, modes)[:, :n_modes]
         columns.append(X)
-        omega2.append(found[:kept])
+        omega2.append(omega2_of_field[:n_modes])
     return np.concatenate(columns, axis=1)[:, np.argsort(np.concatenate(omega2), kind="stable")]
 
 
 def _columns(functions: ShapeFunctions, M: Array, V1: Series) -> tuple[Array, Series]:
     """Columns over the functions, and V1 over them."""
     X = columns_of(functions, M, sum(V1.values(), np.zeros_like(M)))
-    none = np.zeros((X.shape[1], X.shape[1]))
-    return X, added(*({p: X.T @ part @ X} for p, part in V1.items() if part.any())) or {0: none}
+    zeros = np.zeros((X.shape[1], X.shape[1]))
+    return X, added(*({p: X.T @ part @ X} for p, part in V1.items() if part.any())) or {0: zeros}
 
 
 def _damping(V1: Series, n: int, ratio: float | Sequence[float]) -> Series:
@@ -124,10 +126,10 @@ def resting_rates(shapes: MemberShapes, length: float, rate: float, delta: Array
     if rest == "coordinates" or not shapes.n:
         return np.zeros(shapes.n)
     xi, weight = shapes.quadrature
-    places = shapes.places(xi, weight)
-    along = places.xi if rest == "place" else places.xi - 1.0
-    now = slice(1, 1 + shapes.n)
-    phi, slope = places.values[0][:, :, now], places.slopes[0][:, :, now]
-    M = np.einsum("k,kai,kaj->ij", places.share, phi, phi)
-    moved = np.einsum("k,kai,kaj,j->i", places.share * along, phi, slope, delta, optimize=True)
-    return np.asarray(rate / length * np.linalg.solve(M, moved))
+    points = shapes.material_points(xi, weight)
+    xi_rate = points.xi if rest == "place" else points.xi - 1.0
+    columns = slice(1, 1 + shapes.n)
+    phi, slope = points.values[0][:, :, columns], points.slopes[0][:, :, columns]
+    M = np.einsum("k,kai,kaj->ij", points.share, phi, phi)
+    projected = np.einsum("k,kai,kaj,j->i", points.share * xi_rate, phi, slope, delta, optimize=True)
+    return np.asarray(rate / length * np.linalg.solve(M, projected))

@@ -1,4 +1,4 @@
-"""Forces in sections of deploying members: tension from the motion of what lies outboard, moments from curvature.
+"""Forces in sections of deploying members: tension from the motion of the outboard part, moments from curvature.
 
 What lies beyond a section moves with the accelerations of its material, so the section pulls it with
 
@@ -23,7 +23,7 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.deployment.intervals import gauss_between
-from femflex.deployment.series import Series, at
+from femflex.deployment.series import Series, evaluate
 from femflex.deployment.shapes import MemberShapes
 from femflex.reduction.beams.beam_functions import points_for
 
@@ -74,7 +74,7 @@ class MemberSections:
 
     @property
     def resultants(self) -> dict[str, tuple[str, str]]:
-        """Name -> unit and meaning of what is reported."""
+        """Return name -> unit and meaning of the reported resultants."""
         return TENSION if self.bends is None else TENSION | MOMENTS
 
     def report(
@@ -88,14 +88,17 @@ class MemberSections:
         a = _acceleration(motion, (self.values, self.chi, self.chi2), (ratio, rate, acceleration))
         S = outboard @ (dm[:, None] * a)
         if self.tip is not None:
-            values, carried, carried2, jump = self.tip
+            values, stowed_velocity, stowed_acceleration, jump = self.tip
             mass = self._mass_between(L, self.stock)
-            leaving = float(self.density(np.array([L]))[0])
-            own = mass * _acceleration(motion, (values, carried, carried2), (ratio, rate, acceleration))[0]
-            S += own + leaving * abs(U) * np.sign(U) * rate * (at(jump, ratio) @ motion.y)[0]
+            density_at_drum = float(self.density(np.array([L]))[0])
+            stowed_force = (
+                mass
+                * _acceleration(motion, (values, stowed_velocity, stowed_acceleration), (ratio, rate, acceleration))[0]
+            )
+            S += stowed_force + density_at_drum * abs(U) * np.sign(U) * rate * (evaluate(jump, ratio) @ motion.y)[0]
         for marker, force in attached:
             S[self.stations <= self.markers.get(marker, 0.0)] += force
-        tangent = at(self.tangent, ratio) @ motion.y
+        tangent = evaluate(self.tangent, ratio) @ motion.y
         tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
         out = {"tension": -np.einsum("ka,ka->k", S, tangent) + self.support}
         if self.bends is not None and self.slopes is not None:
@@ -114,17 +117,21 @@ class MemberSections:
         return float((b - a) * (w @ self.density(a + (b - a) * x)))
 
 
-def _acceleration(motion: Any, places: tuple[Series, Series, Series], length: tuple[float, float, float]) -> Array:
+def _acceleration(
+    motion: Any, series_of_points: tuple[Series, Series, Series], length: tuple[float, float, float]
+) -> Array:
     """Acceleration less gravity (q, 3) of material at places, body components."""
     ratio, rate, acceleration = length
-    Z, chi, chi2 = (at(series, ratio) if series else np.zeros((1, 3, len(motion.y))) for series in places)
+    Z, chi, chi2 = (
+        evaluate(series, ratio) if series else np.zeros((1, 3, len(motion.y))) for series in series_of_points
+    )
     r = Z @ motion.y
     velocity = rate * (chi @ motion.y) + Z @ motion.dy
-    own = rate**2 * (chi2 @ motion.y) + acceleration * (chi @ motion.y) + 2.0 * rate * (chi @ motion.dy)
-    own = own + Z @ motion.ddy
+    material = rate**2 * (chi2 @ motion.y) + acceleration * (chi @ motion.y) + 2.0 * rate * (chi @ motion.dy)
+    material = material + Z @ motion.ddy
     W = np.outer(motion.omega, motion.omega) - motion.omega @ motion.omega * np.eye(3) + motion.gradient
     return np.asarray(
-        motion.a + np.cross(motion.alpha, r) + r @ W.T + 2.0 * np.cross(motion.omega, velocity) + own, float
+        motion.a + np.cross(motion.alpha, r) + r @ W.T + 2.0 * np.cross(motion.omega, velocity) + material, float
     )
 
 
@@ -142,19 +149,19 @@ def sections_of(
     functions of sigma (k,) [m], over mass_per_length and the axial stiffness [1].
     """
     knots = np.unique(np.concatenate([STATIONS[1:-1], shapes.knots]))
-    xi, weight = gauss_between(knots, points_for(shapes.most))
+    xi, weight = gauss_between(knots, points_for(shapes.max_count))
     mean = _means(shapes)
     series = [mean(xi, derivative) for derivative in range(3)]
-    chi, chi2 = _transported(xi, at_tip, *series)
+    chi, chi2 = material_motion(xi, at_tip, *series)
     tip = None
     if at_tip:
         end = np.ones(1)
-        own = [mean(end, derivative) for derivative in range(3)]
-        moved = _transported(end, True, *own)[0]
-        carried = {p - 1: p * value for p, value in own[0].items() if p}
-        carried2 = {p - 2: p * (p - 1) * value for p, value in own[0].items() if p * (p - 1)}
-        jump = {p: moved[p] - carried.get(p, 0.0 * moved[p]) for p in moved}
-        tip = (own[0], carried, carried2, jump)
+        end_series = [mean(end, derivative) for derivative in range(3)]
+        material_velocity = material_motion(end, True, *end_series)[0]
+        point_velocity = {p - 1: p * value for p, value in end_series[0].items() if p}
+        point_acceleration = {p - 2: p * (p - 1) * value for p, value in end_series[0].items() if p * (p - 1)}
+        jump = {p: material_velocity[p] - point_velocity.get(p, 0.0 * material_velocity[p]) for p in material_velocity}
+        tip = (end_series[0], point_velocity, point_acceleration, jump)
     bends, slopes, stiffness, line = None, None, (0.0, 0.0), shapes.axes
     if hasattr(shapes, "fields") and getattr(line, "EIy", 0.0) + getattr(line, "EIz", 0.0) > 0.0:
         bends, slopes = (shapes.fields(STATIONS, derivative)[:, 1:3] for derivative in (2, 1))
@@ -174,20 +181,20 @@ def _means(shapes: MemberShapes) -> Callable[[Array, int], Series]:
     offsets, share = shapes.section
 
     def mean(xi: Array, derivative: int) -> Series:
-        found = shapes.series(xi, offsets, derivative)
+        series = shapes.series(xi, offsets, derivative)
         return {
-            p: np.einsum("m,kmaA->kaA", share, part.reshape(len(xi), len(share), 3, -1)) for p, part in found.items()
+            p: np.einsum("m,kmaA->kaA", share, part.reshape(len(xi), len(share), 3, -1)) for p, part in series.items()
         }
 
     return mean
 
 
-def _transported(xi: Array, at_tip: bool, value: Series, slope: Series, bend: Series) -> tuple[Series, Series]:
+def material_motion(xi: Array, at_tip: bool, value: Series, slope: Series, bend: Series) -> tuple[Series, Series]:
     """chi and chi_2 of material at xi."""
-    along = (-xi if at_tip else 1.0 - xi)[:, None, None]
-    chi = {p - 1: along * slope[p] + p * value[p] for p in value}
+    xi_rate = (-xi if at_tip else 1.0 - xi)[:, None, None]
+    chi = {p - 1: xi_rate * slope[p] + p * value[p] for p in value}
     chi2 = {
-        p - 2: along * (-slope[p] + along * bend[p] + p * slope[p]) + (p - 1) * (along * slope[p] + p * value[p])
+        p - 2: xi_rate * (-slope[p] + xi_rate * bend[p] + p * slope[p]) + (p - 1) * (xi_rate * slope[p] + p * value[p])
         for p in value
     }
     return chi, chi2

@@ -40,6 +40,6 @@ def derivative(series: Series) -> Series:
     return {power - 1: power * value for power, value in series.items() if power}
 
 
-def at(series: Series, ratio: float) -> Array:
+def evaluate(series: Series, ratio: float) -> Array:
     """The sum (...) of a series at lambda = ratio [1]."""
     return np.asarray(sum(value * float(ratio) ** power for power, value in series.items()), float)

@@ -10,9 +10,9 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from femflex.arrays import Array, IntArray
-from femflex.deployment.foreshortening import Followers
+from femflex.deployment.foreshortening import SlavedShapes
 from femflex.deployment.intervals import gauss_between
-from femflex.deployment.material import Places
+from femflex.deployment.material import MaterialPoints
 from femflex.deployment.series import Series
 from femflex.deployment.table import MarkerSeries
 from femflex.reduction.beams.beam_functions import points_for
@@ -32,12 +32,12 @@ class ShapeFunctions(Protocol):
         """Number of functions."""
 
     @property
-    def most(self) -> int:
+    def max_count(self) -> int:
         """The largest number of functions of one field."""
 
 
-class Axes(Protocol):
-    """Where a member stands in its body: the exit and its axes, and the tension at its tip that supports hold up."""
+class MemberAxes(Protocol):
+    """Position and axes of a member in its body (at the exit), and the tension at its tip that supports carry."""
 
     @property
     def root(self) -> Any:
@@ -73,11 +73,11 @@ class MemberShapes(ABC):
     functions: Any
     reference: float
     X: Array = field(default_factory=lambda: np.zeros((0, 0)))
-    followers: Followers | None = None
+    followers: SlavedShapes | None = None
 
     @property
     @abstractmethod
-    def axes(self) -> Axes:
+    def axes(self) -> MemberAxes:
         """Exit and axes of the member."""
 
     @property
@@ -93,7 +93,7 @@ class MemberShapes(ABC):
     @property
     @abstractmethod
     def thickness(self) -> float:
-        """Radius of what is drawn [m]; 0 for a line or a sheet."""
+        """Return the radius for drawing [m]; 0 for a line or a sheet."""
 
     @property
     @abstractmethod
@@ -126,7 +126,7 @@ class MemberShapes(ABC):
 
     @abstractmethod
     def drawing(self) -> Drawing:
-        """What is drawn of the deployed part."""
+        """Return the lines and surfaces that draw the deployed part."""
 
     @property
     def n(self) -> int:
@@ -139,9 +139,9 @@ class MemberShapes(ABC):
         return self.n + (0 if self.followers is None else self.followers.n)
 
     @property
-    def most(self) -> int:
+    def max_count(self) -> int:
         """The largest number of functions of one field."""
-        return 0 if self.functions is None else int(self.functions.most)
+        return 0 if self.functions is None else int(self.functions.max_count)
 
     @property
     def knots(self) -> Array:
@@ -151,7 +151,7 @@ class MemberShapes(ABC):
     @property
     def quadrature(self) -> tuple[Array, Array]:
         """Points (q,) and weights (q,) [1] over the deployed part."""
-        return gauss_between(self.knots, points_for(self.most))
+        return gauss_between(self.knots, points_for(self.max_count))
 
     def series(self, xi: Array, offsets: Array, derivative: int = 0) -> Series:
         """Position and shapes, body frame, of points at xi and offsets (m, 3), or their derivative by xi.
@@ -168,24 +168,24 @@ class MemberShapes(ABC):
         if self.followers is not None:
             out[-1][:, :, 0, 1 + n :] = self.followers.values(xi, derivative)[:, None] / self.reference
         frame = self.axes.frame
-        turned = {p: np.einsum("ba,kmbA->kmaA", frame, part).reshape(k * m, 3, -1) for p, part in out.items()}
+        in_body_frame = {p: np.einsum("ba,kmbA->kmaA", frame, part).reshape(k * m, 3, -1) for p, part in out.items()}
         if derivative == 0:
-            turned[0][:, :, 0] += np.asarray(self.axes.root, float)
-        return turned
+            in_body_frame[0][:, :, 0] += np.asarray(self.axes.root, float)
+        return in_body_frame
 
-    def places(self, xi: Array, weight: Array) -> Places:
+    def material_points(self, xi: Array, weight: Array) -> MaterialPoints:
         """Points [m] of sections at xi (k,), which take the part weight (k,) of the mass."""
         offsets, share = self.section
         parts = (self.series(xi, offsets, derivative) for derivative in range(2))
-        return Places(np.repeat(xi, len(offsets)), np.outer(weight, share).ravel(), *parts)
+        return MaterialPoints(np.repeat(xi, len(offsets)), np.outer(weight, share).ravel(), *parts)
 
     def marker(self, xi: float) -> MarkerSeries:
         """The middle of the section at xi."""
         where, frame = np.array([xi]), self.axes.frame
         centre = self.series(where, np.zeros((1, 3)))
         turn = np.zeros((2, 3, self.n_shapes))
-        found = self.turns(where)[0]
-        turn[0, 0, : self.n], turn[1, 1:, : self.n] = found[0], found[1:]
+        turns = self.turns(where)[0]
+        turn[0, 0, : self.n], turn[1, 1:, : self.n] = turns[0], turns[1:]
         return MarkerSeries(
             position={p: part[0, :, 0] for p, part in centre.items()},
             phi={p: part[0, :, 1:] for p, part in centre.items()},
@@ -201,15 +201,15 @@ class MemberShapes(ABC):
         return self.series(xi, offsets), cells
 
 
-def clean(function: Callable[[Array], Array], xi: Array) -> Array:
+def without_rounding(function: Callable[[Array], Array], xi: Array) -> Array:
     """Values (n_xi, ...) at xi [1] without rounding: a clamped end does not move at all."""
-    found, size = function(xi), np.abs(function(np.linspace(0.0, 1.0, 33))).max(initial=0.0)
-    return np.where(np.abs(found) > ROUNDING * size, found, 0.0)
+    values, size = function(xi), np.abs(function(np.linspace(0.0, 1.0, 33))).max(initial=0.0)
+    return np.where(np.abs(values) > ROUNDING * size, values, 0.0)
 
 
-def grid(n: int, m: int, closed: bool) -> IntArray:
+def quadrilateral_grid(n: int, m: int, closed: bool) -> IntArray:
     """Quadrilaterals between neighbours of points (n, m); closed: the last of each row is next to the first."""
-    at, side = np.meshgrid(np.arange(n - 1), np.arange(m if closed else m - 1), indexing="ij")
-    ring = np.stack([at, at + 1, at + 1, at], axis=-1) * m
-    around = np.stack([side, side, (side + 1) % m, (side + 1) % m], axis=-1)
-    return np.asarray((ring + around).reshape(-1, 4), np.int64)
+    row, side = np.meshgrid(np.arange(n - 1), np.arange(m if closed else m - 1), indexing="ij")
+    ring = np.stack([row, row + 1, row + 1, row], axis=-1) * m
+    column = np.stack([side, side, (side + 1) % m, (side + 1) % m], axis=-1)
+    return np.asarray((ring + column).reshape(-1, 4), np.int64)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from femflex.arrays import Array
 from femflex.deployment.line import DeployingLine
 from femflex.deployment.series import Series, added
-from femflex.deployment.shapes import Drawing, MemberShapes, clean, grid
+from femflex.deployment.shapes import Drawing, MemberShapes, quadrilateral_grid, without_rounding
 from femflex.reduction.beams.beam_strain import pairs, weighted_square
 from femflex.reduction.strain.tensors import packed_quartic
 
@@ -25,7 +25,7 @@ class AlongFunctions(Protocol):
         """Number of functions."""
 
     @property
-    def most(self) -> int:
+    def max_count(self) -> int:
         """The largest number of functions of one field."""
 
     def fields(self, xi: Array, length: float, derivative: int = 0) -> Array:
@@ -95,9 +95,9 @@ class StripFunctions:
         return self.along.count * self.across
 
     @property
-    def most(self) -> int:
+    def max_count(self) -> int:
         """The largest number of functions along."""
-        return self.along.most
+        return self.along.max_count
 
     @property
     def knots(self) -> Array:
@@ -109,14 +109,14 @@ class StripFunctions:
         """Numbers (k,) of the functions of elements, and number of modes kept; None for admissible functions."""
         if not hasattr(self.along, "blocks"):
             return None
-        return [(np.arange(self.count), self.along.most * self.across)]
+        return [(np.arange(self.count), self.along.max_count * self.across)]
 
     def deflections(self, xi: Array, eta: Array, derivative: int = 0, crosswise: int = 0) -> Array:
         """Derivatives (n_xi, n_eta, n) of w [m] by xi and eta = 2 y / b at (xi, eta) [1], per coordinate."""
         X = self.along.fields(xi, 1.0, derivative)[:, 2]
         Y = legendre.legder(np.eye(self.across), crosswise) if crosswise else np.eye(self.across)
-        across = legendre.legval(eta, Y).T.reshape(len(eta), self.across)
-        return np.einsum("ki,mj->kmij", X, across).reshape(len(xi), len(eta), -1)
+        Y_values = legendre.legval(eta, Y).T.reshape(len(eta), self.across)
+        return np.einsum("ki,mj->kmij", X, Y_values).reshape(len(xi), len(eta), -1)
 
 
 ETA, ETA_WEIGHT = np.polynomial.legendre.leggauss(12)  # points across, 2 y / b
@@ -144,11 +144,11 @@ class StripShapes(MemberShapes):
     @property
     def section(self) -> tuple[Array, Array]:
         """Offsets (m, 3) of points across, member axes, and their shares of the mass (m,)."""
-        return self._across(ETA), ETA_WEIGHT / 2
+        return self._transverse_offsets(ETA), ETA_WEIGHT / 2
 
     @property
     def thickness(self) -> float:
-        """Thickness of what is drawn [m]: none."""
+        """Return the thickness for drawing [m]: none."""
         return 0.0
 
     @property
@@ -156,7 +156,7 @@ class StripShapes(MemberShapes):
         """Half of its width [m]."""
         return self.strip.width / 2
 
-    def _across(self, eta: Array) -> Array:
+    def _transverse_offsets(self, eta: Array) -> Array:
         """Offsets (m, 3), member axes, of points at eta = 2 y / b."""
         return np.outer(eta, [0.0, self.strip.width / 2, 0.0])
 
@@ -165,7 +165,7 @@ class StripShapes(MemberShapes):
         if self.functions is None:
             return np.zeros((len(xi), len(eta), 0))
         functions = self.functions
-        return clean(lambda x: np.asarray(functions.deflections(x, eta, derivative, crosswise) @ self.X), xi)
+        return without_rounding(lambda x: np.asarray(functions.deflections(x, eta, derivative, crosswise) @ self.X), xi)
 
     def slopes(self, xi: Array) -> tuple[Array, Array]:
         """Slopes by xi of w at points across (len(xi), m, n), and how much of each counts (m,)."""
@@ -187,8 +187,8 @@ class StripShapes(MemberShapes):
         assert functions is not None
 
         def field_of(along: int, across: int) -> Array:
-            found = functions.deflections(xi, ETA, along, across)
-            return np.asarray(found.reshape(len(w), -1) * (2.0 / b) ** across / L**along)
+            values = functions.deflections(xi, ETA, along, across)
+            return np.asarray(values.reshape(len(w), -1) * (2.0 / b) ** across / L**along)
 
         def integral(f: Array, g: Array) -> Array:
             return np.asarray(L * b * ((f.T * w) @ g + (g.T * w) @ f) / 2)
@@ -212,8 +212,8 @@ class StripShapes(MemberShapes):
         dA = L * b * np.outer(weight, ETA_WEIGHT / 2).ravel()
 
         def field_of(along: int, across: int) -> Array:
-            found = self.deflections(xi, ETA, along, across).reshape(-1, 1, n)
-            return np.asarray(found * (2.0 / b) ** across / L**along)
+            values = self.deflections(xi, ETA, along, across).reshape(-1, 1, n)
+            return np.asarray(values * (2.0 / b) ** across / L**along)
 
         parts: list[Series] = []
         bends = {(2, 0): field_of(2, 0), (0, 2): field_of(0, 2), (1, 1): field_of(1, 1)}
@@ -234,5 +234,5 @@ class StripShapes(MemberShapes):
 
     def drawing(self) -> Drawing:
         """The sheet."""
-        xi, eta = np.linspace(0.0, 1.0, 1 + 4 * max(5, self.most)), np.linspace(-1.0, 1.0, 5)
-        return Drawing(xi, self._across(eta), {"quad": grid(len(xi), len(eta), closed=False)})
+        xi, eta = np.linspace(0.0, 1.0, 1 + 4 * max(5, self.max_count)), np.linspace(-1.0, 1.0, 5)
+        return Drawing(xi, self._transverse_offsets(eta), {"quad": quadrilateral_grid(len(xi), len(eta), closed=False)})

@@ -11,7 +11,7 @@ import numpy as np
 from femflex.arrays import Array
 from femflex.body import FlexibleBody, Marker, MassMoments, StrainTensors
 from femflex.deployment.material import Inertia
-from femflex.deployment.series import Series, at, derivative, scaled
+from femflex.deployment.series import Series, derivative, evaluate, scaled
 from femflex.system import Block, LengthTable, Profile, Variation
 
 
@@ -27,7 +27,7 @@ class MarkerSeries:
 
     def marker(self, ratio: float) -> Marker:
         """The marker at lambda = ratio."""
-        position, phi, psi = (at(part, ratio) for part in (self.position, self.phi, self.psi))
+        position, phi, psi = (evaluate(part, ratio) for part in (self.position, self.phi, self.psi))
         return Marker(position, phi, psi, self.orientation, self.axis)
 
     @property
@@ -67,14 +67,14 @@ class DeployingParts:
     def body(self, length: float, **more: Any) -> FlexibleBody:
         """The body as it is at a length."""
         ratio, i = (length - self.origin) / self.reference, self.inertia
-        V1 = at(self.V1, ratio)
-        Me = np.einsum("kaka->k", at(i.second, ratio)[1:, :, 1:, :])[: self.n]
+        V1 = evaluate(self.V1, ratio)
+        Me = np.einsum("kaka->k", evaluate(i.second, ratio)[1:, :, 1:, :])[: self.n]
         omega = np.full(len(self.kinds), np.nan)
         omega[: self.n] = np.sqrt(np.maximum(np.diag(V1) / np.maximum(Me, 1e-300), 0.0))
         return FlexibleBody(
-            moments=MassMoments(i.mass, at(i.first, ratio), at(i.second, ratio)),
-            strain=StrainTensors(V1, np.zeros(self.n), V3=at(self.V3, ratio) if self.V3 else np.zeros(0)),
-            damping=at(self.damping, ratio),
+            moments=MassMoments(i.mass, evaluate(i.first, ratio), evaluate(i.second, ratio)),
+            strain=StrainTensors(V1, np.zeros(self.n), V3=evaluate(self.V3, ratio) if self.V3 else np.zeros(0)),
+            damping=evaluate(self.damping, ratio),
             markers={name: marker.marker(ratio) for name, marker in self.markers.items()},
             kinds=self.kinds,
             omega=omega,
@@ -92,8 +92,10 @@ class DeployingParts:
         return (*parts, *(f"marker/{name}" for name, marker in self.markers.items() if marker.moves))
 
 
-def variation_of(pieces: Sequence[DeployingParts], body: FlexibleBody, length: Profile | str, **more: Any) -> Variation:
-    """The Variation of a body that is as `pieces` say, one after another in the length; more: fields of LengthTable.
+def deploying_variation(
+    pieces: Sequence[DeployingParts], body: FlexibleBody, length: Profile | str, **more: Any
+) -> Variation:
+    """Return the Variation of a body that `pieces` describe, in order of the length; more: fields of LengthTable.
 
     length: profile of its length, or the name of the state that is its length.
     """
@@ -114,13 +116,13 @@ def _terms(parts: DeployingParts, block: Block, n_shapes: int) -> dict[tuple[int
     writer = _Writer(block, parts.reference)
     _write_inertia(writer, parts.inertia, n_shapes)
     if block.stiffness >= 0:
-        still = np.zeros(parts.n)
-        writer.add(parts.V1, lambda out, V1: block.put_stiffness(out, V1, still))
-        writer.add(derivative(parts.V1), lambda out, V1: block.put_stiffness(out, V1, still, True), rate=1)
+        zero_force = np.zeros(parts.n)
+        writer.add(parts.V1, lambda out, V1: block.put_stiffness(out, V1, zero_force))
+        writer.add(derivative(parts.V1), lambda out, V1: block.put_stiffness(out, V1, zero_force, True), rate=1)
     if block.strain >= 0:
-        none = np.zeros(0)
-        writer.add(parts.V3, lambda out, V3: block.put_strain(out, none, V3))
-        writer.add(derivative(parts.V3), lambda out, V3: block.put_strain(out, none, V3, True), rate=1)
+        no_V2 = np.zeros(0)
+        writer.add(parts.V3, lambda out, V3: block.put_strain(out, no_V2, V3))
+        writer.add(derivative(parts.V3), lambda out, V3: block.put_strain(out, no_V2, V3, True), rate=1)
     if block.damping >= 0:
         writer.add(parts.damping, block.put_damping)
     for name in block.markers:
@@ -135,45 +137,55 @@ class _Writer:
         self.block, self.reference = block, reference
         self.terms: dict[tuple[int, int, int], Array] = {}
 
-    def add(self, series: Series, put: Callable[[Array, Array], Any], rate: int = 0, acceleration: int = 0) -> None:
-        """Add what `put` writes of every coefficient."""
+    def add(self, series: Series, write: Callable[[Array, Array], Any], rate: int = 0, acceleration: int = 0) -> None:
+        """Add the numbers that `put` writes of every coefficient."""
         for power, value in series.items():
             if value.any():
                 out = np.zeros(self.block.size)
-                put(out, value / self.reference ** (rate + acceleration))
+                write(out, value / self.reference ** (rate + acceleration))
                 term = (power, rate, acceleration)
                 self.terms[term] = self.terms.get(term, 0.0) + out
 
 
 def _write_inertia(writer: _Writer, i: Inertia, n_shapes: int) -> None:
     block, Z = writer.block, 1 + n_shapes
-    one, two, form = np.zeros((Z, 3)), np.zeros((Z, 3, Z, 3)), np.zeros((Z, Z))
-    zero = {"drift": one, "kick": one, "flow": two, "turn": two, "speed": form, "speed_rate": form}
+    zero_first, zero_second, form = np.zeros((Z, 3)), np.zeros((Z, 3, Z, 3)), np.zeros((Z, Z))
+    zero = {
+        "drift": zero_first,
+        "kick": zero_first,
+        "flow": zero_second,
+        "turn": zero_second,
+        "speed": form,
+        "speed_rate": form,
+    }
 
-    def put(key: str) -> Callable[[Array, Array], None]:
+    def flow_writer(key: str) -> Callable[[Array, Array], None]:
         return lambda out, value: block.put_flow(out, **{**zero, key: value})
 
-    writer.add({0: np.array([i.mass])}, lambda out, m: block.put_moments(out, MassMoments(float(m[0]), one, two)))
-    writer.add(i.first, lambda out, s: block.put_moments(out, MassMoments(0.0, s, two)))
-    writer.add(i.second, lambda out, P: block.put_moments(out, MassMoments(0.0, one, P)))
+    writer.add(
+        {0: np.array([i.mass])},
+        lambda out, m: block.put_moments(out, MassMoments(float(m[0]), zero_first, zero_second)),
+    )
+    writer.add(i.first, lambda out, s: block.put_moments(out, MassMoments(0.0, s, zero_second)))
+    writer.add(i.second, lambda out, P: block.put_moments(out, MassMoments(0.0, zero_first, P)))
     speed = {power: np.einsum("AaBa->AB", C) for power, C in i.speed.items()}
-    writer.add(i.drift, put("drift"), 1)
-    writer.add(i.drift, put("kick"), 0, 1)
-    writer.add(derivative(i.drift), put("kick"), 2)
-    writer.add(i.flow, put("flow"), 1)
-    writer.add(i.flow, put("turn"), 0, 1)
-    writer.add(derivative(i.flow), put("turn"), 2)
-    writer.add(scaled(i.speed, -1.0), put("turn"), 2)
-    writer.add(speed, put("speed"), 2)
-    writer.add(scaled(speed, 2.0), put("speed_rate"), 1, 1)
-    writer.add(derivative(speed), put("speed_rate"), 3)
+    writer.add(i.drift, flow_writer("drift"), 1)
+    writer.add(i.drift, flow_writer("kick"), 0, 1)
+    writer.add(derivative(i.drift), flow_writer("kick"), 2)
+    writer.add(i.flow, flow_writer("flow"), 1)
+    writer.add(i.flow, flow_writer("turn"), 0, 1)
+    writer.add(derivative(i.flow), flow_writer("turn"), 2)
+    writer.add(scaled(i.speed, -1.0), flow_writer("turn"), 2)
+    writer.add(speed, flow_writer("speed"), 2)
+    writer.add(scaled(speed, 2.0), flow_writer("speed_rate"), 1, 1)
+    writer.add(derivative(speed), flow_writer("speed_rate"), 3)
     writer.add(scaled(i.pickup, writer.reference**-3), block.put_pickup)
 
 
 def _write_marker(writer: _Writer, name: str, marker: MarkerSeries) -> None:
-    block, still = writer.block, np.zeros(3)
-    none = np.zeros_like(next(iter(marker.phi.values())))
-    axes = Marker(still, none, none, marker.orientation, marker.axis)
+    block, zero_position = writer.block, np.zeros(3)
+    zero_rows = np.zeros_like(next(iter(marker.phi.values())))
+    axes = Marker(zero_position, zero_rows, zero_rows, marker.orientation, marker.axis)
     first = np.zeros(block.size)
     block.put_place(first, name, axes)
     writer.terms[0, 0, 0] = writer.terms.get((0, 0, 0), 0.0) + first
@@ -184,17 +196,17 @@ def _write_marker(writer: _Writer, name: str, marker: MarkerSeries) -> None:
 def _write_rows(writer: _Writer, name: str, series: Series, key: str) -> None:
     block, turn = writer.block, np.zeros((3, 3))
 
-    def given(value: Array) -> dict[str, Array]:
+    def marker_rows(value: Array) -> dict[str, Array]:
         rows = np.zeros((3, block.n_shapes))
         return {"position": np.zeros(3), "phi": rows, "psi": rows, key: value}
 
-    def place(out: Array, value: Array) -> None:
-        block.put_place(out, name, Marker(orientation=turn, **given(value)))
+    def write_marker(out: Array, value: Array) -> None:
+        block.put_place(out, name, Marker(orientation=turn, **marker_rows(value)))
 
     def motion(order: int) -> Callable[[Array, Array], None]:
-        return lambda out, value: block.put_motion(out, name, order, **given(value))
+        return lambda out, value: block.put_motion(out, name, order, **marker_rows(value))
 
-    writer.add(series, place)
+    writer.add(series, write_marker)
     first = derivative(series)
     writer.add(first, motion(1), 1)
     writer.add(first, motion(2), 0, 1)

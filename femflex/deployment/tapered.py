@@ -21,16 +21,16 @@ from femflex.deployment.intervals import gauss_between
 from femflex.deployment.line import LineShapes
 from femflex.deployment.material import Inertia
 from femflex.deployment.parts import columns_of, with_columns
-from femflex.deployment.series import Series, added, at, scaled
+from femflex.deployment.series import Series, added, evaluate, scaled
 from femflex.deployment.table import DeployingParts, MarkerSeries
 from femflex.reduction.beams.beam_functions import points_for
 
 DEGREE = 9  # of the polynomials in the length
-ENOUGH = 1e-8  # relative error of the interpolation that is aimed at
-MOST_PIECES = 32
+ERROR_GOAL = 1e-8  # relative error of the interpolation that is aimed at
+MAX_PIECES = 32
 
 
-def one(sigma: Array) -> Array:
+def unit_factor(sigma: Array) -> Array:
     """1 at every xi (k,) [1]."""
     return np.ones_like(sigma)
 
@@ -43,10 +43,10 @@ class MaterialTaper:
     factors are smooth, and at them they do not jump: a step in a section wants a member of its own on the tip.
     """
 
-    mass: Callable[[Array], Array] = one
-    bending: Callable[[Array], Array] = one
-    axial: Callable[[Array], Array] = one
-    torsion: Callable[[Array], Array] = one
+    mass: Callable[[Array], Array] = unit_factor
+    bending: Callable[[Array], Array] = unit_factor
+    axial: Callable[[Array], Array] = unit_factor
+    torsion: Callable[[Array], Array] = unit_factor
     knots: tuple[float, ...] = ()
     covered: float = math.inf
     """Distance [m] up to which the factors are given."""
@@ -66,8 +66,8 @@ class MaterialTaper:
         for name, values in factors.items():
             if len(values) != len(points):
                 raise ValueError(f"{len(values)} factors on {name} are given at {len(points)} points; give one at each")
-        made = {name: partial(_straight, points, np.asarray(values, float)) for name, values in factors.items()}
-        return cls(**made, knots=tuple(float(x) for x in points if x > 0.0), covered=float(points[-1]))
+        functions = {name: partial(_straight, points, np.asarray(values, float)) for name, values in factors.items()}
+        return cls(**functions, knots=tuple(float(x) for x in points if x > 0.0), covered=float(points[-1]))
 
 
 def _straight(points: Array, values: Array, sigma: Array) -> Array:
@@ -104,9 +104,9 @@ class TaperedLine:
         """Points (q,) and weights (q,) [1] over the deployed part, between all places where anything has a kink."""
         inside = np.array([x for x in self.taper.knots if x < length * (1.0 - 1e-9)])
         kinks = inside / length if self.at_tip else 1.0 - inside / length
-        own = self.shapes.knots
-        apart = [x for x in kinks if not len(own) or np.abs(own - x).min() > 1e-9]
-        return gauss_between(np.unique([*own, *apart]), points_for(self.shapes.most))
+        knots = self.shapes.knots
+        distinct = [x for x in kinks if not len(knots) or np.abs(knots - x).min() > 1e-9]
+        return gauss_between(np.unique([*knots, *distinct]), points_for(self.shapes.max_count))
 
     def material(self, length: float, xi: Array) -> Array:
         """sigma (k,) [m] at xi (k,)."""
@@ -125,9 +125,14 @@ class TaperedLine:
         Shares (p,) [1]; positions and shapes (p, 3, 1 + n) [m, 1]; velocities per rate of lambda, and those by which
         material jumps as it is picked up, both (p, 3, 1 + n) [m, 1].
         """
-        places = self.shapes.places(np.array([1.0 if self.at_tip else 0.0]), np.ones(1))
-        carried = places.carried() if self.at_tip else {}
-        return places.share, places.values, carried, added(places.moved(self.at_tip), scaled(carried, -1.0))
+        points = self.shapes.material_points(np.array([1.0 if self.at_tip else 0.0]), np.ones(1))
+        point_velocity = points.section_velocities() if self.at_tip else {}
+        return (
+            points.share,
+            points.values,
+            point_velocity,
+            added(points.velocities(self.at_tip), scaled(point_velocity, -1.0)),
+        )
 
     def values(self, length: float) -> dict[str, Array]:
         """Moments, rates per rate of the length, stiffness, damping and markers at a length [m]; shapes as in
@@ -135,16 +140,16 @@ class TaperedLine:
         line, L0, s = self.shapes.line, self.shapes.reference, self.shapes
         ratio, (xi, weight) = length / L0, self.quadrature(length)
         sigma = self.material(length, xi)
-        places = s.places(xi, weight)
-        dm = places.share * np.repeat(self.taper.mass(sigma), len(line.sections[1])) * line.mass_per_length * length
-        z, chi = at(places.values, ratio), at(places.moved(self.at_tip), ratio) / L0
-        share, values0, carried, jump = self.drum
-        z0, jumped = at(values0, ratio), at(jump, ratio) / L0
-        chi0 = at(carried, ratio) / L0 if carried else np.zeros_like(z0)
+        points = s.material_points(xi, weight)
+        dm = points.share * np.repeat(self.taper.mass(sigma), len(line.sections[1])) * line.mass_per_length * length
+        z, chi = evaluate(points.values, ratio), evaluate(points.velocities(self.at_tip), ratio) / L0
+        share, values0, point_velocity, jump = self.drum
+        z0, velocity_jump = evaluate(values0, ratio), evaluate(jump, ratio) / L0
+        chi0 = evaluate(point_velocity, ratio) / L0 if point_velocity else np.zeros_like(z0)
         stowed = (self.deployed_mass(self.stock) - self.deployed_mass(length)) * share
-        leaving = line.mass_per_length * float(self.taper.mass(np.array([length]))[0])
+        density_at_drum = line.mass_per_length * float(self.taper.mass(np.array([length]))[0])
 
-        def second(a: Array, b: Array, m: Array) -> Array:
+        def second_moment(a: Array, b: Array, m: Array) -> Array:
             k, axes, shapes = a.shape
             flat = (m[:, None, None] * a).reshape(k, -1).T @ b.reshape(k, -1)
             return np.asarray(flat.reshape(axes, shapes, axes, shapes).transpose(1, 0, 3, 2))
@@ -152,11 +157,11 @@ class TaperedLine:
         V1 = self.stiffness(xi, weight, length)
         out = {
             "first": np.einsum("k,kaA->Aa", dm, z) + np.einsum("k,kaA->Aa", stowed, z0),
-            "second": second(z, z, dm) + second(z0, z0, stowed),
+            "second": second_moment(z, z, dm) + second_moment(z0, z0, stowed),
             "drift": np.einsum("k,kaA->Aa", dm, chi) + np.einsum("k,kaA->Aa", stowed, chi0),
-            "flow": second(z, chi, dm) + second(z0, chi0, stowed),
-            "speed": second(chi, chi, dm) + second(chi0, chi0, stowed),
-            "pickup": leaving * np.einsum("k,kaA,kaB->AB", share, jumped, jumped),
+            "flow": second_moment(z, chi, dm) + second_moment(z0, chi0, stowed),
+            "speed": second_moment(chi, chi, dm) + second_moment(chi0, chi0, stowed),
+            "pickup": density_at_drum * np.einsum("k,kaA,kaB->AB", share, velocity_jump, velocity_jump),
             "V1": V1,
             "V3": self.quartic(xi, weight, length),
         }
@@ -183,7 +188,7 @@ class TaperedLine:
         if self.shapes.followers is None:
             return np.zeros(0)
         factor = self.taper.bending(self.material(length, xi))
-        return at(self.shapes.quartic(xi, weight * factor), length / self.shapes.reference)
+        return evaluate(self.shapes.quartic(xi, weight * factor), length / self.shapes.reference)
 
 
 def tapered_line(
@@ -200,9 +205,9 @@ def tapered_line(
         raw = TaperedLine(replace(shapes, X=np.eye(shapes.functions.count)), taper, stock, np.zeros(1), at_tip)
         values = raw.values(shapes.reference)
         M = np.einsum("kala->kl", values["second"][1:, :, 1:, :])
-        bent = with_columns(shapes, columns_of(shapes.functions, M, values["V1"]), condensed)
-        assert isinstance(bent, LineShapes)
-        shapes = bent
+        with_modes = with_columns(shapes, columns_of(shapes.functions, M, values["V1"]), condensed)
+        assert isinstance(with_modes, LineShapes)
+        shapes = with_modes
     return TaperedLine(shapes, taper, stock, np.broadcast_to(ratio, (shapes.n,)) if ratio.ndim == 0 else ratio, at_tip)
 
 
@@ -213,16 +218,16 @@ def pieces_of(
 
     A piece ends where a kink of the taper comes out.
     """
-    least, most = bounds
-    most = max(most, least * (1.0 + 1e-6))
-    inner = [x for x in line.taper.knots if least * (1.0 + 1e-6) < x < most * (1.0 - 1e-6)]
-    ends = np.array([least, *inner, most])
-    count, limit = 1, max(1, MOST_PIECES // (len(ends) - 1))
+    smallest, largest = bounds
+    largest = max(largest, smallest * (1.0 + 1e-6))
+    inner = [x for x in line.taper.knots if smallest * (1.0 + 1e-6) < x < largest * (1.0 - 1e-6)]
+    ends = np.array([smallest, *inner, largest])
+    count, limit = 1, max(1, MAX_PIECES // (len(ends) - 1))
     while True:
         edges = np.unique(np.concatenate([np.linspace(a, b, count + 1) for a, b in pairwise(ends)]))
         parts = [_piece(line, a, b, markers, exit_) for a, b in pairwise(edges)]
         error = max(_error(line, part) for part in parts)
-        if error < ENOUGH or 2 * count > limit:
+        if error < ERROR_GOAL or 2 * count > limit:
             return parts, error
         count *= 2
 
@@ -236,26 +241,34 @@ def _piece(line: TaperedLine, a: float, b: float, markers: dict[str, float], exi
     def fitted(values: Sequence[Array], factor: float = 1.0) -> Series:
         return dict(enumerate(factor * np.tensordot(solve, np.stack(values), axes=1)))
 
-    def part(key: str, factor: float = 1.0) -> Series:
-        return fitted([one[key] for one in sampled], factor)
+    def part_series(key: str, factor: float = 1.0) -> Series:
+        return fitted([values[key] for values in sampled], factor)
 
     def marker(where: float) -> MarkerSeries:
-        whole = line.shapes.marker(where)
+        series_of_marker = line.shapes.marker(where)
         ratios = (a + scale * nodes) / line.shapes.reference
-        parts = [fitted([at(series, r) for r in ratios]) for series in (whole.position, whole.phi, whole.psi)]
-        return MarkerSeries(parts[0], parts[1], parts[2], whole.orientation, whole.axis)
+        parts = [
+            fitted([evaluate(series, r) for r in ratios])
+            for series in (series_of_marker.position, series_of_marker.phi, series_of_marker.psi)
+        ]
+        return MarkerSeries(parts[0], parts[1], parts[2], series_of_marker.orientation, series_of_marker.axis)
 
     inertia = Inertia(
-        mass=line.deployed_mass(line.stock), first=part("first"), second=part("second"), drift=part("drift", scale),
-        flow=part("flow", scale), speed=part("speed", scale**2), pickup=part("pickup", scale**3),
-    )  # fmt: skip
+        mass=line.deployed_mass(line.stock),
+        first=part_series("first"),
+        second=part_series("second"),
+        drift=part_series("drift", scale),
+        flow=part_series("flow", scale),
+        speed=part_series("speed", scale**2),
+        pickup=part_series("pickup", scale**3),
+    )
     followers = line.shapes.followers
     return DeployingParts(
         reference=scale,
         inertia=inertia,
-        V1=part("V1") if n else {0: np.zeros((0, 0))},
-        V3=part("V3") if followers is not None else {},
-        damping=part("damping") if n else {0: np.zeros((0, 0))},
+        V1=part_series("V1") if n else {0: np.zeros((0, 0))},
+        V3=part_series("V3") if followers is not None else {},
+        damping=part_series("damping") if n else {0: np.zeros((0, 0))},
         markers={"root": exit_, **{name: marker(where) for name, where in markers.items()}},
         slaves=np.zeros((0, n, n)) if followers is None else followers.slaves,
         kinds=("admissible",) * n + ("derivative",) * (line.shapes.n_shapes - n),
@@ -271,5 +284,5 @@ def _error(line: TaperedLine, part: DeployingParts) -> float:
         for key, series in (("second", part.inertia.second), ("V1", part.V1), ("V3", part.V3)):
             size = np.abs(exact[key]).max(initial=0.0)
             if size > 0.0:
-                worst = max(worst, float(np.abs(at(series, s) - exact[key]).max() / size))
+                worst = max(worst, float(np.abs(evaluate(series, s) - exact[key]).max() / size))
     return worst

@@ -1,4 +1,4 @@
-"""The channels that a run of a system reports, and where each stands in an observed row."""
+"""Channels that a run of a system reports, and the slice of an observed row that each fills."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from femflex.dynamics.lowering.lower import reported_markers
 from femflex.dynamics.reports import monitors
 from femflex.dynamics.reports import observe as seen
 from femflex.dynamics.reports.contacts import contact_channels
-from femflex.dynamics.reports.displacements import bends, displacement_channels
+from femflex.dynamics.reports.displacements import displacement_channels, is_deformable_marker
 from femflex.dynamics.reports.local_forces import local_force_channels
 from femflex.dynamics.reports.momenta import momenta_channels
 from femflex.dynamics.reports.sights import sight_channels
 from femflex.dynamics.reports.static_stretch import stretching_markers
 from femflex.dynamics.reports.variations import variation_channels
-from femflex.dynamics.terms.prescribed_motion_report import held_channels
+from femflex.dynamics.terms.prescribed_motion_report import prescribed_motion_channels
 from femflex.rotations import EULER_PARAMETERS, is_extrinsic, is_symmetric, letters_of
 from femflex.system import Channel, Effector, System
 from femflex.system.segments import marker_label
@@ -38,7 +38,7 @@ def conservative_loads(system: System) -> list[str]:
 
 
 def is_supplied(system: System) -> bool:
-    """Whether something may bring in power: a load whose potential is not part of the energy, or an effector."""
+    """Return whether an element may supply power: a load whose potential is not part of the energy, or an effector."""
     effectors = (e for e in system.effectors if isinstance(e, Effector))
     supplied = any(effector.acts or "supplied" in effector.accounts for effector in effectors)
     return supplied or len(conservative_loads(system)) < len(system.loads)
@@ -61,10 +61,10 @@ def row_length(system: System) -> int:
     return monitors.ROW_FIXED + counts + sum(int(np.prod(channel.shape)) for channel in terms)
 
 
-def row_places(system: System) -> dict[str, slice | int]:
-    """Where each channel stands in an observed row."""
+def row_slices(system: System) -> dict[str, slice | int]:
+    """Return the slice of an observed row that each channel fills."""
     s = monitors
-    places: dict[str, slice | int] = {
+    slices: dict[str, slice | int] = {
         "attitude/angles": slice(s.ROW_ANGLES, s.ROW_ANGLES + 3),
         "monitors/energy": s.ROW_ENERGY,
         "monitors/kinetic": s.ROW_KINETIC,
@@ -76,40 +76,42 @@ def row_places(system: System) -> dict[str, slice | int]:
         "monitors/quaternion_norm": s.ROW_NORM,
     }
     if system.orbit is not None:
-        places |= {
+        slices |= {
             "orbit/radius": s.ROW_RADIUS,
             "orbit/true_anomaly": s.ROW_ANOMALY,
             "orbit/attitude": slice(s.ROW_ORBIT, s.ROW_ORBIT + 4),
             "monitors/gravity": s.ROW_GRAVITY,
         }
         if not system.orbit.free:
-            places["monitors/jacobi"] = s.ROW_JACOBI
+            slices["monitors/jacobi"] = s.ROW_JACOBI
     if system.environment.has_weight:
-        places["monitors/gravity"] = s.ROW_GRAVITY
+        slices["monitors/gravity"] = s.ROW_GRAVITY
     if conservative_loads(system):
-        places["monitors/load"] = s.ROW_STORED + ENERGY_LOAD
+        slices["monitors/load"] = s.ROW_STORED + ENERGY_LOAD
     if stores_in_effectors(system):
-        places["monitors/effector"] = s.ROW_STORED + ENERGY_EFFECTOR
+        slices["monitors/effector"] = s.ROW_STORED + ENERGY_EFFECTOR
     if is_supplied(system):
-        places["monitors/supplied"] = s.ROW_SUPPLIED
-    at = s.ROW_FIXED
+        slices["monitors/supplied"] = s.ROW_SUPPLIED
+    position = s.ROW_FIXED
     for name in system.order:
         for key, start, stop in (("position", 0, 3), ("attitude", 3, 7), ("rate", 7, 10)):
-            places[f"bodies/{name}/{key}"] = slice(at + start, at + stop)
-        at += seen.ROW_BODY
+            slices[f"bodies/{name}/{key}"] = slice(position + start, position + stop)
+        position += seen.ROW_BODY
     for body, marker in reported_markers(system):
         for key, start in (("position", 0), ("velocity", 3), ("deflection", 6)):
-            places[f"markers/{marker_label(system.segments, body, marker)}/{key}"] = slice(at + start, at + start + 3)
-        at += seen.ROW_MARKER
+            slices[f"markers/{marker_label(system.segments, body, marker)}/{key}"] = slice(
+                position + start, position + start + 3
+            )
+        position += seen.ROW_MARKER
     for path, channel in (pair for term in force_terms() for pair in term.channels(system).items()):
         size = int(np.prod(channel.shape))
-        places[path] = slice(at, at + size) if channel.shape else at
-        at += size
-    return places
+        slices[path] = slice(position, position + size) if channel.shape else position
+        position += size
+    return slices
 
 
 def channels_of(system: System) -> dict[str, Channel]:
-    """Path, unit, meaning and frame of everything a run reports; what is zero by construction is left out."""
+    """Return path, unit, meaning and frame of every channel of a run; those zero by construction are left out."""
     q, u, z = system.coordinate_names(), system.velocity_names(), system.state_names()
     where = "from O" if system.orbit else "from the inertial origin"
     sequence = system.libration_sequence
@@ -170,15 +172,15 @@ def channels_of(system: System) -> dict[str, Channel]:
     stretching = stretching_markers(system)
     for body, marker in reported_markers(system):
         label = marker_label(system.segments, body, marker)
-        shown = (
+        described = (
             "elastic displacement, static stretch included," if (body, marker) in stretching else "elastic displacement"
         )
         out |= {
             f"markers/{label}/position": Channel("m", f"position of {label} {where}", (3,), XYZ, "inertial"),
             f"markers/{label}/velocity": Channel("m/s", f"velocity of {label} {where}", (3,), XYZ, "inertial"),
         }
-        if bends(system, body, marker) or label != f"{body}.{marker}":
-            text = f"{shown} of {label} in its own body; `displacement` includes joints"
+        if is_deformable_marker(system, body, marker) or label != f"{body}.{marker}":
+            text = f"{described} of {label} in its own body; `displacement` includes joints"
             out[f"markers/{label}/deflection"] = Channel("m", text, (3,), XYZ, "body")
     out |= displacement_channels(system)
     out |= joint_channels(system) | lock_channels(system) | variation_channels(system)
@@ -190,14 +192,14 @@ def channels_of(system: System) -> dict[str, Channel]:
         out["monitors/effector"] = Channel("J", "energy stored by effectors")
     if is_supplied(system):
         out["monitors/supplied"] = Channel("W", "power of loads without a potential and of effectors")
-    out |= held_channels(system) | law_channels(system) | orbit_channels(system)
+    out |= prescribed_motion_channels(system) | law_channels(system) | orbit_channels(system)
     out |= sight_channels(system) | contact_channels(system)
     out |= constraint_channels(system) | reaction_channels(system) | local_force_channels(system)
     return out | momenta_channels(system)
 
 
 def constraint_channels(system: System) -> dict[str, Channel]:
-    """What loops and constraints report; nothing for a system without any."""
+    """Return the channels of loops and constraints; none for a system without any."""
     if not (system.loops or system.constraints):
         return {}
     out = {
@@ -208,9 +210,9 @@ def constraint_channels(system: System) -> dict[str, Channel]:
     for c in system.constraints:
         if c.body is None:
             out[f"constraints/{c.name}/multipliers"] = Channel("1", "multipliers lambda of A^T lambda", (c.n_rows,))
-    held = [(f"loops/{j.label}", j.child, j.child_marker) for j in system.loops]
-    held += [(f"constraints/{c.name}", c.body, c.marker) for c in system.constraints if c.body is not None]
-    for path, body, marker in held:
+    reactions = [(f"loops/{j.label}", j.child, j.child_marker) for j in system.loops]
+    reactions += [(f"constraints/{c.name}", c.body, c.marker) for c in system.constraints if c.body is not None]
+    for path, body, marker in reactions:
         out |= {
             f"{path}/force": Channel("N", f"force of the constraint on {body}", (3,), XYZ, "inertial"),
             f"{path}/torque": Channel("N m", f"its torque on {body} about {body}.{marker}", (3,), XYZ, "inertial"),

@@ -1,4 +1,4 @@
-"""Sampled controllers at work: when the next one is called, and what its call does to the state."""
+"""Calls of sampled controllers: the instant of the next one, and its effect on the state."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.reports.sensing import Sensing
+from femflex.dynamics.reports.channel_reader import ChannelReader
 from femflex.system import Controller
-from femflex.system.evaluation import FOLDER, evaluation_order
+from femflex.system.evaluation import CHANNEL_FOLDER, evaluation_order
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
@@ -29,7 +29,7 @@ class Sampler:
     controller: Controller
     commands: slice
     memory: slice
-    next: int
+    next_instant: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,43 +42,43 @@ class Clock:
     def samplers(self) -> list[Sampler]:
         """The controllers, in their order of evaluation."""
         names = [name for name, _ in self.model.system.all_state_names()]
-        found = []
+        samplers = []
         for controller in evaluation_order(self.model.system.controllers):
             first = names.index(controller.state_names()[0][0])
             memory = first + len(controller.commands)
             last = memory + len(controller.memory)
-            found.append(Sampler(controller, slice(first, memory), slice(memory, last), last))
-        return found
+            samplers.append(Sampler(controller, slice(first, memory), slice(memory, last), last))
+        return samplers
 
     @cached_property
-    def _sensing(self) -> Sensing:
-        return Sensing(self.model)
+    def _reader(self) -> ChannelReader:
+        return ChannelReader(self.model)
 
-    def next(self, x: Array) -> float:
+    def next_instant(self, x: Array) -> float:
         """Time of the next call [s]."""
-        return float(min(x[sampler.next] for sampler in self.samplers))
+        return float(min(x[sampler.next_instant] for sampler in self.samplers))
 
-    def strike(self, t: float, x: Array) -> None:
-        """Call every controller that is due at t; its commands, memory and next instant go into x, in place.
+    def sample(self, t: float, x: Array) -> None:
+        """Call every controller that is due at t; its commands, memory and next instant are written into x, in place.
 
         Those that are due together see the motion of that instant, and each the commands of those before it.
         """
-        due = [sampler for sampler in self.samplers if x[sampler.next] <= t]
+        due = [sampler for sampler in self.samplers if x[sampler.next_instant] <= t]
         paths = sorted({path for sampler in due for path in sampler.controller.sensors})
-        seen = self._sensing.read(t, x, paths)
+        measured = self._reader.values(t, x, paths)
         for sampler in due:
             controller = sampler.controller
-            own = {path: np.array(seen[path]) for path in controller.sensors}
-            command, memory, sooner = called(controller, t, own, x[sampler.memory].copy())
+            readings = {path: np.array(measured[path]) for path in controller.sensors}
+            command, memory, sooner = call_controller(controller, t, readings, x[sampler.memory].copy())
             x[sampler.commands], x[sampler.memory] = command, memory
             k = math.floor((t - controller.start) / controller.period + ROUNDED) + 1
-            x[sampler.next] = min(controller.instant(k), math.inf if sooner is None else sooner)
+            x[sampler.next_instant] = min(controller.instant(k), math.inf if sooner is None else sooner)
             for name, value in zip(controller.commands, command, strict=True):
-                if f"{FOLDER}{controller.name}/{name}" in seen:
-                    seen[f"{FOLDER}{controller.name}/{name}"] = value
+                if f"{CHANNEL_FOLDER}{controller.name}/{name}" in measured:
+                    measured[f"{CHANNEL_FOLDER}{controller.name}/{name}"] = value
 
 
-def called(
+def call_controller(
     controller: Controller, t: float, sensors: Mapping[str, Array], memory: Array
 ) -> tuple[Array, Array, float | None]:
     """Commands, memory and an instant before the next sample (None: none) that a controller answers, checked."""
@@ -94,17 +94,17 @@ def called(
         )
     checked = []
     for what, value, n in (("command", answer[0], len(controller.commands)), ("memory", answer[1], len(memory))):
-        found = np.atleast_1d(np.asarray([] if value is None else value, float))
-        if found.shape != (n,):
+        array = np.atleast_1d(np.asarray([] if value is None else value, float))
+        if array.shape != (n,):
             raise ValueError(
-                f"the {what} of controller {controller.name!r} at t = {t:.9g} s has shape {found.shape}; "
+                f"the {what} of controller {controller.name!r} at t = {t:.9g} s has shape {array.shape}; "
                 f"expected ({n},)"
             )
-        if not np.all(np.isfinite(found)):
+        if not np.all(np.isfinite(array)):
             raise ValueError(
-                f"the {what} of controller {controller.name!r} at t = {t:.9g} s is not finite: {found.tolist()}"
+                f"the {what} of controller {controller.name!r} at t = {t:.9g} s is not finite: {array.tolist()}"
             )
-        checked.append(found)
+        checked.append(array)
     sooner = None if len(answer) == 2 or answer[2] is None else float(answer[2])
     if sooner is not None and not t < sooner:
         raise ValueError(

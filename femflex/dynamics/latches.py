@@ -1,4 +1,4 @@
-"""Latches at work: when a joint's coordinate reaches its latch, and what that does to the motion.
+"""Events of latches: the instant at which a joint's coordinate reaches its latch, and the impact on the motion.
 
 A rigid latch stops its freedom by an impulse J along it: M du = J e + A^T L with du = -u on the freedom and A du = 0 on
 the constraints, whose impulses L keep loops closed. Nothing else acts, so momentum and angular momentum stay. The
@@ -18,11 +18,11 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.dynamics.joints.law_report import latch_places
+from femflex.dynamics.lowering.constraint_layout import R_LAMBDA
 from femflex.dynamics.lowering.layout import HEADER, N_HEADER
-from femflex.dynamics.lowering.tie_layout import R_LAMBDA
-from femflex.dynamics.reports.sensing import Sensing
+from femflex.dynamics.reports.channel_reader import ChannelReader
 from femflex.system import Latch, Threshold
-from femflex.system.freedoms import RELEASED
+from femflex.system.joint_coordinates import RELEASED
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
@@ -32,8 +32,8 @@ STEP = 1e-6  # s, over which the rate of a channel is taken along the motion
 
 
 @dataclass(frozen=True)
-class Place:
-    """A latch, where its time and its coordinate stand in x and its freedom in u, and the sign of the way to it."""
+class LatchEvent:
+    """A latch, the places in x of its time, coordinate and freedom, and the sign of the way to it."""
 
     latch: Latch
     time: int
@@ -49,82 +49,82 @@ class Latches:
     model: Model
 
     @cached_property
-    def places(self) -> list[Place]:
-        """Where each latch stands in the state, and from which side its coordinate comes."""
-        found, first = [], self.model.n_q + self.model.n_u
-        for its in latch_places(self.model.system):
-            side = 1.0 if its.joint.q0[its.latch.freedom] > its.latch.at else -1.0
-            found.append(Place(its.latch, first + its.time, its.q, its.u, side))
-        return found
+    def latch_events(self) -> list[LatchEvent]:
+        """Return for each latch its places in the state, and the side from which its coordinate approaches."""
+        entries, first = [], self.model.n_q + self.model.n_u
+        for latch_place in latch_places(self.model.system):
+            side = 1.0 if latch_place.joint.q0[latch_place.latch.freedom] > latch_place.latch.at else -1.0
+            entries.append(LatchEvent(latch_place.latch, first + latch_place.time, latch_place.q, latch_place.u, side))
+        return entries
 
     @cached_property
-    def _sensing(self) -> Sensing:
-        return Sensing(self.model)
+    def _reader(self) -> ChannelReader:
+        return ChannelReader(self.model)
 
     def values(self, t: float, x: Array) -> Array:
-        """How far each open latch's coordinate, or the channel at which it opens, has to go; 1 for a closed one."""
-        out = np.array([_to_go(p, t, x) for p in self.places])
-        waiting = {k: opens for k, p in enumerate(self.places) if (opens := _awaited(p, x)) is not None}
+        """Return the distance of each open latch's coordinate, or of the channel that opens it; 1 for a closed one."""
+        out = np.array([_distance(p, t, x) for p in self.latch_events])
+        waiting = {k: opens for k, p in enumerate(self.latch_events) if (opens := _threshold(p, x)) is not None}
         if waiting:
-            seen = self._sensing.read(t, x, sorted({opens.channel for opens in waiting.values()}))
+            channels = self._reader.values(t, x, sorted({opens.channel for opens in waiting.values()}))
             for k, opens in waiting.items():
-                out[k] = opens.to_go(float(seen[opens.channel]))
+                out[k] = opens.distance(float(channels[opens.channel]))
         return out
 
     def rates(self, t: float, x: Array) -> Array:
-        """How fast that changes; 0 for a closed one."""
+        """Return the rates of these distances; 0 for a closed latch."""
         n_q = self.model.n_q
-        out = np.array([_approach(p, x, n_q) for p in self.places])
-        waiting = [k for k, p in enumerate(self.places) if _awaited(p, x) is not None]
+        out = np.array([_approach(p, x, n_q) for p in self.latch_events])
+        waiting = [k for k, p in enumerate(self.latch_events) if _threshold(p, x) is not None]
         if waiting:
             dx = self.model.state_rate(t, x)
             ahead, behind = (self.values(t + sign * STEP, x + sign * STEP * dx) for sign in (1.0, -1.0))
             out[waiting] = ((ahead - behind) / (2.0 * STEP))[waiting]
         return out
 
-    def happen(self, together: Sequence[int], t: float, x: Array) -> None:
+    def apply(self, simultaneous: Sequence[int], t: float, x: Array) -> None:
         """Close these latches at once."""
-        for k in together:
-            if self.places[k].latch.opens is not None:
-                x[self.places[k].time] = RELEASED - t
-        closing = [self.places[k] for k in together if self.places[k].latch.opens is None]
-        for place in closing:
-            x[place.time], x[place.q] = t, place.latch.at
-        stopped = [place for place in closing if place.latch.rigid]
+        for k in simultaneous:
+            if self.latch_events[k].latch.opens is not None:
+                x[self.latch_events[k].time] = RELEASED - t
+        closing = [self.latch_events[k] for k in simultaneous if self.latch_events[k].latch.opens is None]
+        for latch_event in closing:
+            x[latch_event.time], x[latch_event.q] = t, latch_event.latch.at
+        stopped = [latch_event for latch_event in closing if latch_event.latch.rigid]
         if not stopped:
             return
-        moving = [x[self.model.n_q + place.freedom] for place in stopped]
-        after, impulses = impact(self.model, t, x, [place.freedom for place in stopped])
-        for place, u, impulse in zip(stopped, moving, impulses, strict=True):
-            x[place.time + 1] = -0.5 * impulse * u
+        moving = [x[self.model.n_q + latch_event.freedom] for latch_event in stopped]
+        after, impulses = impact(self.model, t, x, [latch_event.freedom for latch_event in stopped])
+        for latch_event, u, impulse in zip(stopped, moving, impulses, strict=True):
+            x[latch_event.time + 1] = -0.5 * impulse * u
         x[self.model.n_q : self.model.n_q + self.model.n_u] = after
 
 
-def _awaited(p: Place, x: Array) -> Threshold | None:
-    """The threshold until which a latch is closed, None where it awaits none."""
-    return p.latch.opens if isinstance(p.latch.opens, Threshold) and x[p.time] >= 0.0 else None
+def _threshold(event: LatchEvent, x: Array) -> Threshold | None:
+    """Return the threshold at which a closed latch opens, None if it has none."""
+    return event.latch.opens if isinstance(event.latch.opens, Threshold) and x[event.time] >= 0.0 else None
 
 
-def _to_go(p: Place, t: float, x: Array) -> float:
-    """How far an open latch's coordinate has to go, or a time to the opening of one that opens; 1 when it is done."""
-    if isinstance(p.latch.opens, Threshold):
+def _distance(event: LatchEvent, t: float, x: Array) -> float:
+    """Return the distance of an open latch's coordinate, or the time until a timed one opens; 1 when it is done."""
+    if isinstance(event.latch.opens, Threshold):
         return 1.0
-    if p.latch.opens is not None:
-        return p.latch.opens - t if x[p.time] >= 0.0 else 1.0
-    return 1.0 if x[p.time] >= 0.0 else p.side * (x[p.q] - p.latch.at)
+    if event.latch.opens is not None:
+        return event.latch.opens - t if x[event.time] >= 0.0 else 1.0
+    return 1.0 if x[event.time] >= 0.0 else event.side * (x[event.q] - event.latch.at)
 
 
-def _approach(p: Place, x: Array, n_q: int) -> float:
-    """Rate of `_to_go`."""
-    if isinstance(p.latch.opens, Threshold):
+def _approach(event: LatchEvent, x: Array, n_q: int) -> float:
+    """Return the rate of `_distance`."""
+    if isinstance(event.latch.opens, Threshold):
         return 0.0
-    if p.latch.opens is not None:
-        return -1.0 if x[p.time] >= 0.0 else 0.0
-    return 0.0 if x[p.time] >= 0.0 else p.side * x[n_q + p.freedom]
+    if event.latch.opens is not None:
+        return -1.0 if x[event.time] >= 0.0 else 0.0
+    return 0.0 if x[event.time] >= 0.0 else event.side * x[n_q + event.freedom]
 
 
 def impact(model: Model, t: float, x: Array, freedoms: list[int]) -> tuple[Array, list[float]]:
-    """Quasi-velocities u (n_u,) after the freedoms are stopped, held in x already, and the impulses along them.
+    """Return quasi-velocities u (n_u,) after freedoms locked in x are stopped, and the impulses along them.
 
     Beside constraints in two steps, both the shortest by M: to rest of the freedoms, then onto the constraints with the
     freedoms at rest. Together they are the shortest way to both, for the second keeps what the first has reached.
@@ -142,14 +142,16 @@ def impact(model: Model, t: float, x: Array, freedoms: list[int]) -> tuple[Array
     closed = np.concatenate([q, after, z])
     model.project(t, closed, model.table, model.pool, model.work)
     multipliers = model.constraints.rows()[:, R_LAMBDA].copy()
-    found = model.parts(closed)[1]
-    more = found - after
-    held = [held_impulse(model, t, x, more, multipliers, freedom) for freedom in freedoms]
-    return found, [one + two for one, two in zip(impulses, held, strict=True)]
+    velocities = model.parts(closed)[1]
+    change_by_constraints = velocities - after
+    by_constraints = [
+        constraint_impulse(model, t, x, change_by_constraints, multipliers, freedom) for freedom in freedoms
+    ]
+    return velocities, [first + second for first, second in zip(impulses, by_constraints, strict=True)]
 
 
-def held_impulse(model: Model, t: float, x: Array, change: Array, multipliers: Array, freedom: int) -> float:
-    """The impulse along a freedom that a change of u (n_u,) by multipliers (n_rows,) asks of what holds it at rest.
+def constraint_impulse(model: Model, t: float, x: Array, change: Array, multipliers: Array, freedom: int) -> float:
+    """Return the impulse along a freedom for a change of u (n_u,) by multipliers (n_rows,), on what holds it at rest.
 
     That is the freedom's own row of M du = J e + A^T L, from the mass matrix with the freedom open.
     """
@@ -159,9 +161,9 @@ def held_impulse(model: Model, t: float, x: Array, change: Array, multipliers: A
 
 
 def _free_row(model: Model, t: float, x: Array, freedom: int) -> Array:
-    """Row of the mass matrix (n_u,) that belongs to a freedom which a latch holds in x, as if it were open."""
+    """Return the row of the mass matrix (n_u,) of a freedom that a latch locks in x, as if it were open."""
     opened, first = x.copy(), model.n_q + model.n_u
-    for its in latch_places(model.system):
-        if its.u == freedom and its.latch.rigid:
-            opened[first + its.time] = -1.0
+    for latch_place in latch_places(model.system):
+        if latch_place.u == freedom and latch_place.latch.rigid:
+            opened[first + latch_place.time] = -1.0
     return model.mass_matrix(t, opened)[freedom]

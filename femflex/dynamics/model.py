@@ -1,4 +1,4 @@
-"""The compiled System: flat arrays, the compiled calls over them, and what a run of it reports."""
+"""The compiled System: flat arrays, the compiled calls over them, and the channels of a run."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ import numpy as np
 
 from femflex.arrays import Array, IntArray
 from femflex.dynamics.calls import ConstrainedCalls, SecondOrderCalls
-from femflex.dynamics.channels import channels_of, row_length, row_places
+from femflex.dynamics.channels import channels_of, row_length, row_slices
 from femflex.dynamics.clock import Clock
 from femflex.dynamics.constraints import equations as constrained
 from femflex.dynamics.constraints.assemble import assembled
-from femflex.dynamics.constraints.constrained import Constraints, constraints_of_system
+from femflex.dynamics.constraints.constrained import Constraints, build_constraints
 from femflex.dynamics.constraints.free_lengths import constrained_free_rate
 from femflex.dynamics.effectors.events import AllEvents, StateEvents
 from femflex.dynamics.effectors.starts import check_separations, with_starts
@@ -31,17 +31,17 @@ from femflex.dynamics.force_terms import force_terms
 from femflex.dynamics.forces.orbit_force import observe_orbit_force
 from femflex.dynamics.joints.channels import observe_joints
 from femflex.dynamics.joints.gimbal_lock import observe_locks
-from femflex.dynamics.joints.held_places import specified_states
 from femflex.dynamics.joints.law_report import observe_laws
+from femflex.dynamics.joints.prescribed_coordinates import prescribed_states
 from femflex.dynamics.joints.reactions import observe_reactions
 from femflex.dynamics.joints.switching import switch
 from femflex.dynamics.latches import Latches
+from femflex.dynamics.lowering.constraints import characteristic_length
 from femflex.dynamics.lowering.layout import BALL_QUATERNION, body_records
 from femflex.dynamics.lowering.lower import lower
-from femflex.dynamics.lowering.ties import characteristic_length
 from femflex.dynamics.motion import equations
 from femflex.dynamics.motion.free_lengths import free_rate
-from femflex.dynamics.motion.led_equations import led_rate
+from femflex.dynamics.motion.prescribed_motion import rate_with_prescribed_motion
 from femflex.dynamics.reports.contacts import observe_contacts
 from femflex.dynamics.reports.diagnosis import diagnosis
 from femflex.dynamics.reports.displacements import observe_displacements, undisplaced_positions
@@ -54,8 +54,8 @@ from femflex.dynamics.reports.sights import observe_sights
 from femflex.dynamics.reports.static_stretch import add_static_stretch
 from femflex.dynamics.reports.variations import observe_variations
 from femflex.dynamics.terms.by_source import SWITCHED, terms
-from femflex.dynamics.terms.prescribed_motion_report import observe_held
-from femflex.dynamics.terms.without import changed, reduced, resolved, without_reactions
+from femflex.dynamics.terms.prescribed_motion_report import observe_prescribed_motion
+from femflex.dynamics.terms.without import resolve_name, with_reduced_equations, without_named, without_reactions
 from femflex.dynamics.user_functions import check_user_functions
 from femflex.dynamics.workspace import Workspace
 from femflex.rotations import is_extrinsic
@@ -109,20 +109,20 @@ class Model(Summarised):
     @property
     def pool(self) -> Array:
         """Numbers, as the calling thread has them."""
-        return self.workspace.own[1]
+        return self.workspace.arrays[1]
 
     @property
     def work(self) -> Array:
         """Scratch of the calling thread."""
-        return self.workspace.own[2]
+        return self.workspace.arrays[2]
 
     def for_run(self) -> Model:
         """The same model with scratch arrays of its own, for one run."""
-        return self._over(self.workspace.fresh())
+        return self._with_workspace(self.workspace.new_scratch())
 
-    def _over(self, workspace: Workspace) -> Model:
-        held = None if self.constraints is None else replace(self.constraints, workspace=workspace)
-        return replace(self, workspace=workspace, constraints=held)
+    def _with_workspace(self, workspace: Workspace) -> Model:
+        constraints = None if self.constraints is None else replace(self.constraints, workspace=workspace)
+        return replace(self, workspace=workspace, constraints=constraints)
 
     @property
     def n_x(self) -> int:
@@ -165,12 +165,12 @@ class Model(Summarised):
     @cached_property
     def events(self) -> AllEvents | Latches | None:
         """The latches of the joints and the events of effectors, or None where there are none."""
-        latched, eventful = any(joint.latches for joint in self.system.joints), has_events(self.system)
-        if not (latched or eventful):
+        has_latches, has_state_events = any(joint.latches for joint in self.system.joints), has_events(self.system)
+        if not (has_latches or has_state_events):
             return None
-        if not eventful:
+        if not has_state_events:
             return Latches(self)
-        return AllEvents((Latches(self), StateEvents(self)) if latched else (StateEvents(self),))
+        return AllEvents((Latches(self), StateEvents(self)) if has_latches else (StateEvents(self),))
 
     @cached_property
     def clock(self) -> Clock | None:
@@ -192,23 +192,23 @@ class Model(Summarised):
         """dx/dt (n_x,) at the state x (n_x,)."""
         self._refuse_short(x)
         dx = np.empty(self.n_x)
-        self.rate(float(t), np.ascontiguousarray(x, float), dx, *self.workspace.own)
+        self.rate(float(t), np.ascontiguousarray(x, float), dx, *self.workspace.arrays)
         return dx
 
     def residual(self, t: float, x: Array, udot: Array) -> Array:
-        """M udot + h - Q of eq. (9), (n_u,), without forces of constraints; udot - sddot on rows of held freedoms."""
+        """M udot + h - Q of eq. (9), (n_u,), without forces of constraints; udot - sddot on prescribed rows."""
         self._refuse_short(x)
         out = np.empty(self.n_u)
         q, u = np.ascontiguousarray(x[: self.n_q], float), np.ascontiguousarray(x[self.n_q :], float)
-        self.tree.residual(float(t), q, u, np.ascontiguousarray(udot, float), out, *self.workspace.own)
+        self.tree.residual(float(t), q, u, np.ascontiguousarray(udot, float), out, *self.workspace.arrays)
         return out
 
     def gather(self, t: float, x: Array, udot: Array) -> None:
-        """Leave in the work array what every joint carries (W_P) when the state x moves on with udot (n_u,)."""
+        """Leave in the work array the force of every joint (W_P) for the state x that moves on with udot (n_u,)."""
         self._refuse_short(x)
         q, u = np.ascontiguousarray(x[: self.n_q], float), np.ascontiguousarray(x[self.n_q :], float)
-        out, own = np.empty(self.n_u), self.workspace.own
-        self.second_order.residual(float(t), q, u, np.ascontiguousarray(udot, float), out, *own)
+        out, arrays = np.empty(self.n_u), self.workspace.arrays
+        self.second_order.residual(float(t), q, u, np.ascontiguousarray(udot, float), out, *arrays)
 
     def _refuse_short(self, x: Array) -> None:
         """Raise ValueError for a state without its z: compiled code would read beyond its end."""
@@ -232,39 +232,38 @@ class Model(Summarised):
         return terms(self, times, states)
 
     def without(self, *names: str) -> Model:
-        """The model without what is named: a term (see `terms`), a load, "flexibility" or that of a body, or
-        "nonlinear_strain".
+        """Return the model without a term (see `terms`), a load, "flexibility" (or a body's), or "nonlinear_strain".
 
         A rigid, undamped, unloaded ... system is one in which the thing is not there. The inertia forces by degree in u
         and gravity are left out of the compiled equations instead; the monitors of energy still count what they stand
         for. Raises ValueError for a name that is not known, with those that are.
         """
-        chosen = tuple(dict.fromkeys(resolved(self, name) for name in names))
+        resolved_names = tuple(dict.fromkeys(resolve_name(self, name) for name in names))
         system = self.system
-        for name in chosen:
-            system = changed(system, name)
-        omitted = (*self.omitted, *chosen)
+        for name in resolved_names:
+            system = without_named(system, name)
+        omitted = (*self.omitted, *resolved_names)
         model = compile_system(without_reactions(system, omitted))
         if self.constraints is not None and model.n_x == self.n_x:
             model = replace(model, x0=self.x0)  # closed loops start where they did
-        return reduced(model, omitted)
+        return with_reduced_equations(model, omitted)
 
-    def diagnosis(self, t: float, x: Array, unheld: bool = False) -> tuple[str, Exception | None]:
-        """A sentence on a state at which a run came to its end, and the exception behind it."""
-        return diagnosis(self, t, x, unheld)
+    def diagnosis(self, t: float, x: Array, infeasible: bool = False) -> tuple[str, Exception | None]:
+        """Return a sentence on a state at which a run ended, and the exception behind it."""
+        return diagnosis(self, t, x, infeasible)
 
     def observe(self, times: Array, states: Array) -> dict[str, Array]:
         """Every channel at times (n_t,) and states (n_t, n_x): path -> (n_t, *channel.shape)."""
         times = np.ascontiguousarray(times, float)
         states = np.ascontiguousarray(states, float)
-        rows, places = np.empty((len(times), row_length(self.system))), row_places(self.system)
-        reference = undisplaced_positions(self, rows[:1] if len(rows) else np.empty((1, rows.shape[1])), places)
+        rows, slices = np.empty((len(times), row_length(self.system))), row_slices(self.system)
+        reference = undisplaced_positions(self, rows[:1] if len(rows) else np.empty((1, rows.shape[1])), slices)
         self.workspace.clear_failed()
-        observe(times, states, rows, *self.workspace.own)
-        out = {path: rows[:, place] for path, place in places.items()}
-        states = specified_states(self, times, states)
+        observe(times, states, rows, *self.workspace.arrays)
+        out = {path: rows[:, columns] for path, columns in slices.items()}
+        states = prescribed_states(self, times, states)
         out |= dict(zip(("q", "u", "z"), self.parts(states), strict=True))
-        out |= observe_held(self, times, states) | observe_laws(self, states, rows[:, ROW_DISSIPATED])
+        out |= observe_prescribed_motion(self, times, states) | observe_laws(self, states, rows[:, ROW_DISSIPATED])
         out |= observe_states(self.system, out["z"])
         add_angular_momentum(self.system, out)
         out |= observe_joints(self.system, states, self.n_q) | observe_locks(self.system, states)
@@ -307,7 +306,7 @@ def compile_system(system: System) -> Model:
     quadruples = [int(b["q"] + b["n_slide"]) for b in body_records(table)[1:] if b["ball"] == BALL_QUATERNION]
     knots = [times for term in force_terms() for times in term.breaks(system)]
     knots += [variation.breaks for variation in system.varying.values()]
-    knots += [profile.breaks for joint in system.joints for profile in joint.held.values()]
+    knots += [profile.breaks for joint in system.joints for profile in joint.prescribed.values()]
     tree = Model(
         system=system,
         workspace=Workspace(table, pool, scratch, bool(system.varying)),
@@ -333,27 +332,27 @@ def free_lengths(system: System) -> list[str]:
 
 
 def rate_of(system: System) -> Any:
-    """The compiled rate of a tree: the plain one, or that with held freedoms and states z."""
+    """Return the compiled rate of a tree: the plain one, or that with prescribed freedoms and states z."""
     if free_lengths(system):
         return free_rate
-    if not (system.state_names() or any(joint.held for joint in system.joints)):
+    if not (system.state_names() or any(joint.prescribed for joint in system.joints)):
         return equations.rate
-    return led_rate
+    return rate_with_prescribed_motion
 
 
 def with_constraints(tree: Model) -> Model:
-    """The model with its loops closed and its constraints held, started from the nearest consistent state.
+    """Return the model with its loops closed and its constraints met, started from the nearest consistent state.
 
     Raises ValueError for a loop that cannot close.
     """
     rate = constrained_free_rate if free_lengths(tree.system) else constrained.rate
-    held = constraints_of_system(tree.system, tree.workspace, tree.n_q, tree.n_u, tree.tree.kinematic)
-    held = replace(held, rate=rate)
-    x0 = assembled(held, tree.x0, characteristic_length(tree.system), tree.mass_matrix)
-    tree.workspace.keep_numbers()  # what play was taken up, and which pivots are lost
+    constraints = build_constraints(tree.system, tree.workspace, tree.n_q, tree.n_u, tree.tree.kinematic)
+    constraints = replace(constraints, rate=rate)
+    x0 = assembled(constraints, tree.x0, characteristic_length(tree.system), tree.mass_matrix)
+    tree.workspace.store_numbers()  # what play was taken up, and which pivots are lost
     return replace(
         tree,
-        constraints=held,
+        constraints=constraints,
         x0=x0,
         rate=rate,
         project=constrained.project,

@@ -1,4 +1,4 @@
-"""Faults of the compiled functions that users hand over, effectors and varying bodies: found by calls as plain Python.
+"""Faults of users' compiled functions of effectors and varying bodies, which calls as plain Python reveal.
 
 Compiled code checks no place in an array, and answers NaN where a function raises. So every function is called once
 before a run, where a place outside its arrays is an error; and where a motion is not finite any more, the first
@@ -15,16 +15,18 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from femflex.arrays import Array, IntArray
-from femflex.dynamics.effectors.acting import call_sizes, given_size, plain_call, seen_size
+from femflex.dynamics.effectors.effector_functions import call_sizes, input_size, output_size, plain_call
 from femflex.dynamics.effectors.records import EFFECTOR, N_EFFECTOR
-from femflex.dynamics.force_terms.effectors import acting, apply
+from femflex.dynamics.force_terms.effectors import acting_effectors, apply
 from femflex.dynamics.lowering.layout import HEADER, N_HEADER, N_TERM, TERM, body_records
 from femflex.system import Block, Effector, LengthTable, System
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
 
-AHEAD = np.append(0.0, np.geomspace(1e-16, 1.0, 33))  # s, beyond the last state: where a failed step may have looked
+STEPS_AHEAD = np.append(
+    0.0, np.geomspace(1e-16, 1.0, 33)
+)  # s, beyond the last state: where a failed step may have looked
 
 
 class UserCall(NamedTuple):
@@ -65,13 +67,14 @@ def check_user_functions(model: Model) -> None:
 
 
 def user_function_fault(model: Model, t: float, x: Array) -> tuple[str, Exception | None]:
-    """A sentence on the first user's function that raises, or is not finite, at the state x (n_x,) or just beyond it;
-    and what it raised. "" and None where there is none."""
+    """Return a sentence on the first user's function that raises, or is not finite, at the state x (n_x,) or just
+    beyond it, and the exception that it raised; "" and None if there is none.
+    """
     if not _has_user_functions(model.system):
         return "", None
     model = model.for_run()
     rate = np.nan_to_num(model.state_rate(t, x))
-    for h in AHEAD:
+    for h in STEPS_AHEAD:
         for function in _evaluated(model, t + h, x + h * rate):
             if not np.isfinite(function.inputs).all():
                 return "", None
@@ -88,7 +91,9 @@ def user_function_fault(model: Model, t: float, x: Array) -> tuple[str, Exceptio
 
 def _has_user_functions(system: System) -> bool:
     written = [variation.write for variation in system.varying.values()]
-    return any(not isinstance(effector.act, str) for effector in acting(system)) or any(map(_is_python, written))
+    return any(not isinstance(effector.act, str) for effector in acting_effectors(system)) or any(
+        map(_is_python, written)
+    )
 
 
 def _is_python(write: Any) -> bool:
@@ -98,7 +103,7 @@ def _is_python(write: Any) -> bool:
 def _evaluated(model: Model, t: float, x: Array) -> Iterator[UserCall]:
     """Every user's function, in the order of evaluation, after an evaluation of the model."""
     model.state_rate(t, x)
-    table, pool, work = model.workspace.own
+    table, pool, work = model.workspace.arrays
     z = x[model.n_q + model.n_u :]
     for name, record in zip(model.system.order, body_records(table)[1:], strict=True):
         variation = model.system.varying.get(name)
@@ -114,7 +119,7 @@ def _evaluated(model: Model, t: float, x: Array) -> Iterator[UserCall]:
     terms = table[head["terms"] :][: N_TERM * head["n_terms"]].view(TERM)
     for term in terms[terms["apply"] == apply.address]:
         records = table[term["at"] :][: N_EFFECTOR * term["n"]].view(EFFECTOR)
-        for effector, e in zip(acting(model.system), records, strict=True):
+        for effector, e in zip(acting_effectors(model.system), records, strict=True):
             if not isinstance(effector.act, str):
                 yield from _effector_calls(effector, e, z, table, work)
 
@@ -122,23 +127,23 @@ def _evaluated(model: Model, t: float, x: Array) -> Iterator[UserCall]:
 def _effector_calls(effector: Effector, e: np.void, z: Array, table: IntArray, work: Array) -> Iterator[UserCall]:
     """The function of an effector, and its Jacobian."""
     m, f, n, n_z, _, n_c = sizes = call_sizes(effector)
-    seen = work[e["seen"] :][: seen_size(m, f, n)].copy()
+    inputs_read = work[e["seen"] :][: input_size(m, f, n)].copy()
     inputs = table[:N_HEADER].view(HEADER)[0]["z"] + table[e["inputs"] :][:n]
-    seen[18 * m + 2 * f :] = work[inputs]  # effectors at one marker share the place of what they read
-    own = z[e["z"] :][:n_z]
+    inputs_read[18 * m + 2 * f :] = work[inputs]  # effectors at one marker share the place of what they read
+    states = z[e["z"] :][:n_z]
     functions: dict[str, Any] = {"effector": effector.act, "the Jacobian of effector": effector.jacobian}
     for kind, function in functions.items():
         if function is not None:
             jacobian = function is effector.jacobian
-            size = n_z**2 if jacobian else given_size(m, f, n_z, n_c)
+            size = n_z**2 if jacobian else output_size(m, f, n_z, n_c)
             written = None if jacobian else work[e["out"] :][:size]
-            call = partial(_act, plain_call(function, sizes, jacobian), seen, own, effector.parameters)
-            yield UserCall(f"{kind} {effector.name!r}", call, np.zeros(size), np.append(seen, own), written)
+            call = partial(_act, plain_call(function, sizes, jacobian), inputs_read, states, effector.parameters)
+            yield UserCall(f"{kind} {effector.name!r}", call, np.zeros(size), np.append(inputs_read, states), written)
 
 
 def _write(write: Callable[..., None], z: Array, numbers: Array, t: float, out: Array) -> None:
     write(t, z.copy(), numbers.copy(), out)
 
 
-def _act(act: Callable[..., None], seen: Array, z: Array, parameters: Array, t: float, out: Array) -> None:
-    act(t, seen.copy(), z.copy(), parameters.copy(), out)
+def _act(act: Callable[..., None], inputs: Array, z: Array, parameters: Array, t: float, out: Array) -> None:
+    act(t, inputs.copy(), z.copy(), parameters.copy(), out)

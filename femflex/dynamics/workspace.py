@@ -9,7 +9,7 @@ import numpy as np
 from femflex.arrays import Array, IntArray
 from femflex.dynamics.lowering.pool import aligned
 
-Own = tuple[IntArray, Array, Array]  # table, pool, work
+ModelArrays = tuple[IntArray, Array, Array]  # table, pool, work
 
 
 class Workspace:
@@ -18,7 +18,7 @@ class Workspace:
     table    records, shared by all and never written to
     numbers  the pool of the model, shared and never written to; where bodies vary with time every thread has a copy,
              in which their blocks are written anew at every evaluation
-    own      table, pool and work, as every compiled call takes them
+    arrays   table, pool and work, as every compiled call takes them
     """
 
     def __init__(self, table: IntArray, numbers: Array, n_work: int, varies: bool) -> None:
@@ -26,25 +26,25 @@ class Workspace:
         self._local = threading.local()
 
     @property
-    def own(self) -> Own:
+    def arrays(self) -> ModelArrays:
         """The calling thread's arrays, made at its first call."""
         try:
-            own: Own = self._local.own
+            arrays: ModelArrays = self._local.arrays
         except AttributeError:
-            own = self._local.own = (self.table, self._pool(), aligned(self.n_work))
-        return own
+            arrays = self._local.arrays = (self.table, self._pool(), aligned(self.n_work))
+        return arrays
 
-    def fresh(self) -> Workspace:
+    def new_scratch(self) -> Workspace:
         """Scratch arrays for another run of the same model."""
         return Workspace(self.table, self.numbers, self.n_work, self.varies)
 
-    def keep_numbers(self) -> None:
-        """Make what stands in the calling thread's pool the numbers of the model, while it is being compiled."""
-        self.numbers[:] = self.own[1]
+    def store_numbers(self) -> None:
+        """Make the numbers in the calling thread's pool those of the model, while it is being compiled."""
+        self.numbers[:] = self.arrays[1]
 
     def clear_failed(self) -> None:
-        """Drop what an evaluation that failed left in the calling thread's scratch, as it spoils the next ones."""
-        work = self.own[2]
+        """Clear the calling thread's scratch after an evaluation that failed, since it spoils the next ones."""
+        work = self.arrays[2]
         work[np.isnan(work)] = 0.0
 
     def _pool(self) -> Array:

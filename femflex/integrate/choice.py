@@ -10,12 +10,12 @@ from femflex.integrate.trial import Forecast
 
 EXPLICIT, IMPLICIT = "dop853", "esdirk4"
 KINDS = {EXPLICIT: "explicit, order 8", IMPLICIT: "implicit, order 4"}
-STABLE = 5.5  # omega h up to which dop853 is stable on the imaginary axis (it ends at 5.9)
-RESOLVED = 0.3  # omega h at which dop853 follows a mode to about 1e-11 a step
-CLOSE = 3.0  # steps shorter than the stable ones by more than this are limited by accuracy
+STABLE_PHASE = 5.5  # omega h up to which dop853 is stable on the imaginary axis (it ends at 5.9)
+RESOLVED_PHASE = 0.3  # omega h at which dop853 follows a mode to about 1e-11 a step
+ACCURACY_RATIO = 3.0  # steps shorter than the stable ones by more than this are limited by accuracy
 STEP_RATES = 12  # of dop853
 CORRECTION_RATES = 2.0  # cost of Newton's correction and its kinematics; measured 0.7 (long chains) to 3 (few bodies)
-WORTH = 1e5  # explicit rates, about half a second of work, below which nothing is gained by a trial
+FEWEST_EVALUATIONS = 1e5  # explicit rates, about half a second of work, below which nothing is gained by a trial
 
 Trial = Callable[[str], Forecast]  # name of a method -> what the run costs by it
 
@@ -34,45 +34,49 @@ def choose(
     output_step: float,
     trial: Trial,
     band: float | None = None,
-    asked: str = "auto",
-    why: str = "requested",
+    requested: str = "auto",
+    reason: str = "requested",
 ) -> Choice:
-    """The method for a run, or the one `asked` for, with a sentence that says why.
+    """The integration method for a run, or the `requested` one, with a sentence that gives the reason.
 
     highest      highest frequency of small motions of the whole system [rad/s]; 0 for rigid systems
     duration     of the run [s]
     output_step  between output times [s]
     trial        predicts the cost by a method at the tolerance of the explicit one; called only where it decides
-    why          that one is used, in words
-    band         highest frequency wanted [rad/s]; by default what the output can show, pi / output_step
+    reason       why the requested method is used, in words
+    band         highest frequency of interest [rad/s]; by default what the output can show, pi / output_step
 
-    The implicit method is chosen when modes lie above the band and it costs less at the same tolerance. What it costs
-    depends on whether they swing, not on how high they are: hence the trial. Where the explicit method's own steps are
-    far below its limit of stability, accuracy limits them, and a method of lower order takes shorter ones: it is not
-    tried.
+    The implicit method is chosen when modes lie above the band and it costs less at the same tolerance. Its cost
+    depends on whether these modes are excited, not on their frequency, so it is measured by a trial. Where the steps of
+    the explicit method are far below its stability limit, accuracy limits them. A method of lower order would take even
+    shorter steps there and is not tried.
     """
-    if asked != "auto":
-        return Choice(asked, f"{asked} ({why}): {_frequencies(highest, output_step, band)}.")
-    wanted = math.pi / output_step if band is None else band
+    if requested != "auto":
+        return Choice(requested, f"{requested} ({reason}): {_frequencies(highest, output_step, band)}.")
+    highest_needed = math.pi / output_step if band is None else band
     text = _frequencies(highest, output_step, band)
-    if highest <= wanted:
+    if highest <= highest_needed:
         return Choice(EXPLICIT, f"{EXPLICIT} ({KINDS[EXPLICIT]}): {text}.")
-    most = STEP_RATES * duration * highest / RESOLVED
-    if most < WORTH:
-        return Choice(
-            EXPLICIT, f"{EXPLICIT} ({KINDS[EXPLICIT]}): {text}; at most {most:.1e} evaluations for {duration:.4g} s."
-        )
-    first, stable = trial(EXPLICIT), STABLE / highest
-    if 0.0 < first.step < stable / CLOSE:
+    most_evaluations = STEP_RATES * duration * highest / RESOLVED_PHASE
+    if most_evaluations < FEWEST_EVALUATIONS:
         return Choice(
             EXPLICIT,
-            f"{EXPLICIT} ({KINDS[EXPLICIT]}): {text}. Accuracy limits its steps to {first.step:.2g} s, stability to "
-            f"{stable:.2g} s; the implicit method has the lower order and would take shorter ones.",
+            f"{EXPLICIT} ({KINDS[EXPLICIT]}): {text}; at most {most_evaluations:.1e} evaluations for {duration:.4g} s.",
         )
-    second = trial(IMPLICIT)
-    explicit, implicit = max(first.calls, STEP_RATES * duration / stable), CORRECTION_RATES * second.calls
+    explicit_forecast, stable = trial(EXPLICIT), STABLE_PHASE / highest
+    if 0.0 < explicit_forecast.step < stable / ACCURACY_RATIO:
+        return Choice(
+            EXPLICIT,
+            f"{EXPLICIT} ({KINDS[EXPLICIT]}): {text}. Accuracy limits its steps to {explicit_forecast.step:.2g} s, "
+            f"stability to {stable:.2g} s; the implicit method has the lower order and would take shorter ones.",
+        )
+    implicit_forecast = trial(IMPLICIT)
+    explicit, implicit = (
+        max(explicit_forecast.calls, STEP_RATES * duration / stable),
+        CORRECTION_RATES * implicit_forecast.calls,
+    )
     name = IMPLICIT if implicit < explicit else EXPLICIT
-    steps = min(first.step, stable), second.step
+    steps = min(explicit_forecast.step, stable), implicit_forecast.step
     return Choice(
         name,
         f"{name} ({KINDS[name]}): {text}. Estimated evaluations for {duration:.4g} s at equal tolerance: "
@@ -83,8 +87,8 @@ def choose(
 def _frequencies(highest: float, output_step: float, band: float | None) -> str:
     if highest == 0.0:
         return "the model has no elastic or spring modes"
-    wanted, source = (math.pi / output_step, "in the output") if band is None else (band, "wanted")
+    highest_needed, source = (math.pi / output_step, "in the output") if band is None else (band, "wanted")
     return (
         f"the highest natural frequency is {highest / (2 * math.pi):.4g} Hz, the highest {source} "
-        f"{wanted / (2 * math.pi):.4g} Hz"
+        f"{highest_needed / (2 * math.pi):.4g} Hz"
     )

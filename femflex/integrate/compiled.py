@@ -1,7 +1,7 @@
-"""How the kernels are compiled: two decorators, and the argument types they share.
+"""Decorators that compile the kernels, and the argument types that kernels share.
 
-Division follows IEEE rules (no Python exceptions inside), and fused multiply-add is the only freedom the compiler is
-given: results repeat bit for bit. With the compiler off the decorators return the plain Python functions.
+Division follows IEEE rules (no Python exceptions inside). Fused multiply-add is the only optimisation that may change
+results, so these repeat bit for bit. With the compiler off the decorators return the plain Python functions.
 """
 
 from __future__ import annotations

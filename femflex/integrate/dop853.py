@@ -10,11 +10,11 @@ import numpy as np
 from femflex.arrays import Array
 from femflex.integrate.dop853_kernel import N_SCRATCH, N_STAGES, fill
 from femflex.integrate.driver import Adaptive, Fill
-from femflex.integrate.holding import hold_of
+from femflex.integrate.first_step import first_step
 from femflex.integrate.intervals import Span
+from femflex.integrate.projection import projection_of
 from femflex.integrate.protocol import Model
 from femflex.integrate.register import INTEGRATORS
-from femflex.integrate.starting import first_step
 from femflex.integrate.switching import switch_of
 
 
@@ -51,16 +51,20 @@ class Dop853(Adaptive):
 
     def filler(self, model: Model) -> Fill:
         """The compiled loop of `dop853_kernel` (compiled on first use in a fresh installation, else read from disk)."""
-        own, switch, hold = (model.table, model.pool, model.work), switch_of(model), hold_of(model)
+        arrays, switch, projection = (model.table, model.pool, model.work), switch_of(model), projection_of(model)
         renormalise = np.ascontiguousarray(model.renormalise, np.int64)
         k, scratch = np.zeros((N_STAGES, model.n_x)), np.zeros((N_SCRATCH, model.n_x))
 
-        def filled(state: Array, vectors: Array, times: Array, rows: Array, span: Span, budget: int) -> tuple[int, int]:
+        def fill_rows(
+            state: Array, vectors: Array, times: Array, rows: Array, span: Span, budget: int
+        ) -> tuple[int, int]:
             limits = (self.rtol, vectors[-1], self.max_step)
-            kept = (state, vectors, k, scratch)
-            return fill(model.rate, switch, hold, own, span, renormalise, *limits, *kept, times, rows, budget)
+            storage = (state, vectors, k, scratch)
+            return fill(
+                model.rate, switch, projection, arrays, span, renormalise, *limits, *storage, times, rows, budget
+            )
 
-        return filled
+        return fill_rows
 
 
 INTEGRATORS[Dop853.name] = Dop853

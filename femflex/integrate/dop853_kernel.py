@@ -1,8 +1,9 @@
 """Compiled steps of the order-8 Dormand-Prince method: trial step, error, interpolant, and the loop over them.
 
 Notation of Hairer, Norsett & Wanner (1993) II.4 and II.10: stages k (16, n), step h from (t, x) to y. The vectors kept
-between calls are (10, n): x, k1 = f(t, x), and the interpolant of the last step (x_old, F0, ..., F6). `own` is the
-model's (table, pool, work); `span` is (end, lo, hi): where to stop, and the open interval the rate may be asked in.
+between calls are (10, n): x, k1 = f(t, x), and the interpolant of the last step (x_old, F0, ..., F6). `arrays` is the
+model's (table, pool, work). `span` is (end, lo, hi): the end of the interval, and the limits of the times at which the
+rate may be evaluated.
 """
 
 from __future__ import annotations
@@ -13,10 +14,19 @@ from femflex.arrays import Array, IntArray
 from femflex.integrate import resume as head
 from femflex.integrate.compiled import ENDED, INDICES, INTEGER, REAL, SPAN, TABLE, VECTOR, kernel, part, summing, types
 from femflex.integrate.dop853_table import A, C, D, E
-from femflex.integrate.holding import HOLD, Hold
-from femflex.integrate.protocol import OWN, RATE, SWITCH, Call, Own
-from femflex.integrate.step_control import FILTERED, accept, cut, filtered, reject, retreat, shorter, standing
-from femflex.integrate.vectors import clipped, first_not_finite, normalise, put
+from femflex.integrate.projection import PROJECTION, Projection
+from femflex.integrate.protocol import MODEL_ARRAYS, RATE, SWITCH, Call, ModelArrays
+from femflex.integrate.step_control import (
+    FILTERED,
+    accept,
+    filtered,
+    reduction_factor,
+    reject,
+    reject_infeasible,
+    shortened_step,
+    step_status,
+)
+from femflex.integrate.vectors import clipped, copy_vector, first_not_finite, normalise
 
 Span = tuple[float, float, float]
 
@@ -39,12 +49,14 @@ def add(y: Array, h: float, weights: Array, k: Array) -> None:
 
 
 @part
-def stages(rate: Call, own: Own, span: Span, which: range, t: float, h: float, x: Array, k: Array, y: Array) -> None:
+def stages(
+    rate: Call, arrays: ModelArrays, span: Span, which: range, t: float, h: float, x: Array, k: Array, y: Array
+) -> None:
     """Set the stages k[s] for s in `which`, each from those before it; y is scratch."""
     for s in which:
-        put(x, y)
+        copy_vector(x, y)
         add(y, h, A[s, :s], k)
-        rate(clipped(t + C[s] * h, span[1], span[2]), y, k[s], *own)
+        rate(clipped(t + C[s] * h, span[1], span[2]), y, k[s], *arrays)
 
 
 @summing
@@ -62,11 +74,20 @@ def scaled_error(h: float, x: Array, scratch: Array, rtol: float, atol: Array) -
 
 @part
 def trial(
-    rate: Call, own: Own, span: Span, t: float, h: float, x: Array, k: Array, scratch: Array, rtol: float, atol: Array
+    rate: Call,
+    arrays: ModelArrays,
+    span: Span,
+    t: float,
+    h: float,
+    x: Array,
+    k: Array,
+    scratch: Array,
+    rtol: float,
+    atol: Array,
 ) -> float:
     """Scaled error of a step of size h from k[0] = f(t, x); its end is left in scratch[Y]."""
-    stages(rate, own, span, range(1, 12), t, h, x, k, scratch[Y])
-    put(x, scratch[Y])
+    stages(rate, arrays, span, range(1, 12), t, h, x, k, scratch[Y])
+    copy_vector(x, scratch[Y])
     add(scratch[Y], h, A[12, :12], k)
     for i in range(x.size):
         scratch[E3, i] = scratch[E5, i] = 0.0
@@ -76,7 +97,7 @@ def trial(
 
 
 @part
-def fail(
+def shorten_step(
     h: float, error: float, n_k: int, x: Array, k: Array, scratch: Array, rtol: float, atol: Array, state: Array
 ) -> None:
     """Shorten the step after a failed trial: by its error, or at once where a stage or its end is not finite."""
@@ -84,7 +105,7 @@ def fail(
     for s in range(n_k + 1):  # the step's end comes last: there a bad value has spread
         if index < 0:
             index = first_not_finite(k[s] if s < n_k else scratch[Y])
-    factor = shorter(error, 8, FILTERED, SHRINK, RETREAT) if index < 0 else RETREAT
+    factor = reduction_factor(error, 8, FILTERED, SHRINK, RETREAT) if index < 0 else RETREAT
     reject(head.ERROR_TEST, h * factor, index, scratch[E5], x, rtol, atol, state)
 
 
@@ -113,37 +134,44 @@ def interpolate(theta: float, vectors: Array, row: Array) -> None:
 
 
 @part
-def hand_out(
-    times: Array, rows: Array, row: int, state: Array, vectors: Array, renormalise: IntArray, hold: Hold, own: Own
+def write_rows(
+    times: Array,
+    rows: Array,
+    row: int,
+    state: Array,
+    vectors: Array,
+    renormalise: IntArray,
+    projection: Projection,
+    arrays: ModelArrays,
 ) -> int:
-    """Number of rows written in all, after those whose times the steps have reached."""
+    """Write the output rows whose times the steps have reached; return the number of rows written so far."""
     t, t_old = state[head.T], state[head.T_OLD]
     while row < rows.shape[0] and times[row] <= t:
         if times[row] == t:
-            put(vectors[X], rows[row])
+            copy_vector(vectors[X], rows[row])
         else:
             interpolate((times[row] - t_old) / (t - t_old), vectors, rows[row])
             normalise(rows[row], renormalise)
-            if hold[0]:
-                hold[1](times[row], rows[row], *own)
+            if projection[0]:
+                projection[1](times[row], rows[row], *arrays)
         state[head.LAST_OUT] = times[row]
         row += 1
     return row
 
 
 _TOLERANCES = (REAL, VECTOR, REAL)  # rtol, atol, max_step
-_KEPT = (VECTOR, TABLE, TABLE, TABLE)  # state, vectors, k, scratch
+_STORAGE = (VECTOR, TABLE, TABLE, TABLE)  # state, vectors, k, scratch
 _OUTPUT = (VECTOR, TABLE)  # times, rows
-_CALLS = (types.FunctionType(RATE), types.FunctionType(SWITCH), HOLD)
-_SIGNATURE = ENDED(*_CALLS, OWN, SPAN, INDICES, *_TOLERANCES, *_KEPT, *_OUTPUT, INTEGER)
+_CALLS = (types.FunctionType(RATE), types.FunctionType(SWITCH), PROJECTION)
+_SIGNATURE = ENDED(*_CALLS, MODEL_ARRAYS, SPAN, INDICES, *_TOLERANCES, *_STORAGE, *_OUTPUT, INTEGER)
 
 
 @kernel(_SIGNATURE)
 def fill(
     rate: Call,
     switch: Call,
-    hold: Hold,
-    own: Own,
+    projection: Projection,
+    arrays: ModelArrays,
     span: Span,
     renormalise: IntArray,
     rtol: float,
@@ -157,48 +185,48 @@ def fill(
     rows: Array,
     budget: int,
 ) -> tuple[int, int]:
-    """How the call ended (FULL, END, PAUSE, STUCK) and the number of rows written, after at most `budget` trials.
+    """Take at most `budget` trial steps; return the status (FULL, END, PAUSE, STUCK) and the number of rows written.
 
-    `times` starts with the first output time not handed out yet and goes on beyond the last requested row.
+    `times` starts with the first output time that is not written yet and continues beyond the last requested row.
     """
     row = 0
     x, y = vectors[X], scratch[Y]
     while True:
-        row = hand_out(times, rows, row, state, vectors, renormalise, hold, own)
-        t, wanted = state[head.T], min(state[head.H], max_step)
-        status = standing(row, rows.shape[0], wanted, span[0], budget, state)
-        if status != head.GO_ON:
+        row = write_rows(times, rows, row, state, vectors, renormalise, projection, arrays)
+        t, h_planned = state[head.T], min(state[head.H], max_step)
+        status = step_status(row, rows.shape[0], h_planned, span[0], budget, state)
+        if status != head.CONTINUE:
             return status, row
         budget -= 1
 
-        if switch(state[head.T], x, *own) > 0:  # every row of the last step is handed out
-            rate(clipped(t, span[1], span[2]), x, vectors[K1], *own)
+        if switch(state[head.T], x, *arrays) > 0:  # every row of the last step is written
+            rate(clipped(t, span[1], span[2]), x, vectors[K1], *arrays)
             state[head.EVALUATIONS] += 1
-        h = cut(t, wanted, span[0])
-        put(vectors[K1], k[0])
-        error = trial(rate, own, span, t, h, x, k, scratch, rtol, atol)
+        h = shortened_step(t, h_planned, span[0])
+        copy_vector(vectors[K1], k[0])
+        error = trial(rate, arrays, span, t, h, x, k, scratch, rtol, atol)
         state[head.EVALUATIONS] += 11
         if not error <= 1.0:
-            fail(h, error, 12, x, k, scratch, rtol, atol, state)
+            shorten_step(h, error, 12, x, k, scratch, rtol, atol, state)
             continue
         normalise(y, renormalise)
         t_new = span[0] if h == span[0] - t else t + h
-        if hold[0] and hold[1](t_new, y, *own) > 1.0:
-            retreat(h * RETREAT, state)
+        if projection[0] and projection[1](t_new, y, *arrays) > 1.0:
+            reject_infeasible(h * RETREAT, state)
             continue
-        rate(clipped(t_new, span[1], span[2]), y, k[12], *own)
+        rate(clipped(t_new, span[1], span[2]), y, k[12], *arrays)
         state[head.EVALUATIONS] += 1
         if first_not_finite(k[12]) >= 0 or first_not_finite(y) >= 0:
-            fail(h, error, 13, x, k, scratch, rtol, atol, state)
+            shorten_step(h, error, 13, x, k, scratch, rtol, atol, state)
             continue
 
         dense = times[row] < t_new
-        put(x, vectors[X_OLD])
+        copy_vector(x, vectors[X_OLD])
         if dense:
-            stages(rate, own, span, range(13, 16), t, h, vectors[X_OLD], k, scratch[E3])
+            stages(rate, arrays, span, range(13, 16), t, h, vectors[X_OLD], k, scratch[E3])
             state[head.EVALUATIONS] += 3
-        put(y, x)
-        put(k[12], vectors[K1])
+        copy_vector(y, x)
+        copy_vector(k[12], vectors[K1])
         if dense:
             set_interpolant(h, k, vectors)
-        accept(t_new, h, wanted, filtered(h, error, 8, SHRINK, GROW, state), error, dense, state)
+        accept(t_new, h, h_planned, filtered(h, error, 8, SHRINK, GROW, state), error, dense, state)

@@ -1,7 +1,7 @@
 """The loop around a compiled method: smooth intervals, blocks of rows, bounded kernel calls, failure and interruption.
 
-A kernel is called for about 0.1 s at a time, so that Ctrl-C, progress and writing are served between two calls. What
-is cut where never changes a step: the resume array holds everything the method knows.
+A kernel is called for about 0.1 s at a time, so that Ctrl-C, progress and writing are served between two calls. Where
+the calls end never changes a step: the resume array holds the complete state of the method.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.integrate import resume as head
-from femflex.integrate.events import eventful_blocks
-from femflex.integrate.intervals import Span, interval, struck_next, until
+from femflex.integrate.events import blocks_with_events
+from femflex.integrate.intervals import Span, interval, interval_until_sample, sample_due
 from femflex.integrate.outcome import ROWS, Block, IntegrationError, Interrupted, Solution, failure, joined
-from femflex.integrate.pace import BlockTime, Pace, trials_of
 from femflex.integrate.protocol import Model, Progress
+from femflex.integrate.step_monitor import BlockTime, StepMonitor, trials_of
 
 Fill = Callable[[Array, Array, Array, Array, Span, int], tuple[int, int]]  # state, vectors, times, rows, span, budget
 
@@ -61,7 +61,7 @@ class Adaptive(ABC):
 
     @abstractmethod
     def restart(self, model: Model, vectors: Array, t: float, span: Span) -> tuple[float, int]:
-        """First step of a smooth interval and the number of model calls spent; sets what the method keeps besides x."""
+        """First step of a smooth interval and the number of model calls spent; sets the method's vectors except x."""
 
     @abstractmethod
     def filler(self, model: Model) -> Fill:
@@ -69,7 +69,7 @@ class Adaptive(ABC):
 
     @abstractmethod
     def dense(self, theta: float, h: float, vectors: Array) -> Array:
-        """The state (n_x,) at the fraction theta of the last step of size h, from what the method keeps of it."""
+        """The state (n_x,) at the fraction theta of the last step of size h, by the method's interpolant."""
 
     def absolute(self, model: Model, times: Array, x0: Array) -> Array:
         """Absolute tolerances (n_x,) of a run over `times` (n_t,) [s] from x0 (n_x,)."""
@@ -82,13 +82,13 @@ class Adaptive(ABC):
     def blocks(self, model: Model, times: Array, x0: Array, state: Array | None = None) -> Iterator[Block]:
         """Blocks of the states at `times` (n_t,), ascending [s]; x0 (n_x,) is the state at times[0].
 
-        With `state` (the `resume` of an earlier block, of a run over the same times) the run goes on from there and
-        x0 is not used; times handed out before may be left out or left in. The rows are those of an uninterrupted
+        With `state` (the `resume` of an earlier block, of a run over the same times) the run continues from there and
+        x0 is not used; `times` may or may not include those of earlier blocks. The rows are those of an uninterrupted
         run, bit for bit. On Ctrl-C the rows so far come as one last block before KeyboardInterrupt is raised.
         """
         times, x0 = checked(times, x0, model.n_x)
         breaks = np.unique(np.asarray(model.breaks, float))
-        resume = self.begin(model, times, x0, breaks) if state is None else self._continued(model, times, state)
+        resume = self.begin(model, times, x0, breaks) if state is None else self._resumed(model, times, state)
         return self._blocks(model, times[times > resume[head.LAST_OUT]], breaks, resume)
 
     def solve(
@@ -108,10 +108,10 @@ class Adaptive(ABC):
         resume[head.ERROR], resume[head.SMALLEST] = 1e-4, math.inf
         vectors = resume[head.HEAD :].reshape(self.n_vectors, -1)
         vectors[0], vectors[-1] = x0, self.absolute(model, times, x0)
-        self.start_anew(model, resume, interval(times[0], times[-1], breaks))
+        self.begin_interval(model, resume, interval(times[0], times[-1], breaks))
         return resume
 
-    def start_anew(self, model: Model, resume: Array, span: Span) -> None:
+    def begin_interval(self, model: Model, resume: Array, span: Span) -> None:
         """Begin a smooth interval at the time and state in `resume`."""
         vectors = resume[head.HEAD :].reshape(self.n_vectors, -1)
         h, calls = self.restart(model, vectors, resume[head.T], span)
@@ -120,17 +120,17 @@ class Adaptive(ABC):
         resume[head.T_OLD], resume[head.DENSE] = resume[head.T], 0.0  # no step before this one
         resume[head.EVALUATIONS] += calls
 
-    def go_on(self, model: Model, resume: Array, span: Span) -> None:
-        """Begin a smooth interval after a sample, with a first step no longer than the one that was due.
+    def restart_after_sample(self, model: Model, resume: Array, span: Span) -> None:
+        """Begin a smooth interval after a sample, with a first step no longer than the next step would have been.
 
-        Samples change the motion little, and the automatic first step is mostly too long: up to five trials are saved.
+        Samples change the motion little, and the automatic first step is mostly too long: this saves up to five trials.
         """
-        due, began = float(resume[head.H]), resume[head.ACCEPTED] > 0
-        self.start_anew(model, resume, span)
-        if began and due > 0.0:
+        due, has_steps = float(resume[head.H]), resume[head.ACCEPTED] > 0
+        self.begin_interval(model, resume, span)
+        if has_steps and due > 0.0:
             resume[head.H] = min(resume[head.H], due)
 
-    def _continued(self, model: Model, times: Array, state: Array) -> Array:
+    def _resumed(self, model: Model, times: Array, state: Array) -> Array:
         resume = np.array(state, float)
         expected = (float(self.number), float(model.n_x), head.HEAD + self.n_vectors * model.n_x)
         if resume.size < head.HEAD or (resume[head.METHOD], resume[head.N_X], resume.size) != expected:
@@ -154,39 +154,50 @@ class Adaptive(ABC):
 
     def _blocks(self, model: Model, todo: Array, breaks: Array, resume: Array) -> Iterator[Block]:
         if getattr(model, "events", None) is not None:
-            yield from eventful_blocks(self, model, todo, breaks, resume)
+            yield from blocks_with_events(self, model, todo, breaks, resume)
             return
-        fill, budget, pace, clock = self.filler(model), FIRST_BUDGET, Pace(resume), getattr(model, "clock", None)
-        spent = BlockTime()
+        fill, budget, monitor, clock = (
+            self.filler(model),
+            FIRST_BUDGET,
+            StepMonitor(resume),
+            getattr(model, "clock", None),
+        )
+        block_time = BlockTime()
         vectors = resume[head.HEAD :].reshape(self.n_vectors, -1)
         while todo.size:
             rows = np.empty((min(ROWS, todo.size), model.n_x))
-            kept, status = (0, resume.copy()), head.PAUSE  # what stands when a call is interrupted
-            stop_at = spent.stop_at()
+            consistent, status = (0, resume.copy()), head.PAUSE  # rows and resume array if a call is interrupted
+            stop_at = block_time.stop_at()
             try:
-                while kept[0] < len(rows) and status != head.STUCK and perf_counter() < stop_at:
-                    due = clock is not None and clock.next(vectors[0]) <= resume[head.T]
-                    if clock is not None and due and todo[kept[0]] > resume[head.T]:  # all rows up to here are out
-                        clock.strike(float(resume[head.T]), vectors[0])
-                        self.go_on(model, resume, until(clock, vectors[0], resume[head.T], todo[-1], breaks))
-                    span = until(clock, vectors[0], resume[head.T], todo[-1], breaks)
-                    count, called = kept[0], perf_counter()
+                while consistent[0] < len(rows) and status != head.STUCK and perf_counter() < stop_at:
+                    due = clock is not None and clock.next_instant(vectors[0]) <= resume[head.T]
+                    if (
+                        clock is not None and due and todo[consistent[0]] > resume[head.T]
+                    ):  # all rows up to here are out
+                        clock.sample(float(resume[head.T]), vectors[0])
+                        self.restart_after_sample(
+                            model, resume, interval_until_sample(clock, vectors[0], resume[head.T], todo[-1], breaks)
+                        )
+                    span = interval_until_sample(clock, vectors[0], resume[head.T], todo[-1], breaks)
+                    count, called = consistent[0], perf_counter()
                     status, written = fill(resume, vectors, todo[count:], rows[count:], span, budget)
                     if status == head.PAUSE:
                         budget = adapted(budget, perf_counter() - called)
-                    elif status == head.END and not due and not struck_next(clock, vectors[0], resume):
-                        self.start_anew(model, resume, until(clock, vectors[0], resume[head.T], todo[-1], breaks))
-                    if pace.hopeless(trials_of(resume), resume[head.T], span[0]):
+                    elif status == head.END and not due and not sample_due(clock, vectors[0], resume):
+                        self.begin_interval(
+                            model, resume, interval_until_sample(clock, vectors[0], resume[head.T], todo[-1], breaks)
+                        )
+                    if monitor.stalled(trials_of(resume), resume[head.T], span[0]):
                         status, resume[head.CAUSE] = head.STUCK, head.CREEPING
-                    kept = count + written, resume.copy()
+                    consistent = count + written, resume.copy()
             except (KeyboardInterrupt, ValueError):  # the second of a controller whose answer is none
-                yield Block(todo[: kept[0]], rows[: kept[0]], kept[1])
+                yield Block(todo[: consistent[0]], rows[: consistent[0]], consistent[1])
                 raise
-            spent.handed()
-            yield Block(todo[: kept[0]], rows[: kept[0]], kept[1])
+            block_time.note_handover()
+            yield Block(todo[: consistent[0]], rows[: consistent[0]], consistent[1])
             if status == head.STUCK:
                 raise failure(self.name, resume, vectors[0], model)
-            todo = todo[kept[0] :]
+            todo = todo[consistent[0] :]
 
 
 def adapted(budget: int, seconds: float) -> int:
@@ -195,7 +206,7 @@ def adapted(budget: int, seconds: float) -> int:
 
 
 def checked(times: Array, x0: Array, n_x: int) -> tuple[Array, Array]:
-    """Output times and first state as contiguous arrays, or a ValueError that says what is wrong with them."""
+    """Return output times and first state as contiguous arrays; raise ValueError that names the fault in them."""
     times, x0 = np.ascontiguousarray(times, float), np.ascontiguousarray(x0, float)
     if times.ndim != 1 or times.size == 0 or not np.all(np.isfinite(times)) or not np.all(np.diff(times) > 0.0):
         raise ValueError("output times must be a list of at least one finite number, strictly ascending.")
@@ -209,20 +220,20 @@ def checked(times: Array, x0: Array, n_x: int) -> tuple[Array, Array]:
 
 def collected(blocks: Iterator[Block], progress: Progress | None, n_x: int) -> Solution:
     """The blocks of a run in one Solution; errors and interrupts carry the rows collected before them."""
-    kept: list[Block] = []
+    collected_blocks: list[Block] = []
     try:
         for block in blocks:
-            kept.append(block)
+            collected_blocks.append(block)
             if progress is not None and progress(block.t):
-                return joined(kept, "stopped", n_x)
+                return joined(collected_blocks, "stopped", n_x)
     except IntegrationError as error:
-        before = joined(kept, error.steps.ended, n_x)
+        before = joined(collected_blocks, error.steps.ended, n_x)
         new = slice(1, None) if before.times.size and before.times[-1] == error.t else slice(None)
         error.states = np.concatenate([before.states, error.states[new]])
         error.times = np.concatenate([before.times, error.times[new]])
         raise
     except KeyboardInterrupt as stop:
-        if not kept:
+        if not collected_blocks:
             raise
-        raise Interrupted(joined(kept, "interrupted", n_x)) from stop
-    return joined(kept, "finished", n_x)
+        raise Interrupted(joined(collected_blocks, "interrupted", n_x)) from stop
+    return joined(collected_blocks, "finished", n_x)

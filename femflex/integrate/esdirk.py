@@ -10,9 +10,9 @@ import numpy as np
 from femflex.arrays import Array
 from femflex.integrate.driver import Fill
 from femflex.integrate.esdirk_kernel import N_SCRATCH, N_STAGES, fill
-from femflex.integrate.holding import hold_of
 from femflex.integrate.implicit import Implicit
 from femflex.integrate.intervals import Span
+from femflex.integrate.projection import projection_of
 from femflex.integrate.protocol import Model
 from femflex.integrate.register import INTEGRATORS
 from femflex.integrate.switching import switch_of
@@ -36,17 +36,19 @@ class Esdirk4(Implicit):
 
     def filler(self, model: Model) -> Fill:
         """The compiled loop of `esdirk_kernel`."""
-        offered, own = self.calls(model), (model.table, model.pool, model.work)
-        calls = (model.rate, offered.correct, offered.kinematic, switch_of(model), hold_of(model))
+        second_order, arrays = self.second_order_calls(model), (model.table, model.pool, model.work)
+        calls = (model.rate, second_order.correct, second_order.kinematic, switch_of(model), projection_of(model))
         renormalise = np.ascontiguousarray(model.renormalise, np.int64)
         k, scratch = np.zeros((N_STAGES, model.n_x)), np.zeros((N_SCRATCH, model.n_x))
 
-        def filled(state: Array, vectors: Array, times: Array, rows: Array, span: Span, budget: int) -> tuple[int, int]:
+        def fill_rows(
+            state: Array, vectors: Array, times: Array, rows: Array, span: Span, budget: int
+        ) -> tuple[int, int]:
             settings = (float(self.step or 0.0), self.rtol, vectors[-1], self.max_step)
-            kept = (state, vectors, k, scratch)
-            return fill(*calls, own, span, renormalise, offered.n_q, *settings, *kept, times, rows, budget)
+            storage = (state, vectors, k, scratch)
+            return fill(*calls, arrays, span, renormalise, second_order.n_q, *settings, *storage, times, rows, budget)
 
-        return filled
+        return fill_rows
 
 
 INTEGRATORS[Esdirk4.name] = Esdirk4

@@ -24,21 +24,21 @@ from femflex.integrate.hermite import (
     X,
     contraction,
     converged,
-    hand_out,
-    held_end,
-    judged,
     newton_failed,
+    projected_end,
     renew_coordinates,
+    tested_error,
+    write_rows,
 )
-from femflex.integrate.holding import HOLD, Hold
-from femflex.integrate.protocol import CORRECT, KINEMATIC, OWN, RATE, SWITCH, Call, Own
-from femflex.integrate.step_control import cut, scaled_norm, standing, step_accepted
-from femflex.integrate.vectors import clipped, normalise, put
+from femflex.integrate.projection import PROJECTION, Projection
+from femflex.integrate.protocol import CORRECT, KINEMATIC, MODEL_ARRAYS, RATE, SWITCH, Call, ModelArrays
+from femflex.integrate.step_control import scaled_norm, shortened_step, step_accepted, step_status
+from femflex.integrate.vectors import clipped, copy_vector, normalise
 
 Span = tuple[float, float, float]
 
 N_STAGES = 6
-# rows of the scratch vectors: the stage, what is known of it beforehand, error, a correction in x; the rest (n_v,)
+# rows of the scratch vectors: the stage, its part from earlier stages, error, a correction in x; the rest (n_v,)
 Y, BASE, E, CHANGE, DELTA = 0, 1, 2, 3, 4
 N_SCRATCH = 5
 SHRINK, GROW = 0.25, 4.0
@@ -46,7 +46,7 @@ SHRINK, GROW = 0.25, 4.0
 
 @part
 def begin_stage(
-    kinematic: Call, own: Own, s: int, t: float, h: float, n_q: int, x: Array, k: Array, scratch: Array
+    kinematic: Call, arrays: ModelArrays, s: int, t: float, h: float, n_q: int, x: Array, k: Array, scratch: Array
 ) -> None:
     """Set the known part of stage s, scratch[BASE], and the first guess of the stage, scratch[Y] and k[s]."""
     base, y = scratch[BASE], scratch[Y]
@@ -56,8 +56,8 @@ def begin_stage(
             base[i] += h * A[s, j] * k[j, i]
             k[s, i] += GUESS[s, j] * k[j, i]
         y[i] = base[i] + h * GAMMA * k[s, i]
-    kinematic(t, y[:n_q], y[n_q:], k[s][:n_q], *own)
-    for i in range(n_q):  # the guess of q must follow from that of v: Newton's matrix takes it for granted
+    kinematic(t, y[:n_q], y[n_q:], k[s][:n_q], *arrays)
+    for i in range(n_q):  # the guess of q must be consistent with that of v: Newton's matrix relies on it
         y[i] = base[i] + h * GAMMA * k[s, i]
 
 
@@ -65,7 +65,7 @@ def begin_stage(
 def stage(
     correct: Call,
     kinematic: Call,
-    own: Own,
+    arrays: ModelArrays,
     s: int,
     t: float,
     h: float,
@@ -77,8 +77,8 @@ def stage(
     k: Array,
     scratch: Array,
 ) -> bool:
-    """Whether Newton's method found stage s, scratch[Y] and k[s]; S = M + (gamma h) D + (gamma h)^2 K is its matrix."""
-    begin_stage(kinematic, own, s, t, h, n_q, x, k, scratch)
+    """Whether Newton's method found stage s, scratch[Y] and k[s]; its matrix is M + (gamma h) D + (gamma h)^2 K."""
+    begin_stage(kinematic, arrays, s, t, h, n_q, x, k, scratch)
     y, base, change = scratch[Y], scratch[BASE], scratch[CHANGE]
     n_v = x.size - n_q
     q, v, qdot, vdot = y[:n_q], y[n_q:], k[s][:n_q], k[s][n_q:]
@@ -86,13 +86,13 @@ def stage(
     g = GAMMA * h
     before = 0.0
     for iteration in range(MAX_ITERATIONS):
-        correct(t, q, v, vdot, delta, g, g**2, *own)
+        correct(t, q, v, vdot, delta, g, g**2, *arrays)
         state[head.EVALUATIONS] += 1
         for i in range(n_v):
             vdot[i] += delta[i]
             change[n_q + i] = g * delta[i]
             v[i] += g * delta[i]
-        kinematic(t, q, v, qdot, *own)
+        kinematic(t, q, v, qdot, *arrays)
         for i in range(n_q):
             new = base[i] + g * qdot[i]
             change[i] = new - q[i]
@@ -112,7 +112,7 @@ def stage(
 def stages(
     correct: Call,
     kinematic: Call,
-    own: Own,
+    arrays: ModelArrays,
     span: Span,
     h: float,
     n_q: int,
@@ -123,12 +123,12 @@ def stages(
     k: Array,
     scratch: Array,
 ) -> bool:
-    """Whether all stages of a step of size h were found; its end is left in scratch[Y], its error in scratch[E]."""
+    """Whether Newton's method found all stages of a step of size h; scratch[Y] is its end, scratch[E] its error."""
     x = vectors[X]
-    put(vectors[XDOT], k[0])
+    copy_vector(vectors[XDOT], k[0])
     for s in range(1, N_STAGES):
         t = clipped(state[head.T] + C[s] * h, span[1], span[2])
-        if not stage(correct, kinematic, own, s, t, h, n_q, rtol, atol, state, x, k, scratch):
+        if not stage(correct, kinematic, arrays, s, t, h, n_q, rtol, atol, state, x, k, scratch):
             return False
     for i in range(x.size):
         scratch[E, i] = 0.0
@@ -137,10 +137,10 @@ def stages(
     return True
 
 
-_CALLS = (*(types.FunctionType(call) for call in (RATE, CORRECT, KINEMATIC, SWITCH)), HOLD)
+_CALLS = (*(types.FunctionType(call) for call in (RATE, CORRECT, KINEMATIC, SWITCH)), PROJECTION)
 _SETTINGS = (REAL, REAL, VECTOR, REAL)  # fixed, rtol, atol, max_step
-_KEPT = (VECTOR, TABLE, TABLE, TABLE)  # state, vectors, k, scratch
-_SIGNATURE = ENDED(*_CALLS, OWN, SPAN, INDICES, INTEGER, *_SETTINGS, *_KEPT, *(VECTOR, TABLE), INTEGER)
+_STORAGE = (VECTOR, TABLE, TABLE, TABLE)  # state, vectors, k, scratch
+_SIGNATURE = ENDED(*_CALLS, MODEL_ARRAYS, SPAN, INDICES, INTEGER, *_SETTINGS, *_STORAGE, *(VECTOR, TABLE), INTEGER)
 
 
 @kernel(_SIGNATURE)
@@ -149,8 +149,8 @@ def fill(
     correct: Call,
     kinematic: Call,
     switch: Call,
-    hold: Hold,
-    own: Own,
+    projection: Projection,
+    arrays: ModelArrays,
     span: Span,
     renormalise: IntArray,
     n_q: int,
@@ -166,35 +166,35 @@ def fill(
     rows: Array,
     budget: int,
 ) -> tuple[int, int]:
-    """How the call ended (FULL, END, PAUSE, STUCK) and the number of rows written, after at most `budget` trials.
+    """Take at most `budget` trial steps; return the status (FULL, END, PAUSE, STUCK) and the number of rows written.
 
     With fixed > 0 every step that converges is accepted and has that size.
     """
     row = 0
     x, y = vectors[X], scratch[Y]
     while True:
-        row = hand_out(times, rows, row, state, vectors, renormalise, hold, own)
-        t, wanted = state[head.T], min(state[head.H], max_step)
-        status = standing(row, rows.shape[0], wanted, span[0], budget, state)
-        if status != head.GO_ON:
+        row = write_rows(times, rows, row, state, vectors, renormalise, projection, arrays)
+        t, h_planned = state[head.T], min(state[head.H], max_step)
+        status = step_status(row, rows.shape[0], h_planned, span[0], budget, state)
+        if status != head.CONTINUE:
             return status, row
         budget -= 1
 
-        renew_coordinates(switch, kinematic, own, span, n_q, state, vectors)
-        h = cut(t, wanted, span[0])
-        if not stages(correct, kinematic, own, span, h, n_q, rtol, atol, state, vectors, k, scratch):
+        renew_coordinates(switch, kinematic, arrays, span, n_q, state, vectors)
+        h = shortened_step(t, h_planned, span[0])
+        if not stages(correct, kinematic, arrays, span, h, n_q, rtol, atol, state, vectors, k, scratch):
             newton_failed(0.5 * h, scratch[CHANGE], x, rtol, atol, state)
             continue
         t_new = span[0] if h == span[0] - t else t + h
         normalise(y, renormalise)
-        asked = clipped(t_new, span[1], span[2])
-        if not held_end(rate, kinematic, hold, own, asked, h * SHRINK, n_q, y, k[5], state):
+        t_inside = clipped(t_new, span[1], span[2])
+        if not projected_end(rate, kinematic, projection, arrays, t_inside, h * SHRINK, n_q, y, k[5], state):
             continue
-        error = judged(h, 4, SHRINK, fixed, scratch[E], x, y, k[5], rtol, atol, state)
+        error = tested_error(h, 4, SHRINK, fixed, scratch[E], x, y, k[5], rtol, atol, state)
         if error < 0.0:
             continue
-        put(x, vectors[X_OLD])
-        put(vectors[XDOT], vectors[XDOT_OLD])
-        put(y, x)
-        put(k[5], vectors[XDOT])
-        step_accepted(t_new, h, wanted, fixed, error, 4, SHRINK, GROW, state)
+        copy_vector(x, vectors[X_OLD])
+        copy_vector(vectors[XDOT], vectors[XDOT_OLD])
+        copy_vector(y, x)
+        copy_vector(k[5], vectors[XDOT])
+        step_accepted(t_new, h, h_planned, fixed, error, 4, SHRINK, GROW, state)

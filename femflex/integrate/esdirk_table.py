@@ -25,8 +25,8 @@ EMBEDDED = "4586570599/29645900160 0 178811875/945068544 814220225/1159782912 -3
 
 def fractions(row: str) -> list[Fraction]:
     """The six exact coefficients of a row."""
-    given = [Fraction(text) for text in row.split()]
-    return given + [Fraction(0)] * (6 - len(given))
+    entries = [Fraction(text) for text in row.split()]
+    return entries + [Fraction(0)] * (6 - len(entries))
 
 
 def _guesses(c: Array) -> Array:

@@ -10,9 +10,9 @@ import numpy as np
 from femflex.arrays import Array
 from femflex.integrate.driver import Fill
 from femflex.integrate.generalized_alpha_kernel import N_SCRATCH, fill, parameters
-from femflex.integrate.holding import hold_of
 from femflex.integrate.implicit import Implicit, slope
 from femflex.integrate.intervals import Span
+from femflex.integrate.projection import projection_of
 from femflex.integrate.protocol import Model
 from femflex.integrate.register import INTEGRATORS
 from femflex.integrate.switching import switch_of
@@ -47,23 +47,25 @@ class GeneralizedAlpha(Implicit):
     def set_slopes(self, model: Model, vectors: Array, t: float, h: float, span: Span) -> None:
         """Set the slopes (a - vdot) / h and d(vdot)/dt at the beginning of a smooth interval."""
         alpha_m, alpha_f, _, _ = parameters(self.rho)
-        jerk = slope(model, vectors, t, h, span)[self.calls(model).n_q :]
+        jerk = slope(model, vectors, t, h, span)[self.second_order_calls(model).n_q :]
         vectors[4, : jerk.size], vectors[5, : jerk.size] = (alpha_m - alpha_f) * jerk, jerk
 
     def filler(self, model: Model) -> Fill:
         """The compiled loop of `generalized_alpha_kernel`."""
-        offered, own = self.calls(model), (model.table, model.pool, model.work)
-        implicit = (offered.correct, offered.kinematic, offered.advance)
-        calls = (model.rate, *implicit, switch_of(model), hold_of(model))
+        second_order, arrays = self.second_order_calls(model), (model.table, model.pool, model.work)
+        implicit = (second_order.correct, second_order.kinematic, second_order.advance)
+        calls = (model.rate, *implicit, switch_of(model), projection_of(model))
         renormalise = np.ascontiguousarray(model.renormalise, np.int64)
         scratch = np.zeros((N_SCRATCH, model.n_x))
 
-        def filled(state: Array, vectors: Array, times: Array, rows: Array, span: Span, budget: int) -> tuple[int, int]:
+        def fill_rows(
+            state: Array, vectors: Array, times: Array, rows: Array, span: Span, budget: int
+        ) -> tuple[int, int]:
             settings = (float(self.rho), float(self.step or 0.0), self.rtol, vectors[-1], self.max_step)
-            kept = (state, vectors, scratch)
-            return fill(*calls, own, span, renormalise, offered.n_q, *settings, *kept, times, rows, budget)
+            storage = (state, vectors, scratch)
+            return fill(*calls, arrays, span, renormalise, second_order.n_q, *settings, *storage, times, rows, budget)
 
-        return filled
+        return fill_rows
 
 
 INTEGRATORS[GeneralizedAlpha.name] = GeneralizedAlpha

@@ -1,7 +1,7 @@
 """Compiled steps of the generalised-alpha method: Newton's iteration, error, and the loop over steps.
 
-Notation of Arnold & Bruels (2007), with v = (u, z) for what has a rate of its own and w = dv/dt: states z go by the
-method's formulas of velocities, which are of order 2 for them too and damp fast ones likewise. The vectors kept between
+Notation of Arnold & Bruels (2007), with v = (u, z) for the states of first order and w = dv/dt. States z are integrated
+by the method's formulas of velocities, which have order 2 and numerical damping for them too. The vectors kept between
 calls are (6, n_x): x = (q, v), dx/dt, both at the beginning of the last step, and two slopes of w, each (n_v,):
 `g` = (a - w) / h, which carries the method's own acceleration a over a change of step, and `s`, the mean slope over the
 last step.
@@ -24,16 +24,16 @@ from femflex.integrate.hermite import (
     X,
     contraction,
     converged,
-    hand_out,
-    held_end,
-    judged,
     newton_failed,
+    projected_end,
     renew_coordinates,
+    tested_error,
+    write_rows,
 )
-from femflex.integrate.holding import HOLD, Hold
-from femflex.integrate.protocol import ADVANCE, CORRECT, KINEMATIC, OWN, RATE, SWITCH, Call, Own
-from femflex.integrate.step_control import cut, scaled_norm, standing, step_accepted
-from femflex.integrate.vectors import clipped, normalise, put
+from femflex.integrate.projection import PROJECTION, Projection
+from femflex.integrate.protocol import ADVANCE, CORRECT, KINEMATIC, MODEL_ARRAYS, RATE, SWITCH, Call, ModelArrays
+from femflex.integrate.step_control import scaled_norm, shortened_step, step_accepted, step_status
+from femflex.integrate.vectors import clipped, copy_vector, normalise
 
 Span = tuple[float, float, float]
 
@@ -61,7 +61,7 @@ def error_constants(rho: float) -> tuple[float, float]:
 
 
 @part
-def update(advance: Call, own: Own, h: float, rho: float, n_q: int, vectors: Array, scratch: Array) -> None:
+def update(advance: Call, arrays: ModelArrays, h: float, rho: float, n_q: int, vectors: Array, scratch: Array) -> None:
     """Set the end of the step (q, v) and a from its w, scratch[YDOT]."""
     alpha_m, alpha_f, beta, gamma = parameters(rho)
     for i in range(vectors.shape[1] - n_q):
@@ -72,7 +72,7 @@ def update(advance: Call, own: Own, h: float, rho: float, n_q: int, vectors: Arr
         scratch[INCREMENT, i] = h * u + h**2 * ((0.5 - beta) * a + beta * a_new)
         scratch[Y, n_q + i] = u + h * ((1.0 - gamma) * a + gamma * a_new)
     n_v = vectors.shape[1] - n_q
-    advance(vectors[X][:n_q], scratch[INCREMENT][:n_v], scratch[Y][:n_q], *own)
+    advance(vectors[X][:n_q], scratch[INCREMENT][:n_v], scratch[Y][:n_q], *arrays)
 
 
 @part
@@ -80,7 +80,7 @@ def newton(
     correct: Call,
     kinematic: Call,
     advance: Call,
-    own: Own,
+    arrays: ModelArrays,
     t: float,
     h: float,
     rho: float,
@@ -91,7 +91,7 @@ def newton(
     vectors: Array,
     scratch: Array,
 ) -> bool:
-    """Whether Newton's method found the end of the step; S = M + gamma' h D + beta' h^2 K stands for its matrix."""
+    """Whether Newton's method found the end of the step; its matrix is S = M + gamma' h D + beta' h^2 K."""
     alpha_m, alpha_f, beta, gamma = parameters(rho)
     ratio = (1.0 - alpha_f) / (1.0 - alpha_m)
     c_damp, c_stiff = gamma * ratio * h, beta * ratio * h**2
@@ -100,19 +100,19 @@ def newton(
     delta, velocity = scratch[DELTA][:n_v], scratch[VELOCITY][:n_v]
     for i in range(n_v):
         w[i] = vectors[XDOT, n_q + i] + h * vectors[MEAN_SLOPES, i]
-    update(advance, own, h, rho, n_q, vectors, scratch)
+    update(advance, arrays, h, rho, n_q, vectors, scratch)
     before = 0.0
     for iteration in range(MAX_ITERATIONS):
-        correct(t, q, u, w, delta, c_damp, c_stiff, *own)
+        correct(t, q, u, w, delta, c_damp, c_stiff, *arrays)
         state[head.EVALUATIONS] += 1
         for i in range(n_v):
             w[i] += delta[i]
             velocity[i] = c_stiff * delta[i]
             scratch[CHANGE, n_q + i] = c_damp * delta[i]
-        kinematic(t, q, velocity, scratch[CHANGE][:n_q], *own)
+        kinematic(t, q, velocity, scratch[CHANGE][:n_q], *arrays)
         change = scaled_norm(scratch[CHANGE], vectors[X], scratch[Y], rtol, atol)
         theta = contraction(iteration, change, before, state[head.CONTRACTION])
-        update(advance, own, h, rho, n_q, vectors, scratch)
+        update(advance, arrays, h, rho, n_q, vectors, scratch)
         if not math.isfinite(change) or (iteration > 0 and theta > SLOWEST and change > KAPPA):
             return False
         state[head.CONTRACTION] = min(theta, SLOWEST)
@@ -124,7 +124,15 @@ def newton(
 
 @part
 def set_error(
-    kinematic: Call, own: Own, t: float, h: float, rho: float, n_q: int, state: Array, vectors: Array, scratch: Array
+    kinematic: Call,
+    arrays: ModelArrays,
+    t: float,
+    h: float,
+    rho: float,
+    n_q: int,
+    state: Array,
+    vectors: Array,
+    scratch: Array,
 ) -> None:
     """Set the error of the step, scratch[E], from the changes of a over the step and of the slope of w."""
     C_q, C_u = error_constants(rho)
@@ -136,26 +144,26 @@ def set_error(
         velocity[i] = C_q * h**2 * (scratch[A_NEW, i] - w - h * vectors[SLOPES, i])
         slope = (scratch[YDOT, n_q + i] - w) / h
         scratch[E, n_q + i] = C_u * h**3 * (slope - vectors[MEAN_SLOPES, i]) / between
-    kinematic(t, scratch[Y][:n_q], velocity, scratch[E][:n_q], *own)
+    kinematic(t, scratch[Y][:n_q], velocity, scratch[E][:n_q], *arrays)
 
 
 @part
-def move_on(h: float, n_q: int, vectors: Array, scratch: Array) -> None:
+def store_step_end(h: float, n_q: int, vectors: Array, scratch: Array) -> None:
     """Make the end of the accepted step the state."""
-    put(vectors[X], vectors[X_OLD])
-    put(vectors[XDOT], vectors[XDOT_OLD])
-    put(scratch[Y], vectors[X])
-    put(scratch[YDOT], vectors[XDOT])
+    copy_vector(vectors[X], vectors[X_OLD])
+    copy_vector(vectors[XDOT], vectors[XDOT_OLD])
+    copy_vector(scratch[Y], vectors[X])
+    copy_vector(scratch[YDOT], vectors[XDOT])
     n_v = vectors.shape[1] - n_q
     for i in range(n_v):
         vectors[SLOPES, i] = (scratch[A_NEW, i] - scratch[YDOT, n_q + i]) / h
         vectors[MEAN_SLOPES, i] = (scratch[YDOT, n_q + i] - vectors[XDOT_OLD, n_q + i]) / h
 
 
-_CALLS = (*(types.FunctionType(call) for call in (RATE, CORRECT, KINEMATIC, ADVANCE, SWITCH)), HOLD)
+_CALLS = (*(types.FunctionType(call) for call in (RATE, CORRECT, KINEMATIC, ADVANCE, SWITCH)), PROJECTION)
 _SETTINGS = (REAL, REAL, REAL, VECTOR, REAL)  # rho, fixed, rtol, atol, max_step
-_KEPT = (VECTOR, TABLE, TABLE)  # state, vectors, scratch
-_SIGNATURE = ENDED(*_CALLS, OWN, SPAN, INDICES, INTEGER, *_SETTINGS, *_KEPT, *(VECTOR, TABLE), INTEGER)
+_STORAGE = (VECTOR, TABLE, TABLE)  # state, vectors, scratch
+_SIGNATURE = ENDED(*_CALLS, MODEL_ARRAYS, SPAN, INDICES, INTEGER, *_SETTINGS, *_STORAGE, *(VECTOR, TABLE), INTEGER)
 
 
 @kernel(_SIGNATURE)
@@ -165,8 +173,8 @@ def fill(
     kinematic: Call,
     advance: Call,
     switch: Call,
-    hold: Hold,
-    own: Own,
+    projection: Projection,
+    arrays: ModelArrays,
     span: Span,
     renormalise: IntArray,
     n_q: int,
@@ -182,33 +190,33 @@ def fill(
     rows: Array,
     budget: int,
 ) -> tuple[int, int]:
-    """How the call ended (FULL, END, PAUSE, STUCK) and the number of rows written, after at most `budget` trials.
+    """Take at most `budget` trial steps; return the status (FULL, END, PAUSE, STUCK) and the number of rows written.
 
     With fixed > 0 every step that converges is accepted and has that size.
     """
     row = 0
     x, y = vectors[X], scratch[Y]
     while True:
-        row = hand_out(times, rows, row, state, vectors, renormalise, hold, own)
-        t, wanted = state[head.T], min(state[head.H], max_step)
-        status = standing(row, rows.shape[0], wanted, span[0], budget, state)
-        if status != head.GO_ON:
+        row = write_rows(times, rows, row, state, vectors, renormalise, projection, arrays)
+        t, h_planned = state[head.T], min(state[head.H], max_step)
+        status = step_status(row, rows.shape[0], h_planned, span[0], budget, state)
+        if status != head.CONTINUE:
             return status, row
         budget -= 1
 
-        renew_coordinates(switch, kinematic, own, span, n_q, state, vectors)
-        h = cut(t, wanted, span[0])
+        renew_coordinates(switch, kinematic, arrays, span, n_q, state, vectors)
+        h = shortened_step(t, h_planned, span[0])
         t_new = span[0] if h == span[0] - t else t + h
-        asked = clipped(t_new, span[1], span[2])
-        if not newton(correct, kinematic, advance, own, asked, h, rho, n_q, rtol, atol, state, vectors, scratch):
+        t_inside = clipped(t_new, span[1], span[2])
+        if not newton(correct, kinematic, advance, arrays, t_inside, h, rho, n_q, rtol, atol, state, vectors, scratch):
             newton_failed(0.5 * h, scratch[CHANGE], x, rtol, atol, state)
             continue
         normalise(y, renormalise)
-        if not held_end(rate, kinematic, hold, own, asked, h * SHRINK, n_q, y, scratch[YDOT], state):
+        if not projected_end(rate, kinematic, projection, arrays, t_inside, h * SHRINK, n_q, y, scratch[YDOT], state):
             continue
-        set_error(kinematic, own, asked, h, rho, n_q, state, vectors, scratch)
-        error = judged(h, 3, SHRINK, fixed, scratch[E], x, y, scratch[YDOT], rtol, atol, state)
+        set_error(kinematic, arrays, t_inside, h, rho, n_q, state, vectors, scratch)
+        error = tested_error(h, 3, SHRINK, fixed, scratch[E], x, y, scratch[YDOT], rtol, atol, state)
         if error < 0.0:
             continue
-        move_on(h, n_q, vectors, scratch)
-        step_accepted(t_new, h, wanted, fixed, error, 3, SHRINK, GROW, state)
+        store_step_end(h, n_q, vectors, scratch)
+        step_accepted(t_new, h, h_planned, fixed, error, 3, SHRINK, GROW, state)

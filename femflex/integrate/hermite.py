@@ -1,5 +1,5 @@
-"""Compiled parts shared by the implicit methods: output by cubic Hermite polynomials, Newton's verdict,
-and the judgement of a step.
+"""Compiled parts shared by the implicit methods: output by cubic Hermite polynomials, convergence of Newton's method,
+and the error test of a step.
 
 The vectors kept between calls begin with the four rows x, dx/dt at the end of the last step and at its beginning.
 """
@@ -11,17 +11,17 @@ import math
 from femflex.arrays import Array, IntArray
 from femflex.integrate import resume as head
 from femflex.integrate.compiled import part
-from femflex.integrate.holding import Hold
-from femflex.integrate.protocol import Call, Own
-from femflex.integrate.step_control import SAFETY, reject, retreat, scaled_norm, shorter
-from femflex.integrate.vectors import clipped, first_not_finite, normalise, put
+from femflex.integrate.projection import Projection
+from femflex.integrate.protocol import Call, ModelArrays
+from femflex.integrate.step_control import SAFETY, reduction_factor, reject, reject_infeasible, scaled_norm
+from femflex.integrate.vectors import clipped, copy_vector, first_not_finite, normalise
 
 Span = tuple[float, float, float]
 
 X, XDOT, X_OLD, XDOT_OLD = 0, 1, 2, 3
 KAPPA = 0.01  # Newton's error at the end of an iteration, in units of the tolerance
 MAX_ITERATIONS, SLOWEST = 10, 0.8  # an iteration that contracts less is given up
-DOUBT = 0.5  # contraction assumed where none is known
+DEFAULT_CONTRACTION = 0.5  # contraction assumed where none is known
 
 
 @part
@@ -35,19 +35,26 @@ def interpolate(theta: float, h: float, vectors: Array, row: Array) -> None:
 
 
 @part
-def hand_out(
-    times: Array, rows: Array, row: int, state: Array, vectors: Array, renormalise: IntArray, hold: Hold, own: Own
+def write_rows(
+    times: Array,
+    rows: Array,
+    row: int,
+    state: Array,
+    vectors: Array,
+    renormalise: IntArray,
+    projection: Projection,
+    arrays: ModelArrays,
 ) -> int:
-    """Number of rows written in all, after those whose times the steps have reached."""
+    """Write the output rows whose times the steps have reached; return the number of rows written so far."""
     t, t_old = state[head.T], state[head.T_OLD]
     while row < rows.shape[0] and times[row] <= t:
         if times[row] == t:
-            put(vectors[X], rows[row])
+            copy_vector(vectors[X], rows[row])
         else:
             interpolate((times[row] - t_old) / (t - t_old), t - t_old, vectors, rows[row])
             normalise(rows[row], renormalise)
-            if hold[0]:
-                hold[1](times[row], rows[row], *own)
+            if projection[0]:
+                projection[1](times[row], rows[row], *arrays)
         state[head.LAST_OUT] = times[row]
         row += 1
     return row
@@ -57,7 +64,7 @@ def hand_out(
 def contraction(iteration: int, change: float, before: float, memory: float) -> float:
     """Ratio of the last two Newton corrections; before there are two, that of the step before, worsened.
 
-    The memory is not trusted below 1e-3: a correction of many tolerances always asks for a second one.
+    The memory counts as at least 1e-3: after a correction of many tolerances a second one always follows.
     """
     if iteration == 0:
         return max(memory, 1e-3) ** 0.8
@@ -66,55 +73,55 @@ def contraction(iteration: int, change: float, before: float, memory: float) -> 
 
 @part
 def converged(theta: float, change: float) -> bool:
-    """Whether what Newton's method still has to correct is below KAPPA, from its contraction theta < 1."""
+    """Whether the remaining error of Newton's method is below KAPPA, estimated from its contraction theta < 1."""
     return theta < 1.0 and theta / (1.0 - theta) * change <= KAPPA
 
 
 @part
 def renew_coordinates(
-    switch: Call, kinematic: Call, own: Own, span: Span, n_q: int, state: Array, vectors: Array
+    switch: Call, kinematic: Call, arrays: ModelArrays, span: Span, n_q: int, state: Array, vectors: Array
 ) -> None:
-    """Change coordinates that are about to fail, once every row of the last step is handed out."""
+    """Switch coordinates close to a singularity, once every row of the last step is written."""
     x = vectors[X]
     t = clipped(state[head.T], span[1], span[2])
-    if switch(t, x, *own) > 0:
-        kinematic(t, x[:n_q], x[n_q:], vectors[XDOT][:n_q], *own)
-        state[head.DENSE] = 0.0  # the polynomial of the last step holds no longer
+    if switch(t, x, *arrays) > 0:
+        kinematic(t, x[:n_q], x[n_q:], vectors[XDOT][:n_q], *arrays)
+        state[head.DENSE] = 0.0  # the polynomial of the last step is no longer valid
 
 
 @part
 def newton_failed(h_new: float, change: Array, x: Array, rtol: float, atol: Array, state: Array) -> None:
     """Shorten the step after Newton's method has failed, by its last correction."""
-    state[head.CONTRACTION] = DOUBT
+    state[head.CONTRACTION] = DEFAULT_CONTRACTION
     reject(head.NEWTON, h_new, first_not_finite(change), change, x, rtol, atol, state)
 
 
 @part
-def held_end(
+def projected_end(
     rate: Call,
     kinematic: Call,
-    hold: Hold,
-    own: Own,
+    projection: Projection,
+    arrays: ModelArrays,
     t: float,
-    h_less: float,
+    h_shorter: float,
     n_q: int,
     y: Array,
     ydot: Array,
     state: Array,
 ) -> bool:
-    """Whether the end y of a trial step, brought onto the constraints, satisfies them; its rate is set."""
-    if not hold[0]:
-        kinematic(t, y[:n_q], y[n_q:], ydot[:n_q], *own)
+    """Project the end y of a trial step onto the constraints and set its rate; False if it violates them still."""
+    if not projection[0]:
+        kinematic(t, y[:n_q], y[n_q:], ydot[:n_q], *arrays)
         return True
-    if hold[1](t, y, *own) > 1.0:
-        retreat(h_less, state)
+    if projection[1](t, y, *arrays) > 1.0:
+        reject_infeasible(h_shorter, state)
         return False
-    rate(t, y, ydot, *own)
+    rate(t, y, ydot, *arrays)
     return True
 
 
 @part
-def judged(
+def tested_error(
     h: float,
     order: int,
     shrink: float,
@@ -133,7 +140,7 @@ def judged(
         error = 0.0
     if error <= 1.0 and first_not_finite(ydot) < 0:
         return error
-    state[head.CONTRACTION] = DOUBT
-    h_new = h * shorter(error, order, SAFETY, shrink, shrink)
+    state[head.CONTRACTION] = DEFAULT_CONTRACTION
+    h_new = h * reduction_factor(error, order, SAFETY, shrink, shrink)
     reject(head.ERROR_TEST, h_new, first_not_finite(ydot), e, x, rtol, atol, state)
     return -1.0

@@ -1,4 +1,4 @@
-"""What the implicit methods share outside their kernels: which models they take, and the start of a smooth interval."""
+"""Base class of the implicit methods: the model calls that they need, and the start of a smooth interval."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.integrate.driver import Adaptive
+from femflex.integrate.first_step import first_step, set_rate
 from femflex.integrate.hermite import X_OLD, XDOT, XDOT_OLD, X
 from femflex.integrate.intervals import Span
 from femflex.integrate.protocol import Model, SecondOrder
-from femflex.integrate.starting import asked, first_step
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,25 +29,25 @@ class Implicit(Adaptive):
         if self.step is not None and not self.step > 0.0:
             raise ValueError(f"step = {self.step} must be positive.")
 
-    def calls(self, model: Model) -> SecondOrder:
+    def second_order_calls(self, model: Model) -> SecondOrder:
         """The second-order calls of the model, or a ValueError if it has none that fit."""
-        offered = model.second_order
-        if offered is None:
+        calls = model.second_order
+        if calls is None:
             raise ValueError(
                 f"the integrator {self.name!r} needs a model with second-order calls (correct, kinematic, "
                 "advance), and this one has only its rate. Choose 'dop853'."
             )
-        n_z = getattr(offered, "n_z", 0)
-        if offered.n_q + offered.n_u + n_z != model.n_x or offered.n_u > offered.n_q:
+        n_z = getattr(calls, "n_z", 0)
+        if calls.n_q + calls.n_u + n_z != model.n_x or calls.n_u > calls.n_q:
             raise ValueError(
-                f"the integrator {self.name!r} needs x = (q, u, z) with n_u <= n_q, but n_q = {offered.n_q}, "
-                f"n_u = {offered.n_u}, n_z = {n_z} and n_x = {model.n_x}."
+                f"the integrator {self.name!r} needs x = (q, u, z) with n_u <= n_q, but n_q = {calls.n_q}, "
+                f"n_u = {calls.n_u}, n_z = {n_z} and n_x = {model.n_x}."
             )
-        return offered
+        return calls
 
     def restart(self, model: Model, vectors: Array, t: float, span: Span) -> tuple[float, int]:
         """First step of a smooth interval, after dx/dt at its beginning and the slope of udot there are set."""
-        self.calls(model)
+        self.second_order_calls(model)
         x, xdot = vectors[0], vectors[1]
         h = first_step(model, self.order, t, span, x, xdot, self.rtol, vectors[-1])
         h = min(h if self.step is None else self.step, self.max_step)
@@ -62,16 +62,16 @@ class Implicit(Adaptive):
         return state
 
     def set_slopes(self, model: Model, vectors: Array, t: float, h: float, span: Span) -> None:
-        """Set what the method keeps of the past in addition to dx/dt; nothing by default."""
+        """Set the vectors that the method keeps in addition to dx/dt; none by default."""
 
 
 def slope(model: Model, vectors: Array, t: float, h: float, span: Span) -> Array:
     """Second derivative of x along the motion at (t, x), (n_x,), by a difference over a small part of the step h."""
     x, xdot, later = vectors[0], vectors[1], np.empty_like(vectors[1])
-    small = 1e-4 * min(h, span[0] - t)
-    if small <= 0.0:
+    dt = 1e-4 * min(h, span[0] - t)
+    if dt <= 0.0:
         return np.zeros_like(x)
-    asked(model, t + small, x + small * xdot, later, span)
+    set_rate(model, t + dt, x + dt * xdot, later, span)
     later -= xdot
-    later /= small
+    later /= dt
     return later

@@ -13,7 +13,7 @@ from femflex.integrate import resume as head
 if TYPE_CHECKING:
     from femflex.integrate.protocol import Clock
 
-Span = tuple[float, float, float]  # end of the interval, and the limits of the times at which the model may be asked
+Span = tuple[float, float, float]  # end of the interval, and the limits of the times at which the model may be called
 
 
 def interval(t: float, end: float, breaks: Array) -> Span:
@@ -25,15 +25,15 @@ def interval(t: float, end: float, breaks: Array) -> Span:
     return float(min(end, breaks[after])), float(lo), float(np.nextafter(breaks[after], -math.inf))
 
 
-def until(clock: Clock | None, x: Array, t: float, end: float, breaks: Array) -> Span:
-    """The smooth interval that holds t, up to the next instant at which a clock changes the state x (n_x,).
+def interval_until_sample(clock: Clock | None, x: Array, t: float, end: float, breaks: Array) -> Span:
+    """The smooth interval that contains t, up to the next instant at which a clock changes the state x (n_x,).
 
-    It ends at t where that instant has come.
+    It ends at t if that instant has come.
     """
     stop, lo, hi = interval(t, end, breaks)
-    return stop if clock is None else max(t, min(stop, clock.next(x))), lo, hi
+    return stop if clock is None else max(t, min(stop, clock.next_instant(x))), lo, hi
 
 
-def struck_next(clock: Clock | None, x: Array, resume: Array) -> bool:
-    """Whether a clock changes the state x (n_x,) at the time reached, after which the method begins anew anyway."""
-    return clock is not None and clock.next(x) <= float(resume[head.T])
+def sample_due(clock: Clock | None, x: Array, resume: Array) -> bool:
+    """Whether a clock changes the state x (n_x,) at the time reached; the method then restarts anyway."""
+    return clock is not None and clock.next_instant(x) <= float(resume[head.T])

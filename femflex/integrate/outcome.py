@@ -1,4 +1,4 @@
-"""What comes out of an integration: blocks of rows, the state to resume from, statistics, and how it ended."""
+"""Results of an integration: blocks of rows, the state to resume from, statistics, and the reason for its end."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.integrate import resume as head
-from femflex.integrate.pace import MOST
+from femflex.integrate.step_monitor import MAX_TRIALS
 from femflex.summary import Rows, Summarised
 
 ROWS = 1024  # of a block, at most
@@ -33,7 +33,7 @@ class Steps:
     ended: str = "running"
 
     @classmethod
-    def of(cls, resume: Array, ended: str = "running") -> Steps:
+    def from_resume(cls, resume: Array, ended: str = "running") -> Steps:
         """Statistics kept in the head of a resume array."""
         accepted, rejected, evaluations = (int(resume[i]) for i in (head.ACCEPTED, head.REJECTED, head.EVALUATIONS))
         return cls(
@@ -66,7 +66,7 @@ class Block(NamedTuple):
     @property
     def steps(self) -> Steps:
         """Statistics so far."""
-        return Steps.of(self.resume)
+        return Steps.from_resume(self.resume)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -87,7 +87,7 @@ class Solution(Summarised):
 
 
 class IntegrationError(RuntimeError):
-    """The numerics failed; carries what was computed so that it can still be saved.
+    """The integration failed; the exception carries the results so far, so that they can still be saved.
 
     times, states  the rows not yet handed out, ending with the last finite state (on no output time in general);
                    from `blocks` that is the last finite state alone, from `solve` the whole trajectory up to it
@@ -113,15 +113,15 @@ class IntegrationError(RuntimeError):
 def failure(name: str, resume: Array, x: Array, model: object = None) -> IntegrationError:
     """The error that states why the steps of method `name` shrank to nothing; it carries the last finite state.
 
-    A model may offer `diagnosis(t, x, unheld)`: what it says itself of a state beyond which there is no step (unheld:
-    for that its constraints contradict each other), and the exception behind it, or "" and None.
+    A model may offer `diagnosis(t, x, infeasible)`: its own text on a state that no step leaves (infeasible: because
+    the constraints contradict each other), and the exception that caused it, or "" and None.
     """
     t, coordinate = float(resume[head.T]), int(resume[head.COORDINATE])
-    wanted, largest = resume[head.H], resume[head.LARGEST]
+    planned, largest = resume[head.H], resume[head.LARGEST]
     creeping = (
-        f"with steps of {min(wanted, largest or wanted):.3g} s it would need more than {MOST:.0e} steps to the end. A "
-        f"discontinuous force (dry friction, a hard contact) keeps the steps of coordinate {coordinate} short; smooth "
-        "that force"
+        f"with steps of {min(planned, largest or planned):.3g} s it would need more than {MAX_TRIALS:.0e} steps to the "
+        f"end. A discontinuous force (dry friction, a hard contact) keeps the steps of coordinate {coordinate} short; "
+        "smooth that force"
     )
     reason = {
         head.NOT_FINITE: f"the motion is not finite beyond this: coordinate {coordinate} is the first to fail",
@@ -129,13 +129,16 @@ def failure(name: str, resume: Array, x: Array, model: object = None) -> Integra
         head.NEWTON: f"Newton's iteration does not converge, worst in coordinate {coordinate}",
         head.CREEPING: creeping,
         head.EVENT: "an event gives numbers that are not finite, or repeats without end at the same time",
-        head.UNHELD: "no state beyond this satisfies all constraints",
+        head.INFEASIBLE: "no state beyond this satisfies all constraints",
     }[int(resume[head.CAUSE])]
-    asked, source = getattr(model, "diagnosis", None), None
-    if asked is not None:
-        said, source = asked(t, x, int(resume[head.CAUSE]) == head.UNHELD)
-        reason = said or reason
-    steps, text = Steps.of(resume, ended=f"failed: {reason}"), f"{reason}. The state at this time is the last one kept."
+    diagnosis, source = getattr(model, "diagnosis", None), None
+    if diagnosis is not None:
+        diagnosis_text, source = diagnosis(t, x, int(resume[head.CAUSE]) == head.INFEASIBLE)
+        reason = diagnosis_text or reason
+    steps, text = (
+        Steps.from_resume(resume, ended=f"failed: {reason}"),
+        f"{reason}. The state at this time is the last one kept.",
+    )
     message = f"{name} stopped at t = {t:.9g} s: {text}"
     error = IntegrationError(message, np.array([t]), x.copy()[None, :], coordinate, steps, text)
     error.__cause__ = source
@@ -143,7 +146,7 @@ def failure(name: str, resume: Array, x: Array, model: object = None) -> Integra
 
 
 class Interrupted(KeyboardInterrupt):
-    """Ctrl-C, or an interrupt raised by a progress callback, during `solve`; `solution` is what was computed."""
+    """Ctrl-C, or an interrupt raised by a progress callback, during `solve`; `solution` has the results so far."""
 
     def __init__(self, solution: Solution) -> None:
         super().__init__(f"interrupted at t = {solution.resume[head.T]:.6g} s; {len(solution.times)} rows are kept")
@@ -155,4 +158,4 @@ def joined(blocks: list[Block], ended: str, n_x: int) -> Solution:
     times = np.concatenate([np.empty(0), *(block.times for block in blocks)])
     states = np.concatenate([np.empty((0, n_x)), *(block.states for block in blocks)])
     last = blocks[-1].resume
-    return Solution(times, states, Steps.of(last, ended), last)
+    return Solution(times, states, Steps.from_resume(last, ended), last)

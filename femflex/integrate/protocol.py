@@ -1,4 +1,4 @@
-"""What an integrator asks of a compiled model, and what everybody may ask of an integrator.
+"""Interfaces between integrators, compiled models and callers.
 
 All calls are first-class numba functions of ONE fixed signature each, so a kernel that takes them by
 `types.FunctionType` is compiled once, kept on disk, and serves every model. A model declares its functions with
@@ -15,21 +15,20 @@ FIRST-ORDER CALL (every model)
 CONSTRAINTS (models that have them; the others offer None)
 
     PROJECT    project(t, x, table, pool, work) -> float
-               Brings x (n_x,) onto the constraints, in place, by the shortest way; the largest residual left in units
-               of what may be left. Called on every step's end and on every row handed out: a change of the size of
-               the local error. A step at whose end more than 1 is left is not accepted. The rate of such a
-               model, and its residual, give the motion of the constrained system on and off the constraints.
+               Projects x (n_x,) onto the constraints in place, by the smallest change; returns the largest remaining
+               residual relative to its tolerance. Called on every step's end and on every output row: the change is
+               of the size of the local error. A step whose end leaves more than 1 is not accepted. The rate of such
+               a model, and its residual, give the motion of the constrained system on and off the constraints.
 CHANGE OF COORDINATES (models whose rotation sets need one)
 
     SWITCH     switch(t, x, table, pool, work) -> number of changes
-               puts other coordinates of the same motion into x where these are about to fail, in place; called before
-               every step. What it leaves is good: called again it changes nothing. udot is not touched by a change.
-               It sees every accepted state, and may keep note of the nearest to failing in a place of `work` of its
-               own, which nothing here reads.
+               replaces coordinates in x that are close to a singularity by others of the same motion, in place; called
+               before every step. A second call changes nothing. udot is not affected by a change. It receives every
+               accepted state, and may record the one closest to a singularity in `work`; no integrator reads this.
 
 SECOND-ORDER CALLS (models that offer the implicit methods). There x = (q, u, z) with q (n_q,), u (n_u,) and states z
 (n_z,) of first order, none unless the model says so, n_x = n_q + n_u + n_z; n_q may exceed n_u (Euler parameters).
-v = (u, z) (n_v,) is what has a rate of its own; it comes in one array. Quasi-coordinate increments are (n_u,), like u.
+v = (u, z) (n_v,) comes in one array. Quasi-coordinate increments are (n_u,), like u.
 
     CORRECT    correct(t, q, v, vdot, out, c_damp, c_stiff, table, pool, work)
                out (n_v,): what Newton's method adds to vdot; zero along the motion. Of u it is
@@ -57,18 +56,18 @@ from femflex.arrays import Array, IntArray
 from femflex.integrate.compiled import INDICES, INTEGER, REAL, VECTOR, types
 from femflex.integrate.outcome import Block, Solution
 
-Own = tuple[IntArray, Array, Array]
+ModelArrays = tuple[IntArray, Array, Array]
 Call = Callable[..., Any]
 
-_OWN = (INDICES, VECTOR, VECTOR)  # table, pool, work
+_MODEL_ARRAYS = (INDICES, VECTOR, VECTOR)  # table, pool, work
 
-RATE = types.void(REAL, VECTOR, VECTOR, *_OWN)
-PROJECT = REAL(REAL, VECTOR, *_OWN)
-CORRECT = types.void(REAL, VECTOR, VECTOR, VECTOR, VECTOR, REAL, REAL, *_OWN)
-KINEMATIC = types.void(REAL, VECTOR, VECTOR, VECTOR, *_OWN)
-ADVANCE = types.void(VECTOR, VECTOR, VECTOR, *_OWN)
-SWITCH = INTEGER(REAL, VECTOR, *_OWN)
-OWN = types.Tuple(_OWN)  # the three arrays as kernels take them
+RATE = types.void(REAL, VECTOR, VECTOR, *_MODEL_ARRAYS)
+PROJECT = REAL(REAL, VECTOR, *_MODEL_ARRAYS)
+CORRECT = types.void(REAL, VECTOR, VECTOR, VECTOR, VECTOR, REAL, REAL, *_MODEL_ARRAYS)
+KINEMATIC = types.void(REAL, VECTOR, VECTOR, VECTOR, *_MODEL_ARRAYS)
+ADVANCE = types.void(VECTOR, VECTOR, VECTOR, *_MODEL_ARRAYS)
+SWITCH = INTEGER(REAL, VECTOR, *_MODEL_ARRAYS)
+MODEL_ARRAYS = types.Tuple(_MODEL_ARRAYS)  # the three arrays as kernels take them
 
 
 class SecondOrder(Protocol):
@@ -99,7 +98,7 @@ class SecondOrder(Protocol):
 
 
 class Model(Protocol):
-    """A compiled model as seen from here: one call, its arrays, and where its motion is not smooth."""
+    """A compiled model as integrators use it: one call, its arrays, and the times at which its motion is not smooth."""
 
     @property
     def n_x(self) -> int:
@@ -147,15 +146,15 @@ class Model(Protocol):
 
 
 class Clock(Protocol):
-    """What changes a model's state at instants that the state itself names, such as samples of controllers.
+    """Changes of a model's state at instants that the state itself contains, such as samples of controllers.
 
-    A step ends at every such instant; a row handed out there shows the state before.
+    A step ends at every such instant; an output row at that time shows the state before the change.
     """
 
-    def next(self, x: Array) -> float:
+    def next_instant(self, x: Array) -> float:
         """The next instant after the state x (n_x,) [s]."""
 
-    def strike(self, t: float, x: Array) -> None:
+    def sample(self, t: float, x: Array) -> None:
         """Change x (n_x,) in place; the next instant lies behind t afterwards."""
 
 

@@ -14,7 +14,7 @@ INTEGRATORS: dict[str, Callable[..., Integrator]] = {}
 def integrator(name: str, **settings: Any) -> Integrator:
     """The integrator of that name with the given settings (rtol, atol, max_step, ...)."""
     if name not in INTEGRATORS:
-        near = get_close_matches(name, INTEGRATORS, n=1)
-        hint = f" Did you mean {near[0]!r}?" if near else ""
+        matches = get_close_matches(name, INTEGRATORS, n=1)
+        hint = f" Did you mean {matches[0]!r}?" if matches else ""
         raise ValueError(f"integrator {name!r} is not known.{hint} Known are {sorted(INTEGRATORS)}.")
     return INTEGRATORS[name](**settings)

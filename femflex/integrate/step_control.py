@@ -1,4 +1,4 @@
-"""Control of the step, shared by all methods: trial steps, what is noted of them, and the size of the next one."""
+"""Step size control shared by all methods: the result of a trial step, its statistics, and the next step size."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ FILTERED = 0.95  # of the explicit one, whose errors are smooth
 
 
 @part
-def cut(t: float, h: float, end: float) -> float:
-    """Step h, shortened to land on `end`; the last two steps share what is left so that neither is tiny."""
-    left = end - t
-    if h * 1.01 >= left:
-        return left
-    return 0.5 * left if 2.0 * h > left else h
+def shortened_step(t: float, h: float, end: float) -> float:
+    """Step h, shortened to land on `end`; the last two steps share the remaining time so that neither is tiny."""
+    remaining = end - t
+    if h * 1.01 >= remaining:
+        return remaining
+    return 0.5 * remaining if 2.0 * h > remaining else h
 
 
 @part
-def standing(row: int, n_rows: int, wanted: float, end: float, budget: int, state: Array) -> int:
-    """How a kernel call ends before the next trial step of size `wanted`: FULL, END, PAUSE, STUCK, or GO_ON."""
+def step_status(row: int, n_rows: int, h_planned: float, end: float, budget: int, state: Array) -> int:
+    """Status of a kernel call before the next trial step of size `h_planned`: FULL, END, PAUSE, STUCK, or CONTINUE."""
     t = state[head.T]
     if row == n_rows:
         return head.FULL
@@ -31,9 +31,9 @@ def standing(row: int, n_rows: int, wanted: float, end: float, budget: int, stat
         return head.END
     if budget == 0:
         return head.PAUSE
-    if not (wanted >= head.TINY * abs(t) and wanted >= head.TINIEST * abs(end)):  # not a number is stuck as well
+    if not (h_planned >= head.TINY * abs(t) and h_planned >= head.TINIEST * abs(end)):  # not a number is stuck as well
         return head.STUCK
-    return head.GO_ON
+    return head.CONTINUE
 
 
 @part
@@ -46,9 +46,9 @@ def scaled_norm(e: Array, x: Array, y: Array, rtol: float, atol: Array) -> float
 
 
 @part
-def shorter(error: float, order: int, safety: float, shrink: float, lost: float) -> float:
-    """Factor on a step that failed by an error of h^order; `lost` where that is not finite, or not the cause."""
-    return float(max(shrink, safety * error ** (-1 / order))) if 1.0 < error < math.inf else lost
+def reduction_factor(error: float, order: int, safety: float, shrink: float, otherwise: float) -> float:
+    """Factor on a step that failed by an error of h^order; `otherwise` where that is not finite, or not the cause."""
+    return float(max(shrink, safety * error ** (-1 / order))) if 1.0 < error < math.inf else otherwise
 
 
 @part
@@ -70,11 +70,11 @@ def reject(cause: int, h_new: float, index: int, e: Array, x: Array, rtol: float
 
 
 @part
-def retreat(h_new: float, state: Array) -> None:
+def reject_infeasible(h_new: float, state: Array) -> None:
     """Shorten the step after one at whose end the constraints contradict each other."""
     state[head.REJECTED] += 1
     state[head.REJECTED_LAST] = 1.0
-    state[head.CAUSE], state[head.COORDINATE], state[head.H] = head.UNHELD, -1, h_new
+    state[head.CAUSE], state[head.COORDINATE], state[head.H] = head.INFEASIBLE, -1, h_new
 
 
 @part
@@ -91,15 +91,15 @@ def filtered(h: float, error: float, order: int, shrink: float, grow: float, sta
 
 
 @part
-def accept(t_new: float, h: float, wanted: float, factor: float, error: float, dense: bool, state: Array) -> None:
+def accept(t_new: float, h: float, h_planned: float, factor: float, error: float, dense: bool, state: Array) -> None:
     """Note an accepted step in the state: time, statistics, and the next step h * factor.
 
-    A step cut short at an end says little about the next one, so at least the `wanted` size is kept; after a
+    A step shortened at an end says little about the next one, so the next is at least the planned size. After a
     rejection the step does not grow.
     """
     if state[head.REJECTED_LAST] == 1.0:
         factor = min(factor, 1.0)
-    state[head.H] = max(h * factor, wanted) if h < wanted else h * factor
+    state[head.H] = max(h * factor, h_planned) if h < h_planned else h * factor
     state[head.REJECTED_LAST] = 0.0
     state[head.ERROR] = max(error, 1e-4)
     state[head.T_OLD], state[head.T] = state[head.T], t_new
@@ -113,7 +113,7 @@ def accept(t_new: float, h: float, wanted: float, factor: float, error: float, d
 def step_accepted(
     t_new: float,
     h: float,
-    wanted: float,
+    h_planned: float,
     fixed: float,
     error: float,
     order: int,
@@ -123,6 +123,6 @@ def step_accepted(
 ) -> None:
     """Note an accepted step, and the next step by a controller with memory; a fixed one is kept."""
     factor = SAFETY * error ** (-0.7 / order) * state[head.ERROR] ** (0.4 / order) if error > 0.0 else grow
-    accept(t_new, h, wanted, min(grow, max(shrink, factor)), error, True, state)
+    accept(t_new, h, h_planned, min(grow, max(shrink, factor)), error, True, state)
     if fixed > 0.0:
         state[head.H] = min(fixed, 2.0 * h)  # back to it by doubling after a failure

@@ -1,4 +1,4 @@
-"""The change of coordinates between two steps, for models that ask for none."""
+"""The call for a change of coordinates between two steps, and its replacement in models that need none."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from femflex.integrate.protocol import SWITCH, Call, Model
 
 
 @kernel(SWITCH)
-def stay(t: float, x: Array, table: IntArray, pool: Array, work: Array) -> int:
-    """0: nothing is changed."""
+def no_switch(t: float, x: Array, table: IntArray, pool: Array, work: Array) -> int:
+    """Number 0 of changes."""
     return 0
 
 
 def switch_of(model: Model) -> Call:
-    """The model's own change of coordinates, or `stay`."""
-    return stay if model.switch is None else model.switch
+    """The model's call for a change of coordinates, or `no_switch`."""
+    return no_switch if model.switch is None else model.switch

@@ -1,4 +1,4 @@
-"""Compiled small change of the kernels: unit quaternions, finiteness, and what every method notes of its steps."""
+"""Small compiled functions of the kernels: copies, clipping, unit quaternions, and finiteness."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from femflex.integrate.compiled import part
 
 
 @part
-def put(source: Array, target: Array) -> None:
+def copy_vector(source: Array, target: Array) -> None:
     """Set target[:] = source; a plain loop compiles in a tenth of the time a checked slice takes."""
     for i in range(target.size):
         target[i] = source[i]
@@ -17,7 +17,7 @@ def put(source: Array, target: Array) -> None:
 
 @part
 def clipped(t: float, lo: float, hi: float) -> float:
-    """Time t held within lo..hi, so that the model is never asked on or beyond a break."""
+    """Time t limited to lo..hi, so that the model is never called on or beyond a break."""
     return min(max(t, lo), hi)
 
 

@@ -51,7 +51,7 @@ def integrate(
     slack, axial, bends = SlackWatch(model), AxialForceWatch(model), SpunBends(model)
     energy = EnergyWatch(model)
     if model.constraints is not None:
-        model.constraints.forget_passage()
+        model.constraints.reset_passage_notes()
     stresses = prepared.recovered
     with _writer(prepared, Path(output), force, resume, lock) as (writer, state, written):
         last = None

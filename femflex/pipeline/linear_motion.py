@@ -26,9 +26,9 @@ from femflex.arrays import Array, IntArray
 from femflex.dynamics.equilibria.closed_motion import refuse_rolling
 from femflex.dynamics.equilibria.frozen import CIRCULAR
 from femflex.dynamics.equilibria.increments import advanced
-from femflex.dynamics.equilibria.linearised import free_directions, held_freedoms, linearised, usual_sizes
-from femflex.dynamics.equilibria.states import moving_states
-from femflex.dynamics.joints.held_places import specified_states
+from femflex.dynamics.equilibria.linearised import free_directions, is_prescribed, linearised, usual_sizes
+from femflex.dynamics.equilibria.states import effector_states
+from femflex.dynamics.joints.prescribed_coordinates import prescribed_states
 from femflex.dynamics.lowering.layout import BALL_NONE, BALL_QUATERNION, body_records
 from femflex.dynamics.model import Model, compile_system
 from femflex.dynamics.terms.by_source import SWITCHED
@@ -36,9 +36,9 @@ from femflex.integrate import Block
 from femflex.integrate import resume as head
 from femflex.integrate.driver import collected
 from femflex.integrate.outcome import ROWS, Solution
-from femflex.integrate.pace import BLOCK_SECONDS
 from femflex.integrate.protocol import Model as AnyModel
 from femflex.integrate.protocol import Progress
+from femflex.integrate.step_monitor import BLOCK_SECONDS
 from femflex.pipeline.rest import rest_of, rest_state, silent, with_loads_of
 from femflex.system import System
 
@@ -269,20 +269,20 @@ class Reference:
             calm = calm.without(*names)
         x = rest_state(about, calm) if about is not None else nominal_state(calm)
         own, Z = free_directions(calm, 0.0, x)
-        inner = model.n_q + model.n_u + np.array(moving_states(system), int)
+        inner = model.n_q + model.n_u + np.array(effector_states(system), int)
         sizes = usual_sizes(model)[own]
         sizes = np.concatenate([sizes, sizes, system.state_sizes()[inner - model.n_q - model.n_u]])
-        moves = any(profile.moves for joint in system.joints for profile in joint.held.values())
+        moves = any(profile.moves for joint in system.joints for profile in joint.prescribed.values())
         return cls(model, calm, x, Z, own, inner, sizes, moves, not (changes or moves))
 
     def at(self, t: float) -> Array:
         """x_r (n_x,) [SI]."""
-        return specified_states(self.model, np.array([t]), self.x[None])[0] if self.moves else self.x
+        return prescribed_states(self.model, np.array([t]), self.x[None])[0] if self.moves else self.x
 
     def matrix(self, t: float) -> Array:
         """A (n_y, n_y) [SI]."""
         x = self.at(t)
-        held, udot = held_freedoms(self.calm, x), np.zeros(self.model.n_u)
+        held, udot = is_prescribed(self.calm, x), np.zeros(self.model.n_u)
         if held.any() and not self.constant:
             rate = self.calm.state_rate(t, x)[self.model.n_q : self.model.n_q + self.model.n_u]
             udot = np.where(held, rate, 0.0)
@@ -320,7 +320,7 @@ def check(system: System) -> None:
         )
     if any(joint.latches for joint in system.joints):
         raise ValueError("a joint latches during the run, so there is no linearised run; lock it, or leave it free")
-    if system.loops and any(profile.moves for joint in system.joints for profile in joint.held.values()):
+    if system.loops and any(profile.moves for joint in system.joints for profile in joint.prescribed.values()):
         raise ValueError("with loops a linearised run needs prescribed joints that stay where they are")
 
 

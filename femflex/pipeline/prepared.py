@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 
     from femflex.case import Case
     from femflex.dynamics import Model
-    from femflex.dynamics.constraints.clearance import TakenUp
-    from femflex.dynamics.constraints.moved_start import MovedValue
+    from femflex.dynamics.constraints.clearance import AbsorbedMisfit
+    from femflex.dynamics.constraints.initial_corrections import CorrectedInitialValue
     from femflex.integrate import Integrator
     from femflex.pipeline.decisions import Decided
     from femflex.pipeline.recovered import Recovered
@@ -39,18 +39,18 @@ class Prepared:
     given: tuple[str, ...] = ()
 
     @cached_property
-    def moved(self) -> list[MovedValue]:
+    def moved(self) -> list[CorrectedInitialValue]:
         """The initial values that were moved to make the start consistent, those moved farthest first."""
-        from femflex.dynamics.constraints.moved_start import moved_start
+        from femflex.dynamics.constraints.initial_corrections import initial_corrections
 
-        return moved_start(self.model)
+        return initial_corrections(self.model)
 
     @cached_property
-    def taken_up(self) -> list[TakenUp]:
+    def taken_up(self) -> list[AbsorbedMisfit]:
         """The misfit of loops with play that was taken into their markers."""
-        from femflex.dynamics.constraints.clearance import taken_up
+        from femflex.dynamics.constraints.clearance import absorbed_misfits
 
-        return [] if self.model.constraints is None else taken_up(self.model.constraints)
+        return [] if self.model.constraints is None else absorbed_misfits(self.model.constraints)
 
     @cached_property
     def recovered(self) -> Recovered:

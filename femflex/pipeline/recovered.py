@@ -48,7 +48,7 @@ def recovered(case: Case, system: System) -> Recovered:
                 continue
             for point, owner in found:
                 path = f"recovery/{name}.{place}/{point.name}"
-                at = ", ".join(f"{c:.4g}" for c in point.place)
+                at = ", ".join(f"{c:.4g}" for c in point.position)
                 channels[path] = Channel(point.unit, f"{point.name} of {owner} at ({at}) m of its frame")
                 points[path] = point, f"bodies/{owner}/delta"
     if problems:
@@ -70,10 +70,10 @@ def _points(system: System, name: str, entry: Any) -> list[tuple[NearestPoint, s
     found = []
     for quantity in entry.quantities or sorted(known):
         each = [
-            (NearestPoint.of(field, quantity, entry.position), owner)
+            (NearestPoint.find(field, quantity, entry.position), owner)
             for owner, field in parts.items()
             if quantity in quantities(field)
         ]
-        away = [float(np.linalg.norm(point.place - np.asarray(entry.position))) for point, _ in each]
+        away = [float(np.linalg.norm(point.position - np.asarray(entry.position))) for point, _ in each]
         found.append(each[int(np.argmin(away))])
     return found

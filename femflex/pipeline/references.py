@@ -81,7 +81,7 @@ def motion_problems(case: Case, system: System) -> Iterator[Problem]:
     """Prescribed motions that end before the run does."""
     end = duration_of(case, system)
     for joint in system.joints:
-        for k, profile in joint.held.items():
+        for k, profile in joint.prescribed.items():
             if profile.last < end:
                 yield Problem(
                     f"joints[{joint.name or joint.child}].motion",

@@ -73,7 +73,7 @@ def _body(
     beam: UniformBeam, functions: BeamFunctions, damping: Damping | None, orthonormal: bool, strain: str
 ) -> FlexibleBody:
     """The body with every function, or mode of them, a coordinate; followers come last."""
-    xi, weight = gauss(points_for(functions.most))
+    xi, weight = gauss(points_for(functions.max_count))
     offsets, share = section_points(np.array(beam.rz**2), np.array(beam.ry**2), beam.rotary_inertia)
     dm = np.outer(weight * beam.taper.mass(xi) * beam.mass_per_length * beam.length, share).ravel()
     rho, shapes = _places(beam, xi, offsets), _motion(beam, functions, xi, offsets)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.terms.by_source import INERTIA_OF, force_units, inertia_by_source, sources, terms
+from femflex.dynamics.terms.by_source import INERTIA_OF, force_units, inertia_by_source, terms, velocity_slices
 
 if TYPE_CHECKING:
     from femflex.dynamics import Model
@@ -131,7 +131,7 @@ def explain(run: Run, model: Model, span: tuple[float, float] | None = None) -> 
     rows_of_span = slice(int(rows[0]), int(rows[-1]) + 1)
     time, states = run.read("time", rows_of_span), run.states(rows_of_span)
     own_sources = [""] * model.n_u
-    for source, columns in sources(model.system).items():
+    for source, columns in velocity_slices(model.system).items():
         own_sources[columns] = [INERTIA_OF + source] * (columns.stop - columns.start)
     names = tuple(name for name, _ in model.system.velocity_names())
     total, split = terms(model, time, states), inertia_by_source(model, time, states)

@@ -19,8 +19,8 @@ import numpy as np
 from femflex.arrays import Array, ComplexArray
 from femflex.dynamics import compile_system
 from femflex.dynamics.equilibria.increments import advanced
-from femflex.dynamics.equilibria.linearised import held_freedoms, usual_sizes
-from femflex.dynamics.equilibria.states import moving_states
+from femflex.dynamics.equilibria.linearised import is_prescribed, usual_sizes
+from femflex.dynamics.equilibria.states import effector_states
 from femflex.dynamics.model import Model
 from femflex.system import System
 
@@ -195,12 +195,12 @@ def periodic_state(system: System, period: float, state: Array | None = None) ->
 
 def departures(model: Model) -> list[tuple[int, str]]:
     """Position and name of every departure: free coordinates (from 0), their rates (from n_u), states (from 2 n_u)."""
-    free, n = np.flatnonzero(~held_freedoms(model)), model.n_u
+    free, n = np.flatnonzero(~is_prescribed(model)), model.n_u
     rates = [name for name, _ in model.system.velocity_names()]
     states = [name for name, _ in model.system.state_names()]
     coordinates_and_rates = [(int(k), rates[k].removesuffix("_rate").replace(".omega_", ".turn_")) for k in free]
     coordinates_and_rates += [(n + int(k), rates[k]) for k in free]
-    return coordinates_and_rates + [(2 * n + k, states[k]) for k in moving_states(model.system)]
+    return coordinates_and_rates + [(2 * n + k, states[k]) for k in effector_states(model.system)]
 
 
 def departure_sizes(model: Model, positions: list[int], period: float) -> Array:

@@ -1,4 +1,4 @@
-"""What stands at a marker of a body as part of it: its mass and rotary inertia in the body's moments."""
+"""Bodies at a marker of another body as part of it: their mass and rotary inertia in the body's moments."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ def attached_moments(body: FlexibleBody, marker: str, mass: float, inertia: Arra
     inertia: in the marker's axes. Points of it at offsets e move by phi + psi x e (THEORY section 3). Either may be
     negative, for what is taken out of a body.
     """
-    at = body.marker(marker)
-    J = at.orientation @ np.asarray(inertia, float) @ at.orientation.T
+    marker_ = body.marker(marker)
+    J = marker_.orientation @ np.asarray(inertia, float) @ marker_.orientation.T
     Q = np.trace(J) / 2.0 * np.eye(3) - J
-    places = np.concatenate([at.position[None], at.phi.T])  # A a
-    turns = np.stack([np.eye(3), *(_skew(psi) for psi in at.psi.T)])  # A a e: of an offset e
+    places = np.concatenate([marker_.position[None], marker_.phi.T])  # A a
+    turns = np.stack([np.eye(3), *(_skew(psi) for psi in marker_.psi.T)])  # A a e: of an offset e
     second = mass * np.einsum("Aa,Bb->AaBb", places, places) + np.einsum("Aae,ef,Bbf->AaBb", turns, Q, turns)
     return MassMoments(mass, mass * places, second)
 
@@ -33,8 +33,10 @@ def with_attached(body: FlexibleBody, marker: str, mass: float, inertia: ArrayLi
 
     Raises ValueError where no positive inertia is left.
     """
-    more, own = attached_moments(body, marker, mass, inertia), body.moments
-    moments = MassMoments(own.mass + more.mass, own.first + more.first, own.second + more.second)
+    added, moments_before = attached_moments(body, marker, mass, inertia), body.moments
+    moments = MassMoments(
+        moments_before.mass + added.mass, moments_before.first + added.first, moments_before.second + added.second
+    )
     if not moments.mass > 0.0:
         raise ValueError(
             f"without the mass removed at marker {marker!r} the body has {moments.mass:g} kg; it needs a positive mass"

@@ -13,14 +13,14 @@ from femflex.system.length_table import LengthTable
 from femflex.system.moving_points import MovingPoints
 from femflex.system.system import System
 
-LARGE = (
+LARGE_RATIO = (
     1e-4  # size over distance from the centre from which on the gradient of gravity is not enough: 680 m in low orbit
 )
 
 
 @dataclass(frozen=True)
-class Reach:
-    """Size of a system [m], its least distance from the centre of attraction [m], and what the gradient leaves out.
+class SystemSize:
+    """Size of a system [m], its least distance from the centre of attraction [m], and the error of the gradient.
 
     error: the next term of the expansion over the gradient's, 3/2 size / radius for a line along the vertical.
     """
@@ -39,7 +39,7 @@ class Reach:
         return 1.5 * self.ratio
 
 
-def reach(system: System, lengths: Mapping[str, float] | None = None) -> Reach | None:
+def system_size(system: System, lengths: Mapping[str, float] | None = None) -> SystemSize | None:
     """The size of a system as it may stretch out, against its orbit; None without an orbit.
 
     lengths: of bodies whose length is free [m]; left out, those at the start
@@ -49,10 +49,10 @@ def reach(system: System, lengths: Mapping[str, float] | None = None) -> Reach |
     sizes: dict[str, float] = {}
     for name in system.order:
         parent = system.joint_of(name).parent
-        own = max(extent(system.bodies[name]), longest(system, name), (lengths or {}).get(name, 0.0))
-        sizes[name] = (0.0 if parent is None else sizes[parent]) + own
+        length = max(extent(system.bodies[name]), largest_length(system, name), (lengths or {}).get(name, 0.0))
+        sizes[name] = (0.0 if parent is None else sizes[parent]) + length
     radius = system.orbit.semi_major_axis * (1.0 - system.orbit.eccentricity)
-    return Reach(max(sizes.values()), radius)
+    return SystemSize(max(sizes.values()), radius)
 
 
 def extent(body: FlexibleBody) -> float:
@@ -65,7 +65,7 @@ def extent(body: FlexibleBody) -> float:
     return float(np.linalg.norm(np.array(points), axis=1).max(initial=0.0))
 
 
-def longest(system: System, name: str) -> float:
+def largest_length(system: System, name: str) -> float:
     """Largest length of a body that deploys [m], the upper bound of its table where it is free; 0 of others."""
     table = system.varying[name].write if name in system.varying else None
     return table.bounds[1] if isinstance(table, LengthTable) else 0.0
@@ -85,8 +85,8 @@ def is_integrated(system: System) -> bool:
     their moments, which do not follow their shapes: energy is then kept to the second order alone. Other bodies whose
     mass varies with time have no points that move with it: with them it is not.
     """
-    found = reach(system, {name: _stock(system, name) for name in free_members(system)})
-    if found is None or system.environment.attraction == "gradient":
+    size = system_size(system, {name: _stock(system, name) for name in free_members(system)})
+    if size is None or system.environment.attraction == "gradient":
         return False
     acting = {name: variation for name, variation in system.varying.items() if "mass" in variation.acting}
     if any(moving_points_of(system, name) is None for name in acting):  # refused before where "exact" is asked for
@@ -94,12 +94,12 @@ def is_integrated(system: System) -> bool:
     if system.environment.attraction == "exact":
         return True
     # six points stand for the moments of a body without points of mass; they do not follow its shapes
-    known = all(
+    have_points = all(
         body.mass_points is not None or moving_points_of(system, name) is not None
         for name, body in system.bodies.items()
         if body.n_modes
     )
-    return known and found.ratio > LARGE
+    return have_points and size.ratio > LARGE_RATIO
 
 
 def moving_points_of(system: System, name: str) -> MovingPoints | None:

@@ -1,4 +1,4 @@
-"""Balls: the coordinates of a joint that turns freely, in a rotation set, and what is wrong with a choice of it."""
+"""Balls: the coordinates of a joint that turns freely, in a rotation set, and faults in the choice of this set."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def check_ball(rotation: str | None, rebase: bool, label: str) -> None:
 
 
 def singular_start(rotation: str, coordinates: Array, label: str) -> str | None:
-    """The sentence that says that joint `label` starts at the singularity of its rotation set, if it does."""
+    """Return the message that joint `label` starts at the singularity of its rotation set, "" if it does not."""
     if singularity_distance(coordinates, rotation) > SINGULAR:
         return None
     return (

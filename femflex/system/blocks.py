@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 from femflex.arrays import Array
 from femflex.system.controller import Controller
 from femflex.system.effector import Effector
-from femflex.system.evaluation import FOLDER
+from femflex.system.evaluation import CHANNEL_FOLDER
 from femflex.system.wheel import UNLIMITED
 
 OFF = 1e-9  # part of a period below which a pulse is none
@@ -43,16 +43,16 @@ def state_space(A: ArrayLike, B: ArrayLike, C: ArrayLike, D: ArrayLike) -> State
     A = np.asarray(A, float).reshape(-1, max(1, math.isqrt(np.size(A))))
     n = len(A) if A.size else 0
     A, sizes = A.reshape(n, n) if A.size == n * n else A, {"A": (n, n), "B": (n, m), "C": (p, n)}
-    found = {"A": A, "B": np.asarray(B, float), "C": np.asarray(C, float)}
+    matrices = {"A": A, "B": np.asarray(B, float), "C": np.asarray(C, float)}
     for key, shape in sizes.items():
-        if found[key].size != shape[0] * shape[1]:
+        if matrices[key].size != shape[0] * shape[1]:
             raise ValueError(
-                f"{key} of a block has shape {found[key].shape}; with D of shape {(p, m)} it needs {shape}"
+                f"{key} of a block has shape {matrices[key].shape}; with D of shape {(p, m)} it needs {shape}"
             )
-        found[key] = found[key].reshape(shape)
-    if not all(np.all(np.isfinite(matrix)) for matrix in (*found.values(), D)):
+        matrices[key] = matrices[key].reshape(shape)
+    if not all(np.all(np.isfinite(matrix)) for matrix in (*matrices.values(), D)):
         raise ValueError("the matrices of a block must be finite")
-    return StateSpace(found["A"], found["B"], found["C"], D)
+    return StateSpace(matrices["A"], matrices["B"], matrices["C"], D)
 
 
 def gain(K: ArrayLike) -> StateSpace:
@@ -82,8 +82,8 @@ def low_pass(frequency: float, order: int = 1, damping: float = math.sqrt(0.5), 
             f"a low-pass of order {order} at {frequency:g} Hz: frequency and damping must be positive, order 1 or 2"
         )
     if order == 1:
-        return _each(state_space([[-w]], [[w]], [[1.0]], [[0.0]]), channels)
-    return _each(
+        return _repeated(state_space([[-w]], [[w]], [[1.0]], [[0.0]]), channels)
+    return _repeated(
         state_space([[0.0, 1.0], [-w * w, -2 * damping * w]], [[0.0], [w * w]], [[1.0, 0.0]], [[0.0]]), channels
     )
 
@@ -97,7 +97,7 @@ def notch(frequency: float, width: float = 1.0, depth: float = 0.0, channels: in
             "and width must be positive, depth from 0 to 1"
         )
     C = [[0.0, 2.0 * (depth - 1.0) * width * w]]
-    return _each(state_space([[0.0, 1.0], [-w * w, -2 * width * w]], [[0.0], [1.0]], C, [[1.0]]), channels)
+    return _repeated(state_space([[0.0, 1.0], [-w * w, -2 * width * w]], [[0.0], [1.0]], C, [[1.0]]), channels)
 
 
 def observer(A: ArrayLike, B: ArrayLike, C: ArrayLike, feedback: ArrayLike, correction: ArrayLike) -> StateSpace:
@@ -105,8 +105,8 @@ def observer(A: ArrayLike, B: ArrayLike, C: ArrayLike, feedback: ArrayLike, corr
     A, B, C = (np.atleast_2d(np.asarray(matrix, float)) for matrix in (A, B, C))
     K, L = (np.atleast_2d(np.asarray(matrix, float)) for matrix in (feedback, correction))
     n, n_v, n_y = len(A), len(K), len(C)
-    wanted = {"A": (n, n), "B": (n, n_v), "C": (n_y, n), "feedback": (n_v, n), "correction": (n, n_y)}
-    for (name, shape), matrix in zip(wanted.items(), (A, B, C, K, L), strict=True):
+    shapes = {"A": (n, n), "B": (n, n_v), "C": (n_y, n), "feedback": (n_v, n), "correction": (n, n_y)}
+    for (name, shape), matrix in zip(shapes.items(), (A, B, C, K, L), strict=True):
         if matrix.shape != shape:
             raise ValueError(
                 f"matrices of an observer do not fit: {name} has shape {matrix.shape}; with {n} states (rows of A), "
@@ -131,25 +131,25 @@ def allocation(effect: ArrayLike) -> StateSpace:
 
 
 def momentum_management(rate: float, effect: ArrayLike) -> StateSpace:
-    """Torque demand -rate H for the momentum H = effect h that wheels of momenta h hold [1/s]."""
+    """Return the torque demand -rate H for the momentum H = effect h of wheels with momenta h [1/s]."""
     return gain(-rate * np.atleast_2d(np.asarray(effect, float)))
 
 
-def _each(one: StateSpace, channels: int) -> StateSpace:
-    A, B, C, D = (np.asarray(np.kron(np.eye(channels), matrix), float) for matrix in one)
+def _repeated(block: StateSpace, channels: int) -> StateSpace:
+    A, B, C, D = (np.asarray(np.kron(np.eye(channels), matrix), float) for matrix in block)
     return StateSpace(A, B, C, D)
 
 
 def discretised(system: StateSpace, period: float) -> StateSpace:
-    """x_(k+1) = A x_k + B u_k of inputs that are held over each period [s]: exp([[A, B], [0, 0]] period)."""
+    """Return x_(k+1) = A x_k + B u_k for inputs constant over each period [s]: exp([[A, B], [0, 0]] period)."""
     from scipy.linalg import expm
 
     A, B, C, D = system
     n, m = B.shape
     if not n or not period > 0.0:
         return system
-    held = np.asarray(expm(np.block([[A, B], [np.zeros((m, n + m))]]) * period), float)
-    return StateSpace(held[:n, :n], held[:n, n:], C, D)
+    exponential = np.asarray(expm(np.block([[A, B], [np.zeros((m, n + m))]]) * period), float)
+    return StateSpace(exponential[:n, :n], exponential[:n, n:], C, D)
 
 
 def block(
@@ -203,8 +203,8 @@ def refuse_repeated(name: str, outputs: Mapping[str, str] | Sequence[str]) -> No
 
 
 def paths_of(signals: Sequence[str]) -> tuple[str, ...]:
-    """Channels of the result file that signals stand in."""
-    return tuple(FOLDER + "/".join(signal.rpartition(".")[::2]) for signal in signals)
+    """Return the channels of the result file for these signals."""
+    return tuple(CHANNEL_FOLDER + "/".join(signal.rpartition(".")[::2]) for signal in signals)
 
 
 @dataclass(frozen=True, eq=False)
@@ -278,8 +278,8 @@ class SampledAttitude:
 
 
 def _matrix(value: ArrayLike) -> Array:
-    found = np.asarray(value, float)
-    return found if found.shape == (3, 3) else np.diag(np.broadcast_to(found, (3,)))
+    array = np.asarray(value, float)
+    return array if array.shape == (3, 3) else np.diag(np.broadcast_to(array, (3,)))
 
 
 def pulses(

@@ -12,7 +12,7 @@ from femflex.system.effector import Effector
 from femflex.system.joint import Joint
 from femflex.system.system import System
 
-MOST_MASSES = 500
+MAX_MASSES = 500
 
 
 def with_heavy_cable(
@@ -48,25 +48,27 @@ def with_heavy_cable(
             raise ValueError(f"{what} of cable {name!r} is {value:g} {unit}; it must be positive")
     if not damping >= 0.0:
         raise ValueError(f"damping of cable {name!r} is {damping:g}; it must not be negative")
-    if not 1 <= masses <= MOST_MASSES:
-        raise ValueError(f"cable {name!r} has {masses} masses; give 1 to {MOST_MASSES}")
+    if not 1 <= masses <= MAX_MASSES:
+        raise ValueError(f"cable {name!r} has {masses} masses; give 1 to {MAX_MASSES}")
     r = np.asarray(places, float).reshape(masses, 3)
     v = np.zeros((masses, 3)) if rates is None else np.asarray(rates, float).reshape(masses, 3)
     names = [f"{name}_{k + 1}" for k in range(masses)]
-    if taken := [one for one in names if one in system.bodies]:
-        raise ValueError(f"cable {name!r} adds a body {taken[0]!r}, and there is one of that name; rename one of them")
-    part = length / masses
-    point = rigid_body(mass_per_length * part, np.zeros((3, 3)))
+    if clashes := [body for body in names if body in system.bodies]:
+        raise ValueError(
+            f"cable {name!r} adds a body {clashes[0]!r}, and there is one of that name; rename one of them"
+        )
+    spacing = length / masses
+    point = rigid_body(mass_per_length * spacing, np.zeros((3, 3)))
     (parent, marker), slides = ends[0], np.eye(3)
     joints = [
-        Joint(each, parent, parent_marker=marker, translations=slides, q0=r[k], u0=v[k], kind="general")
-        for k, each in enumerate(names)
+        Joint(body, parent, parent_marker=marker, translations=slides, q0=r[k], u0=v[k], kind="general")
+        for k, body in enumerate(names)
     ]
-    natural = np.array([part / 2.0, *[part] * (masses - 1), part / 2.0])
+    natural = np.array([spacing / 2.0, *[spacing] * (masses - 1), spacing / 2.0])
     chain = Effector(
         name,
         "cable_chain",
-        (ends[0], *((each, "origin") for each in names), ends[1]),
+        (ends[0], *((body, "origin") for body in names), ends[1]),
         channels={"tension": "N", "tension_end": "N", "slack": "1"},
         accounts=("energy", "dissipation"),
         exerts=("force",),

@@ -1,4 +1,4 @@
-"""Sampled controllers: Python functions called at exact instants, whose commands are held between them."""
+"""Sampled controllers: Python functions called at exact instants, whose commands are constant between them."""
 
 from __future__ import annotations
 
@@ -51,9 +51,13 @@ class Controller:
             raise ValueError(f"controller {self.name!r} has no command; name one, as in commands={{'torque': 'N m'}}")
         if "next" in self.commands:
             raise ValueError(f"controller {self.name!r} has a command 'next', the name of its next sample; rename it")
-        held = np.asarray(self.held, float)
+        initial_commands = np.asarray(self.held, float)
         for key, value, n in (
-            ("held", np.zeros(len(self.commands)) if held.size == 0 else held, len(self.commands)),
+            (
+                "held",
+                np.zeros(len(self.commands)) if initial_commands.size == 0 else initial_commands,
+                len(self.commands),
+            ),
             ("memory", np.atleast_1d(np.asarray(self.memory, float)), np.size(self.memory)),
         ):
             if value.shape != (n,) or not np.all(np.isfinite(value)):

@@ -65,17 +65,17 @@ class StateEvent:
     """An instant at which an effector's states jump.
 
     value   (t, z) -> number, positive before the event, zero when it happens, positive again once it has happened
-    happen  (t, z) -> new states z (n_states,)
+    apply   (t, z) -> new states z (n_states,)
     """
 
     name: str
     value: Callable[[float, Array], float]
-    happen: Callable[[float, Array], Array]
+    apply: Callable[[float, Array], Array]
 
 
 @dataclass(frozen=True, eq=False)
 class Effector:
-    """What acts at markers and along joints (see this module).
+    """Element that acts at markers and along joints (see this module).
 
     markers     (body, marker) of each
     freedoms    names of slides and turns, as in "hinge.angle"
@@ -134,7 +134,7 @@ class Effector:
                     f"channels {list(self.channels)} and the states {list(self.states)}"
                 )
         for key in ("states", "channels"):
-            if clash := [name for name in getattr(self, key) if name in taken_names(self, key)]:
+            if clash := [name for name in getattr(self, key) if name in reserved_names(self, key)]:
                 raise ValueError(f"effector {self.name!r} has two outputs named {clash[0]!r}; rename one")
 
     @property
@@ -152,12 +152,12 @@ class Effector:
         return self.z0
 
 
-def taken_names(effector: Effector, key: str) -> set[str]:
+def reserved_names(effector: Effector, key: str) -> set[str]:
     """Names under which an effector reports other things than its states, or than its channels."""
-    own = {"power", *ACCOUNTS}
-    own |= {"force", "torque"} if effector.markers else set()
-    own |= {"effort"} if effector.freedoms else set()
-    return own if key == "states" else own | set(effector.states)
+    reserved = {"power", *ACCOUNTS}
+    reserved |= {"force", "torque"} if effector.markers else set()
+    reserved |= {"effort"} if effector.freedoms else set()
+    return reserved if key == "states" else reserved | set(effector.states)
 
 
 def _checked(name: str, key: str, value: Array, n: int) -> Array:

@@ -1,4 +1,4 @@
-"""The environment of a craft, except its orbit: uniform gravity on the ground, and how the central body attracts."""
+"""Environment of a craft, except its orbit: uniform gravity on the ground, and attraction by the central body."""
 
 from __future__ import annotations
 

@@ -14,39 +14,41 @@ from femflex.system.effector import Effector
 
 T = TypeVar("T", Effector, Controller)
 
-FOLDER = "effectors/"
+CHANNEL_FOLDER = "effectors/"
 
 
-def evaluation_order(given: Sequence[T]) -> list[T]:
-    """Effectors, or controllers, in their order of evaluation; what stands in a circle is left out."""
-    waits = {one.name: _awaited(one, given) for one in given}
+def evaluation_order(items: Sequence[T]) -> list[T]:
+    """Return effectors, or controllers, in their order of evaluation; those in a circle are left out."""
+    waits = {item.name: _predecessors(item, items) for item in items}
     out: list[T] = []
-    left = list(given)
-    while ready := next((one for one in left if not waits[one.name] & {other.name for other in left}), None):
+    waiting = list(items)
+    while ready := next(
+        (item for item in waiting if not waits[item.name] & {remaining.name for remaining in waiting}), None
+    ):
         out.append(ready)
-        left.remove(ready)
+        waiting.remove(ready)
     return out
 
 
-def circle_problems(effectors: Sequence[Effector | Controller]) -> list[str]:
+def algebraic_loop_problems(effectors: Sequence[Effector | Controller]) -> list[str]:
     """Sentences on algebraic loops."""
     return [
-        *_circle([one for one in effectors if isinstance(one, Effector)], "channels"),
-        *_circle([one for one in effectors if isinstance(one, Controller)], "commands of the same instant"),
+        *_algebraic_loop([item for item in effectors if isinstance(item, Effector)], "channels"),
+        *_algebraic_loop([item for item in effectors if isinstance(item, Controller)], "commands of the same instant"),
     ]
 
 
-def _circle(given: Sequence[T], what: str) -> list[str]:
-    placed = {one.name for one in evaluation_order(given)}
-    left = [one for one in given if one.name not in placed]
-    if not left:
+def _algebraic_loop(items: Sequence[T], what: str) -> list[str]:
+    ordered = {item.name for item in evaluation_order(items)}
+    cyclic = [item for item in items if item.name not in ordered]
+    if not cyclic:
         return []
-    waits = {one.name: _awaited(one, given) for one in left}
+    waits = {item.name: _predecessors(item, items) for item in cyclic}
     path: list[str] = []
-    following: str = left[0].name
+    following: str = cyclic[0].name
     while following not in path:
         path.append(following)
-        following = min(waits[following] - placed)
+        following = min(waits[following] - ordered)
     names = " -> ".join([*path[path.index(following) :], following])
     return [
         f"algebraic loop: {names} take each other's {what}, so none of them can be evaluated first; take a state in "
@@ -54,12 +56,14 @@ def _circle(given: Sequence[T], what: str) -> list[str]:
     ]
 
 
-def _awaited(one: Effector | Controller, given: Sequence[Effector] | Sequence[Controller]) -> set[str]:
-    """Names of the others that come before."""
-    if isinstance(one, Effector):
-        offered = {f"{e.name}.{c}": e.name for e in given if isinstance(e, Effector) for c in e.channels}
-        taken = {offered[name] for name in one.inputs if name in offered}
+def _predecessors(item: Effector | Controller, items: Sequence[Effector] | Sequence[Controller]) -> set[str]:
+    """Return the names of the others that come before."""
+    if isinstance(item, Effector):
+        offered = {f"{e.name}.{c}": e.name for e in items if isinstance(e, Effector) for c in e.channels}
+        names = {offered[name] for name in item.inputs if name in offered}
     else:
-        offered = {f"{FOLDER}{c.name}/{k}": c.name for c in given if isinstance(c, Controller) for k in c.commands}
-        taken = {offered[path] for path in one.sensors if path in offered} - {one.name}
-    return taken
+        offered = {
+            f"{CHANNEL_FOLDER}{c.name}/{k}": c.name for c in items if isinstance(c, Controller) for k in c.commands
+        }
+        names = {offered[path] for path in item.sensors if path in offered} - {item.name}
+    return names

@@ -73,15 +73,15 @@ def body_at_length(body: FlexibleBody, variation: Variation, length: float) -> F
     assert isinstance(table, LengthTable)
     assert not isinstance(table.length, str)
     first = float(table.length(max(0.0, table.length.first))[0])
-    parts, found, n, n_shapes = Block(body, variation.varies), table.at(length), body.n_modes, body.n_shapes
+    parts, numbers, n, n_shapes = Block(body, variation.varies), table.block_at(length), body.n_modes, body.n_shapes
 
-    def rows(place: int, *shape: int, width: int) -> Array:
+    def rows(offset: int, *shape: int, width: int) -> Array:
         wide = -(-width // 4) * 4
-        return found[place : place + int(np.prod(shape)) * wide].reshape(*shape, wide)[..., :width]
+        return numbers[offset : offset + int(np.prod(shape)) * wide].reshape(*shape, wide)[..., :width]
 
     out = body
     if parts.mass >= 0:
-        out = replace(out, moments=_moments(parts, found, n_shapes, rows))
+        out = replace(out, moments=_moments(parts, numbers, n_shapes, rows))
     if parts.stiffness >= 0:
         V1 = rows(parts.stiffness, n, width=n)
         omega = body.omega.copy()
@@ -89,23 +89,23 @@ def body_at_length(body: FlexibleBody, variation: Variation, length: float) -> F
         omega[:n] = np.sqrt(np.maximum(np.diag(V1) / np.maximum(mass, 1e-300), 0.0))
         strain = StrainTensors.linear(V1.copy())
         if parts.strain >= 0:
-            V2, V3 = strain_arrays(found[parts.strain : parts.strain_rate], n)
+            V2, V3 = strain_arrays(numbers[parts.strain : parts.strain_rate], n)
             strain = replace(strain, V2=V2, V3=V3)
         out = replace(out, strain=strain, omega=omega)
     if parts.damping >= 0:
         out = replace(out, damping=rows(parts.damping, n, width=n).T.copy())
     markers = dict(body.markers)
-    for name, place in parts.markers.items():
-        phi, psi = (rows(place + PLACE + 3 * k * parts.wide, 3, width=n_shapes).copy() for k in (0, 3))
-        markers[name] = replace(markers[name], position=found[place : place + 3].copy(), phi=phi, psi=psi)
+    for name, start in parts.markers.items():
+        phi, psi = (rows(start + PLACE + 3 * k * parts.wide, 3, width=n_shapes).copy() for k in (0, 3))
+        markers[name] = replace(markers[name], position=numbers[start : start + 3].copy(), phi=phi, psi=psi)
     return replace(out, markers=markers, skin=_skin(body, length / first))
 
 
-def _moments(parts: Block, found: Array, n_shapes: int, rows: Any) -> MassMoments:
+def _moments(parts: Block, numbers: Array, n_shapes: int, rows: Any) -> MassMoments:
     first, second = np.zeros((1 + n_shapes, 3)), np.zeros((1 + n_shapes, 3, 1 + n_shapes, 3))
-    mass = float(found[parts.mass])
-    first[0] = found[parts.mass + 1 : parts.mass + 4]
-    second[0, :, 0, :] = found[parts.mass + 4 : parts.mass + 13].reshape(3, 3)
+    mass = float(numbers[parts.mass])
+    first[0] = numbers[parts.mass + 1 : parts.mass + 4]
+    second[0, :, 0, :] = numbers[parts.mass + 4 : parts.mass + 13].reshape(3, 3)
     if n_shapes:
         first[1:] = rows(parts.first, 3, width=n_shapes).T
         second[:, :, 1:, :] = rows(parts.second, 1 + n_shapes, 3, 3, width=n_shapes).swapaxes(2, 3)

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from femflex.arrays import Array
 from femflex.system.effector import Effector
-from femflex.system.wheel import MOMENTUM, UNLIMITED, direction
+from femflex.system.wheel import MOMENTUM, UNLIMITED, unit_direction
 
 
 def control_moment_gyro(
@@ -45,9 +45,9 @@ def control_moment_gyro(
     Channels: momentum_x, _y, _z, and of each gimbal rate and torque (of its motor).
     Raises ValueError for axes that do not fit.
     """
-    g, s = direction(name, "gimbal_axis", gimbal_axis), direction(name, "spin_axis", spin_axis)
+    g, s = unit_direction(name, "gimbal_axis", gimbal_axis), unit_direction(name, "spin_axis", spin_axis)
     n = 1 if inner_axis is None else 2
-    inner = np.zeros(3) if inner_axis is None else direction(name, "inner_axis", inner_axis)
+    inner = np.zeros(3) if inner_axis is None else unit_direction(name, "inner_axis", inner_axis)
     pairs = [("inner_axis", inner, "spin_axis", s), ("inner_axis", inner, "gimbal_axis", g)]
     for first, a, second, b in pairs if n == 2 else [("gimbal_axis", g, "spin_axis", s)]:
         if abs(a @ b) > 1e-9:
@@ -64,9 +64,15 @@ def control_moment_gyro(
         raise ValueError(f"gain, bandwidth and limits of {name!r} must be positive, gimbal_inertia not negative")
     numbers = [float(n), momentum, gimbal_inertia, bandwidth, *g, *inner, *s]
     for command in commands:
-        given = isinstance(command, str)
-        own = [float(given), 0.0 if given else float(command), 0.0 if angles is None else gain, max_rate, max_torque]
-        numbers += own
+        is_signal = isinstance(command, str)
+        entries = [
+            float(is_signal),
+            0.0 if is_signal else float(command),
+            0.0 if angles is None else gain,
+            max_rate,
+            max_torque,
+        ]
+        numbers += entries
     states = {"angle" if n == 1 else f"angle{k + 1}": "rad" for k in range(n)}
     states |= {"momentum": "N m s"} if gimbal_inertia else {}
     own_channels = {f"{key}{k + 1}": unit for k in range(n) for key, unit in (("rate", "rad/s"), ("motor", "N m"))}

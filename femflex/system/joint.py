@@ -1,4 +1,4 @@
-"""Joints: how a body is attached to its parent, or to the base frame.
+"""Joints: the attachment of a body to its parent, or to the base frame.
 
 A joint leads from marker P on the parent to marker Q on the child: first the translations along axes fixed in P, then
 the rotations. Rotations are either successive turns about given axes (revolute, universal), whose rates are the
@@ -19,15 +19,15 @@ from femflex.arrays import Array
 from femflex.rotations import EULER_PARAMETERS
 from femflex.summary import Rows, Summarised, listed
 from femflex.system.ball import ball_coordinates, check_ball, singular_start
-from femflex.system.freedom_names import coordinate_names, velocity_names
-from femflex.system.freedoms import OPEN, SHUT, check_laws, started_motion
+from femflex.system.coordinate_names import coordinate_names, velocity_names
+from femflex.system.gimbal_lock import locked_start_text
+from femflex.system.joint_coordinates import OPEN, SHUT, check_laws, started_motion
 from femflex.system.latch import Latch
 from femflex.system.law import Law
 from femflex.system.profile import Profile
-from femflex.system.turning import locked_start
 
 
-def _none() -> Array:
+def _no_axes() -> Array:
     return np.zeros((0, 3))
 
 
@@ -48,7 +48,7 @@ class Joint(Summarised):
                  counts by the bodies' size
     motion       (n_u,)    per freedom None (free), a number (locked there) or a Profile (specified); () all free
     q0, u0       initial coordinates (n_q,) and quasi-velocities (n_u,); the reference of a ball may be
-                           left out, and those of held freedoms are their motion's
+                           left out, and those of prescribed freedoms are their motion's
 
     A ball's rotation is free as a whole; to hold a part of it write it as successive turns (`turns`).
     """
@@ -58,8 +58,8 @@ class Joint(Summarised):
     child_marker: str = "origin"
     parent_marker: str = "origin"
     name: str = ""
-    translations: Array = field(default_factory=_none)
-    rotations: Array = field(default_factory=_none)
+    translations: Array = field(default_factory=_no_axes)
+    rotations: Array = field(default_factory=_no_axes)
     ball: str | None = None
     rebase: bool = False
     stiffness: Array = field(default_factory=lambda: np.zeros(0))
@@ -108,13 +108,13 @@ class Joint(Summarised):
         check_laws(self)
 
     def summary(self) -> tuple[str, Rows]:
-        """What it connects, its freedoms and what acts in them."""
+        """Return a text: the bodies that it connects, its freedoms and their laws."""
         rows = [("parent", f"{self.parent or 'base frame'}, marker {self.parent_marker}")]
         rows += [("child", f"{self.child}, marker {self.child_marker}")]
         rows += [("freedoms", listed(self.freedom_names()))] if self.n_u else []
         numbers = {"stiffness": self.stiffness, "damping": self.damping, "q0": self.q0, "u0": self.u0}
         rows += [(key, ", ".join(f"{x:.6g}" for x in value)) for key, value in numbers.items() if value.any()]
-        rows += [("specified", listed([self.freedom_names()[k] for k in self.held]))] if self.held else []
+        rows += [("specified", listed([self.freedom_names()[k] for k in self.prescribed]))] if self.prescribed else []
         rows += [("laws", listed(self.law_names()))] if self.laws else []
         rows += [("latches", str(len(self.latches)))] if self.latches else []
         return f"{self.kind.capitalize()} joint {self.label!r}", rows
@@ -136,7 +136,7 @@ class Joint(Summarised):
         return len(self.translations) + (len(self.rotations) if self.ball is None else 3)
 
     @property
-    def held(self) -> dict[int, Profile]:
+    def prescribed(self) -> dict[int, Profile]:
         """The freedoms that are locked or specified, by number, with their motion."""
         return {k: profile for k, profile in enumerate(self.motion) if isinstance(profile, Profile)}
 
@@ -156,11 +156,11 @@ class Joint(Summarised):
         return [pair for name in names for pair in ((f"{name}_time", "s"), (f"{name}_loss", "J"))]
 
     def initial_states(self) -> Array:
-        """Initial states of its latches (2 n_latches,): open, but for those that are there to be opened."""
+        """Return the initial states of its latches (2 n_latches,): open, except for latches that wait to be opened."""
         return np.array([OPEN if latch.opens is None else SHUT for latch in self.latches]).ravel()
 
     def freedom_names(self) -> list[str]:
-        """Name of each quasi-coordinate, as in "hinge.angle"; a ball's are those of its rates."""
+        """Return the name of each quasi-coordinate, as in "hinge.angle"; a ball's are those of its rates."""
         return [name.removesuffix("_rate") for name, _ in self.velocity_names()]
 
     def coordinate_names(self) -> list[tuple[str, str]]:
@@ -179,16 +179,16 @@ class Joint(Summarised):
             u0=self.u0 if u0 is None else np.asarray(u0, float),
         )
 
-    def ball_places(self) -> slice:
-        """Where the coordinates of the ball stand in q of the joint, without those of its reference."""
+    def ball_slice(self) -> slice:
+        """Return the slice of the coordinates of the ball in q of the joint, without those of its reference."""
         first = len(self.translations)
         return slice(first, first + (4 if self.ball == EULER_PARAMETERS else 3))
 
     def singular_start(self) -> str | None:
-        """The sentence that says that the joint starts at the singularity of its rotation set or turns, if it does."""
+        """Return the message that the joint starts at the singularity of its set or turns, "" if it does not."""
         if self.ball is None:
-            return locked_start(self)
-        return singular_start(self.ball, self.q0[self.ball_places()], self.label)
+            return locked_start_text(self)
+        return singular_start(self.ball, self.q0[self.ball_slice()], self.label)
 
     def _rest_coordinates(self) -> Array:
         ball = np.zeros(len(self.rotations))

@@ -22,8 +22,8 @@ from femflex.system.profile import Profile
 _Make = TypeVar("_Make", bound=Callable[..., Joint])
 
 
-class Options(TypedDict, total=False):
-    """What every kind of joint takes besides its axes; see `Joint`."""
+class JointOptions(TypedDict, total=False):
+    """Options that every kind of joint takes besides its axes; see `Joint`."""
 
     child_marker: str
     parent_marker: str
@@ -42,35 +42,39 @@ class Options(TypedDict, total=False):
 
 def _with_options(make: _Make) -> _Make:
     """The function, with the options of a joint in the signature that `help` and editors show."""
-    own, joint = inspect.signature(make), inspect.signature(Joint).parameters
-    options = [joint[name].replace(kind=inspect.Parameter.KEYWORD_ONLY) for name in Options.__annotations__]
-    options = [one.replace(default=()) if one.annotation == "Array" else one for one in options]
-    shown = [*list(own.parameters.values())[:-1], *options]
-    make.__signature__ = own.replace(parameters=shown)  # type: ignore[attr-defined]
+    signature, joint = inspect.signature(make), inspect.signature(Joint).parameters
+    options = [joint[name].replace(kind=inspect.Parameter.KEYWORD_ONLY) for name in JointOptions.__annotations__]
+    options = [option.replace(default=()) if option.annotation == "Array" else option for option in options]
+    shown = [*list(signature.parameters.values())[:-1], *options]
+    make.__signature__ = signature.replace(parameters=shown)  # type: ignore[attr-defined]
     return make
 
 
 @_with_options
-def weld(child: str, parent: str | None = None, **options: Unpack[Options]) -> Joint:
+def weld(child: str, parent: str | None = None, **options: Unpack[JointOptions]) -> Joint:
     """A joint without a degree of freedom."""
     return Joint(child, parent, kind="weld", **options)  # type: ignore[arg-type]
 
 
 @_with_options
-def revolute(child: str, parent: str | None = None, axis: ArrayLike = (0, 0, 1), **options: Unpack[Options]) -> Joint:
+def revolute(
+    child: str, parent: str | None = None, axis: ArrayLike = (0, 0, 1), **options: Unpack[JointOptions]
+) -> Joint:
     """One rotation about an axis of the parent's marker; stiffness [N m/rad], damping [N m s/rad], q0 [rad]."""
     return Joint(child, parent, rotations=_rows(axis), kind="revolute", **options)  # type: ignore[arg-type]
 
 
 @_with_options
-def prismatic(child: str, parent: str | None = None, axis: ArrayLike = (1, 0, 0), **options: Unpack[Options]) -> Joint:
+def prismatic(
+    child: str, parent: str | None = None, axis: ArrayLike = (1, 0, 0), **options: Unpack[JointOptions]
+) -> Joint:
     """One translation along an axis of the parent's marker; stiffness [N/m], damping [N s/m], q0 [m]."""
     return Joint(child, parent, translations=_rows(axis), kind="prismatic", **options)  # type: ignore[arg-type]
 
 
 @_with_options
 def cylindrical(
-    child: str, parent: str | None = None, axis: ArrayLike = (0, 0, 1), **options: Unpack[Options]
+    child: str, parent: str | None = None, axis: ArrayLike = (0, 0, 1), **options: Unpack[JointOptions]
 ) -> Joint:
     """A translation along an axis of the parent's marker and a rotation about it."""
     return Joint(child, parent, translations=_rows(axis), rotations=_rows(axis), kind="cylindrical", **options)  # type: ignore[arg-type]
@@ -78,7 +82,7 @@ def cylindrical(
 
 @_with_options
 def universal(
-    child: str, parent: str | None = None, axes: ArrayLike = ((1, 0, 0), (0, 1, 0)), **options: Unpack[Options]
+    child: str, parent: str | None = None, axes: ArrayLike = ((1, 0, 0), (0, 1, 0)), **options: Unpack[JointOptions]
 ) -> Joint:
     """Two successive rotations, the second about an axis that the first has turned."""
     return Joint(child, parent, rotations=_rows(axes), kind="universal", **options)  # type: ignore[arg-type]
@@ -86,21 +90,27 @@ def universal(
 
 @_with_options
 def spherical(
-    child: str, parent: str | None = None, rotation: str = EULER_PARAMETERS, **options: Unpack[Options]
+    child: str, parent: str | None = None, rotation: str = EULER_PARAMETERS, **options: Unpack[JointOptions]
 ) -> Joint:
     """Free rotation by the coordinates of a rotation set, such as "euler_parameters" or "intrinsic xzy"."""
     return Joint(child, parent, ball=rotation, kind="spherical", **options)  # type: ignore[arg-type]
 
 
 @_with_options
-def free(child: str, parent: str | None = None, rotation: str = EULER_PARAMETERS, **options: Unpack[Options]) -> Joint:
+def free(
+    child: str, parent: str | None = None, rotation: str = EULER_PARAMETERS, **options: Unpack[JointOptions]
+) -> Joint:
     """Three translations and free rotation by the coordinates of a rotation set."""
     return Joint(child, parent, translations=np.eye(3), ball=rotation, kind="free", **options)  # type: ignore[arg-type]
 
 
 @_with_options
 def turns(
-    child: str, parent: str | None = None, sequence: str = "xyz", slides: ArrayLike = (), **options: Unpack[Options]
+    child: str,
+    parent: str | None = None,
+    sequence: str = "xyz",
+    slides: ArrayLike = (),
+    **options: Unpack[JointOptions],
 ) -> Joint:
     """Slides along given axes, then three successive turns about the axes of a sequence: each freedom by itself.
 

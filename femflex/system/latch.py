@@ -1,4 +1,4 @@
-"""Latches of joints: what locks a freedom at a place that it reaches."""
+"""Latches of joints, which lock a freedom at a place that it reaches."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ class Threshold:
         side, value = ("above", self.above) if self.above is not None else ("below", self.below)
         return f"{self.channel} {side} {value:g}"
 
-    def to_go(self, value: float) -> float:
-        """How far the channel has to go; zero or less beyond the threshold."""
+    def distance(self, value: float) -> float:
+        """Return the distance of the channel from the threshold; zero or less beyond it."""
         return self.above - value if self.above is not None else value - (self.below or 0.0)
 
 

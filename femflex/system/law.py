@@ -1,4 +1,4 @@
-"""Laws of joint freedoms beyond linear springs and dampers: what they have in common, and friction.
+"""Laws of joint freedoms beyond linear springs and dampers: their common interface, and friction.
 
 Each acts on one slide or turn of a joint. A law's force counts as it resists: against a positive stretch or rate it is
 positive, and the joint feels minus it.
@@ -14,7 +14,7 @@ import numpy as np
 from femflex.arrays import Array
 from femflex.system.profile import Profile
 
-# How a piece of a law is evaluated (femflex.dynamics.joints.laws).
+# kinds of pieces of laws (femflex.dynamics.force_terms.laws).
 SPRING, DAMPER, CONTACT, FRICTION, LATCHED = 0, 1, 2, 3, 4
 Piece = tuple[int, Array]  # one of these, and its numbers
 
@@ -45,8 +45,8 @@ class Law:
         """Largest stiffness it can have."""
         return 0.0
 
-    def pieces(self) -> list[Piece]:
-        """What the compiled equations evaluate, summed."""
+    def kernel_pieces(self) -> list[Piece]:
+        """Return the pieces that the compiled equations evaluate and add up."""
         raise NotImplementedError
 
 
@@ -73,7 +73,7 @@ class Elastic(Law):
         knots = self.potential.knots
         return float(np.max(self.potential(np.concatenate([knots, (knots[1:] + knots[:-1]) / 2]))[2]))
 
-    def pieces(self) -> list[Piece]:
+    def kernel_pieces(self) -> list[Piece]:
         return [(SPRING, self.potential.numbers)]
 
 
@@ -99,5 +99,5 @@ class Friction(Law):
     def force(self, q: Array, u: Array) -> Array:
         return self.limit * np.tanh(u / self.velocity)
 
-    def pieces(self) -> list[Piece]:
+    def kernel_pieces(self) -> list[Piece]:
         return [(FRICTION, np.array([self.limit, self.velocity]))]

@@ -1,4 +1,4 @@
-"""Properties of a body that follow from one length and its rate: what a deploying member writes to its block.
+"""Properties of a body that follow from one length and its rate: the numbers of a deploying member's block.
 
 A LengthTable stands in the place of a function in a Variation. The numbers of the block at the length L, its rate U and
 its acceleration A are sums of terms
@@ -53,7 +53,7 @@ class Sections(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class LengthTable:
-    """What a body's block holds at a length L(t).
+    """Numbers of a body's block over a length L(t).
 
     length      Profile of L in time [m]; or the name of the state of an effector that is the length, such as
                 "reel.length". Its next state is the rate U, and what the effector gives for the rate of U is the force
@@ -94,7 +94,7 @@ class LengthTable:
         """Numbers of the block."""
         return len(next(iter(self.pieces[0].values())))
 
-    def at(self, length: float, rate: float = 0.0, acceleration: float = 0.0) -> Array:
+    def block_at(self, length: float, rate: float = 0.0, acceleration: float = 0.0) -> Array:
         """The block (size,) at a length, its rate and its acceleration."""
         k = max(0, int(np.searchsorted(self.origins, length, side="right")) - 1)
         s = (length - self.origins[k]) / self.scales[k]
@@ -114,12 +114,12 @@ class LengthTable:
         runs: list[tuple[int, int, int, int]] = []
         values: list[Array] = []
         for j, term in enumerate(self.terms):
-            found = np.stack([piece.get(term, np.zeros(self.size)) for piece in self.pieces])
-            found = found.reshape(len(self.pieces), groups, WIDTH)
-            used = np.flatnonzero(found.any(axis=(0, 2)))
-            for run in _rows(used, written):
+            numbers = np.stack([piece.get(term, np.zeros(self.size)) for piece in self.pieces])
+            numbers = numbers.reshape(len(self.pieces), groups, WIDTH)
+            used = np.flatnonzero(numbers.any(axis=(0, 2)))
+            for run in _consecutive_groups(used, written):
                 runs.append((WIDTH * int(run[0]), len(run), j, int(written[run[0]])))
-                values.append(found[:, run].reshape(len(self.pieces), -1))
+                values.append(numbers[:, run].reshape(len(self.pieces), -1))
                 written[run] = True
         return np.array(runs, float), np.concatenate(values, axis=1)
 
@@ -141,7 +141,7 @@ class LengthTable:
         return np.concatenate([head, profile, self.origins, self.scales, terms, runs.ravel(), values.ravel()])
 
 
-def _rows(used: NDArray[np.intp], written: BoolArray) -> list[NDArray[np.intp]]:
+def _consecutive_groups(used: NDArray[np.intp], written: BoolArray) -> list[NDArray[np.intp]]:
     """The groups that are used, cut into rows that follow each other and were all written before, or none of them."""
     if not len(used):
         return []

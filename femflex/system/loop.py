@@ -1,4 +1,4 @@
-"""Loops: joints cut out of the tree. Only what a cut joint locks is used: slides, and turns as pairs of directions."""
+"""Loops: joints cut out of the tree, of which only locked freedoms are used: slides, and turns as direction pairs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ OFFSET, COSINE = 3, 6  # columns of slides and pairs from which a residual is co
 
 @dataclass(frozen=True, eq=False)
 class Closure:
-    """What a cut joint between marker P of the parent and marker Q of the child locks.
+    """Constraints of a cut joint between marker P of the parent and marker Q of the child.
 
     slides  (n_s, 4)  unit directions e, fixed in P, along which Q must not leave P, and the distance o it keeps
                       (0): e . r_QP_P = o
@@ -39,8 +39,8 @@ def closure(joint: Joint) -> Closure:
     No turn: three pairs hold the axes of P and Q together; one turn about a: a stays on itself (two pairs); two turns
     about a and b: their angle stays (one pair, since a . R(a) R(b) b = a . b); a ball locks no turn.
     """
-    _, _, rest = np.linalg.svd(np.vstack([joint.translations, np.zeros((3, 3))]))
-    slides = np.pad(rest[len(joint.translations) :], ((0, 0), (0, 1)))
+    _, _, complement = np.linalg.svd(np.vstack([joint.translations, np.zeros((3, 3))]))
+    slides = np.pad(complement[len(joint.translations) :], ((0, 0), (0, 1)))
     turns = joint.rotations
     if joint.ball is not None or len(turns) == 3:
         pairs: list[tuple[Array, Array]] = []
@@ -57,14 +57,14 @@ def closure(joint: Joint) -> Closure:
 
 
 def closure_problems(joint: Joint) -> list[str]:
-    """Sentences on what a joint says that a cut joint cannot do."""
+    """Return sentences on options of a joint that a cut joint cannot have."""
     out = []
     if joint.stiffness.any() or joint.damping.any() or joint.laws or joint.latches:
         out.append(
             f"loop {joint.label!r} has a spring or a damper, a law or a latch; a cut joint has no coordinates of its "
             "own: cut the loop at another joint"
         )
-    if joint.held:
+    if joint.prescribed:
         out.append(
             f"loop {joint.label!r} has a locked or prescribed coordinate; a cut joint has no coordinates of its own: "
             "cut the loop at another joint"

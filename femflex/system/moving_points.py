@@ -1,4 +1,4 @@
-"""Points of mass of a member whose mass moves: where fields that are not linear in position are taken."""
+"""Points of mass of a member whose mass moves, for fields that are not linear in position."""
 
 from __future__ import annotations
 

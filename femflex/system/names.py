@@ -28,10 +28,10 @@ def prefix_problems(kind: str, names: Iterable[str]) -> list[str]:
 
     The results call a marker "body.marker", a segment "body.1" and a slide or turn "joint.angle".
     """
-    found = sorted(set(names), key=lambda name: name.split("."))
+    ordered = sorted(set(names), key=lambda name: name.split("."))
     return [
         f"found the names {short!r} and {long!r} of two of the {kind}; what follows the point would be read as a part "
         f"of {short!r}, so rename one of them"
-        for short, long in pairwise(found)
+        for short, long in pairwise(ordered)
         if long.startswith(short + ".")
     ]

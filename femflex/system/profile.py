@@ -81,8 +81,8 @@ class Profile:
         for amplitude, omega, phase in self.sines:
             for order, value in enumerate(out):
                 out[order] = value + amplitude * omega**order * np.sin(omega * t + phase + order * np.pi / 2)
-        known = (t >= self.first) & (t <= self.last)
-        return tuple(np.where(known, value, np.nan) for value in out)  # type: ignore[return-value]
+        defined = (t >= self.first) & (t <= self.last)
+        return tuple(np.where(defined, value, np.nan) for value in out)  # type: ignore[return-value]
 
     def __add__(self, other: Profile) -> Profile:
         """The sum of two profiles, known where both are."""
@@ -167,12 +167,14 @@ class Profile:
         _check_table(times, values, degree, ends)
         from scipy.interpolate import PPoly, make_interp_spline
 
-        still = [(order, 0.0) for order in range(1, (degree + 1) // 2)]
-        bounds: Any = (still, still) if ends == "rest" else None
+        end_conditions = [(order, 0.0) for order in range(1, (degree + 1) // 2)]
+        bounds: Any = (end_conditions, end_conditions) if ends == "rest" else None
         spline: Any = make_interp_spline(times, values, degree, bc_type=bounds)
-        found = PPoly.from_spline(spline)
-        proper = np.diff(found.x) > 0
-        return cls(found.x[:-1][proper], found.c[::-1].T[proper], first=float(times[0]), last=float(times[-1]))
+        polynomial = PPoly.from_spline(spline)
+        proper = np.diff(polynomial.x) > 0
+        return cls(
+            polynomial.x[:-1][proper], polynomial.c[::-1].T[proper], first=float(times[0]), last=float(times[-1])
+        )
 
 
 def _check_table(times: Array, values: Array, degree: int, ends: str) -> None:

@@ -1,4 +1,4 @@
-"""Bodies cut into segments: how the segments of a line member become bodies of a System, welded end to end.
+"""Bodies cut into segments: the segments of a line member become bodies of a System, welded end to end.
 
 Segment k of the body "boom" is the body "boom.k", counted from the near end. Joints, loads and markers go on naming
 "boom": each goes to the segment that holds the marker.
@@ -39,13 +39,15 @@ class Segments:
     @property
     def markers(self) -> dict[str, Marker]:
         """Markers by name; "origin" is that of the first segment, tied to its near end."""
-        found = {"origin": self.bodies[0].markers["origin"]}
+        markers = {"origin": self.bodies[0].markers["origin"]}
         for body in self.bodies:
-            found |= {name: at for name, at in body.markers.items() if name != "origin" and not name.startswith(".")}
-        return found
+            markers |= {
+                name: marker for name, marker in body.markers.items() if name != "origin" and not name.startswith(".")
+            }
+        return markers
 
     def holder(self, marker: str) -> int:
-        """Number (from 0) of the segment that holds a marker. Raises KeyError with the known names."""
+        """Return the number (from 0) of the segment with a marker. Raises KeyError with the known names."""
         if marker == "origin":
             return 0
         for j, body in enumerate(self.bodies):
@@ -65,7 +67,7 @@ class Segments:
         return Segments(tuple(bodies))
 
     def with_body(self, marker: str, body: FlexibleBody) -> Segments:
-        """A copy in which the segment that holds a marker is another body."""
+        """Return a copy in which the segment with a marker is another body."""
         bodies = list(self.bodies)
         bodies[self.holder(marker)] = body
         return Segments(tuple(bodies))
@@ -85,12 +87,12 @@ def segment_name(body: str, j: int) -> str:
 
 
 def marker_label(segments: Mapping[str, tuple[str, ...]], body: str, marker: str) -> str:
-    """How a marker is called in results: "boom.tip" also when it is on a segment of the boom."""
+    """Return the name of a marker in results: "boom.tip" also when it is on a segment of the boom."""
     owner = next((name for name, parts in segments.items() if body in parts), body)
     return f"{owner}.{marker}"
 
 
-def expanded(
+def with_segments(
     parts: Mapping[str, Part], joints: Sequence[Joint], loads: Sequence[Load] = ()
 ) -> tuple[dict[str, FlexibleBody], tuple[Joint, ...], tuple[Load, ...], dict[str, tuple[str, ...]]]:
     """Bodies, joints and loads with every cut body as welded segments, and the names of its segments.
@@ -105,60 +107,62 @@ def expanded(
             bodies |= dict(zip(names[name], part.bodies, strict=True))
         else:
             bodies[name] = part
-    found: list[Joint] = []
+    new_joints: list[Joint] = []
     for joint in joints:
-        moved = {"name": joint.label} if {joint.child, joint.parent} & set(cut) else {}
+        changes = {"name": joint.label} if {joint.child, joint.parent} & set(cut) else {}
         if joint.parent in cut:
-            moved["parent"] = names[joint.parent][cut[joint.parent].holder(joint.parent_marker)]
+            changes["parent"] = names[joint.parent][cut[joint.parent].holder(joint.parent_marker)]
         if joint.child in cut:
-            held = cut[joint.child].holder(joint.child_marker)
-            moved["child"] = names[joint.child][held]
-            found.append(replace(joint, **moved))  # type: ignore[arg-type]
-            found += welds(names[joint.child], held)
+            clamped = cut[joint.child].holder(joint.child_marker)
+            changes["child"] = names[joint.child][clamped]
+            new_joints.append(replace(joint, **changes))  # type: ignore[arg-type]
+            new_joints += welds(names[joint.child], clamped)
         else:
-            found.append(replace(joint, **moved) if moved else joint)  # type: ignore[arg-type]
+            new_joints.append(replace(joint, **changes) if changes else joint)  # type: ignore[arg-type]
     acting = tuple(
         replace(load, body=names[load.body][cut[load.body].holder(load.marker)]) if load.body in cut else load
         for load in loads
     )
-    return bodies, tuple(found), acting, names
+    return bodies, tuple(new_joints), acting, names
 
 
-def at_segments(tie: Tie, parts: Mapping[str, Part]) -> Tie:
-    """A loop, constraint, spring or sight with the segments that hold its markers in place of cut bodies."""
-    moved: dict[str, Any] = {"name": tie.label} if isinstance(tie, Joint) else {}
+def with_segment_names(tie: Tie, parts: Mapping[str, Part]) -> Tie:
+    """Return a loop, constraint, spring or sight with the segments of its markers in place of cut bodies."""
+    changes: dict[str, Any] = {"name": tie.label} if isinstance(tie, Joint) else {}
     body = ("child", "child_marker") if isinstance(tie, Joint) else ("body", "marker")
     for key, marker in (body, ("parent", "parent_marker")):
         name: str = getattr(tie, key, None) or ""
         if isinstance(part := parts.get(name), Segments):
-            moved[key] = segment_name(name, part.holder(getattr(tie, marker)))
-    return replace(tie, **moved)
+            changes[key] = segment_name(name, part.holder(getattr(tie, marker)))
+    return replace(tie, **changes)
 
 
-def acting_at_segments(acting: Effector, parts: Mapping[str, Part]) -> Effector:
-    """An effector at the segments that hold its markers, in place of cut bodies."""
-    markers = tuple((place_at(parts, body, marker), marker) for body, marker in acting.markers)
-    return acting if markers == acting.markers else replace(acting, markers=markers)
+def effector_at_segments(effector: Effector, parts: Mapping[str, Part]) -> Effector:
+    """Return an effector at the segments of its markers, in place of cut bodies."""
+    markers = tuple((body_with_marker(parts, body, marker), marker) for body, marker in effector.markers)
+    return effector if markers == effector.markers else replace(effector, markers=markers)
 
 
-def place_at(parts: Mapping[str, Part], body: str, marker: str) -> str:
-    """Name of the body that holds a marker: a segment's, where the body is cut into segments. Raises KeyError."""
+def body_with_marker(parts: Mapping[str, Part], body: str, marker: str) -> str:
+    """Return the name of the body with a marker: a segment's, where the body is cut. Raises KeyError."""
     part = parts.get(body)
     return segment_name(body, part.holder(marker)) if isinstance(part, Segments) else body
 
 
-def carrier(part: Part, marker: str) -> FlexibleBody:
-    """The body that holds a marker: the whole, or a segment. Raises KeyError."""
+def body_of_part(part: Part, marker: str) -> FlexibleBody:
+    """Return the body with a marker: the whole, or a segment. Raises KeyError."""
     return part.bodies[part.holder(marker)] if isinstance(part, Segments) else part
 
 
-def with_carrier(part: Part, marker: str, body: FlexibleBody) -> Part:
-    """The part in which the body that holds a marker is another one."""
+def with_body_of_part(part: Part, marker: str, body: FlexibleBody) -> Part:
+    """Return the part in which the body with a marker is another one."""
     return part.with_body(marker, body) if isinstance(part, Segments) else body
 
 
-def welds(names: Sequence[str], held: int) -> list[Joint]:
-    """Welds between neighbours, leading away from the segment that is held."""
-    outward = [weld(names[j], names[j - 1], child_marker=NEAR, parent_marker=FAR) for j in range(held + 1, len(names))]
-    back = [weld(names[j], names[j + 1], child_marker=FAR, parent_marker=NEAR) for j in range(held - 1, -1, -1)]
+def welds(names: Sequence[str], clamped: int) -> list[Joint]:
+    """Return welds between neighbours, leading away from the segment that is attached."""
+    outward = [
+        weld(names[j], names[j - 1], child_marker=NEAR, parent_marker=FAR) for j in range(clamped + 1, len(names))
+    ]
+    back = [weld(names[j], names[j + 1], child_marker=FAR, parent_marker=NEAR) for j in range(clamped - 1, -1, -1)]
     return [*outward, *back]

@@ -1,4 +1,4 @@
-"""Sensors: what a controller knows of the motion.
+"""Sensors: measurements of the motion for controllers.
 
 Without a period a sensor is exact and continuous, but for its bias: an effector without force. With a period it is
 sampled: the exact measurement becomes an effector "<name>_exact", and the sensor a Controller whose commands are the
@@ -26,19 +26,19 @@ from femflex.body.strain_field import StrainPart
 from femflex.summary import Rows, Summarised
 from femflex.system.controller import Controller
 from femflex.system.effector import Effector
-from femflex.system.evaluation import FOLDER
-from femflex.system.wheel import direction
+from femflex.system.evaluation import CHANNEL_FOLDER
+from femflex.system.wheel import unit_direction
 
 Kind = Literal["attitude", "rate", "displacement", "velocity", "acceleration", "pointing", "joint", "value"]
 
-MOST_WAITING = 10_000  # samples on their way: each sample moves them all, in memory and in the result file
+MAX_WAITING = 10_000  # samples on their way: each sample moves them all, in memory and in the result file
 XYZ = ("x", "y", "z")
 UNITS = {"attitude": "rad", "rate": "rad/s", "displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
 
 
 @dataclass(frozen=True, eq=False)
 class Sampling:
-    """How a sensor is sampled: period and delay [s], noise (standard deviation) and quantum in the sensor's unit."""
+    """Sampling of a sensor: period and delay [s], noise (standard deviation) and quantum in the sensor's unit."""
 
     period: float
     delay: float = 0.0
@@ -92,9 +92,9 @@ class Sensor(Summarised):
             check_sampling(self.name, self.sampling)
 
     def summary(self) -> tuple[str, Rows]:
-        """Where it is, what it measures, and how it is sampled."""
-        place = self.freedom or self.signal or f"{self.body}.{self.marker}"
-        rows = [("measures", self.kind), ("at", place)]
+        """Return a text: its marker, the quantity that it measures, and its sampling."""
+        position = self.freedom or self.signal or f"{self.body}.{self.marker}"
+        rows = [("measures", self.kind), ("at", position)]
         rows += [("outputs", ", ".join(f"{name} [{unit}]" for name, unit in self.outputs.items()))]
         rows += [("bias", ", ".join(f"{x:.6g}" for x in self.bias))] if self.bias.any() else []
         rows += [] if self.sampling is None else [("period", f"{self.sampling.period:g} s")]
@@ -102,7 +102,7 @@ class Sensor(Summarised):
 
     @property
     def outputs(self) -> dict[str, str]:
-        """Name -> unit of what it measures."""
+        """Return name -> unit of its measurements."""
         if self.kind in UNITS:
             return dict.fromkeys(XYZ, UNITS[self.kind])
         if self.kind == "joint":
@@ -111,12 +111,12 @@ class Sensor(Summarised):
 
     @property
     def effectors(self) -> tuple[Effector | Controller, ...]:
-        """What a System takes for it."""
+        """Return the effectors of a System that model the sensor."""
         if self.sampling is None:
             return (self._exact(self.name, self.bias),)
         exact = self._exact(f"{self.name}_exact", np.zeros(3))
-        paths = tuple(f"{FOLDER}{exact.name}/{output}" for output in self.outputs)
-        return exact, sampled(self.name, paths, self.outputs, self.bias[: len(paths)], self.sampling)
+        paths = tuple(f"{CHANNEL_FOLDER}{exact.name}/{output}" for output in self.outputs)
+        return exact, sampled_sensor(self.name, paths, self.outputs, self.bias[: len(paths)], self.sampling)
 
     def _exact(self, name: str, bias: Array) -> Effector:
         kind = float(get_args(Kind).index(self.kind))
@@ -126,17 +126,19 @@ class Sensor(Summarised):
             else ((self.body, self.marker), *(() if self.other is None else (self.other,)))
         )
         inputs: tuple[str, ...] = (self.signal,) if self.kind == "value" else ()
-        own = np.zeros(0)
+        numbers = np.zeros(0)
         if self.kind == "attitude":
-            axis = np.zeros(3) if self.turning is None else direction(name, "axis", self.turning[0])
-            own = np.concatenate([np.asarray(self.reference, float).ravel(), [float(self.turning is not None)], axis])
+            axis = np.zeros(3) if self.turning is None else unit_direction(name, "axis", self.turning[0])
+            numbers = np.concatenate(
+                [np.asarray(self.reference, float).ravel(), [float(self.turning is not None)], axis]
+            )
             inputs = () if self.turning is None else (self.turning[1],)
         elif self.kind == "displacement":
-            own = np.asarray(self.offset, float)
+            numbers = np.asarray(self.offset, float)
         elif self.kind == "acceleration":
-            own = np.array([self.bandwidth])
+            numbers = np.array([self.bandwidth])
         elif self.kind == "pointing":
-            own = np.concatenate([direction(name, "axis", self.axis), direction(name, "aim", self.aim)])
+            numbers = np.concatenate([unit_direction(name, "axis", self.axis), unit_direction(name, "aim", self.aim)])
         lagged = self.kind == "acceleration"
         return Effector(
             name,
@@ -148,7 +150,7 @@ class Sensor(Summarised):
             channels=self.outputs,
             exerts=(),
             starts={axis: (f"lagged_{axis}", float(b)) for axis, b in zip(XYZ, bias, strict=True)} if lagged else {},
-            parameters=np.concatenate([[kind, float(len(markers))], bias, own]),
+            parameters=np.concatenate([[kind, float(len(markers))], bias, numbers]),
         )
 
 
@@ -163,17 +165,19 @@ def strain_sensor(
     """
     parts = [part for part in body.strain_field if component in part.names]
     if not parts:
-        known = sorted({n for part in body.strain_field for n in part.names})
+        gauge_names = sorted({n for part in body.strain_field for n in part.names})
         raise ValueError(
             f"sensor {name!r} measures the strain {component!r} of body {body_name!r}, which has "
-            f"{', '.join(known) or 'no strain field'}"
+            f"{', '.join(gauge_names) or 'no strain field'}"
         )
     point = np.asarray(point, float)
-    one = min((part.at(point) for part in parts), key=lambda part: float(np.linalg.norm(part.places[0] - point)))
+    part_at_point = min(
+        (part.at_point(point) for part in parts), key=lambda part: float(np.linalg.norm(part.places[0] - point))
+    )
     check_sampling(name, sampling)
     unit = "1/m" if component.startswith("curvature") else "1"
-    of = StrainAt(one, one.names.index(component), f"bodies/{body_name}/delta")
-    return sampled(name, (of.path,), {"strain": unit}, np.array([bias]), sampling, of)
+    strain_at = StrainAt(part_at_point, part_at_point.names.index(component), f"bodies/{body_name}/delta")
+    return sampled_sensor(name, (strain_at.path,), {"strain": unit}, np.array([bias]), sampling, strain_at)
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,14 +199,14 @@ def check_sampling(name: str, sampling: Sampling) -> None:
         value = getattr(sampling, key)
         if not (math.isfinite(value) and (value > 0.0 if key == "period" else value >= 0.0)):
             raise ValueError(f"{key} of sensor {name!r} is {value:g}; it must be positive, or zero but for the period")
-    if (waiting := sampling.delay / sampling.period) > MOST_WAITING:
+    if (waiting := sampling.delay / sampling.period) > MAX_WAITING:
         raise ValueError(
-            f"delay of sensor {name!r} is {waiting:.3g} of its periods (limit {MOST_WAITING}, because every "
+            f"delay of sensor {name!r} is {waiting:.3g} of its periods (limit {MAX_WAITING}, because every "
             "delayed sample is a state); shorten the delay or lengthen the period"
         )
 
 
-def sampled(
+def sampled_sensor(
     name: str,
     paths: tuple[str, ...],
     outputs: Mapping[str, str],
@@ -210,18 +214,18 @@ def sampled(
     sampling: Sampling,
     of: StrainAt | None = None,
 ) -> Controller:
-    """The Controller that samples channels, or what `of` makes of them."""
-    late = math.floor(sampling.delay / sampling.period + 1e-9)
-    rest = max(0.0, sampling.delay - late * sampling.period)
-    rest = 0.0 if rest < 1e-9 * sampling.period else rest
+    """Return the Controller that samples channels, or the quantity that `of` computes of them."""
+    delay_samples = math.floor(sampling.delay / sampling.period + 1e-9)
+    remainder = max(0.0, sampling.delay - delay_samples * sampling.period)
+    remainder = 0.0 if remainder < 1e-9 * sampling.period else remainder
     n = len(outputs)
-    law = _Sampled(name, paths, n, np.asarray(bias, float), sampling, late, rest, of)
-    return Controller(name, law, sampling.period, paths, dict(outputs), memory=np.zeros(2 + (late + 2) * n))
+    law = _Sampled(name, paths, n, np.asarray(bias, float), sampling, delay_samples, remainder, of)
+    return Controller(name, law, sampling.period, paths, dict(outputs), memory=np.zeros(2 + (delay_samples + 2) * n))
 
 
 @dataclass(frozen=True, eq=False)
 class _Sampled:
-    """The law of a sampled sensor. Memory: number of samples, whether one waits, what is known, the last samples."""
+    """Law of a sampled sensor. Memory: number of samples, whether one waits, the last output, the last samples."""
 
     name: str
     paths: tuple[str, ...]
@@ -234,15 +238,15 @@ class _Sampled:
 
     def __call__(self, t: float, sensors: Mapping[str, Array], memory: Array) -> tuple[Array, Array, float | None]:
         k, waits = int(memory[0]), memory[1] > 0.0
-        known, last = memory[2 : 2 + self.n], memory[2 + self.n :].reshape(self.late + 1, self.n)
+        output, samples = memory[2 : 2 + self.n], memory[2 + self.n :].reshape(self.late + 1, self.n)
         if waits:  # the number that was on its way arrives
-            known, waits = last[0], False
+            output, waits = samples[0], False
         else:
             value = self._measured(k, sensors)
-            last = np.tile(value, (self.late + 1, 1)) if k == 0 else np.concatenate([last[1:], value[None]])
-            known, waits, k = (known if k else value) if self.rest else last[0], self.rest > 0.0, k + 1
-        memory = np.concatenate([[float(k), float(waits)], known, last.ravel()])
-        return known, memory, t + self.rest if waits else None
+            samples = np.tile(value, (self.late + 1, 1)) if k == 0 else np.concatenate([samples[1:], value[None]])
+            output, waits, k = (output if k else value) if self.rest else samples[0], self.rest > 0.0, k + 1
+        memory = np.concatenate([[float(k), float(waits)], output, samples.ravel()])
+        return output, memory, t + self.rest if waits else None
 
     def _measured(self, k: int, sensors: Mapping[str, Array]) -> Array:
         x = self.of(sensors) if self.of else np.array([float(sensors[path]) for path in self.paths])
@@ -257,8 +261,8 @@ def noise_numbers(seed: int, name: str, k: int, n: int) -> Array:
     return np.random.Generator(np.random.Philox(key=key, counter=np.array([0, 0, 0, k], np.uint64))).standard_normal(n)
 
 
-def without_quantum(one: Controller) -> Controller:
+def without_quantum(controller: Controller) -> Controller:
     """A sampled sensor whose numbers have no steps, which have no derivative; any other controller as it is."""
-    if not isinstance(one.law, _Sampled) or not one.law.sampling.quantum:
-        return one
-    return replace(one, law=replace(one.law, sampling=replace(one.law.sampling, quantum=0.0)))
+    if not isinstance(controller.law, _Sampled) or not controller.law.sampling.quantum:
+        return controller
+    return replace(controller, law=replace(controller.law, sampling=replace(controller.law.sampling, quantum=0.0)))

@@ -1,4 +1,4 @@
-"""Separation springs, which push two bodies apart once what held them together has opened (see `Latch.opens`)."""
+"""Separation springs, which push two bodies apart once a latch between them has opened (see `Latch.opens`)."""
 
 from __future__ import annotations
 

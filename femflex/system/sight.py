@@ -1,4 +1,4 @@
-"""Lines of sight: what points at a station on the turning Earth, and how well is a result."""
+"""Lines of sight to a station on the turning Earth, and the pointing error of an axis along them."""
 
 from __future__ import annotations
 

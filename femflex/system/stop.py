@@ -41,19 +41,19 @@ class Stop(Elastic):
                 "stiffness and width must be positive, damping not negative"
             )
 
-    def _beyond(self, middle: Array, far: Array) -> Profile:
+    def _piecewise(self, middle: Array, outside: Array) -> Profile:
         """0 inside; at a depth d beyond a limit `middle` in powers of d, past the width `far` in those of d - w."""
         knots: list[float] = []
         rows: list[Array] = []
         inside, w = np.zeros(len(middle)), self.width
         if self.lower is not None:
             knots += [self.lower - 2 * w, self.lower - w]
-            rows += [_reflected(far, w), _reflected(middle, w)]
+            rows += [_reflected(outside, w), _reflected(middle, w)]
         knots.append(self.lower if self.lower is not None else (self.upper or 0.0) - w)
         rows.append(inside)
         if self.upper is not None:
             knots += [self.upper, self.upper + w]
-            rows += [middle, far]
+            rows += [middle, outside]
         return Profile(np.array(knots), np.array(rows))
 
     @cached_property
@@ -61,18 +61,18 @@ class Stop(Elastic):
         k, w, n = self.stiffness, self.width, len(STEP)
         middle = np.zeros(n + 2)
         middle[2:] = [k * s * w**2 / ((j + 1) * (j + 2)) / w ** (j + 2) for j, s in enumerate(STEP)]
-        far = np.zeros(n + 2)
+        outside = np.zeros(n + 2)
         powers = w ** np.arange(n + 2)
-        far[:3] = middle @ powers, (middle[1:] * np.arange(1, n + 2)) @ powers[:-1], k / 2
-        return self._beyond(middle, far)
+        outside[:3] = middle @ powers, (middle[1:] * np.arange(1, n + 2)) @ powers[:-1], k / 2
+        return self._piecewise(middle, outside)
 
     @cached_property
     def contact(self) -> Profile:
         """Damping at a coordinate."""
         n, w = len(STEP), self.width
-        far = np.zeros(n)
-        far[0] = self.damping
-        return self._beyond(self.damping * np.array(STEP) / w ** np.arange(n), far)
+        outside = np.zeros(n)
+        outside[0] = self.damping
+        return self._piecewise(self.damping * np.array(STEP) / w ** np.arange(n), outside)
 
     @property
     def stiffest(self) -> float:
@@ -84,12 +84,12 @@ class Stop(Elastic):
     def power(self, q: Array, u: Array) -> Array:
         return self.contact(q)[0] * u**2
 
-    def pieces(self) -> list[Piece]:
+    def kernel_pieces(self) -> list[Piece]:
         out = [(SPRING, self.potential.numbers)]
         return [*out, (CONTACT, self.contact.numbers)] if self.damping else out
 
 
 def _reflected(c: Array, w: float) -> Array:
     """Coefficients in powers of x of sum_k c_k (w - x)^k."""
-    at = np.array(w)
-    return np.array([(-1.0) ** k * float(powers(c, at, k)) / math.factorial(k) for k in range(len(c))])
+    width = np.array(w)
+    return np.array([(-1.0) ** k * float(powers(c, width, k)) / math.factorial(k) for k in range(len(c))])

@@ -13,23 +13,23 @@ import numpy as np
 from femflex.arrays import Array
 from femflex.body import FlexibleBody
 from femflex.summary import Rows, Summarised, listed
+from femflex.system.connections import tie_markers, tie_problems
 from femflex.system.constraint import Nonholonomic
 from femflex.system.controller import Controller
 from femflex.system.effector import Effector
 from femflex.system.effector_problems import effector_problems
 from femflex.system.environment import Environment
-from femflex.system.freedoms import latch_start_problems
 from femflex.system.joint import Joint
-from femflex.system.kept import keep_problems
+from femflex.system.joint_coordinates import latch_start_problems
+from femflex.system.kept_values import keep_problems
 from femflex.system.length_table import LengthTable
 from femflex.system.load import Load
 from femflex.system.names import name_problems, prefix_problems
 from femflex.system.orbit import Frame, Orbit
-from femflex.system.segments import Part, acting_at_segments, at_segments, expanded
+from femflex.system.segments import Part, effector_at_segments, with_segment_names, with_segments
 from femflex.system.sensor import Sensor
 from femflex.system.sight import Sight
 from femflex.system.spring import Spring
-from femflex.system.ties import tie_places, tie_problems
 from femflex.system.variation import Variation
 
 
@@ -84,8 +84,10 @@ class System(Summarised):
     varying: dict[str, Variation] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        given = ((one.effectors if isinstance(one, Sensor) else (one,)) for one in self.effectors)
-        object.__setattr__(self, "effectors", tuple(chain.from_iterable(given)))
+        effectors_by_entry = (
+            (effector.effectors if isinstance(effector, Sensor) else (effector,)) for effector in self.effectors
+        )
+        object.__setattr__(self, "effectors", tuple(chain.from_iterable(effectors_by_entry)))
         problems = [*self._tree_problems(), *self._orbit_problems(), *self._name_problems()]
         problems += keep_problems(self.keep, self.joints)
         problems += self._variation_problems()
@@ -95,7 +97,7 @@ class System(Summarised):
             raise ValueError("\n".join(problems))
 
     def summary(self) -> tuple[str, Rows]:
-        """Bodies, joints, what acts, and the number of degrees of freedom."""
+        """Return a text: bodies, joints, elements that act, and the number of degrees of freedom."""
         mass = sum(body.moments.mass for body in self.bodies.values())
         elastic = sum(body.n_modes for body in self.bodies.values())
         rows = [
@@ -116,7 +118,7 @@ class System(Summarised):
 
     @cached_property
     def order(self) -> list[str]:
-        """Body names so that parents come before their children; by distance from the base, then in the order given."""
+        """Return body names with parents before their children; by distance from the base, then in the order given."""
         depth: dict[str | None, int] = {None: 0}
         for body in self.bodies:
             path = [body]
@@ -158,20 +160,24 @@ class System(Summarised):
 
     @cached_property
     def _coordinate_names(self) -> list[tuple[str, str]]:
-        return [pair for b in self.order for pair in (*self.joint_of(b).coordinate_names(), *self._elastic(b, ""))]
+        return [
+            pair for b in self.order for pair in (*self.joint_of(b).coordinate_names(), *self._elastic_names(b, ""))
+        ]
 
     @cached_property
     def _velocity_names(self) -> list[tuple[str, str]]:
-        return [pair for b in self.order for pair in (*self.joint_of(b).velocity_names(), *self._elastic(b, "_rate"))]
+        return [
+            pair for b in self.order for pair in (*self.joint_of(b).velocity_names(), *self._elastic_names(b, "_rate"))
+        ]
 
     @cached_property
     def _state_names(self) -> list[tuple[str, str]]:
-        return [pair for owner in self._owners() for pair in owner.state_names()]
+        return [pair for owner in self._state_owners() for pair in owner.state_names()]
 
     def state_sizes(self) -> Array:
         """Usual sizes of the states of z (n_z,)."""
-        own = (getattr(owner, "sizes", np.ones(len(owner.state_names()))) for owner in self._owners())
-        return np.concatenate([np.zeros(0), *own])
+        sizes = (getattr(owner, "sizes", np.ones(len(owner.state_names()))) for owner in self._state_owners())
+        return np.concatenate([np.zeros(0), *sizes])
 
     def all_state_names(self) -> list[tuple[str, str]]:
         """Name and unit of every state of x = (q, u, z)."""
@@ -186,21 +192,21 @@ class System(Summarised):
             u += [joint.u0, self.ddelta0.get(b, np.zeros(n))]
         return np.concatenate([*q, *u, self._initial_z()])
 
-    def _owners(self) -> list[Joint | Effector | Controller]:
-        """What has states, in the order of z."""
+    def _state_owners(self) -> list[Joint | Effector | Controller]:
+        """Return the elements that have states, in the order of z."""
         return [*(self.joint_of(b) for b in self.order), *self.effectors]
 
     def _initial_z(self) -> Array:
-        own = np.concatenate([np.zeros(0), *(owner.initial_states() for owner in self._owners())])
+        values = np.concatenate([np.zeros(0), *(owner.initial_states() for owner in self._state_owners())])
         names = [name for name, _ in self.state_names()]
-        return np.array([self.z0.get(name, value) for name, value in zip(names, own, strict=True)])
+        return np.array([self.z0.get(name, value) for name, value in zip(names, values, strict=True)])
 
-    def _elastic(self, body: str, suffix: str) -> list[tuple[str, str]]:
+    def _elastic_names(self, body: str, suffix: str) -> list[tuple[str, str]]:
         unit = "kg^1/2 m" + ("/s" if suffix else "")
         return [(f"{body}.delta{k + 1}{suffix}", unit) for k in range(self.bodies[body].n_modes)]
 
     def _tree_problems(self) -> list[str]:
-        known = sorted(self.bodies)
+        body_names = sorted(self.bodies)
         out = [] if self.bodies else ["the system has no bodies"]
         out += [text for j in self.joints if (text := j.singular_start()) is not None]
         out += [text for j in self.joints for text in latch_start_problems(j, self.z0)]
@@ -213,16 +219,18 @@ class System(Summarised):
         for j in self.joints:
             for role, name in (("child", j.child), ("parent", j.parent)):
                 if name is not None and name not in self.bodies:
-                    out.append(f"{role} {name!r} of joint {j.label!r} is not a body; bodies are {known}")
+                    out.append(f"{role} {name!r} of joint {j.label!r} is not a body; bodies are {body_names}")
             if j.child == j.parent:
                 out.append(f"joint {j.label!r} joins body {j.child!r} to itself")
             if j.child in parent:
                 out.append(f"body {j.child!r} is the child of two joints; a tree gives every body one parent")
             parent[j.child] = j.parent
-        out += [f"body {b!r} has no joint; join it to a parent or to the base frame" for b in known if b not in parent]
+        out += [
+            f"body {b!r} has no joint; join it to a parent or to the base frame" for b in body_names if b not in parent
+        ]
         if out:
             return out
-        for b in known:
+        for b in body_names:
             path = [b]
             while (up := parent[path[-1]]) is not None:
                 if up in path:
@@ -262,23 +270,23 @@ class System(Summarised):
 
     def _name_problems(self) -> list[str]:
         out = self._illegal_names()
-        places = [
+        markers = [
             (f"joint {j.label!r}", b, m)
             for j in self.joints
             for b, m in ((j.child, j.child_marker), (j.parent, j.parent_marker))
             if b in self.bodies
         ]
-        places += [(f"load {load.name!r}", load.body, load.marker) for load in self.loads]
-        places += [(f"sight {sight.name!r}", sight.body, sight.marker) for sight in self.sights]
+        markers += [(f"load {load.name!r}", load.body, load.marker) for load in self.loads]
+        markers += [(f"sight {sight.name!r}", sight.body, sight.marker) for sight in self.sights]
         if self.sights and self.orbit is None:
             out.append(f"sight {self.sights[0].name!r} looks at a station on the Earth; give an orbit")
-        places += tie_places(self.loops, self.constraints, self.springs)
-        for who, body, marker in places:
+        markers += tie_markers(self.loops, self.constraints, self.springs)
+        for who, body, marker in markers:
             if body not in self.bodies:
                 out.append(f"body {body!r} of {who} does not exist; bodies are {sorted(self.bodies)}")
             elif marker not in self.bodies[body].markers:
-                known = sorted(self.bodies[body].markers)
-                out.append(f"marker {marker!r} of {who} is not on body {body!r}; its markers are {known}")
+                marker_names = sorted(self.bodies[body].markers)
+                out.append(f"marker {marker!r} of {who} is not on body {body!r}; its markers are {marker_names}")
         for what in ("delta0", "ddelta0"):
             for body, value in getattr(self, what).items():
                 n = self.bodies[body].n_modes if body in self.bodies else -1
@@ -292,23 +300,24 @@ class System(Summarised):
             for name in self.varying
             if name not in self.bodies
         ]
-        known = {name: variation for name, variation in self.varying.items() if name in self.bodies}
-        growing = [name for name, variation in known.items() if "growth" in variation.acting]
+        existing = {name: variation for name, variation in self.varying.items() if name in self.bodies}
+        growing = [name for name, variation in existing.items() if "growth" in variation.acting]
         if growing and self.orbit is not None:
             unknown.append(
                 f"mass arrives on body {growing[0]!r}, and the system is in an orbit, whose gravity on arriving mass "
                 "is not counted in the balance of energy; leave 'growth' out of its variation, or give no orbit"
             )
-        without = [
-            name for name, variation in known.items() if "mass" in variation.acting and not _has_points(variation)
+        without_points = [
+            name for name, variation in existing.items() if "mass" in variation.acting and not _has_points(variation)
         ]
-        if without and self.environment.attraction == "exact":
+        if without_points and self.environment.attraction == "exact":
             unknown.append(
-                f"attraction 'exact' is integrated over points of mass, and those of body {without[0]!r}, whose mass "
-                "varies with time, are not known: uniform members that deploy have them; take attraction = 'gradient'"
+                f"attraction 'exact' is integrated over points of mass, and those of body {without_points[0]!r}, whose "
+                "mass varies with time, are not known: uniform members that deploy have them; take attraction = "
+                "'gradient'"
             )
-        unknown += self._length_problems(known)
-        return unknown + [text for name, v in known.items() for text in v.problems(name, self.bodies[name])]
+        unknown += self._length_problems(existing)
+        return unknown + [text for name, v in existing.items() for text in v.problems(name, self.bodies[name])]
 
     def _length_problems(self, varying: Mapping[str, Variation]) -> list[str]:
         """Sentences on lengths that are states."""
@@ -340,9 +349,9 @@ class System(Summarised):
             "sight": [sight.name for sight in self.sights],
             "effector": [effector.name for effector in self.effectors],
         }
-        out = [problem for kind, given in names.items() for problem in name_problems(kind, dict.fromkeys(given))]
-        own = [name for parts in self.segments.values() for name in parts]
-        out += prefix_problems("bodies", [*(set(self.bodies) - set(own)), *self.segments])
+        out = [problem for kind, used in names.items() for problem in name_problems(kind, dict.fromkeys(used))]
+        segment_names = [name for parts in self.segments.values() for name in parts]
+        out += prefix_problems("bodies", [*(set(self.bodies) - set(segment_names)), *self.segments])
         return out + prefix_problems("joints", [joint.label for joint in self.joints])
 
 
@@ -362,16 +371,17 @@ def started(system: System, x: Array) -> System:
         joints[name] = joint.with_initial(q[: joint.n_q], u[: joint.n_u])
         delta[name], ddelta[name] = q[joint.n_q : joint.n_q + n], u[joint.n_u : joint.n_u + n]
         q, u = q[joint.n_q + n :], u[joint.n_u + n :]
-    moved = tuple(joints[joint.child] for joint in system.joints)
-    return replace(system, joints=moved, delta0=delta, ddelta0=ddelta, z0=z0)
+    new_joints = tuple(joints[joint.child] for joint in system.joints)
+    return replace(system, joints=new_joints, delta0=delta, ddelta0=ddelta, z0=z0)
 
 
 def assembled(parts: Mapping[str, Part], joints: Sequence[Joint], loads: Sequence[Load] = (), **more: Any) -> System:
-    """The System of bodies some of which are cut into Segments; what acts on them names these as one body."""
-    bodies, all_joints, acting, segments = expanded(parts, joints, loads)
+    """Return the System of bodies of which some are cut into Segments; other elements name these as one body."""
+    bodies, all_joints, acting, segments = with_segments(parts, joints, loads)
     for key in ("loops", "constraints", "springs", "sights"):
-        more[key] = tuple(at_segments(tie, parts) for tie in more.get(key, ()))
+        more[key] = tuple(with_segment_names(tie, parts) for tie in more.get(key, ()))
     more["effectors"] = tuple(
-        acting_at_segments(one, parts) if isinstance(one, Effector) else one for one in more.get("effectors", ())
+        effector_at_segments(effector, parts) if isinstance(effector, Effector) else effector
+        for effector in more.get("effectors", ())
     )
     return System(bodies, all_joints, acting, segments=segments, **more)

@@ -58,7 +58,7 @@ class TabulatedDamper(Law):
     def force(self, q: Array, u: Array) -> Array:
         return self.dissipation(u)[1]
 
-    def pieces(self) -> list[Piece]:
+    def kernel_pieces(self) -> list[Piece]:
         return [(DAMPER, self.dissipation.numbers)]
 
 

@@ -14,11 +14,11 @@ from femflex.system.attached import attached_moments, least_second_moment
 from femflex.system.effector import Effector, StateEvent
 from femflex.system.environment import STANDARD_GRAVITY
 from femflex.system.variation import Block, Variation
-from femflex.system.wheel import direction
+from femflex.system.wheel import unit_direction
 
 BY_TABLE, CONTINUOUS, SWITCHED = 0.0, 1.0, 2.0
 
-MOST_PULSES = 100_000  # of a thruster: each is two instants at which the integrator begins anew
+MAX_PULSES = 100_000  # of a thruster: each is two instants at which the integrator begins anew
 
 
 class Supply(NamedTuple):
@@ -80,7 +80,7 @@ def thruster(
             raise ValueError(f"levels of thruster {name!r} must lie between 0 and 1: {levels.tolist()}")
     kind = BY_TABLE if command is None else SWITCHED if switched else CONTINUOUS
     turn = np.asarray(misalignment, float)
-    d = direction(name, "axis", axis)
+    d = unit_direction(name, "axis", axis)
     angle = float(np.linalg.norm(turn))
     if angle:
         k = turn / angle
@@ -104,7 +104,7 @@ def thruster(
 
 
 def _pulse_table(name: str, pulses: Sequence[tuple[float, float]], minimum_on: float) -> tuple[Array, Array]:
-    refuse_many_pulses(len(pulses))
+    check_pulse_count(len(pulses))
     rows = np.asarray(pulses, float).reshape(-1, 2)
     if not len(rows) or not np.all(np.isfinite(rows)):
         raise ValueError(f"pulses of thruster {name!r} are rows of a start and a duration: {rows.tolist()}")
@@ -125,16 +125,16 @@ def _pulse_table(name: str, pulses: Sequence[tuple[float, float]], minimum_on: f
 
 
 def pulse_train(start: float, period: float, width: float, count: int) -> list[tuple[float, float]]:
-    """(start, duration) of `count` equal pulses. Raises ValueError for more than a run can hold."""
-    refuse_many_pulses(count)
+    """Return (start, duration) of `count` equal pulses. Raises ValueError for more than a run allows."""
+    check_pulse_count(count)
     return [(start + k * period, width) for k in range(count)]
 
 
-def refuse_many_pulses(count: int) -> None:
-    """Raise ValueError for more pulses than a run can hold."""
-    if count > MOST_PULSES:
+def check_pulse_count(count: int) -> None:
+    """Raise ValueError for more pulses than a run allows."""
+    if count > MAX_PULSES:
         raise ValueError(
-            f"found {count:.6g} pulses of one thruster; the most is {MOST_PULSES}. Leave out pulses beyond the end of "
+            f"found {count:.6g} pulses of one thruster; the most is {MAX_PULSES}. Leave out pulses beyond the end of "
             "the run, or give the mean thrust as a profile"
         )
 
@@ -156,20 +156,20 @@ def tank(name: str, propellant: float, thrusters: Sequence[str]) -> Effector:
         sizes=np.array([propellant, 1.0, 1.0]),
         inputs=tuple(f"{thruster}.flow" for thruster in thrusters),
         parameters=np.array([float(len(thrusters))]),
-        events=(StateEvent("empty", _left, _emptied),),
+        events=(StateEvent("empty", _remaining_mass, _emptied_state),),
     )
 
 
-def _left(t: float, z: Array) -> float:
+def _remaining_mass(t: float, z: Array) -> float:
     return float(z[0]) if z[1] > 0.0 else 1.0
 
 
-def _emptied(t: float, z: Array) -> Array:
+def _emptied_state(t: float, z: Array) -> Array:
     return np.array([0.0, 0.0, t])
 
 
 def tank_variation(body: FlexibleBody, tanks: Mapping[str, tuple[str, float, float]]) -> Variation:
-    """How the moments of a body follow the masses in its tanks; the body as it is holds them full.
+    """Return the variation of a body with the masses in its tanks; the body as it stands has them full.
 
     tanks: name -> (marker, mass of propellant at the start [kg], gyration radius [m])
     """

@@ -1,4 +1,4 @@
-"""Bodies whose properties depend on time: what changes, the function that writes it, and where it writes.
+"""Bodies whose properties depend on time: the properties that change, and the function that writes their block.
 
 THE SOCKET. A body of a System stays a FlexibleBody: its properties at the start, its size, its markers. A Variation
 beside it (`System.varying`) names the parts that change and holds a function
@@ -60,7 +60,7 @@ PLACE = 24  # of a marker: position 3, C_BM 9, axis 3, 0; velocity 3, accelerati
 
 @dataclass(frozen=True, eq=False)
 class Variation:
-    """How the properties of one body depend on time.
+    """Properties of one body as functions of time.
 
     write    the function (see this module), or a LengthTable
     varies   what it writes: "mass", "flow" (how material moves inside the body), "growth" (mass that arrives), with
@@ -91,8 +91,8 @@ class Variation:
                 object.__setattr__(self, "breaks", np.append(self.write.length.breaks, self.breaks))
         for key in ("numbers", "breaks"):
             value = np.atleast_1d(np.asarray(getattr(self, key), float))
-            own = key == "numbers" and isinstance(self.write, LengthTable)
-            if value.ndim != 1 or not (own or np.isfinite(value).all()):
+            is_table = key == "numbers" and isinstance(self.write, LengthTable)
+            if value.ndim != 1 or not (is_table or np.isfinite(value).all()):
                 raise ValueError(f"{key} of a variation are {value.tolist()}; give a row of finite numbers")
             object.__setattr__(self, key, value)
 
@@ -101,26 +101,26 @@ class Variation:
         """The parts that change with time."""
         return tuple(part for part in self.varies if part not in self.frozen)
 
-    def without(self, *parts: str) -> Variation:
+    def with_frozen(self, *parts: str) -> Variation:
         """A copy in which these parts stay as the body has them."""
         return replace(self, frozen=(*self.frozen, *parts))
 
-    def stiffened(self, body: FlexibleBody) -> Variation:
+    def for_rigid_body(self, body: FlexibleBody) -> Variation:
         """A copy for the body without its shapes; `body` is the one that the function writes for."""
-        return replace(self.without("stiffness", "damping", "strain"), whole=self.whole or body)
+        return replace(self.with_frozen("stiffness", "damping", "strain"), whole=self.whole or body)
 
     def problems(self, name: str, body: FlexibleBody) -> list[str]:
-        """What is wrong with the variation of that body."""
+        """Return the problems of the variation of that body."""
         markers = [MARKER + marker for marker in sorted(body.markers)]
-        known = [*PARTS, *markers]
+        known_parts = [*PARTS, *markers]
         out = [
-            f"body {name!r} varies in {part!r}; what can vary is {', '.join(known)}"
+            f"body {name!r} varies in {part!r}; what can vary is {', '.join(known_parts)}"
             for part in self.varies
-            if part not in known
+            if part not in known_parts
         ]
         if not self.varies:
             out.append(
-                f"body {name!r} has a variation in which nothing varies; name what it writes: {', '.join(known)}"
+                f"body {name!r} has a variation in which nothing varies; name what it writes: {', '.join(known_parts)}"
             )
         for part in ("flow", "growth"):
             if part in self.varies and "mass" not in self.varies:
@@ -131,7 +131,7 @@ class Variation:
 
 
 class Block:
-    """Where the parts of a varying body stand in what its function writes: places of numbers, row by row.
+    """Layout of the block that the function of a varying body writes: offsets of its parts, row by row.
 
     n, n_shapes   elastic coordinates and shapes; row, wide: these filled up to whole lanes, the length of rows
     mass          m; first moment (3); second moment int rho rho^T dm (9)
@@ -163,35 +163,35 @@ class Block:
         pairs = n * (n + 1) // 2
         table = -(-pairs // COLUMNS) * (n + pairs) * COLUMNS
         inertia = {"mass": 13, "first": 3 * wide, "second": square}
-        self.mass, self.first, self.second = self._take("mass", inertia)
+        self.mass, self.first, self.second = self._reserve("mass", inertia)
         flow = {"rates": RATES, "drift": 3 * wide, "kick": 3 * wide, "flow0": 9 * wide, "flow": square}
         flow |= {"turn0": 9 * wide, "turn": square, "speed": (1 + self.n_shapes) * wide}
         flow |= {"speed_rate": (1 + self.n_shapes) * wide}
         self.rates, self.drift, self.kick, self.flow0, self.flow, self.turn0, self.turn, self.speed, self.speed_rate = (
-            self._take("flow", flow)
+            self._reserve("flow", flow)
         )
-        self.pickup, self.pickup_shapes = self._take("pickup", {"rho": 1, "shapes": (1 + self.n_shapes) * wide})
-        self.growth, self.growth_first, self.growth_second = self._take("growth", inertia)
-        self.stiffness, self.f0, self.stiffness_rate, self.f0_rate = self._take(
+        self.pickup, self.pickup_shapes = self._reserve("pickup", {"rho": 1, "shapes": (1 + self.n_shapes) * wide})
+        self.growth, self.growth_first, self.growth_second = self._reserve("growth", inertia)
+        self.stiffness, self.f0, self.stiffness_rate, self.f0_rate = self._reserve(
             "stiffness", {"V1": n * row, "f0": row, "rate of V1": n * row, "rate of f0": row}
         )
-        (self.damping,) = self._take("damping", {"D": n * row})
-        self.strain, self.strain_rate = self._take("strain", {"table": table, "rate": table})
+        (self.damping,) = self._reserve("damping", {"D": n * row})
+        self.strain, self.strain_rate = self._reserve("strain", {"table": table, "rate": table})
         self.markers = {}
         for part in varies:
             if part.startswith(MARKER):
-                (self.markers[part.removeprefix(MARKER)],) = self._take(part, {"place": PLACE + 18 * wide})
+                (self.markers[part.removeprefix(MARKER)],) = self._reserve(part, {"place": PLACE + 18 * wide})
 
-    def _take(self, part: str, sizes: dict[str, int]) -> list[int]:
+    def _reserve(self, part: str, sizes: dict[str, int]) -> list[int]:
         """Places of the pieces of a part, -1 where it does not vary."""
-        places = []
+        starts = []
         for size in sizes.values():
-            places.append(self.size if part in self.varies else -1)
+            starts.append(self.size if part in self.varies else -1)
             self.size += _padded(size) if part in self.varies else 0
-        return places
+        return starts
 
-    def laid(self, body: FlexibleBody) -> Array:
-        """The block of a body whose properties stand still, (size,)."""
+    def constant_block(self, body: FlexibleBody) -> Array:
+        """Return the block of a body whose properties are constant, (size,)."""
         out = np.zeros(self.size)
         if self.mass >= 0:
             self.put_moments(out, body.moments)
@@ -212,8 +212,8 @@ class Block:
         )
         P = moments.second
         out[mass : mass + 13] = np.concatenate([[moments.mass], moments.first[0], P[0, :, 0, :].ravel()])
-        self._put(out, first, moments.first[1:].T)
-        self._put(out, second, P[:, :, 1:, :].swapaxes(2, 3))
+        self._write_rows(out, first, moments.first[1:].T)
+        self._write_rows(out, second, P[:, :, 1:, :].swapaxes(2, 3))
 
     def put_flow(
         self, out: Array, drift: Array, kick: Array, flow: Array, turn: Array, speed: Array, speed_rate: Array
@@ -221,54 +221,54 @@ class Block:
         """Write the material flow (this module's integrals, over A = (rho, shapes)) into a block."""
         rates = [drift[0], kick[0], flow[0, :, 0].ravel(), turn[0, :, 0].ravel(), [speed[0, 0], speed_rate[0, 0]]]
         out[self.rates : self.rates + RATES] = np.concatenate(rates)
-        self._put(out, self.drift, drift[1:].T)
-        self._put(out, self.kick, kick[1:].T)
-        for zero, full, of in ((self.flow0, self.flow, flow), (self.turn0, self.turn, turn)):
-            self._put(out, zero, of[0, :, 1:].swapaxes(1, 2))  # a c k
-            self._put(out, full, np.einsum("kaBc->Back", of[1:]))
-        self._put(out, self.speed, speed[:, 1:])
-        self._put(out, self.speed_rate, speed_rate[:, 1:])
+        self._write_rows(out, self.drift, drift[1:].T)
+        self._write_rows(out, self.kick, kick[1:].T)
+        for zero, full, integral in ((self.flow0, self.flow, flow), (self.turn0, self.turn, turn)):
+            self._write_rows(out, zero, integral[0, :, 1:].swapaxes(1, 2))  # a c k
+            self._write_rows(out, full, np.einsum("kaBc->Back", integral[1:]))
+        self._write_rows(out, self.speed, speed[:, 1:])
+        self._write_rows(out, self.speed_rate, speed_rate[:, 1:])
 
     def put_pickup(self, out: Array, pickup: Array) -> None:
-        """Write the form (1 + n_shapes, 1 + n_shapes) of what is picked up into a block."""
+        """Write the form (1 + n_shapes, 1 + n_shapes) of the material picked up into a block."""
         out[self.pickup] = pickup[0, 0]
-        self._put(out, self.pickup_shapes, pickup[:, 1:])
+        self._write_rows(out, self.pickup_shapes, pickup[:, 1:])
 
     def put_stiffness(self, out: Array, V1: Array, f0: Array, rates: bool = False) -> None:
         """Write V1 (n, n) and f0 (n,), or the rates of them, into a block."""
-        self._put(out, self.stiffness_rate if rates else self.stiffness, V1)
-        self._put(out, self.f0_rate if rates else self.f0, f0)
+        self._write_rows(out, self.stiffness_rate if rates else self.stiffness, V1)
+        self._write_rows(out, self.f0_rate if rates else self.f0, f0)
 
     def put_damping(self, out: Array, damping: Array) -> None:
         """Write the damping matrix (n, n) into a block."""
-        self._put(out, self.damping, damping.T)
+        self._write_rows(out, self.damping, damping.T)
 
     def put_strain(self, out: Array, V2: Array, V3: Array, rates: bool = False) -> None:
         """Write packed V2 and V3, or the rates of them, into a block."""
-        table, place = strain_table(V2, V3, self.n), self.strain_rate if rates else self.strain
-        out[place : place + table.size] = table.ravel()
+        table, start = strain_table(V2, V3, self.n), self.strain_rate if rates else self.strain
+        out[start : start + table.size] = table.ravel()
 
     def put_place(self, out: Array, name: str, marker: Marker) -> None:
         """Write position, axes and rows of a marker that does not move of itself into a block."""
-        place = self.markers[name]
-        out[place : place + 15] = np.concatenate([marker.position, marker.orientation.ravel(), marker.axis])
+        start = self.markers[name]
+        out[start : start + 15] = np.concatenate([marker.position, marker.orientation.ravel(), marker.axis])
         for k, rows in ((0, marker.phi), (3, marker.psi)):
-            self._put(out, place + PLACE + 3 * k * self.wide, rows)
+            self._write_rows(out, start + PLACE + 3 * k * self.wide, rows)
 
     def put_motion(self, out: Array, name: str, order: int, position: Array, phi: Array, psi: Array) -> None:
         """Write velocities (order 1) or accelerations (order 2) of a marker's position (3,) and rows (3, n_shapes)."""
-        place = self.markers[name]
-        out[place + 13 + 3 * order : place + 16 + 3 * order] = position
+        start = self.markers[name]
+        out[start + 13 + 3 * order : start + 16 + 3 * order] = position
         for k, rows in ((order, phi), (3 + order, psi)):
-            self._put(out, place + PLACE + 3 * k * self.wide, rows)
+            self._write_rows(out, start + PLACE + 3 * k * self.wide, rows)
 
     @staticmethod
-    def _put(out: Array, place: int, rows: Array) -> None:
+    def _write_rows(out: Array, start: int, rows: Array) -> None:
         rows = np.asarray(rows, float)
         wide = _padded(rows.shape[-1])
         padded = np.zeros((*rows.shape[:-1], wide))
         padded[..., : rows.shape[-1]] = rows
-        out[place : place + padded.size] = padded.ravel()
+        out[start : start + padded.size] = padded.ravel()
 
 
 def strain_table(V2: Array, V3: Array, n: int) -> Array:

@@ -67,20 +67,28 @@ def reaction_wheel(
             f"wheel {name!r} starts at {initial_speed:g} rad/s, and its largest speed is {max_speed:g} rad/s"
         )
     command = torque if speed is None else speed
-    given = isinstance(command, str)
+    is_signal = isinstance(command, str)
     servo = 0.0 if speed is None else bandwidth
-    numbers = [axial_inertia, float(given), 0.0 if given else float(command), servo, max_torque, max_speed, TAPER]
+    numbers = [
+        axial_inertia,
+        float(is_signal),
+        0.0 if is_signal else float(command),
+        servo,
+        max_torque,
+        max_speed,
+        TAPER,
+    ]
     return Effector(
         name,
         "wheel",
         ((body, marker),),
         states={"momentum": "N m s"},
         sizes=np.array([axial_inertia * max(1.0, abs(initial_speed))]),
-        inputs=(str(command),) if given else (),
+        inputs=(str(command),) if is_signal else (),
         channels={"speed": "rad/s", "motor": "N m", "friction": "N m", "saturated": "1", **MOMENTUM},
         accounts=("energy", "dissipation", "supplied"),
         exerts=("torque",),
-        parameters=np.concatenate([direction(name, "axis", axis), numbers, [viscous, coulomb, coulomb_speed]]),
+        parameters=np.concatenate([unit_direction(name, "axis", axis), numbers, [viscous, coulomb, coulomb_speed]]),
         starts={"speed": ("momentum", initial_speed)},
     )
 
@@ -132,7 +140,7 @@ def unbalanced_rotor(
     return rigid_body(mass, about_centre, offset, markers)
 
 
-def direction(name: str, what: str, vector: ArrayLike) -> Array:
+def unit_direction(name: str, what: str, vector: ArrayLike) -> Array:
     """The unit vector of a direction. Raises ValueError where it has none."""
     v = np.asarray(vector, float)
     length = float(np.linalg.norm(v))

@@ -198,7 +198,7 @@ class _ModeScene:
 
     def choose(self, number: int, text: str, quadrature: int | None = None) -> None:
         """Select shape `number`, from 0, and a shape that moves a quarter of a cycle later, if any."""
-        largest = self._skin.reach[number]
+        largest = self._skin.max_displacement[number]
         self._unit = np.zeros(len(self._skin.shapes))
         if largest:
             self._unit[number] = min(AMPLITUDE * self._size / largest, TWISTED / max(self._twist[number], 1e-300))
@@ -228,7 +228,7 @@ class _ModeScene:
         """A camera that has every shape in the picture, at both ends of its swing."""
         towards = best_direction(self._skin.points, Z) if view is None else np.asarray(view, float)
         reach = [self._skin.points]
-        for shape, largest in zip(self._skin.shapes, self._skin.reach, strict=True):
+        for shape, largest in zip(self._skin.shapes, self._skin.max_displacement, strict=True):
             swing = AMPLITUDE * self._size / (largest or 1.0) * shape
             reach += [self._skin.points + swing, self._skin.points - swing]
         return fit_camera(np.concatenate(reach), towards, Z, aspect, Margins(0.05, 0.05, 0.06, 0.16))

@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 from femflex.arrays import Array, BoolArray, IntArray
 from femflex.body import Skin
-from femflex.body.recovery import RESULTANTS, SHEAR_FORCES, VON_MISES, named, over_time, quantities
+from femflex.body.recovery import RESULTANTS, SHEAR_FORCES, VON_MISES, peaks_over_time, quantities, quantity_by_name
 from femflex.body.strain_field import NAMES, StrainPart
 from femflex.results import Run, RunBody
 from femflex.view.extent import some_rows
@@ -86,7 +86,7 @@ class Quantity:
     def values_at(self, field_part: StrainPart, y: Array) -> Array:
         """Values (t, p) at the points of a part, for amplitudes (t, n) [kg^1/2 m]."""
         if self.stress:
-            values = named(field_part, self.stress, y)
+            values = quantity_by_name(field_part, self.stress, y)
             assert values is not None
             return values
         if self.number is not None:
@@ -154,7 +154,7 @@ class PeakPaint:
             rows = np.flatnonzero(owner == k)
             if len(rows) and name in quantities([field_part]):
                 peaks[rows] = np.maximum(
-                    skin_weights(field_part, skin.points[rows]) @ over_time(field_part, y, [name])[name][0], 0.0
+                    skin_weights(field_part, skin.points[rows]) @ peaks_over_time(field_part, y, [name])[name][0], 0.0
                 )
         return cls(peaks)
 

@@ -87,7 +87,7 @@ def test_prescribed_attitude_needs_torque_of_eulers_equation(sequence: str):
     text = HUB + ORBIT + f"[attitude]\nheld = true\nsequence = '{sequence}'\nangles = {angles.tolist()}\n"
     system = build_system(parse_case(text))
     (joint,) = system.joints
-    assert len(joint.held) == joint.n_u == 3
+    assert len(joint.prescribed) == joint.n_u == 3
     model = compile_system(system)
     seen = model.observe(np.zeros(1), model.x0[None])
     assert seen["attitude/angles"][0] == pytest.approx(angles, abs=1e-14)

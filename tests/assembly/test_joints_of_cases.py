@@ -211,7 +211,7 @@ def joint(text: str, folder: Path = Path()):
     ],
 )
 def test_a_motion_becomes_its_profile(motion: str, profile: Profile):
-    found = joint(f"kind = 'revolute'\nmotion.angle = {motion}\n").held[0]
+    found = joint(f"kind = 'revolute'\nmotion.angle = {motion}\n").prescribed[0]
     for t in (0.0, 0.9, 2.2, 3.9):
         np.testing.assert_allclose(found(t), profile(t), atol=1e-12)
 
@@ -223,5 +223,5 @@ def test_a_motion_from_a_file_has_the_unit_of_its_times(head: str, tmp_path: Pat
     lines = [",".join(row if head.startswith("time") else row[::-1]) for row in rows]
     (tmp_path / "track.csv").write_text("\n".join([head, *lines]) + "\n")
     text = "kind = 'revolute'\nmotion.angle = { kind = 'table', file = 'track.csv', column = 'azimuth' }\n"
-    found = joint(text, tmp_path).held[0](2.5)
+    found = joint(text, tmp_path).prescribed[0](2.5)
     np.testing.assert_allclose(found, np.radians([31.25, 25.0, 10.0]), rtol=1e-12)

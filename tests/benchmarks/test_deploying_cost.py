@@ -19,7 +19,7 @@ def time_ratio(first_model, second_model):
     best = {}
     for _ in range(9):
         for k, model in enumerate((first_model, second_model)):
-            x, dx, workspace_arrays = model.x0.copy(), np.empty(model.n_x), model.workspace.own
+            x, dx, workspace_arrays = model.x0.copy(), np.empty(model.n_x), model.workspace.arrays
             start = time.process_time()
             for _ in range(CALLS):
                 model.rate(1.0, x, dx, *workspace_arrays)

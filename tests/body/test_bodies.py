@@ -185,7 +185,7 @@ SIZE = 5
 
 
 @pytest.fixture(scope="module")
-def full():
+def full_tensors():
     """Random tensors without any symmetry but that of their parts: V1, f0, V2, V3."""
     rng = np.random.default_rng(7)
     return (
@@ -197,13 +197,13 @@ def full():
 
 
 @pytest.fixture(scope="module")
-def tensors(full):
-    V1, f0, V2, V3 = full
+def tensors(full_tensors):
+    V1, f0, V2, V3 = full_tensors
     return StrainTensors((V1 + V1.T) / 2, f0, packed(V2), packed(V3))
 
 
-def test_packed_energy_force_and_tangent_equal_full_tensors(full, tensors):
-    V1, f0, V2, V3 = full
+def test_packed_energy_force_and_tangent_equal_full_tensors(full_tensors, tensors):
+    V1, f0, V2, V3 = full_tensors
     d = np.random.default_rng(1).normal(size=SIZE)
     energy = f0 @ d + 0.5 * (
         d @ V1 @ d + 2 * np.einsum("ijk,i,j,k", V2, d, d, d) + np.einsum("ijkl,i,j,k,l", V3, d, d, d, d)

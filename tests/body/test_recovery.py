@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.sparse.linalg import spsolve
 
-from femflex.body.recovery import at_points, named, peaks, quantities
+from femflex.body.recovery import at_points, peaks, quantities, quantity_by_name
 from femflex.fem import Material, Member, build_structure
 from femflex.fem.sections import Circle, Rectangle
 from femflex.fem.sections.laminates import Lamina, Ply, layup, sandwich
@@ -90,7 +90,7 @@ def test_shear_force_of_a_bar_under_its_weight(order):
     part = strain_field(s, x, False)[0]
     for name in ("shear_force_y", "shear_force_z"):
         rel = 1e-3 if order == 5 else 0.125  # of the root's, half an element
-        np.testing.assert_allclose(named(part, name, one)[0], q * (2.0 - part.places[:, 0]), atol=rel * q)
+        np.testing.assert_allclose(quantity_by_name(part, name, one)[0], q * (2.0 - part.places[:, 0]), atol=rel * q)
 
 
 def test_membrane_forces_of_a_stretched_square():
@@ -117,7 +117,7 @@ def test_root_shear_of_a_vibrating_beam():
     y = np.zeros((1, body.n_shapes))
     y[0, 0] = 1.0
     part = body.strain_field[0]
-    V = named(part, "shear_force_y", y)[0]
+    V = quantity_by_name(part, "shear_force_y", y)[0]
     total = np.linalg.norm(body.moments.first[1]) * body.omega[0] ** 2
     assert abs(V[0]) == pytest.approx(total, rel=5e-3)
 
@@ -146,7 +146,7 @@ def test_stress_of_a_pulled_block():
     u = s.mesh.points * [1.0, -0.3, -0.3] * 1e-3
     parts = strain_field(s, (s.translation.T @ u.ravel())[:, None], False)
     for name, value in {"xx": 70e6, "yy": 0.0, "xy": 0.0, "von_mises": 70e6}.items():
-        found = named(parts[0], name, np.array([[1.0]]))
+        found = quantity_by_name(parts[0], name, np.array([[1.0]]))
         np.testing.assert_allclose(found, value, atol=70.0)
 
 
@@ -197,7 +197,7 @@ def test_ply_stresses_by_lamination_theory(family, cell, plies, options):
     assert part.group == "surface"
     for k, ply in enumerate(plies):
         for c, name in enumerate(("11", "22", "12")):
-            found = named(part, f"ply{k + 1}_{name}", np.ones((1, 1)))
+            found = quantity_by_name(part, f"ply{k + 1}_{name}", np.ones((1, 1)))
             if ply.lamina is CORE:
                 assert found is None
                 continue

@@ -12,7 +12,7 @@ import pytest
 from matplotlib.image import imread
 
 import femflex as package
-from femflex.body.recovery import at_points, named
+from femflex.body.recovery import at_points, quantity_by_name
 from femflex.mesh import line, write_mesh
 from femflex.results import open_run
 from femflex.view.paint import paints_of
@@ -110,7 +110,7 @@ def test_map_of_peaks_agrees_with_its_table(femflex, bar_run, tmp_path):
     assert head[2:5] == ["x_m", "y_m", "z_m"]
     x, largest, time = (np.array([float(row[k]) for row in rows]) for k in (2, 6, 8))
     with open_run(bar_run) as run:
-        values = named(run.bodies()["bar"].strain_field[0], "moment_y", run["bodies/bar/delta"])
+        values = quantity_by_name(run.bodies()["bar"].strain_field[0], "moment_y", run["bodies/bar/delta"])
         np.testing.assert_allclose(largest, np.abs(values).max(axis=0), rtol=1e-6)
         assert set(time) <= set(run.time)
         paints, _ = paints_of(run, run.bodies(), "peak:moment_y")

@@ -54,7 +54,7 @@ def solved_alone(times, start, acceleration):
 
 
 @pytest.mark.slow
-def test_a_tether_that_deploys_to_kilometres_swings_as_under_the_whole_attraction():
+def test_long_tether_swings_under_exact_attraction():
     """Specified length from 10 km on at 3 m/s: the pitch angle, 1e-8 of it; the gradient alone is off by 1e-3."""
     times = np.linspace(0.0, 1500.0, 4)
     length = Profile.polynomial(1e4, 3.0)
@@ -66,7 +66,7 @@ def test_a_tether_that_deploys_to_kilometres_swings_as_under_the_whole_attractio
 
 
 @pytest.mark.parametrize("reel", [None, Reel("reel", 1e4, 3.0, tension=18.0, damping=0.5)], ids=["profile", "reel"])
-def test_an_instant_of_a_slack_swing_is_that_of_the_integrals_along_the_tether(reel):
+def test_slack_swing_matches_integrals_along_tether(reel):
     """Accelerations of pitch and of a free length, and the potential -mu/|R| of the tether and its tip body past O."""
     if reel is None:
         model = compile_system(tether(Profile.polynomial(1e4, 3.0)))
@@ -91,7 +91,7 @@ def test_an_instant_of_a_slack_swing_is_that_of_the_integrals_along_the_tether(r
 
 
 @pytest.mark.parametrize("drum", ["root", "tip"])
-def test_the_drum_gives_what_the_energy_of_a_bending_tether_on_a_free_orbit_gains(drum):
+def test_drum_work_equals_energy_gain_on_free_orbit(drum):
     line = DeployingLine(mass_per_length=0.05, direction=(0.2, 1, 0.1))
     made = deploying_line(line, StringFunctions(y=2, z=1), Profile.polynomial(2e4, 4.0, -0.01), stock=25e3,
                           until=100.0, drum=drum)  # fmt: skip

@@ -49,7 +49,7 @@ LATE = ("slow", "fast", "retraction", "ramp", "sine", "elements")  # the slow su
 
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=[pytest.mark.slow] * (n in LATE)) for n in MOTIONS])
-def test_a_beam_from_a_wall_follows_its_differential_equation(name):
+def test_beam_from_wall_matches_differential_equation(name):
     length, n, tolerance = MOTIONS[name]
     exact = beam_from_a_wall(length, (first_mode, np.zeros_like), TIMES, count=9 if name == "sine" else 8)
     more = {"n": n} if isinstance(n, int) else {"functions": n}
@@ -154,7 +154,7 @@ def test_energy_of_transverse_motion_falls_by_what_the_root_takes():
 
 
 @pytest.mark.slow
-def test_a_slow_deployment_keeps_energy_over_frequency():
+def test_slow_deployment_keeps_energy_over_frequency():
     """So the tip's amplitude grows as sqrt(L) in metres and falls as 1 / sqrt(L) relative to the length."""
     U, times = 0.01, np.linspace(0, 60, 1501)
     found = solved(wall_beam(Profile.polynomial(1.0, U), 2, 60.0), times, 1e-9)[2]
@@ -263,7 +263,7 @@ def test_terms_of_a_deployment_are_rows_of_their_own_and_sum_to_zero():
     assert symmetric == pytest.approx(slope, abs=1e-7 * np.abs(slope).max())  # M_t
 
 
-def test_a_stopped_run_is_one_at_constant_length():
+def test_stopped_deployment_matches_constant_length():
     """At rest again from t = 4 s on: restarted there with a fixed length."""
     length, times = Profile.smooth_step(0.0, 4.0, 1.0, 2.0), np.linspace(0, 6, 13)
     _model, states, _seen = solved(wall_beam(length, 4, 6.0, reference=1.0), times, 1e-12)
@@ -273,7 +273,7 @@ def test_a_stopped_run_is_one_at_constant_length():
 
 
 @pytest.mark.parametrize("drum", ["root", "tip"])
-def test_a_drum_at_the_tip_keeps_momentum_and_energy(drum):
+def test_drum_at_tip_keeps_momentum_and_energy(drum):
     line = DeployingLine(mass_per_length=0.3, EIy=2.0, EIz=2.0, root=(0.5, 0, 0.2), direction=(1, 0.5, 0))
     arms = {"a": (line, BeamFunctions(y=2, z=2), Profile.sine(0.4, 1.5, 0.0, 2.0), {"stock": 4.0, "drum": drum})}
     times = np.linspace(0, 4, 9)

@@ -81,12 +81,12 @@ def string_error(count, family, amplitude):
 
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("family", ["polynomial", "characteristic"])
-def test_a_tensioned_membrane_follows_the_travelling_string(family):
+def test_tensioned_membrane_matches_travelling_string(family):
     assert string_error(6, family, TIP) < 1e-3
 
 
 @pytest.mark.slow
-def test_a_membrane_converges_on_the_travelling_string():
+def test_membrane_converges_to_travelling_string():
     """Characteristic functions: order 3. Polynomials: beyond the foreshortening, which is of second order in amplitude
     (8e-5 of TIP, 8e-7 of TIP / 10) and not in the string's linear equation."""
     coarse, fine = (string_error(count, "characteristic", TIP) for count in (3, 9))
@@ -95,7 +95,7 @@ def test_a_membrane_converges_on_the_travelling_string():
     assert string_error(9, "polynomial", TIP / 10.0) < 3e-6
 
 
-def test_a_plate_without_poissons_ratio_is_a_beam():
+def test_plate_without_poisson_ratio_matches_beam():
     b, D, m = 0.5, 2.0, 1.0
     plate = DeployingStrip(mass_per_area=m / b, width=b, bending=D / b)
     made = deploying_strip(plate, StripFunctions(BeamFunctions(z=3)), RAMP, until=5.0)
@@ -118,7 +118,7 @@ def test_plates_twist_too_and_their_frequency_falls_as_the_length_grows():
     assert nearest == pytest.approx(twist, rel=0.05)
 
 
-def test_a_tip_body_is_carried_and_loads_the_member():
+def test_tip_body_moves_with_member_and_loads_it():
     """A payload on the tip: the drum pushes both, and the payload moves with the tip."""
     from femflex.body import rigid_body
 
@@ -157,7 +157,7 @@ def test_elements_of_all_fields_and_of_strings_have_the_closed_frequencies():
     assert held.body.omega[:2] == pytest.approx([2 * np.pi, 4 * np.pi], rel=1e-3)
 
 
-def test_a_strip_of_elements_has_the_frequency_of_the_beam():
+def test_strip_of_elements_has_frequency_of_beam():
     strip = DeployingStrip(mass_per_area=2.0, width=0.5, bending=2.0)
     functions = StripFunctions(ElementFunctions(z=2), 1)
     made = deploying_strip(strip, functions, Profile.constant(1.0))

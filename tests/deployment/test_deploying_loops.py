@@ -60,7 +60,7 @@ def slope(L, h=1e-5):
     return (inertia(L + h) - inertia(L - h)) / (2 * h)
 
 
-def test_the_drum_of_a_boom_in_a_loop_moves_the_linkage():
+def test_drum_of_boom_in_loop_moves_linkage():
     """F = mu dU/dt + mu' U^2 / 2 + m' U |U| / 2, out and in; the boom carries the force of the loop to its tip."""
     times = np.linspace(0.0, 2.0, 11)
     for ends in ((1.2, 1.9), (1.9, 1.2)):
@@ -77,7 +77,7 @@ def test_the_drum_of_a_boom_in_a_loop_moves_the_linkage():
         assert seen["bodies/boom/tension"][:, 0] == pytest.approx(-at_exit, abs=1e-6 * np.abs(exact).max())
 
 
-def test_a_bent_boom_in_a_loop_gives_what_the_energy_gains():
+def test_drum_work_equals_energy_gain_of_bent_boom_in_loop():
     """dE/dt = drum power - pickup loss at one instant, by differences along the motion."""
     system = triangle(Profile.polynomial(1.2, 0.3, 0.1), BeamFunctions(y=2), np.array([0.01, -0.002]))
     model = compile_system(system)
@@ -92,7 +92,7 @@ def test_a_bent_boom_in_a_loop_gives_what_the_energy_gains():
     assert given[0] != pytest.approx(DENSITY * 0.3**3, rel=0.5)
 
 
-def test_a_motor_lets_a_boom_out_within_a_loop():
+def test_motor_deploys_boom_in_loop():
     """mu dU/dt = F - mu' U^2 / 2 - m' U |U| / 2 of a free length, with a motor, a brake and a drum's inertia."""
     reel = Reel("reel", 1.2, 0.1, tension=-6.0, damping=4.0, mass=0.5)
     times = np.linspace(0.0, 0.6, 4)
@@ -110,7 +110,7 @@ def test_a_motor_lets_a_boom_out_within_a_loop():
 
 
 @pytest.mark.slow
-def test_a_spinning_craft_rolls_out_a_blade():
+def test_spinning_craft_deploys_blade():
     """Spin falls as J grows, J omega = H; the flap of a membrane from the axis has the spin's own frequency."""
     hub = np.diag([200.0, 200.0, 300.0])
     strip = DeployingStrip(mass_per_area=0.05, width=0.4, tension=1e-4, across=(0, 1, 0))

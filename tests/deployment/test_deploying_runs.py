@@ -59,7 +59,7 @@ SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in ("esdirk4", "gene
 
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["dop853", *SLOW])
-def test_a_run_resumes_bit_for_bit_with_every_integrator(tmp_path, method):
+def test_resumed_run_is_identical(tmp_path, method):
     text = CASE.format(body=BOOM, run=f'integrator = "{method}"' + ("\nstep = 1e-3" if "alpha" in method else ""))
     text = text.replace('output_step = "1 ms"', 'output_step = "4 ms"')
     (tmp_path / "boom.toml").write_text(text)
@@ -85,7 +85,7 @@ def test_a_run_resumes_bit_for_bit_with_every_integrator(tmp_path, method):
 @pytest.mark.slow
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("rest", ["place", "material", "coordinates"])
-def test_what_rests_at_the_start(rest):
+def test_rest_at_start(rest):
     """Velocity of the tip at t = 0: (U / L) (w' of the tip) of a resting place plus transport; none of material."""
     body = changed('"smooth_step", from = 1, to = 2, start = 0.1, end = 1.1', '"polynomial", coefficients = [1, 0.1]')
     system = build_system(

@@ -67,7 +67,7 @@ def test_retrieval_swings_a_tether_up():
     assert np.abs(swing[times > 6000]).max() > 2.0 * 0.01
 
 
-def test_a_stopped_tether_carries_the_tension_of_its_own_weight_and_of_its_tip():
+def test_stopped_tether_carries_its_weight_and_tip():
     """Row I at the exit: 1.5 n^2 rho L^2 + 3 n^2 m_t L; while it is let out, the Coriolis-free vertical law."""
     rho, m_t = 0.005, 40.0
     length = Profile.smooth_step(0.0, 4000.0, 200.0, 5000.0)

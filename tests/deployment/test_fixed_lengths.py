@@ -14,7 +14,7 @@ from femflex.system.fixed_length import with_fixed_lengths
 CLAMPED = 1.8751040687119611  # root of cos x cosh x = -1
 
 
-def test_a_body_at_a_fixed_length_is_that_which_is_made_at_this_length():
+def test_body_at_fixed_length_matches_body_built_at_length():
     """Moments, stiffness, markers and skin from the table, against the series of the member."""
     length = Profile.smooth_step(0.0, 2.0, 1.0, 2.3)
     line = DeployingLine(mass_per_length=1.3, EIy=2.0, EIz=3.0, EA=50.0, GJ=1.0, ry=0.02, rz=0.03, root=(0.1, 0.2, 0.3))
@@ -39,7 +39,7 @@ def test_a_body_at_a_fixed_length_is_that_which_is_made_at_this_length():
 
 
 @pytest.mark.parametrize("field", ["y", "torsion", "axial"])
-def test_the_damping_ratio_of_a_shape_stays_as_its_member_grows(field):
+def test_damping_ratio_is_constant_with_length(field):
     """D = 2 ratio sqrt(V1 Me) on the diagonal: bending slows by the square of the length, torsion by the length."""
     length = Profile.smooth_step(0.0, 2.0, 1.0, 2.6)
     line = DeployingLine(mass_per_length=1.3, EIy=2.0, EIz=3.0, EA=50.0, GJ=1.0, ry=0.02, rz=0.03)

@@ -8,7 +8,7 @@ from support.members import falling_chain, hub_with_arms, solved
 from femflex.body import rigid_body
 from femflex.deployment import DeployingLine, Reel, StringFunctions, deploying_line
 from femflex.dynamics import compile_system
-from femflex.dynamics.reports.diagnosis import end_of_length
+from femflex.dynamics.reports.diagnosis import length_limit_text
 from femflex.integrate import IntegrationError, integrator
 from femflex.reduction import BeamFunctions
 from femflex.system import (
@@ -30,7 +30,7 @@ from femflex.system import (
 G = 9.81
 
 
-def test_a_chain_that_falls_from_a_heap_accelerates_with_a_third_of_gravity():
+def test_chain_falling_from_heap_accelerates_at_third_of_gravity():
     """m' L dU/dt + m' U^2 = m' L g: U^2 = 2 g L / 3 once the start is forgotten; without Q_L it would be g/2."""
     L0 = 0.5
     reel = Reel("reel", L0, np.sqrt(2 * G * L0 / 3))
@@ -47,7 +47,7 @@ def test_a_chain_that_falls_from_a_heap_accelerates_with_a_third_of_gravity():
     assert model.n_z == 2
 
 
-def test_a_chain_drawn_up_has_no_flux_in_its_force():
+def test_retracted_chain_force_has_no_momentum_flux():
     """Retracting: m' L dU/dt = F, and m' |U|^3 / 2 is lost."""
     reel = Reel("reel", 5.0, -1.0, tension=3.0)
     model = compile_system(falling_chain(reel, gravity=0.0))
@@ -147,7 +147,7 @@ def test_drums_of_loaded_bending_members_have_the_force_that_the_reels_give_at_a
         assert seen[f"effectors/reel_{name}/tension"] == pytest.approx(0.02 + 0.05 * reel.speed)
 
 
-def test_a_brake_lets_out_a_tether_in_orbit():
+def test_brake_deploys_tether_in_orbit():
     """Tension-controlled deployment of a heavy tether with a subsatellite, against its two equations of motion."""
     orbit = Orbit(6.8e6)
     n = orbit.mean_motion
@@ -206,20 +206,20 @@ def test_implicit_integrators_take_free_lengths(method, options, error):
         (Reel("reel", 1.0, -2.0, tension=5.0), r"the free length of body 'chain' has reached zero at -\d"),
     ],
 )
-def test_the_end_of_a_free_length_is_said_by_name(reel, sentence):
+def test_message_names_limit_of_free_length(reel, sentence):
     line = DeployingLine(mass_per_length=2.0, direction=(0, 0, -1))
     made = deploying_line(line, None, reel, stock=5.0)
     system = System({"chain": made.body}, (weld("chain"),), varying={"chain": made.variation},
                     effectors=(reel.effector(5.0),))  # fmt: skip
     model = compile_system(system)
-    assert end_of_length(model, 0.0, model.x0) == ""
+    assert length_limit_text(model, 0.0, model.x0) == ""
     with pytest.raises(IntegrationError, match=sentence) as stopped:
         integrator("dop853").solve(model, np.linspace(0, 5, 51), model.x0)
     assert len(stopped.value.times) > 1
     assert not 0.01 < model.parts(stopped.value.states[-1])[2][0] < 4.99
 
 
-def test_a_run_of_a_free_length_goes_on_bit_for_bit():
+def test_resumed_free_length_run_is_identical():
     model, times = compile_system(falling_chain(Reel("reel", 1.0, 0.5), tip_mass=3.0)), np.linspace(0, 1, 2500)
     method = integrator("dop853")
     whole = method.solve(model, times, model.x0)
@@ -254,7 +254,7 @@ def three():
 
 
 @pytest.mark.slow
-def test_the_drum_works_against_what_acts_on_the_tip():
+def test_drum_power_balances_tip_loads():
     """F = m' L A + m' U^2 - force at the tip, for a straight member that is pushed out of a wall."""
     acting, force = three()
     times = np.linspace(0.0, 4.0, 9)
@@ -269,7 +269,7 @@ def test_the_drum_works_against_what_acts_on_the_tip():
     assert change == pytest.approx(own, rel=1e-6)
 
 
-def test_a_free_length_feels_what_acts_on_its_tip():
+def test_free_length_responds_to_tip_loads():
     """m' L dU/dt + m' U^2 [U > 0] = force at the tip - tension."""
     reel = Reel("reel", 2.0, 0.4, tension=0.2, damping=0.5)
     acting, force = three()
@@ -286,7 +286,7 @@ def test_a_free_length_feels_what_acts_on_its_tip():
     assert seen["bodies/arm/drum_force"] == pytest.approx(-seen["effectors/reel/tension"], abs=1e-9)
 
 
-def test_a_free_length_of_a_turning_member_feels_a_spring_across_it():
+def test_free_length_of_turning_member_with_transverse_spring():
     """A member on a pin, its tip on a spring from a point at its side, against Lagrange's equations of (angle, L)."""
     reel = Reel("reel", 2.0, -0.1, tension=0.1)
     spring = Spring("spring", "arm", marker="tip", stiffness=4.0, length=0.5)

@@ -15,7 +15,7 @@ from femflex.system import Frame, Orbit, Profile, System, revolute, weld
 STATIONS = np.linspace(0.0, 1.0, 11)
 
 
-def test_a_vertical_tether_in_orbit_has_the_textbook_tension():
+def test_vertical_tether_in_orbit_has_textbook_tension():
     """T = 1.5 n^2 rho (L^2 - x^2), VALIDATION row I, at a constant length from the orbit's point."""
     orbit, L, rho = Orbit(6.8e6), 2000.0, 0.005
     n = orbit.mean_motion
@@ -33,7 +33,7 @@ def test_a_vertical_tether_in_orbit_has_the_textbook_tension():
 
 
 @pytest.mark.parametrize("tip_mass", [0.0, 5.0])
-def test_a_chain_that_falls_from_a_heap_hangs_on_nothing(tip_mass):
+def test_chain_falling_from_heap_has_no_tension(tip_mass):
     """Outboard of x all accelerates with A: T = (m' (L - x) + m_t)(g - A); at the exit T = m' U^2 - drum force."""
     reel = Reel("reel", 4.0, 0.7, tension=20.0, damping=3.0)
     times = np.linspace(0, 1.0, 3)
@@ -85,7 +85,7 @@ def test_bending_moments_are_those_of_the_curvature():
     assert np.abs(seen["bodies/beam/moment_y"]).max() < 1e-12 * moment[0]
 
 
-def test_the_exit_of_a_bent_arm_on_a_free_hub_carries_what_moves_the_hub():
+def test_exit_of_bent_arm_carries_force_on_free_hub():
     """Momentum of hub and stowed part along the arm: m_h a_h + m_s a_s = T - m' U^2, with velocities by differences."""
     m, mass, stock = 0.3, 20.0, 3.0
     line = DeployingLine(mass_per_length=m, EIy=2.0, EIz=2.0, root=(0.5, 0, 0), direction=(1, 0.4, 0))

@@ -90,7 +90,7 @@ def orbiter(direction, length, until, tip, functions, held=True, EI=EI):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("direction", DIRECTIONS)
-def test_held_librations_match_independent_solution(direction):
+def test_prescribed_librations_match_independent_solution(direction):
     """Deflections small beside the beam, and those that Coriolis forces of the deployment itself bring."""
     length, times = Profile.smooth_step(0.0, 200.0, 15.0, 33.0), np.linspace(0, 300, 121)
     tip = 0.02
@@ -119,7 +119,7 @@ def test_large_swings_match_an_inextensible_beam_in_orbit(direction):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("direction", DIRECTIONS)
-def test_the_tip_4_percent_of_33_metres_off(direction):
+def test_tip_displaced_by_4_percent_of_33_metres(direction):
     """Large deflections keep the frequency of small ones, and the amplitude that E / omega gives, within 5 %."""
     length, times = Profile.smooth_step(0.0, 1500.0, 15.0, 33.0), np.linspace(0, 2000, 2001)
     system, axes = orbiter(direction, length, 2000.0, 0.04 * LENGTH, BeamFunctions(y=2, z=2))

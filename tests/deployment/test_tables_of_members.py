@@ -52,7 +52,7 @@ def material_of_line(made, line, functions, at_tip, density, stock, breaks=()):
     def fields(xi, L, derivative):
         return functions.fields(xi, L, derivative) @ X if n else np.zeros((len(xi), 4, 0))
 
-    def moved(xi, L):
+    def displacements(xi, L):
         u, v, w, theta = np.moveaxis(fields(xi, L, 0), 1, 0)[:, :, None]
         _, dv, dw, _ = np.moveaxis(fields(xi, L, 1), 1, 0)[:, :, None]
         x, y, z = offsets.T[:, None, :, None]
@@ -64,13 +64,13 @@ def material_of_line(made, line, functions, at_tip, density, stock, breaks=()):
 
     frame = frame_of(WAY, NEAR)
     return Material(
-        ROOT, frame, moved, products, made.body.slaves, offsets, share, density, stock, at_tip, breaks
+        ROOT, frame, displacements, products, made.body.slaves, offsets, share, density, stock, at_tip, breaks
     ), fields
 
 
 def check(made, material, others):
     block = Block(made.body, made.variation.varies)
-    found = made.variation.write.at(*STATE)
+    found = made.variation.write.block_at(*STATE)
     wanted = material.block(block, *STATE, others)
     assert found.shape == wanted.shape
     assert np.count_nonzero(wanted) > 40
@@ -82,8 +82,8 @@ def line_markers(material, fields, n_shapes):
     """Places of markers at fixed xi, and what they turn by; of the exit, which does not move."""
     frame, n = material.frame, n_shapes - len(material.slaves)
 
-    def at(xi):
-        def place(L):
+    def marker_at(xi):
+        def marker_numbers(L):
             where = np.array([xi])
             value, slope = fields(where, L, 0)[0], fields(where, L, 1)[0]
             phi, psi = np.zeros((2, 3, n_shapes))
@@ -91,9 +91,9 @@ def line_markers(material, fields, n_shapes):
             psi[:, :n] = [value[3], -slope[2], slope[1]]
             return np.asarray(ROOT) + frame[0] * xi * L, frame.T @ phi, frame.T @ psi
 
-        return place
+        return marker_numbers
 
-    return {"tip": at(1.0), "mid": at(0.35)}
+    return {"tip": marker_at(1.0), "mid": marker_at(0.35)}
 
 
 def quartic_of_line(line, fields, x, dx, L):
@@ -140,7 +140,7 @@ LINES = {
 
 
 @pytest.mark.parametrize("name", LINES)
-def test_the_table_of_a_line_holds_the_integrals_over_its_material(name):
+def test_table_of_line_matches_material_integrals(name):
     line, functions, options = LINES[name]
     length, options = (SLOW, options) if "until" in options else (LENGTH, {"until": 3.0, **options})
     made = deploying_line(line, functions, length, stock=2.6, markers=MARKERS, **options)
@@ -190,7 +190,7 @@ def test_the_table_of_a_line_holds_the_integrals_over_its_material(name):
 
 @pytest.mark.parametrize("drum", ["root", "tip"])
 @pytest.mark.parametrize("functions", [BeamFunctions(y=1, z=1), None], ids=["beam", "straight"])
-def test_the_table_of_a_tapered_line_holds_the_integrals_over_its_material(drum, functions):
+def test_table_of_tapered_line_matches_material_integrals(drum, functions):
     line = line_of(EIy=3.0, EIz=5.0, ry=0.05, rz=0.09, rotary_inertia=True)
     points, mass, bending = (0.2, 1.6, 2.4, 2.6), (1.0, 2.0, 0.7, 0.7), (0.5, 1.5, 2.5, 2.5)
     taper = MaterialTaper.table(points, mass=mass, bending=bending)
@@ -235,7 +235,7 @@ def test_the_table_of_a_tapered_line_holds_the_integrals_over_its_material(drum,
 
 
 @pytest.mark.parametrize("drum", ["root", "tip"])
-def test_the_table_of_a_strip_holds_the_integrals_over_its_material(drum):
+def test_table_of_strip_matches_material_integrals(drum):
     strip = DeployingStrip(mass_per_area=2.0, width=0.5, bending=3.0, poisson=0.3, tension=4.0, tension_across=0.9,
                            root=ROOT, direction=WAY, across=NEAR)  # fmt: skip
     along = BeamFunctions(z=2)
@@ -251,7 +251,7 @@ def test_the_table_of_a_strip_holds_the_integrals_over_its_material(drum):
         g = np.stack([(p.deriv(dy) if dy else p)(at) for p in Y], axis=1) * (2 / b) ** dy
         return np.einsum("ki,mj->kmij", f, g).reshape(len(xi), len(at), -1) @ X
 
-    def moved(xi, L):
+    def displacements(xi, L):
         out = np.zeros((len(xi), len(eta), 3, n))
         out[:, :, 2] = w(xi, eta, L, 0, 0)
         return out
@@ -261,7 +261,7 @@ def test_the_table_of_a_strip_holds_the_integrals_over_its_material(drum):
         return np.einsum("m,kmi,kmj->kij", weight / 2, slope, slope)
 
     offsets = np.outer(eta, [0, b / 2, 0])
-    material = Material(ROOT, frame_of(WAY, NEAR), moved, products, made.body.slaves, offsets, weight / 2,
+    material = Material(ROOT, frame_of(WAY, NEAR), displacements, products, made.body.slaves, offsets, weight / 2,
                         lambda s: 1.0 + 0 * s, 2.6, drum == "tip")  # fmt: skip
 
     def stiffness(L, quartic=False):
@@ -278,19 +278,19 @@ def test_the_table_of_a_strip_holds_the_integrals_over_its_material(drum):
         K = (dA * xx).T @ Mx + (dA * yy).T @ My + 2 * 3.0 * (1 - nu) * (dA * xy).T @ xy
         return K + 4.0 / b * (dA * d[1, 0]).T @ d[1, 0] + 0.9 * (dA * d[0, 1]).T @ d[0, 1]
 
-    def at(xi):
-        def place(L):
+    def marker_at(xi):
+        def marker_numbers(L):
             where, middle = np.array([xi]), np.zeros(1)
             phi, psi = np.zeros((2, 3, made.body.n_shapes))
             phi[2, :n], phi[0, n:] = w(where, middle, L, 0, 0)[0, 0], material.following(where)[0] / L
             psi[0, :n], psi[1, :n] = w(where, middle, L, 0, 1)[0, 0], -w(where, middle, L, 1, 0)[0, 0]
             return np.asarray(ROOT) + material.frame[0] * xi * L, material.frame.T @ phi, material.frame.T @ psi
 
-        return place
+        return marker_numbers
 
     def others(block, out):
         L, U, A = STATE
-        own = {"tip": at(1.0), "mid": at(0.35)}
+        own = {"tip": marker_at(1.0), "mid": marker_at(0.35)}
         put_markers(
             block, out, own, dict.fromkeys(own, material.frame.T), dict.fromkeys(own, material.frame[0]), L, U, A
         )

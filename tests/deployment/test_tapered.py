@@ -22,7 +22,7 @@ from femflex.system import Profile, System, weld
 RAMP = Profile.smooth_step(0.0, 3.0, 1.0, 2.0)
 
 
-def test_a_table_without_taper_is_the_uniform_member():
+def test_table_without_taper_matches_uniform_member():
     functions = BeamFunctions(y=2, z=1)
     table = deploying_tapered_line(UNIT, MaterialTaper(), functions, RAMP, until=3.0, stock=3.0)
     exact = deploying_line(UNIT, functions, RAMP, until=3.0, stock=3.0)
@@ -61,7 +61,7 @@ def test_spin_falls_as_a_tapered_arm_comes_out():
     assert made.body.moments.mass == pytest.approx(total, rel=1e-9)
 
 
-def test_a_free_hub_with_a_tapered_beam_keeps_its_momentum():
+def test_free_hub_with_tapered_beam_keeps_momentum():
     line = DeployingLine(mass_per_length=0.3, EIy=2.0, EIz=2.0, root=(0.5, 0, 0), direction=(1, 0.4, 0))
     taper = MaterialTaper(mass=lambda s: 1 + 0.5 * s, bending=lambda s: 1 + s**2)
     made = deploying_tapered_line(line, taper, BeamFunctions(y=1, z=1), RAMP, until=3.0, stock=3.0)
@@ -72,7 +72,7 @@ def test_a_free_hub_with_a_tapered_beam_keeps_its_momentum():
     assert np.abs(H - H[0]).max() < 1e-7 * np.linalg.norm(H[0])  # of the table
 
 
-def test_a_taper_laid_out_from_the_tip_keeps_its_place():
+def test_taper_deployed_from_tip_keeps_its_position():
     """Drum at the tip: material at x stays there. Inertia and spin of a rigid arm by quadrature, kinks in the table."""
     points, factors = (0.0, 1.2, 4.0), (1.0, 2.0, 0.5)
     taper = MaterialTaper.table(points, mass=factors)

@@ -173,7 +173,7 @@ def attraction(R, oblateness, h=1e-3):
     return out
 
 
-def still(moving):
+def frozen_jet(moving):
     return Jet(np.eye(3))
 
 
@@ -189,7 +189,7 @@ def test_equations_with_attraction_of_each_point(seed, is_free, oblateness):
 
     udot = np.random.default_rng(seed).normal(size=len(u))
     ours = compile_system(system).residual(0.0, np.concatenate([q, u]), udot)
-    theirs = equations(Tree(system, clouds), q, u, udot, still, force, hidden=not is_free) + strain(system, q, u)
+    theirs = equations(Tree(system, clouds), q, u, udot, frozen_jet, force, hidden=not is_free) + strain(system, q, u)
     assert ours == pytest.approx(theirs, abs=1e-8 * np.abs(theirs).max())
     linear = compile_system(system_of(seed, is_free, 0.0, "gradient")[0]).residual(0.0, np.concatenate([q, u]), udot)
     assert np.abs(ours - linear).max() > 1e-3 * np.abs(theirs).max()
@@ -217,7 +217,7 @@ def test_gravity_gradient_and_quadrupole_of_free_tree(seed):
 
     udot = np.random.default_rng(seed).normal(size=len(u))
     ours = compile_system(system).residual(0.0, np.concatenate([q, u]), udot)
-    theirs = equations(Tree(system, clouds), q, u, udot, still, force) + strain(system, q, u)
+    theirs = equations(Tree(system, clouds), q, u, udot, frozen_jet, force) + strain(system, q, u)
     assert ours == pytest.approx(theirs, abs=1e-7 * np.abs(theirs).max())
 
 

@@ -58,7 +58,7 @@ def test_inverted_pendulums_end_hanging():
 
 
 @cache
-def whole(strain):
+def column_of_one_body(strain):
     """The column as one body: four vibration shapes, the tip load's own, all their derivatives; L/r = 4472."""
     structure = fem.build_structure(line([[0, 0, 0], [LENGTH, 0, 0]], 8), [fem.Member("line", "beam", SECTION)])
     modes = with_attachment(structure, cantilever_modes(structure, "start", 4), (), {"end": ["y", "z"]})
@@ -70,7 +70,7 @@ def pressed(force, strain="nonlinear", **options):
     """Its equilibrium under a dead force (3,) at the tip [N]."""
     load = Load("pull", "beam", "tip", frame="inertial", force=np.asarray(force, float))
     joint = weld("beam", child_marker="root")
-    return equilibrium(System({"beam": whole(strain)}, (joint,), (load,)), **options)
+    return equilibrium(System({"beam": column_of_one_body(strain)}, (joint,), (load,)), **options)
 
 
 @pytest.mark.slow

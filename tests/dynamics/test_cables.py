@@ -25,7 +25,7 @@ def pair(length, damping=0.0, speed=0.5, turning=0.0):
     return compile_system(System(bodies, joints, effectors=(line,)))
 
 
-def moved(model, times):
+def simulated(model, times):
     states = Dop853(rtol=1e-11, atol=1e-12).solve(model, times, model.x0).states
     return model.observe(times, states)
 
@@ -36,7 +36,7 @@ def test_cable_catches_and_rebounds_bodies():
     caught, omega = (length - 1.0) / speed, np.sqrt(EA / length / REDUCED)
     away = caught + np.pi / omega
     times = np.concatenate([np.linspace(0, caught, 4), np.linspace(caught, away, 7)[1:], [away + 0.3]])
-    seen = moved(pair(length), times)
+    seen = simulated(pair(length), times)
     stretch = np.where((times > caught) & (times < away), speed / omega * np.sin(omega * (times - caught)), 0.0)
     d = np.where(times < away, np.minimum(1.0 + speed * times, length) + stretch, length - speed * (times - away))
     assert seen["effectors/line/distance"] == pytest.approx(d, abs=1e-7)
@@ -50,7 +50,7 @@ def test_cable_let_out_matches_equation_and_energy():
     """m d'' = -N(d, d', L, L') + H^2 / (m d^3) for the distance, with the damping that never pushes."""
     length, damping, turning = Profile.smooth_step(0.0, 3.0, 1.1, 2.0), 1.5, 0.3
     times = np.linspace(0.0, 4.0, 8001)
-    seen = moved(pair(length, damping, turning=turning), times)
+    seen = simulated(pair(length, damping, turning=turning), times)
     H = REDUCED * 1.0 * turning
 
     def equation(t, x):

@@ -121,22 +121,24 @@ def test_sensor_delay_bias_quantum_and_noise():
     """A joint turning at 1 rad/s: what is known at t is the sample of the delay before, with its bias and steps."""
     still = axle(q0=0.0, u0=1.0)
 
-    def of(**keys):
+    def sampled_angle(**keys):
         bias = keys.pop("bias", 0.0)
         sensor = replace(ANGLE, bias=bias, sampling=Sampling(0.1, **keys))
         return run(replace(still, effectors=sensor.effectors), [0.0, *t])["effectors/angle/coordinate"][1:]
 
     t = np.arange(0.01, 2.0, 0.02)
     k = np.floor(t / 0.1 + 1e-9)
-    assert of() == pytest.approx(0.1 * k, abs=1e-11)
-    assert of(bias=0.5, quantum=0.037) == pytest.approx(0.037 * np.round((0.1 * k + 0.5) / 0.037), abs=1e-11)
-    assert of(delay=0.2) == pytest.approx(0.1 * np.maximum(k - 2, 0), abs=1e-11)
+    assert sampled_angle() == pytest.approx(0.1 * k, abs=1e-11)
+    assert sampled_angle(bias=0.5, quantum=0.037) == pytest.approx(0.037 * np.round((0.1 * k + 0.5) / 0.037), abs=1e-11)
+    assert sampled_angle(delay=0.2) == pytest.approx(0.1 * np.maximum(k - 2, 0), abs=1e-11)
     late = np.floor((t - 0.16) / 0.1 + 1e-9)
-    assert of(delay=0.16) == pytest.approx(0.1 * np.maximum(late, 0), abs=1e-11)
-    noisy = of(noise=0.3, seed=7)
+    assert sampled_angle(delay=0.16) == pytest.approx(0.1 * np.maximum(late, 0), abs=1e-11)
+    noisy = sampled_angle(noise=0.3, seed=7)
     numbers = np.array([noise_numbers(7, "angle", int(j), 2)[0] for j in k])
     assert noisy == pytest.approx(0.1 * k + 0.3 * numbers, abs=1e-11)
-    assert np.array_equal(noisy, of(noise=0.3, seed=7)) and not np.allclose(noisy, of(noise=0.3, seed=8))
+    assert np.array_equal(noisy, sampled_angle(noise=0.3, seed=7)) and not np.allclose(
+        noisy, sampled_angle(noise=0.3, seed=8)
+    )
 
 
 def test_accelerometer_with_lag():

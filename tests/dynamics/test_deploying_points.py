@@ -9,7 +9,7 @@ from support.random_systems import random_body, random_state
 from support.random_table import elastic_forces
 
 from femflex.deployment import DeployingLine, deploying_line
-from femflex.deployment.series import at, derivative
+from femflex.deployment.series import derivative, evaluate
 from femflex.dynamics import compile_system
 from femflex.reduction import BeamFunctions
 from femflex.reduction.beams.beam_functions import gauss
@@ -53,14 +53,14 @@ def material(made, length, total, at_tip):
     drum = np.array([1.0 if at_tip else 0.0])
     per_length = made.shapes.member_mass / L0
     for places, moves, m in (
-        (shapes.places(xi, weight), True, per_length * L),
-        (shapes.places(drum, np.ones(1)), False, total - per_length * L),
+        (shapes.material_points(xi, weight), True, per_length * L),
+        (shapes.material_points(drum, np.ones(1)), False, total - per_length * L),
     ):
         eps = 1e-4
 
         def value(r, x, places=places):  # z of the material points at the ratio r, xi as it moves
-            again = shapes.places(x, np.ones(len(x)))
-            return at(again.values, r)
+            again = shapes.material_points(x, np.ones(len(x)))
+            return evaluate(again.values, r)
 
         def path(s, places=places, moves=moves):
             """z at the ratio ratio + s of the points that are at places.xi now."""
@@ -83,7 +83,7 @@ def material(made, length, total, at_tip):
         if moves:
             flux += [np.zeros((3, 1 + z.shape[2] - 1))] * len(z)
         else:
-            jump = at(places.moved(at_tip), ratio) * rate - dz  # of what leaves the drum
+            jump = evaluate(places.velocities(at_tip), ratio) * rate - dz  # of what leaves the drum
             flux += [per_length * U * s * j for s, j in zip(places.share, jump, strict=True)]
     return (mass, rho, phi), flux
 
@@ -94,13 +94,13 @@ def moving_marker(made, name, length):
 
     def jet(series):
         first = derivative(series)
-        rate, slope, bend = (at(s, L / L0) if s else 0.0 for s in (series, first, derivative(first)))
+        rate, slope, bend = (evaluate(s, L / L0) if s else 0.0 for s in (series, first, derivative(first)))
         return Jet(rate, U / L0 * slope + 0 * rate, A / L0 * slope + (U / L0) ** 2 * bend + 0 * rate)
 
     return jet(marker.position), jet(marker.phi), jet(marker.psi)
 
 
-def still(jet):
+def frozen_jet(jet):
     return Jet(jet.v)
 
 
@@ -139,8 +139,8 @@ def test_deploying_members_on_flexible_parent_match_kane(seed, drum):
     udot = rng.normal(size=model.n_u)
     ours = model.residual(NOW, np.concatenate([q, u]), udot)
 
-    def own(moves):
-        keep = (lambda jet: jet) if moves else still
+    def markers_of_body(moves):
+        keep = (lambda jet: jet) if moves else frozen_jet
         return {
             id(marker): replace(marker, position=keep(p), phi=keep(f), psi=keep(s))
             for marker, (p, f, s) in markers.items()
@@ -149,14 +149,14 @@ def test_deploying_members_on_flexible_parent_match_kane(seed, drum):
     resting = {
         name: (
             m,
-            [still(x) if isinstance(x, Jet) else x for x in r],
-            [still(f) if isinstance(f, Jet) else f for f in p],
+            [frozen_jet(x) if isinstance(x, Jet) else x for x in r],
+            [frozen_jet(f) if isinstance(f, Jet) else f for f in p],
         )
         for name, (m, r, p) in clouds.items()
     }
     base = lambda moves: Jet(np.eye(3))  # noqa: E731
-    partial = partial_velocities(DeployingTree(system, resting, own(False)), q, len(u), base)
-    tree = DeployingTree(system, clouds, own(True))
+    partial = partial_velocities(DeployingTree(system, resting, markers_of_body(False)), q, len(u), base)
+    tree = DeployingTree(system, clouds, markers_of_body(True))
 
     def pushes(m, r):
         out = []
@@ -182,7 +182,7 @@ def made_at(model, name, body):
     from femflex.system import Block
 
     block = Block(body, model.system.varying[name].varies)
-    numbers = table.at(*(float(v) for v in table.length(NOW)))
+    numbers = table.block_at(*(float(v) for v in table.length(NOW)))
     n, row = body.n_modes, block.row
     V1 = numbers[block.stiffness : block.stiffness + n * row].reshape(n, row)[:, :n]
     return replace(body, strain=replace(body.strain, V1=V1))

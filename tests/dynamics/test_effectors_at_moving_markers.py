@@ -51,7 +51,7 @@ def motion_at(where, q, u):
     return place.v, axes.v, place.d, vee(axes.d @ axes.v.T)
 
 
-def seen(*effectors, z0=None, t=T, q=Q, u=U):
+def observed_channels(*effectors, z0=None, t=T, q=Q, u=U):
     """Channels of a model of the tree with these effectors at (t, q, u), its states at their start, and the model."""
     model = compile_system(replace(TREE, effectors=effectors, z0=z0 or {}))
     x = np.concatenate([q, u, model.parts(model.x0)[2]])
@@ -73,14 +73,14 @@ def check_work(model, x, out, effector):
         expected += V @ F + W @ M
         _, _, v, w = motion(where)
         power += F @ v + M @ w
-    push = bare().residual(T, x[: model.n_q + n], np.zeros(n)) - model.residual(T, x, np.zeros(n))
+    push = model_without_effectors().residual(T, x[: model.n_q + n], np.zeros(n)) - model.residual(T, x, np.zeros(n))
     assert push == pytest.approx(expected, abs=1e-11 * max(1.0, np.abs(expected).max()))
     assert out[f"effectors/{effector.name}/power"] == pytest.approx(power, rel=1e-10)
     assert np.count_nonzero(np.abs(expected) > 1e-6) > 3
 
 
 @cache
-def bare():
+def model_without_effectors():
     return compile_system(TREE)
 
 
@@ -100,7 +100,7 @@ def test_wheel_on_flexible_body_satisfies_rotor_balance(mode, z):
     _, C, _, omega = motion(ONE)
     a = C @ axis
     h = J * (z + a @ omega)
-    out, model, x = seen(source, wheel, z0={"w.momentum": h})
+    out, model, x = observed_channels(source, wheel, z0={"w.momentum": h})
     wanted = {
         "torque": 1.1,
         "speed": 3.0 * J * (78.0 - z),
@@ -136,7 +136,7 @@ def test_gimbal_with_inertia_satisfies_rotor_and_motor_balance(max_torque):
     keys = {"gimbal_axis": G, "spin_axis": S, "rates": [0.6], "initial_angles": [0.8]}
     keys |= {"gimbal_inertia": J, "bandwidth": 4.0, "max_torque": max_torque}
     gyro = control_moment_gyro("c", ONE[0], h, marker=ONE[1], **keys)
-    out, model, x = seen(gyro, z0={"c.momentum": p})
+    out, model, x = observed_channels(gyro, z0={"c.momentum": p})
     _, C, _, omega = motion(ONE)
     g, s = C @ G, C @ Rotation.from_rotvec(0.8 * G).apply(S)
     rate = p / J - g @ omega
@@ -175,7 +175,7 @@ def test_thruster_fed_from_another_body(kind, lag):
     fuel = tank("fuel", 5.0, ["jet"])
     thrust = 1.9 if lag else full * level
     z0 = {"jet.lagged": 1.9} if lag else {}
-    out, model, x = seen(*constants, jet, fuel, z0=z0)
+    out, model, x = observed_channels(*constants, jet, fuel, z0=z0)
     _, C, v_e, _ = motion(ONE)
     _, _, v_t, omega_t = motion(TWO)
     flow = thrust / (9.80665 * impulse)
@@ -195,7 +195,7 @@ def test_thruster_fed_from_another_body(kind, lag):
     assert rates_of_states(model, x) == pytest.approx([*lags, -flow, 0.0, 0.0], **size)
     if thrust:
         check_work(model, x, out, jet)
-    empty, model, x = seen(*constants, jet, fuel, z0={**z0, "fuel.feed": 0.0})
+    empty, model, x = observed_channels(*constants, jet, fuel, z0={**z0, "fuel.feed": 0.0})
     assert empty["effectors/jet/thrust"] == 0.0 and not empty["effectors/jet/force"].any()
     assert rates_of_states(model, x) == pytest.approx([*([-1.9 / lag] if lag else []), 0.0, 0.0, 0.0])
 
@@ -212,7 +212,7 @@ def test_cable_tension_by_strain_and_rate(part, damping):
     d = np.linalg.norm(q - p)
     e, EA, L = (q - p) / d, 30.0, part * d
     rope = cable("rope", (ONE, TWO), length_of(d, part), EA, damping)
-    out, model, x = seen(rope)
+    out, model, x = observed_channels(rope)
     faster = e @ (v_q - v_p) - 0.3
     elastic = EA * (d - L) / L if d > L else 0.0
     tension = max(0.0, elastic + damping * faster) if d > L else 0.0
@@ -256,7 +256,7 @@ def test_sensors_measure_relative_to_moving_marker(k):
         "echo": Sensor("echo", "value", signal="in.value", **common),
     }
     effectors = [effector for sensor in sensors.values() for effector in sensor.effectors]
-    out, *_ = seen(signal("in", [0.0, 2.0], [0.4, 1.4]), *effectors, q=q, u=u)
+    out, *_ = observed_channels(signal("in", [0.0, 2.0], [0.4, 1.4]), *effectors, q=q, u=u)
     turned = C2 @ R @ Rotation.from_rotvec(0.75 * axis).as_matrix()  # about an axis of the reference
     d, relative = p - p2, v - v2 - np.cross(w2, p - p2)
     expected = {

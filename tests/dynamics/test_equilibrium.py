@@ -234,7 +234,7 @@ def test_beam_clamped_at_both_ends_by_loop_has_exact_frequencies():
 
 
 def buckling(k):
-    """Where the square of the lowest frequency vanishes, over four times the load of hinged ends, and the verdicts."""
+    """Return the load of zero lowest frequency, over four times that of hinged ends, and the verdicts."""
     critical, shares = 4 * np.pi**2 * EI / LENGTH**2, (0.95, 1.15)
     found = [equilibrium(clamped(k, prismatic(**FAR, axis=[1, 0, 0]), share * critical)) for share in shares]
     assert all(one.residual < 1e-9 for one in found)

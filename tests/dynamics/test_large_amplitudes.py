@@ -13,7 +13,7 @@ from support.elastica import EI, LENGTH, SECTION, elastica
 from femflex import equilibrium, fem, reduction, system
 from femflex.dynamics import compile_system
 from femflex.dynamics.reports.marker_motion import marker_motion
-from femflex.dynamics.terms.without import with_linear_strain
+from femflex.dynamics.terms.without import linearised_body
 from femflex.integrate import integrator
 from femflex.mesh import line
 from femflex.reduction import (
@@ -101,7 +101,7 @@ def mesh(elements):
     return line([[0, 0, 0], [LENGTH_OF_BIAXIAL_BENDING, 0, 0]], elements)
 
 
-def one():
+def single_body():
     structure = fem.build_structure(mesh(8), MEMBERS)
     shapes = reduction.with_derivatives(structure, reduction.cantilever_modes(structure, "start", 8), "all")
     return reduction.reduce_structure(structure, shapes, MARKERS, strain="condensed")
@@ -114,7 +114,7 @@ def segmented(k):
 FORCE = np.array([0.0, 40.0, -200.0])  # dead, skew to both planes
 
 
-def moved(body, share, build=System, method="dop853", rtol=1e-7):
+def loaded_motion(body, share, build=System, method="dop853", rtol=1e-7):
     """Model and states after the load has come upon the tip at t = 0."""
     load = Load("P", "beam", "tip", frame="inertial", force=share * FORCE)
     model = compile_system(build({"beam": body}, (weld("beam", None, child_marker="root"),), (load,)))
@@ -139,7 +139,7 @@ def shortest(tangent):
 
 
 def test_biaxial_bending_energy_balances_work():
-    model, states = moved(one(), 0.4)
+    model, states = loaded_motion(single_body(), 0.4)
     seen = model.observe(TIMES_OF_BIAXIAL_BENDING, states)
     way = seen["markers/beam.tip/position"]
     work = (way - way[0]) @ (0.4 * FORCE)
@@ -149,7 +149,7 @@ def test_biaxial_bending_energy_balances_work():
         np.ptp(way, axis=0).min() > 0.005 * LENGTH_OF_BIAXIAL_BENDING
         and np.abs(tip_of_biaxial_bending(model, states)[1]).max() > 0.03
     )  # all ways
-    linear = compile_system(replace(model.system, bodies={"beam": with_linear_strain(one())})).observe(
+    linear = compile_system(replace(model.system, bodies={"beam": linearised_body(single_body())})).observe(
         TIMES_OF_BIAXIAL_BENDING, states
     )
     wrong = linear["monitors/kinetic"] + linear["monitors/elastic"]
@@ -162,13 +162,14 @@ def test_biaxial_bending_matches_segments():
     own, other, coarse = [], [], []
     for share in (0.4, 0.2):
         six, twelve = (
-            tip_of_biaxial_bending(*moved(segmented(k), share, system.assembled, "esdirk4", 1e-6)) for k in (6, 12)
+            tip_of_biaxial_bending(*loaded_motion(segmented(k), share, system.assembled, "esdirk4", 1e-6))
+            for k in (6, 12)
         )
         exact = [b + (b - a) / 3 for a, b in zip(six, twelve, strict=True)]
         sizes = np.ptp(exact[0], axis=0).max(), np.abs(exact[1]).max()
         for kept, found in (
-            (own, tip_of_biaxial_bending(*moved(one(), share))),
-            (other, tip_of_biaxial_bending(*moved(with_linear_strain(one()), share))),
+            (own, tip_of_biaxial_bending(*loaded_motion(single_body(), share))),
+            (other, tip_of_biaxial_bending(*loaded_motion(linearised_body(single_body()), share))),
             (coarse, twelve),
         ):
             place = np.abs(found[0] - exact[0]).max(axis=0) / sizes[0]

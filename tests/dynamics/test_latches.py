@@ -105,7 +105,7 @@ def test_impact_with_loop_matches_dense_equations():
     latch = replace(model.system.joints[1].latches[0], at=x[crank])  # where the crank is, so that no loop opens
     moved = replace(model.system.joints[1], latches=(latch,), q0=np.zeros(1))
     joints = (model.system.joints[0], moved, *model.system.joints[2:])
-    replace(model, system=replace(model.system, joints=joints)).events.happen([0], 1.5, x)
+    replace(model, system=replace(model.system, joints=joints)).events.apply([0], 1.5, x)
     assert model.parts(x)[1] == pytest.approx(u + change, abs=1e-11)
     names = [name for name, _ in model.system.all_state_names()]
     lost = 0.5 * (u @ M @ u - (u + change) @ M @ (u + change))

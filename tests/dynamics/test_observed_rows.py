@@ -140,13 +140,13 @@ def looking(**sight):
     return System(body, (spherical("craft"),), orbit=orbit, frame=Frame("orbital"), sights=sights)
 
 
-def seen(system, times):
+def observed_at_rest(system, times):
     model = compile_system(system)
     return model.observe(times, np.tile(model.x0, (len(times), 1)))
 
 
 def test_sight_of_station_below_craft():
-    found = seen(looking(), np.array([0.0, 10.0]))
+    found = observed_at_rest(looking(), np.array([0.0, 10.0]))
     assert found["sights/down/error"][0] == pytest.approx(0.0, abs=1e-12)
     assert found["sights/down/range"][0] == pytest.approx(UP, abs=1e-6)
     assert found["sights/down/elevation"][0] == pytest.approx(np.pi / 2, abs=1e-6)
@@ -158,7 +158,7 @@ def test_sight_of_station_below_craft():
 
 def test_sight_of_station_off_the_ground_track():
     latitude = 0.05
-    found = seen(looking(latitude=latitude), np.zeros(1))
+    found = observed_at_rest(looking(latitude=latitude), np.zeros(1))
     beside, below = EARTH_RADIUS * np.sin(latitude), EARTH_RADIUS * (1 - np.cos(latitude)) + UP
     assert found["sights/down/error"][0] == pytest.approx(np.arctan2(beside, below), rel=1e-12)
     elevation = np.pi / 2 - latitude - np.arctan2(beside, below)
@@ -182,7 +182,7 @@ def test_displacement_of_hinged_panel_includes_joints():
     craft, rates = np.array([1.0, 2.0, 3.0, 0.4, -0.3, 0.8]), rng.normal(size=11)
     seen = model.observe(np.zeros(1), np.concatenate([craft, [slide, angle], delta, rates])[None])
 
-    def place(slide, angle, delta):
+    def marker_position(slide, angle, delta):
         """Marker b of the panel in axes of the hub: its marker a is held."""
         a, b = panel.marker("a"), panel.marker("b")
         C_BA = Rotation.from_rotvec(a.psi @ delta).as_matrix() @ a.orientation
@@ -190,7 +190,7 @@ def test_displacement_of_hinged_panel_includes_joints():
         arm = b.position + b.phi @ delta - a.position - a.phi @ delta
         return markers["arm"].position + here.apply([0, 0, slide]) + turn @ arm
 
-    moved = place(slide, angle, delta) - place(0.2, 0.4, np.zeros(3))
+    moved = marker_position(slide, angle, delta) - marker_position(0.2, 0.4, np.zeros(3))
     assert seen["markers/panel.b/displacement"][0] == pytest.approx(moved, abs=1e-12)
     assert model.channels["markers/panel.b/displacement"].frame == "body hub"
     zero = {"markers/hub.corner/displacement", "markers/hub.corner/deflection", "monitors/supplied"}

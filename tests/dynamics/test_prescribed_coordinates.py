@@ -60,7 +60,7 @@ def test_power_of_prescribed_motion_is_rate_of_energy(method):
     error = {"dop853": 1e-7, "esdirk4": 1e-5, "generalized_alpha": 1e-3}[method]
     assert np.ptp(energy) > 1.0
     assert energy - energy[0] == pytest.approx(work, abs=error * np.ptp(energy))
-    s = model.system.joint_of("arm").held[0](times)
+    s = model.system.joint_of("arm").prescribed[0](times)
     assert seen["q"][:, 3] == pytest.approx(s[0], abs=1e-14) and seen["u"][:, 3] == pytest.approx(s[1], abs=1e-14)
 
 

@@ -79,7 +79,7 @@ def frequencies(body, spin):
     return np.sort(found[found > 0])
 
 
-def nearest(found, wanted):
+def nearest_value(found, wanted):
     return found[np.abs(found - wanted).argmin()]
 
 
@@ -95,14 +95,14 @@ def test_torsion_frequency_with_propeller_moment(made, strain, setting):
     exact = blade.torsion(SPIN)
     assert blade.torsion(0.0) == pytest.approx(np.pi / 2 * np.sqrt(GJ / MASS / (RY**2 + RZ**2)) / LENGTH, rel=1e-6)
     assert abs(exact / blade.torsion(0.0) - 1) > 1e-3
-    found = nearest(frequencies(getattr(blade, made)(strain), SPIN), exact)
+    found = nearest_value(frequencies(getattr(blade, made)(strain), SPIN), exact)
     assert found == pytest.approx(exact, rel=4e-6)
 
 
 def test_propeller_moment_varies_with_cosine_of_twice_the_angle():
     """The steady twist that it brings about as well, left out of the answer, counts 3e-4."""
     exact = Blade(0.5).torsion(SPIN)
-    found = nearest(frequencies(Blade(0.5).meshed("condensed"), SPIN), exact)
+    found = nearest_value(frequencies(Blade(0.5).meshed("condensed"), SPIN), exact)
     assert found == pytest.approx(exact, rel=5e-4)
     assert exact / Blade(0.0).torsion(SPIN) == pytest.approx(1 - np.sin(0.5) ** 2 * (SPIN / exact) ** 2, rel=1e-3)
 
@@ -120,7 +120,7 @@ def test_propeller_moment_of_solid_blade():
     twist = np.abs(np.einsum("p,pk->k", mesh.points[corners, 1], tips[:, 2]))
     still = modes.omega[twist.argmax()]
     body = reduce_structure(structure, with_derivatives(structure, modes, "all"), strain="condensed")
-    found = nearest(frequencies(body, spin), still * (1 + spin**2 / still**2))
+    found = nearest_value(frequencies(body, spin), still * (1 + spin**2 / still**2))
     s = (np.arange(4000) + 0.5) / 4000
     pull = np.sum((1 - s**2) / 2 * (np.pi / 2 * np.cos(np.pi * s / 2)) ** 2) / np.sum(np.sin(np.pi * s / 2) ** 2)
     gain = pull + (wide**2 - thick**2) / (wide**2 + thick**2)

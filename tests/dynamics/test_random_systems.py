@@ -133,11 +133,11 @@ def test_linear_equations_of_loops_are_derivatives_at_constant_multipliers(name)
     assert np.abs(G @ Z).max() < 1e-9 * np.abs(G).max()
     multipliers = np.linalg.lstsq(G.T, model.bias(0.0, x), rcond=None)[0]
 
-    def left(d):
+    def static_residual(d):
         moved = np.concatenate([advanced(model, p.q, d), still])
         return model.bias(0.0, moved) - model.constraints.matrix(0.0, moved).T @ multipliers
 
-    K = Z.T @ difference(left, still, np.eye(len(still)), 1e-3 * usual_sizes(model)) @ Z
+    K = Z.T @ difference(static_residual, still, np.eye(len(still)), 1e-3 * usual_sizes(model)) @ Z
     assert ours.M == pytest.approx(Z.T @ model.mass_matrix(0.0, x) @ Z, abs=1e-8 * np.abs(ours.M).max())
     assert ours.K == pytest.approx(K, abs=1e-6 * np.abs(K).max())
 
@@ -195,7 +195,7 @@ def test_without_removes_its_row_alone(name):
 @pytest.mark.parametrize("name", TREES)
 def test_implicit_solve_inverts_mass_damping_and_tangent_stiffness(name):
     p = problem(name)
-    model, own, c_m, c_d, c_k = p.model, p.model.workspace.own, 2.0, 0.3, 0.7
+    model, own, c_m, c_d, c_k = p.model, p.model.workspace.arrays, 2.0, 0.3, 0.7
     S, iq, iu = c_m * model.mass_matrix(p.t, p.x), 0, 0
     for body_name in p.system.order:
         joint, body = p.system.joint_of(body_name), p.system.bodies[body_name]

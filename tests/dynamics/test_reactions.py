@@ -14,14 +14,14 @@ from femflex.integrate import Dop853
 from femflex.system import Load, System, revolute
 
 
-def turned(out, body):
+def attitude_of(out, body):
     return Rotation.from_quat(out[f"bodies/{body}/attitude"], scalar_first=True)
 
 
 def momenta(model, x, body):
     """Momentum and angular momentum of a rigid body about the inertial origin."""
     out = model.observe(np.zeros(1), x[None])
-    C, m = turned(out, body).as_matrix()[0], model.system.bodies[body].moments
+    C, m = attitude_of(out, body).as_matrix()[0], model.system.bodies[body].moments
     marker = model.system.bodies[body].marker("middle")
     v = out[f"markers/{body}.middle/velocity"][0]
     c = out[f"markers/{body}.middle/position"][0]
@@ -106,13 +106,13 @@ def test_joint_torque_is_about_deflected_marker(seed):
     model = compile_system(System({"body": body}, (hinge,), reactions=True))
     x = rng.normal(size=model.n_x)
 
-    def seen(key):
+    def channel(key):
         return lambda state: model.observe(np.zeros(1), state[None])[key][0]
 
-    force, torque = seen("joints/hinge/force")(x), seen("joints/hinge/torque")(x)
-    arm = seen("markers/body.b/position")(x) - seen("monitors/center_of_mass")(x)
-    dp, dL = (rates_of(model, x, seen(f"monitors/{key}")) for key in ("momentum", "angular_momentum"))
-    assert np.linalg.norm(seen("markers/body.b/deflection")(x)) > 0.1
+    force, torque = channel("joints/hinge/force")(x), channel("joints/hinge/torque")(x)
+    arm = channel("markers/body.b/position")(x) - channel("monitors/center_of_mass")(x)
+    dp, dL = (rates_of(model, x, channel(f"monitors/{key}")) for key in ("momentum", "angular_momentum"))
+    assert np.linalg.norm(channel("markers/body.b/deflection")(x)) > 0.1
     assert force == pytest.approx(dp, abs=1e-6 * np.abs(dp).max())
     assert torque + np.cross(arm, force) == pytest.approx(dL, abs=1e-6 * np.abs(dL).max())
 
@@ -129,6 +129,6 @@ def test_joint_and_loop_forces_balance_flexible_four_bar():
     rate = (45 * (p[4:-2] - p[2:-4]) - 9 * (p[5:-1] - p[1:-5]) + (p[6:] - p[:-6])) / (60 * h)
     assert force[3:-3] == pytest.approx(rate, abs=2e-5 * np.abs(rate).max())
     rocker = out[f"joints/{labels[1]}/force"] + out["loops/closure/force"]  # all that acts on the rocker
-    middle = turned(out, "rocker").apply([0.6, 0, 0]) + out["bodies/rocker/position"]
+    middle = attitude_of(out, "rocker").apply([0.6, 0, 0]) + out["bodies/rocker/position"]
     acceleration = np.gradient(np.gradient(middle, h, axis=0, edge_order=2), h, axis=0, edge_order=2)
     assert rocker[20:-20] == pytest.approx(acceleration[20:-20], abs=5e-3 * np.abs(acceleration).max())

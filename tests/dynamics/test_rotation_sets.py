@@ -36,7 +36,7 @@ def tumbling(rotation="euler_parameters", rebase=False, C=START, u0=TUMBLE):
     return compile_system(System({"hub": hub, "panel": panel}, joints, delta0=delta))
 
 
-def seen(model, times=TIMES, method=None):
+def simulated(model, times=TIMES, method=None):
     states = (method or Dop853(**TIGHT)).solve(model, times, model.x0).states
     return model.observe(times, states)
 
@@ -44,14 +44,14 @@ def seen(model, times=TIMES, method=None):
 @pytest.fixture(scope="module")
 def motion():
     """The motion in Euler parameters, several whole turns."""
-    out = seen(tumbling())
+    out = simulated(tumbling())
     assert np.ptp(out["bodies/panel/delta"], axis=0).max() > 0.05
     turned = Rotation.from_quat(np.roll(out["bodies/hub/attitude"], -1, axis=1))
     assert np.linalg.norm((turned[0].inv() * turned).as_rotvec(), axis=1).max() > 3.0
     return out
 
 
-def same(out, motion, tolerance):
+def assert_same_motion(out, motion, tolerance):
     for path in ("bodies/hub/position", "bodies/panel/position", "bodies/hub/rate", "bodies/panel/delta"):
         assert out[path] == pytest.approx(motion[path], abs=tolerance), path
     alike = np.abs(np.einsum("ij,ij->i", out["bodies/hub/attitude"], motion["bodies/hub/attitude"]))
@@ -64,7 +64,7 @@ def same(out, motion, tolerance):
 @pytest.mark.sampled(10)
 @pytest.mark.parametrize(("rotation", "rebase"), ALL, ids=[name for name, _ in ALL])
 def test_motion_is_the_same_in_every_rotation_set(rotation, rebase, motion):
-    same(seen(tumbling(rotation, rebase)), motion, 1e-9)
+    assert_same_motion(simulated(tumbling(rotation, rebase)), motion, 1e-9)
 
 
 METHODS = [
@@ -78,8 +78,8 @@ METHODS = [
 @pytest.mark.parametrize(("rotation", "rebase"), [("modified_rodrigues", False), ("rodrigues", True), ("zxz", True)])
 @pytest.mark.parametrize("method", METHODS, ids=[method.name for method in METHODS])
 def test_integrators_change_coordinates_between_steps(method, rotation, rebase, motion):
-    out = seen(tumbling(rotation, rebase), TIMES[:25], method)
-    same(out, {path: values[:25] for path, values in motion.items()}, 2e-4)
+    out = simulated(tumbling(rotation, rebase), TIMES[:25], method)
+    assert_same_motion(out, {path: values[:25] for path, values in motion.items()}, 2e-4)
     place = slice(6, 10) if rebase else slice(3, 6)
     jumps = np.linalg.norm(np.diff(out["q"][:, place], axis=0), axis=1)
     assert jumps.max() > 0.5  # there was a change
@@ -108,7 +108,7 @@ def test_resume_around_change_of_coordinates_is_exact(method, rotation, rebase):
 def test_dense_output_across_change_of_coordinates(method):
     # rows far closer than the steps: attitude follows its rate through every jump of the coordinates
     model, times = tumbling("modified_rodrigues"), np.linspace(0.0, 5.0, 5001)
-    out = seen(model, times, method)
+    out = simulated(model, times, method)
     assert np.abs(np.diff(out["q"][:, 3:6], axis=0)).max() > 0.5
     turned = Rotation.from_quat(np.roll(out["bodies/hub/attitude"], -1, axis=1))
     rates = (turned[:-2].inv() * turned[2:]).as_rotvec() / (times[2:] - times[:-2])[:, None]

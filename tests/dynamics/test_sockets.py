@@ -222,7 +222,7 @@ def test_varying_mass_by_state_matches_tsiolkovsky(name):
     jet = replace(
         THRUSTER, parameters=np.array([20.0, 0.2, exit_speed]), z0=np.array([0.0, full]), inputs=("tap.open",)
     )
-    tap = Effector("tap", nothing, states={"open": "1"}, z0=np.array([1.0]))
+    tap = Effector("tap", write_nothing, states={"open": "1"}, z0=np.array([1.0]))
     varying = {"hub": Variation(tank, ("mass",), np.concatenate([[dry], unit]))}
     model = compile_system(System({"hub": craft}, (free("hub"),), effectors=(tap, jet), varying=varying))
     times, states = run(model, METHODS[name], 2.0, 9)
@@ -233,7 +233,7 @@ def test_varying_mass_by_state_matches_tsiolkovsky(name):
     assert speed == pytest.approx(exit_speed * np.log((dry + full) / mass), abs=10 * ERRORS[name])
 
 
-def nothing(seen, out):
+def write_nothing(seen, out):
     """Nothing: a state that stays."""
 
 

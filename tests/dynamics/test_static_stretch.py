@@ -39,7 +39,7 @@ def twisting(torsion):
 BODIES = {"meshed": meshed, "analytic": lambda: KANE.body("condensed", y=3), "turning": lambda: twisting(1)}
 
 
-def seen(system, key, t=0.0):
+def marker_channel(system, key, t=0.0):
     model = compile_system(system)
     return model.observe(np.array([t]), model.x0[None])[f"markers/beam.tip/{key}"][0]
 
@@ -55,12 +55,12 @@ def test_spun_beam_has_static_stretch(strain):
 def test_static_stretch_includes_hub_radius(name):
     """m Om^2 (L^3 / 3 + R L^2 / 2) / EA."""
     body = BODIES[name]()
-    hub = rigid_body(10.0, np.eye(3), markers={"rim": body.marker("origin").at(np.array([RADIUS, 0, 0]))})
+    hub = rigid_body(10.0, np.eye(3), markers={"rim": body.marker("origin").rigid(np.array([RADIUS, 0, 0]))})
     turn = revolute("hub", axis=(0, 0, 1), motion=(Profile(np.zeros(1), np.array([[0.0, SPEED]])),))
     system = System({"hub": hub, "beam": body}, (turn, weld("beam", "hub", parent_marker="rim", child_marker="root")))
     L = KANE.length
     exact = KANE.mass * SPEED**2 * (L**3 / 3 + RADIUS * L**2 / 2) / KANE.EA
-    assert seen(system, "deflection")[0] == pytest.approx(exact, rel=2e-3)
+    assert marker_channel(system, "deflection")[0] == pytest.approx(exact, rel=2e-3)
 
 
 @pytest.mark.parametrize("direction", [(0, 0, -1.0), (0, 0.6, -0.8)])
@@ -68,7 +68,7 @@ def test_hanging_beam_stretches_by_its_weight(direction):
     """m g L^2 / 2 EA along the beam, of the part of gravity along it; also read back from a file."""
     d = np.asarray(direction)
     system = System({"beam": meshed(d)}, (weld("beam", child_marker="root"),), environment=Environment((0, 0, -G)))
-    assert seen(system, "deflection") @ d == pytest.approx(
+    assert marker_channel(system, "deflection") @ d == pytest.approx(
         -d[2] * KANE.mass * G * KANE.length**2 / 2 / KANE.EA, rel=1e-3
     )
 
@@ -76,4 +76,4 @@ def test_hanging_beam_stretches_by_its_weight(direction):
 def test_free_fall_has_no_static_stretch():
     slide = prismatic("beam", axis=(0, 0, 1), child_marker="root")
     system = System({"beam": meshed((0, 0, -1.0))}, (slide,), environment=Environment((0, 0, -G)))
-    assert np.abs(seen(system, "deflection")).max() < 1e-10
+    assert np.abs(marker_channel(system, "deflection")).max() < 1e-10

@@ -61,7 +61,7 @@ def spinning_hub(omega=(0.0, 0.0, 2.0), **more):
     """A free hub in which two masses move out along x, and the same hub at the start of the clock."""
     core = np.diag([2.0, 1.0, 0.5])  # int rho rho^T dm of what stands still
 
-    def at(t):
+    def block_numbers(t):
         r = 1.0 + U * t
         rho = np.array([[[r, 0, 0]], [[-r, 0, 0]]])
         w = np.array([[[U, 0, 0]], [[-U, 0, 0]]])
@@ -75,7 +75,7 @@ def spinning_hub(omega=(0.0, 0.0, 2.0), **more):
     moments = MassMoments(10.0, np.zeros((1, 3)), second)
     body = FlexibleBody(moments, StrainTensors.linear(np.zeros((0, 0))), np.zeros((0, 0)), {})
     block = Block(body, MOVING)
-    varying = {"hub": Variation(polynomial, MOVING, fitted(at, 2))}
+    varying = {"hub": Variation(polynomial, MOVING, fitted(block_numbers, 2))}
     joint = free("hub", u0=np.concatenate([np.zeros(3), omega]))
     return System({"hub": body}, (joint,), varying=varying, **more)
 
@@ -139,17 +139,17 @@ def random_varying(seed, **more):
     varies = ("mass", "flow", *(f"marker/{key}" for key in markers))
     block = Block(body, varies)
 
-    def moved(parts, t):
+    def material_motion(parts, t):
         value = parts[0] + parts[1] * t + parts[2] * t * t / 2
         return value, parts[1] + parts[2] * t, parts[2]
 
-    def at(t):
+    def block_numbers(t):
         out = np.zeros(block.size)
-        moments, flow = point_integrals(mass, *moved(z, t))
+        moments, flow = point_integrals(mass, *material_motion(z, t))
         block.put_moments(out, moments)
         block.put_flow(out, *flow)
         for key, parts in markers.items():
-            place, jets = block.markers[key], [moved([part[i] for part in parts], t) for i in range(3)]
+            place, jets = block.markers[key], [material_motion([part[i] for part in parts], t) for i in range(3)]
             out[place : place + 12] = np.concatenate([jets[0][0], body.marker(key).orientation.ravel()])
             out[place + 16 : place + 22] = np.concatenate(jets[0][1:])
             first = place + 24
@@ -159,11 +159,11 @@ def random_varying(seed, **more):
                     first += 3 * block.wide
         return out
 
-    system = replace(system, varying={name: Variation(polynomial, varies, fitted(at, 4))})
+    system = replace(system, varying={name: Variation(polynomial, varies, fitted(block_numbers, 4))})
 
     def clouds_at(t, moving):
-        zt = [part if moving else 0 * part for part in moved(z, t)]
-        zt[0] = moved(z, t)[0]
+        zt = [part if moving else 0 * part for part in material_motion(z, t)]
+        zt[0] = material_motion(z, t)[0]
         points = [Jet(*(part[p, 0] for part in zt)) for p in range(len(mass))]
         shapes = [Jet(*(part[p, 1:].T for part in zt)) for p in range(len(mass))]
         return {**clouds, name: (mass, points, shapes)}
@@ -171,7 +171,7 @@ def random_varying(seed, **more):
     def markers_at(t, moving):
         found = {}
         for key, parts in markers.items():
-            jets = [moved([part[i] for part in parts], t) for i in range(3)]
+            jets = [material_motion([part[i] for part in parts], t) for i in range(3)]
             position, phi_t, psi_t = (Jet(*jet) if moving else Jet(jet[0]) for jet in jets)
             found[key] = replace(body.marker(key), position=position, phi=phi_t, psi=psi_t)
         return found
@@ -282,13 +282,13 @@ def test_growing_mass_at_constant_spin():
     parts = ("mass", "growth")
     block = Block(body, parts)
 
-    def at(t):
+    def block_numbers(t):
         out, P = np.zeros(block.size), body.moments.second
         block.put_moments(out, MassMoments(4.0 + t, body.moments.first, (1 + t) * P))
         block.put_moments(out, MassMoments(1.0, 0 * body.moments.first, P), growth=True)
         return out
 
-    varying = {"hub": Variation(polynomial, parts, fitted(at, 1))}
+    varying = {"hub": Variation(polynomial, parts, fitted(block_numbers, 1))}
     model = compile_system(System({"hub": body}, (free("hub", u0=np.array([0.5, 0, 0, 0, 0, 2.0])),), varying=varying))
     times = np.linspace(0, 2, 5)
     seen = model.observe(times, integrator("dop853").solve(model, times, model.x0).states)
@@ -334,10 +334,10 @@ def swelling_hub(case):
     body = build_system(read_case(case)).bodies["hub"]
     block = Block(body, ("mass", "growth"))
 
-    def at(t):
+    def block_numbers(t):
         out, m = np.zeros(block.size), body.moments
         for growth, s in ((False, 1 + 1e-3 * t), (True, 1e-3)):
             block.put_moments(out, MassMoments(s * m.mass, s * m.first, s * m.second), growth)
         return out
 
-    return Variation(polynomial, ("mass", "growth"), fitted(at, 1))
+    return Variation(polynomial, ("mass", "growth"), fitted(block_numbers, 1))

@@ -8,7 +8,7 @@ from scipy import sparse
 from scipy.sparse.linalg import lsqr, spsolve
 from support.element_families import FAMILIES, PLACE, patch_of, rough_of
 
-from femflex.body.recovery import named
+from femflex.body.recovery import quantity_by_name
 from femflex.fem import Structure
 from femflex.reduction.beams.strain_points import strain_field
 from femflex.reduction.boundary.rigid import rigid_shapes
@@ -117,7 +117,9 @@ def test_stress_of_uniform_strain_matches_hooke(name):
     x = uniform(s, FAMILIES[name].states[0])
     for part in strain_field(s, x[:, None], nonlinear=False):
         name_of_stress = "fibre_stress" if part.kind == "line" else "von_mises"
-        assert named(part, name_of_stress, np.ones((1, 1)))[0] == pytest.approx(FAMILIES[name].stress, rel=1e-5)
+        assert quantity_by_name(part, name_of_stress, np.ones((1, 1)))[0] == pytest.approx(
+            FAMILIES[name].stress, rel=1e-5
+        )
 
 
 @pytest.mark.parametrize("name", NAMES)

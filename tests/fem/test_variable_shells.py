@@ -8,7 +8,7 @@ from scipy.sparse.linalg import spsolve
 from support.closed_forms import static_solution
 from support.plate_models import frequencies, random_rotation
 
-from femflex.body.recovery import named
+from femflex.body.recovery import quantity_by_name
 from femflex.fem import Material, Member, build_structure
 from femflex.fem.sections import Rectangle
 from femflex.fem.sections.laminates import Lamina, Ply, isotropic, layup
@@ -67,7 +67,7 @@ def test_deflection_of_tapered_strip(cell):
         move = s.translation.T @ np.tile([0, 0, 1.0], len(s.mesh.points))
         assert move @ s.M @ move == pytest.approx(2700 * 0.015 * b, rel=1e-9)
     part = strain_field(s, u[:, None], False)[0]
-    stress, moment = (named(part, name, np.ones((1, 1)))[0] for name in ("von_mises", "moment_xx"))
+    stress, moment = (quantity_by_name(part, name, np.ones((1, 1)))[0] for name in ("von_mises", "moment_xx"))
     inner = part.places[:, 0] < 0.7
     expected = 6 * np.abs(moment) / taper(part.places) ** 2
     np.testing.assert_allclose(stress[inner], expected[inner], rtol=0.02)

@@ -85,10 +85,10 @@ def test_interrupt_raised_by_progress_carries_the_solution():
 def alarm():
     """SIGALRM raises KeyboardInterrupt, as SIGINT does."""
 
-    def raised(number, frame):
+    def raise_interrupt(number, frame):
         raise KeyboardInterrupt
 
-    before = signal.signal(signal.SIGALRM, raised)
+    before = signal.signal(signal.SIGALRM, raise_interrupt)
     yield lambda seconds: signal.setitimer(signal.ITIMER_REAL, seconds)
     signal.setitimer(signal.ITIMER_REAL, 0)
     signal.signal(signal.SIGALRM, before)

@@ -23,7 +23,7 @@ class Timed:
     def rates(self, t, x):
         return np.array([0.0 if k in self.done else rate(t) for k, (_, rate) in enumerate(self.curves)])
 
-    def happen(self, together, t, x):
+    def apply(self, together, t, x):
         self.calls.append((list(together), t))
         self.done |= set(together)
         x[1] += 1.0
@@ -41,12 +41,12 @@ class Wall:
     def rates(self, t, x):
         return np.array([x[1]])
 
-    def happen(self, together, t, x):
+    def apply(self, together, t, x):
         self.times.append(t)
         x[1] *= -self.share
 
 
-def at(time, slope=1.0):
+def falling_value(time, slope=1.0):
     """A value that falls with a slope and is zero at a time."""
     return (lambda t: slope * (time - t)), (lambda t: -slope)
 
@@ -64,7 +64,13 @@ def with_events(events):
 
 def test_simultaneous_events_are_one_and_others_keep_their_order():
     """A step is 0.05 s long: 1e-11 s are below a 1e-9th of it, 1e-9 s are not."""
-    events = Timed(at(1.0 + 1e-11, 300.0), at(1.0 + 1e-9, 1e-4), at(1.0), at(0.3), (lambda t: 1e-14, lambda t: 0.0))
+    events = Timed(
+        falling_value(1.0 + 1e-11, 300.0),
+        falling_value(1.0 + 1e-9, 1e-4),
+        falling_value(1.0),
+        falling_value(0.3),
+        (lambda t: 1e-14, lambda t: 0.0),
+    )
     found = Dop853(max_step=0.05).solve(with_events(events), np.array([0.0, 0.9, 1.5]), START)
     assert [together for together, _ in events.calls] == [[3], [0, 2], [1]]
     assert [t for _, t in events.calls] == pytest.approx([0.3, 1.0, 1.0 + 1e-9], abs=1e-14)
@@ -76,7 +82,7 @@ def test_simultaneous_events_are_one_and_others_keep_their_order():
 
 
 def test_event_due_at_the_start_happens_before_the_first_row():
-    events = Timed(at(0.5), at(0.0), at(-1.0))
+    events = Timed(falling_value(0.5), falling_value(0.0), falling_value(-1.0))
     found = Dop853().solve(with_events(events), np.array([0.0, 0.2]), START)
     assert events.calls == [([1, 2], 0.0)]
     assert found.states[0].tolist() == [1.0, 1.0]

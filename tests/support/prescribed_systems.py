@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from femflex.dynamics.joints.held_places import held_places
+from femflex.dynamics.joints.prescribed_coordinates import prescribed_places
 from femflex.system import Profile, turns
 from support.random_systems import random_state, random_tree
 
@@ -53,8 +53,8 @@ def held_tree(seed, n_bodies=5, share=0.5, **more):
 def at_time(system, t, q, u, udot=None):
     """The state with held freedoms where they are at t; with udot also its held entries."""
     q, u, udot = q.copy(), u.copy(), None if udot is None else udot.copy()
-    for joint, k, iq, iu in held_places(system):
-        q[iq], u[iu], acceleration = joint.held[k](t)
+    for joint, k, iq, iu in prescribed_places(system):
+        q[iq], u[iu], acceleration = joint.prescribed[k](t)
         if udot is not None:
             udot[iu] = acceleration
     return (q, u) if udot is None else (q, u, udot)

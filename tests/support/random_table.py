@@ -12,7 +12,7 @@ import numpy as np
 from femflex.body import MassMoments, StrainTensors
 from femflex.body.symmetric import packed_size
 from femflex.dynamics import Model, compile_system
-from femflex.dynamics.joints.held_places import held_places
+from femflex.dynamics.joints.prescribed_coordinates import prescribed_places
 from femflex.system import (
     Frame,
     Load,
@@ -160,7 +160,7 @@ class Problem:
     @cached_property
     def prescribed(self):
         """Rows of the prescribed velocities."""
-        return [iu for *_, iu in held_places(self.system)]
+        return [iu for *_, iu in prescribed_places(self.system)]
 
     @cached_property
     def partial(self):
@@ -226,7 +226,7 @@ def furnished(system, rng, balls=False):
         if joint.ball is not None and not balls:
             parts["stiffness"] = np.zeros(joint.n_u)
         for part in parts.values():
-            part[list(joint.held)] = 0.0
+            part[list(joint.prescribed)] = 0.0
         joints.append(joint if joint.parent is None else replace(joint, **parts))
     loads = (
         Load("push", system.order[-1], "a", "marker", force=rng.normal(size=3), torque=rng.normal(size=3)),

@@ -17,11 +17,11 @@ from femflex import integrate
 from femflex.arrays import Array
 from femflex.integrate import resume as head
 from femflex.integrate.driver import checked, collected
-from femflex.integrate.intervals import Span, until
+from femflex.integrate.first_step import set_rate
+from femflex.integrate.intervals import Span, interval_until_sample
 from femflex.integrate.outcome import ROWS, Block, IntegrationError, Solution, Steps
-from femflex.integrate.pace import BLOCK_SECONDS, Pace
 from femflex.integrate.protocol import Integrator, Model, Progress
-from femflex.integrate.starting import asked
+from femflex.integrate.step_monitor import BLOCK_SECONDS, StepMonitor
 
 ORDERS = {"RK23": 3, "RK45": 5, "DOP853": 8, "Radau": 5, "BDF": 5, "LSODA": 12}
 SCIPY = {f"scipy_{method.lower()}": method for method in ORDERS}
@@ -107,12 +107,12 @@ class Scipy:
     def _steps(self, model: Model, end: float, resume: Array) -> Iterator[Any]:
         """The solver at its start and after each step, a new one for each smooth interval and change of coordinates."""
         breaks, t, x = np.unique(np.asarray(model.breaks, float)), float(resume[head.T]), resume[head.HEAD :].copy()
-        pace, clock = Pace(resume), getattr(model, "clock", None)
+        pace, clock = StepMonitor(resume), getattr(model, "clock", None)
         while True:
-            if clock is not None and clock.next(x) <= t:
+            if clock is not None and clock.next_instant(x) <= t:
                 yield SimpleNamespace(t=t, y=x.copy(), t_old=None, status="running")  # for the row before the change
-                clock.strike(t, x)
-            rate = Rate(model, until(clock, x, t, end, breaks))
+                clock.sample(t, x)
+            rate = Rate(model, interval_until_sample(clock, x, t, end, breaks))
             solver = self._solver(rate, t, x)
             yield solver
             while solver.status == "running":
@@ -125,7 +125,7 @@ class Scipy:
                     resume[head.ACCEPTED] += 1
                     resume[head.SMALLEST] = min(resume[head.SMALLEST], h)
                     resume[head.LARGEST] = max(resume[head.LARGEST], h)
-                if pace.hopeless(int(resume[head.ACCEPTED]), float(solver.t), rate.span[0]):
+                if pace.stalled(int(resume[head.ACCEPTED]), float(solver.t), rate.span[0]):
                     solver.status = "failed"
                 yield solver
                 t, x = float(solver.t), solver.y.copy()
@@ -167,7 +167,7 @@ class Rate:
         if self.left < 0:
             raise ValueError("the solver finds no end of a step")
         out = np.empty_like(x)
-        asked(self.model, t, x, out, self.span)
+        set_rate(self.model, t, x, out, self.span)
         return out
 
 
@@ -182,11 +182,11 @@ def unit(x: Array, model: Model) -> Array:
 def failed(name: str, model: Model, solver: Any, resume: Array) -> IntegrationError:
     """The error that carries the last state the solver reached."""
     ahead = np.empty(model.n_x)
-    asked(model, solver.t + 1e-9 * max(1.0, abs(solver.t)), solver.y, ahead, (math.inf, -math.inf, math.inf))
+    set_rate(model, solver.t + 1e-9 * max(1.0, abs(solver.t)), solver.y, ahead, (math.inf, -math.inf, math.inf))
     bad = ~np.isfinite(ahead)
     coordinate = int(np.argmax(bad)) if bad.any() else int(np.argmax(np.abs(ahead)))
     message = f"{name} stopped at t = {solver.t:.9g} s near coordinate {coordinate}; the state at this time is kept."
-    steps = Steps.of(resume, ended=f"failed near coordinate {coordinate}")
+    steps = Steps.from_resume(resume, ended=f"failed near coordinate {coordinate}")
     return IntegrationError(message, np.array([solver.t]), solver.y.copy()[None, :], coordinate, steps)
 
 

@@ -45,8 +45,8 @@ from femflex.system import (
     with_wheel,
     without_axial_inertia,
 )
-from femflex.system.attraction import extent, reach
-from femflex.system.turning import can_lock, free_turns, lock_angle
+from femflex.system.attraction import extent, system_size
+from femflex.system.gimbal_lock import can_lock, free_turns, lock_angle
 
 RNG = np.random.default_rng
 
@@ -130,7 +130,7 @@ def test_dry_body_plus_propellant_is_the_full_body():
     variation = tank_variation(body, tanks)
     block = Block(body, ("mass",))
     dry, *units = variation.numbers[2:].reshape(3, block.size)
-    np.testing.assert_allclose(dry + 1.5 * units[0] + 0.8 * units[1], block.laid(body), atol=1e-12)
+    np.testing.assert_allclose(dry + 1.5 * units[0] + 0.8 * units[1], block.constant_block(body), atol=1e-12)
     at = body.marker("tip").position  # of a unit of the first tank: a ball of that gyration radius at its marker
     np.testing.assert_allclose(units[0][:4], [1.0, *at])
     np.testing.assert_allclose(units[0][4:13].reshape(3, 3), np.outer(at, at) + 0.01 / 2 * np.eye(3), atol=1e-12)
@@ -191,14 +191,14 @@ def test_angle_to_gimbal_lock():
         assert found == pytest.approx(wanted, rel=1e-9)
     assert can_lock(joint) and free_turns(joint) == [0, 1, 2]
 
-    def between(u, v):
+    def axis_angle(u, v):
         return math.asin(np.linalg.norm(np.cross(u, v)))
 
     held = replace(joint, motion=(None, None, 0.9, None))
     third = Rotation.from_rotvec(0.9 * a[1]).apply(a[2])
-    assert lock_angle(held, q[0]) == pytest.approx(between(a[0], third)) and free_turns(held) == [0, 2]
+    assert lock_angle(held, q[0]) == pytest.approx(axis_angle(a[0], third)) and free_turns(held) == [0, 2]
     last = replace(joint, motion=(None, 0.2, None, None))
-    assert not can_lock(last) and lock_angle(last, q[0]) == pytest.approx(between(a[1], a[2]))
+    assert not can_lock(last) and lock_angle(last, q[0]) == pytest.approx(axis_angle(a[1], a[2]))
     alone = replace(joint, motion=(None, 0.2, 0.9, None))
     assert lock_angle(alone, q[0]) == pytest.approx(np.pi / 2) and lock_angle(spherical("b"), np.zeros(4)) > 1.5
 
@@ -216,7 +216,7 @@ def test_reach_of_a_craft_is_its_longest_chain():
     joints = (spherical("hub"), weld("arm", "hub"), weld("tip", "arm"), weld("side", "hub"))
     bodies = {"hub": hub, "arm": arm, "tip": tip, "side": bare}
     orbit = Orbit(8e6, 0.125)
-    found = reach(System(bodies, joints, orbit=orbit))
+    found = system_size(System(bodies, joints, orbit=orbit))
     assert (found.size, found.radius) == pytest.approx((18.0, 7e6))
     assert (found.ratio, found.error) == pytest.approx((18.0 / 7e6, 27.0 / 7e6))
 
@@ -231,7 +231,7 @@ def test_length_table_is_a_sum_of_powers():
     for L, piece, s in ((0.7, first, -0.6), (2.4, first, 2.8), (2.5, second, 0.0), (4.0, second, 0.75)):
         U, A = -1.3, 0.6
         wanted = sum(s**p * U**a * A**b * values for (p, a, b), values in piece.items())
-        np.testing.assert_allclose(table.at(L, U, A), wanted, rtol=1e-12)
+        np.testing.assert_allclose(table.block_at(L, U, A), wanted, rtol=1e-12)
 
 
 def test_ground_station_turns_eastwards():

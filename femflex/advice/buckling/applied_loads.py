@@ -151,7 +151,7 @@ def _stiffly(system: System, body: str | None, below: str | None) -> bool:
     """Whether no joint between a body and one that carries it, or the base frame, lets it turn."""
     while body is not None and body != below:
         joint = system.joint_of(body)
-        if any(k not in joint.held for k in range(len(joint.translations), joint.n_u)):
+        if any(k not in joint.prescribed for k in range(len(joint.translations), joint.n_u)):
             return False
         body = joint.parent
     return True

@@ -5,7 +5,7 @@ from __future__ import annotations
 from femflex.arrays import Array
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.entries import USER, entry
-from femflex.dynamics.arithmetic.lanes import lane, put
+from femflex.dynamics.arithmetic.lanes import lane, put_lane
 from femflex.dynamics.arithmetic.profiles import profile_at
 from femflex.dynamics.arithmetic.vectors import Vector
 from femflex.system.length_table import HEAD, WIDTH
@@ -32,20 +32,20 @@ def write_block(length: Vector, numbers: Array, block: Array) -> None:
     while piece + 1 < n_pieces and numbers[origins + piece + 1] <= L:
         piece += 1
     s = (L - numbers[origins + piece]) / numbers[origins + n_pieces + piece]
-    value, last, factor = runs + 4 * n_runs + n_values * piece, -1, 0.0
+    value, last_term, factor = runs + 4 * n_runs + n_values * piece, -1, 0.0
     for r in range(n_runs):
         run = runs + 4 * r
-        place, count, term, added = int(numbers[run]), int(numbers[run + 1]), int(numbers[run + 2]), numbers[run + 3]
-        if term != last:
-            at, last = terms + 3 * term, term
-            factor = power(s, int(numbers[at])) * power(rate, int(numbers[at + 1]))
-            factor *= power(acceleration, int(numbers[at + 2]))
+        target, count, term, added = int(numbers[run]), int(numbers[run + 1]), int(numbers[run + 2]), numbers[run + 3]
+        if term != last_term:
+            exponents, last_term = terms + 3 * term, term
+            factor = power(s, int(numbers[exponents])) * power(rate, int(numbers[exponents + 1]))
+            factor *= power(acceleration, int(numbers[exponents + 2]))
         if added > 0.0:
             for k in range(0, WIDTH * count, WIDTH):
-                put(block, place + k, lane(block, place + k) + factor * lane(numbers, value + k))
+                put_lane(block, target + k, lane(block, target + k) + factor * lane(numbers, value + k))
         else:
             for k in range(0, WIDTH * count, WIDTH):
-                put(block, place + k, factor * lane(numbers, value + k))
+                put_lane(block, target + k, factor * lane(numbers, value + k))
         value += WIDTH * count
 
 

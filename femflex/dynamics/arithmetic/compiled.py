@@ -1,4 +1,4 @@
-"""How the equations are compiled: kernels that are kept on disk, and parts that only other compiled functions call.
+"""Compilation of the equations: kernels that are kept on disk, and functions that only compiled code calls.
 
 Division follows IEEE rules (no Python exceptions inside). The compiler may reorder and fuse sums, which it does the
 same way every time: results repeat bit for bit.

@@ -25,9 +25,9 @@ templates: Any = numba.core.typing.templates
 _numba: Any = numba  # its annotations do not cover what is used here
 
 NUMBERS, INTEGERS = types.CPointer(types.float64), types.CPointer(types.int64)  # pointers to the first of some
-REAL, INTEGER, NOTHING = types.float64, types.int64, types.void
+REAL, INTEGER, VOID = types.float64, types.int64, types.void
 
-USER = NOTHING(REAL, NUMBERS, NUMBERS, NUMBERS)  # of functions that users hand over: t, and three arrays
+USER = VOID(REAL, NUMBERS, NUMBERS, NUMBERS)  # of functions that users hand over: t, and three arrays
 
 _PLAIN: dict[int, Callable[..., Any]] = {}  # by address, with the compiler off
 
@@ -37,17 +37,17 @@ class Entry:
 
     def __init__(self, function: Callable[..., Any], signature: Any) -> None:
         self.function, self.signature = function, signature
-        self._kept: Any = None  # the compiled function, alive as long as its address is used
+        self._compiled: Any = None  # the compiled function, alive as long as its address is used
 
     @cached_property
     def address(self) -> int:
-        """Where it stands in this process; compiled, or read from disk, at the first request."""
+        """Return its address in this process; it is compiled, or read from disk, at the first request."""
         if _numba.config.DISABLE_JIT:
-            return known(self.function)
+            return plain_address(self.function)
         if plain():
-            self._kept = _numba.cfunc(self.signature, error_model="numpy")(self.function)
-            return int(self._kept.address)
-        self._kept = compiled = stored(self.signature, error_model="numpy", no_cpython_wrapper=True)(self.function)
+            self._compiled = _numba.cfunc(self.signature, error_model="numpy")(self.function)
+            return int(self._compiled.address)
+        self._compiled = compiled = stored(self.signature, error_model="numpy", no_cpython_wrapper=True)(self.function)
         result = compiled.get_compile_result(self.signature)
         return int(result.library.get_pointer_to_function(result.fndesc.llvm_cfunc_wrapper_name))
 
@@ -57,7 +57,7 @@ def entry(signature: Any) -> Callable[[Callable[..., Any]], Entry]:
     return lambda function: Entry(function, signature)
 
 
-def known(function: Callable[..., Any]) -> int:
+def plain_address(function: Callable[..., Any]) -> int:
     """An address for a plain function, for code that runs with the compiler off."""
     address = 1 + len(_PLAIN)
     _PLAIN[address] = function
@@ -65,7 +65,7 @@ def known(function: Callable[..., Any]) -> int:
 
 
 def caller(signature: Any) -> Callable[..., Any]:
-    """The function (address, *arguments) that calls what stands at the address, compiled into its own caller."""
+    """Return the compiled function (address, *arguments) that calls the function at the address."""
 
     def call(address: int, *arguments: Any) -> Any:
         return _PLAIN[int(address)](*arguments)
@@ -83,10 +83,10 @@ def caller(signature: Any) -> Callable[..., Any]:
 
     @extending.lower_builtin(call, types.VarArg(types.Any))
     def lowered(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        given = [context.get_value_type(argument) for argument in signature.args]
-        function = ir.FunctionType(context.get_value_type(signature.return_type), given)
-        found = builder.call(builder.inttoptr(args[0], function.as_pointer()), args[1:])
-        return context.get_dummy_value() if signature.return_type == types.void else found
+        argument_types = [context.get_value_type(argument) for argument in signature.args]
+        function = ir.FunctionType(context.get_value_type(signature.return_type), argument_types)
+        result = builder.call(builder.inttoptr(args[0], function.as_pointer()), args[1:])
+        return context.get_dummy_value() if signature.return_type == types.void else result
 
     return call
 

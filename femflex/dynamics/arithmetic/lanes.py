@@ -21,53 +21,53 @@ Lane = Any
 Lanes = tuple[Lane, ...]
 A = TypeVar("A", bound=NDArray[Any])
 
-NONE = np.zeros(WIDTH)
+ZEROS = np.zeros(WIDTH)
 
 
 def padded(n: int) -> int:
-    """The least multiple of the width that holds n numbers."""
+    """Return the least multiple of the width that is at least n."""
     return -(-n // WIDTH) * WIDTH
 
 
 @formula
-def beyond(a: A, i: int) -> A:
+def offset(a: A, i: int) -> A:
     """a[i:], as a pointer when compiled.
 
     Nothing is checked that is read through it, and it keeps nothing alive: the array must be an argument of the
     kernel, or held by the caller of the function that uses the pointer.
     """
     if isinstance(a, Symbol):
-        return Symbol(a.builder, a.at(i), a.element)
+        return Symbol(a.builder, a.address_of(i), a.element)
     return a[i:]  # type: ignore[return-value]
 
 
 @formula
-def start(a: A) -> A:
+def pointer(a: A) -> A:
     """The array a, as a pointer when compiled."""
-    return beyond(a, 0)
+    return offset(a, 0)
 
 
 @formula
 def lane(a: Array, i: int) -> Lane:
     """a[i : i + 4]."""
     if isinstance(a, Symbol):
-        return Symbol(a.builder, pointers.load(a.builder, a.at(i), LANE, align=8))
+        return Symbol(a.builder, pointers.load(a.builder, a.address_of(i), LANE, align=8))
     return a[i : i + WIDTH].copy()
 
 
 @formula
-def put(a: Array, i: int, v: Lane) -> None:
+def put_lane(a: Array, i: int, v: Lane) -> None:
     """a[i : i + 4] = v."""
     if isinstance(a, Symbol):
-        pointers.store(a.builder, a.like(v, LANE), a.at(i), align=8)
+        pointers.store(a.builder, a.like(v, LANE), a.address_of(i), align=8)
     else:
         a[i : i + WIDTH] = v
 
 
 @formula
-def nothing() -> Lane:
+def zero_lane() -> Lane:
     """Four zeros."""
-    return NONE
+    return ZEROS
 
 
 @formula
@@ -97,20 +97,20 @@ def entry(v: Lane, i: int) -> float:
 
 
 @formula
-def last(v: Lane) -> float:
+def fourth(v: Lane) -> float:
     """The fourth number."""
     return entry(v, 3)
 
 
 @formula
-def with_last(v: Lane, w: float) -> Lane:
+def with_fourth(v: Lane, w: float) -> Lane:
     """(v0, v1, v2, w)."""
     if isinstance(v, Symbol):
         return Symbol(v.builder, v.builder.insert_element(v.value, v.like(w, NUMBER), index(3)))
     return np.array([v[0], v[1], v[2], w])
 
 
-def mixed(a: Lane, b: Lane, *order: int) -> Lane:
+def shuffled(a: Lane, b: Lane, *order: int) -> Lane:
     """Numbers of a (0 to 3) and b (4 to 7) in that order; inside formulas."""
     if isinstance(a, Symbol):
         return Symbol(a.builder, a.builder.shuffle_vector(a.value, a.like(b, LANE), indices(*order)))
@@ -120,33 +120,33 @@ def mixed(a: Lane, b: Lane, *order: int) -> Lane:
 @formula
 def total(v: Lane) -> float:
     """v0 + v1 + v2 + v3."""
-    pairs = v + mixed(v, v, 2, 3, 2, 3)
+    pairs = v + shuffled(v, v, 2, 3, 2, 3)
     return entry(pairs, 0) + entry(pairs, 1)
 
 
 @formula
 def totals(a: Lane, b: Lane, c: Lane, d: Lane) -> Lane:
     """(total of a, of b, of c, of d)."""
-    ab = mixed(a, b, 0, 4, 2, 6) + mixed(a, b, 1, 5, 3, 7)
-    cd = mixed(c, d, 0, 4, 2, 6) + mixed(c, d, 1, 5, 3, 7)
-    return mixed(ab, cd, 0, 1, 4, 5) + mixed(ab, cd, 2, 3, 6, 7)
+    ab = shuffled(a, b, 0, 4, 2, 6) + shuffled(a, b, 1, 5, 3, 7)
+    cd = shuffled(c, d, 0, 4, 2, 6) + shuffled(c, d, 1, 5, 3, 7)
+    return shuffled(ab, cd, 0, 1, 4, 5) + shuffled(ab, cd, 2, 3, 6, 7)
 
 
 @formula
 def transposed(a: Lane, b: Lane, c: Lane, d: Lane) -> tuple[Lane, Lane, Lane, Lane]:
     """The columns of the matrix with rows a, b, c, d."""
-    ab, AB = mixed(a, b, 0, 4, 2, 6), mixed(a, b, 1, 5, 3, 7)
-    cd, CD = mixed(c, d, 0, 4, 2, 6), mixed(c, d, 1, 5, 3, 7)
-    first, third = mixed(ab, cd, 0, 1, 4, 5), mixed(ab, cd, 2, 3, 6, 7)
-    return first, mixed(AB, CD, 0, 1, 4, 5), third, mixed(AB, CD, 2, 3, 6, 7)
+    ab, AB = shuffled(a, b, 0, 4, 2, 6), shuffled(a, b, 1, 5, 3, 7)
+    cd, CD = shuffled(c, d, 0, 4, 2, 6), shuffled(c, d, 1, 5, 3, 7)
+    first, third = shuffled(ab, cd, 0, 1, 4, 5), shuffled(ab, cd, 2, 3, 6, 7)
+    return first, shuffled(AB, CD, 0, 1, 4, 5), third, shuffled(AB, CD, 2, 3, 6, 7)
 
 
 @formula
 def cross_lane(a: Lane, b: Lane) -> Lane:
     """a x b of three-vectors in lanes."""
-    next_a, next_b = mixed(a, a, 1, 2, 0, 3), mixed(b, b, 1, 2, 0, 3)
+    next_a, next_b = shuffled(a, a, 1, 2, 0, 3), shuffled(b, b, 1, 2, 0, 3)
     v = a * next_b - next_a * b
-    return mixed(v, v, 1, 2, 0, 3)
+    return shuffled(v, v, 1, 2, 0, 3)
 
 
 @formula

@@ -6,7 +6,7 @@ from typing import Any
 
 from femflex.arrays import Array
 from femflex.dynamics.arithmetic.formula import formula
-from femflex.dynamics.arithmetic.lanes import Lane, cross_lane, entry, lane, lane_of, nothing, put, total, totals
+from femflex.dynamics.arithmetic.lanes import Lane, cross_lane, entry, lane, lane_of, put_lane, total, totals, zero_lane
 from femflex.dynamics.arithmetic.vectors import Vector
 
 Pair = tuple[Lane, ...]
@@ -23,14 +23,14 @@ def pair(a: Array, i: int) -> Pair:
 @formula
 def put_pair(a: Array, i: int, v: Pair) -> None:
     """Write two lanes to a[i : i + 8]."""
-    put(a, i, v[0])
-    put(a, i + 4, v[1])
+    put_lane(a, i, v[0])
+    put_lane(a, i + 4, v[1])
 
 
 @formula
-def nothing_pair() -> Pair:
+def zero_pair() -> Pair:
     """Two lanes of zeros."""
-    return nothing(), nothing()
+    return zero_lane(), zero_lane()
 
 
 @formula
@@ -42,8 +42,8 @@ def pair_of(f: Vector, m: Vector) -> Pair:
 @formula
 def add_pair(a: Array, i: int, v: Pair) -> None:
     """Add two lanes to a[i : i + 8]."""
-    put(a, i, lane(a, i) + v[0])
-    put(a, i + 4, lane(a, i + 4) + v[1])
+    put_lane(a, i, lane(a, i) + v[0])
+    put_lane(a, i + 4, lane(a, i + 4) + v[1])
 
 
 def six_of(v: Pair) -> list[Any]:
@@ -52,7 +52,7 @@ def six_of(v: Pair) -> list[Any]:
 
 
 @formula
-def first3(v: Lane) -> tuple[float, float, float]:
+def lane_vector(v: Lane) -> tuple[float, float, float]:
     """The three-vector in a lane."""
     return tuple(entry(v, i) for i in range(3))  # type: ignore[return-value]
 
@@ -64,13 +64,13 @@ def dot_pair(a: Pair, b: Pair) -> float:
 
 
 @formula
-def along_four(a: Array, i: int, stride: int, v: Pair) -> Lane:
+def dot_four_rows(a: Array, i: int, stride: int, v: Pair) -> Lane:
     """v . row of four rows of eight, `stride` apart."""
     products = [lane(a, i + j * stride) * v[0] + lane(a, i + j * stride + 4) * v[1] for j in range(4)]
     return totals(products[0], products[1], products[2], products[3])
 
 
 @formula
-def at_origin(F: Pair, r: Vector) -> Pair:
+def wrench_at_origin(F: Pair, r: Vector) -> Pair:
     """Force and couple at the origin, of a force and couple at r."""
     return F[0], F[1] + cross_lane(lane_of(r[0], r[1], r[2], 0.0), F[0])

@@ -30,5 +30,5 @@ def load(builder: Any, pointer: Any, kind: Any, align: int | None = None) -> Any
 
 
 def store(builder: Any, value: Any, pointer: Any, align: int | None = None) -> None:
-    """Write a value at a pointer; llvmlite checks what it points to, and prints an opaque pointer all the same."""
+    """Write a value at a pointer; llvmlite checks the type behind it, but prints an opaque pointer."""
     builder.store(value, builder.bitcast(pointer, value.type.as_pointer()), align=align)

@@ -17,7 +17,7 @@ HEAD = 5
 
 @inner
 def piece_at(t: float, knots: int, n: int, pool: Array) -> int:
-    """Number of the piece that holds at t."""
+    """Return the number of the piece that applies at t."""
     low, high = 0, n
     while high - low > 1:
         middle = (low + high) // 2
@@ -29,12 +29,12 @@ def piece_at(t: float, knots: int, n: int, pool: Array) -> int:
 
 
 @inner
-def profile_at(t: float, at: int, pool: Array) -> Vector:
+def profile_at(t: float, start: int, pool: Array) -> Vector:
     """s, sdot and sddot of the profile at pool[at]; NaN where it is not known."""
-    if t < pool[at + 3] or t > pool[at + 4]:
+    if t < pool[start + 3] or t > pool[start + 4]:
         return math.nan, math.nan, math.nan
-    n, order, n_sines = int(pool[at]), int(pool[at + 1]), int(pool[at + 2])
-    knots = at + HEAD
+    n, order, n_sines = int(pool[start]), int(pool[start + 1]), int(pool[start + 2])
+    knots = start + HEAD
     piece = piece_at(t, knots, n, pool)
     tau, c = t - pool[knots + piece], knots + n + order * piece
     s = ds = half = 0.0

@@ -1,4 +1,4 @@
-"""How a section of a beam turns whose x axis stays on the tangent: its rotation vector from twist and sines of slopes.
+"""Rotation vector of a beam's section from the twist and the sines of the slopes; its x axis stays on the tangent.
 
 With s = (twist, -w', v') in components whose x axis e lies along the beam, and p = s - e (e.s), the sines,
 

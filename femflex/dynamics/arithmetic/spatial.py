@@ -11,7 +11,7 @@ from typing import Any
 
 from femflex.arrays import Array
 from femflex.dynamics.arithmetic.formula import formula
-from femflex.dynamics.arithmetic.lanes import cross_lane, lane, lane_of, put, reciprocal, with_last
+from femflex.dynamics.arithmetic.lanes import cross_lane, lane, lane_of, put_lane, reciprocal, with_fourth
 from femflex.dynamics.arithmetic.pairs import SLOTS, Pair, dot_pair, pair, put_pair, six_of
 from femflex.dynamics.arithmetic.vectors import Matrix, Vector
 
@@ -54,7 +54,7 @@ def weighted(rows: Rows, a: Array, i: int, step: int) -> Pair:
 
 
 @formula
-def pulled(rows: Rows, v: Pair) -> Pair:
+def rows_times(rows: Rows, v: Pair) -> Pair:
     """sum_r v_r row_r = (A v, p . v)."""
     return _sum_of(rows, six_of(v))
 
@@ -83,8 +83,8 @@ def less_outer_at(rows: Rows, a: Array, i: int, scaled: Pair) -> Rows:
 @formula
 def with_bias(rows: Rows, bias: Pair) -> Rows:
     """p + A bias in place of p, for the bias acceleration of the body."""
-    motion = (bias[0], with_last(bias[1], 1.0))
-    return tuple((row[0], with_last(row[1], dot_pair(row, motion))) for row in rows)
+    motion = (bias[0], with_fourth(bias[1], 1.0))
+    return tuple((row[0], with_fourth(row[1], dot_pair(row, motion))) for row in rows)
 
 
 @formula
@@ -94,9 +94,9 @@ def turned_rows(rows: Array, i: int, a: Array, C: int) -> Rows:
     unit = lane_of(0.0, 0.0, 0.0, 1.0)
     right = []
     for r in range(6):
-        at = i + 8 * r
-        first = rows[at] * c[0] + rows[at + 1] * c[1] + rows[at + 2] * c[2]
-        second = rows[at + 4] * c[0] + rows[at + 5] * c[1] + rows[at + 6] * c[2] + rows[at + 7] * unit
+        row = i + 8 * r
+        first = rows[row] * c[0] + rows[row + 1] * c[1] + rows[row + 2] * c[2]
+        second = rows[row + 4] * c[0] + rows[row + 5] * c[1] + rows[row + 6] * c[2] + rows[row + 7] * unit
         right.append((first, second))
     return tuple(_column_sum(a, C + k, right[3 * half : 3 * half + 3]) for half in range(2) for k in range(3))
 
@@ -112,8 +112,8 @@ def _column_sum(a: Array, i: int, rows: list[Pair]) -> Pair:
 def shifted_rows(rows: Rows, r: Vector) -> Rows:
     """[A | p] referred to a point from which the body's origin is at r: a = a' - r x alpha, couples + r x force."""
     arm = lane_of(r[0], r[1], r[2], 0.0)
-    moved = [(a, b + cross_lane(arm, a)) for a, b in rows]
-    (fx, fy, fz), (cx, cy, cz) = moved[:3], moved[3:]
+    shifted = [(a, b + cross_lane(arm, a)) for a, b in rows]
+    (fx, fy, fz), (cx, cy, cz) = shifted[:3], shifted[3:]
     return (
         fx, fy, fz,
         _plus(cx, -r[2], fy, r[1], fz),
@@ -130,8 +130,8 @@ def _plus(a: Pair, s: Any, b: Pair, t: Any, c: Pair) -> Pair:
 def add_rows(a: Array, i: int, rows: Rows) -> None:
     """Add six rows to those at a[i : i + 48]."""
     for r in range(6):
-        put(a, i + 8 * r, lane(a, i + 8 * r) + rows[r][0])
-        put(a, i + 8 * r + 4, lane(a, i + 8 * r + 4) + rows[r][1])
+        put_lane(a, i + 8 * r, lane(a, i + 8 * r) + rows[r][0])
+        put_lane(a, i + 8 * r + 4, lane(a, i + 8 * r + 4) + rows[r][1])
 
 
 @formula

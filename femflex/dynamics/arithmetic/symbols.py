@@ -48,31 +48,31 @@ class Symbol:
         self.builder, self.value, self.element = builder, value, element
 
     def __add__(self, other: Any) -> Symbol:
-        return self._with("add", self, other)
+        return self._instruction("add", self, other)
 
     def __radd__(self, other: Any) -> Symbol:
-        return self._with("add", other, self)
+        return self._instruction("add", other, self)
 
     def __sub__(self, other: Any) -> Symbol:
-        return self._with("sub", self, other)
+        return self._instruction("sub", self, other)
 
     def __rsub__(self, other: Any) -> Symbol:
-        return self._with("sub", other, self)
+        return self._instruction("sub", other, self)
 
     def __mul__(self, other: Any) -> Symbol:
-        return self._with("mul", self, other)
+        return self._instruction("mul", self, other)
 
     def __rmul__(self, other: Any) -> Symbol:
-        return self._with("mul", other, self)
+        return self._instruction("mul", other, self)
 
     def __truediv__(self, other: Any) -> Symbol:
-        return self._with("div", self, other)
+        return self._instruction("div", self, other)
 
     def __rtruediv__(self, other: Any) -> Symbol:
-        return self._with("div", other, self)
+        return self._instruction("div", other, self)
 
     def __neg__(self) -> Symbol:
-        return self._with("mul", -1.0, self)
+        return self._instruction("mul", -1.0, self)
 
     def _decide(self, *_: Any) -> bool:
         raise TypeError("a formula has no branches; compile the function with `inner` instead")
@@ -81,12 +81,12 @@ class Symbol:
     __hash__ = None  # type: ignore[assignment]
 
     def __getitem__(self, i: Any) -> Symbol:
-        return Symbol(self.builder, pointers.load(self.builder, self.at(i), self.element))
+        return Symbol(self.builder, pointers.load(self.builder, self.address_of(i), self.element))
 
     def __setitem__(self, i: Any, number: Any) -> None:
-        pointers.store(self.builder, self.like(number, self.element), self.at(i))
+        pointers.store(self.builder, self.like(number, self.element), self.address_of(i))
 
-    def at(self, i: Any) -> Any:
+    def address_of(self, i: Any) -> Any:
         """Address of entry i of a pointer."""
         return pointers.address(self.builder, self.value, self.like(i, INTEGER), self.element)
 
@@ -104,7 +104,7 @@ class Symbol:
             return self.builder.shuffle_vector(first, NO_LANE, indices(0, 0, 0, 0))
         return self.builder.sitofp(value, NUMBER)
 
-    def _with(self, name: str, left: Any, right: Any) -> Symbol:
+    def _instruction(self, name: str, left: Any, right: Any) -> Symbol:
         kinds = [kind_of(side) for side in (left, right)]
         kind = LANE if LANE in kinds else NUMBER if NUMBER in kinds or name == "div" else INTEGER
         instruction = getattr(self.builder, name if kind == INTEGER else "f" + name)

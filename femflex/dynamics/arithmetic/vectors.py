@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from femflex.arrays import Array
 from femflex.dynamics.arithmetic.formula import formula
-from femflex.dynamics.arithmetic.lanes import lane_of, put
+from femflex.dynamics.arithmetic.lanes import lane_of, put_lane
 
 Vector = tuple[float, float, float]
 Four = tuple[float, float, float, float]
@@ -72,7 +72,7 @@ def store_rows(a: Array, i: int, m: Matrix) -> None:
 @formula
 def store_lane(a: Array, i: int, v: Vector, last: float = 0.0) -> None:
     """Write v and a fourth number to a[i : i + 4]."""
-    put(a, i, lane_of(v[0], v[1], v[2], last))
+    put_lane(a, i, lane_of(v[0], v[1], v[2], last))
 
 
 @formula

@@ -1,1 +1,1 @@
-"""What one body adds: inertia from its moments, strain forces, its shapes, and those that follow others."""
+"""Contributions of one body: inertia from its moments, strain forces, its shapes and their followers."""

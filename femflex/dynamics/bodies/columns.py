@@ -1,11 +1,11 @@
-"""Columns G and Phi (6, row) of a marker seen from a body's origin: what each shape's acceleration gives there."""
+"""Columns G and Phi (6, row) of a marker at a body's origin: the acceleration there for that of each shape."""
 
 from __future__ import annotations
 
 from femflex.arrays import Array, Record
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.formula import formula
-from femflex.dynamics.arithmetic.lanes import Lane, Lanes, lane, nothing, plus, totals
+from femflex.dynamics.arithmetic.lanes import Lane, Lanes, lane, plus, totals, zero_lane
 from femflex.dynamics.arithmetic.pairs import Pair, six_of
 from femflex.dynamics.arithmetic.vectors import Matrix, Vector, add, cross, turn
 from femflex.dynamics.bodies.shapes import put_rows3, rows3
@@ -16,9 +16,9 @@ from femflex.dynamics.bodies.slaves import tie_columns
 def write_columns(work: Array, out: int, pool: Array, shape: int, spin: int, row: int, T: Matrix, arm: Vector) -> None:
     """Columns (6, row) of a marker seen at a point `arm` away from it: (phi + (T psi) x arm, T psi)."""
     for k in range(0, row, 4):
-        turned = turn(T, rows3(pool, spin + k, row))
-        put_rows3(work, out + k, row, add(rows3(pool, shape + k, row), cross(turned, arm)))
-        put_rows3(work, out + 3 * row + k, row, turned)
+        rotations = turn(T, rows3(pool, spin + k, row))
+        put_rows3(work, out + k, row, add(rows3(pool, shape + k, row), cross(rotations, arm)))
+        put_rows3(work, out + 3 * row + k, row, rotations)
 
 
 @inner
@@ -42,26 +42,26 @@ def six_lanes(a: Array, i: int, row: int) -> Lanes:
 @inner
 def columns_times(work: Array, columns: int, row: int, rates: int) -> Pair:
     """Six rows times the row of rates: acceleration (3), 0, (3), 0."""
-    v = six_nothings()
+    v = zero_columns()
     for k in range(0, row, 4):
         v = plus(v, lane(work, rates + k), six_lanes(work, columns + k, row))
     return six_totals(v)
 
 
 @formula
-def six_nothings() -> Lanes:
+def zero_columns() -> Lanes:
     """Six lanes of zeros."""
-    return tuple(nothing() for _ in range(6))
+    return tuple(zero_lane() for _ in range(6))
 
 
 @formula
 def six_totals(v: Lanes) -> Pair:
     """Sums over the four shapes of each of six components, (3), 0, (3), 0."""
-    return totals(v[0], v[1], v[2], nothing()), totals(v[3], v[4], v[5], nothing())
+    return totals(v[0], v[1], v[2], zero_lane()), totals(v[3], v[4], v[5], zero_lane())
 
 
 @formula
-def along(F: Pair, columns: Lanes) -> Lane:
+def wrench_times_columns(F: Pair, columns: Lanes) -> Lane:
     """F . Phi_j for four columns."""
     numbers = six_of(F)
     first = numbers[0] * columns[0]

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from femflex.arrays import Array, Record
 from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.lanes import lane, lane_of, plus, put, reciprocal, transposed
-from femflex.dynamics.arithmetic.pairs import Pair, along_four, pair, put_pair
+from femflex.dynamics.arithmetic.lanes import lane, lane_of, plus, put_lane, reciprocal, transposed
+from femflex.dynamics.arithmetic.pairs import Pair, dot_four_rows, pair, put_pair
 from femflex.dynamics.arithmetic.spatial import body_rows, less_outer_at, put_six_rows, six_rows, weighted
 from femflex.dynamics.arithmetic.vectors import load3, load9
 from femflex.dynamics.bodies.columns import columns_times
@@ -38,15 +38,15 @@ def write_coupling(b: Record, pool: Array, work: Array, first: int, stride: int)
     """Write the rows [s_k, 0, Cr_k, pn_k] of all shapes from work[first], `stride` apart."""
     wide = b["wide"]
     for k in range(0, wide, 4):
-        at = first + k * stride
+        entry = first + k * stride
         turning = turning_of(rows9(work, b["Z"] + k, wide))
         columns = transposed(turning[0], turning[1], turning[2], lane(work, b["pn"] + k))
         for j in range(4):
-            put(work, at + j * stride, lane(pool, b["momentum"] + 4 * (k + j)))
-        put(work, at + 4, columns[0])
-        put(work, at + stride + 4, columns[1])
-        put(work, at + 2 * stride + 4, columns[2])
-        put(work, at + 3 * stride + 4, columns[3])
+            put_lane(work, entry + j * stride, lane(pool, b["momentum"] + 4 * (k + j)))
+        put_lane(work, entry + 4, columns[0])
+        put_lane(work, entry + stride + 4, columns[1])
+        put_lane(work, entry + 2 * stride + 4, columns[2])
+        put_lane(work, entry + 3 * stride + 4, columns[3])
 
 
 @inner
@@ -68,7 +68,7 @@ def write_elastic_block(b: Record, pool: Array, work: Array, c_d: float, c_k: fl
     elif b["orthonormal"] == 0:
         copy_block(b, pool, work, b["elastic_factor"])
         for k in range(0, b["row"], 4):
-            put(work, b["pivot"] + k, lane(pool, b["elastic_pivot"] + k))
+            put_lane(work, b["pivot"] + k, lane(pool, b["elastic_pivot"] + k))
 
 
 @inner
@@ -77,7 +77,7 @@ def copy_block(b: Record, pool: Array, work: Array, block: int) -> None:
     row, stride, border = b["row"], b["stride"], b["border"]
     for i in range(b["n"]):
         for k in range(0, row, 4):
-            put(work, border + stride * i + k, lane(pool, block + row * i + k))
+            put_lane(work, border + stride * i + k, lane(pool, block + row * i + k))
 
 
 @inner
@@ -87,8 +87,8 @@ def add_block(b: Record, pool: Array, work: Array, block: int, c: float) -> None
     if c != 0.0:
         for i in range(b["n"]):
             for k in range(0, row, 4):
-                at = border + stride * i + k
-                put(work, at, lane(work, at) + c * lane(pool, block + row * i + k))
+                entry = border + stride * i + k
+                put_lane(work, entry, lane(work, entry) + c * lane(pool, block + row * i + k))
 
 
 @inner
@@ -100,22 +100,22 @@ def refer_to_hinge(b: Record, work: Array) -> None:
     n, row, stride, G, N = b["n"], b["row"], b["stride"], b["G"], b["N"]
     rows = six_rows(work, b["work"] + W_M)
     for k in range(n):
-        at = b["border"] + stride * k + row
-        B = pair(work, at)
-        moved = weighted(rows, work, G + k, row)  # (A G_k, p . G_k)
-        put_pair(work, at, (B[0] - moved[0], B[1] - moved[1]))
-        put_pair(work, N + 8 * k, (B[0] - 0.5 * moved[0], B[1] - 0.5 * moved[1]))
+        entry = b["border"] + stride * k + row
+        B = pair(work, entry)
+        A_G = weighted(rows, work, G + k, row)  # (A G_k, p . G_k)
+        put_pair(work, entry, (B[0] - A_G[0], B[1] - A_G[1]))
+        put_pair(work, N + 8 * k, (B[0] - 0.5 * A_G[0], B[1] - 0.5 * A_G[1]))
     for i in range(n):
         for k in range(i // 4 * 4, row, 4):
-            at = b["border"] + stride * i + k
-            E = lane(work, at)
+            entry = b["border"] + stride * i + k
+            E = lane(work, entry)
             for r in range(6):
                 slot = r if r < 3 else r + 1
                 g = lane(work, G + row * r + k)
-                other = N + 8 * k + slot
-                h = lane_of(work[other], work[other + 8], work[other + 16], work[other + 24])
+                column = N + 8 * k + slot
+                h = lane_of(work[column], work[column + 8], work[column + 16], work[column + 24])
                 E = E - work[N + 8 * i + slot] * g - work[G + row * r + i] * h
-            put(work, at, E)
+            put_lane(work, entry, E)
 
 
 @inner
@@ -126,17 +126,17 @@ def eliminate_elastic(b: Record, work: Array, stiff: bool) -> None:
     plain = b["orthonormal"] == 1 and not changing
     rows = six_rows(work, b["work"] + W_M)
     for i in range(n):
-        at = border + stride * i + row
+        entry = border + stride * i + row
         if plain:
-            V = pair(work, at)
+            V = pair(work, entry)
         else:
             if changing:
                 factorise_row(b, work, i)
             V = reduced_row(b, work, i)
-            put_pair(work, at, V)
+            put_pair(work, entry, V)
             d = work[b["pivot"] + i]
             V = (d * V[0], d * V[1])
-        rows = less_outer_at(rows, work, at, V)
+        rows = less_outer_at(rows, work, entry, V)
     put_six_rows(work, b["work"] + W_M, rows)
     if not plain:
         substitute_back(b, work)
@@ -152,7 +152,7 @@ def factorise_row(b: Record, work: Array, i: int) -> None:
         for j in range(i):
             above = border + stride * j
             E = E - (work[above + i] * work[pivot + j]) * lane(work, above + k)
-        put(work, border + stride * i + k, E)
+        put_lane(work, border + stride * i + k, E)
     work[pivot + i] = reciprocal(work[border + stride * i + i])
 
 
@@ -172,12 +172,12 @@ def substitute_back(b: Record, work: Array) -> None:
     """Rows Y = E^-1 [B^T, pn] in place of V."""
     n, row, stride, border, pivot = b["n"], b["row"], b["stride"], b["border"], b["pivot"]
     for i in range(n - 1, -1, -1):
-        here = border + stride * i
-        Y = pair(work, here + row)
+        row_start = border + stride * i
+        Y = pair(work, row_start + row)
         for j in range(i + 1, n):
-            Y = plus(Y, -work[here + j], pair(work, border + stride * j + row))
+            Y = plus(Y, -work[row_start + j], pair(work, border + stride * j + row))
         d = work[pivot + i]
-        put_pair(work, here + row, (d * Y[0], d * Y[1]))
+        put_pair(work, row_start + row, (d * Y[0], d * Y[1]))
 
 
 @inner
@@ -186,7 +186,7 @@ def accelerate_shapes(b: Record, work: Array, out: Array) -> None:
     w, row, stride, accel = b["work"], b["row"], b["stride"], b["accel"]
     acc = pair(work, w + W_ACC)
     for k in range(0, row, 4):
-        put(work, accel + k, -1.0 * along_four(work, b["border"] + stride * k + row, stride, acc))
+        put_lane(work, accel + k, -1.0 * dot_four_rows(work, b["border"] + stride * k + row, stride, acc))
     for k in range(b["n"]):
         out[b["ue"] + k] = work[accel + k]
     if b["own_bends"]:

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from femflex.arrays import Array, Record
 from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.lanes import lane, nothing, plus, put, total
+from femflex.dynamics.arithmetic.lanes import lane, plus, put_lane, total, zero_lane
 from femflex.dynamics.arithmetic.pairs import add_pair, pair_of
 from femflex.dynamics.arithmetic.vectors import Vector, add, add9, cross, dot, load3, load9, scale, store3, store9
 from femflex.dynamics.bodies.inertia import coriolis_couple, totals9, twist_of
-from femflex.dynamics.bodies.shapes import nothing3, nothing9, put_rows9, rows3, rows9, totals3, turning_of
+from femflex.dynamics.bodies.shapes import put_rows9, rows3, rows9, totals3, turning_of, zero_rows3, zero_rows9
 from femflex.dynamics.lowering.layout import W_OMEGA, W_P
 
 DRIFT, KICK, FLOW, TURN, SPEED = 0, 3, 6, 15, 24  # of the undeformed body, see Block.rates
@@ -25,7 +25,7 @@ def carry_material(b: Record, pool: Array, work: Array) -> None:
     n, wide, delta, rates = b["n_shapes"], b["wide"], b["delta"], b["rates"]
     drift, flow = load3(pool, rates + DRIFT), load9(pool, rates + FLOW)
     if n > 0:
-        d_drift, d_flow = nothing3(), nothing9()
+        d_drift, d_flow = zero_rows3(), zero_rows9()
         for k in range(0, wide, 4):
             z = rows9(pool, b["flow"] + k, wide)
             for j in range(n):
@@ -47,13 +47,13 @@ def add_flow_forces(b: Record, pool: Array, work: Array) -> None:
     drift, flow = load3(work, b["carried"] + C_DRIFT), load9(work, b["carried"] + C_FLOW)
     kick, turn = load3(pool, rates + KICK), load9(pool, rates + TURN)  # int b dm, int r b^T dm
     if n > 0:
-        d_kick, d_turn = nothing3(), nothing9()
+        d_kick, d_turn = zero_rows3(), zero_rows9()
         for k in range(0, wide, 4):
             B = rows9(pool, b["turn"] + k, wide)  # int phi_k b^T dm
             for j in range(n):
-                place = 9 * wide * (j + 1) + k
-                B = plus(B, 2.0 * work[ddelta + j], rows9(pool, b["flow"] + place, wide))
-                B = plus(B, work[delta + j], rows9(pool, b["turn"] + place, wide))
+                block = 9 * wide * (j + 1) + k
+                B = plus(B, 2.0 * work[ddelta + j], rows9(pool, b["flow"] + block, wide))
+                B = plus(B, work[delta + j], rows9(pool, b["turn"] + block, wide))
             Z = rows9(work, b["carriedZ"] + k, wide)
             d, dd = lane(work, delta + k), 2.0 * lane(work, ddelta + k)
             d_kick = plus(d_kick, dd, rows3(pool, b["drifts"] + k, wide))
@@ -61,7 +61,7 @@ def add_flow_forces(b: Record, pool: Array, work: Array) -> None:
             d_turn = plus(d_turn, dd, rows9(pool, b["flow0"] + k, wide))
             d_turn = plus(d_turn, d, add9(B, rows9(pool, b["turn0"] + k, wide)))
             force = B[0] + B[4] + B[8] - dot(scale(2.0, omega), turning_of(Z))
-            put(work, b["pn"] + k, lane(work, b["pn"] + k) + force)
+            put_lane(work, b["pn"] + k, lane(work, b["pn"] + k) + force)
         kick, turn = add(kick, totals3(d_kick)), add9(turn, totals9(d_turn))
     force = add(kick, scale(2.0, cross(omega, drift)))
     add_pair(work, w + W_P, pair_of(force, add(twist_of(turn), scale(2.0, coriolis_couple(omega, flow)))))
@@ -74,7 +74,7 @@ def flow_motion(b: Record, pool: Array, work: Array) -> tuple[Vector, Vector, fl
     The energy is int w . (phi_k ddelta_k + w/2) dm.
     """
     n, wide, delta, ddelta = b["n_shapes"], b["wide"], b["delta"], b["ddelta"]
-    energy = nothing()
+    energy = zero_lane()
     for k in range(0, wide, 4):
         Z = rows9(work, b["carriedZ"] + k, wide)
         speed = lane(pool, b["speeds"] + k)  # with rho: counted once, for it stands once in the table

@@ -5,8 +5,8 @@ from __future__ import annotations
 from femflex.arrays import Array, Record
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.formula import formula
-from femflex.dynamics.arithmetic.lanes import Lane, Lanes, lane, nothing, plus, put, total
-from femflex.dynamics.arithmetic.pairs import along_four, pair_of
+from femflex.dynamics.arithmetic.lanes import Lane, Lanes, lane, plus, put_lane, total, zero_lane
+from femflex.dynamics.arithmetic.pairs import dot_four_rows, pair_of
 from femflex.dynamics.arithmetic.vectors import (
     ZERO,
     Matrix,
@@ -25,7 +25,7 @@ from femflex.dynamics.arithmetic.vectors import (
     turn,
     turn_back,
 )
-from femflex.dynamics.bodies.shapes import nothing3, nothing9, put_rows9, rows3, rows9, totals3
+from femflex.dynamics.bodies.shapes import put_rows9, rows3, rows9, totals3, zero_rows3, zero_rows9
 from femflex.dynamics.bodies.slaves import add_drift_forces
 from femflex.dynamics.bodies.stiffening import add_varying_force, write_varying_stiffness
 from femflex.dynamics.lowering.layout import W_OMEGA, W_P, W_Q, W_S
@@ -41,7 +41,7 @@ def deform(b: Record, pool: Array, work: Array) -> None:
     s, Q = load3(pool, b["mass"] + 1), load9(pool, b["mass"] + 4)
     if n > 0:
         P, delta = b["second"], b["delta"]
-        ds, dQ = nothing3(), nothing9()
+        ds, dQ = zero_rows3(), zero_rows9()
         for k in range(0, row, 4):
             start = rows9(pool, P + k, row)
             z = start
@@ -99,14 +99,14 @@ def write_velocity_forces(b: Record, pool: Array, work: Array, field: Matrix, un
     force = add(turn(W, s), scale(m, uniform))
     couple = add(cross(s, uniform), twist_of(product_of_symmetric(Q, W)))  # int r x (W r + b)
     if n > 0:
-        ds, S = nothing3(), nothing9()  # S_ac = int r_a rdot_c
+        ds, S = zero_rows3(), zero_rows9()  # S_ac = int r_a rdot_c
         for k in range(0, row, 4):
             d, first, z = lane(work, b["ddelta"] + k), rows3(pool, b["first"] + k, row), rows9(work, b["Z"] + k, row)
             ds, S = plus(ds, d, first), plus(S, d, z)
-            gyro = nothing3()
+            gyro = zero_rows3()
             for j in range(n):
                 gyro = plus(gyro, work[b["ddelta"] + j], rows3(pool, b["gyro"] + 3 * row * j + k, row))
-            put(work, b["pn"] + k, shape_forces(W, z, omega, gyro, uniform, first))
+            put_lane(work, b["pn"] + k, shape_forces(W, z, omega, gyro, uniform, first))
         force = add(force, scale(2.0, cross(omega, totals3(ds))))
         couple = add(couple, scale(2.0, coriolis_couple(omega, totals9(S))))
     store_lane(work, w + W_P, force)
@@ -144,7 +144,7 @@ def add_elastic_forces(b: Record, pool: Array, work: Array) -> None:
             for j in range(n):
                 force = force + work[delta + j] * lane(pool, b["stiffness"] + row * j + k)
                 force = force + work[ddelta + j] * lane(pool, b["damping"] + row * j + k)
-        put(work, b["pn"] + k, force)
+        put_lane(work, b["pn"] + k, force)
     if b["nonlinear"]:
         write_varying_stiffness(b, pool, work, 3.0, 2.0)
         add_varying_force(b, work, work, b["delta"], 1.0, work, b["pn"], 1)
@@ -156,7 +156,7 @@ def zero_forces(b: Record, work: Array) -> None:
     store_lane(work, b["work"] + W_P, ZERO)
     store_lane(work, b["work"] + W_P + 4, ZERO)
     for k in range(0, b["wide"], 4):
-        put(work, b["pn"] + k, nothing())
+        put_lane(work, b["pn"] + k, zero_lane())
 
 
 @inner
@@ -167,5 +167,5 @@ def accelerate_uniformly(b: Record, a: Vector, pool: Array, work: Array) -> None
     store_lane(work, p, add(load3(work, p), scale(pool[b["mass"]], a)))
     store_lane(work, p + 4, add(load3(work, p + 4), couple))
     for k in range(0, row, 4):
-        coupling = along_four(work, b["border"] + stride * k + row, stride, pair_of(a, ZERO))
-        put(work, b["pn"] + k, lane(work, b["pn"] + k) + coupling)
+        coupling = dot_four_rows(work, b["border"] + stride * k + row, stride, pair_of(a, ZERO))
+        put_lane(work, b["pn"] + k, lane(work, b["pn"] + k) + coupling)

@@ -1,11 +1,11 @@
-"""What the elastic coordinates do to a body's markers: rows over shapes (phi, psi) times coordinates and rates."""
+"""Motion of a body's markers by its elastic coordinates: rows over shapes (phi, psi) times coordinates and rates."""
 
 from __future__ import annotations
 
 from femflex.arrays import Array, Record
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.formula import formula
-from femflex.dynamics.arithmetic.lanes import Lanes, lane, nothing, plus, put, total
+from femflex.dynamics.arithmetic.lanes import Lanes, lane, plus, put_lane, total, zero_lane
 from femflex.dynamics.arithmetic.section_turns import section_drift, section_slope, section_vector
 from femflex.dynamics.arithmetic.turns import moving_vector_turn
 from femflex.dynamics.arithmetic.vectors import ZERO, Matrix, Vector, add, load3, product, scale, turn
@@ -22,7 +22,7 @@ def rows3(a: Array, i: int, row: int) -> Lanes:
 def put_rows3(a: Array, i: int, row: int, v: Lanes) -> None:
     """Write lanes at the same place of three rows."""
     for r in range(3):
-        put(a, i + r * row, v[r])
+        put_lane(a, i + r * row, v[r])
 
 
 @formula
@@ -35,19 +35,19 @@ def rows9(a: Array, i: int, row: int) -> Lanes:
 def put_rows9(a: Array, i: int, row: int, m: Lanes) -> None:
     """Write lanes at the same place of nine rows."""
     for r in range(9):
-        put(a, i + r * row, m[r])
+        put_lane(a, i + r * row, m[r])
 
 
 @formula
-def nothing3() -> Lanes:
+def zero_rows3() -> Lanes:
     """Three lanes of zeros."""
-    return tuple(nothing() for _ in range(3))
+    return tuple(zero_lane() for _ in range(3))
 
 
 @formula
-def nothing9() -> Lanes:
+def zero_rows9() -> Lanes:
     """Nine lanes of zeros."""
-    return tuple(nothing() for _ in range(9))
+    return tuple(zero_lane() for _ in range(9))
 
 
 @formula
@@ -63,7 +63,7 @@ def turning_of(z: Lanes) -> Lanes:
 
 
 @inner
-def keep_shapes(b: Record, q: Array, u: Array, work: Array) -> None:
+def copy_shape_coordinates(b: Record, q: Array, u: Array, work: Array) -> None:
     """Copy the elastic coordinates and rates to whole lanes."""
     n = b["n"]
     for k in range(n):
@@ -77,24 +77,24 @@ def keep_shapes(b: Record, q: Array, u: Array, work: Array) -> None:
 @inner
 def combined(a: Array, rows: int, row: int, work: Array, y: int) -> Vector:
     """Three rows at a[rows] times the row at work[y]."""
-    v = nothing3()
+    v = zero_rows3()
     for k in range(0, row, 4):
         v = plus(v, lane(work, y + k), rows3(a, rows + k, row))
     return totals3(v)
 
 
 @inner
-def marker_velocity(pool: Array, place: int, shape: int, bends: int, carrier: Record, work: Array) -> Vector:
+def marker_velocity(pool: Array, marker: int, shape: int, bends: int, carrier: Record, work: Array) -> Vector:
     """Velocity of a marker relative to its carrier, in its components."""
     wide = carrier["wide"]
     v = combined(pool, shape, wide, work, carrier["ddelta"])
     if bends >= VARIES:
-        v = add(v, add(load3(pool, place + 16), combined(pool, shape + 3 * wide, wide, work, carrier["delta"])))
+        v = add(v, add(load3(pool, marker + 16), combined(pool, shape + 3 * wide, wide, work, carrier["delta"])))
     return v
 
 
 @inner
-def moved_on(pool: Array, rows: int, carrier: Record, work: Array) -> Vector:
+def varying_bias(pool: Array, rows: int, carrier: Record, work: Array) -> Vector:
     """2 phidot ddelta + phiddot delta of rows (3,wide) behind which their rates stand."""
     wide = carrier["wide"]
     twice = scale(2.0, combined(pool, rows + 3 * wide, wide, work, carrier["ddelta"]))
@@ -103,7 +103,7 @@ def moved_on(pool: Array, rows: int, carrier: Record, work: Array) -> Vector:
 
 @inner
 def markers_motion(
-    pool: Array, place: int, shape: int, spin: int, bends: int, carrier: Record, work: Array
+    pool: Array, marker: int, shape: int, spin: int, bends: int, carrier: Record, work: Array
 ) -> tuple[Vector, Vector, Matrix, Matrix, Vector, Vector, Vector]:
     """Displacement and velocity of a marker, its turn exp(skew(theta)), the tangent T, rate; bias accelerations.
 
@@ -113,18 +113,18 @@ def markers_motion(
     All relative to the carrier, in its components.
     """
     wide, delta, ddelta = carrier["wide"], carrier["delta"], carrier["ddelta"]
-    moved, velocity = (
+    displacement, velocity = (
         combined(pool, shape, wide, work, delta),
-        marker_velocity(pool, place, shape, bends, carrier, work),
+        marker_velocity(pool, marker, shape, bends, carrier, work),
     )
     theta, dtheta = combined(pool, spin, wide, work, delta), combined(pool, spin, wide, work, ddelta)
     lift, swing = ZERO, ZERO
     if bends >= VARIES:
         dtheta = add(dtheta, combined(pool, spin + 3 * wide, wide, work, delta))
-        lift = add(load3(pool, place + 19), moved_on(pool, shape, carrier, work))
-        swing = moved_on(pool, spin, carrier, work)
+        lift = add(load3(pool, marker + 19), varying_bias(pool, shape, carrier, work))
+        swing = varying_bias(pool, spin, carrier, work)
     if bends == TURNS or bends == VARIES + TURNS:
-        e = load3(pool, place + 12)
+        e = load3(pool, marker + 12)
         F, extra = section_slope(e, theta), section_drift(e, theta, dtheta)
         bend, T, rate, bias = moving_vector_turn(section_vector(e, theta), turn(F, dtheta))
         bias = add(bias, turn(T, extra))
@@ -136,4 +136,4 @@ def markers_motion(
     if carrier["n_slaves"]:
         lift = add(lift, combined(pool, shape, wide, work, carrier["drift"]))
         bias = add(bias, turn(T, combined(pool, spin, wide, work, carrier["drift"])))
-    return moved, velocity, bend, T, rate, bias, lift
+    return displacement, velocity, bend, T, rate, bias, lift

@@ -10,29 +10,29 @@ from __future__ import annotations
 
 from femflex.arrays import Array, Record
 from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.lanes import lane, nothing, plus, put, total
-from femflex.dynamics.arithmetic.pairs import Pair, add_pair, nothing_pair, pair, pair_of, put_pair
-from femflex.dynamics.bodies.shapes import nothing3, rows3, rows9, totals3, turning_of
+from femflex.dynamics.arithmetic.lanes import lane, plus, put_lane, total, zero_lane
+from femflex.dynamics.arithmetic.pairs import Pair, add_pair, pair, pair_of, put_pair, zero_pair
+from femflex.dynamics.bodies.shapes import rows3, rows9, totals3, turning_of, zero_rows3
 from femflex.dynamics.lowering.layout import W_P
 
 
 @inner
-def place_slaves(b: Record, pool: Array, work: Array) -> None:
+def write_slaves(b: Record, pool: Array, work: Array) -> None:
     """Write the tie D (n_slaves, row), and amplitudes, rates and drift of the slaved shapes from the coordinates."""
     n, row, delta, ddelta = b["n"], b["row"], b["delta"], b["ddelta"]
     for s in range(b["n_slaves"]):
         A, D = b["slaves"] + s * n * row, b["tie"] + s * row
-        y, rate, drift = nothing(), nothing(), nothing()
+        y, rate, drift = zero_lane(), zero_lane(), zero_lane()
         for k in range(0, row, 4):
-            tie, moved = nothing(), nothing()
+            tie, tie_rate = zero_lane(), zero_lane()
             for j in range(n):
                 column = lane(pool, A + j * row + k)
                 tie = tie + work[delta + j] * column
-                moved = moved + work[ddelta + j] * column
-            put(work, D + k, tie)
+                tie_rate = tie_rate + work[ddelta + j] * column
+            put_lane(work, D + k, tie)
             y = y + 0.5 * (tie * lane(work, delta + k))
             rate = rate + tie * lane(work, ddelta + k)
-            drift = drift + moved * lane(work, ddelta + k)
+            drift = drift + tie_rate * lane(work, ddelta + k)
         work[delta + n + s] = total(y)
         work[ddelta + n + s] = total(rate)
         work[b["drift"] + n + s] = total(drift)
@@ -42,7 +42,7 @@ def place_slaves(b: Record, pool: Array, work: Array) -> None:
 def add_drift_forces(b: Record, pool: Array, work: Array) -> None:
     """Add the inertia forces of the slaved shapes' drift to the bias wrench and the bias of all shapes."""
     wide, drift = b["wide"], b["drift"]
-    ds, h = nothing3(), nothing3()
+    ds, h = zero_rows3(), zero_rows3()
     for k in range(0, wide, 4):
         g = lane(work, drift + k)
         ds = plus(ds, g, rows3(pool, b["first"] + k, wide))
@@ -50,7 +50,7 @@ def add_drift_forces(b: Record, pool: Array, work: Array) -> None:
         force = lane(work, b["pn"] + k)
         for j in range(b["n"], b["n_shapes"]):
             force = force + work[drift + j] * lane(pool, b["elastic_mass"] + wide * j + k)
-        put(work, b["pn"] + k, force)
+        put_lane(work, b["pn"] + k, force)
     add_pair(work, b["work"] + W_P, pair_of(totals3(ds), totals3(h)))
 
 
@@ -64,7 +64,7 @@ def tie_columns(b: Record, work: Array, out: int) -> None:
             v = lane(work, start + k)
             for s in range(b["n_slaves"]):
                 v = v + work[start + n + s] * lane(work, b["tie"] + s * row + k)
-            put(work, out + r * row + k, v)
+            put_lane(work, out + r * row + k, v)
         for k in range(n, row):
             work[out + r * row + k] = 0.0
 
@@ -74,7 +74,7 @@ def tie_rows(b: Record, work: Array) -> None:
     """Write the coupling rows of the border from those over all shapes at work[b["spread"]]."""
     n, row, stride, spread = b["n"], b["row"], b["stride"], b["spread"]
     for k in range(row):
-        v = nothing_pair()
+        v = zero_pair()
         if k < n:
             v = tied_row(b, work, k, spread)
         put_pair(work, b["border"] + stride * k + row, v)
@@ -99,16 +99,16 @@ def write_tied_mass(b: Record, pool: Array, work: Array) -> None:
     Me, W = b["elastic_mass"], b["pull"]
     for i in range(n):
         for k in range(0, row, 4):
-            put(work, border + stride * i + k, lane(pool, Me + wide * i + k))
+            put_lane(work, border + stride * i + k, lane(pool, Me + wide * i + k))
     for s in range(b["n_slaves"]):
-        own, D = Me + wide * (n + s), tie + s * row
+        mass_row, D = Me + wide * (n + s), tie + s * row
         for k in range(0, row, 4):
-            pull = lane(pool, own + k)
+            pull = lane(pool, mass_row + k)
             for j in range(b["n_slaves"]):
-                pull = pull + (0.5 * pool[own + n + j]) * lane(work, tie + j * row + k)
-            put(work, W + k, pull)
+                pull = pull + (0.5 * pool[mass_row + n + j]) * lane(work, tie + j * row + k)
+            put_lane(work, W + k, pull)
         for i in range(n):
             for k in range(0, row, 4):
-                at = border + stride * i + k
-                E = lane(work, at) + work[D + i] * lane(work, W + k) + work[W + i] * lane(work, D + k)
-                put(work, at, E)
+                entry = border + stride * i + k
+                E = lane(work, entry) + work[D + i] * lane(work, W + k) + work[W + i] * lane(work, D + k)
+                put_lane(work, entry, E)

@@ -14,12 +14,12 @@ from __future__ import annotations
 from femflex.arrays import Array, Record
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.formula import formula
-from femflex.dynamics.arithmetic.lanes import Lanes, lane, nothing, plus, put
+from femflex.dynamics.arithmetic.lanes import Lanes, lane, plus, put_lane, zero_lane
 from femflex.system.variation import COLUMNS
 
 
 @formula
-def eight(a: Array, i: int) -> Lanes:
+def eight_lanes(a: Array, i: int) -> Lanes:
     """The eight lanes at a[i : i + 32]."""
     return tuple(lane(a, i + 4 * r) for r in range(8))
 
@@ -28,32 +28,32 @@ def eight(a: Array, i: int) -> Lanes:
 def put_eight(a: Array, i: int, v: Lanes) -> None:
     """Write eight lanes to a[i : i + 32]."""
     for r in range(8):
-        put(a, i + 4 * r, v[r])
+        put_lane(a, i + 4 * r, v[r])
 
 
 @formula
-def eight_nothings() -> Lanes:
+def eight_zero_lanes() -> Lanes:
     """Eight lanes of zeros."""
-    return tuple(nothing() for _ in range(8))
+    return tuple(zero_lane() for _ in range(8))
 
 
 @inner
 def write_varying_stiffness(b: Record, pool: Array, work: Array, c2: float, c3: float) -> None:
     """Write c2 V2 d + c3 V3 dd, packed over k <= l."""
     n, delta, first = b["n"], b["delta"], b["monomials"]
-    at = first + n
+    entry = first + n
     for i in range(n):
         work[first + i] = c2 * work[delta + i]
         scaled = c3 * work[delta + i]
         for j in range(i, n):
-            work[at] = scaled * work[delta + j]
-            at += 1
-    count = at - first
+            work[entry] = scaled * work[delta + j]
+            entry += 1
+    count = entry - first
     table = b["curved"]
     for block in range(b["n_blocks"]):
-        sums = eight_nothings()
+        sums = eight_zero_lanes()
         for m in range(count):
-            sums = plus(sums, work[first + m], eight(pool, table + COLUMNS * m))
+            sums = plus(sums, work[first + m], eight_lanes(pool, table + COLUMNS * m))
         put_eight(work, b["varying"] + COLUMNS * block, sums)
         table += COLUMNS * count
 

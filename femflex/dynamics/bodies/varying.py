@@ -10,7 +10,7 @@ from __future__ import annotations
 from femflex.arrays import Array, Record, Table
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.entries import call_user
-from femflex.dynamics.arithmetic.lanes import beyond, put
+from femflex.dynamics.arithmetic.lanes import offset, put_lane
 from femflex.dynamics.bodies.shapes import put_rows3, rows9, turning_of
 from femflex.dynamics.lowering.layout import body_of, header_of
 
@@ -23,8 +23,8 @@ def write_varying_bodies(t: float, table: Table, pool: Array, work: Array) -> No
     for i in range(1, head["n_bodies"]):
         b = body_of(table, i)
         if b["varies"]:
-            states = beyond(work, head["z"])
-            call_user(b["write"], t, states, beyond(pool, b["numbers"]), beyond(pool, b["block"]))
+            states = offset(work, head["z"])
+            call_user(b["write"], t, states, offset(pool, b["numbers"]), offset(pool, b["block"]))
             if b["derived"]:
                 derive_rows(b, pool)
         mass += pool[b["mass"]]
@@ -33,7 +33,7 @@ def write_varying_bodies(t: float, table: Table, pool: Array, work: Array) -> No
 
 @inner
 def derive_rows(b: Record, pool: Array) -> None:
-    """Write what follows from a body's moments: the transposed first ones, R1[j,a,k], and the elastic mass."""
+    """Write the numbers that follow from a body's moments: transposed first ones, R1[j,a,k], and the elastic mass."""
     wide, first = b["wide"], b["first"]
     for k in range(wide):
         for a in range(3):
@@ -42,4 +42,4 @@ def derive_rows(b: Record, pool: Array) -> None:
         for k in range(0, wide, 4):
             P = rows9(pool, b["second"] + 9 * wide * (j + 1) + k, wide)  # a c k
             put_rows3(pool, b["gyro"] + 3 * wide * j + k, wide, turning_of(P))
-            put(pool, b["elastic_mass"] + wide * j + k, P[0] + P[4] + P[8])
+            put_lane(pool, b["elastic_mass"] + wide * j + k, P[0] + P[4] + P[8])

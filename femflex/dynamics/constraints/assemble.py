@@ -8,36 +8,36 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.dynamics.constraints import equations as calls
-from femflex.dynamics.constraints.clearance import refuse_clearance, take_up
+from femflex.dynamics.constraints.clearance import absorb_misfit, refuse_clearance
 from femflex.dynamics.constraints.conflicts import competing_motions_text, violated_text
 from femflex.dynamics.constraints.constrained import Constraints
+from femflex.dynamics.constraints.constraint_violation import OPENING_RATE
 from femflex.dynamics.constraints.discs import flat_disc_text
-from femflex.dynamics.constraints.excess import SWAY
 from femflex.dynamics.constraints.singular_passage import start_pivots
-from femflex.dynamics.lowering import tie_layout as at
-from femflex.dynamics.lowering.ties import characteristic_length
+from femflex.dynamics.lowering import constraint_layout as layout
+from femflex.dynamics.lowering.constraints import characteristic_length
 from femflex.dynamics.motion.second_order import advance
 from femflex.system import System
-from femflex.system.kept import kept
+from femflex.system.kept_values import kept_coordinates
 
 MassMatrix = Callable[[float, Array], Array]
-Nearest = Callable[[float, Array, Array], tuple[Array, int]]  # as Constraints.nearest
+SmallestChange = Callable[[float, Array, Array], tuple[Array, int]]  # as Constraints.nearest
 
 STEPS = 400  # of the search for a closed configuration
-TURN = 0.5  # rad or m of the largest coordinate in one step of the search, before it is close
-OPEN = 1e-9  # gap that counts as not closed, relative to the bodies' size
-SHRINKING, LEAST_PART = 0.9, 1 / 16
+MAX_STEP = 0.5  # rad or m of the largest coordinate in one step of the search, before it is close
+CLOSURE_TOLERANCE = 1e-9  # gap that counts as not closed, relative to the bodies' size
+LEAST_REDUCTION, SMALLEST_FACTOR = 0.9, 1 / 16
 DIGITS = 1e-4  # gap, relative to the bodies' size, that digits left out may make
 CLOSED = 1e-13  # gap that needs no search, relative to the bodies' size
-BENT = 0.05  # displacement by bending, relative to the bodies' size, up to which a loop may be forced together
-REFINED = 3  # times that velocities are brought to the nearest: masses far apart leave rounding
+MAX_BENDING = 0.05  # displacement by bending, relative to the bodies' size, up to which a loop may be forced together
+REFINEMENTS = 3  # times that velocities are brought to the nearest: masses far apart leave rounding
 INDEPENDENT = 1e-10  # singular value of the rows, relative to the largest, that counts
 SETTLED = 1e-13  # change of coordinates at which the nearest configuration is found
-AGREED = 1e-6  # acceleration that may be missing, relative to the largest that a row asks for
+ACCELERATION_TOLERANCE = 1e-6  # acceleration that may be missing, relative to the largest that a row asks for
 
 
 def assembled(constraints: Constraints, x0: Array, size: float, mass_matrix: MassMatrix) -> Array:
-    """x0 brought onto the constraints: q nearest to the given q and u nearest to the given u, both by the mass matrix.
+    """Return x0 moved onto the constraints: q nearest to the given q and u nearest to the given u, by the mass matrix.
 
     What the system's `keep` names stays exactly as given, and shapes too unless the joints alone cannot close the
     loops. Every step goes to the point nearest to the
@@ -47,32 +47,32 @@ def assembled(constraints: Constraints, x0: Array, size: float, mass_matrix: Mas
     if text := flat_disc_text(constraints, 0.0, x0):
         raise ValueError(text)
     refuse_clearance(constraints, size)
-    x, tolerance = np.array(x0, float), OPEN * max(1.0, size)
-    limits = np.maximum(tolerance, constraints.plays)
-    stiff = nearest_of(constraints, mass_matrix, shapes=False)
-    bending = nearest_of(constraints, mass_matrix, shapes=True)
+    x, tolerance = np.array(x0, float), CLOSURE_TOLERANCE * max(1.0, size)
+    limits = np.maximum(tolerance, constraints.row_plays)
+    stiff = smallest_joint_change(constraints, mass_matrix, shapes=False)
+    bending = smallest_joint_change(constraints, mass_matrix, shapes=True)
     if not np.abs(constraints.residuals(0.0, x)[0]).max(initial=0.0) <= CLOSED * max(1.0, size):
         # at the end of reach the nearest point may not settle: then any closed one will do
-        plain = nearest_among(
+        plain = smallest_change_of(
             constraints, lambda t, x: np.eye(constraints.n_u), movable(constraints.system, shapes=False)
         )
-        for nearest, to_given in ((stiff, True), (stiff, False), (plain, False), (bending, True), (bending, False)):
-            x = searched(constraints, x0, nearest, to_given)
+        for nearest, near_x0 in ((stiff, True), (stiff, False), (plain, False), (bending, True), (bending, False)):
+            x = search_closed(constraints, x0, nearest, near_x0)
             if np.all(np.abs(constraints.residuals(0.0, x)[0]) < limits):
                 break
     refuse_open(constraints, x, limits)
     refuse_bent(constraints, x0, x, size)
-    take_up(constraints, x)
+    absorb_misfit(constraints, x)
     for nearest in (stiff, bending):
         moving = x.copy()
-        for _ in range(REFINED):
+        for _ in range(REFINEMENTS):
             moving[constraints.n_q : constraints.n_q + constraints.n_u] += nearest(
                 0.0, x, -constraints.residuals(0.0, moving)[1]
             )[0]
         if np.abs(constraints.residuals(0.0, moving)[1]).max() < tolerance:
             break
     refuse_moving(constraints, moving, tolerance)
-    if calls.project(0.0, moving, *constraints.own) > 1.0:  # what is left is rounding, where rows do not contradict
+    if calls.project(0.0, moving, *constraints.arrays) > 1.0:  # what is left is rounding, where rows do not contradict
         raise ValueError(
             f"{violated_text(constraints, 0.0, moving)}, or give lengths and axes to more digits: an overconstrained "
             "loop closes only to the accuracy of its markers, or to its `play` where it has one."
@@ -82,64 +82,66 @@ def assembled(constraints: Constraints, x0: Array, size: float, mass_matrix: Mas
     return moving
 
 
-def nearest_of(constraints: Constraints, mass_matrix: MassMatrix, shapes: bool) -> Nearest:
-    """The smallest change by mass of what may move; of the joints alone unless `shapes`."""
+def smallest_joint_change(constraints: Constraints, mass_matrix: MassMatrix, shapes: bool) -> SmallestChange:
+    """Return the smallest change by mass of the movable freedoms; of the joints alone unless `shapes`."""
     free = movable(constraints.system, shapes)
-    held = sum(len(joint.held) for joint in constraints.system.joints)
-    if len(free) + held == constraints.n_u:
-        return constraints.nearest
-    return nearest_among(constraints, mass_matrix, free)
+    n_prescribed = sum(len(joint.prescribed) for joint in constraints.system.joints)
+    if len(free) + n_prescribed == constraints.n_u:
+        return constraints.smallest_change
+    return smallest_change_of(constraints, mass_matrix, free)
 
 
 def movable(system: System, shapes: bool) -> list[int]:
-    """Freedoms that neither a motion holds nor the initial values keep; elastic ones among them only with `shapes`."""
+    """Return the freedoms that are neither prescribed nor kept at initial values; elastic ones only with `shapes`."""
     free: list[int] = []
-    at = 0
+    first = 0
     for name in system.order:
         joint, n = system.joint_of(name), system.bodies[name].n_modes
-        still = {*joint.held, *kept(system.keep, joint)}
-        free += [at + k for k in range(joint.n_u) if k not in still]
-        at += joint.n_u
-        free += range(at, at + n) if shapes else ()
-        at += n
+        fixed = {*joint.prescribed, *kept_coordinates(system.keep, joint)}
+        free += [first + k for k in range(joint.n_u) if k not in fixed]
+        first += joint.n_u
+        free += range(first, first + n) if shapes else ()
+        first += n
     return free
 
 
-def nearest_among(constraints: Constraints, mass_matrix: MassMatrix, free: list[int]) -> Nearest:
+def smallest_change_of(constraints: Constraints, mass_matrix: MassMatrix, free: list[int]) -> SmallestChange:
     """As Constraints.nearest, of the freedoms `free` alone; by dense matrices."""
 
-    def nearest(t: float, x: Array, targets: Array) -> tuple[Array, int]:
+    def change(t: float, x: Array, targets: Array) -> tuple[Array, int]:
         A = np.take(constraints.matrix(t, x), free, axis=1)
         M = mass_matrix(t, x)[np.ix_(free, free)]
         root = np.linalg.cholesky(M)
         B = np.linalg.solve(root, A.T).T  # v = root^-T w, of least length
-        w, _, rank, _ = np.linalg.lstsq(B, targets, rcond=max(INDEPENDENT, constraints.slack))
+        w, _, rank, _ = np.linalg.lstsq(B, targets, rcond=max(INDEPENDENT, constraints.dependence_limit))
         out = np.zeros(constraints.n_u)
         out[free] = np.linalg.solve(root.T, w)
         return out, int(rank)
 
-    return nearest
+    return change
 
 
-def searched(constraints: Constraints, x0: Array, nearest: Nearest, to_given: bool) -> Array:
-    """The end of the search from x0, steps limited in length; to_given: for the closed point nearest to x0."""
+def search_closed(constraints: Constraints, x0: Array, nearest: SmallestChange, nearest_to_x0: bool) -> Array:
+    """Search a closed state from x0 with steps of limited length; nearest_to_x0: the closed state nearest to x0."""
     n_q, d, x = constraints.n_q, np.zeros(constraints.n_u), np.array(x0, float)
     z = x[n_q + len(d) :]  # states of effectors, which stay: masses of tanks count
     part, before = 1.0, np.inf  # of a step that is taken; the size of the one before
     for _ in range(STEPS):
         gap, resting = constraints.residuals(0.0, x)[0], np.concatenate([x[:n_q], 0.0 * d, z])
-        if to_given:
+        if nearest_to_x0:
             speeds = (constraints.residuals(0.0, np.concatenate([x[:n_q], v, z]))[1] for v in (d, 0.0 * d))
             change = nearest(0.0, resting, next(speeds) - next(speeds) - gap)[0] - d
         else:
             change = nearest(0.0, resting, -gap)[0]
         largest = np.abs(change).max(initial=0.0)
-        part = part if largest < SHRINKING * before else max(part / 2, LEAST_PART)  # it swings about the nearest point
+        part = (
+            part if largest < LEAST_REDUCTION * before else max(part / 2, SMALLEST_FACTOR)
+        )  # it swings about the nearest point
         before = largest
-        d = d + change * min(part, TURN / max(largest, TURN))
-        moved = np.empty(n_q)
-        advance(np.ascontiguousarray(x0[:n_q]), d, moved, *constraints.own)
-        x[:n_q] = moved
+        d = d + change * min(part, MAX_STEP / max(largest, MAX_STEP))
+        advanced_q = np.empty(n_q)
+        advance(np.ascontiguousarray(x0[:n_q]), d, advanced_q, *constraints.arrays)
+        x[:n_q] = advanced_q
         if largest < SETTLED:
             break
     return x
@@ -154,32 +156,32 @@ def refuse_open(constraints: Constraints, x: Array, limits: Array) -> None:
     competing = competing_motions_text(constraints, 0.0, x, worst)
     raise ValueError(
         f"{constraints.kind_of(worst)} cannot close{competing}: the best configuration found leaves "
-        f"a gap of {gaps[constraints.rows_of(worst)].max():.3g} (m or rad){kept_text(constraints)}. Check the "
+        f"a gap of {gaps[constraints.rows_of(worst)].max():.3g} (m or rad){kept_values_text(constraints)}. Check the "
         f"lengths and the markers' axes, or start nearer to a closed configuration{clearance_text(constraints, gaps)}."
     )
 
 
 def refuse_bent(constraints: Constraints, x0: Array, x: Array, size: float) -> None:
     """Raise ValueError when a body had to be bent far to close the loops."""
-    at = 0
+    first = 0
     for name in constraints.system.order:
         body, n_q = constraints.system.bodies[name], constraints.system.joint_of(name).n_q
-        shape = slice(at + n_q, at + n_q + body.n_modes)
-        at += n_q + body.n_modes
-        moved = body.amplitudes(x[shape]) - body.amplitudes(x0[shape])
-        far = max(float(np.linalg.norm(marker.phi @ moved)) for marker in body.markers.values())
-        if far > BENT * size:
+        shape = slice(first + n_q, first + n_q + body.n_modes)
+        first += n_q + body.n_modes
+        change = body.amplitudes(x[shape]) - body.amplitudes(x0[shape])
+        distance = max(float(np.linalg.norm(marker.phi @ change)) for marker in body.markers.values())
+        if distance > MAX_BENDING * size:
             raise ValueError(
                 f"the loops of body {name!r} cannot close: the joints alone do not reach, and bending would move it by "
-                f"{far:.3g} m, {100 * far / size:.3g} % of its size. Check the lengths and the markers' axes, or start "
-                "nearer to a closed configuration."
+                f"{distance:.3g} m, {100 * distance / size:.3g} % of its size. Check the lengths and the markers' "
+                "axes, or start nearer to a closed configuration."
             )
 
 
 def refuse_moving(constraints: Constraints, x: Array, tolerance: float) -> None:
-    """Raise ValueError for a constraint whose velocities x cannot satisfy, rows with play to what they may open at."""
+    """Raise ValueError for a constraint whose velocities x cannot satisfy, to within the play of its rows."""
     speeds = np.abs(constraints.residuals(0.0, x)[1])
-    limits = np.maximum(tolerance, SWAY * constraints.plays) * max(
+    limits = np.maximum(tolerance, OPENING_RATE * constraints.row_plays) * max(
         1.0, np.abs(x[constraints.n_q : constraints.n_q + constraints.n_u]).max(initial=0.0)
     )
     if np.all(speeds <= limits):
@@ -188,26 +190,27 @@ def refuse_moving(constraints: Constraints, x: Array, tolerance: float) -> None:
     competing = competing_motions_text(constraints, 0.0, x, worst)
     raise ValueError(
         f"{constraints.kind_of(worst)} cannot be satisfied{competing}: the nearest velocities violate it by "
-        f"{speeds[constraints.rows_of(worst)].max():.3g} (m/s or rad/s){kept_text(constraints)}. Remove one of them."
+        f"{speeds[constraints.rows_of(worst)].max():.3g} (m/s or rad/s){kept_values_text(constraints)}. Remove one of "
+        "them."
     )
 
 
 def clearance_text(constraints: Constraints, gaps: Array) -> str:
-    """What else helps where loops stand open by no more than digits that were left out; "" else."""
-    wide = float((gaps * constraints.lengths).max())
-    if wide > DIGITS * characteristic_length(constraints.system) or not constraints.system.loops:
+    """Return advice for loops whose misfit is no more than rounded digits; "" for all others."""
+    gap = float((gaps * constraints.row_lengths).max())
+    if gap > DIGITS * characteristic_length(constraints.system) or not constraints.system.loops:
         return ""
-    return f", or give the loop `play` of {10.0 ** np.ceil(np.log10(wide)):.0e} m: the loop is overconstrained"
+    return f", or give the loop `play` of {10.0 ** np.ceil(np.log10(gap)):.0e} m: the loop is overconstrained"
 
 
-def kept_text(constraints: Constraints) -> str:
-    """Which initial values are not allowed to move, in words."""
+def kept_values_text(constraints: Constraints) -> str:
+    """Return the names of the initial values that must not move, in words."""
     names = constraints.system.keep
     return f", with {', '.join(repr(name) for name in names)} kept as given" if names else ""
 
 
 def refuse_accelerations(constraints: Constraints, x: Array, size: float) -> None:
-    """Raise ValueError for a constraint whose accelerations no multipliers can bring about at the start x (n_x,).
+    """Raise ValueError for a constraint whose accelerations cannot be met by any multipliers at the start x (n_x,).
 
     In a singular configuration the rows lose rank. The velocities have to lie along one of the branches that meet
     there: n . (bdot - Adot u) = 0 for every n with n A = 0, a condition of second order in u.
@@ -217,14 +220,16 @@ def refuse_accelerations(constraints: Constraints, x: Array, size: float) -> Non
     if rank[0] == m:
         return
     first, width = int(closing["white"]), int(closing["width"])
-    white = constraints.own[2][first : first + m * width].reshape(m, width)
-    asked = rows[0, :, at.R_TARGET]
-    missing = np.abs(white @ (white.T @ rows[0, :, at.R_LAMBDA]) - asked)
+    white = constraints.arrays[2][first : first + m * width].reshape(m, width)
+    targets = rows[0, :, layout.R_TARGET]
+    missing = np.abs(white @ (white.T @ rows[0, :, layout.R_LAMBDA]) - targets)
     speed, rate = (
         np.abs(x[constraints.n_q : constraints.n_q + constraints.n_u]).max(initial=0.0),
         np.abs(udot).max(initial=0.0),
     )
-    limits = AGREED * max(1.0, size, np.abs(asked).max()) + SWAY * constraints.plays * (speed**2 + rate)
+    limits = ACCELERATION_TOLERANCE * max(1.0, size, np.abs(targets).max()) + OPENING_RATE * constraints.row_plays * (
+        speed**2 + rate
+    )
     if np.all(missing <= limits):
         return
     worst = max(constraints.names, key=lambda name: (missing / limits)[constraints.rows_of(name)].max())

@@ -1,4 +1,4 @@
-"""What loops with play stand open by where the run begins, taken into their markers.
+"""Loops with play: their misfit at the start of the run is absorbed by their markers.
 
 A loop with more rows than it needs closes only to the accuracy of its markers. Within its play the misfit that the best
 configuration leaves is taken into the marker on the parent: moved and turned by it, the marker fits exactly, and so do
@@ -14,68 +14,69 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.dynamics.constraints.constrained import Constraints
-from femflex.dynamics.lowering.ties import CLOSED
+from femflex.dynamics.lowering.constraints import POSITION_TOLERANCE
 from femflex.system.loop import COSINE, OFFSET, closure
 
-MOST = 1e-3  # of the bodies' size: play beyond is a clearance in which parts would move
+MAX_PLAY = 1e-3  # of the bodies' size: play beyond is a clearance in which parts would move
 
 
 @dataclass(frozen=True)
-class TakenUp:
-    """By how much a loop's marker on the parent was moved [m] and turned [rad], and the loop's play [m]."""
+class AbsorbedMisfit:
+    """Displacement [m] and rotation [rad] of a loop's marker on the parent, and the loop's play [m]."""
 
     loop: str
-    moved: float
-    turned: float
+    displacement: float
+    rotation: float
     play: float
 
     def __str__(self) -> str:
-        """The sentence."""
+        """Return the correction as a sentence."""
         return (
-            f"loop {self.loop!r}: the smallest gap that its joints reach is {self.moved:.3g} m and {self.turned:.3g} "
-            f"rad, within its `play` of {self.play:.3g} m; its marker on the parent was displaced and turned by the gap"
+            f"loop {self.loop!r}: the smallest gap that its joints reach is {self.displacement:.3g} m and "
+            f"{self.rotation:.3g} rad, within its `play` of {self.play:.3g} m; its marker on the parent "
+            "was displaced and turned by the gap"
         )
 
 
-def take_up(constraints: Constraints, x: Array) -> None:
-    """Take the misfit at the state x (n_x,) of loops with play into their markers."""
-    gaps, pool = constraints.residuals(0.0, x)[0], constraints.own[1]
+def absorb_misfit(constraints: Constraints, x: Array) -> None:
+    """Shift the markers of loops with play by the loops' misfit at the state x (n_x,)."""
+    gaps, pool = constraints.residuals(0.0, x)[0], constraints.arrays[1]
     size = float(pool[int(constraints.closing["tolerance"]) + 1])
     for loop, record in zip(constraints.system.loops, constraints.records, strict=False):
-        own = gaps[constraints.rows_of(loop.label)]
-        if loop.play == 0.0 or np.abs(own).max(initial=0.0) <= CLOSED * size:
+        misfit = gaps[constraints.rows_of(loop.label)]
+        if loop.play == 0.0 or np.abs(misfit).max(initial=0.0) <= POSITION_TOLERANCE * size:
             continue
         n = int(record["n_slides"])
         slides, pairs = _tables(constraints, record)
-        slides[:, OFFSET] += own[:n]
-        pairs[:, COSINE] += own[n:]
+        slides[:, OFFSET] += misfit[:n]
+        pairs[:, COSINE] += misfit[n:]
 
 
-def taken_up(constraints: Constraints) -> list[TakenUp]:
-    """What was taken into the markers of each loop, of those where anything was."""
+def absorbed_misfits(constraints: Constraints) -> list[AbsorbedMisfit]:
+    """Return the misfit that the markers of each loop absorbed, of the loops that have any."""
     out = []
     for loop, record in zip(constraints.system.loops, constraints.records, strict=False):
-        given, (slides, pairs) = closure(loop), _tables(constraints, record)
-        moved = float(np.linalg.norm(slides[:, OFFSET]))
-        turned = float(np.linalg.norm(pairs[:, COSINE] - given.pairs[:, COSINE]))
-        if moved or turned:
-            out.append(TakenUp(loop.label, moved, turned, loop.play))
+        original, (slides, pairs) = closure(loop), _tables(constraints, record)
+        displacement = float(np.linalg.norm(slides[:, OFFSET]))
+        rotation = float(np.linalg.norm(pairs[:, COSINE] - original.pairs[:, COSINE]))
+        if displacement or rotation:
+            out.append(AbsorbedMisfit(loop.label, displacement, rotation, loop.play))
     return out
 
 
 def refuse_clearance(constraints: Constraints, size: float) -> None:
     """Raise ValueError for play so large that it would be a motion of its own."""
     for loop in constraints.system.loops:
-        if loop.play > MOST * size:
+        if loop.play > MAX_PLAY * size:
             raise ValueError(
                 f"play of loop {loop.label!r} is {loop.play:.3g} m, {loop.play / size:.2%} of the bodies' size of "
-                f"{size:.3g} m; `play` allows for rounded lengths and axes (limit {MOST:.1%}). Give lengths and axes "
-                "to more digits, or a joint that lets the parts move"
+                f"{size:.3g} m; `play` allows for rounded lengths and axes (limit {MAX_PLAY:.1%}). Give lengths and "
+                "axes to more digits, or a joint that lets the parts move"
             )
 
 
 def _tables(constraints: Constraints, record: np.void) -> tuple[Array, Array]:
     """The slides (n_s, 4) and pairs (n_d, 7) of a loop, where the equations read them."""
-    pool = constraints.own[1]
+    pool = constraints.arrays[1]
     n_s, n_d, s, d = (int(record[key]) for key in ("n_slides", "n_pairs", "slides", "pairs"))
     return pool[s : s + 4 * n_s].reshape(n_s, 4), pool[d : d + 7 * n_d].reshape(n_d, 7)

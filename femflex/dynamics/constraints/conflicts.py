@@ -1,4 +1,4 @@
-"""Sentences on constraints that cannot be satisfied: which they are, and what competes with them."""
+"""Messages on constraints that cannot be satisfied: their names, and what competes with them."""
 
 from __future__ import annotations
 
@@ -6,19 +6,19 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.dynamics.constraints.constrained import Constraints
-from femflex.dynamics.lowering import tie_layout as at
+from femflex.dynamics.lowering import constraint_layout as layout
 from femflex.system import System
 
-TOUCHED = 1e-9  # entry of A, relative to the largest of its row, from which a freedom moves a row
+ENTRY_TOLERANCE = 1e-9  # entry of A, relative to the largest of its row, from which a freedom moves a row
 
 
-def held_freedoms(system: System) -> dict[int, tuple[str, str]]:
-    """Place in u, name and body of every freedom that a motion holds, locked ones included."""
+def prescribed_coordinates(system: System) -> dict[int, tuple[str, str]]:
+    """Return place in u, name and body of every prescribed freedom, locked ones included."""
     out: dict[int, tuple[str, str]] = {}
     first = 0
     for name in system.order:
         joint = system.joint_of(name)
-        out |= {first + k: (joint.freedom_names()[k], name) for k in joint.held}
+        out |= {first + k: (joint.freedom_names()[k], name) for k in joint.prescribed}
         first += joint.n_u + system.bodies[name].n_modes
     return out
 
@@ -27,11 +27,11 @@ def bodies_between(system: System, name: str) -> set[str]:
     """Bodies whose joints lie between the two ends of a constraint: those above both move it as a whole."""
     ties: dict[str, tuple[str | None, str | None]] = {loop.label: (loop.parent, loop.child) for loop in system.loops}
     ties |= {constraint.name: (constraint.parent, constraint.body) for constraint in system.constraints}
-    one, other = (set(_above(system, end)) for end in ties[name])
-    return one ^ other
+    parent_side, child_side = (set(ancestors(system, end)) for end in ties[name])
+    return parent_side ^ child_side
 
 
-def _above(system: System, body: str | None) -> list[str]:
+def ancestors(system: System, body: str | None) -> list[str]:
     out = []
     while body is not None:
         out.append(body)
@@ -45,30 +45,30 @@ def competing_motions_text(constraints: Constraints, t: float, x: Array, name: s
     t, x: an instant and a state at which the rows can be written.
     """
     A = np.abs(constraints.matrix(t, x))
-    own = A[constraints.rows_of(name)]
-    touched = (own > TOUCHED * own.max(axis=1, initial=0.0, keepdims=True)).any(axis=0)
-    held = held_freedoms(constraints.system)
+    rows = A[constraints.rows_of(name)]
+    touched = (rows > ENTRY_TOLERANCE * rows.max(axis=1, initial=0.0, keepdims=True)).any(axis=0)
+    prescribed = prescribed_coordinates(constraints.system)
     inside = bodies_between(constraints.system, name)
-    freedoms = [repr(freedom) for k, (freedom, body) in held.items() if touched[k] and body in inside]
-    free = [k for k in np.flatnonzero(touched) if k not in held]
+    freedoms = [repr(freedom) for k, (freedom, body) in prescribed.items() if touched[k] and body in inside]
+    free = [k for k in np.flatnonzero(touched) if k not in prescribed]
     others = [
-        constraints.kind_of(other)
-        for other in constraints.names
-        if other != name and (A[constraints.rows_of(other)][:, free] > 0.0).any()
+        constraints.kind_of(constraint)
+        for constraint in constraints.names
+        if constraint != name and (A[constraints.rows_of(constraint)][:, free] > 0.0).any()
     ]
     motions = [f"the prescribed motion{'s' * (len(freedoms) > 1)} of {', '.join(freedoms)}"] if freedoms else []
     return f" together with {' and '.join(motions + others)}" if motions or others else ""
 
 
 def violated_text(constraints: Constraints, t: float, x: Array, further: str = "") -> str:
-    """The sentence on the worst row of the state that was last brought back and that no step reaches; x before it."""
+    """Describe the worst row of the last projected state that no step reaches; x is the state before it."""
     note = int(constraints.closing["note"])
-    row, left, limit, speed = constraints.own[2][note : note + at.N_SPEED + 1]
+    row, remaining, limit, speed = constraints.arrays[2][note : note + layout.N_SPEED + 1]
     name = constraints.name_of_row(int(row))
     unit = "m/s (rad/s in rows of angles)" if speed else "m"
     what = "velocity" if speed else "gap"
     competing = competing_motions_text(constraints, t, x, name)
     return (
         f"{constraints.kind_of(name)} cannot be satisfied{further}{competing}: the nearest state leaves a {what} of "
-        f"{left:.3g} {unit}, above the limit of {limit:.3g}. Change one of them, or remove it"
+        f"{remaining:.3g} {unit}, above the limit of {limit:.3g}. Change one of them, or remove it"
     )

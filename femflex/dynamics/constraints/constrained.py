@@ -1,4 +1,4 @@
-"""What constraints add to a compiled model: A and b for studies, multipliers and reactions, redundant rows."""
+"""Constraints of a compiled model: A and b for studies, multipliers and reactions, redundant rows."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from femflex.arrays import Array
 from femflex.dynamics.constraints import equations as calls
 from femflex.dynamics.constraints.user import Rows
-from femflex.dynamics.lowering import tie_layout as at
+from femflex.dynamics.lowering import constraint_layout as layout
+from femflex.dynamics.lowering.constraints import dependence_limit
 from femflex.dynamics.lowering.layout import HEADER, N_HEADER, W_CIN, body_records
-from femflex.dynamics.lowering.ties import slack_of
-from femflex.dynamics.workspace import Own, Workspace
+from femflex.dynamics.workspace import ModelArrays, Workspace
 from femflex.system import System
 
 
@@ -36,20 +36,20 @@ class Constraints:
     users: tuple[Rows, ...] = ()
 
     @property
-    def own(self) -> Own:
+    def arrays(self) -> ModelArrays:
         """Table, pool and work of the calling thread."""
-        return self.workspace.own
+        return self.workspace.arrays
 
     @cached_property
     def closing(self) -> np.void:
         """The CLOSING record."""
-        record: np.void = at.closing_record(self.workspace.table)[0]
+        record: np.void = layout.closing_record(self.workspace.table)[0]
         return record
 
     @cached_property
     def records(self) -> NDArray[np.void]:
         """The CONSTRAINT records."""
-        return at.constraint_records(self.workspace.table)
+        return layout.constraint_records(self.workspace.table)
 
     @property
     def n_rows(self) -> int:
@@ -73,46 +73,46 @@ class Constraints:
         return slice(int(record["first"]), int(record["first"] + record["n_rows"]))
 
     def rows(self) -> Array:
-        """The rows as the last call left them, (n_rows, ROW_SIZE); see constraint_layout."""
+        """Return the rows of the last call, (n_rows, ROW_SIZE); see constraint_layout."""
         first = int(self.closing["rows"])
-        return self.own[2][first : first + at.ROW_SIZE * self.n_rows].reshape(self.n_rows, at.ROW_SIZE)
+        return self.arrays[2][first : first + layout.ROW_SIZE * self.n_rows].reshape(self.n_rows, layout.ROW_SIZE)
 
     def residuals(self, t: float, x: Array) -> tuple[Array, Array]:
         """Position residual g (n_rows,), zero where a row has none, and velocity residual A u - b (n_rows,)."""
-        self._ask(at.TASK_MEASURE, t, x)
+        self._call_project(layout.TASK_MEASURE, t, x)
         rows = self.rows()
-        return rows[:, at.R_GAP].copy(), rows[:, at.R_SPEED].copy()
+        return rows[:, layout.R_GAP].copy(), rows[:, layout.R_SPEED].copy()
 
     def matrix(self, t: float, x: Array) -> Array:
         """A of A u = b, (n_rows, n_u)."""
-        still = np.array(x, float)
-        still[self.n_q : self.n_q + self.n_u] = 0.0
-        rest = self.residuals(t, still)[1]
+        x_rest = np.array(x, float)
+        x_rest[self.n_q : self.n_q + self.n_u] = 0.0
+        bias = self.residuals(t, x_rest)[1]
         columns = []
         for k in range(self.n_u):
-            moved = still.copy()
-            moved[self.n_q + k] = 1.0
-            columns.append(self.residuals(t, moved)[1] - rest)
+            x_unit = x_rest.copy()
+            x_unit[self.n_q + k] = 1.0
+            columns.append(self.residuals(t, x_unit)[1] - bias)
         return np.column_stack(columns)
 
-    def nearest(self, t: float, x: Array, targets: Array) -> tuple[Array, int]:
+    def smallest_change(self, t: float, x: Array, targets: Array) -> tuple[Array, int]:
         """The smallest v (n_u,) by the mass matrix with A v = targets, and the rank of A."""
-        self.rows()[:, at.R_TARGET] = targets
-        self._ask(at.TASK_NEAREST, t, x)
+        self.rows()[:, layout.R_TARGET] = targets
+        self._call_project(layout.TASK_NEAREST, t, x)
         step = int(self.closing["step"])
-        return self.own[2][step : step + self.n_u].copy(), self.rank()
+        return self.arrays[2][step : step + self.n_u].copy(), self.rank()
 
     def rank(self) -> int:
         """Number of rows that did not depend on others when they were last solved."""
         m = self.n_rows
-        return int(self.own[2][int(self.closing["small"]) + 3 * m * m + 2 * m])
+        return int(self.arrays[2][int(self.closing["small"]) + 3 * m * m + 2 * m])
 
     def redundant(self, t: float, x: Array) -> int:
-        """Number of rows that follow from the others at x; their multipliers are the smallest that hold the motion."""
-        return self.n_rows - self.nearest(t, x, np.zeros(self.n_rows))[1]
+        """Return the number of rows at x that depend on the others; their multipliers are the smallest that suffice."""
+        return self.n_rows - self.smallest_change(t, x, np.zeros(self.n_rows))[1]
 
     def text(self, t: float, x: Array) -> str:
-        """A sentence on the number of rows and how many of them are redundant at x."""
+        """Return a sentence on the number of rows and of redundant ones at x."""
         redundant, rows = self.redundant(t, x), "row" if self.n_rows == 1 else "rows"
         if redundant == 0:
             return f"{self.n_rows} constraint {rows}, none redundant."
@@ -128,15 +128,15 @@ class Constraints:
         udot (n_t, n_u), rows (n_t, n_rows, ROW_SIZE) with their multipliers, rank (n_t,), and C_iN of every body
         (n_t, n_bodies, 3, 3).
         """
-        n_t, work = len(times), self.own[2]
-        udot, rows, rank = np.empty((n_t, self.n_u)), np.empty((n_t, self.n_rows, at.ROW_SIZE)), np.empty(n_t)
-        places = [int(b["work"]) + W_CIN for b in body_records(self.own[0])]
-        turns, dx = np.empty((n_t, len(places), 3, 3)), np.empty(states.shape[1])
+        n_t, work = len(times), self.arrays[2]
+        udot, rows, rank = np.empty((n_t, self.n_u)), np.empty((n_t, self.n_rows, layout.ROW_SIZE)), np.empty(n_t)
+        positions = [int(b["work"]) + W_CIN for b in body_records(self.arrays[0])]
+        turns, dx = np.empty((n_t, len(positions), 3, 3)), np.empty(states.shape[1])
         for j in range(n_t):
-            self.rate(float(times[j]), np.ascontiguousarray(states[j], float), dx, *self.own)
+            self.rate(float(times[j]), np.ascontiguousarray(states[j], float), dx, *self.arrays)
             self._raise_errors()
             udot[j], rows[j], rank[j] = dx[self.n_q : self.n_q + self.n_u], self.rows(), self.rank()
-            turns[j] = [work[place : place + 9].reshape(3, 3) for place in places]
+            turns[j] = [work[offset : offset + 9].reshape(3, 3) for offset in positions]
         return udot, rows, rank, turns
 
     def forces(self, times: Array, states: Array) -> dict[str, Array]:
@@ -146,68 +146,68 @@ class Constraints:
         for j in range(len(times)):
             A = self.matrix(float(times[j]), states[j])
             for path, name in zip(self.paths, self.names, strict=True):
-                own = self.rows_of(name)
-                out[path][j] = -A[own].T @ rows[j, own, at.R_LAMBDA]
+                rows_of_name = self.rows_of(name)
+                out[path][j] = -A[rows_of_name].T @ rows[j, rows_of_name, layout.R_LAMBDA]
         return out
 
     def observe(self, times: Array, states: Array) -> dict[str, Array]:
         """Channels of residuals, rank, multipliers and reactions at times (n_t,) and states (n_t, n_x)."""
         _, rows, rank, turns = self.solved(times, states)
         out = {
-            "monitors/constraint_position": np.abs(rows[:, :, at.R_GAP] * self.lengths).max(axis=1),
-            "monitors/constraint_velocity": np.abs(rows[:, :, at.R_SPEED]).max(axis=1),
+            "monitors/constraint_position": np.abs(rows[:, :, layout.R_GAP] * self.row_lengths).max(axis=1),
+            "monitors/constraint_velocity": np.abs(rows[:, :, layout.R_SPEED]).max(axis=1),
             "monitors/constraint_rank": rank,
         }
         for path, name, record in zip(self.paths, self.names, self.records, strict=True):
-            own = rows[:, self.rows_of(name)]
-            if record["kind"] == at.CONSTRAINT_GENERAL:
-                out[path + "/multipliers"] = own[:, :, at.R_LAMBDA]
+            rows_of_name = rows[:, self.rows_of(name)]
+            if record["kind"] == layout.CONSTRAINT_GENERAL:
+                out[path + "/multipliers"] = rows_of_name[:, :, layout.R_LAMBDA]
                 continue
             C_iN = turns[:, int(record["child"])]
-            for key, first in (("force", at.R_FQ), ("torque", at.R_TQ)):
+            for key, first in (("force", layout.R_FQ), ("torque", layout.R_TQ)):
                 out[f"{path}/{key}"] = np.einsum(
-                    "tk,tkj,tji->ti", own[:, :, at.R_LAMBDA], own[:, :, first : first + 3], C_iN
+                    "tk,tkj,tji->ti", rows_of_name[:, :, layout.R_LAMBDA], rows_of_name[:, :, first : first + 3], C_iN
                 )
         return out
 
     @cached_property
-    def slack(self) -> float:
-        """What remains of a row below this part of the longest row: it depends on those before (at the start)."""
-        return slack_of(self.system)
+    def dependence_limit(self) -> float:
+        """Return the part of the longest row below which a row's rest depends on the rows before it (at the start)."""
+        return dependence_limit(self.system)
 
     @cached_property
-    def plays(self) -> Array:
-        """What each row may stay open by (n_rows,): the play of its loop [m], by the bodies' size in rows of angles."""
+    def row_plays(self) -> Array:
+        """Return the residual that each row may keep (n_rows,): its loop's play [m], over the body size for angles."""
         out = np.zeros(self.n_rows)
         for loop in self.system.loops:
             out[self.rows_of(loop.label)] = loop.play
-        return out / self.lengths
+        return out / self.row_lengths
 
     @cached_property
-    def lengths(self) -> Array:
-        """What turns every row's position residual to metres, (n_rows,)."""
+    def row_lengths(self) -> Array:
+        """Return the factors that turn the position residual of every row into metres, (n_rows,)."""
         out = np.ones(self.n_rows)
-        size = self.own[1][int(self.closing["tolerance"]) + 1]
+        size = self.arrays[1][int(self.closing["tolerance"]) + 1]
         for record in self.records:
-            if record["kind"] == at.CONSTRAINT_LOOP:
+            if record["kind"] == layout.CONSTRAINT_LOOP:
                 out[int(record["first"] + record["n_slides"]) : int(record["first"] + record["n_rows"])] = size
         return out
 
-    def _ask(self, task: int, t: float, x: Array) -> None:
+    def _call_project(self, task: int, t: float, x: Array) -> None:
         """Call `project` for less than a projection. Raises ValueError for a state without its z."""
-        size = self.n_q + self.n_u + int(self.own[0][:N_HEADER].view(HEADER)[0]["n_z"])
+        size = self.n_q + self.n_u + int(self.arrays[0][:N_HEADER].view(HEADER)[0]["n_z"])
         if len(x) < size:  # compiled code would read beyond its end
             raise ValueError(f"a state of this model has {size} numbers (q, u, z); found {len(x)}")
-        asked, work = int(self.closing["task"]), self.own[2]
-        work[asked] = task
+        task_index, work = int(self.closing["task"]), self.arrays[2]
+        work[task_index] = task
         try:
-            calls.project(float(t), np.array(x, float), *self.own)
+            calls.project(float(t), np.array(x, float), *self.arrays)
         finally:
-            work[asked] = at.TASK_HOLD
+            work[task_index] = layout.TASK_PROJECT
         self._raise_errors()
 
     def _raise_errors(self) -> None:
-        """Raise what a user's function raised when compiled code called it last."""
+        """Raise the exception of a user's function that failed in the last compiled call."""
         if (failed := self.failed_user()) is not None:
             raise failed[1]
 
@@ -219,11 +219,11 @@ class Constraints:
                 return rows.name, error
         return None
 
-    def forget_passage(self) -> None:
-        """Begin the notes of singular configurations passed along a run anew (see `singular_passage`)."""
+    def reset_passage_notes(self) -> None:
+        """Clear the notes of singular configurations passed along a run (see `singular_passage`)."""
         note = int(self.closing["note"])
-        self.own[2][note + at.N_RANK : note + at.NOTE_SIZE] = 0.0
-        self.own[2][note + at.N_LEAST] = 1.0
+        self.arrays[2][note + layout.N_RANK : note + layout.NOTE_SIZE] = 0.0
+        self.arrays[2][note + layout.N_LEAST] = 1.0
 
     def kind_of(self, name: str) -> str:
         """The constraint of that name as sentences call it, such as "loop 'closure'"."""
@@ -234,13 +234,13 @@ class Constraints:
         return next(name for name in self.names if self.rows_of(name).start <= row < self.rows_of(name).stop)
 
 
-def constraints_of_system(system: System, workspace: Workspace, n_q: int, n_u: int, kinematic: Any) -> Constraints:
+def build_constraints(system: System, workspace: Workspace, n_q: int, n_u: int, kinematic: Any) -> Constraints:
     """The constraints of a lowered system, addresses of user functions filled in."""
-    records, users = at.constraint_records(workspace.table), []
+    records, users = layout.constraint_records(workspace.table), []
 
     def rates(q: Array, u: Array) -> Array:
         dq = np.empty(n_q)
-        kinematic(0.0, np.ascontiguousarray(q), np.ascontiguousarray(u), dq, *workspace.own)
+        kinematic(0.0, np.ascontiguousarray(q), np.ascontiguousarray(u), dq, *workspace.arrays)
         return dq
 
     for record, c in zip(records[len(system.loops) :], system.constraints, strict=True):

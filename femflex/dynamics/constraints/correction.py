@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from femflex.arrays import Array, Table
 from femflex.dynamics.arithmetic.compiled import kernel
-from femflex.dynamics.arithmetic.lanes import start
+from femflex.dynamics.arithmetic.lanes import pointer
 from femflex.dynamics.constraints.equations import constrain
-from femflex.dynamics.forces.system import release_joints
-from femflex.dynamics.motion.correction import less_rates, resisted_accelerations
+from femflex.dynamics.forces.system import clear_all_joint_forces
+from femflex.dynamics.motion.correction import resisted_accelerations, subtract_rates
 from femflex.dynamics.motion.second_order import CORRECT
 
 
@@ -28,9 +28,17 @@ def correct(
     pool: Array,
     work: Array,
 ) -> None:
-    """out = what Newton's method adds to (udot, zdot); zero along the constrained motion."""
-    records, numbers, scratch, found, rates = start(table), start(pool), start(work), start(out), start(udot)
-    release_joints(records, scratch)
-    x, v = resisted_accelerations(t, start(q), start(u), rates, found, c_d, c_k, True, records, numbers, scratch)
-    constrain(t, x, v, found, records, numbers, scratch, c_d != 0.0 or c_k != 0.0)
-    less_rates(t, x, v, found, rates, c_d, records, numbers, scratch)
+    """Write Newton's correction of (udot, zdot) to out; it is zero along the constrained motion."""
+    records, numbers, scratch, accelerations, rates = (
+        pointer(table),
+        pointer(pool),
+        pointer(work),
+        pointer(out),
+        pointer(udot),
+    )
+    clear_all_joint_forces(records, scratch)
+    x, v = resisted_accelerations(
+        t, pointer(q), pointer(u), rates, accelerations, c_d, c_k, True, records, numbers, scratch
+    )
+    constrain(t, x, v, accelerations, records, numbers, scratch, c_d != 0.0 or c_k != 0.0)
+    subtract_rates(t, x, v, accelerations, rates, c_d, records, numbers, scratch)

@@ -9,21 +9,21 @@ import math
 
 from femflex.arrays import Array, Table
 from femflex.dynamics.arithmetic.compiled import inner, kernel
-from femflex.dynamics.arithmetic.lanes import beyond, start
+from femflex.dynamics.arithmetic.lanes import offset, pointer
 from femflex.dynamics.arithmetic.symbols import types
-from femflex.dynamics.constraints.excess import excess
+from femflex.dynamics.constraints.constraint_violation import constraint_violation
 from femflex.dynamics.constraints.multipliers import factorise_products, multipliers
-from femflex.dynamics.constraints.row_reduction import respond, whiten_rows
-from femflex.dynamics.constraints.rows import aim_accelerations, row_of, write_rows
-from femflex.dynamics.forces.system import clear, release_joints, write_forces
+from femflex.dynamics.constraints.row_reduction import whiten_rows, write_response
+from femflex.dynamics.constraints.rows import row_of, write_rows, write_targets
+from femflex.dynamics.forces.system import clear_all_joint_forces, clear_forces, write_forces
 from femflex.dynamics.joints.coordinates import advance_coordinates, coordinate_rates
-from femflex.dynamics.joints.held import add_known_accelerations, held_state
-from femflex.dynamics.lowering import tie_layout as at
+from femflex.dynamics.joints.prescribed_motion import add_known_accelerations, prescribed_state
+from femflex.dynamics.lowering import constraint_layout as layout
+from femflex.dynamics.lowering.constraint_layout import closing_of, constraint_of
 from femflex.dynamics.lowering.layout import body_of, header_of, hold_of
-from femflex.dynamics.lowering.tie_layout import closing_of, constraint_of
-from femflex.dynamics.motion.equations import RATE, place
+from femflex.dynamics.motion.auxiliary_states import copy_auxiliary_states, write_auxiliary_rates
+from femflex.dynamics.motion.equations import RATE, place_bodies
 from femflex.dynamics.motion.recursion import accelerate, reduce_to_root
-from femflex.dynamics.motion.states import take_states, write_state_rates
 
 _vector = types.float64[::1]
 _own = (types.int64[::1], _vector, _vector)  # table, pool, work
@@ -33,19 +33,19 @@ NEWTON_STEPS = 10  # of a projection at most; from an integrator's step one or t
 
 
 @inner
-def answer(table: Table, work: Array, stiff: bool) -> Array:
+def constraint_response(table: Table, work: Array, stiff: bool) -> Array:
     """M^-1 A^T lambda for the right sides in the rows, in step."""
-    step = beyond(work, closing_of(table)["step"])
+    step = offset(work, closing_of(table)["step"])
     multipliers(table, work)
-    respond(table, work, step, stiff)
+    write_response(table, work, step, stiff)
     return step
 
 
 @inner
 def solve_motion(t: float, q: Array, u: Array, udot: Array, table: Table, pool: Array, work: Array) -> None:
     """udot and the rows' multipliers: M udot + h = Q + A^T lambda, A udot = bdot - Adot u."""
-    place(t, q, u, table, pool, work)
-    release_joints(table, work)
+    place_bodies(t, q, u, table, pool, work)
+    clear_all_joint_forces(table, work)
     write_forces(t, q, u, table, pool, work)
     if header_of(table)["n_holds"] > 0:
         add_known_accelerations(table, work)
@@ -56,21 +56,21 @@ def solve_motion(t: float, q: Array, u: Array, udot: Array, table: Table, pool: 
 
 @inner
 def constrain(t: float, q: Array, u: Array, udot: Array, table: Table, pool: Array, work: Array, stiff: bool) -> None:
-    """Correct the free accelerations udot: what they lack in every row gives the multipliers.
+    """Correct the free accelerations udot by the multipliers that make up the deficit in every row.
 
     stiff: the recursion was that of an implicit step.
     """
     write_rows(t, q, u, table, pool, work)
-    aim_accelerations(udot, table, work)
-    add_answer(udot, table, pool, work, stiff)
+    write_targets(udot, table, work)
+    add_constraint_response(udot, table, pool, work, stiff)
 
 
 @inner
-def add_answer(udot: Array, table: Table, pool: Array, work: Array, stiff: bool) -> None:
-    """Add to udot what the multipliers of the rows' right sides give, by the recursion's factors."""
+def add_constraint_response(udot: Array, table: Table, pool: Array, work: Array, stiff: bool) -> None:
+    """Add to udot the response to the multipliers of the rows' right sides, with the recursion's factors."""
     whiten_rows(table, work, stiff)
     factorise_products(table, pool, work)
-    step = answer(table, work, stiff)
+    step = constraint_response(table, work, stiff)
     for k in range(header_of(table)["n_u"]):
         udot[k] += step[k]
 
@@ -78,14 +78,14 @@ def add_answer(udot: Array, table: Table, pool: Array, work: Array, stiff: bool)
 @kernel(RATE)
 def rate(t: float, x: Array, dx: Array, table: Table, pool: Array, work: Array) -> None:
     """dx/dt of the state x = (q, u, z): qdot = N(q) u, udot of the constrained system, and zdot."""
-    records, numbers = start(table), start(pool)
+    records, numbers = pointer(table), pointer(pool)
     head = header_of(records)
-    q, u, dq, udot = start(x), beyond(x, head["n_q"]), start(dx), beyond(dx, head["n_q"])
-    take_states(u, records, start(work))
+    q, u, dq, udot = pointer(x), offset(x, head["n_q"]), pointer(dx), offset(dx, head["n_q"])
+    copy_auxiliary_states(u, records, pointer(work))
     if head["n_holds"] > 0:
-        q, u = held_state(t, q, u, records, numbers, start(work))
-    solve_motion(t, q, u, udot, records, numbers, start(work))
-    write_state_rates(beyond(udot, head["n_u"]), records, start(work))
+        q, u = prescribed_state(t, q, u, records, numbers, pointer(work))
+    solve_motion(t, q, u, udot, records, numbers, pointer(work))
+    write_auxiliary_rates(offset(udot, head["n_u"]), records, pointer(work))
     for i in range(1, head["n_bodies"]):
         coordinate_rates(body_of(records, i), q, u, dq, numbers)
 
@@ -93,8 +93,8 @@ def rate(t: float, x: Array, dx: Array, table: Table, pool: Array, work: Array) 
 @inner
 def prepare(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> None:
     """Place the bodies at (q, u), factorise their inertia, and write the rows."""
-    place(t, q, u, table, pool, work)
-    clear(table, work)
+    place_bodies(t, q, u, table, pool, work)
+    clear_forces(table, work)
     reduce_to_root(table, pool, work, 0.0, 0.0, True)
     write_rows(t, q, u, table, pool, work)
 
@@ -108,8 +108,8 @@ def largest_gap(table: Table, pool: Array, work: Array) -> float:
     for i in range(closing["n_constraints"]):
         c = constraint_of(table, i)
         for k in range(c["n_rows"]):
-            gap = abs(work[row_of(table, c["first"] + k) + at.R_GAP])
-            if c["kind"] == at.CONSTRAINT_LOOP and k >= c["n_slides"]:
+            gap = abs(work[row_of(table, c["first"] + k) + layout.R_GAP])
+            if c["kind"] == layout.CONSTRAINT_LOOP and k >= c["n_slides"]:
                 gap *= length
             if not gap <= largest:
                 largest = gap
@@ -119,63 +119,63 @@ def largest_gap(table: Table, pool: Array, work: Array) -> float:
 @inner
 def move(q: Array, step: Array, table: Table, pool: Array, work: Array) -> None:
     """Advance the coordinates by an increment (n_u)."""
-    head, moved = header_of(table), beyond(work, closing_of(table)["moved"])
+    head, new_q = header_of(table), offset(work, closing_of(table)["moved"])
     for i in range(1, head["n_bodies"]):
-        advance_coordinates(body_of(table, i), q, step, moved, pool)
+        advance_coordinates(body_of(table, i), q, step, new_q, pool)
     for k in range(head["n_q"]):
-        q[k] = moved[k]
+        q[k] = new_q[k]
 
 
 @inner
-def aim_residuals(what: int, table: Table, work: Array) -> None:
+def aim_residuals(residual: int, table: Table, work: Array) -> None:
     """Right sides that take away the position residual (R_GAP) or the velocity residual (R_SPEED)."""
     for i in range(closing_of(table)["n_rows"]):
         r = row_of(table, i)
-        work[r + at.R_TARGET] = -work[r + what]
+        work[r + layout.R_TARGET] = -work[r + residual]
 
 
 @inner
-def settle_held(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> None:
-    """Put held freedoms of the state where they are held."""
-    own_q, own_u = held_state(t, q, u, table, pool, work)
+def set_prescribed(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> None:
+    """Set the prescribed freedoms of the state to their prescribed values."""
+    q_prescribed, u_prescribed = prescribed_state(t, q, u, table, pool, work)
     for i in range(header_of(table)["n_holds"]):
         hold = hold_of(table, i)
-        q[hold["q"]], u[hold["u"]] = own_q[hold["q"]], own_u[hold["u"]]
+        q[hold["q"]], u[hold["u"]] = q_prescribed[hold["q"]], u_prescribed[hold["u"]]
 
 
 @inner
-def bring_back(t: float, q: Array, u: Array, task: int, table: Table, pool: Array, work: Array) -> float:
-    """Bring (q, u) onto the constraints, or do what the task says; what is left in units of what may be."""
-    take_states(u, table, work)
-    if header_of(table)["n_holds"] > 0 and task != at.TASK_MEASURE:
-        settle_held(t, q, u, table, pool, work)
-    last, left = math.inf, 0.0
+def project_state(t: float, q: Array, u: Array, task: int, table: Table, pool: Array, work: Array) -> float:
+    """Project (q, u) onto the constraints, or do as the task says; return the remaining violation over its limit."""
+    copy_auxiliary_states(u, table, work)
+    if header_of(table)["n_holds"] > 0 and task != layout.TASK_MEASURE:
+        set_prescribed(t, q, u, table, pool, work)
+    gap_before, remaining = math.inf, 0.0
     for k in range(NEWTON_STEPS + 1):
         prepare(t, q, u, table, pool, work)
         gap = largest_gap(table, pool, work)
-        if task == at.TASK_MEASURE:
+        if task == layout.TASK_MEASURE:
             break
         whiten_rows(table, work, False)
         factorise_products(table, pool, work)
-        closed = gap <= pool[closing_of(table)["tolerance"]] or not gap < 0.5 * last or k == NEWTON_STEPS
-        if task == at.TASK_HOLD:
-            aim_residuals(at.R_SPEED if closed else at.R_GAP, table, work)
-        step = answer(table, work, False)
-        if task == at.TASK_NEAREST:
+        closed = gap <= pool[closing_of(table)["tolerance"]] or not gap < 0.5 * gap_before or k == NEWTON_STEPS
+        if task == layout.TASK_PROJECT:
+            aim_residuals(layout.R_SPEED if closed else layout.R_GAP, table, work)
+        step = constraint_response(table, work, False)
+        if task == layout.TASK_NEAREST:
             break
         if closed:
             for j in range(header_of(table)["n_u"]):
                 u[j] += step[j]
-            left = excess(t, u, table, pool, work)
+            remaining = constraint_violation(t, u, table, pool, work)
             break
-        last = gap
+        gap_before = gap
         move(q, step, table, pool, work)
-    return left
+    return remaining
 
 
 @kernel(PROJECT)
 def project(t: float, x: Array, table: Table, pool: Array, work: Array) -> float:
-    """Bring x onto the constraints, positions then velocities, along the shortest way by M; what is left.
+    """Project x onto the constraints, positions then velocities, by the least change in M; return the violation.
 
     That is the largest residual in units of what it may be: above 1 no state there satisfies the constraints.
 
@@ -185,11 +185,11 @@ def project(t: float, x: Array, table: Table, pool: Array, work: Array) -> float
     The task in the work array may ask for less, so that one compiled call serves studies too: TASK_MEASURE only writes
     the rows; TASK_NEAREST writes to `step` the smallest v by M with A v = the rows' right sides; all else is TASK_HOLD.
     """
-    records = start(table)
-    q, u, asked = start(x), beyond(x, header_of(records)["n_q"]), work[closing_of(records)["task"]]
-    task = at.TASK_HOLD
-    if asked == at.TASK_MEASURE:
-        task = at.TASK_MEASURE
-    elif asked == at.TASK_NEAREST:
-        task = at.TASK_NEAREST
-    return bring_back(t, q, u, task, records, start(pool), start(work))
+    records = pointer(table)
+    q, u, requested_task = pointer(x), offset(x, header_of(records)["n_q"]), work[closing_of(records)["task"]]
+    task = layout.TASK_PROJECT
+    if requested_task == layout.TASK_MEASURE:
+        task = layout.TASK_MEASURE
+    elif requested_task == layout.TASK_NEAREST:
+        task = layout.TASK_NEAREST
+    return project_state(t, q, u, task, records, pointer(pool), pointer(work))

@@ -9,99 +9,99 @@ from __future__ import annotations
 
 from femflex.arrays import Array, Record, Table
 from femflex.dynamics.arithmetic.compiled import inner, kernel
-from femflex.dynamics.arithmetic.lanes import beyond, start
+from femflex.dynamics.arithmetic.lanes import offset, pointer
 from femflex.dynamics.arithmetic.vectors import ZERO, add, load3, scale, turn_back
 from femflex.dynamics.bodies.shapes import markers_motion
 from femflex.dynamics.constraints.equations import solve_motion
 from femflex.dynamics.constraints.residual import push_rows
 from femflex.dynamics.constraints.rows import row_of
-from femflex.dynamics.forces.push import power_per_length
+from femflex.dynamics.forces.marker_forces import power_per_length
 from femflex.dynamics.forces.system import write_forces
-from femflex.dynamics.forces.worked import clear_worked
+from femflex.dynamics.forces.work_per_length import clear_work_per_length
 from femflex.dynamics.joints.coordinates import coordinate_rates
-from femflex.dynamics.joints.held import held_state
-from femflex.dynamics.lowering import tie_layout as at
+from femflex.dynamics.joints.prescribed_motion import prescribed_state
+from femflex.dynamics.lowering import constraint_layout as layout
+from femflex.dynamics.lowering.constraint_layout import closing_of, constraint_of
 from femflex.dynamics.lowering.layout import VARIES, body_of, header_of
-from femflex.dynamics.lowering.tie_layout import closing_of, constraint_of
 from femflex.dynamics.lowering.unit_block import WORKED
-from femflex.dynamics.motion.equations import RATE, place
+from femflex.dynamics.motion.auxiliary_states import copy_auxiliary_states, write_auxiliary_rates
+from femflex.dynamics.motion.equations import RATE, place_bodies
 from femflex.dynamics.motion.free_lengths import (
-    put_length_rates,
     solve_lengths,
-    write_lacks,
+    write_imbalance_entries,
+    write_length_rates,
     write_unit_blocks,
 )
 from femflex.dynamics.motion.gathering import gather_residual
-from femflex.dynamics.motion.states import take_states, write_state_rates
 
 
 @inner
 def add_marker_work(
-    b: Record, c: Record, own: int, rows: tuple[int, int, int, int], table: Table, pool: Array, work: Array
+    b: Record, c: Record, force_entry: int, rows: tuple[int, int, int, int], table: Table, pool: Array, work: Array
 ) -> None:
-    """Add what the rows of a constraint do per length [N] at a marker of a deploying body; own: R_FP or R_FQ."""
+    """Add the work per length [N] of a constraint's rows at a marker of a deploying body; own: R_FP or R_FQ."""
     position, shape, spin, bends = rows
     force, torque = ZERO, ZERO
     for k in range(c["n_rows"]):
         r = row_of(table, c["first"] + k)
-        factor = work[r + at.R_LAMBDA]
-        force = add(force, scale(factor, load3(work, r + own)))
-        torque = add(torque, scale(factor, load3(work, r + own + 3)))
+        factor = work[r + layout.R_LAMBDA]
+        force = add(force, scale(factor, load3(work, r + force_entry)))
+        torque = add(torque, scale(factor, load3(work, r + force_entry + 3)))
     T = markers_motion(pool, position, shape, spin, bends, b, work)[3]
     pool[b["unit"] - WORKED] += power_per_length(b, force, turn_back(T, torque), shape, spin, pool, work)
 
 
 @inner
 def add_constraint_work(table: Table, pool: Array, work: Array) -> None:
-    """Add what loops and discs do per length [N] at markers that move with it."""
+    """Add the work per length [N] of loops and discs at markers that move with the length."""
     for i in range(closing_of(table)["n_constraints"]):
         c = constraint_of(table, i)
-        if c["kind"] == at.CONSTRAINT_GENERAL:
+        if c["kind"] == layout.CONSTRAINT_GENERAL:
             continue
         P, Q = body_of(table, c["parent"]), body_of(table, c["child"])
         if c["parent"] > 0 and c["bends_P"] >= VARIES and P["unit"] > 0:
             rows = c["place_P"], c["shape_P"], c["spin_P"], c["bends_P"]
-            add_marker_work(P, c, at.R_FP, rows, table, pool, work)
+            add_marker_work(P, c, layout.R_FP, rows, table, pool, work)
         if c["bends_Q"] >= VARIES and Q["unit"] > 0:
             rows = c["place_Q"], c["shape_Q"], c["spin_Q"], c["bends_Q"]
-            add_marker_work(Q, c, at.R_FQ, rows, table, pool, work)
+            add_marker_work(Q, c, layout.R_FQ, rows, table, pool, work)
 
 
 @inner
 def write_constrained_needs(
     t: float, q: Array, u: Array, udot: Array, column: int, table: Table, pool: Array, work: Array
 ) -> None:
-    """Write what each free length lacks in force [N], at the accelerations of lengths in their slots."""
+    """Write the deficit of force [N] of each free length, at the accelerations of lengths in their slots."""
     solve_motion(t, q, u, udot, table, pool, work)
-    clear_worked(table, pool)
-    place(t, q, u, table, pool, work)
+    clear_work_per_length(table, pool)
+    place_bodies(t, q, u, table, pool, work)
     write_forces(t, q, u, table, pool, work)
     push_rows(table, work)
     add_constraint_work(table, pool, work)
-    gather_residual(udot, beyond(work, header_of(table)["lack"]), table, pool, work)
-    write_lacks(column, table, pool, work)
+    gather_residual(udot, offset(work, header_of(table)["lack"]), table, pool, work)
+    write_imbalance_entries(column, table, pool, work)
 
 
 @kernel(RATE)
 def constrained_free_rate(t: float, x: Array, dx: Array, table: Table, pool: Array, work: Array) -> None:
     """dx/dt [SI] of the state x = (q, u, z) with loops, and free lengths among z."""
-    records, numbers, scratch = start(table), start(pool), start(work)
+    records, numbers, scratch = pointer(table), pointer(pool), pointer(work)
     head = header_of(records)
-    q, u, dq, udot = start(x), beyond(x, head["n_q"]), start(dx), beyond(dx, head["n_q"])
+    q, u, dq, udot = pointer(x), offset(x, head["n_q"]), pointer(dx), offset(dx, head["n_q"])
     n = head["n_free"]
     slots = head["z"] + head["n_z"]
-    take_states(u, records, scratch)
+    copy_auxiliary_states(u, records, scratch)
     write_unit_blocks(records, numbers, scratch)
     if head["n_holds"] > 0:
-        q, u = held_state(t, q, u, records, numbers, scratch)
+        q, u = prescribed_state(t, q, u, records, numbers, scratch)
     for trial in range(n + 1):  # none first, then each alone
         for k in range(n):
             scratch[slots + k] = 1.0 if k + 1 == trial else 0.0
         write_constrained_needs(t, q, u, udot, n if trial == 0 else trial - 1, records, numbers, scratch)
     solve_lengths(records, scratch)
     solve_motion(t, q, u, udot, records, numbers, scratch)
-    dz = beyond(udot, head["n_u"])
-    write_state_rates(dz, records, scratch)
-    put_length_rates(dz, records, numbers, scratch)
+    dz = offset(udot, head["n_u"])
+    write_auxiliary_rates(dz, records, scratch)
+    write_length_rates(dz, records, numbers, scratch)
     for i in range(1, head["n_bodies"]):
         coordinate_rates(body_of(records, i), q, u, dq, numbers)

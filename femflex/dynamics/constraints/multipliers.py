@@ -14,12 +14,12 @@ import math
 
 from femflex.arrays import Array, Table
 from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.lanes import beyond
+from femflex.dynamics.arithmetic.lanes import offset
 from femflex.dynamics.constraints.rows import row_of
-from femflex.dynamics.lowering.tie_layout import R_LAMBDA, R_TARGET, closing_of, constraint_of
+from femflex.dynamics.lowering.constraint_layout import R_LAMBDA, R_TARGET, closing_of, constraint_of
 
 # The pool holds the part that stands instead along a run, where that at the start is known (see `singular_passage`).
-DOWNDATED = 1e-6  # part of a squared length down to which subtracting from it is exact enough
+RESUM_BELOW = 1e-6  # part of a squared length down to which subtracting from it is exact enough
 
 
 @inner
@@ -39,41 +39,44 @@ def rank_of(table: Table, work: Array) -> int:
 def factorise_products(table: Table, pool: Array, work: Array) -> None:
     """The factor L of the scaled white rows, and their rank."""
     closing = closing_of(table)
-    m, width, at = closing["n_rows"], closing["width"], scales_of(table)
-    L, basis, order = beyond(work, closing["small"]), beyond(work, closing["basis"]), beyond(work, at + m)
-    left, whole = beyond(work, at + 3 * m), beyond(work, at + 4 * m)  # squared lengths: what remains, when last summed
+    m, width, base = closing["n_rows"], closing["width"], scales_of(table)
+    L, basis, order = offset(work, closing["small"]), offset(work, closing["basis"]), offset(work, base + m)
+    remaining, summed = (
+        offset(work, base + 3 * m),
+        offset(work, base + 4 * m),
+    )  # squared lengths: what remains, when last summed
     write_scaled(table, pool, work)
     for i in range(m):
         order[i] = i
-        left[i] = whole[i] = along(basis, i, i, width)
+        remaining[i] = summed[i] = row_product(basis, i, i, width)
     rank, longest = 0, 0.0
     while rank < m:
-        best = longest_left(basis, left, whole, rank, m, width)
-        longest = math.sqrt(left[best]) if rank == 0 else longest
-        if not math.sqrt(left[best]) > pool[closing["tolerance"] + 2] * longest:
-            L[rank * m + rank] = math.sqrt(left[best])  # to be reported; of no part in what follows
+        best = longest_remaining(basis, remaining, summed, rank, m, width)
+        longest = math.sqrt(remaining[best]) if rank == 0 else longest
+        if not math.sqrt(remaining[best]) > pool[closing["tolerance"] + 2] * longest:
+            L[rank * m + rank] = math.sqrt(remaining[best])  # to be reported; of no part in what follows
             break
         exchange(L, basis, order, m, width, rank, best)
-        left[best], whole[best] = left[rank], whole[rank]
-        eliminate(L, basis, left, m, width, rank)
+        remaining[best], summed[best] = remaining[rank], summed[rank]
+        eliminate(L, basis, remaining, m, width, rank)
         rank += 1
-    work[at + 2 * m] = rank
+    work[base + 2 * m] = rank
     if rank < m:
-        orthogonalise_columns(L, beyond(work, closing["small"] + m * m), m, rank)
+        orthogonalise_columns(L, offset(work, closing["small"] + m * m), m, rank)
 
 
 @inner
 def write_scaled(table: Table, pool: Array, work: Array) -> None:
     """The white rows in the rows' scales; a general row is its own measure."""
     closing = closing_of(table)
-    width, scales = closing["width"], beyond(work, scales_of(table))
-    white, basis = beyond(work, closing["white"]), beyond(work, closing["basis"])
+    width, scales = closing["width"], offset(work, scales_of(table))
+    white, basis = offset(work, closing["white"]), offset(work, closing["basis"])
     for i in range(closing["n_constraints"]):
         c = constraint_of(table, i)
         for k in range(c["n_rows"]):
             j, s = c["first"] + k, pool[c["scales"] + k]
             if s == 0.0:
-                square = along(white, j, j, width)
+                square = row_product(white, j, j, width)
                 s = 1.0 / math.sqrt(square) if square > 0.0 else 1.0
             scales[j] = s
             for a in range(width):
@@ -81,7 +84,7 @@ def write_scaled(table: Table, pool: Array, work: Array) -> None:
 
 
 @inner
-def along(rows: Array, i: int, j: int, width: int) -> float:
+def row_product(rows: Array, i: int, j: int, width: int) -> float:
     """Row i times row j."""
     total = 0.0
     for a in range(width):
@@ -90,13 +93,13 @@ def along(rows: Array, i: int, j: int, width: int) -> float:
 
 
 @inner
-def longest_left(basis: Array, left: Array, whole: Array, first: int, m: int, width: int) -> int:
+def longest_remaining(basis: Array, remaining: Array, summed: Array, first: int, m: int, width: int) -> int:
     """The row of which most remains; lengths that have shrunk far are summed anew."""
     best = first
     for i in range(first, m):
-        if left[i] < DOWNDATED * whole[i]:
-            left[i] = whole[i] = along(basis, i, i, width)
-        if left[i] > left[best]:
+        if remaining[i] < RESUM_BELOW * summed[i]:
+            remaining[i] = summed[i] = row_product(basis, i, i, width)
+        if remaining[i] > remaining[best]:
             best = i
     return best
 
@@ -114,16 +117,16 @@ def exchange(L: Array, basis: Array, order: Array, m: int, width: int, a: int, b
 
 
 @inner
-def eliminate(L: Array, basis: Array, left: Array, m: int, width: int, k: int) -> None:
+def eliminate(L: Array, basis: Array, remaining: Array, m: int, width: int, k: int) -> None:
     """Column k of the factor; the rows beyond k lose their part along row k."""
-    length = math.sqrt(along(basis, k, k, width))
+    length = math.sqrt(row_product(basis, k, k, width))
     L[k * m + k] = length
     for a in range(width):
         basis[k * width + a] /= length
     for i in range(k + 1, m):
-        part = along(basis, i, k, width)
+        part = row_product(basis, i, k, width)
         L[i * m + k] = part
-        left[i] = max(left[i] - part * part, 0.0)
+        remaining[i] = max(remaining[i] - part * part, 0.0)
         for a in range(width):
             basis[i * width + a] -= part * basis[k * width + a]
 
@@ -131,7 +134,7 @@ def eliminate(L: Array, basis: Array, left: Array, m: int, width: int, k: int) -
 @inner
 def orthogonalise_columns(L: Array, P: Array, m: int, rank: int) -> None:
     """P (m, rank) with orthonormal columns and R (rank, rank), m * m behind it, of the columns of L = P R."""
-    R = beyond(P, m * m)
+    R = offset(P, m * m)
     for j in range(rank):
         for i in range(m):
             P[i * rank + j] = L[i * m + j] if i >= j else 0.0
@@ -160,16 +163,16 @@ def multipliers(table: Table, work: Array) -> None:
     Full rank: two triangular solutions. Else, with L = P R, the smallest lambda, P R^-T R^-1 P^T r.
     """
     closing = closing_of(table)
-    m, at, rank = closing["n_rows"], scales_of(table), rank_of(table, work)
-    L, scales, order = beyond(work, closing["small"]), beyond(work, at), beyond(work, at + m)
-    v, w = beyond(work, at + 3 * m), beyond(work, at + 4 * m)
+    m, base, rank = closing["n_rows"], scales_of(table), rank_of(table, work)
+    L, scales, order = offset(work, closing["small"]), offset(work, base), offset(work, base + m)
+    v, w = offset(work, base + 3 * m), offset(work, base + 4 * m)
     for i in range(m):
         j = int(order[i])
         v[i] = scales[j] * work[row_of(table, j) + R_TARGET]
     if rank == m:
         solve_triangles(L, m, v)
     else:
-        solve_deficient(beyond(work, closing["small"] + m * m), m, rank, v, w)
+        solve_deficient(offset(work, closing["small"] + m * m), m, rank, v, w)
     for i in range(m):
         j = int(order[i])
         work[row_of(table, j) + R_LAMBDA] = scales[j] * v[i]
@@ -178,7 +181,7 @@ def multipliers(table: Table, work: Array) -> None:
 @inner
 def solve_deficient(P: Array, m: int, rank: int, v: Array, w: Array) -> None:
     """Replace v (m) by P R^-T R^-1 P^T v; w is scratch."""
-    R = beyond(P, m * m)
+    R = offset(P, m * m)
     for i in range(rank):
         w[i] = 0.0
         for k in range(m):

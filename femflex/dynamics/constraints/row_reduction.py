@@ -11,23 +11,23 @@ import math
 
 from femflex.arrays import Array, Record, Table
 from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.lanes import beyond, lane, plus, put
+from femflex.dynamics.arithmetic.lanes import lane, offset, plus, put_lane
 from femflex.dynamics.arithmetic.pairs import Pair, dot_pair, pair, put_pair
-from femflex.dynamics.bodies.columns import along, six_lanes
+from femflex.dynamics.bodies.columns import six_lanes, wrench_times_columns
 from femflex.dynamics.bodies.inertia import zero_forces
 from femflex.dynamics.constraints.general_rows import push_coordinates
 from femflex.dynamics.constraints.rows import push_row, row_of
-from femflex.dynamics.forces.system import clear, release_joint
-from femflex.dynamics.lowering import tie_layout as at
+from femflex.dynamics.forces.system import clear_forces, clear_joint_forces
+from femflex.dynamics.lowering import constraint_layout as layout
+from femflex.dynamics.lowering.constraint_layout import closing_of, constraint_of
 from femflex.dynamics.lowering.layout import W_H, W_P, W_PIVOT, W_TAU, W_U, body_of, header_of
-from femflex.dynamics.lowering.tie_layout import closing_of, constraint_of
-from femflex.dynamics.motion.gathering import hand_forces
+from femflex.dynamics.motion.gathering import add_to_parent
 from femflex.dynamics.motion.recursion import accelerate
 
 
 @inner
-def shift_of(b: Record, closing: Record) -> int:
-    """What is added to b["u"] for the body's first joint freedom in a white row; hidden slides stand first of all."""
+def white_row_shift(b: Record, closing: Record) -> int:
+    """Return the addend to b["u"] for the body's first joint freedom in a white row; hidden slides come first."""
     return 0 if b["hidden"] else closing["n_hidden"]
 
 
@@ -38,13 +38,13 @@ def is_plain(b: Record, stiff: bool) -> bool:
 
 
 @inner
-def keep_roots(table: Table, work: Array, stiff: bool) -> None:
-    """Square roots of all reciprocal pivots of the recursion; zero for held freedoms, which forces do not move."""
+def write_pivot_roots(table: Table, work: Array, stiff: bool) -> None:
+    """Write the roots of all reciprocal pivots of the recursion; zero for prescribed freedoms."""
     closing = closing_of(table)
     roots = closing["roots"]
     for i in range(1, header_of(table)["n_bodies"]):
         b = body_of(table, i)
-        first, shapes = roots + b["u"] + shift_of(b, closing), roots + b["ue"] + closing["n_hidden"]
+        first, shapes = roots + b["u"] + white_row_shift(b, closing), roots + b["ue"] + closing["n_hidden"]
         for k in range(b["n_h"]):
             work[first + k] = math.sqrt(work[b["work"] + W_PIVOT + k])
         for k in range(b["n"]):
@@ -53,7 +53,7 @@ def keep_roots(table: Table, work: Array, stiff: bool) -> None:
 
 @inner
 def mark_path(i: int, marks: int, table: Table, work: Array) -> None:
-    """Mark body i and those between it and the root."""
+    """Mark body i and all bodies between it and the root."""
     while i > 0 and work[marks + i] == 0.0:
         work[marks + i] = 1.0
         i = body_of(table, i)["parent"]
@@ -62,7 +62,7 @@ def mark_path(i: int, marks: int, table: Table, work: Array) -> None:
 @inner
 def whiten_rows(table: Table, work: Array, stiff: bool) -> None:
     """Write the white row of every constraint row; the bodies' forces are used up."""
-    keep_roots(table, work, stiff)
+    write_pivot_roots(table, work, stiff)
     for i in range(closing_of(table)["n_constraints"]):
         c = constraint_of(table, i)
         for k in range(c["n_rows"]):
@@ -73,34 +73,34 @@ def whiten_rows(table: Table, work: Array, stiff: bool) -> None:
 def whiten_row(c: Record, k: int, table: Table, work: Array, stiff: bool) -> None:
     """Write the white row of row k of a constraint: only bodies between its markers and the root have a part in it."""
     marks = closing_of(table)["marks"]
-    general = c["kind"] == at.CONSTRAINT_GENERAL
+    general = c["kind"] == layout.CONSTRAINT_GENERAL
     for j in range(1, header_of(table)["n_bodies"]):
         work[marks + j] = 1.0 if general else 0.0
     if general:
-        release(table, work)
-        push_coordinates(beyond(work, c["general"] + k * header_of(table)["n_u"]), table, work)
+        clear_marked(table, work)
+        push_coordinates(offset(work, c["general"] + k * header_of(table)["n_u"]), table, work)
     else:
         mark_path(c["parent"], marks, table, work)
         mark_path(c["child"], marks, table, work)
-        release(table, work)
+        clear_marked(table, work)
         push_row(c, row_of(table, c["first"] + k), 1.0, table, work)
     reduce_forces(c["first"] + k, table, work, stiff)
 
 
 @inner
-def release(table: Table, work: Array) -> None:
+def clear_marked(table: Table, work: Array) -> None:
     """Leave marked bodies without forces and joint forces."""
     for j in range(1, header_of(table)["n_bodies"]):
         if work[closing_of(table)["marks"] + j] != 0.0:
             zero_forces(body_of(table, j), work)
-            release_joint(body_of(table, j), work)
+            clear_joint_forces(body_of(table, j), work)
 
 
 @inner
 def reduce_forces(i: int, table: Table, work: Array, stiff: bool) -> None:
-    """White row i from the forces that stand on the marked bodies, which are used up."""
+    """Write white row i from the forces on the marked bodies, and clear these."""
     closing = closing_of(table)
-    white = beyond(work, closing["white"] + closing["width"] * i)
+    white = offset(work, closing["white"] + closing["width"] * i)
     for j in range(closing["width"]):
         white[j] = 0.0
     for j in range(header_of(table)["n_bodies"] - 1, 0, -1):
@@ -108,7 +108,7 @@ def reduce_forces(i: int, table: Table, work: Array, stiff: bool) -> None:
             b = body_of(table, j)
             reduce_body(b, closing, white, work, stiff)
             if b["parent"] > 0:
-                hand_forces(b, body_of(table, b["parent"]), work)
+                add_to_parent(b, body_of(table, b["parent"]), work)
 
 
 @inner
@@ -118,23 +118,27 @@ def reduce_body(b: Record, closing: Record, white: Array, work: Array, stiff: bo
     force = pair(work, w + W_P)
     if b["own_bends"]:
         for k in range(0, row, 4):
-            put(work, b["pn"] + k, lane(work, b["pn"] + k) - along(force, six_lanes(work, b["G"] + k, row)))
+            put_lane(
+                work,
+                b["pn"] + k,
+                lane(work, b["pn"] + k) - wrench_times_columns(force, six_lanes(work, b["G"] + k, row)),
+            )
     if b["n"] > 0:
         first = b["ue"] + closing["n_hidden"]
-        force = reduce_shapes(b, force, beyond(white, first), beyond(work, roots + first), work, stiff)
-    hidden, first = 3 if b["hidden"] else 0, b["u"] + shift_of(b, closing)
+        force = reduce_shapes(b, force, offset(white, first), offset(work, roots + first), work, stiff)
+    hidden, first = 3 if b["hidden"] else 0, b["u"] + white_row_shift(b, closing)
     for k in range(b["n_h"]):
-        left = -dot_pair(pair(work, w + W_H + 8 * k), force)
+        remaining = -dot_pair(pair(work, w + W_H + 8 * k), force)
         if k >= hidden:
-            left += work[w + W_TAU + k - hidden]
-        white[first + k] = work[roots + first + k] * left
-        force = plus(force, work[w + W_PIVOT + k] * left, pair(work, w + W_U + 8 * k))
+            remaining += work[w + W_TAU + k - hidden]
+        white[first + k] = work[roots + first + k] * remaining
+        force = plus(force, work[w + W_PIVOT + k] * remaining, pair(work, w + W_U + 8 * k))
     put_pair(work, w + W_P, force)
 
 
 @inner
 def reduce_shapes(b: Record, force: Pair, white: Array, roots: Array, work: Array, stiff: bool) -> Pair:
-    """The wrench without what the shapes take up; their part of the white row is written."""
+    """Return the wrench less the part of the shapes, and write the shapes' part of the white row."""
     n, row, stride, border, pn = b["n"], b["row"], b["stride"], b["border"], b["pn"]
     plain = is_plain(b, stiff)
     for i in range(n):
@@ -148,19 +152,19 @@ def reduce_shapes(b: Record, force: Pair, white: Array, roots: Array, work: Arra
 
 
 @inner
-def respond(table: Table, work: Array, out: Array, stiff: bool) -> None:
+def write_response(table: Table, work: Array, out: Array, stiff: bool) -> None:
     """out = M^-1 A^T lambda (n_u) of the multipliers, from the white rows: one way from the root to the tips.
 
     stiff: with S for M.
     """
     head, closing = header_of(table), closing_of(table)
-    clear(table, work)
+    clear_forces(table, work)
     if head["n_holds"] > 0:
         for k in range(head["n_u"]):
             work[head["known"] + k] = 0.0
     for i in range(1, head["n_bodies"]):
         b = body_of(table, i)
-        first, shapes = b["u"] + shift_of(b, closing), b["ue"] + closing["n_hidden"]
+        first, shapes = b["u"] + white_row_shift(b, closing), b["ue"] + closing["n_hidden"]
         for k in range(b["n_h"]):
             root = work[closing["roots"] + first + k]
             work[b["work"] + W_U + 8 * k + 7] = 0.0 if root == 0.0 else -combination(first + k, table, work) / root
@@ -175,7 +179,7 @@ def combination(j: int, table: Table, work: Array) -> float:
     closing = closing_of(table)
     total = 0.0
     for i in range(closing["n_rows"]):
-        total += work[row_of(table, i) + at.R_LAMBDA] * work[closing["white"] + closing["width"] * i + j]
+        total += work[row_of(table, i) + layout.R_LAMBDA] * work[closing["white"] + closing["width"] * i + j]
     return total
 
 

@@ -13,33 +13,37 @@ from dataclasses import dataclass
 import numpy as np
 
 from femflex.dynamics.constraints.constrained import Constraints
-from femflex.dynamics.lowering import tie_layout as at
-from femflex.dynamics.lowering.ties import characteristic_length
+from femflex.dynamics.lowering import constraint_layout as layout
+from femflex.dynamics.lowering.constraints import characteristic_length
 
-LOST = 3e-4  # part of the last pivot at the start below which a row is left out along a run
-WIDER = 30.0  # the same of loops with play, over the root of the play by the bodies' size: a misfit e changes rates by
+LOSS_RATIO = 3e-4  # part of the last pivot at the start below which a row is left out along a run
+PLAY_FACTOR = (
+    30.0  # the same of loops with play, over the root of the play by the bodies' size: a misfit e changes rates by
+)
 # e over the pivot's square, and so by a part in a thousand where the row is left out
 
 
 def start_pivots(constraints: Constraints) -> None:
     """Set from the rows just solved at the start which pivots are lost along a run; begin to note the least."""
-    _, pool, work = constraints.own
+    _, pool, work = constraints.arrays
     small, m, rank = int(constraints.closing["small"]), constraints.n_rows, constraints.rank()
     pivots = np.array([work[small + k * m + k] for k in range(rank)])
     part = float(pivots[-1] / pivots[0]) if rank else 1.0
-    pool[int(constraints.closing["tolerance"]) + 2] = max(constraints.slack, part * lost_part(constraints))
-    constraints.forget_passage()
+    pool[int(constraints.closing["tolerance"]) + 2] = max(constraints.dependence_limit, part * loss_ratio(constraints))
+    constraints.reset_passage_notes()
 
 
-def lost_part(constraints: Constraints) -> float:
+def loss_ratio(constraints: Constraints) -> float:
     """Part of the last pivot at the start below which a row is left out, wider for loops with play."""
-    play = float((constraints.plays * constraints.lengths).max(initial=0.0)) / characteristic_length(constraints.system)
-    return float(max(LOST, WIDER * play**0.5))
+    play = float((constraints.row_plays * constraints.row_lengths).max(initial=0.0)) / characteristic_length(
+        constraints.system
+    )
+    return float(max(LOSS_RATIO, PLAY_FACTOR * play**0.5))
 
 
 @dataclass(frozen=True)
 class Passage:
-    """Where the rows came near to losing rank.
+    """Configuration at which the rows came near to losing rank.
 
     t, least  time [s] where they came closest, and the last pivot over the first there;  lost  below which they do
     count     how many such configurations were passed at least: too long steps hide others;  first  about when
@@ -54,13 +58,13 @@ class Passage:
 
 
 def passage(constraints: Constraints) -> Passage | None:
-    """The Passage of a run; None where none was found and the rows stayed a hundred times above what is LOST."""
-    note, pool = int(constraints.closing["note"]), constraints.own[1]
+    """Return the Passage of a run; None where the rows stayed a hundred times above LOST."""
+    note, pool = int(constraints.closing["note"]), constraints.arrays[1]
     lost = float(pool[int(constraints.closing["tolerance"]) + 2])
-    kept = constraints.own[2][note : note + at.NOTE_SIZE]
-    least, t, count = float(kept[at.N_LEAST]), float(kept[at.N_TIME]), int(kept[at.N_COUNT])
-    near = least <= lost * max(1.0, 100.0 * LOST / lost_part(constraints))
-    if not kept[at.N_RANK] or not (near or count) or lost <= constraints.slack:
+    notes = constraints.arrays[2][note : note + layout.NOTE_SIZE]
+    least, t, count = float(notes[layout.N_LEAST]), float(notes[layout.N_TIME]), int(notes[layout.N_COUNT])
+    close = least <= lost * max(1.0, 100.0 * LOSS_RATIO / loss_ratio(constraints))
+    if not notes[layout.N_RANK] or not (close or count) or lost <= constraints.dependence_limit:
         return None
-    first = tuple(float(when) for when in kept[at.N_FIRST : at.N_FIRST + min(count, at.NOTED)])
+    first = tuple(float(when) for when in notes[layout.N_FIRST : layout.N_FIRST + min(count, layout.MAX_NOTED)])
     return Passage(t, least, lost, max(count, 1), first or (t,))

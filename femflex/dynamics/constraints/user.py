@@ -10,7 +10,7 @@ import numba
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.arithmetic.entries import known
+from femflex.dynamics.arithmetic.entries import plain_address
 
 Function = Callable[[float, Array], tuple[Array, Array]]
 
@@ -33,10 +33,10 @@ class Rows:
         self._callback = _PROTOTYPE(self._called)
         self.address = ctypes.cast(self._callback, ctypes.c_void_p).value or 0
         if _numba.config.DISABLE_JIT:
-            self.address = known(self.write)
+            self.address = plain_address(self.write)
 
     def checked(self, t: float, q: Array) -> tuple[Array, Array]:
-        """A (n_rows, n_u) and b (n_rows,) at t and q, or a ValueError that says what is wrong with them."""
+        """Return A (n_rows, n_u) and b (n_rows,) at t and q; raise ValueError that names the fault in them."""
         A, b = (np.asarray(part, float) for part in self.function(t, q))
         if A.shape != (self.n_rows, self.n_u) or b.shape != (self.n_rows,):
             raise ValueError(

@@ -1,1 +1,1 @@
-"""Effectors at work: how compiled code calls their functions, their events, and sampled controllers."""
+"""Evaluation of effectors: compiled calls of their functions, their events, and sampled controllers."""

@@ -5,12 +5,12 @@ from __future__ import annotations
 from femflex.arrays import Array, Record, Table
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.entries import caller
-from femflex.dynamics.arithmetic.lanes import beyond, nothing, put
+from femflex.dynamics.arithmetic.lanes import offset, put_lane, zero_lane
 from femflex.dynamics.arithmetic.vectors import UNIT, Vector, add, load3, load9, store3, turn
-from femflex.dynamics.effectors.acting import ACT, N_ACCOUNTS
+from femflex.dynamics.effectors.effector_functions import ACT, N_ACCOUNTS
+from femflex.dynamics.effectors.effector_inputs import write_inputs
 from femflex.dynamics.effectors.records import N_EFFECTOR, N_HANDLE, N_PORT, effector_at, handle_at, port_at
-from femflex.dynamics.effectors.seeing import see
-from femflex.dynamics.forces.push import push
+from femflex.dynamics.forces.marker_forces import push_on_body
 from femflex.dynamics.lowering.layout import W_CIN, W_TAU, body_of, header_of
 
 call_act = caller(ACT)
@@ -24,34 +24,34 @@ def out_size(e: Record) -> int:
 
 @inner
 def evaluate(t: float, e: Record, z: Array, out: int, pool: Array, work: Array) -> None:
-    """Call an effector's function on what it sees and its states z (n_z,); its numbers go to place `out` of work."""
+    """Call an effector's function with its inputs and states z (n_z,); its results go to offset `out` of work."""
     if e["clears"] != 0:
         for k in range(0, out_size(e), 4):
-            put(work, out + k, nothing())
-    call_act(e["act"], t, beyond(work, e["seen"]), z, beyond(pool, e["parameters"]), beyond(work, out))
+            put_lane(work, out + k, zero_lane())
+    call_act(e["act"], t, offset(work, e["seen"]), z, offset(pool, e["parameters"]), offset(work, out))
 
 
 @inner
-def act_at(
+def evaluate_effector(
     t: float,
     q: Array,
     u: Array,
     i: int,
     first: int,
-    at: int,
+    records: int,
     shift: Vector,
     drift: Vector,
     table: Table,
     pool: Array,
     work: Array,
 ) -> None:
-    """See, call, and keep the rates of states of effector i; those from `first` on have done so."""
-    head, e = header_of(table), effector_at(table, at + N_EFFECTOR * i)
-    see(e, first, q, u, shift, drift, table, pool, work)
-    evaluate(t, e, beyond(work, head["z"] + e["z"]), e["out"], pool, work)
-    rates, own = e["out"] + 6 * e["n_markers"] + e["n_freedoms"], head["zdot"] + e["z"]
+    """Write the inputs of effector i, call it, and keep its state rates; those from `first` on are done already."""
+    head, e = header_of(table), effector_at(table, records + N_EFFECTOR * i)
+    write_inputs(e, first, q, u, shift, drift, table, pool, work)
+    evaluate(t, e, offset(work, head["z"] + e["z"]), e["out"], pool, work)
+    rates, zdot = e["out"] + 6 * e["n_markers"] + e["n_freedoms"], head["zdot"] + e["z"]
     for k in range(e["n_z"]):
-        work[own + k] = work[rates + k]
+        work[zdot + k] = work[rates + k]
 
 
 @inner
@@ -61,16 +61,16 @@ def push_marker(p: Record, force: Vector, torque: Vector, table: Table, pool: Ar
     C_iN, r, T = load9(work, b["work"] + W_CIN), load3(work, p["motion"]), UNIT
     if p["bends"]:
         T = load9(work, p["motion"] + 3)
-    push(b, turn(C_iN, force), turn(C_iN, torque), r, T, p["bends"], p["shape"], p["spin"], pool, work)
+    push_on_body(b, turn(C_iN, force), turn(C_iN, torque), r, T, p["bends"], p["shape"], p["spin"], pool, work)
 
 
 @inner
-def push_all(i: int, first: int, last: int, at: int, table: Table, pool: Array, work: Array) -> None:
+def apply_forces(i: int, first: int, last: int, records: int, table: Table, pool: Array, work: Array) -> None:
     """Put the forces of effector i on its bodies and joints.
 
     Within a group they are added up from `first` on, and the last of the group before `last` puts them on the body.
     """
-    e = effector_at(table, at + N_EFFECTOR * i)
+    e = effector_at(table, records + N_EFFECTOR * i)
     m, out = e["n_markers"], e["out"]
     if m == 1:
         force, torque = load3(work, out), load3(work, out + 3)

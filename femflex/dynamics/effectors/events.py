@@ -1,4 +1,4 @@
-"""Events of a model: those of latches and those of effectors, as one list (see femflex.integrate.events)."""
+"""Events of a model, of latches and of effectors, in one list (see femflex.integrate.events)."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Source(Protocol):
     def rates(self, t: float, x: Array) -> Array:
         """(n,) rates of these numbers."""
 
-    def happen(self, together: Sequence[int], t: float, x: Array) -> None:
+    def apply(self, simultaneous: Sequence[int], t: float, x: Array) -> None:
         """Change x in place as these events do that happen at once."""
 
 
@@ -46,14 +46,14 @@ class AllEvents:
         """(n,) of all sources."""
         return np.concatenate([source.rates(t, x) for source in self.sources])
 
-    def happen(self, together: Sequence[int], t: float, x: Array) -> None:
+    def apply(self, simultaneous: Sequence[int], t: float, x: Array) -> None:
         """Let each source's events happen, the first source's first."""
         first = 0
         for source in self.sources:
             n = len(source.values(t, x))
-            own = [k - first for k in together if first <= k < first + n]
-            if own:
-                source.happen(own, t, x)
+            indices = [k - first for k in simultaneous if first <= k < first + n]
+            if indices:
+                source.apply(indices, t, x)
             first += n
 
 
@@ -64,19 +64,22 @@ class StateEvents:
     model: Model
 
     @cached_property
-    def places(self) -> list[tuple[Effector, StateEvent, slice]]:
-        """Every event, and where the states of its effector stand in x."""
+    def states_of_events(self) -> list[tuple[Effector, StateEvent, slice]]:
+        """Return every event, and the slice of x with the states of its effector."""
         names = [name for name, _ in self.model.system.all_state_names()]
-        found = []
-        for effector in eventful(self.model.system):
+        rows = []
+        for effector in effectors_with_events(self.model.system):
             first = names.index(effector.state_names()[0][0])
-            found += [(effector, event, slice(first, first + len(effector.states))) for event in effector.events]
-        return found
+            rows += [(effector, event, slice(first, first + len(effector.states))) for event in effector.events]
+        return rows
 
     def values(self, t: float, x: Array) -> Array:
         """Their values."""
         return np.array(
-            [float(_answer(effector, event, event.value, t, x[own])) for effector, event, own in self.places]
+            [
+                float(_answer(effector, event, event.value, t, x[states]))
+                for effector, event, states in self.states_of_events
+            ]
         )
 
     def rates(self, t: float, x: Array) -> Array:
@@ -85,17 +88,17 @@ class StateEvents:
         ahead, behind = (self.values(t + sign * STEP, x + sign * STEP * dx) for sign in (1.0, -1.0))
         return np.asarray((ahead - behind) / (2.0 * STEP))
 
-    def happen(self, together: Sequence[int], t: float, x: Array) -> None:
+    def apply(self, simultaneous: Sequence[int], t: float, x: Array) -> None:
         """Let them happen one after another."""
-        for k in together:
-            effector, event, own = self.places[k]
-            new = np.asarray(_answer(effector, event, event.happen, t, x[own]), float)
+        for k in simultaneous:
+            effector, event, states = self.states_of_events[k]
+            new = np.asarray(_answer(effector, event, event.apply, t, x[states]), float)
             if new.shape != (len(effector.states),):
                 raise ValueError(
                     f"event {event.name!r} of effector {effector.name!r} gave states of shape {new.shape}; expected "
                     f"({len(effector.states)},)"
                 )
-            x[own] = new
+            x[states] = new
 
 
 def _answer(effector: Effector, event: StateEvent, function: Callable[..., Any], t: float, z: Array) -> Any:
@@ -109,6 +112,6 @@ def _answer(effector: Effector, event: StateEvent, function: Callable[..., Any],
         ) from error
 
 
-def eventful(system: System) -> list[Effector]:
+def effectors_with_events(system: System) -> list[Effector]:
     """Effectors with events."""
     return [effector for effector in system.effectors if isinstance(effector, Effector) and effector.events]

@@ -9,51 +9,51 @@ from numpy.typing import NDArray
 
 from femflex.arrays import Record, Table
 from femflex.dynamics.arithmetic.lanes import padded
-from femflex.dynamics.effectors.acting import act_address, call_sizes, given_size, seen_size
 from femflex.dynamics.effectors.built_in import writes_all
+from femflex.dynamics.effectors.effector_functions import act_address, call_sizes, input_size, output_size
 from femflex.dynamics.effectors.records import EFFECTOR, HANDLE, N_EFFECTOR, PORT
-from femflex.dynamics.lowering.pool import Pool, Scratch, put_marker
+from femflex.dynamics.lowering.pool import Pool, Scratch, add_marker
 from femflex.system import Effector, System
 
 Records = NDArray[np.void]
 
 
 def lowered(
-    given: list[Effector], system: System, bodies: Records, z: int, pool: Pool, scratch: Scratch, at: int
+    effectors: list[Effector], system: System, bodies: Records, z: int, pool: Pool, scratch: Scratch, first: int
 ) -> Table:
-    """The records of effectors, in that order, which will stand in the table from place `at` on; z: of its header."""
-    records, behind = np.zeros(len(given), EFFECTOR), []
-    here = at + N_EFFECTOR * len(given)
+    """Return the records of effectors, in that order, for the table from `at` on; z: of its header."""
+    records, parts_after = np.zeros(len(effectors), EFFECTOR), []
+    position = first + N_EFFECTOR * len(effectors)
     names = [name for name, _ in system.state_names()]
-    for record, effector in zip(records, given, strict=True):
-        lower_own(record, effector, names, pool, scratch)
-    ports = [lowered_markers(effector, system, pool, scratch) for effector in given]
-    share_places(given, records, ports, scratch)
-    places = signal_places(given, records, names, z)
-    for record, effector, port in zip(records, given, ports, strict=True):
+    for record, effector in zip(records, effectors, strict=True):
+        lower_effector(record, effector, names, pool, scratch)
+    ports = [lowered_markers(effector, system, pool, scratch) for effector in effectors]
+    share_storage(effectors, records, ports, scratch)
+    offsets = signal_offsets(effectors, records, names, z)
+    for record, effector, port in zip(records, effectors, ports, strict=True):
         parts = {
             "markers": port,
             "freedoms": lowered_freedoms(effector, system, bodies),
-            "inputs": np.array([places[name] for name in effector.inputs], np.int64),
+            "inputs": np.array([offsets[name] for name in effector.inputs], np.int64),
         }
         for key, part in parts.items():
-            record[key] = here
-            behind.append(part.view(np.int64).ravel())
-            here += part.nbytes // 8
-    return np.concatenate([records.view(np.int64).ravel(), *behind])
+            record[key] = position
+            parts_after.append(part.view(np.int64).ravel())
+            position += part.nbytes // 8
+    return np.concatenate([records.view(np.int64).ravel(), *parts_after])
 
 
-def signal_places(given: list[Effector], records: Records, names: list[str], z: int) -> dict[str, int]:
-    """Where every state, and every channel of these effectors, stands from place z of the work array."""
-    places = {
+def signal_offsets(effectors: list[Effector], records: Records, names: list[str], z: int) -> dict[str, int]:
+    """Return the offset of every state and channel of these effectors, from offset z of the work array on."""
+    offsets = {
         f"{effector.name}.{channel}": int(r["out"] + 6 * r["n_markers"] + r["n_freedoms"] + r["n_z"]) + k - z
-        for effector, r in zip(given, records, strict=True)
+        for effector, r in zip(effectors, records, strict=True)
         for k, channel in enumerate(effector.channels)
     }
-    return places | {name: k for k, name in enumerate(names)}
+    return offsets | {name: k for k, name in enumerate(names)}
 
 
-def lower_own(record: Record, effector: Effector, names: list[str], pool: Pool, scratch: Scratch) -> None:
+def lower_effector(record: Record, effector: Effector, names: list[str], pool: Pool, scratch: Scratch) -> None:
     """Counts, addresses and places of one effector's own numbers."""
     m, f, n = len(effector.markers), len(effector.freedoms), len(effector.states)
     record["n_markers"], record["n_freedoms"], record["n_inputs"] = m, f, len(effector.inputs)
@@ -63,34 +63,34 @@ def lower_own(record: Record, effector: Effector, names: list[str], pool: Pool, 
     if effector.jacobian is not None:
         record["jacobian"] = act_address(effector.name, effector.jacobian, sizes, jacobian=True)
     record["z"] = names.index(effector.state_names()[0][0]) if n else 0
-    record["parameters"], record["sizes"] = pool.put(effector.parameters), pool.put(effector.sizes)
+    record["parameters"], record["sizes"] = pool.add(effector.parameters), pool.add(effector.sizes)
     record["clears"] = not (isinstance(effector.act, str) and writes_all(effector.act))
-    record["seen"] = scratch.take(seen_size(m, f, len(effector.inputs)))
-    record["out"] = scratch.take(2 * padded(max(given_size(m, f, n, len(effector.channels)), n * n)))
+    record["seen"] = scratch.take(input_size(m, f, len(effector.inputs)))
+    record["out"] = scratch.take(2 * padded(max(output_size(m, f, n, len(effector.channels)), n * n)))
     record["trial"], record["matrix"] = scratch.take(n), scratch.take(n * (n + 1))
 
 
-def grouped(given: list[Effector]) -> list[list[int]]:
+def marker_groups(effectors: list[Effector]) -> list[list[int]]:
     """Groups of effectors whose only marker is the same: its motion is found once, and their forces are added up."""
     groups = defaultdict(list)
-    for i, effector in enumerate(given):
+    for i, effector in enumerate(effectors):
         if len(effector.markers) == 1 and not effector.freedoms:
             groups[effector.markers[0]].append(i)
     return list(groups.values())
 
 
-def share_places(given: list[Effector], records: Records, ports: list[Records], scratch: Scratch) -> None:
+def share_storage(effectors: list[Effector], records: Records, ports: list[Records], scratch: Scratch) -> None:
     """Note the neighbours of each effector in its group, and let a group read and add up at one place."""
     records["before"] = records["after"] = -1
-    for group in grouped(given):
+    for group in marker_groups(effectors):
         if len(group) == 1:
             continue
-        seen = scratch.take(seen_size(1, 0, max(len(given[i].inputs) for i in group)))
-        pushed, motion = scratch.take(6), ports[group[0]][0]["motion"]
+        input_start = scratch.take(input_size(1, 0, max(len(effectors[i].inputs) for i in group)))
+        wrench, motion = scratch.take(6), ports[group[0]][0]["motion"]
         for k, i in enumerate(group):
             records[i]["before"] = group[k - 1] if k > 0 else -1
             records[i]["after"] = group[k + 1] if k + 1 < len(group) else -1
-            records[i]["seen"], records[i]["pushed"], ports[i][0]["motion"] = seen, pushed, motion
+            records[i]["seen"], records[i]["pushed"], ports[i][0]["motion"] = input_start, wrench, motion
 
 
 def lowered_markers(effector: Effector, system: System, pool: Pool, scratch: Scratch) -> Records:
@@ -98,8 +98,8 @@ def lowered_markers(effector: Effector, system: System, pool: Pool, scratch: Scr
     records = np.zeros(len(effector.markers), PORT)
     for record, (body, marker) in zip(records, effector.markers, strict=True):
         record["body"], record["motion"] = 1 + system.order.index(body), scratch.take(12)
-        places = put_marker(body, marker, system, pool)
-        record["place"], record["shape"], record["spin"], record["bends"] = places
+        entries = add_marker(body, marker, system, pool)
+        record["place"], record["shape"], record["spin"], record["bends"] = entries
     return records
 
 
@@ -108,8 +108,8 @@ def lowered_freedoms(effector: Effector, system: System, bodies: Records) -> Rec
     records = np.zeros(len(effector.freedoms), HANDLE)
     for i, name in enumerate(system.order, start=1):
         for k, freedom in enumerate(system.joint_of(name).freedom_names()):
-            for record, wanted in zip(records, effector.freedoms, strict=True):
-                if freedom == wanted:
+            for record, effector_freedom in zip(records, effector.freedoms, strict=True):
+                if freedom == effector_freedom:
                     record["body"], record["freedom"] = i, k
                     record["q"], record["u"] = bodies[i]["q"] + k, bodies[i]["u"] + k
                     bodies[i]["sprung"], bodies[i]["full"] = 1, 0

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from femflex.arrays import Array, Record, Table
 from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.lanes import beyond
+from femflex.dynamics.arithmetic.lanes import offset
 from femflex.dynamics.effectors.calling import call_act, evaluate, out_size
-from femflex.dynamics.effectors.seeing import see_inputs
+from femflex.dynamics.effectors.effector_inputs import write_signals
 from femflex.dynamics.lowering.layout import header_of
 
 STEP = 1e-7  # of a state's size: difference for the Jacobian of its rates
@@ -18,21 +18,21 @@ def write_jacobian(t: float, e: Record, table: Table, pool: Array, work: Array) 
     n, size = e["n_z"], out_size(e)
     z, base, rates = header_of(table)["z"] + e["z"], e["out"], 6 * e["n_markers"] + e["n_freedoms"]
     if e["jacobian"] != 0:
-        own = beyond(work, e["out"] + size)
+        jacobian = offset(work, e["out"] + size)
         for k in range(n * n):
-            own[k] = 0.0
-        given = beyond(pool, e["parameters"])
-        call_act(e["jacobian"], t, beyond(work, e["seen"]), beyond(work, z), given, own)
+            jacobian[k] = 0.0
+        parameters = offset(pool, e["parameters"])
+        call_act(e["jacobian"], t, offset(work, e["seen"]), offset(work, z), parameters, jacobian)
         for i in range(n):
             for j in range(n):
-                work[e["matrix"] + (n + 1) * i + j] = own[n * i + j]
+                work[e["matrix"] + (n + 1) * i + j] = jacobian[n * i + j]
         return
     for j in range(n):
         for k in range(n):
             work[e["trial"] + k] = work[z + k]
         step = STEP * max(abs(work[z + j]), pool[e["sizes"] + j])
         work[e["trial"] + j] += step
-        evaluate(t, e, beyond(work, e["trial"]), base + size, pool, work)
+        evaluate(t, e, offset(work, e["trial"]), base + size, pool, work)
         for i in range(n):
             change = work[base + size + rates + i] - work[base + rates + i]
             work[e["matrix"] + (n + 1) * i + j] = change / step
@@ -62,9 +62,9 @@ def solve_small(a: Array, n: int) -> None:
 def correct(t: float, e: Record, c_d: float, out: Array, table: Table, pool: Array, work: Array) -> None:
     """Solve (1 - c_d J) dz = out for the states of one effector, in place."""
     size = e["n_z"]
-    see_inputs(e, table, work)  # another of its group may have written there
+    write_signals(e, table, work)  # another of its group may have written there
     write_jacobian(t, e, table, pool, work)
-    a = beyond(work, e["matrix"])
+    a = offset(work, e["matrix"])
     for j in range(size):
         for k in range(size):
             a[(size + 1) * j + k] = (1.0 if j == k else 0.0) - c_d * a[(size + 1) * j + k]

@@ -1,4 +1,4 @@
-"""Starts of effectors: states given by what a channel is to be, such as the speed of a wheel, and what cannot start."""
+"""Initial states of effectors from the value of a channel, such as the speed of a wheel, and what cannot start."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ if TYPE_CHECKING:
 
 
 def with_starts(model: Model) -> Model:
-    """The model whose effectors start as `Effector.starts` says; states that System.z0 gives stay.
+    """Return the model with its effectors started by `Effector.starts`; states that System.z0 gives stay.
 
     The channels are linear in the states, so one evaluation for each finds them all.
     """
     system = model.system
     names = [name for name, _ in system.state_names()]
-    wanted = {
+    targets = {
         f"{effector.name}.{state}": (f"effectors/{effector.name}/{channel}", value, size)
         for effector in system.effectors
         if isinstance(effector, Effector)
@@ -28,17 +28,17 @@ def with_starts(model: Model) -> Model:
         for size in [float(effector.sizes[list(effector.states).index(state)])]
         if f"{effector.name}.{state}" not in system.z0
     }
-    if not wanted:
+    if not targets:
         return model
-    first, n, x = model.n_q + model.n_u, len(wanted), model.x0.copy()
-    places = [first + names.index(name) for name in wanted]
-    sizes = np.array([size for _, _, size in wanted.values()])
+    first, n, x = model.n_q + model.n_u, len(targets), model.x0.copy()
+    positions = [first + names.index(name) for name in targets]
+    sizes = np.array([size for _, _, size in targets.values()])
     trials = np.tile(x, (1 + n, 1))
-    trials[1 + np.arange(n), places] += sizes
-    seen = model.observe(np.zeros(1 + n), trials)
-    found = np.stack([seen[path] for path, _, _ in wanted.values()])  # channel, trial
-    missing = np.array([value for _, value, _ in wanted.values()]) - found[:, 0]
-    x[places] += np.linalg.solve(found[:, 1:] - found[:, :1], missing) * sizes
+    trials[1 + np.arange(n), positions] += sizes
+    channels = model.observe(np.zeros(1 + n), trials)
+    values = np.stack([channels[path] for path, _, _ in targets.values()])  # channel, trial
+    missing = np.array([value for _, value, _ in targets.values()]) - values[:, 0]
+    x[positions] += np.linalg.solve(values[:, 1:] - values[:, :1], missing) * sizes
     return replace(model, x0=x)
 
 
@@ -47,10 +47,10 @@ def check_separations(model: Model) -> None:
     springs = [e for e in model.system.effectors if isinstance(e, Effector) and e.act == "separation"]
     if not springs:
         return
-    seen = model.observe(np.zeros(1), model.x0[None])
+    channels = model.observe(np.zeros(1), model.x0[None])
     for spring in springs:
         (a, b), length = spring.markers, float(spring.parameters[1])
-        if seen[f"effectors/{spring.name}/distance"][0] < 1e-9 * length:
+        if channels[f"effectors/{spring.name}/distance"][0] < 1e-9 * length:
             raise ValueError(
                 f"separation spring {spring.name!r}: markers {'.'.join(a)} and {'.'.join(b)} coincide at the start, so "
                 f"the push has no direction; place them apart along it, by less than the free length of {length:g} m"

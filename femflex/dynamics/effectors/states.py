@@ -1,4 +1,4 @@
-"""What is reported of the states of effectors and controllers."""
+"""Reported states of effectors and controllers."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.system import Channel, Controller, Effector, System, Threshold
-from femflex.system.effector_problems import unknown
+from femflex.system.effector_problems import unknown_name_text
 
 MOMENTUM = ("momentum_x", "momentum_y", "momentum_z")  # channels, inertial components
 
@@ -18,42 +18,42 @@ def state_channels(system: System) -> dict[str, Channel]:
     """Channels of the states of effectors and controllers."""
     out = {}
     for effector in system.effectors:
-        held = ""
+        sampling = ""
         if isinstance(effector, Controller):
-            held = f", sampled every {effector.period:g} s (zero-order hold)"
+            sampling = f", sampled every {effector.period:g} s (zero-order hold)"
         for name, unit in effector.state_names():
-            own = name.removeprefix(effector.name + ".")
-            out[f"effectors/{effector.name}/{own}"] = Channel(unit, f"state {own} of {effector.name}{held}")
+            state = name.removeprefix(effector.name + ".")
+            out[f"effectors/{effector.name}/{state}"] = Channel(unit, f"state {state} of {effector.name}{sampling}")
     return out
 
 
 def observe_states(system: System, z: Array) -> dict[str, Any]:
     """The channels of `state_channels` at states z (n_t, n_z)."""
-    places = {name: k for k, (name, _) in enumerate(system.state_names())}
+    columns = {name: k for k, (name, _) in enumerate(system.state_names())}
     return {
-        f"effectors/{effector.name}/{name.removeprefix(effector.name + '.')}": z[:, places[name]]
+        f"effectors/{effector.name}/{name.removeprefix(effector.name + '.')}": z[:, columns[name]]
         for effector in system.effectors
         for name, _ in effector.state_names()
     }
 
 
 def add_angular_momentum(system: System, out: dict[str, Any]) -> None:
-    """Add what effectors hold of angular momentum (channels momentum_x, momentum_y, momentum_z) to the craft's."""
+    """Add the angular momentum of effectors (channels momentum_x, momentum_y, momentum_z) to the craft's."""
     for effector in system.effectors:
         if isinstance(effector, Effector) and set(MOMENTUM) <= effector.channels.keys():
-            own = [out[f"effectors/{effector.name}/{channel}"] for channel in MOMENTUM]
-            out["monitors/angular_momentum"] = out["monitors/angular_momentum"] + np.stack(own, axis=-1)
+            components = [out[f"effectors/{effector.name}/{channel}"] for channel in MOMENTUM]
+            out["monitors/angular_momentum"] = out["monitors/angular_momentum"] + np.stack(components, axis=-1)
 
 
 def keeps_momentum(effector: Effector) -> bool:
-    """Whether what an effector does leaves the momentum of the whole craft as it is, its own included."""
+    """Return whether an effector leaves the momentum of the whole craft as it is, its own included."""
     return set(MOMENTUM) <= effector.channels.keys() or effector.act in ("measure", "separation")
 
 
 def sensor_problems(system: System, channels: Mapping[str, Channel]) -> list[str]:
     """Sentences on sensors of controllers that are no channels."""
     return [
-        unknown(f"sensor {path!r} of controller {controller.name!r} is no channel", path, list(channels))
+        unknown_name_text(f"sensor {path!r} of controller {controller.name!r} is no channel", path, list(channels))
         for controller in system.controllers
         for path in controller.sensors
         if path not in channels
@@ -67,7 +67,9 @@ def threshold_problems(system: System, channels: Mapping[str, Channel]) -> list[
         for path in {latch.opens.channel for latch in joint.latches if isinstance(latch.opens, Threshold)}:
             if path not in channels:
                 out.append(
-                    unknown(f"{path!r}, at which joint {joint.label!r} opens, is no channel", path, list(channels))
+                    unknown_name_text(
+                        f"{path!r}, at which joint {joint.label!r} opens, is no channel", path, list(channels)
+                    )
                 )
             elif channels[path].shape:
                 out.append(

@@ -1,4 +1,4 @@
-"""How every body moves along increments of a system's coordinates: its frame's place and attitude, and its shapes."""
+"""Motion of every body along increments of a system's coordinates: its frame and its shapes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ STEP = 1e-5  # of a coordinate's usual size: error of central differences h^2 ~ 
 
 @dataclass(frozen=True, eq=False)
 class BodyMotion:
-    """A body in a state, and how it moves along m increments; components in the base frame F.
+    """A body in a state, and its motion along m increments; components in the base frame F.
 
     position (3,)       of its frame's origin [m];            slide (3, m) its displacement
     attitude (3, 3)     C_FB;                                 turn (3, m) its rotation vector
@@ -33,13 +33,13 @@ class BodyMotion:
     turn: Array
     shape: Array
 
-    def along(self, motion: ComplexArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+    def components(self, motion: ComplexArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
         """slide, turn and shape (., k) of motions (m, k), which may be complex."""
         return self.slide @ motion, self.turn @ motion, self.shape @ motion
 
     def kinetic(self, body: FlexibleBody, motion: ComplexArray) -> Array:
         """Twice the kinetic energy (k,) of a body whose velocities are the motions (m, k), from its mass moments."""
-        v, omega, rates = self.along(motion)
+        v, omega, rates = self.components(motion)
         v, omega = self.attitude.T @ v, self.attitude.T @ omega
         y = np.concatenate([[1.0], self.delta])
         W = np.zeros((v.shape[1], 3, 3), complex)  # omega x r = W r
@@ -59,13 +59,13 @@ def body_motions(model: Model, x: Array) -> dict[str, BodyMotion]:
     steps = np.eye(model.n_u) * sizes
     rows = [q, *(advanced(model, q, s) for s in steps), *(advanced(model, q, -s) for s in steps)]
     states = np.array([model.at_rest(row) for row in rows])
-    seen = model.observe(np.zeros(len(states)), states)
-    C_FN, n = base_attitude(model.system, np.zeros(1), seen)[0].T, model.n_u
+    channels = model.observe(np.zeros(len(states)), states)
+    C_FN, n = base_attitude(model.system, np.zeros(1), channels)[0].T, model.n_u
     out = {}
     for name in model.system.order:
-        C = C_FN @ dcm_from_quaternion(seen[f"bodies/{name}/attitude"])
-        place, delta = seen[f"bodies/{name}/position"] @ C_FN.T, seen[f"bodies/{name}/delta"]
+        C = C_FN @ dcm_from_quaternion(channels[f"bodies/{name}/attitude"])
+        position, delta = channels[f"bodies/{name}/position"] @ C_FN.T, channels[f"bodies/{name}/delta"]
         turn = vector_from_dcm(C[1 : n + 1] @ np.swapaxes(C[n + 1 :], 1, 2)) / (2 * sizes[:, None])
-        slide, shape = ((part[1 : n + 1] - part[n + 1 :]) / (2 * sizes[:, None]) for part in (place, delta))
-        out[name] = BodyMotion(place[0], C[0], delta[0], slide.T, turn.T, shape.T)
+        slide, shape = ((part[1 : n + 1] - part[n + 1 :]) / (2 * sizes[:, None]) for part in (position, delta))
+        out[name] = BodyMotion(position[0], C[0], delta[0], slide.T, turn.T, shape.T)
     return out

@@ -1,4 +1,4 @@
-"""Name and energies of a small motion: rigid motion of the craft, motion of a joint, or how its bodies deform.
+"""Name and energies of a small motion: rigid motion of the craft, motion of a joint, or deformation of bodies.
 
 Rigid motions of the craft are the wobble of a free spin (seen from inertial space: nutation) and librations in orbit.
 Everything else is named by the bodies, looked at in slices along their longest direction. The mean motion of a slice is
@@ -17,24 +17,24 @@ import numpy as np
 from femflex.arrays import Array, BoolArray, ComplexArray
 from femflex.body import FlexibleBody
 from femflex.dynamics.equilibria.body_motions import BodyMotion
-from femflex.dynamics.equilibria.linearised import held_freedoms, linear_stiffness
+from femflex.dynamics.equilibria.linearised import is_prescribed, linear_stiffness
 from femflex.dynamics.equilibria.rigid_motions import rigid_fields
 from femflex.dynamics.equilibria.small_motions import SmallMotions
 from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.model import Model
 
-WAYS = ("flap", "lag", "stretch", "torsion", "chordwise")
-LAG, STRETCH = WAYS.index("lag"), WAYS.index("stretch")
+DEFORMATIONS = ("flap", "lag", "stretch", "torsion", "chordwise")
+LAG, STRETCH = DEFORMATIONS.index("lag"), DEFORMATIONS.index("stretch")
 MEMBRANE = {"line": 1, "plate": 3}  # the first strains of a part, which stretch it
 WOBBLE, JOINT = "wobble", "joint"
 LIBRATIONS = ("libration pitch", "libration yaw", "libration roll")  # about x0, y0, z0 of the orbital frame
 RIGID = (WOBBLE, *LIBRATIONS)
 MOTIONS = tuple(f"{kind} {axis}" for kind in ("translation", "rotation") for axis in "xyz")
 SLICES = 16
-MOST = 400  # points of a body that are looked at
-ALONG = 0.9  # cosine between spin axis and body from which on it spins about its own line
-MOVES = 1e-3  # share of a vibration's mass that must be seen to move; less is a turn about the line itself
-HALF = 0.5  # share of the kinetic energy in rigid motions, or of the stiffness in strain, that decides
+MAX_POINTS = 400  # points of a body that are looked at
+PARALLEL = 0.9  # cosine between spin axis and body from which on it spins about its own line
+LEAST_SHARE = 1e-3  # share of a vibration's mass that must be seen to move; less is a turn about the line itself
+DECISIVE_SHARE = 0.5  # share of the kinetic energy in rigid motions, or of the stiffness in strain, that decides
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,53 +46,53 @@ class MotionCharacter:
 
 
 def motion_character(model: Model, motions: SmallMotions, axis: Array | None = None) -> MotionCharacter:
-    """What each of the small motions is; axis (3,): of the spin, where there is one, base frame components."""
+    """Return a description of each small motion; axis (3,) is that of a spin, in base frame components."""
     kinetic = {
         name: motions.bodies[name].kinetic(model.system.bodies[name], motions.shapes) for name in model.system.order
     }
     total = np.maximum(np.sum(list(kinetic.values()), axis=0), 1e-300)
-    moving = ~held_freedoms(model)
+    moving = ~is_prescribed(model)
     elastic = elastic_coordinates(model)
     K = linear_stiffness(model)[0] * np.outer(elastic, elastic)
     strain = np.einsum("uk,uv,vk->k", motions.shapes.conj(), K, motions.shapes, optimize=True).real
-    strained = strain >= HALF * np.abs(motions.eigenvalues) ** 2
-    words = _ways(model, motions, axis, strained)
+    strained = strain >= DECISIVE_SHARE * np.abs(motions.eigenvalues) ** 2
+    words = _deformation_words(model, motions, axis, strained)
     _name_joints(motions, words, np.eye(model.n_u)[:, moving & ~elastic], axis, strained)
     _name_rigid(model, motions, words)
-    words = [owner or word for owner, word in zip(motions.owners, words, strict=True)]
+    words = [state or word for state, word in zip(motions.owners, words, strict=True)]
     return MotionCharacter(tuple(words), {name: energy / total for name, energy in kinetic.items()})
 
 
 def numbered_names(words: Sequence[str]) -> tuple[str, ...]:
-    """Words with their number among those alike, "flap 1"; rigid motions without one where there is one alone."""
+    """Return names with their number among equal ones, "flap 1"; a single rigid motion has no number."""
     counts: dict[str, int] = {}
     out = []
     for word in words:
         counts[word] = counts.get(word, 0) + 1
-        alone = words.count(word) == 1 and (word in (*RIGID, *MOTIONS) or "." in word)  # a state has a point
-        out.append(word if alone else f"{word} {counts[word]}")
+        unnumbered = words.count(word) == 1 and (word in (*RIGID, *MOTIONS) or "." in word)  # a state has a point
+        out.append(word if unnumbered else f"{word} {counts[word]}")
     return tuple(out)
 
 
-def _ways(model: Model, motions: SmallMotions, axis: Array | None, strained: BoolArray) -> list[str]:
-    """The word for each motion by how the slices of the bodies move, weighted by their mass.
+def _deformation_words(model: Model, motions: SmallMotions, axis: Array | None, strained: BoolArray) -> list[str]:
+    """Return the word for each motion by the motion of the bodies' slices, weighted by their mass.
 
     Where strain is what resists (strained), the rigid bodies, which only go along, do not count.
     """
-    total = np.zeros((motions.shapes.shape[1], len(WAYS)))
+    total = np.zeros((motions.shapes.shape[1], len(DEFORMATIONS)))
     for name, body in model.system.bodies.items():
-        points, moved = moved_points(body, motions.bodies[name])
-        shares = _slice_shares(points, np.einsum("pau,uk->kpa", moved, motions.shapes), axis)
+        points, displacement = moved_points(body, motions.bodies[name])
+        shares = _slice_shares(points, np.einsum("pau,uk->kpa", displacement, motions.shapes), axis)
         bends = ~_stretched(body, motions.bodies[name].shape @ motions.shapes)
         shares[bends, LAG] += shares[bends, STRETCH]
         shares[bends, STRETCH] = 0.0
         total += body.moments.mass * shares * (1.0 if body.n_modes else ~strained[:, None])
-    total[total.sum(axis=1) < MOVES, WAYS.index("torsion")] += 1.0
-    words = [WAYS[k] for k in np.argmax(total, axis=1)]
+    total[total.sum(axis=1) < LEAST_SHARE, DEFORMATIONS.index("torsion")] += 1.0
+    words = [DEFORMATIONS[k] for k in np.argmax(total, axis=1)]
     if axis is not None:
         return words
-    bent = total[:, :2].sum(axis=1) >= total[:, 2:].max(axis=1)
-    return ["bending" if flag else word for flag, word in zip(bent, words, strict=True)]
+    bending = total[:, :2].sum(axis=1) >= total[:, 2:].max(axis=1)
+    return ["bending" if flag else word for flag, word in zip(bending, words, strict=True)]
 
 
 def _stretched(body: FlexibleBody, shapes: ComplexArray) -> BoolArray:
@@ -103,21 +103,21 @@ def _stretched(body: FlexibleBody, shapes: ComplexArray) -> BoolArray:
     parts, n = body.strain_field, shapes.shape[1]
     if not parts or any(part.kind not in MEMBRANE or part.rows.shape[2] != len(shapes) for part in parts):
         return np.ones(n, bool)
-    stretch, whole = np.zeros(n), np.zeros(n)
+    stretch, total = np.zeros(n), np.zeros(n)
     for part in parts:
         eps = np.einsum("sg,pgm,mn->psn", part.linear, part.rows, shapes, optimize=True)
         stress = part.elastic @ eps * part.weight[:, None, None]
         work = (eps.conj() * stress).real
         stretch += work[:, : MEMBRANE[part.kind]].sum(axis=(0, 1))
-        whole += work.sum(axis=(0, 1))
-    return np.asarray(stretch >= HALF * whole)
+        total += work.sum(axis=(0, 1))
+    return np.asarray(stretch >= DECISIVE_SHARE * total)
 
 
 def _name_joints(motions: SmallMotions, words: list[str], J: Array, axis: Array | None, strained: BoolArray) -> None:
     """Call motions of joints, of coordinates J (n_u, m), so where nothing spins; in a spin they flap and lag."""
     if axis is not None or not J.shape[1]:
         return
-    for k in np.flatnonzero((_share_within(J, motions) >= HALF) & ~strained):
+    for k in np.flatnonzero((_share_within(J, motions) >= DECISIVE_SHARE) & ~strained):
         words[k] = JOINT
 
 
@@ -131,66 +131,66 @@ def elastic_coordinates(model: Model) -> BoolArray:
 
 
 def _name_rigid(model: Model, motions: SmallMotions, words: list[str]) -> None:
-    """Call the motion that is most of all a turn of the free spinning craft wobble, and those in orbit librations."""
-    free = any(known.name.startswith("tilt") for known in motions.known)
+    """Name the motion that mostly turns the free spinning craft wobble, and those in orbit librations."""
+    free = any(motion.name.startswith("tilt") for motion in motions.known)
     in_orbit = model.system.frame.kind == "orbital" and model.system.orbit is not None
-    fields, there = rigid_fields(model, motions.bodies, np.eye(3))
+    fields, exist = rigid_fields(model, motions.bodies, np.eye(3))
     if words and not (free or in_orbit):
-        _name_whole(motions, words, fields, there)
-    if not words or not (free or in_orbit) or not there[3:].all():
+        _name_craft_motions(motions, words, fields, exist)
+    if not words or not (free or in_orbit) or not exist[3:].all():
         return
-    rigid = _share_within(fields[:, there], motions)
+    rigid = _share_within(fields[:, exist], motions)
     if free:
-        most = int(np.argmax(rigid))
-        words[most] = WOBBLE if rigid[most] >= HALF else words[most]
+        wobble = int(np.argmax(rigid))
+        words[wobble] = WOBBLE if rigid[wobble] >= DECISIVE_SHARE else words[wobble]
         return
     P = fields[:, 3:]
     inertia = P.T @ motions.M @ P
     turns = np.abs(np.linalg.solve(inertia, P.T @ motions.M @ motions.shapes)) ** 2 * np.diag(inertia)[:, None]
-    for k in np.flatnonzero(rigid >= HALF):
+    for k in np.flatnonzero(rigid >= DECISIVE_SHARE):
         words[k] = LIBRATIONS[int(np.argmax(turns[:, k]))]
 
 
-def _name_whole(motions: SmallMotions, words: list[str], fields: Array, there: BoolArray) -> None:
+def _name_craft_motions(motions: SmallMotions, words: list[str], fields: Array, exist: BoolArray) -> None:
     """Call motions of the whole craft by the rigid motion that is most of them.
 
     Effectors with states resist them, or wheels turn them about (nutation of a craft that is free to turn).
     """
-    if not (there.all() or (motions.driven and there.any())):
+    if not (exist.all() or (motions.driven and exist.any())):
         return
-    alone = np.array(
-        [_share_within(fields[:, [k]], motions) if there[k] else 0 * motions.eigenvalues.real for k in range(6)]
+    shares = np.array(
+        [_share_within(fields[:, [k]], motions) if exist[k] else 0 * motions.eigenvalues.real for k in range(6)]
     )
-    for k in np.flatnonzero(_share_within(fields[:, there], motions) >= HALF):
-        words[k] = MOTIONS[int(np.argmax(alone[:, k]))]
+    for k in np.flatnonzero(_share_within(fields[:, exist], motions) >= DECISIVE_SHARE):
+        words[k] = MOTIONS[int(np.argmax(shares[:, k]))]
 
 
 def _share_within(fields: Array, motions: SmallMotions) -> Array:
     """Share (n,) of the kinetic energy of each motion that lies within fields (n_u, m)."""
-    push = fields.T @ motions.M @ motions.shapes
-    amplitudes = np.linalg.lstsq(fields.T @ motions.M @ fields, push, rcond=None)[0]
-    return np.asarray(np.einsum("mk,mk->k", push.conj(), amplitudes).real)
+    projections = fields.T @ motions.M @ motions.shapes
+    amplitudes = np.linalg.lstsq(fields.T @ motions.M @ fields, projections, rcond=None)[0]
+    return np.asarray(np.einsum("mk,mk->k", projections.conj(), amplitudes).real)
 
 
 def moved_points(body: FlexibleBody, motion: BodyMotion) -> tuple[Array, Array]:
-    """Points (p, 3) of a body in the base frame, and how they move along the coordinates (p, 3, n_u)."""
+    """Return points (p, 3) of a body in the base frame, and their motion along the coordinates (p, 3, n_u)."""
     rest, shapes = points_of(body)
     arms = (rest + np.einsum("spa,s->pa", shapes, motion.delta)) @ motion.attitude.T
-    moved = motion.slide + np.cross(motion.turn.T[None], arms[:, None]).swapaxes(1, 2)
-    moved = moved + np.einsum("ab,spb,su->pau", motion.attitude, shapes, motion.shape, optimize=True)
-    return motion.position + arms, moved
+    per_coordinate = motion.slide + np.cross(motion.turn.T[None], arms[:, None]).swapaxes(1, 2)
+    per_coordinate = per_coordinate + np.einsum("ab,spb,su->pau", motion.attitude, shapes, motion.shape, optimize=True)
+    return motion.position + arms, per_coordinate
 
 
 def points_of(body: FlexibleBody) -> tuple[Array, Array]:
-    """Points (p, 3) of a body and how its shapes move them (n_shapes, p, 3).
+    """Return points (p, 3) of a body and their motion by its shapes (n_shapes, p, 3).
 
     Six points of the same inertia for a rigid body; some of the skin of a flexible one, or its markers.
     """
     if not body.n_shapes:
         return _inertia_points(body), np.zeros((0, 6, 3))
     if body.skin is not None and len(body.skin.points):
-        some = slice(None, None, max(1, len(body.skin.points) // MOST))
-        return body.skin.points[some], body.skin.shapes[:, some]
+        chosen = slice(None, None, max(1, len(body.skin.points) // MAX_POINTS))
+        return body.skin.points[chosen], body.skin.shapes[:, chosen]
     markers = list(body.markers.values())
     return np.stack([m.position for m in markers]), np.stack([m.phi.T for m in markers], axis=1)
 
@@ -198,8 +198,8 @@ def points_of(body: FlexibleBody) -> tuple[Array, Array]:
 def _inertia_points(body: FlexibleBody) -> Array:
     """Six points (6, 3) of a sixth of a rigid body's mass each that have its inertia."""
     centre = body.moments.center_of_mass()
-    spread = body.moments.second[0, :, 0, :] / body.moments.mass - np.outer(centre, centre)
-    square, axes = np.linalg.eigh(spread)
+    covariance = body.moments.second[0, :, 0, :] / body.moments.mass - np.outer(centre, centre)
+    square, axes = np.linalg.eigh(covariance)
     arms = (np.sqrt(3.0 * np.maximum(square, 0.0)) * axes).T
     return np.concatenate([centre + arms, centre - arms])
 
@@ -212,16 +212,16 @@ def _slice_shares(points: Array, motion: ComplexArray, axis: Array | None) -> Ar
         line = np.zeros(3)
     axis = np.eye(3)[int(np.argmin(np.abs(line)))] if axis is None else axis / np.linalg.norm(axis)
     flap = axis - line * (line @ axis)
-    flap = np.zeros(3) if np.linalg.norm(flap) < np.sqrt(1 - ALONG**2) else flap / np.linalg.norm(flap)
-    place = centred @ line
-    width = np.ptp(place) or 1.0
-    index = np.minimum((SLICES * (place - place.min()) / width).astype(int), SLICES - 1)
-    out = np.zeros((len(motion), len(WAYS)))
+    flap = np.zeros(3) if np.linalg.norm(flap) < np.sqrt(1 - PARALLEL**2) else flap / np.linalg.norm(flap)
+    coordinate = centred @ line
+    width = np.ptp(coordinate) or 1.0
+    index = np.minimum((SLICES * (coordinate - coordinate.min()) / width).astype(int), SLICES - 1)
+    out = np.zeros((len(motion), len(DEFORMATIONS)))
     for k in np.unique(index):
-        here = index == k
-        u, arm = motion[:, here], centred[here] - centred[here].mean(axis=0)
+        inside = index == k
+        u, arm = motion[:, inside], centred[inside] - centred[inside].mean(axis=0)
         arm = arm - np.outer(arm @ line, line)
-        out += here.sum() * np.stack(_mean_squares(u, arm, line, flap), axis=1)
+        out += inside.sum() * np.stack(_mean_squares(u, arm, line, flap), axis=1)
     return out / len(points)
 
 
@@ -229,11 +229,17 @@ def _mean_squares(u: ComplexArray, arm: Array, line: Array, flap: Array) -> list
     """Mean square (n,) of the motion u (n, p, 3) of one slice: WAYS in turn."""
     mean = u.mean(axis=1)
     size = np.sum(np.abs(mean) ** 2, axis=1)
-    up, along = np.abs(mean @ flap) ** 2, np.abs(mean @ line) ** 2
+    along_flap, along_line = np.abs(mean @ flap) ** 2, np.abs(mean @ line) ** 2
     turn = np.cross(line, arm)
     inertia = float(np.sum(turn**2))
     theta = np.einsum("npa,pa->n", u, turn) / inertia if inertia > 0 else np.zeros(len(u))
-    left = u - mean[:, None] - theta[:, None, None] * turn
-    left = left - np.einsum("npa,a->np", left, line)[:, :, None] * line  # turned slices of a bent body
+    remaining = u - mean[:, None] - theta[:, None, None] * turn
+    remaining = remaining - np.einsum("npa,a->np", remaining, line)[:, :, None] * line  # turned slices of a bent body
     twisted = np.abs(theta) ** 2 * inertia / len(arm)
-    return [up, size - up - along, along, twisted, np.sum(np.abs(left) ** 2, axis=(1, 2)) / len(arm)]
+    return [
+        along_flap,
+        size - along_flap - along_line,
+        along_line,
+        twisted,
+        np.sum(np.abs(remaining) ** 2, axis=(1, 2)) / len(arm),
+    ]

@@ -1,4 +1,4 @@
-"""Small motions that loops leave: independent freedoms, the directions that close every loop, and what loops carry.
+"""Small motions of systems with loops: independent freedoms, directions that close every loop, loop forces.
 
 Loops are g(q) = 0 with dg = A dxi. Rows of A may depend on each other, as those of a flat linkage do in space; `slack`
 is the part of the largest below which a row does (`slack_of_loops`).
@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from femflex.arrays import Array, IntArray
-from femflex.dynamics.lowering.ties import slack_of
+from femflex.dynamics.lowering.constraints import dependence_limit
 from femflex.system import System
 
 DEPENDENT = 1e-9  # of the largest, below which a row of A follows from others
@@ -26,11 +26,11 @@ def independent_coordinates(A: Array, sizes: Array, slack: float) -> tuple[IntAr
     R, order = qr(scaled, mode="r", pivoting=True)
     pivots = np.abs(np.diag(R))
     rank = int((pivots > slack * pivots.max(initial=0.0)).sum())
-    follow, own = order[:rank], np.sort(order[rank:]).astype(np.int64)
-    Z = np.zeros((len(sizes), len(own)))
-    Z[own, np.arange(len(own))] = 1.0
-    Z[follow] = -np.linalg.lstsq(scaled[:, follow], scaled[:, own], rcond=None)[0]
-    return own, sizes[:, None] * Z / sizes[own]
+    dependent, independent = order[:rank], np.sort(order[rank:]).astype(np.int64)
+    Z = np.zeros((len(sizes), len(independent)))
+    Z[independent, np.arange(len(independent))] = 1.0
+    Z[dependent] = -np.linalg.lstsq(scaled[:, dependent], scaled[:, independent], rcond=None)[0]
+    return independent, sizes[:, None] * Z / sizes[independent]
 
 
 def closing_directions(A: Array, slack: float) -> Array:
@@ -41,13 +41,13 @@ def closing_directions(A: Array, slack: float) -> Array:
 
 
 def least_multipliers(A: Array, force: Array, slack: float) -> Array:
-    """The smallest multipliers (n_rows,) whose forces A^T lambda come nearest to a generalised force (n,)."""
+    """Return the smallest multipliers (n_rows,) with A^T lambda nearest to a generalised force (n,)."""
     return np.asarray(np.linalg.lstsq(A.T, force, rcond=slack)[0], float)
 
 
 def slack_of_loops(system: System) -> float:
     """The part of the largest below which a row of A follows from others."""
-    return slack_of(system, DEPENDENT)
+    return dependence_limit(system, DEPENDENT)
 
 
 def refuse_rolling(system: System, what: str) -> None:

@@ -19,9 +19,9 @@ def with_coasting_rotors(system: System, keep: Collection[str] = ()) -> System:
     A motor that gives a torque accelerates its wheel for ever, so nothing else is a steady state. Left as they are:
     those whose signals something else takes, for there is a loop around them, and those to keep.
     """
-    taken = {name.rpartition(".")[0] for e in system.effectors if isinstance(e, Effector) for name in e.inputs}
-    taken |= set(keep)
-    rotors = [e for e in system.effectors if isinstance(e, Effector) and e.act in ROTORS and e.name not in taken]
+    in_loops = {name.rpartition(".")[0] for e in system.effectors if isinstance(e, Effector) for name in e.inputs}
+    in_loops |= set(keep)
+    rotors = [e for e in system.effectors if isinstance(e, Effector) and e.act in ROTORS and e.name not in in_loops]
     if not rotors:
         return system
     names = [name for name, _ in system.state_names()]
@@ -29,23 +29,23 @@ def with_coasting_rotors(system: System, keep: Collection[str] = ()) -> System:
     z = dict(zip(names, model.parts(model.x0)[2], strict=True))
     changed: list[Effector] = []
     for rotor in rotors:
-        own = np.array([z[name] for name, _ in rotor.state_names()])
-        changed.append(coasting(rotor, float(own[0])) if rotor.act == "wheel" else coasting_gyro(rotor, own))
-    new = {one.name: one for one in changed}
-    gone = {name for rotor in rotors for name, _ in rotor.state_names()}
+        states = np.array([z[name] for name, _ in rotor.state_names()])
+        changed.append(coasting(rotor, float(states[0])) if rotor.act == "wheel" else coasting_gyro(rotor, states))
+    new = {rotor.name: rotor for rotor in changed}
+    removed = {name for rotor in rotors for name, _ in rotor.state_names()}
     effectors = tuple(new.get(e.name, e) for e in system.effectors)
-    return replace(system, effectors=effectors, z0={k: v for k, v in system.z0.items() if k not in gone})
+    return replace(system, effectors=effectors, z0={k: v for k, v in system.z0.items() if k not in removed})
 
 
 def controlled_rotors(system: System) -> list[str]:
-    """Names of wheels and gyros that a continuous law commands by what sensors measure."""
+    """Return the names of wheels and gyros that a continuous law commands by measurements of sensors."""
     by_name = {e.name: e for e in system.effectors if isinstance(e, Effector)}
 
-    def measures(name: str, seen: frozenset[str]) -> bool:
-        one = by_name.get(name)
-        if one is None or name in seen:
+    def measures(name: str, visited: frozenset[str]) -> bool:
+        effector = by_name.get(name)
+        if effector is None or name in visited:
             return False
-        sources = {source.rpartition(".")[0] for source in one.inputs}
-        return one.act == "measure" or any(measures(source, seen | {name}) for source in sources)
+        sources = {source.rpartition(".")[0] for source in effector.inputs}
+        return effector.act == "measure" or any(measures(source, visited | {name}) for source in sources)
 
-    return [name for name, one in by_name.items() if one.act in ROTORS and measures(name, frozenset())]
+    return [name for name, effector in by_name.items() if effector.act in ROTORS and measures(name, frozenset())]

@@ -20,8 +20,8 @@ from scipy.linalg import eigh
 
 from femflex.arrays import Array, IntArray
 from femflex.dynamics.equilibria.closed_motion import least_multipliers, slack_of_loops
-from femflex.dynamics.equilibria.linearised import free_directions, held_freedoms, linearised
-from femflex.dynamics.joints.held_places import held_places
+from femflex.dynamics.equilibria.linearised import free_directions, is_prescribed, linearised
+from femflex.dynamics.joints.prescribed_coordinates import prescribed_places
 from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.model import Model
 
@@ -57,20 +57,22 @@ def elastic_response(model: Model, times: Array, states: Array, accelerations: A
     Raises ValueError and LinAlgError where there are no linear equations about rest (see `linearised`).
     """
     t, rest = float(times[0]), model.at_rest(states[0, : model.n_q])
-    linear, (own, Z) = linearised(model, t, rest), free_directions(model, t, rest)
-    kept = ~np.isin(own, [place for *_, place in held_places(model.system)])  # a latch that will lock counts as locked
-    M, D, K = (A[np.ix_(kept, kept)] for A in (linear.M, linear.D, linear.K))
-    own, Z = own[kept], Z[:, kept]
+    linear, (free, Z) = linearised(model, t, rest), free_directions(model, t, rest)
+    moving = ~np.isin(
+        free, [index for *_, index in prescribed_places(model.system)]
+    )  # a latch that will lock counts as locked
+    M, D, K = (A[np.ix_(moving, moving)] for A in (linear.M, linear.D, linear.K))
+    free, Z = free[moving], Z[:, moving]
     squares, phi = eigh((K + K.T) / 2, (M + M.T) / 2)
     omega, phi = np.sqrt(squares[squares > 0.0]), phi[:, squares > 0.0]
     damping = np.einsum("ik,ij,jk->k", phi, D, phi)
     u, steps = model.parts(states)[1], np.diff(times)[:, None]
     jumps = np.diff(u, axis=0) - steps * (accelerations[1:] + accelerations[:-1]) / 2
     force, impulse = unmodelled_response(model, times, states, accelerations, np.vstack([jumps, np.zeros(model.n_u)]))
-    qe, ue = elastic_places(model)
+    qe, ue = elastic_indices(model)
     start = np.zeros((2, model.n_u))
     start[:, ue] = model.x0[qe], model.x0[model.n_q + ue]
-    modal = start[:, own] @ M @ phi
+    modal = start[:, free] @ M @ phi
     y, rate, swing = modal_response(omega, damping, times, force @ Z @ phi, impulse @ Z @ phi, modal)
     moved, out = Z @ phi, states.copy()
     out[:, qe], out[:, model.n_q + ue] = y @ moved[ue].T, rate @ moved[ue].T
@@ -100,15 +102,17 @@ def _recoil(model: Model, u: Array, rates: Array) -> Array:
 def unmodelled_response(model: Model, times: Array, states: Array, rates: Array, jumps: Array) -> tuple[Array, Array]:
     """Forces, and impulses of jumps of the velocities, on the elastic coordinates; each (n_t, n_u), 0 for joints."""
     force, impulse = np.zeros((2, len(times), model.n_u))
-    ue, slack = elastic_places(model)[1], slack_of_loops(model.system)
-    carrying = ~held_freedoms(model)
+    ue, slack = elastic_indices(model)[1], slack_of_loops(model.system)
+    carrying = ~is_prescribed(model)
     carrying[ue] = False
-    for row, pushed, t, x, rate, jump in zip(force, impulse, times, states, rates, jumps, strict=True):
-        pair = [model.residual(float(t), x, rate), model.residual(float(t), x, rate + jump)]
+    for row, impulse_row, t, x, rate, jump in zip(force, impulse, times, states, rates, jumps, strict=True):
+        residuals = [model.residual(float(t), x, rate), model.residual(float(t), x, rate + jump)]
         if model.constraints is not None:  # what loops carry as the bodies move on stands in the rows of joints
             A = model.constraints.matrix(float(t), x)
-            pair = [own - least_multipliers(A[:, carrying], own[carrying], slack) @ A for own in pair]
-        row[ue], pushed[ue] = -pair[0][ue], (pair[0] - pair[1])[ue]
+            residuals = [
+                residual - least_multipliers(A[:, carrying], residual[carrying], slack) @ A for residual in residuals
+            ]
+        row[ue], impulse_row[ue] = -residuals[0][ue], (residuals[0] - residuals[1])[ue]
     return force, impulse
 
 
@@ -139,7 +143,7 @@ def modal_response(
     return y, rate, swing
 
 
-def elastic_places(model: Model) -> tuple[IntArray, IntArray]:
+def elastic_indices(model: Model) -> tuple[IntArray, IntArray]:
     """Places in q and in u of the elastic coordinates of all bodies."""
     records = body_records(model.table)[1:]
     counted = [(np.arange(int(r["n"])) + int(r["qe"]), np.arange(int(r["n"])) + int(r["ue"])) for r in records]

@@ -25,7 +25,7 @@ from femflex.dynamics.model import Model, compile_system
 from femflex.system import System
 
 FIRST, LEAST = 0.25, 1e-4  # share of the outer forces added in a step of the continuation
-UNMOVED = (
+NO_FREE_COORDINATE = (
     "the craft has no free coordinate: its bodies are rigid, and its joints are welded or prescribed. An equilibrium "
     "needs a flexible body or a free joint"
 )
@@ -64,8 +64,8 @@ class Equilibrium:
     @property
     def gap(self) -> float:
         """Largest gap of the loops, as lengths or angles; 0 without any."""
-        tied = self.model.constraints
-        return 0.0 if tied is None else float(np.abs(tied.residuals(0.0, self.x)[0]).max())
+        constraints = self.model.constraints
+        return 0.0 if constraints is None else float(np.abs(constraints.residuals(0.0, self.x)[0]).max())
 
     @cached_property
     def motions(self) -> SmallMotions:
@@ -105,20 +105,20 @@ class Equilibrium:
         neutral = self.neutral
         if self.motions.driven:  # a law may resist what forces of the craft do not
             neutral = tuple(dict.fromkeys(motion.name for motion in self.motions.known))
-        held = f", neutral along {', '.join(neutral)}" if neutral else ""
+        neutral_text = f", neutral along {', '.join(neutral)}" if neutral else ""
         if not len(values):
-            return f"stable{held}" if held else "nothing is free to move"
+            return f"stable{neutral_text}" if neutral_text else "nothing is free to move"
         if not self.stable:
             fastest = values[np.argmax(values.real - self._thresholds)]
             how = "monotonically" if abs(fastest.imag) < abs(fastest.real) * 1e-3 else "in oscillations"
             return f"unstable: a small motion grows {how} by a factor e in {1.0 / fastest.real:.4g} s"
         slowest = np.abs(values.imag)[np.abs(values.imag) > self._level].min(initial=np.inf)
         text = f"; its slowest vibration has {slowest / (2 * np.pi):.6g} Hz" if np.isfinite(slowest) else ""
-        return f"stable{text}{held}"
+        return f"stable{text}{neutral_text}"
 
     @property
     def _level(self) -> float:
-        """Rate below which motion is taken for none [1/s]."""
+        """Return the rate below which a motion counts as none [1/s]."""
         return LEVEL * self.left.growth if self.left is not None else 0.0
 
     @property
@@ -139,51 +139,51 @@ def equilibrium(system: System, at: float | None = None, stable: bool = False) -
     """The equilibrium nearest to the system's initial coordinates: at rest in its base frame.
 
     On the ground, in a uniformly spinning frame, or in the orbital frame of a circular orbit; loads are constant, or
-    those at the time `at` [s]. stable: an unstable one is left along the motion that grows, for one that is stable
-    (`leaving`). Raises ValueError when forces change over time or nothing can move, EquilibriumError when none is
+    those at the time `at` [s]. stable: an unstable one is left along the motion that grows, for one that is stable.
+    Raises ValueError when forces change over time or nothing can move, EquilibriumError when none is
     found.
     """
     problem = steady(system, at)
     if not problem.full.n_u:
-        raise ValueError(UNMOVED)
-    begun = problem.full.x0[: problem.full.n_q].copy()
-    found = _nearest(problem, begun)
-    return found if not stable or found.stable else _beyond(problem, found, begun)
+        raise ValueError(NO_FREE_COORDINATE)
+    start = problem.full.x0[: problem.full.n_q].copy()
+    result = _by_continuation(problem, start)
+    return result if not stable or result.stable else _stable_equilibrium_from(problem, result, start)
 
 
-def _nearest(problem: Steady, begun: Array) -> Equilibrium:
-    """What Newton's method comes to from the coordinates begun from, or a path along growing outer forces."""
-    q, share, step, count = begun, 0.0, 1.0, 0
+def _by_continuation(problem: Steady, start: Array) -> Equilibrium:
+    """Return the solution of Newton's method from the initial coordinates, or else along growing outer forces."""
+    q, share, step, count = start, 0.0, 1.0, 0
     first = True
     while share < 1.0:
-        wanted = min(1.0, share + step)
-        found = balance(problem, q, wanted)
-        count += found.iterations
-        if found.balanced:
-            q, share = found.q, wanted
-            step *= 2.0 if found.iterations <= 6 else 1.0
-        elif first and (again := _about_preload(problem, q)) is not None:
-            count += again.iterations
-            found, q, share = again, again.q, 1.0
+        target = min(1.0, share + step)
+        trial = balance(problem, q, target)
+        count += trial.iterations
+        if trial.balanced:
+            q, share = trial.q, target
+            step *= 2.0 if trial.iterations <= 6 else 1.0
+        elif first and (preloaded := _balance_with_preload(problem, q)) is not None:
+            count += preloaded.iterations
+            trial, q, share = preloaded, preloaded.q, 1.0
         elif first:  # not at once: from the unloaded state, in steps
-            rest = balance(problem, q, 0.0)
-            count += rest.iterations
-            if not rest.balanced:
-                raise _failed(problem, q, 0.0, count, rest)
-            q, step = rest.q, FIRST
-            least = balance(problem, q, LEAST)
-            count += least.iterations
-            if not least.balanced:  # halving the steps down to there would only take its time
-                raise _failed(problem, q, 0.0, count, least)
+            unloaded = balance(problem, q, 0.0)
+            count += unloaded.iterations
+            if not unloaded.balanced:
+                raise _failed(problem, q, 0.0, count, unloaded)
+            q, step = unloaded.q, FIRST
+            smallest = balance(problem, q, LEAST)
+            count += smallest.iterations
+            if not smallest.balanced:  # halving the steps down to there would only take its time
+                raise _failed(problem, q, 0.0, count, smallest)
         else:
             step /= 2.0
             if step < LEAST:
-                raise _failed(problem, q, share, count, found)
+                raise _failed(problem, q, share, count, trial)
         first = False
-    return _as_equilibrium(problem, finely_balanced(problem, found), count)
+    return _as_equilibrium(problem, finely_balanced(problem, trial), count)
 
 
-def _about_preload(problem: Steady, q: Array) -> Balance | None:
+def _balance_with_preload(problem: Steady, q: Array) -> Balance | None:
     """The balance from undeformed bodies where some have a preload, without which they would be slack; else None."""
     model = problem.full
     if not any(body.strain.f0.any() for body in model.system.bodies.values()):
@@ -191,16 +191,16 @@ def _about_preload(problem: Steady, q: Array) -> Balance | None:
     start = q.copy()
     for record in body_records(model.table)[1:]:
         start[int(record["qe"]) : int(record["qe"]) + int(record["n"])] = 0.0
-    found = balance(problem, start, 1.0)
-    return found if found.balanced else None
+    trial = balance(problem, start, 1.0)
+    return trial if trial.balanced else None
 
 
-def _beyond(problem: Steady, unstable: Equilibrium, begun: Array) -> Equilibrium:
+def _stable_equilibrium_from(problem: Steady, unstable: Equilibrium, start: Array) -> Equilibrium:
     """The stable equilibrium that the motion that grows away from an unstable one leads to."""
-    near = stable_state_below(problem, unstable.q, begun)
-    found = None if near is None else balance(problem, near, 1.0)
-    if found is not None and found.residual <= BALANCED:  # it may go on along a ring of equilibria, hardly resisted
-        settled = _as_equilibrium(problem, found, unstable.iterations + found.iterations, unstable)
+    q = stable_state_below(problem, unstable.q, start)
+    trial = None if q is None else balance(problem, q, 1.0)
+    if trial is not None and trial.residual <= BALANCED:  # it may go on along a ring of equilibria, hardly resisted
+        settled = _as_equilibrium(problem, trial, unstable.iterations + trial.iterations, unstable)
         if settled.stable:
             return settled
     raise EquilibriumError(
@@ -210,46 +210,46 @@ def _beyond(problem: Steady, unstable: Equilibrium, begun: Array) -> Equilibrium
     )
 
 
-def _as_equilibrium(problem: Steady, found: Balance, count: int, left: Equilibrium | None = None) -> Equilibrium:
+def _as_equilibrium(problem: Steady, result: Balance, count: int, left: Equilibrium | None = None) -> Equilibrium:
     model = problem.full
-    x = problem.at_rest(found.q)
+    x = problem.at_rest(result.q)
     return Equilibrium(
         model=model,
         x=x,
         share=1.0,
-        residual=found.residual,
+        residual=result.residual,
         iterations=count,
-        neutral=found.neutral,
-        directions=found.directions,
+        neutral=result.neutral,
+        directions=result.directions,
         moving=problem.damped,
         left=left,
     )
 
 
-def _failed(problem: Steady, q: Array, share: float, count: int, tried: Balance) -> EquilibriumError:
+def _failed(problem: Steady, q: Array, share: float, count: int, trial: Balance) -> EquilibriumError:
     names = [name.removesuffix("_rate") for name, _ in problem.full.system.velocity_names()]
-    where = names[tried.worst] if names else "nothing"
+    where = names[trial.worst] if names else "nothing"
     last = Equilibrium(
         model=problem.full,
         x=problem.at_rest(q),
         share=share,
-        residual=tried.residual,
+        residual=trial.residual,
         iterations=count,
-        neutral=tried.neutral,
-        directions=tried.directions,
+        neutral=trial.neutral,
+        directions=trial.directions,
         moving=problem.damped,
     )
-    if not np.isfinite(tried.residual):
+    if not np.isfinite(trial.residual):
         text = (
             "no equilibrium was found: at rest the stiffness is singular, as of a cable without tension. Give its "
             "preload, or the spin of the base frame ([attitude] frame = 'spinning'), or linearise about the state of a "
             "run (femflex linearize --run FILE --at TIME)"
         )
         return EquilibriumError(text, last)
-    along = f"; nothing resists {', '.join(tried.neutral)}" if tried.neutral else ""
+    neutral_text = f"; nothing resists {', '.join(trial.neutral)}" if trial.neutral else ""
     return EquilibriumError(
         f"no equilibrium was found beyond {share:.4g} of the loads, spin and gravity: the largest unbalanced force, "
-        f"in {where}, is {tried.residual:.3g} of the largest force{along}. Start nearer to the equilibrium, lower the "
-        "loads or the spin, or fix free coordinates.",
+        f"in {where}, is {trial.residual:.3g} of the largest force{neutral_text}. Start nearer to the equilibrium, "
+        "lower the loads or the spin, or fix free coordinates.",
         last,
     )

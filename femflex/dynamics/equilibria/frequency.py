@@ -1,4 +1,4 @@
-"""The highest natural frequency of a compiled model: what an explicit method has to follow."""
+"""Highest natural frequency of a compiled model, which limits the step of an explicit method."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from femflex.dynamics.model import Model
 
 
-MANY = 100  # coordinates; beyond, the largest eigenvalue is found by Arnoldi's method, without the matrix
+DENSE_LIMIT = 100  # coordinates; beyond, the largest eigenvalue is found by Arnoldi's method, without the matrix
 STEP = 1e-6  # of the difference quotient, times a unit of the coordinate
 
 
@@ -37,9 +37,9 @@ def state_frequency(model: Model) -> float:
     x, first, columns = model.at_rest(model.x0[: model.n_q]), model.n_q + model.n_u, []
     base = model.state_rate(0.0, x)[first:]
     for k in range(model.n_z):
-        moved, step = x.copy(), STEP * max(1.0, abs(x[first + k]))
-        moved[first + k] += step
-        columns.append((model.state_rate(0.0, moved)[first:] - base) / step)
+        displaced, step = x.copy(), STEP * max(1.0, abs(x[first + k]))
+        displaced[first + k] += step
+        columns.append((model.state_rate(0.0, displaced)[first:] - base) / step)
     return float(np.abs(np.linalg.eigvals(np.column_stack(columns))).max(initial=0.0)) if columns else 0.0
 
 
@@ -53,11 +53,11 @@ def damping_rate(model: Model) -> float:
         return 0.0
     rest = model.at_rest(model.x0[: model.n_q])
 
-    def slowed(velocities: Array) -> Array:
+    def decelerations(velocities: Array) -> Array:
         ahead, behind = (_with_velocities(model, rest, sign * STEP * velocities) for sign in (1.0, -1.0))
         return (_accelerations(model, behind) - _accelerations(model, ahead)) / (2.0 * STEP)
 
-    return max(0.0, largest_eigenvalue(slowed, model.n_u))
+    return max(0.0, largest_eigenvalue(decelerations, model.n_u))
 
 
 def _with_velocities(model: Model, x: Array, velocities: Array) -> Array:
@@ -69,7 +69,7 @@ def _with_velocities(model: Model, x: Array, velocities: Array) -> Array:
 
 def _accelerations(model: Model, states: Array) -> Array:
     """du/dt (m, n_u) at t = 0 at states (m, n_x)."""
-    rates, arrays = np.empty_like(states), model.workspace.own
+    rates, arrays = np.empty_like(states), model.workspace.arrays
     for x, dx in zip(states, rates, strict=True):
         model.rate(0.0, x, dx, *arrays)
     return model.parts(rates)[1]
@@ -92,7 +92,7 @@ def largest_eigenvalue(operator: Callable[[Array], Array], n: int) -> float:
     """
     if n == 0:
         return 0.0
-    if n <= MANY:
+    if n <= DENSE_LIMIT:
         values = np.linalg.eigvals(operator(np.eye(n)))
     else:
         from scipy.sparse.linalg import LinearOperator, eigs
@@ -108,15 +108,15 @@ def largest_eigenvalue(operator: Callable[[Array], Array], n: int) -> float:
 def law_frequency(model: Model) -> float:
     """Highest frequency that stops, tabulated springs and latches can reach where they are stiffest [rad/s]."""
     squares = [0.0]
-    for place in law_places(model.system):
+    for law_place in law_places(model.system):
         unit, out = np.zeros(model.n_u), np.empty(model.n_u)
-        unit[place.u] = 1.0
-        stiffest = place.of.stiffest if isinstance(place.of, Law) else place.of.stiffness
+        unit[law_place.u] = 1.0
+        stiffest = law_place.law.stiffest if isinstance(law_place.law, Law) else law_place.law.stiffness
         if stiffest > 0:
             q = np.ascontiguousarray(model.x0[: model.n_q])
             rhs = np.concatenate([unit, model.parts(model.x0)[2]])
             model.tree.solve(0.0, q, rhs, out, 1.0, 0.0, 0.0, model.table, model.pool, model.work)
-            squares.append(stiffest * out[place.u])
+            squares.append(stiffest * out[law_place.u])
     return float(np.sqrt(max(squares)))
 
 
@@ -125,16 +125,16 @@ def linear_frequency(model: Model) -> float:
 
     M^-1 K column by column: the accelerations that a unit of each elastic, sliding or turning coordinate calls up.
     """
-    places = sprung_places(model)
+    indices = stiff_indices(model)
 
-    def restored(displacements: Array) -> Array:
-        return called_up(model, places, displacements)[:, places[1]]
+    def accelerations(displacements: Array) -> Array:
+        return restoring_accelerations(model, indices, displacements)[:, indices[1]]
 
-    return float(np.sqrt(max(largest_eigenvalue(restored, len(places[1])), 0.0)))
+    return float(np.sqrt(max(largest_eigenvalue(accelerations, len(indices[1])), 0.0)))
 
 
-def sprung_places(model: Model) -> tuple[IntArray, IntArray]:
-    """Places in q and in u (m,) of the coordinates that have stiffness; with springs or effectors those of all of u."""
+def stiff_indices(model: Model) -> tuple[IntArray, IntArray]:
+    """Return places in q and in u (m,) of coordinates with stiffness; all of u if there are springs or effectors."""
     if model.system.springs or model.system.effectors:  # these may act on any coordinate
         return np.full(model.n_u, -1), np.arange(model.n_u)
     pairs = [pair for record in body_records(model.table)[1:] for pair in stiff_coordinates(record)]
@@ -142,17 +142,17 @@ def sprung_places(model: Model) -> tuple[IntArray, IntArray]:
     return q, u
 
 
-def called_up(model: Model, places: tuple[IntArray, IntArray], displacements: Array) -> Array:
+def restoring_accelerations(model: Model, indices: tuple[IntArray, IntArray], displacements: Array) -> Array:
     """Accelerations (k, n_u) that oppose displacements (k, m) of these places from the initial state, at rest."""
     rest = model.at_rest(model.x0[: model.n_q])
-    moved = np.tile(rest, (len(displacements), 1))
+    displaced = np.tile(rest, (len(displacements), 1))
     if model.system.springs or model.system.effectors:
         start = rest[: model.n_q].copy()
-        for x, one in zip(moved, displacements, strict=True):
-            model.tree.advance(start, STEP * one, x[: model.n_q], model.table, model.pool, model.work)
+        for x, displacement in zip(displaced, displacements, strict=True):
+            model.tree.advance(start, STEP * displacement, x[: model.n_q], model.table, model.pool, model.work)
     else:
-        moved[:, places[0]] += STEP * displacements
-    return np.asarray((_accelerations(model, rest[None]) - _accelerations(model, moved)) / STEP)
+        displaced[:, indices[0]] += STEP * displacements
+    return np.asarray((_accelerations(model, rest[None]) - _accelerations(model, displaced)) / STEP)
 
 
 def stiff_coordinates(record: np.void) -> list[tuple[int, int]]:

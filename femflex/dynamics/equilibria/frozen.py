@@ -1,4 +1,4 @@
-"""A system with all that changes over time as it is at one instant, and what then still keeps it from resting."""
+"""A system frozen at one instant: all that changes over time is constant; and what then still keeps it from rest."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from femflex.dynamics.equilibria.closed_motion import refuse_rolling
 from femflex.system import Joint, Load, Profile, System, Threshold
 from femflex.system.fixed_length import moving_lengths, with_fixed_lengths
-from femflex.system.freedoms import OPEN, RELEASED
+from femflex.system.joint_coordinates import OPEN, RELEASED
 
 ROUNDING = 1e-12  # relative; gravity this nearly along the axis of spin is along it
 CIRCULAR = 1e-9  # eccentricity below which an orbit counts as circular
@@ -28,15 +28,15 @@ def frozen_system(system: System, at: float | None = None) -> System:
             "time its value is meant (--at)"
         )
     system = with_fixed_lengths(system, at or 0.0)
-    still = replace(
+    frozen = replace(
         system,
-        joints=tuple(_still(joint, at) for joint in system.joints),
+        joints=tuple(_locked(joint, at) for joint in system.joints),
         loads=tuple(_frozen(load, at) for load in system.loads),
         z0=system.z0 | _released(system, at),
     )
-    if problems := [*_orbit_problems(still), *_gravity_problems(still), *_load_problems(still)]:
+    if problems := [*_orbit_problems(frozen), *_gravity_problems(frozen), *_load_problems(frozen)]:
         raise ValueError("\n".join(problems))
-    return still
+    return frozen
 
 
 def without_damping(system: System) -> System:
@@ -49,11 +49,11 @@ def without_damping(system: System) -> System:
     )
 
 
-def _still(joint: Joint, at: float | None) -> Joint:
+def _locked(joint: Joint, at: float | None) -> Joint:
     """The joint with its prescribed freedoms locked where they are at a time, and locked if it awaits a value."""
     still: list[Profile | float | None] = list(joint.motion)
     q0 = joint.q0.copy()
-    for k, profile in joint.held.items():
+    for k, profile in joint.prescribed.items():
         if profile.moves and at is None:
             raise ValueError(
                 f"the motion of {joint.freedom_names()[k]!r} changes over time, so there is no equilibrium with it; "
@@ -61,7 +61,9 @@ def _still(joint: Joint, at: float | None) -> Joint:
                 "'spinning')"
             )
         still[k] = q0[k] = float(profile(at or 0.0)[0])
-    latches = tuple(replace(one, opens=math.inf) if isinstance(one.opens, Threshold) else one for one in joint.latches)
+    latches = tuple(
+        replace(latch, opens=math.inf) if isinstance(latch.opens, Threshold) else latch for latch in joint.latches
+    )
     return replace(joint, motion=tuple(still), latches=latches, q0=q0, u0=0.0 * joint.u0)
 
 

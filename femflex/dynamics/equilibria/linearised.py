@@ -22,7 +22,7 @@ from femflex.dynamics.equilibria.closed_motion import (
     slack_of_loops,
 )
 from femflex.dynamics.equilibria.increments import advanced
-from femflex.dynamics.equilibria.local_derivative import along, local_derivative
+from femflex.dynamics.equilibria.local_derivative import local_derivative, on_line
 from femflex.dynamics.equilibria.states import StateEquations, state_equations
 from femflex.dynamics.joints.law_report import latch_places
 from femflex.dynamics.lowering.layout import BALL_NONE, body_records
@@ -37,7 +37,7 @@ NARROW = 5  # steps along coordinates, the last 1e-13 of that size: laws of 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Linearised:
-    """Linear equations about a state: M, D, K, W (n, n) of the freedoms that are not held; their names.
+    """Linear equations about a state: M, D, K, W (n, n) of the freedoms that are not prescribed; their names.
 
     states  the m states of effectors in addition (see femflex.dynamics.equilibria.states)
 
@@ -61,8 +61,8 @@ class Linearised:
 
     def eigenvalues(self) -> ComplexArray:
         """Eigenvalues (2 n + m,) of the state matrix [1/s], by rising size."""
-        found = np.asarray(np.linalg.eigvals(self.state_matrix()), complex)
-        return found[np.argsort(np.abs(found), kind="stable")]
+        values = np.asarray(np.linalg.eigvals(self.state_matrix()), complex)
+        return values[np.argsort(np.abs(values), kind="stable")]
 
 
 def linearised(model: Model, t: float, x: Array, udot: Array | None = None) -> Linearised:
@@ -82,80 +82,91 @@ def linearised(model: Model, t: float, x: Array, udot: Array | None = None) -> L
             "are those about rest; take a state of rest, or let the base frame spin ([attitude] frame = 'spinning')"
         )
 
-    def faster(du: Array) -> Array:
+    def residual_at_rates(du: Array) -> Array:
         return model.residual(t, np.concatenate([q, u + du, z]), accelerations)
 
     M, K = model.mass_matrix(t, x), stiffness(model, t, x, accelerations, multipliers(model, t, x))
-    largest = cancelling(model, t, x, accelerations)
+    largest = rounding_forces(model, t, x, accelerations)
     first = max(1.0, float(np.abs(u).max(initial=0.0)))  # inertia is of second degree in u: long steps give it exactly
     D = np.zeros_like(M)
     for j, e in enumerate(np.eye(model.n_u)):
-        D[:, j] = local_derivative(along(faster, e), first, largest)
-    own, Z = free_directions(model, t, x)
-    states = state_equations(model, t, x, accelerations, usual_sizes(model)).along(Z)
+        D[:, j] = local_derivative(on_line(residual_at_rates, e), first, largest)
+    independent, Z = free_directions(model, t, x)
+    states = state_equations(model, t, x, accelerations, usual_sizes(model)).in_directions(Z)
     M, D, K = (Z.T @ A @ Z for A in (M, D, K))
     names = [name for name, _ in model.system.velocity_names()]
-    return Linearised(M, D, K, turning(model, u)[np.ix_(own, own)], tuple(names[k] for k in own), states)
+    return Linearised(
+        M,
+        D,
+        K,
+        ball_rotation_rates(model, u)[np.ix_(independent, independent)],
+        tuple(names[k] for k in independent),
+        states,
+    )
 
 
 def free_directions(model: Model, t: float, x: Array) -> tuple[IntArray, Array]:
-    """Freedoms (m,) that are neither held nor follow others through loops, and how all move with them, (n_u, m)."""
-    free = np.flatnonzero(~held_freedoms(model, x))
+    """Return the free freedoms (m,), neither prescribed nor following through loops, and the motion of all (n_u, m)."""
+    free = np.flatnonzero(~is_prescribed(model, x))
     Z = np.eye(model.n_u)[:, free]
     if model.constraints is None:
         return free, Z
-    own, following = independent_coordinates(
+    independent, following = independent_coordinates(
         model.constraints.matrix(t, x)[:, free], usual_sizes(model)[free], slack_of_loops(model.system)
     )
-    return free[own], Z @ following
+    return free[independent], Z @ following
 
 
-def held_freedoms(model: Model, x: Array | None = None) -> BoolArray:
-    """(n_u,): which freedoms are locked or prescribed, those that rigid latches lock in the state x included.
+def is_prescribed(model: Model, x: Array | None = None) -> BoolArray:
+    """Return (n_u,) whether each freedom is prescribed or locked, also by a rigid latch in the state x.
 
     x: (n_x,), the initial state when left out
     """
-    held = np.zeros(model.n_u, bool)
+    prescribed = np.zeros(model.n_u, bool)
     for name, record in zip(model.system.order, body_records(model.table)[1:], strict=True):
-        held[[int(record["u"]) + k for k in model.system.joint_of(name).held]] = True
+        prescribed[[int(record["u"]) + k for k in model.system.joint_of(name).prescribed]] = True
     z = model.parts(model.x0 if x is None else x)[2]
-    held[[its.u for its in latch_places(model.system) if its.latch.rigid and z[its.time] >= 0.0]] = True
-    return held
+    prescribed[[latch.u for latch in latch_places(model.system) if latch.latch.rigid and z[latch.time] >= 0.0]] = True
+    return prescribed
 
 
 def multipliers(model: Model, t: float, x: Array) -> Array:
-    """Multipliers (n_rows,) of the loops that hold a system at rest at x; none for a tree."""
+    """Return the multipliers (n_rows,) of the loops of a system at rest at x; none for a tree."""
     if model.constraints is None:
         return np.zeros(0)
     ties, force = model.constraints.matrix(t, x), model.bias(t, x)
-    held = held_freedoms(model, x)
-    return least_multipliers(np.where(held, 0.0, ties), np.where(held, 0.0, force), slack_of_loops(model.system))
+    prescribed = is_prescribed(model, x)
+    return least_multipliers(
+        np.where(prescribed, 0.0, ties), np.where(prescribed, 0.0, force), slack_of_loops(model.system)
+    )
 
 
 def stiffness(model: Model, t: float, x: Array, udot: Array, lambdas: Array) -> Array:
     """K (n_u, n_u): derivative of the residual by increments of the coordinates, at constant multipliers (n_rows,)."""
     q, u, z = model.parts(x)
-    K, at = linear_stiffness(model)
-    own = at >= 0
+    K, columns = linear_stiffness(model)
+    has_column = columns >= 0
     stretched = [(strain, e, qe, strain.force(q[qe])) for strain, e, qe in nonlinear_bodies(model)]
 
-    def other(moved: Array) -> Array:
-        change, y = np.where(own, moved[at] - q[at], 0.0), np.concatenate([moved, u, z])
-        tied = lambdas @ model.constraints.matrix(t, y) if model.constraints is not None else 0.0
-        left = model.residual(t, y, udot) - tied - K @ change
+    def nonlinear_residual(q_moved: Array) -> Array:
+        change, y = np.where(has_column, q_moved[columns] - q[columns], 0.0), np.concatenate([q_moved, u, z])
+        constraint_forces = lambdas @ model.constraints.matrix(t, y) if model.constraints is not None else 0.0
+        residual = model.residual(t, y, udot) - constraint_forces - K @ change
         for strain, e, qe, force in stretched:
-            same = np.array_equal(moved[qe], q[qe])  # most steps move other bodies
-            left[e] -= (force if same else strain.force(moved[qe])) - strain.V1 @ moved[qe]
-        return left
+            unchanged = np.array_equal(q_moved[qe], q[qe])  # most steps move other bodies
+            residual[e] -= (force if unchanged else strain.force(q_moved[qe])) - strain.V1 @ q_moved[qe]
+        return residual
 
-    def moved(xi: Array) -> Array:
-        return other(advanced(model, q, xi))
+    def residual_along(xi: Array) -> Array:
+        return nonlinear_residual(advanced(model, q, xi))
 
-    largest = cancelling(model, t, x, udot)
-    rest = np.zeros_like(K)
+    largest = rounding_forces(model, t, x, udot)
+    differences = np.zeros_like(K)
     for j, size in enumerate(usual_sizes(model)):
-        rest[:, j] = local_derivative(along(moved, np.eye(model.n_u)[j]), STEP * size, largest, NARROW)
-    K = K + rest
+        differences[:, j] = local_derivative(
+            on_line(residual_along, np.eye(model.n_u)[j]), STEP * size, largest, NARROW
+        )
+    K = K + differences
     for strain, e, qe, _ in stretched:  # differences would be those of fast powers: EA against a string's tension
         K[np.ix_(e, e)] += strain.tangent(q[qe]) - (strain.V1 + strain.V1.T) / 2
     return K
@@ -166,23 +177,23 @@ def nonlinear_bodies(model: Model) -> list[tuple[StrainTensors, IntArray, IntArr
 
     None of bodies whose stiffness varies.
     """
-    found = []
+    bodies = []
     for name, record in zip(model.system.order, body_records(model.table)[1:], strict=True):
         body = model.system.bodies[name]
         if not body.strain.is_linear and name not in model.system.varying:
-            every = np.arange(body.n_modes)
-            found.append((body.strain, int(record["ue"]) + every, int(record["qe"]) + every))
-    return found
+            indices = np.arange(body.n_modes)
+            bodies.append((body.strain, int(record["ue"]) + indices, int(record["qe"]) + indices))
+    return bodies
 
 
-def cancelling(model: Model, t: float, x: Array, udot: Array) -> Array:
-    """Forces (n_u,) whose rounding may stand in the residual about a state x (n_x,) with accelerations udot (n_u,).
+def rounding_forces(model: Model, t: float, x: Array, udot: Array) -> Array:
+    """Return forces (n_u,) whose rounding may remain in the residual about x (n_x,) with accelerations udot (n_u,).
 
     What is large in one coordinate is summed up in others: the largest energy counts for all.
     """
-    K, at = linear_stiffness(model)
+    K, columns = linear_stiffness(model)
     M, sizes = np.abs(model.mass_matrix(t, x)), usual_sizes(model)
-    elastic = np.abs(K) @ np.abs(np.where(at >= 0, x[at], 0.0))
+    elastic = np.abs(K) @ np.abs(np.where(columns >= 0, x[columns], 0.0))
     static = (elastic + M @ np.abs(udot) + np.abs(model.bias(t, x))) * sizes
     turning = np.diag(M) * (frame_rate(model.system) * sizes) ** 2  # of a spin about a principal axis nothing is left
     return np.asarray((static + turning).max(initial=0.0) / sizes)
@@ -194,26 +205,26 @@ def linear_stiffness(model: Model) -> tuple[Array, IntArray]:
     Columns of balls have no such coordinate (-1) and are zero.
     """
     system = model.system
-    K, at = np.zeros((model.n_u, model.n_u)), np.full(model.n_u, -1, np.int64)
+    K, columns = np.zeros((model.n_u, model.n_u)), np.full(model.n_u, -1, np.int64)
     for name, record in zip(system.order, body_records(model.table)[1:], strict=True):
         joint, body = system.joint_of(name), system.bodies[name]
         plain = len(joint.translations) + (len(joint.rotations) if record["ball"] == BALL_NONE else 0)
         u, q = int(record["u"]) + np.arange(plain), int(record["q"]) + np.arange(plain)
-        K[u, u], at[u] = joint.stiffness[:plain], q
+        K[u, u], columns[u] = joint.stiffness[:plain], q
         e = int(record["ue"]) + np.arange(body.n_modes)
         K[np.ix_(e, e)] = (body.strain.V1 + body.strain.V1.T) / 2
-        at[e] = int(record["qe"]) + np.arange(body.n_modes)
-    return K, at
+        columns[e] = int(record["qe"]) + np.arange(body.n_modes)
+    return K, columns
 
 
-def turning(model: Model, u: Array) -> Array:
+def ball_rotation_rates(model: Model, u: Array) -> Array:
     """W (n_u, n_u): -skew(omega) for every ball that turns at omega, zero elsewhere."""
     W = np.zeros((model.n_u, model.n_u))
     for record in body_records(model.table)[1:]:
         if record["ball"] != BALL_NONE:
-            at = int(record["u"]) + int(record["n_slide"])
-            x, y, z = u[at : at + 3]
-            W[at : at + 3, at : at + 3] = [[0, z, -y], [-z, 0, x], [y, -x, 0]]
+            first = int(record["u"]) + int(record["n_slide"])
+            x, y, z = u[first : first + 3]
+            W[first : first + 3, first : first + 3] = [[0, z, -y], [-z, 0, x], [y, -x, 0]]
     return W
 
 
@@ -230,9 +241,11 @@ def usual_sizes(model: Model) -> Array:
             reach = max(float(np.linalg.norm(marker.phi[:, k])) for marker in body.markers.values()) / spans[name]
             turn = max(float(np.linalg.norm(marker.psi[:, k])) for marker in body.markers.values())
             if body.skin is not None and len(body.skin.points):
-                reach = max(reach, float(body.skin.reach[k]) / spans[name])
-            still = 1.0 / (spans[name] * np.sqrt(body.moments.mass))  # a shape that moves no marker, of a body undrawn
-            sizes[int(record["ue"]) + k] = 1.0 / (max(reach, turn) or still)
+                reach = max(reach, float(body.skin.max_displacement[k]) / spans[name])
+            fallback = 1.0 / (
+                spans[name] * np.sqrt(body.moments.mass)
+            )  # a shape that moves no marker, of a body undrawn
+            sizes[int(record["ue"]) + k] = 1.0 / (max(reach, turn) or fallback)
     return sizes
 
 

@@ -15,10 +15,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from femflex.arrays import Array
 
-FALL = 0.01  # of a step to the one before
+STEP_RATIO = 0.01  # of a step to the one before
 STEPS = 8  # at most
 EPS = 4.0 * float(np.finfo(float).eps)  # rounding of a difference, of the size of what is summed up
-SAME = 8.0  # times its rounding: two derivatives that differ by less are the same
+ROUNDING_FACTOR = 8.0  # times its rounding: two derivatives that differ by less are the same
 CLOSE = 1e-9  # of a derivative: likewise
 
 
@@ -28,7 +28,7 @@ def local_derivative(f: Callable[[float], Array], first: float, size: ArrayLike 
     first  longest step;  size  (n,) or one number: size of the terms that cancel in f, which round off beside f itself
     steps  at most, two where their derivatives are the same
     """
-    h = first * FALL ** np.arange(steps)
+    h = first * STEP_RATIO ** np.arange(steps)
     slope, largest = _difference(f, float(h[0]))
     slopes, rounding = [slope], EPS * np.maximum(largest, size)
     for k in range(1, steps):
@@ -36,23 +36,23 @@ def local_derivative(f: Callable[[float], Array], first: float, size: ArrayLike 
         slopes.append(slope)
         rounding = np.maximum(rounding, EPS * largest)
         change = np.abs(slopes[1] - slopes[0])
-        if k == 1 and np.all(change <= np.maximum(SAME * rounding / h[1], CLOSE * np.abs(slope))):
-            return np.where(change <= SAME * rounding / h[1], slopes[0], slopes[1])
+        if k == 1 and np.all(change <= np.maximum(ROUNDING_FACTOR * rounding / h[1], CLOSE * np.abs(slope))):
+            return np.where(change <= ROUNDING_FACTOR * rounding / h[1], slopes[0], slopes[1])
     return _most_alike(np.array(slopes), h, rounding)
 
 
 def _most_alike(slopes: Array, h: NDArray[np.floating], rounding: Array) -> Array:
-    """Of slopes (k, n) by falling steps h (k,) those of the pair that differs by the smallest part."""
+    """Return, of slopes (k, n) by falling steps h (k,), the pair with the smallest relative difference."""
     change = np.abs(np.diff(slopes, axis=0))
     # where the shortest step tells another slope it is rounding, or the little that a law of its width changes
     rounding = np.maximum(rounding, change[-1] * h[-1]) / h[1:, None]
     either = np.maximum(np.abs(slopes[1:]), np.abs(slopes[:-1]))
     cost = (change + rounding) / np.maximum(either, 1e-300)
     # of those that are all rounding the longest step has the least of it
-    cost = np.where(either > SAME * rounding, cost, 1.0 + np.arange(len(change))[:, None])
+    cost = np.where(either > ROUNDING_FACTOR * rounding, cost, 1.0 + np.arange(len(change))[:, None])
     best, column = np.argmin(cost, axis=0), np.arange(slopes.shape[1])
     return np.where(
-        change[best, column] <= SAME * rounding[best, column], slopes[best, column], slopes[best + 1, column]
+        change[best, column] <= ROUNDING_FACTOR * rounding[best, column], slopes[best, column], slopes[best + 1, column]
     )
 
 
@@ -62,6 +62,6 @@ def _difference(f: Callable[[float], Array], h: float) -> tuple[Array, Array]:
     return (ahead - behind) / (2.0 * h), np.maximum(np.abs(ahead), np.abs(behind))
 
 
-def along(f: Callable[[Array], Array], direction: Array) -> Callable[[float], Array]:
+def on_line(f: Callable[[Array], Array], direction: Array) -> Callable[[float], Array]:
     """f over the distance along a direction."""
     return lambda h: f(h * direction)

@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from femflex.arrays import Array, IntArray
-from femflex.dynamics.equilibria.frequency import called_up, sprung_places
-from femflex.dynamics.equilibria.linearised import cancelling, frame_rate, held_freedoms, usual_sizes
+from femflex.dynamics.equilibria.frequency import restoring_accelerations, stiff_indices
+from femflex.dynamics.equilibria.linearised import frame_rate, is_prescribed, rounding_forces, usual_sizes
 from femflex.dynamics.equilibria.singular_mass import refuse_singular_mass
-from femflex.dynamics.joints.held_places import specified_states
+from femflex.dynamics.joints.prescribed_coordinates import prescribed_states
 from femflex.dynamics.lowering.layout import body_records
 
 if TYPE_CHECKING:
@@ -26,10 +26,10 @@ if TYPE_CHECKING:
 
 KINDS = ("translation", "rotation", "elastic")
 TRANSLATION, ROTATION, ELASTIC = range(3)
-MANY = 1000  # coordinates up to which the motion is estimated: a second of work
-INSTANTS, MOST_BREAKS = 33, 200  # times at which loads and prescribed motions are looked at
+MAX_COORDINATES = 1000  # coordinates up to which the motion is estimated: a second of work
+INSTANTS, MAX_BREAKS = 33, 200  # times at which loads and prescribed motions are looked at
 FRACTION = 100.0  # times the possible motion: from there on the usual size is too coarse a measure
-HELD = 1e-4  # of the deflection at the start: motion about it counts from there on
+START_SHARE = 1e-4  # of the deflection at the start: motion about it counts from there on
 ROUNDING = 1e3 * float(np.finfo(float).eps)  # of the forces that cancel each other: accelerations below are none
 
 
@@ -44,11 +44,11 @@ def motion_scales(model: Model, x0: Array, begin: float, end: float) -> Array:
     of_q, of_u = coordinate_kinds(model)
     sizes = usual_state_sizes(model, x0, end - begin)
     q, u, _ = model.parts(sizes)  # views
-    if 0 < model.n_u <= MANY:
+    if 0 < model.n_u <= MAX_COORDINATES:
         displacement, rate = estimated_motion(model, x0, begin, end)
         for kind in range(len(KINDS)):
-            for size, kinds, found in ((q, of_q, displacement), (u, of_u, rate)):
-                if 0.0 < (largest := float(found[of_u == kind].max(initial=0.0))) < np.inf:
+            for size, kinds, estimate in ((q, of_q, displacement), (u, of_u, rate)):
+                if 0.0 < (largest := float(estimate[of_u == kind].max(initial=0.0))) < np.inf:
                     size[kinds == kind] = np.minimum(size[kinds == kind], FRACTION * largest)
     return sizes
 
@@ -70,7 +70,7 @@ def coordinate_kinds(model: Model) -> tuple[IntArray, IntArray]:
     """Kinds, numbered as in KINDS, of the coordinates (n_q,) and quasi-velocities (n_u,)."""
     names = model.system.coordinate_names(), model.system.velocity_names()
     of_q, of_u = (
-        np.array([TRANSLATION if unit in ("m", "m/s") else ROTATION for _, unit in own], np.int64) for own in names
+        np.array([TRANSLATION if unit in ("m", "m/s") else ROTATION for _, unit in pairs], np.int64) for pairs in names
     )
     for record in body_records(model.table)[1:]:
         n = int(record["n"])
@@ -80,40 +80,42 @@ def coordinate_kinds(model: Model) -> tuple[IntArray, IntArray]:
 
 def estimated_motion(model: Model, x0: Array, begin: float, end: float) -> tuple[Array, Array]:
     """Largest displacements and rates (n_u,) that the energy of the motion allows; zero where only rounding moves."""
-    n, free, duration = model.n_u, ~held_freedoms(model, x0), max(end - begin, 1e-300)
-    columns, A = sprung_places(model), np.zeros((n, n))
-    A[:, columns[1]] = called_up(model, columns, np.eye(len(columns[1]))).T
-    times = np.unique(np.concatenate([np.linspace(begin, end, INSTANTS), _beside_breaks(model, begin, end)]))
+    n, free, duration = model.n_u, ~is_prescribed(model, x0), max(end - begin, 1e-300)
+    columns, A = stiff_indices(model), np.zeros((n, n))
+    A[:, columns[1]] = restoring_accelerations(model, columns, np.eye(len(columns[1]))).T
+    times = np.unique(np.concatenate([np.linspace(begin, end, INSTANTS), _times_near_breaks(model, begin, end)]))
     states = np.tile(x0, (len(times), 1))
     rates = np.empty_like(states)
     for t, x, dx in zip(times, states, rates, strict=True):
-        model.rate(float(t), x, dx, *model.workspace.own)
-    a, u = (model.parts(part)[1] for part in (rates, specified_states(model, times, states)))
+        model.rate(float(t), x, dx, *model.workspace.arrays)
+    a, u = (model.parts(part)[1] for part in (rates, prescribed_states(model, times, states)))
     M, sizes = model.mass_matrix(begin, x0), usual_sizes(model)
     refuse_singular_mass(model, M)
     m = np.abs(np.diag(M))
     with np.errstate(all="ignore"):
         spun = (m * ((frame_rate(model.system) + np.abs(u).max(initial=0.0)) * sizes) ** 2).max()
-        rounding = ROUNDING * (cancelling(model, begin, x0, a[0]) + spun / sizes) / m
+        rounding = ROUNDING * (rounding_forces(model, begin, x0, a[0]) + spun / sizes) / m
         a = np.where((np.abs(a) > rounding) & free, a, 0.0)
         k = np.maximum(np.diag(M @ A), 2.0 * m / duration**2)
         try:
-            moved = np.linalg.solve(A + 2.0 / duration**2 * np.eye(n), a.T)
+            displacement = np.linalg.solve(A + 2.0 / duration**2 * np.eye(n), a.T)
         except np.linalg.LinAlgError:
             return np.zeros(n), np.zeros(n)
-        energies = np.abs(a.T * (M @ moved)).sum(axis=0) + np.abs(u * (u @ M.T)).sum(axis=1)
-        bent = np.zeros(n)
+        energies = np.abs(a.T * (M @ displacement)).sum(axis=0) + np.abs(u * (u @ M.T)).sum(axis=1)
+        deflection = np.zeros(n)
         for record in body_records(model.table)[1:]:
-            at, size = int(record["qe"]), int(record["n"])
-            bent[int(record["ue"]) : int(record["ue"]) + size] = x0[at : at + size]
-        held = HELD**2 * abs(bent @ M @ (A @ bent))  # of a start in equilibrium, about which only rounding moves
-        energy = energies.max() + held + (m * (frame_rate(model.system) * sizes) ** 2).max()  # twice
+            first, size = int(record["qe"]), int(record["n"])
+            deflection[int(record["ue"]) : int(record["ue"]) + size] = x0[first : first + size]
+        start_energy = START_SHARE**2 * abs(
+            deflection @ M @ (A @ deflection)
+        )  # of a start in equilibrium, about which only rounding moves
+        energy = energies.max() + start_energy + (m * (frame_rate(model.system) * sizes) ** 2).max()  # twice
         return np.sqrt(energy / k), np.sqrt(energy / m)
 
 
-def _beside_breaks(model: Model, begin: float, end: float) -> Array:
+def _times_near_breaks(model: Model, begin: float, end: float) -> Array:
     """Times (n,) [s] on both sides of the jumps of loads and prescribed motions, of a part of them if they are many."""
     breaks = model.breaks[(model.breaks > begin) & (model.breaks < end)]
-    breaks = breaks[:: 1 + len(breaks) // MOST_BREAKS]
+    breaks = breaks[:: 1 + len(breaks) // MAX_BREAKS]
     aside = 1e-9 * (end - begin)
     return np.concatenate([breaks - aside, breaks + aside])

@@ -1,4 +1,4 @@
-"""Natural frequencies and shapes of a craft about rest, undamped and unloaded; and what richer sets would change.
+"""Natural frequencies and shapes of a craft about rest, undamped and unloaded, and their change by richer sets.
 
 For judging sets of shapes: M and K are those of the initial configuration with no rates, linear strain, no loads, no
 weight and no spin. By Rayleigh and Ritz every natural frequency of a set falls, or stays, as shapes are added, so that
@@ -23,7 +23,7 @@ from femflex.system import Environment, Frame, LengthTable, System
 
 ELASTIC = 0.01  # share of a motion's potential energy in the shapes of bodies, from which on it is an elastic mode
 CLOSE = 0.01  # relative distance within which two frequencies are a pair
-STILL = 1e-6  # frequency over that of the softest shape below which a motion is rigid
+RIGID_BELOW = 1e-6  # frequency over that of the softest shape below which a motion is rigid
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,22 +51,22 @@ class RestModes:
 
 def rest_modes(system: System, bodies: Mapping[str, FlexibleBody] | None = None) -> RestModes:
     """The natural motions of a system, some of its bodies in other sets if given."""
-    system = _bare(system, bodies or {})
+    system = _undeformed(system, bodies or {})
     model = compile_system(system)
     rest = model.at_rest(model.x0[: model.n_q])
     Z = free_directions(model, 0.0, rest)[1]
     K = stiffness(model, 0.0, rest, np.zeros(model.n_u), multipliers(model, 0.0, rest))
     M, K = (Z.T @ A @ Z for A in (model.mass_matrix(0.0, rest), K))
     squares, phi = eigh((K + K.T) / 2, (M + M.T) / 2)
-    moved = Z @ phi
+    phi_u = Z @ phi
     records = dict(zip(system.order, body_records(model.table)[1:], strict=True))
-    shapes = {name: moved[int(r["ue"]) + np.arange(int(r["n"]))] for name, r in records.items() if int(r["n"])}
+    shapes = {name: phi_u[int(r["ue"]) + np.arange(int(r["n"]))] for name, r in records.items() if int(r["n"])}
     energy = sum(
         (np.einsum("ik,ij,jk->k", y, system.bodies[name].strain.V1, y) for name, y in shapes.items()),
         np.zeros(len(squares)),
     )
     softest = min((_softest(system.bodies[name]) for name in shapes), default=0.0)
-    squares = np.where(squares > STILL**2 * softest, squares, 0.0)
+    squares = np.where(squares > RIGID_BELOW**2 * softest, squares, 0.0)
     elastic = (squares > 0.0) & (energy > ELASTIC * squares)
     return RestModes(np.sqrt(squares), elastic, shapes)
 
@@ -77,15 +77,23 @@ def _softest(body: FlexibleBody) -> float:
     return float((np.diag(body.strain.V1) / mass).min())
 
 
-def _bare(system: System, bodies: Mapping[str, FlexibleBody]) -> System:
+def _undeformed(system: System, bodies: Mapping[str, FlexibleBody]) -> System:
     """The system with linear strain, undeformed, at rest, with nothing that pushes, pulls or spins it.
 
     Members that deploy have their first lengths.
     """
     linear = {name: bodies.get(name) or linear_body(body) for name, body in system.bodies.items()}
-    varying = {name: one for name, one in system.varying.items() if not isinstance(one.write, LengthTable)}
-    reels = {f"{one.write.length}" for one in system.varying.values() if isinstance(one.write, LengthTable)}
-    effectors = tuple(one for one in system.effectors if f"{one.name}.length" not in reels)
+    varying = {
+        name: varying_body
+        for name, varying_body in system.varying.items()
+        if not isinstance(varying_body.write, LengthTable)
+    }
+    reels = {
+        f"{varying_body.write.length}"
+        for varying_body in system.varying.values()
+        if isinstance(varying_body.write, LengthTable)
+    }
+    effectors = tuple(varying_body for varying_body in system.effectors if f"{varying_body.name}.length" not in reels)
     frame = system.frame if system.orbit is not None else Frame("inertial")
     return replace(
         system, bodies=linear, loads=(), frame=frame, environment=Environment(np.zeros(3)), delta0={}, ddelta0={},
@@ -108,7 +116,7 @@ class Truncation:
 
     @property
     def errors(self) -> Array:
-        """(k,) by what part of the kept frequencies these are too high, below 1."""
+        """Return (k,) the relative error by which the kept frequencies are too high, below 1."""
         return np.asarray(1.0 - self.richer / self.kept)
 
 

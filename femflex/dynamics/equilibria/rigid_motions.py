@@ -20,12 +20,14 @@ import numpy as np
 
 from femflex.arrays import Array, BoolArray, ComplexArray
 from femflex.dynamics.equilibria.body_motions import BodyMotion
-from femflex.dynamics.equilibria.linearised import held_freedoms
+from femflex.dynamics.equilibria.linearised import is_prescribed
 from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.model import Model
 
-FITS = 1e-6  # misfit, relative, up to which a field is one of rigid motion, or a solution of the linear equations
-WITHIN = 1e-3  # part of a neutral direction outside of those known before that makes it one more
+FIELD_TOLERANCE = (
+    1e-6  # misfit, relative, up to which a field is one of rigid motion, or a solution of the linear equations
+)
+SPAN_TOLERANCE = 1e-3  # part of a neutral direction outside of those known before that makes it one more
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,14 +69,14 @@ def rigid_fields(model: Model, bodies: Mapping[str, BodyMotion], triad: Array) -
     or prescribed.
     """
     roots = [name for name in model.system.order if model.system.joint_of(name).parent is None]
-    held, columns = held_freedoms(model), []
+    prescribed, columns = is_prescribed(model), []
     for name, record in zip(model.system.order, body_records(model.table)[1:], strict=True):
         if name in roots:
             columns += [int(record["u"]) + k for k in range(model.system.joint_of(name).n_u)]
-    columns = [k for k in columns if not held[k]]
+    columns = [k for k in columns if not prescribed[k]]
     span = max(1e-300, *(float(np.abs(bodies[name].position).max()) for name in roots)) if roots else 1.0
     moves = np.concatenate([np.vstack([bodies[name].slide, bodies[name].turn]) for name in roots])[:, columns]
-    wanted = np.concatenate([
+    targets = np.concatenate([
         np.vstack([
             np.hstack([triad, np.cross(triad.T, bodies[name].position).T]),
             np.hstack([np.zeros((3, 3)), triad]),
@@ -82,9 +84,9 @@ def rigid_fields(model: Model, bodies: Mapping[str, BodyMotion], triad: Array) -
         for name in roots
     ])  # fmt: skip
     fields = np.zeros((model.n_u, 6))
-    fields[columns] = np.linalg.lstsq(moves, wanted, rcond=None)[0] if columns else 0.0
-    misfit = np.linalg.norm(moves @ fields[columns] - wanted, axis=0) if columns else np.ones(6)
-    return fields, misfit <= FITS * max(1.0, span)
+    fields[columns] = np.linalg.lstsq(moves, targets, rcond=None)[0] if columns else 0.0
+    misfit = np.linalg.norm(moves @ fields[columns] - targets, axis=0) if columns else np.ones(6)
+    return fields, misfit <= FIELD_TOLERANCE * max(1.0, span)
 
 
 def known_motions(
@@ -99,79 +101,86 @@ def known_motions(
     rate = frame.rate if frame.kind == "spinning" else np.zeros(3)
     speed = float(np.linalg.norm(rate))
     triad = _triad(rate / speed) if speed else np.eye(3)
-    fields, there = rigid_fields(model, bodies, triad)
+    fields, exist_all = rigid_fields(model, bodies, triad)
     T, P = fields[:, :3], fields[:, 3:]
     names = ("along the spin axis",) if speed else ("x", "y", "z")
-    found: list[KnownMotion] = []
+    motions: list[KnownMotion] = []
     rigid: list[Array] = []
-    for kind, X, exist in (("translation", T, there[:3]), ("rotation", P, there[3:])):
-        for field, exists, where in zip(X.T, exist, names, strict=False):
-            name = f"{kind} {where}"
-            if exists and (_within(field, neutral, sizes) or (speed and _still(field, equations, speed, sizes))):
+    for kind, X, exist in (("translation", T, exist_all[:3]), ("rotation", P, exist_all[3:])):
+        for field, exists, axis_name in zip(X.T, exist, names, strict=False):
+            name = f"{kind} {axis_name}"
+            if exists and (
+                _is_in_span(field, neutral, sizes) or (speed and _has_no_stiffness(field, equations, speed, sizes))
+            ):
                 name = "spin" if speed and kind == "rotation" else name
-                found.append(KnownMotion(name, 0j, True, field.astype(complex)))
+                motions.append(KnownMotion(name, 0j, True, field.astype(complex)))
                 rigid.append(field)
     moving, turning = np.zeros((model.n_u, 0)), np.zeros((model.n_u, 0))
     J = speed * np.array([[0.0, -1.0], [1.0, 0.0]])  # Omega x, over both axes across the spin
-    if speed and there[1:3].all() and _drifts(T[:, 1:], equations, J, sizes):
+    if speed and exist_all[1:3].all() and _solves_as_translation(T[:, 1:], equations, J, sizes):
         moving = T[:, 1:]
         across = "translation across the spin axis"
-        found += [KnownMotion(across, 1j * speed, True, moving[:, k].astype(complex)) for k in range(2)]
-    if speed and there[4:].all() and _stays(P[:, 1:], equations, J, sizes):
+        motions += [KnownMotion(across, 1j * speed, True, moving[:, k].astype(complex)) for k in range(2)]
+    if speed and exist_all[4:].all() and _solves_as_rotation(P[:, 1:], equations, J, sizes):
         turning = P[:, 1:]
-        found.append(KnownMotion("tilt of the spin axis", 1j * speed, False, turning @ np.array([1.0, 1j])))
-    if len(others := _beyond(neutral, np.array(rigid).reshape(len(rigid), model.n_u).T, sizes).T):
-        found += [KnownMotion(_joint_name(model, one, sizes), 0j, True, one.astype(complex)) for one in others]
+        motions.append(KnownMotion("tilt of the spin axis", 1j * speed, False, turning @ np.array([1.0, 1j])))
+    if len(others := _outside_rigid_motions(neutral, np.array(rigid).reshape(len(rigid), model.n_u).T, sizes).T):
+        motions += [
+            KnownMotion(_joint_name(model, direction, sizes), 0j, True, direction.astype(complex))
+            for direction in others
+        ]
         rigid += list(others)
     return KnownMotions(
-        tuple(found), moving, turning, -turning @ J if turning.size else turning,
+        tuple(motions), moving, turning, -turning @ J if turning.size else turning,
         np.array(rigid).reshape(len(rigid), model.n_u).T,
     )  # fmt: skip
 
 
 def _triad(axis: Array) -> Array:
-    """Orthonormal columns (3, 3), right-handed, the first along the axis."""
+    """Return orthonormal columns (3, 3), right-handed, the first along the axis."""
     first = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
     first /= np.linalg.norm(first)
     return np.column_stack([axis, first, np.cross(axis, first)])
 
 
-def _within(field: Array, neutral: Array, sizes: Array) -> bool:
+def _is_in_span(field: Array, neutral: Array, sizes: Array) -> bool:
     """Whether a field (n_u,) lies in the span of the neutral directions (n_u, k)."""
     if not neutral.shape[1]:
         return False
     basis = np.linalg.qr(neutral / sizes[:, None])[0]
     scaled = field / sizes
-    return bool(np.linalg.norm(scaled - basis @ (basis.T @ scaled)) <= WITHIN * np.linalg.norm(scaled))
+    return bool(np.linalg.norm(scaled - basis @ (basis.T @ scaled)) <= SPAN_TOLERANCE * np.linalg.norm(scaled))
 
 
-def _still(field: Array, equations: tuple[Array, Array, Array], speed: float, sizes: Array) -> bool:
+def _has_no_stiffness(field: Array, equations: tuple[Array, Array, Array], speed: float, sizes: Array) -> bool:
     """Whether the stiffness along a field is zero compared with that of its inertia in the spin."""
     M, _, K = equations
-    return _small(sizes * (K @ field), sizes * (M @ field) * speed**2)
+    return _is_negligible(sizes * (K @ field), sizes * (M @ field) * speed**2)
 
 
-def _drifts(T: Array, equations: tuple[Array, Array, Array], J: Array, sizes: Array) -> bool:
+def _solves_as_translation(T: Array, equations: tuple[Array, Array, Array], J: Array, sizes: Array) -> bool:
     """Whether T t, with t any straight motion in inertial axes, solves the equations: D T = 2 M T J, K T = M T J^2."""
     M, D, K = equations
     scale = sizes[:, None]
     coriolis, centrifugal = scale * (M @ T @ J), scale * (M @ T @ J @ J)
-    return _small(scale * (D @ T) - 2 * coriolis, coriolis) and _small(scale * (K @ T) - centrifugal, centrifugal)
+    return _is_negligible(scale * (D @ T) - 2 * coriolis, coriolis) and _is_negligible(
+        scale * (K @ T) - centrifugal, centrifugal
+    )
 
 
-def _stays(P: Array, equations: tuple[Array, Array, Array], J: Array, sizes: Array) -> bool:
+def _solves_as_rotation(P: Array, equations: tuple[Array, Array, Array], J: Array, sizes: Array) -> bool:
     """Whether P theta, with theta constant in inertial axes, solves the equations: M P J^2 - D P J + K P = 0."""
     M, D, K = equations
     parts = [sizes[:, None] * part for part in (M @ P @ J @ J, D @ P @ J, K @ P)]
-    return _small(parts[0] - parts[1] + parts[2], np.abs(parts[0]) + np.abs(parts[1]) + np.abs(parts[2]))
+    return _is_negligible(parts[0] - parts[1] + parts[2], np.abs(parts[0]) + np.abs(parts[1]) + np.abs(parts[2]))
 
 
-def _small(left: Array, reference: Array) -> bool:
-    return bool(np.abs(left).max(initial=0.0) <= FITS * np.abs(reference).max(initial=0.0))
+def _is_negligible(misfit: Array, reference: Array) -> bool:
+    return bool(np.abs(misfit).max(initial=0.0) <= FIELD_TOLERANCE * np.abs(reference).max(initial=0.0))
 
 
-def _beyond(neutral: Array, rigid: Array, sizes: Array) -> Array:
-    """Neutral directions (n_u, m) that the rigid ones (n_u, k) do not hold."""
+def _outside_rigid_motions(neutral: Array, rigid: Array, sizes: Array) -> Array:
+    """Return the neutral directions (n_u, m) that the rigid ones (n_u, k) do not contain."""
     if not neutral.shape[1]:
         return neutral
     scaled = neutral / sizes[:, None]
@@ -180,7 +189,7 @@ def _beyond(neutral: Array, rigid: Array, sizes: Array) -> Array:
         basis = np.linalg.qr(rigid / sizes[:, None])[0]
         scaled = scaled - basis @ (basis.T @ scaled)
     U, sigma, _ = np.linalg.svd(scaled, full_matrices=False)
-    return np.asarray(U[:, sigma > WITHIN] * sizes[:, None])
+    return np.asarray(U[:, sigma > SPAN_TOLERANCE] * sizes[:, None])
 
 
 def _joint_name(model: Model, direction: Array, sizes: Array) -> str:

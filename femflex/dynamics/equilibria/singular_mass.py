@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.equilibria.linearised import held_freedoms
+from femflex.dynamics.equilibria.linearised import is_prescribed
 from femflex.dynamics.lowering.layout import body_records
 
 if TYPE_CHECKING:
@@ -23,10 +23,10 @@ def refuse_singular_mass(model: Model, M: Array | None = None) -> None:
 
     M: its mass matrix (n_u, n_u) there, where it is known
     """
-    own = np.flatnonzero(~held_freedoms(model))
-    if not own.size:
+    free = np.flatnonzero(~is_prescribed(model))
+    if not free.size:
         return
-    M = (model.mass_matrix(0.0, model.x0) if M is None else M)[np.ix_(own, own)]
+    M = (model.mass_matrix(0.0, model.x0) if M is None else M)[np.ix_(free, free)]
     diagonal = np.diag(M)
     if not (np.isfinite(M).all() and (diagonal > 0.0).all()):
         return  # the run itself says what is wrong
@@ -34,25 +34,26 @@ def refuse_singular_mass(model: Model, M: Array | None = None) -> None:
     scaled = size[:, None] * (M + M.T) / 2.0 * size
     if np.linalg.eigvalsh(scaled)[0] > SINGULAR:
         return
-    for k in range(1, len(own)):
+    for k in range(1, len(free)):
         parts = np.linalg.lstsq(scaled[:k, :k], scaled[:k, k], rcond=None)[0]
         if 1.0 - scaled[k, :k] @ parts < DEPENDENT:
             raise ValueError(
-                _sentence(model, int(own[k]), own[:k][np.abs(parts) > SHARE * np.abs(parts).max()].tolist())
+                _sentence(model, int(free[k]), free[:k][np.abs(parts) > SHARE * np.abs(parts).max()].tolist())
             )
 
 
-def _sentence(model: Model, k: int, others: list[int]) -> str:
+def _sentence(model: Model, k: int, related: list[int]) -> str:
     """The sentence on coordinate k, which only moves as these others together do."""
     system, records = model.system, body_records(model.table)[1:]
     names = [name.removesuffix("_rate") for name, _ in system.velocity_names()]
     bodies = [name for name, b in zip(system.order, records, strict=True) for _ in range(_count(b))]
-    listed = ", ".join(names[i] for i in others)
-    of = " and ".join(dict.fromkeys(repr(bodies[i]) for i in (*others, k)))
+    listed = ", ".join(names[i] for i in related)
+    body_names = " and ".join(dict.fromkeys(repr(bodies[i]) for i in (*related, k)))
     return (
         f"the mass matrix is singular at the start: coordinate {names[k]} describes the same motion as {listed} (of "
-        f"{of}), so its acceleration is not determined. Leave one of them out: lock that motion of the joint, choose "
-        "a joint with fewer free motions, or take fewer shapes (of a deploying tether, functions.straight = false)"
+        f"{body_names}), so its acceleration is not determined. Leave one of them out: lock that motion of the joint, "
+        "choose a joint with fewer free motions, or take fewer shapes (of a deploying tether, functions.straight = "
+        "false)"
     )
 
 

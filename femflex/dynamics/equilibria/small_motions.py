@@ -1,4 +1,4 @@
-"""Small motions about an equilibrium: eigenvalues, shapes, which of them grow, and what is known to do neither.
+"""Small motions about an equilibrium: eigenvalues, shapes, which of them grow, and which certainly do not.
 
 One linearisation for equilibria, Campbell diagrams and system modes:
 
@@ -21,7 +21,7 @@ from femflex.arrays import Array, BoolArray, ComplexArray, IntArray
 from femflex.dynamics.equilibria.body_motions import BodyMotion, body_motions
 from femflex.dynamics.equilibria.linearised import frame_rate, free_directions, linearised, usual_sizes
 from femflex.dynamics.equilibria.rigid_motions import KnownMotion, KnownMotions, known_motions
-from femflex.dynamics.equilibria.states import StateEquations, moving_states
+from femflex.dynamics.equilibria.states import StateEquations, effector_states
 from femflex.dynamics.model import Model
 
 ROUNDING = 1e-11  # of the stiffness that differences of forces lose: eps over their step
@@ -29,8 +29,8 @@ GROWING = 1e-8  # real part over the larger of |eigenvalue| and the frame's rate
 SLOWEST = 1e-12  # of the fastest natural frequency squared: the unit of time of coordinates without stiffness
 DEPENDENT = 1e-9  # of the largest, below which a known motion is one of the others
 STILL = 1e-12  # of the largest singular value of the equations, below which a state stays wherever it is put
-ALIKE = 0.9  # cosine between a rest and a rigid motion whose name it bears
-HALF = 0.5  # participation of the states of effectors from which on a motion is theirs
+SAME_DIRECTION = 0.9  # cosine between a rest and a rigid motion whose name it bears
+DECISIVE_SHARE = 0.5  # participation of the states of effectors from which on a motion is theirs
 SINGULAR = 1e-8  # relative distance of an eigenvalue to a known one at which shapes are not resolved against it
 
 
@@ -64,12 +64,12 @@ class SmallMotions:
     spectrum_thresholds: Array
 
     def of_craft(self) -> SmallMotions:
-        """The same without the motions that are mostly those of states of effectors."""
-        own = np.array([not owner for owner in self.owners], bool)
-        owners = ("",) * int(own.sum())
+        """Return the motions without those that are mostly of states of effectors."""
+        of_bodies = np.array([not owner for owner in self.owners], bool)
+        owners = ("",) * int(of_bodies.sum())
         return replace(
-            self, eigenvalues=self.eigenvalues[own], shapes=self.shapes[:, own], owners=owners,
-            thresholds=self.thresholds[own],
+            self, eigenvalues=self.eigenvalues[of_bodies], shapes=self.shapes[:, of_bodies], owners=owners,
+            thresholds=self.thresholds[of_bodies],
         )  # fmt: skip
 
     @property
@@ -99,14 +99,14 @@ def growth_threshold(eigenvalues: ComplexArray, rate: float) -> Array:
     return np.asarray(GROWING * np.maximum(np.abs(eigenvalues), rate))
 
 
-def _lost(values: ComplexArray, shapes: ComplexArray, K: Array) -> Array:
+def _rounding_growth(values: ComplexArray, shapes: ComplexArray, K: Array) -> Array:
     """Real part [1/s] that each of the eigenvalues (n,) may owe to rounding of the stiffness K (n_u, n_u).
 
     Of a motion of unit mass that rounding is ROUNDING times the energies of its coordinates, each alone: much for a
     small craft that turns about the end of a long tether, whose torques nearly cancel. shapes: (n_u, n).
     """
-    alone = np.sqrt(np.abs(np.diag(K))) @ np.abs(shapes)
-    return np.asarray(ROUNDING * alone**2 / (2.0 * np.maximum(np.abs(values), 1e-300)))
+    weights = np.sqrt(np.abs(np.diag(K))) @ np.abs(shapes)
+    return np.asarray(ROUNDING * weights**2 / (2.0 * np.maximum(np.abs(values), 1e-300)))
 
 
 def growth_rule() -> str:
@@ -119,23 +119,23 @@ def small_motions(model: Model, x: Array, neutral: Array) -> SmallMotions:
 
     Raises ValueError for nonholonomic constraints.
     """
-    linear, (own, Z) = linearised(model, 0.0, x), free_directions(model, 0.0, x)
+    linear, (free, Z) = linearised(model, 0.0, x), free_directions(model, 0.0, x)
     bodies, sizes = body_motions(model, x), usual_sizes(model)
-    M, D, K = (_spread(A, own, model.n_u) for A in (linear.M, linear.D, linear.K))
-    known = known_motions(model, bodies, (M, D, K), Z @ neutral[own], sizes)
-    modal = _Modal.of(
-        linear.M, linear.D, linear.K, linear.states, model.system.state_sizes()[moving_states(model.system)]
+    M, D, K = (_expanded(A, free, model.n_u) for A in (linear.M, linear.D, linear.K))
+    known = known_motions(model, bodies, (M, D, K), Z @ neutral[free], sizes)
+    modal = _Modal.from_matrices(
+        linear.M, linear.D, linear.K, linear.states, model.system.state_sizes()[effector_states(model.system)]
     )
-    R, motions = modal.known_states(known, own), known.motions
+    R, motions = modal.known_states(known, free), known.motions
     if linear.states.names:
-        R, motions = known_with_states(modal, R, motions, own, Z)
+        R, motions = known_with_states(modal, R, motions, free, Z)
     values, columns, owners = _eigen(modal, R)
     order = np.argsort(np.abs(values), kind="stable")
-    chosen = _one_of_each(values, bool(linear.states.names))
+    chosen = distinct_motions(values, bool(linear.states.names))
     full, shapes = model.mass_matrix(0.0, x), Z @ modal.shapes(columns)
     mass = np.einsum("ik,ij,jk->k", shapes.conj(), full, shapes).real
     shapes = shapes / np.sqrt(np.maximum(mass, 1e-300))
-    thresholds = np.maximum(growth_threshold(values, frame_rate(model.system)), _lost(values, shapes, K))
+    thresholds = np.maximum(growth_threshold(values, frame_rate(model.system)), _rounding_growth(values, shapes, K))
     return SmallMotions(
         eigenvalues=values[chosen],
         shapes=shapes[:, chosen],
@@ -153,7 +153,7 @@ def small_motions(model: Model, x: Array, neutral: Array) -> SmallMotions:
 
 def spectrum(M: Array, D: Array, K: Array) -> ComplexArray:
     """Eigenvalues (2 n,) [1/s] of M dxi'' + D dxi' + K dxi = 0 by rising size, known motions and all."""
-    modal = _Modal.of(M, D, K, StateEquations.none(len(M)), np.zeros(0))
+    modal = _Modal.from_matrices(M, D, K, StateEquations.empty(len(M)), np.zeros(0))
     values = np.asarray(np.linalg.eigvals(modal.A), complex)
     return values[np.argsort(np.abs(values), kind="stable")]
 
@@ -176,7 +176,7 @@ class _Modal:
     names: tuple[str, ...]
 
     @classmethod
-    def of(cls, M: Array, D: Array, K: Array, z: StateEquations, sizes: Array) -> _Modal:
+    def from_matrices(cls, M: Array, D: Array, K: Array, z: StateEquations, sizes: Array) -> _Modal:
         from scipy.linalg import solve_triangular
 
         n, mass = len(M), (M + M.T) / 2
@@ -198,22 +198,22 @@ class _Modal:
         return cls(phi, inverse, s, A, K, D, z.names)
 
     def state(self, position: Array, velocity: Array) -> Array:
-        """States (2 n + m, k) of fields and their velocities (n, k), those of effectors left where they are."""
-        return self._whole(self.inverse @ position, (self.inverse @ velocity) / self.s[:, None])
+        """Return states (2 n + m, k) of fields and their velocities (n, k), with the states of effectors unchanged."""
+        return self._with_zero_states(self.inverse @ position, (self.inverse @ velocity) / self.s[:, None])
 
-    def _whole(self, y: Array, rate: Array) -> Array:
+    def _with_zero_states(self, y: Array, rate: Array) -> Array:
         return np.vstack([y, rate, np.zeros((len(self.names), y.shape[1]))])
 
     def shapes(self, states: ComplexArray) -> ComplexArray:
         """Increments (n, k) of the coordinates in states (2 n + m, k)."""
         return np.asarray(self.phi @ states[: len(self.s)])
 
-    def known_states(self, known: KnownMotions, own: IntArray) -> Array:
+    def known_states(self, known: KnownMotions, free: IntArray) -> Array:
         """Orthonormal states (2 n + m, k) that span the known motions."""
         if not known.motions:
             return np.zeros((len(self.A), 0))
         moving, turning, rate, neutral = (
-            field[own] for field in (known.moving, known.turning, known.turning_rate, known.neutral)
+            field[free] for field in (known.moving, known.turning, known.turning_rate, known.neutral)
         )
         columns = [
             self.state(moving, 0 * moving), self.state(0 * moving, moving), self.state(turning, rate),
@@ -232,77 +232,80 @@ class _Modal:
         k = neutral.shape[1]
         scale = self.s
         U, sigma, Vt = np.linalg.svd(self.K / scale[:, None] / scale)
-        left, push = U[:, len(scale) - k :], (self.D @ neutral) / scale[:, None]
-        _, hindered, Wt = np.linalg.svd(left.T @ push)
+        null_left, push = U[:, len(scale) - k :], (self.D @ neutral) / scale[:, None]
+        _, hindered, Wt = np.linalg.svd(null_left.T @ push)
         free = hindered <= DEPENDENT * max(1.0, float(np.abs(self.D / scale[:, None] / scale).max(initial=0.0)))
         c = Wt[free].T
-        kept = len(scale) - k
-        y = -(Vt[:kept].T @ ((U[:, :kept].T @ (push @ c)) / sigma[:kept, None])) / scale[:, None]
-        return self._whole(y, (neutral @ c) / scale[:, None])
+        rank = len(scale) - k
+        y = -(Vt[:rank].T @ ((U[:, :rank].T @ (push @ c)) / sigma[:rank, None])) / scale[:, None]
+        return self._with_zero_states(y, (neutral @ c) / scale[:, None])
 
-    def left_alone(self, R: Array) -> Array:
+    def invariant_subspace(self, R: Array) -> Array:
         """The largest invariant space within the span of R (2 n + m, k)."""
         scale = float(np.linalg.norm(self.A, 2)) or 1.0
         while R.shape[1]:
-            pushed = self.A @ R
-            _, sigma, Vt = np.linalg.svd(pushed - R @ (R.T @ pushed))
-            kept = Vt[int((sigma > DEPENDENT * scale).sum()) :].T
-            if kept.shape[1] == R.shape[1]:
+            image = self.A @ R
+            _, sigma, Vt = np.linalg.svd(image - R @ (R.T @ image))
+            invariant = Vt[int((sigma > DEPENDENT * scale).sum()) :].T
+            if invariant.shape[1] == R.shape[1]:
                 break
-            R = R @ kept
+            R = R @ invariant
         return R
 
-    def rests(self, R: Array) -> list[Array]:
-        """States (2 n + m, k) that stay where they are, then those that go on at a constant rate, and so on.
+    def rest_states(self, R: Array) -> list[Array]:
+        """Return states (2 n + m, k) that remain constant, then those with a constant rate, and so on.
 
         Each step beyond the invariant space R and those before.
         """
-        found: list[Array] = []
+        groups: list[Array] = []
         while R.shape[1] < len(self.A):
             S = np.linalg.qr(R, mode="complete")[0][:, R.shape[1] :]
             _, sigma, Vt = np.linalg.svd(S.T @ self.A @ S)
             more = S @ Vt[int((sigma > STILL * sigma.max(initial=0.0)).sum()) :].T
             if not more.shape[1]:
                 break
-            found.append(more)
+            groups.append(more)
             R = np.hstack([R, more])
-        return found
+        return groups
 
-    def named(self, state: Array, motions: tuple[KnownMotion, ...], own: IntArray) -> str:
+    def motion_name(self, state: Array, motions: tuple[KnownMotion, ...], free: IntArray) -> str:
         """The motion that the coordinates of a state (2 n + m,) make, or the effector state that is most of it."""
         n, y = len(self.s), state[: len(self.s)]
-        for one in motions:
-            field = self.inverse @ one.shape[own].real
-            if abs(y @ field) > ALIKE * np.linalg.norm(y) * np.linalg.norm(field) > 0 and np.linalg.norm(y) > SINGULAR:
-                return one.name
+        for motion in motions:
+            field = self.inverse @ motion.shape[free].real
+            if (
+                abs(y @ field) > SAME_DIRECTION * np.linalg.norm(y) * np.linalg.norm(field) > 0
+                and np.linalg.norm(y) > SINGULAR
+            ):
+                return motion.name
         return self.names[int(np.argmax(np.abs(state[2 * n :])))]
 
 
 def known_with_states(
-    modal: _Modal, R: Array, motions: tuple[KnownMotion, ...], own: IntArray, Z: Array
+    modal: _Modal, R: Array, motions: tuple[KnownMotion, ...], free: IntArray, Z: Array
 ) -> tuple[Array, tuple[KnownMotion, ...]]:
     """The states (2 n + m, k) of known motions of a craft whose effectors have states, and these motions.
 
     R (2 n + m, k): those of the craft alone.
     """
-    R = modal.left_alone(R)
-    fields = [modal.inverse @ one.shape[own].real for one in motions]
+    R = modal.invariant_subspace(R)
+    fields = [modal.inverse @ motion.shape[free].real for motion in motions]
     states = [np.concatenate([y, np.zeros(len(modal.A) - len(y))]) for y in fields]
-    kept = [
-        one
-        for one, y in zip(motions, states, strict=True)
+    known = [
+        motion
+        for motion, y in zip(motions, states, strict=True)
         if np.linalg.norm(y - R @ (R.T @ y)) <= SINGULAR * np.linalg.norm(y)
     ]
-    left = tuple(one for one in motions if one not in kept)
-    steps = modal.rests(R)
+    others = tuple(motion for motion in motions if motion not in known)
+    steps = modal.rest_states(R)
     for state in steps[0].T if steps else ():
         shape = Z @ modal.shapes(state.astype(complex))
-        kept.append(KnownMotion(modal.named(state, left, own), 0j, len(steps) > 1, shape))
-    return np.hstack([R, *steps]), tuple(kept)
+        known.append(KnownMotion(modal.motion_name(state, others, free), 0j, len(steps) > 1, shape))
+    return np.hstack([R, *steps]), tuple(known)
 
 
 def _eigen(modal: _Modal, R: Array) -> tuple[ComplexArray, ComplexArray, list[str]]:
-    """Eigenvalues (k,) and states (2 n + m, k) of all motions but those of the invariant space R, and their owners.
+    """Return eigenvalues (k,) and states (2 n + m, k) of the motions outside the invariant space R, and their owners.
 
     A motion is that of states of effectors where these take more than half of the participation: |left right|.
     """
@@ -310,34 +313,34 @@ def _eigen(modal: _Modal, R: Array) -> tuple[ComplexArray, ComplexArray, list[st
     if k == len(A):
         return np.zeros(0, complex), np.zeros((len(A), 0), complex), []
     S = np.linalg.qr(R, mode="complete")[0][:, k:] if k else np.eye(len(A))
-    values, inner = (np.asarray(part, complex) for part in np.linalg.eig(S.T @ A @ S))
+    values, inner = (np.asarray(correction, complex) for correction in np.linalg.eig(S.T @ A @ S))
     states = S @ inner
     owners = [""] * len(values)
     if modal.names:
-        taking = np.abs((np.linalg.pinv(inner) @ S.T).T * states)
-        own = taking[2 * len(modal.s) :]
-        most = own.sum(axis=0) > HALF * taking.sum(axis=0)
-        owners = [modal.names[int(np.argmax(own[:, j]))] if most[j] else "" for j in range(len(values))]
-    within, pushed = R.T @ A @ R, R.T @ A @ states
+        participation = np.abs((np.linalg.pinv(inner) @ S.T).T * states)
+        of_states = participation[2 * len(modal.s) :]
+        dominated = of_states.sum(axis=0) > DECISIVE_SHARE * participation.sum(axis=0)
+        owners = [modal.names[int(np.argmax(of_states[:, j]))] if dominated[j] else "" for j in range(len(values))]
+    within, image = R.T @ A @ R, R.T @ A @ states
     for j, value in enumerate(values) if k else ():
-        part = np.linalg.lstsq(within - value * np.eye(k), -pushed[:, j], rcond=SINGULAR)[0]
-        states[:, j] += R @ part
+        correction = np.linalg.lstsq(within - value * np.eye(k), -image[:, j], rcond=SINGULAR)[0]
+        states[:, j] += R @ correction
     return values, states, owners
 
 
-def _one_of_each(values: ComplexArray, every: bool) -> IntArray:
-    """Places of the eigenvalues that stand for a motion each, by rising frequency, those that grow first.
+def distinct_motions(values: ComplexArray, all_real: bool) -> IntArray:
+    """Return the place of one eigenvalue of each motion, growing ones first, then by rising frequency.
 
     every: real ones stand for a motion each, as those of filters and lags do.
     """
     oscillating, real = np.flatnonzero(values.imag > 0), np.flatnonzero(values.imag == 0)
-    real = real[np.argsort(-values[real].real, kind="stable")][: len(real) if every else (len(real) + 1) // 2]
-    chosen = np.concatenate([oscillating, real])
-    return np.asarray(chosen[np.lexsort((-values[chosen].real, values[chosen].imag))])
+    real = real[np.argsort(-values[real].real, kind="stable")][: len(real) if all_real else (len(real) + 1) // 2]
+    selected = np.concatenate([oscillating, real])
+    return np.asarray(selected[np.lexsort((-values[selected].real, values[selected].imag))])
 
 
-def _spread(A: Array, own: IntArray, n: int) -> Array:
+def _expanded(A: Array, free: IntArray, n: int) -> Array:
     """A matrix over the independent coordinates as one over all (n, n), zero for the others."""
     out = np.zeros((n, n))
-    out[np.ix_(own, own)] = A
+    out[np.ix_(free, free)] = A
     return out

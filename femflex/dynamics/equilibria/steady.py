@@ -13,12 +13,12 @@ from femflex.dynamics.equilibria.coasting import controlled_rotors, with_coastin
 from femflex.dynamics.equilibria.frozen import frozen_system, without_damping
 from femflex.dynamics.equilibria.linearised import (
     frame_rate,
-    held_freedoms,
+    is_prescribed,
     linear_stiffness,
     stiffness,
     usual_sizes,
 )
-from femflex.dynamics.equilibria.states import moving_states, settled_states, state_equations
+from femflex.dynamics.equilibria.states import effector_states, settled_states, state_equations
 from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.model import Model, compile_system
 from femflex.system import Effector, Environment, Frame, System
@@ -37,7 +37,7 @@ class Steady:
     inner    the same bodies and joints without any: elastic and spring forces alone
     sizes    (n_u,) usual size of each coordinate; forces times sizes are energies [J]
     elastic  (n_u,) which coordinates have a stiffness of their own
-    held     (n_u,) which are locked or prescribed, and so are not sought
+    prescribed (n_u,) which are locked or prescribed, and so are not sought
     """
 
     damped: System
@@ -45,19 +45,19 @@ class Steady:
     inner: Model
     sizes: Array
     elastic: BoolArray
-    held: BoolArray
+    prescribed: BoolArray
 
     def forces(self, q: Array) -> tuple[Array, Array]:
         """Inner and outer generalised forces h - Q (n_u,) at the coordinates q, times the sizes [J]."""
         x = self.at_rest(q)
-        inner, full = (np.where(self.held, 0.0, model.bias(0.0, x)) for model in (self.inner, self.full))
+        inner, full = (np.where(self.prescribed, 0.0, model.bias(0.0, x)) for model in (self.inner, self.full))
         return inner * self.sizes, (full - inner) * self.sizes
 
     def at_rest(self, q: Array) -> Array:
         """The state (n_x,) at rest at coordinates q (n_q,), states of effectors settled."""
         return settled_states(self.full, self.full.at_rest(q))
 
-    def largest(self, q: Array, share: float) -> float:
+    def largest_force(self, q: Array, share: float) -> float:
         """Size of the forces [J]: the largest of inner, outer, and elastic ones of shapes alone, which may cancel."""
         inner, outer = self.forces(q)
         elastic = (self.own_stiffness[0] @ (self.shape(q) * self.sizes)) * self.sizes
@@ -65,8 +65,8 @@ class Steady:
 
     def shape(self, q: Array) -> Array:
         """Amplitudes of shapes, slides and turns (n_u,) in usual sizes; 0 along balls."""
-        at = self.own_stiffness[1]
-        return np.where(at >= 0, q[at], 0.0) / self.sizes if len(at) else np.zeros(0)
+        columns = self.own_stiffness[1]
+        return np.where(columns >= 0, q[columns], 0.0) / self.sizes if len(columns) else np.zeros(0)
 
     @cached_property
     def energy_of_spin(self) -> float:
@@ -97,32 +97,32 @@ class Steady:
 
         Loops carry the multipliers (n_rows,) along.
         """
-        x, still = self.at_rest(q), np.zeros(self.full.n_u)
-        K = share * stiffness(self.full, 0.0, x, still, lambdas)
-        if moving_states(self.full.system):
-            states = state_equations(self.full, 0.0, x, still, self.sizes)
+        x, no_acceleration = self.at_rest(q), np.zeros(self.full.n_u)
+        K = share * stiffness(self.full, 0.0, x, no_acceleration, lambdas)
+        if effector_states(self.full.system):
+            states = state_equations(self.full, 0.0, x, no_acceleration, self.sizes)
             K += share * states.settled_stiffness()
         if share < 1.0:
-            K += (1.0 - share) * stiffness(self.inner, 0.0, x, still, lambdas)
+            K += (1.0 - share) * stiffness(self.inner, 0.0, x, no_acceleration, lambdas)
         return K * self.sizes * self.sizes[:, None]
 
     def inertia(self, q: Array) -> Array:
         """Mass matrix (n_u, n_u) by the sizes of the coordinates [kg m^2]."""
         return self.full.mass_matrix(0.0, self.at_rest(q)) * self.sizes * self.sizes[:, None]
 
-    def ties(self, q: Array) -> Array:
+    def constraint_matrix(self, q: Array) -> Array:
         """A (n_rows, n_u) of the loops at q, by increments in their sizes; no rows for a tree."""
         if self.full.constraints is None:
             return np.zeros((0, self.full.n_u))
         A = self.full.constraints.matrix(0.0, self.full.at_rest(q))
-        return np.where(self.held, 0.0, A * self.sizes)
+        return np.where(self.prescribed, 0.0, A * self.sizes)
 
     def directions(self, A: Array) -> tuple[Array, Array]:
-        """Directions (n_u, .) that keep loops closed: those that shapes and springs resist, and the others."""
+        """Return directions (n_u, .) that keep loops closed: those that shapes and springs resist, and the others."""
         unit = np.eye(self.full.n_u)
         if not len(A):
-            return unit[:, self.elastic & ~self.held], unit[:, ~self.elastic & ~self.held]
-        Z = unit[:, ~self.held] @ closing_directions(A[:, ~self.held], self.slack)
+            return unit[:, self.elastic & ~self.prescribed], unit[:, ~self.elastic & ~self.prescribed]
+        Z = unit[:, ~self.prescribed] @ closing_directions(A[:, ~self.prescribed], self.slack)
         K = self.own_stiffness[0] * self.sizes * self.sizes[:, None]
         values, V = np.linalg.eigh(Z.T @ K @ Z)
         stiff = values > SLACK * values.max(initial=0.0)
@@ -148,52 +148,63 @@ def steady(system: System, at: float | None = None) -> Steady:
             f"controller {system.controllers[0].name!r} is sampled, so there is no equilibrium with it; leave it out, "
             "and give its command to the effectors that take it"
         )
-    still = frozen_system(with_coasting_rotors(system), at)
+    frozen = frozen_system(with_coasting_rotors(system), at)
     driven = controlled_rotors(system)
-    moving = frozen_system(with_coasting_rotors(system, driven), at) if driven else still
-    rest = without_damping(still)
-    full = compile_system(rest)
-    filled = {name: one for name, one in rest.varying.items() if not one.states}  # tanks keep their mass here
+    moving = frozen_system(with_coasting_rotors(system, driven), at) if driven else frozen
+    undamped = without_damping(frozen)
+    full = compile_system(undamped)
+    filled = {
+        name: variation for name, variation in undamped.varying.items() if not variation.states
+    }  # tanks keep their mass here
     inner = compile_system(
         replace(
-            rest, loads=(), orbit=None, frame=Frame(), environment=Environment(), effectors=(), z0={}, varying=filled
+            undamped,
+            loads=(),
+            orbit=None,
+            frame=Frame(),
+            environment=Environment(),
+            effectors=(),
+            z0={},
+            varying=filled,
         )
     )
-    elastic, held = np.zeros(full.n_u, bool), held_freedoms(full)
+    elastic, prescribed = np.zeros(full.n_u, bool), is_prescribed(full)
     for name, record in zip(system.order, body_records(full.table)[1:], strict=True):
         joint = system.joint_of(name)
         elastic[int(record["u"]) : int(record["u"]) + joint.n_u] = joint.stiffness > 0
         elastic[int(record["ue"]) : int(record["ue"]) + system.bodies[name].n_modes] = True
-    found = Steady(moving, full, inner, usual_sizes(full), elastic, held)
-    _check_constant(found)
-    return found
+    problem = Steady(moving, full, inner, usual_sizes(full), elastic, prescribed)
+    _check_constant(problem)
+    return problem
 
 
-def _check_constant(found: Steady) -> None:
+def _check_constant(problem: Steady) -> None:
     """Raise ValueError when the forces at rest depend on time for a reason not named before."""
-    x = found.at_rest(found.full.x0[: found.full.n_q])
-    now, later = (np.where(found.held, 0.0, found.full.bias(t, x)) * found.sizes for t in TIMES)
-    inertia = float((np.diag(found.full.mass_matrix(0.0, x)) * found.sizes**2).max(initial=0.0))
-    turning = inertia * frame_rate(found.full.system) ** 2  # whose rounding is left where forces cancel
-    size = max(turning, *(np.abs(part).max(initial=0.0) for part in (*found.forces(x[: found.full.n_q]), now)))
+    x = problem.at_rest(problem.full.x0[: problem.full.n_q])
+    now, later = (np.where(problem.prescribed, 0.0, problem.full.bias(t, x)) * problem.sizes for t in TIMES)
+    inertia = float((np.diag(problem.full.mass_matrix(0.0, x)) * problem.sizes**2).max(initial=0.0))
+    turning = inertia * frame_rate(problem.full.system) ** 2  # whose rounding is left where forces cancel
+    size = max(turning, *(np.abs(part).max(initial=0.0) for part in (*problem.forces(x[: problem.full.n_q]), now)))
     change = float(np.abs(later - now).max(initial=0.0))
     if change > CHANGED * size:
         raise ValueError(
             f"the forces on the system at rest change over time: their work over a typical displacement changes by "
-            f"{change:.3g} J, and is {size:.3g} J. An equilibrium needs constant forces{_remedy(found.full, x)}"
+            f"{change:.3g} J, and is {size:.3g} J. An equilibrium needs constant forces{_remedy(problem.full, x)}"
         )
 
 
 def _remedy(model: Model, x: Array) -> str:
-    """What to do about the effectors that change over time by themselves, "" without any."""
-    seen = model.observe(np.array(TIMES), np.stack([x, x]))
+    """Return advice about the effectors that change over time by themselves, "" if there are none."""
+    channels = model.observe(np.array(TIMES), np.stack([x, x]))
     changing = {
         path.split("/")[1]
-        for path, (now, later) in seen.items()
+        for path, (now, later) in channels.items()
         if path.startswith("effectors/") and not np.array_equal(now, later, equal_nan=True)
     }
-    sources = [one for one in model.system.effectors if isinstance(one, Effector) and not one.inputs]
-    kinds = {one.name: one.act if isinstance(one.act, str) else "effector" for one in sources}
+    sources = [
+        effector for effector in model.system.effectors if isinstance(effector, Effector) and not effector.inputs
+    ]
+    kinds = {effector.name: effector.act if isinstance(effector.act, str) else "effector" for effector in sources}
     names = [f"{kind} {name!r}" for name, kind in kinds.items() if name in changing]
     if not names:
         return ""

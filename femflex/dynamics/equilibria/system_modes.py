@@ -15,8 +15,8 @@ from femflex.dynamics.equilibria.character import motion_character, numbered_nam
 from femflex.dynamics.equilibria.equilibrium import Equilibrium, EquilibriumError, equilibrium
 from femflex.summary import Rows, Summarised
 from femflex.system import Effector, Joint, Profile, System
+from femflex.system.constant_commands import stands_for_controller, with_held_commands
 from femflex.system.fixed_length import moving_lengths, with_fixed_lengths
-from femflex.system.held_commands import commanded, is_commanded
 
 SAME = 1e-9  # damping ratio that is rounding of the eigenvalues
 
@@ -70,9 +70,11 @@ class SystemModes(Summarised):
 
     @property
     def held(self) -> list[str]:
-        """Names of the sampled controllers, whose commands are held: the modes are those of the craft without them."""
+        """Return the sampled controllers whose commands are constant: the modes are those of the craft without them."""
         return [
-            one.name for one in self.about.model.system.effectors if isinstance(one, Effector) and is_commanded(one)
+            effector.name
+            for effector in self.about.model.system.effectors
+            if isinstance(effector, Effector) and stands_for_controller(effector)
         ]
 
     def frequency(self, mode: int | str) -> float:
@@ -125,34 +127,34 @@ def system_modes(system: System, at: float | None = None) -> SystemModes:
     of a free craft that is pushed, these do not act either. Sampled controllers hold their commands as they are before
     the first sample. Raises as `equilibrium`.
     """
-    system = commanded(system)
+    system = with_held_commands(system)
     if at is not None:
         return modes_about(equilibrium(system, at))
-    still, left_out = without_variation(system)
+    steady_system, left_out = without_variation(system)
     try:
-        return modes_about(equilibrium(still), left_out)
+        return modes_about(equilibrium(steady_system), left_out)
     except EquilibriumError:
-        if not still.loads:
+        if not steady_system.loads:
             raise
-    pushed = tuple(f"load {load.name!r} (no equilibrium under it)" for load in still.loads)
-    return modes_about(equilibrium(replace(still, loads=())), left_out + pushed)
+    removed = tuple(f"load {load.name!r} (no equilibrium under it)" for load in steady_system.loads)
+    return modes_about(equilibrium(replace(steady_system, loads=())), left_out + removed)
 
 
 def without_variation(system: System) -> tuple[System, tuple[str, ...]]:
     """The system without loads over time, prescribed motions and lengths at their initial values; and their names."""
     varying = [load for load in system.loads if load.times is not None]
-    moving = [joint for joint in system.joints if any(profile.moves for profile in joint.held.values())]
+    moving = [joint for joint in system.joints if any(profile.moves for profile in joint.prescribed.values())]
     names = [f"load {load.name!r}" for load in varying] + [f"motion of {joint.label!r}" for joint in moving]
     names += [f"length of {name!r}" for name in moving_lengths(system)]
-    still = replace(with_fixed_lengths(system, 0.0), loads=tuple(load for load in system.loads if load not in varying))
+    fixed = replace(with_fixed_lengths(system, 0.0), loads=tuple(load for load in system.loads if load not in varying))
     joints = tuple(_at_start(joint) if joint in moving else joint for joint in system.joints)
-    return replace(still, joints=joints), tuple(names)
+    return replace(fixed, joints=joints), tuple(names)
 
 
 def _at_start(joint: Joint) -> Joint:
     """The joint with its prescribed coordinates locked at their initial values."""
     motion: list[Profile | float | None] = list(joint.motion)
-    for k, profile in joint.held.items():
+    for k, profile in joint.prescribed.items():
         motion[k] = float(profile(0.0)[0])
     return replace(joint, motion=tuple(motion), u0=0.0 * joint.u0)
 
@@ -161,17 +163,17 @@ def modes_about(about: Equilibrium, left_out: tuple[str, ...] = ()) -> SystemMod
     """The modes about an equilibrium found already."""
     model, motions = about.model, about.motions
     spinning = model.system.frame.kind == "spinning" and bool(np.any(model.system.frame.rate))
-    found = motion_character(model, motions, model.system.frame.rate if spinning else None)
-    rigid = np.array([one.shape for one in motions.known], complex).reshape(-1, model.n_u).T
+    character = motion_character(model, motions, model.system.frame.rate if spinning else None)
+    rigid = np.array([motion.shape for motion in motions.known], complex).reshape(-1, model.n_u).T
     kinetic = {name: motions.bodies[name].kinetic(model.system.bodies[name], rigid) for name in model.system.order}
     total = np.maximum(np.sum(list(kinetic.values()), axis=0), 1e-300)
     count = len(motions.known)
     return SystemModes(
-        eigenvalues=np.concatenate([[one.eigenvalue for one in motions.known], motions.eigenvalues]),
-        names=tuple(one.name for one in motions.known) + numbered_names(found.words),
-        known=np.arange(count + len(found.words)) < count,
+        eigenvalues=np.concatenate([[motion.eigenvalue for motion in motions.known], motions.eigenvalues]),
+        names=tuple(motion.name for motion in motions.known) + numbered_names(character.words),
+        known=np.arange(count + len(character.words)) < count,
         growing=np.concatenate([np.zeros(count, bool), motions.growing]),
-        energy={name: np.concatenate([kinetic[name] / total, found.energy[name]]) for name in model.system.order},
+        energy={name: np.concatenate([kinetic[name] / total, character.energy[name]]) for name in model.system.order},
         shapes=np.hstack([rigid, motions.shapes]),
         about=about,
         left_out=left_out,
@@ -193,20 +195,20 @@ def craft_skin(system: System, bodies: dict[str, BodyMotion], motions: ComplexAr
         skin = system.bodies[name].skin or _dot(system.bodies[name])
         motion = bodies[name]
         arms = (skin.points + np.einsum("spa,s->pa", skin.shapes, motion.delta)) @ motion.attitude.T
-        slide, turn, rates = motion.along(motions)
-        own = np.einsum("spa,sk->kpa", skin.shapes, rates, optimize=True)
-        shapes.append(slide.T[:, None] + np.cross(turn.T[:, None], arms) + own @ motion.attitude.T)
+        slide, turn, rates = motion.components(motions)
+        elastic = np.einsum("spa,sk->kpa", skin.shapes, rates, optimize=True)
+        shapes.append(slide.T[:, None] + np.cross(turn.T[:, None], arms) + elastic @ motion.attitude.T)
         points.append(motion.position + arms)
         for kind, numbers in skin.cells.items():
             cells.setdefault(kind, []).append(numbers + count)
         count += len(skin.points)
-    moved = np.concatenate(shapes, axis=1)
-    square = np.sum(moved**2, axis=(1, 2))
-    moved = moved * np.exp(-0.5j * np.angle(square))[:, None, None]
+    displacement = np.concatenate(shapes, axis=1)
+    square = np.sum(displacement**2, axis=(1, 2))
+    displacement = displacement * np.exp(-0.5j * np.angle(square))[:, None, None]
     return Skin(
         np.concatenate(points),
         {kind: np.concatenate(numbers) for kind, numbers in cells.items()},
-        np.concatenate([moved.real, moved.imag]),
+        np.concatenate([displacement.real, displacement.imag]),
     )
 
 

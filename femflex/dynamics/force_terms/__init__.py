@@ -1,4 +1,4 @@
-"""Force terms: what pushes bodies and joints from outside or between them, each in a file of its own.
+"""Force terms: forces on bodies and joints from outside or between them, each in a file of its own.
 
 A term says everything about itself through a subclass of `ForceTerm`: its items, how they are lowered, the compiled
 calls that evaluate them, what they report, and the system without one of them. The equations, the ledger, the channels

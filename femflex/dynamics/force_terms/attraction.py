@@ -25,7 +25,7 @@ from femflex.arrays import Array, Record, Table
 from femflex.body.mass_points import MassPoints, points_of_moments
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.entries import entry
-from femflex.dynamics.arithmetic.lanes import beyond, padded
+from femflex.dynamics.arithmetic.lanes import offset, padded
 from femflex.dynamics.arithmetic.profiles import profile_at
 from femflex.dynamics.arithmetic.vectors import (
     UNIT,
@@ -44,7 +44,7 @@ from femflex.dynamics.bodies.shapes import combined
 from femflex.dynamics.force_terms.registry import ForceTerm, Records
 from femflex.dynamics.forces.calls import A_ENERGY, APPLY, REPORT
 from femflex.dynamics.forces.gravity import find_center_of_mass, gravity_field, inertia_along
-from femflex.dynamics.forces.push import push
+from femflex.dynamics.forces.marker_forces import push_on_body
 from femflex.dynamics.lowering.layout import (
     ENERGY_LOAD,
     ORBIT_FREE,
@@ -116,7 +116,7 @@ def oblate(strength: float, r: Vector) -> tuple[Vector, float]:
 @inner
 def length_of(t: float, b: Record, table: Table, pool: Array, work: Array) -> float:
     """The length of a body that deploys, at t or by its state."""
-    numbers = beyond(pool, b["numbers"])
+    numbers = offset(pool, b["numbers"])
     if numbers[7] > 0.0:
         return work[header_of(table)["z"] + int(numbers[8])]
     return profile_at(t, HEAD, numbers)[0]
@@ -125,22 +125,26 @@ def length_of(t: float, b: Record, table: Table, pool: Array, work: Array) -> fl
 @inner
 def moving_point(g: Record, k: int, L: float, b: Record, pool: Array, work: Array) -> tuple[Vector, float, Vector, int]:
     """Place of a point of a member that deploys, its mass, its material's velocity per rate of L, and its rows."""
-    at, wide, rows = g["points"] + 8 * k, b["wide"], g["along"] + 4
+    point, wide, rows = g["points"] + 8 * k, b["wide"], g["along"] + 4
     e = load3(pool, g["along"])
-    r = add(load3(pool, at + 2), scale(pool[at + 5] * L, e))
-    moved = scale(pool[at + 6], e)
+    r = add(load3(pool, point + 2), scale(pool[point + 5] * L, e))
+    velocity_per_rate = scale(pool[point + 6], e)
     if g["bends"]:
         first = g["shapes"] + 12 * wide * k
         for j in range(3 * wide):
             pool[rows + j] = pool[first + j] + pool[first + 3 * wide + j] / L
         r = add(r, combined(pool, rows, wide, work, b["delta"]))
-        moved = add(moved, scale(1.0 / L, combined(pool, first + 6 * wide, wide, work, b["delta"])))
-        moved = add(moved, scale(1.0 / (L * L), combined(pool, first + 9 * wide, wide, work, b["delta"])))
-    return r, pool[at] + pool[at + 1] * L, moved, rows
+        velocity_per_rate = add(
+            velocity_per_rate, scale(1.0 / L, combined(pool, first + 6 * wide, wide, work, b["delta"]))
+        )
+        velocity_per_rate = add(
+            velocity_per_rate, scale(1.0 / (L * L), combined(pool, first + 9 * wide, wide, work, b["delta"]))
+        )
+    return r, pool[point] + pool[point + 1] * L, velocity_per_rate, rows
 
 
 @inner
-def place_of_point(g: Record, k: int, pool: Array, work: Array, table: Table) -> Vector:
+def position_of_point(g: Record, k: int, pool: Array, work: Array, table: Table) -> Vector:
     """Place of a point of mass from its body's origin, body components."""
     b = body_of(table, g["body"])
     r = load3(pool, g["points"] + 4 * k + 1)
@@ -153,7 +157,7 @@ def place_of_point(g: Record, k: int, pool: Array, work: Array, table: Table) ->
 def attraction_at(
     kind: int, strength: float, mu: float, c: Vector, l: Vector, a0: float, quadrupole: Vector, d: Vector, free: int
 ) -> tuple[Vector, float]:
-    """What an item of the term adds at d from c, inertial components, and its potential, per mass."""
+    """Return the acceleration by an item of the term at d from c, inertial components, and its potential, per mass."""
     if kind == EXACT:
         a, U = beyond_gradient(mu, a0, l, d)
         return sub(a, quadrupole), U
@@ -166,13 +170,15 @@ def attraction_at(
 
 
 @entry(APPLY)
-def apply(t: float, q: Array, u: Array, at: int, first: int, last: int, table: Table, pool: Array, work: Array) -> None:
+def apply(
+    t: float, q: Array, u: Array, records: int, first: int, last: int, table: Table, pool: Array, work: Array
+) -> None:
     """Put the attraction beyond its gradient on all points of mass."""
     head = header_of(table)
     c, l, a0, quadrupole = reference(table, pool, work)
     mu, free = pool[head["orbit_data"]], head["orbit"] == ORBIT_FREE
     for i in range(first, last):
-        item = item_at(table, at + N_ITEM * i)
+        item = item_at(table, records + N_ITEM * i)
         strength = pool[item["data"]]
         for j in range(item["n_bodies"]):
             g = group_at(table, item["bodies"] + N_GROUP * j)
@@ -181,27 +187,42 @@ def apply(t: float, q: Array, u: Array, at: int, first: int, last: int, table: T
             p = sub(load3(work, b["work"] + W_POS), c)
             for k in range(g["n"]):
                 if g["along"] > 0:
-                    r, mass, moved, shape = moving_point(g, k, length_of(t, b, table, pool, work), b, pool, work)
+                    r, mass, velocity_per_rate, shape = moving_point(
+                        g, k, length_of(t, b, table, pool, work), b, pool, work
+                    )
                 else:
-                    r, mass, moved = place_of_point(g, k, pool, work, table), pool[g["points"] + 4 * k], ZERO
+                    r, mass, velocity_per_rate = (
+                        position_of_point(g, k, pool, work, table),
+                        pool[g["points"] + 4 * k],
+                        ZERO,
+                    )
                     shape = g["shapes"] + 3 * b["wide"] * k
                 a, _ = attraction_at(item["kind"], strength, mu, c, l, a0, quadrupole, add(p, turn_back(C, r)), free)
                 force = scale(mass, turn(C, a))
-                push(b, force, ZERO, r, UNIT, g["bends"], shape, shape, pool, work)
+                push_on_body(b, force, ZERO, r, UNIT, g["bends"], shape, shape, pool, work)
                 if g["along"] > 0 and b["unit"] > 0:
-                    pool[b["unit"] - WORKED] += dot(force, moved)
+                    pool[b["unit"] - WORKED] += dot(force, velocity_per_rate)
 
 
 @entry(REPORT)
 def report(
-    t: float, q: Array, u: Array, at: int, n: int, row: Array, account: Array, table: Table, pool: Array, work: Array
+    t: float,
+    q: Array,
+    u: Array,
+    records: int,
+    n: int,
+    row: Array,
+    account: Array,
+    table: Table,
+    pool: Array,
+    work: Array,
 ) -> None:
     """Potential energy of all points beyond that of the gradient form."""
     head = header_of(table)
     c, l, a0, quadrupole = reference(table, pool, work)
     mu, free = pool[head["orbit_data"]], head["orbit"] == ORBIT_FREE
     for i in range(n):
-        item = item_at(table, at + N_ITEM * i)
+        item = item_at(table, records + N_ITEM * i)
         strength = pool[item["data"]]
         for j in range(item["n_bodies"]):
             g = group_at(table, item["bodies"] + N_GROUP * j)
@@ -212,7 +233,7 @@ def report(
                 if g["along"] > 0:
                     r, mass, _, _ = moving_point(g, k, length_of(t, b, table, pool, work), b, pool, work)
                 else:
-                    r, mass = place_of_point(g, k, pool, work, table), pool[g["points"] + 4 * k]
+                    r, mass = position_of_point(g, k, pool, work, table), pool[g["points"] + 4 * k]
                 d = add(p, turn_back(C, r))
                 _, U = attraction_at(item["kind"], strength, mu, c, l, a0, quadrupole, d, free)
                 account[A_ENERGY] += mass * U
@@ -237,10 +258,10 @@ class Attraction(ForceTerm):
         for record, name in zip(records, items, strict=True):
             record["kind"], record["n_bodies"] = NAMES.index(name), len(groups)
             record["bodies"] = at + N_ITEM * len(items)
-            record["data"] = pool.put([system.environment.oblateness * system.environment.radius**2])
+            record["data"] = pool.add([system.environment.oblateness * system.environment.radius**2])
         return np.concatenate([records.view(np.int64).ravel(), groups.view(np.int64).ravel()])
 
-    def without(self, system: System, item: str) -> System:
+    def without_item(self, system: System, item: str) -> System:
         change = {"attraction": "gradient"} if item == NAMES[EXACT] else {"oblateness": 0.0}
         return replace(system, environment=replace(system.environment, **change))
 
@@ -253,9 +274,9 @@ def lowered_points(system: System, name: str, pool: Pool) -> NDArray[np.void]:
     points: MassPoints = body.mass_points if body.mass_points is not None else points_of_moments(body.moments)
     record = np.zeros((), GROUP)
     record["body"], record["n"] = 1 + system.order.index(name), len(points.dm)
-    record["points"] = pool.put(np.column_stack([points.dm, points.rho]))
+    record["points"] = pool.add(np.column_stack([points.dm, points.rho]))
     width = padded(body.n_shapes) - points.phi.shape[2]  # sections that turn move no points to first order
-    record["shapes"], record["bends"] = pool.put(np.pad(points.phi, ((0, 0), (0, 0), (0, width)))), body.n_modes > 0
+    record["shapes"], record["bends"] = pool.add(np.pad(points.phi, ((0, 0), (0, 0), (0, width)))), body.n_modes > 0
     return record
 
 
@@ -263,8 +284,8 @@ def lowered_moving(body: int, points: MovingPoints, n_shapes: int, pool: Pool) -
     """One GROUP record of a member that deploys."""
     record, wide = np.zeros((), GROUP), padded(n_shapes)
     record["body"], record["n"], record["bends"] = body, len(points.mass), n_shapes > 0
-    record["points"] = pool.put(points.numbers)
+    record["points"] = pool.add(points.numbers)
     tables = points.tables[..., :n_shapes]  # none of a member that is held straight
-    record["shapes"] = pool.put(np.pad(tables, ((0, 0), (0, 0), (0, 0), (0, wide - n_shapes))))
-    record["along"] = pool.put_own(np.concatenate([points.direction, np.zeros(1 + 3 * wide)]))
+    record["shapes"] = pool.add(np.pad(tables, ((0, 0), (0, 0), (0, 0), (0, wide - n_shapes))))
+    record["along"] = pool.add_unshared(np.concatenate([points.direction, np.zeros(1 + 3 * wide)]))
     return record

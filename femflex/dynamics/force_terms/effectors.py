@@ -1,4 +1,4 @@
-"""Effectors: what functions do at markers and along joints (see femflex.system.effector)."""
+"""Effectors: forces of functions at markers and along joints (see femflex.system.effector)."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from dataclasses import replace
 from femflex.arrays import Array, Record, Table
 from femflex.dynamics.arithmetic.entries import entry
 from femflex.dynamics.arithmetic.vectors import dot, load3
-from femflex.dynamics.effectors.acting import N_ACCOUNTS
-from femflex.dynamics.effectors.calling import act_at, push_all
+from femflex.dynamics.effectors.calling import apply_forces, evaluate_effector
+from femflex.dynamics.effectors.effector_functions import N_ACCOUNTS
 from femflex.dynamics.effectors.lowering import lowered
 from femflex.dynamics.effectors.newton import correct
 from femflex.dynamics.effectors.records import N_EFFECTOR, effector_at
@@ -22,7 +22,7 @@ from femflex.dynamics.forces.calls import (
     REPORT,
 )
 from femflex.dynamics.lowering.pool import Pool, Scratch
-from femflex.dynamics.reports.observe import origin
+from femflex.dynamics.reports.observe import reference_motion
 from femflex.system import Channel, Controller, Effector, System
 from femflex.system.effector import ACCOUNTS, EXERTED
 from femflex.system.evaluation import evaluation_order
@@ -32,35 +32,46 @@ NEVER = 1e300  # s, the first sample of a controller that is switched off
 
 
 @entry(APPLY)
-def apply(t: float, q: Array, u: Array, at: int, first: int, last: int, table: Table, pool: Array, work: Array) -> None:
+def apply(
+    t: float, q: Array, u: Array, records: int, first: int, last: int, table: Table, pool: Array, work: Array
+) -> None:
     """Put the forces of effectors on bodies and joints, and write the rates of their states."""
-    shift, drift = origin(table, pool, work)
+    shift, drift = reference_motion(table, pool, work)
     for i in range(first, last):
-        act_at(t, q, u, i, first, at, shift, drift, table, pool, work)
-        push_all(i, first, last, at, table, pool, work)
+        evaluate_effector(t, q, u, i, first, records, shift, drift, table, pool, work)
+        apply_forces(i, first, last, records, table, pool, work)
 
 
 @entry(RELAX)
 def relax(
-    t: float, given: Array, c_d: float, out: Array, at: int, n: int, table: Table, pool: Array, work: Array
+    t: float, zdot: Array, c_d: float, out: Array, records: int, n: int, table: Table, pool: Array, work: Array
 ) -> None:
     """Newton's correction of the states of each effector by its own Jacobian, the motion of bodies given."""
     for i in range(n):
-        e = effector_at(table, at + N_EFFECTOR * i)
+        e = effector_at(table, records + N_EFFECTOR * i)
         if e["n_z"] > 0:
             correct(t, e, c_d, out, table, pool, work)
 
 
 @entry(REPORT)
 def report(
-    t: float, q: Array, u: Array, at: int, n: int, row: Array, account: Array, table: Table, pool: Array, work: Array
+    t: float,
+    q: Array,
+    u: Array,
+    records: int,
+    n: int,
+    row: Array,
+    account: Array,
+    table: Table,
+    pool: Array,
+    work: Array,
 ) -> None:
     """Forces, torques, efforts, channels, power and accounts of every effector."""
-    here = 0
-    shift, drift = origin(table, pool, work)
+    position = 0
+    shift, drift = reference_motion(table, pool, work)
     for i in range(n):
-        e = effector_at(table, at + N_EFFECTOR * i)
-        act_at(t, q, u, i, 0, at, shift, drift, table, pool, work)
+        e = effector_at(table, records + N_EFFECTOR * i)
+        evaluate_effector(t, q, u, i, 0, records, shift, drift, table, pool, work)
         m, f, out = e["n_markers"], e["n_freedoms"], e["out"]
         speeds = e["seen"] + 18 * m + f
         power = 0.0
@@ -71,19 +82,19 @@ def report(
         for k in range(f):
             power += work[out + 6 * m + k] * work[speeds + k]
         for k in range(6 * m + f):
-            row[here + k] = work[out + k]
-        here += 6 * m + f
+            row[position + k] = work[out + k]
+        position += 6 * m + f
         channels = out + 6 * m + f + e["n_z"]
         for k in range(e["n_channels"]):
-            row[here + k] = work[channels + k]
-        here += e["n_channels"]
-        row[here] = power
+            row[position + k] = work[channels + k]
+        position += e["n_channels"]
+        row[position] = power
         for k in range(N_ACCOUNTS):
-            row[here + 1 + k] = work[channels + e["n_channels"] + k]
-        account[A_ENERGY] += row[here + 1]
-        account[A_DISSIPATION] += row[here + 2]
-        account[A_SUPPLIED] += row[here + 3]
-        here += 1 + N_ACCOUNTS
+            row[position + 1 + k] = work[channels + e["n_channels"] + k]
+        account[A_ENERGY] += row[position + 1]
+        account[A_DISSIPATION] += row[position + 2]
+        account[A_SUPPLIED] += row[position + 3]
+        position += 1 + N_ACCOUNTS
 
 
 class Effectors(ForceTerm):
@@ -93,58 +104,68 @@ class Effectors(ForceTerm):
     apply, report, relax = apply, report, relax
 
     def items(self, system: System) -> list[str]:
-        return [effector.name for effector in acting(system)]
+        return [effector.name for effector in acting_effectors(system)]
 
     def lower(self, system: System, head: Record, bodies: Records, pool: Pool, scratch: Scratch, at: int) -> Table:
-        given = acting(system)
-        head["relaxes"] = int(any(effector.states for effector in given))
-        return lowered(given, system, bodies, int(head["z"]), pool, scratch, at)
+        effectors = acting_effectors(system)
+        head["relaxes"] = int(any(effector.states for effector in effectors))
+        return lowered(effectors, system, bodies, int(head["z"]), pool, scratch, at)
 
     def channels(self, system: System) -> dict[str, Channel]:
-        return {path: channel for effector in acting(system) for path, channel in own_channels(effector).items()}
+        return {
+            path: channel
+            for effector in acting_effectors(system)
+            for path, channel in channels_of_effector(effector).items()
+        }
 
     def zeros(self, system: System) -> list[str]:
-        return [f"effectors/{effector.name}/{key}" for effector in acting(system) for key in zero_keys(effector)]
+        return [
+            f"effectors/{effector.name}/{key}" for effector in acting_effectors(system) for key in zero_keys(effector)
+        ]
 
-    def without(self, system: System, item: str) -> System:
+    def without_item(self, system: System, item: str) -> System:
         if item in self.others(system):  # its commands stay as they were at the start
             changed = (
                 replace(e, start=NEVER) if isinstance(e, Controller) and e.name == item else e for e in system.effectors
             )
             return replace(system, effectors=tuple(changed))
-        left = tuple(effector for effector in system.effectors if effector.name != item)
-        gone = {name for effector in system.effectors if effector.name == item for name, _ in effector.state_names()}
-        return replace(system, effectors=left, z0={k: v for k, v in system.z0.items() if k not in gone})
+        remaining = tuple(effector for effector in system.effectors if effector.name != item)
+        removed = {name for effector in system.effectors if effector.name == item for name, _ in effector.state_names()}
+        return replace(system, effectors=remaining, z0={k: v for k, v in system.z0.items() if k not in removed})
 
     def fixed(self, system: System) -> list[str]:
-        taken = {name for effector in acting(system) for name in effector.inputs}
-        return [effector.name for effector in acting(system) if any(name in taken for name in signal_names(effector))]
+        used = {name for effector in acting_effectors(system) for name in effector.inputs}
+        return [
+            effector.name
+            for effector in acting_effectors(system)
+            if any(name in used for name in signal_names(effector))
+        ]
 
     def others(self, system: System) -> list[str]:
         return [effector.name for effector in system.controllers]
 
     def breaks(self, system: System) -> list[Array]:
-        return [effector.breaks for effector in acting(system)]
+        return [effector.breaks for effector in acting_effectors(system)]
 
 
-def acting(system: System) -> list[Effector]:
+def acting_effectors(system: System) -> list[Effector]:
     """The effectors of a system that are not controllers, in their order of evaluation."""
     return evaluation_order([effector for effector in system.effectors if isinstance(effector, Effector)])
 
 
 def signal_names(effector: Effector) -> list[str]:
-    """Full names of what others may take from an effector: its states and its channels."""
+    """Return the full names of an effector's states and channels, which others may take as inputs."""
     return [*(name for name, _ in effector.state_names()), *(f"{effector.name}.{c}" for c in effector.channels)]
 
 
 def zero_keys(effector: Effector) -> list[str]:
-    """Last parts of the paths of what an effector leaves at zero: accounts it does not keep, what it does not exert."""
+    """Return the last path parts of an effector's zero channels: unused accounts, forces that it does not exert."""
     keys = [key for key in EXERTED if key not in effector.exerts]
     return [*keys, *(key for key in ACCOUNTS if key not in effector.accounts), *([] if effector.acts else ["power"])]
 
 
-def own_channels(effector: Effector) -> dict[str, Channel]:
-    """What `report` writes of one effector."""
+def channels_of_effector(effector: Effector) -> dict[str, Channel]:
+    """Return the channels that `report` writes of one effector."""
     m, f, name = len(effector.markers), len(effector.freedoms), effector.name
     path = f"effectors/{name}"
     out = {}

@@ -14,7 +14,7 @@ import numpy as np
 from femflex.arrays import Array, Record, Table
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.entries import entry
-from femflex.dynamics.arithmetic.lanes import beyond
+from femflex.dynamics.arithmetic.lanes import offset
 from femflex.dynamics.arithmetic.profiles import profile_at
 from femflex.dynamics.arithmetic.vectors import Vector
 from femflex.dynamics.force_terms.registry import ForceTerm, Records
@@ -45,61 +45,63 @@ law_at = record_reader(LAW)
 @inner
 def elastic_law(law: Record, q: Array, z: Array, pool: Array) -> Vector:
     """V, V' and V'' of a law's potential at its coordinate; zero for a law without one."""
-    x, at = q[law["q"]], law["numbers"]
+    x, numbers = q[law["q"]], law["numbers"]
     if law["kind"] == SPRING:
-        return profile_at(x, at, pool)
+        return profile_at(x, numbers, pool)
     if law["kind"] != LATCHED or z[law["latch"]] < 0.0:
         return 0.0, 0.0, 0.0
-    k, stretch = pool[at], x - pool[at + 2]
+    k, stretch = pool[numbers], x - pool[numbers + 2]
     return 0.5 * k * stretch * stretch, k * stretch, k
 
 
 @inner
 def law_force(law: Record, q: Array, u: Array, z: Array, pool: Array) -> float:
     """Resisting force of a law."""
-    x, rate, at = q[law["q"]], u[law["u"]], law["numbers"]
+    x, rate, numbers = q[law["q"]], u[law["u"]], law["numbers"]
     force = elastic_law(law, q, z, pool)[1]
     if law["kind"] == DAMPER:
-        force += profile_at(rate, at, pool)[1]
+        force += profile_at(rate, numbers, pool)[1]
     elif law["kind"] == CONTACT:
-        force += profile_at(x, at, pool)[0] * rate
+        force += profile_at(x, numbers, pool)[0] * rate
     elif law["kind"] == FRICTION:
-        force += pool[at] * math.tanh(rate / pool[at + 1])
+        force += pool[numbers] * math.tanh(rate / pool[numbers + 1])
     elif law["kind"] == LATCHED and z[law["latch"]] >= 0.0:
-        force += pool[at + 1] * rate
+        force += pool[numbers + 1] * rate
     return force
 
 
 @inner
 def law_slopes(law: Record, q: Array, u: Array, z: Array, pool: Array) -> tuple[float, float]:
     """Slopes of a law's force, by its coordinate and by its rate."""
-    x, rate, at = q[law["q"]], u[law["u"]], law["numbers"]
+    x, rate, numbers = q[law["q"]], u[law["u"]], law["numbers"]
     stiffness, drag = elastic_law(law, q, z, pool)[2], 0.0
     if law["kind"] == DAMPER:
-        drag = profile_at(rate, at, pool)[2]
+        drag = profile_at(rate, numbers, pool)[2]
     elif law["kind"] == CONTACT:
-        c = profile_at(x, at, pool)
+        c = profile_at(x, numbers, pool)
         stiffness, drag = stiffness + c[1] * rate, c[0]
     elif law["kind"] == FRICTION:
-        slip = math.tanh(rate / pool[at + 1])
-        drag = pool[at] / pool[at + 1] * (1.0 - slip * slip)
+        slip = math.tanh(rate / pool[numbers + 1])
+        drag = pool[numbers] / pool[numbers + 1] * (1.0 - slip * slip)
     elif law["kind"] == LATCHED and z[law["latch"]] >= 0.0:
-        drag = pool[at + 1]
+        drag = pool[numbers + 1]
     return stiffness, drag
 
 
 @inner
-def first_piece(table: Table, at: int) -> int:
-    """Where the LAW records begin, behind their number."""
-    return at + 1
+def first_piece(table: Table, start: int) -> int:
+    """Return the start of the LAW records, which follow their number."""
+    return start + 1
 
 
 @entry(APPLY)
-def apply(t: float, q: Array, u: Array, at: int, first: int, last: int, table: Table, pool: Array, work: Array) -> None:
+def apply(
+    t: float, q: Array, u: Array, start: int, first: int, last: int, table: Table, pool: Array, work: Array
+) -> None:
     """Take the forces of laws off the forces of their joints."""
-    z = beyond(work, header_of(table)["z"])
-    for j in range(table[at]):
-        law = law_at(table, first_piece(table, at) + N_LAW * j)
+    z = offset(work, header_of(table)["z"])
+    for j in range(table[start]):
+        law = law_at(table, first_piece(table, start) + N_LAW * j)
         if first <= law["item"] < last:
             tau = body_of(table, law["body"])["work"] + W_TAU + law["freedom"]
             work[tau] -= law_force(law, q, u, z, pool)
@@ -107,27 +109,27 @@ def apply(t: float, q: Array, u: Array, at: int, first: int, last: int, table: T
 
 @entry(RESIST)
 def resist(
-    t: float, q: Array, u: Array, c_d: float, c_k: float, at: int, n: int, table: Table, pool: Array, work: Array
+    t: float, q: Array, u: Array, c_d: float, c_k: float, start: int, n: int, table: Table, pool: Array, work: Array
 ) -> None:
     """Add the slopes of the laws' forces, each where it is not negative."""
-    z = beyond(work, header_of(table)["z"])
-    for j in range(table[at]):
-        law = law_at(table, first_piece(table, at) + N_LAW * j)
+    z = offset(work, header_of(table)["z"])
+    for j in range(table[start]):
+        law = law_at(table, first_piece(table, start) + N_LAW * j)
         stiffness, drag = law_slopes(law, q, u, z, pool)
-        place = body_of(table, law["body"])["work"] + W_RESIST + law["freedom"]
-        work[place] += c_d * max(0.0, drag) + c_k * max(0.0, stiffness)
+        entry = body_of(table, law["body"])["work"] + W_RESIST + law["freedom"]
+        work[entry] += c_d * max(0.0, drag) + c_k * max(0.0, stiffness)
 
 
 @entry(REPORT)
 def report(
-    t: float, q: Array, u: Array, at: int, n: int, row: Array, account: Array, table: Table, pool: Array, work: Array
+    t: float, q: Array, u: Array, start: int, n: int, row: Array, account: Array, table: Table, pool: Array, work: Array
 ) -> None:
     """Force of every law and elastic latch, the energy they store, and the power they take."""
-    z = beyond(work, header_of(table)["z"])
+    z = offset(work, header_of(table)["z"])
     for i in range(n):
         row[i] = 0.0
-    for j in range(table[at]):
-        law = law_at(table, first_piece(table, at) + N_LAW * j)
+    for j in range(table[start]):
+        law = law_at(table, first_piece(table, start) + N_LAW * j)
         force, (energy, elastic, _) = law_force(law, q, u, z, pool), elastic_law(law, q, z, pool)
         row[law["item"]] += force
         account[A_ENERGY] += energy
@@ -141,40 +143,42 @@ class Laws(ForceTerm):
     apply, report, resist = apply, report, resist
 
     def items(self, system: System) -> list[str]:
-        return [place.name for place in law_places(system)]
+        return [entry.name for entry in law_places(system)]
 
     def lower(self, system: System, head: Record, bodies: Records, pool: Pool, scratch: Scratch, at: int) -> Table:
         pieces: list[tuple[int, ...]] = []
-        for item, place in enumerate(law_places(system)):
-            i, k = 1 + system.order.index(place.joint.child), place.of.freedom
-            for kind, numbers in pieces_of(place.of):
-                pieces.append((i, k, place.q, place.u, kind, pool.put(numbers), place.time, item))
+        for item, law_place in enumerate(law_places(system)):
+            i, k = 1 + system.order.index(law_place.joint.child), law_place.law.freedom
+            for kind, numbers in pieces_of(law_place.law):
+                pieces.append((i, k, law_place.q, law_place.u, kind, pool.add(numbers), law_place.time, item))
             bodies[i]["sprung"], bodies[i]["lawful"], bodies[i]["full"] = 1, 1, 0
         return np.array([len(pieces), *(number for piece in pieces for number in piece)], np.int64)
 
     def channels(self, system: System) -> dict[str, Channel]:
         return {
-            f"laws/{place.name}/force": Channel(place.unit, f"resisting force or torque of {place.name}")
-            for place in law_places(system)
+            f"laws/{law_place.name}/force": Channel(law_place.unit, f"resisting force or torque of {law_place.name}")
+            for law_place in law_places(system)
         }
 
-    def without(self, system: System, item: str) -> System:
+    def without_item(self, system: System, item: str) -> System:
         return replace(system, joints=tuple(without_law(joint, item) for joint in system.joints))
 
     def fixed(self, system: System) -> list[str]:
-        return [place.name for place in law_places(system) if isinstance(place.of, Latch)]
+        return [law_place.name for law_place in law_places(system) if isinstance(law_place.law, Latch)]
 
 
-def pieces_of(of: Law | Latch) -> list[tuple[int, Array]]:
-    """What the compiled equations evaluate of a law or an elastic latch, summed: kind and numbers."""
-    if isinstance(of, Law):
-        return of.pieces()
-    return [(LATCHED, np.array([of.stiffness, of.damping, of.at]))]
+def pieces_of(law: Law | Latch) -> list[tuple[int, Array]]:
+    """Return the summed pieces of a law or an elastic latch that the compiled equations evaluate: kind and numbers."""
+    if isinstance(law, Law):
+        return law.kernel_pieces()
+    return [(LATCHED, np.array([law.stiffness, law.damping, law.at]))]
 
 
 def without_law(joint: Joint, name: str) -> Joint:
     """The joint without the law of that name; itself when it has none."""
     laws = [
-        replace(law, name=own) for law, own in zip(joint.laws, joint.law_names(), strict=True) if own != name
+        replace(law, name=law_name)
+        for law, law_name in zip(joint.laws, joint.law_names(), strict=True)
+        if law_name != name
     ]  # the others keep their names
     return replace(joint, laws=tuple(laws)) if len(laws) < len(joint.laws) else joint

@@ -31,7 +31,7 @@ from femflex.dynamics.arithmetic.vectors import (
 from femflex.dynamics.bodies.shapes import combined, marker_velocity
 from femflex.dynamics.force_terms.registry import ForceTerm, Records
 from femflex.dynamics.forces.calls import A_DRIFT, A_ENERGY, A_SHIFT, A_SUPPLIED, APPLY, REPORT
-from femflex.dynamics.forces.push import push
+from femflex.dynamics.forces.marker_forces import push_on_body
 from femflex.dynamics.lowering.layout import (
     ENERGY_LOAD,
     ORBIT_NONE,
@@ -45,7 +45,7 @@ from femflex.dynamics.lowering.layout import (
     header_of,
     record_reader,
 )
-from femflex.dynamics.lowering.pool import Pool, Scratch, put_marker
+from femflex.dynamics.lowering.pool import Pool, Scratch, add_marker
 from femflex.system import Channel, Load, System
 
 LOAD = np.dtype(
@@ -155,22 +155,35 @@ def power_of_load(
 
 
 @entry(APPLY)
-def apply(t: float, q: Array, u: Array, at: int, first: int, last: int, table: Table, pool: Array, work: Array) -> None:
+def apply(
+    t: float, q: Array, u: Array, records: int, first: int, last: int, table: Table, pool: Array, work: Array
+) -> None:
     """Put loads on their bodies."""
     for i in range(first, last):
-        load = load_at(table, at + N_LOAD * i)
+        load = load_at(table, records + N_LOAD * i)
         force, torque, r, T = load_wrench(t, load, table, pool, work)
-        push(body_of(table, load["body"]), force, torque, r, T, load["bends"], load["shape"], load["spin"], pool, work)
+        push_on_body(
+            body_of(table, load["body"]), force, torque, r, T, load["bends"], load["shape"], load["spin"], pool, work
+        )
 
 
 @entry(REPORT)
 def report(
-    t: float, q: Array, u: Array, at: int, n: int, row: Array, account: Array, table: Table, pool: Array, work: Array
+    t: float,
+    q: Array,
+    u: Array,
+    records: int,
+    n: int,
+    row: Array,
+    account: Array,
+    table: Table,
+    pool: Array,
+    work: Array,
 ) -> None:
-    """Force and torque of every load, body components, and its power; what it adds to energy or to the supply."""
+    """Write force and torque of every load, body components, and its power; add its part to energy or supply."""
     head, shift, drift = header_of(table), load3(account, A_SHIFT), load3(account, A_DRIFT)
     for i in range(n):
-        load = load_at(table, at + N_LOAD * i)
+        load = load_at(table, records + N_LOAD * i)
         force, torque, r, T = load_wrench(t, load, table, pool, work)
         store3(row, 7 * i, force)
         store3(row, 7 * i + 3, torque)
@@ -207,7 +220,7 @@ class Loads(ForceTerm):
         parts = [(load.name, key, getattr(load, key)) for load in system.loads for key in ("force", "torque")]
         return [f"loads/{name}/{key}" for name, key, value in parts if not value.any()]
 
-    def without(self, system: System, item: str) -> System:
+    def without_item(self, system: System, item: str) -> System:
         return replace(system, loads=tuple(load for load in system.loads if load.name != item))
 
     def breaks(self, system: System) -> list[Array]:
@@ -218,8 +231,8 @@ def lowered(load: Load, system: System, pool: Pool) -> NDArray[np.void]:
     """One LOAD record."""
     record = np.zeros((), LOAD)
     record["body"], record["frame"] = 1 + system.order.index(load.body), CODES[load.frame]
-    record["place"], record["shape"], record["spin"], record["bends"] = put_marker(load.body, load.marker, system, pool)
+    record["place"], record["shape"], record["spin"], record["bends"] = add_marker(load.body, load.marker, system, pool)
     record["n_times"] = 0 if load.times is None else len(load.times)
-    record["times"] = pool.put(np.zeros(1) if load.times is None else load.times)
-    record["values"] = pool.put(np.hstack([np.atleast_2d(load.force), np.atleast_2d(load.torque)]))
+    record["times"] = pool.add(np.zeros(1) if load.times is None else load.times)
+    record["values"] = pool.add(np.hstack([np.atleast_2d(load.force), np.atleast_2d(load.torque)]))
     return record

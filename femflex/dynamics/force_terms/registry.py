@@ -1,4 +1,4 @@
-"""What a force term says of itself, and the register of all of them."""
+"""Description of a force term, and the register of all force terms."""
 
 from __future__ import annotations
 
@@ -44,18 +44,18 @@ class ForceTerm(ABC):
 
     @abstractmethod
     def lower(self, system: System, head: np.void, bodies: Records, pool: Pool, scratch: Scratch, at: int) -> Any:
-        """Its own records, which will stand in the table from place `at` on; may change the bodies' records."""
+        """Return its own records for the table from `at` on; it may change the bodies' records."""
 
     def channels(self, system: System) -> dict[str, Channel]:
-        """What `report` writes, in its order: path -> Channel."""
+        """Return the channels that `report` writes, in its order: path -> Channel."""
         return {}
 
     def zeros(self, system: System) -> list[str]:
-        """Paths of what `report` writes that is zero by construction; a run does not report these."""
+        """Return paths of channels that are zero by construction; a run does not report these."""
         return []
 
     @abstractmethod
-    def without(self, system: System, item: str) -> System:
+    def without_item(self, system: System, item: str) -> System:
         """The system without the item of that name."""
 
     def fixed(self, system: System) -> list[str]:
@@ -63,7 +63,7 @@ class ForceTerm(ABC):
         return []
 
     def others(self, system: System) -> list[str]:
-        """Names of what can be left out, and has no row in the ledger."""
+        """Return names of parts that can be left out and have no row in the ledger."""
         return []
 
     def breaks(self, system: System) -> list[Array]:
@@ -76,19 +76,19 @@ class ForceTerm(ABC):
 
     def record(self, system: System, at: int) -> Records:
         """Its TERM record, its own records standing at a place."""
-        made = np.zeros(1, TERM)
-        made["apply"], made["report"] = self.apply.address, self.report.address
-        made["resist"], made["relax"] = (0 if call is None else call.address for call in (self.resist, self.relax))
-        made["at"], made["n"], made["energy"] = at, len(self.items(system)), self.energy
-        made["reported"] = sum(int(np.prod(channel.shape)) for channel in self.channels(system).values())
-        return made
+        record = np.zeros(1, TERM)
+        record["apply"], record["report"] = self.apply.address, self.report.address
+        record["resist"], record["relax"] = (0 if call is None else call.address for call in (self.resist, self.relax))
+        record["at"], record["n"], record["energy"] = at, len(self.items(system)), self.energy
+        record["reported"] = sum(int(np.prod(channel.shape)) for channel in self.channels(system).values())
+        return record
 
 
 @cache
 def force_terms() -> tuple[ForceTerm, ...]:
     """All force terms, by the names of their files."""
     package = import_module("femflex.dynamics.force_terms")
-    for found in pkgutil.iter_modules(package.__path__):
-        import_module(f"{package.__name__}.{found.name}")
+    for module in pkgutil.iter_modules(package.__path__):
+        import_module(f"{package.__name__}.{module.name}")
     kinds = sorted(ForceTerm.__subclasses__(), key=lambda kind: kind.__module__)
     return tuple(kind() for kind in kinds)

@@ -27,7 +27,9 @@ from femflex.dynamics.arithmetic.vectors import (
 from femflex.dynamics.bodies.shapes import combined, marker_velocity
 from femflex.dynamics.force_terms.registry import ForceTerm, Records
 from femflex.dynamics.forces.calls import A_DISSIPATION, A_ENERGY, APPLY, REPORT
-from femflex.dynamics.forces.push import push
+from femflex.dynamics.forces.marker_forces import push_on_body
+from femflex.dynamics.lowering.constraint_layout import ENDS
+from femflex.dynamics.lowering.constraints import lower_ends
 from femflex.dynamics.lowering.layout import (
     ENERGY_SPRING,
     W_CIN,
@@ -38,8 +40,6 @@ from femflex.dynamics.lowering.layout import (
     record_reader,
 )
 from femflex.dynamics.lowering.pool import Pool, Scratch
-from femflex.dynamics.lowering.tie_layout import ENDS
-from femflex.dynamics.lowering.ties import lower_ends
 from femflex.system import Channel, System
 
 SPRING = np.dtype([(name, "i8") for name in (*ENDS, "data")])  # pool: stiffness, damping, free length
@@ -52,21 +52,21 @@ NO_LENGTH = 1e-150  # m, below which the line has no direction and the spring no
 
 @inner
 def end_motion(
-    b: Record, place: int, shape: int, bends: int, pool: Array, work: Array
+    b: Record, marker: int, shape: int, bends: int, pool: Array, work: Array
 ) -> tuple[Vector, Vector, Vector]:
     """A marker's place from its body's origin, body components; its place and velocity, inertial components."""
     w = b["work"]
     C_iN = load9(work, w + W_CIN)
-    r, v = load3(pool, place), load3(work, w + W_VEL)
+    r, v = load3(pool, marker), load3(work, w + W_VEL)
     if bends:
         r = add(r, combined(pool, shape, b["wide"], work, b["delta"]))
-        v = add(v, marker_velocity(pool, place, shape, bends, b, work))
+        v = add(v, marker_velocity(pool, marker, shape, bends, b, work))
     v = add(v, cross(load3(work, w + W_OMEGA), r))
     return r, add(load3(work, w + W_POS), turn_back(C_iN, r)), turn_back(C_iN, v)
 
 
 @inner
-def stretched(s: Record, table: Table, pool: Array, work: Array) -> tuple[Vector, Vector, Vector, float, float]:
+def spring_geometry(s: Record, table: Table, pool: Array, work: Array) -> tuple[Vector, Vector, Vector, float, float]:
     """Places of P and Q on their bodies, the unit vector from P to Q (inertial components), distance, and its rate."""
     P, Q = body_of(table, s["parent"]), body_of(table, s["child"])
     r_P, p, v_P = end_motion(P, s["place_P"], s["shape_P"], s["bends_P"], pool, work)
@@ -88,32 +88,43 @@ def tension(data: int, length: float, speed: float, pool: Array) -> float:
 @inner
 def apply_spring(s: Record, table: Table, pool: Array, work: Array) -> None:
     """Put the force of a spring on its two bodies."""
-    r_P, r_Q, e, length, speed = stretched(s, table, pool, work)
+    r_P, r_Q, e, length, speed = spring_geometry(s, table, pool, work)
     pull = tension(s["data"], length, speed, pool)
     P, Q = body_of(table, s["parent"]), body_of(table, s["child"])
     if s["parent"] > 0:
         force = scale(pull, turn(load9(work, P["work"] + W_CIN), e))
-        push(P, force, ZERO, r_P, UNIT, s["bends_P"], s["shape_P"], s["spin_P"], pool, work)
+        push_on_body(P, force, ZERO, r_P, UNIT, s["bends_P"], s["shape_P"], s["spin_P"], pool, work)
     force = scale(-pull, turn(load9(work, Q["work"] + W_CIN), e))
-    push(Q, force, ZERO, r_Q, UNIT, s["bends_Q"], s["shape_Q"], s["spin_Q"], pool, work)
+    push_on_body(Q, force, ZERO, r_Q, UNIT, s["bends_Q"], s["shape_Q"], s["spin_Q"], pool, work)
 
 
 @entry(APPLY)
-def apply(t: float, q: Array, u: Array, at: int, first: int, last: int, table: Table, pool: Array, work: Array) -> None:
+def apply(
+    t: float, q: Array, u: Array, records: int, first: int, last: int, table: Table, pool: Array, work: Array
+) -> None:
     """Put the forces of springs on their bodies."""
     for i in range(first, last):
-        apply_spring(spring_at(table, at + N_SPRING * i), table, pool, work)
+        apply_spring(spring_at(table, records + N_SPRING * i), table, pool, work)
 
 
 @entry(REPORT)
 def report(
-    t: float, q: Array, u: Array, at: int, n: int, row: Array, account: Array, table: Table, pool: Array, work: Array
+    t: float,
+    q: Array,
+    u: Array,
+    records: int,
+    n: int,
+    row: Array,
+    account: Array,
+    table: Table,
+    pool: Array,
+    work: Array,
 ) -> None:
     """Length and tension of every spring; energy stored in all of them, and the power that their dampers take."""
     for i in range(n):
-        s = spring_at(table, at + N_SPRING * i)
+        s = spring_at(table, records + N_SPRING * i)
         data = s["data"]
-        _, _, _, length, speed = stretched(s, table, pool, work)
+        _, _, _, length, speed = spring_geometry(s, table, pool, work)
         row[2 * i] = length
         row[2 * i + 1] = tension(data, length, speed, pool)
         account[A_ENERGY] += 0.5 * pool[data] * (length - pool[data + 2]) ** 2
@@ -133,7 +144,7 @@ class Springs(ForceTerm):
         records = np.zeros(len(system.springs), SPRING)
         for record, spring in zip(records, system.springs, strict=True):
             lower_ends(record, ((spring.parent, spring.parent_marker), (spring.body, spring.marker)), system, pool)
-            record["data"] = pool.put([spring.stiffness, spring.damping, spring.length])
+            record["data"] = pool.add([spring.stiffness, spring.damping, spring.length])
         return records
 
     def channels(self, system: System) -> dict[str, Channel]:
@@ -143,5 +154,5 @@ class Springs(ForceTerm):
             out[f"springs/{spring.name}/tension"] = Channel("N", f"pull of {spring.name} on its ends")
         return out
 
-    def without(self, system: System, item: str) -> System:
+    def without_item(self, system: System, item: str) -> System:
         return replace(system, springs=tuple(spring for spring in system.springs if spring.name != item))

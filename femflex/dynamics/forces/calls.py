@@ -1,8 +1,9 @@
-"""How the equations call force terms (see `femflex.dynamics.force_terms`): by address, through fixed signatures.
+"""Calls of force terms by the equations (see `femflex.dynamics.force_terms`): by address, with fixed signatures.
 
 APPLY    apply(t, q, u, at, first, last, table, pool, work)
-         Puts the forces of items first to last - 1 on the placed bodies: off their bias wrenches and elastic bias
-         (`push`), and on W_TAU of their joints. Items with states write the rates of these behind `zdot` of the header.
+         Subtracts the forces of items first to last - 1 from the bias wrenches and the elastic bias of the placed
+         bodies (`push_on_body`), and adds them to W_TAU of their joints. Items with states write the rates of these
+         behind `zdot` of the header.
 RESIST   resist(t, q, u, c_d, c_k, at, n, table, pool, work)
          Adds c_d D + c_k K of its n items to W_RESIST along the freedoms of joints, each slope where it is positive:
          what implicit integrators hold against motion. An approximation is enough.
@@ -20,14 +21,14 @@ from __future__ import annotations
 
 from femflex.arrays import Array, Table
 from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.entries import INTEGER, INTEGERS, NOTHING, NUMBERS, REAL, caller
+from femflex.dynamics.arithmetic.entries import INTEGER, INTEGERS, NUMBERS, REAL, VOID, caller
 from femflex.dynamics.lowering.layout import W_RESIST, body_of, header_of, term_of
 
 _OWN = (INTEGERS, NUMBERS, NUMBERS)  # table, pool, work
-APPLY = NOTHING(REAL, NUMBERS, NUMBERS, INTEGER, INTEGER, INTEGER, *_OWN)
-RESIST = NOTHING(REAL, NUMBERS, NUMBERS, REAL, REAL, INTEGER, INTEGER, *_OWN)
-RELAX = NOTHING(REAL, NUMBERS, REAL, NUMBERS, INTEGER, INTEGER, *_OWN)
-REPORT = NOTHING(REAL, NUMBERS, NUMBERS, INTEGER, INTEGER, NUMBERS, NUMBERS, *_OWN)
+APPLY = VOID(REAL, NUMBERS, NUMBERS, INTEGER, INTEGER, INTEGER, *_OWN)
+RESIST = VOID(REAL, NUMBERS, NUMBERS, REAL, REAL, INTEGER, INTEGER, *_OWN)
+RELAX = VOID(REAL, NUMBERS, REAL, NUMBERS, INTEGER, INTEGER, *_OWN)
+REPORT = VOID(REAL, NUMBERS, NUMBERS, INTEGER, INTEGER, NUMBERS, NUMBERS, *_OWN)
 
 # numbers of `account`: where positions and velocities are counted from (inertial components); what terms add
 A_SHIFT, A_DRIFT, A_ENERGY, A_DISSIPATION, A_SUPPLIED, A_SIZE = 0, 3, 6, 7, 8, 9

@@ -1,4 +1,4 @@
-"""What a specified orbit needs: the force that keeps O on it against the loads."""
+"""Force that keeps O on a specified orbit against the loads."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from femflex.system import Channel, Effector, Load, System
 PATH = "orbit/force"
 
 
-def pushing(system: System) -> list[Load]:
+def disturbing_loads(system: System) -> list[Load]:
     """Loads whose resultant would move O off a specified orbit."""
     if system.orbit is None or system.orbit.free:
         return []
     return [load for load in system.loads if np.any(load.force)]
 
 
-def pushing_effectors(system: System) -> list[Effector]:
+def disturbing_effectors(system: System) -> list[Effector]:
     """Effectors whose forces at markers would move O off a specified orbit."""
     if system.orbit is None or system.orbit.free:
         return []
@@ -33,7 +33,7 @@ def orbit_channels(system: System) -> dict[str, Channel]:
     meaning = "force that keeps O on the specified orbit against loads and effectors"
     return (
         {PATH: Channel("N", meaning, (3,), ("x", "y", "z"), "inertial")}
-        if pushing(system) or pushing_effectors(system)
+        if disturbing_loads(system) or disturbing_effectors(system)
         else {}
     )
 
@@ -43,7 +43,7 @@ def observe_orbit_force(system: System, out: Mapping[str, Array]) -> dict[str, A
 
     The first moment of mass about O is zero, so the gravity gradient has no resultant (THEORY section 5).
     """
-    loads, effectors = pushing(system), pushing_effectors(system)
+    loads, effectors = disturbing_loads(system), disturbing_effectors(system)
     if not (loads or effectors):
         return {}
     forces = [
@@ -53,6 +53,6 @@ def observe_orbit_force(system: System, out: Mapping[str, Array]) -> dict[str, A
         for load in loads
     ]
     for effector in effectors:  # inertial components already, three for each marker
-        own = out[f"effectors/{effector.name}/force"]
-        forces.append(own.reshape(len(own), -1, 3).sum(axis=1))
+        forces_at_markers = out[f"effectors/{effector.name}/force"]
+        forces.append(forces_at_markers.reshape(len(forces_at_markers), -1, 3).sum(axis=1))
     return {PATH: -np.sum(forces, axis=0)}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from femflex.arrays import Array, Record, Table
 from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.pairs import nothing_pair, put_pair
+from femflex.dynamics.arithmetic.pairs import put_pair, zero_pair
 from femflex.dynamics.arithmetic.vectors import ZERO
 from femflex.dynamics.bodies.flow import add_flow_forces
 from femflex.dynamics.bodies.inertia import add_elastic_forces, write_velocity_forces, zero_forces
@@ -35,24 +35,24 @@ def write_forces(t: float, q: Array, u: Array, table: Table, pool: Array, work: 
 
 
 @inner
-def release_joint(b: Record, work: Array) -> None:
+def clear_joint_forces(b: Record, work: Array) -> None:
     """Clear the joint forces."""
     for k in range(6):
         work[b["work"] + W_TAU + k] = 0.0
 
 
 @inner
-def release_joints(table: Table, work: Array) -> None:
+def clear_all_joint_forces(table: Table, work: Array) -> None:
     """Clear the joint forces of all bodies."""
     for i in range(1, header_of(table)["n_bodies"]):
-        release_joint(body_of(table, i), work)
+        clear_joint_forces(body_of(table, i), work)
 
 
 @inner
-def clear(table: Table, work: Array) -> None:
+def clear_forces(table: Table, work: Array) -> None:
     """Leave the placed bodies without forces, joint forces and bias accelerations."""
     for i in range(1, header_of(table)["n_bodies"]):
         b = body_of(table, i)
         zero_forces(b, work)
-        put_pair(work, b["work"] + W_BIAS, nothing_pair())
-        release_joint(b, work)
+        put_pair(work, b["work"] + W_BIAS, zero_pair())
+        clear_joint_forces(b, work)

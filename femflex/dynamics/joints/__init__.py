@@ -1,1 +1,1 @@
-"""Joints of the tree: their freedoms, laws, latches, specified motion, and what they carry."""
+"""Joints of the tree: their freedoms, laws, latches, prescribed motion, and reactions."""

@@ -39,7 +39,7 @@ def store_angles(b: Record, q: Array, j: int, angles: Vector) -> None:
 
 
 @inner
-def own_turn(b: Record, q: Array, pool: Array) -> Matrix:
+def ball_coordinates_turn(b: Record, q: Array, pool: Array) -> Matrix:
     """C_RQ of the coordinates of a ball, counted from its reference."""
     j = b["q"] + b["n_slide"]
     if b["ball"] == BALL_RODRIGUES:
@@ -52,7 +52,7 @@ def own_turn(b: Record, q: Array, pool: Array) -> Matrix:
 @inner
 def ball_turn(b: Record, q: Array, pool: Array) -> Matrix:
     """C_PQ of a ball whose coordinates are not Euler parameters."""
-    C = own_turn(b, q, pool)
+    C = ball_coordinates_turn(b, q, pool)
     return product(quaternion_turn(load4(q, b["reference"])), C) if b["reference"] else C
 
 
@@ -72,22 +72,22 @@ def ball_rates(b: Record, q: Array, omega: Vector, dq: Array, pool: Array) -> No
 
 
 @inner
-def beside(angles: Vector, old: Vector) -> Vector:
+def nearest_turns(angles: Vector, old: Vector) -> Vector:
     """Angles shifted by whole turns to lie next to the old ones."""
-    whole = 2.0 * math.pi
+    full_turn = 2.0 * math.pi
     return (
-        angles[0] + whole * math.floor((old[0] - angles[0]) / whole + 0.5),
-        angles[1] + whole * math.floor((old[1] - angles[1]) / whole + 0.5),
-        angles[2] + whole * math.floor((old[2] - angles[2]) / whole + 0.5),
+        angles[0] + full_turn * math.floor((old[0] - angles[0]) / full_turn + 0.5),
+        angles[1] + full_turn * math.floor((old[1] - angles[1]) / full_turn + 0.5),
+        angles[2] + full_turn * math.floor((old[2] - angles[2]) / full_turn + 0.5),
     )
 
 
 @inner
 def nearest_angles(angles: Vector, old: Vector, numbers: Vector) -> Vector:
     """Of the two sets of angles of one turn, each up to whole turns, the one next to the old angles."""
-    first = beside(angles, old)
+    first = nearest_turns(angles, old)
     mirror = -angles[1] if numbers[2] == numbers[0] else math.pi - angles[1]
-    second = beside((angles[0] + math.pi, mirror, angles[2] + math.pi), old)
+    second = nearest_turns((angles[0] + math.pi, mirror, angles[2] + math.pi), old)
     to_first, to_second = sub(first, old), sub(second, old)
     return first if dot(to_first, to_first) <= dot(to_second, to_second) else second
 
@@ -105,7 +105,7 @@ def advance_ball(b: Record, q: Array, theta: Vector, out: Array, pool: Array) ->
         store3(out, j, scale(1.0 / (1.0 + dot(p, p) + w), (x, y, z)))
     else:
         numbers, old = load3(pool, b["axes"] + 3 * b["n_slide"]), intrinsic_angles(b, q, j)
-        turned = product(angles_turn(old, numbers), vector_turn(theta))
-        store_angles(b, out, j, nearest_angles(angles_of(turned, numbers), old, numbers))
+        C = product(angles_turn(old, numbers), vector_turn(theta))
+        store_angles(b, out, j, nearest_angles(angles_of(C, numbers), old, numbers))
     if b["reference"]:
         store4(out, b["reference"], load4(q, b["reference"]))

@@ -1,5 +1,6 @@
-"""What a run reports of the motion of joints: slides, turns and their rates; of joints that turn freely the rotation
-and the angle left to the singularity of their rotation set."""
+"""Channels of the motion of joints: slides, turns and their rates; for free rotations the rotation and the angle that
+remains to the singularity of the rotation set.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +22,7 @@ from femflex.system import Channel, Joint, System
 
 
 def joint_places(system: System) -> Iterator[tuple[Joint, int, int]]:
-    """Every joint, and where its coordinates stand in q and its quasi-velocities in u."""
+    """Return every joint with the first places of its coordinates in q and of its quasi-velocities in u."""
     iq = iu = 0
     for name in system.order:
         joint, n = system.joint_of(name), system.bodies[name].n_modes
@@ -40,14 +41,14 @@ def is_reported(joint: Joint) -> bool:
 
 
 def singularity_notes(system: System, table: IntArray) -> dict[str, int]:
-    """Where in the work array the steps note how near a ball came to its singularity, and when, by its channel."""
+    """Return by channel where in the work array steps note how near a ball came to its singularity, and when."""
     blocks = {name: int(b["work"]) + W_NEAR for name, b in zip(system.order, body_records(table)[1:], strict=True)}
     balls = [joint for joint in map(system.joint_of, system.order) if has_singularity(joint)]
     return {f"joints/{joint.label}/singularity": blocks[joint.child] for joint in balls}
 
 
 def joint_channels(system: System) -> dict[str, Channel]:
-    """Path, unit and meaning of what is reported of the motion of joints."""
+    """Return path, unit and meaning of the channels of the joints' motion."""
     out = {}
     for joint, _, _ in joint_places(system):
         path, short = f"joints/{joint.label}", joint.label + "."
@@ -66,7 +67,7 @@ def joint_channels(system: System) -> dict[str, Channel]:
             )
             out[f"{path}/rate"] = _channel(rates, f"rate of joint {joint.label}{of_ball}")
         if joint.ball is not None and (joint.rebase or is_reported(joint)):
-            of_set = names[joint.ball_places()]
+            of_set = names[joint.ball_slice()]
             text = f"{joint.ball} from the parent's marker"
             text += ", independent of the reference of q" if joint.rebase else ""
             out[f"{path}/rotation"] = _channel(of_set, text)
@@ -84,7 +85,7 @@ def observe_joints(system: System, states: Array, n_q: int) -> dict[str, Array]:
         for key, values in (("slide", q[:, :n]), ("angle", q[:, n:]), ("rate", u)):
             out[f"{path}/{key}"] = values[:, 0] if values.shape[1] == 1 else values
         if joint.ball is not None:
-            ball = q[:, joint.ball_places()]
+            ball = q[:, joint.ball_slice()]
             if has_singularity(joint):
                 out[f"{path}/singularity"] = singularity_distance(ball, joint.ball)
             if joint.rebase:
@@ -104,7 +105,7 @@ def _channel(parts: list[tuple[str, str]], text: str) -> Channel:
 
 
 def rest_coordinates(joint: Joint) -> Array:
-    """Coordinates (n_q,) at which the springs of a joint are free; those without a spring as the joint starts."""
+    """Return coordinates (n_q,) at which the springs of a joint are free; initial ones where there is no spring."""
     q, n = joint.q0.copy(), len(joint.translations)
     sprung = joint.stiffness > 0
     if joint.ball is None:
@@ -113,5 +114,5 @@ def rest_coordinates(joint: Joint) -> Array:
     if sprung[n:].any():
         C_PQ = dcm_from_vector(joint.rest[n:])
         C_PR = dcm_from_quaternion(q[-4:]) if joint.rebase else np.eye(3)
-        q[joint.ball_places()] = coordinates_from_dcm(C_PR.T @ C_PQ, joint.ball)
+        q[joint.ball_slice()] = coordinates_from_dcm(C_PR.T @ C_PQ, joint.ball)
     return q

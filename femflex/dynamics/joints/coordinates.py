@@ -1,4 +1,4 @@
-"""Coordinates of joints and shapes: their rates from quasi-velocities, and where a finite motion takes them."""
+"""Coordinates of joints and shapes: their rates from quasi-velocities, and their change by a finite motion."""
 
 from __future__ import annotations
 

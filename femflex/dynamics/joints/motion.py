@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from femflex.arrays import Array, Record
 from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.lanes import last, plus, reciprocal, with_last
+from femflex.dynamics.arithmetic.lanes import fourth, plus, reciprocal, with_fourth
 from femflex.dynamics.arithmetic.pairs import dot_pair, pair, put_pair
-from femflex.dynamics.arithmetic.spatial import free_motion, less_outer, pulled, put_six_rows, six_rows, with_bias
+from femflex.dynamics.arithmetic.spatial import free_motion, less_outer, put_six_rows, rows_times, six_rows, with_bias
 from femflex.dynamics.arithmetic.vectors import dot, load3, scale, store_lane, sub
 from femflex.dynamics.lowering.layout import W_ACC, W_BIAS, W_H, W_M, W_PIVOT, W_RESIST, W_TAU, W_U
 
@@ -16,7 +16,7 @@ def eliminate_joint(b: Record, pool: Array, work: Array, c_d: float, c_k: float,
     """Take the joint's freedoms out of [A | p], one after the other, the bias acceleration included in p.
 
     Freedom k with column h: U = A h, d = h . U + c_d damper + c_k spring + that of laws, and the force that remains
-    is h . p - tau, kept in the last place of U. Held freedoms (pivot 0, see held) stay in [A | p].
+    is h . p - tau, kept in the last place of U. Prescribed freedoms (pivot 0, see prescribed_motion) stay in [A | p].
     """
     w = b["work"]
     rows = with_bias(six_rows(work, w + W_M), pair(work, w + W_BIAS))
@@ -25,8 +25,8 @@ def eliminate_joint(b: Record, pool: Array, work: Array, c_d: float, c_k: float,
         if b["held"] and work[w + W_PIVOT + k] == 0.0:
             continue
         h = pair(work, w + W_H + 8 * k)
-        U = pulled(rows, h)
-        d, force = dot_pair(U, h), last(U[1])
+        U = rows_times(rows, h)
+        d, force = dot_pair(U, h), fourth(U[1])
         if k >= hidden:
             if b["sprung"] or forced:
                 force -= work[w + W_TAU + k - hidden]
@@ -35,7 +35,7 @@ def eliminate_joint(b: Record, pool: Array, work: Array, c_d: float, c_k: float,
                 if b["lawful"] and (c_d != 0.0 or c_k != 0.0):
                     d += work[w + W_RESIST + k - hidden]
         d = reciprocal(d)
-        U = (U[0], with_last(U[1], force))
+        U = (U[0], with_fourth(U[1], force))
         put_pair(work, w + W_U + 8 * k, U)
         work[w + W_PIVOT + k] = d
         rows = less_outer(rows, U, (d * U[0], d * U[1]))
@@ -44,7 +44,7 @@ def eliminate_joint(b: Record, pool: Array, work: Array, c_d: float, c_k: float,
 
 @inner
 def accelerate_joint(b: Record, work: Array, out: Array) -> None:
-    """Write udot = -(U . a + h . p - tau)/d of each joint freedom, the last eliminated first; add what they give."""
+    """Write udot = -(U . a + h . p - tau)/d of each joint freedom, the last eliminated first, and add their effect."""
     w = b["work"]
     acc = pair(work, w + W_ACC)
     hidden = 3 if b["hidden"] else 0

@@ -1,4 +1,4 @@
-"""What the joints of the tree carry: force and torque on the child, from the equations gathered from the tips.
+"""Forces in the joints of the tree: force and torque on the child, from the equations summed from the tips.
 
 Reported when a system asks for it (`System.reactions`): an instant costs about two rates.
 """
@@ -20,15 +20,15 @@ if TYPE_CHECKING:
 XYZ = ("x", "y", "z")
 
 
-def carrying(system: System) -> list[Joint]:
-    """The joints that carry anything, in tree order: not those free in all six motions."""
-    return [joint for joint in map(system.joint_of, system.order) if joint.n_u - len(joint.held) < 6]
+def joints_with_reactions(system: System) -> list[Joint]:
+    """Return the joints that carry any force, in tree order: all but those free in all six motions."""
+    return [joint for joint in map(system.joint_of, system.order) if joint.n_u - len(joint.prescribed) < 6]
 
 
 def reaction_channels(system: System) -> dict[str, Channel]:
-    """Path, unit and meaning of the forces in joints, where the system asks for them."""
+    """Return path, unit and meaning of the forces in joints, if the system asks for them."""
     out = {}
-    for joint in carrying(system) if system.reactions else []:
+    for joint in joints_with_reactions(system) if system.reactions else []:
         where = f"{joint.child}.{joint.child_marker}"
         text = f"that joint {joint.label} exerts on {joint.child} at {where}"
         out[f"joints/{joint.label}/force"] = Channel("N", f"force {text}", (3,), XYZ, "inertial")
@@ -53,12 +53,12 @@ def observe_reactions(model: Model, times: Array, states: Array) -> dict[str, Ar
         model.gather(times[j], states[j], udot)
         wrenches[j], turns[j] = model.work[wrench_at], model.work[turn_at].reshape(-1, 3, 3)
     out = {}
-    for joint in carrying(model.system):
+    for joint in joints_with_reactions(model.system):
         i = order.index(joint.child)
         body, first = model.system.bodies[joint.child], int(records[1 + i]["qe"])
         marker = body.marker(joint.child_marker)
-        place = marker.position + body.amplitudes(states[:, first : first + body.n_modes]) @ marker.phi.T
-        force, torque = wrenches[:, i, :3], wrenches[:, i, 3:] - np.cross(place, wrenches[:, i, :3])
+        arm = marker.position + body.amplitudes(states[:, first : first + body.n_modes]) @ marker.phi.T
+        force, torque = wrenches[:, i, :3], wrenches[:, i, 3:] - np.cross(arm, wrenches[:, i, :3])
         out[f"joints/{joint.label}/force"] = np.einsum("tji,tj->ti", turns[:, i], force)
         out[f"joints/{joint.label}/torque"] = np.einsum("tji,tj->ti", turns[:, i], torque)
     return out

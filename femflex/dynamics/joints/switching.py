@@ -10,11 +10,11 @@ import math
 
 from femflex.arrays import Array, Record, Table
 from femflex.dynamics.arithmetic.compiled import inner, kernel
-from femflex.dynamics.arithmetic.lanes import start
+from femflex.dynamics.arithmetic.lanes import pointer
 from femflex.dynamics.arithmetic.symbols import types
 from femflex.dynamics.arithmetic.turns import angles_turn, quaternion_of, quaternion_turn
 from femflex.dynamics.arithmetic.vectors import ZERO, dot, load3, load4, product, scale, store3, store4, transpose
-from femflex.dynamics.joints.ball import intrinsic_angles, own_turn
+from femflex.dynamics.joints.ball import ball_coordinates_turn, intrinsic_angles
 from femflex.dynamics.lowering.layout import BALL_MODIFIED, BALL_QUATERNION, BALL_RODRIGUES, W_NEAR, body_of, header_of
 from femflex.system.ball import NEAR
 
@@ -26,7 +26,7 @@ NEAR_ANGLES = math.sin(NEAR)
 
 
 @inner
-def near_singularity(b: Record, q: Array, pool: Array) -> bool:
+def is_near_singularity(b: Record, q: Array, pool: Array) -> bool:
     """Whether a re-based ball is closer than NEAR to the singularity of its set."""
     j = b["q"] + b["n_slide"]
     if b["ball"] == BALL_RODRIGUES:
@@ -40,7 +40,7 @@ def near_singularity(b: Record, q: Array, pool: Array) -> bool:
 def rebase(b: Record, q: Array, pool: Array) -> None:
     """Count the ball's coordinates from a new reference, from which they are farthest from their singularity."""
     j, axes = b["q"] + b["n_slide"], b["axes"] + 3 * b["n_slide"]
-    C = product(quaternion_turn(load4(q, b["reference"])), own_turn(b, q, pool))
+    C = product(quaternion_turn(load4(q, b["reference"])), ball_coordinates_turn(b, q, pool))
     store3(q, j, ZERO)
     if b["ball"] != BALL_RODRIGUES and pool[axes] == pool[axes + 2]:
         q[j + 1] = 0.5 * math.pi
@@ -57,15 +57,15 @@ def switch_ball(b: Record, q: Array, pool: Array) -> int:
         if square > 1.0:
             store3(q, j, scale(-1.0 / square, load3(q, j)))
             return 1
-    elif b["reference"] and near_singularity(b, q, pool):
+    elif b["reference"] and is_near_singularity(b, q, pool):
         rebase(b, q, pool)
         return 1
     return 0
 
 
 @inner
-def angle_left(b: Record, q: Array, pool: Array) -> float:
-    """Angle left to the singularity of a ball's set (see femflex.rotations.singularity_distance)."""
+def angle_to_singularity(b: Record, q: Array, pool: Array) -> float:
+    """Return the angle that remains to the singularity of a ball's set (see femflex.rotations.singularity_distance)."""
     j = b["q"] + b["n_slide"]
     if b["ball"] == BALL_RODRIGUES or b["ball"] == BALL_MODIFIED:
         half = math.atan(math.sqrt(dot(load3(q, j), load3(q, j))))
@@ -76,22 +76,22 @@ def angle_left(b: Record, q: Array, pool: Array) -> float:
 
 
 @inner
-def note_nearest(b: Record, t: float, q: Array, pool: Array, work: Array) -> None:
+def note_smallest_angle(b: Record, t: float, q: Array, pool: Array, work: Array) -> None:
     """Keep the least angle that was left to a ball's singularity, and when."""
-    near = b["work"] + W_NEAR
-    left = angle_left(b, q, pool)
-    if left < work[near]:
-        work[near], work[near + 1] = left, t
+    note = b["work"] + W_NEAR
+    angle = angle_to_singularity(b, q, pool)
+    if angle < work[note]:
+        work[note], work[note + 1] = angle, t
 
 
 @kernel(SWITCH)
 def switch(t: float, x: Array, table: Table, pool: Array, work: Array) -> int:
-    """Number of balls whose coordinates were changed in the state x, in place; notes how near to failing they were."""
-    records = start(table)
+    """Change the coordinates of balls near their singularity in x, in place; return how many, note the least angle."""
+    records = pointer(table)
     changed = 0
     for i in range(1, header_of(records)["n_bodies"]):
         b = body_of(records, i)
         if b["ball"] > BALL_QUATERNION:
-            note_nearest(b, t, start(x), start(pool), start(work))
-            changed += switch_ball(b, start(x), start(pool))
+            note_smallest_angle(b, t, pointer(x), pointer(pool), pointer(work))
+            changed += switch_ball(b, pointer(x), pointer(pool))
     return changed

@@ -1,4 +1,4 @@
-"""Bodies lowered to flat arrays: moments, stiffness, strain and what follows."""
+"""Bodies lowered to flat arrays: moments, stiffness, strain and followers."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ROUNDING = 1e-12  # relative; an elastic mass or stiffness closer than this to i
 
 @dataclass(frozen=True)
 class BodyNumbers:
-    """What lowering takes from a body alone: pieces of the pool and numbers of the record, by the record's names."""
+    """Numbers of a body alone for its record and the pool, by the names of the record's fields."""
 
     pieces: dict[str, Piece]
     counts: dict[str, int]
@@ -41,7 +41,7 @@ def lower_body(record: np.void, body: FlexibleBody, pool: Pool, scratch: Scratch
     for key, count in numbers.counts.items():
         record[key] = count
     for key, piece in numbers.pieces.items():
-        record[key] = pool.put(piece)
+        record[key] = pool.add(piece)
     row, wide = padded(body.n_modes), padded(body.n_shapes)
     if "curved" in numbers.pieces:
         take_monomials(record, scratch)
@@ -58,37 +58,37 @@ def _numbers(body: FlexibleBody) -> BodyNumbers:
     row, wide = padded(n), padded(body.n_shapes)
     V1, damping = (body.strain.V1 + body.strain.V1.T) / 2, body.damping
     pieces = {
-        "mass": Piece.of([moments.mass, *moments.first[0], *P[0, :, 0, :].ravel()]),
-        "first": Piece.of_rows(moments.first[1:].T),
-        "momentum": Piece.of(np.pad(moments.first[1:], ((0, wide - body.n_shapes), (0, 1)))),
-        "second": Piece.of_rows(P[:, :, 1:, :].swapaxes(2, 3)),  # A a c k
+        "mass": Piece.from_values([moments.mass, *moments.first[0], *P[0, :, 0, :].ravel()]),
+        "first": Piece.from_rows(moments.first[1:].T),
+        "momentum": Piece.from_values(np.pad(moments.first[1:], ((0, wide - body.n_shapes), (0, 1)))),
+        "second": Piece.from_rows(P[:, :, 1:, :].swapaxes(2, 3)),  # A a c k
     }
     P = P[1:, :, 1:, :]  # j b k c
     gyro = np.stack([P[:, b, :, c] - P[:, c, :, b] for b, c in ((1, 2), (2, 0), (0, 1))])  # a j k
-    pieces["gyro"] = Piece.of_rows(gyro.swapaxes(0, 1))
+    pieces["gyro"] = Piece.from_rows(gyro.swapaxes(0, 1))
     elastic_mass = moments.elastic_mass()
     pieces |= elastic_mass_pieces(elastic_mass, n)
     pieces |= {
-        "stiffness": Piece.of_rows(V1),
-        "damping": Piece.of_rows(damping.T),
-        "own_stiffness": Piece.of_rows(np.diag(V1)),
-        "own_damping": Piece.of_rows(np.diag(damping)),
-        "f0": Piece.of_rows(body.strain.f0),
+        "stiffness": Piece.from_rows(V1),
+        "damping": Piece.from_rows(damping.T),
+        "own_stiffness": Piece.from_rows(np.diag(V1)),
+        "own_damping": Piece.from_rows(np.diag(damping)),
+        "f0": Piece.from_rows(body.strain.f0),
     }
     counts = {"n": n, "row": row, "stride": row + 8, "n_shapes": body.n_shapes, "wide": wide}
     counts["orthonormal"] = int(np.abs(elastic_mass[:n, :n] - np.eye(n)).max(initial=0.0) < ROUNDING)
     counts["diagonal"] = int(_is_diagonal(V1) and _is_diagonal(damping))
     strain, slaves = body.strain, body.slaves
     if not strain.is_linear and len(strain.f0):
-        pieces["curved"] = Piece.of(strain_table(strain.V2, strain.V3, len(strain.f0)))
+        pieces["curved"] = Piece.from_values(strain_table(strain.V2, strain.V3, len(strain.f0)))
     if len(slaves):
         counts |= {"n_slaves": len(slaves), "dense": 1}
-        pieces["slaves"] = Piece.of_rows((slaves + slaves.swapaxes(1, 2)) / 2)
+        pieces["slaves"] = Piece.from_rows((slaves + slaves.swapaxes(1, 2)) / 2)
     return BodyNumbers(pieces, counts)
 
 
 def take_monomials(record: np.void, scratch: Scratch) -> None:
-    """Places in the work array of what nonlinear strain is summed up from."""
+    """Reserve places in the work array for the monomials of nonlinear strain."""
     n = int(record["n"])
     pairs = n * (n + 1) // 2
     record["nonlinear"], record["n_blocks"] = 1, -(-pairs // COLUMNS)
@@ -109,12 +109,12 @@ def elastic_mass_pieces(elastic_mass: Array, n: int) -> dict[str, Piece]:
     """The elastic mass of all shapes, and the factors of that of the n coordinates."""
     C = np.linalg.cholesky(elastic_mass[:n, :n])
     return {
-        "elastic_mass": Piece.of_rows(elastic_mass),
-        "elastic_factor": Piece.of_rows(np.diag(C)[:, None] * C.T),  # U of Gauss's elimination
-        "elastic_pivot": Piece.of_rows(1.0 / np.diag(C) ** 2),
+        "elastic_mass": Piece.from_rows(elastic_mass),
+        "elastic_factor": Piece.from_rows(np.diag(C)[:, None] * C.T),  # U of Gauss's elimination
+        "elastic_pivot": Piece.from_rows(1.0 / np.diag(C) ** 2),
     }
 
 
 def _is_diagonal(a: Array) -> bool:
-    off = a - np.diag(np.diag(a))
-    return bool(np.abs(off).max(initial=0.0) <= ROUNDING * np.abs(a).max(initial=0.0))
+    remainder = a - np.diag(np.diag(a))
+    return bool(np.abs(remainder).max(initial=0.0) <= ROUNDING * np.abs(a).max(initial=0.0))

@@ -1,4 +1,4 @@
-"""Joints lowered to flat arrays: axes, springs, what they hold, and the markers they join."""
+"""Joints lowered to flat arrays: axes, springs, prescribed freedoms, and the markers they join."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 from femflex.arrays import Array
 from femflex.body import Marker
 from femflex.dynamics.lowering import layout as at
-from femflex.dynamics.lowering.pool import Pool, Scratch, put_marker
+from femflex.dynamics.lowering.pool import Pool, Scratch, add_marker
 from femflex.rotations import EULER_PARAMETERS, MODIFIED, NAMED_SEQUENCES, RODRIGUES, is_extrinsic, letters_of
 from femflex.system import Joint, System
-from femflex.system.freedoms import OPEN
+from femflex.system.joint_coordinates import OPEN
 
 ROUNDING = 1e-12  # slides closer than this to orthonormal count as such
 
@@ -29,52 +29,52 @@ def lower_joint(record: np.void, joint: Joint, system: System, pool: Pool) -> No
     elif joint.ball is not None:
         record["ball"] = BALL_CODES[joint.ball]
     if joint.rebase:
-        record["reference"] = record["q"] + joint.ball_places().stop
+        record["reference"] = record["q"] + joint.ball_slice().stop
     record["n_h"] = 3 * record["hidden"] + joint.n_u
-    record["axes"] = pool.put(np.concatenate(axes))
+    record["axes"] = pool.add(np.concatenate(axes))
     record["spring"], record["damper"], record["rest"] = (
-        pool.put(v) for v in (joint.stiffness, joint.damping, joint.rest)
+        pool.add(v) for v in (joint.stiffness, joint.damping, joint.rest)
     )
     record["sprung"] = int(bool(joint.stiffness.any() or joint.damping.any()))
 
 
-def lower_holds(
+def lower_prescribed(
     head: np.void, bodies: NDArray[np.void], system: System, pool: Pool, scratch: Scratch
 ) -> NDArray[np.void]:
-    """One HOLD record per held freedom, and where the model keeps what it holds."""
-    found, z = [], 0
+    """Write one HOLD record per prescribed freedom, and the place of its value in the model."""
+    entries, z = [], 0
     for record, name in zip(bodies[1:], system.order, strict=True):
         joint = system.joint_of(name)
-        for k, profile in joint.held.items():
-            found.append((int(record["q"]) + k, int(record["u"]) + k, pool.put(profile.numbers), -1))
+        for k, profile in joint.prescribed.items():
+            entries.append((int(record["q"]) + k, int(record["u"]) + k, pool.add(profile.numbers), -1))
         for latch in joint.latches:
             k = latch.freedom
             if latch.rigid:
-                found.append((int(record["q"]) + k, int(record["u"]) + k, 0, z))
+                entries.append((int(record["q"]) + k, int(record["u"]) + k, 0, z))
             z += len(OPEN)
-        if joint.held or joint.locking:
+        if joint.prescribed or joint.locking:
             record["held"], record["full"] = 1, 0
-    head["n_holds"] = len(found)
-    if found:
+    head["n_holds"] = len(entries)
+    if entries:
         head["held_q"] = scratch.take(int(head["n_q"]))
         for key in ("held_u", "known", "flags", "drives"):
             head[key] = scratch.take(int(head["n_u"]))
         for key in ("known", "flags", "drives"):
             bodies[key] = head[key] + bodies["u"]
-    return np.array(found, at.HOLD)
+    return np.array(entries, at.HOLD)
 
 
 def lower_markers(bodies: NDArray[np.void], i: int, joint: Joint, system: System, pool: Pool, scratch: Scratch) -> None:
     """Markers P and Q of the joint of body i; their carriers' elastic blocks become dense when the markers move."""
     record, parent = bodies[i], bodies[bodies[i]["parent"]]
-    own = system.bodies[joint.child].marker(joint.child_marker)
-    above = Marker.at(np.zeros(3))
+    marker_Q = system.bodies[joint.child].marker(joint.child_marker)
+    marker_P = Marker.at(np.zeros(3))
     if joint.parent is not None:
-        above = system.bodies[joint.parent].marker(joint.parent_marker)
-    record["place"], record["shape"], record["spin"], record["bends"] = put_marker(
+        marker_P = system.bodies[joint.parent].marker(joint.parent_marker)
+    record["place"], record["shape"], record["spin"], record["bends"] = add_marker(
         joint.parent, joint.parent_marker, system, pool
     )
-    record["own_place"], record["own_shape"], record["own_spin"], record["own_bends"] = put_marker(
+    record["own_place"], record["own_shape"], record["own_spin"], record["own_bends"] = add_marker(
         joint.child, joint.child_marker, system, pool
     )
     record["Phi"] = scratch.take(6 * parent["row"])
@@ -83,8 +83,8 @@ def lower_markers(bodies: NDArray[np.void], i: int, joint: Joint, system: System
     if record["own_bends"]:
         record["dense"] = 1
     record["welded"] = int(record["n_h"] == 0 and not record["bends"] and not record["own_bends"])
-    C_ip = own.orientation @ above.orientation.T
-    record["welded_at"] = pool.put(np.concatenate([C_ip.ravel(), above.position - C_ip.T @ own.position]))
+    C_ip = marker_Q.orientation @ marker_P.orientation.T
+    record["welded_at"] = pool.add(np.concatenate([C_ip.ravel(), marker_P.position - C_ip.T @ marker_Q.position]))
     products = joint.translations @ joint.translations.T
     orthonormal = record["hidden"] or np.abs(products - np.eye(len(products))).max(initial=0.0) < ROUNDING
     six = record["n_h"] == 6 and joint.ball is not None and orthonormal

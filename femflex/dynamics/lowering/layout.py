@@ -1,7 +1,7 @@
 """Flat arrays of a compiled system: one integer table of records, one pool of numbers, one scratch array.
 
 table  header record, then one BODY record per body (record 0 is the base frame), the reported markers, the freedoms
-       that are held, the records of force terms, one TERM record per force term, and what `tie_layout` describes
+       that are held, the records of force terms, one TERM record per force term, and what `constraint_layout` describes
 pool   numbers: moments, shapes at markers, axes, springs, load tables, orbit; constants, but for the blocks of bodies
        that vary with time, which are written anew at every evaluation (see varying)
 work   scratch, one block per body: the offsets W_* below, then arrays whose place the record holds
@@ -49,9 +49,9 @@ HEADER = np.dtype(
             "n_holds", "holds",  # HOLD records and where in the table they begin
             "n_terms", "terms",  # TERM records and where in the table they begin
             "account",  # work (A_SIZE): see femflex.dynamics.forces.calls
-            "held_q", "held_u",  # work (n_q,), (n_u,): the state with held freedoms where they are held
+            "held_q", "held_u",  # work (n_q,), (n_u,): the state with prescribed freedoms at their values
             "known", "flags", "drives",  # work (n_u,): their accelerations; 1 where held; forces that hold them
-            "closing",  # table: where records of constraints begin (see tie_layout)
+            "closing",  # table: where records of constraints begin (see constraint_layout)
             "n_varying",  # bodies whose properties depend on time
             "n_free",  # of these, ones whose length is free; their accelerations stand behind z
             "lack", "needs",  # work (n_u,), (n_free, n_free + 1): for these accelerations, see free_lengths
@@ -199,18 +199,18 @@ def record_reader(record: np.dtype[Any]) -> Callable[[Table, int], np.void]:
     """A function of (table, i) that gives the record at table[i], known to the compiler."""
     kind = numba.np.numpy_support.from_dtype(record)
 
-    def read(table: Table, i: int) -> np.void:
+    def read_record(table: Table, i: int) -> np.void:
         return table[i : i + len(record.names or ())].view(record)[0]
 
-    @extending.type_callable(read)
+    @extending.type_callable(read_record)
     def typer(context: Any) -> Any:
         return lambda table, i: kind
 
-    @extending.lower_builtin(read, types.CPointer, types.Integer)
+    @extending.lower_builtin(read_record, types.CPointer, types.Integer)
     def lowered(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         return builder.bitcast(address(builder, args[0], args[1], INTEGER), context.get_value_type(kind))
 
-    return read
+    return read_record
 
 
 _header, _body, _term, _marker, _hold = (record_reader(record) for record in (HEADER, BODY, TERM, MARKER, HOLD))
@@ -242,5 +242,5 @@ def marker_of(table: Table, i: int) -> np.void:
 
 @inner
 def hold_of(table: Table, i: int) -> np.void:
-    """Record i of the freedoms that are held."""
+    """Return record i of the prescribed freedoms."""
     return _hold(table, header_of(table)["holds"] + N_HOLD * i)

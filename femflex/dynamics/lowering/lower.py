@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from femflex.arrays import Array, Table
 from femflex.dynamics.lowering import layout as at
 from femflex.dynamics.lowering.bodies import lower_body
-from femflex.dynamics.lowering.joints import axis_numbers, lower_holds, lower_joint, lower_markers
-from femflex.dynamics.lowering.pool import Pool, Scratch, length_of, put_marker
-from femflex.dynamics.lowering.ties import lower_constraints
+from femflex.dynamics.lowering.constraints import lower_constraints
+from femflex.dynamics.lowering.joints import axis_numbers, lower_joint, lower_markers, lower_prescribed
+from femflex.dynamics.lowering.pool import Pool, Scratch, add_marker, length_of
 from femflex.dynamics.lowering.variation import lower_variation
 from femflex.system import System
 
@@ -21,8 +21,8 @@ FRAME_CODES = {"inertial": at.FRAME_INERTIAL, "orbital": at.FRAME_ORBITAL, "spin
 N_ACCOUNT = 9  # numbers of the header's account
 
 
-class Lowered(Protocol):
-    """What lowering asks of a force term (see femflex.dynamics.force_terms)."""
+class LowerableTerm(Protocol):
+    """Functions that lowering needs of a force term (see femflex.dynamics.force_terms)."""
 
     def items(self, system: System) -> list[str]:
         """Names of its items in a system."""
@@ -30,13 +30,13 @@ class Lowered(Protocol):
     def lower(
         self, system: System, head: np.void, bodies: NDArray[np.void], pool: Pool, scratch: Scratch, at: int
     ) -> NDArray[np.void] | Table:
-        """Its own records, which will stand in the table from place `at` on; may change the bodies' records."""
+        """Return its own records for the table from `at` on; it may change the bodies' records."""
 
     def record(self, system: System, at: int) -> NDArray[np.void]:
         """Its TERM record, its own records standing at a place."""
 
 
-def lower(system: System, terms: Sequence[Lowered]) -> tuple[Table, Array, int]:
+def lower(system: System, terms: Sequence[LowerableTerm]) -> tuple[Table, Array, int]:
     """Integer table, pool and size of the work array of a system under these force terms (see layout)."""
     pool, scratch = Pool(), Scratch()
     order = system.order
@@ -62,8 +62,8 @@ def lower(system: System, terms: Sequence[Lowered]) -> tuple[Table, Array, int]:
     head = np.zeros(1, at.HEADER)
     head[0]["n_bodies"], head[0]["n_markers"] = len(bodies), len(markers)
     head[0]["n_q"], head[0]["n_u"], head[0]["n_z"] = nq, nu, len(system.state_names())
-    head[0]["angle_axes"] = pool.put(axis_numbers(system.libration_sequence))
-    head[0]["mass"] = pool.put_own([sum(body.moments.mass for body in system.bodies.values())])
+    head[0]["angle_axes"] = pool.add(axis_numbers(system.libration_sequence))
+    head[0]["mass"] = pool.add_unshared([sum(body.moments.mass for body in system.bodies.values())])
     head[0]["n_varying"] = len(system.varying)
     head[0]["orbit_state"], head[0]["total"] = scratch.take(19), scratch.take(6)
     head[0]["z"], head[0]["zdot"] = scratch.take(len(states) + n_free), scratch.take(len(states))
@@ -72,16 +72,16 @@ def lower(system: System, terms: Sequence[Lowered]) -> tuple[Table, Array, int]:
     head[0]["moved_u"], head[0]["account"] = scratch.take(nu), scratch.take(N_ACCOUNT)
     lower_orbit(head[0], system, pool)
     parts: list[NDArray[np.void] | Table] = [head, bodies, markers]
-    holds = lower_holds(head[0], bodies, system, pool, scratch)
+    holds = lower_prescribed(head[0], bodies, system, pool, scratch)
     head[0]["holds"] = length_of(parts)
     parts.append(holds)
     present = [term for term in terms if term.items(system)]
-    places = []
+    positions = []
     for term in present:
-        places.append(length_of(parts))
-        parts.append(term.lower(system, head[0], bodies, pool, scratch, places[-1]))
+        positions.append(length_of(parts))
+        parts.append(term.lower(system, head[0], bodies, pool, scratch, positions[-1]))
     head[0]["n_terms"], head[0]["terms"] = len(present), length_of(parts)
-    parts += [term.record(system, place) for term, place in zip(present, places, strict=True)]
+    parts += [term.record(system, position) for term, position in zip(present, positions, strict=True)]
     head[0]["closing"] = length_of(parts)
     parts += lower_constraints(head[0], bodies, system, pool, scratch)
     table = np.concatenate([part.view(np.int64).ravel() for part in parts])
@@ -91,8 +91,8 @@ def lower(system: System, terms: Sequence[Lowered]) -> tuple[Table, Array, int]:
 def lower_orbit(head: np.void, system: System, pool: Pool) -> None:
     """Orbit, uniform gravity and base frame into the header."""
     head["frame"] = FRAME_CODES[system.frame.kind]
-    head["frame_data"] = pool.put(system.frame.rate)
-    head["weighs"], head["gravity"] = int(system.environment.has_weight), pool.put(system.environment.gravity)
+    head["frame_data"] = pool.add(system.frame.rate)
+    head["weighs"], head["gravity"] = int(system.environment.has_weight), pool.add(system.environment.gravity)
     if system.orbit is None:
         head["orbit"] = at.ORBIT_NONE
         return
@@ -100,7 +100,7 @@ def lower_orbit(head: np.void, system: System, pool: Pool) -> None:
     head["orbit"] = at.ORBIT_FREE if o.free else at.ORBIT_SPECIFIED
     E = 2 * np.arctan(np.sqrt((1 - o.eccentricity) / (1 + o.eccentricity)) * np.tan(o.true_anomaly / 2))
     mean = E - o.eccentricity * np.sin(E)
-    head["orbit_data"] = pool.put([o.mu, o.semi_major_axis, o.eccentricity, o.mean_motion, mean, *o.C_NP().ravel()])
+    head["orbit_data"] = pool.add([o.mu, o.semi_major_axis, o.eccentricity, o.mean_motion, mean, *o.C_NP().ravel()])
 
 
 def reported_markers(system: System) -> list[tuple[str, str]]:
@@ -112,5 +112,5 @@ def lower_marker(body: str, name: str, system: System, order: list[str], pool: P
     """One MARKER record."""
     record = np.zeros((), at.MARKER)
     record["body"] = 1 + order.index(body)
-    record["place"], record["shape"], record["spin"], record["bends"] = put_marker(body, name, system, pool)
+    record["place"], record["shape"], record["spin"], record["bends"] = add_marker(body, name, system, pool)
     return record

@@ -1,4 +1,4 @@
-"""Where lowering lays numbers and scratch: one after another, from whole lanes."""
+"""Allocation of numbers and scratch in the pool: one after another, from whole lanes."""
 
 from __future__ import annotations
 
@@ -29,52 +29,52 @@ class Piece(NamedTuple):
     key: bytes
 
     @classmethod
-    def of(cls, values: object) -> Piece:
+    def from_values(cls, values: object) -> Piece:
         """The flattened values."""
         numbers = np.ascontiguousarray(values, float).ravel()
         return cls(numbers, numbers.tobytes())
 
     @classmethod
-    def of_rows(cls, values: object) -> Piece:
+    def from_rows(cls, values: object) -> Piece:
         """An array whose last axis is filled up with zeros to whole lanes."""
         values = np.asarray(values, float)
         n = values.shape[-1]
         wide = np.zeros((*values.shape[:-1], padded(n)))
         wide[..., :n] = values
-        return cls.of(wide)
+        return cls.from_values(wide)
 
 
 MARKERS: WeakKeyDictionary[Marker, tuple[Piece, Piece, Piece, int]] = WeakKeyDictionary()  # of markers lowered before
 
 
 class Pool:
-    """Numbers laid one after another from whole lanes; `put` says where a piece went, and lays equal ones only once."""
+    """Numbers laid one after another from whole lanes; `put` returns a piece's offset, and lays equal ones once."""
 
     def __init__(self) -> None:
         self._pieces: list[tuple[int, Array]] = []  # place and numbers
-        self._known: dict[bytes, int] = {}
+        self._positions: dict[bytes, int] = {}
         self.size = 0
         self.varying_markers: dict[tuple[str, str], tuple[int, int, int]] = {}  # (body, marker): place, phi, psi
 
-    def put(self, values: object) -> int:
+    def add(self, values: object) -> int:
         """Place of the flattened values, or of a piece."""
-        piece = values if isinstance(values, Piece) else Piece.of(values)
-        if piece.key not in self._known:
-            self._known[piece.key] = self.put_own(piece.numbers)
-        return self._known[piece.key]
+        piece = values if isinstance(values, Piece) else Piece.from_values(values)
+        if piece.key not in self._positions:
+            self._positions[piece.key] = self.add_unshared(piece.numbers)
+        return self._positions[piece.key]
 
-    def put_own(self, values: object) -> int:
+    def add_unshared(self, values: object) -> int:
         """Place of the flattened values, shared with no others: they may be changed later."""
-        piece, place = np.ascontiguousarray(values, float).ravel(), self.size
-        self._pieces.append((place, piece))
+        piece, position = np.ascontiguousarray(values, float).ravel(), self.size
+        self._pieces.append((position, piece))
         self.size += padded(piece.size)
-        return place
+        return position
 
     def array(self) -> Array:
         """All pieces in one array."""
         out = aligned(self.size)
-        for place, piece in self._pieces:
-            out[place : place + piece.size] = piece
+        for position, piece in self._pieces:
+            out[position : position + piece.size] = piece
         return out
 
 
@@ -95,28 +95,28 @@ def length_of(parts: list[NDArray[np.void] | IntArray]) -> int:
     return sum(part.nbytes // 8 for part in parts)
 
 
-def put_marker(body: str | None, name: str, system: System, pool: Pool) -> tuple[int, int, int, int]:
+def add_marker(body: str | None, name: str, system: System, pool: Pool) -> tuple[int, int, int, int]:
     """Places of position, axes and beam's axis, phi, psi, and how the marker moves: STAYS, BENDS or TURNS, and VARIES.
 
     TURNS: as a section of a beam. body None: the origin of the base frame.
     """
-    marker = FIXED if body is None else system.bodies[body].marker(name)
-    place, phi, psi, bends = marker_pieces(marker)
+    marker = BASE_ORIGIN if body is None else system.bodies[body].marker(name)
+    data, phi, psi, bends = marker_pieces(marker)
     if body is not None and (body, name) in pool.varying_markers:
         turns = TURNS if marker.axis.any() and marker.phi.shape[1] else BENDS
         return (*pool.varying_markers[body, name], VARIES + turns)
-    return pool.put(place), pool.put(phi), pool.put(psi), bends
+    return pool.add(data), pool.add(phi), pool.add(psi), bends
 
 
-FIXED = Marker.at(np.zeros(3))
+BASE_ORIGIN = Marker.at(np.zeros(3))
 
 
 def marker_pieces(marker: Marker) -> tuple[Piece, Piece, Piece, int]:
     """Position with axes and beam's axis, phi, psi, and how the marker moves; of one and the same marker only once."""
     if marker not in MARKERS:
         bends = BENDS if np.any(marker.phi) or np.any(marker.psi) else STAYS
-        place = np.concatenate([marker.position, marker.orientation.ravel(), marker.axis])
+        data = np.concatenate([marker.position, marker.orientation.ravel(), marker.axis])
         turns = bends and marker.axis.any()
-        pieces = Piece.of(place), Piece.of_rows(marker.phi), Piece.of_rows(marker.psi)
+        pieces = Piece.from_values(data), Piece.from_rows(marker.phi), Piece.from_rows(marker.psi)
         MARKERS[marker] = (*pieces, TURNS if turns else bends)
     return MARKERS[marker]

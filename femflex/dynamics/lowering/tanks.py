@@ -1,4 +1,4 @@
-"""Functions that femflex brings to write the properties of varying bodies (see femflex.system.variation)."""
+"""Functions of femflex that write the properties of varying bodies (see femflex.system.variation)."""
 
 from __future__ import annotations
 

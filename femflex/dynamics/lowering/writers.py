@@ -12,7 +12,7 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.dynamics.arithmetic.by_length import write_by_length
-from femflex.dynamics.arithmetic.entries import USER, known, plain_array
+from femflex.dynamics.arithmetic.entries import USER, plain_address, plain_array
 from femflex.dynamics.lowering.tanks import writer
 from femflex.system.length_table import LengthTable
 
@@ -22,8 +22,10 @@ _KNOWN: dict[
 ] = {}  # function and sizes -> its address, and what keeps it alive
 
 
-def address_of(name: str, write: Callable[..., Any] | LengthTable | str, n_z: int, n_numbers: int, n_block: int) -> int:
-    """Where compiled code calls the function of body `name`; compiled once in a process.
+def function_address(
+    name: str, write: Callable[..., Any] | LengthTable | str, n_z: int, n_numbers: int, n_block: int
+) -> int:
+    """Return the address of the function of body `name` for compiled code; it is compiled once in a process.
 
     Raises ValueError where Numba cannot compile it.
     """
@@ -33,46 +35,46 @@ def address_of(name: str, write: Callable[..., Any] | LengthTable | str, n_z: in
         return writer(write).address
     key = (write, n_z, n_numbers, n_block)
     if key not in _KNOWN:
-        _KNOWN[key] = _made(name, write, n_z, n_numbers, n_block)
+        _KNOWN[key] = _compiled(name, write, n_z, n_numbers, n_block)
     return _KNOWN[key][0]
 
 
-def _made(name: str, write: Callable[..., Any], n_z: int, n_numbers: int, n_block: int) -> tuple[int, Any]:
+def _compiled(name: str, write: Callable[..., Any], n_z: int, n_numbers: int, n_block: int) -> tuple[int, Any]:
     if hasattr(write, "address"):
         _check_signature(name, write)
         pointers: Any = write.ctypes  # type: ignore[attr-defined]
         if _numba.config.DISABLE_JIT:
-            return known(lambda t, *arrays: pointers(t, *(_pointer_to(a) for a in arrays))), write
+            return plain_address(lambda t, *arrays: pointers(t, *(_pointer_to(a) for a in arrays))), write
         return int(write.address), write
-    off = bool(_numba.config.DISABLE_JIT)
-    compiled = write if off or hasattr(write, "py_func") else _numba.njit(write)
-    array, nan = plain_array if off else _numba.carray, np.nan
+    interpreted = bool(_numba.config.DISABLE_JIT)
+    compiled = write if interpreted or hasattr(write, "py_func") else _numba.njit(write)
+    array, nan = plain_array if interpreted else _numba.carray, np.nan
 
-    def called(t: float, z: Any, numbers: Any, block: Any) -> None:
+    def guarded_write(t: float, z: Any, numbers: Any, block: Any) -> None:
         try:
             compiled(t, array(z, (n_z,)), array(numbers, (n_numbers,)), array(block, (n_block,)))
         except Exception:  # see `guarded`
             array(block, (n_block,))[:] = nan
 
-    if off:
-        return known(called), write
+    if interpreted:
+        return plain_address(guarded_write), write
     try:
-        made = _numba.cfunc(USER)(called)
+        callback = _numba.cfunc(USER)(guarded_write)
     except numba.core.errors.NumbaError as error:
         raise ValueError(
             f"the function that writes the properties of body {name!r} cannot be compiled: {_first_line(error)}. "
             "It takes (t, z, numbers, block), a number and three arrays of numbers, and writes into the last; use what "
             "Numba compiles"
         ) from error
-    return int(made.address), made
+    return int(callback.address), callback
 
 
 def _check_signature(name: str, write: Any) -> None:
-    found = getattr(write, "_sig", USER)
-    if found != USER:
+    signature = getattr(write, "_sig", USER)
+    if signature != USER:
         raise ValueError(
-            f"the compiled function that writes the properties of body {name!r} has the signature {found}; compile it "
-            f"for {USER}"
+            f"the compiled function that writes the properties of body {name!r} has the signature {signature}; compile "
+            f"it for {USER}"
         )
 
 

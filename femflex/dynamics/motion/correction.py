@@ -9,17 +9,17 @@ from __future__ import annotations
 
 from femflex.arrays import Array, Record, Table
 from femflex.dynamics.arithmetic.compiled import inner, kernel
-from femflex.dynamics.arithmetic.lanes import beyond, lane, nothing, put, start
+from femflex.dynamics.arithmetic.lanes import lane, offset, pointer, put_lane, zero_lane
 from femflex.dynamics.bodies.elastic import write_elastic_block, write_rows
 from femflex.dynamics.bodies.stiffening import add_varying_force
 from femflex.dynamics.forces.calls import write_resistance
 from femflex.dynamics.forces.system import write_forces
-from femflex.dynamics.joints.held import add_known_accelerations, held_state
+from femflex.dynamics.joints.prescribed_motion import add_known_accelerations, prescribed_state
 from femflex.dynamics.lowering.layout import W_RESIST, W_TAU, body_of, header_of
-from femflex.dynamics.motion.equations import place
+from femflex.dynamics.motion.auxiliary_states import copy_auxiliary_states, correct_auxiliary_states
+from femflex.dynamics.motion.equations import place_bodies
 from femflex.dynamics.motion.recursion import accelerate, reduce_written
 from femflex.dynamics.motion.second_order import CORRECT
-from femflex.dynamics.motion.states import correct_states, take_states
 
 
 @inner
@@ -34,11 +34,11 @@ def add_resistance(b: Record, udot: Array, pool: Array, work: Array, c_d: float,
             work[tau + k] += resistance * udot[b["u"] + k]
     row, bias, rates = b["row"], b["border"] + b["row"] + 7, b["ue"]
     for k in range(0, row, 4):
-        force = nothing()
+        force = zero_lane()
         for i in range(b["n"]):
             D, K = lane(pool, b["damping"] + row * i + k), lane(pool, b["stiffness"] + row * i + k)
             force = force + udot[rates + i] * (c_d * D + c_k * K)
-        put(work, b["accel"] + k, force)
+        put_lane(work, b["accel"] + k, force)
     for k in range(b["n"]):
         work[bias + b["stride"] * k] -= work[b["accel"] + k]
     if b["nonlinear"]:
@@ -61,13 +61,13 @@ def resisted_accelerations(
 ) -> tuple[Array, Array]:
     """out = udot + d, the accelerations of the heavier bodies and joints; forced as in `reduce_to_root`.
 
-    The coordinates and velocities in which held freedoms are where they are held are given back.
+    Returns the coordinates and velocities with prescribed freedoms at their values.
     """
     head = header_of(table)
-    take_states(u, table, work)
+    copy_auxiliary_states(u, table, work)
     if head["n_holds"] > 0:
-        q, u = held_state(t, q, u, table, pool, work)
-    place(t, q, u, table, pool, work)
+        q, u = prescribed_state(t, q, u, table, pool, work)
+    place_bodies(t, q, u, table, pool, work)
     write_forces(t, q, u, table, pool, work)
     if head["n_terms"] > 0:
         write_resistance(t, q, u, c_d, c_k, table, pool, work)
@@ -84,7 +84,7 @@ def resisted_accelerations(
 
 
 @inner
-def less_rates(
+def subtract_rates(
     t: float, q: Array, u: Array, out: Array, udot: Array, c_d: float, table: Table, pool: Array, work: Array
 ) -> None:
     """Take udot off the accelerations that were solved for, and write the states' part behind: Newton's correction."""
@@ -92,8 +92,8 @@ def less_rates(
     for k in range(head["n_u"]):
         out[k] -= udot[k]
     if head["n_z"] > 0:
-        given, found = beyond(udot, head["n_u"]), beyond(out, head["n_u"])
-        correct_states(t, q, u, out, given, c_d, found, table, pool, work)
+        zdot, dz = offset(udot, head["n_u"]), offset(out, head["n_u"])
+        correct_auxiliary_states(t, q, u, out, zdot, c_d, dz, table, pool, work)
 
 
 @kernel(CORRECT)
@@ -109,10 +109,18 @@ def correct(
     pool: Array,
     work: Array,
 ) -> None:
-    """out = -(M + c_d D + c_k K)^-1 (M udot + h - Q) at the state (q, u), in O(n); sddot - udot of held freedoms.
+    """out = -(M + c_d D + c_k K)^-1 (M udot + h - Q) at the state (q, u), in O(n); sddot - udot if prescribed.
 
-    The states' part of out follows (see `correct_states`).
+    The part of out for the states follows (see `correct_auxiliary_states`).
     """
-    records, numbers, scratch, found, rates = start(table), start(pool), start(work), start(out), start(udot)
-    x, v = resisted_accelerations(t, start(q), start(u), rates, found, c_d, c_k, False, records, numbers, scratch)
-    less_rates(t, x, v, found, rates, c_d, records, numbers, scratch)
+    records, numbers, scratch, accelerations, rates = (
+        pointer(table),
+        pointer(pool),
+        pointer(work),
+        pointer(out),
+        pointer(udot),
+    )
+    x, v = resisted_accelerations(
+        t, pointer(q), pointer(u), rates, accelerations, c_d, c_k, False, records, numbers, scratch
+    )
+    subtract_rates(t, x, v, accelerations, rates, c_d, records, numbers, scratch)

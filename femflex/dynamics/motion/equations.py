@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from femflex.arrays import Array, Table
 from femflex.dynamics.arithmetic.compiled import inner, kernel
-from femflex.dynamics.arithmetic.lanes import beyond, start
+from femflex.dynamics.arithmetic.lanes import offset, pointer
 from femflex.dynamics.arithmetic.symbols import types
 from femflex.dynamics.bodies.flow import carry_material
 from femflex.dynamics.bodies.inertia import deform
@@ -24,7 +24,7 @@ RATE = types.void(types.float64, _vector, _vector, types.int64[::1], _vector, _v
 
 
 @inner
-def place(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> None:
+def place_bodies(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> None:
     """Place every body at the state (q, u) and write its moments."""
     move_base(t, table, pool, work)
     if header_of(table)["n_varying"] > 0:
@@ -39,11 +39,11 @@ def place(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) 
 
 @kernel(RATE)
 def rate(t: float, x: Array, dx: Array, table: Table, pool: Array, work: Array) -> None:
-    """dx/dt of the state x = (q, u): qdot = N(q) u and M udot = Q - h, in O(n); without held freedoms and states."""
-    records, numbers, scratch = start(table), start(pool), start(work)
+    """Write dx/dt of x = (q, u): qdot = N(q) u and M udot = Q - h, in O(n); without prescribed freedoms and states."""
+    records, numbers, scratch = pointer(table), pointer(pool), pointer(work)
     head = header_of(records)
-    q, u, dq, udot = start(x), beyond(x, head["n_q"]), start(dx), beyond(dx, head["n_q"])
-    place(t, q, u, records, numbers, scratch)
+    q, u, dq, udot = pointer(x), offset(x, head["n_q"]), pointer(dx), offset(dx, head["n_q"])
+    place_bodies(t, q, u, records, numbers, scratch)
     write_forces(t, q, u, records, numbers, scratch)
     reduce_to_root(records, numbers, scratch, 0.0, 0.0, False)
     accelerate(records, scratch, udot, False)

@@ -12,38 +12,38 @@ from __future__ import annotations
 
 from femflex.arrays import Array, Table
 from femflex.dynamics.arithmetic.compiled import inner, kernel
-from femflex.dynamics.arithmetic.lanes import beyond, start
+from femflex.dynamics.arithmetic.lanes import offset, pointer
 from femflex.dynamics.lowering.layout import body_of, header_of
-from femflex.dynamics.motion.correction import less_rates, resisted_accelerations
-from femflex.dynamics.motion.free_lengths import Z, solve_dense, write_needs, write_unit_blocks
+from femflex.dynamics.motion.auxiliary_states import copy_auxiliary_states
+from femflex.dynamics.motion.correction import resisted_accelerations, subtract_rates
+from femflex.dynamics.motion.free_lengths import Z, solve_dense, write_imbalance, write_unit_blocks
 from femflex.dynamics.motion.second_order import CORRECT
-from femflex.dynamics.motion.states import take_states
 
-PART = 1e-6  # of the rate of a length, by which it is differenced
-SLOW = 1e-3  # of the length [1/s], added to its rate for this
+STEP_RATIO = 1e-6  # of the rate of a length, by which it is differenced
+LEAST_RATE = 1e-3  # of the length [1/s], added to its rate for this
 
 
 @inner
-def place_of_length(k: int, table: Table, pool: Array) -> int:
+def position_of_length(k: int, table: Table, pool: Array) -> int:
     """Place in z of free length k."""
-    found = 0
+    count = 0
     for i in range(1, header_of(table)["n_bodies"]):
         b = body_of(table, i)
         if b["free_length"]:
-            if found == k:
+            if count == k:
                 return int(pool[b["numbers"] + Z])
-            found += 1
+            count += 1
     return 0
 
 
 @inner
-def trial_of(z: Array, place: int, c_d: float) -> float:
+def trial_step(z: Array, position: int, c_d: float) -> float:
     """Change of the acceleration of a length by which the lack of force is differenced."""
-    return PART * (abs(z[place + 1]) + SLOW * abs(z[place])) / c_d if c_d > 0.0 else 1.0
+    return STEP_RATIO * (abs(z[position + 1]) + LEAST_RATE * abs(z[position])) / c_d if c_d > 0.0 else 1.0
 
 
 @inner
-def write_lack_slopes(
+def write_imbalance_slopes(
     t: float,
     q: Array,
     u: Array,
@@ -55,26 +55,26 @@ def write_lack_slopes(
     pool: Array,
     work: Array,
 ) -> None:
-    """Rows [d(lack)/d(Lddot), lack] of the free lengths, at what bodies and joints do in the step."""
+    """Write rows [d(deficit)/d(Lddot), deficit] of the free lengths, at the step's motion of bodies and joints."""
     head = header_of(table)
-    n, slots, z = head["n_free"], head["z"] + head["n_z"], beyond(u, head["n_u"])
+    n, slots, z = head["n_free"], head["z"] + head["n_z"], offset(u, head["n_u"])
     for trial in range(n + 1):  # as given, then each alone
         k = trial - 1
-        place, step, length, rate = 0, 0.0, 0.0, 0.0
+        position, step, length, rate = 0, 0.0, 0.0, 0.0
         if trial > 0:
-            place = place_of_length(k, table, pool)
-            step, length, rate = trial_of(z, place, c_d), z[place], z[place + 1]
-            z[place], z[place + 1] = length + c_d * c_d * step, rate + c_d * step
+            position = position_of_length(k, table, pool)
+            step, length, rate = trial_step(z, position, c_d), z[position], z[position + 1]
+            z[position], z[position + 1] = length + c_d * c_d * step, rate + c_d * step
             work[slots + k] += step
-        take_states(u, table, work)
+        copy_auxiliary_states(u, table, work)
         write_unit_blocks(table, pool, work)
         resisted_accelerations(t, q, u, udot, out, c_d, c_k, False, table, pool, work)
-        write_needs(t, q, u, out, n if trial == 0 else k, table, pool, work)
+        write_imbalance(t, q, u, out, n if trial == 0 else k, table, pool, work)
         if trial > 0:
-            z[place], z[place + 1] = length, rate
+            z[position], z[position + 1] = length, rate
             work[slots + k] -= step
     for k in range(n):
-        step = trial_of(z, place_of_length(k, table, pool), c_d)
+        step = trial_step(z, position_of_length(k, table, pool), c_d)
         for i in range(n):
             row = head["needs"] + (n + 1) * i
             work[row + k] = (work[row + k] - work[row + n]) / step
@@ -93,24 +93,30 @@ def correct(
     pool: Array,
     work: Array,
 ) -> None:
-    """out = what Newton's method adds to (udot, zdot), lengths among z; c_k = c_d^2 or near it."""
-    records, numbers, scratch, found, rates = start(table), start(pool), start(work), start(out), start(udot)
-    given, v, head = start(q), start(u), header_of(records)
+    """Write Newton's correction of (udot, zdot), lengths among z, to out; c_k = c_d^2 or near it."""
+    records, numbers, scratch, accelerations, rates = (
+        pointer(table),
+        pointer(pool),
+        pointer(work),
+        pointer(out),
+        pointer(udot),
+    )
+    given, v, head = pointer(q), pointer(u), header_of(records)
     n, slots, needs = head["n_free"], head["z"] + head["n_z"], head["needs"]
-    z, zdot = beyond(v, head["n_u"]), beyond(rates, head["n_u"])
+    z, zdot = offset(v, head["n_u"]), offset(rates, head["n_u"])
     for k in range(n):
-        scratch[slots + k] = zdot[place_of_length(k, records, numbers) + 1]
-    write_lack_slopes(t, given, v, rates, found, c_d, c_k, records, numbers, scratch)
+        scratch[slots + k] = zdot[position_of_length(k, records, numbers) + 1]
+    write_imbalance_slopes(t, given, v, rates, accelerations, c_d, c_k, records, numbers, scratch)
     for k in range(n):
         scratch[needs + (n + 1) * k + n] = -scratch[needs + (n + 1) * k + n]
-    solve_dense(beyond(scratch, needs), n)
+    solve_dense(offset(scratch, needs), n)
     for k in range(n):
-        scratch[slots + k] = zdot[place_of_length(k, records, numbers) + 1] + scratch[needs + (n + 1) * k + n]
-    take_states(v, records, scratch)
-    x, w = resisted_accelerations(t, given, v, rates, found, c_d, c_k, False, records, numbers, scratch)
-    less_rates(t, x, w, found, rates, c_d, records, numbers, scratch)
-    dz = beyond(found, head["n_u"])
+        scratch[slots + k] = zdot[position_of_length(k, records, numbers) + 1] + scratch[needs + (n + 1) * k + n]
+    copy_auxiliary_states(v, records, scratch)
+    x, w = resisted_accelerations(t, given, v, rates, accelerations, c_d, c_k, False, records, numbers, scratch)
+    subtract_rates(t, x, w, accelerations, rates, c_d, records, numbers, scratch)
+    dz = offset(accelerations, head["n_u"])
     for k in range(n):
-        place, change = place_of_length(k, records, numbers), scratch[needs + (n + 1) * k + n]
-        dz[place] = z[place + 1] + c_d * change - zdot[place]
-        dz[place + 1] = change
+        position, change = position_of_length(k, records, numbers), scratch[needs + (n + 1) * k + n]
+        dz[position] = z[position + 1] + c_d * change - zdot[position]
+        dz[position + 1] = change

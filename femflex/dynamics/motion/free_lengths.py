@@ -12,16 +12,16 @@ from __future__ import annotations
 from femflex.arrays import Array, Table
 from femflex.dynamics.arithmetic.by_length import write_block
 from femflex.dynamics.arithmetic.compiled import inner, kernel
-from femflex.dynamics.arithmetic.lanes import beyond, start
-from femflex.dynamics.forces.worked import clear_worked
+from femflex.dynamics.arithmetic.lanes import offset, pointer
+from femflex.dynamics.forces.work_per_length import clear_work_per_length
 from femflex.dynamics.joints.coordinates import coordinate_rates
-from femflex.dynamics.joints.held import held_state
+from femflex.dynamics.joints.prescribed_motion import prescribed_state
 from femflex.dynamics.lowering.layout import body_of, header_of
+from femflex.dynamics.motion.auxiliary_states import copy_auxiliary_states, write_auxiliary_rates
 from femflex.dynamics.motion.drum_force import drum_force, strain_force
 from femflex.dynamics.motion.equations import RATE
 from femflex.dynamics.motion.gathering import write_residual
-from femflex.dynamics.motion.led_equations import write_accelerations
-from femflex.dynamics.motion.states import take_states, write_state_rates
+from femflex.dynamics.motion.prescribed_motion import write_accelerations
 
 SOURCE, Z, SLOT, PICKUP, STRAIN, DRUM_MASS = 7, 8, 9, 10, 11, 12  # of the numbers of a LengthTable
 
@@ -33,36 +33,38 @@ def write_unit_blocks(table: Table, pool: Array, work: Array) -> None:
     for i in range(1, head["n_bodies"]):
         b = body_of(table, i)
         if b["free_length"]:
-            numbers = beyond(pool, b["numbers"])
+            numbers = offset(pool, b["numbers"])
             L = work[head["z"] + int(numbers[Z])]
-            write_block((L, 1.0, 0.0), numbers, beyond(pool, b["unit"]))
+            write_block((L, 1.0, 0.0), numbers, offset(pool, b["unit"]))
 
 
 @inner
-def write_needs(t: float, x: Array, u: Array, udot: Array, column: int, table: Table, pool: Array, work: Array) -> None:
-    """Write what each free length lacks in force, at the accelerations of lengths in their slots."""
-    clear_worked(table, pool)
-    write_residual(t, x, u, udot, beyond(work, header_of(table)["lack"]), table, pool, work)
-    write_lacks(column, table, pool, work)
+def write_imbalance(
+    t: float, x: Array, u: Array, udot: Array, column: int, table: Table, pool: Array, work: Array
+) -> None:
+    """Write the deficit of force of each free length, at the accelerations of lengths in their slots."""
+    clear_work_per_length(table, pool)
+    write_residual(t, x, u, udot, offset(work, header_of(table)["lack"]), table, pool, work)
+    write_imbalance_entries(column, table, pool, work)
 
 
 @inner
-def write_lacks(column: int, table: Table, pool: Array, work: Array) -> None:
-    """Write what each free length lacks in force [N] at the state that was gathered last."""
+def write_imbalance_entries(column: int, table: Table, pool: Array, work: Array) -> None:
+    """Write the deficit of force [N] of each free length at the state that was gathered last."""
     head = header_of(table)
     n, k = head["n_free"], 0
     for i in range(1, head["n_bodies"]):
         b = body_of(table, i)
         if b["free_length"]:
-            numbers = beyond(pool, b["numbers"])
+            numbers = offset(pool, b["numbers"])
             z, slot = int(numbers[Z]), int(numbers[SLOT])
             rate, acceleration = work[head["z"] + z + 1], work[head["z"] + slot]
             pickup = b["unit"] + int(numbers[PICKUP]) if numbers[PICKUP] >= 0.0 else -1
-            need = drum_force(i, rate, acceleration, pickup, table, pool, work)
+            imbalance = drum_force(i, rate, acceleration, pickup, table, pool, work)
             if numbers[STRAIN] >= 0.0:
-                need += strain_force(b, b["unit"] + int(numbers[STRAIN]), pool, work)
-            need += numbers[DRUM_MASS] * acceleration - work[head["zdot"] + z + 1]
-            work[head["needs"] + (n + 1) * k + column] = need
+                imbalance += strain_force(b, b["unit"] + int(numbers[STRAIN]), pool, work)
+            imbalance += numbers[DRUM_MASS] * acceleration - work[head["zdot"] + z + 1]
+            work[head["needs"] + (n + 1) * k + column] = imbalance
             k += 1
 
 
@@ -90,13 +92,13 @@ def solve_lengths(table: Table, work: Array) -> None:
         for k in range(n):
             work[row + k] -= work[row + n]
         work[row + n] = -work[row + n]
-    solve_dense(beyond(work, needs), n)
+    solve_dense(offset(work, needs), n)
     for k in range(n):
         work[slots + k] = work[needs + (n + 1) * k + n]
 
 
 @inner
-def put_length_rates(dz: Array, table: Table, pool: Array, work: Array) -> None:
+def write_length_rates(dz: Array, table: Table, pool: Array, work: Array) -> None:
     """Write the accelerations [m/s^2] in the slots as rates of the states that are speeds of lengths."""
     head = header_of(table)
     slots, k = head["z"] + head["n_z"], 0
@@ -110,26 +112,26 @@ def put_length_rates(dz: Array, table: Table, pool: Array, work: Array) -> None:
 @kernel(RATE)
 def free_rate(t: float, x: Array, dx: Array, table: Table, pool: Array, work: Array) -> None:
     """dx/dt of the state x = (q, u, z) with free lengths among z."""
-    records, numbers, scratch = start(table), start(pool), start(work)
+    records, numbers, scratch = pointer(table), pointer(pool), pointer(work)
     head = header_of(records)
-    given, u, dq, udot = start(x), beyond(x, head["n_q"]), start(dx), beyond(dx, head["n_q"])
+    x_q, u, dq, udot = pointer(x), offset(x, head["n_q"]), pointer(dx), offset(dx, head["n_q"])
     n = head["n_free"]
     slots = head["z"] + head["n_z"]
-    take_states(u, records, scratch)
+    copy_auxiliary_states(u, records, scratch)
     write_unit_blocks(records, numbers, scratch)
-    q, v = given, u
+    q, v = x_q, u
     if head["n_holds"] > 0:
-        q, v = held_state(t, given, u, records, numbers, scratch)
+        q, v = prescribed_state(t, x_q, u, records, numbers, scratch)
     for trial in range(n + 1):  # none first, then each alone
         for k in range(n):
             scratch[slots + k] = 1.0 if k + 1 == trial else 0.0
         write_accelerations(t, q, v, udot, records, numbers, scratch)
         column = n if trial == 0 else trial - 1
-        write_needs(t, given, u, udot, column, records, numbers, scratch)
+        write_imbalance(t, x_q, u, udot, column, records, numbers, scratch)
     solve_lengths(records, scratch)
     write_accelerations(t, q, v, udot, records, numbers, scratch)
-    dz = beyond(udot, head["n_u"])
-    write_state_rates(dz, records, scratch)
-    put_length_rates(dz, records, numbers, scratch)
+    dz = offset(udot, head["n_u"])
+    write_auxiliary_rates(dz, records, scratch)
+    write_length_rates(dz, records, numbers, scratch)
     for i in range(1, head["n_bodies"]):
         coordinate_rates(body_of(records, i), q, v, dq, numbers)

@@ -5,30 +5,35 @@ from __future__ import annotations
 from femflex.arrays import Array, Record, Table
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.formula import formula
-from femflex.dynamics.arithmetic.lanes import lane, nothing, plus, put, totals
+from femflex.dynamics.arithmetic.lanes import lane, plus, put_lane, totals, zero_lane
 from femflex.dynamics.arithmetic.pairs import (
     Pair,
-    along_four,
-    at_origin,
+    dot_four_rows,
     dot_pair,
-    nothing_pair,
     pair,
     pair_of,
     put_pair,
+    wrench_at_origin,
+    zero_pair,
 )
 from femflex.dynamics.arithmetic.spatial import Rows, six_rows
 from femflex.dynamics.arithmetic.vectors import ZERO, add, load3, load9, load_rows, scale, store3, turn, turn_back
-from femflex.dynamics.bodies.columns import along, columns_times, six_lanes
+from femflex.dynamics.bodies.columns import columns_times, six_lanes, wrench_times_columns
 from femflex.dynamics.bodies.elastic import write_rows
 from femflex.dynamics.bodies.inertia import accelerate_uniformly, zero_forces
 from femflex.dynamics.bodies.slaves import write_tied_mass
 from femflex.dynamics.forces.calls import write_resistance
 from femflex.dynamics.forces.system import write_forces
-from femflex.dynamics.joints.held import add_known_accelerations, held_state, hold_rows, is_held
+from femflex.dynamics.joints.prescribed_motion import (
+    add_known_accelerations,
+    is_prescribed_now,
+    prescribed_state,
+    write_prescribed_rows,
+)
 from femflex.dynamics.lowering.layout import W_ACC, W_BIAS, W_CIN, W_CIP, W_H, W_M, W_P, W_R, W_TAU, body_of, header_of
-from femflex.dynamics.motion.equations import place
+from femflex.dynamics.motion.auxiliary_states import copy_auxiliary_states
+from femflex.dynamics.motion.equations import place_bodies
 from femflex.dynamics.motion.recursion import accelerate, carry_acceleration, reduce_to_root
-from femflex.dynamics.motion.states import take_states
 
 
 @inner
@@ -37,17 +42,17 @@ def write_residual(
 ) -> None:
     """out = M udot + h - Q: forces of motion and strain, loads and springs, then the inertia forces of udot.
 
-    On the rows of held freedoms out = udot - sddot.
+    On the rows of prescribed freedoms out = udot - sddot.
     """
-    holds = header_of(table)["n_holds"] > 0
-    take_states(u, table, work)
-    if holds:
-        q, u = held_state(t, q, u, table, pool, work)
-    place(t, q, u, table, pool, work)
+    has_prescribed = header_of(table)["n_holds"] > 0
+    copy_auxiliary_states(u, table, work)
+    if has_prescribed:
+        q, u = prescribed_state(t, q, u, table, pool, work)
+    place_bodies(t, q, u, table, pool, work)
     write_forces(t, q, u, table, pool, work)
     gather_residual(udot, out, table, pool, work)
-    if holds:
-        hold_rows(udot, out, table, work)
+    if has_prescribed:
+        write_prescribed_rows(udot, out, table, work)
 
 
 @inner
@@ -72,12 +77,12 @@ def gather_residual(udot: Array, out: Array, table: Table, pool: Array, work: Ar
         b = body_of(table, i)
         gather(b, work, out)
         if b["parent"] > 0:
-            hand_forces(b, body_of(table, b["parent"]), work)
+            add_to_parent(b, body_of(table, b["parent"]), work)
 
 
 @inner
 def accelerate_body(b: Record, parent: Record, udot: Array, work: Array) -> None:
-    """Write the body's acceleration: the parent's, the joint's and the bias; and keep those of the shapes."""
+    """Write the body's acceleration, that of parent, joint and bias together; and keep those of the shapes."""
     w, hidden = b["work"], 3 if b["hidden"] else 0
     for k in range(b["row"]):
         work[b["accel"] + k] = udot[b["ue"] + k] if k < b["n"] else 0.0
@@ -95,28 +100,28 @@ def add_inertia_forces(b: Record, pool: Array, work: Array) -> None:
     """Add A a + B ddot delta to the bias wrench and B^T a + Me ddot delta to the elastic bias."""
     w, n, row, stride, accel = b["work"], b["n"], b["row"], b["stride"], b["accel"]
     acc = pair(work, w + W_ACC)
-    force = rows_along(six_rows(work, w + W_M), acc)
+    force = rows_times_motion(six_rows(work, w + W_M), acc)
     for k in range(n):
         force = plus(force, work[accel + k], pair(work, b["border"] + stride * k + row))
-    block, apart = b["elastic_mass"], row
+    block, row_stride = b["elastic_mass"], row
     numbers = pool
     if b["n_slaves"]:
         write_tied_mass(b, pool, work)
-        block, apart, numbers = b["border"], stride, work
+        block, row_stride, numbers = b["border"], stride, work
     for k in range(0, row, 4):
-        elastic = along_four(work, b["border"] + stride * k + row, stride, acc)
+        elastic = dot_four_rows(work, b["border"] + stride * k + row, stride, acc)
         for j in range(n):
-            elastic = elastic + work[accel + j] * lane(numbers, block + apart * j + k)
-        put(work, b["pn"] + k, elastic)
+            elastic = elastic + work[accel + j] * lane(numbers, block + row_stride * j + k)
+        put_lane(work, b["pn"] + k, elastic)
     put_pair(work, w + W_P, force)
 
 
 @formula
-def rows_along(rows: Rows, v: Pair) -> Pair:
+def rows_times_motion(rows: Rows, v: Pair) -> Pair:
     """A a + p of rows [A | p] and v = (a, 1)."""
     products = [row[0] * v[0] + row[1] * v[1] for row in rows]
-    force = totals(products[0], products[1], products[2], nothing())
-    return force, totals(products[3], products[4], products[5], nothing())
+    force = totals(products[0], products[1], products[2], zero_lane())
+    return force, totals(products[3], products[4], products[5], zero_lane())
 
 
 @inner
@@ -129,23 +134,27 @@ def gather(b: Record, work: Array, out: Array) -> None:
         out[b["u"] + k - hidden] = along_joint - (work[w + W_TAU + k - hidden] if b["sprung"] else 0.0)
     if b["own_bends"]:
         for k in range(0, b["row"], 4):
-            put(work, b["pn"] + k, lane(work, b["pn"] + k) - along(force, six_lanes(work, b["G"] + k, b["row"])))
+            put_lane(
+                work,
+                b["pn"] + k,
+                lane(work, b["pn"] + k) - wrench_times_columns(force, six_lanes(work, b["G"] + k, b["row"])),
+            )
     for k in range(b["n"]):
         out[b["ue"] + k] = work[b["pn"] + k]
 
 
 @inner
-def hand_forces(b: Record, parent: Record, work: Array) -> None:
+def add_to_parent(b: Record, parent: Record, work: Array) -> None:
     """Add the body's wrench to its parent's, and through the node that carries the joint to its elastic forces."""
     w, p, row = b["work"], parent["work"] + W_P, parent["row"]
     C = load_rows(work, w + W_CIP)
     f, m = turn_back(C, load3(work, w + W_P)), turn_back(C, load3(work, w + W_P + 4))
     force = pair_of(f, m)
-    put_pair(work, p, plus(pair(work, p), 1.0, at_origin(force, load3(work, w + W_R))))
+    put_pair(work, p, plus(pair(work, p), 1.0, wrench_at_origin(force, load3(work, w + W_R))))
     if b["bends"]:
         for k in range(0, row, 4):
-            at = parent["pn"] + k
-            put(work, at, lane(work, at) + along(force, six_lanes(work, b["Phi"] + k, row)))
+            entry = parent["pn"] + k
+            put_lane(work, entry, lane(work, entry) + wrench_times_columns(force, six_lanes(work, b["Phi"] + k, row)))
 
 
 @inner
@@ -163,26 +172,26 @@ def write_solution(
 ) -> None:
     """out = (c_m M + c_d D + c_k K)^-1 rhs; the velocities handed to `place` only reach biases, which are cleared.
 
-    On held freedoms the matrix is c_m times the unit matrix. K counts the stiffness of force terms; D leaves out
+    On prescribed freedoms the matrix is c_m times the unit matrix. K counts the stiffness of force terms; D leaves out
     what these resist at a rate, which is not known here. The states stand behind rhs.
     """
     head = header_of(table)
-    take_states(rhs, table, work)
+    copy_auxiliary_states(rhs, table, work)
     if head["n_holds"] > 0:
-        q, _ = held_state(t, q, rhs, table, pool, work)
+        q, _ = prescribed_state(t, q, rhs, table, pool, work)
         for k in range(head["n_u"]):
             work[head["known"] + k] = work[head["flags"] + k] * rhs[k] / c_m
-    place(t, q, rhs, table, pool, work)
+    place_bodies(t, q, rhs, table, pool, work)
     if c_k != 0.0 and head["n_terms"] > 0:
         write_resistance(t, q, rhs, 0.0, c_k / c_m, table, pool, work)
     for i in range(1, head["n_bodies"]):
         b = body_of(table, i)
         w = b["work"]
         zero_forces(b, work)
-        put_pair(work, w + W_BIAS, nothing_pair())
+        put_pair(work, w + W_BIAS, zero_pair())
         for k in range(b["n_h"] - (3 if b["hidden"] else 0)):
-            held = b["held"] and is_held(b, k, work)
-            work[w + W_TAU + k] = 0.0 if held else rhs[b["u"] + k] / c_m
+            prescribed = b["held"] and is_prescribed_now(b, k, work)
+            work[w + W_TAU + k] = 0.0 if prescribed else rhs[b["u"] + k] / c_m
         for k in range(b["n"]):
             work[b["pn"] + k] = -rhs[b["ue"] + k] / c_m
     if head["n_holds"] > 0:

@@ -1,4 +1,4 @@
-"""Where every body is and how it turns: positions by eq. (1), rates and bias accelerations by eq. (2), parent to child.
+"""Kinematics of the bodies, parent to child: positions by eq. (1), rates and bias accelerations by eq. (2).
 
 From the parent's origin to marker P (which the parent's elastic coordinates move and turn), along the joint's slides,
 through its turns to marker Q, and from Q back to the child's origin (Q moves and turns on the child likewise). Bias
@@ -32,8 +32,8 @@ from femflex.dynamics.arithmetic.vectors import (
     turn_back,
 )
 from femflex.dynamics.bodies.columns import write_marker_columns
-from femflex.dynamics.bodies.shapes import keep_shapes, markers_motion
-from femflex.dynamics.bodies.slaves import place_slaves
+from femflex.dynamics.bodies.shapes import copy_shape_coordinates, markers_motion
+from femflex.dynamics.bodies.slaves import write_slaves
 from femflex.dynamics.joints.ball import ball_turn
 from femflex.dynamics.lowering.layout import (
     BALL_NONE,
@@ -93,15 +93,15 @@ def place_welded(b: Record, parent: Record, pool: Array, work: Array) -> None:
         a = add(a, add(load3(work, wp + W_ACC), cross(alpha, r)))
     store9(work, w + W_CPQ, UNIT)
     velocity = turn(C_ip, add(velocity, load3(work, wp + W_VEL)))
-    write_place(b, parent, work, C_ip, r, turn(C_ip, omega_p), velocity, turn(C_ip, a), turn(C_ip, alpha))
+    write_body_motion(b, parent, work, C_ip, r, turn(C_ip, omega_p), velocity, turn(C_ip, a), turn(C_ip, alpha))
 
 
 @inner
 def place_body(b: Record, parent: Record, q: Array, u: Array, pool: Array, work: Array) -> None:
     """Write the body's attitude, position, rate, bias acceleration and the columns H, G and Phi, from its parent's."""
-    keep_shapes(b, q, u, work)
+    copy_shape_coordinates(b, q, u, work)
     if b["n_slaves"]:
-        place_slaves(b, pool, work)
+        write_slaves(b, pool, work)
     if b["welded"]:
         place_welded(b, parent, pool, work)
         return
@@ -150,8 +150,8 @@ def place_body(b: Record, parent: Record, q: Array, u: Array, pool: Array, work:
     C_ip = product(C_iP, transpose(C_pP))
     omega_i = sub(turn(C_ip, omega), spin_Q)
     alpha_i = sub(turn(C_ip, alpha), add(bias_Q, cross(omega_i, spin_Q)))
-    back = add(cross(alpha_i, r_Q), cross(omega_i, add(cross(omega_i, r_Q), scale(2.0, v_Q))))
-    a_i = sub(turn(C_ip, a), add(back, lift_Q))
+    acceleration_Q = add(cross(alpha_i, r_Q), cross(omega_i, add(cross(omega_i, r_Q), scale(2.0, v_Q))))
+    a_i = sub(turn(C_ip, a), add(acceleration_Q, lift_Q))
     r = sub(add(r_P, t), turn_back(C_ip, r_Q))
     if b["parent"] == 0:  # the base frame's acceleration is known beforehand
         alpha_F = load3(work, wp + W_ACC + 4)
@@ -159,7 +159,7 @@ def place_body(b: Record, parent: Record, q: Array, u: Array, pool: Array, work:
         alpha_i = add(alpha_i, turn(C_ip, alpha_F))
     velocity_i = sub(turn(C_ip, add(velocity, load3(work, wp + W_VEL))), add(cross(omega_i, r_Q), v_Q))
 
-    write_place(b, parent, work, C_ip, r, omega_i, velocity_i, a_i, alpha_i)
+    write_body_motion(b, parent, work, C_ip, r, omega_i, velocity_i, a_i, alpha_i)
     write_joint_columns(b, C_iP, r_Q, pool, work)
     if b["own_bends"]:
         write_marker_columns(b, work, b["G"], pool, b["own_shape"], b["own_spin"], T_Q, scale(-1.0, r_Q))
@@ -168,7 +168,7 @@ def place_body(b: Record, parent: Record, q: Array, u: Array, pool: Array, work:
 
 
 @inner
-def write_place(
+def write_body_motion(
     b: Record,
     parent: Record,
     work: Array,
@@ -179,7 +179,7 @@ def write_place(
     a: Vector,
     alpha: Vector,
 ) -> None:
-    """Write what place_body finds: r in parent components, the rest in the body's; position and attitude follow."""
+    """Write the result of place_body: r in parent components, the rest in the body's; position and attitude follow."""
     w, wp = b["work"], parent["work"]
     store_rows(work, w + W_CIP, C_ip)
     store3(work, w + W_R, r)

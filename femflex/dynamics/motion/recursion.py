@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from femflex.arrays import Array, Record, Table
 from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.pairs import first3
+from femflex.dynamics.arithmetic.pairs import lane_vector
 from femflex.dynamics.arithmetic.vectors import ZERO, add, cross, load3, load_rows, store_lane, turn
 from femflex.dynamics.bodies.columns import columns_times
 from femflex.dynamics.bodies.elastic import (
@@ -19,10 +19,10 @@ from femflex.dynamics.bodies.elastic import (
     write_elastic_block,
     write_rows,
 )
-from femflex.dynamics.joints.held import accelerate_held, keep_held_columns
 from femflex.dynamics.joints.motion import accelerate_joint, eliminate_joint, release_root
+from femflex.dynamics.joints.prescribed_motion import accelerate_prescribed, write_prescribed_columns
 from femflex.dynamics.lowering.layout import W_ACC, W_CIP, W_R, body_of, header_of
-from femflex.dynamics.motion.handover import hand_to_parent
+from femflex.dynamics.motion.articulated_inertia import add_to_parent_rows
 
 
 @inner
@@ -44,11 +44,11 @@ def reduce_written(table: Table, pool: Array, work: Array, c_d: float, c_k: floa
         if b["n"] > 0:
             eliminate_elastic(b, work, c_d != 0.0 or c_k != 0.0)
         if b["held"]:
-            keep_held_columns(b, work)
+            write_prescribed_columns(b, work)
         if forced or not b["full"]:
             eliminate_joint(b, pool, work, c_d, c_k, forced)
         if b["parent"] > 0:
-            hand_to_parent(b, body_of(table, b["parent"]), work)
+            add_to_parent_rows(b, body_of(table, b["parent"]), work)
 
 
 @inner
@@ -62,7 +62,7 @@ def accelerate(table: Table, work: Array, out: Array, forced: bool) -> None:
             carry_acceleration(b, body_of(table, b["parent"]), work)
             accelerate_joint(b, work, out)
             if b["held"]:
-                accelerate_held(b, work, out)
+                accelerate_prescribed(b, work, out)
         if b["n"] > 0:
             accelerate_shapes(b, work, out)
 
@@ -80,7 +80,7 @@ def carry_acceleration(b: Record, parent: Record, work: Array) -> None:
         a = add(a, cross(alpha, load3(work, w + W_R)))
         if b["bends"]:
             lift = columns_times(work, b["Phi"], parent["row"], parent["accel"])
-            a, alpha = add(a, first3(lift[0])), add(alpha, first3(lift[1]))
+            a, alpha = add(a, lane_vector(lift[0])), add(alpha, lane_vector(lift[1]))
         C = load_rows(work, w + W_CIP)
         a, alpha = turn(C, a), turn(C, alpha)
     store_lane(work, w + W_ACC, a)

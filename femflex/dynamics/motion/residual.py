@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from femflex.arrays import Array, Table
 from femflex.dynamics.arithmetic.compiled import kernel
-from femflex.dynamics.arithmetic.lanes import start
+from femflex.dynamics.arithmetic.lanes import pointer
 from femflex.dynamics.motion.gathering import write_residual, write_solution
 from femflex.dynamics.motion.second_order import RESIDUAL, SOLVE
 
@@ -17,13 +17,13 @@ def residual(t: float, q: Array, u: Array, udot: Array, out: Array, table: Table
     """
     write_residual(
         t,
-        start(q),
-        start(u),
-        start(udot),
-        start(out),
-        start(table),
-        start(pool),
-        start(work),
+        pointer(q),
+        pointer(u),
+        pointer(udot),
+        pointer(out),
+        pointer(table),
+        pointer(pool),
+        pointer(work),
     )
 
 
@@ -43,13 +43,13 @@ def solve(
     """out = (c_m M + c_d D + c_k K)^-1 rhs with M at q, D and K of shapes, springs and dampers; O(n)."""
     write_solution(
         t,
-        start(q),
-        start(rhs),
-        start(out),
+        pointer(q),
+        pointer(rhs),
+        pointer(out),
         c_m,
         c_d,
         c_k,
-        start(table),
-        start(pool),
-        start(work),
+        pointer(table),
+        pointer(pool),
+        pointer(work),
     )

@@ -1,4 +1,4 @@
-"""The equations of motion (9) as implicit integrators and studies ask for them, each call compiled when first used.
+"""Equations of motion (9) for implicit integrators and studies, each call compiled when first used.
 
 RESIDUAL   residual(t, q, u, udot, out, table, pool, work): out = M udot + h - Q
 SOLVE      solve(t, q, rhs, out, c_m, c_d, c_k, table, pool, work): out = (c_m M + c_d D + c_k K)^-1 rhs
@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from femflex.arrays import Array, Table
 from femflex.dynamics.arithmetic.compiled import kernel
-from femflex.dynamics.arithmetic.lanes import start
+from femflex.dynamics.arithmetic.lanes import pointer
 from femflex.dynamics.arithmetic.symbols import types
 from femflex.dynamics.joints.coordinates import advance_coordinates, coordinate_rates
 from femflex.dynamics.lowering.layout import body_of, header_of
@@ -29,14 +29,14 @@ ADVANCE = types.void(_vector, _vector, _vector, *_own)
 @kernel(KINEMATIC)
 def kinematic(t: float, q: Array, u: Array, dq: Array, table: Table, pool: Array, work: Array) -> None:
     """dq/dt = N(q) u."""
-    records = start(table)
+    records = pointer(table)
     for i in range(1, header_of(records)["n_bodies"]):
-        coordinate_rates(body_of(records, i), start(q), start(u), start(dq), start(pool))
+        coordinate_rates(body_of(records, i), pointer(q), pointer(u), pointer(dq), pointer(pool))
 
 
 @kernel(ADVANCE)
 def advance(q: Array, increment: Array, out: Array, table: Table, pool: Array, work: Array) -> None:
     """out = q o exp(increment): the coordinates after unit time at the constant quasi-velocity `increment` (n_u,)."""
-    records = start(table)
+    records = pointer(table)
     for i in range(1, header_of(records)["n_bodies"]):
-        advance_coordinates(body_of(records, i), start(q), start(increment), start(out), start(pool))
+        advance_coordinates(body_of(records, i), pointer(q), pointer(increment), pointer(out), pointer(pool))

@@ -1,4 +1,4 @@
-"""What a model says of a state at which a run came to its end: the one cause that the numbers there point to."""
+"""Diagnosis of the state at which a run ended: the one cause that its numbers point to."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ import numpy as np
 from femflex.arrays import Array
 from femflex.dynamics.constraints.conflicts import violated_text as told_unheld
 from femflex.dynamics.constraints.discs import flat_disc_text
-from femflex.dynamics.constraints.reach import end_of_reach_text
-from femflex.dynamics.joints.gimbal_lock import lockable
-from femflex.dynamics.joints.held_places import specified_states
+from femflex.dynamics.constraints.loop_limits import loop_limit_text
+from femflex.dynamics.joints.gimbal_lock import lockable_joints
+from femflex.dynamics.joints.prescribed_coordinates import prescribed_states
 from femflex.dynamics.user_functions import user_function_fault
 from femflex.system import LengthTable
-from femflex.system.turning import lock_angle, locked
+from femflex.system.gimbal_lock import lock_angle, lock_text
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
 
 
 AT_END = 1e-3  # of the stock, or of the first length: how near to its end a length explains that a run stops
-NEAR = 1e-2  # rad left to gimbal lock, or smallest part of a singular value at the start, that explains an end
+THRESHOLD = 1e-2  # rad left to gimbal lock, or smallest part of a singular value at the start, that explains an end
 
 
-def diagnosis(model: Model, t: float, x: Array, unheld: bool) -> tuple[str, Exception | None]:
+def diagnosis(model: Model, t: float, x: Array, infeasible: bool) -> tuple[str, Exception | None]:
     """A sentence on the state x (n_x,) beyond which there is no step, and the exception behind it; or "" and None.
 
     unheld: there is none because no state satisfies the constraints
@@ -33,29 +33,29 @@ def diagnosis(model: Model, t: float, x: Array, unheld: bool) -> tuple[str, Exce
         if (failed := model.constraints.failed_user()) is not None:
             name, error = failed
             return f"the function of constraint {name!r} raised {type(error).__name__}: {error}", error
-        if unheld:
+        if infeasible:
             text = told_unheld(model.constraints, t, x, " any further")
-            return end_of_reach(model, t, x) or text, None
-    if text := end_of_length(model, t, x):  # where the law of the reel is NaN on purpose
+            return loop_limit_diagnosis(model, t, x) or text, None
+    if text := length_limit_text(model, t, x):  # where the law of the reel is NaN on purpose
         return text, None
     text, cause = user_function_fault(model, t, x)
     if text:
         return text, cause
-    for look in (gimbal_lock, flat_disc, end_of_reach):
-        if text := look(model, t, x):
+    for check in (gimbal_lock_text, flat_disc_diagnosis, loop_limit_diagnosis):
+        if text := check(model, t, x):
             return text, None
     return "", None
 
 
-def end_of_length(model: Model, t: float, x: Array) -> str:
-    """A free length that has come to zero or to its stock."""
+def length_limit_text(model: Model, t: float, x: Array) -> str:
+    """Describe a free length that has reached zero or its stock; "" for none."""
     names, z = [name for name, _ in model.system.state_names()], model.parts(x)[2]
     for body, variation in model.system.varying.items():
         table = variation.write
         if not (isinstance(table, LengthTable) and isinstance(table.length, str)):
             continue
-        place = names.index(table.length)
-        L, U, stock = float(z[place]), float(z[place + 1]), table.stock or np.inf
+        position = names.index(table.length)
+        L, U, stock = float(z[position]), float(z[position + 1]), table.stock or np.inf
         if U > 0.0 and L > stock * (1.0 - AT_END):
             return (
                 f"the free length of body {body!r} has reached the total length of the member, stock = {stock:g} m, at "
@@ -69,30 +69,30 @@ def end_of_length(model: Model, t: float, x: Array) -> str:
     return ""
 
 
-def gimbal_lock(model: Model, t: float, x: Array) -> str:
+def gimbal_lock_text(model: Model, t: float, x: Array) -> str:
     """A joint whose free turns hardly span their space any more."""
-    q = specified_states(model, np.array([t]), x[None])[0]
-    for joint, at in lockable(model.system):
-        own = q[at : at + joint.n_q]
-        if lock_angle(joint, own) < NEAR:
+    q = prescribed_states(model, np.array([t]), x[None])[0]
+    for joint, first in lockable_joints(model.system):
+        coordinates = q[first : first + joint.n_q]
+        if lock_angle(joint, coordinates) < THRESHOLD:
             return (
-                f"joint {joint.label!r} has reached gimbal lock: {locked(joint, own)}. Choose a sequence of turns that "
-                "stays clear of it, or lock other turns"
+                f"joint {joint.label!r} has reached gimbal lock: {lock_text(joint, coordinates)}. Choose a sequence of "
+                "turns that stays clear of it, or lock other turns"
             )
     return ""
 
 
-def flat_disc(model: Model, t: float, x: Array) -> str:
+def flat_disc_diagnosis(model: Model, t: float, x: Array) -> str:
     """A rolling disc that lies on its plane."""
     if model.constraints is None:
         return ""
 
-    return flat_disc_text(model.constraints, t, x, NEAR)
+    return flat_disc_text(model.constraints, t, x, THRESHOLD)
 
 
-def end_of_reach(model: Model, t: float, x: Array) -> str:
+def loop_limit_diagnosis(model: Model, t: float, x: Array) -> str:
     """A loop whose rows have lost their independence since the start."""
     if model.constraints is None:
         return ""
 
-    return end_of_reach_text(model, t, x, NEAR)
+    return loop_limit_text(model, t, x, THRESHOLD)

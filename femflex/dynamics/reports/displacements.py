@@ -25,11 +25,11 @@ if TYPE_CHECKING:
     from femflex.dynamics.model import Model
 
 
-def bends(system: System, body: str, marker: str) -> bool:
+def is_deformable_marker(system: System, body: str, marker: str) -> bool:
     """Whether a marker moves or turns in the axes of its body."""
-    of = system.bodies[body]
-    m = of.marker(marker)
-    return bool(m.phi.any() or m.psi.any() or m.stretch.any() or (body in system.varying and of.n_shapes))
+    flexible_body = system.bodies[body]
+    m = flexible_body.marker(marker)
+    return bool(m.phi.any() or m.psi.any() or m.stretch.any() or (body in system.varying and flexible_body.n_shapes))
 
 
 def displaced_markers(system: System) -> dict[str, str]:
@@ -37,11 +37,16 @@ def displaced_markers(system: System) -> dict[str, str]:
     owners = {part: name for name, parts in system.segments.items() for part in parts}
     out = {}
     for body, marker in reported_markers(system):
-        root, moves = body, body in system.varying or bends(system, body, marker)
+        root, moves = body, body in system.varying or is_deformable_marker(system, body, marker)
         while (joint := system.joint_of(root)).parent is not None:
-            moves = moves or joint.n_u > 0 or root in system.varying or bends(system, root, joint.child_marker)
+            moves = (
+                moves
+                or joint.n_u > 0
+                or root in system.varying
+                or is_deformable_marker(system, root, joint.child_marker)
+            )
             root = joint.parent
-            moves = moves or root in system.varying or bends(system, root, joint.parent_marker)
+            moves = moves or root in system.varying or is_deformable_marker(system, root, joint.parent_marker)
         if moves and owners.get(root, root) != owners.get(body, body):
             out[marker_label(system.segments, body, marker)] = root
     return out
@@ -56,7 +61,7 @@ def displacement_channels(system: System) -> dict[str, Channel]:
     }
 
 
-def undisplaced_positions(model: Model, row: Array, places: Mapping[str, slice | int]) -> dict[str, Array]:
+def undisplaced_positions(model: Model, row: Array, slices: Mapping[str, slice | int]) -> dict[str, Array]:
     """Position R_M (3,) of every displaced marker in axes of its root body, by the marker's label [m].
 
     row (1, n_row): for a row observed at the reference.
@@ -70,23 +75,25 @@ def undisplaced_positions(model: Model, row: Array, places: Mapping[str, slice |
         x[iq + joint.n_q : iq + joint.n_q + n] = 0.0
         if joint.parent is not None:
             x[iq : iq + joint.n_q] = rest_coordinates(joint)
-    observe(np.zeros(1), x[None], row, *model.workspace.own)
-    seen = {path: row[:, place] for path, place in places.items()}
-    return {label: place[0] for label, place in _in_root_axes(markers, seen).items()}
+    observe(np.zeros(1), x[None], row, *model.workspace.arrays)
+    channels = {path: row[:, columns] for path, columns in slices.items()}
+    return {label: columns[0] for label, columns in _in_root_axes(markers, channels).items()}
 
 
 def observe_displacements(
-    system: System, seen: Mapping[str, Array], reference: Mapping[str, Array]
+    system: System, channels: Mapping[str, Array], reference: Mapping[str, Array]
 ) -> dict[str, Array]:
     """The channels of `displacement_channels`, from positions and attitudes, less the reference R_M (3,)."""
-    found = _in_root_axes(displaced_markers(system), seen)
-    return {f"markers/{label}/displacement": place - reference[label] for label, place in found.items()}
+    positions = _in_root_axes(displaced_markers(system), channels)
+    return {f"markers/{label}/displacement": position - reference[label] for label, position in positions.items()}
 
 
-def _in_root_axes(markers: Mapping[str, str], seen: Mapping[str, Array]) -> dict[str, Array]:
+def _in_root_axes(markers: Mapping[str, str], channels: Mapping[str, Array]) -> dict[str, Array]:
     """C_BN (r_M - r_B) (n_t, 3) of markers, by their labels."""
     out = {}
     for label, root in markers.items():
-        C_NB = dcm_from_quaternion(seen[f"bodies/{root}/attitude"])
-        out[label] = np.einsum("tij,ti->tj", C_NB, seen[f"markers/{label}/position"] - seen[f"bodies/{root}/position"])
+        C_NB = dcm_from_quaternion(channels[f"bodies/{root}/attitude"])
+        out[label] = np.einsum(
+            "tij,ti->tj", C_NB, channels[f"markers/{label}/position"] - channels[f"bodies/{root}/position"]
+        )
     return out

@@ -1,4 +1,4 @@
-"""What the drum of a deploying member does: its force from momentum, its power, and the energy lost at the exit.
+"""Report of the drum of a deploying member: its force from momentum, its power, and the energy lost at the exit.
 
 The drum's force F works on the length L: with chi_A = dz_A/dL at a material point, w = U chi_A y_A,
 
@@ -17,9 +17,9 @@ import numpy as np
 from femflex.arrays import Array
 from femflex.dynamics.reports.material import (
     BodyMotion,
-    form,
-    half_rate,
+    half_speed_rate,
     moving_power,
+    shape_form,
     speed_form,
     stiffness_power,
     strain_power,
@@ -57,12 +57,12 @@ def drum_channels(name: str, table: LengthTable) -> dict[str, Channel]:
 
 def drum_row(
     b: np.void,
-    at: Block,
+    layout: Block,
     table: LengthTable,
     unit: Array,
     motion: BodyMotion,
     length: tuple[float, float, float],
-    carried: float,
+    marker_force: float,
     parts: tuple[str, ...],
     power: float,
 ) -> dict[str, float]:
@@ -73,19 +73,19 @@ def drum_row(
     """
     L, U, acceleration = length
     block, y, flux, kappa = int(b["block"]), motion.y, 0.0, 0.0
-    force = carried
+    force = marker_force
     if "pickup" in parts:
-        place, zero = block + at.pickup_shapes, float(unit[block + at.pickup])
-        kappa, flux = form(place, zero, int(b["n_shapes"]), unit, y, y), zero * U * U
+        start, zero = block + layout.pickup_shapes, float(unit[block + layout.pickup])
+        kappa, flux = shape_form(start, zero, int(b["n_shapes"]), unit, y, y), zero * U * U
     if "flow" in parts:
         force += moving_power(b, unit, motion) + speed_form(b, unit, y, 2.0 * U * motion.dy + acceleration * y)
-        force += U * U * half_rate(b, unit, y) + 0.5 * U * abs(U) * kappa
+        force += U * U * half_speed_rate(b, unit, y) + 0.5 * U * abs(U) * kappa
     if "stiffness" in parts:
         delta = y[1 : 1 + int(b["n"])]
-        force += stiffness_power(block + at.stiffness_rate, block + at.f0_rate, int(b["n"]), unit, delta)
+        force += stiffness_power(block + layout.stiffness_rate, block + layout.f0_rate, int(b["n"]), unit, delta)
     if "strain" in parts:
         n = int(b["n"])
-        force += strain_power(block + at.strain_rate, n, int(b["n_blocks"]), COLUMNS, unit, y[1 : 1 + n])
+        force += strain_power(block + layout.strain_rate, n, int(b["n_blocks"]), COLUMNS, unit, y[1 : 1 + n])
     loss = 0.5 * abs(U) ** 3 * kappa if "flow" in parts else 0.0
     out = {"length": L, "length_rate": U, "length_acceleration": acceleration, "drum_force": force}
     out |= {"drum_power": power + loss, "pickup_loss": loss, "exit_flux": flux}

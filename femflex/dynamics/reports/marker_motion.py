@@ -1,4 +1,4 @@
-"""Where markers are and how they are turned, from what a run reports of their bodies."""
+"""Positions and orientations of markers, from the channels of their bodies."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ from femflex.system import System
 
 
 def marker_motion(
-    system: System, times: Array, seen: Mapping[str, Array], body: str | None, marker: str
+    system: System, times: Array, channels: Mapping[str, Array], body: str | None, marker: str
 ) -> tuple[Array, Array]:
     """Place r_M (n_t, 3) and C_NM (n_t, 3, 3) of a marker, inertial components, turned on its body as its shapes say.
 
     Without a body those of the base frame.
     """
     if body is None:
-        return np.zeros((len(times), 3)), base_attitude(system, times, seen)
+        return np.zeros((len(times), 3)), base_attitude(system, times, channels)
     m = system.bodies[body].marker(marker)
-    C_NB, delta = dcm_from_quaternion(seen[f"bodies/{body}/attitude"]), seen[f"bodies/{body}/delta"]
-    place = seen[f"bodies/{body}/position"] + np.einsum("tij,tj->ti", C_NB, m.position + delta @ m.phi.T)
-    return place, C_NB @ dcm_from_vector(m.rotation_vector(delta)) @ m.orientation
+    C_NB, delta = dcm_from_quaternion(channels[f"bodies/{body}/attitude"]), channels[f"bodies/{body}/delta"]
+    position = channels[f"bodies/{body}/position"] + np.einsum("tij,tj->ti", C_NB, m.position + delta @ m.phi.T)
+    return position, C_NB @ dcm_from_vector(m.rotation_vector(delta)) @ m.orientation
 
 
-def base_attitude(system: System, times: Array, seen: Mapping[str, Array]) -> Array:
+def base_attitude(system: System, times: Array, channels: Mapping[str, Array]) -> Array:
     """C_NF (n_t, 3, 3) of the base frame."""
     if system.frame.kind == "orbital":
-        return dcm_from_quaternion(seen["orbit/attitude"])
+        return dcm_from_quaternion(channels["orbit/attitude"])
     rate = system.frame.rate if system.frame.kind == "spinning" else np.zeros(3)
     return dcm_from_vector(np.asarray(times)[:, None] * rate)

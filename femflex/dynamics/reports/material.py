@@ -1,4 +1,4 @@
-"""Power of what changes inside one body: moving material, stiffness, arriving mass (see `variations`).
+"""Power of changes inside one body: moving material, stiffness, arriving mass (see `variations`).
 
 All vectors in body components. y = (1, delta) and its rates are those of the body's shapes.
 """
@@ -17,7 +17,7 @@ from femflex.system.variation import RATES
 
 @dataclass(frozen=True, eq=False)
 class BodyMotion:
-    """How a body moves at an instant, its origin's motion and that of its shapes.
+    """Motion of a body at an instant: that of its origin and of its shapes.
 
     v, a          (3,) velocity of its origin, and acceleration less gravity there
     omega, alpha  (3,) rate and angular acceleration
@@ -37,7 +37,9 @@ class BodyMotion:
 
 def flow_power(record: np.void, pool: Array, m: BodyMotion) -> float:
     """int w . (a - f) dm of moving material [W], with d/dt int w.w/2 dm as the rates of `speed` say."""
-    return moving_power(record, pool, m) + speed_form(record, pool, m.y, 2.0 * m.dy) + half_rate(record, pool, m.y)
+    return (
+        moving_power(record, pool, m) + speed_form(record, pool, m.y, 2.0 * m.dy) + half_speed_rate(record, pool, m.y)
+    )
 
 
 def moving_power(record: np.void, pool: Array, m: BodyMotion) -> float:
@@ -59,27 +61,27 @@ def moving_power(record: np.void, pool: Array, m: BodyMotion) -> float:
 def speed_form(record: np.void, pool: Array, left: Array, right: Array) -> float:
     """left . speed . right over A = (rho, shapes), (1 + n,) each."""
     zero = pool[int(record["rates"]) + RATES - 2]
-    return form(int(record["speeds"]), zero, int(record["n_shapes"]), pool, left, right)
+    return shape_form(int(record["speeds"]), zero, int(record["n_shapes"]), pool, left, right)
 
 
-def half_rate(record: np.void, pool: Array, y: Array) -> float:
+def half_speed_rate(record: np.void, pool: Array, y: Array) -> float:
     """Half of y . (rate of speed) . y."""
     n, wide, zero = int(record["n_shapes"]), int(record["wide"]), pool[int(record["rates"]) + RATES - 1]
-    place = int(record["speeds"]) + padded((1 + n) * wide)
-    return 0.5 * form(place, zero, n, pool, y, y)
+    start = int(record["speeds"]) + padded((1 + n) * wide)
+    return 0.5 * shape_form(start, zero, n, pool, y, y)
 
 
-def form(place: int, zero: float, n: int, pool: Array, left: Array, right: Array) -> float:
+def shape_form(start: int, zero: float, n: int, pool: Array, left: Array, right: Array) -> float:
     """left . S . right of a symmetric S over (rho, shapes) without its first column, and that with rho apart."""
-    S = _rows(pool, place, n, padded(n), 1 + n)
+    S = _rows(pool, start, n, padded(n), 1 + n)
     return float(left @ S @ right[1:] + left[1:] @ S[0] * right[0] + zero * left[0] * right[0])
 
 
-def growth_power(place: int, n: int, pool: Array, m: BodyMotion) -> tuple[float, float, Array]:
+def growth_power(start: int, n: int, pool: Array, m: BodyMotion) -> tuple[float, float, Array]:
     """Half of int v.v over the mass that arrives in a unit of time [W], and that mass and its first moment (3,)."""
     wide = padded(n)
-    first, second = place + padded(13), place + padded(13) + padded(3 * wide)
-    mass, s0, Q0 = pool[place], pool[place + 1 : place + 4], pool[place + 4 : place + 13].reshape(3, 3)
+    first, second = start + padded(13), start + padded(13) + padded(3 * wide)
+    mass, s0, Q0 = pool[start], pool[start + 1 : start + 4], pool[start + 4 : start + 13].reshape(3, 3)
     s_k = _rows(pool, first, n, wide, 3)
     P = np.einsum("Aack,A->ack", _rows(pool, second, n, wide, 1 + n, 3, 3), m.y)  # int r_a phi_kc dm
     P0 = _rows(pool, second, n, wide, 1 + n, 3, 3)
@@ -93,27 +95,27 @@ def growth_power(place: int, n: int, pool: Array, m: BodyMotion) -> tuple[float,
     return float(power), float(mass), s
 
 
-def stiffness_power(place: int, place_f0: int, n: int, pool: Array, delta: Array) -> float:
+def stiffness_power(start: int, place_f0: int, n: int, pool: Array, delta: Array) -> float:
     """dV1/dt and df0/dt at a fixed shape: df0.delta + delta.dV1 delta / 2 [W]."""
     row = padded(n)
-    return float(delta @ (pool[place_f0 : place_f0 + n] + 0.5 * _rows(pool, place, n, row, n) @ delta))
+    return float(delta @ (pool[place_f0 : place_f0 + n] + 0.5 * _rows(pool, start, n, row, n) @ delta))
 
 
-def strain_power(place: int, n: int, n_blocks: int, columns: int, pool: Array, delta: Array) -> float:
+def strain_power(start: int, n: int, n_blocks: int, columns: int, pool: Array, delta: Array) -> float:
     """Energy of the table of the rates of V2 and V3 at a fixed shape [W]."""
     i, j = np.triu_indices(n)
     pairs = len(i)
-    table = pool[place : place + n_blocks * (n + pairs) * columns].reshape(n_blocks, n + pairs, columns)
+    table = pool[start : start + n_blocks * (n + pairs) * columns].reshape(n_blocks, n + pairs, columns)
     packed = table.swapaxes(0, 1).reshape(n + pairs, -1)[:, :pairs]
     monomials = np.concatenate([2.0 * delta, delta[i] * delta[j]])
     weights = np.where(i == j, 0.5, 1.0) * delta[i] * delta[j]
     return float(monomials @ packed @ weights)
 
 
-def _rows(pool: Array, place: int, n: int, wide: int, *shape: int) -> Array:
-    """Rows over n shapes, (*shape, n), that stand `wide` apart."""
+def _rows(pool: Array, start: int, n: int, wide: int, *shape: int) -> Array:
+    """Return rows over n shapes, (*shape, n), that lie `wide` apart."""
     count = int(np.prod(shape)) * wide
-    return pool[place : place + count].reshape(*shape, wide)[..., :n]
+    return pool[start : start + count].reshape(*shape, wide)[..., :n]
 
 
 def _twist(m: Array) -> Any:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.joints.held_places import held_places
+from femflex.dynamics.joints.prescribed_coordinates import prescribed_places
 from femflex.dynamics.reports.monitors import ROW_KINETIC
 from femflex.dynamics.reports.observe import observe
 from femflex.system import Channel, System
@@ -27,7 +27,7 @@ UNITS = {"rad/s": "kg m^2/s", "m/s": "kg m/s", "kg^1/2 m/s": "kg^1/2 m/s"}
 
 
 def momenta_channels(system: System) -> dict[str, Channel]:
-    """The channels, where the system asks for them."""
+    """Return the channels, if the system asks for them."""
     if not system.momenta:
         return {}
     names = system.velocity_names()
@@ -42,15 +42,15 @@ def momenta_channels(system: System) -> dict[str, Channel]:
 def observe_momenta(model: Model, times: Array, states: Array, rows: Array, energy: Array) -> dict[str, Array]:
     """The channels at times (n_t,) and states (n_t, n_x), observed in rows (n_t, n_row); energy (n_t,) T + V."""
     n_q, n_u = model.n_q, model.n_u
-    p, around = np.empty((len(times), n_u)), np.empty((2 * n_u, rows.shape[1]))
+    p, rows_around = np.empty((len(times), n_u)), np.empty((2 * n_u, rows.shape[1]))
     for j, (t, x) in enumerate(zip(times, states, strict=True)):
         step = max(1.0, float(np.abs(x[n_q : n_q + n_u]).max(initial=0.0)))
-        moved = np.repeat(x[None], 2 * n_u, axis=0)
-        moved[:n_u, n_q : n_q + n_u] += step * np.eye(n_u)
-        moved[n_u:, n_q : n_q + n_u] -= step * np.eye(n_u)
-        observe(np.full(2 * n_u, t), moved, around, *model.workspace.own)
-        p[j] = (around[:n_u, ROW_KINETIC] - around[n_u:, ROW_KINETIC]) / (2 * step)
+        varied = np.repeat(x[None], 2 * n_u, axis=0)
+        varied[:n_u, n_q : n_q + n_u] += step * np.eye(n_u)
+        varied[n_u:, n_q : n_q + n_u] -= step * np.eye(n_u)
+        observe(np.full(2 * n_u, t), varied, rows_around, *model.workspace.arrays)
+        p[j] = (rows_around[:n_u, ROW_KINETIC] - rows_around[n_u:, ROW_KINETIC]) / (2 * step)
     kinetic = rows[:, ROW_KINETIC]
-    p[:, [u for joint, k, _, u in held_places(model.system) if k in joint.held]] = 0.0
+    p[:, [u for joint, k, _, u in prescribed_places(model.system) if k in joint.prescribed]] = 0.0
     u = states[:, n_q : n_q + n_u]
     return {"momenta": p, "monitors/hamiltonian": (p * u).sum(axis=1) - 2 * kinetic + energy}

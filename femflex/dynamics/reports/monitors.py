@@ -6,7 +6,7 @@ import math
 
 from femflex.arrays import Array, Record, Table
 from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.lanes import lane, nothing, plus, total
+from femflex.dynamics.arithmetic.lanes import lane, plus, total, zero_lane
 from femflex.dynamics.arithmetic.turns import angles_of, quaternion_of
 from femflex.dynamics.arithmetic.vectors import (
     ZERO,
@@ -24,7 +24,7 @@ from femflex.dynamics.arithmetic.vectors import (
     turn_back,
 )
 from femflex.dynamics.bodies.flow import flow_motion
-from femflex.dynamics.bodies.shapes import nothing3, rows3, rows9, totals3, turning_of
+from femflex.dynamics.bodies.shapes import rows3, rows9, totals3, turning_of, zero_rows3
 from femflex.dynamics.bodies.stiffening import varying_energy, write_varying_stiffness
 from femflex.dynamics.forces.gravity import find_center_of_mass, gravity_field, inertia_along
 from femflex.dynamics.joints.forces import spring_energy
@@ -78,14 +78,14 @@ def observe_energies(
         Q = load9(work, w + W_Q)
         J_o = sub(scale(Q[0] + Q[4] + Q[8], o), turn(Q, o))
         p = add(scale(m, v), add(cross(o, s), ds))
-        about = add(cross(s, v), add(J_o, h))  # about the body's origin
+        H_body = add(cross(s, v), add(J_o, h))  # about the body's origin
         kinetic += 0.5 * (dot(v, add(p, add(cross(o, s), ds))) + dot(o, J_o)) + dot(o, h) + T_e
         elastic += V_e
         spring += spring_energy(b, q, pool, work)
         p_N = turn_back(C, p)
         r = sub(load3(work, w + W_POS), shift)
         momentum = add(momentum, p_N)
-        spin = add(spin, add(turn_back(C, about), cross(r, p_N)))
+        spin = add(spin, add(turn_back(C, H_body), cross(r, p_N)))
         center = add(center, add(scale(m, r), turn_back(C, s)))
         if b["ball"] == BALL_QUATERNION:
             j = b["q"] + b["n_slide"]
@@ -156,18 +156,18 @@ def shape_motion(b: Record, pool: Array, work: Array) -> tuple[Vector, Vector, f
     Material that moves inside the body counts with the shapes.
     """
     row, wide, delta, ddelta = b["row"], b["wide"], b["delta"], b["ddelta"]
-    ds, h = nothing3(), nothing3()
-    kinetic, strain = nothing(), nothing()
+    ds, h = zero_rows3(), zero_rows3()
+    kinetic, strain = zero_lane(), zero_lane()
     for k in range(0, wide, 4):
         d = lane(work, ddelta + k)
         ds = plus(ds, d, rows3(pool, b["first"] + k, wide))
         h = plus(h, d, turning_of(rows9(work, b["Z"] + k, wide)))
-        inertia = nothing()
+        inertia = zero_lane()
         for j in range(b["n_shapes"]):
             inertia = inertia + work[ddelta + j] * lane(pool, b["elastic_mass"] + wide * j + k)
         kinetic = kinetic + 0.5 * d * inertia
     for k in range(0, row, 4):
-        force = nothing()
+        force = zero_lane()
         for j in range(b["n"]):
             force = force + work[delta + j] * lane(pool, b["stiffness"] + row * j + k)
         strain = strain + lane(work, delta + k) * (lane(pool, b["f0"] + k) + 0.5 * force)

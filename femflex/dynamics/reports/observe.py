@@ -1,10 +1,10 @@
-"""What a run reports at an instant: positions, attitudes, markers, loads and monitors, written row by row."""
+"""Report of a run at an instant: positions, attitudes, markers, loads and monitors, written row by row."""
 
 from __future__ import annotations
 
 from femflex.arrays import Array, Record, Table
 from femflex.dynamics.arithmetic.compiled import inner, kernel
-from femflex.dynamics.arithmetic.lanes import beyond, start
+from femflex.dynamics.arithmetic.lanes import offset, pointer
 from femflex.dynamics.arithmetic.symbols import types
 from femflex.dynamics.arithmetic.turns import quaternion_of
 from femflex.dynamics.arithmetic.vectors import (
@@ -24,10 +24,10 @@ from femflex.dynamics.arithmetic.vectors import (
 from femflex.dynamics.bodies.shapes import combined, marker_velocity
 from femflex.dynamics.forces.calls import A_DISSIPATION, A_DRIFT, A_ENERGY, A_SHIFT, A_SUPPLIED, call_report
 from femflex.dynamics.forces.gravity import find_center_of_mass
-from femflex.dynamics.joints.held import held_state
+from femflex.dynamics.joints.prescribed_motion import prescribed_state
 from femflex.dynamics.lowering.layout import W_CIN, W_OMEGA, W_POS, W_S, W_VEL, body_of, header_of, marker_of, term_of
-from femflex.dynamics.motion.equations import place
-from femflex.dynamics.motion.states import take_states
+from femflex.dynamics.motion.auxiliary_states import copy_auxiliary_states
+from femflex.dynamics.motion.equations import place_bodies
 from femflex.dynamics.reports.monitors import (
     ROW_DISSIPATED,
     ROW_FIXED,
@@ -46,8 +46,8 @@ OBSERVE = types.void(_vector, _matrix, _matrix, _integers, _vector, _vector)
 
 
 @inner
-def origin(table: Table, pool: Array, work: Array) -> tuple[Vector, Vector]:
-    """Place and velocity, inertial components, of what positions and velocities are counted from.
+def reference_motion(table: Table, pool: Array, work: Array) -> tuple[Vector, Vector]:
+    """Return position and velocity, inertial components, of the origin of reported positions and velocities.
 
     With an eliminated translation this is the centre of mass (which sits at O); otherwise the base origin.
     """
@@ -67,12 +67,12 @@ def origin(table: Table, pool: Array, work: Array) -> tuple[Vector, Vector]:
 
 
 @inner
-def observe_body(b: Record, row: Array, at: int, shift: Vector, work: Array) -> None:
+def observe_body(b: Record, row: Array, position: int, shift: Vector, work: Array) -> None:
     """Position, attitude (Euler parameters of C_NB) and rate of one body."""
     w = b["work"]
-    store3(row, at, sub(load3(work, w + W_POS), shift))
-    store4(row, at + 3, quaternion_of(transpose(load9(work, w + W_CIN))))
-    store3(row, at + 7, load3(work, w + W_OMEGA))
+    store3(row, position, sub(load3(work, w + W_POS), shift))
+    store4(row, position + 3, quaternion_of(transpose(load9(work, w + W_CIN))))
+    store3(row, position + 7, load3(work, w + W_OMEGA))
 
 
 @inner
@@ -80,7 +80,7 @@ def observe_marker(
     m: Record,
     table: Table,
     row: Array,
-    at: int,
+    position: int,
     shift: Vector,
     drift: Vector,
     pool: Array,
@@ -94,9 +94,9 @@ def observe_marker(
     du = marker_velocity(pool, m["place"], m["shape"], m["bends"], b, work)
     r = add(load3(pool, m["place"]), u)
     v = add(load3(work, w + W_VEL), add(cross(load3(work, w + W_OMEGA), r), du))
-    store3(row, at, sub(add(load3(work, w + W_POS), turn_back(C, r)), shift))
-    store3(row, at + 3, sub(turn_back(C, v), drift))
-    store3(row, at + 6, u)
+    store3(row, position, sub(add(load3(work, w + W_POS), turn_back(C, r)), shift))
+    store3(row, position + 3, sub(turn_back(C, v), drift))
+    store3(row, position + 6, u)
 
 
 @inner
@@ -105,16 +105,16 @@ def observe_terms(
     q: Array,
     u: Array,
     row: Array,
-    at: int,
+    position: int,
     shift: Vector,
     drift: Vector,
     table: Table,
     pool: Array,
     work: Array,
 ) -> None:
-    """What force terms report, from place `at` of the row on; their energies and powers into its fixed part."""
+    """Write the channels of force terms into the row from `at` on, their energies and powers into its fixed part."""
     head = header_of(table)
-    account = beyond(work, head["account"])
+    account = offset(work, head["account"])
     store3(account, A_SHIFT, shift)
     store3(account, A_DRIFT, drift)
     for k in range(ROW_STORED, ROW_FIXED):
@@ -122,33 +122,33 @@ def observe_terms(
     for i in range(head["n_terms"]):
         term = term_of(table, i)
         account[A_ENERGY] = account[A_DISSIPATION] = account[A_SUPPLIED] = 0.0
-        call_report(term["report"], t, q, u, term["at"], term["n"], beyond(row, at), account, table, pool, work)
+        call_report(term["report"], t, q, u, term["at"], term["n"], offset(row, position), account, table, pool, work)
         row[ROW_STORED + term["energy"]] += account[A_ENERGY]
         row[ROW_DISSIPATED] += account[A_DISSIPATION]
         row[ROW_SUPPLIED] += account[A_SUPPLIED]
-        at += term["reported"]
+        position += term["reported"]
 
 
 @kernel(OBSERVE)
 def observe(times: Array, states: Array, rows: Array, table: Table, pool: Array, work: Array) -> None:
     """Fill rows (n_t, n_row) from times (n_t,) and states (n_t, n_x)."""
-    records, numbers, scratch = start(table), start(pool), start(work)
+    records, numbers, scratch = pointer(table), pointer(pool), pointer(work)
     head = header_of(records)
     for j in range(len(times)):
-        q, row = start(states[j]), start(rows[j])
-        u = beyond(q, head["n_q"])
-        take_states(u, records, scratch)
+        q, row = pointer(states[j]), pointer(rows[j])
+        u = offset(q, head["n_q"])
+        copy_auxiliary_states(u, records, scratch)
         if head["n_holds"] > 0:
-            q, u = held_state(times[j], q, u, records, numbers, scratch)
-        place(times[j], q, u, records, numbers, scratch)
-        shift, drift = origin(records, numbers, scratch)
-        at = ROW_FIXED + ROW_BODY * (head["n_bodies"] - 1) + ROW_MARKER * head["n_markers"]
-        observe_terms(times[j], q, u, row, at, shift, drift, records, numbers, scratch)
+            q, u = prescribed_state(times[j], q, u, records, numbers, scratch)
+        place_bodies(times[j], q, u, records, numbers, scratch)
+        shift, drift = reference_motion(records, numbers, scratch)
+        position = ROW_FIXED + ROW_BODY * (head["n_bodies"] - 1) + ROW_MARKER * head["n_markers"]
+        observe_terms(times[j], q, u, row, position, shift, drift, records, numbers, scratch)
         observe_energies(q, row, shift, drift, records, numbers, scratch)
-        at = ROW_FIXED
+        position = ROW_FIXED
         for i in range(1, head["n_bodies"]):
-            observe_body(body_of(records, i), row, at, shift, scratch)
-            at += ROW_BODY
+            observe_body(body_of(records, i), row, position, shift, scratch)
+            position += ROW_BODY
         for i in range(head["n_markers"]):
-            observe_marker(marker_of(records, i), records, row, at, shift, drift, numbers, scratch)
-            at += ROW_MARKER
+            observe_marker(marker_of(records, i), records, row, position, shift, drift, numbers, scratch)
+            position += ROW_MARKER

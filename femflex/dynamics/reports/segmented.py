@@ -1,4 +1,4 @@
-"""What a run reports of a body cut into segments as a whole: where it would be undeformed, and how its markers bend."""
+"""Channels of a body cut into segments as a whole: its undeformed position, and the deflection of its markers."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ def observe_segmented(system: System, out: dict[str, Array]) -> None:
     there, in its axes, and may be as large as the body.
     """
     for name, segments in system.segments.items():
-        held = next(s for s in segments if system.joint_of(s).parent not in segments)
-        marker = system.bodies[held].marker(system.joint_of(held).child_marker)
-        delta = out[f"bodies/{held}/delta"]
-        C = dcm_from_quaternion(out[f"bodies/{held}/attitude"])
-        place = out[f"bodies/{held}/position"] + np.einsum("tij,tj->ti", C, marker.position + delta @ marker.phi.T)
+        first = next(s for s in segments if system.joint_of(s).parent not in segments)
+        marker = system.bodies[first].marker(system.joint_of(first).child_marker)
+        delta = out[f"bodies/{first}/delta"]
+        C = dcm_from_quaternion(out[f"bodies/{first}/attitude"])
+        position = out[f"bodies/{first}/position"] + np.einsum("tij,tj->ti", C, marker.position + delta @ marker.phi.T)
         C = C @ dcm_from_vector(marker.rotation_vector(delta))
-        origin = place - C @ marker.position
+        origin = position - C @ marker.position
         out[f"bodies/{name}/position"], out[f"bodies/{name}/attitude"] = origin, quaternion_from_dcm(C)
         for body, key in reported_markers(system):
             if body in segments:
                 label = marker_label(system.segments, body, key)
-                moved = np.einsum("tij,ti->tj", C, out[f"markers/{label}/position"] - origin)
-                out[f"markers/{label}/deflection"] = moved - system.bodies[body].marker(key).position
+                deflected = np.einsum("tij,ti->tj", C, out[f"markers/{label}/position"] - origin)
+                out[f"markers/{label}/deflection"] = deflected - system.bodies[body].marker(key).position

@@ -1,4 +1,4 @@
-"""What lines of sight report: direction and distance of the station, its elevation, and what the axis misses it by."""
+"""Channels of lines of sight: direction and distance of the station, its elevation, the axis' pointing error."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ XYZ = ("x", "y", "z")
 
 
 def sight_channels(system: System) -> dict[str, Channel]:
-    """Path, unit and meaning of what lines of sight report."""
+    """Return path, unit and meaning of the channels of lines of sight."""
     out = {}
     for sight in system.sights:
         path, where = f"sights/{sight.name}", f"{sight.body}.{sight.marker}"
@@ -27,20 +27,20 @@ def sight_channels(system: System) -> dict[str, Channel]:
     return out
 
 
-def observe_sights(system: System, times: Array, seen: Mapping[str, Array]) -> dict[str, Array]:
-    """The channels of `sight_channels` at times (n_t,), from what the system reports of bodies and orbit."""
+def observe_sights(system: System, times: Array, channels: Mapping[str, Array]) -> dict[str, Array]:
+    """Return the channels of `sight_channels` at times (n_t,), from those of bodies and orbit."""
     out = {}
     for sight in system.sights:
-        place, C_NM = marker_motion(system, times, seen, sight.body, sight.marker)
+        position, C_NM = marker_motion(system, times, channels, sight.body, sight.marker)
         pointed = C_NM @ sight.axis
-        up = dcm_from_quaternion(seen["orbit/attitude"])[:, :, 1]
+        up = dcm_from_quaternion(channels["orbit/attitude"])[:, :, 1]
         station = sight.station(times)
-        away = station - seen["orbit/radius"][:, None] * up - place
-        distance = np.linalg.norm(away, axis=1)
-        ahead = away / distance[:, None]
-        off = np.linalg.norm(np.cross(pointed, ahead), axis=1)
+        to_station = station - channels["orbit/radius"][:, None] * up - position
+        distance = np.linalg.norm(to_station, axis=1)
+        direction = to_station / distance[:, None]
+        sine = np.linalg.norm(np.cross(pointed, direction), axis=1)
         path = f"sights/{sight.name}"
-        out[f"{path}/error"] = np.arctan2(off, np.einsum("ti,ti->t", pointed, ahead))
-        out[f"{path}/range"], out[f"{path}/position"], out[f"{path}/direction"] = distance, place, ahead
-        out[f"{path}/elevation"] = np.arcsin(-np.einsum("ti,ti->t", ahead, station / sight.radius))
+        out[f"{path}/error"] = np.arctan2(sine, np.einsum("ti,ti->t", pointed, direction))
+        out[f"{path}/range"], out[f"{path}/position"], out[f"{path}/direction"] = distance, position, direction
+        out[f"{path}/elevation"] = np.arcsin(-np.einsum("ti,ti->t", direction, station / sight.radius))
     return out

@@ -1,4 +1,4 @@
-"""What bodies that vary with time report: their mass, and the power that the change gives to the system.
+"""Report of bodies that vary with time: their mass, and the power that the change supplies to the system.
 
 The power belongs to whatever drives the change, and nothing else in the balance of energy holds it:
 
@@ -40,8 +40,8 @@ from femflex.dynamics.lowering.layout import (
 from femflex.dynamics.lowering.unit_block import WORKED
 from femflex.dynamics.motion.residual import residual
 from femflex.dynamics.reports.drum import drum_channels, drum_row, lengths_of
+from femflex.dynamics.reports.forces_at_markers import acting_forces, constraint_forces
 from femflex.dynamics.reports.material import BodyMotion, flow_power, growth_power, stiffness_power, strain_power
-from femflex.dynamics.reports.own_markers import acting_forces, constraint_forces
 from femflex.system import Channel, LengthTable, System
 from femflex.system.variation import COLUMNS, Block
 
@@ -50,7 +50,7 @@ if TYPE_CHECKING:
 
 
 def variation_channels(system: System) -> dict[str, Channel]:
-    """Path, unit and meaning of what bodies that vary report; nothing for a system without any."""
+    """Return path, unit and meaning of the channels of varying bodies; none for a system without any."""
     out = {}
     for name in varying_names(system):
         out[f"bodies/{name}/mass"] = Channel("kg", f"mass of {name}")
@@ -70,7 +70,7 @@ def varying_names(system: System) -> list[str]:
     return [name for name in system.order if name in system.varying]
 
 
-def observe_variations(model: Model, times: Array, states: Array, seen: Mapping[str, Array]) -> dict[str, Array]:
+def observe_variations(model: Model, times: Array, states: Array, channels: Mapping[str, Array]) -> dict[str, Array]:
     """The channels of `variation_channels` at times (n_t,) and states (n_t, n_x).
 
     seen: channels of bodies, markers, loads and effectors at these.
@@ -82,16 +82,16 @@ def observe_variations(model: Model, times: Array, states: Array, seen: Mapping[
     lengths = lengths_of(model.system)
     drums: dict[str, list[dict[str, Any]]] = {name: [] for name in lengths}
     for j, (t, x) in enumerate(zip(times, states, strict=True)):
-        gather(model, float(t), x)
+        gather_forces(model, float(t), x)
         for i, name in enumerate(names):
             k = 1 + model.system.order.index(name)
-            mass[j, i], power[j, i] = model.pool[int(body_records(model.table)[k]["mass"])], power_of(model, k)
+            mass[j, i], power[j, i] = model.pool[int(body_records(model.table)[k]["mass"])], change_power(model, k)
             if name in lengths:
                 length = length_at(model, name, t, x)
-                power[j, i] -= length[1] * worked(model, k)
-                row = drum_of(model, k, lengths[name], length, power[j, i])
-                attached = acting_forces(model, name, seen, j)
-                drums[name].append(row | sections_of(model, k, lengths[name], length, attached))
+                power[j, i] -= length[1] * external_work_per_length(model, k)
+                row = drum_report(model, k, lengths[name], length, power[j, i])
+                attached = acting_forces(model, name, channels, j)
+                drums[name].append(row | section_report(model, k, lengths[name], length, attached))
     out = {}
     for i, name in enumerate(names):
         out[f"bodies/{name}/mass"], out[f"bodies/{name}/power"] = mass[:, i], power[:, i]
@@ -112,42 +112,42 @@ def length_at(model: Model, name: str, t: float, x: Array) -> tuple[float, float
         return L, U, acceleration
     z, head = model.parts(x)[2], model.table[:N_HEADER].view(HEADER)[0]
     numbers = int(body_records(model.table)[1 + model.system.order.index(name)]["numbers"])
-    place, slot = int(model.pool[numbers + 8]), int(model.pool[numbers + 9])
-    return float(z[place]), float(z[place + 1]), float(model.work[int(head["z"]) + slot])
+    position, slot = int(model.pool[numbers + 8]), int(model.pool[numbers + 9])
+    return float(z[position]), float(z[position + 1]), float(model.work[int(head["z"]) + slot])
 
 
-def drum_of(
+def drum_report(
     model: Model, k: int, table: LengthTable, at_length: tuple[float, float, float], power: float
 ) -> dict[str, float]:
-    """What the drum of body record k reports, at the state that was gathered last: the channels of `drum_channels`."""
+    """Return the channels (`drum_channels`) of the drum of body record k, at the state that was gathered last."""
     records, work = body_records(model.table), model.work
     b, motion = records[k], body_motion(model, k)
     variation = model.system.varying[model.system.order[k - 1]]
-    at = Block(variation.whole or model.system.bodies[model.system.order[k - 1]], variation.varies)
+    layout = Block(variation.whole or model.system.bodies[model.system.order[k - 1]], variation.varies)
     length, rate, acceleration = at_length
     unit = unit_pool(model, b, table)
-    carried = sum(
+    marker_force = sum(
         (
-            carried_power(child, b, unit, work, motion)
+            joint_power_at_P(child, b, unit, work, motion)
             for child in records[k + 1 :]
             if child["parent"] == k and child["bends"] >= VARIES
         ),
         0.0,
     )
     if b["own_bends"] >= VARIES:
-        carried += bearing_power(b, unit, work, motion)
-    carried -= worked(model, k)
-    return drum_row(b, at, table, unit, motion, (length, rate, acceleration), carried, variation.acting, power)
+        marker_force += joint_power_at_Q(b, unit, work, motion)
+    marker_force -= external_work_per_length(model, k)
+    return drum_row(b, layout, table, unit, motion, (length, rate, acceleration), marker_force, variation.acting, power)
 
 
-def sections_of(
+def section_report(
     model: Model,
     k: int,
     table: LengthTable,
     at_length: tuple[float, float, float],
     acting: Sequence[tuple[str, Array]],
 ) -> dict[str, Array]:
-    """What the sections of body record k report, at the state that was gathered last.
+    """Return the forces in the sections of body record k, at the state that was gathered last.
 
     acting: marker and force (3,) of loads, springs and effectors on the body, body components.
     """
@@ -156,38 +156,38 @@ def sections_of(
     records = body_records(model.table)
     attached = [(marker, -force) for marker, force in acting]
     attached += [(marker, -force) for marker, _, force, _ in constraint_forces(model, k)]
-    for child, other in zip(records[k + 1 :], model.system.order[k:], strict=True):
+    for child, child_name in zip(records[k + 1 :], model.system.order[k:], strict=True):
         if child["parent"] == k:
-            w, joint = int(child["work"]), model.system.joint_of(other)
+            w, joint = int(child["work"]), model.system.joint_of(child_name)
             C = model.work[w + W_CIP : w + W_CIP + 12].reshape(3, 4)[:, :3]  # parent to child components
             attached.append((joint.parent_marker, C.T @ model.work[w + W_P : w + W_P + 3]))
-    motion, whole = body_motion(model, k), model.system.varying[model.system.order[k - 1]].whole
-    if whole is not None:  # a body without its shapes, whose sections are those of the body that has them
-        still = np.zeros(1 + whole.n_shapes)
-        motion = replace(motion, y=np.eye(1, len(still))[0], dy=still, ddy=still)
+    motion, with_shapes = body_motion(model, k), model.system.varying[model.system.order[k - 1]].whole
+    if with_shapes is not None:  # a body without its shapes, whose sections are those of the body that has them
+        zeros = np.zeros(1 + with_shapes.n_shapes)
+        motion = replace(motion, y=np.eye(1, len(zeros))[0], dy=zeros, ddy=zeros)
     return table.sections.report(at_length, motion, attached)
 
 
-def gather(model: Model, t: float, x: Array) -> None:
-    """Leave in the work array how everything moves at the state x (n_x,), and what joints carry."""
+def gather_forces(model: Model, t: float, x: Array) -> None:
+    """Leave in the work array the motion of all bodies at the state x (n_x,), and the forces in joints."""
     n_q, udot = model.n_q, model.parts(model.state_rate(t, x))[1]
     q, u = np.ascontiguousarray(x[:n_q], float), np.ascontiguousarray(x[n_q:], float)
     for name, table in lengths_of(model.system).items():
         b = body_records(model.table)[1 + model.system.order.index(name)]
         unit = int(b["unit"])
         model.pool[unit - WORKED] = 0.0
-        model.pool[unit : unit + table.size] = table.at(length_at(model, name, t, x)[0], 1.0)
+        model.pool[unit : unit + table.size] = table.block_at(length_at(model, name, t, x)[0], 1.0)
     if model.constraints is None or model.reduced:
-        residual(t, q, u, udot.copy(), np.empty(model.n_u), *model.workspace.own)
+        residual(t, q, u, udot.copy(), np.empty(model.n_u), *model.workspace.arrays)
         return
-    model.second_order.residual(t, q, u, udot.copy(), np.empty(model.n_u), *model.workspace.own)
+    model.second_order.residual(t, q, u, udot.copy(), np.empty(model.n_u), *model.workspace.arrays)
     for name, table in lengths_of(model.system).items():
         k = 1 + model.system.order.index(name)
         b, motion = body_records(model.table)[k], body_motion(model, k)
         pool = unit_pool(model, b, table)
         for _, rows, force, torque in constraint_forces(model, k, moving=True):
-            at = marker_place(b, rows, pool, motion)
-            model.pool[int(b["unit"]) - WORKED] += marker_power(b, rows, pool, motion, force, torque, at)
+            arm = marker_position(b, rows, pool, motion)
+            model.pool[int(b["unit"]) - WORKED] += marker_power(b, rows, pool, motion, force, torque, arm)
 
 
 def unit_pool(model: Model, b: np.void, table: LengthTable) -> Array:
@@ -197,50 +197,52 @@ def unit_pool(model: Model, b: np.void, table: LengthTable) -> Array:
     return unit
 
 
-def marker_place(b: np.void, rows: tuple[int, int, int], pool: Array, motion: BodyMotion) -> Array:
+def marker_position(b: np.void, rows: tuple[int, int, int], pool: Array, motion: BodyMotion) -> Array:
     """Place of a marker from the body's origin (3,) [m], body components."""
     n, wide = int(b["n_shapes"]), int(b["wide"])
     phi = pool[rows[1] : rows[1] + 3 * wide].reshape(3, wide)[:, :n]
     return np.asarray(pool[rows[0] : rows[0] + 3] + phi @ motion.y[1:])
 
 
-def worked(model: Model, k: int) -> float:
-    """Force along the length of body record k by what acts at its markers and on its points of mass, less joints [N].
+def external_work_per_length(model: Model, k: int) -> float:
+    """Return the force along the length of body record k by forces at its markers and mass points, less joints [N].
 
     At the state that was gathered last.
     """
     return float(model.pool[int(body_records(model.table)[k]["unit"]) - WORKED])
 
 
-def power_of(model: Model, k: int) -> float:
+def change_power(model: Model, k: int) -> float:
     """Power of the change of body record k [W], at the state that was gathered last."""
     records, pool, work = body_records(model.table), model.pool, model.work
     b, name = records[k], model.system.order[k - 1]
     variation = model.system.varying[name]
-    at = Block(variation.whole or model.system.bodies[name], variation.varies)
+    layout = Block(variation.whole or model.system.bodies[name], variation.varies)
     parts, motion = variation.acting, body_motion(model, k)
     delta, block, total = motion.y[1:], int(b["block"]), 0.0
     if "flow" in parts:
         total += flow_power(b, pool, motion)
     if "growth" in parts:
-        power, mass, s = growth_power(block + at.growth, int(b["n_shapes"]), pool, motion)
+        power, mass, s = growth_power(block + layout.growth, int(b["n_shapes"]), pool, motion)
         w, g = int(b["work"]), model.system.environment.gravity
         total += power - float(g @ (mass * work[w + W_POS : w + W_POS + 3] + _C(work, w).T @ s))
     if "stiffness" in parts:
-        total += stiffness_power(block + at.stiffness_rate, block + at.f0_rate, int(b["n"]), pool, delta[: int(b["n"])])
+        total += stiffness_power(
+            block + layout.stiffness_rate, block + layout.f0_rate, int(b["n"]), pool, delta[: int(b["n"])]
+        )
     if "strain" in parts:
-        place = block + at.strain_rate
-        total += strain_power(place, int(b["n"]), int(b["n_blocks"]), COLUMNS, pool, delta[: int(b["n"])])
+        start = block + layout.strain_rate
+        total += strain_power(start, int(b["n"]), int(b["n_blocks"]), COLUMNS, pool, delta[: int(b["n"])])
     for child in records[k + 1 :]:
         if child["parent"] == k and child["bends"] >= VARIES:
-            total += carried_power(child, b, pool, work, motion)
+            total += joint_power_at_P(child, b, pool, work, motion)
     if b["own_bends"] >= VARIES:
-        total += bearing_power(b, pool, work, motion)
+        total += joint_power_at_Q(b, pool, work, motion)
     return total
 
 
 def body_motion(model: Model, k: int) -> BodyMotion:
-    """How a body moves, its acceleration less gravity, at the state that was gathered last."""
+    """Return the motion of a body, its acceleration less gravity, at the state that was gathered last."""
     b, work, pool = body_records(model.table)[k], model.work, model.pool
     w, n, n_shapes = int(b["work"]), int(b["n"]), int(b["n_shapes"])
     delta, ddelta = (work[int(b[key]) : int(b[key]) + n_shapes] for key in ("delta", "ddelta"))
@@ -269,38 +271,44 @@ def body_motion(model: Model, k: int) -> BodyMotion:
     return BodyMotion(velocity, a, omega, alpha, gradient, y, dy, ddy)
 
 
-def carried_power(child: np.void, parent: np.void, pool: Array, work: Array, motion: BodyMotion) -> float:
-    """Power of what a joint carries by the velocity that its marker P has of itself [W]."""
-    place, w = int(child["place"]), int(child["work"])
+def joint_power_at_P(child: np.void, parent: np.void, pool: Array, work: Array, motion: BodyMotion) -> float:
+    """Return the power of a joint's force on the velocity that its marker P has in the body [W]."""
+    marker, w = int(child["place"]), int(child["work"])
     C = work[w + W_CIP : w + W_CIP + 12].reshape(3, 4)[:, :3]  # parent to child components
     force, torque = C.T @ work[w + W_P : w + W_P + 3], C.T @ work[w + W_P + 4 : w + W_P + 7]
     rows = int(child["shape"]), int(child["spin"])
-    return marker_power(parent, (place, *rows), pool, motion, force, torque, work[w + W_R : w + W_R + 3])
+    return marker_power(parent, (marker, *rows), pool, motion, force, torque, work[w + W_R : w + W_R + 3])
 
 
-def bearing_power(b: np.void, pool: Array, work: Array, motion: BodyMotion) -> float:
+def joint_power_at_Q(b: np.void, pool: Array, work: Array, motion: BodyMotion) -> float:
     """Power of a body's joint by the velocity of its own marker Q in itself; subtracted [W]."""
     p, rows = int(b["work"]) + W_P, (int(b["own_place"]), int(b["own_shape"]), int(b["own_spin"]))
     return -marker_power(b, rows, pool, motion, work[p : p + 3], work[p + 4 : p + 7], np.zeros(3))
 
 
 def marker_power(
-    b: np.void, rows: tuple[int, int, int], pool: Array, motion: BodyMotion, force: Array, torque: Array, at: Array
+    b: np.void,
+    rows: tuple[int, int, int],
+    pool: Array,
+    motion: BodyMotion,
+    force: Array,
+    torque: Array,
+    arm_point: Array,
 ) -> float:
     """Power of a force and of a torque about the place `at`, by the velocity and rate that a marker has of itself.
 
     All in components of the body b; rows: where the marker's place, phi and psi stand in the pool.
     """
     n, wide, delta = int(b["n_shapes"]), int(b["wide"]), motion.y[1:]
-    place, shape, spin = rows
+    marker, shape, spin = rows
     phi, dphi, psi, dpsi = (
         pool[first : first + 3 * wide].reshape(3, wide)[:, :n]
         for start in (shape, spin)
         for first in (start, start + 3 * wide)
     )
-    velocity = pool[place + 16 : place + 19] + dphi @ delta
+    velocity = pool[marker + 16 : marker + 19] + dphi @ delta
     rate = _tangent(psi @ delta) @ (dpsi @ delta)
-    arm = at - (pool[place : place + 3] + phi @ delta)
+    arm = arm_point - (pool[marker : marker + 3] + phi @ delta)
     return float(force @ velocity + (torque + np.cross(arm, force)) @ rate)
 
 

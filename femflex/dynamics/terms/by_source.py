@@ -8,7 +8,7 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.dynamics.force_terms import force_terms
-from femflex.dynamics.joints.held_places import held_places
+from femflex.dynamics.joints.prescribed_coordinates import prescribed_places
 from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.terms.equation_terms import EQUATION_TERMS
 from femflex.dynamics.terms.ledger import ledger
@@ -31,22 +31,22 @@ def terms(model: Model, times: Array, states: Array) -> dict[str, Array]:
 
     times (n_t,) [s], states (n_t, n_x); udot is the model's own. Row k is the generalised force on the coordinate with
     quasi-velocity u_k (units as in `force_units`). The names are those of `TERMS`, without what the system has not,
-    "drives/<freedom>" of held freedoms, those of force terms ("loads/<name>", "laws/<law>", "springs/<name>",
+    "drives/<freedom>" of prescribed freedoms, those of force terms ("loads/<name>", "laws/<law>", "springs/<name>",
     "effectors/<name>"), "loops/<name>" and "constraints/<name>"; -Q and -A^T lambda carry their minus. The terms sum
     to zero to rounding, row by row.
     """
     times, states, rates = _motion(model, times, states)
     out = _ledger_of_motion(model, times, states, rates)
-    rows = all_rows(model.system)
+    rows = ledger_rows(model.system)
     present = [name for name in term_names(model.system) if name not in model.omitted]
-    found = {name: out[:, rows.index(name)] for name in present}
+    rows_by_name = {name: out[:, rows.index(name)] for name in present}
     if model.constraints is not None:
-        found |= model.constraints.forces(times, states)
+        rows_by_name |= model.constraints.forces(times, states)
     if model.reduced or model.constraints is not None:  # what is left sets the forces that hold freedoms
-        rest = np.sum([row for name, row in found.items() if not name.startswith(DRIVES)], axis=0)
-        for joint, k, _, u in held_places(model.system):
-            found[DRIVES + joint.freedom_names()[k]][:, u] = -rest[:, u]
-    return found
+        remaining = np.sum([row for name, row in rows_by_name.items() if not name.startswith(DRIVES)], axis=0)
+        for joint, k, _, u in prescribed_places(model.system):
+            rows_by_name[DRIVES + joint.freedom_names()[k]][:, u] = -remaining[:, u]
+    return rows_by_name
 
 
 def inertia_by_source(model: Model, times: Array, states: Array) -> dict[str, Array]:
@@ -56,22 +56,22 @@ def inertia_by_source(model: Model, times: Array, states: Array) -> dict[str, Ar
     """
     times, states, rates = _motion(model, times, states)
     out = {}
-    for name, places in sources(model.system).items():
-        own = np.zeros_like(rates)
-        own[:, places] = rates[:, places]
-        out[INERTIA_OF + name] = _ledger(model, times, states, own)[:, 0]
+    for name, indices in velocity_slices(model.system).items():
+        udot = np.zeros_like(rates)
+        udot[:, indices] = rates[:, indices]
+        out[INERTIA_OF + name] = _ledger(model, times, states, udot)[:, 0]
     return out
 
 
-def sources(system: System) -> dict[str, slice]:
+def velocity_slices(system: System) -> dict[str, slice]:
     """Places in u of the joints that move, by label, and of the bodies' shapes, by name."""
-    found, at = {}, 0
+    slices, first = {}, 0
     for name in system.order:
         joint, n = system.joint_of(name), system.bodies[name].n_modes
-        found[joint.label] = slice(at, at + joint.n_u)
-        found[name] = slice(at + joint.n_u, at + joint.n_u + n)
-        at += joint.n_u + n
-    return {name: places for name, places in found.items() if places.stop > places.start}
+        slices[joint.label] = slice(first, first + joint.n_u)
+        slices[name] = slice(first + joint.n_u, first + joint.n_u + n)
+        first += joint.n_u + n
+    return {name: indices for name, indices in slices.items() if indices.stop > indices.start}
 
 
 def _motion(model: Model, times: Array, states: Array) -> tuple[Array, Array, Array]:
@@ -95,16 +95,16 @@ def _ledger_of_motion(model: Model, times: Array, states: Array, rates: Array) -
     """
     if not any(record["free_length"] for record in body_records(model.table)):
         return _ledger(model, times, states, rates)
-    found = []
+    parts = []
     for k, (t, x) in enumerate(zip(times, states, strict=True)):
         model.state_rate(t, x)
-        found.append(_ledger(model, times[k : k + 1], states[k : k + 1], rates[k : k + 1]))
-    return np.concatenate(found)
+        parts.append(_ledger(model, times[k : k + 1], states[k : k + 1], rates[k : k + 1]))
+    return np.concatenate(parts)
 
 
 def _ledger(model: Model, times: Array, states: Array, rates: Array) -> Array:
     """All rows of the ledger, (n_t, n_rows, n_u)."""
-    n_rows = len(all_rows(model.system))
+    n_rows = len(ledger_rows(model.system))
     out = np.empty((len(times), n_rows * model.n_u))
     ledger(times, states, rates, out, model.table, model.pool, model.work)
     return out.reshape(len(times), n_rows, model.n_u)
@@ -120,16 +120,16 @@ def linear_terms(model: Model, t: float, x: Array) -> tuple[Array, Array]:
     return (L + L.T) / 2, (L - L.T) / 2
 
 
-def all_rows(system: System) -> list[str]:
-    """Names of the ledger's rows for a system, also of those that are zero throughout."""
-    drives = (DRIVES + joint.freedom_names()[k] for joint, k, _, _ in held_places(system))
+def ledger_rows(system: System) -> list[str]:
+    """Return the names of the ledger's rows for a system, also of those that are zero throughout."""
+    drives = (DRIVES + joint.freedom_names()[k] for joint, k, _, _ in prescribed_places(system))
     return [*TERMS, *drives, *(name for term in force_terms() for name in term.names(system))]
 
 
 def term_names(system: System) -> list[str]:
     """Names of the terms that the system has, in the ledger's order."""
-    there = {term.name: term.present(system) for term in EQUATION_TERMS}
-    return [name for name in all_rows(system) if there.get(name, True)]
+    present = {term.name: term.present(system) for term in EQUATION_TERMS}
+    return [name for name in ledger_rows(system) if present.get(name, True)]
 
 
 def force_units(system: System) -> list[str]:

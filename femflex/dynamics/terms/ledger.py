@@ -1,4 +1,4 @@
-"""The terms of eq. (9) one by one, compiled: which source moves, holds or brakes each coordinate.
+"""Terms of eq. (9) one by one, compiled: the source that drives, holds or damps each coordinate.
 
 Every term is written as it stands on the left of M udot + h - Q = 0, so that all of them sum to zero. h splits by its
 degree in u (THEORY section 4), from inertia forces alone, at u, -u and 0; everything else is evaluated by itself, with
@@ -7,8 +7,8 @@ nothing else there to cancel against. Compiled apart from `rate`, and only at th
 The degree in u counts free coordinates alone: held ones move as specified throughout, and their sddot belongs to the
 specified motion.
 
-Rows (n_terms, n_u) lie flat; `spare` (SPARE n_u) is room for vectors (n_u,): a system at rest, what held freedoms do,
-and trial velocities.
+Rows (n_terms, n_u) lie flat; `spare` (SPARE n_u) is room for vectors (n_u,): a system at rest, motion of prescribed
+freedoms alone, and trial velocities.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ import numpy as np
 
 from femflex.arrays import Array, Table
 from femflex.dynamics.arithmetic.compiled import inner, kernel
-from femflex.dynamics.arithmetic.lanes import beyond, start
+from femflex.dynamics.arithmetic.lanes import offset, pointer
 from femflex.dynamics.arithmetic.symbols import types
-from femflex.dynamics.forces.system import clear
-from femflex.dynamics.joints.held import held_state
+from femflex.dynamics.forces.system import clear_forces
+from femflex.dynamics.joints.prescribed_motion import prescribed_state
 from femflex.dynamics.lowering.layout import ORBIT_NONE, header_of
+from femflex.dynamics.motion.auxiliary_states import copy_auxiliary_states
 from femflex.dynamics.motion.gathering import gather_residual
-from femflex.dynamics.motion.states import take_states
 from femflex.dynamics.terms.force_rows import (
     write_drive_rows,
     write_elastic_rows,
@@ -34,9 +34,9 @@ from femflex.dynamics.terms.force_rows import (
 from femflex.dynamics.terms.rows import (
     FREE_UDOT,
     GRADIENT,
-    HELD_U,
-    HELD_UDOT,
     INERTIA,
+    PRESCRIBED_U,
+    PRESCRIBED_UDOT,
     SPARE,
     WEIGHT,
     ZEROS,
@@ -49,16 +49,16 @@ LEDGER = types.void(_vector, _matrix, _matrix, _matrix, types.int64[::1], _vecto
 
 
 @inner
-def split_held(u: Array, udot: Array, spare: Array, table: Table, work: Array) -> None:
-    """Write into `spare` zeros, what held freedoms do by themselves, and the accelerations of the others."""
+def split_prescribed(u: Array, udot: Array, spare: Array, table: Table, work: Array) -> None:
+    """Write into `spare` zeros, the accelerations of prescribed freedoms alone, and those of the others."""
     head = header_of(table)
     n_u = head["n_u"]
     for k in range(n_u):
-        held = head["n_holds"] > 0 and work[head["flags"] + k] != 0.0
+        prescribed = head["n_holds"] > 0 and work[head["flags"] + k] != 0.0
         spare[ZEROS * n_u + k] = 0.0
-        spare[HELD_U * n_u + k] = u[k] if held else 0.0
-        spare[HELD_UDOT * n_u + k] = work[head["known"] + k] if held else 0.0
-        spare[FREE_UDOT * n_u + k] = 0.0 if held else udot[k]
+        spare[PRESCRIBED_U * n_u + k] = u[k] if prescribed else 0.0
+        spare[PRESCRIBED_UDOT * n_u + k] = work[head["known"] + k] if prescribed else 0.0
+        spare[FREE_UDOT * n_u + k] = 0.0 if prescribed else udot[k]
 
 
 @inner
@@ -70,10 +70,10 @@ def write_terms(
     n_u = head["n_u"]
     for k in range(n_rows(table) * n_u):
         rows[k] = 0.0
-    take_states(u, table, work)
+    copy_auxiliary_states(u, table, work)
     if head["n_holds"] > 0:
-        q, u = held_state(t, q, u, table, pool, work)
-    split_held(u, udot, spare, table, work)
+        q, u = prescribed_state(t, q, u, table, pool, work)
+    split_prescribed(u, udot, spare, table, work)
     if head["n_holds"] > 0:
         write_drive_rows(t, q, u, rows, spare, table, pool, work)
     if head["n_terms"] > 0:
@@ -81,12 +81,12 @@ def write_terms(
     write_velocity_rows(t, q, u, rows, spare, table, pool, work)
     write_elastic_rows(q, u, rows, table, pool, work)
     write_joint_rows(q, u, rows, spare, table, pool, work)
-    clear(table, work)
-    gather_residual(beyond(spare, FREE_UDOT * n_u), beyond(rows, INERTIA * n_u), table, pool, work)
+    clear_forces(table, work)
+    gather_residual(offset(spare, FREE_UDOT * n_u), offset(rows, INERTIA * n_u), table, pool, work)
     if head["orbit"] != ORBIT_NONE:
-        write_gravity_row(spare, beyond(rows, GRADIENT * n_u), table, pool, work)
+        write_gravity_row(spare, offset(rows, GRADIENT * n_u), table, pool, work)
     if head["weighs"]:
-        write_gravity_row(spare, beyond(rows, WEIGHT * n_u), table, pool, work)
+        write_gravity_row(spare, offset(rows, WEIGHT * n_u), table, pool, work)
     if head["n_holds"] > 0 or head["n_varying"] > 0:
         split_moving_mass(t, q, u, rows, spare, table, pool, work)
 
@@ -95,15 +95,15 @@ def write_terms(
 def write_rows_of_run(
     times: Array, states: Array, rates: Array, out: Array, spare: Array, table: Table, pool: Array, work: Array
 ) -> None:
-    """Rows of every instant of a run; what `spare` points to is held by the caller."""
+    """Write the rows of every instant of a run; the caller owns the memory behind `spare`."""
     for j in range(len(times)):
-        q = start(states[j])
-        u = beyond(q, header_of(table)["n_q"])
-        write_terms(times[j], q, u, start(rates[j]), start(out[j]), start(spare), table, pool, work)
+        q = pointer(states[j])
+        u = offset(q, header_of(table)["n_q"])
+        write_terms(times[j], q, u, pointer(rates[j]), pointer(out[j]), pointer(spare), table, pool, work)
 
 
 @kernel(LEDGER)
 def ledger(times: Array, states: Array, rates: Array, out: Array, table: Table, pool: Array, work: Array) -> None:
     """out (n_t, n_terms n_u): all terms at times (n_t,), states (n_t, n_x) and accelerations (n_t, n_u)."""
     spare = np.zeros(SPARE * rates.shape[1])
-    write_rows_of_run(times, states, rates, out, spare, start(table), start(pool), start(work))
+    write_rows_of_run(times, states, rates, out, spare, pointer(table), pointer(pool), pointer(work))

@@ -1,4 +1,4 @@
-"""Channels of joints whose freedoms are held: their motion as it is prescribed, and what it needs."""
+"""Channels of joints with prescribed freedoms: their prescribed motion, and the force or torque that it needs."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.joints.held_places import held_freedoms, held_places, specified_states
-from femflex.dynamics.reports.drives import observe_drives
+from femflex.dynamics.joints.prescribed_coordinates import prescribed_freedoms, prescribed_places, prescribed_states
+from femflex.dynamics.reports.prescribing_forces import observe_prescribing_forces
 from femflex.dynamics.terms.by_source import DRIVES, terms
 from femflex.system import Channel, System
 
@@ -19,14 +19,14 @@ if TYPE_CHECKING:
 FORCES = {"m/s": "N", "rad/s": "N m"}
 
 
-def held_channels(system: System) -> dict[str, Channel]:
-    """Path, unit and meaning of what joints with held freedoms report; nothing for a system without any."""
+def prescribed_motion_channels(system: System) -> dict[str, Channel]:
+    """Return path, unit and meaning of the channels of joints with prescribed freedoms, if there are any."""
     out = {}
     for joint in (system.joint_of(name) for name in system.order):
-        held = held_freedoms(joint)
-        if held:
-            names = [joint.freedom_names()[k] for k in held]
-            units = [FORCES[joint.velocity_names()[k][1]] for k in held]
+        prescribed = prescribed_freedoms(joint)
+        if prescribed:
+            names = [joint.freedom_names()[k] for k in prescribed]
+            units = [FORCES[joint.velocity_names()[k][1]] for k in prescribed]
             short = tuple(name.removeprefix(joint.label + ".") for name in names)
             out[f"joints/{joint.label}/drive"] = Channel(
                 ", ".join(dict.fromkeys(units)),
@@ -39,24 +39,24 @@ def held_channels(system: System) -> dict[str, Channel]:
     return out
 
 
-def drives(model: Model, times: Array, states: Array) -> Array:
-    """Generalised forces (n_t, n_u) that hold the held freedoms [N, N m]; zero on the others."""
+def prescribing_forces(model: Model, times: Array, states: Array) -> Array:
+    """Return the generalised forces (n_t, n_u) of prescribed freedoms [N, N m]; zero for the others."""
     if model.reduced or model.constraints is not None:
-        found = [row for name, row in terms(model, times, states).items() if name.startswith(DRIVES)]
-        return -sum(found, np.zeros((len(times), model.n_u)))
+        rows = [row for name, row in terms(model, times, states).items() if name.startswith(DRIVES)]
+        return -sum(rows, np.zeros((len(times), model.n_u)))
     out = np.empty((len(times), model.n_u))
-    observe_drives(times, states, out, model.table, model.pool, model.work)
+    observe_prescribing_forces(times, states, out, model.table, model.pool, model.work)
     return out
 
 
-def observe_held(model: Model, times: Array, states: Array) -> dict[str, Array]:
-    """The channels of `held_channels` at times (n_t,) and states (n_t, n_x)."""
-    places = held_places(model.system)
-    if not places:
+def observe_prescribed_motion(model: Model, times: Array, states: Array) -> dict[str, Array]:
+    """Return the channels of `prescribed_motion_channels` at times (n_t,) and states (n_t, n_x)."""
+    prescribed = prescribed_places(model.system)
+    if not prescribed:
         return {}
-    found = drives(model, times, states)
+    forces = prescribing_forces(model, times, states)
     out: dict[str, Array] = {}
-    for joint in dict.fromkeys(joint for joint, *_ in places):
-        out[f"joints/{joint.label}/drive"] = found[:, [u for other, _, _, u in places if other is joint]]
-    out["monitors/drive_power"] = np.sum(found * model.parts(specified_states(model, times, states))[1], axis=1)
+    for joint in dict.fromkeys(joint for joint, *_ in prescribed):
+        out[f"joints/{joint.label}/drive"] = forces[:, [u for owner, _, _, u in prescribed if owner is joint]]
+    out["monitors/drive_power"] = np.sum(forces * model.parts(prescribed_states(model, times, states))[1], axis=1)
     return out

@@ -9,27 +9,27 @@ import numpy as np
 
 from femflex.arrays import Array, Table
 from femflex.dynamics.arithmetic.compiled import inner, kernel
-from femflex.dynamics.arithmetic.lanes import beyond, start
+from femflex.dynamics.arithmetic.lanes import offset, pointer
 from femflex.dynamics.joints.coordinates import coordinate_rates
-from femflex.dynamics.joints.held import held_state, hold_rows
+from femflex.dynamics.joints.prescribed_motion import prescribed_state, write_prescribed_rows
 from femflex.dynamics.lowering.layout import body_of, header_of
+from femflex.dynamics.motion.auxiliary_states import write_auxiliary_rates
 from femflex.dynamics.motion.equations import RATE
 from femflex.dynamics.motion.gathering import write_solution
 from femflex.dynamics.motion.second_order import RESIDUAL
-from femflex.dynamics.motion.states import write_state_rates
 from femflex.dynamics.terms.ledger import write_terms
-from femflex.dynamics.terms.rows import HELD_UDOT, SPARE, n_rows
+from femflex.dynamics.terms.rows import PRESCRIBED_UDOT, SPARE, n_rows
 
 
 @inner
 def write_reduced(
-    t: float, q: Array, u: Array, udot: Array, out: Array, room: Array, table: Table, pool: Array, work: Array
+    t: float, q: Array, u: Array, udot: Array, out: Array, scratch: Array, table: Table, pool: Array, work: Array
 ) -> None:
     """out = the sum of the terms that the header's `kept` leaves; room (SPARE + n_terms, n_u) holds spare and rows."""
     head = header_of(table)
     n_u = head["n_u"]
-    rows = beyond(room, SPARE * n_u)
-    write_terms(t, q, u, udot, rows, start(room), table, pool, work)
+    rows = offset(scratch, SPARE * n_u)
+    write_terms(t, q, u, udot, rows, pointer(scratch), table, pool, work)
     for k in range(n_u):
         out[k] = 0.0
     for i in range(n_rows(table)):
@@ -37,7 +37,7 @@ def write_reduced(
             for k in range(n_u):
                 out[k] += rows[i * n_u + k]
     if head["n_holds"] > 0:
-        hold_rows(udot, out, table, work)
+        write_prescribed_rows(udot, out, table, work)
 
 
 @kernel(RESIDUAL)
@@ -45,37 +45,41 @@ def reduced_residual(
     t: float, q: Array, u: Array, udot: Array, out: Array, table: Table, pool: Array, work: Array
 ) -> None:
     """out = M udot + h - Q with the terms that the header's `kept` leaves."""
-    records = start(table)
-    room = np.zeros((SPARE + n_rows(records)) * header_of(records)["n_u"])
-    write_reduced(t, start(q), start(u), start(udot), start(out), room, records, start(pool), start(work))
+    records = pointer(table)
+    scratch = np.zeros((SPARE + n_rows(records)) * header_of(records)["n_u"])
+    write_reduced(
+        t, pointer(q), pointer(u), pointer(udot), pointer(out), scratch, records, pointer(pool), pointer(work)
+    )
 
 
 @inner
 def write_reduced_rate(
-    t: float, x: Array, dx: Array, room: Array, bias: Array, table: Table, pool: Array, work: Array
+    t: float, x: Array, dx: Array, scratch: Array, bias: Array, table: Table, pool: Array, work: Array
 ) -> None:
     """dx/dt from the terms that are left; room (SPARE + n_terms, n_u) begins with zeros.
 
     bias (n_u + n_z,): room for -(h - Q), z behind it.
     """
     head = header_of(table)
-    q, u, dq, udot, force = x, beyond(x, head["n_q"]), dx, beyond(dx, head["n_q"]), start(bias)
-    write_reduced(t, q, u, start(room), force, room, table, pool, work)
+    q, u, dq, udot, force = x, offset(x, head["n_q"]), dx, offset(dx, head["n_q"]), pointer(bias)
+    write_reduced(t, q, u, pointer(scratch), force, scratch, table, pool, work)
     n_u = head["n_u"]
     for k in range(n_u):
         force[k] = -force[k]
     for k in range(n_u, n_u + head["n_z"]):
         force[k] = u[k]
-    known = beyond(room, HELD_UDOT * n_u)  # they stand in the specified motion, not in the accelerations solved for
+    known_rates = offset(
+        scratch, PRESCRIBED_UDOT * n_u
+    )  # they stand in the specified motion, not in the accelerations solved for
     if head["n_holds"] > 0:
         for k in range(n_u):
-            force[k] = force[k] - known[k]
+            force[k] = force[k] - known_rates[k]
     write_solution(t, q, force, udot, 1.0, 0.0, 0.0, table, pool, work)
     if head["n_holds"] > 0:
         for k in range(n_u):
-            udot[k] = udot[k] + known[k]
-        q, u = held_state(t, q, u, table, pool, work)
-    write_state_rates(beyond(udot, n_u), table, work)
+            udot[k] = udot[k] + known_rates[k]
+        q, u = prescribed_state(t, q, u, table, pool, work)
+    write_auxiliary_rates(offset(udot, n_u), table, work)
     for i in range(1, head["n_bodies"]):
         coordinate_rates(body_of(table, i), q, u, dq, pool)
 
@@ -83,7 +87,7 @@ def write_reduced_rate(
 @kernel(RATE)
 def reduced_rate(t: float, x: Array, dx: Array, table: Table, pool: Array, work: Array) -> None:
     """dx/dt of a model from which terms have been left out; some three to five times the cost of `rate`."""
-    records = start(table)
+    records = pointer(table)
     n_u, n_z = header_of(records)["n_u"], header_of(records)["n_z"]
-    room, bias = np.zeros((SPARE + n_rows(records)) * n_u), np.empty(n_u + n_z)
-    write_reduced_rate(t, start(x), start(dx), room, bias, records, start(pool), start(work))
+    scratch_rows, bias = np.zeros((SPARE + n_rows(records)) * n_u), np.empty(n_u + n_z)
+    write_reduced_rate(t, pointer(x), pointer(dx), scratch_rows, bias, records, pointer(pool), pointer(work))

@@ -9,13 +9,13 @@ import numpy as np
 
 from femflex.arrays import Array, Table
 from femflex.dynamics.arithmetic.compiled import kernel
-from femflex.dynamics.arithmetic.lanes import beyond, start
-from femflex.dynamics.joints.held import held_state
+from femflex.dynamics.arithmetic.lanes import offset, pointer
+from femflex.dynamics.joints.prescribed_motion import prescribed_state
+from femflex.dynamics.lowering.constraint_layout import closing_of
 from femflex.dynamics.lowering.layout import header_of
-from femflex.dynamics.lowering.tie_layout import closing_of
+from femflex.dynamics.motion.auxiliary_states import copy_auxiliary_states, correct_auxiliary_states
 from femflex.dynamics.motion.residual import solve
 from femflex.dynamics.motion.second_order import CORRECT
-from femflex.dynamics.motion.states import correct_states, take_states
 from femflex.dynamics.terms.reduced import reduced_residual
 from femflex.dynamics.terms.reduced_constraints import constrain_freely
 
@@ -33,11 +33,11 @@ def reduced_correct(
     pool: Array,
     work: Array,
 ) -> None:
-    """out = what Newton's method adds to udot with the terms that `kept` leaves (see `motion.correction`).
+    """Write Newton's correction of udot to out, with the terms that `kept` leaves (see `motion.correction`).
 
     With constraints the accelerations are then corrected until they satisfy every row. The states' part follows.
     """
-    records, scratch = start(table), start(work)
+    records, scratch = pointer(table), pointer(work)
     head = header_of(records)
     force = np.empty(len(u))
     reduced_residual(t, q, u, udot, force, table, pool, work)
@@ -47,13 +47,13 @@ def reduced_correct(
     if closing_of(records)["n_constraints"] > 0:
         for k in range(head["n_u"]):
             out[k] += udot[k]
-        constrain_freely(t, start(q), start(u), start(out), c_d, c_k, records, start(pool), scratch)
+        constrain_freely(t, pointer(q), pointer(u), pointer(out), c_d, c_k, records, pointer(pool), scratch)
         for k in range(head["n_u"]):
             out[k] -= udot[k]
     if head["n_z"] > 0:
-        x, v, numbers, step = start(q), start(u), start(pool), start(out)
-        take_states(v, records, scratch)
+        x, v, numbers, step = pointer(q), pointer(u), pointer(pool), pointer(out)
+        copy_auxiliary_states(v, records, scratch)
         if head["n_holds"] > 0:
-            x, v = held_state(t, x, v, records, numbers, scratch)
-        given = beyond(start(udot), head["n_u"])
-        correct_states(t, x, v, step, given, c_d, beyond(step, head["n_u"]), records, numbers, scratch)
+            x, v = prescribed_state(t, x, v, records, numbers, scratch)
+        zdot = offset(pointer(udot), head["n_u"])
+        correct_auxiliary_states(t, x, v, step, zdot, c_d, offset(step, head["n_u"]), records, numbers, scratch)

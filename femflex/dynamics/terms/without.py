@@ -17,7 +17,7 @@ from femflex.dynamics.terms.by_source import (
     DRIVES,
     SWITCHED,
     TERMS,
-    all_rows,
+    ledger_rows,
     term_names,
 )
 from femflex.dynamics.terms.equation_terms import BY_NAME
@@ -37,7 +37,7 @@ LOOPS, CONSTRAINTS, VARYING = "loops/", "constraints/", "varying/"
 SHORT = {"K1": "elastic", "K2": "elastic_K2", "K3": "elastic_K3"}
 
 
-def with_linear_strain(body: FlexibleBody, varies: bool = False) -> FlexibleBody:
+def linearised_body(body: FlexibleBody, varies: bool = False) -> FlexibleBody:
     """The body to first order: no cubic and quartic strain, and nothing that follows its bending.
 
     varies: a function writes all of its shapes, so that those that follow are kept, and do not move.
@@ -48,66 +48,68 @@ def with_linear_strain(body: FlexibleBody, varies: bool = False) -> FlexibleBody
     return replace(body, strain=linear, markers=markers)
 
 
-def bends_nonlinearly(body: FlexibleBody) -> bool:
+def has_nonlinear_strain(body: FlexibleBody) -> bool:
     """Whether a body's strain is of more than first order, or shapes follow its bending."""
     return not body.strain.is_linear or bool(body.slaves.any())
 
 
-def switchable(model: Model) -> list[str]:
+def switchable_names(model: Model) -> list[str]:
     """Everything that can be switched off in the model."""
     system = model.system
     flexible = [name for name in system.order if system.bodies[name].n_modes]
     pieces = {piece for parts in system.segments.values() for piece in parts}
     flexible = [*(name for name in flexible if name not in pieces), *system.segments]
-    held = [f"{term.folder}/{item}" for term in force_terms() for item in term.fixed(system)]
-    fixed = ("inertia", *held, *(name for name in term_names(system) if name.startswith(DRIVES)))
+    fixed_items = [f"{term.folder}/{item}" for term in force_terms() for item in term.fixed(system)]
+    fixed = ("inertia", *fixed_items, *(name for name in term_names(system) if name.startswith(DRIVES)))
     names = [name for name in term_names(system) if name not in fixed and name not in model.omitted]
     if model.constraints is not None:
         names += model.constraints.paths
     names += [f"{term.folder}/{item}" for term in force_terms() for item in term.others(system)]
     names = [name for name in names if name not in model.omitted]
-    if NONLINEAR not in model.omitted and any(bends_nonlinearly(body) for body in system.bodies.values()):
+    if NONLINEAR not in model.omitted and any(has_nonlinear_strain(body) for body in system.bodies.values()):
         names.append(NONLINEAR)
     names += [VARYING + name for name in system.varying]
     return [*names, *([FLEXIBILITY] if flexible else []), *(f"{FLEXIBILITY}/{name}" for name in flexible)]
 
 
-def resolved(model: Model, name: str) -> str:
-    """The full name of something that can be switched off; a load may go by its own name alone, stiffness by K1."""
-    known = switchable(model)
+def resolve_name(model: Model, name: str) -> str:
+    """Return the full name of a part that can be switched off; a load may be named alone, stiffness as K1."""
+    names = switchable_names(model)
     name = SHORT.get(name, name)
     for full in (name, *(folder + name for folder in folders())):
-        if full in known:
+        if full in names:
             return full
     if name == "inertia":
-        why = "'inertia' cannot be switched off: without it there is no motion to solve for."
+        reason = "'inertia' cannot be switched off: without it there is no motion to solve for."
     elif name.startswith(DRIVES):
-        why = f"{name!r} cannot be switched off: it is the force that the prescribed motion requires."
+        reason = f"{name!r} cannot be switched off: it is the force that the prescribed motion requires."
     elif name in model.omitted:
-        why = f"{name!r} is switched off already."
+        reason = f"{name!r} is switched off already."
     else:
         absent = name in TERMS or name in (FLEXIBILITY, NONLINEAR)
-        why = "cannot be switched off: this system has none" if absent else "is not something that can be switched off"
-        near = nearest(name, known)
-        why = f"{name!r} {why}" + (f"; did you mean {near!r}?" if near else ".")
+        reason = (
+            "cannot be switched off: this system has none" if absent else "is not something that can be switched off"
+        )
+        match = closest_name(name, names)
+        reason = f"{name!r} {reason}" + (f"; did you mean {match!r}?" if match else ".")
     raise ValueError(
-        f"{why} Known here are {', '.join(known)}." if known else f"{why} Nothing can be switched off here."
+        f"{reason} Known here are {', '.join(names)}." if names else f"{reason} Nothing can be switched off here."
     )
 
 
 def folders() -> tuple[str, ...]:
-    """First parts of the names of what may go by its own name alone."""
+    """Return the first parts of the names of items that may be named alone."""
     return (*(f"{term.folder}/" for term in force_terms()), LOOPS, CONSTRAINTS, VARYING)
 
 
-def nearest(name: str, known: list[str]) -> str:
+def closest_name(name: str, known_names: list[str]) -> str:
     """The known name that is meant by another one, in full where its last part alone would not do; "" for none."""
-    short = {full.partition("/")[2]: full for full in known if "/" in full}
-    near = get_close_matches(name, [*known, *short], n=1)
-    return short.get(near[0], near[0]) if near else ""
+    short = {full.partition("/")[2]: full for full in known_names if "/" in full}
+    matches = get_close_matches(name, [*known_names, *short], n=1)
+    return short.get(matches[0], matches[0]) if matches else ""
 
 
-def changed(system: System, name: str) -> System:
+def without_named(system: System, name: str) -> System:
     """The system without the thing; itself where the compiled equations leave it out."""
     if name in BY_NAME:
         change = BY_NAME[name].without
@@ -115,65 +117,65 @@ def changed(system: System, name: str) -> System:
     if name == NONLINEAR:
         return replace(
             system,
-            bodies={key: with_linear_strain(body, key in system.varying) for key, body in system.bodies.items()},
-            varying={key: variation.without("strain") for key, variation in system.varying.items()},
+            bodies={key: linearised_body(body, key in system.varying) for key, body in system.bodies.items()},
+            varying={key: variation.with_frozen("strain") for key, variation in system.varying.items()},
         )
     if name.startswith(VARYING):
         return replace(system, varying={key: v for key, v in system.varying.items() if VARYING + key != name})
     for term in force_terms():
         if name.startswith(f"{term.folder}/"):
-            return term.without(system, name.removeprefix(f"{term.folder}/"))
+            return term.without_item(system, name.removeprefix(f"{term.folder}/"))
     if name.startswith(LOOPS):
         return replace(system, loops=tuple(loop for loop in system.loops if LOOPS + loop.label != name))
     if name.startswith(CONSTRAINTS):
         return replace(system, constraints=tuple(c for c in system.constraints if CONSTRAINTS + c.name != name))
     if name.partition("/")[0] == FLEXIBILITY:
         body = name.partition("/")[2]
-        return stiffened(system, set(system.segments.get(body, (body,))) if body else set(system.bodies))
+        return with_rigid_bodies(system, set(system.segments.get(body, (body,))) if body else set(system.bodies))
     return system
 
 
-def stiffened(system: System, names: set[str]) -> System:
-    """The system with those bodies rigid in their undeformed shape."""
+def with_rigid_bodies(system: System, names: set[str]) -> System:
+    """Return the system with those bodies rigid in their undeformed shape."""
     return replace(
         system,
-        bodies={name: rigid(body) if name in names else body for name, body in system.bodies.items()},
-        varying={key: v.stiffened(system.bodies[key]) if key in names else v for key, v in system.varying.items()},
+        bodies={name: rigid_copy(body) if name in names else body for name, body in system.bodies.items()},
+        varying={key: v.for_rigid_body(system.bodies[key]) if key in names else v for key, v in system.varying.items()},
         delta0={name: value for name, value in system.delta0.items() if name not in names},
         ddelta0={name: value for name, value in system.ddelta0.items() if name not in names},
     )
 
 
 def without_reactions(system: System, omitted: tuple[str, ...]) -> System:
-    """The system without reports of what joints carry, where terms are left out of the equations they follow from."""
-    struck = [name for name in omitted if name in SWITCHED]
-    if not (system.reactions and struck):
+    """Return the system without reactions of joints, where terms are left out of the equations they follow from."""
+    terms_left_out = [name for name in omitted if name in SWITCHED]
+    if not (system.reactions and terms_left_out):
         return system
     warnings.warn(
-        f"forces in joints are left out of the run: they are those of the full equations, and {', '.join(struck)} is "
-        "switched off",
+        "forces in joints are left out of the run: they are those of the full equations, and "
+        f"{', '.join(terms_left_out)} is switched off",
         PhysicsWarning,
         stacklevel=3,
     )
     return replace(system, reactions=False)
 
 
-def rigid(body: FlexibleBody) -> FlexibleBody:
+def rigid_copy(body: FlexibleBody) -> FlexibleBody:
     """The body without its shapes, and so without any stiffness that its strain could leave out."""
     return replace(body.without_slaves().truncated(0), damping=np.zeros((0, 0)), foreshortening=None)
 
 
-def reduced(model: Model, omitted: tuple[str, ...]) -> Model:
-    """The model with the compiled equations that leave these terms out, where they are what does so."""
-    rows = all_rows(model.system)
+def with_reduced_equations(model: Model, omitted: tuple[str, ...]) -> Model:
+    """Return the model with the compiled equations without these terms, where these leave them out."""
+    rows = ledger_rows(model.system)
     if not any(name in SWITCHED for name in omitted):
         return replace(model, omitted=omitted)
-    kept = [0.0 if name in SWITCHED and name in omitted else 1.0 for name in rows]
-    own, table = model.workspace, model.table.copy()
-    numbers = aligned(len(own.numbers) + len(kept))
-    numbers[:] = np.concatenate([own.numbers, kept])
-    table[:N_HEADER].view(HEADER)[0]["kept"] = len(own.numbers)
-    workspace = Workspace(table, numbers, own.n_work, own.varies)
+    weights = [0.0 if name in SWITCHED and name in omitted else 1.0 for name in rows]
+    original, table = model.workspace, model.table.copy()
+    numbers = aligned(len(original.numbers) + len(weights))
+    numbers[:] = np.concatenate([original.numbers, weights])
+    table[:N_HEADER].view(HEADER)[0]["kept"] = len(original.numbers)
+    workspace = Workspace(table, numbers, original.n_work, original.varies)
     model = replace(model, workspace=workspace, omitted=omitted)
     if model.constraints is None:
         return replace(model, rate=reduced_rate)

@@ -48,7 +48,7 @@ def beam_strains(beam: UniformBeam, functions: BeamFunctions, X: Array, followin
     and what an inextensible beam's curvature has at fourth order comes in whole, in place of u'v'' and u'w'' in the
     curvatures: right for a beam of any stiffness along its axis.
     """
-    xi, weight = gauss(2 * functions.most + 24)
+    xi, weight = gauss(2 * functions.max_count + 24)
     value, slope, curvature = (functions.fields(xi, beam.length, derivative) @ X for derivative in range(3))
     polar = float(np.hypot(beam.ry, beam.rz)) or 1.0
     slope[:, 3] *= polar

@@ -153,7 +153,7 @@ class BeamFunctions:
         return self.y + self.z + self.axial + self.torsion
 
     @property
-    def most(self) -> int:
+    def max_count(self) -> int:
         """The largest number of functions of one field."""
         return max(self.y, self.z, self.axial, self.torsion, self.followers)
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from femflex.arrays import Array, IntArray
 from femflex.body import FlexibleBody, MassMoments, StrainTensors
-from femflex.body.symmetric import packed, packed_size, picked, unpacked
+from femflex.body.symmetric import packed, packed_size, selected, unpacked
 from femflex.fem.eigen.modes import dense_modes
 
 DEPENDENT = 1e-12  # of the largest eigenvalue of V1 over the slaved shapes; below it a combination carries no strain
@@ -100,8 +100,8 @@ def recombined(body: FlexibleBody, X: Array, first: Array) -> dict[str, Any]:
         "moments": MassMoments(moments.mass, Z.T @ moments.first, second),
         "markers": {key: replace(m, phi=m.phi @ X, psi=m.psi @ X) for key, m in body.markers.items()},
         "skin": None if skin is None else replace(skin, shapes=np.einsum("kpa,kl->lpa", skin.shapes, X, optimize=True)),
-        "strain_field": tuple(part.mixed(X, first) for part in body.strain_field),
-        "mass_points": None if body.mass_points is None else body.mass_points.mixed(X),
+        "strain_field": tuple(part.transformed(X, first) for part in body.strain_field),
+        "mass_points": None if body.mass_points is None else body.mass_points.transformed(X),
     }
 
 
@@ -132,7 +132,7 @@ def _condensed_strain(
     if quartic is not None:
         V3 = quartic(free)
     else:
-        V3 = picked(strain.V3, size, free, 4) if strain.V3.size else np.zeros(packed_size(n, 4))
+        V3 = selected(strain.V3, size, free, 4) if strain.V3.size else np.zeros(packed_size(n, 4))
     V3 = with_first_order(V3, first) + _followed(V1[n:, n:], driven[n:], followers)
     A = np.concatenate([moved if locked(V1[:n, :n], V3, moved) else np.zeros_like(moved), followers])
     sizes = np.abs(A * unit[:, None, None] / np.outer(unit[:n], unit[:n])).max(axis=(1, 2))
@@ -161,7 +161,7 @@ def locked(V1: Array, V3: Array, moved: Array) -> bool:
     every = np.arange(n)
     moves = moved[:, every, every]
     back = np.einsum("ki,kl,li->i", moves, V1, moves) / 4
-    held = np.array([picked(V3, n, every[i : i + 1], 4)[0] for i in every])
+    held = np.array([selected(V3, n, every[i : i + 1], 4)[0] for i in every])
     return bool(np.any(back > LOCKING * np.abs(held)))
 
 

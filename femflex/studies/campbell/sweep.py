@@ -67,7 +67,7 @@ def spins(
             "are followed for trees of bodies alone; remove the loops, or use femflex equilibrium at single speeds"
         )
     if not any(body.n_modes for body in system.bodies.values()) and all(
-        joint.n_u == len(joint.held) for joint in system.joints
+        joint.n_u == len(joint.prescribed) for joint in system.joints
     ):
         raise ValueError(NOTHING)
     still = frozen_system(replace(system, frame=frame_of(axis, speeds[0])), at)

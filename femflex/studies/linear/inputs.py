@@ -18,7 +18,7 @@ import numpy as np
 from femflex.arrays import Array
 from femflex.case.problems import suggestion_text
 from femflex.system import Controller, Effector, Joint, Load, Profile, System
-from femflex.system.held_commands import UNIT, is_commanded
+from femflex.system.constant_commands import UNIT, stands_for_controller
 from femflex.system.segments import marker_label
 
 XYZ = ("x", "y", "z")
@@ -67,7 +67,7 @@ class Input:
         coordinate."""
         joint, k = joint_coordinate(system, self.owner)
         motion: list[Any] = list(joint.motion)
-        motion[k] = joint.held[k] + Profile(np.array([t]), coefficients[None])
+        motion[k] = joint.prescribed[k] + Profile(np.array([t]), coefficients[None])
         q0, u0 = joint.q0.copy(), joint.u0.copy()
         q0[k] = u0[k] = 0.0  # left out: the new motion begins elsewhere
         changed = replace(joint, motion=tuple(motion), q0=q0, u0=u0)
@@ -108,7 +108,7 @@ def all_inputs(system: System) -> dict[str, Input]:
     for joint in system.joints:
         for k, name in enumerate(joint.freedom_names()):
             turns = k >= len(joint.translations)
-            if k in joint.held:
+            if k in joint.prescribed:
                 unit = "rad/s^2" if turns else "m/s^2"
                 inputs.append(Input(f"motions/{name}", unit, "motion", name, "", 1.0))
             else:
@@ -127,7 +127,7 @@ def all_inputs(system: System) -> dict[str, Input]:
 
 def is_input(effector: Effector) -> bool:
     """Whether an effector is a signal, or stands for the commands of a controller."""
-    return is_commanded(effector) or (effector.act == "signal" and not effector.name.endswith(UNIT))
+    return stands_for_controller(effector) or (effector.act == "signal" and not effector.name.endswith(UNIT))
 
 
 def default_inputs(system: System, moving: Sequence[str]) -> list[str]:

@@ -25,8 +25,8 @@ from femflex.dynamics.equilibria.linearised import (
     linearised,
     usual_sizes,
 )
-from femflex.dynamics.equilibria.local_derivative import along, local_derivative
-from femflex.dynamics.equilibria.states import moving_states
+from femflex.dynamics.equilibria.local_derivative import local_derivative, on_line
+from femflex.dynamics.equilibria.states import effector_states
 from femflex.dynamics.equilibria.system_modes import SystemModes, modes_about
 from femflex.dynamics.model import Model, compile_system
 from femflex.pipeline.rest import rest_of, rest_state, rest_system
@@ -34,7 +34,7 @@ from femflex.studies.linear.inputs import Input, default_inputs, inputs_of
 from femflex.studies.linear.space import StateSpace
 from femflex.summary import Rows, Summarised, listed
 from femflex.system import System
-from femflex.system.held_commands import UNIT, commanded
+from femflex.system.constant_commands import UNIT, with_held_commands
 
 STEP = 1e-5  # of a coordinate's usual size, as in `linearised`: error of central differences 1e-10
 ROUNDING = 16 * np.finfo(float).eps  # of a channel's size: a smaller difference of two values counts as zero
@@ -101,7 +101,7 @@ def linear_model(
     Commands of sampled controllers are held. Derivatives are central differences, accurate to 1e-8 of each block's
     largest entry. Raises KeyError for unknown inputs and outputs, and as `femflex.equilibrium`.
     """
-    system = commanded(system)
+    system = with_held_commands(system)
     paths = default_inputs(system, _moving_coordinates(system)) if inputs is None else inputs
     inputs_of(system, paths)  # unknown ones are reported before the equilibrium is sought
     left_out: tuple[str, ...] = ()
@@ -123,7 +123,8 @@ def linear_model(
 
 def _moving_coordinates(system: System) -> list[str]:
     """Names of the prescribed coordinates that move."""
-    return [joint.freedom_names()[k] for joint in system.joints for k, motion in joint.held.items() if motion.moves]
+    moving = ((joint, k) for joint in system.joints for k, motion in joint.prescribed.items() if motion.moves)
+    return [joint.freedom_names()[k] for joint, k in moving]
 
 
 class _Builder:
@@ -134,7 +135,7 @@ class _Builder:
     ) -> None:
         self.model, self.x, self.t, self.inputs = model, x, t, inputs
         self.output_indices, self.outputs = output_entries(model, outputs)
-        self.state_indices = [model.n_q + model.n_u + k for k in moving_states(model.system)]
+        self.state_indices = [model.n_q + model.n_u + k for k in effector_states(model.system)]
         self.udot = model.state_rate(t, x)[model.n_q : model.n_q + model.n_u]
         if model.system.loops or not self.udot.any():
             self.udot = np.zeros(model.n_u)
@@ -247,12 +248,12 @@ class _Builder:
         def of_states(dx: Array) -> Array:
             return self._outputs(self.model, self.x + dx)
 
-        columns += [self._derivative(along(of_coordinates, d), STEP / float(np.abs(d / sizes).max())) for d in Z.T]
-        columns += [self._derivative(along(of_rates, d), STEP * fastest) for d in Z.T]
+        columns += [self._derivative(on_line(of_coordinates, d), STEP / float(np.abs(d / sizes).max())) for d in Z.T]
+        columns += [self._derivative(on_line(of_rates, d), STEP * fastest) for d in Z.T]
         state_sizes = self.model.system.state_sizes()
         for index in self.state_indices:
             size = float(state_sizes[index - self.model.n_q - self.model.n_u])
-            columns.append(self._derivative(along(of_states, np.eye(self.model.n_x)[index]), STEP * size))
+            columns.append(self._derivative(on_line(of_states, np.eye(self.model.n_x)[index]), STEP * size))
         return np.column_stack([np.zeros((len(self.outputs), 0)), *columns])
 
     def _derivative(self, f: Callable[[float], Array], step: float) -> Array:

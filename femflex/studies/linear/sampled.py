@@ -22,12 +22,12 @@ from femflex.arrays import Array, ComplexArray, IntArray
 from femflex.case.problems import suggestion_text
 from femflex.dynamics.equilibria.increments import advanced
 from femflex.dynamics.equilibria.linearised import free_directions, linearised, usual_sizes
-from femflex.dynamics.equilibria.local_derivative import along, local_derivative
-from femflex.dynamics.equilibria.states import moving_states
+from femflex.dynamics.equilibria.local_derivative import local_derivative, on_line
+from femflex.dynamics.equilibria.states import effector_states
 from femflex.dynamics.model import Model, compile_system
 from femflex.pipeline.rest import rest_of, rest_state, rest_system
 from femflex.system import System
-from femflex.system.held_commands import commanded, is_sampled
+from femflex.system.constant_commands import is_sampled, with_held_commands
 from femflex.system.sensor import without_quantum
 
 STEP = 1e-4  # of a usual size: the first of steps that fall
@@ -98,7 +98,7 @@ def sampled_model(system: System) -> SampledModel:
     period = _period(system)
     effectors = tuple(without_quantum(item) if is_sampled(item) else item for item in system.effectors)
     system = replace(system, effectors=effectors)
-    continuous = commanded(system)
+    continuous = with_held_commands(system)
     about = rest_of(continuous)[0]
     balanced = rest_system(continuous, None, about)
     model = compile_system(_with_controllers(balanced, system))
@@ -201,7 +201,7 @@ class _SampledBuilder:
         self.model, self.x = model, x
         offset = model.n_q + model.n_u
         self.continuous_states, self.sampled_states = (
-            offset + np.array(moving_states(model.system), int),
+            offset + np.array(effector_states(model.system), int),
             offset + sampled_states,
         )
         self.free_coordinates, self.Z = free_directions(model, 0.0, x)
@@ -231,7 +231,7 @@ class _SampledBuilder:
         for k, index in enumerate(self.sampled_states):
             e = np.eye(self.model.n_x)[index]
             size = STEP * float(sizes[index - offset])
-            rate = local_derivative(along(lambda dx: self.model.state_rate(0.0, self.x + dx), e), size)
+            rate = local_derivative(on_line(lambda dx: self.model.state_rate(0.0, self.x + dx), e), size)
             generator[m : 2 * m, self.n + k] = rate[self.model.n_q + self.free_coordinates]
             generator[2 * m : self.n, self.n + k] = rate[self.continuous_states]
         return generator
@@ -252,28 +252,28 @@ class _SampledBuilder:
             ]
         )
         x = self.x.copy()
-        t = clock.next(x)
-        clock.strike(t, x)
-        if clock.next(x) < t + period * (1.0 - SAME):
+        t = clock.next_instant(x)
+        clock.sample(t, x)
+        if clock.next_instant(x) < t + period * (1.0 - SAME):
             delayed = next(
-                sampler for sampler in clock.samplers if x[sampler.next] < t + period * (1.0 - SAME)
+                sampler for sampler in clock.samplers if x[sampler.next_instant] < t + period * (1.0 - SAME)
             ).controller
             raise ValueError(
-                f"{delayed.name!r} is called again {clock.next(x) - t:.6g} s after its sample, as for a delay; "
+                f"{delayed.name!r} is called again {clock.next_instant(x) - t:.6g} s after its sample, as for a delay; "
                 "a discrete model has calls at samples alone, so leave the delay out or give it as a memory of "
                 "the controller"
             )
         S = np.eye(self.n + len(self.sampled_states))
         for j, size in enumerate(sizes):
             e = np.eye(len(sizes))[j]
-            S[self.n :, j] = local_derivative(along(lambda s: self._sampled_values(s, m), e), STEP * size)
+            S[self.n :, j] = local_derivative(on_line(lambda s: self._sampled_values(s, m), e), STEP * size)
         return S
 
     def _sampled_values(self, s: Array, m: int) -> Array:
         """Commands and memory after a sample at this departure s from the state."""
         x, clock = self._displaced_state(s, m), self.model.clock
         assert clock is not None
-        clock.strike(clock.next(x), x)
+        clock.sample(clock.next_instant(x), x)
         return np.asarray(x[self.sampled_states])
 
     def _displaced_state(self, s: Array, m: int) -> Array:

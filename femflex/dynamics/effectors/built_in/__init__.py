@@ -1,7 +1,7 @@
-"""Functions of the effectors that femflex brings: compiled once, kept on disk, and called for any number of these.
+"""Functions of the effectors of femflex: compiled once, kept on disk, and called for any number of effectors.
 
-Each is an entry of signature ACT (see femflex.dynamics.effectors.acting), known by the word that an `Effector` holds as
-its function. Sizes and constants come as numbers, so none is compiled for a single effector.
+Each is an entry of signature ACT (see femflex.dynamics.effectors.effector_functions). An `Effector` names it by the
+word that it has as its function. Sizes and constants come as numbers, so none is compiled for a single effector.
 """
 
 from __future__ import annotations
@@ -25,7 +25,9 @@ MODULES = {
     "cable": "cable",
     "cable_chain": "cable_chain",
 }
-ALL = frozenset({"wheel", "rotor", "thruster"})  # functions that write all their numbers, so that none is set to zero
+WRITING_ALL = frozenset(
+    {"wheel", "rotor", "thruster"}
+)  # functions that write all their numbers, so that none is set to zero
 
 
 @cache
@@ -36,10 +38,10 @@ def built_in(word: str) -> Entry:
     """
     if word not in MODULES:
         raise KeyError(f"femflex has no effector function {word!r}; it has {', '.join(MODULES)}")
-    found: Entry = getattr(import_module(f"{__name__}.{MODULES[word]}"), word)
-    return found
+    function: Entry = getattr(import_module(f"{__name__}.{MODULES[word]}"), word)
+    return function
 
 
 def writes_all(word: str) -> bool:
-    """Whether the function of that word writes all its numbers; those of others are zero before each call."""
-    return word in ALL
+    """Return whether the function of that word writes all its numbers; for others they are zeroed before each call."""
+    return word in WRITING_ALL

@@ -14,7 +14,7 @@ from femflex.arrays import Array
 from femflex.dynamics.arithmetic.entries import entry
 from femflex.dynamics.arithmetic.profiles import profile_at
 from femflex.dynamics.arithmetic.vectors import dot, load3, scale, store3, sub
-from femflex.dynamics.effectors.acting import ACT
+from femflex.dynamics.effectors.effector_functions import ACT
 
 STIFFNESS, DAMPING, PROFILE = 0, 1, 2  # parameters
 VELOCITY, CHANNEL = 24, 12  # of two markers
@@ -24,13 +24,13 @@ ENERGY, DISSIPATION, SUPPLIED = 15, 16, 17
 @entry(ACT)
 def cable(t: float, seen: Array, z: Array, parameters: Array, out: Array) -> None:
     """Forces on two markers. Channels: tension, distance, length."""
-    apart = sub(load3(seen, 3), load3(seen, 0))
-    d = math.sqrt(dot(apart, apart))
+    separation = sub(load3(seen, 3), load3(seen, 0))
+    d = math.sqrt(dot(separation, separation))
     length, rate, _ = profile_at(t, PROFILE, parameters)
     tension = 0.0 if length > 0.0 else math.nan
     out[0] = tension  # which ends the run
     if d > length > 0.0:
-        e = scale(1.0 / d, apart)
+        e = scale(1.0 / d, separation)
         faster = dot(e, sub(load3(seen, VELOCITY + 3), load3(seen, VELOCITY))) - rate
         elastic = parameters[STIFFNESS] * (d - length) / length
         tension = max(0.0, elastic + parameters[DAMPING] * faster)

@@ -12,7 +12,7 @@ import math
 from femflex.arrays import Array
 from femflex.dynamics.arithmetic.entries import entry
 from femflex.dynamics.arithmetic.vectors import add, dot, load3, scale, store3, sub
-from femflex.dynamics.effectors.acting import ACT
+from femflex.dynamics.effectors.effector_functions import ACT
 
 COUNT, STIFFNESS, DAMPING, TOTAL, LENGTHS = 0, 1, 2, 3, 4  # parameters
 
@@ -25,10 +25,10 @@ def cable_chain(t: float, seen: Array, z: Array, parameters: Array, out: Array) 
     m, slack = n + 1, 0.0
     velocities, channel = 12 * m, 6 * m
     for k in range(n):
-        apart = sub(load3(seen, 3 * k + 3), load3(seen, 3 * k))
-        d, length, tension = math.sqrt(dot(apart, apart)), p[LENGTHS + k], 0.0
+        separation = sub(load3(seen, 3 * k + 3), load3(seen, 3 * k))
+        d, length, tension = math.sqrt(dot(separation, separation)), p[LENGTHS + k], 0.0
         if d > length:
-            e = scale(1.0 / d, apart)
+            e = scale(1.0 / d, separation)
             faster = dot(e, sub(load3(seen, velocities + 3 * k + 3), load3(seen, velocities + 3 * k)))
             elastic = p[STIFFNESS] * (d - length) / length
             tension = max(0.0, elastic + p[DAMPING] * p[TOTAL] / length * faster)

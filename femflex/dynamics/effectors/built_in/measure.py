@@ -1,4 +1,4 @@
-"""Exact measurements of motion: what sensors see before period, delay, noise and quantisation."""
+"""Exact measurements of motion: the signal of a sensor before period, delay, noise and quantisation."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ from femflex.dynamics.arithmetic.vectors import (
     turn,
     turn_back,
 )
-from femflex.dynamics.effectors.acting import ACT
-from femflex.dynamics.effectors.built_in.gimbals import turned
+from femflex.dynamics.effectors.built_in.gimbals import rotated
+from femflex.dynamics.effectors.effector_functions import ACT
 
 # parameters, as femflex.system.sensor lays them: kind, number of markers, bias (3), then own numbers
 KIND, MARKERS, BIAS, OWN = 0, 1, 2, 5
@@ -86,8 +86,8 @@ def measure(t: float, seen: Array, z: Array, parameters: Array, out: Array) -> N
         reference = load9(p, OWN)
         if p[OWN + 9] > 0.0:
             axis, angle = turn(reference, load3(p, OWN + 10)), seen[18 * m]
-            x = turned((reference[0], reference[3], reference[6]), axis, angle)
-            y = turned((reference[1], reference[4], reference[7]), axis, angle)
+            x = rotated((reference[0], reference[3], reference[6]), axis, angle)
+            y = rotated((reference[1], reference[4], reference[7]), axis, angle)
             w = cross(x, y)
             reference = (x[0], y[0], w[0], x[1], y[1], w[1], x[2], y[2], w[2])
         if m == 2:
@@ -100,10 +100,10 @@ def measure(t: float, seen: Array, z: Array, parameters: Array, out: Array) -> N
         if m == 2:
             r = sub(r, load3(seen, 3))
             v = sub(sub(v, load3(seen, 12 * m + 3)), cross(load3(seen, 15 * m + 3), r))
-        found = (
+        value = (
             sub(in_axes_of_second(seen, m, r), load3(p, OWN)) if kind == DISPLACEMENT else in_axes_of_second(seen, m, v)
         )
-        store3(out, first, add(bias, found))
+        store3(out, first, add(bias, value))
     elif kind == ACCELERATION:
         change = scale(p[OWN], sub(load3(seen, 12 * m), load3(z, 0)))
         store3(out, first, change)
@@ -112,5 +112,5 @@ def measure(t: float, seen: Array, z: Array, parameters: Array, out: Array) -> N
         axis, aim = turn(C, load3(p, OWN)), load3(p, OWN + 3)
         if m == 2:
             aim = sub(load3(seen, 3), load3(seen, 0))
-        across = cross(axis, aim)
-        out[first] = bias[0] + math.atan2(math.sqrt(dot(across, across)), dot(axis, aim))
+        normal = cross(axis, aim)
+        out[first] = bias[0] + math.atan2(math.sqrt(dot(normal, normal)), dot(axis, aim))

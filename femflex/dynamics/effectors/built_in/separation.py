@@ -7,7 +7,7 @@ import math
 from femflex.arrays import Array
 from femflex.dynamics.arithmetic.entries import entry
 from femflex.dynamics.arithmetic.vectors import dot, load3, scale, store3, sub
-from femflex.dynamics.effectors.acting import ACT
+from femflex.dynamics.effectors.effector_functions import ACT
 
 STIFFNESS, LENGTH = 0, 1  # parameters
 
@@ -15,11 +15,11 @@ STIFFNESS, LENGTH = 0, 1  # parameters
 @entry(ACT)
 def separation(t: float, seen: Array, z: Array, parameters: Array, out: Array) -> None:
     """Force k (l - d) on both markers while their distance d is below the free length l. Channel: distance."""
-    apart = sub(load3(seen, 3), load3(seen, 0))
-    d = math.sqrt(dot(apart, apart))
-    short = max(0.0, parameters[LENGTH] - d)
-    push = scale(parameters[STIFFNESS] * short / d if d > 0.0 else 0.0, apart)
+    vector = sub(load3(seen, 3), load3(seen, 0))
+    d = math.sqrt(dot(vector, vector))
+    compression = max(0.0, parameters[LENGTH] - d)
+    push = scale(parameters[STIFFNESS] * compression / d if d > 0.0 else 0.0, vector)
     store3(out, 0, scale(-1.0, push))
     store3(out, 3, push)
     out[12] = d
-    out[13] = 0.5 * parameters[STIFFNESS] * short * short
+    out[13] = 0.5 * parameters[STIFFNESS] * compression * compression

@@ -19,8 +19,8 @@ from __future__ import annotations
 from femflex.arrays import Array
 from femflex.dynamics.arithmetic.entries import entry
 from femflex.dynamics.arithmetic.vectors import ZERO, add, dot, load3, load9, scale, store3, sub, turn
-from femflex.dynamics.effectors.acting import ACT
 from femflex.dynamics.effectors.built_in.signals import step_of
+from femflex.dynamics.effectors.effector_functions import ACT
 
 # parameters of a thruster, as femflex.system.thruster lays them
 DIRECTION, THRUST, EXIT, LAG, KIND, FEED, TANKED, GYRATION, COUNT, TABLE = 0, 3, 4, 5, 6, 7, 8, 9, 10, 11
@@ -34,18 +34,18 @@ def thruster(t: float, seen: Array, z: Array, parameters: Array, out: Array) -> 
     p = parameters
     tanked = p[TANKED] > 0.0
     m = 2 if tanked else 1
-    here = 18 * m
+    input_index = 18 * m
     level = 0.0
     if p[KIND] == BY_TABLE:
         n = int(p[COUNT])
         k = step_of(t, p, TABLE, n)
         level = p[TABLE + n + k] if k >= 0 else 0.0
     else:
-        level = min(1.0, max(0.0, seen[here]))
+        level = min(1.0, max(0.0, seen[input_index]))
         if p[KIND] == SWITCHED:
             level = 1.0 if level > SWITCH else 0.0
-        here += 1
-    feed = seen[here] if p[FEED] > 0.0 else 1.0
+        input_index += 1
+    feed = seen[input_index] if p[FEED] > 0.0 else 1.0
     thrust = p[THRUST] * level
     n_z = 0
     if p[LAG] > 0.0:
@@ -55,22 +55,22 @@ def thruster(t: float, seen: Array, z: Array, parameters: Array, out: Array) -> 
     flow = thrust / p[EXIT] if p[EXIT] > 0.0 else 0.0
     force = scale(thrust, turn(load9(seen, 3 * m), load3(p, DIRECTION)))
     velocity = load3(seen, 12 * m)
-    last, supplied = 6 * m + n_z + 2, 0.0
+    accounts, supplied = 6 * m + n_z + 2, 0.0
     if tanked:
-        leaving, rate = load3(seen, 12 * m + 3), load3(seen, 15 * m + 3)
-        flowing = scale(-flow, sub(velocity, leaving))
+        tank_velocity, rate = load3(seen, 12 * m + 3), load3(seen, 15 * m + 3)
+        flowing = scale(-flow, sub(velocity, tank_velocity))
         force = add(force, flowing)
         store3(out, 3, flowing)
         store3(out, 6, ZERO)
         store3(out, 9, scale(flow * p[GYRATION], rate))
-        lost = dot(leaving, leaving) - p[GYRATION] * dot(rate, rate)
-        supplied = dot(flowing, leaving) - 0.5 * flow * lost
+        energy_per_mass = dot(tank_velocity, tank_velocity) - p[GYRATION] * dot(rate, rate)
+        supplied = dot(flowing, tank_velocity) - 0.5 * flow * energy_per_mass
     else:
         store3(out, 3, ZERO)
     store3(out, 0, force)
-    out[last - 2], out[last - 1] = thrust, flow
-    out[last], out[last + 1], out[last + 2] = 0.0, 0.0, supplied + dot(force, velocity)
-    out[last + 3] = flow
+    out[accounts - 2], out[accounts - 1] = thrust, flow
+    out[accounts], out[accounts + 1], out[accounts + 2] = 0.0, 0.0, supplied + dot(force, velocity)
+    out[accounts + 3] = flow
 
 
 @entry(ACT)

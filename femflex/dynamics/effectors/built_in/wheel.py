@@ -17,7 +17,7 @@ from femflex.arrays import Array
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.entries import entry
 from femflex.dynamics.arithmetic.vectors import ZERO, cross, dot, load3, load9, scale, store3, sub, turn
-from femflex.dynamics.effectors.acting import ACT
+from femflex.dynamics.effectors.effector_functions import ACT
 
 # parameters, as femflex.system.wheel lays them
 AXIS, INERTIA, GIVEN, COMMAND, SERVO, TORQUE, SPEED, TAPER, VISCOUS, COULOMB, CREEP = 0, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12
@@ -28,9 +28,9 @@ ENERGY, DISSIPATION, SUPPLIED, FLOW = 14, 15, 16, 17
 
 
 @inner
-def limited(value: float, most: float) -> float:
+def limited(value: float, limit: float) -> float:
     """The value between -most and most."""
-    return min(most, max(-most, value))
+    return min(limit, max(-limit, value))
 
 
 @entry(ACT)
@@ -41,8 +41,8 @@ def wheel(t: float, seen: Array, z: Array, parameters: Array, out: Array) -> Non
     absolute = h / J
     speed = absolute - dot(axis, omega)
     command = seen[INPUT] if p[GIVEN] > 0.0 else p[COMMAND]
-    wanted = p[SERVO] * J * (limited(command, p[SPEED]) - speed) if p[SERVO] > 0.0 else command
-    motor = limited(wanted, p[TORQUE])
+    requested = p[SERVO] * J * (limited(command, p[SPEED]) - speed) if p[SERVO] > 0.0 else command
+    motor = limited(requested, p[TORQUE])
     if motor * speed > 0.0:  # the limit of speed: the last part of it takes the torque to zero
         motor *= limited(max(0.0, (p[SPEED] - abs(speed)) / (p[TAPER] * p[SPEED])), 1.0)
     friction = p[VISCOUS] * speed
@@ -53,7 +53,7 @@ def wheel(t: float, seen: Array, z: Array, parameters: Array, out: Array) -> Non
     store3(out, 3, sub(cross(momentum, omega), scale(tau, axis)))
     out[ZDOT] = tau
     out[CHANNEL], out[CHANNEL + 1], out[CHANNEL + 2] = speed, motor, friction
-    out[CHANNEL + 3] = 1.0 if abs(motor - wanted) > 1e-12 * abs(wanted) else 0.0
+    out[CHANNEL + 3] = 1.0 if abs(motor - requested) > 1e-12 * abs(requested) else 0.0
     store3(out, CHANNEL + 4, momentum)
     out[ENERGY], out[DISSIPATION] = 0.5 * h * absolute, friction * speed
     out[SUPPLIED], out[FLOW] = motor * speed, 0.0

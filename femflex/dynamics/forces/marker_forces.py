@@ -1,10 +1,10 @@
-"""A force and a torque at a marker, put on the bias of its body."""
+"""Force and torque at a marker, added to the bias of its body."""
 
 from __future__ import annotations
 
 from femflex.arrays import Array, Record
 from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.lanes import lane, put
+from femflex.dynamics.arithmetic.lanes import lane, put_lane
 from femflex.dynamics.arithmetic.vectors import Matrix, Vector, add, cross, dot, load3, store_lane, sub, turn_back
 from femflex.dynamics.bodies.shapes import combined, rows3
 from femflex.dynamics.lowering.layout import VARIES, W_P
@@ -17,14 +17,14 @@ def power_per_length(
     b: Record, force: Vector, torque: Vector, shape: int, spin: int, pool: Array, work: Array
 ) -> float:
     """Power of a force and of a torque (turned back) at a marker that moves with the length, per unit rate of that."""
-    off, wide = b["unit"] - b["block"], b["wide"]
-    velocity = load3(pool, shape - PLACE + 16 + off)
-    velocity = add(velocity, combined(pool, shape + 3 * wide + off, wide, work, b["delta"]))
-    return dot(force, velocity) + dot(torque, combined(pool, spin + 3 * wide + off, wide, work, b["delta"]))
+    shift, wide = b["unit"] - b["block"], b["wide"]
+    velocity = load3(pool, shape - PLACE + 16 + shift)
+    velocity = add(velocity, combined(pool, shape + 3 * wide + shift, wide, work, b["delta"]))
+    return dot(force, velocity) + dot(torque, combined(pool, spin + 3 * wide + shift, wide, work, b["delta"]))
 
 
 @inner
-def push(
+def push_on_body(
     b: Record,
     force: Vector,
     torque: Vector,
@@ -44,9 +44,9 @@ def push(
     store_lane(work, p, sub(load3(work, p), force))
     store_lane(work, p + 4, sub(load3(work, p + 4), add(torque, cross(r, force))))
     if bends:
-        turned = turn_back(T, torque)
+        torque_on_shapes = turn_back(T, torque)
         for k in range(0, row, 4):
-            power = dot(force, rows3(pool, shape + k, row)) + dot(turned, rows3(pool, spin + k, row))
-            put(work, b["pn"] + k, lane(work, b["pn"] + k) - power)
+            power = dot(force, rows3(pool, shape + k, row)) + dot(torque_on_shapes, rows3(pool, spin + k, row))
+            put_lane(work, b["pn"] + k, lane(work, b["pn"] + k) - power)
         if bends >= VARIES and b["unit"] > 0:
-            pool[b["unit"] - WORKED] += power_per_length(b, force, turned, shape, spin, pool, work)
+            pool[b["unit"] - WORKED] += power_per_length(b, force, torque_on_shapes, shape, spin, pool, work)

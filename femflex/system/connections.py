@@ -22,7 +22,7 @@ def ties(loops: Sequence[Joint], constraints: Sequence[Nonholonomic], springs: S
     return out + [(f"spring {s.name!r}", s.body, s.marker, s.parent, s.parent_marker) for s in springs]
 
 
-def tie_places(
+def tie_markers(
     loops: Sequence[Joint], constraints: Sequence[Nonholonomic], springs: Sequence[Spring]
 ) -> list[tuple[str, str, str]]:
     """(what, body, marker) of every end on a body."""

@@ -1,4 +1,4 @@
-"""What forces at markers of deploying bodies do per length, counted anew for every evaluation."""
+"""Work per length of forces at markers of deploying bodies, summed anew in every evaluation."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from femflex.dynamics.lowering.unit_block import WORKED
 
 
 @inner
-def clear_worked(table: Table, pool: Array) -> None:
-    """Set what forces on markers of deploying bodies do per length [N] to zero."""
+def clear_work_per_length(table: Table, pool: Array) -> None:
+    """Set the work per length [N] of forces at markers of deploying bodies to zero."""
     for i in range(1, header_of(table)["n_bodies"]):
         b = body_of(table, i)
         if b["unit"] > 0:

@@ -18,22 +18,22 @@ import numba.core.errors
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.arithmetic.entries import NOTHING, NUMBERS, REAL, known, plain_array
-from femflex.dynamics.arithmetic.lanes import beyond
+from femflex.dynamics.arithmetic.entries import NUMBERS, REAL, VOID, plain_address, plain_array
+from femflex.dynamics.arithmetic.lanes import offset
 from femflex.dynamics.effectors.built_in import built_in
 from femflex.system import Effector
 
-ACT = NOTHING(REAL, NUMBERS, NUMBERS, NUMBERS, NUMBERS)
+ACT = VOID(REAL, NUMBERS, NUMBERS, NUMBERS, NUMBERS)
 Sizes = tuple[int, int, int, int, int, int]  # markers, freedoms, inputs, states, parameters, channels
 N_ACCOUNTS = 4
 
 _numba: Any = numba  # its annotations do not cover what is used here
 # function, sizes and kind -> its address, and what keeps it alive
-_KNOWN: dict[tuple[Any, Sizes, bool], tuple[int, Any]] = {}
+_COMPILED: dict[tuple[Any, Sizes, bool], tuple[int, Any]] = {}
 
 
-class Seen(NamedTuple):
-    """What a function of an effector reads (see femflex.system.effector)."""
+class EffectorInput(NamedTuple):
+    """Arguments that a function of an effector reads (see femflex.system.effector)."""
 
     time: float
     position: Array
@@ -47,8 +47,8 @@ class Seen(NamedTuple):
     parameters: Array
 
 
-class Given(NamedTuple):
-    """What a function of an effector writes."""
+class EffectorOutput(NamedTuple):
+    """Results that a function of an effector writes."""
 
     force: Array
     torque: Array
@@ -61,18 +61,18 @@ class Given(NamedTuple):
     mass_flow: Array
 
 
-def seen_size(n_markers: int, n_freedoms: int, n_inputs: int) -> int:
+def input_size(n_markers: int, n_freedoms: int, n_inputs: int) -> int:
     """Numbers of Seen that are laid out together: all but time, z and parameters."""
     return 18 * n_markers + 2 * n_freedoms + n_inputs
 
 
-def given_size(n_markers: int, n_freedoms: int, n_z: int, n_channels: int) -> int:
+def output_size(n_markers: int, n_freedoms: int, n_z: int, n_channels: int) -> int:
     """Numbers of Given."""
     return 6 * n_markers + n_freedoms + n_z + n_channels + N_ACCOUNTS
 
 
 def act_address(name: str, function: Callable[..., Any] | str, sizes: Sizes, jacobian: bool = False) -> int:
-    """Where compiled code calls the function of effector `name`, or its Jacobian.
+    """Return the address of the function of effector `name`, or of its Jacobian, for compiled code.
 
     Raises ValueError where Numba cannot compile it.
     """
@@ -82,27 +82,27 @@ def act_address(name: str, function: Callable[..., Any] | str, sizes: Sizes, jac
         except KeyError as error:
             raise ValueError(f"effector {name!r}: {error.args[0]}") from None
     key = (function, sizes, jacobian)
-    if key not in _KNOWN:
+    if key not in _COMPILED:
         try:
-            _KNOWN[key] = _made(function, sizes, jacobian)
+            _COMPILED[key] = _compiled(function, sizes, jacobian)
         except numba.core.errors.NumbaError as error:
             what = "(seen, J) and writes into J" if jacobian else "(seen, out) and writes into the arrays of out"
             raise ValueError(
                 f"the function of effector {name!r} cannot be compiled: {first_line(error)}. It takes {what}; use what "
                 "Numba compiles, or a Controller, which calls any Python function at given instants"
             ) from error
-    return _KNOWN[key][0]
+    return _COMPILED[key][0]
 
 
-def _made(function: Callable[..., Any], sizes: Sizes, jacobian: bool) -> tuple[int, Any]:
-    off = bool(_numba.config.DISABLE_JIT)
-    inner = function if off or hasattr(function, "py_func") else _numba.njit(error_model="numpy")(function)
-    called = (_jacobian if jacobian else _act)(inner, sizes, plain_array if off else _numba.carray)
-    called = guarded(called, sizes[3] ** 2 if jacobian else given_size(*sizes[:2], sizes[3], sizes[5]))
-    if off:
-        return known(called), called
-    made = _numba.cfunc(ACT)(called)
-    return int(made.address), made
+def _compiled(function: Callable[..., Any], sizes: Sizes, jacobian: bool) -> tuple[int, Any]:
+    interpreted = bool(_numba.config.DISABLE_JIT)
+    inner = function if interpreted or hasattr(function, "py_func") else _numba.njit(error_model="numpy")(function)
+    callable_ = (_jacobian if jacobian else _act)(inner, sizes, plain_array if interpreted else _numba.carray)
+    callable_ = guarded(callable_, sizes[3] ** 2 if jacobian else output_size(*sizes[:2], sizes[3], sizes[5]))
+    if interpreted:
+        return plain_address(callable_), callable_
+    compiled = _numba.cfunc(ACT)(callable_)
+    return int(compiled.address), compiled
 
 
 def guarded(function: Callable[..., None], n: int) -> Callable[..., None]:
@@ -110,9 +110,9 @@ def guarded(function: Callable[..., None], n: int) -> Callable[..., None]:
 
     Compiled callers cannot catch an exception: the integrator stops at NaN, and `user_function_fault` names the cause.
     """
-    off, nan = bool(_numba.config.DISABLE_JIT), np.nan
-    compiled = function if off else _numba.njit(error_model="numpy")(function)
-    array = plain_array if off else _numba.carray
+    interpreted, nan = bool(_numba.config.DISABLE_JIT), np.nan
+    compiled = function if interpreted else _numba.njit(error_model="numpy")(function)
+    array = plain_array if interpreted else _numba.carray
 
     def called(t: float, seen: Any, z: Any, parameters: Any, out: Any) -> None:
         try:
@@ -124,57 +124,58 @@ def guarded(function: Callable[..., None], n: int) -> Callable[..., None]:
 
 
 def plain_call(function: Callable[..., Any], sizes: Sizes, jacobian: bool = False) -> Callable[..., None]:
-    """The function of an effector, or its Jacobian, as plain Python over arrays: it raises what the user's code raises,
-    and IndexError outside the arrays."""
+    """Return the function of an effector, or its Jacobian, as plain Python over arrays. It raises the exceptions of the
+    user's code, and IndexError outside the arrays.
+    """
     return (_jacobian if jacobian else _act)(getattr(function, "py_func", function), sizes, plain_array)
 
 
 def call_sizes(effector: Effector) -> Sizes:
-    """Lengths of what an effector's function reads and writes."""
+    """Return the lengths of the arrays that an effector's function reads and writes."""
     counted = (effector.markers, effector.freedoms, effector.inputs, effector.states, effector.parameters)
     return *map(len, counted), len(effector.channels)  # type: ignore[return-value]
 
 
-def _view(sizes: Sizes, array: Any) -> Any:
-    """The function that makes a `Seen` of what the model hands over, compiled where arrays are views of addresses."""
+def _input_maker(sizes: Sizes, array: Any) -> Any:
+    """Return the function that makes an `EffectorInput` of the model's numbers, compiled where arrays are addresses."""
     m, f, n, n_z, n_p, _ = sizes
 
-    def view(t: float, seen: Any, z: Any, parameters: Any) -> Seen:
-        return Seen(
+    def make_input(t: float, seen: Any, z: Any, parameters: Any) -> EffectorInput:
+        return EffectorInput(
             t,
             array(seen, (m, 3)),
-            array(beyond(seen, 3 * m), (m, 3, 3)),
-            array(beyond(seen, 12 * m), (m, 3)),
-            array(beyond(seen, 15 * m), (m, 3)),
-            array(beyond(seen, 18 * m), (f,)),
-            array(beyond(seen, 18 * m + f), (f,)),
-            array(beyond(seen, 18 * m + 2 * f), (n,)),
+            array(offset(seen, 3 * m), (m, 3, 3)),
+            array(offset(seen, 12 * m), (m, 3)),
+            array(offset(seen, 15 * m), (m, 3)),
+            array(offset(seen, 18 * m), (f,)),
+            array(offset(seen, 18 * m + f), (f,)),
+            array(offset(seen, 18 * m + 2 * f), (n,)),
             array(z, (n_z,)),
             array(parameters, (n_p,)),
         )
 
-    return view if array is plain_array else _numba.njit(view)
+    return make_input if array is plain_array else _numba.njit(make_input)
 
 
 def _act(inner: Any, sizes: Sizes, array: Any) -> Callable[..., None]:
-    """The function of signature ACT that hands arrays to an effector's own."""
+    """Return the function of signature ACT that passes arrays to an effector's function."""
     m, f, _, n_z, _, c = sizes
-    view = _view(sizes, array)
-    effort, last = 6 * m, 6 * m + f + n_z + c
+    make_input = _input_maker(sizes, array)
+    effort, accounts = 6 * m, 6 * m + f + n_z + c
 
     def called(t: float, seen: Any, z: Any, parameters: Any, out: Any) -> None:
         inner(
-            view(t, seen, z, parameters),
-            Given(
+            make_input(t, seen, z, parameters),
+            EffectorOutput(
                 array(out, (m, 3)),
-                array(beyond(out, 3 * m), (m, 3)),
-                array(beyond(out, effort), (f,)),
-                array(beyond(out, effort + f), (n_z,)),
-                array(beyond(out, effort + f + n_z), (c,)),
-                array(beyond(out, last), (1,)),
-                array(beyond(out, last + 1), (1,)),
-                array(beyond(out, last + 2), (1,)),
-                array(beyond(out, last + 3), (1,)),
+                array(offset(out, 3 * m), (m, 3)),
+                array(offset(out, effort), (f,)),
+                array(offset(out, effort + f), (n_z,)),
+                array(offset(out, effort + f + n_z), (c,)),
+                array(offset(out, accounts), (1,)),
+                array(offset(out, accounts + 1), (1,)),
+                array(offset(out, accounts + 2), (1,)),
+                array(offset(out, accounts + 3), (1,)),
             ),
         )
 
@@ -182,17 +183,17 @@ def _act(inner: Any, sizes: Sizes, array: Any) -> Callable[..., None]:
 
 
 def _jacobian(inner: Any, sizes: Sizes, array: Any) -> Callable[..., None]:
-    """The function of signature ACT that hands arrays to an effector's own Jacobian."""
+    """Return the function of signature ACT that passes arrays to an effector's Jacobian."""
     n_z = sizes[3]
-    view = _view(sizes, array)
+    make_input = _input_maker(sizes, array)
 
     def called(t: float, seen: Any, z: Any, parameters: Any, out: Any) -> None:
-        inner(view(t, seen, z, parameters), array(out, (n_z, n_z)))
+        inner(make_input(t, seen, z, parameters), array(out, (n_z, n_z)))
 
     return called
 
 
 def first_line(error: Exception) -> str:
-    """The line of a compiler's message that says most."""
+    """Return the most telling line of a compiler's message."""
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
     return next((line for line in lines if not line.startswith("Failed in")), lines[0] if lines else "no reason given")

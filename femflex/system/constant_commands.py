@@ -1,4 +1,4 @@
-"""A system whose sampled controllers hold their commands, as it has to be where it is linearised or at rest."""
+"""System with constant commands of sampled controllers, as linearisation and rest need it."""
 
 from __future__ import annotations
 
@@ -16,24 +16,28 @@ from femflex.system.wheel import UNLIMITED
 UNIT = "-unit"  # after the name of a controller: a signal that its held commands multiply
 
 
-def commanded(system: System) -> System:
-    """The system in which the commands of sampled controllers stay at what they are before the first sample."""
-    effectors = tuple(part for one in system.effectors for part in (_held(one) if is_sampled(one) else (one,)))
-    names = {name for one in system.controllers for name, _ in one.state_names()}
+def with_held_commands(system: System) -> System:
+    """Return the system in which sampled controllers keep their commands before the first sample."""
+    effectors = tuple(
+        part
+        for effector in system.effectors
+        for part in (_constant_commands(effector) if is_sampled(effector) else (effector,))
+    )
+    names = {name for effector in system.controllers for name, _ in effector.state_names()}
     return replace(system, effectors=effectors, z0={k: v for k, v in system.z0.items() if k not in names})
 
 
-def is_sampled(one: Effector | Controller) -> TypeGuard[Controller]:
+def is_sampled(effector: Effector | Controller) -> TypeGuard[Controller]:
     """Whether something that acts is a sampled controller."""
-    return isinstance(one, Controller)
+    return isinstance(effector, Controller)
 
 
-def is_commanded(one: Effector) -> bool:
-    """Whether an effector stands for the held commands of a controller."""
-    return one.inputs == (f"{one.name}{UNIT}.value",)
+def stands_for_controller(effector: Effector) -> bool:
+    """Return whether an effector stands for the constant commands of a controller."""
+    return effector.inputs == (f"{effector.name}{UNIT}.value",)
 
 
-def _held(controller: Controller) -> tuple[Effector, Effector]:
+def _constant_commands(controller: Controller) -> tuple[Effector, Effector]:
     """A signal that is 1, and a block that multiplies it by the commands."""
     n = len(controller.commands)
     numbers = np.concatenate([[1.0, 0.0, n, 0.0], controller.held, np.full(n, UNLIMITED)])

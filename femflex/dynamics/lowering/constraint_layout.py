@@ -64,7 +64,7 @@ CONSTRAINT = np.dtype(
     ]
 )  # fmt: skip
 
-TASK_HOLD, TASK_MEASURE, TASK_NEAREST = 0, 1, 2
+TASK_PROJECT, TASK_MEASURE, TASK_NEAREST = 0, 1, 2
 CONSTRAINT_LOOP, CONSTRAINT_DISC, CONSTRAINT_EDGE, CONSTRAINT_GENERAL = 0, 1, 2, 3
 
 M_C = 0  # motion of a marker, inertial components: C_NM (9),
@@ -79,7 +79,7 @@ N_ROW, N_LEFT, N_LIMIT, N_SPEED = 0, 1, 2, 3  # of the note: row, residual and i
 N_RANK, N_LEAST, N_TIME = 4, 5, 6  # largest rank so far; its last pivot over the first where least, and when [s]
 # singular configurations passed: how many, when the first ones were; time and pivot of the last two states in order
 N_COUNT, N_FIRST, N_T0, N_P0, N_T1, N_P1 = 7, 8, 11, 12, 13, 14
-NOTED = N_T0 - N_FIRST
+MAX_NOTED = N_T0 - N_FIRST
 NOTE_SIZE = 16
 
 N_CLOSING, N_CONSTRAINT = (len(record.names or ()) for record in (CLOSING, CONSTRAINT))
@@ -101,12 +101,12 @@ def constraint_of(table: Table, i: int) -> np.void:
 
 def closing_record(table: Table) -> NDArray[np.void]:
     """The CLOSING record of a lowered system (1,), to read and to fill in."""
-    at = int(table[:N_HEADER].view(HEADER)[0]["closing"])
-    return table[at : at + N_CLOSING].view(CLOSING)
+    start = int(table[:N_HEADER].view(HEADER)[0]["closing"])
+    return table[start : start + N_CLOSING].view(CLOSING)
 
 
 def constraint_records(table: Table) -> NDArray[np.void]:
     """The records of loops and nonholonomic constraints of a lowered system, to read and to fill in."""
-    at = int(table[:N_HEADER].view(HEADER)[0]["closing"])
+    start = int(table[:N_HEADER].view(HEADER)[0]["closing"])
     n = int(closing_record(table)[0]["n_constraints"])
-    return table[at + N_CLOSING : at + N_CLOSING + N_CONSTRAINT * n].view(CONSTRAINT)
+    return table[start + N_CLOSING : start + N_CLOSING + N_CONSTRAINT * n].view(CONSTRAINT)

@@ -8,8 +8,8 @@ from femflex.arrays import Array
 from femflex.integrate.protocol import Model
 
 
-def asked(model: Model, t: float, x: Array, out: Array, span: tuple[float, float, float]) -> None:
-    """Set out = f(t, x), with t held inside the smooth interval."""
+def set_rate(model: Model, t: float, x: Array, out: Array, span: tuple[float, float, float]) -> None:
+    """Set out = f(t, x), with t limited to the smooth interval."""
     inside = min(max(float(t), span[1]), span[2])
     model.rate(inside, np.ascontiguousarray(x), out, model.table, model.pool, model.work)
 
@@ -19,13 +19,13 @@ def first_step(
 ) -> float:
     """First step size [s] by Hairer, Norsett & Wanner (1993), II.4; sets k1 = f(t, x) and asks the rate twice."""
     with np.errstate(all="ignore"):
-        asked(model, t, x, k1, span)
+        set_rate(model, t, x, k1, span)
         scale = atol + rtol * np.abs(x)
         d0, d1 = norm(x / scale), norm(k1 / scale)
         h0 = 1e-6 if d0 < 1e-5 or d1 < 1e-5 else 0.01 * d0 / d1
         h0 = min(h0, span[0] - t)
         k2 = np.empty_like(k1)
-        asked(model, t + h0, x + h0 * k1, k2, span)
+        set_rate(model, t + h0, x + h0 * k1, k2, span)
         d2 = norm((k2 - k1) / scale) / h0 if h0 > 0.0 else 0.0
         steepest = max(d1, d2)
         h1 = max(1e-6, h0 * 1e-3) if steepest <= 1e-15 else (0.01 / steepest) ** (1 / order)

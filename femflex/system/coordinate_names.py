@@ -1,4 +1,4 @@
-"""What the coordinates and quasi-velocities of a joint are called."""
+"""Names of the coordinates and quasi-velocities of a joint."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def coordinate_names(joint: Joint) -> Names:
 
 
 def velocity_names(joint: Joint) -> Names:
-    """Name and unit of each quasi-velocity; those of a ball are the components of its rate."""
+    """Return name and unit of each quasi-velocity; those of a ball are the components of its rate."""
     if joint.ball is None:
         return [(f"{name}_rate", unit + "/s") for name, unit in _motion_names(joint)]
     slides = _motion_names(joint)[: len(joint.translations)]

@@ -1,7 +1,7 @@
-"""What effectors see: the motion of their markers, their slides and turns, and their inputs.
+"""Inputs of effectors: the motion of their markers, their slides and turns, and their input signals.
 
-Effectors of one group (see `femflex.dynamics.effectors.lowering.grouped`) read one place: the first of them writes the
-motion of their marker, and each its own inputs behind it.
+Effectors of one group (see `femflex.dynamics.effectors.lowering.marker_groups`) share a place in the work array: the
+first of them writes the motion of their marker, and each writes its own inputs after it.
 """
 
 from __future__ import annotations
@@ -28,18 +28,20 @@ from femflex.dynamics.lowering.layout import W_CIN, W_OMEGA, W_POS, W_VEL, body_
 
 
 @inner
-def see_marker(
+def write_marker_motion(
     e: Record, k: int, p: Record, shift: Vector, drift: Vector, table: Table, pool: Array, work: Array
 ) -> None:
-    """Write the motion of marker k of an effector, inertial components, and what pushing at it needs."""
+    """Write the motion of marker k of an effector, inertial components, and the numbers that its force needs."""
     b, m, seen = body_of(table, p["body"]), e["n_markers"], e["seen"]
     w = b["work"]
     C_iN, omega = load9(work, w + W_CIN), load3(work, w + W_OMEGA)
     r, C_iM, v = load3(pool, p["place"]), load9(pool, p["place"] + 3), ZERO
     rate = omega
     if p["bends"]:
-        moved, v, bend, T, turning, _, _ = markers_motion(pool, p["place"], p["shape"], p["spin"], p["bends"], b, work)
-        r, C_iM, rate = add(r, moved), product(bend, C_iM), add(omega, turning)
+        displacement, v, bend, T, turning, _, _ = markers_motion(
+            pool, p["place"], p["shape"], p["spin"], p["bends"], b, work
+        )
+        r, C_iM, rate = add(r, displacement), product(bend, C_iM), add(omega, turning)
         store9(work, p["motion"] + 3, T)
     v = add(load3(work, w + W_VEL), add(cross(omega, r), v))
     store3(work, p["motion"], r)
@@ -50,23 +52,23 @@ def see_marker(
 
 
 @inner
-def see_inputs(e: Record, table: Table, work: Array) -> None:
+def write_signals(e: Record, table: Table, work: Array) -> None:
     """Write the inputs of an effector."""
-    here, z = e["seen"] + 18 * e["n_markers"] + 2 * e["n_freedoms"], header_of(table)["z"]
+    first, z = e["seen"] + 18 * e["n_markers"] + 2 * e["n_freedoms"], header_of(table)["z"]
     for k in range(e["n_inputs"]):
-        work[here + k] = work[z + table[e["inputs"] + k]]
+        work[first + k] = work[z + table[e["inputs"] + k]]
 
 
 @inner
-def see(
+def write_inputs(
     e: Record, first: int, q: Array, u: Array, shift: Vector, drift: Vector, table: Table, pool: Array, work: Array
 ) -> None:
-    """Write what an effector sees at the placed state, after those from `first` on. shift, drift: of `origin`."""
+    """Write the inputs of an effector at the placed state, after those from `first` on. shift, drift: of `origin`."""
     if e["before"] < first:
         for k in range(e["n_markers"]):
-            see_marker(e, k, port_at(table, e["markers"] + N_PORT * k), shift, drift, table, pool, work)
-    here, n = e["seen"] + 18 * e["n_markers"], e["n_freedoms"]
+            write_marker_motion(e, k, port_at(table, e["markers"] + N_PORT * k), shift, drift, table, pool, work)
+    first_coordinate, n = e["seen"] + 18 * e["n_markers"], e["n_freedoms"]
     for k in range(n):
         handle = handle_at(table, e["freedoms"] + N_HANDLE * k)
-        work[here + k], work[here + n + k] = q[handle["q"]], u[handle["u"]]
-    see_inputs(e, table, work)
+        work[first_coordinate + k], work[first_coordinate + n + k] = q[handle["q"]], u[handle["u"]]
+    write_signals(e, table, work)

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 
 
 def free_turns(joint: Joint) -> list[int]:
-    """Numbers of a joint's successive turns that no motion holds; none for a ball."""
-    return [k for k in range(len(joint.rotations)) if len(joint.translations) + k not in joint.held]
+    """Return the numbers of a joint's successive turns that are not prescribed; none for a ball."""
+    return [k for k in range(len(joint.rotations)) if len(joint.translations) + k not in joint.prescribed]
 
 
 def can_lock(joint: Joint) -> bool:
@@ -35,29 +35,30 @@ def lock_angle(joint: Joint, q: Array) -> Array:
         axes[2] = dcm_from_vector(joint.rotations[1] * q[..., first + 1, None]) @ joint.rotations[2]
     if len(free) < 2:
         return np.full(q.shape[:-1], np.pi / 2)
-    across = np.cross(axes[free[0]], axes[free[1]])
-    length = np.linalg.norm(across, axis=-1)
+    normal = np.cross(axes[free[0]], axes[free[1]])
+    length = np.linalg.norm(normal, axis=-1)
     if len(free) == 2:
         return np.arcsin(np.minimum(length, 1.0))
-    out_of_plane = np.abs((across * axes[2]).sum(-1)) / np.maximum(length, np.finfo(float).tiny)
+    out_of_plane = np.abs((normal * axes[2]).sum(-1)) / np.maximum(length, np.finfo(float).tiny)
     return np.where(length > SINGULAR, np.arcsin(np.minimum(out_of_plane, 1.0)), 0.0)
 
 
-def locked(joint: Joint, q: Array) -> str:
-    """How close the free turns of a joint are to gimbal lock at its coordinates q (n_q,), in words."""
+def lock_text(joint: Joint, q: Array) -> str:
+    """Describe how close the free turns of a joint are to gimbal lock at its coordinates q (n_q,)."""
     names, free = joint.freedom_names()[len(joint.translations) :], free_turns(joint)
     text = ", ".join(repr(names[k]) for k in free)
-    where = "in one plane" if len(free) == 3 else "parallel"
+    state = "in one plane" if len(free) == 3 else "parallel"
     angles = q[len(joint.translations) :][: len(joint.rotations)]
-    at = ", ".join(f"{np.degrees(angle) + 0.0:.6g}" for angle in angles)
-    return f"the axes of its free turns {text} are {where} to {float(lock_angle(joint, q)):.2g} rad (turns of {at} deg)"
+    values = ", ".join(f"{np.degrees(angle) + 0.0:.6g}" for angle in angles)
+    angle_text = f"{float(lock_angle(joint, q)):.2g} rad"
+    return f"the axes of its free turns {text} are {state} to {angle_text} (turns of {values} deg)"
 
 
-def locked_start(joint: Joint) -> str | None:
-    """The sentence that says that a joint of successive turns starts in gimbal lock, if it does."""
+def locked_start_text(joint: Joint) -> str | None:
+    """Return the message that a joint of successive turns starts in gimbal lock, "" if it does not."""
     if float(lock_angle(joint, joint.q0)) > SINGULAR:
         return None
     return (
-        f"joint {joint.label!r} starts in gimbal lock: {locked(joint, joint.q0)}; choose other axes or another "
+        f"joint {joint.label!r} starts in gimbal lock: {lock_text(joint, joint.q0)}; choose other axes or another "
         "sequence, let the joint be spherical with all turns free, or start elsewhere"
     )

@@ -1,6 +1,6 @@
 """Forces at a deploying body's own markers: of loads, springs and effectors as reported, of loops by their multipliers.
 
-Everything is read at a state that `femflex.dynamics.reports.variations.gather` has gathered last.
+Everything is read at a state that `femflex.dynamics.reports.variations.gather_forces` has gathered last.
 """
 
 from __future__ import annotations
@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.lowering import tie_layout as at
+from femflex.dynamics.lowering import constraint_layout as layout
+from femflex.dynamics.lowering.constraint_layout import closing_record, constraint_records
 from femflex.dynamics.lowering.layout import VARIES
-from femflex.dynamics.lowering.tie_layout import closing_record, constraint_records
 from femflex.rotations import dcm_from_quaternion
 from femflex.system import Effector, Joint, Nonholonomic
 
@@ -33,7 +33,7 @@ def constraint_forces(model: Model, k: int, moving: bool = False) -> Iterator[tu
     system, first, work = model.system, int(closing_record(model.table)[0]["rows"]), model.work
     ties: list[Joint | Nonholonomic] = [*system.loops, *system.constraints]
     for tie, c in zip(ties, constraint_records(model.table), strict=True):
-        if c["kind"] == at.CONSTRAINT_GENERAL:
+        if c["kind"] == layout.CONSTRAINT_GENERAL:
             continue
         names = {"P": tie.parent_marker, "Q": tie.child_marker if isinstance(tie, Joint) else tie.marker}
         for side, role in (("P", "parent"), ("Q", "child")):
@@ -41,29 +41,29 @@ def constraint_forces(model: Model, k: int, moving: bool = False) -> Iterator[tu
                 continue
             force, torque = np.zeros(3), np.zeros(3)
             for i in range(int(c["n_rows"])):
-                row = work[first + at.ROW_SIZE * (int(c["first"]) + i) :][: at.ROW_SIZE]
-                own = row[at.R_FP : at.R_FP + 6] if side == "P" else row[at.R_FQ : at.R_FQ + 6]
-                force += row[at.R_LAMBDA] * own[:3]
-                torque += row[at.R_LAMBDA] * own[3:]
+                row = work[first + layout.ROW_SIZE * (int(c["first"]) + i) :][: layout.ROW_SIZE]
+                wrench = row[layout.R_FP : layout.R_FP + 6] if side == "P" else row[layout.R_FQ : layout.R_FQ + 6]
+                force += row[layout.R_LAMBDA] * wrench[:3]
+                torque += row[layout.R_LAMBDA] * wrench[3:]
             rows = (int(c[f"place_{side}"]), int(c[f"shape_{side}"]), int(c[f"spin_{side}"]))
             yield str(names[side]), rows, force, torque
 
 
-def acting_forces(model: Model, name: str, seen: Mapping[str, Array], j: int) -> list[tuple[str, Array]]:
+def acting_forces(model: Model, name: str, channels: Mapping[str, Array], j: int) -> list[tuple[str, Array]]:
     """Marker and force (3,) [N] of loads, springs and effectors at markers of a body, body components.
 
     seen: channels (n_t, ...) of the instants, of which j is the one.
     """
     system, out = model.system, list[tuple[str, Array]]()
-    C_NB = dcm_from_quaternion(seen[f"bodies/{name}/attitude"][j])
+    C_NB = dcm_from_quaternion(channels[f"bodies/{name}/attitude"][j])
     for load in system.loads:
         if load.body == name and load.force.any():
-            out.append((load.marker, np.asarray(seen[f"loads/{load.name}/force"][j])))
+            out.append((load.marker, np.asarray(channels[f"loads/{load.name}/force"][j])))
     for spring in system.springs:
         ends = [(spring.parent, spring.parent_marker), (spring.body, spring.marker)]
         if name not in (spring.parent, spring.body):
             continue
-        (p, v_p), (q, v_q) = (_motion(seen, body, marker, j) for body, marker in ends)
+        (p, v_p), (q, v_q) = (_motion(channels, body, marker, j) for body, marker in ends)
         d = q - p
         distance = float(np.linalg.norm(d))
         if not distance > 0.0:
@@ -75,7 +75,7 @@ def acting_forces(model: Model, name: str, seen: Mapping[str, Array], j: int) ->
                 out.append((marker, sign * pull * C_NB.T @ e))
     for effector in system.effectors:
         if isinstance(effector, Effector) and any(body == name for body, _ in effector.markers):
-            forces = np.asarray(seen[f"effectors/{effector.name}/force"][j]).reshape(-1, 3)
+            forces = np.asarray(channels[f"effectors/{effector.name}/force"][j]).reshape(-1, 3)
             out += [
                 (marker, C_NB.T @ force)
                 for (body, marker), force in zip(effector.markers, forces, strict=True)
@@ -84,9 +84,9 @@ def acting_forces(model: Model, name: str, seen: Mapping[str, Array], j: int) ->
     return out
 
 
-def _motion(seen: Mapping[str, Array], body: str | None, marker: str, j: int) -> tuple[Array, Array]:
+def _motion(channels: Mapping[str, Array], body: str | None, marker: str, j: int) -> tuple[Array, Array]:
     """Place and velocity of a marker, inertial components; of the base frame its origin."""
     if body is None:
         return np.zeros(3), np.zeros(3)
     path = f"markers/{body}.{marker}"
-    return np.asarray(seen[f"{path}/position"][j]), np.asarray(seen[f"{path}/velocity"][j])
+    return np.asarray(channels[f"{path}/position"][j]), np.asarray(channels[f"{path}/velocity"][j])

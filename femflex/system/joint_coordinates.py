@@ -1,4 +1,4 @@
-"""What a joint says of its single freedoms, checked: held motions, laws, latches."""
+"""Single freedoms of a joint, checked: prescribed motions, laws, latches."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ RELEASED = -2.0  # minus the time at which it opened, in place of the time, of o
 
 
 def started_motion(joint: Joint) -> tuple[Array, Array]:
-    """q0 and u0 of the joint with held freedoms where their motion begins. Raises ValueError for what does not fit."""
+    """Return q0 and u0 of the joint with prescribed freedoms at the start of their motion; ValueError for conflicts."""
     if joint.motion and len(joint.motion) != joint.n_u:
         raise ValueError(
             f"motion of joint {joint.label!r} has {len(joint.motion)} entries; the joint needs {joint.n_u}"
         )
     q0, u0 = joint.q0.copy(), joint.u0.copy()
-    for k, profile in joint.held.items():
+    for k, profile in joint.prescribed.items():
         name = joint.freedom_names()[k]
         _refuse_ball(joint, k, "be prescribed by itself")
         for key in ("stiffness", "damping"):
@@ -40,10 +40,10 @@ def started_motion(joint: Joint) -> tuple[Array, Array]:
                 f"the motion of {name!r} is known from {profile.first:g} s to {profile.last:g} s; it must begin at or "
                 "before 0 s"
             )
-        for key, given, begins in (("q0", q0, s), ("u0", u0, rate)):
-            if given[k] and not np.isclose(given[k], begins, rtol=1e-9, atol=1e-12):
+        for key, values, begins in (("q0", q0, s), ("u0", u0, rate)):
+            if values[k] and not np.isclose(values[k], begins, rtol=1e-9, atol=1e-12):
                 raise ValueError(
-                    f"{key} of {name!r} is {given[k]:g}, but its motion is prescribed and begins with {begins:g}; "
+                    f"{key} of {name!r} is {values[k]:g}, but its motion is prescribed and begins with {begins:g}; "
                     "leave the initial value out"
                 )
         q0[k], u0[k] = s, rate
@@ -51,7 +51,7 @@ def started_motion(joint: Joint) -> tuple[Array, Array]:
 
 
 def check_laws(joint: Joint) -> None:
-    """Raise ValueError for a law or a latch that acts on no freedom of the joint, on a ball or on a held freedom."""
+    """Raise ValueError for a law or a latch on no freedom of the joint, on a ball or on a prescribed freedom."""
     latched = [latch.freedom for latch in joint.latches]
     for what, k in [*((f"a {law.kind}", law.freedom) for law in joint.laws), *(("a latch", k) for k in latched)]:
         if not 0 <= k < joint.n_u:
@@ -59,7 +59,7 @@ def check_laws(joint: Joint) -> None:
                 f"{what} of joint {joint.label!r} acts on degree of freedom {k}; the joint has {joint.n_u}, from 0"
             )
         _refuse_ball(joint, k, f"have {what}")
-        if k in joint.held:
+        if k in joint.prescribed:
             name = joint.freedom_names()[k]
             raise ValueError(
                 f"{name!r} has {what} and a prescribed motion, on which it has no effect. Remove one of them"
