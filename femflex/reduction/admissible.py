@@ -64,7 +64,9 @@ def beam_body(
     body = _body(beam, functions, damping, orthonormal, strain)
     if strain == "linear" and (functions.y or functions.z):
         bending = replace(functions, axial=0, torsion=0).with_followers()
-        return replace(body, foreshortening=foreshortening_of(_body(beam, bending, None, True, "condensed", lowest=True)))
+        return replace(
+            body, foreshortening=foreshortening_of(_body(beam, bending, None, True, "condensed", lowest=True))
+        )
     return body
 
 
@@ -95,7 +97,9 @@ def _body(
     moments = point_moments(dm, rho, shapes @ X)
     V1 = X.T @ raw @ X
     V1 = (V1 + V1.T) / 2
-    tensors, V3 = (StrainTensors.linear(V1), np.zeros(0)) if strain == "linear" else beam_strain(beam, functions, X, V1, n)
+    tensors, V3 = (
+        (StrainTensors.linear(V1), np.zeros(0)) if strain == "linear" else beam_strain(beam, functions, X, V1, n)
+    )
     damped = _damped(functions, X, n, strain)
     body = FlexibleBody(
         moments=moments,

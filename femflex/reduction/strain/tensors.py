@@ -59,7 +59,7 @@ def require_room(n: int, rows: int | None = None) -> None:
     whole = rows is None or rows > n
     size = packed_size(n, 4 if whole else 3)
     way = 8 * (n + pairs) * (n + pairs if rows is None else rows) + INDICES * size
-    kinds = "'condensed' or 'linear'" if whole else "'linear'"
+    kinds = "'linear' (or 'condensed', which has fewer coordinates, in place of 'nonlinear')" if whole else "'linear'"
     if 8 * (n + pairs) * (rows or pairs) > MOST_BYTES:
         raise ValueError(
             f"the strain tensors of {n} coordinates would take {8 * size / 1e9:.3g} GB, and {way / 1e9:.3g} GB on the "

@@ -23,7 +23,7 @@ from femflex.hdf5 import placed_hdf5
 from femflex.pipeline.file_digests import file_digests
 from femflex.results import FileLock
 from femflex.studies.sweep.design import designed, indices
-from femflex.studies.sweep.journal import add, begin, digest, journal_of, read_journal, refuse_other
+from femflex.studies.sweep.journal import add, begin, counted, digest, journal_of, read_journal, refuse_other
 from femflex.studies.sweep.member import Outcome, Plan, run_member
 from femflex.studies.sweep.workers import Todo, outcomes
 from femflex.writing import check_destination
@@ -91,7 +91,7 @@ def sweep(
     Where no table of materials, sections or flexible bodies varies, bodies are built once, with the strain and the
     shapes that the unchanged case chooses; else every member is built as its own case says. A member that fails is kept
     with its problem. Raises CaseError for a sweep or a case with mistakes and for a key path that is not in the case,
-    FileExistsError for an existing output unless `force`, ValueError when every member fails.
+    FileExistsError for an existing output unless `force`, OSError for a full disk, ValueError when every member fails.
     """
     output = Path(output)
     table, plan = planned(path)
@@ -110,14 +110,16 @@ def sweep(
     left = [(k, values) for k, values in todo if k not in {one.number for one in tried}]
     with FileLock(output), begin(journal, plan, done) as file:
         for one in chain(tried, outcomes(plan, left, workers or usable_cores(), scheduler)):
-            add(file, one)
+            with counted(journal, done):
+                add(file, one)
             done.append(one)
             if progress is not None:
                 progress(float(len(done)))
     found = gathered(table, members, done)
     if all(found.problems):
         raise ValueError(f"every member of the sweep failed; the first: {found.problems[0]}")
-    written(found, output, plan)
+    with counted(journal, done):
+        written(found, output, plan)
     journal.unlink()
     return found
 
