@@ -86,13 +86,16 @@ def _blocks(K: sparse.csr_array, rows: sparse.csr_array, users: IntArray) -> tup
     along = np.tile(np.eye(3), (n, 1, 1))
     own = np.abs(gram - np.eye(3)).max(axis=2) < SAME
     for node in np.flatnonzero(~own.all(axis=1)).tolist():  # it may follow others along skew axes, and have dofs across
-        R = rows[3 * node : 3 * node + 3]
-        dofs = np.unique(R.indices)
-        dofs = dofs[users[dofs] == 1]
-        U, size, Vt = np.linalg.svd(R[:, dofs].toarray())
+        starts = rows.indptr[3 * node : 3 * node + 4]
+        columns, values = rows.indices[starts[0] : starts[3]], rows.data[starts[0] : starts[3]]
+        single = users[columns] == 1
+        dofs, place = np.unique(columns[single], return_inverse=True)
+        R = np.zeros((3, len(dofs)))
+        R[np.repeat(np.arange(3), np.diff(starts))[single], place] = values[single]
+        U, size, Vt = np.linalg.svd(R)
         r = int((size > SAME).sum())
         if r:
             V = Vt[:r].T / size[:r]
             along[node], own[node] = U, np.arange(3) < r
-            block[node] = U[:, :r] @ (V.T @ K[dofs][:, dofs].toarray() @ V) @ U[:, :r].T
+            block[node] = U[:, :r] @ (V.T @ K[dofs[:, None], dofs].toarray() @ V) @ U[:, :r].T
     return (block + block.swapaxes(1, 2)) / 2, along, own
