@@ -40,7 +40,7 @@ class RigidTable(BodyTable):
     """Selects this body: a rigid one."""
     mass: Mass
     """Total mass."""
-    inertia: InertiaMatrix = ((0.0,) * 3,) * 3
+    inertia: InertiaMatrix = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     """Moments of inertia in body axes: three principal moments, or a symmetric 3 x 3 matrix. Off-diagonal entries are
     minus the products of inertia. Default: none, a point mass at `center_of_mass`."""
     center_of_mass: Position = (0.0, 0.0, 0.0)
