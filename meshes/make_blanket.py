@@ -14,7 +14,7 @@ from femflex.mesh import Mesh, line, rectangle, write_mesh
 
 def blanket() -> Mesh:
     """Blanket, bar on its outer edge, and boom."""
-    plain = rectangle(10.0, 1.0, 10, 2, "quad9").moved([0.0, -0.5, 0.0])
+    plain = rectangle(10.0, 1.0, 10, 2, "quad9").translated([0.0, -0.5, 0.0])
     sheet = Mesh(
         plain.points, plain.cells, {"blanket": plain.cell_groups["surface"], "bar": plain.cell_groups["right"]}
     )

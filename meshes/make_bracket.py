@@ -13,11 +13,11 @@ from femflex.mesh import Mesh, box, rectangle, write_mesh
 
 def bracket() -> Mesh:
     """Block and panel, not joined."""
-    solid = box(0.3, 0.08, 0.08, 5, 2, 2, "tetra").moved([0.0, -0.04, -0.04])
+    solid = box(0.3, 0.08, 0.08, 5, 2, 2, "tetra").translated([0.0, -0.04, -0.04])
     names = {"volume": "bracket", "left": "foot", "right": "head"}
     kept = {names[g]: cells for g, cells in solid.cell_groups.items() if g in names}
     solid = Mesh(solid.points, solid.cells, kept)
-    sheet = rectangle(2.0, 1.0, 8, 5, "quad").moved([0.3, -0.5, 0.0])
+    sheet = rectangle(2.0, 1.0, 8, 5, "quad").translated([0.3, -0.5, 0.0])
     names = {"surface": "panel", "left": "root", "right": "tip"}
     kept = {names[g]: cells for g, cells in sheet.cell_groups.items() if g in names}
     sheet = Mesh(sheet.points, sheet.cells, kept)

@@ -15,7 +15,7 @@ LENGTH, WIDTH, THICKNESS = 1.0, 0.06, 0.006  # m
 
 def make() -> Mesh:
     """The bar with its three groups."""
-    mesh = box(LENGTH, WIDTH, THICKNESS, 16, 1, 1, cell="hexahedron27").moved([0.0, -WIDTH / 2, -THICKNESS / 2])
+    mesh = box(LENGTH, WIDTH, THICKNESS, 16, 1, 1, cell="hexahedron27").translated([0.0, -WIDTH / 2, -THICKNESS / 2])
     faces = {"root": "left", "tip": "right"}
     quads = [mesh.cells["quad9"][mesh.cell_groups[side]["quad9"]] for side in faces.values()]
     cells = {"hexahedron27": mesh.cells["hexahedron27"], "quad9": np.concatenate(quads)}

@@ -11,7 +11,7 @@ from typing import Any
 from femflex.warning import PhysicsWarning
 
 KEEPS = " (set strain = 'linear' for linear strain)"
-SILENT = ("spin", "joints", "responses")  # choices that the word on a body's shapes tells of
+SILENT = ("joints",)  # choices that the word on a body's shapes tells of
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,7 @@ class Advice:
     """One decision about a body, or one doubt of it.
 
     body      its name; empty for the whole craft
-    decision  what it is about: "strain", "shapes", "joints", "spin", "responses", "stiffening", "bend",
+    decision  what it is about: "strain", "shapes", "joints", "stiffening", "bend",
               "buckling", "slack", "truncation", "support", "torque", "mass", "inertia", "output", "sampling", "craft"
     choice    what was chosen, as the tables of a case say it: "condensed", {"TIP": ["z", "ry"]}; None of a doubt
     reason    in words, with both numbers

@@ -47,7 +47,7 @@ def advise(
     view = estimate_motion(system, duration)
     near = buckling_margins(view.rigid, system, known)
     spin = None if fastest is None else np.asarray(fastest, float)
-    wanted, _ = strain_advice(system, linear, {}, view, known, spin)
+    wanted = strain_advice(system, linear, {}, view, known, spin)
     found = [strain_doubt(system, known, one) for name, one in wanted.items()]
     found += shape_notes(system.bodies, known)
     found += unassessed_bodies(system, known, view.rigid, view.short)

@@ -31,19 +31,16 @@ SOFTENED = 0.5  # tangent stiffness left at a bend, over that at rest, below whi
 REACHED = 3.0  # deflection over rise that responses should reach: beyond the state snapped through, at twice the rise
 PRESSED = 0.1  # of a body's rise: estimated displacement from which on its softening counts
 RESPONSES = 8  # shapes from static responses: with them a curved panel snaps within 2 % of all its elements
-HEARD = 0.05  # of a load's largest component: those below are not followed
 
 # Truncation
 SHARE = 1e-3  # of a mode's strain energy from which a static shape is kept: 0.05 % of its frequency
+SERVED = 0.003  # of a body's largest amplitude, or of a joint's rate: modes excited more are served by static shapes
+EXCITED = 0.01  # of the same: whose truncation error is warned of
 LOWEST = 3  # elastic modes of the craft that sets are to hold
 DOUBTFUL = 0.01  # change of such a frequency with richer sets, from which on it is doubtful
 ROUNDING = 1e-6  # part of a static shape outside the others below which they hold it
 MANY_RICHER = 600  # coordinates of the richer craft up to which its modes are sought: a second's work
 CARRIED = 0.75  # of the mass; one bending mode of a uniform cantilever carries 61 %, two 80 %
-
-# Spin-up
-SPUN = 0.5  # rate, or root of the angular acceleration, over the first frequency: from there on shapes of spin pay
-FEW = 5  # modes, or functions along one direction, up to which they pay: six are as near to Kane's lag without them
 
 # Places
 DUST = 1e-9  # of a marker's largest motion in the shapes, below which a component of it is rounding

@@ -15,7 +15,7 @@ from femflex.advice.limits import MANY, MOST_RATES
 from femflex.arrays import Array
 from femflex.body import FlexibleBody
 from femflex.dynamics import Model, compile_system
-from femflex.dynamics.equilibria.elastic_response import elastic_places, elastic_response
+from femflex.dynamics.equilibria.elastic_response import ElasticResponse, elastic_places, elastic_response
 from femflex.dynamics.joints.held_places import specified_states
 from femflex.dynamics.terms.without import stiffened
 from femflex.integrate import Dop853, IntegrationError
@@ -59,6 +59,7 @@ class MotionEstimate:
     bent     (n_t, n_x) the same with their elastic response
     short    why it covers less than the whole time, and how much; empty for the whole
     rigid    the motion of rigid bodies that it is made from; None where there is none
+    response  of the elastic bodies, mode by mode; None where it is not estimated
     """
 
     model: Model
@@ -67,15 +68,19 @@ class MotionEstimate:
     bent: Array
     short: str = ""
     rigid: RigidEstimate | None = None
+    response: ElasticResponse | None = None
 
 
-def estimate_motion(system: System, until: float) -> MotionEstimate:
-    """Estimated motion of a system up to a time [s], as far as it costs little."""
+def estimate_motion(system: System, until: float, rigid: RigidEstimate | None = None) -> MotionEstimate:
+    """Estimated motion of a system up to a time [s], as far as it costs little.
+
+    rigid: the motion of its rigid bodies, where it is known already, as of the same craft in another set of shapes.
+    """
     system = replace(system, reactions=False, sights=())
     model = compile_system(system)
     start = MotionEstimate(model, np.zeros(1), model.x0[None], model.x0[None])
     try:
-        rigid = rigid_motion_of(model, until)
+        rigid = rigid_motion_of(model, until) if rigid is None else rigid
         states, rates = _taken_along(model, compile_system(rigid.system), (rigid.times, rigid.states))
     except (ValueError, np.linalg.LinAlgError) as error:
         return replace(start, short=f"for the initial state only ({_first(error)})")
@@ -83,9 +88,10 @@ def estimate_motion(system: System, until: float) -> MotionEstimate:
     if model.n_u > MANY:
         return replace(moved, short=f"without elastic deflection ({model.n_u} coordinates, over {MANY})")
     try:
-        return replace(moved, bent=elastic_response(model, rigid.times, states, rates))
+        response = elastic_response(model, rigid.times, states, rates)
     except (ValueError, np.linalg.LinAlgError) as error:
         return replace(moved, short=f"without elastic deflection ({_first(error)})")
+    return replace(moved, bent=response.states, response=response)
 
 
 def estimate_rigid_motion(system: System, until: float) -> tuple[RigidEstimate | None, str]:

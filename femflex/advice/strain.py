@@ -11,7 +11,7 @@ import numpy as np
 
 from femflex.advice.advice import Advice
 from femflex.advice.bodies import KnownBodies
-from femflex.advice.buckling.margin import BucklingMargin, post_buckling_note
+from femflex.advice.buckling.margin import BucklingMargin
 from femflex.advice.curved import snap_through_advice
 from femflex.advice.deflections import deflection_watches
 from femflex.advice.limits import BENT, BOWING, BY_SPIN, LEEWAY, PHASE, PRINTED, STIFFENED, STILL, SWINGING, SWUNG
@@ -62,10 +62,8 @@ def strain_advice(
     view: MotionEstimate,
     known: KnownBodies,
     fastest: Array | None = None,
-) -> tuple[dict[str, Advice], list[str]]:
+) -> dict[str, Advice]:
     """Strain of these bodies, which are linear in this system, and its reason; those that are rigid need none.
-
-    Also the names of curved ones that may snap and are left open to be given responses to their loads.
 
     near: of bodies that bear nearly what buckles them, how near; view: the preliminary motion; fastest (3,): a steady
     spin [rad/s] that counts too, as the last of a diagram over speeds.
@@ -80,13 +78,11 @@ def strain_advice(
     chosen = {
         name: _with_buckling(strain_of_extent(name, found[name]), near.get(name)) for name in names if name in found
     }
-    snapping = []
     for name in chosen:
         moved = found[name].bent * found[name].size
-        if known.open(name).responses and (why := snap_through_advice(known[name], name, moved, near.get(name))):
-            chosen[name] = why
-            snapping.append(name)
-    return chosen, snapping
+        if name in known and (curved := snap_through_advice(known[name], name, moved, near.get(name))):
+            chosen[name] = curved
+    return chosen
 
 
 def strain_of_extent(name: str, reach: MotionExtent) -> Advice:
@@ -129,12 +125,10 @@ def _with_buckling(chosen: Advice, near: BucklingMargin | None) -> Advice:
         return chosen
     left_out = f"{near}, which linear strain leaves out"
     if near.part < BOWING:
-        follows = chosen.choice == "linear" or near.flutters  # what is judged along it knows no forces that follow
-        return (
-            replace(chosen, choice="condensed", reason=left_out, value=near.part, limit=BOWING) if follows else chosen
-        )
-    reason = left_out + post_buckling_note(near, "nonlinear")
-    return replace(chosen, choice="nonlinear", reason=reason, value=near.part, limit=BOWING)
+        if chosen.choice != "linear":
+            return chosen
+        return replace(chosen, choice="condensed", reason=left_out, value=near.part, limit=BOWING)
+    return replace(chosen, choice="nonlinear", reason=left_out, value=near.part, limit=BOWING)
 
 
 def _bent(reach: MotionExtent) -> str:

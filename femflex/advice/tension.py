@@ -22,7 +22,7 @@ from femflex.arrays import Array, BoolArray, IntArray
 from femflex.body import FlexibleBody, Foreshortening
 from femflex.dynamics import Model
 from femflex.fem.structure import Structure
-from femflex.fem.tables import of
+from femflex.fem.tables import rows_of_elements
 from femflex.fem.tension.strain import PRINCIPAL, UNITS, TensionStrain, lowest_principal
 from femflex.reduction.boundary.markers import marker_rows
 from femflex.reduction.boundary.supported import supported
@@ -165,8 +165,8 @@ def _functionals(structure: Structure, block: TensionStrain, elements: IntArray)
     raw = np.zeros((structure.T.shape[0], len(elements) * s))
     for k, element in enumerate(elements):
         own = slice(element, element + 1)
-        C = np.broadcast_to(of(block.elastic, own), (1, block.weight.shape[1], s, s))[0]
-        G = np.broadcast_to(of(block.G, own), (1, block.weight.shape[1], *block.G.shape[2:]))[0]
+        C = np.broadcast_to(rows_of_elements(block.elastic, own), (1, block.weight.shape[1], s, s))[0]
+        G = np.broadcast_to(rows_of_elements(block.G, own), (1, block.weight.shape[1], *block.G.shape[2:]))[0]
         rows = np.einsum("q,qst,tg,qgl->sl", mean[k], C, block.linear_map, G)
         np.add.at(raw, (block.dofs[element][:, None], k * s + np.arange(s)), rows.T)
     return np.asarray(structure.T.T @ raw)

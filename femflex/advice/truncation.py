@@ -20,10 +20,11 @@ import numpy as np
 
 from femflex.advice.advice import Advice, doubt
 from femflex.advice.bodies import KnownBodies
-from femflex.advice.enriched_bodies import EnrichedBody, Place
-from femflex.advice.limits import DOUBTFUL, LOWEST, MANY_RICHER, ROUNDING, SHARE
-from femflex.advice.motion_estimate import SINGULAR
-from femflex.arrays import Array
+from femflex.advice.enriched_bodies import FOLLOWERS, EnrichedBody, Place
+from femflex.advice.limits import DOUBTFUL, EXCITED, LOWEST, MANY_RICHER, ROUNDING, SERVED, SHARE
+from femflex.advice.motion_estimate import SINGULAR, RigidEstimate, estimate_motion
+from femflex.arrays import Array, IntArray
+from femflex.dynamics.equilibria.elastic_response import ElasticResponse
 from femflex.dynamics.equilibria.rest_modes import RestModes, rest_modes, truncation
 from femflex.reading import error_text
 from femflex.reduction.boundary.rigid import DIRECTIONS
@@ -41,6 +42,7 @@ class RicherCraft:
     """A craft in richer sets, or why there is none.
 
     bodies and markers (of joints) by name; still: names of bodies whose root cannot move
+    response: what the loads, commands and starts of the run excite of it; None where that is not estimated
     """
 
     bodies: Mapping[str, EnrichedBody]
@@ -48,6 +50,72 @@ class RicherCraft:
     markers: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     still: frozenset[str] = frozenset()
     lack: str = ""
+    response: ElasticResponse | None = None
+
+    def excited_modes(self, name: str, share: float, swinging: bool = False) -> IntArray:
+        """Numbers of the response's modes that count for a body.
+
+        In them it is displaced by more than a share of its largest amplitude (by the root of its strain energy over the
+        frequency), or it holds more than that share of the energy of a mode that turns a joint by more than it.
+        swinging: by what swings alone, without a slow static part.
+        """
+        if self.response is None or name not in self.response.shapes:
+            return np.zeros(0, np.int64)
+        V1, shapes = self.bodies[name].body.strain.V1, self.response.shapes[name]
+        energy = np.maximum(np.einsum("ik,ij,jk->k", shapes, V1, shapes), 0.0)
+        amplitude = self.response.swing if swinging else self.response.peak
+        size = amplitude * np.sqrt(energy) / self.response.omega
+        turning = (self.response.recoil > share) & (energy > share * self.response.omega**2)
+        return np.flatnonzero((size > share * size.max(initial=0.0)) | turning)
+
+    def excited_motions(self, name: str) -> Array:
+        """Elastic coordinates (n, k) of a body in these modes, of strain energy 1/2 of the whole craft."""
+        if self.response is None or name not in self.response.shapes:
+            return np.zeros((len(self.bodies[name].kept), 0))
+        numbers = self.excited_modes(name, SERVED)
+        return self.response.shapes[name][:, numbers] / self.response.omega[numbers]
+
+    @property
+    def excited(self) -> Array:
+        """Frequencies (k,) of the modes that swing in any body [rad/s]."""
+        if self.response is None:
+            return np.zeros(0)
+        numbers = {int(k) for name in self.bodies for k in self.excited_modes(name, EXCITED, swinging=True)}
+        return self.response.omega[sorted(numbers)]
+
+
+def with_response(richer: RicherCraft, system: System, until: float) -> tuple[RicherCraft, RigidEstimate | None]:
+    """The craft in richer sets with what a run up to a time [s] excites of it, and its estimated rigid motion.
+
+    Members that deploy keep their own functions in that.
+    """
+    if richer.modes is None:
+        return richer, None
+    bodies = {name: rich for name, rich in richer.bodies.items() if name not in system.varying}
+    rich_system = replace(
+        system,
+        bodies={**system.bodies, **{name: rich.body for name, rich in bodies.items()}},
+        delta0={**system.delta0, **_in_richer_sets(system, bodies, system.delta0)},
+        ddelta0={**system.ddelta0, **_in_richer_sets(system, bodies, system.ddelta0)},
+    )
+    estimate = estimate_motion(rich_system, until)
+    response = estimate.response
+    if response is not None:
+        response = replace(response, shapes={name: response.shapes[name] for name in bodies})
+    return replace(richer, response=response), estimate.rigid
+
+
+def _in_richer_sets(
+    system: System, bodies: Mapping[str, EnrichedBody], coordinates: Mapping[str, Array]
+) -> dict[str, Array]:
+    """Elastic coordinates of bodies, without those of shapes that follow others, in their richer sets."""
+    out = {}
+    for name, rich in bodies.items():
+        if name in coordinates:
+            kinds = system.bodies[name].kinds
+            first = [k for k in range(len(coordinates[name])) if k >= len(kinds) or kinds[k] not in FOLLOWERS]
+            out[name] = rich.kept @ np.asarray(coordinates[name])[first]
+    return out
 
 
 def richer_craft(system: System, known: KnownBodies) -> RicherCraft:
@@ -119,9 +187,10 @@ def joint_advice(
 def _wanted(richer: RicherCraft, known: KnownBodies, name: str, band: float) -> list[Place]:
     """The static shapes that a body leaves open and that the lowest modes of a craft want."""
     assert richer.modes is not None
-    found, served = richer.bodies[name], richer.modes.lowest_elastic(LOWEST, band)
+    found, lowest = richer.bodies[name], richer.modes.relevant(LOWEST, band)
     open_ = {place: x for place, x in found.choices.items() if _is_open(known, name, place, richer.still)}
-    return selected_shapes(found, open_, richer.modes.shapes[name][:, served] / richer.modes.omega[served])
+    motions = [richer.modes.shapes[name][:, lowest] / richer.modes.omega[lowest], richer.excited_motions(name)]
+    return selected_shapes(found, open_, np.column_stack(motions))
 
 
 def _choice(name: str, chosen: set[Place]) -> Advice:
@@ -182,7 +251,7 @@ def truncation_warnings(system: System, richer: RicherCraft, band: float, t: flo
     if richer.modes is None:
         return []
     try:
-        found = truncation(system, richer.modes, LOWEST, band)
+        found = truncation(system, richer.modes, LOWEST, band, richer.excited)
     except (ValueError, np.linalg.LinAlgError) as error:
         log.info(f"the truncation error of the craft's frequencies is not estimated: {error_text(error, SINGULAR)}")
         return []
@@ -192,7 +261,7 @@ def truncation_warnings(system: System, richer: RicherCraft, band: float, t: flo
     each = ", ".join(
         f"{k + 1} at {found.kept[k]:.4g} Hz would be at {found.richer[k]:.4g} Hz ({-found.errors[k]:.1%})" for k in high
     )
-    judged = f"the first {LOWEST}" + (f" and those below {band:g} Hz" if band else "")
+    judged = f"the first {LOWEST} and those that the run excites" + (f" and those below {band:g} Hz" if band else "")
     judged += f", lengths of t = {t:.6g} s" * bool(t)
     text = (
         f"the craft's elastic frequencies ({judged}, at rest, with linear strain) change by more than {DOUBTFUL:.0%} "
@@ -206,11 +275,14 @@ def truncation_warnings(system: System, richer: RicherCraft, band: float, t: flo
 def _named(system: System, richer: RicherCraft) -> str:
     """The bodies that lack most: those without which the change would be less than half as large."""
     assert richer.modes is not None
-    whole = truncation(system, richer.modes, LOWEST).errors.max()
+    whole = truncation(system, richer.modes, LOWEST, 0.0, richer.excited).errors.max()
     blamed = []
     for name in richer.bodies:
         others = {key: found.body for key, found in richer.bodies.items() if key != name}
-        if truncation(system, rest_modes(system, others), LOWEST).errors.max(initial=0.0) < whole / 2:
+        if (
+            truncation(system, rest_modes(system, others), LOWEST, 0.0, richer.excited).errors.max(initial=0.0)
+            < whole / 2
+        ):
             blamed.append(name)
     return ", ".join(map(repr, blamed or richer.bodies))
 

@@ -97,19 +97,19 @@ def _clamp(deck: Deck, sets: tuple[str, ...]) -> tuple[str, dict[str, Support]]:
 
     Supports count by themselves first: a deck that stands by springs to ground or by AUTOSPC alone may be meant free.
     """
-    if any(name != HELD_BY_ITSELF for name in deck.default_supports) and holds(deck, held := deck.held()):
+    if any(name != HELD_BY_ITSELF for name in deck.default_supports) and holds(deck, held := deck.active_supports()):
         return "supports", held
     for name in sets:
-        if holds(deck, held := {**deck.held([name]), **_by_itself(deck)}):
+        if holds(deck, held := {**deck.active_supports([name]), **_by_itself(deck)}):
             return name, held
     if deck.default_supports and _stands(deck):
-        return "supports", deck.held()
+        return "supports", deck.active_supports()
     return "", _by_itself(deck)
 
 
 def _stands(deck: Deck) -> bool:
     """Whether the deck stands by its supports in force together with springs to ground and what AUTOSPC holds."""
-    held = deck.held()
+    held = deck.active_supports()
     structure = deck.structure(held)
     if structure.n_dof > LARGEST or not structure.M.diagonal().any():
         return False
@@ -121,7 +121,7 @@ def _stands(deck: Deck) -> bool:
 
 
 def _by_itself(deck: Deck) -> dict[str, Support]:
-    return deck.held([HELD_BY_ITSELF]) if HELD_BY_ITSELF in deck.supports else {}
+    return deck.active_supports([HELD_BY_ITSELF]) if HELD_BY_ITSELF in deck.supports else {}
 
 
 def holds(deck: Deck, held: dict[str, Support]) -> bool:

@@ -39,7 +39,7 @@ def deck_of(case: Case, name: str, table: FlexibleTable) -> Deck | None:
     try:
         stamp = path.stat().st_mtime_ns if path.is_file() else 0
         found = _read(str(path), stamp, table.units, json.dumps(table.overrides, sort_keys=True))
-        found = found.with_named(group for _, group in groups_named("", table))
+        found = found.with_node_groups(group for _, group in groups_named("", table))
         return replace(found, mesh=found.mesh.with_groups(points=_supports_with_joints(case, name, found)))
     except (ValueError, OSError) as error:
         raise CaseError(case.path.name, [Problem(f"bodies.{name}.deck", str(error))]) from None
@@ -49,7 +49,7 @@ def _supports_with_joints(case: Case, name: str, deck: Deck) -> dict[str, list[i
     """Group -> its points, all that a set of supports holds, of sets that joints name as markers."""
     ends = [(joint.child, joint.child_marker) for joint in case.joints]
     ends += [(joint.parent, joint.parent_marker) for joint in case.joints if joint.parent is not None]
-    sets = {IN_FORCE: deck.held(), **deck.supports}
+    sets = {IN_FORCE: deck.active_supports(), **deck.supports}
     points = {}
     for marker in dict.fromkeys(marker for body, marker in ends if body == name and marker in sets):
         if marker not in deck.mesh.groups:
@@ -85,7 +85,7 @@ def with_deck(case: Case, name: str, table: FlexibleTable) -> FlexibleTable:
                     f"{sorted(deck.supports) or 'none'}"
                 )
                 raise CaseError(case.path.name, [Problem(f"bodies.{name}.reduction.clamp", text)])
-            held |= {one: _clamp(support) for one, support in deck.held().items()}
+            held |= {one: _clamp(support) for one, support in deck.active_supports().items()}
         elif group in deck.supports and not value:
             held |= {one: _clamp(support) for one, support in deck.supports[group].items()}
         elif group in deck.mesh.groups:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
-from typing import Any
+from collections.abc import Mapping
 
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable, Strain
 from femflex.case.case import Case
@@ -21,20 +20,14 @@ def open_choices(table: BodyTable) -> LeftOpen:
     if isinstance(table, DeployingTable):
         return LeftOpen(False, joints, joints, joints, ("root",))
     if isinstance(table, AnalyticTable):
-        f = table.functions
-        few = None if f.model_fields_set & {"static", "spin"} else max(f.y, f.z)
-        return LeftOpen(strain, joints, joints, joints, ("root",), few)
+        return LeftOpen(strain, joints, joints, joints, ("root",))
     r = getattr(table, "reduction", None)
     if not isinstance(table, FlexibleTable) or not isinstance(r, Stretchable):
         return LeftOpen(strain, joints)
     held = isinstance(r, CantileverTable)
     at_roots = joints and not (held and "attachment" in r.model_fields_set)
     elsewhere = joints and not (held and "loads" in r.model_fields_set)
-    plain = r.derivatives is None and r.deflection is None and not r.responses and not r.third_derivatives
-    few = None
-    if isinstance(r, CantileverTable) and table.cut is None and not r.model_fields_set & {"attachment", "spin"}:
-        few = r.modes if all(m.family == "beam" for m in table.members) else None  # sheets slew no better with them
-    return LeftOpen(strain, joints, at_roots, elsewhere, tuple(getattr(r, "clamp", ())), few, held and plain)
+    return LeftOpen(strain, joints, at_roots, elsewhere, tuple(getattr(r, "clamp", ())))
 
 
 def _leaves_strain(table: BodyTable) -> bool:
@@ -142,21 +135,3 @@ def _with_joints(table: BodyTable, ways: Mapping[str, list[str]]) -> BodyTable:
         return table.model_copy(update={"functions": table.functions.model_copy(update={"joints": list(ways)})})
     assert isinstance(table, FlexibleTable) and isinstance(table.reduction, Stretchable)
     return table.model_copy(update={"reduction": table.reduction.model_copy(update={"joints": dict(ways)})})
-
-
-def with_spin(case: Case, names: Collection[str]) -> Case:
-    """The case with the static shapes of spin requested in the tables of these bodies."""
-    tables = {}
-    for name in names:
-        table = case.bodies[name]
-        key = "functions" if isinstance(table, AnalyticTable) else "reduction"
-        tables[name] = table.model_copy(update={key: getattr(table, key).model_copy(update={"spin": True})})
-    return with_tables(case, tables)
-
-
-def with_responses_to(case: Case, name: str, keys: Mapping[str, Any]) -> Case:
-    """The case with these keys in the reduction of a body, whose strain is nonlinear."""
-    table = case.bodies[name]
-    assert isinstance(table, FlexibleTable) and table.reduction is not None
-    update = {"reduction": table.reduction.model_copy(update=dict(keys)), "strain": "nonlinear"}
-    return with_tables(case, {name: table.model_copy(update=update)})

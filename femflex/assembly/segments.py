@@ -12,9 +12,9 @@ from femflex.case.body import FlexibleTable
 from femflex.case.case import Case
 from femflex.case.problems import CaseError, Problem
 from femflex.case.reduction import CantileverTable, CraigBamptonTable, FreeFreeTable, NodalTable
-from femflex.fem import Structure, cut
+from femflex.fem import Structure, cut_into_segments
 from femflex.fem.line.chain import straight_elements
-from femflex.fem.line.cut import NEAR
+from femflex.fem.line.segments import NEAR
 from femflex.mesh import Mesh
 from femflex.reduction import (
     Damping,
@@ -52,7 +52,7 @@ def build_segments(
     count = segments or member.segments
     assert count is not None
     try:
-        pieces = cut(mesh, members, count, member.group, point_masses_of(table), start)
+        pieces = cut_into_segments(mesh, members, count, member.group, point_masses_of(table), start)
     except ValueError as error:
         where = f"bodies.{name}.members[{member.group}].segments"
         raise CaseError(case.path.name, [Problem(where, str(error))]) from error

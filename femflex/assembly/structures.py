@@ -124,7 +124,7 @@ def build_structure_of(case: Case, name: str, table: FlexibleTable, mesh: Mesh) 
     for text in doubts(deck, structure):
         warnings.warn(f"bodies.{name}.deck: {text}", PhysicsWarning, stacklevel=2)
     notes = (*structure.notes, *left_out_text(deck))
-    return replace(structure, notes=notes, unresisted=deck.unresisted(structure), point_names=deck.point_names())
+    return replace(structure, notes=notes, unresisted=deck.autospc_dofs(structure), point_names=deck.point_names())
 
 
 def members_of(case: Case, name: str, table: FlexibleTable) -> list[Member]:

@@ -40,10 +40,10 @@ def file_mesh(folder: Path, table: FlexibleTable) -> Mesh:
 
 def with_places(mesh: Mesh, table: FlexibleTable) -> Mesh:
     """The mesh with the regions of a body, the whole groups that it names, and the reference nodes of connections."""
-    from femflex.mesh.regions import with_box, with_point_at, with_points, with_whole
+    from femflex.mesh.regions import with_box, with_point_at, with_points, with_whole_groups
 
     own = mesh.points
-    mesh = with_whole(mesh, [group for _, group in groups_named("", table)])
+    mesh = with_whole_groups(mesh, [group for _, group in groups_named("", table)])
     for name, region in table.regions.items():
         if region.box is not None:
             mesh = with_box(mesh, name, *region.box, within=region.within)

@@ -114,8 +114,9 @@ class Stretchable(Table):
 
     joints: dict[str, list[Component]] | None = None
     """Group -> directions of joint forces and moments whose static shapes are added; at a clamped group, directions of
-    acceleration. Default: those that change one of the craft's first three elastic frequencies, or one below `band`,
-    by 0.05 %. None are added at clamps if `attachment` is given, nor elsewhere if `loads` is given. {} adds none."""
+    acceleration. Default: those that change by 0.05 % one of the craft's first three elastic frequencies, one below
+    `band`, or one that the run excites. None are added at clamps if `attachment` is given, nor elsewhere if `loads` is
+    given. {} adds none."""
 
     @model_validator(mode="after")
     def _derives(self) -> Stretchable:
@@ -153,8 +154,8 @@ class CantileverTable(Stretchable):
     where there is gravity, strain is nonlinear or condensed, and derivatives = 'auto'."""
     spin: StrictBool | None = None
     """Static shapes of a spin in addition to the modes (the slow ones of all six accelerations). It needs nonlinear or
-    condensed strain with derivatives = 'auto'. Default: true for bodies of beams with at most five modes that spin
-    steadily or are expected to spin up fast, unless `attachment` is given."""
+    condensed strain with derivatives = 'auto'. Default: true for bodies that spin steadily, unless `attachment` is
+    given."""
     loads: dict[str, list[Component]] = Field(default_factory=dict)
     """Group -> directions of unit forces and moments whose static shapes are added. Default: those of the case's loads
     of whose work the modes miss 1 %; with nonlinear or condensed strain all slow ones of the loads and attached bodies.
@@ -246,12 +247,12 @@ class FunctionsTable(Table):
     spin: StrictBool | None = None
     """Static shapes of a spin in addition to the functions: two more along y and along z, one of axial
     displacement and one of torsion, where strain is not linear. Only for clamped-free characteristic functions. Left
-    out: true where the case spins steadily, or is expected to spin up fast for the body, unless `static` is given."""
+    out: true where the case spins steadily, unless `static` is given."""
     joints: list[Literal["root", "tip"]] | None = None
     """Static shapes of an accelerated root and of a tip force and moment in addition to the functions: two more along y
     and z for each, one of axial displacement and one of torsion. Only for clamped-free characteristic functions. Left
-    out: those that change one of the craft's first three elastic frequencies, or one below `band`, by 0.05 %, unless
-    `static` is given."""
+    out: those that change by 0.05 % one of the craft's first three elastic frequencies, one below `band`, or one that
+    the run excites, unless `static` is given."""
     loads: StrictBool | None = None
     """Static shapes of a force and a moment at the tip in addition to the functions, as those of `joints`: for loads at
     the tip. Only for clamped-free characteristic functions. Left out: where the functions answer such a load by less

@@ -13,7 +13,7 @@ from femflex.arrays import Array, IntArray
 from femflex.case.starting_deck import DeckFacts, deck_tables, scale_of
 from femflex.mesh import Mesh
 from femflex.mesh.cells import CELL_TYPES, EDGES, FACES
-from femflex.mesh.regions import with_whole
+from femflex.mesh.regions import with_whole_groups
 
 CLAMPS = ("root", "base", "clamp", "fixed", "fix", "hinge", "start", "left")  # parts of names of clamped groups
 TIPS = ("tip", "end", "corner", "free", "right")
@@ -142,7 +142,7 @@ def starting_case(
     if mesh is None:
         return head + BEAM + _tail("boom", "tip", 2, scale), []
     choice = choice or mesh_choices(mesh)[0]
-    whole = with_whole(mesh, choice.members)
+    whole = with_whole_groups(mesh, choice.members)
     text, marker = _meshed(whole, mesh_file, choice)
     notes = list(choice.notes)
     size = float(np.ptp(mesh.points, axis=0).max())
@@ -208,7 +208,7 @@ def mesh_choices(mesh: Mesh) -> list[MeshChoice]:
     top = {group: own for group, families in members.items() if (own := _of_dimension(families, mesh.dimension))}
     found = []
     for used in (members, top) if top != members else (members,):
-        whole = with_whole(mesh, used)
+        whole = with_whole_groups(mesh, used)
         points = np.unique(np.concatenate([whole.group_points(group) for group in used]))
         end = tip if tip and np.isin(mesh.group_points(tip), points).all() else ""
         left = [group for group in members if group not in used]
@@ -276,7 +276,7 @@ def _member_groups(mesh: Mesh) -> tuple[dict[str, tuple[str, ...]], list[str]]:
     cells = {group: own for group, own in mesh.cell_groups.items() if own}
     dimensions = {group: {CELL_TYPES[kind].dimension for kind in own} - {0} for group, own in cells.items()}
     if not any(mesh.dimension in own for own in dimensions.values()):
-        cells, dimensions = {"all": with_whole(mesh, ["all"]).cell_groups["all"]}, {"all": {mesh.dimension}}
+        cells, dimensions = {"all": with_whole_groups(mesh, ["all"]).cell_groups["all"]}, {"all": {mesh.dimension}}
     families: dict[str, list[int]] = {}
     beside: list[str] = []
     taken: dict[str, set[int]] = {}

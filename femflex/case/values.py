@@ -144,7 +144,7 @@ class Quantity(_Readable):
 class Along(_Readable):
     """A quantity that may vary along a member: number, table over arc length, or formula of s and L.
 
-    Reads into a float, a tuple (s, values), or the formula's text: what femflex.fem.along takes.
+    Reads into a float, a tuple (s, values), or the formula's text: what femflex.fem.variation takes.
     """
 
     unit: str

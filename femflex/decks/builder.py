@@ -1,4 +1,4 @@
-"""The mesh and members of a deck while its elements are read: cells gathered by what a Member needs."""
+"""The mesh and members of a deck while its elements are read: cells are collected by member."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from femflex.arrays import Array
 from femflex.fem import Member
 from femflex.mesh import Mesh
 
-ALIKE = 1e-9  # part by which values of cells differ that count as one
+EQUAL = 1e-9  # relative difference of values of cells that are treated as equal
 
 
 @dataclass
-class _Gathered:
-    """Cells of one member: rows by cell type, and what the member is made of."""
+class _MemberCells:
+    """Cells of one member: rows by cell type, and the definition of the member."""
 
     name: str
     family: str
@@ -30,8 +30,8 @@ class _Gathered:
 
 
 @dataclass(frozen=True)
-class Built:
-    """A cell that stands in the mesh: number of its element, type and row, and what its member is made of."""
+class BuiltCell:
+    """A cell of the mesh: number of its element, type and row, and the definition of its member."""
 
     number: int | None
     kind: str
@@ -50,10 +50,10 @@ class Builder:
         self.row_of: dict[int, int] = {}  # node of the deck -> row of points
         self.cells: dict[str, list[Sequence[int]]] = {}
         self.cell_of: dict[int, list[tuple[str, int]]] = {}  # element of the deck -> cell type and row of its cells
-        self._number_of: dict[tuple[str, int], int] = {}  # and the way back
+        self._number_of: dict[tuple[str, int], int] = {}  # cell type and row -> element of the deck
         self.cell_groups: dict[str, dict[str, list[int]]] = {}
         self.point_groups: dict[str, list[int]] = {}
-        self._members: dict[Hashable, _Gathered] = {}
+        self._members: dict[Hashable, _MemberCells] = {}
         self._names: dict[str, int] = {}
 
     def point(self, position: ArrayLike) -> int:
@@ -62,13 +62,13 @@ class Builder:
         return len(self.points) - 1
 
     def node(self, number: int, position: ArrayLike) -> int:
-        """Row of a node of the deck, new where it is used for the first time; place (3,) [m]."""
+        """Row of a node of the deck, which is added on first use; position (3,) [m]."""
         if number not in self.row_of:
             self.row_of[number] = self.point(position)
         return self.row_of[number]
 
     def point_group(self, row: int, name: str) -> str:
-        """The group of that name, of one point."""
+        """Add a group of one point; returns its name."""
         self.point_groups[name] = [row]
         return name
 
@@ -86,17 +86,17 @@ class Builder:
         number: int | None = None,
         fields: Mapping[str, Any] | None = None,
     ) -> None:
-        """Add a cell to the member of a key, which is made when it is first named; `name` is that of its property.
+        """Add a cell to the member with this key, which is created on first use; `name` is that of its property.
 
-        options belong to the member; fields are values of this cell, by option: a number, one for each corner, or a
-        direction (axis). All cells of a member have the same ones.
+        options belong to the member; fields are values of this cell by option: a number, one number per corner, or a
+        direction (axis). All cells of a member have fields for the same options.
         """
         cells = self.cells.setdefault(kind, [])
         row = len(cells)
         cells.append(rows)
         if key not in self._members:
             k = self._names[name] = self._names.get(name, 0) + 1
-            self._members[key] = _Gathered(f"{name}-part{k}", family, section, material, options or {})
+            self._members[key] = _MemberCells(f"{name}-part{k}", family, section, material, options or {})
         self._members[key].rows.setdefault(kind, []).append(row)
         self._members[key].fields.setdefault(kind, []).append(fields or {})
         for group in (name, *groups):
@@ -105,43 +105,45 @@ class Builder:
             self.cell_of.setdefault(number, []).append((kind, row))
             self._number_of[kind, row] = number
 
-    def built(self) -> Iterator[Built]:
-        """Every cell with what it is made of."""
-        for one in self._members.values():
-            for kind, rows in one.rows.items():
-                for row, fields in zip(rows, one.fields[kind], strict=True):
+    def built_cells(self) -> Iterator[BuiltCell]:
+        """Every cell with the definition of its member."""
+        for member in self._members.values():
+            for kind, rows in member.rows.items():
+                for row, fields in zip(rows, member.fields[kind], strict=True):
                     number = self._number_of.get((kind, row))
-                    yield Built(number, kind, row, one.family, one.section, one.material, fields)
+                    yield BuiltCell(number, kind, row, member.family, member.section, member.material, fields)
 
-    def remake(self, values: Mapping[int, Hashable], made: Callable[[Any, Any, Any], tuple[Any, Any]]) -> None:
-        """Give elements, by their numbers, another section and material: what `made` makes of both and of a value.
+    def change_sections(
+        self, values: Mapping[int, Hashable], change: Callable[[Any, Any, Any], tuple[Any, Any]]
+    ) -> None:
+        """Replace section and material of elements, by number, by change(section, material, value).
 
-        Elements of a member with unlike values, or some without, become members of their own.
+        Elements of a member with different values, or without one, become separate members.
         """
-        before, self._members = self._members, {}
-        for key, one in before.items():
-            for kind, rows in one.rows.items():
-                for row, fields in zip(rows, one.fields[kind], strict=True):
+        old_members, self._members = self._members, {}
+        for key, member in old_members.items():
+            for kind, rows in member.rows.items():
+                for row, fields in zip(rows, member.fields[kind], strict=True):
                     value = values.get(self._number_of.get((kind, row), -1))
-                    own = key if value is None else (key, value)
-                    if own not in self._members:
-                        section, material = (one.section, one.material)
+                    new_key = key if value is None else (key, value)
+                    if new_key not in self._members:
+                        section, material = (member.section, member.material)
                         if value is not None:
-                            section, material = made(section, material, value)
-                        self._members[own] = replace(one, section=section, material=material, rows={}, fields={})
-                    self._members[own].rows.setdefault(kind, []).append(row)
-                    self._members[own].fields.setdefault(kind, []).append(fields)
+                            section, material = change(section, material, value)
+                        self._members[new_key] = replace(member, section=section, material=material, rows={}, fields={})
+                    self._members[new_key].rows.setdefault(kind, []).append(row)
+                    self._members[new_key].fields.setdefault(kind, []).append(fields)
         self._names = {}
-        for one in self._members.values():
-            name = one.name.rpartition("-part")[0]
+        for member in self._members.values():
+            name = member.name.rpartition("-part")[0]
             self._names[name] = self._names.get(name, 0) + 1
-            one.name = f"{name}-part{self._names[name]}"
+            member.name = f"{name}-part{self._names[name]}"
 
     def mesh(self) -> Mesh:
         """The mesh with all groups: those of members and those of properties, sets and points."""
         groups = {**self.cell_groups}
-        for one in self._members.values():
-            groups[self._group(one)] = one.rows
+        for member in self._members.values():
+            groups[self._group(member)] = member.rows
         points = np.array(self.points).reshape(-1, 3)
         return Mesh(
             points,
@@ -159,30 +161,31 @@ class Builder:
 
     def families(self) -> set[str]:
         """Names of the families that are used."""
-        return {one.family for one in self._members.values()}
+        return {member.family for member in self._members.values()}
 
-    def _group(self, one: _Gathered) -> str:
-        """The group of a member: that of its property where it is the only part of it."""
-        name, _, part = one.name.rpartition("-part")
-        return name if part == "1" and self._names[name] == 1 else one.name
+    def _group(self, member: _MemberCells) -> str:
+        """The group of a member: that of its property if the property has only this member."""
+        name, _, part = member.name.rpartition("-part")
+        return name if part == "1" and self._names[name] == 1 else member.name
 
 
 def _field_options(fields: Mapping[str, Sequence[Mapping[str, Any]]]) -> dict[str, Any]:
-    """Options of values by cell: one value where all are alike, else values by cell type; an axis by its components."""
-    found: dict[str, Any] = {}
+    """Options from values of cells: one value if all are equal, otherwise values by cell type; an axis by
+    components."""
+    options: dict[str, Any] = {}
     for name in next(iter(fields.values()))[0]:
         values = {kind: np.array([cell[name] for cell in cells], float) for kind, cells in fields.items()}
         if name == "axis":
             axes = np.concatenate(list(values.values()))
-            alike = np.abs(axes - axes[0]).max() <= ALIKE
-            parts = tuple({kind: own[:, c] for kind, own in values.items()} for c in range(3))
-            found[name] = tuple(float(c) for c in axes[0]) if alike else parts
+            all_equal = np.abs(axes - axes[0]).max() <= EQUAL
+            components = tuple({kind: cell_values[:, c] for kind, cell_values in values.items()} for c in range(3))
+            options[name] = tuple(float(c) for c in axes[0]) if all_equal else components
             continue
-        every = np.concatenate([own.ravel() for own in values.values()])
-        found[name] = float(every[0]) if np.ptp(every) <= ALIKE * np.abs(every).max() else values
-    return found
+        all_values = np.concatenate([cell_values.ravel() for cell_values in values.values()])
+        options[name] = float(all_values[0]) if np.ptp(all_values) <= EQUAL * np.abs(all_values).max() else values
+    return options
 
 
 def direction_key(v: ArrayLike, digits: int = 9) -> tuple[float, ...]:
-    """A unit vector (3,) as a key of as many numbers: directions that differ by rounding have the same."""
+    """A key of rounded components for a unit vector (3,): directions that differ by rounding have the same key."""
     return tuple(float(value) + 0.0 for value in np.round(np.asarray(v, float), digits))

@@ -1,4 +1,4 @@
-"""What the reading of a deck finds besides the model: cards used and not used, notes, and what is wrong, by line."""
+"""Findings while a deck is read, besides the model: used and unused cards, notes, and problems with their lines."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-SHOWN = 20  # problems of a deck that are written out
+MAX_SHOWN = 20  # maximum number of problems in the text of a DeckError
 
 
 def toml_key(name: str) -> str:
-    """A name as a key of a case file, in quotation marks where it needs them."""
+    """A name as a key of a case file, in quotation marks if needed."""
     return name if name.replace("_", "").replace("-", "").isalnum() and name.isascii() else json.dumps(name)
 
 
 @dataclass(frozen=True)
-class Place:
+class Location:
     """A line of a file."""
 
     file: str
@@ -30,7 +30,7 @@ class Place:
 
 @dataclass(frozen=True)
 class UnusedCard:
-    """Cards of one kind that the structure is made without: what is so different, and where the first one stands."""
+    """Ignored cards of one kind: the consequence for the structure, and the location of the first card."""
 
     card: str
     count: int
@@ -43,11 +43,11 @@ class UnusedCard:
 
 
 class DeckError(ValueError):
-    """A deck that cannot be used; the text holds every problem with its file and line, problems the single ones."""
+    """A deck that cannot be used; the text lists the problems with file and line, `problems` has them all."""
 
     def __init__(self, name: str, problems: list[str]) -> None:
         self.problems = tuple(problems)
-        shown = problems[:SHOWN] + ([f"and {len(problems) - SHOWN} more"] if len(problems) > SHOWN else [])
+        shown = problems[:MAX_SHOWN] + ([f"and {len(problems) - MAX_SHOWN} more"] if len(problems) > MAX_SHOWN else [])
         head = (
             f"{name} cannot be used"
             if len(problems) == 1
@@ -58,83 +58,90 @@ class DeckError(ValueError):
 
 @dataclass
 class Findings:
-    """Collected while a deck is read."""
+    """Findings collected while a deck is read."""
 
     used: Counter[str] = field(default_factory=Counter)
-    _notes: dict[str, list[str]] = field(default_factory=dict)  # text without its numbers -> those alike
+    _notes: dict[str, list[str]] = field(default_factory=dict)  # text without its numbers -> notes with this text
     _problems: dict[tuple[str, str], tuple[str, int]] = field(default_factory=dict)  # kind, text -> first one, count
-    _unused: dict[tuple[str, str], tuple[int, Place]] = field(default_factory=dict)
+    _unused: dict[tuple[str, str], tuple[int, Location]] = field(default_factory=dict)
 
     def use(self, card: str, count: int = 1) -> None:
         """Count cards that are used."""
         self.used[card] += count
 
-    def unused(self, card: str, consequence: str, place: Place, count: int = 1) -> None:
-        """Count cards that are not used, with what that changes in plain words."""
-        before, first = self._unused.get((card, consequence), (0, place))
-        self._unused[card, consequence] = before + count, first
+    def unused(self, card: str, consequence: str, location: Location, count: int = 1) -> None:
+        """Count unused cards; consequence: effect on the structure in plain words."""
+        previous_count, first = self._unused.get((card, consequence), (0, location))
+        self._unused[card, consequence] = previous_count + count, first
 
-    def problem(self, text: str, place: Place | None = None, card: str = "") -> None:
-        """Something that makes the deck unusable: one sentence; with a card, "CQUAD4 7", what is wrong with it.
+    def problem(self, text: str, location: Location | None = None, card: str = "") -> None:
+        """Add a problem that makes the deck unusable: one sentence, or the error of a card such as "CQUAD4 7".
 
-        Cards of one kind with the same thing wrong are one problem with their count.
+        The same error of several cards of one kind is one problem with their count.
         """
-        whole = f"{card}: {text}" if card else text
-        said = whole if place is None else f"{place}: {whole}"
-        key = (card.split(" ")[0], text) if card else ("", said)
-        first, count = self._problems.get(key, (said, 0))
+        full_text = f"{card}: {text}" if card else text
+        located_text = full_text if location is None else f"{location}: {full_text}"
+        key = (card.split(" ")[0], text) if card else ("", located_text)
+        first, count = self._problems.get(key, (located_text, 0))
         self._problems[key] = first, count + 1
 
     @property
     def problems(self) -> list[str]:
-        """The problems, in the order found."""
+        """The problems, in order of detection."""
         return [
             first + (f" (and {count - 1} more {card})" if card and count > 1 else "")
             for (card, _), (first, count) in self._problems.items()
         ]
 
     def note(self, text: str) -> None:
-        """Something that was decided in reading and that may matter."""
-        alike = self._notes.setdefault(re.sub(r"[\d.,]+", "#", text), [])
-        if text not in alike:
-            alike.append(text)
+        """Add a note about a decision made while reading that may matter."""
+        similar = self._notes.setdefault(re.sub(r"[\d.,]+", "#", text), [])
+        if text not in similar:
+            similar.append(text)
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """The notes, in the order found, with the first of those that differ by numbers alone and their count."""
-        more = (f" (and {len(alike) - 1} more like it)" if len(alike) > 1 else "" for alike in self._notes.values())
-        return tuple(alike[0] + text for alike, text in zip(self._notes.values(), more, strict=True))
+        """The notes, in order of detection; of notes that differ only in numbers, the first one with their count."""
+        suffixes = (
+            f" (and {len(similar) - 1} more like it)" if len(similar) > 1 else "" for similar in self._notes.values()
+        )
+        return tuple(similar[0] + suffix for similar, suffix in zip(self._notes.values(), suffixes, strict=True))
 
-    def problem_no_properties(self, path: Path, what: str) -> None:
-        """Say that a deck has elements and none of what would make them a structure: what, in words."""
+    def problem_no_properties(self, path: Path, definitions: str) -> None:
+        """Add the problem that a deck has elements but none of the definitions that a structure needs (in words)."""
         self.problem(
-            f"{path.name} has no {what} at all: it is a mesh. Use it as one: mesh = {json.dumps(path.name)} with "
-            f"members in the case, or femflex new CASE.toml --mesh {path.name}"
+            f"{path.name} has no {definitions} at all: it is a mesh. Use it as one: mesh = {json.dumps(path.name)} "
+            f"with members in the case, or femflex new CASE.toml --mesh {path.name}"
         )
 
     def note_no_mass(
-        self, densities: Iterable[float], names: Sequence[str], where: object, sections: Mapping[str, str] | None = None
+        self,
+        densities: Iterable[float],
+        names: Sequence[str],
+        first_location: object,
+        sections: Mapping[str, str] | None = None,
     ) -> str:
-        """Say that no material has a density; names: by which overrides name them, where: the first one stands.
+        """Note that no material has a density, and return the sentence; return "" if one has a density.
 
-        sections  name -> place of sections given by their stiffness, which have a mass of their own
-        Returns the sentence, empty where one has a density.
+        names     names of the materials in overrides; first_location: location of the first material
+        sections  name -> location of sections given by their stiffness, which have their own mass
         """
         if any(rho > 0 for rho in densities):
             return ""
         if sections:
-            first, place = next(iter(sections.items()))
+            first, location = next(iter(sections.items()))
             text = (
-                f"no section has a mass (the first is that of ELSET {first}, {place}): give DENSITY=, a mass per area, "
-                f"on *SHELL GENERAL SECTION, or overrides = {{ {toml_key(first)} = {{ nonstructural_mass = ... }} }}"
+                f"no section has a mass (the first is that of ELSET {first}, {location}): give DENSITY=, a mass per "
+                "area, on *SHELL GENERAL SECTION, or overrides = "
+                f"{{ {toml_key(first)} = {{ nonstructural_mass = ... }} }}"
             )
             self.note(text)
             return text
         if not names:
             return "it has no material, and no mass; give it point masses"
         text = (
-            f"no material has a density (the first is {names[0]}, {where}): its elements have no mass. Give one in "
-            f"the deck, or overrides = {{ {toml_key(names[0])} = {{ density = ... }} }}"
+            f"no material has a density (the first is {names[0]}, {first_location}): its elements have no mass. Give "
+            f"one in the deck, or overrides = {{ {toml_key(names[0])} = {{ density = ... }} }}"
         )
         self.note(text)
         return text
@@ -143,8 +150,8 @@ class Findings:
     def left_out(self) -> tuple[UnusedCard, ...]:
         """The unused cards, by kind and consequence."""
         return tuple(
-            UnusedCard(card, count, consequence, place.file, place.line)
-            for (card, consequence), (count, place) in sorted(self._unused.items())
+            UnusedCard(card, count, consequence, location.file, location.line)
+            for (card, consequence), (count, location) in sorted(self._unused.items())
         )
 
     def check(self, path: Path) -> None:

@@ -11,7 +11,7 @@ from femflex.decks.deck import Deck
 from femflex.decks.units import Units, units_of
 from femflex.reading import reading, refuse_pointer
 
-HEAD = 65536  # bytes of a file by which its solver is recognised
+HEAD = 65536  # bytes of a file that are read to recognise its solver
 ADVICE = "It may be cut short, damaged or of another solver; write it again from its source."
 Overrides = Mapping[str, Mapping[str, Any]]
 Reader = Callable[[Path, Units, Overrides], Deck]
@@ -19,10 +19,10 @@ Reader = Callable[[Path, Units, Overrides], Deck]
 
 @dataclass(frozen=True)
 class DeckReader:
-    """How the decks of one solver are recognised and read.
+    """Recognition and reading of the decks of one solver.
 
     suffixes    of its files, lower case
-    recognises  whether the first part of a file's text is that of such a deck
+    recognises  whether text from the beginning of a file belongs to such a deck
     read        (path, units, overrides) -> Deck; overrides: name of a property or material (pid_3, mat_1, or the name
                 the deck gives it) -> {key -> value in SI}
     """
@@ -37,7 +37,7 @@ READERS: dict[str, DeckReader] = {}  # by solver
 
 
 def register(reader: DeckReader) -> None:
-    """Make the decks of a solver known."""
+    """Register the reader for the decks of a solver."""
     READERS[reader.solver] = reader
 
 
@@ -47,22 +47,22 @@ def read_deck(path: str | Path, units: str | Units = "m-kg-s", overrides: Overri
     units      of the deck: length-mass-time or length-force-time ("mm-t-s", "in-lbf-s")
     overrides  values that replace the deck's: {"mat_1": {"E": 7e10}, "pid_3": {"thickness": 2e-3}}, in SI
 
-    Raises ValueError (DeckError, with every problem and its file and line) where the deck cannot be used.
+    Raises ValueError (DeckError, with every problem and its file and line) if the deck cannot be used.
     """
     path = Path(path)
     if not path.is_file():
-        near = sorted(p.name for p in path.parent.glob(f"*{path.suffix}")) if path.parent.is_dir() else []
-        raise ValueError(f"deck {path} does not exist; {path.parent} holds {near or 'no such files'}.")
+        alternatives = sorted(p.name for p in path.parent.glob(f"*{path.suffix}")) if path.parent.is_dir() else []
+        raise ValueError(f"deck {path} does not exist; {path.parent} holds {alternatives or 'no such files'}.")
     refuse_pointer(path)
-    reader, known = reader_of(path), units_of(units)
+    reader, deck_units = reader_of(path), units_of(units)
     with reading(path, f"{reader.solver} deck", ADVICE):
-        return reader.read(path, known, overrides or {})
+        return reader.read(path, deck_units, overrides or {})
 
 
 def reader_of(path: Path) -> DeckReader:
-    """The reader of a file: the one that recognises its contents, of those for its suffix first.
+    """The reader that recognises the contents of a file; readers for its suffix are tried first.
 
-    Raises ValueError where none does.
+    Raises ValueError if no reader recognises it.
     """
     with open(path, "rb") as opened:
         text = opened.read(HEAD).decode("utf-8", errors="replace")
@@ -70,5 +70,5 @@ def reader_of(path: Path) -> DeckReader:
     for reader in ordered:
         if reader.recognises(text):
             return reader
-    known = "; ".join(f"{one.solver} ({', '.join(one.suffixes)})" for one in READERS.values())
-    raise ValueError(f"{path.name} is no deck of a known solver; known are {known}")
+    solvers = "; ".join(f"{reader.solver} ({', '.join(reader.suffixes)})" for reader in READERS.values())
+    raise ValueError(f"{path.name} is no deck of a known solver; known are {solvers}")

@@ -1,4 +1,4 @@
-"""What a deck holds, in lines: units, mass, extent, what was used, and what was not with its consequence."""
+"""Text that describes a deck: units, mass, extent, used cards, and unused cards with their consequence."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def mass_and_centre(structure: Structure) -> tuple[float, Array]:
 
 
 def without_mass(deck: Deck, structure: Structure) -> bool:
-    """Whether the deck has no mass: no density, and no point masses (bars without mass have a trace of it)."""
+    """Whether the deck has no mass: no density and no point masses (massless bars have a negligible mass)."""
     return mass_and_centre(structure)[0] < NO_MASS and not any(rho > 0 for rho in deck.densities)
 
 
@@ -45,7 +45,7 @@ def describe(deck: Deck) -> str:
         f"{deck.name}: {deck.solver} deck, read in {u.name} (1 = {u.length:.6g} m, {u.mass:.6g} kg, {u.time:.6g} s)"
     ]
     try:
-        with warnings.catch_warnings(record=True) as given:
+        with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             structure = deck.structure()
         mass, centre = mass_and_centre(structure)
@@ -59,26 +59,27 @@ def describe(deck: Deck) -> str:
         lines += [f"doubt     {text}" for text in doubts(deck, structure)]
         lines += [
             f"doubt     {text}"
-            for text in grouped_texts([one.message for one in given if isinstance(one.message, Warning)])
+            for text in grouped_texts([entry.message for entry in caught if isinstance(entry.message, Warning)])
         ]
     except ValueError as error:
         lines.append(f"stops     {error}")
     lines += [f"used      {', '.join(f'{count} {card}' for card, count in deck.used.items())}"]
-    lines += [f"left out  {one}" for one in deck.unused]
+    lines += [f"left out  {entry}" for entry in deck.unused]
     lines += [f"note      {text}" for text in deck.notes]
     force = ", ".join(deck.default_supports) or "none"
     sets = ", ".join(sorted(deck.supports)) or "none"
     lines.append(f"supports  in force: {force}; sets: {sets}")
-    own = [name for name in deck.mesh.groups if name.startswith(("pid_", "set_")) or not name.startswith("node_")]
-    shown = [
+    names = [name for name in deck.mesh.groups if name.startswith(("pid_", "set_")) or not name.startswith("node_")]
+    listed_names = [
         name
-        for name in own
+        for name in names
         if "-part" not in name
         and not name.startswith(("spc_", "ps-", "lone_nodes"))
         and name not in deck.supports
         and "autospc" not in name
     ]
-    lines.append(f"groups    {', '.join(shown[:30])}{f' and {len(shown) - 30} more' if len(shown) > 30 else ''}")
+    more = f" and {len(listed_names) - 30} more" if len(listed_names) > 30 else ""
+    lines.append(f"groups    {', '.join(listed_names[:30])}{more}")
     return "\n".join(lines)
 
 

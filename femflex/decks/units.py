@@ -1,4 +1,4 @@
-"""Sets of units in which decks are written, and whether what a deck holds is plausible in them."""
+"""Sets of units of decks, and a check whether the values in a deck are plausible in them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,12 @@ COMMON = ("m-kg-s", "mm-t-s", "mm-kg-ms", "mm-g-ms", "cm-g-s", "in-lbf-s", "ft-l
 MODULI = (1e3, 2e12)  # [Pa] Young's moduli of materials, foams and diamond included
 DENSITIES = (1.0, 25e3)  # [kg/m^3] of materials, foams and platinum included
 EXTENTS = (1e-3, 2e3)  # [m] of a body
-METALS, SOLIDS, SIZES = (1e9, 5e11), (500.0, 2e4), (0.05, 100.0)  # [Pa], [kg/m^3], [m] of most structures
+# [Pa], [kg/m^3], [m] of most structures
+USUAL_MODULI, USUAL_DENSITIES, USUAL_EXTENTS = (
+    (1e9, 5e11),
+    (500.0, 2e4),
+    (0.05, 100.0),
+)
 MASS_RANGE = (1e-6, 1e8)  # [kg] of a body
 
 
@@ -71,10 +76,11 @@ class Units:
 
 
 def units_of(name: str | Units) -> Units:
-    """The set of units of a name, LENGTH-MASS-TIME or LENGTH-FORCE-TIME: "mm-t-s", "in-lbf-s", "m-kg-s", "mm-kg-ms".
+    """The set of units with this name, LENGTH-MASS-TIME or LENGTH-FORCE-TIME: "mm-t-s", "in-lbf-s", "m-kg-s",
+    "mm-kg-ms".
 
-    "SI" is m-kg-s. With a force its mass is force time^2 / length, as in lbf s^2 / in. Raises ValueError with the known
-    units.
+    "SI" is m-kg-s. If a force is given, the unit of mass is force time^2 / length, such as lbf s^2 / in. Raises
+    ValueError with the known units.
     """
     if isinstance(name, Units):
         return name
@@ -96,30 +102,32 @@ def units_of(name: str | Units) -> Units:
 def implausible(
     units: Units, moduli: Iterable[float], densities: Iterable[float], extent: float, mass: float
 ) -> list[str]:
-    """Sentences on what no usual material or body has, in SI: Young's moduli [Pa], densities [kg/m^3], extent [m] and
-    mass [kg]; with the common sets of units in which the materials are usual."""
+    """Sentences on implausible Young's moduli [Pa], densities [kg/m^3], extent [m] and mass [kg], all in SI, with the
+    common sets of units in which the values would be plausible."""
     E, rho = [value for value in moduli if value > 0], [value for value in densities if value > 0]
-    found = []
-    for what, values, (least, most), unit in (
+    findings = []
+    for quantity, values, (low, high), unit in (
         ("a Young's modulus", E, MODULI, "Pa"),
         ("a density", rho, DENSITIES, "kg/m^3"),
         ("an extent", [extent], EXTENTS, "m"),
         ("a mass", [mass], MASS_RANGE, "kg"),
     ):
-        off = [value for value in values if value > 0 and not least <= value <= most]
-        if off:
-            worst = max(off, key=lambda value: abs(math.log(value / math.sqrt(least * most))))
-            found.append(f"{what} of {worst:.4g} {unit} (usual are {least:.4g} to {most:.4g})")
-    if not found:
+        outliers = [value for value in values if value > 0 and not low <= value <= high]
+        if outliers:
+            worst = max(outliers, key=lambda value: abs(math.log(value / math.sqrt(low * high))))
+            findings.append(f"{quantity} of {worst:.4g} {unit} (usual are {low:.4g} to {high:.4g})")
+    if not findings:
         return []
-    fits = [other for other in COMMON if other != units.name and _usual(units, units_of(other), E, rho, extent)]
-    hint = f" In {' or '.join(fits)} its materials and its size are usual." if fits else ""
-    return [f"read in {units.name} it has {' and '.join(found)}; check the declared units.{hint}"]
+    plausible_units = [
+        other for other in COMMON if other != units.name and _is_plausible_in(units, units_of(other), E, rho, extent)
+    ]
+    hint = f" In {' or '.join(plausible_units)} its materials and its size are usual." if plausible_units else ""
+    return [f"read in {units.name} it has {' and '.join(findings)}; check the declared units.{hint}"]
 
 
 def likely_units(moduli: Iterable[float], densities: Iterable[float], extent: float) -> tuple[str, str]:
-    """The common set of units in which the numbers of a deck are most usual, and why: Young's moduli, densities and
-    extent as they stand in the deck."""
+    """The most plausible common set of units for Young's moduli, densities and extent as written in a deck, and the
+    reason."""
     E, rho = sorted(value for value in moduli if value > 0), sorted(value for value in densities if value > 0)
     if not E:
         return COMMON[0], "assumed: the deck has no Young's modulus to judge by"
@@ -127,23 +135,27 @@ def likely_units(moduli: Iterable[float], densities: Iterable[float], extent: fl
 
     def distance(name: str) -> float:
         u = units_of(name)
-        far = [_off(e * u.pressure, *METALS)] + ([_off(r * u.density, *SOLIDS)] if r else [])
-        return sum(far) + 0.5 * _off(extent * u.length, *SIZES)
+        decades = [_decades_outside(e * u.pressure, *USUAL_MODULI)] + (
+            [_decades_outside(r * u.density, *USUAL_DENSITIES)] if r else []
+        )
+        return sum(decades) + 0.5 * _decades_outside(extent * u.length, *USUAL_EXTENTS)
 
     best = min(COMMON, key=distance)
     u = units_of(best)
-    dense = f", a density of {r * u.density:.4g} kg/m^3" if r else ""
-    why = f"a guess: in these E is {e * u.pressure / 1e9:.4g} GPa{dense}, and it spans {extent * u.length:.4g} m"
-    return best, why
+    density_text = f", a density of {r * u.density:.4g} kg/m^3" if r else ""
+    reason = (
+        f"a guess: in these E is {e * u.pressure / 1e9:.4g} GPa{density_text}, and it spans {extent * u.length:.4g} m"
+    )
+    return best, reason
 
 
-def _off(value: float, least: float, most: float) -> float:
-    """Decades that a positive value lies outside a range."""
-    return max(math.log10(least / value), math.log10(value / most), 0.0) if value > 0 else 0.0
+def _decades_outside(value: float, low: float, high: float) -> float:
+    """Decades by which a positive value lies outside a range."""
+    return max(math.log10(low / value), math.log10(value / high), 0.0) if value > 0 else 0.0
 
 
-def _usual(units: Units, other: Units, E: list[float], rho: list[float], extent: float) -> bool:
-    """Whether the numbers of a deck, read in other units, are usual."""
+def _is_plausible_in(units: Units, other: Units, E: list[float], rho: list[float], extent: float) -> bool:
+    """Whether the values of a deck are plausible if read in other units."""
     moduli = [value / units.pressure * other.pressure for value in E]
     densities = [value / units.density * other.density for value in rho]
     size = extent / units.length * other.length

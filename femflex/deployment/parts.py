@@ -14,7 +14,7 @@ from femflex.deployment.material import inertia_of
 from femflex.deployment.series import Series, added
 from femflex.deployment.shapes import MemberShapes, ShapeFunctions
 from femflex.deployment.table import DeployingParts, MarkerSeries
-from femflex.fem.eigen.canonical import canonical
+from femflex.fem.eigen.canonical import canonical_modes
 from femflex.fem.eigen.modes import dense_modes
 
 Shapes = TypeVar("Shapes", bound=MemberShapes)
@@ -86,7 +86,7 @@ def columns_of(functions: ShapeFunctions, M: Array, K: Array) -> Array:
     blocks = getattr(functions, "blocks", None)
     regular = np.linalg.matrix_rank(K) == len(K)
     if blocks is None:
-        return canonical(*dense_modes(K, M)) if regular else np.linalg.inv(np.linalg.cholesky(M)).T
+        return canonical_modes(*dense_modes(K, M)) if regular else np.linalg.inv(np.linalg.cholesky(M)).T
     if not regular:
         raise ValueError(
             "elements were requested for a member without transverse stiffness; give it a tension, or use polynomial "
@@ -96,7 +96,7 @@ def columns_of(functions: ShapeFunctions, M: Array, K: Array) -> Array:
     for at, kept in blocks:
         found, modes = dense_modes(K[np.ix_(at, at)], M[np.ix_(at, at)])
         X = np.zeros((len(K), kept))
-        X[at] = canonical(found, modes)[:, :kept]
+        X[at] = canonical_modes(found, modes)[:, :kept]
         columns.append(X)
         omega2.append(found[:kept])
     return np.concatenate(columns, axis=1)[:, np.argsort(np.concatenate(omega2), kind="stable")]

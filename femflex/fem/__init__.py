@@ -11,7 +11,7 @@ from pkgutil import walk_packages
 from femflex.fem.bushing import Bushing, spring
 from femflex.fem.connections import Distributing, Equation, MultiPointConstraint, Rigid, Term
 from femflex.fem.family import FAMILIES
-from femflex.fem.line.cut import Segment, cut
+from femflex.fem.line.segments import Segment, cut_into_segments
 from femflex.fem.point_mass import PointMass
 from femflex.fem.scalar_spring import ScalarSpring
 from femflex.fem.sections.materials import Anisotropic, Material, Orthotropic
@@ -38,7 +38,7 @@ __all__ = [
     "Term",
     "antisymmetry",
     "build_structure",
-    "cut",
+    "cut_into_segments",
     "spring",
     "symmetry",
 ]

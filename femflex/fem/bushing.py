@@ -26,7 +26,7 @@ APART = 1e-9  # of the mesh's size: distance of two nodes below which they coinc
 
 @dataclass(frozen=True, eq=False)
 class Bushing:
-    """A linear elastic connection with up to six stiffnesses along own axes.
+    """A linear elastic connection with up to six stiffnesses along its own axes.
 
     group        point group of one node
     to           point group of the other node; None: the body frame
@@ -36,8 +36,8 @@ class Bushing:
                  across; the mesh's axes where they coincide and to the body frame
     at           (3,) where displacements are compared [m], in mesh axes. None: in the middle between the nodes
 
-    Each node takes that point along rigidly, so that rigid motion costs nothing. A spring along the line between two
-    nodes is translation = (k, 0, 0).
+    The point is rigidly attached to each node, so that rigid motion takes no energy. A spring along the line between
+    two nodes is translation = (k, 0, 0).
     """
 
     group: str
@@ -56,9 +56,9 @@ class Bushing:
         if not (np.any(self.translation) or np.any(self.rotation)):
             raise ValueError(f"{where} has no stiffness; give translation, rotation, or both")
         if self.at is not None:
-            place = np.asarray(self.at, float)
-            if place.shape != (3,) or not np.isfinite(place).all():
-                raise ValueError(f"{where} has at = {place.tolist()}; give a place by three coordinates")
+            position = np.asarray(self.at, float)
+            if position.shape != (3,) or not np.isfinite(position).all():
+                raise ValueError(f"{where} has at = {position.tolist()}; give a place by three coordinates")
         if self.axes is not None:
             rows = np.asarray(self.axes, float)
             if rows.shape != (3, 3) or not np.isfinite(rows).all() or not np.linalg.norm(rows, axis=1).all():
@@ -71,8 +71,8 @@ class Bushing:
                     f"{where} has axes {rows.tolist()}, which are not at right angles; give orthogonal ones"
                 )
 
-    def part(self, mesh: Mesh, numbering: Numbering) -> Contribution:
-        """What it adds to a structure; see `bushing_part`."""
+    def contribution(self, mesh: Mesh, numbering: Numbering) -> Contribution:
+        """Return the bushing's contribution to a structure; see `bushing_part`."""
         return bushing_part(mesh, self, numbering)
 
 
@@ -82,10 +82,10 @@ def spring(group: str, to: str, stiffness: float) -> Bushing:
 
 
 def bushing_part(mesh: Mesh, bushing: Bushing, numbering: Numbering) -> Contribution:
-    """Strain and skin (a line between the nodes) of a bushing.
+    """Return the strain and the skin (a line between the nodes) of a bushing.
 
-    Raises ValueError at groups of several nodes, at nodes without a member, and where nodes that have no rotation are
-    to resist one, or to be compared across the line between them.
+    Raises ValueError for groups of several nodes, for nodes without a member, and where nodes without rotations would
+    have to resist one, or be compared across the line between them.
     """
     where = f"bushing at group {bushing.group!r}"
     nodes = np.array([_node(mesh, group, where) for group in (bushing.group, bushing.to) if group is not None])
@@ -95,26 +95,26 @@ def bushing_part(mesh: Mesh, bushing: Bushing, numbering: Numbering) -> Contribu
     x = mesh.points[nodes]
     span = x[-1] - x[0]
     length = float(np.linalg.norm(span))
-    apart = length > APART * float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
+    separate = length > APART * float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
     if bushing.axes is not None:
         rows = np.asarray(bushing.axes, float)
         axes = rows / np.linalg.norm(rows, axis=1, keepdims=True)
     else:
-        axes = along(span / length) if apart else np.eye(3)
+        axes = axes_along(span / length) if separate else np.eye(3)
     k = np.concatenate([np.asarray(bushing.translation, float), np.asarray(bushing.rotation, float)])
     middle = x.mean(axis=0) if bushing.at is None else np.asarray(bushing.at, float)
-    arms = middle - x if apart or bushing.at is not None else np.zeros_like(x)
+    arms = middle - x if separate or bushing.at is not None else np.zeros_like(x)
     turns = bool(k[3:].any()) or turns_nodes(axes[k[:3] > 0], arms)
     if turns and (rotation < 0).any():
-        what = "resist rotation" if k[3:].any() else "be compared off the line between them"
+        action = "resist rotation" if k[3:].any() else "be compared off the line between them"
         raise ValueError(
-            f"{where}: nodes without rotation (solids, tethers, membranes) cannot {what}; give stiffness along the "
+            f"{where}: nodes without rotation (solids, tethers, membranes) cannot {action}; give stiffness along the "
             "line between them alone, or connect nodes of beams or plates"
         )
     signs = (1.0,) if bushing.to is None else (-1.0, 1.0)
-    moved = [s * np.hstack([axes, -axes @ a]) for s, a in zip(signs, cross_matrices(arms), strict=True)]
-    turned = [s * np.hstack([np.zeros((3, 3)), axes]) for s in signs]
-    G = np.concatenate([np.hstack(moved), np.hstack(turned)])[k > 0]
+    translation_rows = [s * np.hstack([axes, -axes @ a]) for s, a in zip(signs, cross_matrices(arms), strict=True)]
+    rotation_rows = [s * np.hstack([np.zeros((3, 3)), axes]) for s in signs]
+    G = np.concatenate([np.hstack(translation_rows), np.hstack(rotation_rows)])[k > 0]
     if turns:
         dofs = np.concatenate([translation, rotation], axis=1).reshape(1, -1)
     else:
@@ -123,7 +123,9 @@ def bushing_part(mesh: Mesh, bushing: Bushing, numbering: Numbering) -> Contribu
     strain = DenseStrain(
         dofs, np.ones((1, 1)), np.diag(k[k > 0])[None, None], np.eye(n), np.zeros((n, n, n)), G[None, None]
     )
-    skin: Callable[[], SkinPart] | None = partial(_line, x, translation) if apart and bushing.to is not None else None
+    skin: Callable[[], SkinPart] | None = (
+        partial(_line, x, translation) if separate and bushing.to is not None else None
+    )
     return Contribution((), (strain,), skin)
 
 
@@ -140,8 +142,8 @@ def _node(mesh: Mesh, group: str, where: str) -> int:
     return int(nodes[0])
 
 
-def along(x: Array) -> Array:
-    """Orthonormal rows, the first of them x (3,)."""
+def axes_along(x: Array) -> Array:
+    """Return orthonormal rows, the first of them x (3,)."""
     y = np.cross(np.eye(3)[np.abs(x).argmin()], x)
     y /= np.linalg.norm(y)
     return np.stack([x, y, np.cross(x, y)])

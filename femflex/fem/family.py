@@ -1,4 +1,4 @@
-"""What a member family contributes to a Structure, and the register of families by name.
+"""The contribution of a member family to a Structure, and the register of families by name.
 
 A new family is one new file in this folder: a function decorated with `family("name", options)` that asks the
 numbering for dofs and returns its inertia and strain blocks and the skin it is drawn with.
@@ -40,7 +40,8 @@ class SkinPart:
 
 @dataclass(frozen=True, eq=False)
 class StrainPlaces:
-    """Where the points of a strain block lie, x (e, q, 3) [m], and of what they are a part: line, plate or solid.
+    """The positions x (e, q, 3) [m] of the points of a strain block, and the kind of part they belong to: line, plate
+    or solid.
 
     sampled (e, q, 3): those of `StrainBlock.sampled`, left out where they are the same. lever: of lines the section's
     polar radius (e, q) that twist is carried with, of plates half the thickness [m]; sampled_lever: the same at the
@@ -62,10 +63,10 @@ class StrainPlaces:
 
 @dataclass(frozen=True, eq=False)
 class Contribution:
-    """What one member adds to the tables and to the picture; skin() makes what is drawn, on request.
+    """The blocks that one member adds to the tables, and its drawn surface, which skin() computes on request.
 
-    places go with the blocks of strain, one by one; a family without them is not coloured by strain
-    late() makes further blocks of strain, which depend on what other members have given the nodes
+    places correspond to the blocks of strain one by one; a family without them is not coloured by strain
+    late() makes further blocks of strain, which depend on the dofs that other members gave to the nodes
     """
 
     inertia: tuple[InertiaBlock, ...]
@@ -80,7 +81,7 @@ Preparer = Callable[["Mesh", Sequence["Member"]], tuple["Mesh", tuple[str, ...]]
 FAMILIES: dict[str, Family] = {}
 PREPARERS: dict[str, Preparer] = {}
 NO_LENGTH = 1e-14  # of a coordinate: a shorter line has no length
-DIMENSIONS: dict[str, int] = {}  # of the cells of families that leave other cells of their groups out
+DIMENSIONS: dict[str, int] = {}  # of the cells of families that ignore other cells of their groups
 CELLS = ("points", "lines", "surfaces", "solids")
 
 
@@ -89,8 +90,8 @@ def family(
 ) -> Callable[[Family], Family]:
     """Register a member family, with its options, under the name used in Member.family and in case files.
 
-    prepare    changes the mesh for all members before anything is numbered, and says in sentences what it changed
-    dimension  of its cells; it takes these from groups that hold others too
+    prepare    changes the mesh for all members before dofs are numbered, and returns sentences about the changes
+    dimension  of its cells; it uses only these of groups that have others too
     """
 
     def register(function: Family) -> Family:
@@ -104,56 +105,57 @@ def family(
     return register
 
 
-def prepared(mesh: Mesh, members: Sequence[Member]) -> tuple[Mesh, tuple[str, ...]]:
-    """The mesh as the families of these members want it, and sentences about what they changed."""
+def prepare_mesh(mesh: Mesh, members: Sequence[Member]) -> tuple[Mesh, tuple[str, ...]]:
+    """Return the mesh as the families of these members need it, and sentences about the changes."""
     notes: tuple[str, ...] = ()
     for name in dict.fromkeys(member.family for member in members):
         if name in PREPARERS:
-            mesh, said = PREPARERS[name](mesh, members)
-            notes += said
+            mesh, sentences = PREPARERS[name](mesh, members)
+            notes += sentences
     return mesh, notes
 
 
 def with_own_cells(mesh: Mesh, members: Sequence[Member]) -> tuple[Mesh, list[Member], tuple[str, ...]]:
-    """Mesh and members in which every member's group holds cells of its family's dimension alone, and sentences.
+    """Return the mesh and the members such that every member's group has only cells of its family's dimension, and
+    sentences about the changes.
 
     A group of surfaces and lines gives a shell its surfaces, and a beam its lines.
     """
     groups: dict[str, dict[str, IntArray]] = {}
-    found, notes = [], []
+    new_members, notes = [], []
     for member in members:
-        cells, own = mesh.cell_groups.get(member.group, {}), DIMENSIONS.get(member.family)
-        kept = {kind: rows for kind, rows in cells.items() if CELL_TYPES[kind].dimension == own}
-        if own and kept and len(kept) < len(cells):
-            name = f"{member.group} {CELLS[own]}"
+        cells, dimension = mesh.cell_groups.get(member.group, {}), DIMENSIONS.get(member.family)
+        kept = {kind: rows for kind, rows in cells.items() if CELL_TYPES[kind].dimension == dimension}
+        if dimension and kept and len(kept) < len(cells):
+            name = f"{member.group} {CELLS[dimension]}"
             groups[name] = kept
             others = [
                 (kind, len(rows))
                 for kind, rows in cells.items()
-                if (d := CELL_TYPES[kind].dimension) not in (0, own)
-                and not any(one.group == member.group and DIMENSIONS.get(one.family) == d for one in members)
+                if (d := CELL_TYPES[kind].dimension) not in (0, dimension)
+                and not any(other.group == member.group and DIMENSIONS.get(other.family) == d for other in members)
             ]
             if others:
-                left = ", ".join(f"{count} {kind}" for kind, count in others)
+                unused = ", ".join(f"{count} {kind}" for kind, count in others)
                 notes.append(
-                    f"the {member.family} member on group {member.group!r} takes its {CELLS[own]}; its {left} cells "
-                    "belong to no member"
+                    f"the {member.family} member on group {member.group!r} takes its {CELLS[dimension]}; its {unused} "
+                    "cells belong to no member"
                 )
             member = replace(member, group=name)
-        found.append(member)
+        new_members.append(member)
     mesh = mesh.with_groups(cells=groups) if groups else mesh
-    return mesh, found, (*notes, *_doubled(mesh, found))
+    return mesh, new_members, (*notes, *_notes_on_doubled_cells(mesh, new_members))
 
 
-def _doubled(mesh: Mesh, members: Sequence[Member]) -> Iterator[str]:
-    """Sentences on different cells of members that have the same nodes."""
+def _notes_on_doubled_cells(mesh: Mesh, members: Sequence[Member]) -> Iterator[str]:
+    """Yield sentences about different cells of members that have the same nodes."""
     for kind, nodes in mesh.cells.items():
         used = [rows for member in members if (rows := mesh.cell_groups.get(member.group, {}).get(kind)) is not None]
         cells = nodes[np.unique(np.concatenate(used))] if used else nodes[:0]
         if len(cells) and len(twice := doubled_cells(cells)):
-            at = ", ".join(f"{x:.6g}" for x in mesh.points[cells[twice[0]]].mean(axis=0))
+            position = ", ".join(f"{x:.6g}" for x in mesh.points[cells[twice[0]]].mean(axis=0))
             yield (
-                f"{len(twice)} {kind} cells of members have the same nodes as another, the first at ({at}) m; "
+                f"{len(twice)} {kind} cells of members have the same nodes as another, the first at ({position}) m; "
                 "stiffness and mass of the two add"
             )
 
@@ -177,9 +179,9 @@ def member_cells(mesh: Mesh, member: Member, accepted: tuple[str, ...]) -> dict[
         a, b = mesh.points[nodes[:, 0]], mesh.points[nodes[:, 1]]
         short = np.flatnonzero(np.linalg.norm(b - a, axis=1) <= NO_LENGTH * np.abs(a).max(axis=1, initial=0.0))
         if short.size:
-            at = ", ".join(f"{x:.6g}" for x in a[short[0]])
+            position = ", ".join(f"{x:.6g}" for x in a[short[0]])
             raise ValueError(
                 f"{len(short)} of the {len(nodes)} {kind} cells of group {member.group!r} have no length, the first at "
-                f"({at}) m; remove them, or move their nodes apart."
+                f"({position}) m; remove them, or move their nodes apart."
             )
     return cells

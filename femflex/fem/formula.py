@@ -1,4 +1,4 @@
-"""Formulas of the arc length: read into a list of operations of known arity, and evaluated by these alone."""
+"""Formulas of the arc length: they are parsed into a list of operations of known arity, and evaluated by these only."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from femflex.arrays import Array
 
 Operation = Callable[..., Any]
 
-LONGEST = 2000  # characters; what is longer is a table
+LONGEST = 2000  # characters; longer input must be a table
 NAMES = ("s", "L", "pi")
 OPERATORS: dict[type[ast.operator] | type[ast.unaryop], Operation] = {
     ast.Add: lambda a, b: a + b,
@@ -37,7 +37,7 @@ OF_SEVERAL: dict[str, Operation] = {  # two or more
 
 @dataclass(frozen=True)
 class Step:
-    """One operation on the last `arity` values; `node` is the part of the formula whose value it gives."""
+    """One operation on the last `arity` values; `node` is the part of the formula that it evaluates."""
 
     node: ast.expr
     operation: Operation
@@ -47,31 +47,31 @@ class Step:
 def formula(text: str, s: Array, length: Array | float) -> Array:
     """Value of an arithmetic formula of the arc lengths s [m], the whole arc length L [m] and pi, in the shape of s.
 
-    Raises ValueError on what is not arithmetic, on a wrong number of arguments, and where a part of the formula is not
+    Raises ValueError for other than arithmetic, for a wrong number of arguments, and where a part of the formula is not
     finite at some s: a division by zero, an overflow, the root of a negative number.
     """
-    return evaluated(text, {"s": s, "L": np.asarray(length, float), "pi": np.float64(np.pi)})
+    return evaluate_formula(text, {"s": s, "L": np.asarray(length, float), "pi": np.float64(np.pi)})
 
 
-def formula_of_place(text: str, x: Array) -> Array:
-    """Value of an arithmetic formula of x, y and z [m] and pi at places x (..., 3), in the shape of one coordinate.
+def formula_of_position(text: str, x: Array) -> Array:
+    """Value of an arithmetic formula of x, y and z [m] and pi at positions x (..., 3), in the shape of one coordinate.
 
     Raises ValueError as `formula` does.
     """
-    return evaluated(text, {"x": x[..., 0], "y": x[..., 1], "z": x[..., 2], "pi": np.float64(np.pi)})
+    return evaluate_formula(text, {"x": x[..., 0], "y": x[..., 1], "z": x[..., 2], "pi": np.float64(np.pi)})
 
 
-def evaluated(text: str, names: Mapping[str, Any]) -> Array:
+def evaluate_formula(text: str, names: Mapping[str, Any]) -> Array:
     """Value of an arithmetic formula of these names, in the shape of the first of them and the unit that the formula
     gives."""
     shape = np.shape(next(iter(names.values())))
     values: list[Any] = []
-    with np.errstate(all="ignore"):  # what is not finite is reported below
+    with np.errstate(all="ignore"):  # values that are not finite are reported below
         for step in _steps(text, tuple(names)):
             first = len(values) - step.arity
-            found = np.asarray(step.operation(names, *values[first:]), float)
-            _check_finite(text, step.node, found, names, shape)
-            values[first:] = [found]
+            value = np.asarray(step.operation(names, *values[first:]), float)
+            _check_finite(text, step.node, value, names, shape)
+            values[first:] = [value]
     return np.array(np.broadcast_to(values[0], shape))
 
 
@@ -90,44 +90,45 @@ def _steps(text: str, names: tuple[str, ...] = NAMES) -> list[Step]:
 def _tree(text: str) -> ast.expr:
     if len(text) > LONGEST:
         raise ValueError(
-            f"formula {_shown(text)} has {len(text)} characters; at most {LONGEST} are read. Give a table instead."
+            f"formula {_quoted(text)} has {len(text)} characters; at most {LONGEST} are read. Give a table instead."
         )
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of Python's grammar
+            warnings.simplefilter("ignore")  # warnings about Python's grammar
             return ast.parse(text.strip(), mode="eval").body
     except (RecursionError, MemoryError):
-        raise ValueError(f"formula {_shown(text)} nests too deeply; write it with fewer parentheses.") from None
+        raise ValueError(f"formula {_quoted(text)} nests too deeply; write it with fewer parentheses.") from None
     except SyntaxError as error:
-        at = f" at character {error.offset}" if error.offset else ""
-        raise ValueError(f"formula {_shown(text)} cannot be read: {error.msg}{at}") from None
+        position = f" at character {error.offset}" if error.offset else ""
+        raise ValueError(f"formula {_quoted(text)} cannot be read: {error.msg}{position}") from None
     except ValueError as error:  # a null character
-        raise ValueError(f"formula {_shown(text)} cannot be read: {error}") from None
+        raise ValueError(f"formula {_quoted(text)} cannot be read: {error}") from None
 
 
-def _operation(node: ast.expr, text: str, known: tuple[str, ...]) -> tuple[Operation, list[ast.expr]]:
-    """What a node does with the values of its operands; the first argument is the dictionary of names."""
+def _operation(node: ast.expr, text: str, allowed: tuple[str, ...]) -> tuple[Operation, list[ast.expr]]:
+    """Return the function that a node applies to the values of its operands, and the operands; the first argument of
+    the function is the dictionary of names."""
     match node:
         case ast.Constant(value=bool()):
             pass
         case ast.Constant(value=int() | float() as number):
             return lambda names: _float(number), []
-        case ast.Name(id=name) if name in known:
+        case ast.Name(id=name) if name in allowed:
             return lambda names: names[name], []
         case ast.UnaryOp(op=op, operand=operand) if type(op) in OPERATORS:
-            return _nameless(OPERATORS[type(op)]), [operand]
+            return _without_names(OPERATORS[type(op)]), [operand]
         case ast.BinOp(left=left, op=op, right=right) if type(op) in OPERATORS:
-            return _nameless(OPERATORS[type(op)]), [left, right]
+            return _without_names(OPERATORS[type(op)]), [left, right]
         case ast.Call(func=ast.Name(id=name), args=args, keywords=[]) if name in OF_ONE or name in OF_SEVERAL:
             _check_arity(name, len(args), text)
-            return _nameless(OF_ONE[name] if name in OF_ONE else OF_SEVERAL[name]), args
+            return _without_names(OF_ONE[name] if name in OF_ONE else OF_SEVERAL[name]), args
     raise ValueError(
-        f"formula {_shown(text)} holds {_part(text, node)}; it may use the names {sorted(known)}, numbers, "
+        f"formula {_quoted(text)} holds {_source_text(text, node)}; it may use the names {sorted(allowed)}, numbers, "
         f"+ - * / ** and {', '.join([*OF_ONE, *OF_SEVERAL])}"
     )
 
 
-def _nameless(operation: Operation) -> Operation:
+def _without_names(operation: Operation) -> Operation:
     return lambda names, *values: operation(*values)
 
 
@@ -138,29 +139,30 @@ def _float(number: float) -> float:
         return np.inf
 
 
-def _check_arity(name: str, found: int, text: str) -> None:
-    if name in OF_ONE and found != 1:
-        raise ValueError(f"formula {_shown(text)}: {name} takes 1 argument; found {found}")
-    if name in OF_SEVERAL and found < 2:
-        raise ValueError(f"formula {_shown(text)}: {name} takes 2 arguments or more; found {found}")
+def _check_arity(name: str, count: int, text: str) -> None:
+    if name in OF_ONE and count != 1:
+        raise ValueError(f"formula {_quoted(text)}: {name} takes 1 argument; found {count}")
+    if name in OF_SEVERAL and count < 2:
+        raise ValueError(f"formula {_quoted(text)}: {name} takes 2 arguments or more; found {count}")
 
 
 def _check_finite(text: str, node: ast.expr, found: Array, names: Mapping[str, Any], shape: tuple[int, ...]) -> None:
     bad = np.broadcast_to(~np.isfinite(found), shape)
     if bad.any():
-        what = np.broadcast_to(found, shape)[bad].flat[0]
-        at = ", ".join(
+        bad_value = np.broadcast_to(found, shape)[bad].flat[0]
+        where = ", ".join(
             f"{key} = {value[bad].flat[0]:.6g} m" for key, value in names.items() if np.shape(value) == shape
         )
         raise ValueError(
-            f"formula {_shown(text)}: {_part(text, node)} is {what} at {at}; it must be finite along the whole member"
+            f"formula {_quoted(text)}: {_source_text(text, node)} is {bad_value} at {where}; it must be finite along "
+            "the whole member"
         )
 
 
-def _part(text: str, node: ast.expr) -> str:
-    return _shown(ast.get_source_segment(text.strip(), node) or text)
+def _source_text(text: str, node: ast.expr) -> str:
+    return _quoted(ast.get_source_segment(text.strip(), node) or text)
 
 
-def _shown(text: str) -> str:
+def _quoted(text: str) -> str:
     """A formula in quotes, cut where it is long."""
     return repr(text if len(text) <= 80 else text[:77] + "...")

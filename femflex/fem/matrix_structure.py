@@ -1,4 +1,5 @@
-"""A Structure of given mass and stiffness matrices: no elements, hence no inertia table and no strain table."""
+"""A Structure with prescribed mass and stiffness matrices: it has no elements and so no inertia table and no strain
+table."""
 
 from __future__ import annotations
 
@@ -14,7 +15,7 @@ from femflex.fem.family import SkinPart
 from femflex.fem.structure import Structure
 from femflex.mesh import Mesh
 
-SCALAR = -1  # place of a dof that belongs to no point: a modal coordinate
+SCALAR = -1  # point number of a dof that belongs to no point: a modal coordinate
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,11 +45,11 @@ def structure_from_matrices(
     frames: Array | None = None,
     recovery: tuple[Array, sparse.csr_array] | None = None,
 ) -> MatrixStructure:
-    """The Structure of matrices M, K (n_dof, n_dof) and damping D on the points of a mesh.
+    """Return the Structure of matrices M, K (n_dof, n_dof) and damping D on the points of a mesh.
 
     dofs      (n_dof, 2)    point of the mesh and component 0..5 of every row; point SCALAR for a modal coordinate
     frames    (n_p, 3, 3)   rows are the axes of each point along which its components count; None: the mesh's axes
-    recovery  places (p, 3) that are drawn besides, and their displacement (3 p, n_dof)
+    recovery  additional positions (p, 3) to draw, and their displacement (3 p, n_dof)
 
     The mesh gives names of groups, and cells to draw. Raises ValueError when sizes do not fit or a dof is repeated.
     """
@@ -62,9 +63,9 @@ def structure_from_matrices(
     check_distinct(dofs)
     numbering = Numbering(len(mesh.points))
     moves, turns = ((dofs[:, 0] >= 0) & low for low in (dofs[:, 1] < 3, dofs[:, 1] >= 3))
-    for number, given in ((numbering.translation, moves), (numbering.rotation, turns)):
-        if given.any():
-            number(np.unique(dofs[given, 0]))
+    for number, mask in ((numbering.translation, moves), (numbering.rotation, turns)):
+        if mask.any():
+            number(np.unique(dofs[mask, 0]))
     scalars = np.flatnonzero(dofs[:, 0] == SCALAR)
     extra = numbering.extra(len(scalars))
     T = _raw_from_dofs(numbering, dofs, (moves, turns), (scalars, extra), frames)
@@ -107,13 +108,13 @@ def _raw_from_dofs(
 ) -> sparse.csr_array:
     """T (n_raw, n_dof): global components of the points from their own components."""
     rows, columns, values = [scalars[1]], [scalars[0]], [np.ones(len(scalars[0]))]
-    for given, table, first in ((kinds[0], numbering.translation_of, 0), (kinds[1], numbering.rotation_of, 3)):
-        at = np.flatnonzero(given)
-        points, component = dofs[at, 0], dofs[at, 1] - first
-        axes = np.broadcast_to(np.eye(3), (len(at), 3, 3)) if frames is None else frames[points]
+    for mask, table, first in ((kinds[0], numbering.translation_of, 0), (kinds[1], numbering.rotation_of, 3)):
+        dof_rows = np.flatnonzero(mask)
+        points, component = dofs[dof_rows, 0], dofs[dof_rows, 1] - first
+        axes = np.broadcast_to(np.eye(3), (len(dof_rows), 3, 3)) if frames is None else frames[points]
         rows.append(table(points).ravel())
-        columns.append(np.repeat(at, 3))
-        values.append(axes[np.arange(len(at)), component].ravel())
+        columns.append(np.repeat(dof_rows, 3))
+        values.append(axes[np.arange(len(dof_rows)), component].ravel())
     triplets = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
     T = sparse.coo_array(triplets, shape=(numbering.n_raw, len(dofs))).tocsr()
     T.eliminate_zeros()
@@ -123,7 +124,7 @@ def _raw_from_dofs(
 def _skin_parts(
     mesh: Mesh, numbering: Numbering, T: sparse.csr_array, recovery: tuple[Array, sparse.csr_array] | None
 ) -> list[Callable[[], SkinPart]]:
-    """What is drawn: cells of the mesh, or its points, and recovered places."""
+    """Return the drawn parts: cells of the mesh, or its points, and recovered positions."""
 
     def of_mesh() -> SkinPart:
         raw = numbering.translation_of(np.arange(len(mesh.points)))

@@ -25,8 +25,7 @@ def nodes(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     material  none
     options   rotations  False: the points have no rotation
 
-    Springs, bushings, point masses and connections then act on them: lumped models. Whatever nothing resists must be
-    held by the clamps.
+    Springs, bushings, point masses and connections act on them: lumped models. Dofs without stiffness must be clamped.
     """
     options = member_options(member)
     points = np.asarray(mesh.group_points(member.group))

@@ -1,4 +1,4 @@
-"""Options of member families: what each is called and means, its unit and what it is when left out."""
+"""Options of member families: name, meaning, unit and default of each."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 class Option:
     """One option of a family of members.
 
-    default  what it is when left out
+    default  its value when left out
     meaning  in words, for the README and the schema
     unit     SI unit of its numbers ("" for plain ones); None for a word, a whole number or a truth value
     shapes   how many numbers it may take: 0 for one alone
@@ -36,15 +36,15 @@ OPTIONS: dict[str, Options] = {}  # by family, filled where a family is register
 def member_options(member: Member) -> dict[str, Any]:
     """The member's options over the defaults of its family.
 
-    Raises ValueError on an option the family does not have, with the nearest name it has.
+    Raises ValueError for an option that the family does not have, with the most similar name.
     """
-    known = OPTIONS[member.family]
+    options = OPTIONS[member.family]
     for name in member.options:
-        if name not in known:
-            near = difflib.get_close_matches(name, list(known), n=1)
-            hint = f" Did you mean {near[0]!r}?" if near else ""
+        if name not in options:
+            close = difflib.get_close_matches(name, list(options), n=1)
+            hint = f" Did you mean {close[0]!r}?" if close else ""
             raise ValueError(
                 f"{member.family} on group {member.group!r} has no option {name!r}; its options are "
-                f"{sorted(known)}.{hint}"
+                f"{sorted(options)}.{hint}"
             )
-    return {**{name: option.default for name, option in known.items()}, **member.options}
+    return {**{name: option.default for name, option in options.items()}, **member.options}

@@ -16,25 +16,25 @@ if TYPE_CHECKING:
     from femflex.mesh import Mesh
 
 
-ROUNDED = 1e-3  # relative: what the few digits of decks may break the triangle inequality by
+ROUNDED = 1e-3  # relative error of the triangle inequality that the few digits of decks may cause
 
 
 @dataclass(frozen=True, eq=False)
 class PointMass:
-    """A concentrated mass at every point of a mesh group, rigidly held by the node.
+    """A concentrated mass at every point of a mesh group, rigidly attached to the node.
 
     group    point group (or cell group: all its nodes); each of its points carries the whole mass
     mass     [kg], positive
     inertia  (3, 3) about the mass's own centre, mesh axes [kg m^2]; None: a point without inertia
     offset   (3,) the mass's centre from the node [m]
-    bodily   whether the inertia must be one that a body can have; decks may leave out axes (`check_inertia`)
+    physical  whether the inertia must be one that a body can have; decks may leave out axes (`check_inertia`)
     """
 
     group: str
     mass: float
     inertia: ArrayLike | None = None
     offset: ArrayLike = (0.0, 0.0, 0.0)
-    bodily: bool = True
+    physical: bool = True
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.mass) and self.mass > 0):
@@ -43,33 +43,33 @@ class PointMass:
             raise ValueError(f"offset of the point mass at group {self.group!r} is {self.offset}; give three lengths")
         if self.inertia is not None:
             where = f"inertia of the point mass at group {self.group!r}"
-            check_inertia(np.asarray(self.inertia, float), where, self.bodily)
+            check_inertia(np.asarray(self.inertia, float), where, self.physical)
 
 
-def check_inertia(inertia: Array, where: str, bodily: bool = False) -> None:
+def check_inertia(inertia: Array, where: str, physical: bool = False) -> None:
     """Raise ValueError, which begins with `where`, unless inertia (3, 3) [kg m^2] is one of a distribution of mass.
 
-    Unless it must be bodily, it may leave out the inertia about one or two axes, as decks do for rotations that do not
-    matter, and be rounded to the few digits of a deck.
+    Unless it must be physical, it may leave out the inertia about one or two axes, as decks do for rotations that do
+    not matter, and be rounded to the few digits of a deck.
     """
     if inertia.shape != (3, 3) or not np.isfinite(inertia).all():
         raise ValueError(f"{where} is {inertia.tolist()}; give a 3 x 3 matrix of finite numbers")
     if not np.allclose(inertia, inertia.T, rtol=1e-9, atol=1e-12 * np.abs(inertia).max()):
         raise ValueError(f"{where} is not symmetric: {inertia.tolist()}")
     principal = np.linalg.eigvalsh(inertia)
-    largest, shown = np.abs(principal).max(), ", ".join(f"{moment:.6g}" for moment in principal)
-    if principal[0] < -(1e-9 if bodily else 1e-6) * largest:
-        raise ValueError(f"{where} has the principal moments {shown} kg m^2; none is negative, so check the signs")
-    whole = bodily or principal[0] > 1e-6 * largest
-    if whole and principal[0] + principal[1] < principal[2] - (1e-9 if bodily else ROUNDED) * largest:
+    largest, moments = np.abs(principal).max(), ", ".join(f"{moment:.6g}" for moment in principal)
+    if principal[0] < -(1e-9 if physical else 1e-6) * largest:
+        raise ValueError(f"{where} has the principal moments {moments} kg m^2; none is negative, so check the signs")
+    complete = physical or principal[0] > 1e-6 * largest
+    if complete and principal[0] + principal[1] < principal[2] - (1e-9 if physical else ROUNDED) * largest:
         raise ValueError(
-            f"{where} breaks the triangle inequality: of its principal moments {shown} kg m^2 the two smaller must sum "
-            "to at least the largest. Check entries and units"
+            f"{where} breaks the triangle inequality: of its principal moments {moments} kg m^2 the two smaller must "
+            "sum to at least the largest. Check entries and units"
         )
 
 
 def equivalent_points(mass: float, inertia: Array) -> tuple[Array, Array]:
-    """Masses (k,) and places (k, 3) of six points with this mass and this inertia (3, 3) about their centre.
+    """Masses (k,) and positions (k, 3) of six points with this mass and this inertia (3, 3) about their centre.
 
     int r r^T dm = tr(J)/2 1 - J = sum_k q_k v_k v_k^T; a pair of points m/6 at +-sqrt(3 q_k / m) v_k gives each term.
     An inertia that no body has, as about one axis alone, has a q_k below zero: its pair has the mass -m/6, and a
@@ -78,10 +78,10 @@ def equivalent_points(mass: float, inertia: Array) -> tuple[Array, Array]:
     second, axes = np.linalg.eigh(np.trace(inertia) / 2 * np.eye(3) - inertia)
     second = np.where(np.abs(second) > 1e-12 * np.abs(second).max(), second, 0.0)
     arms = np.sqrt(3 * np.abs(second) / mass) * axes
-    masses, places = np.tile(np.where(second < 0, -mass, mass) / 6, 2), np.concatenate([arms.T, -arms.T])
+    masses, positions = np.tile(np.where(second < 0, -mass, mass) / 6, 2), np.concatenate([arms.T, -arms.T])
     if (second < 0).any():
-        masses, places = np.append(masses, mass - masses.sum()), np.concatenate([places, np.zeros((1, 3))])
-    return masses, places
+        masses, positions = np.append(masses, mass - masses.sum()), np.concatenate([positions, np.zeros((1, 3))])
+    return masses, positions
 
 
 def point_mass_block(mesh: Mesh, point_mass: PointMass, numbering: Numbering) -> DenseInertia:
@@ -93,10 +93,10 @@ def point_mass_block(mesh: Mesh, point_mass: PointMass, numbering: Numbering) ->
     """
     nodes = mesh.group_points(point_mass.group)
     translation, rotation = numbering.translation_of(nodes), numbering.rotation_of(nodes)
-    bare = int((translation[:, 0] < 0).sum())
-    if bare:
+    loose = int((translation[:, 0] < 0).sum())
+    if loose:
         raise ValueError(
-            f"point mass at group {point_mass.group!r}: {bare} of its {len(nodes)} nodes belong to no member; "
+            f"point mass at group {point_mass.group!r}: {loose} of its {len(nodes)} nodes belong to no member; "
             "put the mass on a group that lies on a member"
         )
     masses, arms = _distribution(point_mass)

@@ -1,4 +1,4 @@
-"""Strain blocks whose initial stress has settled: what the supports do not hold is gone from it."""
+"""Strain blocks whose initial stress has relaxed by a small displacement, where the supports do not balance it."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from femflex.arrays import Array, IntArray
-from femflex.fem.assembly import Part
+from femflex.fem.assembly import ElementMatrices
 from femflex.fem.structure import Structure
 from femflex.fem.tables import StrainBlock, StressAt
 
-DUST = 1e-8  # of the initial stress, below which what is left of it is rounding
+ROUNDING = 1e-8  # of the initial stress; a smaller remainder is rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,35 +75,36 @@ class RelaxedStrain:
         """See StrainBlock, with its shapes and units."""
         return self.block.stiffness()
 
-    def parts(self) -> tuple[Part, ...]:
+    def parts(self) -> tuple[ElementMatrices, ...]:
         """See StrainBlock."""
         return self.block.parts()
 
 
 def settled_stress(block: StrainBlock, x: Array, least: float = 0.0) -> Array:
-    """Initial stress and that of the linear strain of x (n_raw,), (e, q, s) [SI]; what is but rounding of it is none.
+    """Initial stress plus that of the linear strain of x (n_raw,), (e, q, s) [SI]; remainders of the size of rounding
+    are set to zero.
 
     least: `magnitude` of the structure's initial stress, for blocks that have none of their own.
     """
     strain = block.linear_map @ block.gradients(x[:, None], slice(None))
     stress = block.stress + np.matmul(block.elastic, strain)[..., 0]
-    return np.where(np.abs(stress) > DUST * _unit(block) * (magnitude(block) or least), stress, 0.0)
+    return np.where(np.abs(stress) > ROUNDING * _unit(block) * (magnitude(block) or least), stress, 0.0)
 
 
 def magnitude(block: StrainBlock) -> float:
-    """The largest initial stress of a block, by the root of its energy."""
+    """The largest initial stress of a block, divided by the root of its stiffness."""
     unit, stress = np.broadcast_arrays(_unit(block), block.stress)
     return float(np.divide(np.abs(stress), unit, out=np.zeros(stress.shape), where=unit > 0).max(initial=0.0))
 
 
 def _unit(block: StrainBlock) -> Array:
-    """Roots of the stiffnesses (e|1, q|1, s): stresses over them compare by their energy."""
+    """Square roots of the stiffnesses (e|1, q|1, s); stresses divided by them are comparable by energy."""
     return np.sqrt(np.abs(np.diagonal(block.elastic, axis1=2, axis2=3)))
 
 
-def settled(structure: Structure, x: Array) -> Structure:
-    """The structure with the stress of a small displacement x (n_dof,) [m, rad] added to its initial one; the mesh
-    stays."""
+def with_settled_stress(structure: Structure, x: Array) -> Structure:
+    """Return the structure with the stress of a small displacement x (n_dof,) [m, rad] added to its initial one; the
+    mesh does not change."""
     raw = structure.T @ x
     least = max(magnitude(block) for block in structure.strain)
     strain = tuple(RelaxedStrain(block, raw, least) for block in structure.strain)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from femflex.mesh import Mesh
 
 
-GAUSS = np.array([0.5 - np.sqrt(3) / 6, 0.5 + np.sqrt(3) / 6])  # places in [0, 1] of two points of equal weight
+GAUSS = np.array([0.5 - np.sqrt(3) / 6, 0.5 + np.sqrt(3) / 6])  # positions in [0, 1] of two points of equal weight
 
 
 @family("rod", {}, dimension=1)
@@ -29,8 +29,8 @@ def rod(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     mass per length count. The strain is that of Green with the straight chord, eps = t.u' + u'.u'/2; the displacement
     is linear between the ends, so that a rod neither bends nor vibrates across. No options.
 
-    Rods bear compression and need no tension; their nodes have no rotation. A truss must be braced: what nothing
-    resists must be held by the clamps.
+    Rods carry compression and need no tension; their nodes have no rotation. A truss must be braced: mechanisms must be
+    clamped.
     """
     section, where = member.section, f"rod on group {member.group!r}"
     if not (hasattr(section, "axial") or hasattr(section, "resultants")):
@@ -46,12 +46,12 @@ def rod(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     length = np.linalg.norm(span, axis=1)
     if not (length > 0).all():
         raise ValueError(f"{where} has {int((length <= 0).sum())} line cells of no length")
-    at, whole = np.zeros((1, 1)), np.ones((1, 1))
+    s, whole_length = np.zeros((1, 1)), np.ones((1, 1))
     if hasattr(section, "axial"):
-        EA, mass = section.axial(at, whole)
+        EA, mass = section.axial(s, whole_length)
     else:
-        found = section.resultants(member.material, at, whole)
-        EA, mass = found.EA, found.mass
+        resultants = section.resultants(member.material, s, whole_length)
+        EA, mass = resultants.EA, resultants.mass
     dofs = numbering.translation(nodes.ravel()).reshape(-1, 6)
     shapes = np.stack([1 - GAUSS, GAUSS], axis=1)  # (q, 2)
     N = np.einsum("qk,ij->qikj", shapes, np.eye(3)).reshape(1, 2, 3, 6)
@@ -65,7 +65,7 @@ def rod(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     G = np.concatenate([-axes, axes], axis=2)[:, None] / length[:, None, None, None]  # rows of u' along the axes
     elastic = np.broadcast_to(np.asarray(EA, float).reshape(1, 1, 1, 1), (len(nodes), 1, 1, 1))
     strain = DenseStrain(dofs, length[:, None], elastic, np.eye(1, 3), np.eye(3)[None], G)
-    fibres = section.fibres(at, 1.0) if isinstance(section, Shape) else None
+    fibres = section.fibres(s, 1.0) if isinstance(section, Shape) else None
     places = StrainPlaces("line", x.mean(axis=1)[:, None], fibres=fibres)
     return Contribution((inertia,), (strain,), partial(_skin, x, dofs), (places,))
 

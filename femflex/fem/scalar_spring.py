@@ -37,8 +37,9 @@ class ScalarSpring:
                 "stiffness other than 0"
             )
 
-    def part(self, mesh: Mesh, numbering: Numbering) -> Contribution:
-        """Strain of the spring. Raises ValueError at groups of several nodes and where a node has no such dofs."""
+    def contribution(self, mesh: Mesh, numbering: Numbering) -> Contribution:
+        """Return the strain of the spring. Raises ValueError for groups of several nodes and for a node without such
+        dofs."""
         dofs, row = [], []
         for group, kind, factors in self.terms:
             nodes = mesh.group_points(group)
@@ -46,10 +47,10 @@ class ScalarSpring:
                 raise ValueError(
                     f"scalar spring at group {group!r}: it has {len(nodes)} nodes; name groups of one node"
                 )
-            given = (numbering.rotation_of if kind == "rotation" else numbering.translation_of)(nodes)[0]
-            if given[0] < 0:
+            node_dofs = (numbering.rotation_of if kind == "rotation" else numbering.translation_of)(nodes)[0]
+            if node_dofs[0] < 0:
                 raise ValueError(f"scalar spring at group {group!r}: no member gives the node a {kind}; name another")
-            dofs.append(given)
+            dofs.append(node_dofs)
             row.append(np.asarray(factors, float))
         G = np.concatenate(row)[None, None, None]
         elastic = np.full((1, 1, 1, 1), self.stiffness)

@@ -15,18 +15,18 @@ from scipy import sparse
 from femflex.arrays import Array, IntArray
 from femflex.fem.assembly.conditions import conditions
 from femflex.fem.assembly.numbering import Numbering
-from femflex.fem.assembly.support_dofs import held_columns
+from femflex.fem.assembly.support_dofs import zero_columns
 from femflex.fem.bushing import Bushing
 from femflex.fem.connections.connection import Connection
 from femflex.fem.connections.hanging import hanging_dependences, hanging_note
-from femflex.fem.family import FAMILIES, Contribution, SkinPart, StrainPlaces, prepared, with_own_cells
+from femflex.fem.family import FAMILIES, Contribution, SkinPart, StrainPlaces, prepare_mesh, with_own_cells
 from femflex.fem.internal_force import InternalForce
 from femflex.fem.point_mass import PointMass, point_mass_block
 from femflex.fem.scalar_spring import ScalarSpring
 from femflex.fem.sections.materials import Anisotropic, Material, Orthotropic
 from femflex.fem.support import COMPONENTS, Support, Supports, as_support
 from femflex.fem.tables import InertiaBlock, StrainBlock, mass_and_stiffness
-from femflex.mesh.regions import with_whole
+from femflex.mesh.regions import with_whole_groups
 from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
@@ -67,12 +67,11 @@ class Structure:
     translation  (3 n_points, n_dof)   displacement of the mesh's points, row 3 * point + axis; zero where none
     rotation     (3 n_points, n_dof)   small rotation of the mesh's points, likewise
     skin_parts   () -> SkinPart, ...   the drawn surfaces of the members
-    places       StrainPlaces, ...     where the points of each strain block lie; None where its family does not tell
-    notes        sentence, ...         what families changed of the mesh that was given
-    unresisted (k,)      numbers of dofs that nothing resists, which a deck's AUTOSPC fixes; none of a mesh
-    point_names  point -> what the file it was read from calls it, such as "GRID 17"; none of a mesh
-    known        key -> (object, ...)  what was computed of it and is wanted again (`recalled`); a changed copy starts
-                                       with none
+    places       StrainPlaces, ...     positions of the points of each strain block; None where its family has none
+    notes        sentence, ...         changes that families made to the mesh
+    unresisted   (k,)                  dofs without stiffness, which a deck's AUTOSPC fixes; none for a mesh
+    point_names  point -> its name in the file it was read from, such as "GRID 17"; none for a mesh
+    known        key -> (object, ...)  stored results (`recalled`); a changed copy starts with none
     """
 
     mesh: Mesh
@@ -95,19 +94,19 @@ class Structure:
         return f"Structure of {self.M.shape[0]} degrees of freedom on {len(self.mesh.points)} points"
 
     def recalled(self, key: tuple[Any, ...], make: Callable[[], Any]) -> Any:
-        """What `make` computes of this structure, computed once; its warnings are given every time it is wanted."""
+        """Return the result of `make` for this structure, computed once; its warnings are repeated at every call."""
         if key not in self.known:
-            with warnings.catch_warnings(record=True) as given:
+            with warnings.catch_warnings(record=True) as recorded:
                 warnings.simplefilter("always")
                 value = make()
-            self.known[key] = value, *(one.message for one in given)
+            self.known[key] = value, *(warning.message for warning in recorded)
         value, *messages = self.known[key]
         for message in messages:
             warnings.warn(message, stacklevel=3)
         return value
 
     def forget(self) -> None:
-        """Drop all that is known of it, and of structures made of it: factors take hundreds of MB."""
+        """Drop all stored results of this structure and of structures derived from it: factors take hundreds of MB."""
         for value, *_ in self.known.values():
             if isinstance(value, Structure):
                 value.forget()
@@ -145,41 +144,43 @@ class Structure:
         return self.T.shape[1]
 
     def clamped_dofs(self, group: str, components: Sequence[str] | Support = COMPONENTS) -> IntArray:
-        """Numbers of independent dofs (k,), ascending, zero where the group's nodes are supported; see `held_dofs`."""
-        return self.held_dofs({group: components})
+        """Numbers of independent dofs (k,), ascending, zero where the group's nodes are supported; see
+        `constrained_dofs`."""
+        return self.constrained_dofs({group: components})
 
-    def held_dofs(self, supports: Supports) -> IntArray:
+    def constrained_dofs(self, supports: Supports) -> IntArray:
         """Numbers of the independent dofs (k,), ascending, that are zero under the supports.
 
         supports: group -> components of "x", "y", "z", "rx", "ry", "rz" (global axes), all six for a clamp, the first
         three for a ball joint; or a Support with axes of its own. They act on the nodes, and on all that lies between
         them: sides of plates, twists, bubbles. Raises ValueError when a group is unknown, when no member gave its
-        nodes such dofs, and when a support sets combinations of dofs to zero, which wants `build_structure` to know it.
+        nodes such dofs, and when a support sets combinations of dofs to zero, so that `build_structure` needs to know
+        it.
         """
         key = tuple((group, as_support(value)) for group, value in supports.items())
-        held: IntArray = self.recalled(("held", *key), lambda: self._held_dofs(supports))
-        return held
+        constrained: IntArray = self.recalled(("held", *key), lambda: self._find_constrained_dofs(supports))
+        return constrained
 
-    def _held_dofs(self, supports: Supports) -> IntArray:
+    def _find_constrained_dofs(self, supports: Supports) -> IntArray:
         for group, value in supports.items():
             nodes, support = self.mesh.group_points(group), as_support(value)
             moves = [c for c in support.components if c in COMPONENTS[:3]]
-            given = [self.numbering.translation_of(nodes)] * bool(moves)
-            given += [self.numbering.rotation_of(nodes)] * (len(support.components) > len(moves))
-            if not any((dofs >= 0).any() for dofs in given):
+            dofs_of_nodes = [self.numbering.translation_of(nodes)] * bool(moves)
+            dofs_of_nodes += [self.numbering.rotation_of(nodes)] * (len(support.components) > len(moves))
+            if not any((dofs >= 0).any() for dofs in dofs_of_nodes):
                 raise ValueError(
                     f"no member moves the {len(nodes)} nodes of group {group!r} in {', '.join(support.components)}; "
                     "clamp a group that lies on a member"
                 )
         rows = self.numbering.layout(conditions(self.mesh, supports)).conditions @ self.T
-        held = held_columns(rows)
-        if held is None:
+        zero_dofs = zero_columns(rows)
+        if zero_dofs is None:
             groups = [group for group, value in supports.items() if set(as_support(value).components) < set(COMPONENTS)]
             raise ValueError(
                 f"the supports of {groups} set combinations of dofs to zero (planes askew, edges of curved shells), "
                 "which this structure does not have as dofs; give build_structure(..., supports=...) the same supports"
             )
-        return held
+        return zero_dofs
 
 
 def build_structure(
@@ -192,25 +193,25 @@ def build_structure(
 ) -> Structure:
     """The Structure of a mesh with these members, concentrated masses, connections, springs and bushings.
 
-    supports: those that mode sets will ask for. They hold nothing here; the dofs lie along their axes, so that
-    `Structure.held_dofs` finds them in planes askew and on edges of curved shells too.
+    supports: those that mode sets will use. They fix nothing here, but the dofs lie along their axes, so that
+    `Structure.constrained_dofs` finds them in inclined planes and on edges of curved shells too.
     Members may share nodes and cells; nodes without a member carry no dofs. Raises ValueError on an unknown group or
     family, on cells, sections, materials or options a family cannot use, and on masses at nodes without a member.
     """
     if not members:
         raise ValueError("a structure needs at least one member; found none")
-    mesh = with_whole(mesh, [*(member.group for member in members), *(supports or {})])
-    mesh, members, said = with_own_cells(mesh, members)
+    mesh = with_whole_groups(mesh, [*(member.group for member in members), *(supports or {})])
+    mesh, members, cell_notes = with_own_cells(mesh, members)
     warn_of_doubled_cells(mesh, members)
-    mesh, notes = prepared(mesh, members)
+    mesh, notes = prepare_mesh(mesh, members)
     for connection in connections:
-        mesh = connection.placed(mesh)
+        mesh = connection.with_reference_node(mesh)
     numbering = Numbering(len(mesh.points), members)
     parts = [contribution(mesh, member, numbering) for member in members]
-    given = [one for connection in connections for one in connection.dependences(mesh, numbering)]
-    hanging = hanging_dependences(mesh, numbering, given)
-    numbering.connect([*given, *hanging])
-    parts += [bushing.part(mesh, numbering) for bushing in bushings]
+    connected = [dependence for connection in connections for dependence in connection.dependences(mesh, numbering)]
+    hanging = hanging_dependences(mesh, numbering, connected)
+    numbering.connect([*connected, *hanging])
+    parts += [bushing.contribution(mesh, numbering) for bushing in bushings]
     inertia = tuple(block for part in parts for block in part.inertia)
     inertia += tuple(point_mass_block(mesh, point_mass, numbering) for point_mass in point_masses)
     late = tuple(block for part in parts if part.late is not None for block in part.late())
@@ -218,8 +219,8 @@ def build_structure(
     places: list[StrainPlaces | None] = []
     for k, part in enumerate(parts):
         group = members[k].group if k < len(members) else ""
-        own = tuple(replace(place, group=group) for place in part.places)
-        places += own or (None,) * len(part.strain)
+        member_places = tuple(replace(strain_places, group=group) for strain_places in part.places)
+        places += member_places or (None,) * len(part.strain)
     T = numbering.independent(conditions(mesh, supports or {}))
     translation, rotation = numbering.node_rows(T.shape[0])
     M, K0 = mass_and_stiffness(inertia, strain, T)
@@ -235,15 +236,16 @@ def build_structure(
         skin_parts=tuple(part.skin for part in parts if part.skin is not None),
         numbering=numbering,
         places=(*places, *(None,) * len(late)),
-        notes=said + notes + hanging_note(mesh, numbering, hanging),
+        notes=cell_notes + notes + hanging_note(mesh, numbering, hanging),
     )
 
 
 def contribution(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
-    """What the member's family makes of it; ValueError with the known families when there is no such family."""
+    """Return the contribution of the member's family; ValueError with the known families when there is no such
+    family."""
     if member.family not in FAMILIES:
-        near = difflib.get_close_matches(member.family, list(FAMILIES), n=1)
-        hint = f" Did you mean {near[0]!r}?" if near else ""
+        close = difflib.get_close_matches(member.family, list(FAMILIES), n=1)
+        hint = f" Did you mean {close[0]!r}?" if close else ""
         raise ValueError(
             f"member on group {member.group!r} names family {member.family!r}; the families are "
             f"{sorted(FAMILIES)}.{hint}"
@@ -253,7 +255,7 @@ def contribution(mesh: Mesh, member: Member, numbering: Numbering) -> Contributi
 
 def warn_of_doubled_cells(mesh: Mesh, members: Sequence[Member]) -> None:
     """Warn when two members of one family lie on the same cells: their mass and stiffness add."""
-    if not _any_doubled(mesh, members):
+    if not _has_doubled_cells(mesh, members):
         return
     for i, first in enumerate(members):
         for second in members[i + 1 :]:
@@ -271,13 +273,13 @@ def warn_of_doubled_cells(mesh: Mesh, members: Sequence[Member]) -> None:
                 )
 
 
-def _any_doubled(mesh: Mesh, members: Sequence[Member]) -> bool:
+def _has_doubled_cells(mesh: Mesh, members: Sequence[Member]) -> bool:
     """Whether any cell belongs to two members of one family; quick where decks have thousands of members."""
     rows: dict[tuple[str, str], list[IntArray]] = {}
     for member in members:
-        for kind, own in mesh.cell_groups.get(member.group, {}).items():
-            rows.setdefault((member.family, kind), []).append(own)
-    return any(len(np.unique(every := np.concatenate(own))) < len(every) for own in rows.values())
+        for kind, numbers in mesh.cell_groups.get(member.group, {}).items():
+            rows.setdefault((member.family, kind), []).append(numbers)
+    return any(len(np.unique(all_numbers := np.concatenate(numbers))) < len(all_numbers) for numbers in rows.values())
 
 
 def _on_independent(rows: sparse.csr_array, T: sparse.csr_array) -> sparse.csr_array:
@@ -292,10 +294,12 @@ def _merged_skin(parts: list[SkinPart], T: sparse.csr_array) -> StructureSkin | 
         return None
     points = np.concatenate([part.points for part in parts])
     starts = np.cumsum([0] + [len(part.points) for part in parts[:-1]])
-    placed = list(zip(parts, starts, strict=True))
+    parts_with_start = list(zip(parts, starts, strict=True))
     kinds = sorted({kind for part in parts for kind in part.cells})
-    cells = {k: np.concatenate([part.cells[k] + at for part, at in placed if k in part.cells]) for k in kinds}
-    rows = np.concatenate([part.rows + 3 * at for part, at in placed])
+    cells = {
+        k: np.concatenate([part.cells[k] + start for part, start in parts_with_start if k in part.cells]) for k in kinds
+    }
+    rows = np.concatenate([part.rows + 3 * start for part, start in parts_with_start])
     cols, values = (np.concatenate([getattr(part, name) for part in parts]) for name in ("cols", "values"))
     raw = sparse.coo_array((values, (rows, cols)), shape=(points.size, T.shape[0])).tocsr()
     return StructureSkin(points, cells, _on_independent(raw, T))

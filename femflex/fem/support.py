@@ -1,4 +1,4 @@
-"""Supports of node groups: which components of displacement and rotation are zero, in global or in own axes."""
+"""Supports of node groups: the components of displacement and rotation that are zero, in global axes or their own."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SQUARE = 1e-6  # cosine between two axes of a support that passes for rounding
 
 @dataclass(frozen=True)
 class Support:
-    """Components of a group's nodes that are zero, along own axes.
+    """Components of a group's nodes that are zero, along the support's own axes.
 
     components  of "x", "y", "z", "rx", "ry", "rz", along the rows of `axes`
     axes        (3, 3) rows: directions of the support's x, y and z axes in global components, at right angles
@@ -71,10 +71,10 @@ def as_support(value: Sequence[str] | Support) -> Support:
 
 def _axes_with(normal: ArrayLike) -> Rows:
     """Axes whose x lies along the normal (3,)."""
-    given = np.asarray(normal, float)
-    if given.shape != (3,) or not np.isfinite(given).all() or not given.any():
+    direction = np.asarray(normal, float)
+    if direction.shape != (3,) or not np.isfinite(direction).all() or not direction.any():
         raise ValueError(f"the normal of a plane is {normal!r}; give three components, not all zero")
-    x = given / np.linalg.norm(given)
+    x = direction / np.linalg.norm(direction)
     y = np.cross(np.eye(3)[np.argmin(np.abs(x))], x)
     y /= np.linalg.norm(y)
     rows = np.stack([x, y, np.cross(x, y)])

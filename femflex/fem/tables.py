@@ -14,15 +14,15 @@ import numpy as np
 from scipy import sparse
 
 from femflex.arrays import Array, IntArray
-from femflex.fem.assembly import Assembler, Part
+from femflex.fem.assembly import Assembler, ElementMatrices
 
 CACHED_VALUES = 250_000  # doubles that stay in the cache of a processor (2 MB)
-CACHED_ELEMENTS = 50  # at least in such a chunk: each takes some calls
-CHUNK_VALUES = 4_000_000  # doubles held at once while a table is contracted with a basis (32 MB)
+CACHED_ELEMENTS = 50  # minimum of such a chunk, because each takes some calls
+CHUNK_VALUES = 4_000_000  # doubles stored at once while a table is contracted with a basis (32 MB)
 
 
-def of(table: Array, elements: slice) -> Array:
-    """Rows of a table (e|1, ...), in its unit, for a slice of elements; the single row of a table that all elements
+def rows_of_elements(table: Array, elements: slice) -> Array:
+    """Rows of a table (e|1, ...), in its unit, for a slice of elements, or the single row of a table that all elements
     share."""
     return table if table.shape[0] == 1 else table[elements]
 
@@ -43,8 +43,8 @@ class InertiaBlock(Protocol):
     def mass(self) -> Array:
         """Element mass matrices (e, l, l) [kg, kg m, kg m^2]."""
 
-    def parts(self) -> tuple[Part, ...]:
-        """The same for assembly, apart where dofs do not couple."""
+    def parts(self) -> tuple[ElementMatrices, ...]:
+        """The same for assembly, as separate parts where dofs do not couple."""
 
 
 class StrainBlock(Protocol):
@@ -93,8 +93,8 @@ class StrainBlock(Protocol):
     def stiffness(self) -> Array:
         """Element stiffness matrices (e, l, l) [N/m, N, N m] of the linear strain."""
 
-    def parts(self) -> tuple[Part, ...]:
-        """The same for assembly, apart where dofs do not couple."""
+    def parts(self) -> tuple[ElementMatrices, ...]:
+        """The same for assembly, as separate parts where dofs do not couple."""
 
 
 StressAt = Callable[[StrainBlock], Array]  # initial stress (e|1, q|1, s) at the points of a block
@@ -111,7 +111,7 @@ class DenseInertia:
 
     def shapes(self, phi: Array, elements: slice) -> Array:
         """See InertiaBlock, with its shapes and units."""
-        return np.matmul(of(self.N, elements), phi[self.dofs[elements]][:, None])
+        return np.matmul(rows_of_elements(self.N, elements), phi[self.dofs[elements]][:, None])
 
     def mass(self) -> Array:
         """See InertiaBlock, with its shapes and units."""
@@ -121,14 +121,14 @@ class DenseInertia:
         weighted = flat * np.repeat(self.dm, 3, axis=1)[:, :, None]
         return np.matmul(flat.swapaxes(1, 2), weighted)
 
-    def parts(self) -> tuple[Part, ...]:
+    def parts(self) -> tuple[ElementMatrices, ...]:
         """See InertiaBlock."""
-        return (Part(self.dofs, self.mass().__getitem__),)
+        return (ElementMatrices(self.dofs, self.mass().__getitem__),)
 
 
 @dataclass(frozen=True, eq=False)
 class SectionInertia(DenseInertia):
-    """Points of sections that turn about points of a line, with what second-order displacements of theirs ask for.
+    """Points of sections that rotate about points of a line, with the data for their second-order displacements.
 
     second (e, s, 3, 3)     int o o^T dm of the offsets o from the line at stations along the elements, global axes
     turn   (e, s, 3, l)     rows of the sections' rotation
@@ -154,23 +154,27 @@ class DenseStrain:
 
     def gradients(self, phi: Array, elements: slice, most: int | None = None) -> Array:
         """See StrainBlock, with its shapes and units."""
-        return np.matmul(of(self.G, elements)[:, :, :most], phi[self.dofs[elements]][:, None])
+        return np.matmul(rows_of_elements(self.G, elements)[:, :, :most], phi[self.dofs[elements]][:, None])
 
     def rows(self, elements: slice, most: int | None = None) -> Array:
         """See StrainBlock, with its shapes and units."""
-        return of(self.G, elements)[:, :, :most]
+        return rows_of_elements(self.G, elements)[:, :, :most]
 
     def sampled(self, elements: slice) -> DenseStrain:
-        """See StrainBlock; the points that are stored must do."""
-        elastic, G, stress = of(self.elastic, elements), of(self.G, elements), of(self.stress, elements)
+        """See StrainBlock; the stored points are used."""
+        elastic, G, stress = (
+            rows_of_elements(self.elastic, elements),
+            rows_of_elements(self.G, elements),
+            rows_of_elements(self.stress, elements),
+        )
         return replace(
             self, dofs=self.dofs[elements], weight=self.weight[elements], elastic=elastic, G=G, stress=stress
         )
 
     def nonlinear(self, elements: slice, stress: StressAt | None = None) -> tuple[StrainBlock, ...]:
         """See StrainBlock."""
-        own = self.sampled(elements)
-        return (own if stress is None else replace(own, stress=stress(own)),)
+        sampled = self.sampled(elements)
+        return (sampled if stress is None else replace(sampled, stress=stress(sampled)),)
 
     def stiffness(self) -> Array:
         """See StrainBlock, with its shapes and units."""
@@ -179,9 +183,9 @@ class DenseStrain:
         stress = np.matmul(self.elastic * self.weight[:, :, None, None], B0)
         return np.matmul(B0.reshape(e, -1, B0.shape[-1]).swapaxes(1, 2), stress.reshape(e, -1, B0.shape[-1]))
 
-    def parts(self) -> tuple[Part, ...]:
+    def parts(self) -> tuple[ElementMatrices, ...]:
         """See StrainBlock."""
-        return (Part(self.dofs, self.stiffness().__getitem__),)
+        return (ElementMatrices(self.dofs, self.stiffness().__getitem__),)
 
 
 def mass_and_stiffness(
@@ -189,19 +193,20 @@ def mass_and_stiffness(
 ) -> tuple[sparse.csr_array, sparse.csr_array]:
     """M [kg, kg m^2] and K [N/m, N m] (n_dof, n_dof) of blocks on raw dofs, which T (n_raw, n_dof) gives from the
     independent ones."""
-    assembler = Assembler(T)  # one for both: it remembers how dofs are connected
+    assembler = Assembler(T)  # one for both, as it stores the connections of the dofs
     K = assembler.total([part for block in strain for part in block.parts()])
     return assembler.total([part for block in inertia for part in block.parts()]), K
 
 
 def element_chunks(n_elements: int, values_per_element: int, most: int = CHUNK_VALUES) -> Iterator[slice]:
-    """Slices of elements whose values fit in so many doubles."""
+    """Slices of elements whose values fit in `most` doubles."""
     step = max(1, most // max(1, values_per_element))
     for start in range(0, n_elements, step):
         yield slice(start, min(start + step, n_elements))
 
 
 def cached_chunks(n_elements: int, values_per_element: int) -> Iterator[slice]:
-    """The same of so few that they stay in the cache, for what is looked at several times and then summed up."""
+    """Slices of so few elements that their values stay in the cache, for values that are used several times and then
+    summed."""
     most = max(CACHED_VALUES, CACHED_ELEMENTS * values_per_element)
     return element_chunks(n_elements, values_per_element, min(most, CHUNK_VALUES))

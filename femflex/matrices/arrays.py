@@ -2,15 +2,15 @@
 
     M, K, D, geometric   (n_dof, n_dof)  dense, or sparse: M_row, M_col, M_data (counted from 0) and M_shape
     nodes (n,)           numbers of the nodes; left out: 1, 2, ...
-    points (n, 3)        their places
+    points (n, 3)        their positions
     dofs (n_dof, 2)      node and component 1..6 of every row, component 0 for a modal coordinate
     frames (n, 3, 3)     axes of displacement of the nodes, as rows; left out: global
     group_NAME (k,)      numbers of the nodes of a group
     cells_KIND (c, m)    cells to draw (line, triangle, quad), by numbers of nodes
-    recovery_points (p, 3), recovery (3 p, n_dof), recovery_masses (p,)   places between the interfaces
+    recovery_points (p, 3), recovery (3 p, n_dof), recovery_masses (p,)   points between the interfaces
     moments_mass (), moments_first (1 + n_dof, 3), moments_second (1 + n_dof, 3, 1 + n_dof, 3)   see MatrixModel
 
-Matlab's own sparse matrices are read too, those of version 7.3 files as well.
+Matlab's sparse matrices are read too, also those of version 7.3 files.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ from femflex.memory import require_proportion
 
 POINTS = ("points", "xyz", "coordinates", "coords")
 NODES = ("nodes", "ids", "node_ids")
-DENSE = 1_000_000  # entries (8 MB) up to which a matrix is written whole
-OWN = (*POINTS, *NODES, "dofs", "frames", "recovery", "recovery_points", "recovery_masses")
+DENSE = 1_000_000  # entries (8 MB) up to which a matrix is written with its zeros
+RESERVED_NAMES = (*POINTS, *NODES, "dofs", "frames", "recovery", "recovery_points", "recovery_masses")
 
 
 def _npz(path: Path) -> Contents:
@@ -56,7 +56,8 @@ def _mat(path: Path) -> Contents:
 
 
 def _hdf5(path: Path, transposed: bool = False) -> Contents:
-    """Datasets at the root; transposed: written column by column, as Matlab does."""
+    """Contents of the datasets at the root of an HDF5 file. transposed: the file is written column by column, as by
+    Matlab."""
     import h5py
 
     arrays: dict[str, Any] = {}
@@ -76,48 +77,48 @@ def _hdf5(path: Path, transposed: bool = False) -> Contents:
 
 
 def contents_of(arrays: Mapping[str, Any]) -> Contents:
-    """Contents of named arrays."""
-    arrays = {name: _plain(value) for name, value in arrays.items()}
+    """Contents of a file with these named arrays."""
+    arrays = {name: _as_array(value) for name, value in arrays.items()}
     contents = Contents()
     for name in POINTS:
         if name in arrays:
-            contents.points = _reals(arrays, name, -1, 3)
+            contents.points = _real_array(arrays, name, -1, 3)
     if contents.points is not None:
         contents.ids = np.arange(1, len(contents.points) + 1)
     for name in NODES:
         if name in arrays:
-            contents.ids = _numbers(arrays, name, -1)
+            contents.ids = _integer_array(arrays, name, -1)
     if "dofs" in arrays:
-        contents.dofs = _numbers(arrays, "dofs", -1, 2)
+        contents.dofs = _integer_array(arrays, "dofs", -1, 2)
     if "frames" in arrays:
-        contents.frames = _reals(arrays, "frames", -1, 3, 3)
+        contents.frames = _real_array(arrays, "frames", -1, 3, 3)
     for name, value in arrays.items():
         kind, _, rest = name.partition("_")
         if kind == "group" and rest:
-            contents.groups[rest] = _numbers(arrays, name, -1)
+            contents.groups[rest] = _integer_array(arrays, name, -1)
         elif kind == "cells" and rest:
-            contents.cells[rest] = _numbers(arrays, name, len(np.atleast_1d(value)), -1)
+            contents.cells[rest] = _integer_array(arrays, name, len(np.atleast_1d(value)), -1)
         elif name.endswith("_data") and f"{name[:-5]}_row" in arrays:
             stem = name[:-5]
             i, j = (np.asarray(arrays[f"{stem}_{part}"]).ravel().astype(np.int64) for part in ("row", "col"))
             shape = tuple(int(x) for x in np.ravel(arrays[f"{stem}_shape"]))
             data = np.asarray(value, complex if np.iscomplexobj(value) else float).ravel()
             contents.matrices[stem] = Entries(sparse.csr_array(sparse.coo_array((data, (i, j)), shape=shape)))
-        elif name not in OWN and not name.startswith("moments_") and _is_matrix(value):
+        elif name not in RESERVED_NAMES and not name.startswith("moments_") and _is_matrix(value):
             dtype = complex if np.issubdtype(value.dtype, np.complexfloating) else float
             contents.matrices[name] = Entries(sparse.csr_array(value, dtype=dtype))
     contents.matrices.pop("recovery", None)
     if "recovery_points" in arrays:
         contents.recovery = _recovery(arrays)
     if "moments_second" in arrays:
-        first = _reals(arrays, "moments_first", -1, 3)
-        second = _reals(arrays, "moments_second", len(first), 3, len(first), 3)
-        contents.moments = MassMoments(float(_reals(arrays, "moments_mass", 1)[0]), first, second)
+        first = _real_array(arrays, "moments_first", -1, 3)
+        second = _real_array(arrays, "moments_second", len(first), 3, len(first), 3)
+        contents.moments = MassMoments(float(_real_array(arrays, "moments_mass", 1)[0]), first, second)
     return contents
 
 
 def _recovery(arrays: Mapping[str, Any]) -> Recovery:
-    points = _reals(arrays, "recovery_points", -1, 3)
+    points = _real_array(arrays, "recovery_points", -1, 3)
     if "recovery_data" in arrays:
         i, j = (np.asarray(arrays[f"recovery_{part}"]).ravel().astype(np.int64) for part in ("row", "col"))
         shape = tuple(int(x) for x in np.ravel(arrays["recovery_shape"]))
@@ -125,31 +126,32 @@ def _recovery(arrays: Mapping[str, Any]) -> Recovery:
         rows = sparse.csr_array(sparse.coo_array((data, (i, j)), shape=shape))
     else:
         rows = sparse.csr_array(arrays["recovery"])
-    return Recovery(points, rows, _reals(arrays, "recovery_masses", -1) if "recovery_masses" in arrays else None)
+    return Recovery(points, rows, _real_array(arrays, "recovery_masses", -1) if "recovery_masses" in arrays else None)
 
 
-def _reals(arrays: Mapping[str, Any], name: str, *shape: int) -> Array:
-    """The real numbers of an array in that shape, -1 for any number. Raises ValueError where it does not hold them."""
+def _real_array(arrays: Mapping[str, Any], name: str, *shape: int) -> Array:
+    """An array of real numbers in this shape; -1 stands for any number. Raises ValueError where the array does not
+    fit."""
     value = np.asarray(arrays.get(name, ()))
     fits = np.issubdtype(value.dtype, np.number) and not np.iscomplexobj(value)
-    size = int(np.prod([abs(n) for n in shape]))
-    if not fits or not value.size or value.size % size or (-1 not in shape and value.size != size):
-        wanted = " x ".join("n" if n == -1 else str(n) for n in shape)
+    unit_size = int(np.prod([abs(n) for n in shape]))
+    if not fits or not value.size or value.size % unit_size or (-1 not in shape and value.size != unit_size):
+        expected = " x ".join("n" if n == -1 else str(n) for n in shape)
         raise ValueError(
-            f"array {name!r} has the shape {value.shape} and holds {value.dtype.name}; expected {wanted} real numbers"
+            f"array {name!r} has the shape {value.shape} and holds {value.dtype.name}; expected {expected} real numbers"
         )
     return value.astype(float).reshape(shape)
 
 
-def _numbers(arrays: Mapping[str, Any], name: str, *shape: int) -> IntArray:
-    """The same for whole numbers."""
-    value = _reals(arrays, name, *shape)
+def _integer_array(arrays: Mapping[str, Any], name: str, *shape: int) -> IntArray:
+    """An array of whole numbers in this shape; otherwise as `_real_array`."""
+    value = _real_array(arrays, name, *shape)
     if not (np.abs(value) < 2**53).all() or (value != np.round(value)).any():
         raise ValueError(f"array {name!r} holds numbers that are not whole; give numbers of nodes and components")
     return value.astype(np.int64)
 
 
-def _plain(value: Any) -> Any:
+def _as_array(value: Any) -> Any:
     return value if sparse.issparse(value) else np.asarray(value)
 
 
@@ -160,13 +162,12 @@ def _is_matrix(value: Any) -> bool:
 
 
 def arrays_of(model: MatrixModel, dense: bool = False) -> dict[str, Array]:
-    """The arrays of a model, with the shapes and units of this file's layout. dense: matrices (n_dof, n_dof) whole, for
-    readers
-    that know no sparse ones."""
+    """The arrays of a model, with the names, shapes and units of this module's layout. dense: write every matrix
+    (n_dof, n_dof) with all its entries, for readers without sparse matrices."""
     out: dict[str, Any] = {"nodes": model.ids, "points": model.points, "dofs": model.dofs}
     for name, A in (("M", model.M), ("K", model.K), ("D", model.D), ("geometric", model.geometric)):
         if A is not None:
-            out |= {name: A.toarray()} if dense or _full(A) else _triplets(name, A)
+            out |= {name: A.toarray()} if dense or _written_dense(A) else _triplets(name, A)
     if model.frames is not None:
         out["frames"] = model.frames
     out |= {f"group_{name}": np.asarray(nodes) for name, nodes in model.groups.items()}
@@ -174,7 +175,7 @@ def arrays_of(model: MatrixModel, dense: bool = False) -> dict[str, Array]:
     if model.recovery is not None:
         rows = model.recovery.rows
         out["recovery_points"] = model.recovery.points
-        out |= {"recovery": rows.toarray()} if dense or _full(rows) else _triplets("recovery", rows)
+        out |= {"recovery": rows.toarray()} if dense or _written_dense(rows) else _triplets("recovery", rows)
         if model.recovery.masses is not None:
             out["recovery_masses"] = model.recovery.masses
     if model.moments is not None:
@@ -182,8 +183,8 @@ def arrays_of(model: MatrixModel, dense: bool = False) -> dict[str, Array]:
     return out
 
 
-def _full(A: sparse.csr_array) -> bool:
-    """Whether a matrix is written whole: one that any reader holds in memory, or one with few zeros."""
+def _written_dense(A: sparse.csr_array) -> bool:
+    """Whether a matrix is written with all its entries: it is small enough for any reader, or has few zeros."""
     return bool(A.shape[0] * A.shape[1] <= DENSE or 3 * A.nnz > A.shape[0] * A.shape[1])
 
 

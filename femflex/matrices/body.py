@@ -1,4 +1,5 @@
-"""MatrixModel -> FlexibleBody: the checks, the structure, a set of shapes, and what the matrices leave open."""
+"""MatrixModel -> FlexibleBody: the checks, the structure, a set of shapes, and notes on the effects that matrices
+cannot represent."""
 
 from __future__ import annotations
 
@@ -28,7 +29,7 @@ SPINNING = (
     "its strain is linear, with a geometric stiffness that grows with the square of its rate about the given axis; "
     "other loads do not stiffen or soften it"
 )
-DENSE = 3000  # dofs up to which rounding of the file is taken out of the rigid motions' stiffness
+DENSE = 3000  # dofs up to which the rounding of a file is removed from the stiffness of the rigid motions
 MASSLESS = 1e-13  # eigenvalue of the scaled mass matrix below which a motion has no mass
 
 
@@ -41,15 +42,15 @@ def matrix_body(
     turning: Container[str] | None = None,
     stated: StatedMass | None = None,
 ) -> MatrixBody:
-    """The FlexibleBody of a model, with linear strain, and sentences on what its matrices leave open.
+    """The FlexibleBody of a model, with linear strain, and notes on the effects that its matrices do not contain.
 
-    reduce   its set of shapes, such as lambda s: cantilever_modes(s, "root", 8); None: of a reduced model all of its
-             modes with the first node as reference (`all_modes`)
-    groups   that `reduce` names: of the model, or node_17
-    markers  name -> group; damping: in place of the model's own matrix
-    stated   mass properties that it is to have
+    reduce   function that computes its set of shapes, such as lambda s: cantilever_modes(s, "root", 8); None: all
+             modes of a reduced model, with the first node as reference (`all_modes`)
+    groups   groups that `reduce` names: those of the model, or node_17
+    markers  name -> group; damping: replaces the damping matrix of the model
+    stated   mass properties with which the model is compared
 
-    Without a geometric stiffness the body has an estimate of its foreshortening, by which runs warn of the stiffness
+    A body without a geometric stiffness gets an estimate of its foreshortening. Runs use it to warn of the stiffness
     that spin, thrust and weight would add.
 
     Raises ValueError with all errors of its checks (`check_model`); warns of the other findings.
@@ -69,14 +70,14 @@ def matrix_body(
         modes = all_modes(structure, reference)
     else:
         modes = reduce(structure)
-    made = reduce_matrices(structure, modes, markers, damping, turning, model.distribution)
+    reduced = reduce_matrices(structure, modes, markers, damping, turning, model.distribution)
     if model.geometric is None:
-        return replace(made, body=replace(made.body, foreshortening=estimated_foreshortening(made.body)))
-    if model.spin_axis is None or not made.body.n_modes:
-        return made
+        return replace(reduced, body=replace(reduced.body, foreshortening=estimated_foreshortening(reduced.body)))
+    if model.spin_axis is None or not reduced.body.n_modes:
+        return reduced
     assert model.geometric is not None
     G = modes.phi.T @ (model.geometric @ modes.phi)
-    return MatrixBody(with_spin_stiffness(made.body, G, model.spin_axis), (SPINNING, *made.notes[1:]))
+    return MatrixBody(with_spin_stiffness(reduced.body, G, model.spin_axis), (SPINNING, *reduced.notes[1:]))
 
 
 def all_modes(structure: MatrixStructure, reference: str) -> ModeSet:
@@ -89,10 +90,10 @@ def all_modes(structure: MatrixStructure, reference: str) -> ModeSet:
 
 
 def without_rounding(structure: MatrixStructure) -> MatrixStructure:
-    """The structure with K R = 0 exactly for its rigid motions R, where the file's digits leave a rest of it.
+    """The structure with K R = 0 exactly for its rigid motions R, which the file's digits satisfy only approximately.
 
-    K becomes P^T K P with P = 1 - R (R^T W R)^-1 R^T W, W the diagonal of K. Where the rest is more than rounding, or
-    the matrices are large, nothing is changed.
+    K becomes P^T K P with P = 1 - R (R^T W R)^-1 R^T W, W the diagonal of K. The structure is
+    returned unchanged if K R is larger than rounding, or if the matrices are large.
     """
     R = rigid_shapes(structure)
     if structure.n_dof > DENSE or (relative_energy(structure.K, R) > GROUNDED).any():

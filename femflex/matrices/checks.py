@@ -1,8 +1,8 @@
 """Checks of mass and stiffness matrices: symmetry, definiteness, rigid-body motions, mass properties, grounding.
 
-The rigid-body motions R come from the coordinates of the nodes. Of a body that nothing holds K R = 0, and R^T M R is
-its mass, first moments and inertia; modal coordinates take no part. The limits are those below; each finding has its
-number and its limit. (Craig-Bampton models: the checks of pyYeti's cb.cbcheck.)
+The rigid-body motions R come from the coordinates of the nodes. For an unsupported body K R = 0, and R^T M R
+contains its mass, first moments and inertia; modal coordinates are zero in R. The limits are the constants below; each
+finding states its value and its limit. (Craig-Bampton models: the checks of pyYeti's cb.cbcheck.)
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ STATED = 0.01  # difference of mass properties from those stated, relative
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that a check found: a sentence with number and limit, and whether the model cannot be used with it."""
+    """One finding of a check: a sentence with value and limit, and whether it makes the model unusable."""
 
     text: str
     fatal: bool = False
@@ -39,7 +39,7 @@ class Finding:
 
 @dataclass(frozen=True, eq=False)
 class MatrixReport:
-    """What the checks found.
+    """Results of the checks.
 
     mass                [kg], the mean of those along x, y and z
     center_of_mass (3,) [m]
@@ -47,7 +47,7 @@ class MatrixReport:
     asymmetry           name of the matrix -> |A - A^T| over its largest entry
     rigid    (6,)       strain energy of the rigid motions x, y, z, rx, ry, rz (about the centre of mass), relative
     massless            degrees of freedom without mass
-    findings            what is wrong, or doubtful
+    findings            errors and doubts
     """
 
     mass: float
@@ -71,7 +71,7 @@ class MatrixReport:
 
 @dataclass(frozen=True, eq=False)
 class StatedMass:
-    """Mass properties that a model is to have; None where nothing is stated.
+    """Mass properties that a model is expected to have; None where nothing is stated.
 
     mass [kg], center_of_mass (3,) [m], inertia (3, 3) about the centre of mass [kg m^2]
     """
@@ -82,40 +82,44 @@ class StatedMass:
 
 
 def check_model(model: MatrixModel, stated: StatedMass | None = None) -> MatrixReport:
-    """The report on a model; nothing is raised."""
-    apart = {
+    """The report on a model; findings are returned and never raised."""
+    asymmetries = {
         name: asymmetry(A)
         for name, A in (("mass", model.M), ("stiffness", model.K), ("damping", model.D))
         if A is not None
     }
-    found = [Finding(text, True) for text in _not_finite(model)]
-    if found:
+    findings = [Finding(text, True) for text in _invalid_entries(model)]
+    if findings:
         return MatrixReport(
-            np.nan, np.full(3, np.nan), np.full((3, 3), np.nan), apart, np.full(6, np.nan), 0, tuple(found)
+            np.nan, np.full(3, np.nan), np.full((3, 3), np.nan), asymmetries, np.full(6, np.nan), 0, tuple(findings)
         )
-    for name, value in apart.items():
+    for name, value in asymmetries.items():
         if value > SYMMETRIC:
             text = f"its {name} matrix is not symmetric: |A - A^T| is {value:.2g} of its largest entry"
-            found.append(Finding(f"{text} (limit {SYMMETRIC:g}); was it written whole, or one triangle alone?", True))
+            findings.append(
+                Finding(f"{text} (limit {SYMMETRIC:g}); was it written whole, or one triangle alone?", True)
+            )
         elif value > ROUNDED:
             text = f"its {name} matrix is symmetric to {value:.1e} of its largest entry (limit {ROUNDED:g})"
-            found.append(Finding(f"{text}; its symmetric part is taken"))
+            findings.append(Finding(f"{text}; its symmetric part is taken"))
     structure = model.structure()
     M, K = symmetric_part(model.M), symmetric_part(model.K)
     massless = int((np.asarray(abs(M).sum(axis=1)).ravel() == 0).sum())
-    found += _indefinite(model, {"mass": (_mass_of_one_axis(structure, M), model.M), "stiffness": (K, model.K)})
-    found += [] if model.D is None else _indefinite(model, {"damping": (symmetric_part(model.D), model.D)})
+    findings += _negative_eigenvalues(
+        model, {"mass": (_mass_of_one_axis(structure, M), model.M), "stiffness": (K, model.K)}
+    )
+    findings += [] if model.D is None else _negative_eigenvalues(model, {"damping": (symmetric_part(model.D), model.D)})
     R = rigid_shapes(structure)
-    mass, centre, J, more = _mass_properties(R.T @ (M @ R))
-    found += more
+    mass, centre, J, mass_findings = _mass_properties(R.T @ (M @ R))
+    findings += mass_findings
     if mass > 0:
         R = rigid_shapes(structure, about=centre)
     rigid = relative_energy(K, R)
-    found += _grounded(model, structure, K, R, rigid)
-    found += _coupled(model, K)
+    findings += _resisted_rigid_motions(model, structure, K, R, rigid)
+    findings += _boundary_modal_coupling(model, K)
     if stated is not None:
-        found += _differences(stated, mass, centre, J)
-    return MatrixReport(mass, centre, J, apart, rigid, massless, tuple(found))
+        findings += _differences_from_stated(stated, mass, centre, J)
+    return MatrixReport(mass, centre, J, asymmetries, rigid, massless, tuple(findings))
 
 
 def symmetric_part(A: sparse.csr_array) -> sparse.csr_array:
@@ -129,7 +133,7 @@ def asymmetry(A: sparse.csr_array) -> float:
     return float(abs(A - A.T).max()) / size if size else 0.0
 
 
-def _not_finite(model: MatrixModel) -> list[str]:
+def _invalid_entries(model: MatrixModel) -> list[str]:
     texts = []
     matrices = (("mass", model.M), ("stiffness", model.K), ("damping", model.D), ("geometric", model.geometric))
     for name, A in matrices:
@@ -143,34 +147,39 @@ def _not_finite(model: MatrixModel) -> list[str]:
 
 
 def _mass_of_one_axis(structure: MatrixStructure, M: sparse.csr_array) -> sparse.csr_array:
-    """The mass matrix of one axis where that of all three is the same and nothing else has mass; else M itself."""
+    """The mass matrix of one axis if it is the same for all three and nothing else has mass; otherwise M itself."""
     if structure.rotation.nnz or structure.scalars.size or (M.diagonal() <= 0).any():
         return M
     lumped = nodal_mass(structure)
     return lumped.scalar if lumped.exact else M
 
 
-WHY = {  # no body has a negative eigenvalue of
+EXPLANATIONS = {  # no body has a negative eigenvalue of
     "mass": "a body has no negative mass",
     "stiffness": "the body is unstable as it is, or signs are wrong",
     "damping": "damping takes energy out of a body, so check its sign",
 }
 
 
-def _indefinite(model: MatrixModel, matrices: Mapping[str, tuple[sparse.csr_array, sparse.csr_array]]) -> list[Finding]:
-    """Negative eigenvalues of matrices by name, by the pivots of a factorisation when scaled (Sylvester's law).
+def _negative_eigenvalues(
+    model: MatrixModel, matrices: Mapping[str, tuple[sparse.csr_array, sparse.csr_array]]
+) -> list[Finding]:
+    """Findings about negative eigenvalues of the named matrices, counted by the pivots of a scaled factorisation
+    (Sylvester's law).
 
-    matrices: name -> (what is factorised, the matrix as it is given)
+    matrices: name -> (matrix to factorise, original matrix)
     """
-    found = []
-    for name, (A, given) in matrices.items():
-        own = given.diagonal()
-        if (own < 0).any():
-            k = int(np.argmin(own))
+    findings = []
+    for name, (A, original) in matrices.items():
+        diagonal = original.diagonal()
+        if (diagonal < 0).any():
+            k = int(np.argmin(diagonal))
             node, component = model.dofs[k]
             where = f"at node {node}, component {component}" if component else f"at modal coordinate {node}"
-            text = f"its {name} matrix has {np.count_nonzero(own < 0)} negative entries on the diagonal"
-            found.append(Finding(f"{text}, the least {own[k]:.4g} {where} (limit 0); a {name} matrix has none", True))
+            text = f"its {name} matrix has {np.count_nonzero(diagonal < 0)} negative entries on the diagonal"
+            findings.append(
+                Finding(f"{text}, the least {diagonal[k]:.4g} {where} (limit 0); a {name} matrix has none", True)
+            )
             continue
         d = A.diagonal()
         scale = sparse.diags_array(1.0 / np.sqrt(np.where(d > 0, d, 1.0)))
@@ -181,23 +190,24 @@ def _indefinite(model: MatrixModel, matrices: Mapping[str, tuple[sparse.csr_arra
             continue  # singular to rounding
         if count:
             text = f"its {name} matrix has {count} negative eigenvalues (limit 0; those above -{NEGATIVE:g} of the "
-            found.append(Finding(f"{text}diagonal do not count); {WHY[name]}", True))
-    return found
+            findings.append(Finding(f"{text}diagonal do not count); {EXPLANATIONS[name]}", True))
+    return findings
 
 
 def _mass_properties(G: Array) -> tuple[float, Array, Array, list[Finding]]:
-    """Mass, centre of mass and central inertia of R^T M R (6, 6) about the origin, and what does not agree in it."""
-    along = np.diag(G)[:3]
-    mass = float(along.mean())
-    found = []
+    """Mass, centre of mass and central inertia of R^T M R (6, 6) about the origin, and findings where it is
+    inconsistent."""
+    translational = np.diag(G)[:3]
+    mass = float(translational.mean())
+    findings = []
     if not mass > 0:
         text = (
             f"its mass in rigid translation is {mass:.4g} kg (limit 0); check mass matrix and map of degrees of freedom"
         )
         return mass, np.full(3, np.nan), np.full((3, 3), np.nan), [Finding(text, True)]
-    if np.ptp(along) > UNEQUAL * mass:
-        text = ", ".join(f"{value:.6g}" for value in along)
-        found.append(
+    if np.ptp(translational) > UNEQUAL * mass:
+        text = ", ".join(f"{value:.6g}" for value in translational)
+        findings.append(
             Finding(
                 f"its mass is {text} kg along x, y, z (limit: {UNEQUAL:g} of their mean apart); are degrees of freedom "
                 "missing, or their order wrong?"
@@ -212,29 +222,28 @@ def _mass_properties(G: Array) -> tuple[float, Array, Array, list[Finding]]:
     size = max(float(np.trace(G[3:, 3:])), 1e-300)
     if principal[0] < -UNEQUAL * size or principal[2] - principal[0] - principal[1] > UNEQUAL * size:
         text = ", ".join(f"{value:.6g}" for value in principal)
-        found.append(
+        findings.append(
             Finding(
                 f"its principal inertias {text} kg m^2 about the centre of mass cannot be those of a body (the two "
                 "smaller sum to at least the largest); check coordinates and units",
                 True,
             )
         )
-    return mass, centre, J, found
+    return mass, centre, J, findings
 
 
 def relative_energy(K: sparse.csr_array, R: Array) -> Array:
-    """Strain energy of the columns (k,) [1] over the sum of its terms' sizes, as a root: |K R| about |K| |R| times
-    this."""
+    """Strain energy of the columns R (k,) [1], relative to |R|^T |K| |R|, the sum of the magnitudes of its terms."""
     size = np.abs(R)
-    whole = np.einsum("ik,ik->k", size, abs(K) @ size)
-    return np.abs(np.einsum("ik,ik->k", R, K @ R)) / np.maximum(whole, 1e-300)
+    bound = np.einsum("ik,ik->k", size, abs(K) @ size)
+    return np.abs(np.einsum("ik,ik->k", R, K @ R)) / np.maximum(bound, 1e-300)
 
 
-def _grounded(
+def _resisted_rigid_motions(
     model: MatrixModel, structure: MatrixStructure, K: sparse.csr_array, R: Array, rigid: Array
 ) -> list[Finding]:
-    """Rigid motions against which K has stiffness, and the node where the force is largest."""
-    found = []
+    """Findings about rigid motions that K resists, with the node at which the force is largest."""
+    findings = []
     for k in np.flatnonzero(rigid > GROUNDED):
         force = K @ R[:, k]
         stiffness = float(R[:, k] @ force)
@@ -242,18 +251,18 @@ def _grounded(
         node, component = model.dofs[row]
         unit = "N/m" if k < 3 else "N m/rad"
         where = f"node {node}, {DIRECTIONS[component - 1]}" if component else f"modal coordinate {row + 1}"
-        found.append(
+        findings.append(
             Finding(
                 f"its stiffness resists the rigid motion {DIRECTIONS[k]} with {stiffness:.4g} {unit}, {rigid[k]:.1e} "
                 f"of the sizes summed (limit {GROUNDED:g}), most at {where}: the model is grounded there, or its "
                 "coordinates and its stiffness do not belong together; give the matrices of the unsupported body"
             )
         )
-    return found
+    return findings
 
 
-def _coupled(model: MatrixModel, K: sparse.csr_array) -> list[Finding]:
-    """Stiffness between boundary and modal coordinates, which a Craig-Bampton model does not have."""
+def _boundary_modal_coupling(model: MatrixModel, K: sparse.csr_array) -> list[Finding]:
+    """A finding about stiffness between boundary and modal coordinates, which a Craig-Bampton model does not have."""
     q = np.flatnonzero(model.dofs[:, 1] == 0)
     b = np.flatnonzero(model.dofs[:, 1] > 0)
     if not q.size or not b.size:
@@ -273,30 +282,31 @@ def _coupled(model: MatrixModel, K: sparse.csr_array) -> list[Finding]:
     ]
 
 
-def _differences(stated: StatedMass, mass: float, centre: Array, J: Array) -> list[Finding]:
-    found = []
+def _differences_from_stated(stated: StatedMass, mass: float, centre: Array, J: Array) -> list[Finding]:
+    findings = []
     if stated.mass is not None and abs(mass - stated.mass) > STATED * stated.mass:
-        found.append(
+        findings.append(
             Finding(f"its mass is {mass:.6g} kg, and {stated.mass:.6g} kg is stated (limit {STATED:.0%} apart)")
         )
     radius = float(np.sqrt(max(np.trace(J), 0.0) / (2 * mass))) if mass > 0 else 1.0
     if stated.center_of_mass is not None:
-        apart = float(np.linalg.norm(centre - stated.center_of_mass))
-        if apart > STATED * radius:
+        difference = float(np.linalg.norm(centre - stated.center_of_mass))
+        if difference > STATED * radius:
             text = ", ".join(f"{x:.6g}" for x in centre)
-            found.append(
+            findings.append(
                 Finding(
-                    f"its centre of mass is ({text}) m, {apart:.4g} m from that stated (limit {STATED * radius:.4g} m)"
+                    f"its centre of mass is ({text}) m, {difference:.4g} m from that stated (limit "
+                    f"{STATED * radius:.4g} m)"
                 )
             )
     if stated.inertia is not None:
-        apart = float(np.abs(J - stated.inertia).max())
+        difference = float(np.abs(J - stated.inertia).max())
         limit = STATED * float(np.abs(stated.inertia).max())
-        if apart > limit:
-            found.append(
+        if difference > limit:
+            findings.append(
                 Finding(
-                    f"its inertia about the centre of mass differs from that stated by up to {apart:.6g} kg m^2 (limit "
-                    f"{limit:.4g})"
+                    f"its inertia about the centre of mass differs from that stated by up to {difference:.6g} kg m^2 "
+                    f"(limit {limit:.4g})"
                 )
             )
-    return found
+    return findings

@@ -1,4 +1,4 @@
-"""What a file with matrices holds, in its own units, and the register of formats by suffix."""
+"""Contents of a file with matrices, in its own units, and the register of formats by suffix."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from femflex.reading import reading
 
 @dataclass(frozen=True, eq=False)
 class Entries:
-    """A matrix by its entries: rows and columns with node and component of their own, or by number.
+    """A matrix whose rows and columns are numbered, or named by node and component.
 
     matrix  csr
     dofs    (n, 2) node and component of its rows and columns; None: numbered from 0
@@ -30,13 +30,13 @@ class Entries:
 
 @dataclass(eq=False)
 class Contents:
-    """What one file holds; empty where it does not hold a thing.
+    """Contents of one file; a field is empty where the file has no such data.
 
     matrices  name in the file -> Entries
     ids (n,), points (n, 3), frames (n, 3, 3)   nodes, see MatrixModel
     dofs      (n_dof, 2) map for matrices without their own
     scalars   numbers of nodes that are scalar points (modal coordinates)
-    notes     sentences on what was changed or left out
+    notes     sentences on data that was changed or ignored
     """
 
     matrices: dict[str, Entries] = field(default_factory=dict)
@@ -68,7 +68,7 @@ ADVICE = "It may be cut short, damaged or of another format; write it again from
 
 
 def register(name: str, suffixes: Iterable[str], read: Reader) -> None:
-    """Make a format known under its suffixes."""
+    """Register a format under its suffixes."""
     for suffix in suffixes:
         FORMATS[suffix] = MatrixFormat(name, read)
 
@@ -77,43 +77,47 @@ def read_contents(path: str | Path) -> Contents:
     """Contents of a file. Raises ValueError where it is missing, of no known format, or damaged."""
     path = Path(path)
     if not path.is_file():
-        near = sorted(p.name for p in path.parent.glob(f"*{path.suffix}")) if path.parent.is_dir() else []
-        raise ValueError(f"{path} does not exist; {path.parent} holds {near[:8] or 'no such files'}")
+        alternatives = sorted(p.name for p in path.parent.glob(f"*{path.suffix}")) if path.parent.is_dir() else []
+        raise ValueError(f"{path} does not exist; {path.parent} holds {alternatives[:8] or 'no such files'}")
     if path.suffix.lower() not in FORMATS:
-        known = ", ".join(f"{suffix} ({FORMATS[suffix].name})" for suffix in sorted(FORMATS))
-        raise ValueError(f"{path.name}: {path.suffix or 'no suffix'} is no known format of matrices; known are {known}")
-    form = FORMATS[path.suffix.lower()]
-    with reading(path, form.name, ADVICE):
-        return form.read(path)
+        formats = ", ".join(f"{suffix} ({FORMATS[suffix].name})" for suffix in sorted(FORMATS))
+        raise ValueError(
+            f"{path.name}: {path.suffix or 'no suffix'} is no known format of matrices; known are {formats}"
+        )
+    matrix_format = FORMATS[path.suffix.lower()]
+    with reading(path, matrix_format.name, ADVICE):
+        return matrix_format.read(path)
 
 
-def whole(
+def assembled_matrix(
     rows: ArrayLike, columns: ArrayLike, values: ArrayLike, n: int, symmetric: bool | None = None
 ) -> sparse.csr_array:
-    """The matrix (n, n), in the unit of its entries; one triangle alone is mirrored, unless it is known not to be
-    `symmetric`. Of one that is known to be, each entry without its mirror image is, whatever the order of the rows."""
+    """The matrix (n, n), in the unit of its entries. If only one triangle has entries it is mirrored, unless
+    `symmetric` is False. If `symmetric` is True every entry without a mirror image is mirrored, whatever the order
+    of the rows."""
     i, j, v = np.asarray(rows, np.int64), np.asarray(columns, np.int64), np.asarray(values, float)
     matrix = sparse.csr_array(sparse.coo_array((v, (i, j)), shape=(n, n)))
-    off = i != j
-    one_triangle = bool((i[off] < j[off]).all() or (i[off] > j[off]).all())
-    if symmetric is False or not off.any() or not (symmetric or one_triangle):
+    off_diagonal = i != j
+    one_triangle = bool((i[off_diagonal] < j[off_diagonal]).all() or (i[off_diagonal] > j[off_diagonal]).all())
+    if symmetric is False or not off_diagonal.any() or not (symmetric or one_triangle):
         return matrix
-    given = sparse.csr_array(sparse.coo_array((np.ones(len(v)), (i, j)), shape=(n, n))).astype(bool).astype(float)
-    return sparse.csr_array(matrix + matrix.T - matrix.T.multiply(given))
+    present = sparse.csr_array(sparse.coo_array((np.ones(len(v)), (i, j)), shape=(n, n))).astype(bool).astype(float)
+    return sparse.csr_array(matrix + matrix.T - matrix.T.multiply(present))
 
 
-def numbered(pairs: IntArray) -> tuple[IntArray, IntArray]:
-    """Different rows (n, 2) of pairs (k, 2), in the order of node and component, and the number of each (k,)."""
-    found, number = np.unique(pairs, axis=0, return_inverse=True)
-    return found, np.asarray(number, np.int64).ravel()
+def distinct_pairs(pairs: IntArray) -> tuple[IntArray, IntArray]:
+    """Distinct rows (n, 2) of pairs (k, 2), sorted by node and component, and the index of each pair among them
+    (k,)."""
+    distinct, number = np.unique(pairs, axis=0, return_inverse=True)
+    return distinct, np.asarray(number, np.int64).ravel()
 
 
 def groups_from(names: Mapping[str, ArrayLike]) -> dict[str, IntArray]:
     """Groups (k,) of node numbers; ValueError names a group with a number of more than 64 bits."""
-    found = {}
+    groups = {}
     for name, nodes in names.items():
         try:
-            found[name] = np.unique(np.asarray(nodes, np.int64))
+            groups[name] = np.unique(np.asarray(nodes, np.int64))
         except OverflowError:
             raise ValueError(f"group {name!r} has a node number above {2**63 - 1}; give numbers of its nodes") from None
-    return found
+    return groups

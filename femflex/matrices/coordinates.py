@@ -9,11 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from femflex.matrices.contents import Contents, register
-from femflex.mesh.numbers import check_count, spanned
+from femflex.mesh.numbers import check_count, inclusive_range
 
 
 def _table(path: Path) -> Contents:
-    """Rows id, x, y, z of text, separated by commas, semicolons or blanks; or rows node, component of a map."""
+    """Contents of a text table, with columns separated by commas, semicolons or blanks: rows id, x, y, z, or rows node,
+    component of a map."""
     rows = []
     for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
         words = re.split(r"[,;\s]+", line.split("#")[0].strip())
@@ -53,28 +54,28 @@ def _abaqus(path: Path) -> Contents:
         elif keyword == "NSET" and "ELSET" not in options:
             numbers = sets.setdefault(options.get("NSET", "set"), [])
             if "GENERATE" in options:
-                span = spanned(*(int(word) for word in words[:3]))
+                span = inclusive_range(*(int(word) for word in words[:3]))
                 check_count(len(span), f"{path.name}: *NSET, GENERATE {line.strip()}")
                 numbers += span
                 continue
             for word in words:
-                numbers += [int(word)] if word.isdigit() else list(_named(sets, word))
+                numbers += [int(word)] if word.isdigit() else list(_set_members(sets, word))
     if not ids:
         raise ValueError(f"{path.name} has no *NODE block; name the input file that has the coordinates")
     groups = {name: np.unique(numbers) for name, numbers in sets.items()}
     return Contents(ids=np.array(ids, np.int64), points=np.array(points), groups=groups)
 
 
-def _named(sets: Mapping[str, list[int]], name: str) -> list[int]:
-    """The numbers of a set, whatever its capitals. Raises ValueError where it is not known."""
-    found = next((numbers for known, numbers in sets.items() if known.upper() == name.upper()), None)
-    if found is None:
+def _set_members(sets: Mapping[str, list[int]], name: str) -> list[int]:
+    """The numbers in a set; capitals do not matter. Raises ValueError for an unknown set."""
+    members = next((numbers for set_name, numbers in sets.items() if set_name.upper() == name.upper()), None)
+    if members is None:
         raise ValueError(f"*NSET names {name!r}, which is no set before it; define it above, or list its numbers")
-    return found
+    return members
 
 
 def _calculix_map(path: Path) -> Contents:
-    """Map of degrees of freedom that CalculiX writes: node.component per line."""
+    """Map of degrees of freedom written by CalculiX: node.component per line."""
     rows = [line.strip().split(".") for line in path.read_text().splitlines() if line.strip()]
     return Contents(dofs=np.array([[int(node), int(component)] for node, component in rows], np.int64))
 

@@ -13,7 +13,7 @@ from femflex.reduction.boundary.rigid import DIRECTIONS
 
 
 def describe_matrices(path: Path) -> str:
-    """Lines on the matrices, nodes and degrees of freedom of a file, and the checks of a complete model."""
+    """Lines about the matrices, nodes and degrees of freedom of a file, and about the checks of a complete model."""
     contents = read_contents(path)
     lines = [f"{path.name}: matrices"]
     for name, entries in contents.matrices.items():

@@ -1,4 +1,4 @@
-"""How far a body of matrices shortens as it bends: an estimate, by which runs warn of the stiffness that it lacks."""
+"""Estimated foreshortening of a body read from matrices, used to warn of geometric stiffness that it lacks."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ STATIONS = 60  # along the longest extent at most, over which the shape is avera
 
 
 def estimated_foreshortening(body: FlexibleBody) -> Foreshortening | None:
-    """Foreshortening of the lowest shape of a body as of a line along its longest extent; None where it has no skin.
+    """Foreshortening of the lowest shape of a body, treated as a line along its longest extent; None if it has no skin.
 
-    With w(s) the mean displacement [m] across the line e of the shape, theta(s) = -e int_0^s w'^2 ds over the shape's
-    stiffness, s from the origin of the body, where it is clamped; the points of the skin share the mass alike.
+    w(s) is the mean displacement [m] of the shape across the line e. theta(s) = -e int_0^s w'^2 ds divided by the
+    shape's stiffness, with s from the origin of the body, where it is clamped. All points of the skin have equal mass.
     """
     n, skin = body.n_modes, body.skin
     if not n or skin is None or len(skin.points) < 2:
@@ -30,20 +30,23 @@ def estimated_foreshortening(body: FlexibleBody) -> Foreshortening | None:
     s = x @ e
     if not np.ptp(s) > 0:
         return None
-    along = np.round((s - s.min()) / np.ptp(s) * STATIONS, 6)  # points of one section stay together
-    station = np.unique(np.round(along).astype(int), return_inverse=True)[1]
+    position = np.round((s - s.min()) / np.ptp(s) * STATIONS, 6)  # points of one section stay together
+    station = np.unique(np.round(position).astype(int), return_inverse=True)[1]
     count = np.bincount(station)
-    at = np.bincount(station, s) / count
+    station_s = np.bincount(station, s) / count
     across = np.stack([np.bincount(station, u[:, a]) / count for a in range(3)], axis=1)
     across = across - np.outer(across @ e, e)
-    bent = np.linalg.norm(np.diff(across, axis=0), axis=1) ** 2 / np.diff(at)  # int w'^2 ds between stations
-    drawn = np.concatenate([[0.0], np.cumsum(bent)]) / value[0]
+    # int w'^2 ds between stations
+    slope_squared = np.linalg.norm(np.diff(across, axis=0), axis=1) ** 2 / np.diff(station_s)
+    shortening = np.concatenate([[0.0], np.cumsum(slope_squared)]) / value[0]
 
-    def theta(places: Array) -> Array:
-        """theta (k, 3) [1/N] at places (k,) [m] along the line."""
-        return np.asarray(-np.outer(np.interp(places, at, drawn) - np.interp(0.0, at, drawn), e))
+    def theta(points: Array) -> Array:
+        """theta (k, 3) [1/N] at points (k,) [m] along the line."""
+        return np.asarray(
+            -np.outer(np.interp(points, station_s, shortening) - np.interp(0.0, station_s, shortening), e)
+        )
 
     share = body.moments.mass / len(x)
     z = np.column_stack([np.ones(len(x)), x])
-    markers = {name: theta(np.array([one.position @ e]))[0] for name, one in body.markers.items()}
+    markers = {name: theta(np.array([marker.position @ e]))[0] for name, marker in body.markers.items()}
     return Foreshortening(share * z.T @ theta(s), markers)

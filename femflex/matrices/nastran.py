@@ -16,7 +16,7 @@ from femflex.decks.nastran.grids import Grids
 from femflex.decks.nastran.systems import Systems
 from femflex.decks.units import Units
 from femflex.matrices.arrays import arrays_of, contents_of
-from femflex.matrices.contents import Contents, Entries, numbered, register, whole
+from femflex.matrices.contents import Contents, Entries, assembled_matrix, distinct_pairs, register
 from femflex.matrices.model import MatrixModel
 from femflex.mesh.nastran_cards import read_deck
 
@@ -28,7 +28,7 @@ def _bulk(path: Path) -> Contents:
     """DMIG matrices, GRID, SPOINT and EXTRN cards of a file. Raises DeckError with all problems of these cards."""
     bulk = bulk_of(read_deck(path), Units(), {})
     grids = Grids(bulk, Systems(bulk))
-    contents = Contents(dofs=_external(bulk), scalars=grids.scalars)
+    contents = Contents(dofs=_superelement_map(bulk), scalars=grids.scalars)
     if numbers := grids.numbers():
         axes = np.array([grids.axes(number) for number in numbers])
         contents.ids = np.array(numbers, np.int64)
@@ -40,28 +40,28 @@ def _bulk(path: Path) -> Contents:
         if card.word(1) != "0":
             columns.setdefault(card.word(0), []).append(card)
     for name in sorted(columns.keys() - headers.keys()):
-        bulk.found.problem(
+        bulk.findings.problem(
             f"DMIG {name} has columns and no header (DMIG, NAME, 0, form, type); the file may be cut",
-            columns[name][0].place,
+            columns[name][0].location,
         )
     for name, head in headers.items():
-        bulk.attempt(head, partial(_add, contents, name, head, columns.get(name, [])))
-    bulk.found.check(path)
+        bulk.attempt(head, partial(_add_dmig, contents, name, head, columns.get(name, [])))
+    bulk.findings.check(path)
     return contents
 
 
-def _add(contents: Contents, name: str, head: Card, columns: list[Card]) -> None:
-    """Put a DMIG into contents."""
+def _add_dmig(contents: Contents, name: str, head: Card, columns: list[Card]) -> None:
+    """Add a DMIG matrix to the contents of its file."""
     form = head.integer(2, SYMMETRIC)
     if head.integer(3, 1) in COMPLEX:
         raise ValueError("it is complex; femflex takes real matrices")
     if form == RECTANGULAR:
         contents.notes.append(f"DMIG {name} is rectangular (form 9), and is not used")
         return
-    contents.matrices[name] = _dmig(columns, form)
+    contents.matrices[name] = _dmig_entries(columns, form)
 
 
-def _external(bulk: Bulk) -> IntArray | None:
+def _superelement_map(bulk: Bulk) -> IntArray | None:
     """Map of degrees of freedom of an external superelement by EXTRN cards: node and components, 0 for scalars."""
     rows = [
         (card.integer(k), component)
@@ -73,7 +73,7 @@ def _external(bulk: Bulk) -> IntArray | None:
     return np.array(rows, np.int64) if rows else None
 
 
-def _dmig(columns: list[Card], form: int) -> Entries:
+def _dmig_entries(columns: list[Card], form: int) -> Entries:
     rows, cols, values = list[tuple[int, int]](), list[tuple[int, int]](), list[float]()
     for card in columns:
         column = card.integer(1), card.integer(2, 0)
@@ -81,33 +81,33 @@ def _dmig(columns: list[Card], form: int) -> Entries:
         for k in range(4, len(f) - 2, 4):
             if not f[k]:
                 continue
-            try:  # what most fields are; others are read as cards are
+            try:  # fast path for the usual form of an entry
                 row, value = (int(f[k]), int(f[k + 1])), _real(f[k + 2])
             except ValueError:
                 row, value = (card.integer(k), card.integer(k + 1, 0)), card.real(k + 2)
             rows.append(row)
             cols.append(column)
             values.append(value)
-    dofs, number = numbered(np.array([*rows, *cols], np.int64).reshape(-1, 2))
+    dofs, number = distinct_pairs(np.array([*rows, *cols], np.int64).reshape(-1, 2))
     n = len(rows)
-    return Entries(whole(number[:n], number[n:], values, len(dofs), form == SYMMETRIC), dofs)
+    return Entries(assembled_matrix(number[:n], number[n:], values, len(dofs), form == SYMMETRIC), dofs)
 
 
 def _real(text: str) -> float:
-    """A number with an exponent, such as 1.5-3 or 1.5D-3, which are most entries. Raises ValueError on others."""
+    """The number of an entry, usually with an exponent: 1.5-3 or 1.5D-3. Raises ValueError for other forms."""
     sign = max(text.rfind("+"), text.rfind("-"))
     if sign > 0 and text[sign - 1] not in "EeDd":
         return float(f"{text[:sign]}E{text[sign:]}")
     return float(text.replace("D", "E"))
 
 
-def pyyeti(part: str) -> Any:
-    """The module pyyeti.nastran.PART. Raises ValueError, with the command that installs it, where it is missing."""
+def pyyeti_module(name: str) -> Any:
+    """The module pyyeti.nastran.NAME. Raises ValueError, with the command that installs it, where it is missing."""
     import importlib
 
     try:
         with np.printoptions():  # which pyYeti changes for the whole process
-            return importlib.import_module(f"pyyeti.nastran.{part}")
+            return importlib.import_module(f"pyyeti.nastran.{name}")
     except ImportError:
         raise ValueError(
             "OP4 and OP2 files are read by pyYeti, which is not installed; install it: pip install 'femflex[matrices]'"
@@ -123,32 +123,37 @@ OP4_NAMES = {
 
 
 def _op4(path: Path) -> Contents:
-    found = pyyeti("op4").read(str(path), into="dct", sparse=(None, sparse.csr_matrix))
-    if "dofs" not in found or "nodes" not in found:
-        return Contents(matrices=_square(found))
-    given = {OP4_NAMES[name]: value for name, value in found.items() if name in OP4_NAMES}
-    nodes = np.asarray(found["nodes"])
+    matrices = pyyeti_module("op4").read(str(path), into="dct", sparse=(None, sparse.csr_matrix))
+    if "dofs" not in matrices or "nodes" not in matrices:
+        return Contents(matrices=_square_matrices(matrices))
+    model_arrays = {OP4_NAMES[name]: value for name, value in matrices.items() if name in OP4_NAMES}
+    nodes = np.asarray(matrices["nodes"])
     for name in ("dofs", "moments_first", "moments_second"):
-        if name in given and sparse.issparse(given[name]):
-            given[name] = given[name].toarray()
-    return contents_of({**given, "nodes": nodes[:, 0], "points": nodes[:, 1:]})
+        if name in model_arrays and sparse.issparse(model_arrays[name]):
+            model_arrays[name] = model_arrays[name].toarray()
+    return contents_of({**model_arrays, "nodes": nodes[:, 0], "points": nodes[:, 1:]})
 
 
 def op4_arrays(model: MatrixModel) -> dict[str, Any]:
-    """The matrices of a model for an OP4 file, by names of at most eight letters; NODES has number, x, y, z a row."""
+    """The matrices of a model for an OP4 file, with names of at most eight letters; each row of NODES is number, x, y,
+    z."""
     arrays = arrays_of(model, dense=True)
-    out = {name: np.atleast_2d(np.asarray(arrays[own], float)) for name, own in OP4_NAMES.items() if own in arrays}
+    out = {
+        name: np.atleast_2d(np.asarray(arrays[array_name], float))
+        for name, array_name in OP4_NAMES.items()
+        if array_name in arrays
+    }
     if "momsec" in out:
         n = 3 * len(arrays["moments_first"])
         out["momsec"] = arrays["moments_second"].reshape(n, n)
     return {**out, "nodes": np.column_stack([model.ids, model.points])}
 
 
-def _square(found: dict[str, Any]) -> dict[str, Entries]:
+def _square_matrices(matrices: dict[str, Any]) -> dict[str, Entries]:
     """Square matrices by name, upper case, as pyYeti gives them."""
     return {
         name.upper(): Entries(sparse.csr_array(A))
-        for name, A in found.items()
+        for name, A in matrices.items()
         if not isinstance(A, dict) and len(getattr(A, "shape", ())) == 2 and A.shape[0] == A.shape[1]
     }
 
@@ -157,7 +162,7 @@ def _op2(path: Path) -> Contents:
     """DMIG entries (EXTSEOUT with DMIGOP2) and plain matrices of an OP2 file."""
     contents = Contents()
     try:
-        frames = pyyeti("bulk").rddmig(str(path), square=True)
+        frames = pyyeti_module("bulk").rddmig(str(path), square=True)
     except (ValueError, KeyError, TypeError, IndexError, AttributeError) as error:
         if "pip install" in str(error):
             raise
@@ -171,7 +176,7 @@ def _op2(path: Path) -> Contents:
         dofs = np.array([tuple(pair) for pair in frame.index], np.int64)
         contents.matrices[name.upper()] = Entries(sparse.csr_array(frame.to_numpy()), dofs)
     if not contents.matrices:
-        contents.matrices = _square(pyyeti("op2").rdmats(str(path)))
+        contents.matrices = _square_matrices(pyyeti_module("op2").rdmats(str(path)))
     if not contents.matrices:
         raise ValueError(f"{path.name} holds no square matrix; write the matrices with DMIGOP2 or OUTPUT2")
     return contents

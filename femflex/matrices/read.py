@@ -1,4 +1,4 @@
-"""Files -> MatrixModel: which matrix is the mass, the map of degrees of freedom, and the coordinates of nodes."""
+"""Files -> MatrixModel: choice of the mass and stiffness matrices, map of degrees of freedom, coordinates of nodes."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from femflex.matrices.checks import symmetric_part
 from femflex.matrices.contents import Contents, Entries, groups_from, read_contents
 from femflex.matrices.model import MatrixModel
 
-# names of matrices in files, in the order in which they are looked for; compared in upper case
-KNOWN = {
+# names of matrices in files, in order of preference; compared in upper case
+COMMON_NAMES = {
     "mass": ("M", "MASS", "MAAX", "MAA", "MXX", "MGG", "MHH", "MCB"),
     "stiffness": ("K", "STIFFNESS", "STIFF", "KAAX", "KAA", "KXX", "KGG", "KHH", "KCB"),
     "damping": ("D", "DAMPING", "BAAX", "BAA", "BXX", "BGG", "BHH", "C"),
     "geometric": ("GEOMETRIC", "KDGG", "KDAA", "KG"),
 }
-ROLES = tuple(KNOWN)
-WORDS = {"xyz": 3, "xyzrxryrz": 6}  # orders of components, the same at every node
+ROLES = tuple(COMMON_NAMES)
+COMPONENTS_PER_NODE = {"xyz": 3, "xyzrxryrz": 6}  # orders of components, equal at every node -> components per node
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Sources:
     mass, stiffness, damping, geometric   files of single matrices
     nodes      file with the coordinates of the nodes; None: those of `file`
     dofs       file with the map of degrees of freedom, or "xyz" or "xyzrxryrz": the same components at every node, in
-               the order of the nodes; None: as the files have it, or by the size of the matrices
+               the order of the nodes; None: the map in the files, or one derived from the size of the matrices
     names      role (mass, stiffness, damping, geometric) -> name of the matrix in its file
     """
 
@@ -50,10 +50,12 @@ class Sources:
 
     @property
     def files(self) -> tuple[tuple[str, str], ...]:
-        """(key, file) of all that are given."""
+        """(key, file) of every file that is named."""
         keys = ("file", *ROLES, "nodes", "dofs")
-        given = [(key, getattr(self, key)) for key in keys]
-        return tuple((key, str(value)) for key, value in given if value is not None and str(value) not in WORDS)
+        files = [(key, getattr(self, key)) for key in keys]
+        return tuple(
+            (key, str(value)) for key, value in files if value is not None and str(value) not in COMPONENTS_PER_NODE
+        )
 
 
 def read_matrices(
@@ -64,13 +66,13 @@ def read_matrices(
 ) -> MatrixModel:
     """The MatrixModel of a file, or of several, in SI.
 
-    source  a file that has everything (npz, HDF5, Matlab; Nastran punch or bulk data with DMIG and GRID cards), or
-            Sources where matrices, coordinates and map are in files of their own (OP4, OP2, MatrixMarket, Abaqus)
+    source  a file with all data (npz, HDF5, Matlab; Nastran punch or bulk data with DMIG and GRID cards), or
+            Sources if matrices, coordinates and map are in separate files (OP4, OP2, MatrixMarket, Abaqus)
     units   of the files: length-mass-time or length-force-time, such as "mm-t-s"
     groups  name -> numbers of nodes
-    folder  to which the names of files are relative
+    folder  folder to which file names are relative
 
-    Raises ValueError where a file is missing, damaged or of unknown format, or does not have what is needed.
+    Raises ValueError if a file is missing, damaged, of unknown format or incomplete.
     """
     sources = source if isinstance(source, Sources) else Sources(file=source)
     folder = Path(folder)
@@ -80,12 +82,12 @@ def read_matrices(
     read = {name: read_contents(folder / name) for _, name in sources.files}
     main = read[str(sources.file)] if sources.file is not None else None
     label = Path(str(sources.file or sources.mass or sources.stiffness or "matrices")).name
-    entries, names = _roles(sources, read, main, label)
+    entries, names = _matrices_by_role(sources, read, main, label)
     nodes = read[str(sources.nodes)] if sources.nodes is not None else main
     contents = [*([main] if main else []), *(part for part in read.values() if part is not main)]
-    ids, points, frames = _nodes(nodes, contents, label)
+    ids, points, frames = _node_coordinates(nodes, contents, label)
     scalars = set[int]().union(*(part.scalars for part in contents))
-    dofs, matrices = _on_one_map(entries, sources, read, contents, (ids, scalars), label)
+    dofs, matrices = _with_common_map(entries, sources, read, contents, (ids, scalars), label)
     model = MatrixModel(
         name=label,
         ids=ids,
@@ -115,24 +117,25 @@ def symmetric(model: MatrixModel) -> MatrixModel:
     return replace(model, M=M, K=K, D=half(model.D), geometric=half(model.geometric))
 
 
-def _roles(
+def _matrices_by_role(
     sources: Sources, read: Mapping[str, Contents], main: Contents | None, label: str
 ) -> tuple[dict[str, Entries], dict[str, str]]:
-    """Role -> entries, and role -> name in the file. Raises ValueError where mass or stiffness is not found, or one is
+    """Role -> entries, and role -> name in the file. Raises ValueError if mass or stiffness is missing, or a matrix is
     complex."""
     entries, names = dict[str, Entries](), dict[str, str]()
     for role in ROLES:
-        own = getattr(sources, role)
-        held = read[str(own)].matrices if own is not None else main.matrices if main is not None else {}
-        chosen = _chosen(role, held, sources.names.get(role), own is not None, str(own or label))
-        if chosen is not None:
-            entries[role], names[role] = _real(held[chosen], role, chosen, str(own or label)), chosen
+        own_file = getattr(sources, role)
+        matrices = read[str(own_file)].matrices if own_file is not None else main.matrices if main is not None else {}
+        name = _matrix_name(role, matrices, sources.names.get(role), own_file is not None, str(own_file or label))
+        if name is not None:
+            entries[role], names[role] = _real(matrices[name], role, name, str(own_file or label)), name
     for role in ("mass", "stiffness"):
         if role not in entries:
-            known = sorted({name for part in read.values() for name in part.matrices})
+            available = sorted({other for part in read.values() for other in part.matrices})
             raise ValueError(
-                f"{label} gives no {role} matrix: it has the matrices {known or 'none'}, and looked for were "
-                f'{", ".join(KNOWN[role])}; say which it is, names = {{ {role} = "NAME" }}, or give {role} = "FILE"'
+                f"{label} gives no {role} matrix: it has the matrices {available or 'none'}, and looked for were "
+                f'{", ".join(COMMON_NAMES[role])}; say which it is, names = {{ {role} = "NAME" }}, or give {role} = '
+                '"FILE"'
             )
     return entries, names
 
@@ -151,24 +154,29 @@ def _real(entries: Entries, role: str, name: str, label: str) -> Entries:
     return replace(entries, matrix=sparse.csr_array(A.real))
 
 
-def _chosen(role: str, held: Mapping[str, Entries], wanted: str | None, own: bool, label: str) -> str | None:
-    upper = {name.upper(): name for name in held}
-    if wanted is not None:
-        if wanted.upper() not in upper:
-            raise ValueError(f"{label} has no matrix {wanted!r} for {role}; it has {sorted(held) or 'none'}")
-        return upper[wanted.upper()]
-    found = next((upper[name] for name in KNOWN[role] if name in upper), None)
-    if found is None and own:
-        if len(held) == 1:
-            return next(iter(held))
+def _matrix_name(
+    role: str, matrices: Mapping[str, Entries], requested: str | None, has_own_file: bool, label: str
+) -> str | None:
+    upper = {candidate.upper(): candidate for candidate in matrices}
+    if requested is not None:
+        if requested.upper() not in upper:
+            raise ValueError(f"{label} has no matrix {requested!r} for {role}; it has {sorted(matrices) or 'none'}")
+        return upper[requested.upper()]
+    name = next((upper[candidate] for candidate in COMMON_NAMES[role] if candidate in upper), None)
+    if name is None and has_own_file:
+        if len(matrices) == 1:
+            return next(iter(matrices))
         raise ValueError(
-            f'{label} has the matrices {sorted(held) or "none"}; say which is the {role}, names = {{ {role} = "NAME" }}'
+            f"{label} has the matrices {sorted(matrices) or 'none'}; say which is the {role}, names = "
+            f'{{ {role} = "NAME" }}'
         )
-    return found
+    return name
 
 
-def _nodes(nodes: Contents | None, contents: Sequence[Contents], label: str) -> tuple[IntArray, Array, Array | None]:
-    """Numbers, places and displacement axes of the nodes."""
+def _node_coordinates(
+    nodes: Contents | None, contents: Sequence[Contents], label: str
+) -> tuple[IntArray, Array, Array | None]:
+    """Numbers, positions and displacement axes of the nodes."""
     if nodes is None or nodes.points is None:
         nodes = next((part for part in contents if part.points is not None), None)
     if nodes is None or nodes.points is None or nodes.ids is None:
@@ -181,7 +189,7 @@ def _nodes(nodes: Contents | None, contents: Sequence[Contents], label: str) -> 
     return nodes.ids, nodes.points, nodes.frames
 
 
-def _on_one_map(
+def _with_common_map(
     entries: Mapping[str, Entries],
     sources: Sources,
     read: Mapping[str, Contents],
@@ -189,43 +197,44 @@ def _on_one_map(
     nodes: tuple[IntArray, set[int]],
     label: str,
 ) -> tuple[IntArray, dict[str, sparse.csr_array]]:
-    """One map of degrees of freedom (n_dof, 2), and the matrices on it."""
+    """A common map of degrees of freedom (n_dof, 2), and the matrices in its order."""
     ids, scalars = nodes
-    own = [part.dofs for part in entries.values() if part.dofs is not None]
-    if own:
-        pairs, number = np.unique(np.concatenate(own), axis=0, return_inverse=True)
+    maps = [role_entries.dofs for role_entries in entries.values() if role_entries.dofs is not None]
+    if maps:
+        pairs, number = np.unique(np.concatenate(maps), axis=0, return_inverse=True)
         pairs = _with_scalars(pairs, scalars)
         out, start = dict[str, sparse.csr_array](), 0
-        for role, part in entries.items():
-            if part.dofs is None:
+        for role, role_entries in entries.items():
+            if role_entries.dofs is None:
                 raise ValueError(
                     f"{label}: the {role} matrix has no map of degrees of freedom of its own and the others have; "
                     "write all in one form"
                 )
-            at = np.ravel(number)[start : start + len(part.dofs)]
-            start += len(part.dofs)
+            indices = np.ravel(number)[start : start + len(role_entries.dofs)]
+            start += len(role_entries.dofs)
             n = len(pairs)
             select = sparse.csr_array(
-                sparse.coo_array((np.ones(len(at)), (at, np.arange(len(at)))), shape=(n, len(at)))
+                sparse.coo_array((np.ones(len(indices)), (indices, np.arange(len(indices)))), shape=(n, len(indices)))
             )
-            out[role] = sparse.csr_array(select @ part.matrix @ select.T)
+            out[role] = sparse.csr_array(select @ role_entries.matrix @ select.T)
         return pairs, out
-    n = max(part.matrix.shape[0] for part in entries.values())
-    dofs = _map(sources, read, contents, ids, n, label)
+    n = max(role_entries.matrix.shape[0] for role_entries in entries.values())
+    dofs = _dof_map(sources, read, contents, ids, n, label)
     out = {}
-    for role, part in entries.items():
-        matrix = _padded(part.matrix, len(dofs))
+    for role, role_entries in entries.items():
+        matrix = _padded(role_entries.matrix, len(dofs))
         out[role] = matrix
         if matrix.shape != (len(dofs), len(dofs)):
+            n_rows, n_columns = role_entries.matrix.shape
             raise ValueError(
-                f"{label}: the {role} matrix is {part.matrix.shape[0]} x {part.matrix.shape[1]}, and the map of "
+                f"{label}: the {role} matrix is {n_rows} x {n_columns}, and the map of "
                 f'degrees of freedom has {len(dofs)} rows ({len(ids)} nodes); give a map of that size, dofs = "map.csv"'
             )
     return dofs, out
 
 
 def _padded(matrix: sparse.csr_array, n: int) -> sparse.csr_array:
-    """A matrix of n rows from one with fewer: a coordinate form may end in rows without entries."""
+    """The matrix extended to n rows with zeros; a coordinate form may end in rows without entries."""
     if max(matrix.shape) >= n:
         return matrix
     entries = matrix.tocoo()
@@ -235,26 +244,26 @@ def _padded(matrix: sparse.csr_array, n: int) -> sparse.csr_array:
 def _with_scalars(pairs: IntArray, scalars: set[int]) -> IntArray:
     """The map with component 0 for scalar points, which some programs give component 1."""
     pairs = pairs.copy()
-    known = np.isin(pairs[:, 0], np.array(sorted(scalars), np.int64)) if scalars else np.zeros(len(pairs), bool)
-    pairs[known & (pairs[:, 1] <= 1), 1] = 0
+    is_scalar = np.isin(pairs[:, 0], np.array(sorted(scalars), np.int64)) if scalars else np.zeros(len(pairs), bool)
+    pairs[is_scalar & (pairs[:, 1] <= 1), 1] = 0
     return pairs
 
 
-def _map(
+def _dof_map(
     sources: Sources, read: Mapping[str, Contents], contents: Sequence[Contents], ids: IntArray, n: int, label: str
 ) -> IntArray:
-    """The map of degrees of freedom of matrices without one of their own."""
-    word = str(sources.dofs) if sources.dofs is not None else ""
-    if word in WORDS:
-        return _repeated(ids, WORDS[word])
+    """The map of degrees of freedom for matrices that do not include one."""
+    dofs_source = str(sources.dofs) if sources.dofs is not None else ""
+    if dofs_source in COMPONENTS_PER_NODE:
+        return _repeated(ids, COMPONENTS_PER_NODE[dofs_source])
     if sources.dofs is not None:
-        found = read[str(sources.dofs)].dofs
-        if found is None:
+        dofs = read[str(sources.dofs)].dofs
+        if dofs is None:
             raise ValueError(f"{sources.dofs} has no map of degrees of freedom; give rows of node and component 1 to 6")
-        return found
-    known = next((part.dofs for part in contents if part.dofs is not None), None)
-    if known is not None:
-        return known
+        return dofs
+    dofs_in_file = next((part.dofs for part in contents if part.dofs is not None), None)
+    if dofs_in_file is not None:
+        return dofs_in_file
     modal = np.array([(number, 0) for number in sorted(set().union(*(c.scalars for c in contents)))], np.int64)
     for width in (3, 6):
         if n == width * len(ids) + len(modal):

@@ -1,8 +1,9 @@
 """Geometric stiffness that grows with the square of a body's rate about an axis.
 
-A shape that no coordinate moves follows the others by y = 1/2 delta.G delta. With mass moments P[s, a, 0, b] = B_ab =
-e_a e_b - 1/2 delta_ab alone, its inertia in a rotating frame is B : W = (omega.e)^2, W = omega omega^T - |omega|^2 1
-(THEORY section 3), so that the coordinates feel the stiffness (omega.e)^2 G. B is symmetric: accelerations do not act.
+An additional shape has the dependent amplitude y = 1/2 delta.G delta. Its only mass moments are P[s, a, 0, b] = B_ab =
+e_a e_b - 1/2 delta_ab. In a rotating frame its inertia force is B : W = (omega.e)^2, W = omega omega^T - |omega|^2 1
+(THEORY section 3), which gives the coordinates the stiffness (omega.e)^2 G. B is symmetric, so that accelerations of
+the frame have no effect.
 """
 
 from __future__ import annotations
@@ -25,19 +26,19 @@ def with_spin_stiffness(body: FlexibleBody, G: Array, axis: ArrayLike) -> Flexib
     if not np.linalg.norm(e) > 0:
         raise ValueError(f"the axis of the spin is {e.tolist()}; give a direction")
     e = e / np.linalg.norm(e)
-    n, old = body.n_shapes, body.moments
+    n, moments = body.n_shapes, body.moments
     first, second = np.zeros((2 + n, 3)), np.zeros((2 + n, 3, 2 + n, 3))
-    first[:-1], second[:-1, :, :-1] = old.first, old.second
+    first[:-1], second[:-1, :, :-1] = moments.first, moments.second
     second[0, :, -1] = second[-1, :, 0] = np.outer(e, e) - np.eye(3) / 2
-    still = np.zeros((3, 1))
+    no_motion = np.zeros((3, 1))
     skin = body.skin
     if skin is not None:
         skin = replace(skin, shapes=np.concatenate([skin.shapes, np.zeros((1, *skin.points.shape))]))
     return replace(
         body,
-        moments=MassMoments(old.mass, first, second),
+        moments=MassMoments(moments.mass, first, second),
         markers={
-            name: replace(m, phi=np.column_stack([m.phi, still]), psi=np.column_stack([m.psi, still]))
+            name: replace(m, phi=np.column_stack([m.phi, no_motion]), psi=np.column_stack([m.psi, no_motion]))
             for name, m in body.markers.items()
         },
         skin=skin,

@@ -11,7 +11,7 @@ from scipy import sparse
 from femflex.hdf5 import placed_hdf5
 from femflex.matrices.arrays import arrays_of
 from femflex.matrices.model import MatrixModel
-from femflex.matrices.nastran import op4_arrays, pyyeti
+from femflex.matrices.nastran import op4_arrays, pyyeti_module
 from femflex.writing import placed
 
 SYMMETRIC, REAL = 6, 2
@@ -49,7 +49,7 @@ def _mat(model: MatrixModel, path: Path) -> None:
 
 
 def _op4(model: MatrixModel, path: Path) -> None:
-    pyyeti("op4").write(str(path), op4_arrays(model))
+    pyyeti_module("op4").write(str(path), op4_arrays(model))
 
 
 def _bulk(model: MatrixModel, path: Path) -> None:
@@ -59,8 +59,8 @@ def _bulk(model: MatrixModel, path: Path) -> None:
             f"{model.name} has nodes with axes of their own, which are not written to bulk data; write .npz"
         )
     lines = [f"$ {model.name}: mass, stiffness in SI (kg, m, s)"]
-    for number, place in zip(model.ids, model.points, strict=True):
-        x, y, z = (_field(value) for value in place)
+    for number, position in zip(model.ids, model.points, strict=True):
+        x, y, z = (_field(value) for value in position)
         lines += [f"GRID*   {number:>16d}{'':16}{x}{y}", f"*       {z}"]
     scalars = model.dofs[model.dofs[:, 1] == 0, 0]
     lines += [f"SPOINT  {number:>8d}" for number in scalars]

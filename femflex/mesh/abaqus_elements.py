@@ -1,11 +1,11 @@
-"""Abaqus and CalculiX element types: the cell each is, and the type that is written for each cell."""
+"""Abaqus and CalculiX element types: the mesh cell of each type, and the type written for each cell."""
 
 from __future__ import annotations
 
 import re
 from functools import cache
 
-# Pattern of the element type -> cell, and the number of its nodes. First match counts.
+# Pattern of the element type, its cell, and the number of nodes of the cell. The first match is used.
 ELEMENTS: list[tuple[str, str, int]] = [
     (
         r"(B21|B23|B31|B33|T2D2|T3D2|B31OS|PIPE[23]1|ELBOW31[BC]?|FRAME[23]D|F[23]D2|R[23]D2|RB[23]D2|LINE2)"
@@ -27,7 +27,7 @@ ELEMENTS: list[tuple[str, str, int]] = [
     (r"(C3D8|SC8|CSS8|DC3D8|F3D8|COH3D8)(R|I|H|IH|RH|RI|T|RT|E)*$", "hexahedron", 8),
     (r"(C3D20|DC3D20)(R|H|RH|RI|RBR|L|T|RT|RB|RL|E)*$", "hexahedron20", 20),
 ]
-WRITTEN = {
+WRITTEN_TYPES = {
     "line": "B31",
     "line3": "B32",
     "triangle": "S3",
@@ -48,5 +48,5 @@ END_MIDDLE_END = [0, 2, 1]  # line elements of three nodes name the middle one s
 
 @cache
 def cell_of(kind: str) -> tuple[str, int]:
-    """Cell and number of nodes of an element type in capitals; ("", 0) where it is no cell of a mesh."""
+    """Cell and number of nodes of an element type in capitals; ("", 0) if the type is no mesh cell."""
     return next(((cell, count) for pattern, cell, count in ELEMENTS if re.match(pattern, kind)), ("", 0))

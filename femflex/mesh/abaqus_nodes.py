@@ -16,21 +16,21 @@ class NodeReader:
 
     def __init__(self) -> None:
         self.nodes: Nodes = {}
-        self.sets: dict[str, list[int]] = {}  # those named on the keywords, in capitals
+        self.sets: dict[str, list[int]] = {}  # sets named on the keywords, in capitals
         self._origin, self._axes = np.zeros(3), np.eye(3)
 
-    def read(self, keyword: Keyword) -> list[int]:
+    def read_keyword(self, keyword: Keyword) -> list[int]:
         """Numbers of the nodes that a keyword defines: *NODE, *SYSTEM, *NGEN or *NFILL."""
-        made = {"NODE": self._node, "SYSTEM": self._system, "NGEN": self._ngen, "NFILL": self._nfill}[keyword.name](
+        numbers = {"NODE": self._node, "SYSTEM": self._system, "NGEN": self._ngen, "NFILL": self._nfill}[keyword.name](
             keyword
         )
         if name := keyword.parameter("nset").upper():
-            self.sets.setdefault(name, []).extend(made)
-        return made
+            self.sets.setdefault(name, []).extend(numbers)
+        return numbers
 
     def _node(self, keyword: Keyword) -> list[int]:
         system = (keyword.parameter("system") or "R").upper()[0]
-        made = []
+        numbers = []
         for k, row in enumerate(keyword.data):
             number = keyword.integer(row[0], k, "the number of a node")
             x, y, z = (keyword.real(word, k, "a coordinate") for word in [*row[1:4], "", "", ""][:3])
@@ -40,8 +40,8 @@ class NodeReader:
                 a, b = np.radians([y, z])
                 x, y, z = x * np.cos(a) * np.cos(b), x * np.sin(a) * np.cos(b), x * np.sin(b)
             self.nodes[number] = self._origin + np.array([x, y, z]) @ self._axes
-            made.append(number)
-        return made
+            numbers.append(number)
+        return numbers
 
     def _system(self, keyword: Keyword) -> list[int]:
         """Origin a, b on the local x axis and c near the local y axis; without data the global system."""
@@ -65,56 +65,60 @@ class NodeReader:
     def _ngen(self, keyword: Keyword) -> list[int]:
         """Nodes between two ends, on a straight line or (LINE=C) on a circle round a third node."""
         kind = keyword.parameter("line").upper()
-        made = []
+        numbers = []
         for k, row in enumerate(keyword.data):
             words = [*row, "", "", ""]
             first, last = (keyword.integer(word, k, "the number of a node") for word in words[:2])
             step = keyword.integer(words[2] or "1", k, "an increment")
-            a, b = (self._known(number, keyword, k) for number in (first, last))
+            a, b = (self._position(number, keyword, k) for number in (first, last))
             if step == 0 or (last - first) % step or (last - first) // step < 1:
-                raise ValueError(f"{keyword.place(k)}: *NGEN goes from node {first} to {last} in steps of {step}.")
+                raise ValueError(f"{keyword.location(k)}: *NGEN goes from node {first} to {last} in steps of {step}.")
             count = (last - first) // step
-            check_count(count, keyword.place(k))
+            check_count(count, keyword.location(k))
             if kind == "P":
-                raise ValueError(f"{keyword.place(k)}: *NGEN on a parabola (LINE=P) is not read; write the nodes out.")
+                raise ValueError(
+                    f"{keyword.location(k)}: *NGEN on a parabola (LINE=P) is not read; write the nodes out."
+                )
             if kind == "C":
                 number = words[3]
                 centre = (
-                    self._known(keyword.integer(number, k, "the number of a node"), keyword, k)
+                    self._position(keyword.integer(number, k, "the number of a node"), keyword, k)
                     if number
                     else np.array([keyword.real(word, k, "a coordinate") for word in [*words[4:7], "", "", ""][:3]])
                 )
-                given = [keyword.real(word, k, "a component") for word in words[7:10] if word]
-                points = _arc(a, b, centre, np.array(given) if len(given) == 3 else None, count)
+                normal = [keyword.real(word, k, "a component") for word in words[7:10] if word]
+                points = _arc(a, b, centre, np.array(normal) if len(normal) == 3 else None, count)
             else:
                 points = a + np.linspace(0, 1, count + 1)[:, None] * (b - a)
             for j in range(count + 1):
                 self.nodes[first + j * step] = points[j]
-                made.append(first + j * step)
-        return made
+                numbers.append(first + j * step)
+        return numbers
 
     def _nfill(self, keyword: Keyword) -> list[int]:
         """Nodes on straight lines from each node of one set to that of another."""
         if float(keyword.parameter("bias") or 1) != 1 or keyword.parameter("singular"):
-            raise ValueError(f"{keyword.place()}: *NFILL with BIAS or SINGULAR is not read; write the nodes out.")
-        made = []
+            raise ValueError(f"{keyword.location()}: *NFILL with BIAS or SINGULAR is not read; write the nodes out.")
+        numbers = []
         for k, row in enumerate(keyword.data):
             words = [*row, "", "", "", ""]
             sets = [self.sets.get(word.upper()) or [keyword.integer(word, k, "a set or node")] for word in words[:2]]
             count = keyword.integer(words[2] or "1", k, "the number of intervals")
             step = keyword.integer(words[3] or "1", k, "an increment")
-            check_count(count * min(map(len, sets)), keyword.place(k))
-            for one, other in zip(*(sorted(numbers) for numbers in sets), strict=False):
-                a, b = self._known(one, keyword, k), self._known(other, keyword, k)
+            check_count(count * min(map(len, sets)), keyword.location(k))
+            for first, last in zip(*(sorted(numbers) for numbers in sets), strict=False):
+                a, b = self._position(first, keyword, k), self._position(last, keyword, k)
                 for j in range(count + 1):
-                    number = other if j == count else one + j * step
+                    number = last if j == count else first + j * step
                     self.nodes[number] = a + (b - a) * (j / count)
-                    made.append(number)
-        return made
+                    numbers.append(number)
+        return numbers
 
-    def _known(self, number: int, keyword: Keyword, row: int) -> Array:
+    def _position(self, number: int, keyword: Keyword, row: int) -> Array:
         if number not in self.nodes:
-            raise ValueError(f"{keyword.place(row)}: *{keyword.name} uses node {number}, which is not defined before.")
+            raise ValueError(
+                f"{keyword.location(row)}: *{keyword.name} uses node {number}, which is not defined before."
+            )
         return self.nodes[number]
 
 

@@ -1,7 +1,7 @@
 """The cell types femflex understands, in meshio's names and node order (the order of VTK).
 
-Every type is reported by the positions of its nodes on the unit cell and the monomials its shape functions are made of;
-interpolation, subdivision, generators and quality all follow from these two tables.
+Every type is described by the positions of its nodes on the unit cell and by the monomials of its shape functions.
+Interpolation, subdivision, generators and quality all follow from these two tables.
 
 The unit cell of a pyramid is a cube (a, b, w) whose face w = 0 is one point, the apex: x = b w, y = a w, z = 1 - w.
 There its shape functions, rational in x, y, z, are polynomials: 1, w and w a b with w a, w b for five nodes; those of
@@ -61,9 +61,9 @@ class CellType:
             lowered = self.exponents.copy()
             lowered[:, axis] = np.maximum(power - 1, 0)
             parts.append((_monomials(positions, lowered) * power) @ self._coefficients)
-        found = np.stack(parts, axis=-1)
-        # Monomials cancel to some 1e-13; a sum that is not zero would strain an element that only moves.
-        return found - found.sum(axis=1, keepdims=True) / found.shape[1]
+        derivatives = np.stack(parts, axis=-1)
+        # Rounding leaves a sum of about 1e-13; a sum other than zero would strain an element in rigid translation.
+        return derivatives - derivatives.sum(axis=1, keepdims=True) / derivatives.shape[1]
 
     @property
     def ideal(self) -> Array:
@@ -84,7 +84,7 @@ class CellType:
 
     @cached_property
     def parents(self) -> list[IntArray]:
-        """For each node beyond the corners the numbers (k,) of the corners whose mean it is, of the cell with
+        """For each node beyond the corners, the numbers (k,) of the corners whose mean is its position in a cell with
         straight edges."""
         weights = CELL_TYPES[self.corner].interpolation(self.nodes[self.n_corners :])
         return [np.flatnonzero(row > 1e-9) for row in weights]
@@ -145,7 +145,7 @@ _QUAD_FACES: dict[str, list[tuple[int, ...]]] = {
 }
 
 
-# w^c times polynomials of a and b: those of five nodes, then what thirteen have besides.
+# w^c times polynomials of a and b: those for five nodes, then the additional ones for thirteen.
 _PYRAMID = np.array(
     [(0, 0, 0), (1, 0, 1), (0, 1, 1), (0, 0, 1), (1, 1, 1)]
     + [(a, b, 2) for a, b in ((0, 0), (1, 0), (0, 1), (1, 1), (2, 0), (0, 2), (2, 1), (1, 2))],
@@ -158,17 +158,17 @@ def _exponents(shape: str, order: int, serendipity: bool) -> IntArray:
     if shape == "pyramid":
         return _PYRAMID[: 13 if order == 2 else 5]
     dimension = len(_CORNERS[shape][0])
-    every = np.array(list(product(range(order + 1), repeat=dimension)), np.int64)
-    keep = np.ones(len(every), bool)
+    exponents = np.array(list(product(range(order + 1), repeat=dimension)), np.int64)
+    keep = np.ones(len(exponents), bool)
     if shape in ("triangle", "tetra"):
-        keep = every.sum(axis=1) <= order
+        keep = exponents.sum(axis=1) <= order
     elif shape == "wedge":
-        keep = every[:, :2].sum(axis=1) <= order
+        keep = exponents[:, :2].sum(axis=1) <= order
         if serendipity:  # 15 nodes: no middle nodes on the quadrilateral faces, so z^2 goes with 1, x, y only
-            keep &= (every[:, 2] < 2) | (every[:, :2].sum(axis=1) < 2)
+            keep &= (exponents[:, 2] < 2) | (exponents[:, :2].sum(axis=1) < 2)
     elif serendipity:
-        keep = np.where(every >= 2, every, 0).sum(axis=1) <= 2
-    return every[keep]
+        keep = np.where(exponents >= 2, exponents, 0).sum(axis=1) <= 2
+    return exponents[keep]
 
 
 def _cell_type(name: str, shape: str, order: int, faces: bool = False) -> CellType:

@@ -1,4 +1,4 @@
-"""What is wrong with a mesh before any mechanics: cells without size, inside-out solids, points that hold nothing."""
+"""Checks of a mesh before any mechanics: cells without size, inside-out solids, points without cells."""
 
 from __future__ import annotations
 
@@ -13,33 +13,34 @@ from femflex.mesh.mesh import Mesh
 from femflex.mesh.quality import qualities, sizes
 from femflex.warning import PhysicsWarning
 
-COINCIDENT = 1e-9  # of the mesh's extent: points closer than this are taken for one point written twice
-LARGEST = 1e30  # m, of a coordinate: beyond it areas and distances overflow
+COINCIDENT = 1e-9  # of the mesh's extent: points closer than this are reported as coincident
+LARGEST = 1e30  # m, of a coordinate: above it areas and distances overflow
 FLAT = 1e-12  # length, area or volume below this times the longest edge to that power counts as zero
 
 
 def check(mesh: Mesh, source: str = "the mesh", strict: bool = True) -> None:
-    """Raise ValueError for coordinates above LARGEST, and for surfaces and solids that have no size or are turned
-    inside out; warn of lines without length, loose and coincident points.
+    """Raise ValueError for coordinates above LARGEST, and for surfaces and solids without size or turned inside out.
+    Warn of lines without length, unused points and coincident points.
 
-    strict: False warns of bad cells, too.
+    strict: if False, bad surfaces and solids are warned of, too.
     """
-    if (far := np.flatnonzero(np.abs(mesh.points).max(axis=1, initial=0.0) > LARGEST)).size:
+    if (far_points := np.flatnonzero(np.abs(mesh.points).max(axis=1, initial=0.0) > LARGEST)).size:
         raise ValueError(
-            f"{source}: {len(far)} of {len(mesh.points)} points have coordinates above {LARGEST:g} m, the first is "
-            f"number {far[0]} at {_at(mesh.points[far[0]])}; correct the file or its unit"
+            f"{source}: {len(far_points)} of {len(mesh.points)} points have coordinates above {LARGEST:g} m, the first "
+            f"is number {far_points[0]} at {_position_text(mesh.points[far_points[0]])}; correct the file or its unit"
         )
-    found = _degenerate(mesh)
-    short = [found.pop(kind) for kind in list(found) if CELL_TYPES[kind].dimension == 1]  # members refuse them
-    problems = [*found.values(), *_inverted(mesh)]
+    without_size = _cells_without_size(mesh)
+    # members refuse them
+    short = [without_size.pop(kind) for kind in list(without_size) if CELL_TYPES[kind].dimension == 1]
+    problems = [*without_size.values(), *_inverted(mesh)]
     if problems and strict:
         raise ValueError(f"{source}: " + " ".join([*problems, *short]))
-    for text in (*problems, *short, _loose(mesh), _coincident(mesh)):
+    for text in (*problems, *short, _unused_points(mesh), _coincident(mesh)):
         if text:
             warnings.warn(f"{source}: {text}", PhysicsWarning, stacklevel=3)
 
 
-def _degenerate(mesh: Mesh) -> dict[str, str]:
+def _cells_without_size(mesh: Mesh) -> dict[str, str]:
     problems = {}
     for cell, nodes in mesh.cells.items():
         kind = CELL_TYPES[cell]
@@ -48,10 +49,10 @@ def _degenerate(mesh: Mesh) -> dict[str, str]:
         flat = np.abs(sizes(mesh.points, cell, nodes)) <= FLAT * longest**kind.dimension
         if kind.dimension and flat.any():
             first = int(np.argmax(flat))
-            what = ("", "length", "area", "volume")[kind.dimension]
+            measure = ("", "length", "area", "volume")[kind.dimension]
             problems[cell] = (
-                f"{int(flat.sum())} of {len(nodes)} cells of type {cell} have no {what}, the first is number {first} "
-                f"at {_at(corners[first].mean(axis=0))}; remove them or move their nodes apart."
+                f"{int(flat.sum())} of {len(nodes)} cells of type {cell} have no {measure}, the first is number "
+                f"{first} at {_position_text(corners[first].mean(axis=0))}; remove them or move their nodes apart."
             )
     return problems
 
@@ -65,12 +66,13 @@ def _inverted(mesh: Mesh) -> list[str]:
         if len(bad):
             problems.append(
                 f"{len(bad)} of {len(nodes)} cells of type {cell} are folded or turned inside out, the first is number "
-                f"{bad[0]} at {_at(mesh.points[nodes[bad[0]]].mean(axis=0))}; mesh again or correct their node order."
+                f"{bad[0]} at {_position_text(mesh.points[nodes[bad[0]]].mean(axis=0))}; mesh again or correct their "
+                "node order."
             )
     return problems
 
 
-def _loose(mesh: Mesh) -> str:
+def _unused_points(mesh: Mesh) -> str:
     free = unused(mesh)
     if not len(free):
         return ""
@@ -87,13 +89,13 @@ def _coincident(mesh: Mesh) -> str:
     pairs = coincident(mesh.points, COINCIDENT * extent)
     if not len(pairs):
         return ""
-    at = mesh.points[pairs[0, 0]]
+    position = mesh.points[pairs[0, 0]]
     return (
         f"{len(pairs)} pairs of points lie within {COINCIDENT * extent:.3g} m (the mesh is {extent:.6g} m across); "
-        f"the first is {pairs[0].tolist()} at {_at(at)}. The parts are not joined there; fuse them with "
-        "mesh.merged(..., tolerance) or in the mesher if they should be."
+        f"the first is {pairs[0].tolist()} at {_position_text(position)}. The parts are not joined there; fuse them "
+        "with mesh.merged(..., tolerance) or in the mesher if they should be."
     )
 
 
-def _at(position: Array) -> str:
+def _position_text(position: Array) -> str:
     return "(" + ", ".join(f"{x:.6g}" for x in position) + ") m"

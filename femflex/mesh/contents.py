@@ -1,8 +1,8 @@
-"""What a mesh file holds, as its reader finds it, and the way from there to a Mesh.
+"""Contents of a mesh file as returned by its reader, and their conversion to a Mesh.
 
-Readers differ in how groups are reported; they all end in blocks of cells with group names, point groups and a count of
-elements that were not understood. What is common is done here: blocks of one type are joined, single-point cells become
-point groups, unknown cells are left out with a report, points used by nothing are dropped.
+File formats differ in how they store groups. All readers return blocks of cells with group names, point groups and a
+count of the elements of unknown type. The common steps are done here: blocks of one type are joined, single-point cells
+become point groups, unknown cells are left out with a warning, and unused points are dropped.
 """
 
 from __future__ import annotations
@@ -31,12 +31,13 @@ class Block:
 
 @dataclass(frozen=True, eq=False)
 class Contents:
-    """Points (n, 2|3), blocks, point groups; names wanted instead of default ones; left-out elements by type."""
+    """Points (n, 2|3), blocks, point groups; titles that replace default group names; counts of left-out elements by
+    type."""
 
     points: Array
     blocks: list[Block]
     point_groups: dict[str, IntArray] = field(default_factory=dict)
-    empty: tuple[str, ...] = ()  # groups the file names but fills with nothing
+    empty: tuple[str, ...] = ()  # groups that the file names without members
     titles: dict[str, str] = field(default_factory=dict)
     left_out: Mapping[str, int] = field(default_factory=dict)
 
@@ -44,18 +45,18 @@ class Contents:
 def to_mesh(contents: Contents, source: str, strict: bool = True) -> Mesh:
     """Mesh of a file's contents; `source` is the file's name for messages.
 
-    Raises ValueError where no cell is left; with strict False a file without any gives a mesh of points alone.
+    Raises ValueError if no cell is left; with strict=False a file without cells gives a mesh of points.
     """
     left_out = Counter(contents.left_out)
     blocks = [block for block in contents.blocks if block.cell in CELL_TYPES]
     for block in contents.blocks:
         if block.cell not in CELL_TYPES and len(block.nodes):
             left_out[block.cell] += len(block.nodes)
-    listed = ", ".join(f"{name} ({count})" for name, count in sorted(left_out.items()))
+    left_out_text = ", ".join(f"{name} ({count})" for name, count in sorted(left_out.items()))
     if left_out and blocks:
         warnings.warn(
-            f"{source}: elements not understood and left out: {listed}; {sum(len(b.nodes) for b in blocks)} are kept. "
-            f"Understood are {sorted(CELL_TYPES)}.",
+            f"{source}: elements not understood and left out: {left_out_text}; {sum(len(b.nodes) for b in blocks)} are "
+            f"kept. Understood are {sorted(CELL_TYPES)}.",
             PhysicsWarning,
             stacklevel=3,
         )
@@ -63,15 +64,17 @@ def to_mesh(contents: Contents, source: str, strict: bool = True) -> Mesh:
     if points.ndim == 2 and points.shape[1] == 2:
         points = np.column_stack([points, np.zeros(len(points))])
     _check_nodes(blocks, len(points), source)
-    cells, cell_groups = _joined(blocks)
+    cells, cell_groups = _joined_blocks(blocks)
     for group in contents.empty:
         cell_groups.setdefault(group, {})
     mesh = without_vertices(Mesh(points, cells, cell_groups, dict(contents.point_groups)))
     if not mesh.cells and not strict and not left_out:
         return mesh
     if not mesh.cells:
-        found = f", only {listed}" if listed else ""
-        raise ValueError(f"{source} holds no elements that are understood{found}; understood are {sorted(CELL_TYPES)}.")
+        only_text = f", only {left_out_text}" if left_out_text else ""
+        raise ValueError(
+            f"{source} holds no elements that are understood{only_text}; understood are {sorted(CELL_TYPES)}."
+        )
     return mesh.compacted()
 
 
@@ -80,54 +83,56 @@ def without_vertices(mesh: Mesh) -> Mesh:
     cell_groups: dict[str, CellGroup] = {}
     point_groups = dict(mesh.point_groups)
     for group, by_type in mesh.cell_groups.items():
-        rest = {cell: rows for cell, rows in by_type.items() if cell != "vertex"}
+        other_cells = {cell: rows for cell, rows in by_type.items() if cell != "vertex"}
         if "vertex" in by_type:
             points = mesh.cells["vertex"][by_type["vertex"]].ravel()
             point_groups[group] = np.concatenate([point_groups.get(group, points[:0]), points])
-        if rest or "vertex" not in by_type:
-            cell_groups[group] = rest
+        if other_cells or "vertex" not in by_type:
+            cell_groups[group] = other_cells
     for group in [g for g in cell_groups if not cell_groups[g] and g in point_groups]:
         del cell_groups[group]
     cells = {cell: rows for cell, rows in mesh.cells.items() if cell != "vertex"}
     return Mesh(mesh.points, cells, cell_groups, point_groups)
 
 
-def renamed(mesh: Mesh, wanted: Mapping[str, str] | None, titles: Mapping[str, str], source: str) -> Mesh:
-    """The mesh with groups renamed: `wanted` {new name: name in the file}, then the file's own `titles`.
+def with_renamed_groups(
+    mesh: Mesh, requested: Mapping[str, str] | None, titles: Mapping[str, str], source: str
+) -> Mesh:
+    """The mesh with groups renamed: by `requested` {new name: name in the file}, then by the titles in the file.
 
-    Groups that come to one name are united.
+    Groups that get the same name are united.
     """
-    new: dict[str, list[str]] = {}
-    keys = {_key(name): name for name in mesh.groups}
-    keys |= {_key(title): name for name, title in titles.items() if name in mesh.groups}
-    for name, given in (wanted or {}).items():
-        if _key(given) not in keys:
+    new_names: dict[str, list[str]] = {}
+    keys = {_normalised_name(name): name for name in mesh.groups}
+    keys |= {_normalised_name(title): name for name, title in titles.items() if name in mesh.groups}
+    for name, file_name in (requested or {}).items():
+        if _normalised_name(file_name) not in keys:
             raise ValueError(
-                f"{source} has no group {given!r} to be named {name!r}; it has {sorted(keys.values())}"
+                f"{source} has no group {file_name!r} to be named {name!r}; it has {sorted(keys.values())}"
                 f"{f' titled {sorted(titles.values())}' if titles else ''}. Correct the mapping of groups."
             )
-        new.setdefault(keys[_key(given)], []).append(name)
+        new_names.setdefault(keys[_normalised_name(file_name)], []).append(name)
     for name, title in titles.items():
-        new.setdefault(name, [title])
+        new_names.setdefault(name, [title])
     cell_groups: dict[str, CellGroup] = {}
     for group, by_type in mesh.cell_groups.items():
-        for name in new.get(group, [group]):
-            into = cell_groups.setdefault(name, {})
+        for name in new_names.get(group, [group]):
+            rows_by_type = cell_groups.setdefault(name, {})
             for cell, rows in by_type.items():
-                into[cell] = np.union1d(into.get(cell, rows), rows)
+                rows_by_type[cell] = np.union1d(rows_by_type.get(cell, rows), rows)
     point_groups: dict[str, IntArray] = {}
     for group, rows in mesh.point_groups.items():
-        for name in new.get(group, [group]):
+        for name in new_names.get(group, [group]):
             point_groups[name] = np.union1d(point_groups.get(name, rows), rows)
     return Mesh(mesh.points, mesh.cells, cell_groups, point_groups)
 
 
-def _key(name: str) -> str:
+def _normalised_name(name: str) -> str:
     """One spelling for "SET 4", "set 4" and "set_4"."""
     return "_".join(name.lower().split())
 
 
-def _joined(blocks: list[Block]) -> tuple[dict[str, IntArray], dict[str, CellGroup]]:
+def _joined_blocks(blocks: list[Block]) -> tuple[dict[str, IntArray], dict[str, CellGroup]]:
     """Blocks of one type joined into one array, their group rows shifted accordingly."""
     parts: dict[str, list[IntArray]] = {}
     members: dict[str, dict[str, list[IntArray]]] = {}

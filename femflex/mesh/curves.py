@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from femflex.arrays import Array
 
-ARC_SAMPLES = 4000  # chords that measure the length of a curve
+ARC_SAMPLES = 4000  # number of chords used to measure the length of a curve
 
 
 def along_curve(curve: Callable[[float], ArrayLike], n: int) -> Array:
@@ -17,13 +17,13 @@ def along_curve(curve: Callable[[float], ArrayLike], n: int) -> Array:
     parameter = np.linspace(0.0, 1.0, ARC_SAMPLES + 1)
     samples = np.array([np.asarray(curve(float(s)), float).reshape(3) for s in parameter])
     length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(samples, axis=0), axis=1))])
-    at = np.interp(length[-1] * np.linspace(0, 1, n + 1), length, parameter)
-    return np.array([np.asarray(curve(float(s)), float).reshape(3) for s in at])
+    parameters = np.interp(length[-1] * np.linspace(0, 1, n + 1), length, parameter)
+    return np.array([np.asarray(curve(float(s)), float).reshape(3) for s in parameters])
 
 
 def along_polyline(corners: Array, n: int, order: int) -> Array:
-    """Points (n + 1, 3) [m] on a polyline with n cells shared among its legs in proportion to their length, at least
-    one each."""
+    """Points (n + 1, 3) [m] on a polyline with n cells distributed over its legs in proportion to their length, at
+    least one each."""
     if corners.ndim != 2 or corners.shape[1] != 3 or len(corners) < 2:
         raise ValueError(f"a polyline is an array (k, 3) of at least 2 points [m]; got shape {corners.shape}.")
     lengths = np.linalg.norm(np.diff(corners, axis=0), axis=1)

@@ -1,7 +1,7 @@
-"""The register of mesh file formats, and the one door to meshio.
+"""The register of mesh file formats, and the only access to meshio.
 
-A new format is one new file: a function that reads Contents and one that writes a Mesh, registered under its suffixes.
-meshio prints its complaints and may end the process; both are turned into sentences here.
+A new format is one new module: a function that reads Contents and one that writes a Mesh, registered under its
+suffixes. meshio prints its errors and may end the process; both are converted to exceptions with a clear message here.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ Writer = Callable[[Path, Mesh, WriteOptions], None]
 
 @dataclass(frozen=True)
 class Format:
-    """Name for messages, reader and writer of one format, and bytes of memory that reading a byte of it takes.
+    """Name for messages, reader and writer of one format, and the bytes of memory needed per byte of the file.
 
-    write: None where the format is read only.
+    write: None if the format is read only.
     """
 
     name: str
@@ -52,7 +52,7 @@ FORMATS: dict[str, Format] = {}  # by suffix
 def register(
     name: str, suffixes: tuple[str, ...], read: Reader, write: Writer | None = None, memory: float = 10.0
 ) -> None:
-    """Make a format known under its suffixes."""
+    """Register a format under its suffixes."""
     for suffix in suffixes:
         FORMATS[suffix] = Format(name, read, write, memory)
 
@@ -62,14 +62,14 @@ def format_of(path: Path) -> Format:
     try:
         return FORMATS[path.suffix.lower()]
     except KeyError:
-        known = ", ".join(f"{suffix} ({FORMATS[suffix].name})" for suffix in sorted(FORMATS))
+        known_formats = ", ".join(f"{suffix} ({FORMATS[suffix].name})" for suffix in sorted(FORMATS))
         raise ValueError(
-            f"{path.name}: {path.suffix or 'no suffix'} is not a known mesh format; known are {known}."
+            f"{path.name}: {path.suffix or 'no suffix'} is not a known mesh format; known are {known_formats}."
         ) from None
 
 
 def load_meshio() -> Any:
-    """The module meshio, loaded when first needed, with the cell types its tables lack."""
+    """The module meshio, loaded on first use, with the cell types missing in its tables."""
     import meshio
 
     meshio._mesh.topological_dimension.update(wedge15=3, pyramid13=3)
@@ -82,19 +82,20 @@ def load_meshio() -> Any:
 
 
 @contextlib.contextmanager
-def meshio_speaking(path: Path, name: str, verb: str = "read", hint: str = "") -> Iterator[io.StringIO]:
-    """Context in which meshio is called, giving what it printed: that is logged, what it raises becomes a sentence."""
-    said = io.StringIO()
+def meshio_call(path: Path, name: str, verb: str = "read", hint: str = "") -> Iterator[io.StringIO]:
+    """Context for a call of meshio, which yields its printed output; the output is logged, and errors become
+    ValueError."""
+    output = io.StringIO()
     try:
-        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
-            yield said
+        with contextlib.redirect_stdout(output), contextlib.redirect_stderr(output):
+            yield output
     except MemoryError:
         raise
     except (Exception, SystemExit) as error:
         if verb == "written" and isinstance(error, OSError) and error.errno:  # the disk is full
             raise
-        log.info("meshio on %s: %s %s %s", path.name, type(error).__name__, error, " ".join(said.getvalue().split()))
-        found = error_text(error) if verb == "read" else "the format cannot hold this mesh"
+        log.info("meshio on %s: %s %s %s", path.name, type(error).__name__, error, " ".join(output.getvalue().split()))
+        problem = error_text(error) if verb == "read" else "the format cannot hold this mesh"
         advice = (
             hint
             or {
@@ -102,6 +103,6 @@ def meshio_speaking(path: Path, name: str, verb: str = "read", hint: str = "") -
                 "written": "Another format may hold it: .msh, .vtu.",
             }[verb]
         )
-        raise ValueError(f"{path.name} could not be {verb} as {name}: {found}. {advice}") from error
-    if said.getvalue().strip():
-        log.info("meshio on %s: %s", path.name, " ".join(said.getvalue().split()))
+        raise ValueError(f"{path.name} could not be {verb} as {name}: {problem}. {advice}") from error
+    if output.getvalue().strip():
+        log.info("meshio on %s: %s", path.name, " ".join(output.getvalue().split()))

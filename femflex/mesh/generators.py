@@ -38,13 +38,13 @@ def line(path: ArrayLike | Callable[[float], ArrayLike], n: int, cell: str = "li
     n     number of cells, of equal length on a curve and on each leg of a polyline
     cell  "line" or "line3" (second order, its middle nodes on the curve)
     """
-    _choose(cell, LINES)
-    _counts(n=n)
+    _check_cell(cell, LINES)
+    _check_counts(n=n)
     order = CELL_TYPES[cell].order
     points = along_curve(path, n * order) if callable(path) else along_polyline(np.asarray(path, float), n, order)
     lattice = np.arange(len(points))
-    cells = _pick(lattice, order, CELL_TYPES[cell].nodes)
-    return Mesh(points, {cell: cells}, {"line": _all(cell, cells)}, {"start": lattice[:1], "end": lattice[-1:]})
+    cells = _brick_nodes(lattice, order, CELL_TYPES[cell].nodes)
+    return Mesh(points, {cell: cells}, {"line": _all_rows(cell, cells)}, {"start": lattice[:1], "end": lattice[-1:]})
 
 
 def rectangle(length: float, width: float, n_length: int, n_width: int, cell: str = "triangle") -> Mesh:
@@ -54,14 +54,14 @@ def rectangle(length: float, width: float, n_length: int, n_width: int, cell: st
     "left" (x = 0), "right", "bottom" (y = 0), "top"; corner points "bottom_left", "bottom_right", "top_right",
     "top_left".
     """
-    _choose(cell, EDGE_OF)
-    _sizes(length=length, width=width)
-    _counts(n_length=n_length, n_width=n_width)
+    _check_cell(cell, EDGE_OF)
+    _check_sizes(length=length, width=width)
+    _check_counts(n_length=n_length, n_width=n_width)
     order = CELL_TYPES[cell].order
     points, lattice = _lattice([length, width], [n_length * order, n_width * order])
     edges = {"left": lattice[0, ::-1], "right": lattice[-1], "bottom": lattice[:, 0], "top": lattice[::-1, -1]}
     corners = {"bottom_left": (0, 0), "bottom_right": (-1, 0), "top_right": (-1, -1), "top_left": (0, -1)}
-    return _surface(points, lattice, cell, edges, {name: lattice[at] for name, at in corners.items()})
+    return _surface(points, lattice, cell, edges, {name: lattice[index] for name, index in corners.items()})
 
 
 def annulus(inner: float, outer: float, n_radial: int, n_around: int, cell: str = "triangle") -> Mesh:
@@ -69,9 +69,9 @@ def annulus(inner: float, outer: float, n_radial: int, n_around: int, cell: str 
 
     Cells as for rectangle; second-order nodes lie on their circles. Groups: "surface"; edges "inner", "outer".
     """
-    _choose(cell, EDGE_OF)
-    _sizes(inner=inner, outer=outer)
-    _counts(n_radial=n_radial)
+    _check_cell(cell, EDGE_OF)
+    _check_sizes(inner=inner, outer=outer)
+    _check_counts(n_radial=n_radial)
     if not inner < outer:
         raise ValueError(f"an annulus needs inner < outer; got inner {inner} and outer {outer} m.")
     if n_around < 3:
@@ -94,23 +94,23 @@ def box(
     Cells: hexahedron, hexahedron20, hexahedron27, tetra, tetra10 (six per brick). Groups: "volume"; faces "left"
     (x = 0), "right", "front" (y = 0), "back", "bottom" (z = 0), "top".
     """
-    _choose(cell, FACE_OF)
-    _sizes(length=length, width=width, height=height)
-    _counts(n_length=n_length, n_width=n_width, n_height=n_height)
+    _check_cell(cell, FACE_OF)
+    _check_sizes(length=length, width=width, height=height)
+    _check_counts(n_length=n_length, n_width=n_width, n_height=n_height)
     kind, face = CELL_TYPES[cell], FACE_OF[cell]
     points, lattice = _lattice([length, width, height], [n * kind.order for n in (n_length, n_width, n_height)])
-    parts = _kuhn() if kind.shape == "tetra" else [None]
-    cells = {cell: _parts(lattice, cell, parts), face: np.empty((0, len(CELL_TYPES[face].nodes)), np.int64)}
-    groups = {"volume": _all(cell, cells[cell])}
+    parts = _kuhn_tetrahedra() if kind.shape == "tetra" else [None]
+    cells = {cell: _brick_cells(lattice, cell, parts), face: np.empty((0, len(CELL_TYPES[face].nodes)), np.int64)}
+    groups = {"volume": _all_rows(cell, cells[cell])}
     names = (("left", "right"), ("front", "back"), ("bottom", "top"))
     for axis, pair in enumerate(names):
         for side, name in zip((0, -1), pair, strict=True):
             sheet = np.take(lattice, side, axis=axis)
             if (axis == 1) == (side == -1):  # x cross z = -y
                 sheet = sheet.T
-            more = _parts(sheet, face, _RISING if kind.shape == "tetra" else [None])
-            groups[name] = {face: len(cells[face]) + np.arange(len(more))}
-            cells[face] = np.concatenate([cells[face], more])
+            face_cells = _brick_cells(sheet, face, _RISING if kind.shape == "tetra" else [None])
+            groups[name] = {face: len(cells[face]) + np.arange(len(face_cells))}
+            cells[face] = np.concatenate([cells[face], face_cells])
     return Mesh(points, cells, groups).compacted()
 
 
@@ -119,35 +119,36 @@ def _surface(
 ) -> Mesh:
     """Mesh of a two-dimensional lattice with its edges (rows of lattice points) and corner points as groups."""
     if CELL_TYPES[cell].shape == "triangle":
-        rising, falling = _parts(lattice, cell, _RISING, False), _parts(lattice, cell, _FALLING, False)
+        rising, falling = _brick_cells(lattice, cell, _RISING, False), _brick_cells(lattice, cell, _FALLING, False)
         even = np.indices(rising.shape[:2]).sum(axis=0) % 2 == 0
         cells = {cell: np.where(even[:, :, None, None], rising, falling).reshape(-1, rising.shape[-1])}
     else:
-        cells = {cell: _parts(lattice, cell, [None])}
-    groups = {"surface": _all(cell, cells[cell])}
+        cells = {cell: _brick_cells(lattice, cell, [None])}
+    groups = {"surface": _all_rows(cell, cells[cell])}
     edge = EDGE_OF[cell]
-    lines = {name: _parts(row, edge, [None]) for name, row in edges.items()}
+    lines = {name: _brick_cells(row, edge, [None]) for name, row in edges.items()}
     cells[edge] = np.concatenate(list(lines.values()))
     start = 0
     for name, rows in lines.items():
         groups[name] = {edge: start + np.arange(len(rows))}
         start += len(rows)
-    return Mesh(points, cells, groups, {name: np.atleast_1d(at) for name, at in corners.items()}).compacted()
+    return Mesh(points, cells, groups, {name: np.atleast_1d(node) for name, node in corners.items()}).compacted()
 
 
-def _parts(lattice: IntArray, cell: str, parts: Iterable[Array | None], flat: bool = True) -> IntArray:
-    """Cells (n, nodes) that fill the bricks of a lattice, each brick cut into `parts` (corner positions; None: whole).
+def _brick_cells(lattice: IntArray, cell: str, parts: Iterable[Array | None], flat: bool = True) -> IntArray:
+    """Cells (n, nodes) that fill the bricks of a lattice, each brick divided into `parts` (corner positions; None:
+    undivided).
 
     flat False keeps the lattice's axes: (n_1, ..., part, nodes).
     """
     kind = CELL_TYPES[cell]
     first = CELL_TYPES[kind.corner].interpolation(kind.nodes)
     tables = [kind.nodes if part is None else first @ part for part in parts]
-    stacked = np.stack([_pick(lattice, kind.order, table) for table in tables], axis=-2)
+    stacked = np.stack([_brick_nodes(lattice, kind.order, table) for table in tables], axis=-2)
     return stacked.reshape(-1, stacked.shape[-1]) if flat else stacked
 
 
-def _pick(lattice: IntArray, order: int, nodes: Array) -> IntArray:
+def _brick_nodes(lattice: IntArray, order: int, nodes: Array) -> IntArray:
     """Lattice points at positions nodes (m, d) of every brick, order lattice steps wide: (n_1, ..., n_d, m)."""
     bricks = [(size - 1) // order for size in lattice.shape]
     columns = []
@@ -165,7 +166,7 @@ def _lattice(sizes: list[float], counts: list[int]) -> tuple[Array, IntArray]:
     return grid.reshape(-1, 3), np.arange(grid[..., 0].size).reshape([count + 1 for count in counts])
 
 
-def _kuhn() -> list[Array]:
+def _kuhn_tetrahedra() -> list[Array]:
     """Corners (4, 3) of the six positively turned tetrahedra from (0, 0, 0) to (1, 1, 1) along the cube's edges."""
     tetrahedra = []
     for axes in permutations(range(3)):
@@ -176,22 +177,22 @@ def _kuhn() -> list[Array]:
     return tetrahedra
 
 
-def _all(cell: str, rows: IntArray) -> dict[str, IntArray]:
+def _all_rows(cell: str, rows: IntArray) -> dict[str, IntArray]:
     return {cell: np.arange(len(rows))}
 
 
-def _choose(cell: str, known: Iterable[str]) -> None:
-    if cell not in known:
-        raise ValueError(f"cell {cell!r} is not made by this generator; it makes {sorted(known)}.")
+def _check_cell(cell: str, supported: Iterable[str]) -> None:
+    if cell not in supported:
+        raise ValueError(f"cell {cell!r} is not made by this generator; it makes {sorted(supported)}.")
 
 
-def _counts(**numbers: int) -> None:
+def _check_counts(**numbers: int) -> None:
     for name, value in numbers.items():
         if int(value) != value or value < 1:
             raise ValueError(f"{name} is {value}; a mesh needs a whole number of cells, at least 1.")
 
 
-def _sizes(**sizes: float) -> None:
+def _check_sizes(**sizes: float) -> None:
     for name, value in sizes.items():
         if not (np.isfinite(value) and value > 0):
             raise ValueError(f"{name} is {value} m; it must be finite and positive.")

@@ -1,4 +1,4 @@
-"""Gmsh's entities: cells that share type and physical groups, and the section of format 4.1 that tells them."""
+"""Gmsh's entities: cells that share type and physical groups, and the section of format 4.1 that lists them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from femflex.arrays import Array, IntArray
 from femflex.mesh.cells import CELL_TYPES
-from femflex.mesh.membership import classes
+from femflex.mesh.membership import group_classes
 from femflex.mesh.mesh import Mesh
 
 
@@ -41,24 +41,24 @@ def physical_tags(mesh: Mesh) -> dict[tuple[int, str], int]:
 
 
 def entities_of(mesh: Mesh, tags: dict[tuple[int, str], int]) -> list[Entity]:
-    """Cells that share type and groups, as one entity each; every point of a point group as one."""
-    found: list[Entity] = []
-    of_point: dict[int, list[int]] = {}
+    """One entity for all cells with the same type and groups; one for each point of the point groups."""
+    entities: list[Entity] = []
+    tags_of_point: dict[int, list[int]] = {}
     for group, points in mesh.point_groups.items():
         for point in points:
-            of_point.setdefault(int(point), []).append(tags[0, group])
-    for k, point in enumerate(sorted(of_point)):
-        found.append(Entity(0, k + 1, "vertex", np.array([[point]]), of_point[point], mesh.points[[point]]))
-    counts = [len(found), 0, 0, 0]
+            tags_of_point.setdefault(int(point), []).append(tags[0, group])
+    for k, point in enumerate(sorted(tags_of_point)):
+        entities.append(Entity(0, k + 1, "vertex", np.array([[point]]), tags_of_point[point], mesh.points[[point]]))
+    counts = [len(entities), 0, 0, 0]
     for cell, nodes in mesh.cells.items():
         dim = CELL_TYPES[cell].dimension
-        mine = {group: by_type[cell] for group, by_type in mesh.cell_groups.items() if cell in by_type}
-        for kind, members in classes(mine, len(nodes)):
+        groups = {group: by_type[cell] for group, by_type in mesh.cell_groups.items() if cell in by_type}
+        for kind, members in group_classes(groups, len(nodes)):
             counts[dim] += 1
             rows = nodes[members]
             numbers = [tags[dim, group] for group in kind]
-            found.append(Entity(dim, counts[dim], cell, rows, numbers, mesh.points[np.unique(rows)]))
-    return found
+            entities.append(Entity(dim, counts[dim], cell, rows, numbers, mesh.points[np.unique(rows)]))
+    return entities
 
 
 def read_entities(section: bytes, binary: bool, width: int) -> dict[tuple[int, int], list[int]]:
@@ -79,24 +79,28 @@ def read_entities(section: bytes, binary: bool, width: int) -> dict[tuple[int, i
 
 
 def entities_section(entities: list[Entity], binary: bool) -> bytes:
-    """The whole section with its marks."""
+    """The complete section, with its first and last line."""
 
-    def put(kind: str, values: list[int] | Array) -> bytes:
+    def encode(kind: str, values: list[int] | Array) -> bytes:
         if binary:
             return np.asarray(values).astype(_types(8)[kind]).tobytes()
         return "".join(f"{v:.16g} " if kind == "double" else f"{v} " for v in values).encode()
 
-    def end() -> bytes:
+    def line_end() -> bytes:
         return b"" if binary else b"\n"
 
-    parts = [b"$Entities\n", put("size", [sum(e.dimension == dim for e in entities) for dim in range(4)]), end()]
+    parts = [
+        b"$Entities\n",
+        encode("size", [sum(e.dimension == dim for e in entities) for dim in range(4)]),
+        line_end(),
+    ]
     for entity in sorted(entities, key=lambda e: (e.dimension, e.number)):
         low, high = entity.points.min(axis=0), entity.points.max(axis=0)
-        parts += [put("int", [entity.number]), put("double", low)]
-        parts += [put("double", high)] if entity.dimension else []
-        parts += [put("size", [len(entity.groups)]), put("int", entity.groups)]
-        parts += [put("size", [0])] if entity.dimension else []  # no bounding entities given
-        parts.append(end())
+        parts += [encode("int", [entity.number]), encode("double", low)]
+        parts += [encode("double", high)] if entity.dimension else []
+        parts += [encode("size", [len(entity.groups)]), encode("int", entity.groups)]
+        parts += [encode("size", [0])] if entity.dimension else []  # no bounding entities given
+        parts.append(line_end())
     return b"".join([*parts, b"\n" if binary else b"", b"$EndEntities\n"])
 
 

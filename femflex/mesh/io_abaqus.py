@@ -1,6 +1,6 @@
-"""Abaqus (and CalculiX) input .inp: groups are ELSET and NSET, also those given by *NODE, *ELEMENT and sets of sets.
+"""Abaqus (and CalculiX) input .inp: groups are ELSET and NSET, also those defined by *NODE, *ELEMENT and sets of sets.
 
-Parts are placed where their instances are; sets of one instance of several are named INSTANCE.SET.
+Parts are placed at their instances; if there are several instances, their sets are named INSTANCE.SET.
 """
 
 from __future__ import annotations
@@ -12,40 +12,44 @@ from pathlib import Path
 import numpy as np
 
 from femflex.arrays import IntArray
-from femflex.mesh.abaqus_elements import END_MIDDLE_END, WRITTEN
-from femflex.mesh.abaqus_flat import Flat, read_flat
+from femflex.mesh.abaqus_elements import END_MIDDLE_END, WRITTEN_TYPES
+from femflex.mesh.abaqus_flat import FlatDeck, read_flat
 from femflex.mesh.contents import Contents
+from femflex.mesh.element_blocks import NumberedElement, blocks_of, require_nodes
 from femflex.mesh.formats import WriteOptions, register
 from femflex.mesh.mesh import Mesh
-from femflex.mesh.numbered import Numbered, blocks_of, require_nodes
 
 NAME = "Abaqus input"
 IDS_PER_LINE = 12  # Abaqus allows 16
 
 
-def read(path: Path) -> Contents:
+def read_abaqus(path: Path) -> Contents:
     """Contents of a deck."""
     return contents_of(read_flat(path), path.name)
 
 
-def contents_of(flat: Flat, source: str) -> Contents:
+def contents_of(flat: FlatDeck, source: str) -> Contents:
     """Contents of a deck that has been read as one model."""
-    elements = [Numbered(one.cell, one.number, one.nodes) for one in flat.elements.values() if one.cell]
-    left_out = Counter(one.kind for one in flat.elements.values() if not one.cell)
-    order = {number: k for k, number in enumerate(flat.nodes)}
-    require_nodes(elements, order, source, "*NODE block", flat.label)
+    elements = [
+        NumberedElement(element.cell, element.number, element.nodes)
+        for element in flat.elements.values()
+        if element.cell
+    ]
+    left_out = Counter(element.kind for element in flat.elements.values() if not element.cell)
+    row_of = {number: k for k, number in enumerate(flat.nodes)}
+    require_nodes(elements, row_of, source, "*NODE block", flat.label)
     sets = flat.elsets.members()
     point_groups = {
-        group: np.array([order[n] for n in numbers.among(order)], np.int64)
+        group: np.array([row_of[n] for n in numbers.among(row_of)], np.int64)
         for group, numbers in flat.nsets.members().items()
     }
     points = np.array(list(flat.nodes.values()))
-    return Contents(points, blocks_of(elements, order, sets), point_groups, empty=tuple(sets), left_out=left_out)
+    return Contents(points, blocks_of(elements, row_of, sets), point_groups, empty=tuple(sets), left_out=left_out)
 
 
-def write(path: Path, mesh: Mesh, options: WriteOptions) -> None:
-    """Write a flat deck of *NODE, *ELEMENT, *ELSET and *NSET; names Abaqus would not take bare are quoted."""
-    unknown = sorted(set(mesh.cells) - set(WRITTEN))
+def write_abaqus(path: Path, mesh: Mesh, options: WriteOptions) -> None:
+    """Write a flat deck of *NODE, *ELEMENT, *ELSET and *NSET; names that Abaqus does not accept unquoted are quoted."""
+    unknown = sorted(set(mesh.cells) - set(WRITTEN_TYPES))
     if unknown:
         raise ValueError(f"Abaqus has no element for cells of type {unknown}; write {path.stem}.msh or .vtu instead.")
     lines = ["*HEADING", " mesh written by femflex", "*NODE"]
@@ -54,7 +58,7 @@ def write(path: Path, mesh: Mesh, options: WriteOptions) -> None:
     number = 1
     for cell, nodes in mesh.cells.items():
         first[cell] = number
-        lines.append(f"*ELEMENT, TYPE={WRITTEN[cell]}")
+        lines.append(f"*ELEMENT, TYPE={WRITTEN_TYPES[cell]}")
         for row in (nodes[:, END_MIDDLE_END] if cell == "line3" else nodes).tolist():
             words = [str(number), *(str(n + 1) for n in row)]
             lines += [",".join(words[:16]) + ",", ",".join(words[16:])] if len(words) > 16 else [",".join(words)]
@@ -76,4 +80,4 @@ def _set_lines(keyword: str, name: str, numbers: IntArray) -> list[str]:
     return [f"*{keyword}, {keyword}={label}", *rows]
 
 
-register(NAME, (".inp",), read, write, memory=25.0)
+register(NAME, (".inp",), read_abaqus, write_abaqus, memory=25.0)

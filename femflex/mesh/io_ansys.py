@@ -1,4 +1,5 @@
-"""Ansys archives (.cdb, by CDWRITE) through mapdl-archive: components are groups, and types, materials, sections too.
+"""Ansys archives (.cdb, by CDWRITE) through mapdl-archive: components, element types, materials and sections are
+groups.
 
 These are called type_1 (number of the element type), mat_2 and real_3 (real constants or sections).
 """
@@ -19,8 +20,8 @@ NAME = "Ansys archive"
 NUMBERED = {"ansys_etype": "type", "ansys_material_type": "mat", "ansys_real_constant": "real"}
 
 
-def read(path: Path) -> Contents:
-    """Contents of an archive; ValueError where mapdl-archive is not installed."""
+def read_ansys(path: Path) -> Contents:
+    """Contents of an archive; ValueError if mapdl-archive is not installed."""
     if find_spec("mapdl_archive") is None:
         raise ValueError(
             f"{path.name}: reading Ansys archives needs mapdl-archive, which is not installed; "
@@ -30,17 +31,21 @@ def read(path: Path) -> Contents:
     if not len(leaf["kinds"]):
         raise ValueError(f"{path.name} holds no elements (EBLOCK) that mapdl-archive understands; write it by CDWRITE.")
     cell = {name: values for name, values in leaf["cell"].items() if _is_component(name, values)}
-    for name, own in NUMBERED.items():
+    for name, prefix in NUMBERED.items():
         values = leaf["cell"].get(name, np.zeros(0))
-        cell |= {f"{own}_{int(value)}": values == value for value in np.unique(values)}
+        cell |= {f"{prefix}_{int(value)}": values == value for value in np.unique(values)}
     points = {name: values for name, values in leaf["point"].items() if _is_component(name, values)}
     return leaf_contents({**leaf, "cell": cell, "point": points})
 
 
 def _is_component(name: str, values: np.ndarray) -> bool:
-    """Whether an array is one that mapdl-archive makes of a component: 1 inside and 0 outside."""
-    own = not name.startswith(("ansys_", "vtkOriginal", "_")) and name not in ("origid", "VTKorigID", "angles")
-    return own and values.ndim == 1 and values.dtype.kind in "iub"
+    """Whether mapdl-archive made the array from a component: 1 inside and 0 outside."""
+    named_by_user = not name.startswith(("ansys_", "vtkOriginal", "_")) and name not in (
+        "origid",
+        "VTKorigID",
+        "angles",
+    )
+    return named_by_user and values.ndim == 1 and values.dtype.kind in "iub"
 
 
-register(NAME, (".cdb",), read)
+register(NAME, (".cdb",), read_ansys)

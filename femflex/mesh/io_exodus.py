@@ -1,6 +1,6 @@
 """Exodus II (.exo, .e, of Cubit, Sierra, MOOSE): blocks and side sets are groups of cells, node sets of points.
 
-Those without a name are called block_1, sideset_2 and nodeset_3.
+Blocks and sets without a name are called block_1, sideset_2 and nodeset_3.
 """
 
 from __future__ import annotations
@@ -22,41 +22,43 @@ from femflex.warning import PhysicsWarning
 
 NAME = "Exodus"
 UNNAMED = {"Element Blocks": "block", "Edge Blocks": "edges", "Face Blocks": "faces", "Side Sets": "sideset"}
-NUMBER = "GlobalNodeId"  # VTK's array of the numbers of nodes
+NUMBER = "GlobalNodeId"  # name of VTK's array of node numbers
 
 
-def read(path: Path) -> Contents:
+def read_exodus(path: Path) -> Contents:
     """Contents of a file; its blocks and sets share the points by the numbers of their nodes."""
     leaves = _leaves(path)
     flat = not any(CELL_TYPES[CELLS[k]].dimension == 3 for leaf in leaves for k in set(leaf["kinds"]) if k in CELLS)
     numbers = [np.asarray(leaf["point"].get(NUMBER, []), np.int64) for leaf in leaves]
-    for leaf, own in zip(leaves, numbers, strict=True):
-        if len(own) != len(leaf["points"]):
+    for leaf, node_numbers in zip(leaves, numbers, strict=True):
+        if len(node_numbers) != len(leaf["points"]):
             raise ValueError("its nodes have no numbers")
-    every, first = np.unique(np.concatenate([np.zeros(0, np.int64), *numbers]), return_index=True)
+    all_numbers, first = np.unique(np.concatenate([np.zeros(0, np.int64), *numbers]), return_index=True)
     points = np.concatenate([np.zeros((0, 3)), *(leaf["points"] for leaf in leaves)])[first]
     blocks: list[Block] = []
     point_groups: dict[str, IntArray] = {}
     left_out: dict[str, int] = {}
-    for leaf, own in zip(leaves, numbers, strict=True):
-        kind, name = _named(leaf["name"])
-        rows = np.searchsorted(every, own)
+    for leaf, node_numbers in zip(leaves, numbers, strict=True):
+        kind, name = _kind_and_name(leaf["name"])
+        rows = np.searchsorted(all_numbers, node_numbers)
         if kind == "Node Sets":
             point_groups[name] = rows[np.unique(cells_of(leaf).nodes)]
             continue
         contents = leaf_contents({**leaf, "cell": {}, "point": {}})
         for block in contents.blocks:
-            # VTK takes an edge of three nodes for a triangle
+            # VTK reads an edge of three nodes as a triangle
             edge = kind == "Side Sets" and flat and block.cell == "triangle"
             cell = "line3" if edge else block.cell
             blocks.append(Block(cell, rows[block.nodes], {name: np.arange(len(block.nodes))}))
         if kind == "Element Blocks":
-            left_out |= {what: left_out.get(what, 0) + count for what, count in contents.left_out.items()}
-    return Contents(points, _distinct(blocks), point_groups, left_out=left_out)
+            left_out |= {
+                element_type: left_out.get(element_type, 0) + count for element_type, count in contents.left_out.items()
+            }
+    return Contents(points, _without_repeated_cells(blocks), point_groups, left_out=left_out)
 
 
 def _leaves(path: Path) -> list[Leaf]:
-    """Blocks and sets; the blocks alone, with a warning, where VTK cannot read the sets."""
+    """Blocks and sets of the file; only the blocks, with a warning, if VTK cannot read the sets."""
     try:
         return read_leaves("exodus", path)
     except VtkError:
@@ -70,34 +72,36 @@ def _leaves(path: Path) -> list[Leaf]:
     return leaves
 
 
-def _named(path: str) -> tuple[str, str]:
+def _kind_and_name(path: str) -> tuple[str, str]:
     """Kind and name of a block or set, from the path of its leaf, such as "Side Sets/Unnamed set ID: 2"."""
     kind, _, name = path.partition("/")
-    found = re.match(r"Unnamed (?:block|set) ID: (\d+)", name)
-    if not found:
+    match = re.match(r"Unnamed (?:block|set) ID: (\d+)", name)
+    if not match:
         return kind, re.sub(r" ID: \d+.*$", "", name) or path
-    return kind, f"{UNNAMED.get(kind, 'nodeset')}_{found[1]}"
+    return kind, f"{UNNAMED.get(kind, 'nodeset')}_{match[1]}"
 
 
-def _distinct(blocks: list[Block]) -> list[Block]:
-    """Blocks in which a cell that several sets list, by the same nodes in any order, is one cell in several groups."""
+def _without_repeated_cells(blocks: list[Block]) -> list[Block]:
+    """Blocks in which a cell listed by several sets, with its nodes in any order, is one cell in several groups."""
     by_cell: dict[str, list[Block]] = {}
     for block in blocks:
         by_cell.setdefault(block.cell, []).append(block)
-    found = []
+    distinct = []
     for cell, parts in by_cell.items():
         nodes = np.concatenate([part.nodes for part in parts])
-        _, first, which = np.unique(np.sort(nodes, axis=1), axis=0, return_index=True, return_inverse=True)
-        kept, place = np.unique(first, return_inverse=True)
-        row: Any = place[which.ravel()]
+        _, first, inverse = np.unique(np.sort(nodes, axis=1), axis=0, return_index=True, return_inverse=True)
+        first_rows, index = np.unique(first, return_inverse=True)
+        row: Any = index[inverse.ravel()]
         groups: dict[str, list[IntArray]] = {}
         start = 0
         for part in parts:
             for name, rows in part.groups.items():
                 groups.setdefault(name, []).append(row[start + rows])
             start += len(part.nodes)
-        found.append(Block(cell, nodes[kept], {name: np.unique(np.concatenate(rows)) for name, rows in groups.items()}))
-    return found
+        distinct.append(
+            Block(cell, nodes[first_rows], {name: np.unique(np.concatenate(rows)) for name, rows in groups.items()})
+        )
+    return distinct
 
 
-register(NAME, (".exo", ".e", ".ex2"), read)
+register(NAME, (".exo", ".e", ".ex2"), read_exodus)

@@ -1,8 +1,8 @@
 """Gmsh .msh, 2.2 and 4.1, text and binary: groups are physical groups, points of a group physical points.
 
-meshio keeps one physical group per element, takes groups of one name but different dimension for one, and fails when
-only some entities are in groups. So the sections that tell groups are read and written here, and meshio is given the
-nodes and elements alone.
+meshio keeps one physical group per element, confuses groups of equal name but different dimension, and fails if only
+some entities are in groups. Therefore the sections that define groups are read and written here; meshio handles only
+the nodes and elements.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 
 from femflex.arrays import IntArray
 from femflex.mesh.contents import Block, Contents
-from femflex.mesh.formats import WriteOptions, load_meshio, meshio_speaking, register
+from femflex.mesh.formats import WriteOptions, load_meshio, meshio_call, register
 from femflex.mesh.gmsh_counts import check_counts
 from femflex.mesh.gmsh_entities import Entity, entities_of, entities_section, physical_tags, read_entities
 from femflex.mesh.mesh import Mesh
@@ -26,33 +26,33 @@ Tag = tuple[int, int]  # dimension, number
 NAME = "Gmsh .msh"
 HINT = "The file may be cut short; write it again, without parametric coordinates (Mesh.SaveParametric = 0)."
 KINDS = ("point", "line", "surface", "volume")
-# meshio gives the 18-node wedge in Gmsh's order; Gmsh goes by edges (0,1) (0,2) (0,3) (1,2) ..., VTK round the faces.
+# meshio returns the 18-node wedge in Gmsh's order: edges (0,1) (0,2) (0,3) (1,2) ...; VTK's order follows the faces.
 WEDGE18_FROM_GMSH = [0, 1, 2, 3, 4, 5, 6, 9, 7, 12, 14, 13, 8, 10, 11, 15, 17, 16]
 
 
-def read(path: Path) -> Contents:
-    """Contents of a .msh file, groups from its physical groups; those without a name are called surface_7 and so on."""
+def read_gmsh(path: Path) -> Contents:
+    """Contents of a .msh file, with its physical groups; groups without a name are called surface_7 and so on."""
     data = path.read_bytes()
     version, binary, width = _header(data, path)
     if version == "2.2" and binary:
-        _refuse_gaps(_section(data, "Nodes", path), path)
-    bodies = _section(data, "Nodes", path), _section(data, "Elements", path)
+        _check_numbers_without_gaps(_section_bytes(data, "Nodes", path), path)
+    bodies = _section_bytes(data, "Nodes", path), _section_bytes(data, "Elements", path)
     check_counts(*bodies, (version, binary, width), path.name)
-    core = b"".join(_section(data, name, path, True) for name in ("MeshFormat", "Nodes", "Elements"))
-    with tempfile.TemporaryDirectory() as folder, meshio_speaking(path, NAME, hint=HINT):
+    core = b"".join(_section_bytes(data, name, path, True) for name in ("MeshFormat", "Nodes", "Elements"))
+    with tempfile.TemporaryDirectory() as folder, meshio_call(path, NAME, hint=HINT):
         plain = Path(folder) / "plain.msh"
         plain.write_bytes(core)
         raw = load_meshio().gmsh.read(plain)
-    names = _physical_names(_section(data, "PhysicalNames", path).decode())
+    names = _physical_names(_section_bytes(data, "PhysicalNames", path).decode())
     if version == "2.2":
-        blocks = _unique(_blocks_by_cell_tag(raw, names))
+        blocks = _without_repeated_elements(_blocks_by_cell_tag(raw, names))
     else:
-        entities = read_entities(_section(data, "Entities", path), binary, width)
+        entities = read_entities(_section_bytes(data, "Entities", path), binary, width)
         blocks = _blocks_by_entity(raw, entities, names)
     return Contents(raw.points, blocks, empty=tuple(names.values()))
 
 
-def write(path: Path, mesh: Mesh, options: WriteOptions) -> None:
+def write_gmsh(path: Path, mesh: Mesh, options: WriteOptions) -> None:
     """Write a .msh file, version 4.1 or 2.2; a cell in several groups is in several physical groups."""
     version = options.version or "4.1"
     if version not in ("4.1", "2.2"):
@@ -62,7 +62,7 @@ def write(path: Path, mesh: Mesh, options: WriteOptions) -> None:
     lines = [f'{dim} {number} "{name}"' for (dim, name), number in sorted(tags.items(), key=lambda i: (i[0][0], i[1]))]
     names = "\n".join(["$PhysicalNames", str(len(lines)), *lines, "$EndPhysicalNames", ""]).encode() if lines else b""
     raw = _tagged_mesh(mesh, entities, repeat=version == "2.2")
-    with meshio_speaking(path, NAME, "written"):
+    with meshio_call(path, NAME, "written"):
         load_meshio().gmsh.write(path, raw, fmt_version=version, binary=options.binary)
     data = path.read_bytes()
     if version == "4.1":
@@ -74,37 +74,37 @@ def write(path: Path, mesh: Mesh, options: WriteOptions) -> None:
 
 def _header(data: bytes, path: Path) -> tuple[str, bool, int]:
     """Version, binary or not, and bytes of a size, from the $MeshFormat section."""
-    found = re.match(rb"\s*(?:\$Comments.*?\$EndComments\s*)?\$MeshFormat\s+(\S+)\s+([01])\s+(\d+)", data, re.S)
+    match = re.match(rb"\s*(?:\$Comments.*?\$EndComments\s*)?\$MeshFormat\s+(\S+)\s+([01])\s+(\d+)", data, re.S)
     if re.match(rb"\s*\$NOD\s", data):
         raise ValueError(
             f"{path.name} is of Gmsh format 1 ($NOD, $ELM), which is not read; 2.2 and 4.1 are. "
             f"Convert it: gmsh {path.name} -save -format msh41 -o new.msh"
         )
-    if not found:
+    if not match:
         raise ValueError(f"{path.name} does not begin with $MeshFormat: it is no Gmsh mesh.")
-    version = {"2": "2.2", "4": "4.0"}.get(found[1].decode(), found[1].decode())
+    version = {"2": "2.2", "4": "4.0"}.get(match[1].decode(), match[1].decode())
     if version not in ("2.2", "4.1"):
         raise ValueError(
             f"{path.name} is of Gmsh format {version}; 2.2 and 4.1 are read. "
             f"Convert it: gmsh {path.name} -save -format msh41 -o new.msh"
         )
-    return version, found[2] == b"1", int(found[3])
+    return version, match[2] == b"1", int(match[3])
 
 
-def _section(data: bytes, name: str, path: Path, whole: bool = False) -> bytes:
-    """Bytes of a section without its marks (whole: with them); b"" if it is not there."""
+def _section_bytes(data: bytes, name: str, path: Path, with_marks: bool = False) -> bytes:
+    """Bytes of a section without its first and last line (with_marks: with them); b"" if it is missing."""
     start = data.find(f"${name}".encode())
     stop = data.find(f"$End{name}".encode())
     if start < 0 or stop < 0:
-        if whole or start >= 0:
+        if with_marks or start >= 0:
             raise ValueError(f"{path.name} has no complete ${name} section; the file is cut short or no mesh.")
         return b""
     body = data[start + len(name) + 1 : stop].removeprefix(b"\r").removeprefix(b"\n")
-    return f"${name}\n".encode() + body + f"$End{name}\n".encode() if whole else body
+    return f"${name}\n".encode() + body + f"$End{name}\n".encode() if with_marks else body
 
 
-def _refuse_gaps(nodes: bytes, path: Path) -> None:
-    """meshio reads binary 2.2 only with nodes numbered 1 to n; Gmsh numbers them so, others may not."""
+def _check_numbers_without_gaps(nodes: bytes, path: Path) -> None:
+    """Raise ValueError unless nodes are numbered 1 to n: meshio reads binary 2.2 only with such numbers."""
     count, _, records = nodes.partition(b"\n")
     record = np.dtype([("number", "<i4"), ("position", "<f8", 3)])
     if len(records) < int(count) * record.itemsize:
@@ -118,16 +118,16 @@ def _refuse_gaps(nodes: bytes, path: Path) -> None:
 
 
 def _physical_names(text: str) -> dict[Tag, str]:
-    found = re.findall(r'^\s*(\d)\s+(-?\d+)\s+"(.*)"\s*$', text, re.M)
-    return {(int(dim), int(number)): name for dim, number, name in found}
+    entries = re.findall(r'^\s*(\d)\s+(-?\d+)\s+"(.*)"\s*$', text, re.M)
+    return {(int(dim), int(number)): name for dim, number, name in entries}
 
 
-def _name(tag: Tag, names: dict[Tag, str]) -> str:
+def _group_name(tag: Tag, names: dict[Tag, str]) -> str:
     dim, number = tag[0], abs(tag[1])
     return names.get((dim, number), f"{KINDS[dim]}_{number}")
 
 
-def _nodes(cell: str, nodes: IntArray) -> IntArray:
+def _vtk_order(cell: str, nodes: IntArray) -> IntArray:
     return nodes[:, WEDGE18_FROM_GMSH] if cell == "wedge18" else nodes
 
 
@@ -137,22 +137,22 @@ def _blocks_by_cell_tag(raw: Any, names: dict[Tag, str]) -> list[tuple[Block, In
     blocks = []
     for k, part in enumerate(raw.cells):
         numbers = np.abs(physical[k]) if physical else np.zeros(len(part.data), int)
-        groups = {_name((part.dim, int(n)), names): np.flatnonzero(numbers == n) for n in np.unique(numbers) if n}
+        groups = {_group_name((part.dim, int(n)), names): np.flatnonzero(numbers == n) for n in np.unique(numbers) if n}
         owner = entity[k] if entity else np.zeros(len(part.data), int)
-        blocks.append((Block(part.type, _nodes(part.type, part.data), groups), np.asarray(owner, np.int64)))
+        blocks.append((Block(part.type, _vtk_order(part.type, part.data), groups), np.asarray(owner, np.int64)))
     return blocks
 
 
-def _unique(blocks: list[tuple[Block, IntArray]]) -> list[Block]:
-    """Blocks with every element once: format 2.2 repeats an element for each of its groups."""
+def _without_repeated_elements(blocks: list[tuple[Block, IntArray]]) -> list[Block]:
+    """Blocks without repeated elements: format 2.2 repeats an element for each of its groups."""
     result = []
     for cell in dict.fromkeys(block.cell for block, _ in blocks):
-        mine = [(block, owner) for block, owner in blocks if block.cell == cell]
-        rows = np.concatenate([np.column_stack([owner, block.nodes]) for block, owner in mine])
+        same_type = [(block, owner) for block, owner in blocks if block.cell == cell]
+        rows = np.concatenate([np.column_stack([owner, block.nodes]) for block, owner in same_type])
         _, first, number = np.unique(rows, axis=0, return_index=True, return_inverse=True)
         rank = np.argsort(np.argsort(first))  # unique sorts; keep the file's order
         start, groups = 0, dict[str, list[IntArray]]()
-        for block, _ in mine:
+        for block, _ in same_type:
             for group, members in block.groups.items():
                 groups.setdefault(group, []).append(rank[number.ravel()[members + start]])
             start += len(block.nodes)
@@ -161,18 +161,18 @@ def _unique(blocks: list[tuple[Block, IntArray]]) -> list[Block]:
 
 
 def _blocks_by_entity(raw: Any, entities: dict[Tag, list[int]], names: dict[Tag, str]) -> list[Block]:
-    """Blocks of format 4.1, where an entity carries any number of physical groups (negative: turned round)."""
+    """Blocks of format 4.1, where an entity carries any number of physical groups (negative: reversed orientation)."""
     blocks = []
     for part, owner in zip(raw.cells, raw.cell_data["gmsh:geometrical"], strict=True):
         numbers = entities.get((part.dim, int(owner[0])), []) if len(owner) else []
         everything = np.arange(len(part.data))
-        groups = {_name((part.dim, n), names): everything for n in numbers}
-        blocks.append(Block(part.type, _nodes(part.type, part.data), groups))
+        groups = {_group_name((part.dim, n), names): everything for n in numbers}
+        blocks.append(Block(part.type, _vtk_order(part.type, part.data), groups))
     return blocks
 
 
 def _tagged_mesh(mesh: Mesh, entities: list[Entity], repeat: bool) -> Any:
-    """meshio mesh with one block per entity (repeat: per entity and group) and the tags its writers ask for."""
+    """meshio mesh with one block per entity (repeat: per entity and group) and the tags that its writers need."""
     cells, physical, owner = [], [], []
     for entity in entities:
         nodes = entity.nodes
@@ -182,16 +182,16 @@ def _tagged_mesh(mesh: Mesh, entities: list[Entity], repeat: bool) -> Any:
             cells.append((entity.cell, nodes))
             physical.append(np.full(len(nodes), number))
             owner.append(np.full(len(nodes), entity.number))
-    home = np.empty((len(mesh.points), 2), np.int64)  # the entity of lowest dimension that has the point
-    home[:] = entities[-1].dimension, entities[-1].number
+    entity_of_point = np.empty((len(mesh.points), 2), np.int64)  # entity of lowest dimension that contains the point
+    entity_of_point[:] = entities[-1].dimension, entities[-1].number
     for entity in sorted(entities, key=lambda e: -e.dimension):
-        home[np.unique(entity.nodes)] = entity.dimension, entity.number
+        entity_of_point[np.unique(entity.nodes)] = entity.dimension, entity.number
     return load_meshio().Mesh(
         mesh.points,
         cells,
-        point_data={"gmsh:dim_tags": home},
+        point_data={"gmsh:dim_tags": entity_of_point},
         cell_data={"gmsh:physical": physical, "gmsh:geometrical": owner},
     )
 
 
-register(NAME, (".msh",), read, write)
+register(NAME, (".msh",), read_gmsh, write_gmsh)

@@ -1,7 +1,7 @@
 """MED (Salome, Code_Aster): groups are families of cells and of points.
 
-Files are read with h5py alone. meshio, which writes points and cells, leaves MED's node order, which turns solids
-inside out against everyone else's, and writes no group by name; so families are added here.
+Files are read with h5py. Points and cells are written by meshio, which neither converts to MED's node order (its solids
+are mirrored compared with other formats) nor writes group names; nodes are reordered and families are added here.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from femflex.arrays import Array, IntArray
 from femflex.hdf5 import open_hdf5
 from femflex.mesh.cells import CELL_TYPES
 from femflex.mesh.contents import Block, Contents
-from femflex.mesh.formats import WriteOptions, load_meshio, meshio_speaking, register
-from femflex.mesh.membership import classes
+from femflex.mesh.formats import WriteOptions, load_meshio, meshio_call, register
+from femflex.mesh.membership import group_classes
 from femflex.mesh.mesh import Mesh
 
 Families = dict[int, list[str]]
@@ -26,13 +26,13 @@ Families = dict[int, list[str]]
 NAME = "MED"
 # MED lists the faces of its 27-node brick as bottom, four sides, top; VTK as -x, +x, -y, +y, -z, +z.
 H27_FROM_VTK = [*range(20), 24, 22, 21, 23, 20, 25, 26]
-SEVEN = "TR7"  # a triangle of six nodes and one in its middle, which is left out
-LONGEST = 80  # bytes of a group name
+TRIANGLE7 = "TR7"  # a triangle of six nodes and a central node, which is dropped
+MAX_NAME_BYTES = 80  # bytes of a group name
 
 
-def read(path: Path) -> Contents:
+def read_med(path: Path) -> Contents:
     """Contents of a .med file with one mesh."""
-    known = _codes()
+    cell_of_code = _cell_of_code()
     with open_hdf5(path) as file:
         step, family_groups = _only_mesh(file, path)
         cell_families, point_families = _families(family_groups, "ELEME"), _families(family_groups, "NOEUD")
@@ -41,37 +41,41 @@ def read(path: Path) -> Contents:
         blocks, left_out = [], dict[str, int]()
         for code, group in step["MAI"].items() if "MAI" in step else ():
             count = int(group["NOD"].attrs["NBR"]) if "NOD" in group else 0
-            if code not in known and code != SEVEN:
+            if code not in cell_of_code and code != TRIANGLE7:
                 left_out[f"MED {code}"] = count
                 continue
-            cell = known.get(code, "triangle6")
-            n = 7 if code == SEVEN else len(CELL_TYPES[cell].nodes)
-            listed = np.asarray(group["NOD"][()], np.int64)
-            if not count or len(listed) != n * count:
-                raise ValueError(f"it claims {count} cells of type {code} and lists {len(listed)} nodes of them")
-            nodes = listed.reshape(n, count).T[:, : len(CELL_TYPES[cell].nodes)] - 1
-            mine = _groups(cell_families, _family_of(group, count))
+            cell = cell_of_code.get(code, "triangle6")
+            n = 7 if code == TRIANGLE7 else len(CELL_TYPES[cell].nodes)
+            node_list = np.asarray(group["NOD"][()], np.int64)
+            if not count or len(node_list) != n * count:
+                raise ValueError(f"it claims {count} cells of type {code} and lists {len(node_list)} nodes of them")
+            nodes = node_list.reshape(n, count).T[:, : len(CELL_TYPES[cell].nodes)] - 1
+            block_groups = _groups(cell_families, _family_of(group, count))
             if cell == "vertex":
-                point_groups = _united(point_groups, {name: nodes[rows, 0] for name, rows in mine.items()})
+                point_groups = _united_groups(
+                    point_groups, {name: nodes[rows, 0] for name, rows in block_groups.items()}
+                )
             else:
-                blocks.append(Block(cell, nodes[:, med_order(cell)], mine))
-    named = {name for names in cell_families.values() for name in names}
-    return Contents(points, blocks, point_groups, empty=tuple(sorted(named - point_groups.keys())), left_out=left_out)
+                blocks.append(Block(cell, nodes[:, med_order(cell)], block_groups))
+    group_names = {name for names in cell_families.values() for name in names}
+    return Contents(
+        points, blocks, point_groups, empty=tuple(sorted(group_names - point_groups.keys())), left_out=left_out
+    )
 
 
-def write(path: Path, mesh: Mesh, options: WriteOptions) -> None:
-    """Write a .med file; cells (points) that share their groups are one family."""
+def write_med(path: Path, mesh: Mesh, options: WriteOptions) -> None:
+    """Write a .med file; cells (points) with the same groups form one family."""
     import h5py
 
-    known = _codes()
-    unknown = sorted(set(mesh.cells) - set(known.values()))
+    cell_of_code = _cell_of_code()
+    unknown = sorted(set(mesh.cells) - set(cell_of_code.values()))
     if unknown:
         raise ValueError(
             f"MED files written here hold no cells of type {unknown}; write {path.stem}.msh or .vtu instead."
         )
-    long = [name for name in mesh.groups if len(name.encode()) > LONGEST]
-    if long:
-        raise ValueError(f"MED group names have at most {LONGEST} bytes; shorten {long}.")
+    too_long = [name for name in mesh.groups if len(name.encode()) > MAX_NAME_BYTES]
+    if too_long:
+        raise ValueError(f"MED group names have at most {MAX_NAME_BYTES} bytes; shorten {too_long}.")
     cell_families: Families = {}
     tags = [
         _family_numbers({g: by[c] for g, by in mesh.cell_groups.items() if c in by}, len(nodes), cell_families, -1)
@@ -81,8 +85,8 @@ def write(path: Path, mesh: Mesh, options: WriteOptions) -> None:
     point_tags = _family_numbers(mesh.point_groups, len(mesh.points), point_families, 1)
     cells = [(cell, nodes[:, np.argsort(med_order(cell))]) for cell, nodes in mesh.cells.items()]
     raw = load_meshio().Mesh(mesh.points, cells, point_data={"point_tags": point_tags}, cell_data={"cell_tags": tags})
-    image = BytesIO()  # HDF5 itself does not survive a full disk
-    with meshio_speaking(path, NAME, "written"):
+    image = BytesIO()  # written in memory first: HDF5 does not recover from a full disk
+    with meshio_call(path, NAME, "written"):
         load_meshio().med.write(image, raw)
     with h5py.File(image, "r+") as file:
         file["ENS_MAA/mesh"].attrs["DIM"] = mesh.dimension
@@ -93,9 +97,9 @@ def write(path: Path, mesh: Mesh, options: WriteOptions) -> None:
 
 
 def med_order(cell: str) -> IntArray:
-    """Position (n,) in MED's node list of every node of our order.
+    """Position (n,) in MED's node list of every node in VTK's order.
 
-    MED numbers surfaces and lines like VTK, and solids like VTK's seen in a mirror that swaps the first two axes.
+    MED numbers lines and surfaces like VTK. Its solids are VTK's with the first two axes exchanged.
     """
     kind = CELL_TYPES[cell]
     if kind.dimension < 3:
@@ -104,8 +108,8 @@ def med_order(cell: str) -> IntArray:
     return np.array([int(np.argmin(np.abs(mirrored - node).sum(axis=1))) for node in kind.nodes])
 
 
-def _codes() -> dict[str, str]:
-    """Our name of every MED cell type that is understood."""
+def _cell_of_code() -> dict[str, str]:
+    """meshio name of every supported MED cell type."""
     table = load_meshio().med._med.med_to_meshio_type
     return {code: cell for code, cell in table.items() if cell in CELL_TYPES}
 
@@ -149,15 +153,15 @@ def _points(step: Any) -> tuple[Array, IntArray]:
 
 
 def _family_of(group: Any, count: int) -> IntArray:
-    """Family numbers (count,) of points or cells; 0, no family, where the file gives none."""
+    """Family numbers (count,) of points or cells; 0 (no family) if the file gives none."""
     numbers = np.asarray(group["FAM"][()], np.int64) if "FAM" in group else np.zeros(count, np.int64)
     if len(numbers) != count:
         raise ValueError(f"it lists {len(numbers)} families of {count} points or cells")
     return numbers
 
 
-def _united(first: dict[str, IntArray], second: dict[str, IntArray]) -> dict[str, IntArray]:
-    """Groups of both, those of one name together."""
+def _united_groups(first: dict[str, IntArray], second: dict[str, IntArray]) -> dict[str, IntArray]:
+    """Groups of both; groups of the same name are united."""
     return first | {name: np.union1d(first.get(name, rows), rows) for name, rows in second.items()}
 
 
@@ -184,7 +188,7 @@ def _groups(families: Families, numbers: NDArray[Any]) -> dict[str, IntArray]:
 def _family_numbers(groups: dict[str, IntArray], count: int, families: Families, sign: int) -> IntArray:
     """Family number (count,) of every item, 0 in no group; new families are added to `families`."""
     numbers = np.zeros(count, np.int64)
-    for kind, rows in classes(groups, count):
+    for kind, rows in group_classes(groups, count):
         if kind:
             number = next((n for n, names in families.items() if names == [*kind]), sign * (len(families) + 1))
             families[number] = [*kind]
@@ -200,7 +204,7 @@ def _write_family(group: Any, number: int, names: list[str]) -> None:
     listed.attrs["NBR"] = len(names)
     data = listed.create_dataset("NOM", (len(names),), dtype="80int8")
     for k, name in enumerate(names):
-        data[k] = np.frombuffer(name.encode().ljust(LONGEST, b"\0"), np.int8)
+        data[k] = np.frombuffer(name.encode().ljust(MAX_NAME_BYTES, b"\0"), np.int8)
 
 
-register(NAME, (".med", ".mmed", ".rmed"), read, write)
+register(NAME, (".med", ".mmed", ".rmed"), read_med, write_med)

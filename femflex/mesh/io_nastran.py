@@ -1,7 +1,7 @@
 """Nastran bulk data (.bdf, .nas, .dat): groups are property ids and SETs of nodes or elements.
 
-Nastran numbers them; names come from the caller's mapping or from the comments HyperMesh and Femap write, which are
-also written here.
+Nastran numbers its groups. Their names come from the caller's mapping, or from comments in the form of HyperMesh and
+Femap; such comments are also written here.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ import numpy as np
 
 from femflex.arrays import IntArray
 from femflex.mesh.contents import Block, Contents
+from femflex.mesh.element_blocks import MISSING, NumberedElement, blocks_of, require_nodes
 from femflex.mesh.formats import register
-from femflex.mesh.nastran_cards import NAME, Deck, listed, read_deck
-from femflex.mesh.nastran_write import write
-from femflex.mesh.numbered import MISSING, Numbered, blocks_of, require_nodes
+from femflex.mesh.nastran_cards import NAME, Deck, read_deck, read_number_list
+from femflex.mesh.nastran_write import write_nastran
 from femflex.mesh.numbers import Numbers
 
-# Card -> numbers of nodes it may have, and the cell of each.
+# Card -> possible numbers of nodes, and the cell for each.
 ELEMENTS: dict[str, dict[int, str]] = {
     **{card: {2: "line"} for card in ("CBAR", "CBEAM", "CROD", "CTUBE", "CONROD")},
     **{card: {3: "triangle"} for card in ("CTRIA3", "CTRIAR")},
@@ -43,20 +43,20 @@ OTHER_ELEMENTS = re.compile(
 )
 
 
-def read(path: Path) -> Contents:
-    """Contents of a deck; groups are called pid_3 and set_4 where nothing names them."""
+def read_nastran(path: Path) -> Contents:
+    """Contents of a deck; groups without a name are called pid_3 and set_4."""
     deck = read_deck(path)
     grids = _grids(deck, path)
-    order = {number: k for k, number in enumerate(grids)}
+    row_of_grid = {number: k for k, number in enumerate(grids)}
     elements, properties, left_out = _elements(deck, path)
-    require_nodes(elements, order, path.name, "GRID card")
+    require_nodes(elements, row_of_grid, path.name, "GRID card")
     members = {f"pid_{pid}": Numbers(tuple(numbers)) for pid, numbers in sorted(properties.items()) if pid}
-    blocks = blocks_of(elements, order, members)
-    row_of: dict[int, tuple[int, int]] = {}
+    blocks = blocks_of(elements, row_of_grid, members)
+    block_row: dict[int, tuple[int, int]] = {}
     for k, cell in enumerate(dict.fromkeys(element.cell for element in elements)):
-        mine = (element for element in elements if element.cell == cell)
-        row_of |= {element.number: (k, row) for row, element in enumerate(mine)}
-    point_groups = _sets(deck, order, row_of, blocks, path)
+        same_cell = (element for element in elements if element.cell == cell)
+        block_row |= {element.number: (k, row) for row, element in enumerate(same_cell)}
+    point_groups = _sets(deck, row_of_grid, block_row, blocks, path)
     titles = {f"set_{n}": name for n, (_, name) in deck.set_names.items() if n in deck.sets}
     titles |= {f"pid_{n}": name for n, name in deck.property_names.items() if name}
     for number in [n for n, name in deck.property_names.items() if not name]:  # written for cells in no group
@@ -66,19 +66,19 @@ def read(path: Path) -> Contents:
 
 
 def _grids(deck: Deck, path: Path) -> dict[int, list[float]]:
-    """Coordinates by grid number; only the basic coordinate system is understood."""
+    """Coordinates by grid number; only the basic coordinate system is supported."""
     default = next((f[1] for name, f in deck.cards if name == "GRDSET"), "")
-    grids, elsewhere = {}, []
+    grids, in_local_systems = {}, []
     for name, fields in deck.cards:
         if name == "GRID":
             if (fields[1] or default) not in ("", "0"):
-                elsewhere.append(fields[0])
+                in_local_systems.append(fields[0])
             grids[int(fields[0])] = [_number(word, f"GRID {fields[0]}", path) for word in fields[2:5]]
-    if elsewhere:
+    if in_local_systems:
         raise ValueError(
-            f"{path.name}: {len(elsewhere)} GRID cards, the first is {elsewhere[0]}, are given in a local coordinate "
-            "system (field CP); meshes are read in the basic system alone. In a case, give the file as `deck`, which "
-            "reads local systems; or write it in basic coordinates."
+            f"{path.name}: {len(in_local_systems)} GRID cards, the first is {in_local_systems[0]}, are given in a "
+            "local coordinate system (field CP); meshes are read in the basic system alone. In a case, give the file "
+            "as `deck`, which reads local systems; or write it in basic coordinates."
         )
     if not grids:
         raise ValueError(f"{path.name} has no GRID cards; it is no Nastran bulk data with a mesh.")
@@ -97,9 +97,9 @@ def _number(word: str, card: str, path: Path) -> float:
         ) from None
 
 
-def _elements(deck: Deck, path: Path) -> tuple[list[Numbered], dict[int, list[int]], Counter[str]]:
-    """Elements, numbers of the elements of each property, and the count of those not understood, by card."""
-    elements, properties, left_out = list[tuple[str, Numbered]](), dict[int, list[int]](), Counter[str]()
+def _elements(deck: Deck, path: Path) -> tuple[list[NumberedElement], dict[int, list[int]], Counter[str]]:
+    """Elements, numbers of the elements of each property, and the count of unsupported elements by card."""
+    elements, properties, left_out = list[tuple[str, NumberedElement]](), dict[int, list[int]](), Counter[str]()
     for name, fields in deck.cards:
         if name not in ELEMENTS:
             if OTHER_ELEMENTS.match(name):
@@ -108,53 +108,53 @@ def _elements(deck: Deck, path: Path) -> tuple[list[Numbered], dict[int, list[in
         cells = ELEMENTS[name]
         start, pid = (1, 0) if name == "CONROD" else (2, int(fields[1] or fields[0]))
         words = [*fields[start : start + max(cells)], *[""] * max(cells)][: max(cells)]
-        corners, given = min(cells), [int(word) for word in words if word]
+        corners, node_numbers = min(cells), [int(word) for word in words if word]
         if "" in words[:corners] or len([word for word in words if word]) < corners:
             raise ValueError(
                 f"{path.name}: {name} {fields[0]} has {len([w for w in words[:corners] if w])} nodes; it needs "
                 f"{corners} corners."
             )
-        if len(given) > corners:
-            given = [int(word) if word else MISSING for word in words]
-        cell = cells[len(given)]
+        if len(node_numbers) > corners:
+            node_numbers = [int(word) if word else MISSING for word in words]
+        cell = cells[len(node_numbers)]
         if deck.by_gmsh and name == "CBAR" and fields[4].isdigit():
-            cell, given = "line3", [*given, int(fields[4])]
-        nodes = [given[k] for k in ORDER[cell]] if cell in ORDER else given
+            cell, node_numbers = "line3", [*node_numbers, int(fields[4])]
+        nodes = [node_numbers[k] for k in ORDER[cell]] if cell in ORDER else node_numbers
         number = int(fields[0])
-        elements.append((name, Numbered(cell, number, nodes)))
+        elements.append((name, NumberedElement(cell, number, nodes)))
         properties.setdefault(pid, []).append(number)
     elements.sort(key=lambda e: (e[0], len(e[1].nodes)))  # one run of each type
     return [element for _, element in elements], properties, left_out
 
 
 def _sets(
-    deck: Deck, order: dict[int, int], row_of: dict[int, tuple[int, int]], blocks: list[Block], path: Path
+    deck: Deck, row_of_grid: dict[int, int], block_row: dict[int, tuple[int, int]], blocks: list[Block], path: Path
 ) -> dict[str, IntArray]:
-    """Point groups of the deck's SETs; those of elements are put into the blocks.
+    """Point groups of the deck's SETs; SETs of elements are added to the groups of the blocks.
 
-    A comment or a SET3 card says which; else a SET whose numbers are all grid points is one of points.
+    A comment or a SET3 card gives the kind. Otherwise a SET is one of points if all its numbers are grid points.
     """
     kinds = {number: kind for number, (kind, _) in deck.set_names.items()}
     sets = dict(deck.sets)
     for name, fields in deck.cards:
         if name == "SET1" and fields[0].isdigit():
-            sets[int(fields[0])] = listed([w for w in fields[1:] if w.upper() != "SKIN"])
+            sets[int(fields[0])] = read_number_list([w for w in fields[1:] if w.upper() != "SKIN"])
         elif name == "SET3" and fields[1].upper() in ("GRID", "ELEM", "ELEMENT"):
-            sets[int(fields[0])] = listed(fields[2:])
+            sets[int(fields[0])] = read_number_list(fields[2:])
             kinds[int(fields[0])] = "1" if fields[1].upper() == "GRID" else "2"
     point_groups: dict[str, IntArray] = {}
     for number, members in sets.items():
-        kind = kinds.get(number) or ("1" if members.within(order) else "2")
-        known = members.among(order if kind == "1" else row_of)
+        kind = kinds.get(number) or ("1" if members.all_in(row_of_grid) else "2")
+        existing = members.among(row_of_grid if kind == "1" else block_row)
         if kind == "1":
-            point_groups[f"set_{number}"] = np.array([order[m] for m in known], np.int64)
+            point_groups[f"set_{number}"] = np.array([row_of_grid[m] for m in existing], np.int64)
             continue
         rows: dict[int, list[int]] = {}
-        for member in known:
-            rows.setdefault(row_of[member][0], []).append(row_of[member][1])
+        for member in existing:
+            rows.setdefault(block_row[member][0], []).append(block_row[member][1])
         for k, block_rows in rows.items():
             blocks[k].groups[f"set_{number}"] = np.array(block_rows)
     return point_groups
 
 
-register(NAME, (".bdf", ".nas", ".dat"), read, write, memory=25.0)  # measured: 16
+register(NAME, (".bdf", ".nas", ".dat"), read_nastran, write_nastran, memory=25.0)  # measured: 16

@@ -1,4 +1,4 @@
-"""Universal files (.unv, of Salome, I-DEAS, Simcenter): groups of datasets 2467 and its elder kin, property numbers.
+"""Universal files (.unv, of Salome, I-DEAS, Simcenter): groups of dataset 2467 and its predecessors, property numbers.
 
 Datasets 15, 781, 2411 (nodes), 780, 2412 (elements), 164 (units), 2417 to 2477 (groups).
 """
@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from femflex.mesh.contents import Contents
+from femflex.mesh.element_blocks import NumberedElement, blocks_of, require_nodes
 from femflex.mesh.formats import register
-from femflex.mesh.numbered import Numbered, blocks_of, require_nodes
 from femflex.mesh.numbers import Numbers
 from femflex.warning import PhysicsWarning
 
@@ -23,7 +23,7 @@ NAME = "universal file"
 NODES = {"15": 1, "781": 2, "2411": 2}  # dataset -> lines of a node
 ELEMENTS = ("780", "2412")
 GROUPS = {"2417": 4, "2429": 4, "2430": 4, "2432": 4, "2435": 2, "2452": 2, "2467": 2, "2477": 2}  # entities a line
-BEAMS = {11, 21, 22, 23, 24, 31, 32}  # an element of these has a further line for its orientation
+BEAMS = {11, 21, 22, 23, 24, 31, 32}  # descriptors of elements with an additional line for the orientation
 NODE, ELEMENT = 7, 8  # kinds of entities of a group
 # Descriptor of the element -> cell.
 CELLS = {
@@ -41,7 +41,7 @@ CELLS = {
     **dict.fromkeys((116,), "hexahedron20"),
     **dict.fromkeys((312,), "pyramid"),
 }
-# Universal files list the nodes round each face, corner and middle in turn: position there of every node of the cell.
+# Universal files list the nodes around each face, corners and middles alternating: position of every node in that list.
 ORDER = {
     "line3": [0, 2, 1],
     "triangle6": [0, 2, 4, 1, 3, 5],
@@ -52,10 +52,10 @@ ORDER = {
 }
 
 
-def read(path: Path) -> Contents:
+def read_unv(path: Path) -> Contents:
     """Contents of a file; groups without a name are called group_3, properties property_2."""
     nodes: dict[int, list[float]] = {}
-    elements: list[Numbered] = []
+    elements: list[NumberedElement] = []
     left_out: Counter[str] = Counter()
     metre = 1.0
     properties: dict[str, list[int]] = {}
@@ -76,20 +76,20 @@ def read(path: Path) -> Contents:
             metre = _metre(lines, path)
     if not nodes:
         raise ValueError(f"{path.name} has no nodes (dataset 15, 781 or 2411); it is no universal file with a mesh.")
-    order = {number: k for k, number in enumerate(nodes)}
-    require_nodes(elements, order, path.name, "dataset of nodes")
+    row_of = {number: k for k, number in enumerate(nodes)}
+    require_nodes(elements, row_of, path.name, "dataset of nodes")
     sets = {name: Numbers(tuple(numbers)) for name, numbers in properties.items()} | element_sets
     point_groups = {
-        name: np.array([order[n] for n in numbers if n in order], np.int64) for name, numbers in node_sets.items()
+        name: np.array([row_of[n] for n in numbers if n in row_of], np.int64) for name, numbers in node_sets.items()
     }
-    blocks = blocks_of(elements, order, sets)
+    blocks = blocks_of(elements, row_of, sets)
     return Contents(
         np.array(list(nodes.values())) / metre, blocks, point_groups, empty=tuple(element_sets), left_out=left_out
     )
 
 
 def _datasets(path: Path) -> Iterator[tuple[str, list[str]]]:
-    """Number and lines of every dataset; they stand between lines of -1."""
+    """Number and lines of every dataset; each is enclosed by lines of -1."""
     lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
     marks = [k for k, line in enumerate(lines) if line.strip() == "-1"]
     if len(marks) < 2:
@@ -108,17 +108,21 @@ def _integers(line: str, what: str) -> list[int]:
 
 def _nodes(lines: list[str], size: int) -> dict[int, list[float]]:
     """Positions by node number."""
-    found = {}
+    positions = {}
     for k in range(0, len(lines) - size + 1, size):
         words = " ".join(lines[k : k + size]).upper().replace("D", "E").split()
         if len(words) < 7:
             raise ValueError(f"the node of the line {lines[k].strip()[:60]!r} has {len(words) - 4} coordinates, not 3")
-        found[int(words[0])] = [float(word) for word in words[4:7]]
-    return found
+        positions[int(words[0])] = [float(word) for word in words[4:7]]
+    return positions
 
 
 def _elements(
-    lines: list[str], dataset: str, elements: list[Numbered], properties: dict[str, list[int]], left_out: Counter[str]
+    lines: list[str],
+    dataset: str,
+    elements: list[NumberedElement],
+    properties: dict[str, list[int]],
+    left_out: Counter[str],
 ) -> None:
     """Add the elements of a dataset, with their property numbers."""
     k = 0
@@ -129,11 +133,11 @@ def _elements(
         number, kind, count = head[0], head[1], head[-1]
         prop = head[3] if dataset == "780" and len(head) > 6 else head[2]
         k += 2 if kind in BEAMS else 1
-        listed: list[int] = []
-        while len(listed) < count:
+        numbers: list[int] = []
+        while len(numbers) < count:
             if k >= len(lines):
-                raise ValueError(f"element {number} has {len(listed)} of its {count} nodes; the file is cut short")
-            listed += _integers(lines[k], f"element {number}")
+                raise ValueError(f"element {number} has {len(numbers)} of its {count} nodes; the file is cut short")
+            numbers += _integers(lines[k], f"element {number}")
             k += 1
         cell = CELLS.get(kind, "")
         if kind == 22 and count == 3:
@@ -141,7 +145,7 @@ def _elements(
         if not cell or count != _size(cell):
             left_out[f"element {kind} of {count} nodes"] += 1
             continue
-        elements.append(Numbered(cell, number, [listed[j] for j in ORDER.get(cell, range(count))]))
+        elements.append(NumberedElement(cell, number, [numbers[j] for j in ORDER.get(cell, range(count))]))
         properties.setdefault(f"property_{prop}", []).append(number)
 
 
@@ -159,12 +163,12 @@ def _groups(lines: list[str], per_line: int) -> Iterator[tuple[str, list[int], l
         count = head[-1] if head else 0
         name = re.sub(r"\s+", " ", lines[k + 1].strip()) or f"group_{head[0]}"
         k += 2
-        width = 8 // per_line  # numbers of an entity: its kind and number, and two more in newer datasets
-        listed: list[int] = []
-        while len(listed) < width * count and k < len(lines):
-            listed += _integers(lines[k], f"group {name!r}")
+        width = 8 // per_line  # integers per entity: its kind and number, and two more in newer datasets
+        numbers: list[int] = []
+        while len(numbers) < width * count and k < len(lines):
+            numbers += _integers(lines[k], f"group {name!r}")
             k += 1
-        entities = np.array(listed[: len(listed) // width * width], np.int64).reshape(-1, width)
+        entities = np.array(numbers[: len(numbers) // width * width], np.int64).reshape(-1, width)
         points, cells = (entities[entities[:, 0] == kind, 1].tolist() for kind in (NODE, ELEMENT))
         yield name, points, cells
 
@@ -184,4 +188,4 @@ def _metre(lines: list[str], path: Path) -> float:
     return factor
 
 
-register(NAME, (".unv",), read)
+register(NAME, (".unv",), read_unv)

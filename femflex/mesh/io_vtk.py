@@ -20,7 +20,7 @@ from femflex.mesh.vtk_process import read_leaves
 
 VTU, VTK = "VTU", "legacy VTK"
 SIZES = rb"(?is)# vtk DataFile Version [0-4]\..*?\bUNSTRUCTURED_GRID\b.*?\nCELLS[ \t]+(\d+)[ \t]+(\d+)\s"
-LEGACY = 42  # version that programs besides VTK read, too
+LEGACY = 42  # version that other programs can read, too
 
 
 def read_vtu(path: Path) -> Contents:
@@ -32,8 +32,8 @@ def read_vtu(path: Path) -> Contents:
 def read_vtk(path: Path) -> Contents:
     """Contents of a legacy .vtk file of any single data set."""
     (leaf,) = read_leaves("vtk", path)
-    if found := re.match(SIZES, path.read_bytes()):  # VTK reads past the numbers that are announced
-        count, size = map(int, found.groups())
+    if match := re.match(SIZES, path.read_bytes()):  # VTK reads more numbers than announced
+        count, size = map(int, match.groups())
         if size != count + int(cells_of(leaf).offsets[-1]):
             raise ValueError(
                 f"its line CELLS {count} {size} and its cells do not agree; the second number is that of all numbers "
@@ -65,7 +65,7 @@ def write_vtk(path: Path, mesh: Mesh, options: WriteOptions) -> None:
 
 
 def _legacy_text(mesh: Mesh) -> str:
-    """A legacy file as text; VTK itself writes 11 digits of a number."""
+    """The text of a legacy file; VTK's own writer keeps only 11 digits."""
     counts = {cell: len(nodes) for cell, nodes in mesh.cells.items()}
     size = sum(nodes.size for nodes in mesh.cells.values()) + sum(counts.values())
     lines = ["# vtk DataFile Version 4.2", "mesh", "ASCII", "DATASET UNSTRUCTURED_GRID"]
@@ -79,13 +79,13 @@ def _legacy_text(mesh: Mesh) -> str:
     for section, arrays in zip(("CELL_DATA", "POINT_DATA"), _markers(mesh), strict=True):
         for k, (name, values) in enumerate(arrays.items()):
             lines += [f"{section} {len(values)}", f"FIELD FieldData {len(arrays)}"] if k == 0 else []
-            # a reader of VTK decodes %20 once more
+            # VTK's reader decodes %20 once more
             lines += [f"{quote(name, safe='')} 1 {len(values)} int", " ".join(map(str, values.tolist()))]
     return "\n".join([*lines, ""])
 
 
 def _write(path: Path, mesh: Mesh, writer: Any) -> None:
-    """Write by way of memory: VTK itself does not survive a full disk."""
+    """Write through memory, since VTK does not recover from a full disk."""
     writer.SetInputData(make_grid(mesh.points, dict(mesh.cells), *_markers(mesh)))
     writer.WriteToOutputStringOn()
     if not writer.Write():

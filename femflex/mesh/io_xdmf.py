@@ -1,6 +1,6 @@
 """XDMF (.xdmf, .xmf, of FEniCS and others): an array of few integers over cells or points is one group per value.
 
-Grids of several are joined; points that two of them have at the same place are one.
+Several grids are joined; their points at identical positions are merged.
 """
 
 from __future__ import annotations
@@ -18,27 +18,29 @@ from femflex.mesh.vtk_process import read_leaves
 NAME = "XDMF"
 
 
-def read(path: Path) -> Contents:
-    """Contents of a file; its heavy data are looked for where it says, from its own folder."""
+def read_xdmf(path: Path) -> Contents:
+    """Contents of a file; paths of its heavy data are relative to its folder."""
     parts = [leaf_contents(leaf) for leaf in read_leaves("xdmf", path)]
     if len(parts) == 1:
         return parts[0]
     starts = np.cumsum([0, *(len(part.points) for part in parts)])
-    every, place = np.unique(np.concatenate([part.points for part in parts]), axis=0, return_inverse=True)
-    place = place.ravel()
+    points, point_index = np.unique(np.concatenate([part.points for part in parts]), axis=0, return_inverse=True)
+    point_index = point_index.ravel()
     blocks = [
-        Block(block.cell, place[block.nodes + start], block.groups)
+        Block(block.cell, point_index[block.nodes + start], block.groups)
         for part, start in zip(parts, starts, strict=False)
         for block in part.blocks
     ]
     point_groups: dict[str, IntArray] = {}
     for part, start in zip(parts, starts, strict=False):
         for name, rows in part.point_groups.items():
-            point_groups[name] = np.union1d(point_groups.get(name, rows[:0]), place[rows + start])
+            point_groups[name] = np.union1d(point_groups.get(name, rows[:0]), point_index[rows + start])
     left_out: dict[str, int] = {}
     for part in parts:
-        left_out |= {what: left_out.get(what, 0) + count for what, count in part.left_out.items()}
-    return Contents(every, blocks, point_groups, left_out=left_out)
+        left_out |= {
+            element_type: left_out.get(element_type, 0) + count for element_type, count in part.left_out.items()
+        }
+    return Contents(points, blocks, point_groups, left_out=left_out)
 
 
-register(NAME, (".xdmf", ".xmf"), read)
+register(NAME, (".xdmf", ".xmf"), read_xdmf)

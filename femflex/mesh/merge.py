@@ -1,4 +1,4 @@
-"""Joining meshes, fusing coincident points, leaving out unused ones."""
+"""Joining meshes, fusing coincident points, dropping unused ones."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 
 def doubled_cells(nodes: IntArray) -> IntArray:
     """Numbers (m,) of the cells of one type, nodes (k, n), that have the same nodes as an earlier one."""
-    _, first, which = np.unique(np.sort(nodes, axis=1), axis=0, return_index=True, return_inverse=True)
-    return np.flatnonzero(first[np.ravel(which)] != np.arange(len(nodes))).astype(np.int64)
+    _, first, inverse = np.unique(np.sort(nodes, axis=1), axis=0, return_index=True, return_inverse=True)
+    return np.flatnonzero(first[np.ravel(inverse)] != np.arange(len(nodes))).astype(np.int64)
 
 
 def merged(first: Mesh, second: Mesh) -> Mesh:
@@ -27,10 +27,10 @@ def merged(first: Mesh, second: Mesh) -> Mesh:
         cells[name] = np.concatenate([cells[name], rows + shift]) if name in cells else rows + shift
     cell_groups: dict[str, CellGroup] = {g: dict(by_type) for g, by_type in first.cell_groups.items()}
     for group, by_type in second.cell_groups.items():
-        into = cell_groups.setdefault(group, {})
+        rows_by_type = cell_groups.setdefault(group, {})
         for name, rows in by_type.items():
-            moved = rows + len(first.cells.get(name, ()))
-            into[name] = np.concatenate([into[name], moved]) if name in into else moved
+            shifted = rows + len(first.cells.get(name, ()))
+            rows_by_type[name] = np.concatenate([rows_by_type[name], shifted]) if name in rows_by_type else shifted
     point_groups = dict(first.point_groups)
     for group, rows in second.point_groups.items():
         point_groups[group] = np.concatenate([point_groups.get(group, rows[:0]), rows + shift])
@@ -39,7 +39,7 @@ def merged(first: Mesh, second: Mesh) -> Mesh:
 
 
 def fused(mesh: Mesh, tolerance: float) -> Mesh:
-    """The mesh with points closer than tolerance [m] made one (the first of each cluster is kept)."""
+    """The mesh with points closer than tolerance [m] merged; the first of each cluster is kept."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
@@ -62,24 +62,24 @@ def coincident(points: Array, tolerance: float) -> IntArray:
 
 def unused(mesh: Mesh) -> IntArray:
     """Numbers (k,) of the points that belong to no cell."""
-    free = np.ones(len(mesh.points), bool)
+    is_unused = np.ones(len(mesh.points), bool)
     for rows in mesh.cells.values():
-        free[rows] = False
-    return np.flatnonzero(free)
+        is_unused[rows] = False
+    return np.flatnonzero(is_unused)
 
 
 def compacted(mesh: Mesh) -> Mesh:
     """The mesh without points that belong to no cell and no point group."""
     number = np.arange(len(mesh.points))
-    loose = np.setdiff1d(unused(mesh), np.concatenate([number[:0], *mesh.point_groups.values()]))
-    number[loose] = -1
-    return _renumbered(mesh, number) if len(loose) else mesh
+    dropped = np.setdiff1d(unused(mesh), np.concatenate([number[:0], *mesh.point_groups.values()]))
+    number[dropped] = -1
+    return _renumbered(mesh, number) if len(dropped) else mesh
 
 
 def _renumbered(mesh: Mesh, representative: IntArray) -> Mesh:
-    """The mesh on the points that represent themselves; -1 where a point goes without replacement."""
+    """The mesh on the points that represent themselves; -1 marks a point that is dropped."""
     keep = representative == np.arange(len(representative))
-    new = np.where(representative >= 0, (np.cumsum(keep) - 1)[representative], -1)
-    cells = {name: new[rows] for name, rows in mesh.cells.items()}
-    point_groups = {group: new[rows] for group, rows in mesh.point_groups.items()}
+    new_number = np.where(representative >= 0, (np.cumsum(keep) - 1)[representative], -1)
+    cells = {name: new_number[rows] for name, rows in mesh.cells.items()}
+    point_groups = {group: new_number[rows] for group, rows in mesh.point_groups.items()}
     return replace(mesh, points=mesh.points[keep], cells=cells, point_groups=point_groups)

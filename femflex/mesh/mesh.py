@@ -1,4 +1,4 @@
-"""The mesh every later stage starts from: points in space, cells of several types, named groups of both."""
+"""The mesh: points in space, cells of several types, and named groups of both."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from femflex.warning import PhysicsWarning
 
 CellGroup = dict[str, IntArray]
 
-ROTATION_TOLERANCE = 1e-9  # largest entry of C C^T - 1 still taken as rounding
+ROTATION_TOLERANCE = 1e-9  # largest entry of C C^T - 1 that is accepted as rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,37 +72,37 @@ class Mesh:
 
     def group_points(self, name: str) -> IntArray:
         """Sorted point indices (k,) of the point group `name`, or else of all nodes of the cell group of that name."""
-        of_cells = np.empty(0, np.int64)
+        cell_points = np.empty(0, np.int64)
         if name not in self.point_groups or self.cell_groups.get(name):
             parts = [rows.ravel() for rows in self.group_cells(name).values()]
-            of_cells = np.unique(np.concatenate(parts))
+            cell_points = np.unique(np.concatenate(parts))
         if name not in self.point_groups:
-            return of_cells
+            return cell_points
         points = self.point_groups[name]
         if not len(points):
             raise ValueError(f"point group {name!r} of the mesh is empty; put points in it, or name another group.")
-        if len(of_cells) and not np.array_equal(points, of_cells):
+        if len(cell_points) and not np.array_equal(points, cell_points):
             warnings.warn(
-                f"{name!r} names a group of {len(points)} points and another of cells with {len(of_cells)} points; the "
-                "group of points is taken. Give the two different names.",
+                f"{name!r} names a group of {len(points)} points and another of cells with {len(cell_points)} points; "
+                "the group of points is taken. Give the two different names.",
                 PhysicsWarning,
                 stacklevel=2,
             )
         return points
 
     def midside_points(self) -> IntArray:
-        """Sorted indices (k,) of the points that are corners of no cell: the further nodes of cells of second order."""
+        """Sorted indices (k,) of the points that are corners of no cell: middle nodes of cells of second order."""
         corners = [rows[:, : CELL_TYPES[kind].n_corners].ravel() for kind, rows in self.cells.items()]
-        further = [rows[:, CELL_TYPES[kind].n_corners :].ravel() for kind, rows in self.cells.items()]
-        return np.setdiff1d(np.concatenate([*further, []]), np.concatenate([*corners, []])).astype(np.int64)
+        other_nodes = [rows[:, CELL_TYPES[kind].n_corners :].ravel() for kind, rows in self.cells.items()]
+        return np.setdiff1d(np.concatenate([*other_nodes, []]), np.concatenate([*corners, []])).astype(np.int64)
 
     def group_cells(self, name: str) -> dict[str, IntArray]:
         """Connectivity (k, nodes), indices of points, by cell type of the cell group `name`."""
         if name not in self.cell_groups:
             hint = f" {name!r} is a group of points; cells are needed here." if name in self.point_groups else ""
-            known = sorted(self.cell_groups) if hint else self.groups
+            names = sorted(self.cell_groups) if hint else self.groups
             raise ValueError(
-                f"{'cell ' if hint else ''}group {name!r} is not in the mesh; it has {known}.{hint} "
+                f"{'cell ' if hint else ''}group {name!r} is not in the mesh; it has {names}.{hint} "
                 "Name the group in the mesh file, or change the requested name."
             )
         if not self.cell_groups[name]:
@@ -117,8 +117,8 @@ class Mesh:
         """The mesh with every cell divided in two along each edge, `times` times; groups are kept (see refine.py)."""
         return refined(self, times)
 
-    def moved(self, shift: ArrayLike) -> Mesh:
-        """The mesh moved by shift (3,) [m]."""
+    def translated(self, shift: ArrayLike) -> Mesh:
+        """The mesh translated by shift (3,) [m]."""
         return replace(self, points=self.points + np.asarray(shift, float).reshape(3))
 
     def rotated(self, rotation: ArrayLike, centre: ArrayLike = (0.0, 0.0, 0.0)) -> Mesh:
@@ -202,14 +202,14 @@ def _connectivity(name: str, values: ArrayLike, n_points: int) -> IntArray:
     return rows
 
 
-def _members(group: str, values: ArrayLike, count: int, what: str) -> IntArray:
-    given = np.asarray(values)
-    if given.size and given.dtype.kind not in "iu":
-        raise ValueError(f"group {group!r} must hold integer indices of {what}s, not values of type {given.dtype}.")
-    rows = np.unique(given.astype(np.int64))
+def _members(group: str, values: ArrayLike, count: int, item: str) -> IntArray:
+    indices = np.asarray(values)
+    if indices.size and indices.dtype.kind not in "iu":
+        raise ValueError(f"group {group!r} must hold integer indices of {item}s, not values of type {indices.dtype}.")
+    rows = np.unique(indices.astype(np.int64))
     if len(rows) and (rows[0] < 0 or rows[-1] >= count):
         raise ValueError(
-            f"group {group!r} names {what} {rows[-1] if rows[0] >= 0 else rows[0]}, but there are {count}."
+            f"group {group!r} names {item} {rows[-1] if rows[0] >= 0 else rows[0]}, but there are {count}."
         )
     rows.flags.writeable = False
     return rows

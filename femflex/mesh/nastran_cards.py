@@ -8,20 +8,21 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
-from femflex.mesh.numbers import Numbers, check_count, spanned
+from femflex.mesh.numbers import Numbers, check_count, inclusive_range
 
 NAME = "Nastran bulk data"
 WIDTH = {False: 8, True: 16}  # columns of a data field, small and large
-DEPTH = 10  # of files that include files
-ITEM = re.compile(r"[A-Za-z]\w*|[+-]?(\d+\.?\d*|\.\d+)([EeDd]?[+-]?\d+)?|=|==|\*\([^()]+\)")  # of a line in free form
-AGAIN = re.compile(r"==?|\*\([^()]+\)")  # a field of the card before, or with a number added
+MAX_INCLUDE_DEPTH = 10  # levels of included files
+# of a line in free format
+FREE_FIELD = re.compile(r"[A-Za-z]\w*|[+-]?(\d+\.?\d*|\.\d+)([EeDd]?[+-]?\d+)?|=|==|\*\([^()]+\)")
+REPEATED_FIELD = re.compile(r"==?|\*\([^()]+\)")  # a field copied from the previous card, possibly with a number added
 REPEAT = re.compile(r"=\(?(\d*)\)?")
 INCLUDE = re.compile(r"\s*INCLUDE\s+(.*)$", re.I)
 
 
 @dataclass(frozen=True)
 class Line:
-    """A line of a file, and where it stands."""
+    """A line of a file, with its file and line number."""
 
     text: str
     file: str
@@ -30,7 +31,7 @@ class Line:
 
 @dataclass(frozen=True)
 class RawCard:
-    """A card: its name, the data fields of all its lines, and where it begins."""
+    """A card: its name, the data fields of all its lines, and its first line."""
 
     name: str
     fields: list[str]
@@ -40,9 +41,9 @@ class RawCard:
 
 @dataclass
 class Deck:
-    """Cards, SETs of case control by number, and names given in comments by what they name.
+    """Cards, SETs of case control by number, and names of sets and properties from comments.
 
-    control  lines of executive and case control that are no SETs
+    control  lines of executive and case control other than SETs
     """
 
     raw: list[RawCard] = field(default_factory=list)
@@ -59,28 +60,28 @@ class Deck:
 
 
 def read_deck(path: Path) -> Deck:
-    """Deck of a file; without BEGIN BULK all of it is bulk data. Raises ValueError where one to include is missing."""
+    """Deck of a file; without BEGIN BULK all of it is bulk data. Raises ValueError if an included file is missing."""
     lines = list(_lines(path, path, 0))
     deck = Deck()
     for line in lines:
         if line.text.startswith("$"):
-            _comment(line.text, deck)
-    text = [Line(_plain(line.text), line.file, line.number) for line in lines]
+            _read_comment(line.text, deck)
+    text = [Line(_without_comment(line.text), line.file, line.number) for line in lines]
     begin = next((k for k, line in enumerate(text) if re.match(r"\s*BEGIN(\s+BULK|\s*$)", line.text, re.I)), None)
-    rest = _case_control(text if begin is None else text[:begin], deck)
-    deck.control = [] if begin is None else rest
-    deck.raw = _cards(rest if begin is None else text[begin + 1 :])
+    other_lines = _read_case_control(text if begin is None else text[:begin], deck)
+    deck.control = [] if begin is None else other_lines
+    deck.raw = _cards(other_lines if begin is None else text[begin + 1 :])
     return deck
 
 
-def listed(words: list[str]) -> Numbers:
-    """Numbers of a list such as 1, 3, THRU, 7, BY, 2."""
+def read_number_list(words: list[str]) -> Numbers:
+    """The numbers in a list such as 1, 3, THRU, 7, BY, 2."""
     numbers: list[int | range] = []
     rest = [word.upper() for word in reversed(words) if word]
     while rest:
         word = rest.pop()
         if word == "EXCEPT":
-            return Numbers(tuple(numbers), listed(rest[::-1]))
+            return Numbers(tuple(numbers), read_number_list(rest[::-1]))
         if word != "THRU":
             numbers.append(int(word))
             continue
@@ -93,171 +94,177 @@ def listed(words: list[str]) -> Numbers:
         if isinstance(first, range):
             raise ValueError(f"the list {' '.join(words[:20])} has THRU after a range; a number stands before it")
         try:
-            numbers.append(spanned(first, last, step)[1:])
+            numbers.append(inclusive_range(first, last, step)[1:])
         except ValueError as error:
             raise ValueError(f"the list {' '.join(words[:20])}: {error}") from None
     return Numbers(tuple(numbers))
 
 
-def _plain(text: str) -> str:
-    """A line without its comment, tabs and blanks at its end."""
+def _without_comment(text: str) -> str:
+    """A line without comment, tabs and trailing blanks."""
     return text.split("$")[0].expandtabs(8).rstrip()
 
 
 def _lines(path: Path, main: Path, depth: int) -> Iterator[Line]:
-    """Lines of a file with those it includes."""
-    held = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
+    """Lines of a file and of its included files."""
+    lines = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
     k = 0
-    while k < len(held):
-        number, found = k + 1, INCLUDE.match(held[k])
+    while k < len(lines):
+        number, match = k + 1, INCLUDE.match(lines[k])
         k += 1
-        if found is None:
-            yield Line(held[k - 1], path.name, number)
+        if match is None:
+            yield Line(lines[k - 1], path.name, number)
             continue
-        name = found[1].strip()
+        name = match[1].strip()
         quote = name[:1]
         if quote in ("'", '"'):
-            while name.count(quote) < 2 and k < len(held):  # a long name goes on in the next line
-                name += held[k].strip()
+            while name.count(quote) < 2 and k < len(lines):  # a long name continues on the next line
+                name += lines[k].strip()
                 k += 1
             name = name[1:].split(quote)[0]
         else:
             name = name.split("$")[0].strip()
-        if depth == 0 and any(re.match(r"\s*CEND\b", line, re.I) for line in held[k:]):
-            continue  # of executive control: no part of the model
-        if depth >= DEPTH:
-            raise ValueError(f"{path.name}:{number}: files include each other more than {DEPTH} deep.")
-        yield from _lines(_included(name, path, main, number), main, depth + 1)
+        if depth == 0 and any(re.match(r"\s*CEND\b", line, re.I) for line in lines[k:]):
+            continue  # included in executive control: no part of the model
+        if depth >= MAX_INCLUDE_DEPTH:
+            raise ValueError(f"{path.name}:{number}: files include each other more than {MAX_INCLUDE_DEPTH} deep.")
+        yield from _lines(_included_file(name, path, main, number), main, depth + 1)
 
 
-def _included(name: str, path: Path, main: Path, number: int) -> Path:
-    """The file that is included: in the folder of the file that includes it, or of the main one; case may differ."""
-    plain = Path(name.replace("\\", "/").strip())
+def _included_file(name: str, path: Path, main: Path, number: int) -> Path:
+    """The included file, in the folder of the including file or of the main file; capitals may differ."""
+    relative = Path(name.replace("\\", "/").strip())
     folders = list(dict.fromkeys((path.parent, main.parent)))
     for folder in folders:
-        if (folder / plain).is_file():
-            return folder / plain
+        if (folder / relative).is_file():
+            return folder / relative
     for folder in folders:
-        near = (folder / plain).parent
-        for one in near.iterdir() if near.is_dir() else ():
-            if one.name.lower() == plain.name.lower() and one.is_file():
-                return one
+        folder_of_file = (folder / relative).parent
+        for candidate in folder_of_file.iterdir() if folder_of_file.is_dir() else ():
+            if candidate.name.lower() == relative.name.lower() and candidate.is_file():
+                return candidate
     raise ValueError(
         f"{path.name}:{number}: the file {name!r} that is included does not exist in "
         f"{' or '.join(str(folder) for folder in folders)}."
     )
 
 
-def _comment(line: str, deck: Deck) -> None:
-    """Names as HyperMesh ($HMNAME PROP, $HMSET) and Femap write them."""
-    if found := re.match(r'\$HMSET\s+(\d+)\s+([12])\s+"(.*)"', line):
-        deck.set_names[int(found[1])] = (found[2], found[3])
-    elif found := re.match(r'\$HMNAME PROP\s+(\d+)\s*"(.*)"', line) or re.match(
+def _read_comment(line: str, deck: Deck) -> None:
+    """Store names from comments of HyperMesh ($HMNAME PROP, $HMSET) and Femap."""
+    if match := re.match(r'\$HMSET\s+(\d+)\s+([12])\s+"(.*)"', line):
+        deck.set_names[int(match[1])] = (match[2], match[3])
+    elif match := re.match(r'\$HMNAME PROP\s+(\d+)\s*"(.*)"', line) or re.match(
         r"\$ Femap.* Property (\d+) : (.*\S)", line
     ):
-        deck.property_names[int(found[1])] = found[2]
+        deck.property_names[int(match[1])] = match[2]
     elif line.startswith("$ Created by Gmsh"):
         deck.by_gmsh = True
 
 
-def _case_control(lines: list[Line], deck: Deck) -> list[Line]:
-    """Take the SETs out of case control (a comma at the end continues them); the other lines."""
-    rest, k = [], 0
+def _read_case_control(lines: list[Line], deck: Deck) -> list[Line]:
+    """Store the SETs of case control (a comma at the end continues a SET); return the other lines."""
+    other_lines, k = [], 0
     while k < len(lines):
-        found = re.match(r"\s*SET\s+(\d+)\s*=\s*(.*)$", lines[k].text, re.I)
-        if not found:
-            rest.append(lines[k])
+        match = re.match(r"\s*SET\s+(\d+)\s*=\s*(.*)$", lines[k].text, re.I)
+        if not match:
+            other_lines.append(lines[k])
             k += 1
             continue
-        text = found[2]
+        text = match[2]
         while text.rstrip().endswith(",") and k + 1 < len(lines):
             k += 1
             text += lines[k].text
         words = text.replace(",", " ").split()
         if all(re.fullmatch(r"\d+|THRU|BY|EXCEPT", word, re.I) for word in words):  # not ALL, not real numbers
-            deck.sets[int(found[1])] = listed(words)
+            deck.sets[int(match[1])] = read_number_list(words)
         k += 1
-    return rest
+    return other_lines
 
 
 def _cards(lines: list[Line]) -> list[RawCard]:
-    """Cards with their fields; a continuation goes to the card whose last line ended in its mark, wherever that is."""
+    """Cards with their fields; a continuation is added to the card whose last line ended in its mark, wherever that
+    is."""
     cards: list[RawCard] = []
-    marked: dict[str, int] = {}  # mark at the end of a line -> card that it continues
-    waiting: list[_Fields] = []  # continuations of a mark that no line before them had
+    marked: dict[str, int] = {}  # mark at the end of a line -> index of the card that it continues
+    pending: list[_Fields] = []  # continuations whose mark occurs only in a later line
     last = ""
     end = next((k for k, line in enumerate(lines) if re.match(r"\s*ENDDATA", line.text, re.I)), len(lines))
-    every = [(line, _fields(line.text)) for line in lines[:end] if line.text.strip()]
-    marks = {found.mark for _, found in every if found.mark}
+    parsed_lines = [(line, _fields(line.text)) for line in lines[:end] if line.text.strip()]
+    marks = {parsed.mark for _, parsed in parsed_lines if parsed.mark}
     changes = list[str]()
-    for k, (line, found) in enumerate(every):
-        mark = found.first.lstrip("+*").strip()
-        again = REPEAT.fullmatch(found.first)
-        if again and cards:
-            changes = found.fields if any(found.fields) else changes
-            check_count(int(again[1] or 1), f"{line.file}:{line.number}")
-            for _ in range(int(again[1] or 1)):
+    for k, (line, parsed) in enumerate(parsed_lines):
+        mark = parsed.first.lstrip("+*").strip()
+        repeat = REPEAT.fullmatch(parsed.first)
+        if repeat and cards:
+            changes = parsed.fields if any(parsed.fields) else changes
+            check_count(int(repeat[1] or 1), f"{line.file}:{line.number}")
+            for _ in range(int(repeat[1] or 1)):
                 cards.append(_replicated(changes, cards[-1], line))
             last = ""
-        elif found.first and found.first[0] not in "+*":
-            made = RawCard(found.first.rstrip("*").strip().upper(), found.fields, line.file, line.number)
-            if cards and cards[-1].name == made.name and any(AGAIN.fullmatch(word) for word in found.fields):
-                goes_on = k + 1 < len(every) and every[k + 1][1].first[:1] in ("", "+", "*")
-                made = _replicated(found.fields, cards[-1], line, len(found.fields) if goes_on else None)
-            cards.append(made)
+        elif parsed.first and parsed.first[0] not in "+*":
+            card = RawCard(parsed.first.rstrip("*").strip().upper(), parsed.fields, line.file, line.number)
+            if cards and cards[-1].name == card.name and any(REPEATED_FIELD.fullmatch(word) for word in parsed.fields):
+                is_continued = k + 1 < len(parsed_lines) and parsed_lines[k + 1][1].first[:1] in ("", "+", "*")
+                card = _replicated(parsed.fields, cards[-1], line, len(parsed.fields) if is_continued else None)
+            cards.append(card)
         elif mark and mark != last and mark in marked:
-            cards[marked[mark]].fields.extend(found.fields)
-            marked |= {found.mark: marked[mark]} if found.mark else {}
+            cards[marked[mark]].fields.extend(parsed.fields)
+            marked |= {parsed.mark: marked[mark]} if parsed.mark else {}
             continue
         elif mark and mark != last and mark in marks:
-            waiting.append(found)
+            pending.append(parsed)
             continue
         elif cards:
-            cards[-1].fields.extend(found.fields)
-        last = found.mark
+            cards[-1].fields.extend(parsed.fields)
+        last = parsed.mark
         if last:
             marked[last] = len(cards) - 1
-    while waiting:  # the card came later, or the line before
-        found = next((one for one in waiting if one.first.lstrip("+*").strip() in marked), waiting[0])
-        waiting.remove(found)
-        card = marked.get(found.first.lstrip("+*").strip())
-        if card is not None:
-            cards[card].fields.extend(found.fields)
-            marked |= {found.mark: card} if found.mark else {}
+    while pending:  # continuations that precede their card, or the line that they continue
+        parsed = next(
+            (continuation for continuation in pending if continuation.first.lstrip("+*").strip() in marked), pending[0]
+        )
+        pending.remove(parsed)
+        card_index = marked.get(parsed.first.lstrip("+*").strip())
+        if card_index is not None:
+            cards[card_index].fields.extend(parsed.fields)
+            marked |= {parsed.mark: card_index} if parsed.mark else {}
     return cards
 
 
-def _parted(word: str) -> list[str]:
-    """Fields of a free line between two commas: blanks part numbers and words too (PBAR, 1 11 .785)."""
+def _split_blanks(word: str) -> list[str]:
+    """Fields of a free-format line between two commas; blanks also separate numbers and words (PBAR, 1 11 .785)."""
     words = word.split()
-    return words if len(words) > 1 and all(ITEM.fullmatch(one) for one in words) else [word]
+    return words if len(words) > 1 and all(FREE_FIELD.fullmatch(item) for item in words) else [word]
 
 
 def _replicated(fields: list[str], before: RawCard, line: Line, size: int | None = None) -> RawCard:
-    """The card that repeats another one: = a field again, *(x) with x added, == all that follow again, up to `size`.
+    """The card that repeats another one: = copies a field, *(x) adds x to it, == copies all following ones up to
+    `size`.
 
-    Raises ValueError where a number is to be added to what is none.
+    Raises ValueError if a number is added to a field that is no number.
     """
-    made, k = list[str](), 0
+    new_fields, k = list[str](), 0
     for k, word in enumerate(fields):
-        old = before.fields[k] if k < len(before.fields) else ""
+        previous = before.fields[k] if k < len(before.fields) else ""
         if word == "==":
-            return RawCard(before.name, [*made, *before.fields[k:size]], line.file, line.number)
+            return RawCard(before.name, [*new_fields, *before.fields[k:size]], line.file, line.number)
         added = re.fullmatch(r"\*\(?([^()]+)\)?", word)
         if added is None:
-            made.append(old if word == "=" else word)
+            new_fields.append(previous if word == "=" else word)
             continue
         try:
-            numbers = [float(re.sub(r"(?<=[\d.])([+-])(?=\d+$)", r"e\1", one)) for one in (old or "0", added[1])]
+            numbers = [
+                float(re.sub(r"(?<=[\d.])([+-])(?=\d+$)", r"e\1", number)) for number in (previous or "0", added[1])
+            ]
         except ValueError:
-            given = ", ".join(word for word in fields if word)
+            changes = ", ".join(word for word in fields if word)
             raise ValueError(
-                f"{line.file}:{line.number}: the line repeats {before.name} with {given}, where a number is added to "
+                f"{line.file}:{line.number}: the line repeats {before.name} with {changes}, where a number is added to "
                 "what is none; write the cards out"
             ) from None
-        whole = all(re.fullmatch(r"[+-]?\d+", one) for one in (old or "0", added[1]))
-        made.append(str(round(sum(numbers))) if whole else f"{float(f'{sum(numbers):.13g}')!r}")
-    return RawCard(before.name, made, line.file, line.number)
+        all_integers = all(re.fullmatch(r"[+-]?\d+", number) for number in (previous or "0", added[1]))
+        new_fields.append(str(round(sum(numbers))) if all_integers else f"{float(f'{sum(numbers):.13g}')!r}")
+    return RawCard(before.name, new_fields, line.file, line.number)
 
 
 class _Fields(NamedTuple):
@@ -269,9 +276,10 @@ class _Fields(NamedTuple):
 
 
 def _fields(line: str) -> _Fields:
-    """One line, free or in columns; a free line may have more than nine fields, its continuations then in it."""
+    """Fields of one line, free or in columns; a free-format line with more than nine fields includes its
+    continuations."""
     if "," in line:
-        words = [part for word in line.split(",") for part in _parted(word.strip())]
+        words = [part for word in line.split(",") for part in _split_blanks(word.strip())]
         first, words = words[0], words[1:]
         size = 4 if "*" in first else 8
         fields, mark = list[str](), ""

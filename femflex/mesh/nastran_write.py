@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from femflex.arrays import Array, IntArray
-from femflex.mesh.formats import WriteOptions, load_meshio, meshio_speaking
-from femflex.mesh.membership import classes
+from femflex.mesh.formats import WriteOptions, load_meshio, meshio_call
+from femflex.mesh.membership import group_classes
 from femflex.mesh.mesh import Mesh
 from femflex.mesh.nastran_cards import NAME
 
-WRITTEN = {
+CARD_NAMES = {
     "line": "CBAR",
     "triangle": "CTRIA3",
     "quad": "CQUAD4",
@@ -31,14 +31,14 @@ WRITTEN = {
 SET_LINE = 60  # columns of a SET line; case control allows 72
 
 
-def write(path: Path, mesh: Mesh, options: WriteOptions) -> None:
+def write_nastran(path: Path, mesh: Mesh, options: WriteOptions) -> None:
     """Write a deck of GRIDs, elements and SETs, with names in comments; no properties or materials."""
-    unknown = sorted(set(mesh.cells) - set(WRITTEN))
+    unknown = sorted(set(mesh.cells) - set(CARD_NAMES))
     if unknown:
         raise ValueError(f"Nastran has no element for cells of type {unknown}; write {path.stem}.msh or .vtu instead.")
-    bad = [name for name in mesh.groups if '"' in name or "\n" in name or not name]
-    if bad:
-        raise ValueError(f"group names {bad} cannot stand in a Nastran comment; rename them.")
+    invalid = [name for name in mesh.groups if '"' in name or "\n" in name or not name]
+    if invalid:
+        raise ValueError(f"group names {invalid} cannot stand in a Nastran comment; rename them.")
     pids, names, by_set = _property_ids(mesh)
     comments = [f'$HMNAME PROP {pid:15d}"{name}"' for pid, name in names.items()]
     number, sets = 0, list[str]()
@@ -58,27 +58,27 @@ def write(path: Path, mesh: Mesh, options: WriteOptions) -> None:
 def _property_ids(mesh: Mesh) -> tuple[dict[str, IntArray], dict[int, str], list[str]]:
     """Property id of every cell by type, name of every id ("" for cells in no group), and groups that need a SET.
 
-    Cells with the same groups share an id. A group whose cells all have one id gives it its name; groups of several
-    ids, and further groups of the same cells, are reported as SETs.
+    Cells with the same groups share an id. A group whose cells all have one id becomes the name of this id. Groups with
+    several ids, and further groups of the same cells, are written as SETs.
     """
     pids = {cell: np.zeros(len(nodes), np.int64) for cell, nodes in mesh.cells.items()}
     kinds: dict[tuple[str, ...], int] = {}
     for cell, nodes in mesh.cells.items():
-        mine = {group: by_type[cell] for group, by_type in mesh.cell_groups.items() if cell in by_type}
-        for kind, rows in classes(mine, len(nodes)):
+        groups = {group: by_type[cell] for group, by_type in mesh.cell_groups.items() if cell in by_type}
+        for kind, rows in group_classes(groups, len(nodes)):
             pids[cell][rows] = kinds.setdefault(kind, len(kinds) + 1)
     names, by_set = dict.fromkeys(kinds.values(), ""), list[str]()
     for group, by_type in mesh.cell_groups.items():
-        inside = [pid for kind, pid in kinds.items() if group in kind]
-        if len(inside) == 1 and not names[inside[0]]:
-            names[inside[0]] = group
+        ids = [pid for kind, pid in kinds.items() if group in kind]
+        if len(ids) == 1 and not names[ids[0]]:
+            names[ids[0]] = group
         elif by_type:
             by_set.append(group)
     return pids, names, by_set
 
 
 def _set_lines(number: int, members: IntArray) -> list[str]:
-    """Lines of SET number = ..., runs shortened by THRU."""
+    """Lines of SET number = ..., with consecutive numbers shortened by THRU."""
     ordered = np.unique(members)
     words = []
     for run in np.split(ordered, np.flatnonzero(np.diff(ordered) != 1) + 1):
@@ -101,7 +101,7 @@ def _grid_lines(points: Array) -> list[str]:
 
 
 def _field(value: float) -> str:
-    """The value in at most 16 columns with as many digits as fit, always with a point."""
+    """The value in at most 16 columns, with as many digits as fit and always with a decimal point."""
     for digits in range(17, 8, -1):
         text = f"{value:.{digits}g}"
         if "e" in text:
@@ -121,17 +121,17 @@ def _element_lines(mesh: Mesh, pids: dict[str, IntArray], path: Path) -> list[st
         np.zeros((len(mesh.points), 3)), cells, cell_data={"nastran:ref": [pids[cell] for cell in mesh.cells]}
     )
     text = io.StringIO()
-    with meshio_speaking(path, NAME, "written"):
+    with meshio_call(path, NAME, "written"):
         load_meshio().nastran.write(text, raw, point_format="fixed-small", cell_format="fixed-small")
     return [
-        _named(line)
+        _nastran_names(line)
         for line in text.getvalue().splitlines()
         if line[:4] not in ("GRID", "BEGI", "ENDD") and line[0] != "$"
     ]
 
 
-def _named(line: str) -> str:
-    """meshio's names of second-order solids (CHEXA_) and of pyramids as Nastran calls them."""
+def _nastran_names(line: str) -> str:
+    """The line with meshio's names of second-order solids (CHEXA_) and pyramids replaced by Nastran's names."""
     if line.startswith("CPYRA"):
         return "CPYRAM" + line[6:]
     return line.replace("_", " ", 1) if line[:8].rstrip().endswith("_") else line

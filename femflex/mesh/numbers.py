@@ -1,23 +1,23 @@
-"""Numbers as decks list them, such as 1, 3, 7 to 40000 by 2: ranges are kept as such, however long they are."""
+"""Lists of numbers in decks, such as 1, 3, 7 to 40000 by 2; ranges are stored as ranges and not expanded."""
 
 from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass
 
-MOST = 2_000_000  # nodes, elements or cards that one line of a deck may generate
+MAX_GENERATED = 2_000_000  # nodes, elements or cards that one line of a deck may generate
 
 
-def check_count(count: int, place: str) -> None:
-    """Raise ValueError, before any memory is taken, where a line of a deck generates too many items."""
-    if count > MOST:
+def check_count(count: int, location: str) -> None:
+    """Raise ValueError, before memory is allocated, if a line of a deck generates too many items."""
+    if count > MAX_GENERATED:
         raise ValueError(
-            f"{place}: the line generates {count} nodes, elements or cards; at most {MOST} are read of one line. "
-            "Correct the number, or write the items out."
+            f"{location}: the line generates {count} nodes, elements or cards; at most {MAX_GENERATED} are read of one "
+            "line. Correct the number, or write the items out."
         )
 
 
-def spanned(first: int, last: int, step: int = 1) -> range:
+def inclusive_range(first: int, last: int, step: int = 1) -> range:
     """The numbers from the first to the last, both included; a negative step runs down.
 
     >>> list(spanned(4, 1, -1))
@@ -32,37 +32,38 @@ def spanned(first: int, last: int, step: int = 1) -> range:
 
 @dataclass(frozen=True)
 class Numbers:
-    """Numbers and ranges of them in the order listed, less those of `without`."""
+    """Numbers and ranges in the order listed, without those in `without`."""
 
     parts: tuple[int | range, ...] = ()
     without: Numbers | None = None
 
-    def among(self, known: Collection[int]) -> list[int]:
-        """Those of the numbers that are known (a dict or a set), in order.
+    def among(self, allowed: Collection[int]) -> list[int]:
+        """The numbers that are in `allowed` (a dict or a set), in order.
 
-        A range longer than `known` is not gone through; the known numbers in it are sorted instead.
+        A range longer than `allowed` is not iterated over; the allowed numbers in it are sorted instead.
         """
-        found: list[int] = []
+        members: list[int] = []
         for part in self.parts:
             if isinstance(part, int):
-                found += [part] if part in known else []
-            elif len(part) <= len(known):
-                found += [number for number in part if number in known]
+                members += [part] if part in allowed else []
+            elif len(part) <= len(allowed):
+                members += [number for number in part if number in allowed]
             else:
-                found += sorted((number for number in known if number in part), reverse=part.step < 0)
-        less = set(self.without.among(known)) if self.without is not None else set()
-        return [number for number in found if number not in less] if less else found
+                members += sorted((number for number in allowed if number in part), reverse=part.step < 0)
+        excluded = set(self.without.among(allowed)) if self.without is not None else set()
+        return [number for number in members if number not in excluded] if excluded else members
 
-    def within(self, known: Collection[int]) -> bool:
-        """Whether all of them are known."""
+    def all_in(self, allowed: Collection[int]) -> bool:
+        """Whether all numbers are in `allowed`."""
         for part in self.parts:
             if isinstance(part, int):
-                if part not in known and not self._excepts(part):
+                if part not in allowed and not self._is_excluded(part):
                     return False
-            elif not all(number in known or self._excepts(number) for number in part):  # ends at the first unknown
+            # ends at the first unknown
+            elif not all(number in allowed or self._is_excluded(number) for number in part):
                 return False
         return True
 
-    def _excepts(self, number: int) -> bool:
+    def _is_excluded(self, number: int) -> bool:
         parts = self.without.parts if self.without is not None else ()
         return any(number == part if isinstance(part, int) else number in part for part in parts)

@@ -13,16 +13,16 @@ def sizes(points: Array, cell: str, nodes: IntArray) -> Array:
     kind = CELL_TYPES[cell]
     if kind.dimension == 0:
         return np.zeros(len(nodes))
-    # Exact for the determinant of straight cells, with the factors of a squeezed cell.
-    at, weight = quadrature(kind.shape, kind.order + 1)
-    return _determinants(_jacobians(points, cell, nodes, at)) @ weight
+    # Exact for the determinant of straight cells, including the factors of a collapsed cell.
+    positions, weight = quadrature(kind.shape, kind.order + 1)
+    return _determinants(_jacobians(points, cell, nodes, positions)) @ weight
 
 
 def qualities(points: Array, cell: str, nodes: IntArray) -> Array:
     """Shape quality (n,), 1 equilateral, 0 degenerate, negative where a cell is folded or inside out.
 
-    The mean-ratio measure d det(T)^(2/d) / |T|^2 with T the Jacobian relative to the ideal cell's, the least over the
-    corners, of a pyramid those of its base (Knupp, SIAM J. Sci. Comput. 23 (2001) 193-218, section 5). Lines have
+    The mean-ratio measure d det(T)^(2/d) / |T|^2 with T the Jacobian relative to the ideal cell's, minimum over the
+    corners (for a pyramid: those of its base) (Knupp, SIAM J. Sci. Comput. 23 (2001) 193-218, section 5). Lines have
     quality 1 unless folded.
     """
     kind = CELL_TYPES[cell]
@@ -45,19 +45,19 @@ def quadrature(shape: str, n: int) -> tuple[Array, Array]:
     x, w = np.polynomial.legendre.leggauss(n)
     x, w = (x + 1) / 2, w / 2
     d = {"line": 1, "triangle": 2, "quad": 2}.get(shape, 3)
-    at = np.stack(np.meshgrid(*[x] * d, indexing="ij"), axis=-1).reshape(-1, d)
+    positions = np.stack(np.meshgrid(*[x] * d, indexing="ij"), axis=-1).reshape(-1, d)
     weight = np.prod(np.stack(np.meshgrid(*[w] * d, indexing="ij"), axis=-1).reshape(-1, d), axis=1)
     squeezed = {"triangle": ((1, 0),), "wedge": ((1, 0),), "tetra": ((1, 0), (2, 0), (2, 1))}.get(shape, ())
-    factor = at.copy()
+    factor = positions.copy()
     for axis, by in squeezed:
         weight = weight * (1 - factor[:, by])
-        at[:, axis] *= 1 - factor[:, by]
-    return at, weight
+        positions[:, axis] *= 1 - factor[:, by]
+    return positions, weight
 
 
-def _jacobians(points: Array, cell: str, nodes: IntArray, at: Array) -> Array:
+def _jacobians(points: Array, cell: str, nodes: IntArray, positions: Array) -> Array:
     """dx/dxi (n, q, 3, d) at positions (q, d) of the unit cell."""
-    return np.asarray(np.einsum("eki,qkd->eqid", points[nodes], CELL_TYPES[cell].gradients(at), optimize=True))
+    return np.asarray(np.einsum("eki,qkd->eqid", points[nodes], CELL_TYPES[cell].gradients(positions), optimize=True))
 
 
 def _determinants(J: Array) -> Array:

@@ -38,13 +38,13 @@ def _cells(mesh: Mesh) -> list[str]:
             lines.append(f"  {cell:<13} {len(nodes):>7}")
             continue
         size = np.abs(sizes(mesh.points, cell, nodes))
-        what, unit = MEASURES[dimension]
-        text = f"{what} {size.sum():.6g} {unit}, each {size.min():.4g} .. {size.max():.4g}"
+        measure, unit = MEASURES[dimension]
+        text = f"{measure} {size.sum():.6g} {unit}, each {size.min():.4g} .. {size.max():.4g}"
         if dimension > 1:
             quality = qualities(mesh.points, cell, nodes)
-            at = mesh.points[nodes[int(np.argmin(quality))]].mean(axis=0)
-            where = ", ".join(f"{x:.4g}" for x in at)
-            text += f"; quality {quality.mean():.2f}, worst {quality.min():.2f} at ({where})"
+            position = mesh.points[nodes[int(np.argmin(quality))]].mean(axis=0)
+            position_text = ", ".join(f"{x:.4g}" for x in position)
+            text += f"; quality {quality.mean():.2f}, worst {quality.min():.2f} at ({position_text})"
         lines.append(f"  {cell:<13} {len(nodes):>7}   {text}")
     return lines
 
@@ -56,8 +56,8 @@ def _cell_groups(mesh: Mesh) -> list[str]:
         for cell, rows in by_type.items():
             dimension = CELL_TYPES[cell].dimension
             size = np.abs(sizes(mesh.points, cell, mesh.cells[cell][rows])).sum()
-            what, unit = MEASURES[dimension]
-            parts.append(f"{len(rows)} {cell}" + (f" ({what} {size:.6g} {unit})" if what else ""))
+            measure, unit = MEASURES[dimension]
+            parts.append(f"{len(rows)} {cell}" + (f" ({measure} {size:.6g} {unit})" if measure else ""))
         points = f", {len(mesh.group_points(group))} points" if by_type and group not in mesh.point_groups else ""
         lines.append(f"  {group:<20} {', '.join(parts) or 'empty'}{points}")
     return lines or ["  none"]

@@ -1,4 +1,4 @@
-"""VTK's readers in a process of their own, kept for the next file: one that a damaged file ends is started again."""
+"""VTK's readers in a separate process, which is kept for the next file and restarted if a damaged file ends it."""
 
 from __future__ import annotations
 
@@ -13,58 +13,58 @@ from typing import Any
 
 from femflex.memory import MARGIN, free_memory
 
-MEMORY = 200.0  # bytes of memory that a byte of a compressed file may take
-STOP = 5.0  # s that the process is given to end by itself
+MEMORY_PER_BYTE = 200.0  # bytes of memory allowed per byte of a compressed file
+STOP_TIMEOUT = 5.0  # s to wait for the process to end
 
 _lock = threading.Lock()
 _running: list[subprocess.Popen[bytes]] = []
 
 
 def read_leaves(kind: str, path: Path) -> list[dict[str, Any]]:
-    """The data sets of a file, as `vtk_worker` finds them; kind: vtu, vtk, exodus, xdmf or ansys.
+    """The data sets of a file, as read by `vtk_worker`; kind: vtu, vtk, exodus, xdmf or ansys.
 
-    Raises ValueError where VTK cannot read the file, or ends on it.
+    Raises VtkError if VTK cannot read the file or ends on it, and ValueError for unsupported elements.
     """
-    memory = min(free_memory(), MARGIN + MEMORY * path.stat().st_size, 2.0**60)
+    memory = min(free_memory(), MARGIN + MEMORY_PER_BYTE * path.stat().st_size, 2.0**60)
     with _lock:
-        process = _started()
+        process = _running_process()
         assert process.stdin is not None and process.stdout is not None
         try:
             pickle.dump((kind, str(path.resolve()), memory), process.stdin)
             process.stdin.flush()
             answer = pickle.load(process.stdout)
         except (EOFError, OSError, pickle.UnpicklingError):
-            _stop()
+            _stop_process()
             raise VtkError("the reader of VTK ended on it") from None
     if isinstance(answer, str):
-        if found := re.search(r"Unsupported element type: (\w+)", answer):
-            raise ValueError(f"{path.name} has elements of type {found[1]}, which VTK does not read; write it without.")
+        if match := re.search(r"Unsupported element type: (\w+)", answer):
+            raise ValueError(f"{path.name} has elements of type {match[1]}, which VTK does not read; write it without.")
         raise VtkError(answer)
     return list(answer)
 
 
 class VtkError(Exception):
-    """What VTK says of a file, in words of its own."""
+    """Error of VTK's readers, with VTK's own text."""
 
 
-def _started() -> subprocess.Popen[bytes]:
+def _running_process() -> subprocess.Popen[bytes]:
     if _running and _running[0].poll() is not None:
-        _stop()
+        _stop_process()
     if not _running:
         script = Path(__file__).with_name("vtk_worker.py")
         _running.append(
             subprocess.Popen(
-                [sys.executable, "-P", str(script)],  # -P: its folder, which has numbers.py, is no place of modules
+                [sys.executable, "-P", str(script)],  # -P: do not import from its folder, which has numbers.py
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,
-                start_new_session=True,  # an interrupt from the keyboard is for the program
+                start_new_session=True,  # keyboard interrupts reach only the main program
             )
         )
     return _running[0]
 
 
-def _stop() -> None:
+def _stop_process() -> None:
     """End the process, if there is one."""
     while _running:
         process = _running.pop()
@@ -75,10 +75,10 @@ def _stop() -> None:
             except OSError:
                 pass
         try:
-            process.wait(STOP)
+            process.wait(STOP_TIMEOUT)
         except subprocess.TimeoutExpired:
             process.kill()
             process.wait()
 
 
-atexit.register(_stop)
+atexit.register(_stop_process)

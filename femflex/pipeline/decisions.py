@@ -22,28 +22,19 @@ from femflex.advice.buckling.margin import (
     unassessed_bodies,
 )
 from femflex.advice.curved import shape_notes
-from femflex.advice.deployed_estimate import deployed_estimates, slender_members
 from femflex.advice.model_warnings import model_warnings
-from femflex.advice.motion_estimate import RigidEstimate, estimate_motion, estimate_rigid_motion
-from femflex.advice.spin_shapes import spin_advice
+from femflex.advice.motion_estimate import estimate_motion, estimate_rigid_motion
 from femflex.advice.strain import strain_advice
-from femflex.advice.truncation import (
-    unassessed_truncation,
-)
+from femflex.advice.truncation import unassessed_truncation
 from femflex.arrays import Array
 from femflex.assembly.bodies import BuiltBody
 from femflex.assembly.initial import wanted_displacement
-from femflex.assembly.open_choices import (
-    open_joints,
-    open_strains,
-    with_spin,
-    with_strains,
-)
+from femflex.assembly.open_choices import open_joints, open_strains, with_strains
 from femflex.assembly.shared import shared_structures
 from femflex.case.body import Strain
 from femflex.case.case import Case
-from femflex.pipeline.chosen_strains import bodies_that_stretch
-from femflex.pipeline.joint_shapes import built_again, known_system, truncation_doubts, with_joint_shapes
+from femflex.pipeline.chosen_strains import bodies_with_strain
+from femflex.pipeline.joint_shapes import known_system, truncation_doubts, with_joint_shapes
 from femflex.pipeline.periods import check_periods
 from femflex.pipeline.references import duration_of
 from femflex.pipeline.start import system_of
@@ -53,7 +44,6 @@ from femflex.system import Part, System
 Built = dict[str, BuiltBody]
 
 FAR = 0.1  # displacement over length above which linear strain is doubtful
-OTHER: dict[Strain, Strain] = {"condensed": "nonlinear", "nonlinear": "condensed"}  # tried where one cannot be built
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +108,7 @@ def with_own_joints(case: Case) -> Case:
     if not open_joints(case):
         return case
     with shared_structures():
-        return with_joint_shapes(case)[0]
+        return with_joint_shapes(case).case
 
 
 def _given(case: Case, bodies: Mapping[str, Part]) -> Decided:
@@ -129,47 +119,42 @@ def _given(case: Case, bodies: Mapping[str, Part]) -> Decided:
 
 
 def _decided(case: Case, thorough: bool, loaded: bool) -> Decided:
-    case, built, views, joints = with_joint_shapes(case)
+    craft = with_joint_shapes(case)
+    case, built, rigid = craft.case, craft.built, craft.rigid
     names = open_strains(case)
     linear = with_strains(case, dict.fromkeys(names, "linear"))
     system, known = known_system(linear, built)
     duration = duration_of(case, system)
     check_periods(system, duration)
     strains: list[Advice] = []
-    rigid: RigidEstimate | None = None
     why, near = "", dict[str, BucklingMargin]()
     if names or thorough:
-        view = estimate_motion(system, duration)
+        view = estimate_motion(system, duration, rigid)
         rigid, why = view.rigid, view.short
         near = buckling_margins(rigid, system, known)
-    elif assessed_bodies(system, known):
+    elif rigid is None and assessed_bodies(system, known):
         rigid, why = estimate_rigid_motion(system, duration)
-    case, spun = _spun(case, system, rigid, known)
-    changed = built_again(case, [one.body for one in spun if one.body not in names and _bends(case, one.body)])
+    changed: Built = {}
     if names or thorough:
         ask = [name for name in system.bodies if name in names or _is_linear(system, name)]
-        wanted, snapping = strain_advice(system, ask, near, view, known, _fastest(case))
+        wanted = strain_advice(system, ask, near, view, known, _fastest(case))
         chosen = {name: one for name, one in wanted.items() if name in names}
         strains = [strain_doubt(system, known, one) for name, one in wanted.items() if name not in names]
         strains = [one for one in strains if one.doubt]
-        case, others, chosen_forms = bodies_that_stretch(
-            case, system, known, chosen, [name for name in snapping if name in names]
-        )
-        changed |= others
+        changed, chosen_forms = bodies_with_strain(case, known, chosen)
         strains = [*chosen_forms.values(), *strains]
     if changed:
         built |= changed
         system, known = known_system(with_strains(case, _forms(system, names, strains)), built)
     if loaded and not names and not thorough:
         near = buckling_margins(rigid, system, known)
-    advice = [*joints, *spun, *strains]
+    advice = [*craft.choices, *strains]
     advice += [Advice(name, "shapes", None, text) for name, one in built.items() for text in one.notes]
     advice += shape_notes(system.bodies, known)
     advice += unassessed_bodies(system, known, rigid, why if rigid is None else rigid.short)
-    advice += unassessed_truncation(system, known, views[0].richer)
+    advice += unassessed_truncation(system, known, craft.richer[0].richer)
     advice += buckling_warnings(system, known, near)
-    advice += _deployed(rigid, system, duration) if loaded else []
-    advice += truncation_doubts(case, system, views)
+    advice += truncation_doubts(case, system, craft.richer)
     advice += _large_displacements(case, system)
     advice += model_warnings(system, known, duration)
     case = with_strains(case, _forms(system, names, strains))
@@ -198,21 +183,9 @@ def _large_displacements(case: Case, system: System) -> list[Advice]:
     return out
 
 
-def _deployed(rigid: RigidEstimate | None, system: System, duration: float) -> list[Advice]:
-    """Doubts on deploying members, from the rigid motion that is known or their own."""
-    if rigid is None and slender_members(system):
-        rigid, _ = estimate_rigid_motion(system, duration)
-    return deployed_estimates(rigid, system)
-
-
 def _is_linear(system: System, name: str) -> bool:
     body = system.bodies[name]
     return bool(body.n_modes) and body.strain_form == "linear"
-
-
-def _bends(case: Case, name: str) -> bool:
-    """Whether a body says a strain that is not linear: static shapes of a spin are for such."""
-    return getattr(case.bodies[name], "strain", None) not in (None, "linear")
 
 
 def _forms(system: System, names: Iterable[str], strains: Iterable[Advice]) -> dict[str, Strain]:
@@ -227,9 +200,3 @@ def _fastest(case: Case) -> Array | None:
     if case.campbell is None or given is None:
         return None
     return np.array(given) / np.linalg.norm(given) * case.campbell.speeds[-1]
-
-
-def _spun(case: Case, system: System, rigid: RigidEstimate | None, known: KnownBodies) -> tuple[Case, list[Advice]]:
-    """The case with the shapes of spin of bodies that are spun up so far that they pay, and these choices."""
-    found = [] if rigid is None else spin_advice(system, rigid, known)
-    return with_spin(case, [one.body for one in found]), found

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 
 from femflex.advice.advice import Advice
 from femflex.advice.bodies import KnownBodies
-from femflex.advice.truncation import RicherCraft, joint_advice, richer_craft, truncation_warnings
+from femflex.advice.motion_estimate import RigidEstimate
+from femflex.advice.truncation import RicherCraft, joint_advice, richer_craft, truncation_warnings, with_response
 from femflex.assembly.bodies import BuiltBody, built_bodies
 from femflex.assembly.deploying import held_at
 from femflex.assembly.open_choices import open_joints, open_strains, table_text, with_joints, with_strains
@@ -37,8 +38,22 @@ class AssessedCraft:
     richer: RicherCraft
 
 
-def with_joint_shapes(case: Case) -> tuple[Case, Built, list[AssessedCraft], list[Advice]]:
-    """The case with the static shapes of joints written out, its bodies, its craft in richer sets, and the choices.
+@dataclass(frozen=True, eq=False)
+class CraftWithShapes:
+    """A case with the static shapes of joints written out, its bodies, its craft in richer sets, and these choices.
+
+    rigid: the estimated motion of the craft's bodies as rigid ones; None where it is not estimated.
+    """
+
+    case: Case
+    built: Built
+    richer: list[AssessedCraft]
+    choices: list[Advice]
+    rigid: RigidEstimate | None
+
+
+def with_joint_shapes(case: Case) -> CraftWithShapes:
+    """The case with the static shapes of joints written out.
 
     Bodies that do not say their strain are linear. Members that deploy are assessed at their first and last lengths.
     """
@@ -47,8 +62,9 @@ def with_joint_shapes(case: Case) -> tuple[Case, Built, list[AssessedCraft], lis
     built = _built_with_loads(linear, drafts)
     system, known = known_system(linear.model_copy(update={"initial": None}), built)
     alike = {name: table_text(case.bodies[name]) for name in open_joints(case)}
-    views = [AssessedCraft(0.0, richer_craft(system, known))]
     end = duration_of(case, system)
+    richer, rigid = with_response(richer_craft(system, known), system, end)
+    views = [AssessedCraft(0.0, richer)]
     if (later := _system_at(linear, end)) is not None:
         views.append(AssessedCraft(end, richer_craft(*later)))
     chosen = joint_advice([view.richer for view in views], known, alike, case.run.band or 0.0)
@@ -56,7 +72,7 @@ def with_joint_shapes(case: Case) -> tuple[Case, Built, list[AssessedCraft], lis
     built |= built_again(case, drafts)
     changed = [name for name, one in chosen.items() if one.choice and name not in drafts]
     built |= built_again(case, changed, silent=True)
-    return case, built, views, list(chosen.values())
+    return CraftWithShapes(case, built, views, list(chosen.values()), rigid if case.initial is None else None)
 
 
 def _drafts(case: Case) -> list[str]:

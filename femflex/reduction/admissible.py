@@ -9,7 +9,7 @@ import numpy as np
 
 from femflex.arrays import Array, BoolArray
 from femflex.body import FlexibleBody, Marker, Skin, StrainTensors
-from femflex.fem.eigen.canonical import canonical, signs
+from femflex.fem.eigen.canonical import canonical_modes, signs
 from femflex.fem.eigen.modes import dense_modes
 from femflex.fem.line.section_points import section_points
 from femflex.fem.structure import Structure
@@ -158,7 +158,7 @@ def _own_columns(
     for part in (own, n_static) if n_static.size else (own,):
         part = part - columns @ (columns.T @ (M @ part))
         eigenvalues, modes = dense_modes(part.T @ K @ part, part.T @ M @ part)
-        columns = np.hstack([columns, part @ canonical(eigenvalues, modes)])
+        columns = np.hstack([columns, part @ canonical_modes(eigenvalues, modes)])
         found = np.append(found, eigenvalues)
     if len(found) < n:
         raise ValueError(
@@ -183,7 +183,7 @@ def _following_columns(functions: BeamFunctions, V1: Array, Me: Array, own: Arra
     if not F.shape[1]:
         return F, np.zeros(0)
     eigenvalues, modes = dense_modes(F.T @ V1 @ F, F.T @ Me @ F)
-    return F @ canonical(eigenvalues, modes), np.sqrt(eigenvalues)
+    return F @ canonical_modes(eigenvalues, modes), np.sqrt(eigenvalues)
 
 
 def sampled_functions(structure: Structure, beam: UniformBeam, functions: BeamFunctions, clamp: Groups = ()) -> ModeSet:

@@ -76,9 +76,6 @@ class LeftOpen:
     strain     its form of strain
     joints     static shapes of joints, and of these: at_roots, elsewhere
     roots      mesh groups, or the end, where it is clamped
-    few        number of its modes, or of its functions along one direction, where static shapes of spin are left open
-               too and suit it; None where not
-    responses  shapes that snap through
     """
 
     strain: bool = False
@@ -86,8 +83,6 @@ class LeftOpen:
     at_roots: bool = False
     elsewhere: bool = False
     roots: tuple[str, ...] = ()
-    few: int | None = None
-    responses: bool = False
 
 
 @dataclass(frozen=True, eq=False)

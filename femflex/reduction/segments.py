@@ -10,7 +10,7 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.body import FlexibleBody, Marker
-from femflex.fem.line.cut import ENDS, FAR, NEAR, Segment
+from femflex.fem.line.segments import ENDS, FAR, NEAR, Segment
 from femflex.fem.structure import Structure, build_structure
 from femflex.reduction.modes.craig_bampton import craig_bampton
 from femflex.reduction.modes.damping import Damping

@@ -22,7 +22,7 @@ from femflex.case.matrices import MatricesTable
 from femflex.case.measure import OF_BODY
 from femflex.case.reduction import Stretchable
 from femflex.case.run import StudyTable
-from femflex.fem.eigen.canonical import whole_clusters
+from femflex.fem.eigen.canonical import count_without_split_cluster
 from femflex.fem.eigen.modes import stiffness_ratio
 from femflex.mesh.cells import CELL_TYPES
 from femflex.pipeline.case_bodies import build_body, build_each
@@ -146,7 +146,7 @@ def _kept(body: FlexibleBody, n: int) -> int:
     """How many modes are kept of n asked: no close pair is parted."""
     if n >= body.n_modes or not np.isfinite(body.omega).all():
         return min(n, body.n_modes)
-    return whole_clusters(body.omega, n) or body.n_modes
+    return count_without_split_cluster(body.omega, n) or body.n_modes
 
 
 def _with_modes(case: Case, given: Case, largest: dict[str, FlexibleBody], n: int, last: int) -> Built:

@@ -140,7 +140,7 @@ GEAR += '{ group = "hub point", component = "x", factor = -1.0 }] },'
 
 def part():
     solid = box(1.0, 0.1, 0.1, 4, 1, 1, "hexahedron")
-    sheet = rectangle(0.2, 0.1, 2, 2, "quad").rotated([np.pi / 2, 0, 0]).moved([1.2, 0.0, 0.0])
+    sheet = rectangle(0.2, 0.1, 2, 2, "quad").rotated([np.pi / 2, 0, 0]).translated([1.2, 0.0, 0.0])
     return solid.merged(sheet)
 
 

@@ -27,7 +27,7 @@ from support.work_counts import CLAMPED, FREE, HELD, write_case
 
 from femflex.assembly import build_mesh, build_structure_of
 from femflex.case import read_case
-from femflex.fem.eigen.modes import factorised
+from femflex.fem.eigen.modes import factorise
 from femflex.fem.eigen.shift_invert import ShiftInverted
 from femflex.mesh import box, rectangle
 from femflex.pipeline.case_bodies import build_body
@@ -76,7 +76,7 @@ def needed(path, held, bearing=False):
             return structure.n_dof
         free = np.setdiff1d(np.arange(structure.n_dof), dofs)
         K, M = structure.K[free][:, free], structure.M[free][:, free]
-        factors = factorised(K)
+        factors = factorise(K)
         ShiftInverted(K, M, 0.0, factors.solve).largest(N + BESIDE, surely=N)
         if bearing:
             x = np.zeros(structure.n_dof)

@@ -54,8 +54,8 @@ def basic(kind: str, x: np.ndarray) -> np.ndarray:
     return np.array([out, around, np.cross(out, around)])
 
 
-def turned(C: np.ndarray, about: int, degrees: float) -> np.ndarray:
-    """Axes turned about one of them (1 to 3)."""
+def rotated_axes(C: np.ndarray, about: int, degrees: float) -> np.ndarray:
+    """Axes rotated about one of them (1 to 3)."""
     e = C[about - 1]
     S = np.array([[0, -e[2], e[1]], [e[2], 0, -e[0]], [-e[1], e[0], 0]])
     a = np.radians(degrees)
@@ -69,18 +69,18 @@ def orientation(kind: str, about: int = 3, degrees: float = 0.0) -> str:
 
 
 @lru_cache(maxsize=1)
-def structure_of(made: Deck):
-    return made.structure()
+def structure_of(imported: Deck):
+    return imported.structure()
 
 
-def motions(structure, made, node: int) -> np.ndarray:
-    row = 3 * made.points_of_ids[node]
+def motions(structure, imported, node: int) -> np.ndarray:
+    row = 3 * imported.points_of_ids[node]
     return np.concatenate([p[row : row + 3].toarray() for p in (structure.translation, structure.rotation)])
 
 
-def on_nodes(made, name: str, nodes: tuple[int, ...]) -> np.ndarray:
-    structure = structure_of(made)
-    T = np.concatenate([motions(structure, made, n) for n in nodes])
+def on_nodes(imported, name: str, nodes: tuple[int, ...]) -> np.ndarray:
+    structure = structure_of(imported)
+    T = np.concatenate([motions(structure, imported, n) for n in nodes])
     return np.asarray(T @ getattr(structure, name).toarray() @ T.T)
 
 
@@ -101,12 +101,12 @@ def test_inertias_lie_along_their_orientation(tmp_path, kind, about, degrees):
     text = NODES + orientation(kind, about, degrees)
     text += "*ELEMENT, TYPE=MASS, ELSET=M\n11, 2\n12, 2\n*MASS, ELSET=M\n1.25\n*ELEMENT, TYPE=ROTARYI, ELSET=J\n13, 2\n"
     text += "*ROTARY INERTIA, ELSET=J, ORIENTATION=O\n5., 6., 7., .2, -.3, .4\n"
-    C = turned(basic(kind, np.array(AT[2])), about, degrees)
+    C = rotated_axes(basic(kind, np.array(AT[2])), about, degrees)
     J = np.array([[5.0, 0.2, -0.3], [0.2, 6.0, 0.4], [-0.3, 0.4, 7.0]])
-    wanted = np.zeros((6, 6))
-    wanted[:3, :3], wanted[3:, 3:] = 2.5 * MASS * np.eye(3), C.T @ J @ C * MASS * L**2
-    found = on_nodes(deck(tmp_path, text), "M", (2,))
-    assert found == pytest.approx(wanted, abs=1e-9 * np.abs(wanted).max())
+    expected = np.zeros((6, 6))
+    expected[:3, :3], expected[3:, 3:] = 2.5 * MASS * np.eye(3), C.T @ J @ C * MASS * L**2
+    computed = on_nodes(deck(tmp_path, text), "M", (2,))
+    assert computed == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
 
 
 PAIRS = [(2, 1), (5, 4), (1, 6), (6, 2), (3, 3)]
@@ -121,18 +121,18 @@ def test_springs_between_components(tmp_path, kind, about, degrees, pair):
     text += f"*ELEMENT, TYPE=SPRING2, ELSET=S\n9, 1, 2\n*SPRING, ELSET=S, ORIENTATION=O\n{pair[0]}, {pair[1]}\n70.\n"
     d = np.zeros((2, 2, 3))
     for k, (node, c) in enumerate(zip((1, 2), pair, strict=True)):
-        C = turned(basic(kind, np.array(AT[node])), about, degrees)
+        C = rotated_axes(basic(kind, np.array(AT[node])), about, degrees)
         d[k, int(c > 3)] = (-1) ** k * C[(c - 1) % 3] / (L if c <= 3 else 1.0)
-    wanted = 70.0 * F * L * np.outer(d.ravel(), d.ravel())
-    found = on_nodes(deck(tmp_path, text), "K", (1, 2))
-    assert found == pytest.approx(wanted, abs=1e-9 * np.abs(wanted).max())
+    expected = 70.0 * F * L * np.outer(d.ravel(), d.ravel())
+    computed = on_nodes(deck(tmp_path, text), "K", (1, 2))
+    assert computed == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("c", [2, 6])
 @pytest.mark.parametrize("kind", ["SPRING1", "JOINTC", "SPRINGA"])
 def test_springs_to_ground_joints_and_lines(tmp_path, kind, c):
     text = NODES + lumps(1, 2) + orientation("C", 1, 25.0)
-    C = turned(basic("C", np.array(AT[1])), 1, 25.0)
+    C = rotated_axes(basic("C", np.array(AT[1])), 1, 25.0)
     d = np.zeros((2, 2, 3))
     d[0, int(c > 3)] = C[(c - 1) % 3]
     if kind == "SPRING1":
@@ -145,14 +145,14 @@ def test_springs_to_ground_joints_and_lines(tmp_path, kind, c):
         d = np.array([[line, np.zeros(3)], [-line, np.zeros(3)]])
         c = 1
         text += "*ELEMENT, TYPE=SPRINGA, ELSET=S\n9, 1, 2\n*SPRING, ELSET=S\n\n70.\n"
-    wanted = 70.0 * (F / L if c <= 3 else F * L) * np.outer(d.ravel(), d.ravel())
-    found = on_nodes(deck(tmp_path, text), "K", (1, 2))
-    assert found == pytest.approx(wanted, abs=1e-9 * np.abs(wanted).max())
+    expected = 70.0 * (F / L if c <= 3 else F * L) * np.outer(d.ravel(), d.ravel())
+    computed = on_nodes(deck(tmp_path, text), "K", (1, 2))
+    assert computed == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
 
 
-def part(made, node: int, names: str, C: np.ndarray | None = None) -> np.ndarray:
+def component_rows(imported, node: int, names: str, C: np.ndarray | None = None) -> np.ndarray:
     """Components (1 to 6) of a node along axes, over the dofs."""
-    T, C = motions(structure_of(made), made, node), np.eye(3) if C is None else C
+    T, C = motions(structure_of(imported), imported, node), np.eye(3) if C is None else C
     return np.array([C[(int(c) - 1) % 3] @ T[3 * (int(c) > 3) : 3 * (int(c) > 3) + 3] for c in names])
 
 
@@ -168,16 +168,16 @@ def test_couplings_move_their_nodes_rigidly(tmp_path, kind, about, degrees):
     older = "*KINEMATIC COUPLING, REF NODE=4, ORIENTATION=O\nS, 2, 3\n"
     newer = "*SURFACE, NAME=F, TYPE=NODE\nS, 1.\n*COUPLING, CONSTRAINT NAME=C, REF NODE=4, SURFACE=F, ORIENTATION=O\n"
     for connection, names in ((older, "23"), (newer + "*KINEMATIC\n2, 3\n6\n", "236")):
-        made = deck(tmp_path, text + connection)
-        centre = motions(structure_of(made), made, 4)
+        imported = deck(tmp_path, text + connection)
+        centre = motions(structure_of(imported), imported, 4)
         for n in (1, 2, 3):
-            C = turned(basic(kind, np.array(AT[n])), about, degrees)
+            C = rotated_axes(basic(kind, np.array(AT[n])), about, degrees)
             T = np.kron(np.eye(2), C)
             moved = (T @ rigid(n, 4) @ centre)[[int(c) - 1 for c in names]]
-            assert part(made, n, names, C) == pytest.approx(moved, abs=1e-9)
-            assert np.linalg.matrix_rank(motions(structure_of(made), made, n) - rigid(n, 4) @ centre, 1e-9) == 6 - len(
-                names
-            )
+            assert component_rows(imported, n, names, C) == pytest.approx(moved, abs=1e-9)
+            assert np.linalg.matrix_rank(
+                motions(structure_of(imported), imported, n) - rigid(n, 4) @ centre, 1e-9
+            ) == 6 - len(names)
 
 
 @pytest.mark.parametrize(
@@ -192,10 +192,10 @@ def test_couplings_move_their_nodes_rigidly(tmp_path, kind, about, degrees):
 )  # fmt: skip
 def test_mpc_beams_ties_and_pins(tmp_path, text, names):
     """b: rigid; r: its translations alone; t: all components alike; p: translations alike."""
-    made = deck(tmp_path, NODES + lumps(1, 2, 3, 4, 5) + text)
-    centre = motions(structure_of(made), made, 4)
+    imported = deck(tmp_path, NODES + lumps(1, 2, 3, 4, 5) + text)
+    centre = motions(structure_of(imported), imported, 4)
     for n, name in names.items():
-        own = motions(structure_of(made), made, n)
+        own = motions(structure_of(imported), imported, n)
         follows = {"b": rigid(n, 4), "r": rigid(n, 4)[:3], "t": np.eye(6), "p": np.eye(6)[:3]}[name]
         assert own[: len(follows)] == pytest.approx(follows @ centre, abs=1e-9)
         rest = own - np.vstack([follows, np.zeros((6 - len(follows), 6))]) @ centre
@@ -208,17 +208,17 @@ def test_equations_along_transformed_axes(tmp_path, kind):
     words = ", ".join(f"{v:.12g}" for v in SYSTEMS[kind][1])
     text = NODES + lumps(1, 2, 3, 4) + f"*NSET, NSET=T\n1, 2\n*TRANSFORM, NSET=T, TYPE={kind}\n{words}\n"
     text += "*EQUATION\n5\n1, 2, 4., 2, 4, 3., 3, 3, -2., 1, 6, 5.,\n4, 5, -6.\n"
-    made = deck(tmp_path, text)
+    imported = deck(tmp_path, text)
     C = {n: basic(kind, np.array(AT[n])) if n < 3 else np.eye(3) for n in AT}
-    u = lambda n, c: part(made, n, str(c), C[n])[0] / (L if c < 4 else 1.0)  # noqa: E731
+    u = lambda n, c: component_rows(imported, n, str(c), C[n])[0] / (L if c < 4 else 1.0)  # noqa: E731
     assert 4 * u(1, 2) + 3 * u(2, 4) - 2 * u(3, 3) + 5 * u(1, 6) - 6 * u(4, 5) == pytest.approx(0, abs=1e-9)
     sets = NODES + lumps(1, 2, 3, 4) + "*NSET, NSET=P\n1, 2\n*NSET, NSET=Q\n3, 4\n*EQUATION\n2\nP, 2, 2., Q, 3, -3.\n"
-    made = deck(tmp_path, sets)
+    imported = deck(tmp_path, sets)
     for p, q in ((1, 3), (2, 4)):
-        assert 2 * part(made, p, "2") == pytest.approx(3 * part(made, q, "3"), abs=1e-12)
-    one = NODES + lumps(1, 2, 3, 4) + "*NSET, NSET=P\n1, 2\n*EQUATION\n2\nP, 2, 2., 4, 3, -3.\n"
-    made = deck(tmp_path, one)
-    assert 2 * part(made, 2, "2") == pytest.approx(3 * part(made, 4, "3"), abs=1e-12)
+        assert 2 * component_rows(imported, p, "2") == pytest.approx(3 * component_rows(imported, q, "3"), abs=1e-12)
+    single_equation = NODES + lumps(1, 2, 3, 4) + "*NSET, NSET=P\n1, 2\n*EQUATION\n2\nP, 2, 2., 4, 3, -3.\n"
+    imported = deck(tmp_path, single_equation)
+    assert 2 * component_rows(imported, 2, "2") == pytest.approx(3 * component_rows(imported, 4, "3"), abs=1e-12)
 
 
 CLOUD = (
@@ -234,12 +234,12 @@ def test_distributing_coupling_by_weighted_least_squares(tmp_path, weights, node
     text = NODES + METAL + nodes
     text += "*ELEMENT, TYPE=DCOUP3D, ELSET=D\n800, 4\n*DISTRIBUTING COUPLING, ELSET=D\n"
     text += "".join(f"{n}, {w}\n" for n, w in weights.items())
-    made = deck(tmp_path, text)
+    imported = deck(tmp_path, text)
     rows = [np.sqrt(w) * rigid(n, 4)[:3] for n, w in weights.items()]
-    moved = [np.sqrt(w) * part(made, n, "123") for n, w in weights.items()]
+    moved = [np.sqrt(w) * component_rows(imported, n, "123") for n, w in weights.items()]
     best = np.linalg.lstsq(np.concatenate(rows), np.concatenate(moved), rcond=None)[0]
-    found = motions(structure_of(made), made, 4)
-    assert found == pytest.approx(best, abs=1e-8 * np.abs(best).max())
+    computed = motions(structure_of(imported), imported, 4)
+    assert computed == pytest.approx(best, abs=1e-8 * np.abs(best).max())
 
 
 TIP = np.array([4.0, 3.0, 2.5]) - np.array([1.0, 2.0, 0.5])
@@ -251,10 +251,12 @@ def test_influence_radius(tmp_path):
     radius = sorted(far.values())[1] + 1e-3
     text = NODES + lumps(1, 2, 3, 4) + "*NSET, NSET=S\n1, 2, 3\n*SURFACE, NAME=F, TYPE=NODE\nS, 1.\n"
     text += f"*COUPLING, CONSTRAINT NAME=C, REF NODE=4, SURFACE=F, INFLUENCE RADIUS={radius}\n*KINEMATIC\n"
-    made = deck(tmp_path, text)
-    (one,) = made.connections
-    number = {row: n for n, row in made.points_of_ids.items()}
-    assert {number[r] for r in made.mesh.group_points(one.group)} == {n for n, d in far.items() if d < radius}
+    imported = deck(tmp_path, text)
+    (connection,) = imported.connections
+    number = {row: n for n, row in imported.points_of_ids.items()}
+    assert {number[r] for r in imported.mesh.group_points(connection.group)} == {
+        n for n, d in far.items() if d < radius
+    }
 
 
 @pytest.mark.parametrize(("line", "about", "degrees"), [(", 35.", 1, 35.0), ("2", 2, 0.0), ("2, 25.", 2, 25.0)])
@@ -262,7 +264,7 @@ def test_orientation_turns_about_its_first_axis(tmp_path, line, about, degrees):
     text = NODES + orientation("R").rsplit("\n", 2)[0] + f"\n{line}\n"
     text += "*ELEMENT, TYPE=ROTARYI, ELSET=J\n13, 2\n*ROTARY INERTIA, ELSET=J, ORIENTATION=O\n5., 6., 7., .2, -.3, .4\n"
     text += "*ELEMENT, TYPE=MASS, ELSET=M\n11, 2\n*MASS, ELSET=M\n1.\n"
-    C = turned(basic("R", np.array(AT[2])), about, degrees)
-    wanted = C.T @ np.array([[5.0, 0.2, -0.3], [0.2, 6.0, 0.4], [-0.3, 0.4, 7.0]]) @ C * MASS * L**2
-    found = on_nodes(deck(tmp_path, text), "M", (2,))[3:, 3:]
-    assert found == pytest.approx(wanted, abs=1e-9 * np.abs(wanted).max())
+    C = rotated_axes(basic("R", np.array(AT[2])), about, degrees)
+    expected = C.T @ np.array([[5.0, 0.2, -0.3], [0.2, 6.0, 0.4], [-0.3, 0.4, 7.0]]) @ C * MASS * L**2
+    computed = on_nodes(deck(tmp_path, text), "M", (2,))[3:, 3:]
+    assert computed == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())

@@ -61,8 +61,8 @@ CLOSED = {
 
 @pytest.mark.parametrize("name", CLOSED)
 def test_frequencies_of_closed_forms(tmp_path, name):
-    text, wanted, rel = CLOSED[name]
-    assert frequencies(tmp_path, text, len(wanted)) == pytest.approx(wanted, rel=rel)
+    text, expected, rel = CLOSED[name]
+    assert frequencies(tmp_path, text, len(expected)) == pytest.approx(expected, rel=rel)
 
 
 def end_face() -> str:
@@ -91,11 +91,11 @@ RIGID = {
 def test_rigid_connections_move_a_mass_at_the_tip(tmp_path, name):
     """f = sqrt(3 E I / (L^3 (m + 0.2427 m_beam))) / 2 pi of one kilogram at the end of a cantilever."""
     exact = np.sqrt(3 * E * 1e-8 / 12 / (1e-3 * (1.0 + 0.2427 * RHO * 1e-5))) / (2 * np.pi)
-    found = frequencies(tmp_path, brick_text() + TIP_MASS + RIGID[name])[0]
-    assert found == pytest.approx(exact, rel=0.02)
+    computed = frequencies(tmp_path, brick_text() + TIP_MASS + RIGID[name])[0]
+    assert computed == pytest.approx(exact, rel=0.02)
     if name == "KINEMATIC":  # a distributing coupling does not stiffen the face
         spread = frequencies(tmp_path, brick_text() + TIP_MASS + NODE_SURFACE + COUPLING + "*DISTRIBUTING\n")[0]
-        assert 0.99 * found < spread < found
+        assert 0.99 * computed < spread < computed
 
 
 # The same structure in other keywords
@@ -126,7 +126,7 @@ AXES = "*ORIENTATION, NAME=O{}\n{}\n"
 FAR = ", SYSTEM={}\n-1.E8, 5., 5., -1.E8, 5., 6."
 
 
-def along(material: str, system: str = "", more: str = "") -> str:
+def brick_in_system(material: str, system: str = "", more: str = "") -> str:
     """The brick of a material whose axes are those of a system."""
     text = brick(", ORIENTATION=O" if system else "", material, system)
     return text.replace("*NODE\n", f"*NODE\n{more}", 1)
@@ -151,17 +151,21 @@ PLY = "*SHELL SECTION, ELSET=SKIN, COMPOSITE{}\n4., 3, CARBON, {}\n"
 TURN = "*ORIENTATION, NAME=O\n{}\n{}, 30.\n"
 SPREAD = "*ELEMENT, TYPE=DCOUP3D, ELSET=D\n800, 9999\n*DISTRIBUTING COUPLING, ELSET=D\nTIP, 1.\n"
 SAME = {
-    "ORTHOTROPIC of isotropic numbers": (along(ortho(ISOTROPIC)), brick(), 1e-6),
-    "ANISOTROPIC of isotropic numbers": (along(aniso(ISOTROPIC)), brick(), 1e-6),
-    "ANISOTROPIC of nine numbers": (along(aniso(NINE)), along(ortho(NINE)), 1e-9),
-    "axes turned about 3": (along(ortho(SWAPPED), AXES.format("", "1., 0., 0., 0., 1., 0.\n3, 90.")),
-                            along(ortho(NINE)), 1e-9),
-    "axes turned about 1": (along(ortho(AROUND), AXES.format("", "1., 0., 0., 0., 1., 0.\n1, 90.")),
-                            along(ortho(NINE)), 1e-9),
-    "distant sphere": (along(ortho(NINE), AXES.format(FAR.format("SPHERICAL"), "")), along(ortho(NINE)), 1e-5),
-    "distant cylinder": (along(ortho(NINE), AXES.format(FAR.format("CYLINDRICAL"), "")), along(ortho(NINE)), 1e-5),
-    "axes by nodes": (along(ortho(NINE), AXES.format(", DEFINITION=NODES", "9001, 9002"),
-                            "9001, 1., 0., 0.\n9002, 0., 1., 0.\n"), along(ortho(NINE)), 1e-5),
+    "ORTHOTROPIC of isotropic numbers": (brick_in_system(ortho(ISOTROPIC)), brick(), 1e-6),
+    "ANISOTROPIC of isotropic numbers": (brick_in_system(aniso(ISOTROPIC)), brick(), 1e-6),
+    "ANISOTROPIC of nine numbers": (brick_in_system(aniso(NINE)), brick_in_system(ortho(NINE)), 1e-9),
+    "axes turned about 3": (brick_in_system(ortho(SWAPPED), AXES.format("", "1., 0., 0., 0., 1., 0.\n3, 90.")),
+                            brick_in_system(ortho(NINE)), 1e-9),
+    "axes turned about 1": (brick_in_system(ortho(AROUND), AXES.format("", "1., 0., 0., 0., 1., 0.\n1, 90.")),
+                            brick_in_system(ortho(NINE)), 1e-9),
+    **{
+        f"distant {name}": (
+            brick_in_system(ortho(NINE), AXES.format(FAR.format(system), "")), brick_in_system(ortho(NINE)), 1e-5
+        )
+        for name, system in (("sphere", "SPHERICAL"), ("cylinder", "CYLINDRICAL"))
+    },
+    "axes by nodes": (brick_in_system(ortho(NINE), AXES.format(", DEFINITION=NODES", "9001, 9002"),
+                            "9001, 1., 0., 0.\n9002, 0., 1., 0.\n"), brick_in_system(ortho(NINE)), 1e-5),
     "plies along an orientation": (plate(PLY.format(", ORIENTATION=O", 0),
                                          LAMINA + TURN.format("1., 0., 0., 0., 1., 0.", 3)),
                                    plate(PLY.format("", 30.0), LAMINA), 1e-6),
@@ -199,8 +203,8 @@ def test_mpc_link_keeps_the_distance_of_two_nodes(tip, tmp_path):
     """Of a mass that is linked to the tip of a beam all motions but that along the line are free."""
     mass = "*NODE\n20, {}, {}, {}\n*ELEMENT, TYPE=MASS, ELSET=LUMP\n99, 20\n*MASS, ELSET=LUMP\n1E-3\n".format(*tip)
     loose = deck(tmp_path, beam("RECT", RECT) + mass).structure()
-    made = deck(tmp_path, beam("RECT", RECT) + mass + "*MPC\nLINK, 20, 11\n")
-    structure, rows = made.structure(), [made.points_of_ids[node] for node in (11, 20)]
+    imported = deck(tmp_path, beam("RECT", RECT) + mass + "*MPC\nLINK, 20, 11\n")
+    structure, rows = imported.structure(), [imported.points_of_ids[node] for node in (11, 20)]
     a, b = (structure.translation[3 * row : 3 * row + 3].toarray() for row in rows)
     line = structure.mesh.points[rows[1]] - structure.mesh.points[rows[0]]
     assert np.abs(line @ (b - a)).max() < 1e-12 and np.linalg.matrix_rank(np.vstack([a, b])) == 5

@@ -101,8 +101,8 @@ def test_beam_sections_of_plates(tmp_path, kind):
     text += f"*BEAM SECTION, SECTION={kind}, ELSET=B, MATERIAL=METAL\n{data}\n{N1[0]}, {N1[1]}, {N1[2]}\n"
     (member,) = deck(tmp_path, text).members
     s, P = member.section, np.array([FIRST, SECOND])
-    wanted = P.T @ I @ P * E * F * L**2
-    assert s.EA == pytest.approx(E * A * F) and tensor(member) == pytest.approx(wanted, abs=1e-9 * wanted.max())
+    expected = P.T @ I @ P * E * F * L**2
+    assert s.EA == pytest.approx(E * A * F) and tensor(member) == pytest.approx(expected, abs=1e-9 * expected.max())
     assert s.mass_per_length == pytest.approx(RHO * A * MASS / L)
     assert s.mass_per_length * (s.ry**2 + s.rz**2) == pytest.approx(RHO * np.trace(I) * MASS * L)
     assert s.EIy * s.rz**2 == pytest.approx(s.EIz * s.ry**2)
@@ -119,8 +119,8 @@ def test_general_beam_section(tmp_path):
     text += f"{N1[0]}, {N1[1]}, {N1[2]}\n{E}, {G}\n"
     (member,) = deck(tmp_path, text + "*TRANSVERSE SHEAR STIFFNESS\n3000., 3000.\n").members
     s, P = member.section, np.array([FIRST, SECOND])
-    wanted = P.T @ np.array([[0.5, 0.11], [0.11, 0.3]]) @ P * E * F * L**2
-    assert tensor(member) == pytest.approx(wanted, abs=1e-9 * wanted.max())
+    expected = P.T @ np.array([[0.5, 0.11], [0.11, 0.3]]) @ P * E * F * L**2
+    assert tensor(member) == pytest.approx(expected, abs=1e-9 * expected.max())
     assert [s.EA, s.GJ, s.GAy, s.GAz] == pytest.approx([E * 0.9 * F, G * 0.2 * F * L**2, 3000 * F, 3000 * F])
     assert s.mass_per_length == pytest.approx(RHO * 0.9 * MASS / L) and member.options["shear"] is True
     (other,) = deck(tmp_path, text.replace(".11", "0.") + "*TRANSVERSE SHEAR STIFFNESS\n3000., 500.\n").members
@@ -145,9 +145,9 @@ def test_box_of_four_walls(tmp_path):
         (-a / 2, -a / 2 + left, -b / 2 + bottom, b / 2 - top), (a / 2 - right, a / 2, -b / 2 + bottom, b / 2 - top),
     )  # fmt: skip
     P = np.array([FIRST, SECOND])
-    wanted = P.T @ I @ P * E * F * L**2
+    expected = P.T @ I @ P * E * F * L**2
     assert member.section.EA == pytest.approx(E * A * F)
-    assert tensor(member) == pytest.approx(wanted, abs=1e-9 * wanted.max())
+    assert tensor(member) == pytest.approx(expected, abs=1e-9 * expected.max())
     w, h = a - (left + right) / 2, b - (top + bottom) / 2
     J = 4 * (w * h) ** 2 / (w / top + w / bottom + h / left + h / right)
     J += (a * (top**3 + bottom**3) + b * (left**3 + right**3)) / 3
@@ -252,9 +252,9 @@ def test_general_shell_stiffness(tmp_path, shear):
 def test_shell_axis_of_an_orientation(tmp_path, kind, about, degrees):
     text = PATCH + FIBRE + orientation(kind, about, degrees)
     text += "*SHELL SECTION, ELSET=P, COMPOSITE, ORIENTATION=O\n.05, 3, CF, 0.\n"
-    found = np.asarray(deck(tmp_path, text).members[0].options["axis"])
+    computed = np.asarray(deck(tmp_path, text).members[0].options["axis"])
     centre = np.array([[0, 0, 0], [2, 0.3, 0], [2.2, 1.5, 0], [0.1, 1.3, 0]]).mean(axis=0)
     axis = basic(kind, centre)[about % 3]
     axis = np.array([axis[0], axis[1], 0.0]) / np.linalg.norm(axis[:2])
     c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-    assert found == pytest.approx([c * axis[0] - s * axis[1], s * axis[0] + c * axis[1], 0.0], abs=1e-7)
+    assert computed == pytest.approx([c * axis[0] - s * axis[1], s * axis[0] + c * axis[1], 0.0], abs=1e-7)

@@ -50,8 +50,8 @@ def basic(kind: str, x: np.ndarray) -> np.ndarray:
     return np.array([out, around, np.cross(out, around)])
 
 
-def turned(C: np.ndarray, about: int, degrees: float) -> np.ndarray:
-    """Axes turned about one of them (1 to 3)."""
+def rotated_axes(C: np.ndarray, about: int, degrees: float) -> np.ndarray:
+    """Axes rotated about one of them (1 to 3)."""
     e = C[about - 1]
     S = np.array([[0, -e[2], e[1]], [e[2], 0, -e[0]], [-e[1], e[0], 0]])
     a = np.radians(degrees)
@@ -87,29 +87,29 @@ def test_turned_instance(tmp_path):
     text += f"5., 6., 7.\n*TRANSFORM, NSET=END, TYPE=C\n{words}\n*END PART\n*ASSEMBLY, NAME=S\n"
     text += f"*INSTANCE, NAME=I, PART=A\n{shift[0]}, {shift[1]}, {shift[2]}\n"
     text += ", ".join(f"{v}" for v in [*p, *q, degrees]) + "\n*END INSTANCE\n*END ASSEMBLY\n"
-    made = deck(tmp_path, text + METAL + "*BOUNDARY\nI.2, 1\n")
-    points = made.mesh.points[made.mesh.cells["line"][0]]
+    imported = deck(tmp_path, text + METAL + "*BOUNDARY\nI.2, 1\n")
+    points = imported.mesh.points[imported.mesh.cells["line"][0]]
     x = np.array([[1.0, 2.0, 0.5], [4.0, 3.0, 2.5]])
     assert points == pytest.approx(((x + shift - p) @ C.T + p) * L)
-    y = np.asarray(made.members[0].options["orientation"])
+    y = np.asarray(imported.members[0].options["orientation"])
     assert np.cross(y, C @ SECOND) == pytest.approx(0.0, abs=1e-9)
     J = np.diag([5.0, 6.0, 7.0]) * MASS * L**2
-    O = turned(axes_of(A, B), 1, 20.0)
-    plain, skew = (np.asarray(one.inertia) for one in made.point_masses)
+    O = rotated_axes(axes_of(A, B), 1, 20.0)
+    plain, skew = (np.asarray(mass.inertia) for mass in imported.point_masses)
     assert plain == pytest.approx(C @ J @ C.T, rel=1e-9) and skew == pytest.approx(C @ O.T @ J @ O @ C.T, rel=1e-9)
-    (support,) = made.held(["initial"]).values()
+    (support,) = imported.active_supports(["initial"]).values()
     assert np.asarray(support.axes) == pytest.approx(basic("C", x[1]) @ C.T, abs=1e-8)
 
 
-def held(made, names=None) -> dict[int, str]:
-    """Components 1 to 6 that are held at each node, along whatever axes."""
-    found: dict[int, set[int]] = {}
-    number = {row: n for n, row in made.points_of_ids.items()}
-    for group, support in made.held(names).items():
-        for row in made.mesh.group_points(group):
-            own = found.setdefault(number[row], set())
-            own |= {("x", "y", "z", "rx", "ry", "rz").index(c) + 1 for c in support.components}
-    return {n: "".join(map(str, sorted(own))) for n, own in sorted(found.items())}
+def supported_components(imported, names=None) -> dict[int, str]:
+    """Components 1 to 6 that are supported at each node, along any axes."""
+    components: dict[int, set[int]] = {}
+    number = {row: n for n, row in imported.points_of_ids.items()}
+    for group, support in imported.active_supports(names).items():
+        for row in imported.mesh.group_points(group):
+            numbers = components.setdefault(number[row], set())
+            numbers |= {("x", "y", "z", "rx", "ry", "rz").index(c) + 1 for c in support.components}
+    return {n: "".join(map(str, sorted(numbers))) for n, numbers in sorted(components.items())}
 
 
 CHAIN = "*NODE\n" + "".join(f"{n}, {n}., 0., 0.\n" for n in range(1, 10)) + "*ELEMENT, TYPE=B31, ELSET=B\n"
@@ -120,8 +120,8 @@ CHAIN += "*BEAM SECTION, SECTION=RECT, ELSET=B, MATERIAL=METAL\n.8, 1.4\n"
 def test_named_and_numbered_supports(tmp_path):
     names = {1: "ENCASTRE", 2: "PINNED", 3: "XSYMM", 4: "YSYMM", 5: "ZSYMM", 6: "XASYMM", 7: "YASYMM", 8: "ZASYMM"}
     text = CHAIN + "*BOUNDARY\n" + "".join(f"{n}, {name}\n" for n, name in names.items()) + "9, 2, 3\n9, 5\n"
-    wanted = {1: "123456", 2: "123", 3: "156", 4: "246", 5: "345", 6: "234", 7: "135", 8: "126", 9: "235"}
-    assert held(deck(tmp_path, text)) == wanted
+    expected = {1: "123456", 2: "123", 3: "156", 4: "246", 5: "345", 6: "234", 7: "135", 8: "126", 9: "235"}
+    assert supported_components(deck(tmp_path, text)) == expected
 
 
 def test_supports_of_steps(tmp_path):
@@ -130,10 +130,15 @@ def test_supports_of_steps(tmp_path):
         + "*BOUNDARY\n1, 1, 3\n*STEP\n*STATIC\n*BOUNDARY\n2, 2\n*END STEP\n*STEP\n*STATIC\n*BOUNDARY, OP=NEW\n3, 3\n"
     )
     text += "*END STEP\n*STEP\n*FREQUENCY\n*BOUNDARY\n4, 4\n*END STEP\n*STEP\n*FREQUENCY\n*BOUNDARY\n5, 5\n*END STEP\n"
-    made = deck(tmp_path, text)
-    assert held(made, ["initial"]) == {1: "123"} and held(made, ["step 1"]) == {1: "123", 2: "2"}
+    imported = deck(tmp_path, text)
+    assert supported_components(imported, ["initial"]) == {1: "123"} and supported_components(imported, ["step 1"]) == {
+        1: "123",
+        2: "2",
+    }
     assert (
-        held(made, ["step 2"]) == {3: "3"} and held(made) == {3: "3", 4: "4"} and made.default_supports == ("step 3",)
+        supported_components(imported, ["step 2"]) == {3: "3"}
+        and supported_components(imported) == {3: "3", 4: "4"}
+        and imported.default_supports == ("step 3",)
     )
     assert deck(tmp_path, CHAIN + "*BOUNDARY\n1, 1, 3\n").default_supports == ("initial",)
 
@@ -142,4 +147,4 @@ def test_rotations_of_a_calculix_rigid_body(tmp_path):
     """Components 1 to 3 of the ROT NODE are the rotations of the REF NODE."""
     text = CHAIN + "*NODE\n20, 9., 1., 0.\n21, 9., 1., 0.\n*NSET, NSET=S\n9\n"
     text += "*RIGID BODY, NSET=S, REF NODE=20, ROT NODE=21\n*BOUNDARY\n21, 1, 2\n20, 3\n1, 1, 6\n"
-    assert held(deck(tmp_path, text)) == {1: "123456", 20: "345"}
+    assert supported_components(deck(tmp_path, text)) == {1: "123456", 20: "345"}

@@ -57,10 +57,10 @@ def test_area_and_second_moments_by_integration(kind):
     dA = np.where(inside(y, z), (1.2 / N) ** 2, 0.0)
     A = dA.sum()
     y0, z0 = (dA * y).sum() / A, (dA * z).sum() / A
-    wanted = [A, (dA * (y - y0) ** 2).sum(), (dA * (z - z0) ** 2).sum()]
-    found = shape_of(kind, dim)
-    assert [found.A, found.I1, found.I2] == pytest.approx(wanted, rel=0.01)
-    assert found.I12 == pytest.approx((dA * (y - y0) * (z - z0)).sum(), abs=0.01 * wanted[1])
+    expected = [A, (dA * (y - y0) ** 2).sum(), (dA * (z - z0) ** 2).sum()]
+    computed = shape_of(kind, dim)
+    assert [computed.A, computed.I1, computed.I2] == pytest.approx(expected, rel=0.01)
+    assert computed.I12 == pytest.approx((dA * (y - y0) * (z - z0)).sum(), abs=0.01 * expected[1])
 
 
 def test_torsion_of_round_and_closed_shapes():
@@ -110,8 +110,8 @@ def test_torsion_of_open_shapes_by_walls(kind, dim, strips):
     ],
 )
 def test_shear_areas_by_walls(kind, dim, upright, across):
-    made = shape_of(kind, dim)
-    assert [made.K1 * made.A, made.K2 * made.A] == pytest.approx([upright, across], rel=1e-9)
+    shape = shape_of(kind, dim)
+    assert [shape.K1 * shape.A, shape.K2 * shape.A] == pytest.approx([upright, across], rel=1e-9)
 
 
 def test_shear_centres_of_thin_shapes():

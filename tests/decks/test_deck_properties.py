@@ -41,16 +41,16 @@ def test_likely_units_of_metal(name):
     u = units_of(name)
     E, rho, size = [7e10 / u.pressure, 2e11 / u.pressure], [2700 / u.density, 7850 / u.density], 2.0 / u.length
     best, _ = likely_units(E, rho, size)
-    found = units_of(best)
-    assert [found.pressure, found.density, found.length] == pytest.approx([u.pressure, u.density, u.length])
+    computed = units_of(best)
+    assert [computed.pressure, computed.density, computed.length] == pytest.approx([u.pressure, u.density, u.length])
 
 
 def test_mass_and_centre_of_bars_and_masses(tmp_path):
     deck = read(tmp_path, *bar(), "CONM2,50,5,,3.,.1,.2,.3", "CONM2,51,9,,2.")
     mass, centre = mass_and_centre(deck.structure())
     own = 7850 * 1e-3 * 2.0
-    wanted = (own * np.array([1.0, 0, 0]) + 3 * np.array([1.1, 0.2, 0.3]) + 2 * np.array([2.0, 0, 0])) / (own + 5)
-    assert mass == pytest.approx(own + 5) and centre == pytest.approx(wanted, rel=1e-6)
+    expected = (own * np.array([1.0, 0, 0]) + 3 * np.array([1.1, 0.2, 0.3]) + 2 * np.array([2.0, 0, 0])) / (own + 5)
+    assert mass == pytest.approx(own + 5) and centre == pytest.approx(expected, rel=1e-6)
 
 
 def test_decks_are_recognised_by_content(tmp_path):
@@ -69,5 +69,7 @@ def test_decks_are_recognised_by_content(tmp_path):
 def deck() -> Deck:
     mesh = Mesh([[0, 0, 0], [1, 0, 0]], {"line": [[0, 1]]}, {"pid_3": {"line": [0]}}, {"spc_1-123456": [0]})
     member = Member("pid_3", "beam", StiffnessSection(1e7, 50.0, 80.0, 40.0, 1.0))
-    held = {"spc_1": {"spc_1-123456": Support(("x", "y", "z", "rx", "ry", "rz"))}}
-    return Deck("one.bdf", "Nastran", mesh, (member,), supports=held, default_supports=("spc_1",), points_of_ids={7: 1})
+    fixed = {"spc_1": {"spc_1-123456": Support(("x", "y", "z", "rx", "ry", "rz"))}}
+    return Deck(
+        "one.bdf", "Nastran", mesh, (member,), supports=fixed, default_supports=("spc_1",), points_of_ids={7: 1}
+    )

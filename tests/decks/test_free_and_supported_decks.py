@@ -20,21 +20,21 @@ FIRST = "11, 2, 2\n*STEP\n*STATIC\n*BOUNDARY\n6, 3, 3\n*END STEP\n*STEP\n*FREQUE
         ("*BOUNDARY\n1, ENCASTRE\n", {1: 6, 6: 1, 11: 1}),
     ],
 )
-def test_new_supports_of_a_step_hold_together_and_drop_those_of_earlier_steps(tmp_path, blocks, held):
+def test_new_supports_of_step_replace_earlier_ones(tmp_path, blocks, held):
     text = abaqus_decks.beam("RECT", "20., 10.\n0., 1., 0.", FIRST + blocks + "*END STEP")
-    made = abaqus_decks.deck(tmp_path, text)
-    number = {row: node for node, row in made.points_of_ids.items()}
-    found: dict[int, int] = {}
-    for group, support in made.held().items():
-        for row in made.mesh.group_points(group):
-            found[number[row]] = found.get(number[row], 0) + len(support.components)
-    assert found == held
+    imported = abaqus_decks.deck(tmp_path, text)
+    number = {row: node for node, row in imported.points_of_ids.items()}
+    computed: dict[int, int] = {}
+    for group, support in imported.active_supports().items():
+        for row in imported.mesh.group_points(group):
+            computed[number[row]] = computed.get(number[row], 0) + len(support.components)
+    assert computed == held
     if held == {1: 6}:  # the beam's first bending, by the closed form
-        known = abaqus_decks.clamped(0.02 * 0.01**3 / 12, 2e-4)
-        assert abaqus_decks.frequencies(made, 1)[0] == pytest.approx(known, rel=2e-3)
+        reference = abaqus_decks.clamped(0.02 * 0.01**3 / 12, 2e-4)
+        assert abaqus_decks.frequencies(imported, 1)[0] == pytest.approx(reference, rel=2e-3)
 
 
-def test_fields_repeat_those_of_the_card_before_where_its_name_is_written(tmp_path):
+def test_repeated_fields(tmp_path):
     full = nastran_decks.bar(3, 1.5)
     bare = [
         *(
@@ -52,11 +52,11 @@ def test_fields_repeat_those_of_the_card_before_where_its_name_is_written(tmp_pa
     )
 
 
-def free(made, n: int) -> np.ndarray:
-    return free_free_modes(made.structure(), n).omega[:n] / (2 * np.pi)
+def free(imported, n: int) -> np.ndarray:
+    return free_free_modes(imported.structure(), n).omega[:n] / (2 * np.pi)
 
 
-def test_autospc_holds_components_of_a_free_deck_that_nothing_resists(tmp_path):
+def test_autospc_of_free_deck(tmp_path):
     bars = [*nastran_decks.bar(4, 2.0)[:-1], "GRID,6,,2.,1.,0.", "CBAR,6,3,5,6,0.,0.,1."]
     alone = free(nastran_decks.read(tmp_path, *bars, control="ECHO = NONE"), 4)
     cards = ["GRID,9,,1.,.5,.3", "RBE3,9,,9,1346,1.,123,1,3", ",5,6"]
@@ -64,16 +64,16 @@ def test_autospc_holds_components_of_a_free_deck_that_nothing_resists(tmp_path):
 
 
 @pytest.mark.parametrize("turning", [False, True])
-def test_springs_to_ground_hold_a_deck_without_supports(tmp_path, turning):
+def test_springs_to_ground_support_deck(tmp_path, turning):
     inertia = ["CONM2,9,1,,2.", ",3.,,4.,,,5."] if turning else ["CONM2,9,1,,2."]
     springs = [f"CELAS2,{c},{1000.0 * c},1,{c}" for c in range(1, 7 if turning else 4)]
-    made = nastran_decks.read(tmp_path, "GRID,1,,0.,0.,0.", *inertia, *springs, control="ECHO = NONE")
+    imported = nastran_decks.read(tmp_path, "GRID,1,,0.,0.,0.", *inertia, *springs, control="ECHO = NONE")
     size = np.array([2.0, 2.0, 2.0, 3.0, 4.0, 5.0])[: len(springs)]
-    known = np.sort(np.sqrt(1000.0 * np.arange(1, len(springs) + 1) / size)) / (2 * np.pi)
-    assert free(made, len(springs)) == pytest.approx(known, rel=1e-9)
+    reference = np.sort(np.sqrt(1000.0 * np.arange(1, len(springs) + 1) / size)) / (2 * np.pi)
+    assert free(imported, len(springs)) == pytest.approx(reference, rel=1e-9)
 
 
-def test_set_of_generated_elements_holds_their_master(tmp_path):
+def test_set_of_generated_elements_includes_master(tmp_path):
     text = abaqus_decks.beam("RECT", "20., 10.\n0., 1., 0.", n=4)
     head, _, tail = text.partition("*ELEMENT")
     text = f"{head}*ELEMENT, TYPE=B31\n1, 1, 2\n*ELGEN, ELSET=BOOM\n1, 4\n*MATERIAL{tail.partition('*MATERIAL')[2]}"
@@ -89,7 +89,7 @@ def test_mass_of_a_scalar_point_moves_along_its_spring(tmp_path, ways):
     cards = ["GRID,1,,0.,0.,0.", f"CONM2,9,1,,{M}", *(f"CELAS2,{c},{K},1,{c}" for c in (1, 2, 3)), "SPOINT,101,102"]
     for n, c in enumerate(ways):
         cards += [f"CELAS2,{20 + n},{k},1,{c},{101 + n}", f"CMASS4,{30 + n},{m},{101 + n}"]
-    made = nastran_decks.read(tmp_path, *cards, control="ECHO = NONE")
+    imported = nastran_decks.read(tmp_path, *cards, control="ECHO = NONE")
     pair = np.linalg.eigvals(np.linalg.solve(np.diag([M, m]), [[K + k, -k], [-k, k]]))
-    known = np.sort([*np.tile(pair, len(ways)), *[K / (M + m)] * (3 - len(ways))])
-    assert free(made, len(known)) == pytest.approx(np.sqrt(known) / (2 * np.pi), rel=1e-9)
+    reference = np.sort([*np.tile(pair, len(ways)), *[K / (M + m)] * (3 - len(ways))])
+    assert free(imported, len(reference)) == pytest.approx(np.sqrt(reference) / (2 * np.pi), rel=1e-9)

@@ -92,8 +92,8 @@ CLOSED = {
 @pytest.mark.parametrize("name", CLOSED)
 def test_frequencies_of_closed_forms(tmp_path, name):
     cards, squares, rel = CLOSED[name]
-    found = frequencies(read(tmp_path, *cards, control="SPC = 1\nMPC = 1"), len(squares))
-    assert found == pytest.approx(hertz(squares), rel=rel)
+    computed = frequencies(read(tmp_path, *cards, control="SPC = 1\nMPC = 1"), len(squares))
+    assert computed == pytest.approx(hertz(squares), rel=rel)
 
 
 # The same structure by other cards
@@ -249,8 +249,8 @@ SAME = {
 @pytest.mark.parametrize("name", SAME)
 def test_frequencies_of_equal_structures_by_card(tmp_path, name):
     cards, others, rel = SAME[name]
-    found, wanted = (frequencies(read(tmp_path, *given), 4) for given in (cards, others))
-    assert found == pytest.approx(wanted, rel=rel)
+    computed, expected = (frequencies(read(tmp_path, *given), 4) for given in (cards, others))
+    assert computed == pytest.approx(expected, rel=rel)
 
 
 @pytest.mark.parametrize("units, length, mass", [("mm-t-s", 1e-3, 1e3), ("in-lbf-s", 0.0254, 175.12683524647636)])
@@ -274,10 +274,10 @@ def test_bars_off_their_grids_by_parallel_axes(tmp_path):
             for line in (f"CBAR,{first + k},3,{k + 1},{k + 2},0.,1.,0.", f",,,0.,{side},0.,0.,{side},0.")]  # fmt: skip
     deck = read(tmp_path, *grids, *bars, "PBAR,3,1,1.E-3,2.E-7,8.E-7,1.E-6", STEEL, "SPC1,1,123456,1")
     line, soft = (hertz(euler(2 * E * I, 2 * RHO * 1e-3, 2.0))[0] for I in (2e-7 + 1e-3 * d**2, 8e-7))
-    found = frequencies(deck, 4)
-    assert np.abs(found - soft).min() < 0.01 * soft
-    wanted = (line**-2 + 64.0 * 2 * RHO * 1e-3 * h**2 / (24 * E * 2e-7)) ** -0.5
-    assert np.abs(found - wanted).min() < 0.02 * line  # rotary inertia of the two lines, 2 (beta d / L)^2 at most
+    computed = frequencies(deck, 4)
+    assert np.abs(computed - soft).min() < 0.01 * soft
+    expected = (line**-2 + 64.0 * 2 * RHO * 1e-3 * h**2 / (24 * E * 2e-7)) ** -0.5
+    assert np.abs(computed - expected).min() < 0.02 * line  # rotary inertia of the two lines, 2 (beta d / L)^2 at most
 
 
 def test_tapered_beam_has_the_mass_of_its_integrals(tmp_path):

@@ -77,9 +77,9 @@ def on_grids(deck, name: str, grids: tuple[int, ...] = (1, 2, 3)) -> np.ndarray:
 
 def direction(grid: int, component: int, grids: tuple[int, ...] = (1, 2, 3)) -> np.ndarray:
     """A component of a grid over the motions of all grids, in basic axes."""
-    found = np.zeros((len(grids), 2, 3))
-    found[grids.index(grid), int(component > 3)] = axes(grid)[(component - 1) % 3]
-    return found.ravel()
+    computed = np.zeros((len(grids), 2, 3))
+    computed[grids.index(grid), int(component > 3)] = axes(grid)[(component - 1) % 3]
+    return computed.ravel()
 
 
 def skew(r: np.ndarray) -> np.ndarray:
@@ -108,9 +108,9 @@ def test_conm1_and_conm2_have_the_matrix_of_their_body(tmp_path, grid, cid, card
         cards = [",".join(["CONM1" if k == 0 else "", *words[k : k + 8]]) for k in range(0, len(words), 8)]
     deck = read(tmp_path, *CARDS, f"PARAM,WTMASS,{WTMASS}", *cards, control="ECHO = NONE", units="in-lbf-s")
     C = axes(grid, cid)
-    wanted = rigid_mass(2.5 * MASS, C.T @ R0 * INCH, C.T @ J0 @ C * MASS * INCH**2) * WTMASS
-    found = on_grids(deck, "M", (grid,))
-    assert found == pytest.approx(wanted, abs=1e-8 * np.abs(wanted).max())
+    expected = rigid_mass(2.5 * MASS, C.T @ R0 * INCH, C.T @ J0 @ C * MASS * INCH**2) * WTMASS
+    computed = on_grids(deck, "M", (grid,))
+    assert computed == pytest.approx(expected, abs=1e-8 * np.abs(expected).max())
 
 
 def test_scalar_masses_lie_along_the_axes_of_their_grid(tmp_path):
@@ -119,8 +119,8 @@ def test_scalar_masses_lie_along_the_axes_of_their_grid(tmp_path):
     cards += ["CMASS1,24,34,2,4", "CMASS2,26,4.,2,6", f"PARAM,WTMASS,{WTMASS}"]
     deck = read(tmp_path, *CARDS, *cards, control="ECHO = NONE", units="in-lbf-s")
     J = FIVE.T @ np.diag([6.0, 0.0, 4.0]) @ FIVE * MASS * INCH**2
-    wanted = rigid_mass(2.5 * MASS, np.zeros(3), J) * WTMASS
-    assert on_grids(deck, "M", (2,)) == pytest.approx(wanted, abs=1e-8 * np.abs(wanted).max())
+    expected = rigid_mass(2.5 * MASS, np.zeros(3), J) * WTMASS
+    assert on_grids(deck, "M", (2,)) == pytest.approx(expected, abs=1e-8 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize(
@@ -140,24 +140,24 @@ def test_scalar_springs_act_along_the_axes_of_their_grids(tmp_path, cards, terms
     deck = read(tmp_path, *CARDS, *(f"CONM2,{90 + g},{g},,1.\n,1.,,1.,,,1." for g in (1, 2, 3)), *cards,
                 control="ECHO = NONE", units="in-lbf-s")  # fmt: skip
     d = sum(sign * direction(g, c) / (INCH if c <= 3 else 1.0) for g, c, sign in terms)
-    wanted = k * POUND_FORCE * INCH * np.outer(d, d)
-    assert on_grids(deck, "K") == pytest.approx(wanted, abs=1e-9 * np.abs(wanted).max())
+    expected = k * POUND_FORCE * INCH * np.outer(d, d)
+    assert on_grids(deck, "K") == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
 
 
 def bushing(a: int, b: int | None, C: np.ndarray, K: list[float], at: np.ndarray | None = None) -> np.ndarray:
     """A bushing in the middle between two grids, or at a place, which its arms reach rigidly; one grid: there, to the
     ground."""
     ends = [np.array(AT[g]) * INCH for g in (a, b or a)]
-    place = (ends[0] + ends[1]) / 2 if at is None else at * INCH
+    location = (ends[0] + ends[1]) / 2 if at is None else at * INCH
     B = np.zeros((6, 3, 6))
     for g, sign in ((a, 1.0), *(((b, -1.0),) if b else ())):
-        arm = place - np.array(AT[g]) * INCH
+        arm = location - np.array(AT[g]) * INCH
         B[:, g - 1] = sign * np.block([[C, -C @ skew(arm)], [np.zeros((3, 3)), C]])
     B = B.reshape(6, 18)
     return B.T @ np.diag(np.array(K) * POUND_FORCE * np.array([1 / INCH] * 3 + [INCH] * 3)) @ B
 
 
-def along(a: int, b: int, v: np.ndarray) -> np.ndarray:
+def axes_of_line(a: int, b: int, v: np.ndarray) -> np.ndarray:
     x = np.array(AT[b]) - np.array(AT[a])
     x = x / np.linalg.norm(x)
     z = np.cross(x, v)
@@ -172,8 +172,8 @@ STIFF = [11.0, 22.0, 33.0, 44.0, 55.0, 66.0]
     ("card", "ends", "C"),
     [
         ("CBUSH,9,8,1,2,,,,6", (1, 2), axes(1, 6)),
-        ("CBUSH,9,8,1,2,.3,.2,.9", (1, 2), along(1, 2, np.array([0.3, 0.2, 0.9]) @ axes(1))),
-        ("CBUSH,9,8,2,1,4", (2, 1), along(2, 1, np.array(AT[4]) - np.array(AT[2]))),
+        ("CBUSH,9,8,1,2,.3,.2,.9", (1, 2), axes_of_line(1, 2, np.array([0.3, 0.2, 0.9]) @ axes(1))),
+        ("CBUSH,9,8,2,1,4", (2, 1), axes_of_line(2, 1, np.array(AT[4]) - np.array(AT[2]))),
         ("CBUSH,9,8,2,,,,,6", (2, None), axes(2, 6)),
         ("CBUSH,8,,1", (1, None), axes(1)),
         ("CBUSH,9,8,1,2,1.,2.,3.,5", (1, 2), FIVE),
@@ -183,13 +183,13 @@ def test_cbush_has_the_matrix_of_six_springs(tmp_path, card, ends, C):
     masses = [f"CONM2,{90 + g},{g},,1.\n,1.,,1.,,,1." for g in (1, 2, 3)]
     stiff = f"PBUSH,8,K,{','.join(map(str, STIFF))}"
     deck = read(tmp_path, *CARDS, *masses, stiff, card, control="ECHO = NONE", units="in-lbf-s")
-    wanted = bushing(*ends, C, STIFF)
-    assert on_grids(deck, "K") == pytest.approx(wanted, abs=1e-9 * np.abs(wanted).max())
+    expected = bushing(*ends, C, STIFF)
+    assert on_grids(deck, "K") == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
     changed = read(tmp_path, *CARDS, *masses, stiff, card, control="ECHO = NONE", units="in-lbf-s",
                    overrides={"pid_8": {"K2": 500.0, "K6": 600.0}})  # fmt: skip
     K = [11.0, 500.0 * INCH / POUND_FORCE, 33.0, 44.0, 55.0, 600.0 / (INCH * POUND_FORCE)]
-    wanted = bushing(*ends, C, K)
-    assert on_grids(changed, "K") == pytest.approx(wanted, abs=1e-9 * np.abs(wanted).max())
+    expected = bushing(*ends, C, K)
+    assert on_grids(changed, "K") == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
 
 
 TURNED = 1.5 * (np.cos(np.radians(40.0)) * SIX[0] + np.sin(np.radians(40.0)) * SIX[1]) - 0.2 * SIX[2]
@@ -209,8 +209,8 @@ def test_cbush_acts_at_its_location(tmp_path, where, at):
     masses = [f"CONM2,{90 + g},{g},,1.\n,1.,,1.,,,1." for g in (1, 2, 3)]
     card = f"PBUSH,8,K,{','.join(map(str, STIFF))}\nCBUSH,9,8,1,2,,,,5\n{where}"
     deck = read(tmp_path, *CARDS, *masses, card, control="ECHO = NONE", units="in-lbf-s")
-    wanted = bushing(1, 2, FIVE, STIFF, at)
-    assert on_grids(deck, "K") == pytest.approx(wanted, abs=1e-9 * np.abs(wanted).max())
+    expected = bushing(1, 2, FIVE, STIFF, at)
+    assert on_grids(deck, "K") == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("kind", ["K", "Z"])
@@ -228,8 +228,8 @@ def test_genel_has_the_energy_of_its_matrix(tmp_path, kind):
     deck = read(tmp_path, *CARDS, *masses, *card, control="ECHO = NONE", units="in-lbf-s")
     rows = [np.array([direction(g, c) / (INCH if c <= 3 else 1.0) for g, c in pairs]) for pairs in (own, other)]
     B = rows[0] - S @ rows[1]
-    wanted = B.T @ K @ B * POUND_FORCE * INCH
-    assert on_grids(deck, "K") == pytest.approx(wanted, abs=1e-8 * np.abs(wanted).max())
+    expected = B.T @ K @ B * POUND_FORCE * INCH
+    assert on_grids(deck, "K") == pytest.approx(expected, abs=1e-8 * np.abs(expected).max())
 
 
 def components(deck, grid: int, names: str) -> np.ndarray:
@@ -238,7 +238,7 @@ def components(deck, grid: int, names: str) -> np.ndarray:
     return np.array([axes(grid)[(int(c) - 1) % 3] @ T[3 * (int(c) > 3) : 3 * (int(c) > 3) + 3] for c in names])
 
 
-def carried(grid: int, names: str, origin: int) -> np.ndarray:
+def rigid_rows(grid: int, names: str, origin: int) -> np.ndarray:
     """Components of a grid per translation and rotation (6,) of a rigid motion about another."""
     r = (np.array(AT[grid]) - np.array(AT[origin])) * INCH
     whole = np.block([[axes(grid), -axes(grid) @ skew(r)], [np.zeros((3, 3)), axes(grid)]])
@@ -257,8 +257,8 @@ def test_rbe2_moves_its_grids_with_its_centre(tmp_path, names):
     deck = read(tmp_path, *CARDS, *BARS, f"RBE2,9,4,{names},1,THRU,3", control="ECHO = NONE", units="in-lbf-s")
     centre = motions(structure_of(deck), 4, deck.points_of_ids)
     for g in (1, 2, 3):
-        found, wanted = components(deck, g, names), carried(g, names, 4) @ centre
-        assert found == pytest.approx(wanted, abs=1e-9 * max(1.0, np.abs(wanted).max()))
+        computed, expected = components(deck, g, names), rigid_rows(g, names, 4) @ centre
+        assert computed == pytest.approx(expected, abs=1e-9 * max(1.0, np.abs(expected).max()))
 
 
 @pytest.mark.parametrize(
@@ -274,11 +274,11 @@ def test_rbe2_moves_its_grids_with_its_centre(tmp_path, names):
 def test_rbar_and_rbe1_move_with_their_six_leading_components(tmp_path, card, leading, dependent):
     deck = read(tmp_path, *CARDS, *BARS, *card.split("\n"), control="ECHO = NONE", units="in-lbf-s")
     origin = 3
-    A = np.concatenate([carried(g, c, origin) for g, c in leading])
+    A = np.concatenate([rigid_rows(g, c, origin) for g, c in leading])
     rigid = np.linalg.solve(A, np.concatenate([components(deck, g, c) for g, c in leading]))
     for g, c in dependent:
-        found = components(deck, g, c)
-        assert found == pytest.approx(carried(g, c, origin) @ rigid, abs=1e-8 * max(1.0, np.abs(found).max()))
+        computed = components(deck, g, c)
+        assert computed == pytest.approx(rigid_rows(g, c, origin) @ rigid, abs=1e-8 * max(1.0, np.abs(computed).max()))
     everything = np.concatenate([motions(structure_of(deck), g, deck.points_of_ids) for g in AT])
     assert np.linalg.matrix_rank(everything, 1e-8) == 24 - sum(len(c) for _, c in dependent)
 
@@ -304,12 +304,12 @@ def test_rbe3_moves_by_weighted_least_squares(tmp_path, bars, card, groups, name
     for weight, own, grids in groups:
         scale = np.sqrt(weight) * np.where([int(c) > 3 for c in own], mean, 1.0)
         for g in grids:
-            A.append(scale[:, None] * carried(g, own, 4))
+            A.append(scale[:, None] * rigid_rows(g, own, 4))
             b.append(scale[:, None] * components(deck, g, own))
     best = np.linalg.lstsq(np.concatenate(A), np.concatenate(b), rcond=None)[0]
-    found = components(deck, 4, names)
-    wanted = carried(4, names, 4) @ best
-    assert found == pytest.approx(wanted, abs=1e-8 * np.abs(wanted).max())
+    computed = components(deck, 4, names)
+    expected = rigid_rows(4, names, 4) @ best
+    assert computed == pytest.approx(expected, abs=1e-8 * np.abs(expected).max())
 
 
 def test_mpc_equations_hold_in_the_units_of_the_deck(tmp_path):

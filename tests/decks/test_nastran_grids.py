@@ -15,14 +15,14 @@ CHAIN = [
 ]  # fmt: skip
 
 
-def held(deck, names=None) -> dict[int, str]:
-    """Components 1 to 6 that are held at each grid, along whatever axes."""
-    found: dict[int, set[int]] = {}
+def supported_components(deck, names=None) -> dict[int, str]:
+    """Components 1 to 6 that are supported at each grid, along any axes."""
+    components: dict[int, set[int]] = {}
     number = {row: n for n, row in deck.points_of_ids.items()}
-    for group, support in deck.held(names).items():
+    for group, support in deck.active_supports(names).items():
         for row in deck.mesh.group_points(group):
-            found.setdefault(number[row], set()).update(WORDS.index(c) + 1 for c in support.components)
-    return {n: "".join(map(str, sorted(own))) for n, own in sorted(found.items())}
+            components.setdefault(number[row], set()).update(WORDS.index(c) + 1 for c in support.components)
+    return {n: "".join(map(str, sorted(numbers))) for n, numbers in sorted(components.items())}
 
 
 CARDS = ["SPC,1,1,12,0.,2,3", "SPC1,1,46,3,THRU,5", "SPC1,2,5,2,4", "SPC1,3,123,6", "SPCADD,8,1,3", "SPC1,1,3,1"]
@@ -30,11 +30,16 @@ CARDS = ["SPC,1,1,12,0.,2,3", "SPC1,1,46,3,THRU,5", "SPC1,2,5,2,4", "SPC1,3,123,
 
 def test_support_sets(tmp_path):
     deck = read(tmp_path, *CHAIN, *CARDS, control="SPC = 8")
-    one, three = {1: "123", 2: "3", 3: "46", 4: "46", 5: "46"}, {6: "123"}
+    first_set, third_set = {1: "123", 2: "3", 3: "46", 4: "46", 5: "46"}, {6: "123"}
     assert deck.default_supports == ("ps", "spc_8")
-    assert held(deck, ["spc_1"]) == one and held(deck, ["spc_2"]) == {2: "5", 4: "5"}
-    assert held(deck, ["spc_8"]) == one | three and held(deck, ["ps"]) == {9: "46"}
-    assert held(deck) == one | three | {9: "46"}
+    assert supported_components(deck, ["spc_1"]) == first_set and supported_components(deck, ["spc_2"]) == {
+        2: "5",
+        4: "5",
+    }
+    assert supported_components(deck, ["spc_8"]) == first_set | third_set and supported_components(deck, ["ps"]) == {
+        9: "46"
+    }
+    assert supported_components(deck) == first_set | third_set | {9: "46"}
     assert sorted(deck.mesh.group_points("spc_1").tolist()) == [deck.points_of_ids[n] for n in (1, 2, 3, 4, 5)]
 
 
@@ -51,16 +56,16 @@ def test_supports_lie_along_displacement_axes(tmp_path):
     }
     number = {row: n for n, row in deck.points_of_ids.items()}
     seen = {}
-    for group, support in deck.held(["spc_1"]).items():
+    for group, support in deck.active_supports(["spc_1"]).items():
         for row in deck.mesh.group_points(group):
             seen[number[row]] = np.asarray(support.axes)
             assert support.components == ("x", "z")
-    for n, wanted in axes.items():
-        assert seen[n] == pytest.approx(wanted, abs=1e-8)
-    for support in deck.held(["spc_2"]).values():
+    for n, expected in axes.items():
+        assert seen[n] == pytest.approx(expected, abs=1e-8)
+    for support in deck.active_supports(["spc_2"]).values():
         assert np.asarray(support.axes) == pytest.approx(np.eye(3))
-    (one,) = deck.held(["spc_3"]).values()
-    assert np.asarray(one.axes) == pytest.approx(axes[8], abs=1e-8)
+    (support,) = deck.active_supports(["spc_3"]).values()
+    assert np.asarray(support.axes) == pytest.approx(axes[8], abs=1e-8)
 
 
 @pytest.mark.parametrize(
@@ -81,7 +86,7 @@ def test_case_control_of_the_first_subcase(tmp_path, control, default):
 
 def test_lists_with_thru_and_by(tmp_path):
     deck = read(tmp_path, *CHAIN, "SPC1,1,1,2,THRU,8,BY,3", "SPC1,1,2,1")
-    assert held(deck, ["spc_1"]) == {1: "2", 2: "1", 5: "1", 8: "1"}
+    assert supported_components(deck, ["spc_1"]) == {1: "2", 2: "1", 5: "1", 8: "1"}
 
 
 def test_grdset_defaults(tmp_path):
@@ -104,11 +109,11 @@ def test_grdset_defaults(tmp_path):
         23: np.array([1.0, 2, 3]) @ C,
         24: [6, -4, 0.0],
     }
-    for number, place in at.items():
-        assert deck.mesh.points[deck.points_of_ids[number]] == pytest.approx(np.array(place))
-    assert held(deck, ["ps"]) == {21: "3", 22: "3", 23: "3", 24: "4"}
+    for number, location in at.items():
+        assert deck.mesh.points[deck.points_of_ids[number]] == pytest.approx(np.array(location))
+    assert supported_components(deck, ["ps"]) == {21: "3", 22: "3", 23: "3", 24: "4"}
     axes = {}
-    for group, support in deck.held(["spc_1"]).items():
+    for group, support in deck.active_supports(["spc_1"]).items():
         axes |= {int(row): np.asarray(support.axes) for row in deck.mesh.group_points(group)}
     assert axes[deck.points_of_ids[21]] == pytest.approx(C, abs=1e-8)
     assert axes[deck.points_of_ids[23]] == pytest.approx(np.eye(3))
@@ -165,7 +170,7 @@ def test_autospc_completes_supports(tmp_path):
     """Of a rod along x, nothing resists y and z at its ends; the deck holds y of one of them."""
     rod = ["GRID,1,,0.,0.,0.", "GRID,2,,2.,0.,0.", "CONROD,1,1,2,1,0.5", STEEL, "SPC1,1,123456,1", "SPC1,1,2,2"]
     deck = read(tmp_path, *rod, control="SPC = 1")
-    assert held(deck) == {1: "123", 2: "23"} and held(deck, ["autospc"]) == {2: "23"}
+    assert supported_components(deck) == {1: "123", 2: "23"} and supported_components(deck, ["autospc"]) == {2: "23"}
 
 
 def spokes(n: int, turn: float = 0.0) -> list[str]:
@@ -178,7 +183,7 @@ def spokes(n: int, turn: float = 0.0) -> list[str]:
     return [*cards, "PROD,3,1,1.-4", STEEL, "SPC1,1,123," + ",".join(str(2 * k + 1) for k in range(min(n, 6)))]
 
 
-def test_autospc_holds_directions_across_a_skew_rod(tmp_path):
+def test_autospc_across_skew_rod(tmp_path):
     deck = read(tmp_path, *spokes(1, 0.6))
     (support,) = deck.supports["autospc"].values()
     axes = np.asarray(support.axes)

@@ -36,8 +36,8 @@ def beam_of(folder, element: str, *cards: str, **more: object):
     return member
 
 
-def along(value: object) -> tuple[np.ndarray, np.ndarray]:
-    """Places [m] and values of a quantity of a section."""
+def positions_and_values(value: object) -> tuple[np.ndarray, np.ndarray]:
+    """Positions [m] and values of a quantity of a section."""
     if isinstance(value, tuple):
         return np.asarray(value[0]), np.asarray(value[1])
     return np.zeros(1), np.array([value], float)
@@ -48,9 +48,9 @@ def bends(member, EI1: float, EI2: float, EI12: float) -> None:
     y = np.asarray(member.options["orientation"])
     y = (y - (y @ X) * X) / np.linalg.norm(y - (y @ X) * X)
     z = np.cross(X, y)
-    found = float(member.section.EIz) * np.outer(y, y) + float(member.section.EIy) * np.outer(z, z)
-    wanted = EI1 * np.outer(Y, Y) + EI2 * np.outer(Z, Z) + EI12 * (np.outer(Y, Z) + np.outer(Z, Y))
-    assert found == pytest.approx(wanted, abs=1e-9 * np.abs(wanted).max())
+    computed = float(member.section.EIz) * np.outer(y, y) + float(member.section.EIy) * np.outer(z, z)
+    expected = EI1 * np.outer(Y, Y) + EI2 * np.outer(Z, Z) + EI12 * (np.outer(Y, Z) + np.outer(Z, Y))
+    assert computed == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
 
 
 def own_axes(member) -> np.ndarray:
@@ -98,15 +98,15 @@ def test_pbeam_stations_and_centres(tmp_path):
     member = beam_of(tmp_path, "CBEAM", PBEAM, MAT1)
     s, at = member.section, {key: np.array(v) for key, v in STATIONS.items()}
     m = (RHO * at["A"] + at["nsm"]) * MASS / L * WT
-    wanted = {
+    expected = {
         "EA": E * at["A"] * F, "EIz": E * at["I1"] * F * L**2, "EIy": E * at["I2"] * F * L**2,
         "GJ": G * at["J"] * F * L**2, "mass_per_length": m, "GAy": 0.7 * G * at["A"] * F, "GAz": 0.6 * G * at["A"] * F,
         "rz": np.sqrt((RHO * at["I1"] + 0.01) * MASS * L * WT / m),
         "ry": np.sqrt((RHO * at["I2"] + 0.01) * MASS * L * WT / m),
     }  # fmt: skip
-    for name, values in wanted.items():
-        places, found = along(getattr(s, name))
-        assert found == pytest.approx(values, rel=1e-9), name
+    for name, values in expected.items():
+        places, computed = positions_and_values(getattr(s, name))
+        assert computed == pytest.approx(values, rel=1e-9), name
         assert places == pytest.approx(np.array(AT) * LENGTH), name
     N, M = np.array([0.12, -0.15]) * L, np.array([0.05, 0.06]) * L
     own, more = RHO * 0.9, 0.004
@@ -172,11 +172,14 @@ def test_bar_offsets(tmp_path, codes):
     deck = inches(tmp_path, *OFFSETS, *ends, card, "PBAR,3,1,.9,.3,.5,.2", MAT1)
     own = np.array([X, Y, Z])
     at = [A + a @ (own if codes[1:2] == "O" else CFIVE), B + b @ (own if codes[2:3] == "O" else CSIX)]
-    found = deck.mesh.points[deck.mesh.cells["line"][0]]
-    assert found == pytest.approx(np.array(at) * L)
+    computed = deck.mesh.points[deck.mesh.cells["line"][0]]
+    assert computed == pytest.approx(np.array(at) * L)
     y = np.asarray(deck.members[0].options["orientation"])
     assert y == pytest.approx(V / np.linalg.norm(V))
-    ties = {deck.mesh.group_points(one.group)[0]: deck.mesh.group_points(one.reference)[0] for one in deck.connections}
+    ties = {
+        deck.mesh.group_points(connection.group)[0]: deck.mesh.group_points(connection.reference)[0]
+        for connection in deck.connections
+    }
     rows = deck.mesh.cells["line"][0]
     assert [ties[r] for r in rows] == [deck.points_of_ids[1], deck.points_of_ids[2]]
 
@@ -292,9 +295,9 @@ def test_shell_thickness_offset_and_angle(tmp_path, name, relative):
     (member,) = deck.members
     side = (CORNERS[1] - CORNERS[0]) / np.linalg.norm(CORNERS[1] - CORNERS[0])
     a = np.radians(25.0)
-    wanted = np.cos(a) * side + np.sin(a) * np.cross(NORMAL, side)
+    expected = np.cos(a) * side + np.sin(a) * np.cross(NORMAL, side)
     assert member.options["offset"] == pytest.approx(0.05 * L)
-    assert member.options["axis"] == pytest.approx(wanted, abs=1e-7)
+    assert member.options["axis"] == pytest.approx(expected, abs=1e-7)
     given = [0.2 * 1.1, 0.2, 0.2 * 1.5, 0.2 * 1.7] if relative else [0.11, 0.2, 0.15, 0.17]
     (thickness,) = member.options["thickness"].values()
     corners = 3 if "TRIA" in name else 4
@@ -370,22 +373,22 @@ def test_axes_of_solid_materials(tmp_path, name, system):
     card = "\n".join(",".join(["" if k else words[0], *words[1 + k : 9 + k]]) for k in range(0, len(words) - 1, 8))
     C = np.diag([5.0, 4.0, 3.0, 1.0, 1.1, 1.2]) * 1e6
     deck = inches(tmp_path, *DIRECTION, *grids, card, f"PSOLID,3,1,{system}", mat9(C))
-    found = np.reshape(deck.members[0].options["axes"], (2, 3))
+    computed = np.reshape(deck.members[0].options["axes"], (2, 3))
     if system == 5:
         z = np.array([0.3, 0.2, 0.9]) / np.linalg.norm([0.3, 0.2, 0.9])
-        one = np.array([1.0, 0.5, 0.0]) - (np.array([1.0, 0.5, 0.0]) @ z) * z
-        second = np.cross(z, one)
+        first = np.array([1.0, 0.5, 0.0]) - (np.array([1.0, 0.5, 0.0]) @ z) * z
+        second = np.cross(z, first)
     elif system == 6:
-        one = (x.mean(axis=0) - [5.0, -4.0, 0.0]) * [1, 1, 0]
-        second = np.cross([0, 0, 1.0], one)
+        first = (x.mean(axis=0) - [5.0, -4.0, 0.0]) * [1, 1, 0]
+        second = np.cross([0, 0, 1.0], first)
     else:  # from the face of low r to that of high r; the second towards high s
-        one, s = x[1] - x[0], x[2] - x[0]
+        first, s = x[1] - x[0], x[2] - x[0]
         if name == "CHEXA":
-            one = x[[1, 2, 5, 6]].sum(axis=0) - x[[0, 3, 4, 7]].sum(axis=0)
+            first = x[[1, 2, 5, 6]].sum(axis=0) - x[[0, 3, 4, 7]].sum(axis=0)
             s = x[[2, 3, 6, 7]].sum(axis=0) - x[[0, 1, 4, 5]].sum(axis=0)
-        second = s - (s @ one) / (one @ one) * one
-    wanted = [v / np.linalg.norm(v) for v in (one, second)]
-    assert found == pytest.approx(np.array(wanted), abs=1e-9)
+        second = s - (s @ first) / (first @ first) * first
+    expected = [v / np.linalg.norm(v) for v in (first, second)]
+    assert computed == pytest.approx(np.array(expected), abs=1e-9)
 
 
 @pytest.mark.parametrize(

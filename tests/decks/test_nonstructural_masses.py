@@ -22,9 +22,9 @@ def matrices(folder: Path, *cards: str, control: str = IN_FORCE) -> tuple[np.nda
     return built.K.toarray(), built.M.toarray()
 
 
-def same(folder: Path, cards: list[str], others: list[str], control: str = IN_FORCE) -> None:
-    for one, other in zip(matrices(folder, *cards, control=control), matrices(folder, *others), strict=True):
-        np.testing.assert_allclose(one, other, rtol=1e-12, atol=1e-12 * np.abs(other).max())
+def assert_equal_matrices(folder: Path, cards: list[str], others: list[str], control: str = IN_FORCE) -> None:
+    for matrix, expected in zip(matrices(folder, *cards, control=control), matrices(folder, *others), strict=True):
+        np.testing.assert_allclose(matrix, expected, rtol=1e-12, atol=1e-12 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize(
@@ -44,24 +44,26 @@ def same(folder: Path, cards: list[str], others: list[str], control: str = IN_FO
 def test_nsm_of_a_plate_equals_that_of_its_property(card: str, tmp_path: Path):
     """Half a square metre with 7 kg/m^2."""
     heavy = plate(PANEL.replace("1,,1", "1,,1,,7."), STEEL)
-    same(tmp_path, [*plate(PANEL, STEEL), *card.split("\n")], heavy, "SET 9 = 100 THRU 107\n" + IN_FORCE)
+    assert_equal_matrices(
+        tmp_path, [*plate(PANEL, STEEL), *card.split("\n")], heavy, "SET 9 = 100 THRU 107\n" + IN_FORCE
+    )
 
 
 def test_nsm_of_facets_bars_and_rods(tmp_path: Path):
     corners = [f"GRID,{k + 1},,{x},{y},0." for k, (x, y) in enumerate([(0, 0), (1, 0), (1, 1), (0, 1.0)])]
-    held, facets = "SPC1,1,123456,1,4", ["CTRIA3,1,3,1,2,3", "CTRIA3,2,3,1,3,4"]
-    same(
-        tmp_path, [*corners, *facets, PANEL, STEEL, held, "NSM1,5,PSHELL,2.,ALL"],
-        [*corners, *facets, PANEL.replace("1,,1", "1,,1,,2."), STEEL, held],
+    fixed, facets = "SPC1,1,123456,1,4", ["CTRIA3,1,3,1,2,3", "CTRIA3,2,3,1,3,4"]
+    assert_equal_matrices(
+        tmp_path, [*corners, *facets, PANEL, STEEL, fixed, "NSM1,5,PSHELL,2.,ALL"],
+        [*corners, *facets, PANEL.replace("1,,1", "1,,1,,2."), STEEL, fixed],
     )  # fmt: skip
     light, heavy = bar(), bar(section="PBAR,3,1,1.E-3,2.E-7,8.E-7,1.E-6,0.5")
-    same(tmp_path, [*light, "NSM,5,PBAR,3,0.5"], heavy)
-    same(tmp_path, [*light, "NSML1,5,PBAR,1.,3"], heavy)  # 2 m
+    assert_equal_matrices(tmp_path, [*light, "NSM,5,PBAR,3,0.5"], heavy)
+    assert_equal_matrices(tmp_path, [*light, "NSML1,5,PBAR,1.,3"], heavy)  # 2 m
     rod = [*corners[:2], "CROD,1,2,1,2", "CONROD,2,1,2,1,1.E-4", "PROD,2,1,1.E-4", STEEL]
     rod += ["SPC1,1,123456,1", "SPC1,1,23456,2"]
     own = ["CONROD,2,1,2,1,1.E-4,,,0.3" if card.startswith("CONROD") else card for card in rod]
     own = ["PROD,2,1,1.E-4,,,0.2" if card.startswith("PROD") else card for card in own]
-    same(tmp_path, [*rod, "NSM,5,PROD,2,0.2", "NSM,5,CONROD,2,0.3"], own)
+    assert_equal_matrices(tmp_path, [*rod, "NSM,5,PROD,2,0.2", "NSM,5,CONROD,2,0.3"], own)
 
 
 def test_nsm_of_single_elements(tmp_path: Path):
@@ -112,8 +114,8 @@ def test_nonstructural_mass_of_abaqus_shells(kind: str, tmp_path: Path):
         (added("FIRST", "TOTAL MASS", 1e-3) + added("SECOND", "TOTAL MASS", 2e-3), 1.0, 2.0),
     ):
         a, b = OWN + first, OWN + second
-        found = weighed(tmp_path, panel(kind=kind, more=text))
-        assert found == pytest.approx((a + b, (0.05 * a + 0.15 * b) / (a + b)), rel=1e-12), text
+        computed = weighed(tmp_path, panel(kind=kind, more=text))
+        assert computed == pytest.approx((a + b, (0.05 * a + 0.15 * b) / (a + b)), rel=1e-12), text
 
 
 def test_nonstructural_mass_in_proportion(tmp_path: Path):
@@ -128,8 +130,8 @@ def test_nonstructural_mass_in_proportion(tmp_path: Path):
     by_volume = added("PANEL", "TOTAL MASS", 4e-3, ", DISTRIBUTION=VOLUME PROPORTIONAL")
     for text, first in ((by_mass, 4 / 1.3), (by_volume, 1.0)):
         one, two = a + first, b + 4 - first
-        found = weighed(tmp_path, light.format(text))
-        assert found == pytest.approx((one + two, (0.05 * one + 0.15 * two) / (one + two)), rel=1e-9)
+        computed = weighed(tmp_path, light.format(text))
+        assert computed == pytest.approx((one + two, (0.05 * one + 0.15 * two) / (one + two)), rel=1e-9)
 
 
 def test_nonstructural_mass_of_abaqus_beams_and_trusses(tmp_path: Path):
@@ -140,8 +142,8 @@ def test_nonstructural_mass_of_abaqus_beams_and_trusses(tmp_path: Path):
     for kind, nodes in (("T3D2", "1, 2"), ("T3D3", "1, 3, 2")):
         text = f"{truss}*ELEMENT, TYPE={kind}, ELSET=WIRE\n7, {nodes}\n{ABAQUS_STEEL}"
         text += "*SOLID SECTION, ELSET=WIRE, MATERIAL=STEEL\n4.\n"
-        found = weighed(tmp_path, text + added("WIRE", "TOTAL MASS", 1e-3))
-        assert found == pytest.approx((7850 * 4e-6 * 0.1 + 1.0, 0.05)), kind
+        computed = weighed(tmp_path, text + added("WIRE", "TOTAL MASS", 1e-3))
+        assert computed == pytest.approx((7850 * 4e-6 * 0.1 + 1.0, 0.05)), kind
 
 
 def test_nonstructural_mass_of_abaqus_solids(tmp_path: Path):

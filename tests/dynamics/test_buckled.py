@@ -144,7 +144,7 @@ def test_lateral_torsional_buckling_at_prandtl_load(ratio):
 
 
 def test_frequency_below_lateral_buckling_matches_segments():
-    pieces = fem.cut(line([[0, 0, 0], [LENGTH_OF_LATERAL_BUCKLING, 0, 0]], 12), members(50), 12)
+    pieces = fem.cut_into_segments(line([[0, 0, 0], [LENGTH_OF_LATERAL_BUCKLING, 0, 0]], 12), members(50), 12)
     segments = system.Segments(reduction.reduce_segments(pieces, {"tip": "end", "root": "start"}))
     one, many = lowest(strip(50), 0.5), lowest(segments, 0.5, system.assembled)
     assert one < 0.85 * lowest(strip(50), 0.0)

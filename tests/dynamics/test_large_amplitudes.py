@@ -108,7 +108,7 @@ def one():
 
 
 def segmented(k):
-    return system.Segments(reduction.reduce_segments(fem.cut(mesh(12), MEMBERS, k), MARKERS))
+    return system.Segments(reduction.reduce_segments(fem.cut_into_segments(mesh(12), MEMBERS, k), MARKERS))
 
 
 FORCE = np.array([0.0, 40.0, -200.0])  # dead, skew to both planes

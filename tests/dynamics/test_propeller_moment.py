@@ -111,7 +111,7 @@ def test_propeller_moment_varies_with_cosine_of_twice_the_angle():
 def test_propeller_moment_of_solid_blade():
     """d(omega^2) / d(spin^2) of torsion: int (1 - s^2)/2 theta'^2 / int theta^2 by the pull, and the moments' ratio."""
     length, wide, thick, spin = 1.0, 0.06, 0.012, 60.0
-    mesh = box(length, wide, thick, 10, 2, 1, cell="hexahedron27").moved([0, -wide / 2, -thick / 2])
+    mesh = box(length, wide, thick, 10, 2, 1, cell="hexahedron27").translated([0, -wide / 2, -thick / 2])
     member = fem.Member("volume", "solid", None, fem.Material(70e9, 0.3, 2700.0))
     structure = fem.build_structure(mesh, [member])
     modes = cantilever_modes(structure, "left", 7)

@@ -91,7 +91,7 @@ def test_blade_of_solids_has_exact_frequencies():
     height = 0.0145
     width = height * np.sqrt(1.9)
     E = 12 / (width * height**3)
-    mesh = box(1.0, width, height, 16, 1, 1, cell="hexahedron27").moved([0, -width / 2, -height / 2])
+    mesh = box(1.0, width, height, 16, 1, 1, cell="hexahedron27").translated([0, -width / 2, -height / 2])
     member = fem.Member("volume", "solid", None, fem.Material(E, 0.0, 1 / (width * height)))
     structure = fem.build_structure(mesh, [member])
     for gamma in (0.0, 6.0, 12.0):

@@ -58,20 +58,20 @@ def two_planes(roots, b: float, h: float, count: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize(("order", "n", "count"), [(3, 75, 8), (5, 8, 8), (6, 4, 6), (8, 2, 6)])
-def test_an_oblique_cantilever_has_the_closed_form_frequencies_with_the_advised_meshes(order, n, count):
+def test_oblique_cantilever_frequencies_match_closed_form(order, n, count):
     structure = beam(boom(n), Rectangle(0.02, 0.03), order=order, rotary_inertia=False)
     # by inverse iteration: many short elements put rounding of the highest axial wave into a dense solution
     omega = cantilever_modes(structure, "start", count).omega
     assert omega[:count] == pytest.approx(two_planes(CANTILEVER, 0.02, 0.03, count), rel=1e-6)
 
 
-def test_a_free_beam_has_six_rigid_modes_and_the_closed_form_frequencies():
+def test_free_beam_frequencies_match_closed_form():
     omega, _ = modes(beam(boom(6), Rectangle(0.02, 0.03), order=6, rotary_inertia=False))
     assert omega[:6].max() < 1e-3 * omega[6]  # sqrt of rounding: K holds EA beside EI / L^2
     assert omega[6:12] == pytest.approx(two_planes(FREE_FREE, 0.02, 0.03, 6), rel=1e-6)
 
 
-def test_a_pinned_beam_with_rotary_inertia_is_rayleighs():
+def test_pinned_beam_with_rotary_inertia_matches_rayleigh():
     """omega^2 = EI k^4 / (rho A (1 + r^2 k^2)), k = n pi / L, r^2 = I / A, in both planes."""
     b, h = 0.3, 0.5
     structure = beam(boom(6, [1, 0, 0], (0, 0, 0)), Rectangle(b, h), order=7)
@@ -84,7 +84,7 @@ def test_a_pinned_beam_with_rotary_inertia_is_rayleighs():
 
 
 @pytest.mark.parametrize("rotary", [True, False])
-def test_axial_and_torsional_frequencies_are_the_rods(rotary):
+def test_axial_and_torsional_frequencies_match_rod_theory(rotary):
     """(n - 1/2) pi c / L with c^2 = E / rho, and G J / rho I_p; rotary inertia off leaves torsion its own."""
     structure = beam(boom(6, [0, 1, 0]), Rectangle(0.1, 0.2), order=8, rotary_inertia=rotary)
     clamp, tip = structure.clamped_dofs("start"), structure.mesh.group_points("end")[0]
@@ -93,11 +93,11 @@ def test_axial_and_torsional_frequencies_are_the_rods(rotary):
     speed = {"translation": np.sqrt(E / RHO), "rotation": np.sqrt(ALUMINIUM.G * p.J[0] / (RHO * p.polar[0]))}
     for kind, c in speed.items():
         along = np.abs((getattr(structure, kind) @ phi)[3 * tip + 1])
-        found = omega[along > 1e-3 * along.max()][:3]
-        assert found == pytest.approx((np.arange(3) + 0.5) * np.pi * c / L, rel=1e-8)
+        computed = omega[along > 1e-3 * along.max()][:3]
+        assert computed == pytest.approx((np.arange(3) + 0.5) * np.pi * c / L, rel=1e-8)
 
 
-def test_the_cubic_error_is_beta_h_to_the_fourth_over_1440():
+def test_frequency_error_of_cubic_beam():
     structure = beam(boom(12), Circle(0.1), rotary_inertia=False)
     omega, _ = modes(structure, structure.clamped_dofs("start"))
     for mode in range(3):
@@ -105,9 +105,11 @@ def test_the_cubic_error_is_beta_h_to_the_fourth_over_1440():
         assert error == pytest.approx((CANTILEVER[mode] / 12) ** 4 / 1440, rel=0.1)
 
 
-def test_line3_cells_are_two_elements_each():
-    one, two = (modes(beam(boom(n, cell=cell), Circle(0.1)))[0] for n, cell in ((4, "line3"), (8, "line")))
-    assert one[6:20] == pytest.approx(two[6:20], rel=1e-9)
+def test_line3_cell_is_two_elements():
+    with_line3, with_lines = (
+        modes(beam(boom(n, cell=cell), Circle(0.1)))[0] for n, cell in ((4, "line3"), (8, "line"))
+    )
+    assert with_line3[6:20] == pytest.approx(with_lines[6:20], rel=1e-9)
 
 
 def tip_mass_root(mass: float, inertia: float, guess: tuple[float, float]) -> float:
@@ -124,7 +126,7 @@ def tip_mass_root(mass: float, inertia: float, guess: tuple[float, float]) -> fl
 
 
 @pytest.mark.parametrize(("mass", "inertia"), [(0.5, 0.0), (3.0, 0.0), (0.5, 0.02)])
-def test_a_tip_mass_and_inertia_give_the_transcendental_frequencies(mass, inertia):
+def test_beam_with_tip_mass_and_inertia_matches_closed_form(mass, inertia):
     A, I = np.pi * 1e-2, np.pi / 4 * 1e-4
     m = RHO * A
     tip = PointMass("end", mass * m * L, inertia * m * L**3 * np.eye(3) if inertia else None)
@@ -142,7 +144,7 @@ def test_a_tip_mass_and_inertia_give_the_transcendental_frequencies(mass, inerti
     assert omega[0] == pytest.approx(bending(roots[0], I, A), rel=1e-6)
 
 
-def test_an_offset_tip_mass_swings_on_its_arm():
+def test_offset_tip_mass():
     """A light cantilever of tip stiffness K with a mass m a rigid distance d beyond its end: omega^-2 = m r.K^-1 r."""
     mesh = line([[0, 0, 0], [1.0, 0, 0]], 1)
     light = Member("line", "beam", StiffnessSection(1e9, 1e5, 1e5, 1e5, 1e-4))
@@ -153,7 +155,7 @@ def test_an_offset_tip_mass_swings_on_its_arm():
 
 
 @pytest.mark.parametrize(("power", "order_of_bessel"), [(1, 1), (2, 2)], ids=["wedge", "cone"])
-def test_pointed_cantilevers_have_kirchhoffs_bessel_frequencies(power, order_of_bessel):
+def test_pointed_cantilever_frequencies_match_kirchhoff(power, order_of_bessel):
     """Wedge (A ~ x, I ~ x^3), cone (A ~ x^2, I ~ x^4): J_n I_n+1 + I_n J_n+1 = 0 at z, omega ~ z^2/4."""
     n = order_of_bessel
     roots, grid = [], np.linspace(1.0, 16.0, 200)
@@ -208,7 +210,7 @@ def axes(y: np.ndarray, x: np.ndarray = OBLIQUE) -> np.ndarray:
 
 
 @pytest.mark.parametrize(("n", "order"), [(1, 3), (5, 3), (2, 6)])
-def test_a_tip_load_gives_the_exact_deflection_in_the_section_axes(n, order):
+def test_tip_deflection_along_section_axes(n, order):
     """F L^3 / 3EI and M L / EI, F L^2 / 2EI both ways, N L / EA, T L / GJ; the section's y along the orientation."""
     orientation = np.array([0.3, 0.1, 1.0])
     C = axes(orientation)
@@ -229,7 +231,7 @@ def test_a_tip_load_gives_the_exact_deflection_in_the_section_axes(n, order):
     assert C @ theta == pytest.approx(expected_theta, rel=1e-8)
 
 
-def test_an_angle_frame_bends_and_twists_by_the_closed_form():
+def test_angle_frame_deflection_matches_closed_form():
     """Load F out of the plane at the end of arms a, b: F (a^3 + b^3) / 3EI + F a b^2 / GJ, and in the plane across b:
     F b^3 / 3EI + F a b^2 / EI from the first arm's end rotation, F a / EA from its stretch."""
     a, b, F = 3.0, 2.0, 50.0
@@ -242,7 +244,7 @@ def test_an_angle_frame_bends_and_twists_by_the_closed_form():
     assert across == pytest.approx(F * b**3 / (3 * EI) + F * a * b**2 / EI + F * a / EA, rel=1e-8)
 
 
-def test_varying_mass_is_the_integral():
+def test_mass_of_varying_section_equals_integral():
     """A frustum's mass and centre: radius r0 to r1."""
     r0, r1 = 0.1, 0.04
     structure = beam_beam_tables(boom_beam_tables(2, [1, 0, 0], (0, 0, 0)), Circle(f"{r0} + ({r1} - {r0})*s/L"))

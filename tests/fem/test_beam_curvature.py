@@ -30,7 +30,7 @@ def block_of(EIy, EIz, GJ):
     return build_structure(mesh, [Member("line", "beam", section, None, {"orientation": (0, 1, 0)})]).strain[0]
 
 
-def bent(block, raw):
+def table_energy(block, raw):
     """Energy of curvature and twist at raw displacements, by the table."""
     total = 0.0
     for part in block.nonlinear(slice(None)):
@@ -52,7 +52,7 @@ def frames(local, xi):
     return Rotation.from_rotvec(shortest.T) * Rotation.from_rotvec(np.outer(theta, [1, 0, 0]))
 
 
-def exactly_bent(block, local, EIy, EIz, GJ):
+def exact_energy(block, local, EIy, EIz, GJ):
     """The same energy from R^T R' of the frames, by differences along the beam."""
     d = 1e-4
     ahead, back = (frames(local, XI + step) for step in (d, -d))
@@ -60,7 +60,7 @@ def exactly_bent(block, local, EIy, EIz, GJ):
     return np.einsum("q,qs,s->", block.weight[0], kappa**2, [GJ, EIy, EIz]) / 2
 
 
-def drawn_in(local):
+def with_shortened_axis(local):
     """The dofs with those of u such that the axis keeps its length, u' = -(v'^2 + w'^2) / 2 at all points."""
     local, h = local.copy(), np.array([LENGTH])
     slopes = field_rows(ORDER, XI, h, 1)[0]
@@ -71,46 +71,46 @@ def drawn_in(local):
     return local
 
 
-def apart(stiffness, local):
-    """Energy by the table less that of turned sections, over the latter, at three sizes of the bend."""
-    block, found = block_of(*stiffness), []
+def energy_errors(stiffness, local):
+    """Relative errors of the table's energy against that of rotated sections, at three amplitudes."""
+    block, errors = block_of(*stiffness), []
     raw = np.zeros(block.dofs.max() + 1)
     for size in (0.08, 0.04, 0.02):
-        own = drawn_in(size * local)
-        raw[block.dofs[0]] = own
-        exact = exactly_bent(block, own, *stiffness)
-        found.append(bent(block, raw) / exact - 1)
-    return np.abs(found)
+        shortened = with_shortened_axis(size * local)
+        raw[block.dofs[0]] = shortened
+        exact = exact_energy(block, shortened, *stiffness)
+        errors.append(table_energy(block, raw) / exact - 1)
+    return np.abs(errors)
 
 
 STIFFNESS = [(700.0, 14.0, 12.0), (5.0, 90.0, 30.0), (40.0, 40.0, 25.0)]
 
 
 @pytest.mark.parametrize("stiffness", STIFFNESS)
-def test_the_energy_is_that_of_turned_sections_to_fourth_order(stiffness):
+def test_energy_of_rotated_sections_to_fourth_order(stiffness):
     """Bent about both axes and twisted at once; what is left falls as the cube of the size, or faster."""
     local = np.random.default_rng(4).normal(size=ORDER.n_local)
     local[:12] *= 0.3
-    found = apart(stiffness, local)
-    assert np.log2(found[1] / found[2]) > 2.8
-    assert found[2] < 2e-5
+    computed = energy_errors(stiffness, local)
+    assert np.log2(computed[1] / computed[2]) > 2.8
+    assert computed[2] < 2e-5
 
 
 @pytest.mark.parametrize("stiffness", STIFFNESS)
-def test_the_energy_of_a_bend_in_any_one_plane_is_theirs_to_fourth_order(stiffness):
+def test_energy_of_plane_bending_to_fourth_order(stiffness):
     """Linear curvature would leave the square of the slope, 1e-3 of the energy at the second size."""
     slope = np.array([0.0, 0.4, -0.1, 0.6])
     local = np.zeros(ORDER.n_local)
     local[[1, 5, 7, 11]] = 0.6 * slope
     local[[2, 4, 8, 10]] = 0.8 * slope * [1, -1, 1, -1]
-    found = apart(stiffness, local)
-    assert np.log2(found[:2] / found[1:]) == pytest.approx([4, 4], abs=0.1)
-    assert found[1] < 2e-6
+    computed = energy_errors(stiffness, local)
+    assert np.log2(computed[:2] / computed[1:]) == pytest.approx([4, 4], abs=0.1)
+    assert computed[1] < 2e-6
 
 
-def test_a_marker_on_a_section_turns_as_it_does():
+def test_marker_rotation_equals_section_rotation():
     """Its x axis on the tangent, its rotation vector's x component the twist: to second order, in slopes to third."""
-    e, apart = np.array([1.0, 0, 0]), []
+    e, differences = np.array([1.0, 0, 0]), []
     marker = Marker(np.zeros(3), np.zeros((3, 3)), np.eye(3), axis=e)
     for twist, order in ((0.5, 3), (0.0, 5)):
         for size in (0.2, 0.1):
@@ -119,9 +119,9 @@ def test_a_marker_on_a_section_turns_as_it_does():
             for _ in range(60):
                 tangent = Rotation.from_rotvec([s[0], y, z]).as_matrix()[:, 0]
                 y, z = y + tangent[2] + s[1], z - tangent[1] + s[2]
-            apart.append(np.linalg.norm(marker.rotation_vector(s) - [s[0], y, z]))
-        assert np.log2(apart[-2] / apart[-1]) == pytest.approx(order, abs=0.2)
-    assert apart[-1] < 1e-5
+            differences.append(np.linalg.norm(marker.rotation_vector(s) - [s[0], y, z]))
+        assert np.log2(differences[-2] / differences[-1]) == pytest.approx(order, abs=0.2)
+    assert differences[-1] < 1e-5
 
 
 STRIP = {"orientation": [0.0, 0.0, 1.0]}
@@ -134,8 +134,8 @@ def load_factors(structure, held, F) -> tuple[float, float]:
     x = np.zeros(structure.n_dof)
     x[free] = np.linalg.solve(K, F[free])
     Kg = structure.internal_force.geometric_stiffness(x)[free][:, free].toarray()
-    found = 1 / linalg.eigvalsh(-Kg, K)[[0, -1]]
-    return float(found.max()), float(found.min())
+    computed = 1 / linalg.eigvalsh(-Kg, K)[[0, -1]]
+    return float(computed.max()), float(computed.min())
 
 
 @pytest.mark.parametrize("turned", [False, True])
@@ -147,8 +147,8 @@ def test_right_angled_frame_under_an_end_load_in_its_plane(turned):
     structure = build_structure(mesh, [strip])
     tip = mesh.group_points("end")[0]
     F = C[:, 0] @ structure.translation[3 * tip : 3 * tip + 3].toarray()
-    found = load_factors(structure, structure.clamped_dofs("start"), F)
-    assert found == pytest.approx((1.088, -0.680), rel=6e-3)  # 4e-3 by the torsion constant
+    computed = load_factors(structure, structure.clamped_dofs("start"), F)
+    assert computed == pytest.approx((1.088, -0.680), rel=6e-3)  # 4e-3 by the torsion constant
 
 
 @pytest.mark.parametrize("angle", [np.pi / 6, np.pi / 3, np.pi / 2])
@@ -161,18 +161,18 @@ def test_circular_arch_under_end_moments(angle):
     r = section.resultants(material, np.zeros(1), np.ones(1))
     EI, GJ = (float(np.ravel(value)[0]) for value in (min(r.EIy, r.EIz), r.GJ))
     mean, root = (EI + GJ) / 2, np.hypot((EI - GJ) / 2, np.sqrt(EI * GJ) * np.pi / angle)
-    found = np.array([arch_moments(angle, n, material, section) for n in (8, 16)])
-    np.testing.assert_allclose(2 * found[1] - found[0], [mean + root, mean - root], rtol=0.015)
+    computed = np.array([arch_moments(angle, n, material, section) for n in (8, 16)])
+    np.testing.assert_allclose(2 * computed[1] - computed[0], [mean + root, mean - root], rtol=0.015)
 
 
 def arch_moments(angle, n, material, section) -> tuple[float, float]:
     """Buckling moments of an arch of radius 1 of n straight beams, along z at its start and back at its end."""
     mesh = line(lambda s: (np.sin(angle * (s - 0.5)), np.cos(angle * (s - 0.5)), 0.0), n)
     supports = {}
-    for group, held, (i, j) in (("start", ("x", "y", "z", "rx"), (0, 1)), ("end", ("y", "z", "rx"), (-2, -1))):
+    for group, fixed, (i, j) in (("start", ("x", "y", "z", "rx"), (0, 1)), ("end", ("y", "z", "rx"), (-2, -1))):
         e = mesh.points[j] - mesh.points[i]
-        supports[group] = Support(held, (tuple(e), tuple(np.cross([0, 0, 1.0], e)), (0, 0, 1.0)))
+        supports[group] = Support(fixed, (tuple(e), tuple(np.cross([0, 0, 1.0], e)), (0, 0, 1.0)))
     structure = build_structure(mesh, [Member("line", "beam", section, material, STRIP)], supports=supports)
     ends = [3 * mesh.group_points(group)[0] + 2 for group in ("start", "end")]
     rows = structure.rotation[ends].toarray()
-    return load_factors(structure, structure.held_dofs(supports), rows[0] - rows[1])
+    return load_factors(structure, structure.constrained_dofs(supports), rows[0] - rows[1])

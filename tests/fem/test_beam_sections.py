@@ -34,7 +34,7 @@ def tip(structure, force=(0, 0, 0), moment=(0, 0, 0), group="end", held="start")
 
 
 @pytest.mark.parametrize(("order", "n"), [(3, 1), (3, 4), (5, 1)])
-def test_a_short_beam_bends_and_shears_exactly_under_an_end_force(order, n):
+def test_short_beam_under_end_force_matches_timoshenko(order, n):
     """w = F L^3 / 3 EI + F L / k G A, rotation F L^2 / 2 EI: exact with one element."""
     section = Rectangle(0.3, 0.4)
     s = beam(section, n=n, shear=True, order=order)
@@ -44,17 +44,17 @@ def test_a_short_beam_bends_and_shears_exactly_under_an_end_force(order, n):
     assert turn[1] == pytest.approx(-(L**2) / 2 / EI, rel=1e-10)
 
 
-def test_frequencies_of_a_thick_beam_are_timoshenkos():
+def test_thick_beam_frequencies_match_timoshenko():
     section = StiffnessSection(
         EA=1e6, EIy=1e6 / 12, EIz=1e6 / 12, GJ=1e5, mass_per_length=1.0, GAy=5 / 6 * 0.5e6, GAz=5 / 6 * 0.5e6
     )
     s = build_structure(bar(6, (5.0, 0, 0)), [Member("line", "beam", section, None, {"shear": True, "order": 4})])
     exact = timoshenko_cantilever(5.0, 1e6 / 12, 5 / 6 * 0.5e6, 1.0, 1 / 12)
-    found = frequencies(s, s.clamped_dofs("start"), 2)
-    assert found[0] == pytest.approx(exact, rel=1e-6)
+    computed = frequencies(s, s.clamped_dofs("start"), 2)
+    assert computed[0] == pytest.approx(exact, rel=1e-6)
 
 
-def test_a_centroid_off_the_node_line_bends_under_an_axial_force():
+def test_offset_centroid_under_axial_force():
     """N at the node line is N and M = N e at the centroid: w = N e L^2 / 2 EI, u = N L / EA + N e^2 L / EI."""
     e = 0.05
     s = beam(Rectangle(0.02, 0.03), offset=(0.0, e), order=3)
@@ -66,7 +66,7 @@ def test_a_centroid_off_the_node_line_bends_under_an_axial_force():
     assert turn[1] < 0 and u[2] > 0
 
 
-def test_a_shear_centre_off_the_centroid_twists_under_a_force_through_the_nodes():
+def test_offset_shear_centre_under_transverse_force():
     """F at the node line twists about the shear centre by F e L / GJ; a force through it would not."""
     e = 0.01
     s = beam(GivenSection(A=6e-4, Iy=4.5e-8, Iz=2e-8, J=3e-8), shear_centre=(e, 0.0))
@@ -91,13 +91,13 @@ def on_arms(section, e, **options):
     return build_structure(mesh, [member], connections=[Rigid(f"b{k}", f"a{k}") for k in range(n)])
 
 
-def test_an_offset_section_is_a_beam_on_a_rigid_arm():
+def test_offset_section_equals_beam_on_rigid_arms():
     """All of a section moved aside: the same frequencies as a beam there, joined to the node line by rigid arms."""
     e, tube = np.array([0.0, 0.1, 0.05]), Tube(0.03, 0.002)
     moved = beam(tube, n=4, offset=(e[1], e[2]), order=7)
     arms = on_arms(tube, e, order=7)
-    found = [frequencies(s, s.clamped_dofs("start"), 5) for s in (moved, arms)]
-    np.testing.assert_allclose(found[0], found[1], rtol=1e-8)
+    computed = [frequencies(s, s.clamped_dofs("start"), 5) for s in (moved, arms)]
+    np.testing.assert_allclose(computed[0], computed[1], rtol=1e-8)
     total = moved.translation.T @ np.tile([0, 0, 1.0], len(moved.mesh.points))
     assert total @ moved.M @ total == pytest.approx(np.pi * (0.03**2 - 0.028**2) * 2700.0, rel=1e-9)
 
@@ -116,8 +116,8 @@ def test_prestress_of_an_offset_section_acts_at_its_centroid():
     np.testing.assert_allclose(turn.reshape(-1, 3)[end], np.cross(e, [500.0, 0, 0]), atol=1e-6)
     free = relaxed(moved, ["start"])
     assert not free.stressed or abs(free.f0).max() < 1e-6
-    found = [cantilever_modes(relaxed(s, ["start"]), ["start"], 3).omega for s in (moved, arms)]
-    np.testing.assert_allclose(found[0], found[1], rtol=1e-6)
+    computed = [cantilever_modes(relaxed(s, ["start"]), ["start"], 3).omega for s in (moved, arms)]
+    np.testing.assert_allclose(computed[0], computed[1], rtol=1e-6)
 
 
 def coupled() -> np.ndarray:
@@ -155,7 +155,7 @@ def test_full_stiffness_matches_its_flexibility():
     np.testing.assert_allclose(u, u0, rtol=1e-8, atol=1e-8 * np.abs(u0).max())
 
 
-def test_a_hinge_in_a_beam_carries_no_moment():
+def test_hinge_carries_no_moment():
     """Two bars clamped at both ends with a hinge in the middle: a force there bends two cantilevers, F L^3 / 24 EI."""
     mesh = bar(2)
     middle = mesh.nearest_point([0.5, 0, 0])
@@ -171,8 +171,8 @@ def test_a_hinge_in_a_beam_carries_no_moment():
     u, _ = tip(s, (0, 0, 1.0), group="middle", held="ends")
     EI = 70e9 * 0.02**4 / 12
     assert u[2] == pytest.approx(0.5**3 / 3 / EI / 2, rel=1e-9)
-    one = build_structure(mesh, [Member("line", "beam", section, METAL)])
-    u, _ = tip(one, (0, 0, 1.0), group="middle", held="ends")
+    structure = build_structure(mesh, [Member("line", "beam", section, METAL)])
+    u, _ = tip(structure, (0, 0, 1.0), group="middle", held="ends")
     assert u[2] == pytest.approx(1.0 / 192 / EI, rel=1e-9)
 
 
@@ -200,7 +200,7 @@ def mass_about(M: np.ndarray, y: float, z: float) -> np.ndarray:
     return X.T @ M @ X
 
 
-def same(a, b):
+def assert_equal_structures(a, b):
     """Matrices, and the energy of a large motion."""
     assert a.n_dof == b.n_dof
     np.testing.assert_allclose(a.K.toarray(), b.K.toarray(), atol=1e-11 * abs(b.K).max())
@@ -219,18 +219,20 @@ def section_stiffness() -> np.ndarray:
     return rows.T @ rows
 
 
-def test_a_full_section_off_the_nodes_is_one_with_stiffness_and_mass_about_them():
+def test_offset_full_section_equals_shifted_matrices():
     K, M = section_stiffness(), section_mass()
     offset, centre = (0.05, -0.08), (-0.02, 0.03)
     X = moved_strains(*offset)
-    known = FullSection(X.T @ K @ X, mass_about(M, offset[0] + centre[0], offset[1] + centre[1]))
-    same(beam_beam_options(FullSection(K, M), offset=offset, mass_centre=centre), beam_beam_options(known))
-    same(
+    reference = FullSection(X.T @ K @ X, mass_about(M, offset[0] + centre[0], offset[1] + centre[1]))
+    assert_equal_structures(
+        beam_beam_options(FullSection(K, M), offset=offset, mass_centre=centre), beam_beam_options(reference)
+    )
+    assert_equal_structures(
         beam_beam_options(FullSection(K, M), shear_centre=(0.3, 0.2)), beam_beam_options(FullSection(K, M))
     )  # its matrix has it already
 
 
-def test_centroid_shear_centre_and_mass_centre_of_a_shape_lie_apart():
+def test_shape_with_separate_centres():
     """EA, EI at the centroid, GJ and k G A at the shear centre, the mass at its own centre: as one 6 x 6 matrix."""
     section, offset, shear, mass = Box(0.04, 0.06, 0.005), (0.05, -0.08), (0.013, 0.021), (-0.02, 0.03)
     r = section.resultants(METAL, np.zeros(1), np.ones(1))
@@ -238,6 +240,6 @@ def test_centroid_shear_centre_and_mass_centre_of_a_shape_lie_apart():
     at, where = moved_strains(*offset), moved_strains(offset[0] + shear[0], offset[1] + shear[1])
     Iy, Iz = (0.04 * 0.06**3 - 0.03 * 0.05**3) / 12, (0.06 * 0.04**3 - 0.05 * 0.03**3) / 12
     own = METAL.density * np.diag([9e-4, 9e-4, 9e-4, Iy + Iz, Iy, Iz])
-    known = FullSection(at.T @ axial @ at + where.T @ across @ where, mass_about(own, *np.add(offset, mass)))
-    found = beam_beam_options(section, offset=offset, shear_centre=shear, mass_centre=mass)
-    same(found, beam_beam_options(known))
+    reference = FullSection(at.T @ axial @ at + where.T @ across @ where, mass_about(own, *np.add(offset, mass)))
+    computed = beam_beam_options(section, offset=offset, shear_centre=shear, mass_centre=mass)
+    assert_equal_structures(computed, beam_beam_options(reference))

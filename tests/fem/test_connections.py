@@ -29,17 +29,20 @@ def beam(group="line", **options):
 
 def two_bars(gap: float) -> Mesh:
     """Bars from 0 to 1 and from 1 + gap to 2 + gap along x; groups "line", ends "a", "b"."""
-    one, other = line(np.array([[0, 0, 0], [1.0, 0, 0]]), 2), line(np.array([[1.0 + gap, 0, 0], [2.0 + gap, 0, 0]]), 2)
-    both = one.merged(other)
-    a, b = both.nearest_point([1.0, 0, 0]), both.nearest_point([1.0 + gap + 1e-9, 0, 0])
+    first, second = (
+        line(np.array([[0, 0, 0], [1.0, 0, 0]]), 2),
+        line(np.array([[1.0 + gap, 0, 0], [2.0 + gap, 0, 0]]), 2),
+    )
+    merged = first.merged(second)
+    a, b = merged.nearest_point([1.0, 0, 0]), merged.nearest_point([1.0 + gap + 1e-9, 0, 0])
     if gap == 0:
-        b = next(k for k in range(len(both.points)) if np.allclose(both.points[k], both.points[a]) and k != a)
-    root, tip = both.nearest_point([0, 0, 0]), both.nearest_point([2.0 + gap, 0, 0])
-    return both.with_groups(points={"a": [a], "b": [b], "root": [root], "tip": [tip]})
+        b = next(k for k in range(len(merged.points)) if np.allclose(merged.points[k], merged.points[a]) and k != a)
+    root, tip = merged.nearest_point([0, 0, 0]), merged.nearest_point([2.0 + gap, 0, 0])
+    return merged.with_groups(points={"a": [a], "b": [b], "root": [root], "tip": [tip]})
 
 
 @pytest.mark.parametrize("turned", [False, True])
-def test_a_rigid_arm_carries_forces_and_moments_over_a_gap(turned):
+def test_rigid_arm_across_gap(turned):
     """Tip force over bar, rigid arm and bar: w = F sum int M^2 / EI, exact."""
     C = random_rotation(4) if turned else np.eye(3)
     mesh = two_bars(0.5).rotated(C)
@@ -52,7 +55,7 @@ def test_a_rigid_arm_carries_forces_and_moments_over_a_gap(turned):
     assert w == pytest.approx((2.5**3 - 1.5**3 + 1.0) / (3 * EI), rel=1e-9)
 
 
-def test_rigid_connection_of_some_components_in_skew_axes_is_a_hinge():
+def test_partial_rigid_connection_in_skew_axes_is_a_hinge():
     """All but the rotation about a skew hinge axis follows: a moment about the axis is not passed on."""
     axes = random_rotation(2)
     s = build_structure(two_bars(0.0), [beam()], connections=[Rigid("b", "a", ("x", "y", "z", "ry", "rz"), axes)])
@@ -66,7 +69,7 @@ def test_rigid_connection_of_some_components_in_skew_axes_is_a_hinge():
     assert np.abs(axes[1:] @ difference).max() < 1e-9 and np.abs(axes[0] @ difference).max() > 1e-3
 
 
-def test_solids_take_moments_through_a_rigid_face():
+def test_moment_on_solid_through_rigid_face():
     """A block on a rigid end face with a reference in its middle, twisted: T L / G J of the square bar."""
     mesh = box(4.0, 1.0, 1.0, 6, 2, 2, "hexahedron20")
     s = build_structure(
@@ -77,34 +80,34 @@ def test_solids_take_moments_through_a_rigid_face():
     end = s.mesh.group_points("end")[0]
     e = np.zeros((len(s.mesh.points), 3))
     e[end, 0] = 1.0
-    held = s.clamped_dofs("left")
-    x = static_solution(s, s.rotation.T @ e.ravel(), held)
+    fixed = s.clamped_dofs("left")
+    x = static_solution(s, s.rotation.T @ e.ravel(), fixed)
     turn = (s.rotation @ x).reshape(-1, 3)[end, 0]
     J = 0.1406  # of a unit square (Saint-Venant); ends that cannot warp are a little stiffer
     assert 0.9 * 4.0 / (METAL.G * J) < turn < 4.0 / (METAL.G * J)
 
 
-def test_a_mass_on_a_bare_reference_node_moves_with_the_group():
+def test_mass_on_reference_node_without_member():
     """A mass with inertia on an arm: the same as a point mass with offset at the node itself."""
     mesh = line(np.array([[0, 0, 0], [1.0, 0, 0]]), 4)
     inertia = np.diag([0.1, 0.2, 0.15])
     points = np.concatenate([mesh.points, [[1.0, 0.2, 0.3]]])
     more = Mesh(points, mesh.cells, mesh.cell_groups, {**mesh.point_groups, "load": [len(mesh.points)]})
     arm = build_structure(more, [beam()], [PointMass("load", 3.0, inertia)], connections=[Rigid("load", "end")])
-    known = build_structure(mesh, [beam()], [PointMass("end", 3.0, inertia, (0.0, 0.2, 0.3))])
-    found = [frequencies(s, s.clamped_dofs("start"), 4) for s in (arm, known)]
-    np.testing.assert_allclose(found[0], found[1], rtol=1e-9)
+    reference = build_structure(mesh, [beam()], [PointMass("end", 3.0, inertia, (0.0, 0.2, 0.3))])
+    computed = [frequencies(s, s.clamped_dofs("start"), 4) for s in (arm, reference)]
+    np.testing.assert_allclose(computed[0], computed[1], rtol=1e-9)
 
 
-def test_an_equation_makes_a_gear():
+def test_equation_models_gear():
     """rx of one bar's end = -2 rx of the other's: stiffness of the train."""
     mesh = two_bars(0.5)
     s = build_structure(mesh, [beam()], connections=[Equation((Term("b", "rx", 1.0), Term("a", "rx", 2.0)))])
     e = np.zeros((len(mesh.points), 3))
     e[mesh.group_points("tip")[0], 0] = 1.0
-    held = np.union1d(s.clamped_dofs("root"), s.held_dofs({"b": ("x", "y", "z", "ry", "rz")}))
-    held = np.union1d(held, s.held_dofs({"a": ("x", "y", "z", "ry", "rz")}))
-    x = static_solution(s, s.rotation.T @ e.ravel(), held)
+    fixed = np.union1d(s.clamped_dofs("root"), s.constrained_dofs({"b": ("x", "y", "z", "ry", "rz")}))
+    fixed = np.union1d(fixed, s.constrained_dofs({"a": ("x", "y", "z", "ry", "rz")}))
+    x = static_solution(s, s.rotation.T @ e.ravel(), fixed)
     turn = (s.rotation @ x).reshape(-1, 3)[mesh.group_points("tip")[0], 0]
     GJ = METAL.G * np.pi * 0.02**4 / 2
     assert turn == pytest.approx(1 / GJ + 4 / GJ, rel=1e-9)
@@ -170,7 +173,7 @@ FREE = bars().n_dof
 
 
 @pytest.mark.parametrize("components", [("y",), ("x", "z", "rx"), ("rz", "rx"), ("y", "x", "z", "ry"), COMPONENTS])
-def test_nodes_on_a_rigid_arm_follow_along_skew_axes_and_nothing_else(components):
+def test_rigid_connection_along_skew_axes(components):
     s = bars([Rigid("two", "n1", components, AXES)], groups={"two": [4, 6]})
     own = np.kron(np.eye(2), AXES)
     equations = []
@@ -182,7 +185,7 @@ def test_nodes_on_a_rigid_arm_follow_along_skew_axes_and_nothing_else(components
     check(s, equations, FREE)
 
 
-def test_a_mean_motion_has_the_weights_of_its_nodes_and_the_arm_from_their_weighted_centre():
+def test_distributing_connection_with_weights():
     """Weighted least squares over the rigid motions of the leading nodes, by the normal equations of the six."""
     weights, leading, place = (0.5, 2.0, 1.3, 0.2), [1, 2, 4, 6], np.array([0.4, -0.7, 1.1])
     s = bars([Distributing("four", tuple(place), weights, "hook")], groups={"four": leading})
@@ -192,12 +195,14 @@ def test_a_mean_motion_has_the_weights_of_its_nodes_and_the_arm_from_their_weigh
     fit = [np.linalg.solve(normal, w * r.T) for w, r in zip(weights, rows, strict=True)]
     equations = []
     for k, way in enumerate(np.eye(6)):
-        terms = [(node, np.append(-one[k], [0, 0, 0])) for node, one in zip(leading, fit, strict=True)]
+        terms = [
+            (node, np.append(-coefficients[k], [0, 0, 0])) for node, coefficients in zip(leading, fit, strict=True)
+        ]
         equations.append(equation(8, (7, way), *terms))
     check(s, equations, FREE + 6)
 
 
-def test_a_general_constraint_takes_translations_and_rotations_of_several_leaders():
+def test_multi_point_constraint_with_several_leaders():
     components, leaders = ("z", "rx", "y"), (0, 2, 5)
     matrix = RNG.normal(size=(3, 18))
     s = bars([MultiPointConstraint("n4", components, ("n0", "n2", "n5"), matrix, AXES)])
@@ -209,7 +214,7 @@ def test_a_general_constraint_takes_translations_and_rotations_of_several_leader
     check(s, equations, FREE)
 
 
-def test_an_equation_divides_by_its_first_factor_and_keeps_the_components_apart():
+def test_equation_with_factors_and_components():
     terms = (Term("n5", "ry", -2.5), Term("n0", "z", 0.7), Term("n2", "rx", 1.1), Term("n5", "rz", 0.4))
     s = bars([Equation(terms)])
     nodes = (5, 0, 2, 5)

@@ -19,7 +19,7 @@ from femflex.mesh.merge import fused
 FREE = np.zeros(0, np.int64)
 
 
-def test_a_free_ring_in_and_out_of_its_plane():
+def test_free_ring_in_and_out_of_plane():
     """omega^2 = EI / m R^4 n^2 (n^2 - 1)^2 / (n^2 + 1), out of plane over n^2 + EI / GJ (Timoshenko; code_aster SDLL11
     is such a ring). Straight elements, 48 of them."""
     E, nu, rho, R, r, n = 7.2e10, 0.3, 2700.0, 0.1, 0.0025, 48
@@ -29,14 +29,14 @@ def test_a_free_ring_in_and_out_of_its_plane():
         np.stack([R * np.cos(a), R * np.sin(a), 0 * a], axis=1), {"line": rows}, {"line": {"line": np.arange(n)}}
     )
     s = build_structure(mesh, [Member("line", "beam", Circle(r), Material(E, nu, rho))])
-    found = frequencies(s, FREE, 18, shift=-1e3)
+    computed = frequencies(s, FREE, 18, shift=-1e3)
     unit = np.sqrt(E * r**2 / 4 / rho / R**4)
     waves = np.array([2, 3, 4])
     inside = unit * waves * (waves**2 - 1) / np.sqrt(waves**2 + 1)
     outside = unit * waves * (waves**2 - 1) / np.sqrt(waves**2 + 1 + nu)  # EI / GJ = 1 + nu of a round bar
     expected = np.repeat(np.sort([*inside, *outside]), 2)
-    np.testing.assert_allclose(found[6:], expected, rtol=6e-3)
-    assert (found[:6] < 1e-3 * expected[0]).all()
+    np.testing.assert_allclose(computed[6:], expected, rtol=6e-3)
+    assert (computed[:6] < 1e-3 * expected[0]).all()
 
 
 def cube_sphere(n: int) -> Mesh:
@@ -64,7 +64,7 @@ def octant(sphere: Mesh) -> Mesh:
     return Mesh(points, {"quad9": number.reshape(rows.shape)}, {"surface": {"quad9": np.arange(len(rows))}}, planes)
 
 
-def test_an_octant_of_a_sphere_has_the_frequencies_of_the_whole_and_of_lambs_sphere():
+def test_sphere_and_octant_frequencies_match_lamb():
     """(1 - nu^2) W^4 - [n (n + 1) + 1 + 3 nu] W^2 + n (n + 1) - 2 = 0, W = omega R sqrt(rho / E): a membrane.
 
     Here h = R / 100.
@@ -74,9 +74,9 @@ def test_an_octant_of_a_sphere_has_the_frequencies_of_the_whole_and_of_lambs_sph
     member = Member("surface", "shell", 0.01, Material(1.0, nu, 1.0))
     full, eighth = build_structure(whole, [member]), build_structure(part, [member], supports=planes)
     of_full = frequencies(full, FREE, 27, shift=-1e-3)[6:]
-    of_part = frequencies(eighth, eighth.held_dofs(planes), 4, shift=-1e-3)
-    for one in of_part:
-        assert np.abs(of_full / one - 1).min() < 1e-5
+    of_part = frequencies(eighth, eighth.constrained_dofs(planes), 4, shift=-1e-3)
+    for frequency in of_part:
+        assert np.abs(of_full / frequency - 1).min() < 1e-5
     assert of_part[0] == pytest.approx(of_full[0], rel=1e-5)
 
     def lamb(n):
@@ -88,16 +88,16 @@ def test_an_octant_of_a_sphere_has_the_frequencies_of_the_whole_and_of_lambs_sph
     assert np.ptp(of_full[:2]) < 1e-6 and np.ptp(of_full[2:5]) < 1e-4  # two and three by the symmetry of the mesh
 
 
-def test_a_pipe_elbow_clamped_at_both_ends():
+def test_pipe_elbow_clamped_at_both_ends():
     """SDLL14 (VPCS) without legs: quarter circle of 1 m, tube 20 / 16 mm: 44.23, 119, 125, 227 Hz."""
     a = np.linspace(0, np.pi / 2, 25)
     mesh = line(np.stack([np.sin(a), 1 - np.cos(a), 0 * a], axis=1), 24)
     s = build_structure(mesh, [Member("line", "beam", Tube(0.01, 0.002), Material(2.1e11, 0.3, 7800.0))])
-    held = np.union1d(s.clamped_dofs("start"), s.clamped_dofs("end"))
-    np.testing.assert_allclose(frequencies(s, held, 4) / (2 * np.pi), [44.23, 119, 125, 227], rtol=0.01)
+    fixed = np.union1d(s.clamped_dofs("start"), s.clamped_dofs("end"))
+    np.testing.assert_allclose(frequencies(s, fixed, 4) / (2 * np.pi), [44.23, 119, 125, 227], rtol=0.01)
 
 
-def test_a_pipe_elbow_between_straight_legs_on_supports():
+def test_supported_pipe_elbow_with_straight_legs():
     """code_aster V2.02.014 (SDLL14, VPCS), L = 2 m: 17.9, 24.8, 25.3, 27.0 Hz, upper bounds by Rayleigh's method.
 
     Legs of 2 m to clamps; at the ends of the elbow, the two displacements across the leg are zero.
@@ -113,19 +113,19 @@ def test_a_pipe_elbow_between_straight_legs_on_supports():
     )
     options = {"order": 6}
     s = build_structure(mesh, [Member("pipe", "beam", Tube(0.01, 0.002), Material(2.1e11, 0.3, 7800.0), options)])
-    held = s.held_dofs({"ends": ("x", "y", "z", "rx", "ry", "rz"), "first": ("y", "z"), "last": ("x", "z")})
-    np.testing.assert_allclose(frequencies(s, held, 4) / (2 * np.pi), [17.9, 24.8, 25.3, 27.0], rtol=0.02)
+    fixed = s.constrained_dofs({"ends": ("x", "y", "z", "rx", "ry", "rz"), "first": ("y", "z"), "last": ("x", "z")})
+    np.testing.assert_allclose(frequencies(s, fixed, 4) / (2 * np.pi), [17.9, 24.8, 25.3, 27.0], rtol=0.02)
 
 
 def bending(s: Structure, n: int) -> np.ndarray:
     """Frequencies [Hz] of a plate on hard simple supports that does not move in its plane."""
     ways = {"left": ("x", "y", "z", "rx"), "right": ("x", "y", "z", "rx")}
     ways |= {"bottom": ("x", "y", "z", "ry"), "top": ("x", "y", "z", "ry")}
-    return frequencies(s, s.held_dofs(ways), n) / (2 * np.pi)
+    return frequencies(s, s.constrained_dofs(ways), n) / (2 * np.pi)
 
 
 @pytest.mark.parametrize(("cell", "n"), [("quad", 24), ("quad9", 8), ("triangle6", 16)])
-def test_a_thick_plate_on_simple_supports(cell, n):
+def test_simply_supported_thick_plate(cell, n):
     """NAFEMS R0015, FV21 and FV52: 10 m square, 1 m thick, E = 200 GPa, 8000 kg/m^3.
 
     Closed form 45.897, 109.44 twice, 167.89 Hz (as printed for FV52 in the verification manual of Ansys, VMC5).
@@ -134,9 +134,9 @@ def test_a_thick_plate_on_simple_supports(cell, n):
     """
     mesh = rectangle(10.0, 10.0, n, n, cell)
     s = build_structure(mesh, [Member("surface", "shell", 1.0, Material(200e9, 0.3, 8000.0))])
-    found = bending(s, 4)
-    np.testing.assert_allclose(found, [45.897, 109.44, 109.44, 167.89], rtol=0.015)
-    np.testing.assert_allclose(found, [mindlin(*waves) for waves in ((1, 1), (1, 2), (2, 1), (2, 2))], rtol=0.008)
+    computed = bending(s, 4)
+    np.testing.assert_allclose(computed, [45.897, 109.44, 109.44, 167.89], rtol=0.015)
+    np.testing.assert_allclose(computed, [mindlin(*waves) for waves in ((1, 1), (1, 2), (2, 1), (2, 2))], rtol=0.008)
 
 
 STIFF = (
@@ -164,7 +164,7 @@ def exact_frequencies(stiffness: np.ndarray, mass: np.ndarray, length: float, n:
     cross[1, 2], cross[2, 1] = -1.0, 1.0  # e1 x
     scale = np.sqrt(np.abs(stiffness).max())
 
-    def end(omega: float) -> float:
+    def end_determinant(omega: float) -> float:
         A = np.zeros((12, 12))
         A[:6, 6:] = np.linalg.inv(stiffness) * scale
         A[:3, 3:6] = -cross
@@ -172,24 +172,24 @@ def exact_frequencies(stiffness: np.ndarray, mass: np.ndarray, length: float, n:
         A[9:, 6:9] = -cross
         return float(np.linalg.det(expm(A * length)[6:, 6:]))  # forces at the end from those at the clamp
 
-    found: list[float] = []
+    frequencies_found: list[float] = []
     low, step = 1.0, 4.0
-    before = end(low)
-    while len(found) < n:
-        after = end(low + step)
+    before = end_determinant(low)
+    while len(frequencies_found) < n:
+        after = end_determinant(low + step)
         if before * after < 0:
-            found.append(float(brentq(end, low, low + step, xtol=1e-9)))
+            frequencies_found.append(float(brentq(end_determinant, low, low + step, xtol=1e-9)))
         low, before = low + step, after
-    return found
+    return frequencies_found
 
 
-def test_a_composite_box_beam_with_bend_and_twist_coupled_has_its_exact_frequencies():
+def test_bend_twist_coupled_box_beam_frequencies():
     """Clamped, 10 in: meshed with the 6 x 6 stiffness against the exact transfer matrix; coupling counts."""
     mesh = line([[0, 0, 0], [10.0, 0, 0]], 10)
     section = FullSection(STIFF, HEAVY)
     s = build_structure(mesh, [Member("line", "beam", section, options={"order": 5})])
-    found = frequencies(s, s.clamped_dofs("start"), 6)
+    computed = frequencies(s, s.clamped_dofs("start"), 6)
     exact = exact_frequencies(STIFF, HEAVY, 10.0, 6)
-    np.testing.assert_allclose(found, exact, rtol=1e-3)
+    np.testing.assert_allclose(computed, exact, rtol=1e-3)
     alone = exact_frequencies(np.diag(np.diag(STIFF)), HEAVY, 10.0, 1)[0]
     assert abs(exact[0] / alone - 1) > 0.05

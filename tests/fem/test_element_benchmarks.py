@@ -13,7 +13,7 @@ from support.shell_problems import edge_weights, hemisphere, mapped, pinched_cyl
 from femflex.fem import Material, Member, build_structure
 from femflex.mesh import Mesh, annulus, box, rectangle
 from femflex.mesh.merge import fused
-from femflex.mesh.raised import raised
+from femflex.mesh.second_order import raise_order
 from femflex.reduction.strain.tensors import strain_tensors
 from femflex.warning import PhysicsWarning
 
@@ -21,14 +21,14 @@ from femflex.warning import PhysicsWarning
 @pytest.mark.parametrize(
     ("cell", "n", "rel"), [("hexahedron", 6, 0.01), ("hexahedron27", 6, 0.01), ("tetra10", 8, 0.025)]
 )
-def test_a_thick_plate_of_solids_has_the_exact_frequencies(cell, n, rel):
+def test_thick_plate_of_solids_matches_exact_frequencies(cell, n, rel):
     """Simply supported, h / a = 0.1, nu = 0.3: omega h sqrt(rho / G) = 0.0931, 0.2226, 0.3421 of bending (three-
     dimensional elasticity; Srinivas, Rao and Rao, J. Sound Vib. 12 (1970) 187), 0.1 pi of shear in its plane."""
     mesh = box(10.0, 10.0, 1.0, n, n, 2, cell)
     s = build_structure(mesh, [Member("volume", "solid", material=Material(200e9, 0.3, 8000.0))])
     across = {"left": ("y", "z"), "right": ("y", "z"), "front": ("x", "z"), "back": ("x", "z")}
-    found = frequencies(s, s.held_dofs(across), 6) / np.sqrt(200e9 / 2.6 / 8000.0)
-    np.testing.assert_allclose(found[[0, 1, 3, 5]], [0.0931, 0.2226, 0.1 * np.pi, 0.3421], rtol=rel)
+    computed = frequencies(s, s.constrained_dofs(across), 6) / np.sqrt(200e9 / 2.6 / 8000.0)
+    np.testing.assert_allclose(computed[[0, 1, 3, 5]], [0.0931, 0.2226, 0.1 * np.pi, 0.3421], rtol=rel)
 
 
 def blade(cell: str, n: int):
@@ -44,7 +44,7 @@ def blade(cell: str, n: int):
 
 
 @pytest.mark.slow
-def test_a_curved_fan_blade_on_two_formulations_and_as_measured():
+def test_fan_blade_matches_measurement():
     """Measured 86.6, 135.5, 258.9, 350.6, 395.2 Hz; shells of nine and of four nodes, and flat facets, agree to 1 %."""
     nine, four, facets = blade("quad9", 8), blade("quad", 24), blade("triangle", 20)
     np.testing.assert_allclose(nine, facets, rtol=0.01)
@@ -54,7 +54,7 @@ def test_a_curved_fan_blade_on_two_formulations_and_as_measured():
 
 @pytest.mark.filterwarnings("ignore:.*four-node elements are longer:femflex.warning.PhysicsWarning")
 @pytest.mark.parametrize("cell", ["quad", "quad9", "triangle6"])
-def test_strain_tensors_of_a_curved_shell_are_its_full_internal_force(cell):
+def test_strain_tensors_of_curved_shell_match_internal_force(cell):
     """V1, V2, V3 over any shapes: the energy and force of the full elements, which are quartic, to rounding."""
     flat = rectangle(1.0, 0.6, 2, 2, cell)
     mesh = mapped(flat, lambda p: np.stack([p[:, 0], p[:, 1], 0.2 * p[:, 0] ** 2 - 0.1 * p[:, 0] * p[:, 1]], axis=1))
@@ -88,7 +88,7 @@ def test_cantilever_under_end_shear_matches_sze_liu_and_lo():
     assert tip[2] == pytest.approx(6.698, rel=0.005) and -tip[0] == pytest.approx(3.286, rel=0.005)
 
 
-def test_a_box_column_of_shells_buckles_at_eulers_load():
+def test_box_column_buckling_matches_euler():
     """2 m, 100 mm square, 2 mm: pi^2 E I / 4 L^2, less 0.5 % by shear and by what the walls distort. Walls bend in
     their planes: plates, which lack the squares of these turns, find twice this."""
     b, h, L = 0.1, 0.002, 2.0
@@ -125,7 +125,7 @@ METAL = Material(70e9, 0.3, 2700.0)
 @pytest.mark.parametrize(
     ("problem", "surface", "abs"), [(pinched_cylinder, CYLINDER, 0.08), (hemisphere, SPHERE, 0.02)]
 )
-def test_published_answers_with_the_normals_of_the_surface(problem, surface, abs, cell):
+def test_published_results_with_surface_normals(problem, surface, abs, cell):
     given = problem(cell, 16 if cell != "quad9" else 8)
     with_normals, without = ratio(given, surface=surface), ratio(given)
     assert with_normals == pytest.approx(1.0, abs=abs if cell == "quad" else 0.02)
@@ -140,7 +140,7 @@ def dish(n: int, cell: str, lift) -> Mesh:
 
 
 @pytest.mark.slow
-def test_frequencies_of_a_reflector_meshed_by_facets():
+def test_frequencies_of_faceted_reflector():
     """Second-order elements with middle nodes on chords, laid onto the surface, against exact middle nodes."""
     member = {"surface": "x**2 + y**2 - 4 * z"}
 
@@ -150,7 +150,7 @@ def test_frequencies_of_a_reflector_meshed_by_facets():
 
     exact = hertz(dish(4, "quad9", lambda x, y: (x * x + y * y) / 4))[1]
     flat = dish(4, "quad", lambda x, y: (x * x + y * y) / 4)
-    facets = raised(flat, {"quad": np.arange(len(flat.cells["quad"]))})
+    facets = raise_order(flat, {"quad": np.arange(len(flat.cells["quad"]))})
     s, laid = hertz(facets, **member)
     n = len(s.mesh.points)
     off = n - len(flat.points)  # all but the corners
@@ -161,17 +161,17 @@ def test_frequencies_of_a_reflector_meshed_by_facets():
     assert np.abs(hertz(facets)[1] / exact - 1).min() > 0.15
 
 
-def test_coarse_four_node_elements_of_a_pinched_cylinder_are_warned_of_with_their_error():
+def test_warning_about_coarse_pinched_cylinder():
     """8 x 8: 2 sqrt(R h) long, half as curved at the ends. The warning names 1.3 times the stiffness, 1.32 is found."""
     problem = pinched_cylinder("quad", 8)
     with pytest.warns(PhysicsWarning, match="48 of 64 four-node elements are longer than 1.5 sqrt") as given:
-        found = ratio(problem)
+        computed = ratio(problem)
     named = float(re.search(r"up to ([\d.]+) times as stiff", str(given[0].message))[1])
-    assert named == pytest.approx(1 / found, rel=0.1)
+    assert named == pytest.approx(1 / computed, rel=0.1)
 
 
 @pytest.mark.slow
-def test_low_modes_on_elements_of_twice_the_length_are_within_a_hundredth():
+def test_low_modes_on_coarse_elements():
     """A quarter of a cylinder, R / h = 400, clamped at one curved edge, on elements of 2 sqrt(R h); at 4 it is off."""
 
     def hertz(cell: str, n: int):

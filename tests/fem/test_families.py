@@ -19,7 +19,7 @@ ALL = slice(None)
 
 
 def inner_nodes(s: Structure) -> np.ndarray:
-    """Which nodes of a patch lie inside it."""
+    """Mask of the nodes that lie inside a patch."""
     x, y, _ = (s.mesh.points @ PLACE).T
     if any(cell.startswith(("tetra", "pyramid", "wedge", "hexa")) for cell in s.mesh.cells):
         inner = np.ones(len(x), bool)
@@ -38,7 +38,7 @@ def uniform(s: Structure, state) -> np.ndarray:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_patch_of_uniform_strain_is_in_equilibrium_with_its_energy(name):
+def test_uniform_strain_patch(name):
     """Inner nodes left free take the places of a uniform strain that is given on the boundary."""
     s = patch_of(name)
     inner = np.repeat(inner_nodes(s), 3)
@@ -55,7 +55,7 @@ def test_patch_of_uniform_strain_is_in_equilibrium_with_its_energy(name):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_rigid_motion_costs_nothing_and_axes_do_not_matter(name):
+def test_rigid_motion_and_rotated_axes(name):
     both = [rough_of(name), rough_of(name, turned=True)]
     for s in both:
         R = rigid_shapes(s, about=s.mesh.points.mean(axis=0))
@@ -79,7 +79,7 @@ def test_elements_have_no_mechanisms(name):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_mass_and_inertia_are_those_of_the_body(name):
+def test_mass_and_inertia_of_families(name):
     """Rigid motions by the mass matrix and by the points of mass, and the mass of the patch."""
     s = patch_of(name)
     R = rigid_shapes(s, about=np.zeros(3))
@@ -96,7 +96,7 @@ def test_mass_and_inertia_are_those_of_the_body(name):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_matrices_are_sums_over_the_points_of_the_tables(name):
+def test_matrices_equal_sums_over_table_points(name):
     s = rough_of(name)
     d = np.random.default_rng(5).normal(size=(s.n_dof, 3))
     raw, M, V = s.T @ d, np.zeros((3, 3)), np.zeros((3, 3))
@@ -112,7 +112,7 @@ def test_matrices_are_sums_over_the_points_of_the_tables(name):
 
 
 @pytest.mark.parametrize("name", [name for name in NAMES if FAMILIES[name].stress is not None])
-def test_stress_of_a_uniform_strain_is_that_of_hookes_law(name):
+def test_stress_of_uniform_strain_matches_hooke(name):
     s = patch_of(name)
     x = uniform(s, FAMILIES[name].states[0])
     for part in strain_field(s, x[:, None], nonlinear=False):
@@ -121,7 +121,7 @@ def test_stress_of_a_uniform_strain_is_that_of_hookes_law(name):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_drawn_surface_encloses_the_body_and_follows_rigid_motion(name):
+def test_skin_encloses_body_and_follows_rigid_motion(name):
     s = patch_of(name)
     skin = s.skin
     R = rigid_shapes(s, about=np.zeros(3))

@@ -31,22 +31,22 @@ def bent(angle: float, n: int, family: str, turn: np.ndarray | None = None) -> M
 
 
 @pytest.mark.slow
-def test_an_angle_section_bends_like_a_solid_one():
+def test_bending_of_angle_section():
     """A cantilever of 27-node hexahedra against plates on the middle planes; the models differ by h / WIDTH, 4 %, of
     how far the corner stiffens the legs, which the first mode, of the whole section, hardly feels."""
     h, n = 0.01, 16
-    leg = box(LENGTH, WIDTH, h, n, 6, 1, "hexahedron27").moved([0, h / 2, -h / 2])
-    web = box(LENGTH, h, WIDTH, n, 1, 6, "hexahedron27").moved([0, -h / 2, h / 2])
-    bar = box(LENGTH, h, h, n, 1, 1, "hexahedron27").moved([0, -h / 2, -h / 2])
+    leg = box(LENGTH, WIDTH, h, n, 6, 1, "hexahedron27").translated([0, h / 2, -h / 2])
+    web = box(LENGTH, h, WIDTH, n, 1, 6, "hexahedron27").translated([0, -h / 2, h / 2])
+    bar = box(LENGTH, h, h, n, 1, 1, "hexahedron27").translated([0, -h / 2, -h / 2])
     solid = leg.merged(web).merged(bar, tolerance=1e-9)
     structure = build_structure(solid, [Member("volume", "solid", material=METAL)])
     expected = frequencies(structure, structure.clamped_dofs("left"), 4)
     mesh = bent(np.pi / 2, 8, "plate")
     points = mesh.points * [1, (WIDTH + h / 2) / WIDTH, (WIDTH + h / 2) / WIDTH]  # middle planes reach the outer faces
     plates = plate_structure(Mesh(points, dict(mesh.cells), mesh.cell_groups, mesh.point_groups), h)
-    found = frequencies(plates, plates.clamped_dofs("root"), 4)
-    assert found[0] == pytest.approx(expected[0], rel=8e-3)
-    assert found == pytest.approx(expected, rel=2.5e-2)
+    computed = frequencies(plates, plates.clamped_dofs("root"), 4)
+    assert computed[0] == pytest.approx(expected[0], rel=8e-3)
+    assert computed == pytest.approx(expected, rel=2.5e-2)
 
 
 def folded_strip(along: int, across: int, family: str = "plate_bfs") -> Mesh:
@@ -59,7 +59,7 @@ def folded_strip(along: int, across: int, family: str = "plate_bfs") -> Mesh:
 
 
 @pytest.mark.parametrize(("along", "across"), [(20, 1), (40, 1), (20, 4)])
-def test_a_folded_strip_of_rectangles_gives_like_a_frame_of_beams_however_few_lie_side_by_side(along, across):
+def test_folded_strip_matches_beam_frame(along, across):
     """Under a force on the tip along its second part EI w = a^3 / 3, across it 4/3 a^3, a the length of a part; less
     what clamp and fold take of the crosswise curvature beside them. With a twist for each plane they open at the fold
     between its nodes, by 6 % here and 26 % in a strip four times as wide."""
@@ -67,19 +67,19 @@ def test_a_folded_strip_of_rectangles_gives_like_a_frame_of_beams_however_few_li
     free = np.setdiff1d(np.arange(structure.n_dof), structure.clamped_dofs("root"))
     tip = structure.mesh.group_points("tip")
     EI, arm = METAL.E * 0.05 * 2e-3**3 / 12, 0.5
-    found = []
+    computed = []
     for axis in (2, 0):
         row = structure.translation[3 * tip + axis].sum(axis=0) / len(tip)
-        found.append(row[free] @ np.linalg.solve(structure.K[free][:, free].toarray(), row[free]))
+        computed.append(row[free] @ np.linalg.solve(structure.K[free][:, free].toarray(), row[free]))
     exact = np.array([1 / 3, 4 / 3]) * arm**3 / EI
-    assert found == pytest.approx(exact, rel=0.015)
+    assert computed == pytest.approx(exact, rel=0.015)
 
 
-def test_where_three_folds_meet_rectangles_and_triangles_agree():
+def test_corner_of_three_folds():
     """Three sides of a cube, clamped along the edge of one: at the corner no plate twists, nor is it held otherwise.
 
     Both approach the common answer, from below and above."""
-    found = []
+    computed = []
     for family, n in (("plate", 12), ("plate_bfs", 4), ("plate_bfs", 8)):
         floor = rectangle(1.0, 1.0, n, n, CELL[family])
         mesh = floor
@@ -87,8 +87,8 @@ def test_where_three_folds_meet_rectangles_and_triangles_agree():
             other = Mesh(floor.points @ turn, dict(floor.cells), floor.cell_groups, {})
             mesh = mesh.merged(other, tolerance=1e-9)
         structure = plate_structure(mesh, 5e-3, family)
-        found.append(frequencies(structure, structure.clamped_dofs("right"), 4))
-    triangles, coarse, fine = found
+        computed.append(frequencies(structure, structure.clamped_dofs("right"), 4))
+    triangles, coarse, fine = computed
     off = [np.abs(rectangles / triangles - 1).max() for rectangles in (coarse, fine)]
     assert off[1] < 0.01
     assert off[1] < 0.5 * off[0]
@@ -116,27 +116,27 @@ QUARTER = np.array([[0, -1.0, 0], [1.0, 0, 0], [0, 0, 1.0]])  # folds along y, a
 
 @pytest.mark.parametrize("angle", [-2.0, 2.0])
 @pytest.mark.parametrize("family", CELL)
-def test_frequencies_of_a_gutter_do_not_depend_on_the_axes_that_its_planes_take(family, angle):
-    found = []
+def test_gutter_frequencies_do_not_depend_on_plane_axes(family, angle):
+    computed = []
     for C in (np.eye(3), QUARTER @ random_rotation(5)):
         s = build_structure(gutter(family, angle, C), [Member("surface", family, 0.02, METAL)])
         free = np.setdiff1d(np.arange(s.n_dof), s.clamped_dofs("root"))
         K, M = (A[free][:, free].toarray() for A in (s.K, s.M))
-        found.append(linalg.eigh(K, M, eigvals_only=True, subset_by_index=[0, 20]))
-    for other in found[1:]:
-        np.testing.assert_allclose(other, found[0], rtol=1e-6)
+        computed.append(linalg.eigh(K, M, eigvals_only=True, subset_by_index=[0, 20]))
+    for other in computed[1:]:
+        np.testing.assert_allclose(other, computed[0], rtol=1e-6)
 
 
 @pytest.mark.sampled(4)
 @pytest.mark.parametrize("held", [("z", "ry"), ("rx",), ("x", "rz", "ry"), ("z",)])
 @pytest.mark.parametrize("family", CELL)
-def test_supports_of_one_edge_hold_the_same_whichever_side_of_its_cells_it_is(family, held):
-    flat, found = rectangle(1.0, 0.7, 2, 3, CELL[family]), []
+def test_supported_edge_does_not_depend_on_cell_orientation(family, held):
+    flat, computed = rectangle(1.0, 0.7, 2, 3, CELL[family]), []
     for C in (np.eye(3), QUARTER @ random_rotation(6)):
         supports = {"left": Support(held, tuple(map(tuple, C.T))), "top": Support(("z", "rx"), tuple(map(tuple, C.T)))}
         s = build_structure(flat.rotated(C), [Member("surface", family, 0.02, METAL)], supports=supports)
-        free = np.setdiff1d(np.arange(s.n_dof), s.held_dofs(supports))
+        free = np.setdiff1d(np.arange(s.n_dof), s.constrained_dofs(supports))
         K, M = (A[free][:, free].toarray() for A in (s.K, s.M))
-        found.append(linalg.eigh(K, M, eigvals_only=True))
-    for other in found[1:]:
-        np.testing.assert_allclose(other, found[0], rtol=1e-6, atol=1e-8 * found[0][-1])
+        computed.append(linalg.eigh(K, M, eigvals_only=True))
+    for other in computed[1:]:
+        np.testing.assert_allclose(other, computed[0], rtol=1e-6, atol=1e-8 * computed[0][-1])

@@ -12,7 +12,7 @@ from support.plate_models import frequencies
 from femflex.fem import Material, Member, build_structure
 from femflex.fem.sections.laminates import isotropic
 from femflex.mesh import Mesh, box, rectangle
-from femflex.mesh.raised import raised
+from femflex.mesh.second_order import raise_order
 
 pytestmark = [pytest.mark.filterwarnings("ignore:(solid|shell) on group")]
 METAL, H = Material(70e9, 0.3, 2700.0), 0.02
@@ -29,17 +29,17 @@ def sheet(kind: str, second, n: int = 4, size=(1.0, 0.8)) -> Mesh:
     rows = np.flatnonzero(second(mesh.points[mesh.cells[kind]].mean(axis=1)))
     rest = np.setdiff1d(np.arange(len(mesh.cells[kind])), rows)
     groups = {"second": {kind: rows}, "first": {kind: rest}, "surface": {kind: np.arange(len(mesh.cells[kind]))}}
-    return raised(Mesh(mesh.points, mesh.cells, groups, {"left": mesh.group_points("left")}), {kind: rows})
+    return raise_order(Mesh(mesh.points, mesh.cells, groups, {"left": mesh.group_points("left")}), {kind: rows})
 
 
 def two_sizes(coarse_second: bool, fine_second: bool) -> Mesh:
     """Two columns of quadrilaterals beside four of half their size."""
     parts = [rectangle(0.5, 0.8, n, n, "quad") for n in (2, 4)]
-    points = np.concatenate([parts[0].points, parts[1].moved([0.5, 0, 0]).points])
+    points = np.concatenate([parts[0].points, parts[1].translated([0.5, 0, 0]).points])
     cells = np.concatenate([parts[0].cells["quad"], parts[1].cells["quad"] + len(parts[0].points)])
     points, which = np.unique(np.round(points, 9), axis=0, return_inverse=True)
     mesh = Mesh(points, {"quad": which.ravel()[cells]}, {"surface": {"quad": np.arange(20)}})
-    return raised(mesh, {"quad": np.flatnonzero(np.where(np.arange(20) < 4, coarse_second, fine_second))})
+    return raise_order(mesh, {"quad": np.flatnonzero(np.where(np.arange(20) < 4, coarse_second, fine_second))})
 
 
 def solids(first: str, second: str) -> Mesh:
@@ -55,7 +55,7 @@ def solids(first: str, second: str) -> Mesh:
         rows[shape] = np.arange(len(cells[shape]))
         if kind.endswith("2"):
             up[shape] = start + np.arange(len(own))
-    return straight_sided(raised(Mesh(whole.points, cells, {"volume": rows}), up))
+    return straight_sided(raise_order(Mesh(whole.points, cells, {"volume": rows}), up))
 
 
 def plane(p):
@@ -66,17 +66,17 @@ def skew(p):
     return plane(p) + np.stack([0.2 * p[:, 2], 0.3 * p[:, 2], p[:, 0] - 0.4 * p[:, 1] + 0.7 * p[:, 2]], axis=1)
 
 
-def bend(p):
+def bending_displacement(p):
     x, y, z = p.T
     return np.stack([z, z, 0.5 * x * x + 0.3 * x * y - 0.2 * y * y], axis=1)
 
 
-def turn(p):
+def bending_rotation(p):
     x, y, z = p.T
     return np.stack([0.3 * x - 0.4 * y, -(x + 0.3 * y), z], axis=1)
 
 
-def still(p):
+def zero_rotation(p):
     return 0 * p
 
 
@@ -89,11 +89,11 @@ def error(mesh: Mesh, members, u, theta) -> float:
     edge = (np.minimum(np.abs(x), np.abs(x - size))[:, : 3 if solid else 2] < 1e-9).any(axis=1)
     rows = np.flatnonzero(np.repeat(edge, 3))
     A = sparse.vstack([s.translation[rows], s.rotation[rows]]).tocsc()
-    held = np.flatnonzero(np.diff(A.indptr))
+    fixed = np.flatnonzero(np.diff(A.indptr))
     want = np.concatenate([u(x).ravel()[rows], theta(x).ravel()[rows]])
-    q, free = np.zeros(s.n_dof), np.setdiff1d(np.arange(s.n_dof), held)
-    q[held] = np.linalg.lstsq(A[:, held].toarray(), want, rcond=None)[0]
-    q[free] = spsolve(s.K[free][:, free].tocsc(), -s.K[free][:, held] @ q[held])
+    q, free = np.zeros(s.n_dof), np.setdiff1d(np.arange(s.n_dof), fixed)
+    q[fixed] = np.linalg.lstsq(A[:, fixed].toarray(), want, rcond=None)[0]
+    q[free] = spsolve(s.K[free][:, free].tocsc(), -s.K[free][:, fixed] @ q[fixed])
     return float(np.abs((s.translation @ q).reshape(-1, 3) - u(x)).max() / np.abs(u(x)).max())
 
 
@@ -112,34 +112,35 @@ VOLUMES = (
 
 
 @pytest.mark.parametrize("name", SURFACES)
-def test_mixed_surfaces_hold_constant_strain_and_curvature(name):
-    assert error(*SURFACES[name], plane, still) < 1e-10
-    assert error(*SURFACES[name], bend, turn) < 1e-10
+def test_constant_strain_and_curvature_of_mixed_surfaces(name):
+    assert error(*SURFACES[name], plane, zero_rotation) < 1e-10
+    assert error(*SURFACES[name], bending_displacement, bending_rotation) < 1e-10
 
 
-def test_plates_beside_second_order_shells_hold_constant_curvature():
-    assert error(sheet("triangle", HALF), BESIDE, bend, turn) < 1e-4  # shear of the plates is not zero
+def test_constant_curvature_of_plates_and_shells():
+    # shear of the plates is not zero
+    assert error(sheet("triangle", HALF), BESIDE, bending_displacement, bending_rotation) < 1e-4
 
 
 @pytest.mark.parametrize("first, second", VOLUMES)
-def test_mixed_solids_hold_constant_strain(first, second):
-    assert error(solids(first, second), SOLID, skew, still) < 1e-10
+def test_constant_strain_of_mixed_solids(first, second):
+    assert error(solids(first, second), SOLID, skew, zero_rotation) < 1e-10
 
 
-def test_a_strip_of_alternating_orders_has_the_frequency_of_the_beam():
+def test_strip_of_alternating_orders_matches_beam():
     """E = 70 GPa, nu = 0, 1 x 0.1 x 0.005 m: 4.1126 Hz of Euler and Bernoulli's cantilever."""
     mesh = sheet("quad", lambda c: np.floor(10 * c[:, 0]) % 2 == 0, 10, (1.0, 0.1))
     s = build_structure(mesh, [Member("surface", "shell", isotropic(0.005, Material(70e9, 0.0, 2700.0)))])
-    found = frequencies(s, s.clamped_dofs("left"), 1)[0] / (2 * np.pi)
-    assert found == pytest.approx(4.1126, rel=2e-3)
+    computed = frequencies(s, s.clamped_dofs("left"), 1)[0] / (2 * np.pi)
+    assert computed == pytest.approx(4.1126, rel=2e-3)
 
 
-def test_four_node_skins_hold_on_bricks_that_are_raised_to_second_order():
+def test_four_node_skins_on_second_order_bricks():
     """A sandwich cantilever: as with skins of eight-node elements; middle nodes left free are 5 % softer."""
-    core, found = Material(1e9, 0.3, 500.0), []
+    core, computed = Material(1e9, 0.3, 500.0), []
     for kind in ("hexahedron", "hexahedron20"):
         skins = [Member(side, "shell", isotropic(0.002, METAL)) for side in ("top", "bottom")]
         solid = Member("volume", "solid", None, core)
         s = build_structure(box(1.0, 0.2, 0.04, 10, 2, 1, kind), [solid, *skins])
-        found.append(frequencies(s, s.clamped_dofs("left"), 2))
-    assert found[0] == pytest.approx(found[1], rel=0.015)
+        computed.append(frequencies(s, s.clamped_dofs("left"), 2))
+    assert computed[0] == pytest.approx(computed[1], rel=0.015)

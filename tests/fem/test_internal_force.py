@@ -17,7 +17,7 @@ from femflex.mesh import line, rectangle
 
 
 @pytest.mark.parametrize("name", STRUCTURES)
-def test_force_and_tangent_are_derivatives_far_from_rest(name, size=30.0):
+def test_force_and_tangent_are_derivatives_at_large_displacements(name, size=30.0):
     structure = STRUCTURES[name]()
     elastic = structure.internal_force
     x, way = random_state(structure, size), random_state(structure, size, seed=1)
@@ -33,7 +33,7 @@ def test_force_and_tangent_are_derivatives_far_from_rest(name, size=30.0):
 
 
 @pytest.mark.parametrize("name", STRUCTURES)
-def test_force_at_rest_and_its_tangent_are_what_the_structure_holds(name):
+def test_force_and_tangent_at_rest(name):
     structure = STRUCTURES[name]()
     elastic, rest = structure.internal_force, np.zeros(structure.n_dof)
     scale = abs(structure.K).max()
@@ -44,7 +44,7 @@ def test_force_at_rest_and_its_tangent_are_what_the_structure_holds(name):
     assert structure.f0.any() == stressed
 
 
-def test_a_solid_under_a_homogeneous_gradient_has_the_energy_of_green_and_lagrange():
+def test_energy_of_solid_under_homogeneous_gradient():
     sigma0 = np.array([3e9, 1e9, -2e9, 5e8, 4e8, -1e9])
     structure = solid(prestress=sigma0)
     H = np.random.default_rng(4).normal(size=(3, 3))
@@ -58,7 +58,7 @@ def test_a_solid_under_a_homogeneous_gradient_has_the_energy_of_green_and_lagran
 
 
 @pytest.mark.parametrize("order", [3, 5])
-def test_a_beam_under_constant_slopes_has_the_energy_of_its_stretch(order):
+def test_energy_of_beam_with_constant_slopes(order):
     a, b, c, d, tension = 0.3, 0.5, -0.4, 2.0, 1e5
     mesh = line([[0, 0, 0], [2.0, 0, 0]], 3)
     width, height = 0.05, 0.03
@@ -77,7 +77,7 @@ def test_a_beam_under_constant_slopes_has_the_energy_of_its_stretch(order):
 
 @pytest.mark.parametrize("family", ["plate", "plate_bfs"])
 @pytest.mark.parametrize("section", [isotropic(0.01, METAL), SANDWICH])
-def test_a_plate_under_constant_slopes_has_the_energy_of_its_membrane_strain(family, section):
+def test_energy_of_plate_with_constant_slopes(family, section):
     H = np.array([[0.2, -0.1], [0.15, 0.05]])  # u,x u,y / v,x v,y
     slope, force = np.array([0.4, -0.3]), np.array([2e6, -1e6, 5e5])
     mesh = rectangle(1.2, 0.9, 3, 2, "triangle" if family == "plate" else "quad")
@@ -95,7 +95,7 @@ def test_a_plate_under_constant_slopes_has_the_energy_of_its_membrane_strain(fam
 
 @pytest.mark.parametrize("given", [(3e-4, -1e-4, 2e-4), 3e-4], ids=["three strains", "one"])
 @pytest.mark.parametrize("family", ["plate", "plate_bfs"])
-def test_prestress_and_heat_along_a_skew_axis_pull_as_their_tensor_does(family, given):
+def test_prestress_and_thermal_strain_along_skew_axis(family, given):
     """Virtual work of f0 on a homogeneous gradient H is N : H times the area, N turned by the axis as a tensor is."""
     angle, force = 0.6, np.array([2e6, -1e6, 5e5])
     heat = np.array(given if np.ndim(given) else [given, given, 0.0])  # one strain is the same in all directions
@@ -131,7 +131,7 @@ def structure(request):
     return STRUCTURES[request.param]()
 
 
-def test_work_of_stress_is_that_of_the_matrix(structure):
+def test_work_of_stress_matches_geometric_stiffness(structure):
     rng = np.random.default_rng(0)
     x, phi = 1e-4 * rng.standard_normal(structure.n_dof), rng.standard_normal((structure.n_dof, 3))
     elastic = structure.internal_force
@@ -139,7 +139,7 @@ def test_work_of_stress_is_that_of_the_matrix(structure):
     assert np.abs(elastic.work_of_stress(x[:, None], phi)[0] - whole).max() < 1e-12 * np.abs(whole).max()
 
 
-def test_geometric_stiffness_is_what_the_tangent_gains_under_stress_alone(structure):
+def test_geometric_stiffness_equals_change_of_tangent(structure):
     """x.K_sigma(y) x = (dK/dy) x . x less twice the work of y on the second-order strain's own stress, by differences.
 
     Along one direction x = y all three parts of the third derivative of the energy are alike.
@@ -150,7 +150,7 @@ def test_geometric_stiffness_is_what_the_tangent_gains_under_stress_alone(struct
     assert float(x @ (elastic.geometric_stiffness(x) @ x)) == pytest.approx(third / 3, rel=1e-9)
 
 
-def test_quartic_energy_is_what_remains_far_out(structure):
+def test_quartic_energy_at_large_displacements(structure):
     """The even part of the energy less its quadratic one, where it is all of the energy but rounding."""
     elastic = structure.internal_force
     phi = np.random.default_rng(2).standard_normal((structure.n_dof, 2))
@@ -167,11 +167,11 @@ MORE = {
 
 
 @pytest.mark.parametrize("name", ["tapered beam", "folded plate", "prestressed plate", "hot bfs", *MORE])
-def test_the_change_of_the_tangent_is_its_central_difference(name):
+def test_second_derivative_matches_central_difference(name):
     """(dK/da) b at rest, of two motions of unlike size, where the energy is of degree four."""
     s = {**STRUCTURES, **MORE}[name]()
     a, b = random_state(s, 1.0, seed=2), random_state(s, 0.3, seed=3)
     V, h = s.internal_force, 1e-3
     slope = (V.tangent(h * a) @ b - V.tangent(-h * a) @ b) / (2 * h)
-    found = V.second_derivative(np.column_stack([a, b]), np.array([0]), np.array([1]))[:, 0]
-    np.testing.assert_allclose(found, slope, atol=1e-6 * np.abs(slope).max())
+    computed = V.second_derivative(np.column_stack([a, b]), np.array([0]), np.array([1]))[:, 0]
+    np.testing.assert_allclose(computed, slope, atol=1e-6 * np.abs(slope).max())

@@ -14,7 +14,7 @@ METAL = Material(70e9, 0.3, 2700.0)
 CARBON = Lamina(140e9, 10e9, 5e9, 0.3, 1600.0, 5e9, 3e9)
 
 
-def test_plain_sheet_has_the_textbook_stiffness():
+def test_plain_sheet_stiffness():
     h = 0.004
     section = isotropic(h, METAL)
     plane = METAL.E / (1 - METAL.nu**2) * np.array([[1, 0.3, 0], [0.3, 1, 0], [0, 0, 0.35]])
@@ -24,7 +24,7 @@ def test_plain_sheet_has_the_textbook_stiffness():
     assert (section.mass, section.rotary, section.thickness) == pytest.approx((10.8, 2700 * h**3 / 12, h))
 
 
-def test_sandwich_bends_by_its_faces_and_shears_by_its_core():
+def test_sandwich_stiffness():
     t, c, G = 2e-4, 0.02, (1e8, 4e7)
     section = sandwich(Ply(Lamina.isotropic(METAL), t), c, Lamina.core(48.0, *G))
     faces = METAL.E / (1 - METAL.nu**2) * ((c + 2 * t) ** 3 - c**3) / 12
@@ -37,7 +37,7 @@ def test_sandwich_bends_by_its_faces_and_shears_by_its_core():
 
 
 @pytest.mark.parametrize("angle", [0.5, -0.8, 2.0])
-def test_skew_ply_is_turned_tensor(angle):
+def test_skew_ply_equals_rotated_tensor(angle):
     """Stresses of single strains in x and y: strain into the axes of the fibres as a tensor, Hooke's law, and back."""
     along = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])  # rows: fibres, across them
     nu21 = CARBON.nu12 * CARBON.E2 / CARBON.E1
@@ -47,13 +47,13 @@ def test_skew_ply_is_turned_tensor(angle):
         s2 = (CARBON.nu12 * CARBON.E2 * e1 + CARBON.E2 * e2) / (1 - CARBON.nu12 * nu21)
         s12 = CARBON.G12 * 2 * half
         stress = along.T @ np.array([[s1, s12], [s12, s2]]) @ along
-        found = CARBON.plane_stress(angle)[:, k]
-        assert found == pytest.approx([stress[0, 0], stress[1, 1], stress[0, 1]], rel=1e-12)
+        computed = CARBON.plane_stress(angle)[:, k]
+        assert computed == pytest.approx([stress[0, 0], stress[1, 1], stress[0, 1]], rel=1e-12)
     shear = along.T @ np.diag([CARBON.G13, CARBON.G23]) @ along
     assert CARBON.transverse_shear(angle) == pytest.approx(shear, rel=1e-12)
     section = layup([Ply(CARBON, 1e-3, angle)])
     assert section.A == pytest.approx(1e-3 * CARBON.plane_stress(angle), rel=1e-12)
-    assert isotropic(1e-3, METAL).turned(angle).A == pytest.approx(isotropic(1e-3, METAL).A, rel=1e-9, abs=1e-3)
+    assert isotropic(1e-3, METAL).rotated(angle).A == pytest.approx(isotropic(1e-3, METAL).A, rel=1e-9, abs=1e-3)
 
 
 FOAM = Lamina(2e8, 3e8, 4e7, 0.2, 90.0, 5e7, 2e7)
@@ -80,33 +80,33 @@ def through_the_thickness(stack, shift=0.0, order=4):
 def check(section: PlateSection, stack, shift=0.0):
     A, B, D, (m, first, second) = through_the_thickness(stack, shift)
     a, d = np.abs(A).max(), np.abs(D).max()
-    for found, expected, size in ((section.A, A, a), (section.B, B, np.sqrt(a * d)), (section.D, D, d)):
-        assert found == pytest.approx(expected, rel=1e-9, abs=1e-9 * size)
+    for computed, expected, size in ((section.A, A, a), (section.B, B, np.sqrt(a * d)), (section.D, D, d)):
+        assert computed == pytest.approx(expected, rel=1e-9, abs=1e-9 * size)
     assert (section.mass, section.centre) == pytest.approx((m, first / m), rel=1e-9)
     assert section.rotary == pytest.approx(second - first**2 / m, rel=1e-9)
     assert section.thickness == pytest.approx(sum(ply.thickness for ply in stack))
 
 
-def test_an_unsymmetric_stack_is_its_integrals_over_the_thickness():
+def test_unsymmetric_stack_equals_thickness_integrals():
     check(layup(STACK, coupled=True), STACK)
 
 
-def test_a_stack_moved_off_its_nodes_is_integrated_from_there():
+def test_shifted_stack():
     check(layup(STACK, coupled=True).shifted(0.013), STACK, 0.013)
     check(layup(STACK, coupled=True).shifted(0.02).shifted(-0.033), STACK, -0.013)
 
 
-def test_a_stack_turned_in_its_plane_and_turned_over():
+def test_rotated_and_inverted_stack():
     turned = [Ply(ply.lamina, ply.thickness, ply.angle + 0.45) for ply in STACK]
-    check(layup(STACK, coupled=True).turned(0.45), turned)
+    check(layup(STACK, coupled=True).rotated(0.45), turned)
     over = [Ply(ply.lamina, ply.thickness, -ply.angle) for ply in STACK[::-1]]
     check(layup(STACK, coupled=True).turned_over(), over)
-    found, expected = layup(STACK, coupled=True).turned_over().S, layup(over, coupled=True).S
-    assert found == pytest.approx(expected, rel=1e-9, abs=1e-9 * expected.max())
+    computed, expected = layup(STACK, coupled=True).turned_over().S, layup(over, coupled=True).S
+    assert computed == pytest.approx(expected, rel=1e-9, abs=1e-9 * expected.max())
     check(layup(STACK, coupled=True).shifted(0.01).turned_over(), over, -0.01)
 
 
-def test_shear_stiffness_of_an_unsymmetric_stack_follows_from_the_stresses_of_bending():
+def test_shear_stiffness_of_unsymmetric_stack():
     """Moments alone: strains and curvatures of no membrane force; tau by summing d(sigma)/dx from the lower face."""
     A, B, D, _ = through_the_thickness(STACK)
     edges = np.cumsum([0.0, *(ply.thickness for ply in STACK)])

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from femflex import fem
-from femflex.fem.along import along, varies
 from femflex.fem.formula import formula
-from femflex.fem.line.cut import FAR, NEAR, cut
+from femflex.fem.line.segments import FAR, NEAR, cut_into_segments
 from femflex.fem.sections import Rectangle
+from femflex.fem.variation import evaluate_variation, varies
 from femflex.mesh import Mesh, line, rectangle
 
 S = np.linspace(0.0, 4.0, 9)
@@ -26,9 +26,9 @@ S = np.linspace(0.0, 4.0, 9)
         ("1e-3", np.full(9, 1e-3)),
     ],
 )
-def test_a_formula_is_its_arithmetic(text, expected):
+def test_formula_values(text, expected):
     assert varies(text)
-    assert along(text, S, 4.0) == pytest.approx(expected, rel=1e-15, abs=1e-16)
+    assert evaluate_variation(text, S, 4.0) == pytest.approx(expected, rel=1e-15, abs=1e-16)
 
 
 CODE = (
@@ -39,32 +39,32 @@ CODE = (
 
 
 @pytest.mark.parametrize("text", CODE)
-def test_a_formula_runs_nothing_but_arithmetic(text):
+def test_formula_rejects_other_than_arithmetic(text):
     with pytest.raises(ValueError, match="formula"):
-        along(text, S, 4.0)
+        evaluate_variation(text, S, 4.0)
 
 
-def test_a_table_passes_through_its_points_and_is_linear_between_two():
+def test_table_interpolation():
     at, values = [0.0, 1.0, 2.5, 4.0], [1.0, 0.5, 0.4, 2.0]
-    assert along((at, values), np.array(at), 4.0) == pytest.approx(values, rel=1e-15)
-    assert along([[0, 4], [1, 3]], S, 4.0) == pytest.approx(1 + S / 2, rel=1e-15)
+    assert evaluate_variation((at, values), np.array(at), 4.0) == pytest.approx(values, rel=1e-15)
+    assert evaluate_variation([[0, 4], [1, 3]], S, 4.0) == pytest.approx(1 + S / 2, rel=1e-15)
     assert varies([[0, 4], [1, 3]])
 
 
-def test_a_positive_table_stays_positive_between_its_points():
+def test_positive_table_stays_positive():
     """Where a cubic spline would overshoot below zero."""
-    values = along(([0.0, 1.0, 2.0, 4.0], [10.0, 0.01, 0.01, 10.0]), np.linspace(0, 4, 201), 4.0)
+    values = evaluate_variation(([0.0, 1.0, 2.0, 4.0], [10.0, 0.01, 0.01, 10.0]), np.linspace(0, 4, 201), 4.0)
     assert values.min() == pytest.approx(0.01)
 
 
 @pytest.mark.parametrize(("function", "order"), [(lambda s: np.exp(-s / 2), 3.0), (np.cos, 2.0)], ids=["taper", "wavy"])
-def test_a_smooth_table_converges(function, order):
+def test_convergence_of_smooth_table(function, order):
     """At third order where it is monotone (a taper), at second at extrema, which a monotone cubic keeps flat."""
     s, counts = np.linspace(0, 4, 3001), np.array([8, 16, 32, 64, 128])
     errors = []
     for n in counts:
         at = np.linspace(0, 4, n + 1)
-        errors.append(np.abs(along((at, function(at)), s, 4.0) - function(s)).max())
+        errors.append(np.abs(evaluate_variation((at, function(at)), s, 4.0) - function(s)).max())
     slope = np.polyfit(np.log(1 / counts), np.log(errors), deg=1)[0]
     assert slope == pytest.approx(order, abs=0.25)
 
@@ -91,11 +91,11 @@ def bent(**points) -> Mesh:
 
 @pytest.mark.parametrize("start", ["low", "high"])
 @pytest.mark.parametrize("k", [1, 3, 5])
-def test_a_tapered_section_is_the_whole_lines_on_every_segment(start, k):
+def test_tapered_section_of_segments(start, k):
     """Resultants and outline at an arc length of a segment are those at that place of the line, from either end."""
     width = "0.05 - 0.02 * s / L + 0.01 * sin(3 * s)"
     member = fem.Member("line", "beam", Rectangle(width, 0.03), STEEL, {"start": "low"})
-    segments = cut(bent(), [member], k, start=start)
+    segments = cut_into_segments(bent(), [member], k, start=start)
     length = AT[-1]
     for j, segment in enumerate(segments):
         own = segment.members[0]
@@ -126,13 +126,13 @@ FUNCTIONS = ("sin", "cos", "tan", "sinh", "cosh", "tanh", "arctan", "sqrt", "exp
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)
-def test_every_function_is_its_own(name):
+def test_formula_functions(name):
     """Against the standard library's, at values where all differ."""
     import math
 
     s = np.array([0.3, 0.8, 1.2])
-    known = {"arctan": math.atan, "abs": abs}.get(name) or getattr(math, name)
-    assert formula(f"{name}(s - 0.1) - L", s, 2.0) == pytest.approx([known(v - 0.1) - 2.0 for v in s], rel=1e-14)
+    reference = {"arctan": math.atan, "abs": abs}.get(name) or getattr(math, name)
+    assert formula(f"{name}(s - 0.1) - L", s, 2.0) == pytest.approx([reference(v - 0.1) - 2.0 for v in s], rel=1e-14)
 
 
 TUBE = fem.Member("line", "beam", fem.sections.Tube(0.05, 0.002), STEEL)
@@ -145,29 +145,29 @@ def masses(segments):
 
 def boom_with_panel(at: float) -> Mesh:
     """A boom of 4 m along x with a panel of 1 m attached to it at `at`, joined along one cell or at one node."""
-    panel = rectangle(1.0, 1.0, 2, 2, "triangle").moved([at, 0, 0])
+    panel = rectangle(1.0, 1.0, 2, 2, "triangle").translated([at, 0, 0])
     return line([[0, 0, 0], [4, 0, 0]], 8).merged(panel, tolerance=1e-9)
 
 
 PLATE = fem.Member("surface", "plate", fem.sections.laminates.isotropic(0.001, STEEL))
 
 
-def test_other_members_and_masses_go_with_the_segment_they_hang_on():
+def test_members_and_masses_of_segments():
     mesh = boom_with_panel(4.0)
     lump = fem.PointMass("end", 3.0)
     corner = fem.PointMass("top_right", 0.5)
-    segments = cut(mesh, [TUBE, PLATE], 4, "line", [lump, corner], "start")
+    segments = cut_into_segments(mesh, [TUBE, PLATE], 4, "line", [lump, corner], "start")
     assert ["triangle" in s.mesh.cells for s in segments] == [False, False, False, True]
     assert [len(s.point_masses) for s in segments] == [0, 0, 0, 2]
-    found = masses(segments)
-    assert found[3] - found[0] == pytest.approx(3.5 + 7850 * 0.001, rel=1e-9)
+    computed = masses(segments)
+    assert computed[3] - computed[0] == pytest.approx(3.5 + 7850 * 0.001, rel=1e-9)
     assert "top_right" in segments[3].mesh.groups and "top_right" not in segments[0].mesh.groups
 
 
-def test_a_mass_at_a_cut_is_carried_once():
+def test_mass_at_cut_belongs_to_one_segment():
     mesh = line([[0, 0, 0], [4, 0, 0]], 8).with_groups(points={"middle": [4], "all": range(9)})
-    plain = masses(cut(mesh, [TUBE], 2))
+    plain = masses(cut_into_segments(mesh, [TUBE], 2))
     for group, count in (("middle", 1), ("all", 9)):
-        assert masses(cut(mesh, [TUBE], 2, None, [fem.PointMass(group, 2.0)])).sum() == pytest.approx(
+        assert masses(cut_into_segments(mesh, [TUBE], 2, None, [fem.PointMass(group, 2.0)])).sum() == pytest.approx(
             plain.sum() + 2 * count
         )

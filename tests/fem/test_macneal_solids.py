@@ -46,20 +46,20 @@ THIN = {"Scordelis-Lo": scordelis_lo, "hemisphere": hemisphere, "pinched cylinde
 
 
 @pytest.mark.parametrize("name", PUBLISHED)
-def test_twenty_node_bricks_have_the_published_values(name):
+def test_twenty_node_bricks_match_published_values(name):
     problem, published = PUBLISHED[name]
     assert ratio(problem, "hexahedron20") == pytest.approx(published, abs=0.004)
 
 
 @pytest.mark.parametrize("name", FIRST)
-def test_eight_node_bricks_have_the_published_values(name):
+def test_eight_node_bricks_match_published_values(name):
     assert ratio(PUBLISHED[name][0], "hexahedron", order=1) == pytest.approx(FIRST[name], abs=0.004)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("cell", CELLS)
 @pytest.mark.parametrize("name", SLENDER)
-def test_beams_of_solids_come_to_the_published_answers(name, cell):
+def test_solid_beams_match_published_results(name, cell):
     """Within 2 % on 24 elements, 3 % of cells cut from bricks, and nearer than on 12 (the clamp stiffens by 0.6 %)."""
     coarse, fine = (ratio(SLENDER[name](n), cell) for n in (12, 24))
     thin = name == "twisted, thin"
@@ -72,13 +72,13 @@ REDUCED = {"Scordelis-Lo": (0.997, 0.997), "hemisphere": (1.001, 1.007), "pinche
 
 
 @pytest.mark.parametrize("name", REDUCED)
-def test_bricks_of_eight_points_do_not_lock_in_thin_curved_shells(name):
+def test_reduced_bricks_do_not_lock_in_thin_curved_shells(name):
     assert ratio(THIN[name](8), "hexahedron20", integration="reduced") == pytest.approx(REDUCED[name][0], abs=2e-3)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", REDUCED)
-def test_bricks_of_eight_points_come_to_the_published_answers(name):
+def test_reduced_bricks_match_published_results(name):
     fine = ratio(THIN[name](16), "hexahedron20", integration="reduced")
     assert fine == pytest.approx(1.0, abs=0.02) and fine == pytest.approx(REDUCED[name][1], abs=2e-3)
 
@@ -91,7 +91,7 @@ def test_nearly_incompressible_cylinders_do_not_lock(cell, nu):
 
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("cell", CELLS)
-def test_the_hook_of_solids_comes_to_the_published_answer(cell):
+def test_solid_hook_matches_published_result(cell):
     """Raasch's hook on 20 elements: within 3 % (on 40 within 1.1 %, as the shells)."""
     assert ratio(raasch_hook(20), cell) == pytest.approx(1.0, abs=0.03)
 

@@ -71,24 +71,24 @@ def disc(rings):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("cell", ["triangle", "triangle6"])
-def test_a_rectangular_membrane_has_the_frequencies_of_fourier(cell):
+def test_rectangular_membrane_frequencies_match_fourier(cell):
     exact = np.pi * WAVE * np.sqrt([1 / 4 + 1, 1 + 1, 9 / 4 + 1])
     assert cantilever_modes(sheet((40, 20), cell), SIDES, 3).omega == pytest.approx(exact, rel=1e-5)
 
 
 @pytest.mark.slow
-def test_a_drum_with_a_curved_rim_has_the_frequencies_of_bessel_functions():
+def test_drum_frequencies_match_bessel():
     drum = build_structure(disc(19), [Member("surface", "membrane", 1e-4, FILM, {"prestress": 20.0})])
-    found = cantilever_modes(drum, ["rim"], 6).omega
+    computed = cantilever_modes(drum, ["rim"], 6).omega
     first, second, third = (jn_zeros(k, 2) for k in range(3))
     exact = WAVE * np.array([first[0], second[0], second[0], third[0], third[0], first[1]])
-    assert found == pytest.approx(exact, rel=1e-5)
+    assert computed == pytest.approx(exact, rel=1e-5)
 
 
-def test_tension_may_differ_with_the_direction():
-    found = cantilever_modes(sheet((36, 18), prestress=(20.0, 6.0, 0.0)), SIDES, 2).omega
+def test_direction_dependent_tension():
+    computed = cantilever_modes(sheet((36, 18), prestress=(20.0, 6.0, 0.0)), SIDES, 2).omega
     squares = np.pi**2 / 0.14 * np.array([20 / 4 + 6, 20 + 6])
-    assert found**2 == pytest.approx(squares, rel=2e-5)
+    assert computed**2 == pytest.approx(squares, rel=2e-5)
 
 
 def arched_square(n, radius):
@@ -114,20 +114,20 @@ def with_cables(mesh, tension, N=20.0, cable=1.0, EA=2e5):
     return build_structure(mesh, members)
 
 
-def test_edge_cables_bear_a_sheet_under_uniform_tension_on_arcs():
+def test_edge_cables_of_sheet_under_uniform_tension():
     """Equilibrium of the cable across itself: T / R = N."""
     R, N = 5.05, 20.0
     mesh = arched_square(6, R)
-    found = static_equilibrium(with_cables(mesh, N * R), CORNERS)
-    sheet, *cables = found.strain
-    assert np.abs(found.mesh.points - mesh.points).max() < 1e-6
+    computed = static_equilibrium(with_cables(mesh, N * R), CORNERS)
+    sheet, *cables = computed.strain
+    assert np.abs(computed.mesh.points - mesh.points).max() < 1e-6
     assert sheet.smoothed_stress() == pytest.approx(np.broadcast_to([N, N, 0], sheet.stress.shape), abs=0.02 * N)
     for block in cables:
         assert block.smoothed_stress() == pytest.approx(np.full(block.stress.shape, N * R), rel=1e-3)
-    assert (cantilever_modes(found, CORNERS, 3).omega > 0).all()
+    assert (cantilever_modes(computed, CORNERS, 3).omega > 0).all()
 
 
-def test_forces_at_the_corners_tighten_the_sheet_and_its_cables():
+def test_corner_forces_tension_sheet_and_cables():
     """Made under half the tension, pulled by what the whole one needs: all of it is twice as large on arcs of the same
     radius, where cables stretch as the sheet does, T / EA = N (1 - nu) / E h."""
     R, N = 5.05, 20.0
@@ -135,8 +135,8 @@ def test_forces_at_the_corners_tighten_the_sheet_and_its_cables():
     half = with_cables(arched_square(6, R), N * R / 2, N / 2, EA=R * 3e9 * 1e-4 / 0.7)
     pull = -(half.translation @ half.f0).reshape(-1, 3)
     forces = {name: -2 * pull[half.mesh.group_points(name)[0]] for name in CORNERS}
-    found = static_equilibrium(half, corners, Preload(forces=forces))
-    sheet, *cables = found.strain
+    computed = static_equilibrium(half, corners, Preload(forces=forces))
+    sheet, *cables = computed.strain
     assert sheet.smoothed_stress() == pytest.approx(np.broadcast_to([N, N, 0], sheet.stress.shape), abs=0.03 * N)
     for block in cables:
         assert block.smoothed_stress().mean() == pytest.approx(N * R, rel=5e-3)
@@ -174,10 +174,10 @@ def ritz(R, N, T, film, cord, degree=10, count=5):
     return np.sqrt(eigh(Z.T @ K @ Z, Z.T @ M @ Z, eigvals_only=True)[:count])
 
 
-def test_a_membrane_with_edge_cables_vibrates_as_by_ritz():
+def test_membrane_with_edge_cables_matches_ritz():
     R, N = 5.05, 20.0
-    found = cantilever_modes(static_equilibrium(with_cables(arched_square(12, R), N * R), CORNERS), CORNERS, 5)
-    assert found.omega == pytest.approx(ritz(R, N, N * R, 1400 * 1e-4, 1e-3), rel=5e-4)
+    computed = cantilever_modes(static_equilibrium(with_cables(arched_square(12, R), N * R), CORNERS), CORNERS, 5)
+    assert computed.omega == pytest.approx(ritz(R, N, N * R, 1400 * 1e-4, 1e-3), rel=5e-4)
 
 
 C = random_rotation(17)
@@ -191,14 +191,14 @@ def sheet_tension_tables(cell, section=CLOTH, mesh=None, **options):
     return build_structure(mesh.rotated(C), [Member("surface", "membrane", section, None, options)])
 
 
-def moved(s, H) -> np.ndarray:
+def displacements(s, H) -> np.ndarray:
     """Dofs of displacements H (3, 3) times the place; what fades at the nodes is at rest."""
     return s.translation.T @ (s.mesh.points @ H.T).ravel()
 
 
 @pytest.mark.parametrize("cell", ["triangle", "triangle6"])
 @pytest.mark.parametrize("heat", [(3e-4, -1e-4, 2e-4), 2e-4, None])
-def test_a_sheet_under_a_homogeneous_gradient_has_the_energy_of_green_and_lagrange(cell, heat):
+def test_energy_of_sheet_under_homogeneous_gradient(cell, heat):
     """Fibres along a skew axis; E of the tangent plane from F^T F, stress of the axes of the fibres."""
     angle, force = 0.6, np.array([4e3, 1e3, 8e2])
     axis = C @ [np.cos(angle), np.sin(angle), 0.0]
@@ -213,7 +213,7 @@ def test_a_sheet_under_a_homogeneous_gradient_has_the_energy_of_green_and_lagran
     free = np.zeros(3) if heat is None else np.array(heat if np.ndim(heat) else [heat, heat, 0.0])
     N = force - A @ free
     energy = 2.0 * (N @ eps + eps @ A @ eps / 2)
-    x = moved(s, H)
+    x = displacements(s, H)
     assert s.internal_force.energy(x) == pytest.approx(energy, rel=1e-9)
     assert s.f0 @ x == pytest.approx(2.0 * N @ [(rows @ H @ rows.T)[0, 0], (rows @ H @ rows.T)[1, 1],
                                                 (rows @ H @ rows.T)[0, 1] + (rows @ H @ rows.T)[1, 0]])  # fmt: skip
@@ -231,7 +231,7 @@ def arched() -> Mesh:
     return Mesh(points, flat.cells, flat.cell_groups, flat.point_groups)
 
 
-def test_a_sheet_with_curved_sides_has_its_area_mass_and_energy():
+def test_sheet_with_curved_sides():
     """Area 2 + 2 * 0.2 * int x (2 - x) dx of quadratic sides, exact; energy of a homogeneous stretch; mass matrix."""
     s = sheet_tension_tables("triangle6", mesh=arched(), prestress=(30.0, 20.0, 5.0), axis=C[:, 0])
     (inertia,), (block,) = s.inertia, s.strain
@@ -243,8 +243,8 @@ def test_a_sheet_with_curved_sides_has_its_area_mass_and_energy():
     E = (F.T @ F - np.eye(2)) / 2
     eps = np.array([E[0, 0], E[1, 1], 2 * E[0, 1]])
     density = np.array([30.0, 20.0, 5.0]) @ eps + eps @ CLOTH.A @ eps / 2
-    assert s.internal_force.energy(moved(s, H)) == pytest.approx(area * density, rel=1e-9)
-    x = moved(s, np.outer(C[:, 2], C[:, 0]))  # w = x
+    assert s.internal_force.energy(displacements(s, H)) == pytest.approx(area * density, rel=1e-9)
+    x = displacements(s, np.outer(C[:, 2], C[:, 0]))  # w = x
     X = (inertia.rho @ C)[..., 0]
     assert x @ s.M @ x == pytest.approx(np.sum(inertia.dm * X**2), rel=1e-9)
     assert x @ s.M @ x == pytest.approx(0.28 * (8 / 3 + 0.4 * (8 - 6.4)), rel=1e-9)  # int x^2 (1 + 0.4 x (2 - x)) dx
@@ -259,7 +259,7 @@ def rope(cell="line", section=None, material=None, **options):
 
 
 @pytest.mark.parametrize(("cell", "order"), [("line", None), ("line", 1), ("line", 6), ("line3", 2), ("line3", 5)])
-def test_a_rope_under_a_homogeneous_gradient_has_the_energy_of_its_lengths(cell, order):
+def test_energy_of_rope_under_homogeneous_gradient(cell, order):
     """eps = (|F t|^2 - 1) / 2 of every straight part; N = prestress - EA alpha; EA and mass vary along it."""
     s = rope(cell, order=order, prestress=40.0, thermal_strain=-1e-4)
     H = 0.3 * np.random.default_rng(8).normal(size=(3, 3))
@@ -274,7 +274,7 @@ def test_a_rope_under_a_homogeneous_gradient_has_the_energy_of_its_lengths(cell,
         energy += (40.0 * length + 1e-4 * stiff) * eps + stiff * eps**2 / 2
         work += (40.0 * length + 1e-4 * stiff) * (t @ H @ t)
         at += length
-    x = moved(s, H)
+    x = displacements(s, H)
     assert s.internal_force.energy(x) == pytest.approx(energy, rel=1e-9)
     assert s.f0 @ x == pytest.approx(work, rel=1e-9)
     assert sum(block.dm.sum() for block in s.inertia) == pytest.approx(0.3 * L + 0.1 * L**7 / 7, rel=1e-9)
@@ -292,14 +292,14 @@ MADE = {
 
 
 @pytest.mark.parametrize("kind", MADE)
-def test_a_state_about_a_deflection_is_the_same_structure_seen_from_there(kind):
+def test_deflected_structure(kind):
     """Energies, forces, places and pictures of both, at displacements that mix all dofs; and twice deflected."""
     s = MADE[kind]()
     rng = np.random.default_rng(5)
     x, y, d = 0.1 * rng.normal(size=(3, s.n_dof))
     once = deflected(s, x)
     twice = deflected(once, y)
-    V, W, U = (one.internal_force for one in (s, once, twice))
+    V, W, U = (original.internal_force for original in (s, once, twice))
     assert W.energy(d) == pytest.approx(V.energy(x + d) - V.energy(x), rel=1e-9)
     assert U.energy(d) == pytest.approx(V.energy(x + y + d) - V.energy(x + y), rel=1e-9)
     np.testing.assert_allclose(once.f0, V.force(x), atol=1e-9 * np.abs(V.force(x)).max())
@@ -307,20 +307,20 @@ def test_a_state_about_a_deflection_is_the_same_structure_seen_from_there(kind):
     assert twice.mesh.points == pytest.approx(s.mesh.points + (s.translation @ (x + y)).reshape(-1, 3))
     drawn = s.skin.points + (s.skin.operator @ (x + y)).reshape(-1, 3)
     assert twice.skin.points == pytest.approx(drawn)
-    for one, other in zip(s.inertia, twice.inertia, strict=True):
-        moved = one.shapes((s.T @ (x + y))[:, None], slice(None))[..., 0]
-        assert other.rho == pytest.approx(one.rho + moved)
+    for original, other in zip(s.inertia, twice.inertia, strict=True):
+        moved = original.shapes((s.T @ (x + y))[:, None], slice(None))[..., 0]
+        assert other.rho == pytest.approx(original.rho + moved)
     for place, block in zip(twice.places, twice.strain, strict=True):
         assert place.x is block.places
     (block,), (far,) = s.strain, twice.strain
     force = np.einsum("eq,eqi->i", block.weight, far.places - block.places)
-    moved = np.einsum("qm,emc->eqc", block.moved, (s.T @ (x + y))[block.dofs].reshape(len(block.dofs), -1, 3))
+    moved = np.einsum("qm,emc->eqc", block.shape_functions, (s.T @ (x + y))[block.dofs].reshape(len(block.dofs), -1, 3))
     assert force == pytest.approx(np.einsum("eq,eqi->i", block.weight, moved))
 
 
 @pytest.mark.parametrize("about_a_deflection", [False, True])
 @pytest.mark.parametrize("kind", MADE)
-def test_strain_tensors_hold_the_whole_energy(kind, about_a_deflection):
+def test_energy_of_strain_tensors(kind, about_a_deflection):
     """Energy and force of large displacements, about rest and about a deflection, by the full elements."""
     s, rng = MADE[kind](), np.random.default_rng(0)
     V, x = s.internal_force, 0.1 * about_a_deflection * rng.normal(size=s.n_dof)
@@ -347,12 +347,12 @@ def string(tension=50.0, n=8, section=CORD, cell="line", **options):
 
 
 @pytest.mark.parametrize("cell", ["line", "line3"])
-def test_frequencies_of_a_string_are_those_of_waves_at_the_root_of_tension_over_mass(cell):
-    found = cantilever_modes(string(cell=cell), EDGES, 6).omega
-    assert found == pytest.approx(np.repeat([1, 2, 3], 2) * np.pi / 2 * np.sqrt(50 / 0.3), rel=1e-7)
+def test_string_frequencies(cell):
+    computed = cantilever_modes(string(cell=cell), EDGES, 6).omega
+    assert computed == pytest.approx(np.repeat([1, 2, 3], 2) * np.pi / 2 * np.sqrt(50 / 0.3), rel=1e-7)
 
 
-def test_sections_may_vary_along_it():
+def test_varying_section_of_tether():
     mesh = line([[0, 0, 0], [2, 0, 0]], 10)
     member = Member("line", "tether", CableSection("1e6 * (1 + s/L)", "0.3 * (1 + s/L)"), None, {"prestress": 50.0})
     structure = build_structure(mesh, [member])
@@ -366,7 +366,7 @@ def test_sections_may_vary_along_it():
     assert cantilever_modes(structure, EDGES, 4).omega[::2] == pytest.approx(exact[:2], rel=1e-7)
 
 
-def test_points_and_centre_of_mass_of_a_deflected_tether_are_where_it_is():
+def test_centre_of_mass_of_deflected_tether():
     """A rope drawn aside by half its length: nodes moved along y, ends kept, the centre by the trapezoidal rule."""
     structure = string(tension=0.0, n=16)
     aside = np.zeros(structure.mesh.points.shape)

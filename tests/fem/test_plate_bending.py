@@ -16,12 +16,12 @@ def cylinder(axis):
     """Places (3,) of the plane's points on a cylinder whose axis has this angle to x, bent by size at unit distance."""
     along, across = (np.array([np.cos(axis + turn), np.sin(axis + turn)]) for turn in (0.0, np.pi / 2))
 
-    def place(x, size):
+    def position(x, size):
         s = across @ x
         flat = (along @ x) * along + np.sin(size * s) / size * across
         return np.append(flat, (1 - np.cos(size * s)) / size)
 
-    return place
+    return position
 
 
 def cone(x, size):
@@ -34,10 +34,10 @@ def cone(x, size):
     return np.array([toward @ own - 1, own[1], up @ own])
 
 
-def derivatives(place, size, step=0.01):
+def derivatives(position, size, step=0.01):
     """r,x r,y (3, 2) and r,xx r,yy r,xy (3, 3) by differences whose error goes with the fourth power of the step."""
-    at = step * np.arange(-2, 3)
-    r = np.array([[place(PLACE + np.array([a, b]), size) for b in at] for a in at])
+    steps = step * np.arange(-2, 3)
+    r = np.array([[position(PLACE + np.array([a, b]), size) for b in steps] for a in steps])
     first, second = np.array([1, -8, 0, 8, -1]) / (12 * step), np.array([-1, 16, -30, 16, -1]) / (12 * step**2)
     slopes = np.stack([first @ r[:, 2], first @ r[2]], axis=1)
     twist = np.einsum("a,b,abi->i", first, first, r)
@@ -54,7 +54,7 @@ def strains(block, slopes, bends):
 
 @pytest.mark.parametrize("place", [cylinder(0.0), cylinder(0.7), cylinder(np.pi / 2), cone])
 @pytest.mark.parametrize(("family", "cell", "options"), FAMILIES)
-def test_curvature_is_that_of_the_bent_surface_to_third_order(family, cell, options, place):
+def test_curvature_to_third_order(family, cell, options, place):
     """Against n.r,ab; by w,ab alone it would be off by the square of the bend."""
     block = plate_structure(rectangle(1.0, 1.0, 1, 1, cell), 0.01, family, **options).strain[0]
     off, linear, stretch = [], [], []
@@ -62,11 +62,11 @@ def test_curvature_is_that_of_the_bent_surface_to_third_order(family, cell, opti
         slopes, bends = derivatives(place, size)
         assert slopes.T @ slopes == pytest.approx(np.eye(2), abs=1e-8)  # no stretch
         exact = -np.cross(*slopes.T) @ bends * [1, 1, 2]
-        found = strains(block, slopes, bends)
+        computed = strains(block, slopes, bends)
         scale = np.abs(exact).max()
-        off.append(np.abs(found[3:] - exact).max() / scale)
+        off.append(np.abs(computed[3:] - exact).max() / scale)
         linear.append(np.abs(-bends[2] * [1, 1, 2] - exact).max() / scale)
-        stretch.append(np.abs(found[:3]).max())
+        stretch.append(np.abs(computed[:3]).max())
     falls = [np.log2(np.array(row[:-1]) / row[1:]) for row in (off, linear, stretch)]
     assert falls[0] == pytest.approx([4, 4], abs=0.25)
     assert falls[1] == pytest.approx([2, 2], abs=0.25)

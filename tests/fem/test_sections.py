@@ -62,14 +62,14 @@ def graded(*pieces: tuple[float, float, int]) -> np.ndarray:
 
 
 @pytest.mark.parametrize("section", SHAPES, ids=["rectangle", "I"])
-def test_second_moments_are_integrals_over_the_drawn_outline(section):
+def test_second_moments_equal_outline_integrals(section):
     p = section.properties(STATION, 1.0)
     assert (p.A[0], p.Iy[0], p.Iz[0], 0, 0) == pytest.approx(
         area_moments(section.outline(STATION, 1.0)), rel=1e-13, abs=1e-16
     )
 
 
-def test_hollow_sections_are_differences_of_solid_ones():
+def test_hollow_sections_equal_differences_of_solid_ones():
     box, outer, inner = (
         s.properties(STATION, 1.0) for s in (Box(0.2, 0.5, 0.03), Rectangle(0.2, 0.5), Rectangle(0.14, 0.44))
     )
@@ -91,7 +91,7 @@ def test_rectangle_torsion_to_ten_digits():
 
 
 @pytest.mark.parametrize(("b", "h", "t"), [(2, 3, 0.1), (2, 2, 0.2), (1, 3, 0.1), (2, 2, 0.4)])
-def test_box_torsion_is_prandtls_stress_function(b, h, t):
+def test_box_torsion_matches_prandtl(b, h, t):
     y, z = b / 2 - t, h / 2 - t
     grids = graded((0, y, 20), (y, b / 2, 12)), graded((0, z, 20), (z, h / 2, 12))
     J = quarter_torsion(
@@ -103,13 +103,13 @@ def test_box_torsion_is_prandtls_stress_function(b, h, t):
 @pytest.mark.parametrize(
     ("b", "h", "f", "w", "error"), [(1, 1.5, 0.1, 0.07, 0.01), (1, 2, 0.05, 0.1, 0.01), (1, 1, 0.1, 0.1, 0.02)]
 )
-def test_i_section_torsion_is_prandtls_stress_function(b, h, f, w, error):
+def test_i_section_torsion_matches_prandtl(b, h, f, w, error):
     grids = graded((0, w / 2, 6), (w / 2, b / 2, 40)), graded((0, h / 2 - f, 40), (h / 2 - f, h / 2, 10))
     J = quarter_torsion(grids, lambda c: (c[0] < w / 2) | (c[1] > h / 2 - f))
     assert ISection(b, h, f, w).properties(STATION, 1.0).J[0] == pytest.approx(J, rel=error)
 
 
-def test_torsion_of_stout_and_thick_i_sections_is_roarks_formula():
+def test_torsion_of_thick_i_sections_matches_roark():
     """Formulas for Stress and Strain, torsional constants: K = 2 K_1 + K_2 + 2 alpha D^4, by its letters."""
     for b, h, f, w in ((0.1, 0.3, 0.06, 0.05), (0.2, 0.3, 0.03, 0.05), (0.2, 0.5, 0.04, 0.03)):
         a, b_half, c, d = b, f, (h - 2 * f) / 2, w  # flange a x b, web 2 c x d
@@ -149,9 +149,9 @@ def test_stress_at_the_extreme_fibres_of_oblong_sections(section):
         inside = (np.abs(y) < 0.015) | (np.abs(z) > 0.21)
     dA = 0.1 / 800_000
     A, yy, zz = (np.sum(f[inside]) * dA for f in (np.ones_like(y), y * y, z * z))
-    found = section.fibres(AT, 1.0)
-    assert found.shape == (3, 4) and np.isnan(found[:, 3]).all()
-    assert found[:, :3] == pytest.approx(np.tile([1 / A, 0.1 / yy, 0.25 / zz], (3, 1)), rel=1e-5)
+    computed = section.fibres(AT, 1.0)
+    assert computed.shape == (3, 4) and np.isnan(computed[:, 3]).all()
+    assert computed[:, :3] == pytest.approx(np.tile([1 / A, 0.1 / yy, 0.25 / zz], (3, 1)), rel=1e-5)
 
 
 def test_stress_at_the_outside_of_round_sections():
@@ -163,7 +163,7 @@ def test_stress_at_the_outside_of_round_sections():
     assert tapered[:, 0] == pytest.approx(1 / (np.pi * (0.3 - 0.04 * AT) ** 2))
 
 
-def test_shear_stiffness_of_shapes_is_cowpers_or_that_of_their_walls():
+def test_shear_stiffness_of_shapes():
     """k G A: Cowper's table (J. Appl. Mech. 33 (1966) 335) at nu = 0.3 to three figures, and thin walls by hand."""
     metal = Material(70e9, 0.3, 2700.0)
     for section, ky, kz in (
@@ -202,7 +202,7 @@ def stiff() -> np.ndarray:
     return rows.T @ rows
 
 
-def test_a_full_section_reads_its_mass_as_that_of_points():
+def test_mass_matrix_of_full_section():
     M, dm, y, z = points_of_mass()
     K = stiff()
     r = FullSection(K, M).resultants(None, AT, np.ones(3))

@@ -89,7 +89,7 @@ def test_curved_beam_out_of_plane_matches_castigliano():
 
 
 @pytest.mark.filterwarnings("ignore:.*trapezoids:femflex.warning.PhysicsWarning")  # the ends of the parallelograms
-def test_four_node_elements_of_a_trapezoid_lock_in_their_plane_as_published():
+def test_locking_of_trapezoids_matches_published_value():
     """MacNeal and Harder print 0.047 to 0.071 for four-node elements without nodal rotations about the normal."""
     with pytest.warns(PhysicsWarning, match=r"6 of 6 four-node elements are trapezoids .* up to 26 times as stiff"):
         assert ratio(straight_beam("quad", "in plane", "trapezoid")) == pytest.approx(0.05, abs=0.02)
@@ -97,12 +97,12 @@ def test_four_node_elements_of_a_trapezoid_lock_in_their_plane_as_published():
 
 
 @pytest.mark.parametrize(("cell", "n", "rel"), [("quad", 12, 0.02), ("quad9", 6, 0.002), ("triangle6", 6, 0.01)])
-def test_frequencies_of_a_cantilever_plate_are_those_of_the_plate_family(cell, n, rel):
+def test_cantilever_plate_frequencies_match_plate_family(cell, n, rel):
     """Square, L/h = 100, against 24 x 24 x 2 DKMT triangles (4e-4)."""
     s = shell(rectangle(1.0, 1.0, n, n, cell), 0.01)
-    known = build_structure(rectangle(1.0, 1.0, 24, 24), [Member("surface", "plate", 0.01, METAL)])
-    found = [frequencies(a, a.clamped_dofs("left"), 4) for a in (s, known)]
-    np.testing.assert_allclose(found[0], found[1], rtol=rel)
+    reference = build_structure(rectangle(1.0, 1.0, 24, 24), [Member("surface", "plate", 0.01, METAL)])
+    computed = [frequencies(a, a.clamped_dofs("left"), 4) for a in (s, reference)]
+    np.testing.assert_allclose(computed[0], computed[1], rtol=rel)
 
 
 def folded(cell: str) -> Mesh:
@@ -113,14 +113,14 @@ def folded(cell: str) -> Mesh:
 
 
 @pytest.mark.parametrize(("cell", "rel"), [("quad", 0.03), ("quad9", 0.01)])
-def test_a_fold_turns_as_one_and_vibrates_as_folded_plates(cell, rel):
+def test_frequencies_of_folded_shell_match_plates(cell, rel):
     s = shell(folded(cell).refined(), 0.02)
-    known = build_structure(folded("triangle").refined(2), [Member("surface", "plate", 0.02, METAL)])
-    found = [frequencies(a, a.clamped_dofs("left"), 4) for a in (s, known)]
-    np.testing.assert_allclose(found[0], found[1], rtol=rel)
+    reference = build_structure(folded("triangle").refined(2), [Member("surface", "plate", 0.02, METAL)])
+    computed = [frequencies(a, a.clamped_dofs("left"), 4) for a in (s, reference)]
+    np.testing.assert_allclose(computed[0], computed[1], rtol=rel)
 
 
-def test_three_sheets_branch_from_one_edge():
+def test_branching_sheets():
     """Three equal plates at 120 deg about a shared edge: the first mode of each alone clamped there, or higher."""
     sheets = []
     for angle in np.radians([0, 120, 240]):
@@ -131,11 +131,11 @@ def test_three_sheets_branch_from_one_edge():
     s = shell(mesh, 0.01)
     single = shell(rectangle(1.0, 1.0, 4, 4, "quad"), 0.01)
     first = frequencies(single, single.clamped_dofs("left"), 1)[0]
-    found = frequencies(s, s.clamped_dofs("left"), 3)
-    np.testing.assert_allclose(found, first, rtol=1e-6)
+    computed = frequencies(s, s.clamped_dofs("left"), 3)
+    np.testing.assert_allclose(computed, first, rtol=1e-6)
 
 
-def test_mast_on_shell_twists_it():
+def test_twist_of_shell_by_mast():
     """A mast in the middle of a plate: its twist is held by the plate's own plane, not free."""
     plate = rectangle(1.0, 1.0, 4, 4, "quad")
     mast = line(np.array([[0.5, 0.5, 0.0], [0.5, 0.5, 1.0]]), 2)
@@ -189,15 +189,15 @@ def cylindrical(section, n=16, width=0.05) -> tuple[np.ndarray, np.ndarray]:
     """Tip displacement (3,) of a strip of length 1 under a force per width at its end, per newton per metre; and D."""
     s = build_structure(rectangle(1.0, width, n, 1, "quad9"), [Member("surface", "shell", section)])
     everything = {"surface": ("y", "rx", "rz"), "left": ("x", "y", "z", "rx", "ry", "rz")}
-    held = s.held_dofs(everything)
+    fixed = s.constrained_dofs(everything)
     F = np.zeros((len(s.mesh.points), 3))
     for node, part in edge_weights(s.mesh, "right").items():
         F[node, 2] = part * width
-    x = static_solution(s, s.translation.T @ F.ravel(), held)
+    x = static_solution(s, s.translation.T @ F.ravel(), fixed)
     return (s.translation @ x).reshape(-1, 3)[s.mesh.group_points("right")].mean(axis=0)
 
 
-def test_unsymmetric_laminate_bends_and_shortens():
+def test_unsymmetric_laminate_deflection():
     """0/90 in cylindrical bending: D_eff = D11 - B11^2 / A11; u = -B11 / A11 times the end slope."""
     section = layup([Ply(FIBRE, 0.002, 0.0), Ply(FIBRE, 0.002, np.pi / 2)], coupled=True)
     assert abs(section.B[0, 0]) > 0 and section.coupled
@@ -208,7 +208,7 @@ def test_unsymmetric_laminate_bends_and_shortens():
     assert u[0] == pytest.approx(B / A * 0.5 / effective, rel=1e-3)  # e = -B/A kappa, kappa = -w''
 
 
-def test_an_offset_sheet_is_stiffer_about_its_nodes_and_weighs_the_same():
+def test_offset_sheet():
     sheet = isotropic(0.01, Material(70e9, 0.3, 2700.0))
     moved = sheet.shifted(0.02)
     np.testing.assert_allclose(cylindrical(moved)[2], cylindrical(sheet)[2], rtol=1e-9)  # about its own middle still
@@ -239,7 +239,7 @@ def navier(a, h, lamina, plies, q=1.0) -> float:
 
 
 @pytest.mark.parametrize("slenderness", [10, 100])
-def test_a_cross_ply_plate_against_naviers_solution(slenderness):
+def test_cross_ply_plate_matches_navier(slenderness):
     a, h = 1.0, 1.0 / slenderness
     plies = [Ply(FIBRE, h / 3, angle) for angle in (0.0, np.pi / 2, 0.0)]
     s = build_structure(rectangle(a, a, 8, 8, "quad9"), [Member("surface", "shell", layup(plies))])
@@ -249,12 +249,12 @@ def test_a_cross_ply_plate_against_naviers_solution(slenderness):
         "bottom": ("x", "z", "ry"),
         "top": ("x", "z", "ry"),
     }
-    held = s.held_dofs(supports)
+    fixed = s.constrained_dofs(supports)
     x, y, _ = s.mesh.points.T
     load = np.zeros((len(x), 3))
     load[:, 2] = np.sin(np.pi * x) * np.sin(np.pi * y)
     mass = sum(block.dm.sum() for block in s.inertia)
     f = s.M @ (s.translation.T @ load.ravel()) / mass  # the load, spread as the shape functions are
-    u = static_solution(s, f, held)
+    u = static_solution(s, f, fixed)
     w = (s.translation @ u).reshape(-1, 3)[s.mesh.nearest_point([0.5, 0.5, 0]), 2]
     assert w == pytest.approx(navier(a, h, FIBRE, plies), rel=3e-3)

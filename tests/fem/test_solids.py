@@ -33,7 +33,7 @@ def nodal(structure, field) -> np.ndarray:
 
 
 @pytest.mark.parametrize("cell", SECOND_ORDER)
-def test_a_cantilever_of_second_order_cells_bends_as_a_beam(cell):
+def test_cantilever_of_second_order_cells_matches_beam(cell):
     """10 x 1 x 1 with nu = 0: the first bending frequency of Timoshenko's beam, k = 5/6."""
     structure = structure_of(brick(cell, (8, 1, 1), (10.0, 1.0, 1.0)), Material(1e6, 0.0, 1.0))
     points = structure.mesh.points
@@ -46,17 +46,17 @@ def test_a_cantilever_of_second_order_cells_bends_as_a_beam(cell):
 
 @pytest.mark.parametrize("cell", SECOND_ORDER)
 @pytest.mark.parametrize("nu", (0.49, 0.4999))
-def test_nearly_incompressible_beams_bend_as_compressible_ones(cell, nu):
+def test_bending_of_nearly_incompressible_beams(cell, nu):
     """A free beam 20 x 1 x 1, of which a half is meshed: of the material E counts, its shear for 0.1 %."""
-    found = []
+    computed = []
     for ratio in (0.3, nu):
         s = structure_of(brick(cell, (10, 1, 1), (10.0, 1.0, 1.0)), Material(1e6, ratio, 1.0))
         middle = 3 * np.flatnonzero(s.mesh.points[:, 0] < 1e-9)
-        found.append(frequencies(s, np.unique(s.translation[middle].tocoo().coords[1]), 4, shift=-1.0)[3])
-    assert found[1] == pytest.approx(found[0], rel=0.012)
+        computed.append(frequencies(s, np.unique(s.translation[middle].tocoo().coords[1]), 4, shift=-1.0)[3])
+    assert computed[1] == pytest.approx(computed[0], rel=0.012)
 
 
-def test_stress_of_a_nearly_incompressible_solid_is_that_of_both_parts_of_its_energy():
+def test_stress_of_nearly_incompressible_solid():
     """The force at small displacements is K x, in finite rotations nothing; K of a constant strain is exact."""
     for cell in SECOND_ORDER:
         s = structure_of(brick(cell, (1, 1, 1), warp=0.05), Material(1e6, 0.499, 1.0))
@@ -74,11 +74,13 @@ def test_stress_of_a_nearly_incompressible_solid_is_that_of_both_parts_of_its_en
             (b.elastic @ b.linear_map @ b.gradients((s.T @ small)[:, None], slice(None)))[..., 0] for b in s.strain
         ]
         work = [(b.linear_map @ b.gradients((s.T @ strain)[:, None], slice(None)))[..., 0] for b in s.strain]
-        found = sum(np.einsum("eq,eqs,eqs->", b.weight, p, w) for b, p, w in zip(s.strain, stress, work, strict=True))
-        assert found == pytest.approx(strain @ s.K @ small, rel=1e-9)
+        computed = sum(
+            np.einsum("eq,eqs,eqs->", b.weight, p, w) for b, p, w in zip(s.strain, stress, work, strict=True)
+        )
+        assert computed == pytest.approx(strain @ s.K @ small, rel=1e-9)
 
 
-def test_green_lagrange_energy_does_not_change_in_finite_rotations():
+def test_energy_is_invariant_under_rotation():
     C = random_rotation(5)
     for cell in SOLIDS:
         structure = structure_of(brick(cell, (1, 1, 1), warp=0.05))
@@ -90,7 +92,7 @@ def test_green_lagrange_energy_does_not_change_in_finite_rotations():
 FIBRE = Orthotropic(140e9, 10e9, 9e9, 5e9, 4.5e9, 3.5e9, 0.3, 0.28, 0.4, 1600.0)
 
 
-def test_orthotropic_material_pulled_along_its_axes_and_turned():
+def test_orthotropic_material_along_rotated_axes():
     """Uniaxial stress along axis 1, with the axes turned in the mesh: elongation s/E1, contraction -nu s/E1."""
     A = random_rotation(7)
     s = structure_of(brick("hexahedron20", (1, 1, 1)), FIBRE, axes=[*A[0], *A[1]])
@@ -107,7 +109,7 @@ def test_orthotropic_material_pulled_along_its_axes_and_turned():
     np.testing.assert_allclose(elasticity(Anisotropic(iso, 1.0), A), iso, rtol=1e-9, atol=1e-5 * iso.max() * 1e-6)
 
 
-def test_first_order_cells_are_raised_with_their_boundaries_and_groups():
+def test_first_order_cells_are_raised_with_groups():
     mesh = box(1.0, 0.5, 0.2, 3, 2, 1, "hexahedron")
     mesh = mesh.with_groups(points={"set": mesh.group_points("left")})
     s = build_structure(mesh, [Member("volume", "solid", material=METAL)])
@@ -115,8 +117,8 @@ def test_first_order_cells_are_raised_with_their_boundaries_and_groups():
     want = box(1.0, 0.5, 0.2, 3, 2, 1, "hexahedron20")
     assert len(s.mesh.points) == len(want.points)
     for group in ("left", "right", "top"):
-        found, known = (m.points[m.group_points(group)] for m in (s.mesh, want))
-        assert sorted(map(tuple, np.round(found, 9))) == sorted(map(tuple, np.round(known, 9)))
+        computed, reference = (m.points[m.group_points(group)] for m in (s.mesh, want))
+        assert sorted(map(tuple, np.round(computed, 9))) == sorted(map(tuple, np.round(reference, 9)))
     assert len(s.mesh.group_points("set")) == len(want.group_points("left"))
     other = build_structure(want, [Member("volume", "solid", material=METAL)])
     assert not other.notes
@@ -124,13 +126,13 @@ def test_first_order_cells_are_raised_with_their_boundaries_and_groups():
     np.testing.assert_allclose(a, b, rtol=1e-9)
 
 
-def test_large_meshes_of_bricks_stay_of_first_order_and_agree_with_second():
+def test_large_brick_meshes_stay_first_order():
     """One layer of 100 x 20 bricks by default, 40 x 8 of second order: the same plate."""
     large, small = box(1.0, 0.2, 0.02, 100, 20, 1, "hexahedron"), box(1.0, 0.2, 0.02, 40, 8, 1, "hexahedron")
     kept, up = (build_structure(mesh, [Member("volume", "solid", material=METAL)]) for mesh in (large, small))
     assert kept.n_dof == 3 * 101 * 21 * 2 and "2000 hexahedra" in kept.notes[0] and "order = 2" in kept.notes[0]
-    found, other = (frequencies(s, s.clamped_dofs("left"), 3) for s in (kept, up))
-    assert found == pytest.approx(other, rel=0.004)
+    computed, other = (frequencies(s, s.clamped_dofs("left"), 3) for s in (kept, up))
+    assert computed == pytest.approx(other, rel=0.004)
 
 
 def solid_structure(mesh: Mesh, material: Material = METAL):
@@ -163,7 +165,7 @@ def in_one_order(points, matrix):
 
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize(("thickness", "agreement"), [(0.03, None), (0.6, 1e-9)])
-def test_the_panel_has_the_matrices_and_frequencies_of_scikit_fem_forms(thickness, agreement):
+def test_panel_matches_scikit_fem(thickness, agreement):
     """The thin panel's lowest frequency is a small difference of large terms: rounding of K, of relative size eps,
     moves it by eps |phi|.|K||phi| / 2 omega^2, 6e-6 (1e-7 to 1.0e-6 seen, by processor); the thick one agrees to 1e-9.
     """
@@ -177,13 +179,13 @@ def test_the_panel_has_the_matrices_and_frequencies_of_scikit_fem_forms(thicknes
         assert mine.shape == theirs.shape
         assert abs(mine - theirs).max() < 1e-13 * abs(theirs).max()
     free = clamped_free(points)
-    found = []
+    computed = []
     for M_, K_ in (own, other):
         K_f, M_f = K_[free][:, free].tocsc(), M_[free][:, free].tocsc()
         value, phi = eigsh(K_f, 10, M_f, sigma=0, v0=np.ones(len(free)))
-        found.append(np.sqrt(value))
+        computed.append(np.sqrt(value))
     rounding = np.einsum("in,in->n", np.abs(phi), abs(K_f) @ np.abs(phi)) * np.finfo(float).eps / value / 2
-    error = np.abs(found[0] / found[1] - 1)
+    error = np.abs(computed[0] / computed[1] - 1)
     assert (error < (rounding if agreement is None else agreement)).all()
     assert error[0] < 4e-6 and error[1:].max() < 1e-7
 
@@ -194,17 +196,17 @@ def clamped_free(points):
     return np.flatnonzero(np.repeat(points[order, 0] > 1e-9, 3))
 
 
-def test_a_thin_panel_of_solids_is_the_plate():
+def test_thin_solid_panel_matches_plate():
     """Clamped panel, one layer of 27-node hexahedra against DKMT triangles: model difference of order h."""
     mesh = box(1.0, 0.5, 0.02, 12, 6, 1, "hexahedron27")
     solid = solid_structure(mesh)
     plate = build_structure(rectangle(1.0, 0.5, 24, 12), [Member("surface", "plate", isotropic(0.02, METAL))])
-    found = [frequencies(s, s.clamped_dofs("left"), 3) for s in (solid, plate)]
-    assert found[0] == pytest.approx(found[1], rel=2e-2)
+    computed = [frequencies(s, s.clamped_dofs("left"), 3) for s in (solid, plate)]
+    assert computed[0] == pytest.approx(computed[1], rel=2e-2)
 
 
 @pytest.mark.parametrize("cell", ["tetra10", "hexahedron20", "wedge15", "pyramid13"])
-def test_stress_and_heat_of_a_skew_material_pull_as_their_tensor(cell):
+def test_prestress_and_thermal_strain_of_skew_material(cell):
     """Virtual work of f0 on a gradient H is sigma : H times the volume, sigma less what free strain would need."""
     A, sigma = random_rotation(15), np.array([3e5, -1e5, 2e5, 4e4, -6e4, 8e4])
     options = {"axes": [*A[0], *(A[1] + 0.3 * A[0])], "prestress": sigma, "thermal_strain": 2e-6}

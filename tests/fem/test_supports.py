@@ -13,15 +13,15 @@ from femflex.mesh import Mesh, line, rectangle
 
 
 @pytest.mark.parametrize(("family", "cell"), [("plate", "triangle"), ("plate_bfs", "quad")])
-def test_edge_supported_across_stays_straight_and_slides(family, cell):
+def test_edge_with_normal_support(family, cell):
     """Pressed by a thermal strain, a plate held in x between two edges and free in y: sigma_x = -E eps, sigma_y = 0."""
     strain, h = 1e-4, 0.01
     mesh = rectangle(1.0, 1.0, 3, 3, cell)
     structure = build_structure(mesh, [Member("surface", family, h, METAL, {"thermal_strain": strain})])
-    held = [structure.clamped_dofs(edge, ("x",)) for edge in ("left", "right")]
-    held += [structure.clamped_dofs("bottom", ("y",)), structure.clamped_dofs("surface", ("z", "rx", "ry", "rz"))]
-    held = np.unique(np.concatenate(held))
-    free = np.setdiff1d(np.arange(structure.n_dof), held)
+    fixed = [structure.clamped_dofs(edge, ("x",)) for edge in ("left", "right")]
+    fixed += [structure.clamped_dofs("bottom", ("y",)), structure.clamped_dofs("surface", ("z", "rx", "ry", "rz"))]
+    fixed = np.unique(np.concatenate(fixed))
+    free = np.setdiff1d(np.arange(structure.n_dof), fixed)
     K = structure.K[free][:, free].toarray()
     x = np.zeros(structure.n_dof)
     x[free] = np.linalg.lstsq(K, -structure.f0[free], rcond=None)[0]
@@ -30,9 +30,9 @@ def test_edge_supported_across_stays_straight_and_slides(family, cell):
     np.testing.assert_allclose(u[:, 1], (1 + METAL.nu) * strain * mesh.points[:, 1], rtol=1e-3, atol=1e-10)
 
 
-def turned(supports, C):
-    """The supports of a structure that is turned by C."""
-    return {group: Support(tuple(held), tuple(map(tuple, C.T))) for group, held in supports.items()}
+def rotated_supports(supports, C):
+    """The supports of a structure that is rotated by C."""
+    return {group: Support(tuple(components), tuple(map(tuple, C.T))) for group, components in supports.items()}
 
 
 @pytest.mark.parametrize(
@@ -42,15 +42,15 @@ def test_soft_simple_supports_match_navier(family, cell, n, error):
     """A square plate held in x, y, z along its edges, slopes and twists left to themselves: Navier's frequencies."""
     h = 0.01
     structure = build_structure(rectangle(1.0, 1.0, n, n, cell), [Member("surface", family, h, METAL)])
-    held = np.unique(np.concatenate([structure.clamped_dofs(edge, ("x", "y", "z")) for edge in EDGES]))
+    fixed = np.unique(np.concatenate([structure.clamped_dofs(edge, ("x", "y", "z")) for edge in EDGES]))
     rigidity = METAL.E * h**3 / 12 / (1 - METAL.nu**2)
     exact = np.pi**2 * np.sqrt(rigidity / (METAL.density * h)) * np.array([2.0, 5.0, 5.0, 8.0])
-    found = frequencies(structure, held, 4, shift=float(exact[0] ** 2) / 2)
-    assert found == pytest.approx(exact, rel=error)
+    computed = frequencies(structure, fixed, 4, shift=float(exact[0] ** 2) / 2)
+    assert computed == pytest.approx(exact, rel=error)
 
 
 @pytest.mark.parametrize(("family", "cell"), [("plate", "triangle"), ("plate_bfs", "quad"), ("shell", "quad9")])
-def test_skew_supports_leave_the_motions_that_fulfil_them(family, cell):
+def test_motions_under_skew_supports(family, cell):
     """Against the null space of the same conditions on a structure that knows nothing of them."""
     C = random_rotation(21)
     mesh = rectangle(1.0, 0.7, 2, 2, cell).rotated(C)
@@ -63,15 +63,15 @@ def test_skew_supports_leave_the_motions_that_fulfil_them(family, cell):
     }
     member = [Member("surface", family, 0.02, METAL)]
     s, plain = build_structure(mesh, member, supports=supports), build_structure(mesh, member)
-    held = s.held_dofs(supports)
-    free = np.setdiff1d(np.arange(s.n_dof), held)
+    fixed = s.constrained_dofs(supports)
+    free = np.setdiff1d(np.arange(s.n_dof), fixed)
     rows, moves = [], []
     for group, support in supports.items():
         node = mesh.group_points(group)[0]
         for name in support.components:
             way = np.array(support.axes)["xyz".index(name[-1])]
-            for one, into in ((s, rows), (plain, moves)):
-                operator = one.rotation if name[0] == "r" else one.translation
+            for structure, into in ((s, rows), (plain, moves)):
+                operator = structure.rotation if name[0] == "r" else structure.translation
                 into.append(way @ operator.toarray()[3 * node : 3 * node + 3])
     assert np.abs(np.array(rows)[:, free]).max() < 1e-12
     kept = linalg.null_space(np.array(moves))
@@ -84,21 +84,21 @@ def test_skew_supports_leave_the_motions_that_fulfil_them(family, cell):
 
 
 @pytest.mark.parametrize("slope", [0.4, -2.0])
-def test_the_order_of_supports_at_a_corner_does_not_matter(slope):
+def test_order_of_supports_does_not_matter(slope):
     """A plate that meets a plane of symmetry at a flat or at a steep angle, whose corner slides on another support."""
     flat = rectangle(1.0, 0.8, 2, 2)
     x, y, _ = flat.points.T
     mesh = Mesh(np.stack([x, y, slope * x], axis=1), flat.cells, flat.cell_groups, flat.point_groups)
     both = {"left": symmetry((1, 0, 0)), "bottom": ("y",), "top": antisymmetry((0, 1, 0))}
-    found = []
+    computed = []
     for names in (list(both), list(both)[::-1], ["bottom", "top", "left"]):
         supports = {name: both[name] for name in names}
         s = build_structure(mesh, [Member("surface", "plate", 0.02, METAL)], supports=supports)
-        free = np.setdiff1d(np.arange(s.n_dof), s.held_dofs(supports))
+        free = np.setdiff1d(np.arange(s.n_dof), s.constrained_dofs(supports))
         K, M = (A[free][:, free].toarray() for A in (s.K, s.M))
-        found.append(linalg.eigh(K, M, eigvals_only=True))
-    np.testing.assert_allclose(found[1], found[0], rtol=1e-6)
-    np.testing.assert_allclose(found[2], found[0], rtol=1e-6)
+        computed.append(linalg.eigh(K, M, eigvals_only=True))
+    np.testing.assert_allclose(computed[1], computed[0], rtol=1e-6)
+    np.testing.assert_allclose(computed[2], computed[0], rtol=1e-6)
 
 
 def released_end(C, components):
@@ -116,12 +116,14 @@ def released_end(C, components):
 
 
 @pytest.mark.parametrize("components", ["ry", ["y", "rx", "rz"], ["x", "z"]])
-def test_a_released_end_moves_on_its_own_along_its_elements_axes(components):
+def test_released_end(components):
     """One more motion per component, and no more stiffness: frequencies do not depend on the axes."""
     n = 1 if isinstance(components, str) else len(components)
-    s, turned = released_end(np.eye(3), components), released_end(random_rotation(31), components)
+    s, rotated = released_end(np.eye(3), components), released_end(random_rotation(31), components)
     plain = released_end(np.eye(3), ["x"]).n_dof - 1
     assert s.n_dof == plain + n
-    value, other = (linalg.eigh(one.K.toarray(), one.M.toarray(), eigvals_only=True) for one in (s, turned))
+    value, other = (
+        linalg.eigh(structure.K.toarray(), structure.M.toarray(), eigvals_only=True) for structure in (s, rotated)
+    )
     np.testing.assert_allclose(value, other, rtol=1e-6, atol=1e-10 * value[-1])
     assert (np.abs(value[: 6 + n]) < 1e-4 * value[6 + n]).all()

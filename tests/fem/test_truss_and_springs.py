@@ -31,7 +31,7 @@ def truss(section=None, material=None):
     return build_structure(mesh, [Member("line", "rod", section or CableSection(2e6, 0.7), material)])
 
 
-def test_stiffness_and_mass_of_a_truss_are_the_textbooks():
+def test_truss_matrices():
     """EA / L t t^T between the ends; m L / 6 (2, 1) in all three directions."""
     K, M = np.zeros((2, 15, 15))
     for (a, b), span, length in zip(BARS, SPAN, LENGTH, strict=True):
@@ -47,7 +47,7 @@ def test_stiffness_and_mass_of_a_truss_are_the_textbooks():
     assert s.n_dof == 15 and abs(s.rotation).sum() == 0
 
 
-def test_a_truss_moved_far_stores_the_energy_of_its_lengths():
+def test_energy_of_truss_at_large_displacements():
     """Green's strain of a chord is (l^2 - L^2) / 2 L^2, whatever the rotation."""
     s = truss()
     u = 0.5 * np.random.default_rng(2).normal(size=(5, 3))
@@ -64,7 +64,7 @@ def grid(bushings=(), rotations=True):
 
 
 @pytest.mark.parametrize("stiffness", [250.0, -80.0])
-def test_a_scalar_spring_resists_its_one_combination(stiffness):
+def test_scalar_spring_stiffness(stiffness):
     """k c c^T with factors of translations and rotations of three nodes; k of either sign."""
     terms = (
         ("n3", "translation", (0.3, -1.0, 0.2)),
@@ -83,7 +83,7 @@ C = random_rotation(6)
 
 
 @pytest.mark.parametrize("axes", [None, 3.0 * C])
-def test_a_bushing_between_distant_nodes_compares_them_in_their_middle(axes):
+def test_bushing_between_distant_nodes(axes):
     """Energy of random motions: each node takes the middle along rigidly; x from the first to the second."""
     k = np.array([2e3, 5e2, 5e2, 40.0, 7.0, 7.0] if axes is None else [2e3, 5e2, 8e2, 40.0, 9.0, 7.0])
     s = grid([Bushing("n3", "n1", k[:3], k[3:], axes)])
@@ -117,13 +117,13 @@ def two_beams(gap, *bushings, masses=()):
     return build_structure(mesh, [Member(g, *BEAM) for g in groups], masses, bushings=bushings)
 
 
-def test_a_spring_makes_masses_swing_at_the_root_of_stiffness_over_mass():
+def test_frequency_of_masses_on_spring():
     """Two stiff short beams, a soft spring along the line between them, the second mass free along it."""
     structure = two_beams((0.5, 0, 0), spring("a", "b", 40.0), masses=[PointMass("tip", 1e4)])
-    held = {"root": ("x", "y", "z", "rx", "ry", "rz"), "b": ("y", "z", "rx", "ry", "rz")}
+    fixed = {"root": ("x", "y", "z", "rx", "ry", "rz"), "b": ("y", "z", "rx", "ry", "rz")}
     mass = structure.inertia[1].dm.sum() + 1e4
-    found = cantilever_modes(structure, held, 1).omega[0]
-    assert found == pytest.approx(np.sqrt(40.0 / mass), rel=1e-6)
+    computed = cantilever_modes(structure, fixed, 1).omega[0]
+    assert computed == pytest.approx(np.sqrt(40.0 / mass), rel=1e-6)
 
 
 BEAM_POINT_MASS = Member("line", "beam", Circle(0.05), Material(70e9, 0.3, 2700.0))
@@ -138,7 +138,7 @@ def boom() -> Mesh:
     return line([[0, 0, 0], [1.0, 2.0, 3.0]], 3)
 
 
-def test_a_mass_with_offset_adds_its_rigid_mass_matrix_at_the_node():
+def test_mass_matrix_of_offset_point_mass():
     """m, m r x, J + m (r.r 1 - r r^T) on the node's six dofs, and nothing elsewhere."""
     mesh, r, J, m = boom(), np.array([0.1, -0.4, 0.2]), random_inertia(3), 4.0
     bare, loaded = (

@@ -52,18 +52,18 @@ def ways(mesh: Mesh):
 
 
 @pytest.mark.parametrize("cell", CELLS)
-def test_a_tapered_strip_bends_as_the_integral_of_its_curvature(cell):
+def test_deflection_of_tapered_strip(cell):
     """w = int F (L - x)^2 / (E b h^3 / 12) dx under a tip force; the three ways to give the taper agree."""
     mesh, b = rectangle(1.0, 0.1, 20 if cell == "quad" else 10, 1, cell), 0.1
     x = np.linspace(0, 1, 20001)
-    known = np.trapezoid((1 - x) ** 2 / (70e9 * b * (0.02 * (1 - 0.5 * x)) ** 3 / 12), x)
+    reference = np.trapezoid((1 - x) ** 2 / (70e9 * b * (0.02 * (1 - 0.5 * x)) ** 3 / 12), x)
     for name, thickness in ways(mesh).items():
         s = shell(mesh, thickness=thickness)
         tip = s.mesh.group_points("right")
         F = np.zeros((len(s.mesh.points), 3))
         F[tip, 2] = 1 / len(tip)
         u = static_solution(s, s.translation.T @ F.ravel(), s.clamped_dofs("left"))
-        assert (s.translation @ u).reshape(-1, 3)[tip, 2].mean() == pytest.approx(known, rel=0.004), name
+        assert (s.translation @ u).reshape(-1, 3)[tip, 2].mean() == pytest.approx(reference, rel=0.004), name
         move = s.translation.T @ np.tile([0, 0, 1.0], len(s.mesh.points))
         assert move @ s.M @ move == pytest.approx(2700 * 0.015 * b, rel=1e-9)
     part = strain_field(s, u[:, None], False)[0]
@@ -74,7 +74,7 @@ def test_a_tapered_strip_bends_as_the_integral_of_its_curvature(cell):
 
 
 @pytest.mark.parametrize("cell", CELLS)
-def test_a_tapered_strip_vibrates_as_a_tapered_beam(cell):
+def test_frequencies_of_tapered_strip_match_beam(cell):
     s = shell(rectangle(1.0, 0.1, 16 if cell == "quad" else 10, 1, cell), thickness=TAPER, density="2000 + 1000 * x")
     section = Rectangle(0.1, "0.02 * (1 - 0.5 * s)")
     thin = build_structure(
@@ -88,20 +88,20 @@ def test_a_tapered_strip_vibrates_as_a_tapered_beam(cell):
 
 
 @pytest.mark.parametrize("cell", ["quad", "quad9"])
-def test_an_angle_is_that_of_the_section_and_axes_follow_a_ring(cell):
+def test_section_angle_and_axes_of_ring(cell):
     """An angle as an option, and the axis along formulas: stiff along the hoop is radial turned by a right angle."""
-    one = Lamina(140e9, 10e9, 5e9, 0.3, 1600.0)
+    lamina = Lamina(140e9, 10e9, 5e9, 0.3, 1600.0)
     mesh = rectangle(1.0, 0.6, 3, 2, cell)
-    a, b = (shell(mesh, layup([Ply(one, 0.002, t)]), None, angle=u) for t, u in ((0.4, 0.0), (0.0, 0.4)))
+    a, b = (shell(mesh, layup([Ply(lamina, 0.002, t)]), None, angle=u) for t, u in ((0.4, 0.0), (0.0, 0.4)))
     np.testing.assert_allclose(a.K.toarray(), b.K.toarray(), atol=1e-9 * abs(a.K).max())
-    ring, hoop = annulus(1.0, 1.3, 2, 16, cell), layup([Ply(one, 0.002, np.pi / 2)])
-    found = [
+    ring, hoop = annulus(1.0, 1.3, 2, 16, cell), layup([Ply(lamina, 0.002, np.pi / 2)])
+    computed = [
         build_structure(ring, [Member("surface", "shell", section, None, {"axis": axis})])
-        for section, axis in ((hoop, ("x", "y", "0")), (layup([Ply(one, 0.002)]), ("-y", "x", "0")))
+        for section, axis in ((hoop, ("x", "y", "0")), (layup([Ply(lamina, 0.002)]), ("-y", "x", "0")))
     ]
-    np.testing.assert_allclose(found[0].K.toarray(), found[1].K.toarray(), atol=1e-9 * abs(found[0].K).max())
+    np.testing.assert_allclose(computed[0].K.toarray(), computed[1].K.toarray(), atol=1e-9 * abs(computed[0].K).max())
     straight = build_structure(ring, [Member("surface", "shell", hoop, None, {"axis": (1, 0, 0)})])
-    assert abs(straight.K - found[0].K).max() > 0.1 * abs(found[0].K).max()
+    assert abs(straight.K - computed[0].K).max() > 0.1 * abs(computed[0].K).max()
 
 
 def test_polar_orthotropic_ring_matches_lekhnitskii():
@@ -132,7 +132,7 @@ FIBRE = Lamina(140e9, 10e9, 5e9, 0.3, 1600.0, 5e9, 3.5e9)
 FOAM = Lamina(2e9, 3e9, 4e8, 0.2, 300.0, 5e8, 2e8)
 
 
-STACK = layup([Ply(FIBRE, 0.004, 0.3), Ply(FOAM, 0.02, -0.5), Ply(FOAM, 0.005, 1.2)], coupled=True).loaded(3.0)
+STACK = layup([Ply(FIBRE, 0.004, 0.3), Ply(FOAM, 0.02, -0.5), Ply(FOAM, 0.005, 1.2)], coupled=True).with_added_mass(3.0)
 
 
 CELLS_SHELL_TABLES = ("quad", "quad9", "triangle6", "triangle")
@@ -147,7 +147,7 @@ def shell_shell_tables(mesh, section=STACK, **options):
 @pytest.mark.parametrize(
     "fields", [{}, {"extra_mass": "2 + x"}, {"thickness": 0.05, "density": 700.0}, {"thickness": "0.02 + 0.01 * y"}]
 )
-def test_mass_about_the_nodes_is_that_of_the_layers(cell, fields):
+def test_mass_of_layers_about_nodes(cell, fields):
     """Rigid motion of a flat shell off its nodes, by mass, first and second moment of the thickness, integrated."""
     mesh, offset = rectangle(1.0, 0.8, 2, 2, cell), 0.03
     s = shell_shell_tables(mesh, offset=offset, **fields)
@@ -186,7 +186,7 @@ def test_mass_about_the_nodes_is_that_of_the_layers(cell, fields):
 
 
 @pytest.mark.parametrize("cell", CELLS_SHELL_TABLES)
-def test_uniform_stretch_and_curvature_store_the_energy_of_the_coupled_section(cell):
+def test_energy_of_coupled_section(cell):
     """eps_0 + z kappa through a skew, unsymmetric, offset stack, its x axis turned: [A B; B D] by its plies."""
     C, d, angle = random_rotation(4), -0.017, 0.35
     flat = rectangle(1.0, 0.8, 2, 2, cell)
@@ -197,12 +197,12 @@ def test_uniform_stretch_and_curvature_store_the_energy_of_the_coupled_section(c
     u = np.stack([e[0] * x + e[2] / 2 * y, e[1] * y + e[2] / 2 * x, -(k[0] * x * x + k[1] * y * y + k[2] * x * y) / 2])
     turn = np.stack([-(k[1] * y + k[2] * x / 2), k[0] * x + k[2] * y / 2, 0 * x])
     v = s.translation.T @ (C @ u).T.ravel() + s.rotation.T @ (C @ turn).T.ravel()
-    turned = up * angle + np.arctan2(2, 1)
+    section_angle = up * angle + np.arctan2(2, 1)
     z = np.cumsum([-0.0145, 0.004, 0.02, 0.005]) + d
     plies = [(FIBRE, 0.3), (FOAM, -0.5), (FOAM, 1.2)]
     energy = 0.0
-    for (one, theta), a, b in zip(plies, z, z[1:], strict=False):
-        Q = one.plane_stress(turned + up * theta)
+    for (lamina, theta), a, b in zip(plies, z, z[1:], strict=False):
+        Q = lamina.plane_stress(section_angle + up * theta)
         g, w = np.polynomial.legendre.leggauss(3)
         for at, weight in zip((a + b) / 2 + g * (b - a) / 2, w * (b - a) / 2, strict=True):
             eps = e + up * at * k
@@ -211,13 +211,14 @@ def test_uniform_stretch_and_curvature_store_the_energy_of_the_coupled_section(c
         assert v @ s.K @ v == pytest.approx(energy, rel=1e-9)
     flat_only = s.translation.T @ (C @ np.stack([u[0], u[1], 0 * x])).T.ravel()
     A = sum(
-        (b - a) * one.plane_stress(turned + up * theta) for (one, theta), a, b in zip(plies, z, z[1:], strict=False)
+        (b - a) * lamina.plane_stress(section_angle + up * theta)
+        for (lamina, theta), a, b in zip(plies, z, z[1:], strict=False)
     )
     assert flat_only @ s.K @ flat_only == pytest.approx(0.8 * e @ A @ e, rel=1e-9)
 
 
 @pytest.mark.parametrize("cell", CELLS_SHELL_TABLES)
-def test_moderate_rotation_stretches_a_shell_by_the_squares_of_its_slopes_and_of_its_turn(cell):
+def test_shell_stretch_under_moderate_rotation(cell):
     """Sanders: E = sym(H) + w,a w,b / 2 + delta omega^2 / 2, omega = (v,x - u,y) / 2, of a homogeneous state."""
     H, slope, sheet = np.array([[0.02, -0.3], [0.15, 0.05]]), np.array([0.2, -0.3]), isotropic(0.02, METAL)
     mesh = rectangle(1.0, 0.8, 2, 2, cell)
@@ -233,7 +234,7 @@ def test_moderate_rotation_stretches_a_shell_by_the_squares_of_its_slopes_and_of
 
 
 @pytest.mark.parametrize("cell", CELLS_SHELL_TABLES)
-def test_tension_and_heat_of_a_coupled_shell_pull_as_forces_and_moments_of_its_plies(cell):
+def test_prestress_and_thermal_strain_of_coupled_shell(cell):
     """Virtual work of f0 on a uniform stretch and on a uniform bend: N.e and M.k, in skew axes."""
     C = random_rotation(9)
     flat = rectangle(1.0, 0.8, 2, 2, cell)

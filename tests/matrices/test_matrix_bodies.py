@@ -59,13 +59,13 @@ def model(sparse_ones: bool = False) -> MatrixModel:
 
 
 def test_components_lie_along_the_axes_of_their_node():
-    one = model()
-    s = one.structure(["ends"])
+    matrix_model = model()
+    s = matrix_model.structure(["ends"])
     row = {n: k for k, n in enumerate(IDS.tolist())}
     for k, (node, c) in enumerate(DOFS):
         moved, turned = (np.zeros((3, 3)) for _ in range(2))
         if c:
-            (moved if c < 4 else turned)[row[node]] = one.frames[row[node]][(c - 1) % 3]
+            (moved if c < 4 else turned)[row[node]] = matrix_model.frames[row[node]][(c - 1) % 3]
         assert s.translation.toarray()[:, k].reshape(3, 3) == pytest.approx(moved)
         assert s.rotation.toarray()[:, k].reshape(3, 3) == pytest.approx(turned)
     assert sorted(s.mesh.group_points("ends").tolist()) == [1, 2]
@@ -96,13 +96,13 @@ def bodies(rng) -> tuple[MatrixModel, np.ndarray, np.ndarray, np.ndarray, np.nda
         B[:, 6 * a : 6 * a + 6] = -np.block([[np.eye(3), -S], [np.zeros((3, 3)), np.eye(3)]])
         K += B.T @ np.diag(rng.random(6) + 1) @ B * 1e4
     dofs = np.array([[k, c] for k in ids for c in range(1, 7)])
-    one = MatrixModel("three", ids, x, dofs, sparse.csr_array(M), sparse.csr_array(K))
-    return one, m, at, np.array(J), x
+    matrix_model = MatrixModel("three", ids, x, dofs, sparse.csr_array(M), sparse.csr_array(K))
+    return matrix_model, m, at, np.array(J), x
 
 
 def test_mass_properties_of_three_rigid_bodies():
-    one, m, at, J, _ = bodies(np.random.default_rng(11))
-    report = check_model(one)
+    matrix_model, m, at, J, _ = bodies(np.random.default_rng(11))
+    report = check_model(matrix_model)
     centre = m @ at / m.sum()
     r = at - centre
     total = sum(J[k] + m[k] * (r[k] @ r[k] * np.eye(3) - np.outer(r[k], r[k])) for k in range(3))
@@ -111,39 +111,39 @@ def test_mass_properties_of_three_rigid_bodies():
     assert report.rigid.max() < 1e-12
     radius = np.sqrt(np.trace(total) / (2 * m.sum()))
     stated = StatedMass(m.sum() * 1.02, centre + np.array([0.0, 0.0, 0.3]), total * 1.05)
-    assert len(check_model(one, stated).warnings) == 3
-    assert not check_model(one, StatedMass(m.sum() * 1.009, centre + 0.005 * radius, total * 1.009)).findings
+    assert len(check_model(matrix_model, stated).warnings) == 3
+    assert not check_model(matrix_model, StatedMass(m.sum() * 1.009, centre + 0.005 * radius, total * 1.009)).findings
 
 
 def test_craig_bampton_model_under_rigid_motion():
     s = boom()
     body = reduce_structure(s, craig_bampton(s, ["root", "tip"], 3))
-    one = craig_bampton_model(body, ["tip", "root"], "boom")
-    assert one.groups["tip"].tolist() == [1] and one.groups["root"].tolist() == [2]
-    assert one.points[1] == pytest.approx([0.1, 0.2, 0.0])
+    matrix_model = craig_bampton_model(body, ["tip", "root"], "boom")
+    assert matrix_model.groups["tip"].tolist() == [1] and matrix_model.groups["root"].tolist() == [2]
+    assert matrix_model.points[1] == pytest.approx([0.1, 0.2, 0.0])
     t, w = np.array([0.3, -0.2, 0.5]), np.array([0.1, 0.4, -0.6])
-    u = np.zeros(one.n_dof)
-    for k, x in enumerate(one.points):
+    u = np.zeros(matrix_model.n_dof)
+    for k, x in enumerate(matrix_model.points):
         u[6 * k : 6 * k + 3], u[6 * k + 3 : 6 * k + 6] = t + np.cross(w, x), w
-    moved = (one.recovery.rows @ u).reshape(-1, 3)
-    assert moved == pytest.approx(t + np.cross(w, one.recovery.points), abs=1e-9)
-    assert one.K @ u == pytest.approx(0.0, abs=1e-6 * abs(one.K).max())
-    n = len(one.dofs)
+    moved = (matrix_model.recovery.rows @ u).reshape(-1, 3)
+    assert moved == pytest.approx(t + np.cross(w, matrix_model.recovery.points), abs=1e-9)
+    assert matrix_model.K @ u == pytest.approx(0.0, abs=1e-6 * abs(matrix_model.K).max())
+    n = len(matrix_model.dofs)
     q = np.concatenate([[0.0], u])
-    second = np.einsum("k,kalb,l->ab", q, one.moments.second, q)
+    second = np.einsum("k,kalb,l->ab", q, matrix_model.moments.second, q)
     # int (t + w x r)(t + w x r)^T dm by the body's own moments
     m, first, P = body.moments.mass, body.moments.first[0], body.moments.second[0, :, 0]
     W = np.array([[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]])
-    wanted = m * np.outer(t, t) + np.outer(t, W @ first) + np.outer(W @ first, t) + W @ P @ W.T
-    assert second == pytest.approx(wanted, rel=1e-8) and len(q) == n + 1
-    assert q @ one.moments.first == pytest.approx(m * t + W @ first, rel=1e-8)
+    expected = m * np.outer(t, t) + np.outer(t, W @ first) + np.outer(W @ first, t) + W @ P @ W.T
+    assert second == pytest.approx(expected, rel=1e-8) and len(q) == n + 1
+    assert q @ matrix_model.moments.first == pytest.approx(m * t + W @ first, rel=1e-8)
 
 
 def test_estimated_foreshortening_of_a_cantilever():
     """A skew cantilever: its tip draws in by int w'^2 ds along the axis over the stiffness of its lowest shape."""
     s = boom(16, tip=False)
     made = matrix_body(
-        full_model(s), lambda one: cantilever_modes(one, "root", 3), markers={"tip": "tip"}, turning=()
+        full_model(s), lambda structure: cantilever_modes(structure, "root", 3), markers={"tip": "tip"}, turning=()
     ).body
     theta = made.foreshortening
     e = np.array([2.0, 1.0, 2.0]) / 3.0
@@ -167,16 +167,20 @@ def test_estimated_foreshortening_of_a_cantilever():
 
 def test_full_model_of_a_plate_keeps_its_frequencies():
     s = build_structure(rectangle(1.0, 0.5, 2, 1, "triangle"), [Member("surface", "plate", 0.02, SOFT)])
-    one = full_model(s, "plate")
-    assert one.n_dof == s.n_dof and one.n_modal > 0 and len(set(map(tuple, one.dofs.tolist()))) == one.n_dof
-    assert min(one.dofs[one.dofs[:, 1] == 0, 0]) > len(s.mesh.points)
-    assert (one.cells["triangle"] - 1).tolist() == s.mesh.cells["triangle"].tolist()
-    for k, (node, c) in enumerate(one.dofs):
+    matrix_model = full_model(s, "plate")
+    assert (
+        matrix_model.n_dof == s.n_dof
+        and matrix_model.n_modal > 0
+        and len(set(map(tuple, matrix_model.dofs.tolist()))) == matrix_model.n_dof
+    )
+    assert min(matrix_model.dofs[matrix_model.dofs[:, 1] == 0, 0]) > len(s.mesh.points)
+    assert (matrix_model.cells["triangle"] - 1).tolist() == s.mesh.cells["triangle"].tolist()
+    for k, (node, c) in enumerate(matrix_model.dofs):
         if c:
             part = s.translation if c < 4 else s.rotation
             assert part.toarray()[3 * (node - 1) + (c - 1) % 3, k] == pytest.approx(1.0)
     exact = free_free_modes(s, 2).omega
-    assert free_free_modes(one.structure(), 2).omega == pytest.approx(exact, rel=1e-6)
+    assert free_free_modes(matrix_model.structure(), 2).omega == pytest.approx(exact, rel=1e-6)
 
 
 @pytest.fixture(scope="module")
@@ -185,7 +189,7 @@ def reduced():
     return reduce_structure(s, craig_bampton(s, ["root", "tip"], 4))
 
 
-def test_craig_bampton_model_gives_its_body_again(reduced, tmp_path):
+def test_body_of_craig_bampton_model(reduced, tmp_path):
     model = craig_bampton_model(reduced, ["root", "tip"], "boom")
     back = matrix_body(read_matrices(write_matrices(model, tmp_path / "boom.npz")), markers={"tip": "tip"}).body
     assert back.omega == pytest.approx(reduced.omega, rel=1e-9)
@@ -220,8 +224,8 @@ def test_pyyeti_accepts_the_craig_bampton_model(reduced):
     text, b = io.StringIO(), np.arange(12)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        found = cb.cbcheck(text, model.M.toarray(), model.K.toarray(), b, b[:6], uset, uref=[0, 0, 0])
-    assert found.cb_frq == pytest.approx(np.sqrt(model.K.diagonal()[12:]) / (2 * np.pi), rel=1e-6)
+        computed = cb.cbcheck(text, model.M.toarray(), model.K.toarray(), b, b[:6], uset, uref=[0, 0, 0])
+    assert computed.cb_frq == pytest.approx(np.sqrt(model.K.diagonal()[12:]) / (2 * np.pi), rel=1e-6)
     assert "Mass matrix is symmetric" in text.getvalue() and "Stiffness matrix is symmetric" in text.getvalue()
     rows = text.getvalue().split("6x6 mass matrix from geometry-based rb modes:")[1].strip().splitlines()[:6]
     rigid = np.array([[float(x) for x in row.split()] for row in rows])
@@ -235,26 +239,26 @@ def test_damping_of_a_craig_bampton_model(tmp_path):
     reduced = reduce_structure(s, craig_bampton(s, ["root", "tip"], 4), damping=ModalDamping(0.01))
     model = craig_bampton_model(reduced, ["root", "tip"])
     back = matrix_body(read_matrices(write_matrices(model, tmp_path / "boom.npz")), markers={"tip": "tip"}).body
-    known = np.diag(reduced.damping) / (2 * reduced.omega)
-    assert known == pytest.approx(np.full(len(known), 0.01), rel=1e-6)
-    assert np.diag(back.damping) / (2 * back.omega) == pytest.approx(known, rel=1e-6)
+    reference = np.diag(reduced.damping) / (2 * reduced.omega)
+    assert reference == pytest.approx(np.full(len(reference), 0.01), rel=1e-6)
+    assert np.diag(back.damping) / (2 * back.omega) == pytest.approx(reference, rel=1e-6)
 
 
 def test_craig_bampton_model_without_modes_is_static_condensation():
     """K_bb - K_bi K_ii^-1 K_ib of the structure's own matrices; no skin, no recovery."""
     s = boom(3)
     body = reduce_structure(s, craig_bampton(s, ["root", "tip"], 0))
-    one = craig_bampton_model(replace(body, skin=None), ["root", "tip"])
-    assert one.n_modal == 0 and one.n_dof == 12 and one.recovery is None
+    matrix_model = craig_bampton_model(replace(body, skin=None), ["root", "tip"])
+    assert matrix_model.n_modal == 0 and matrix_model.n_dof == 12 and matrix_model.recovery is None
     rows = np.concatenate([3 * s.mesh.group_points(g)[0] + np.arange(3) for g in ("root", "tip")])
     B = np.concatenate([part.toarray()[rows[k : k + 3]] for k in (0, 3) for part in (s.translation, s.rotation)])
     b = B.argmax(axis=1)
     i = np.setdiff1d(np.arange(s.n_dof), b)
     K, M = s.K.toarray(), s.M.toarray()
     follow = -np.linalg.solve(K[np.ix_(i, i)], K[np.ix_(i, b)])
-    wanted = K[np.ix_(b, b)] + K[np.ix_(b, i)] @ follow
-    assert one.K.toarray() == pytest.approx(wanted, abs=1e-7 * np.abs(wanted).max())
+    expected = K[np.ix_(b, b)] + K[np.ix_(b, i)] @ follow
+    assert matrix_model.K.toarray() == pytest.approx(expected, abs=1e-7 * np.abs(expected).max())
     T = np.zeros((s.n_dof, 12))
     T[b], T[i] = np.eye(12), follow
-    assert one.M.toarray() == pytest.approx(T.T @ M @ T, abs=1e-7 * np.abs(M).max())
+    assert matrix_model.M.toarray() == pytest.approx(T.T @ M @ T, abs=1e-7 * np.abs(M).max())
     assert craig_bampton_model(body, ["root", "tip"]).recovery is not None

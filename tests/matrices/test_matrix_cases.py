@@ -72,9 +72,9 @@ def folder(tmp_path_factory):
 
 
 def test_slewing_craft_moves_as_with_elements(folder):
-    found = [run(read_case(folder / f"{name}.toml"), folder / f"{name}.h5") for name in ("elements", "matrices")]
+    computed = [run(read_case(folder / f"{name}.toml"), folder / f"{name}.h5") for name in ("elements", "matrices")]
     for name in ("q", "u"):
-        a, b = (one.read(name) for one in found)
+        a, b = (results.read(name) for results in computed)
         assert b == pytest.approx(a, abs=1e-9 * np.abs(a).max())
 
 
@@ -112,14 +112,14 @@ def test_reductions_equal_those_of_elements(folder, method, more):
     for text in (ELEMENTS, MATRICES, MATRICES.replace('"bar.npz"', files)):
         own = text[: text.index("reduction = {")].replace("right = {} }", "right = {}, left = {} }")
         texts.append(f"{own}{more}\nreduction = {{ method = {method} }}\n")
-    one, *others = (build_body(read_case(case_with(folder, text)), "bar") for text in texts)
+    body, *others = (build_body(read_case(case_with(folder, text)), "bar") for text in texts)
     for other in others:
-        assert other.kinds == one.kinds and other.n_modes == one.n_modes
-        assert other.moments.mass == pytest.approx(one.moments.mass)
-        assert other.moments.inertia() == pytest.approx(one.moments.inertia(), rel=1e-6, abs=1e-6)
-        assert squares(other) == pytest.approx(squares(one), rel=1e-6)
-        assert np.trace(other.damping) == pytest.approx(np.trace(one.damping), rel=1e-6)
-        assert set(other.markers) == set(one.markers)
+        assert other.kinds == body.kinds and other.n_modes == body.n_modes
+        assert other.moments.mass == pytest.approx(body.moments.mass)
+        assert other.moments.inertia() == pytest.approx(body.moments.inertia(), rel=1e-6, abs=1e-6)
+        assert squares(other) == pytest.approx(squares(body), rel=1e-6)
+        assert np.trace(other.damping) == pytest.approx(np.trace(body.damping), rel=1e-6)
+        assert set(other.markers) == set(body.markers)
 
 
 def test_craig_bampton_model_of_one_case_in_another(folder):
@@ -133,7 +133,7 @@ def test_craig_bampton_model_of_one_case_in_another(folder):
     assert done.exit_code == 0, done.output
     text = MATRICES.replace("bar.npz", "bar_cb.npz").replace("reduction = {", "#")
     text = text.replace("markers = { right = {} }", "markers = { right = {}, left = {} }")
-    found = build_body(read_case(case_with(folder, text)), "bar")
-    known = build_body(read_case(case_with(folder, elements)), "bar")
-    assert found.omega == pytest.approx(known.omega, rel=1e-8)
-    assert found.moments.inertia() == pytest.approx(known.moments.inertia(), rel=1e-9, abs=1e-9)
+    computed = build_body(read_case(case_with(folder, text)), "bar")
+    reference = build_body(read_case(case_with(folder, elements)), "bar")
+    assert computed.omega == pytest.approx(reference.omega, rel=1e-8)
+    assert computed.moments.inertia() == pytest.approx(reference.moments.inertia(), rel=1e-9, abs=1e-9)

@@ -44,29 +44,31 @@ def model(sparse_ones: bool = False) -> MatrixModel:
     )  # fmt: skip
 
 
-def same(found: MatrixModel, wanted: MatrixModel, tol: float = 1e-12) -> None:
-    """All of a model."""
-    order = np.array([np.flatnonzero((found.dofs == pair).all(axis=1))[0] for pair in wanted.dofs])
-    assert len(found.dofs) == len(wanted.dofs)
+def assert_equal_models(actual: MatrixModel, expected: MatrixModel, tol: float = 1e-12) -> None:
+    """Compare all arrays of a model with the expected ones."""
+    order = np.array([np.flatnonzero((actual.dofs == pair).all(axis=1))[0] for pair in expected.dofs])
+    assert len(actual.dofs) == len(expected.dofs)
     for name in ("M", "K", "D", "geometric"):
-        a, b = getattr(found, name), getattr(wanted, name)
+        a, b = getattr(actual, name), getattr(expected, name)
         assert (a is None) == (b is None), name
         if b is not None:
             a, b = a.toarray()[np.ix_(order, order)], b.toarray()
             assert a == pytest.approx(b, abs=tol * np.abs(b).max()), name
-    nodes = [found.ids.tolist().index(n) for n in wanted.ids]
-    assert found.points[nodes] == pytest.approx(wanted.points)
-    if wanted.frames is not None:
-        assert found.frames[nodes] == pytest.approx(wanted.frames)
-    assert {k: sorted(v) for k, v in found.groups.items()} == {k: sorted(v) for k, v in wanted.groups.items()}
-    assert {k: v.tolist() for k, v in found.cells.items()} == {k: v.tolist() for k, v in wanted.cells.items()}
-    if wanted.recovery is not None:
-        one, other = found.recovery, wanted.recovery
-        assert one.points == pytest.approx(other.points) and one.masses == pytest.approx(other.masses)
-        assert one.rows.toarray()[:, order] == pytest.approx(other.rows.toarray())
-        assert found.moments.mass == pytest.approx(wanted.moments.mass)
-        assert found.moments.first == pytest.approx(wanted.moments.first)
-        assert found.moments.second == pytest.approx(wanted.moments.second)
+    nodes = [actual.ids.tolist().index(n) for n in expected.ids]
+    assert actual.points[nodes] == pytest.approx(expected.points)
+    if expected.frames is not None:
+        assert actual.frames[nodes] == pytest.approx(expected.frames)
+    assert {k: sorted(v) for k, v in actual.groups.items()} == {k: sorted(v) for k, v in expected.groups.items()}
+    assert {k: v.tolist() for k, v in actual.cells.items()} == {k: v.tolist() for k, v in expected.cells.items()}
+    if expected.recovery is not None:
+        recovery, expected_recovery = actual.recovery, expected.recovery
+        assert recovery.points == pytest.approx(expected_recovery.points) and recovery.masses == pytest.approx(
+            expected_recovery.masses
+        )
+        assert recovery.rows.toarray()[:, order] == pytest.approx(expected_recovery.rows.toarray())
+        assert actual.moments.mass == pytest.approx(expected.moments.mass)
+        assert actual.moments.first == pytest.approx(expected.moments.first)
+        assert actual.moments.second == pytest.approx(expected.moments.second)
 
 
 def test_units_of_every_array(tmp_path):
@@ -85,14 +87,14 @@ def test_units_of_every_array(tmp_path):
     arrays["moments_first"] = si.moments.first * z[:, None] / mass
     arrays["moments_second"] = si.moments.second * z[:, None, None, None] * z[None, None, :, None] / mass
     np.savez(tmp_path / "a.npz", **arrays)
-    same(read_matrices(tmp_path / "a.npz", units="mm-kg-ms"), si)
+    assert_equal_models(read_matrices(tmp_path / "a.npz", units="mm-kg-ms"), si)
 
 
 @pytest.mark.parametrize("few", [False, True])
 @pytest.mark.parametrize("suffix", [".npz", ".h5", ".hdf5", ".mat"])
 def test_every_array_of_a_model_survives_a_file(tmp_path, suffix, few):
-    one = model(few)
-    same(read_matrices(write_matrices(one, tmp_path / f"a{suffix}")), one)
+    matrix_model = model(few)
+    assert_equal_models(read_matrices(write_matrices(matrix_model, tmp_path / f"a{suffix}")), matrix_model)
 
 
 MOMENTS = {"moments_mass": 2.0, "moments_first": np.zeros((7, 3)), "moments_second": np.eye(21).reshape(7, 3, 7, 3)}
@@ -124,41 +126,50 @@ def test_arrays_that_no_body_has_are_refused(arrays, words, tmp_path):
 
 def test_output4_keeps_recovery_and_moments(tmp_path):
     pytest.importorskip("pyyeti")
-    one = replace(model(), frames=None, groups={}, cells={})
-    same(read_matrices(write_matrices(one, tmp_path / "a.op4")), one)
+    matrix_model = replace(model(), frames=None, groups={}, cells={})
+    assert_equal_models(read_matrices(write_matrices(matrix_model, tmp_path / "a.op4")), matrix_model)
 
 
 def test_matlab_files_of_version_7_3(tmp_path):
     """Written column by column; a sparse matrix by its columns with the number of rows as an attribute."""
-    one = replace(model(), geometric=None, frames=None, recovery=None, moments=None, groups={}, cells={})
+    matrix_model = replace(model(), geometric=None, frames=None, recovery=None, moments=None, groups={}, cells={})
     path = tmp_path / "a.mat"
     with h5py.File(path, "w", userblock_size=512) as file:
-        for name, value in (("points", POINTS), ("nodes", IDS[:, None]), ("dofs", DOFS), ("M", one.M.toarray())):
+        for name, value in (
+            ("points", POINTS),
+            ("nodes", IDS[:, None]),
+            ("dofs", DOFS),
+            ("M", matrix_model.M.toarray()),
+        ):
             file[name] = np.asarray(value).T
-        upper = sparse.csc_array(one.K.toarray())
+        upper = sparse.csc_array(matrix_model.K.toarray())
         group = file.create_group("K")
         group["data"], group["ir"], group["jc"] = upper.data, upper.indices, upper.indptr
         group.attrs["MATLAB_sparse"] = np.uint64(upper.shape[0])
         group = file.create_group("D")
-        columns = sparse.csc_array(one.D.toarray())
+        columns = sparse.csc_array(matrix_model.D.toarray())
         group["data"], group["ir"], group["jc"] = columns.data, columns.indices, columns.indptr
         group.attrs["MATLAB_sparse"] = np.uint64(7)
         file.create_group("struct")["x"] = [1.0]
     with open(path, "r+b") as file:
         file.write(b"MATLAB 7.3 MAT-file".ljust(128))
-    same(read_matrices(path), one)
+    assert_equal_models(read_matrices(path), matrix_model)
 
 
 def test_bulk_data_survive_a_file(tmp_path):
     rng = np.random.default_rng(7)
     n = len(DOFS)
     M, K, D = (sparse.csr_array(symmetric(n, rng) * 10.0**p) for p in (-12, 11, 3))
-    one = MatrixModel("m", IDS, POINTS, DOFS, M, K, D)
-    path = write_matrices(one, tmp_path / "a.bdf")
-    found = read_matrices(path)
-    same(found, one, 1e-9)
-    assert found.n_modal == 2
-    same(read_matrices(write_matrices(replace(one, D=None), path, force=True)), replace(one, D=None), 1e-9)
+    matrix_model = MatrixModel("m", IDS, POINTS, DOFS, M, K, D)
+    path = write_matrices(matrix_model, tmp_path / "a.bdf")
+    computed = read_matrices(path)
+    assert_equal_models(computed, matrix_model, 1e-9)
+    assert computed.n_modal == 2
+    assert_equal_models(
+        read_matrices(write_matrices(replace(matrix_model, D=None), path, force=True)),
+        replace(matrix_model, D=None),
+        1e-9,
+    )
 
 
 def test_maps_of_external_superelements(tmp_path):
@@ -166,22 +177,22 @@ def test_maps_of_external_superelements(tmp_path):
     text = "GRID,5,,0.,0.,0.\nGRID,7,,1.,0.,0.\nSPOINT,90\nEXTRN,7,13,5,2,90,0\n"
     (tmp_path / "a.pch").write_text(text)
     np.savez(tmp_path / "b.npz", M=np.eye(4), K=2 * np.eye(4))
-    one = read_matrices(Sources("b.npz", nodes="a.pch", dofs="a.pch"), folder=tmp_path)
-    assert one.dofs.tolist() == [[7, 1], [7, 3], [5, 2], [90, 0]] and one.ids.tolist() == [5, 7]
+    matrix_model = read_matrices(Sources("b.npz", nodes="a.pch", dofs="a.pch"), folder=tmp_path)
+    assert matrix_model.dofs.tolist() == [[7, 1], [7, 3], [5, 2], [90, 0]] and matrix_model.ids.tolist() == [5, 7]
 
 
-def table(path, one: MatrixModel) -> None:
-    path.write_text("# a comment\nnumber; x; y; z\n" + "".join(
-        f"{n};\t{x[0]!r}; {x[1]!r}; {x[2]!r}\n" for n, x in zip(one.ids.tolist(), one.points.tolist(), strict=True)
-    ))  # fmt: skip
+def table(path, matrix_model: MatrixModel) -> None:
+    rows = zip(matrix_model.ids.tolist(), matrix_model.points.tolist(), strict=True)
+    lines = "".join(f"{n};\t{x[0]!r}; {x[1]!r}; {x[2]!r}\n" for n, x in rows)
+    path.write_text(f"# a comment\nnumber; x; y; z\n{lines}")
 
 
 @pytest.mark.parametrize("triangle", ["lower", "upper", "both"])
 def test_matrices_by_node_and_component_share_one_map(tmp_path, triangle):
     """The mass has entries at fewer degrees of freedom than the stiffness, and each file another order."""
-    one = model()
+    matrix_model = model()
     physical = np.flatnonzero(DOFS[:, 1] > 0)
-    M, K = (A.toarray()[np.ix_(physical, physical)].copy() for A in (one.M, one.K))
+    M, K = (A.toarray()[np.ix_(physical, physical)].copy() for A in (matrix_model.M, matrix_model.K))
     M[1, :], M[:, 1] = 0.0, 0.0
     rng = np.random.default_rng(1)
     for name, A in (("m", M), ("k", K)):
@@ -196,10 +207,10 @@ def test_matrices_by_node_and_component_share_one_map(tmp_path, triangle):
          "").replace(")", "")
                  for i, j in pairs]  # fmt: skip
         (tmp_path / f"{name}.mtx").write_text("\n".join(lines) + "\n")
-    table(tmp_path / "nodes.csv", one)
-    found = read_matrices(Sources(mass="m.mtx", stiffness="k.mtx", nodes="nodes.csv"), folder=tmp_path)
-    wanted = MatrixModel("m", IDS, POINTS, DOFS[physical], sparse.csr_array(M), sparse.csr_array(K))
-    same(found, wanted)
+    table(tmp_path / "nodes.csv", matrix_model)
+    computed = read_matrices(Sources(mass="m.mtx", stiffness="k.mtx", nodes="nodes.csv"), folder=tmp_path)
+    expected = MatrixModel("m", IDS, POINTS, DOFS[physical], sparse.csr_array(M), sparse.csr_array(K))
+    assert_equal_models(computed, expected)
 
 
 GRIDS = """$ two nodes of a rod, the second with cylindrical displacement axes about basic z at 90 degrees

@@ -22,11 +22,13 @@ from femflex.warning import PhysicsWarning
 def test_moments_of_solids_equal_those_of_elements(free):
     s = brick()
     given = full_model(s).structure()
-    modes = [free_free_modes(one, 5) if free else cantilever_modes(one, "left", 5) for one in (s, given)]
-    known = reduce_structure(s, modes[0], turning=())
-    found = reduce_matrices(given, modes[1], turning=())
-    a, b = known.moments, found.body.moments
-    assert found.body.omega == pytest.approx(known.omega, rel=1e-9)
+    modes = [
+        free_free_modes(structure, 5) if free else cantilever_modes(structure, "left", 5) for structure in (s, given)
+    ]
+    reference = reduce_structure(s, modes[0], turning=())
+    computed = reduce_matrices(given, modes[1], turning=())
+    a, b = reference.moments, computed.body.moments
+    assert computed.body.omega == pytest.approx(reference.omega, rel=1e-9)
     assert b.mass == pytest.approx(a.mass, rel=1e-12)
     assert b.first == pytest.approx(a.first, abs=1e-9 * np.abs(a.first).max())
     assert b.second == pytest.approx(a.second, abs=1e-9 * np.abs(a.second).max())
@@ -56,8 +58,8 @@ def test_moments_of_masses_at_nodes_by_points():
     s = structure_from_matrices(Mesh(X, {}), dofs, sparse.csr_array(M), sparse.csr_array(np.eye(24)))
     assert nodal_mass(s).rest < 1e-12
     phi = np.random.default_rng(1).standard_normal((24, 3))
-    found = matrix_moments(s, phi)
-    assert found.exact
+    computed = matrix_moments(s, phi)
+    assert computed.exact
     u, theta = (phi.reshape(4, 6, 3)[:, part] for part in (slice(0, 3), slice(3, 6)))
     z = np.concatenate([X[:, :, None], u], axis=2)
     second = np.einsum("ij,iaA,jbB->AaBb", scalar, z, z)
@@ -67,25 +69,25 @@ def test_moments_of_masses_at_nodes_by_points():
             r = np.column_stack([X[i] + arm, u[i] + np.cross(theta[i], arm[:, None], axis=0)])
             second += m * np.einsum("aA,bB->AaBb", r, r)
             first += m * r.T
-    assert found.moments.second == pytest.approx(second, rel=1e-11, abs=1e-11)
-    assert found.moments.first == pytest.approx(first, rel=1e-11, abs=1e-11)
-    assert found.moments.mass == pytest.approx(scalar.sum() + sum(dm.sum() for dm, _ in points))
-    assert found.moments.elastic_mass() == pytest.approx(phi.T @ M @ phi, rel=1e-11)
+    assert computed.moments.second == pytest.approx(second, rel=1e-11, abs=1e-11)
+    assert computed.moments.first == pytest.approx(first, rel=1e-11, abs=1e-11)
+    assert computed.moments.mass == pytest.approx(scalar.sum() + sum(dm.sum() for dm, _ in points))
+    assert computed.moments.elastic_mass() == pytest.approx(phi.T @ M @ phi, rel=1e-11)
 
 
 def test_moments_of_beams_from_their_mass_matrix():
     s = boom(n=24)
     given = full_model(s).structure()
-    known = reduce_structure(s, cantilever_modes(s, "root", 4), {"tip": "tip"}).moments
-    found = reduce_matrices(given, cantilever_modes(given, "root", 4), {"tip": "tip"})
-    b = found.body.moments
-    assert b.first == pytest.approx(known.first, rel=1e-9, abs=1e-9)
-    assert b.inertia() == pytest.approx(known.inertia(), rel=1e-9, abs=1e-9)
+    reference = reduce_structure(s, cantilever_modes(s, "root", 4), {"tip": "tip"}).moments
+    computed = reduce_matrices(given, cantilever_modes(given, "root", 4), {"tip": "tip"})
+    b = computed.body.moments
+    assert b.first == pytest.approx(reference.first, rel=1e-9, abs=1e-9)
+    assert b.inertia() == pytest.approx(reference.inertia(), rel=1e-9, abs=1e-9)
     assert b.elastic_mass() == pytest.approx(np.eye(4), abs=1e-9)
     cross = lambda m: np.einsum("abc,akb->kc", EPSILON, m.second[0, :, 1:])  # noqa: E731
-    assert cross(b) == pytest.approx(cross(known), abs=1e-9 * np.abs(cross(known)).max())
-    error = np.abs(b.second - known.second)
-    assert error[0, :, 1:].max() < 1e-4 * np.abs(known.second[0, :, 1:]).max()
+    assert cross(b) == pytest.approx(cross(reference), abs=1e-9 * np.abs(cross(reference)).max())
+    error = np.abs(b.second - reference.second)
+    assert error[0, :, 1:].max() < 1e-4 * np.abs(reference.second[0, :, 1:]).max()
     assert error[1:, :, 1:].max() < 2e-3  # (k h)^2 / 12 of the second bending pair, of unit mass
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from femflex.mesh import Mesh, box, line, rectangle
-from femflex.mesh.regions import with_box, with_whole
+from femflex.mesh.regions import with_box, with_whole_groups
 
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float)
 
@@ -16,7 +16,7 @@ def square(**changes):
     return Mesh(**given)
 
 
-def test_group_points_are_those_of_the_point_group_or_all_nodes_of_the_cell_group():
+def test_group_points():
     mesh = square(cell_groups={"skin": {"triangle": [1, 0]}, "root": {"line": [0]}}, point_groups={"tip": [2, 1, 2]})
     assert mesh.group_points("tip").tolist() == [1, 2]
     assert mesh.group_points("root").tolist() == [0, 3]
@@ -34,11 +34,11 @@ def test_arrays_are_read_only_copies():
             array[0] = 1
 
 
-def test_moving_and_turning_keep_distances_and_turn_by_the_right_hand():
+def test_translation_and_rotation():
     mesh = line([[0, 0, 0], [2, 0, 0]], 2)
     assert mesh.rotated([0, 0, np.pi / 2]).points[-1] == pytest.approx([0, 2, 0], abs=1e-15)
     assert mesh.rotated([0, 0, np.pi], centre=[1, 0, 0]).points[0] == pytest.approx([2, 0, 0], abs=1e-15)
-    assert mesh.moved([1, 2, 3]).points[0] == pytest.approx([1, 2, 3])
+    assert mesh.translated([1, 2, 3]).points[0] == pytest.approx([1, 2, 3])
     assert mesh.scaled(1e-3).points[-1] == pytest.approx([2e-3, 0, 0])
     rng = np.random.default_rng(1)
     cloud = Mesh(rng.normal(size=(6, 3)), {})
@@ -51,9 +51,9 @@ def test_moving_and_turning_keep_distances_and_turn_by_the_right_hand():
     assert Mesh([vector], {}).rotated(vector).points[0] == pytest.approx(vector, abs=1e-14)  # the axis stays
 
 
-def test_merging_unites_groups_and_fuses_only_within_the_tolerance():
+def test_merging_of_groups_and_points():
     a = rectangle(1, 1, 2, 2, "quad")
-    b = rectangle(1, 1, 2, 2, "quad").moved([1, 0, 1e-7])
+    b = rectangle(1, 1, 2, 2, "quad").translated([1, 0, 1e-7])
     loose = a.merged(b)
     assert len(loose.points) == 18
     assert len(loose.cell_groups["surface"]["quad"]) == 8
@@ -66,7 +66,7 @@ def test_merging_unites_groups_and_fuses_only_within_the_tolerance():
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_chains_become_one_point_in_whatever_order_their_points_are_numbered(seed):
+def test_chains_of_close_points_are_merged(seed):
     """Three chains of links just below the tolerance, points numbered at random; the first of each is kept."""
     rng = np.random.default_rng(seed)
     chain = np.repeat(np.arange(3), (5, 4, 3))
@@ -86,38 +86,38 @@ def test_chains_become_one_point_in_whatever_order_their_points_are_numbered(see
 @pytest.fixture
 def mesh():
     """A block with its shell faces, a plate beside it, and a mast of lines; skew places."""
-    block = box(3, 2, 1, 3, 2, 1).moved([1.0, -2.0, 0.5])
-    plate = rectangle(2, 1, 4, 2, "triangle").moved([6.0, 0.0, 0.3])
+    block = box(3, 2, 1, 3, 2, 1).translated([1.0, -2.0, 0.5])
+    plate = rectangle(2, 1, 4, 2, "triangle").translated([6.0, 0.0, 0.3])
     return block.merged(plate).with_groups(points={"corner": [0, 1]})
 
 
-def test_whole_groups_hold_all_cells_of_their_dimension(mesh):
-    found = with_whole(mesh, ["all", "all_surfaces", "all_lines", "corner", "all", "other"])
-    assert {n: sorted(by) for n, by in found.cell_groups.items() if n.startswith("all")} == {
+def test_whole_groups(mesh):
+    computed = with_whole_groups(mesh, ["all", "all_surfaces", "all_lines", "corner", "all", "other"])
+    assert {n: sorted(by) for n, by in computed.cell_groups.items() if n.startswith("all")} == {
         "all": ["hexahedron"],
         "all_surfaces": ["quad", "triangle"],
         "all_lines": ["line"],
     }
-    for kind, rows in found.cell_groups["all_surfaces"].items():
+    for kind, rows in computed.cell_groups["all_surfaces"].items():
         assert rows.tolist() == list(range(len(mesh.cells[kind])))
     plate = rectangle(2, 1, 2, 1)
-    assert with_whole(plate, ["all"]).cell_groups["all"]["triangle"].tolist() == [0, 1, 2, 3]
-    assert with_whole(plate, ["all_solids", "surface"]) is plate
+    assert with_whole_groups(plate, ["all"]).cell_groups["all"]["triangle"].tolist() == [0, 1, 2, 3]
+    assert with_whole_groups(plate, ["all_solids", "surface"]) is plate
     own = plate.with_groups({"all": {"line": [2]}})
-    assert with_whole(own, ["all"]).cell_groups["all"]["line"].tolist() == [2]  # the mesh's own stays
+    assert with_whole_groups(own, ["all"]).cell_groups["all"]["line"].tolist() == [2]  # the mesh's own stays
 
 
-def test_a_box_takes_the_points_in_it_and_the_cells_between_them(mesh):
+def test_points_and_cells_in_box(mesh):
     low, high = np.array([4.0, 0.0, 0.2]), np.array([2.0, -2.0, 1.5])  # its corners in any order
-    found = with_box(mesh, "end", low, high)
+    computed = with_box(mesh, "end", low, high)
     a, b = np.minimum(low, high), np.maximum(low, high)
     inside = [k for k, p in enumerate(mesh.points) if all(a[i] - 1e-7 <= p[i] <= b[i] + 1e-7 for i in range(3))]
-    assert 0 < len(inside) < len(mesh.points) and found.point_groups["end"].tolist() == inside
+    assert 0 < len(inside) < len(mesh.points) and computed.point_groups["end"].tolist() == inside
     expected = {
         kind: [row for row, nodes in enumerate(table) if set(nodes) <= set(inside)]
         for kind, table in mesh.cells.items()
     }
-    assert {k: rows.tolist() for k, rows in found.cell_groups["end"].items()} == {
+    assert {k: rows.tolist() for k, rows in computed.cell_groups["end"].items()} == {
         k: v for k, v in expected.items() if v
     }
     assert len(expected["hexahedron"]) == 4

@@ -58,11 +58,11 @@ def deck(tmp_path, text=DECK):
 @pytest.fixture
 def mesh(tmp_path):
     with pytest.warns(PhysicsWarning) as caught:
-        found = read_mesh(deck(tmp_path))
+        computed = read_mesh(deck(tmp_path))
     texts = [str(w.message) for w in caught]
     assert any("left out: CONN3D2 (1), MASS (1); 3 are kept" in text for text in texts)
     assert any("1 of 9 points belong to no cell; some are in the point groups ['ARM', 'all of it']" in t for t in texts)
-    return found
+    return computed
 
 
 def heights(mesh, group):
@@ -74,7 +74,7 @@ def test_all_node_and_element_blocks_are_read(mesh):
     assert len(mesh.points) == 9
 
 
-def test_the_middle_node_of_a_quadratic_beam_comes_last(mesh):
+def test_middle_node_of_quadratic_beam(mesh):
     assert mesh.points[mesh.cells["line3"]][:, :, 2].tolist() == [[0, 1, 0.5], [1, 2, 1.5]]
     assert sizes(mesh.points, "line3", mesh.cells["line3"]) == pytest.approx([1, 1])
 
@@ -90,7 +90,7 @@ def test_sets_of_all_kinds_are_read(mesh):
     assert heights(mesh, "from elements") == [0, 0.5, 1, 1.5, 2]
 
 
-def test_parts_are_placed_where_their_instances_are(tmp_path):
+def test_positions_of_instances(tmp_path):
     """Two instances of a part, one moved and one moved and turned by 90 degrees about an upright axis."""
     text = """\
 *PART, NAME=Boom
@@ -129,7 +129,7 @@ def test_parts_are_placed_where_their_instances_are(tmp_path):
     assert sorted(mesh.cell_groups) == ["East.All", "North.All", "Northern"]
 
 
-def test_nodes_and_elements_are_made_by_ngen_nfill_and_elgen(tmp_path):
+def test_ngen_nfill_and_elgen(tmp_path):
     text = """\
 *NODE, SYSTEM=C
  1, 1., 0.
@@ -188,7 +188,7 @@ def test_spherical_nodes_and_nodes_along_a_line(tmp_path):
     assert by_chain(deck(tmp_path, text)) == pytest.approx(np.array([ends[0], ends.mean(axis=0), ends[1]]))
 
 
-def test_an_arc_of_ngen_goes_about_its_normal_where_one_is_given(tmp_path):
+def test_ngen_arc_with_normal(tmp_path):
     text = "*NODE\n1, 1.\n7, 0., 1.\n*NGEN, LINE=C\n1, 7, 1, , 0., 0., 0., 0., 0., -1.\n*ELEMENT, TYPE=T3D2\n"
     text += "".join(f"{k}, {k}, {k + 1}\n" for k in range(1, 7))
     angles = -np.linspace(0, 270, 7)  # the longer way round, clockwise

@@ -11,7 +11,7 @@ from femflex.mesh.quality import quadrature, qualities, sizes
 
 
 @pytest.mark.parametrize("name", CELL_TYPES)
-def test_shape_functions_are_one_at_their_node_and_differentiate_rightly(name):
+def test_shape_functions_and_gradients(name):
     kind = CELL_TYPES[name]
     assert kind.interpolation(kind.nodes) == pytest.approx(np.eye(len(kind.nodes)), abs=1e-12)
     rng = np.random.default_rng(2)
@@ -23,7 +23,7 @@ def test_shape_functions_are_one_at_their_node_and_differentiate_rightly(name):
         assert kind.gradients(at)[..., axis] == pytest.approx(slope, abs=1e-8)
 
 
-def test_sizes_of_curved_cells_come_from_their_shape_functions():
+def test_sizes_of_curved_cells():
     arc = line(lambda s: [np.cos(s), np.sin(s), 0], 4, "line3")
     assert sizes(arc.points, "line3", arc.cells["line3"]).sum() == pytest.approx(1, rel=1e-5)  # chords: 3e-3
 
@@ -64,13 +64,13 @@ def flux(points, faces):
 
 @pytest.mark.parametrize("shape", UNIT)
 @pytest.mark.parametrize("seed", [0, 1])
-def test_volumes_of_distorted_solids_are_the_flux_through_their_faces(shape: str, seed: int):
+def test_volumes_of_distorted_solids(shape: str, seed: int):
     points, nodes = distorted(shape, seed)
-    found = sizes(points, shape, nodes)
-    assert found == pytest.approx([flux(points, [row[face] for face in FACES[shape]]) for row in nodes], rel=1e-9)
-    assert (found > 0).all()
+    computed = sizes(points, shape, nodes)
+    assert computed == pytest.approx([flux(points, [row[face] for face in FACES[shape]]) for row in nodes], rel=1e-9)
+    assert (computed > 0).all()
     mirror = sizes(points, shape, nodes[:, CELL_TYPES[shape].mirrored])
-    assert mirror == pytest.approx(-found, rel=1e-9)
+    assert mirror == pytest.approx(-computed, rel=1e-9)
 
 
 IDEAL = {
@@ -84,7 +84,7 @@ IDEAL = {
 
 
 @pytest.mark.parametrize("shape", IDEAL)
-def test_cells_with_equal_edges_have_quality_one_and_stretched_ones_the_mean_ratio(shape: str):
+def test_cell_quality(shape: str):
     """Stretched by s along z or x: d s^(2/d) / (d - 1 + s^2), exactly where the ideal Jacobian is a multiple of one."""
     ideal = np.array(IDEAL[shape], float)
     lengths = [np.linalg.norm(ideal[a] - ideal[b]) for a, b in EDGES[shape]]
@@ -98,22 +98,22 @@ def test_cells_with_equal_edges_have_quality_one_and_stretched_ones_the_mean_rat
 
 
 @pytest.mark.parametrize("shape", ["triangle", "wedge", "tetra", "hexahedron"])
-def test_quadrature_integrates_polynomials_over_the_unit_cells(shape: str):
+def test_quadrature_of_polynomials(shape: str):
     at, weight = quadrature(shape, 4)
     from math import factorial as f
 
     for a, b, c in ((0, 0, 0), (1, 2, 0), (2, 0, 1), (0, 3, 2), (2, 1, 1)):
         if shape == "triangle":
             exact = f(a) * f(b) / f(a + b + 2)
-            found = weight @ (at[:, 0] ** a * at[:, 1] ** b)
+            computed = weight @ (at[:, 0] ** a * at[:, 1] ** b)
         else:
-            found = weight @ (at[:, 0] ** a * at[:, 1] ** b * at[:, 2] ** c)
+            computed = weight @ (at[:, 0] ** a * at[:, 1] ** b * at[:, 2] ** c)
             exact = {
                 "tetra": f(a) * f(b) * f(c) / f(a + b + c + 3),
                 "wedge": f(a) * f(b) / f(a + b + 2) / (c + 1),
                 "hexahedron": 1 / ((a + 1) * (b + 1) * (c + 1)),
             }[shape]
-        assert found == pytest.approx(exact, rel=1e-12)
+        assert computed == pytest.approx(exact, rel=1e-12)
 
 
 SURFACES = ("triangle", "triangle6", "quad", "quad8", "quad9")
@@ -133,7 +133,7 @@ def normals(mesh, cell, rows):
 
 
 @pytest.mark.parametrize("cell", ["line", "line3"])
-def test_a_line_along_a_segment_has_equal_cells_and_named_ends(cell):
+def test_straight_line(cell):
     mesh = line([[0, 0, 0], [11, 22, 22]], 20, cell)
     size = sizes(mesh.points, cell, mesh.cells[cell])
     assert size == pytest.approx(np.full(20, 33 / 20), rel=1e-13)
@@ -142,7 +142,7 @@ def test_a_line_along_a_segment_has_equal_cells_and_named_ends(cell):
     assert len(mesh.group_points("line")) == len(mesh.points)
 
 
-def test_a_polyline_keeps_its_corners_and_shares_cells_by_length():
+def test_polyline():
     corners = [[0, 0, 0], [0, 0, 4], [3, 0, 4]]
     mesh = line(corners, 14)
     assert sizes(mesh.points, "line", mesh.cells["line"]) == pytest.approx(np.full(14, 0.5))
@@ -150,7 +150,7 @@ def test_a_polyline_keeps_its_corners_and_shares_cells_by_length():
         assert np.abs(mesh.points - corner).sum(axis=1).min() == 0
 
 
-def test_a_helix_is_cut_into_arcs_of_equal_length():
+def test_helix():
     def helix(s):  # parameter not proportional to length
         return [np.cos(s**2), np.sin(s**2), 0.5 * s**2]
 
@@ -163,7 +163,7 @@ def test_a_helix_is_cut_into_arcs_of_equal_length():
 
 
 @pytest.mark.parametrize("cell", SURFACES)
-def test_a_rectangle_has_its_area_edges_and_corners(cell):
+def test_rectangle(cell):
     mesh = rectangle(6, 1.5, 5, 3, cell)
     assert total(mesh, cell) == pytest.approx(9, rel=1e-13)
     assert qualities(mesh.points, cell, mesh.cells[cell]).min() > 0
@@ -180,7 +180,7 @@ def test_a_rectangle_has_its_area_edges_and_corners(cell):
 
 
 @pytest.mark.parametrize("cell", SURFACES)
-def test_an_annulus_has_the_area_of_its_polygon_or_nearly_of_its_circles(cell):
+def test_area_of_annulus(cell):
     n = 12
     mesh = annulus(1, 2, 2, n, cell)
     polygon = 0.5 * n * np.sin(2 * np.pi / n) * 3
@@ -195,7 +195,7 @@ def test_an_annulus_has_the_area_of_its_polygon_or_nearly_of_its_circles(cell):
 
 
 @pytest.mark.parametrize("cell", SOLIDS)
-def test_a_box_has_its_volume_and_six_outward_faces(cell):
+def test_volume_and_faces_of_box(cell):
     mesh = box(3, 2, 1, 3, 2, 2, cell)
     assert total(mesh, cell) == pytest.approx(6, rel=1e-13)
     assert (sizes(mesh.points, cell, mesh.cells[cell]) > 0).all()
@@ -211,7 +211,7 @@ def test_a_box_has_its_volume_and_six_outward_faces(cell):
 
 
 @pytest.mark.parametrize("cell", SOLIDS)
-def test_faces_of_a_box_are_faces_of_its_solids(cell):
+def test_faces_of_box_belong_to_solids(cell):
     """Every boundary face has all its nodes in exactly one solid: diagonals and second-order nodes agree."""
     mesh = box(2, 2, 1, 2, 2, 1, cell)
     for name in ("left", "right", "front", "back", "bottom", "top"):

@@ -15,7 +15,7 @@ MESHES = Path(__file__).parents[2] / "meshes"
 NO_MESHES = ("boom_matrices.pch", "laminate.bdf", "mast.bdf")  # matrices; decks with coordinate systems of their own
 
 
-def test_the_boom_is_33_m_of_lines_along_no_axis():
+def test_boom_mesh():
     mesh = read_mesh(MESHES / "boom.msh")
     length = sizes(mesh.points, "line", mesh.group_cells("boom")["line"])
     assert length == pytest.approx(np.full(20, 1.65), rel=1e-12)
@@ -25,7 +25,7 @@ def test_the_boom_is_33_m_of_lines_along_no_axis():
 
 
 @pytest.mark.parametrize(("name", "cell"), [("panel.msh", "triangle"), ("panel6.msh", "triangle6")])
-def test_the_panels_have_their_area_root_and_hinges(name, cell):
+def test_panel_meshes(name, cell):
     mesh = read_mesh(MESHES / name)
     nodes = mesh.group_cells("panel")[cell]
     assert sizes(mesh.points, cell, nodes).sum() == pytest.approx(9, rel=1e-9)
@@ -37,7 +37,7 @@ def test_the_panels_have_their_area_root_and_hinges(name, cell):
     assert np.isin(mesh.group_points("hinge_1"), mesh.group_points("root")).all()
 
 
-def test_the_strip_is_read_by_name_and_by_number():
+def test_strip_groups_by_name_and_number():
     mesh = read_mesh(MESHES / "strip.bdf")
     assert mesh.groups == ["inner", "outer", "root", "strip", "tip"]
     numbered = read_mesh(MESHES / "strip.bdf", groups={"clamp": "SET 1", "skin": "PID 1", "whole": "SET 3"})
@@ -72,7 +72,7 @@ def numbers_of(path):
     return [float(word.replace("D", "E")) for word in re.findall(r"[-+]?\d+\.?\d*(?:[DE][-+]?\d+)?", path.read_text())]
 
 
-def test_a_failed_write_leaves_the_old_file(tmp_path):
+def test_failed_write_keeps_old_file(tmp_path):
     path = tmp_path / "mesh.inp"
     write_mesh(path, line([[0, 0, 0], [1, 0, 0]], 2))
     before = path.read_text()

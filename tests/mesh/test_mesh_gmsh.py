@@ -63,8 +63,8 @@ def block(kind, order, incomplete=0):
     mesh.affineTransform(np.column_stack([tilt, [0, 0, 0]]).ravel().tolist())
 
 
-def told(name):
-    """Coordinates Gmsh itself gives for the nodes of a physical group."""
+def gmsh_coordinates(name):
+    """Coordinates that Gmsh returns for the nodes of a physical group."""
     tag = next(t for d, t in gmsh.model.getPhysicalGroups(GROUPS[name]) if gmsh.model.getPhysicalName(d, t) == name)
     return gmsh.model.mesh.getNodesForPhysicalGroup(GROUPS[name], tag)[1].reshape(-1, 3)
 
@@ -119,8 +119,8 @@ def test_blocks_of_all_types_and_orders_are_read_with_their_groups(kind, order, 
         if form == "inp" and group != "tip":  # given twice, as ELSET and NSET of the same nodes
             assert np.array_equal(mesh.point_groups[group], np.unique(np.concatenate(
                 [rows.ravel() for rows in mesh.group_cells(group).values()])))  # fmt: skip
-        found = mesh.points[mesh.group_points(group)]
-        assert sorted_rows(found, 6) == pytest.approx(sorted_rows(told(group), 6), abs=2e-6)
+        computed = mesh.points[mesh.group_points(group)]
+        assert sorted_rows(computed, 6) == pytest.approx(sorted_rows(gmsh_coordinates(group), 6), abs=2e-6)
 
 
 @pytest.mark.parametrize(
@@ -135,7 +135,7 @@ def test_nastran_decks_of_gmsh_are_read_by_property_id(kind, order, tmp_path):
     volume = sum(sizes(mesh.points, c, n).sum() for c, n in mesh.cells.items() if CELL_TYPES[c].dimension == 3)
     assert volume == pytest.approx(2, rel=1e-4)  # five digits in fields of 8 columns
     assert_middles(mesh, 1e-4)
-    assert sorted_rows(mesh.points[mesh.group_points("root")], 3).shape == told("root").shape
+    assert sorted_rows(mesh.points[mesh.group_points("root")], 3).shape == gmsh_coordinates("root").shape
 
 
 def plate():
@@ -153,7 +153,7 @@ def plate():
 
 @pytest.mark.parametrize("version", [2.2, 4.1])
 @pytest.mark.parametrize("binary", [0, 1])
-def test_groups_that_share_cells_names_and_numbers_stay_apart(version, binary, tmp_path):
+def test_groups_with_shared_cells_names_and_numbers(version, binary, tmp_path):
     plate()
     gmsh.option.setNumber("Mesh.MshFileVersion", version)
     gmsh.option.setNumber("Mesh.Binary", binary)

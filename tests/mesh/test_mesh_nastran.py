@@ -59,23 +59,23 @@ def deck(tmp_path, text=DECK):
     return path
 
 
-def read(path, **options):
+def read_panel(path, **options):
     with pytest.warns(PhysicsWarning, match=r"left out: CONM2 \(1\), RBE2 \(1\); 5 are kept"):
         return read_mesh(path, **options)
 
 
-def at(mesh, group):
+def group_coordinates(mesh, group):
     return sorted(mesh.points[mesh.group_points(group)][:, :2].tolist())
 
 
 def test_every_field_format_is_read_with_properties_and_sets(tmp_path):
-    mesh = read(deck(tmp_path))
+    mesh = read_panel(deck(tmp_path))
     assert {c: len(n) for c, n in mesh.cells.items()} == {"line": 1, "quad": 2, "triangle": 2}
     assert len(mesh.points) == 9
     assert mesh.groups == ["pid_1", "pid_2", "pid_7", "set_4", "set_5", "set_8", "set_9"]
-    assert at(mesh, "set_4") == [[0, 0], [0, 1], [0, 2]]
-    assert at(mesh, "set_9") == [[0, 0], [1, 0], [2, 0]]
-    assert at(mesh, "pid_7") == [[2, 1], [2, 2]]
+    assert group_coordinates(mesh, "set_4") == [[0, 0], [0, 1], [0, 2]]
+    assert group_coordinates(mesh, "set_9") == [[0, 0], [1, 0], [2, 0]]
+    assert group_coordinates(mesh, "pid_7") == [[2, 1], [2, 2]]
     assert list(mesh.group_cells("set_5")) == ["quad"]  # no such grid points: a set of elements
     assert len(mesh.group_cells("set_8")["triangle"]) == 2
     corners = mesh.points[mesh.group_cells("set_8")["triangle"][1]][:, :2].tolist()
@@ -86,8 +86,8 @@ def test_names_in_comments_of_preprocessors_are_used(tmp_path):
     names = '$HMSET        4        1 "root"\n$HMSET 5 2 "first row"\n$HMNAME PROP     1"panel"  4\n'
     femap = "$ Femap with NX Nastran Property 2 : corner plates\n"
     path = deck(tmp_path, DECK.replace("SOL 103\n", "SOL 103\n" + names).replace("PSHELL", femap + "PSHELL"))
-    assert read(path).groups == ["corner plates", "first row", "panel", "pid_7", "root", "set_8", "set_9"]
-    both = read(path, groups={"clamp": "SET 4", "skin": "panel"})
+    assert read_panel(path).groups == ["corner plates", "first row", "panel", "pid_7", "root", "set_8", "set_9"]
+    both = read_panel(path, groups={"clamp": "SET 4", "skin": "panel"})
     assert {"clamp", "skin"} <= set(both.groups) and not {"root", "panel"} & set(both.groups)
 
 
@@ -120,7 +120,7 @@ ENDDATA
     assert mesh.points[7].tolist() == [0, 1, 1]
 
 
-def test_long_sets_stay_within_a_card_and_come_back(tmp_path):
+def test_long_sets_round_trip(tmp_path):
     mesh = rectangle(1, 1, 40, 40, "quad")
     mesh = mesh.with_groups(points={"every third": np.arange(0, len(mesh.points), 3)})
     path = tmp_path / "plate.bdf"
@@ -159,7 +159,7 @@ ENDDATA
 """
 
 
-def test_elements_go_to_their_property_and_sets_to_points_or_elements(tmp_path: Path):
+def test_groups_of_properties_and_sets(tmp_path: Path):
     path = tmp_path / "deck.bdf"
     path.write_text(ELEMENTS)
     with pytest.warns(PhysicsWarning, match=r"left out: CELAS2 \(1\); 8 are kept"):
@@ -213,7 +213,7 @@ def test_middle_nodes_follow_the_order_of_the_manual(tmp_path: Path, cell: str):
     path = tmp_path / "deck.bdf"
     path.write_text("\n".join(["BEGIN BULK", *lines, *card_lines, "ENDDATA", ""]))
     mesh = read_mesh(path)
-    found = mesh.points[mesh.cells[cell][0]]
+    computed = mesh.points[mesh.cells[cell][0]]
     for node, parents in enumerate(kind.parents, kind.n_corners):
-        assert found[node] == pytest.approx(found[parents].mean(axis=0), abs=1e-8)
-    assert found[: kind.n_corners] == pytest.approx(corners, abs=1e-8)
+        assert computed[node] == pytest.approx(computed[parents].mean(axis=0), abs=1e-8)
+    assert computed[: kind.n_corners] == pytest.approx(corners, abs=1e-8)

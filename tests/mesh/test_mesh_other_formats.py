@@ -108,11 +108,11 @@ def test_an_exodus_file_of_vtk_is_read_with_its_blocks(tmp_path: Path):
     writer.SetInputData(make_grid(mesh.points, dict(mesh.cells), {}, {}))
     writer.SetFileName(str(path))
     writer.Write()
-    found = read_mesh(path)
-    assert {cell: len(nodes) for cell, nodes in found.cells.items()} == {"hexahedron": 2, "quad": 10}
-    assert sorted(found.cell_groups) == ["block_12", "block_9"]  # numbered by VTK's types
-    assert sizes(found.points, "hexahedron", found.cells["hexahedron"]) == pytest.approx([1, 1])
-    assert len(found.points) == 12
+    computed = read_mesh(path)
+    assert {cell: len(nodes) for cell, nodes in computed.cells.items()} == {"hexahedron": 2, "quad": 10}
+    assert sorted(computed.cell_groups) == ["block_12", "block_9"]  # numbered by VTK's types
+    assert sizes(computed.points, "hexahedron", computed.cells["hexahedron"]) == pytest.approx([1, 1])
+    assert len(computed.points) == 12
     path.write_bytes(path.read_bytes()[:200])
     with pytest.raises(ValueError, match=r"box.exo could not be read as Exodus: its contents are not those of this fo"):
         read_mesh(path)
@@ -128,11 +128,11 @@ def test_an_xdmf_file_of_meshio_is_read_with_its_marked_cells(stored: str, tmp_p
     meshio.xdmf.write(
         path, meshio.Mesh(mesh.points, list(mesh.cells.items()), cell_data={"mat": marks}), data_format=stored
     )
-    found = read_mesh(path)
-    assert {cell: len(nodes) for cell, nodes in found.cells.items()} == {"quad": 2, "line": 6}
-    assert found.group_cells("mat_7")["quad"].tolist() == [mesh.cells["quad"][0].tolist()]
-    assert len(found.group_cells("mat_9")["line"]) == 6
-    assert found.points == pytest.approx(mesh.points)
+    computed = read_mesh(path)
+    assert {cell: len(nodes) for cell, nodes in computed.cells.items()} == {"quad": 2, "line": 6}
+    assert computed.group_cells("mat_7")["quad"].tolist() == [mesh.cells["quad"][0].tolist()]
+    assert len(computed.group_cells("mat_9")["line"]) == 6
+    assert computed.points == pytest.approx(mesh.points)
     path.write_text(path.read_text().replace("Geometry", "Gemetry"))
     with pytest.raises(ValueError, match=r"plate.xdmf could not be read as XDMF"):
         read_mesh(path)
@@ -141,7 +141,7 @@ def test_an_xdmf_file_of_meshio_is_read_with_its_marked_cells(stored: str, tmp_p
 def test_a_universal_file_is_read_with_its_groups(tmp_path: Path):
     """A brick of 20 nodes, a tetrahedron of 10 and a beam of three, in the order of the format: round every face."""
     brick, path = box(1, 1, 1, 1, 1, 1, "hexahedron20"), tmp_path / "parts.unv"
-    corner = box(1, 1, 1, 1, 1, 1, "tetra10").moved([3, 0, 0])
+    corner = box(1, 1, 1, 1, 1, 1, "tetra10").translated([3, 0, 0])
     points = np.concatenate([brick.points, corner.points])
     (hexa,), tetra = brick.cells["hexahedron20"], corner.cells["tetra10"][0] + len(brick.points)
     ring = [0, 8, 1, 9, 2, 10, 3, 11, 16, 17, 18, 19, 4, 12, 5, 13, 6, 14, 7, 15]
@@ -159,7 +159,7 @@ def test_a_universal_file_is_read_with_its_groups(tmp_path: Path):
     )  # fmt: skip
     with pytest.warns(PhysicsWarning) as caught:
         mesh = read_mesh(path)
-    assert any("left out: element 161 of 1 nodes (1); 3 are kept" in str(one.message) for one in caught)
+    assert any("left out: element 161 of 1 nodes (1); 3 are kept" in str(warning.message) for warning in caught)
     assert mesh.points[mesh.cells["hexahedron20"][0]] == pytest.approx(brick.points[hexa])
     assert mesh.points[mesh.cells["tetra10"][0]] == pytest.approx(points[tetra])
     assert mesh.points[mesh.cells["line3"][0]] == pytest.approx(brick.points[hexa[[0, 1, 8]]])
@@ -169,7 +169,7 @@ def test_a_universal_file_is_read_with_its_groups(tmp_path: Path):
 
 
 @pytest.mark.parametrize(("cell", "kind"), [("quad8", 95), ("triangle6", 92), ("wedge15", 113), ("pyramid", 312)])
-def test_elements_of_a_universal_file_go_round_their_faces(tmp_path: Path, cell: str, kind: int):
+def test_node_order_of_universal_files(tmp_path: Path, cell: str, kind: int):
     """Corner, middle, corner round the lower face, then upright middles, then the upper face."""
     own = CELL_TYPES[cell]
     unit = {"pyramid": [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 0.5, 1]]}.get(
@@ -189,10 +189,10 @@ def test_elements_of_a_universal_file_go_round_their_faces(tmp_path: Path, cell:
     listed = [11 + k for k in range(len(rows))]
     path.write_text(dataset(2411, *unv_nodes(np.array(rows))) + dataset(2412, *unv_elements([(1, kind, 2, listed)])))
     mesh = read_mesh(path)
-    found = mesh.points[mesh.cells[cell][0]]
-    assert found[: own.n_corners] == pytest.approx(corners)
+    computed = mesh.points[mesh.cells[cell][0]]
+    assert computed[: own.n_corners] == pytest.approx(corners)
     for node, parents in enumerate(own.parents, own.n_corners):
-        assert found[node] == pytest.approx(found[parents].mean(axis=0))
+        assert computed[node] == pytest.approx(computed[parents].mean(axis=0))
 
 
 POINTS = np.array([
@@ -231,12 +231,12 @@ NUMBER = {
 MADE = ("block_", "property_", "type_", "mat_", "real_")  # groups that a format gives besides those of the file
 
 
-def whole() -> Mesh:
-    """The mesh as it should be read."""
+def expected_mesh() -> Mesh:
+    """The mesh that should be read."""
     return Mesh(POINTS, {cell: np.array(rows) for cell, rows in CELLS.items()}, GROUPS, SPOTS)
 
 
-def held(mesh: Mesh) -> dict[str, Any]:
+def mesh_contents(mesh: Mesh) -> dict[str, Any]:
     """Points, cells, and members of all groups of a mesh, in their order."""
     groups = {name: by for name, by in mesh.cell_groups.items() if not name.startswith(MADE)}
     return {
@@ -302,13 +302,13 @@ BY_HAND = {".unv": universal, ".cdb": archive}
 def test_a_mesh_of_another_program_is_read_in_the_same_order(suffix: str, tmp_path: Path):
     path = tmp_path / f"parts{suffix}"
     BY_HAND[suffix](path)
-    wanted = held(whole())
+    expected = mesh_contents(expected_mesh())
     if suffix == ".cdb":  # Ansys has its names in capitals
-        wanted |= {key: {name.upper(): by for name, by in wanted[key].items()} for key in ("groups", "spots")}
-    assert held(read_mesh(path)) == wanted
+        expected |= {key: {name.upper(): by for name, by in expected[key].items()} for key in ("groups", "spots")}
+    assert mesh_contents(read_mesh(path)) == expected
 
 
-def test_file_of_several_meshes_is_named_for_that(tmp_path):
+def test_error_for_file_of_several_meshes(tmp_path):
     write_mesh(tmp_path / "two.med", rectangle(1, 1, 1, 1))
     with h5py.File(tmp_path / "two.med", "r+") as file:
         file.copy("ENS_MAA/mesh", "ENS_MAA/other")

@@ -4,7 +4,7 @@ import pytest
 from femflex.mesh import Mesh, annulus, box, check, line, rectangle
 from femflex.mesh.cells import CELL_TYPES, FACES
 from femflex.mesh.quality import qualities, sizes
-from femflex.mesh.raised import raised
+from femflex.mesh.second_order import raise_order
 
 FLAT = {
     "line": line([[0, 0, 0], [1, 2, 2]], 3),
@@ -21,7 +21,7 @@ FLAT = {
 
 
 @pytest.mark.parametrize("cell", FLAT)
-def test_children_fill_their_parents_and_share_all_points(cell):
+def test_refined_cells_fill_their_parents(cell):
     mesh, fine = FLAT[cell], FLAT[cell].refined()
     kind = CELL_TYPES[cell]
     before, after = (sizes(m.points, cell, m.cells[cell]) for m in (mesh, fine))
@@ -36,7 +36,7 @@ def test_children_fill_their_parents_and_share_all_points(cell):
 
 
 @pytest.mark.parametrize("cell", ["triangle", "triangle6", "quad", "quad8", "quad9"])
-def test_a_refined_rectangle_is_the_finer_rectangle(cell):
+def test_refined_rectangle(cell):
     coarse, fine = rectangle(3, 2, 3, 2, cell).refined(), rectangle(3, 2, 6, 4, cell)
     assert np.unique(coarse.points.round(12), axis=0) == pytest.approx(np.unique(fine.points.round(12), axis=0))
     for group in ("left", "right", "bottom", "top", "top_left"):
@@ -44,7 +44,7 @@ def test_a_refined_rectangle_is_the_finer_rectangle(cell):
         assert a == pytest.approx(b)
 
 
-def test_a_refined_box_is_the_finer_box():
+def test_refined_box():
     coarse, fine = box(3, 2, 1, 2, 1, 1, "hexahedron27").refined(), box(3, 2, 1, 4, 2, 2, "hexahedron27")
     assert np.unique(coarse.points.round(12), axis=0) == pytest.approx(np.unique(fine.points.round(12), axis=0))
     for group in ("left", "back", "top", "volume"):
@@ -60,7 +60,7 @@ def test_curved_cells_keep_their_shape():
     assert np.linalg.norm(outer, axis=1) == pytest.approx(2, rel=3e-3)  # quarter points lie on the parabola
 
 
-def test_tetrahedra_do_not_degrade():
+def test_quality_of_refined_tetrahedra():
     mesh = box(1, 1, 1, 1, 1, 1, "tetra")
     worst = [qualities(m.points, "tetra", m.cells["tetra"]).min() for m in (mesh, mesh.refined(3))]
     assert worst[1] > 0.9 * worst[0]
@@ -75,7 +75,7 @@ def test_pyramids_divide_into_pyramids_and_tetrahedra(order):
     cells = {"hexahedron": [kept], "pyramid": [[*cut[face[::-1]], len(whole.points)] for face in FACES["hexahedron"]]}
     mesh = Mesh(points, cells, {"cut": {"pyramid": np.arange(6)}, "two": {"hexahedron": [0], "pyramid": [4]}})
     if order == 2:
-        mesh = raised(mesh, {kind: np.arange(len(rows)) for kind, rows in cells.items()})
+        mesh = raise_order(mesh, {kind: np.arange(len(rows)) for kind, rows in cells.items()})
     seam = np.flatnonzero(points[:, 0] == 1.0)
     fine = mesh.with_groups(points={"seam": seam}).refined()
     kinds = ("hexahedron20", "pyramid13", "tetra10") if order == 2 else ("hexahedron", "pyramid", "tetra")
@@ -98,7 +98,7 @@ def test_pyramids_divide_into_pyramids_and_tetrahedra(order):
     assert len(twice.cells[kinds[1]]) == 216 and len(twice.cells[kinds[2]]) == 36 * 4 + 24 * 8
 
 
-def test_point_groups_grow_along_whole_edges_only():
+def test_refined_point_groups():
     plain = rectangle(2, 2, 2, 2, "quad").refined()
     left = np.flatnonzero(plain.points[:, 0] == 0)
     far = np.flatnonzero((plain.points[:, 0] == 0) & np.isin(plain.points[:, 1], (0, 1)))
@@ -109,7 +109,7 @@ def test_point_groups_grow_along_whole_edges_only():
     assert len(fine.group_points("all")) == len(fine.points)
 
 
-def test_lines_between_corners_and_middles_of_curved_cells_stay_on_their_edges():
+def test_refined_lines_on_curved_edges():
     """Ribs of two lines on each edge of nine-node shells share all points with them, on the curve, however often."""
     flat = rectangle(1.0, 1.0, 2, 2, "quad9")
     x, y, _ = flat.points.T

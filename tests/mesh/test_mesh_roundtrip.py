@@ -6,7 +6,7 @@ from scipy.spatial import cKDTree
 
 from femflex.mesh import Mesh, box, line, read_mesh, rectangle, write_mesh
 from femflex.mesh.cells import CELL_TYPES, FACES
-from femflex.mesh.raised import raised
+from femflex.mesh.second_order import raise_order
 
 FORMATS = {
     "msh 4.1 binary": (".msh", {"version": "4.1"}),
@@ -31,7 +31,7 @@ def pyramids(cell):
     centre = len(whole.points) + np.arange(len(hexes))
     cells = np.concatenate([np.column_stack([hexes[:, face[::-1]], centre]) for face in FACES["hexahedron"]])
     mesh = Mesh(np.concatenate([whole.points, whole.points[hexes].mean(axis=1)]), {"pyramid": cells})
-    return mesh if cell == "pyramid" else raised(mesh, {"pyramid": np.arange(len(cells))})
+    return mesh if cell == "pyramid" else raise_order(mesh, {"pyramid": np.arange(len(cells))})
 
 
 def sample(cell, curved_edges=True):
@@ -59,11 +59,11 @@ def sample(cell, curved_edges=True):
     if len(mesh.cells) > 1:
         edges = next(c for c in mesh.cells if c != cell)
         cells["both"] = {edges: mesh.cell_groups["left"][edges], cell: [0]}
-    return mesh.with_groups(cells, points).rotated([0.3, -0.5, 0.9]).moved([-1, 2e-7, 30])
+    return mesh.with_groups(cells, points).rotated([0.3, -0.5, 0.9]).translated([-1, 2e-7, 30])
 
 
-def same(a, b, tolerance):
-    """Assert that two meshes are one, whatever the numbering of their points and cells."""
+def assert_equal_meshes(a, b, tolerance):
+    """Assert that two meshes are equal, independent of the numbering of their points and cells."""
     assert len(a.points) == len(b.points)
     distance, number = cKDTree(a.points).query(b.points)
     assert distance.max() <= tolerance
@@ -87,7 +87,7 @@ def same(a, b, tolerance):
 @pytest.mark.sampled(30)
 @pytest.mark.parametrize("cell", [cell for cell in CELL_TYPES if cell != "vertex"])
 @pytest.mark.parametrize("form", FORMATS)
-def test_a_mesh_with_its_groups_survives_the_file(form, cell, tmp_path):
+def test_mesh_round_trip(form, cell, tmp_path):
     suffix, options = FORMATS[form]
     mesh = sample(cell, curved_edges=suffix != ".bdf")  # Nastran has no bar of three nodes
     path = tmp_path / f"mesh{suffix}"
@@ -99,17 +99,19 @@ def test_a_mesh_with_its_groups_survives_the_file(form, cell, tmp_path):
         return
     write_mesh(path, mesh, **options)
     # Text is written with 17 digits, Nastran's fields hold 16 columns, VTU text 11 digits.
-    same(mesh, read_mesh(path), {"bdf": 2e-11, "vtu text": 1e-9}.get(form, 1e-14))
+    assert_equal_meshes(mesh, read_mesh(path), {"bdf": 2e-11, "vtu text": 1e-9}.get(form, 1e-14))
 
 
 @pytest.mark.parametrize("suffix", [".msh", ".vtu", ".vtk", ".med", ".inp", ".bdf"])
 def test_several_cell_types_share_a_file(suffix, tmp_path):
     beam = line([[3, 1, 0], [5, 1, 2]], 4)
-    plate = rectangle(3, 2, 3, 2, "quad").merged(rectangle(3, 2, 3, 2, "triangle").moved([0, 2, 0]), tolerance=1e-9)
+    plate = rectangle(3, 2, 3, 2, "quad").merged(
+        rectangle(3, 2, 3, 2, "triangle").translated([0, 2, 0]), tolerance=1e-9
+    )
     mesh = plate.merged(beam, tolerance=1e-9)
     path = tmp_path / f"craft{suffix}"
     write_mesh(path, mesh)
-    same(mesh, read_mesh(path), 1e-12)
+    assert_equal_meshes(mesh, read_mesh(path), 1e-12)
 
 
 def test_vertex_cells_become_point_groups(tmp_path):

@@ -140,7 +140,7 @@ PANEL = Material(2e9, 0.3, 100.0)
 def structure_families(request):
     turn = [0.3, 0.4, 0.2]
     if request.param == "plate":
-        mesh = rectangle(1.0, 1.0, 6, 6).rotated(turn).moved([2.0, -1.0, 0.5])
+        mesh = rectangle(1.0, 1.0, 6, 6).rotated(turn).translated([2.0, -1.0, 0.5])
         return build_structure(mesh, [Member("surface", "plate", 0.01, SHEET)])
     mesh = box(3.0, 0.8, 0.1, 6, 2, 1, "hexahedron27").rotated(turn)
     return build_structure(mesh, [Member("volume", "solid", None, PANEL)])

@@ -117,9 +117,9 @@ def vertical(length, tip, mass=0.005):
 def frequencies(structure, S, axis):
     """Frequencies over N of small motions along an axis, by K - S, M of the dofs along it."""
     nodes = structure.translation[axis::3].tocoo().col
-    extra = structure.numbering.faded.reshape(-1, 3)[:, axis]
+    extra = structure.numbering.fading_dofs.reshape(-1, 3)[:, axis]
     dofs = np.concatenate([np.unique(nodes), extra])
-    dofs = np.setdiff1d(dofs, structure.held_dofs(PIN))
+    dofs = np.setdiff1d(dofs, structure.constrained_dofs(PIN))
     K = (structure.K - S)[dofs][:, dofs].toarray()
     return np.sqrt(eigh(K, structure.M[dofs][:, dofs].toarray(), eigvals_only=True)[:3]) / N
 

@@ -26,7 +26,7 @@ def deck(folder: Path, text: str, units: str = "mm-t-s", **overrides: dict) -> D
 def frequencies(made: Deck, n: int = 4) -> np.ndarray:
     """Lowest natural frequencies [Hz] of a deck under its own supports."""
     structure = made.structure()
-    held = structure.held_dofs(made.held())
+    held = structure.constrained_dofs(made.active_supports())
     free = np.setdiff1d(np.arange(structure.n_dof), held)
     K, M = (matrix[free][:, free].toarray() for matrix in (structure.K, structure.M))
     values = eigh(M, K, eigvals_only=True, subset_by_index=[len(free) - n, len(free) - 1])  # massless dofs are zeros

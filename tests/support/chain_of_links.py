@@ -32,7 +32,7 @@ AXES = np.eye(3)[[1, 2]]
 @cache
 def link_structure():
     """Structure and modes of one link, root at x = 0."""
-    mesh = box(LENGTH, WIDTH, THICKNESS, 16, 1, 1, cell="hexahedron27").moved([0, -WIDTH / 2, -THICKNESS / 2])
+    mesh = box(LENGTH, WIDTH, THICKNESS, 16, 1, 1, cell="hexahedron27").translated([0, -WIDTH / 2, -THICKNESS / 2])
     structure = build_structure(mesh, [Member("volume", "solid", None, Material(7e10, 0.3, 2700.0))])
     return mesh, structure, cantilever_modes(structure, ["left"], 10)
 

@@ -20,7 +20,7 @@ MATTIASSON = {1: (0.30172, 0.05643), 2: (0.49346, 0.16064), 5: (0.71379, 0.38763
 def beam(k: int, n: int = 0, section: fem.sections.StiffnessSection = SECTION) -> system.Segments:
     """A straight beam of 10 m along x as k segments, with markers root and tip."""
     mesh = line([[0, 0, 0], [LENGTH, 0, 0]], 8)
-    pieces = fem.cut(mesh, [fem.Member("line", "beam", section)], k, start="start")
+    pieces = fem.cut_into_segments(mesh, [fem.Member("line", "beam", section)], k, start="start")
     shapes = {"root": "start", "tip": "end"}
     return system.Segments(reduction.reduce_segments(pieces, shapes, lambda s: reduction.chord_modes(s, n)))
 

@@ -17,7 +17,7 @@ from femflex.fem.sections import CableSection, FullSection, Rectangle
 from femflex.fem.sections.laminates import isotropic
 from femflex.mesh import Mesh, line, rectangle
 from femflex.mesh.quality import sizes
-from femflex.mesh.raised import raised
+from femflex.mesh.second_order import raise_order
 from support.element_meshes import SOLIDS, brick, mixed_bricks, mixed_sheet, straight_sided
 from support.plate_models import random_rotation
 
@@ -180,8 +180,8 @@ def shaken(cell: str, n: int = 3) -> Mesh:
 def second_order(mesh: Mesh, cell: str) -> Mesh:
     """The mesh with middle nodes, and nodes in the centres of its quadrilaterals, as the cell has them."""
     if cell[-1] in "689":
-        mesh = raised(mesh, {kind: np.arange(len(rows)) for kind, rows in mesh.cells.items() if kind != "line"})
-    return raised(mesh, {"quad8": np.arange(len(mesh.cells["quad8"]))}) if cell == "quad9" else mesh
+        mesh = raise_order(mesh, {kind: np.arange(len(rows)) for kind, rows in mesh.cells.items() if kind != "line"})
+    return raise_order(mesh, {"quad8": np.arange(len(mesh.cells["quad8"]))}) if cell == "quad9" else mesh
 
 
 def graded() -> Mesh:
@@ -233,5 +233,5 @@ def patch_of(name: str) -> Structure:
 def rough_of(name: str, turned: bool = False) -> Structure:
     """The curved or bent mesh of a family; if `turned`, in another position."""
     row, C = FAMILIES[name], random_rotation(3) if turned else np.eye(3)
-    mesh = row.rough.rotated(C).moved([30.0, -20.0, 10.0]) if turned else row.rough
+    mesh = row.rough.rotated(C).translated([30.0, -20.0, 10.0]) if turned else row.rough
     return build_structure(mesh, [row.member(C)])

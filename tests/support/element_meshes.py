@@ -6,7 +6,7 @@ import numpy as np
 
 from femflex.mesh import Mesh, box, rectangle
 from femflex.mesh.cells import CELL_TYPES
-from femflex.mesh.raised import raised
+from femflex.mesh.second_order import raise_order
 
 SOLIDS = (
     "tetra", "tetra10", "pyramid", "pyramid13", "wedge", "wedge15", "hexahedron", "hexahedron20", "hexahedron27",
@@ -34,7 +34,7 @@ def brick(cell: str, n=(2, 2, 2), size=(1.0, 0.8, 0.6), warp=0.0) -> Mesh:
         first = kind.corner
         mesh = Mesh(points, {first: cells}, {"volume": {first: np.arange(len(cells))}})
         if kind.order == 2:
-            mesh = raised(mesh, {first: np.arange(len(cells))})
+            mesh = raise_order(mesh, {first: np.arange(len(cells))})
     return Mesh(bent(mesh.points, warp), mesh.cells, mesh.cell_groups)
 
 

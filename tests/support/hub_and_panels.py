@@ -31,7 +31,7 @@ HALF_TURN = np.diag([-1.0, -1.0, 1.0])  # the second panel points the other way
 @cache
 def panel_structure():
     """Structure and modes of one panel, root at x = 0."""
-    mesh = box(LENGTH, WIDTH, THICKNESS, 16, 4, 1, cell="hexahedron27").moved([0, -WIDTH / 2, -THICKNESS / 2])
+    mesh = box(LENGTH, WIDTH, THICKNESS, 16, 4, 1, cell="hexahedron27").translated([0, -WIDTH / 2, -THICKNESS / 2])
     structure = build_structure(mesh, [Member("volume", "solid", None, Material(2e9, 0.3, 100.0))])
     return mesh, structure, cantilever_modes(structure, ["left"], 10)
 

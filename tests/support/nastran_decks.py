@@ -26,7 +26,7 @@ def read(folder: Path, *cards: str, control: str = "SPC = 1", units: str = "m-kg
 
 def frequencies(deck: Deck, n: int = 4) -> np.ndarray:
     """Lowest natural frequencies [Hz] under the supports in force."""
-    return np.asarray(cantilever_modes(deck.structure(), deck.held(), n).omega[:n]) / (2 * np.pi)
+    return np.asarray(cantilever_modes(deck.structure(), deck.active_supports(), n).omega[:n]) / (2 * np.pi)
 
 
 def bar(

@@ -51,7 +51,7 @@ def solved(problem: Problem, family: str = "shell", **options) -> tuple[Structur
     group = "volume" if family == "solid" else "surface"
     member = Member(group, family, section, problem.material, options)
     structure = build_structure(problem.mesh, [member], supports=problem.supports)
-    held = structure.held_dofs(problem.supports)
+    held = structure.constrained_dofs(problem.supports)
     free = np.setdiff1d(np.arange(structure.n_dof), held)
     F, f = np.zeros((len(structure.mesh.points), 3)), np.zeros(structure.n_dof)
     for where, force in problem.forces.items():

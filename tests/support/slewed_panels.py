@@ -81,7 +81,7 @@ def beams(kind, times, segments=16):
     ends, member = {"root": "start", "tip": "end"}, [fem.Member("line", "beam", section)]
     if kind == "segments":
         mesh = line([[0, 0, 0], [LENGTH, 0, 0]], 4 * segments)
-        pieces = fem.cut(mesh, member, segments, start="start")
+        pieces = fem.cut_into_segments(mesh, member, segments, start="start")
         body = system.Segments(reduction.reduce_segments(pieces, ends, reduction.chord_modes))
     elif kind == "meshed":
         structure = fem.build_structure(line([[0, 0, 0], [LENGTH, 0, 0]], 8), member)

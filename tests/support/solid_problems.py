@@ -99,7 +99,7 @@ def ratio(problem: SolidProblem, cell: str, quiet: bool = True, **options: objec
         if quiet:
             warnings.simplefilter("ignore", PhysicsWarning)
         s = build_structure(mesh, [member], supports=problem.supports)
-    free = np.setdiff1d(np.arange(s.n_dof), s.held_dofs(problem.supports))
+    free = np.setdiff1d(np.arange(s.n_dof), s.constrained_dofs(problem.supports))
     f = np.zeros(s.n_dof)
     for name, force in problem.loads:
         if name == "weight":  # a force per volume

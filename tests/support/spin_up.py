@@ -81,7 +81,9 @@ class SpinUp:
 
     def segmented(self, k, times=TIMES, rtol=1e-6, shapes=reduction.chord_modes, strain="linear", cells=4):
         """The same of a beam cut into k segments."""
-        pieces = fem.cut(self.mesh(cells * k), [fem.Member("line", "beam", self.section)], k, start="start")
+        pieces = fem.cut_into_segments(
+            self.mesh(cells * k), [fem.Member("line", "beam", self.section)], k, start="start"
+        )
         parts = reduction.reduce_segments(pieces, {"root": "start", "tip": "end"}, shapes, strain=strain)
         model = compile_system(system.assembled({"beam": system.Segments(parts)}, [self.joint()]))
         states = integrator("esdirk4", rtol=rtol, atol=rtol).solve(model, times, model.x0).states

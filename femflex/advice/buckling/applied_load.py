@@ -67,13 +67,11 @@ class BucklingResult:
     part    load over buckling load, 1 / lambda of det(K + lambda K_sigma) = 0; 0 where it cannot buckle
     row     of the instant
     shares  (n,) of each load in part; they add up to it. Zero where part is small
-    flutters  whether it is by flutter, under follower loads
     """
 
     part: float
     row: int
     shares: tuple[float, ...]
-    flutters: bool = False
 
 
 class BucklingModel(Protocol):

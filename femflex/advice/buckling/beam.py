@@ -52,12 +52,6 @@ class BeamBuckling:
         return np.diag(1.0 / np.sqrt(np.diag(self.K)))
 
     @property
-    def flutter_basis(self) -> tuple[Array, Array, Array]:
-        """See Elastic, with its shapes and units."""
-        n = self.body.n_modes
-        return np.eye(n), self.K, self.body.moments.elastic_mass()[:n, :n]
-
-    @property
     def size(self) -> int:
         """See Elastic."""
         return self.body.n_modes
@@ -70,7 +64,8 @@ class BeamBuckling:
     @property
     def slowest(self) -> float:
         """See Elastic."""
-        return float((np.diag(self.K) / np.diag(self.flutter_basis[2])).min())
+        n = self.body.n_modes
+        return float((np.diag(self.K) / np.diag(self.body.moments.elastic_mass())[:n]).min())
 
     def knows(self, marker: str | None) -> bool:
         """See Elastic."""
@@ -116,6 +111,6 @@ class BeamBuckling:
 def whole_beam(beam: UniformBeam, functions: BeamFunctions) -> FlexibleBody:
     """The condensed beam with functions enough to buckle as it does."""
     bent = max(functions.y, functions.z)
-    enough = BeamFunctions(*(max(ENOUGH, bent),) * 2, 0, max(ENOUGH, bent), "polynomial", functions.ends)
+    enough = BeamFunctions(*(max(ENOUGH, bent),) * 2, 0, max(ENOUGH, functions.torsion), "polynomial", functions.ends)
     turning = beam if beam.ry or beam.rz else replace(beam, ry=THIN * beam.length, rz=THIN * beam.length)
     return beam_body(turning, enough, strain="condensed")

@@ -14,7 +14,6 @@ from typing import Any, Protocol
 import numpy as np
 
 from femflex.advice.buckling.applied_load import FIELD, WRENCH, AppliedLoad, BucklingResult
-from femflex.advice.buckling.flutter import first_flutter
 from femflex.arrays import Array
 
 NONE = 1e-7  # of mass, size and least omega^2, twelve times EI / L^2 of a column: below it a load is rounding
@@ -49,7 +48,7 @@ class StaticStructure(Protocol):
 
 
 class ElasticStructure(StaticStructure, Protocol):
-    """The same, with the shapes that select the worst instant and those for flutter."""
+    """The same, with the shapes that select the worst instant."""
 
     def stress_in_basis(self, loads: Array) -> Array:
         """`stress` of loads (n_load, k) in the shapes of the basis (k, m, m)."""
@@ -64,10 +63,6 @@ class ElasticStructure(StaticStructure, Protocol):
     @property
     def basis(self) -> Array:
         """Few shapes (n, m) that show which instant is the worst."""
-
-    @property
-    def flutter_basis(self) -> tuple[Array, Array, Array]:
-        """Shapes (n, m) enough to sway in, and their stiffness and mass (m, m)."""
 
     @property
     def size(self) -> int:
@@ -98,7 +93,7 @@ class BucklingAnalysis:
         found = max((self._judged(known, row, shares_from) for row in rows), key=lambda one: one.part)
         shares = np.zeros(len(applied))
         shares[index] = found.shares
-        return BucklingResult(found.part, found.row, tuple(shares.tolist()), found.flutters)
+        return BucklingResult(found.part, found.row, tuple(shares.tolist()))
 
     def kept(self, applied: Sequence[AppliedLoad], row: int) -> float:
         """See BucklingModel."""
@@ -132,12 +127,8 @@ class BucklingAnalysis:
     def _judged(self, applied: Sequence[AppliedLoad], row: int, shares_from: float) -> BucklingResult:
         """How near they are at an instant."""
         E = self.elastic
-        if any(one.follows and one.values[row].any() for one in applied):
-            part = 1.0 / first_flutter(*self._flutter_matrices(applied, _change(E, applied, row)))
-            if self._bent_far(applied, row, part):
-                return BucklingResult(0.0, row, (0.0,) * len(applied))
-            sizes = np.array([np.linalg.norm(b.wrench[row, :3]) if b.follows else 0.0 for b in applied])
-            return BucklingResult(part, row, tuple((part * sizes / max(sizes.sum(), 1e-300)).tolist()), True)
+        if any(one.follows and one.values[row].any() for one in applied):  # has no static buckling load
+            return BucklingResult(0.0, row, (0.0,) * len(applied))
         mu, x = _lowest(E, applied, row)
         if mu >= 0.0 or self._bent_far(applied, row, -mu):
             return BucklingResult(0.0, row, (0.0,) * len(applied))
@@ -153,12 +144,6 @@ class BucklingAnalysis:
         bent by half its length.
         """
         return self.elastic.moved(_load(self.elastic, applied, row)) > FAR * part * self.elastic.scale[1]
-
-    def _flutter_matrices(self, applied: Sequence[AppliedLoad], change: Any) -> tuple[Array, Array, Array]:
-        """K, its change and M in the shapes for flutter, with attached bodies."""
-        phi, K, M = self.elastic.flutter_basis
-        hung = _added(self.elastic, applied, [one.inertia for one in applied])
-        return K, phi.T @ (change @ phi), M if hung is None else M + phi.T @ (hung @ phi)
 
 
 def _lowest(E: StaticStructure, applied: Sequence[AppliedLoad], row: int) -> tuple[float, Array]:

@@ -11,28 +11,33 @@ from femflex.advice.advice import Advice, doubt
 from femflex.advice.bodies import KnownBodies, KnownBody
 from femflex.advice.buckling.applied_load import AppliedLoad, BucklingResult
 from femflex.advice.buckling.applied_loads import applied_loads
-from femflex.advice.limits import ALONE, BOWED, LATE, NAMED, NEAR, SWUNG
+from femflex.advice.limits import ALONE, BOWED, LATE, NAMED, NEAR
 from femflex.advice.motion_estimate import RigidEstimate
 from femflex.system import System
+
+PAST = (
+    f"; above {BOWED:g} of it, condensed strain gives too small a deflection, because its foreshortening is of second "
+    "order. Use strain = 'nonlinear' up to the buckling load, and segments beyond it"
+)
 
 
 @dataclass(frozen=True)
 class BucklingMargin:
     """Load on a body at the worst instant, over its buckling load.
 
-    flutters: by flutter, under follower loads; apart: contribution of each load; under, row: all loads, the instant.
+    apart: contribution of each load; under, row: all loads, the instant.
     """
 
     total: str
     part: float
-    flutters: bool = False
     apart: str = ""
     under: tuple[AppliedLoad, ...] = ()
     row: int = 0
 
     def __str__(self) -> str:
-        what = "flutter load" if self.flutters else "linear buckling load"
-        return f"{self.total} is {self.part:.3g} of the {what}" + (f" ({self.apart})" if self.apart else "")
+        return f"{self.total} is {self.part:.3g} of the linear buckling load" + (
+            f" ({self.apart})" if self.apart else ""
+        )
 
 
 def assessed_bodies(system: System, known: KnownBodies) -> list[str]:
@@ -56,7 +61,7 @@ def buckling_margins(rigid: RigidEstimate | None, system: System, known: KnownBo
         near = model.nearest(total[name], 1.0 / NEAR)
         if near.part >= 1.0 / NEAR:
             blamed, apart = _blamed(total[name], near, float(rigid.times[near.row]))
-            found[name] = BucklingMargin(blamed, near.part, near.flutters, apart, tuple(total[name]), near.row)
+            found[name] = BucklingMargin(blamed, near.part, apart, tuple(total[name]), near.row)
     return found
 
 
@@ -68,23 +73,6 @@ def unassessed_bodies(system: System, known: KnownBodies, rigid: RigidEstimate |
     return [Advice(name, "buckling", None, text) for name in assessed_bodies(system, known)] if why else []
 
 
-def post_buckling_note(near: BucklingMargin, form: str) -> str:
-    """What strain of that form misses near or past buckling; empty where it is valid."""
-    if near.flutters:
-        return "; past flutter the oscillation grows until another effect limits it" if near.part >= 1.0 else ""
-    if form == "condensed" and near.part >= BOWED:
-        return (
-            f"; above {BOWED:g} of it, condensed strain gives too small a deflection, because its foreshortening is of "
-            "second order. Use strain = 'nonlinear' up to the buckling load, and segments beyond it"
-        )
-    if form == "nonlinear" and near.part >= 1.0:
-        return (
-            f"; 1.3 % past its buckling load a column deflects by {SWUNG:.0%} of its length, the limit of nonlinear "
-            "strain in one body: cut the member into segments"
-        )
-    return ""
-
-
 def buckling_warnings(system: System, known: KnownBodies, near: Mapping[str, BucklingMargin]) -> list[Advice]:
     """Warnings of bodies whose strain does not represent the effect of their loads near buckling."""
     out = []
@@ -92,15 +80,15 @@ def buckling_warnings(system: System, known: KnownBodies, near: Mapping[str, Buc
         form = system.bodies[name].strain_form
         if form == "nonlinear" and "response" in system.bodies[name].kinds:
             continue  # made of what it does past buckling
-        text = "; linear strain leaves this out" if form == "linear" else post_buckling_note(found, form)
+        text = {"linear": "; linear strain leaves this out", "condensed": PAST * (found.part >= BOWED)}.get(form, "")
         for one in filter(None, (text, "" if form == "linear" else late_buckling_note(known[name], found))):
             out.append(doubt(name, "buckling", f"bodies.{name}: {found}{one}", found.part, 1.0 / NEAR))
     return out
 
 
 def late_buckling_note(body: KnownBody, near: BucklingMargin) -> str:
-    """Note that the reduced basis buckles at a higher load than the body; empty where it does not, or for flutter."""
-    if body.buckling_model is None or near.flutters:
+    """Note that the reduced basis buckles at a higher load than the body; empty where it does not."""
+    if body.buckling_model is None:
         return ""
     kept = body.buckling_model.kept(near.under, near.row)
     if near.part <= (1.0 + LATE) * kept:

@@ -11,7 +11,7 @@ from scipy import sparse
 
 from femflex.advice.buckling.few_shapes import lowest_of_few
 from femflex.arrays import Array, IntArray
-from femflex.fem.eigen.modes import factorised
+from femflex.fem.eigen.modes import factorise
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.markers import MarkerRows, marker_rows
 from femflex.reduction.boundary.supported import Supported, supported
@@ -21,7 +21,7 @@ from femflex.reduction.modes.buckling import roughly_lowest
 from femflex.reduction.modes.modeset import ModeSet
 
 STIFF = 1e3  # times the largest stiffness of a dof: what holds a marker in its place
-FEW, ENOUGH = 12, 16  # shapes that pick an instant, and that flutter is computed in
+FEW = 12  # shapes that pick an instant
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,12 +57,6 @@ class StructureBuckling:
         """See Elastic, with its shapes and units."""
         phi = self.modes.phi[self.free, :FEW]
         return np.asarray(phi / np.sqrt(np.einsum("ij,ij->j", phi, self.K @ phi)))
-
-    @property
-    def flutter_basis(self) -> tuple[Array, Array, Array]:
-        """See Elastic, with its shapes and units."""
-        found = self.on.lowest_modes(max(1, min(ENOUGH, len(self.free) // 2)))
-        return found.phi, np.diag(found.omega**2), np.eye(len(found.omega))
 
     @property
     def size(self) -> int:
@@ -116,7 +110,7 @@ class StructureBuckling:
         """See Elastic, with its shapes and units."""
         try:
             K = self.K if held is None else (self.K + STIFF * self.K.diagonal().max() * held).tocsr()
-            mu, x = roughly_lowest(K_sigma, K, self.on.factors if held is None else factorised(K))
+            mu, x = roughly_lowest(K_sigma, K, self.on.factors if held is None else factorise(K))
         except (np.linalg.LinAlgError, RuntimeError):
             return 0.0, np.zeros(len(self.free))
         return mu, x / np.sqrt(x @ (K @ x))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from femflex.decks.abaqus.read import read
+from femflex.decks.abaqus.read import read_abaqus_deck
 from femflex.decks.register import DeckReader, register
 
 KEYWORDS = re.compile(
@@ -18,4 +18,4 @@ def recognises(text: str) -> bool:
     return KEYWORDS.search(text) is not None
 
 
-register(DeckReader("Abaqus", (".inp",), recognises, read))
+register(DeckReader("Abaqus", (".inp",), recognises, read_abaqus_deck))

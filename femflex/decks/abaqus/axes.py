@@ -8,17 +8,18 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.decks.abaqus.model import AbaqusModel
-from femflex.mesh.abaqus_flat import Placement, Scoped
+from femflex.mesh.abaqus_flat import InstanceKeyword, Placement
 from femflex.mesh.abaqus_keywords import Keyword
 
 
 @dataclass(frozen=True, eq=False)
 class System:
-    """Directions 1, 2, 3 as rows at a place: rectangular (R), cylindrical (C: radial, tangential, axial) or spherical.
+    """Coordinate system with directions 1, 2, 3 as rows: rectangular (R), cylindrical (C: radial, tangential, axial) or
+    spherical (S).
 
-    axes      (3, 3) of R; of C and S its third row is the axis
+    axes      (3, 3) axes of R; for C and S the third row is the polar axis
     origin    (3,) [m]
-    about     axis (0 to 2) that is turned about, and is the normal of shells; None: not said
+    about     axis (0 to 2) of the additional rotation, which is the normal of shells; None: not given
     angle     [rad]
     """
 
@@ -28,19 +29,19 @@ class System:
     about: int | None = None
     angle: float = 0.0
 
-    def at(self, x: Array) -> Array:
-        """Directions as rows at a place x (3,) [m], turned by the angle."""
-        rows = self.plain(x)
+    def axes_at(self, x: Array) -> Array:
+        """Directions as rows at a point x (3,) [m], including the additional rotation."""
+        rows = self.unrotated_axes(x)
         if self.about is None or not self.angle:
             return rows
         c, s = np.cos(self.angle), np.sin(self.angle)
         i, j = (self.about + 1) % 3, (self.about + 2) % 3
-        turned = rows.copy()
-        turned[i], turned[j] = c * rows[i] + s * rows[j], c * rows[j] - s * rows[i]
-        return turned
+        rotated = rows.copy()
+        rotated[i], rotated[j] = c * rows[i] + s * rows[j], c * rows[j] - s * rows[i]
+        return rotated
 
-    def plain(self, x: Array) -> Array:
-        """Unit vectors of the system at x (3,) [m], rows (3, 3), without the further angle."""
+    def unrotated_axes(self, x: Array) -> Array:
+        """Unit vectors of the system at x (3,) [m], rows (3, 3), without the additional rotation."""
         if self.kind == "R":
             return self.axes
         r = x - self.origin
@@ -56,9 +57,9 @@ class System:
         return np.stack([out, tangent, np.cross(out, tangent)])
 
     def on_surface(self, x: Array, normal: Array) -> Array:
-        """Direction 1 of a shell's material at x (3,) [m], a unit vector (3,) in the surface: the axis after its
-        normal's."""
-        rows = self.plain(x)
+        """Direction 1 of a shell's material at x (3,) [m], a unit vector (3,) in the surface: the projection of
+        the axis after the one along the normal."""
+        rows = self.unrotated_axes(x)
         k = self.about if self.about is not None else int(np.argmax(np.abs(rows @ normal)))
         for candidate in (rows[(k + 1) % 3], rows[(k + 2) % 3], rows[k]):
             flat = candidate - (candidate @ normal) * normal
@@ -67,15 +68,15 @@ class System:
         flat = flat / np.linalg.norm(flat)
         return np.asarray(np.cos(self.angle) * flat + np.sin(self.angle) * np.cross(normal, flat))
 
-    def moved(self, placement: Placement, length: float) -> System:
-        """The system of a part as its instance is placed."""
-        origin = placement.moved(self.origin / length) * length
+    def in_assembly(self, placement: Placement, length: float) -> System:
+        """The system of a part, moved with the placement of its instance."""
+        origin = placement.assembly_position(self.origin / length) * length
         return replace(self, axes=self.axes @ placement.C.T, origin=origin)
 
 
 def system_of(values: Array, kind: str, length: float, keyword: Keyword) -> System:
-    """The System of points a and b (3,) in the deck's unit of length, and of c, the origin, where given. Raises
-    ValueError where they lie on a line."""
+    """The System of points a and b (3,) in the deck's unit of length, and of the origin c if given. Raises ValueError
+    if they lie on a line."""
     a, b, c = np.pad(values, (0, max(0, 9 - len(values))))[:9].reshape(3, 3)
     if kind == "R":
         x, y = a - c, b - c
@@ -87,8 +88,8 @@ def system_of(values: Array, kind: str, length: float, keyword: Keyword) -> Syst
     n = np.cross(x, y)
     if not np.linalg.norm(n) > 1e-12 * max(float(np.linalg.norm(x) * np.linalg.norm(y)), 1e-300):
         raise ValueError(
-            f"{keyword.place(0)}: *{keyword.name} has points {values.tolist()}, which give no directions, as they lie "
-            "on a line; correct them."
+            f"{keyword.location(0)}: *{keyword.name} has points {values.tolist()}, which give no directions, as they "
+            "lie on a line; correct them."
         )
     x, n = x / np.linalg.norm(x), n / np.linalg.norm(n)
     return System(kind, np.stack([x, np.cross(n, x), n]), c * length)
@@ -96,22 +97,26 @@ def system_of(values: Array, kind: str, length: float, keyword: Keyword) -> Syst
 
 def read_orientations(model: AbaqusModel) -> dict[tuple[str, str], System]:
     """Systems of *ORIENTATION by instance and name, in capitals."""
-    known: dict[tuple[str, str], System] = {}
+    systems: dict[tuple[str, str], System] = {}
 
-    def add(one: Scoped) -> None:
-        scope, keyword = one
+    def add(entry: InstanceKeyword) -> None:
+        scope, keyword = entry
         kind = (keyword.parameter("system") or "R").upper()[0]
         definition = keyword.parameter("definition").upper() or "COORDINATES"
         if definition not in ("COORDINATES", "NODES") or kind not in "RCS" or not keyword.data:
             raise ValueError(
-                f"{keyword.place()}: *ORIENTATION with DEFINITION={definition}, SYSTEM={kind} is not read; give points "
-                "(COORDINATES) of a rectangular, cylindrical or spherical system."
+                f"{keyword.location()}: *ORIENTATION with DEFINITION={definition}, SYSTEM={kind} is not read; give "
+                "points (COORDINATES) of a rectangular, cylindrical or spherical system."
             )
         first = next((k for k, row in enumerate(keyword.data) if _number(row[0])), None)
         if first is None:
-            raise ValueError(f"{keyword.place()}: *ORIENTATION by *DISTRIBUTION alone has no directions; give points.")
+            raise ValueError(
+                f"{keyword.location()}: *ORIENTATION by *DISTRIBUTION alone has no directions; give points."
+            )
         if first:
-            model.found.note(f"{keyword.place()}: a distribution of orientations is left out; its default is used")
+            model.findings.note(
+                f"{keyword.location()}: a distribution of orientations is left out; its default is used"
+            )
         words = [word for word in keyword.data[first] if word]
         if definition == "NODES":
             nodes = [model.node_of(word, scope, keyword, first) for word in words]
@@ -119,33 +124,35 @@ def read_orientations(model: AbaqusModel) -> dict[tuple[str, str], System]:
         else:
             values = np.array([keyword.real(word, first, "a coordinate") for word in words])
         system = system_of(values, kind, model.units.length, keyword)
-        rest = keyword.data[first + 1 :]
-        if rest:
-            axis = keyword.integer(rest[0][0] or "1", first + 1, "an axis") - 1
-            angle = keyword.real(rest[0][1], first + 1, "an angle") if len(rest[0]) > 1 else 0.0
+        rotation_rows = keyword.data[first + 1 :]
+        if rotation_rows:
+            axis = keyword.integer(rotation_rows[0][0] or "1", first + 1, "an axis") - 1
+            angle = keyword.real(rotation_rows[0][1], first + 1, "an angle") if len(rotation_rows[0]) > 1 else 0.0
             system = replace(system, about=axis % 3, angle=float(np.radians(angle)))
-        if definition != "NODES":  # whose positions are placed already
-            system = system.moved(model.placement(scope), model.units.length)
-        known[scope.upper(), keyword.parameter("name").upper()] = system
+        if definition != "NODES":  # positions of nodes are already those of the assembly
+            system = system.in_assembly(model.placement(scope), model.units.length)
+        systems[scope.upper(), keyword.parameter("name").upper()] = system
 
-    model.trying(add, "ORIENTATION")
-    return known
+    model.for_each_keyword(add, "ORIENTATION")
+    return systems
 
 
 def read_transforms(model: AbaqusModel) -> dict[int, System]:
     """Systems of *TRANSFORM by node."""
-    known: dict[int, System] = {}
+    systems: dict[int, System] = {}
 
-    def add(one: Scoped) -> None:
-        scope, keyword = one
+    def add(entry: InstanceKeyword) -> None:
+        scope, keyword = entry
         kind = (keyword.parameter("type") or "R").upper()[0]
         values = np.array([keyword.real(word, 0, "a coordinate") for row in keyword.data for word in row if word])
-        system = system_of(values, kind, model.units.length, keyword).moved(model.placement(scope), model.units.length)
+        system = system_of(values, kind, model.units.length, keyword).in_assembly(
+            model.placement(scope), model.units.length
+        )
         for node in model.nodes_of(keyword.parameter("nset"), scope, keyword):
-            known[model.same(node)] = system
+            systems[model.representative(node)] = system
 
-    model.trying(add, "TRANSFORM")
-    return known
+    model.for_each_keyword(add, "TRANSFORM")
+    return systems
 
 
 def _number(word: str) -> bool:

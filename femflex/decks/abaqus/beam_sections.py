@@ -1,6 +1,6 @@
 """Sections of beams: *BEAM SECTION with its shapes, *BEAM GENERAL SECTION with its numbers.
 
-Heights (the 2-axis of Abaqus) lie along the section's y axis here, widths (the 1-axis) along z, either way.
+Heights (the 2-axis of Abaqus) lie along the section's y axis in femflex, widths (the 1-axis) along z in either sense.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from femflex.decks.nastran.bar_shapes import Shape, shape_of
 from femflex.fem.sections.library import StiffnessSection
 from femflex.mesh.abaqus_keywords import Keyword
 
-LIGHT = 1e-18  # [s^2/m^2] mass per length over EA of beams without mass
+MASSLESS = 1e-18  # [s^2/m^2] mass per length over EA given to beams without mass
 SHEAR_FACTORS = {  # Abaqus' own, by shape
     "RECT": 0.85, "CIRC": 0.89, "PIPE": 0.53, "THICK PIPE": 0.53, "BOX": 0.44, "I": 0.44, "T": 0.44, "L": 1.0,
 }  # fmt: skip
@@ -22,7 +22,7 @@ SHEAR_FACTORS = {  # Abaqus' own, by shape
 
 @dataclass(frozen=True, eq=False)
 class BeamSection:
-    """A section; direction n1 of the deck; whether it shears; the turn of its principal axes; the centroid's place.
+    """A section with its direction n1 in the deck, principal axes, centroid, and whether it has transverse shear.
 
     principal  [rad] about the tangent
     centroid   y and z from the nodes [m], along the principal axes
@@ -40,8 +40,8 @@ def beam_section(model: AbaqusModel, material: Elastic, keyword: Keyword, elset:
     E, G, rho = material.bar()
     kind = _kind(keyword.parameter("section"))
     values = _row(keyword, 0)
-    shape, at = _shape(keyword, kind, [value * model.units.length for value in values])
-    return _made(shape, E, G, rho, SHEAR_FACTORS[kind], _n1(keyword, 1), at)
+    shape, centroid = _shape(keyword, kind, [value * model.units.length for value in values])
+    return _principal_section(shape, E, G, rho, SHEAR_FACTORS[kind], _n1(keyword, 1), centroid)
 
 
 def general_section(model: AbaqusModel, keyword: Keyword, elset: str) -> BeamSection:
@@ -53,46 +53,52 @@ def general_section(model: AbaqusModel, keyword: Keyword, elset: str) -> BeamSec
     moduli = _row(keyword, 2)
     if len(moduli) < 2:
         raise ValueError(
-            f"{keyword.place()}: *BEAM GENERAL SECTION has {len(moduli)} moduli on its third line; give E, G."
+            f"{keyword.location()}: *BEAM GENERAL SECTION has {len(moduli)} moduli on its third line; give E, G."
         )
     E, G = (value * u.pressure for value in moduli[:2])
-    at = (0.0, 0.0)
+    centroid = (0.0, 0.0)
     if kind == "GENERAL":
         if len(values) < 5:
             raise ValueError(
-                f"{keyword.place()}: SECTION=GENERAL has {len(values)} values; give A, I11, I12, I22 and J."
+                f"{keyword.location()}: SECTION=GENERAL has {len(values)} values; give A, I11, I12, I22 and J."
             )
         A = values[0] * u.length**2
         I11, I12, I22, J = (value * u.length**4 for value in values[1:5])
         # y lies along the 2-axis: I11 = int (along 2)^2 dA bends about 1
         shape = Shape(A, I11, I22, J, -I12)
     else:
-        shape, at = _shape(keyword, kind, [value * u.length for value in values])
-    return _made(shape, E, G, rho, SHEAR_FACTORS.get(kind, 1.0), _n1(keyword, 1), at)
+        shape, centroid = _shape(keyword, kind, [value * u.length for value in values])
+    return _principal_section(shape, E, G, rho, SHEAR_FACTORS.get(kind, 1.0), _n1(keyword, 1), centroid)
 
 
-def with_shear(model: AbaqusModel, made: BeamSection, keyword: Keyword) -> BeamSection:
-    """The section with K23, K13 of *TRANSVERSE SHEAR STIFFNESS, along 2 and along 1; one that is 0 is as the other.
+def with_shear(model: AbaqusModel, beam: BeamSection, keyword: Keyword) -> BeamSection:
+    """The section with K23, K13 of *TRANSVERSE SHEAR STIFFNESS, along 2 and along 1; if one is 0 it equals the other.
 
-    Raises ValueError where both are missing, where one is negative, or where principal axes are turned and both differ.
+    Raises ValueError if both are missing, one is negative, or they differ and the principal axes are rotated.
     """
     values = [value * model.units.force for value in _row(keyword, 0)[:2]]
     k23, k13 = [*values, 0.0, 0.0][:2]
     if min(k23, k13) < 0 or not max(k23, k13) > 0:
         raise ValueError(
-            f"{keyword.place()}: *TRANSVERSE SHEAR STIFFNESS has K23, K13 = {values} N; give positive ones."
+            f"{keyword.location()}: *TRANSVERSE SHEAR STIFFNESS has K23, K13 = {values} N; give positive ones."
         )
     k23, k13 = k23 or k13, k13 or k23
-    if made.principal and abs(k23 - k13) > 1e-9 * k23:
+    if beam.principal and abs(k23 - k13) > 1e-9 * k23:
         raise ValueError(
-            f"{keyword.place()}: the section's principal axes are turned by {math.degrees(made.principal):.4g} deg, "
+            f"{keyword.location()}: the section's principal axes are turned by {math.degrees(beam.principal):.4g} deg, "
             f"and K23 = {k23:.6g} N differs from K13 = {k13:.6g} N; give I12 = 0, with n1 along a principal axis."
         )
-    return replace(made, section=replace(made.section, GAy=k23, GAz=k13), shears=True)
+    return replace(beam, section=replace(beam.section, GAy=k23, GAz=k13), shears=True)
 
 
-def _made(
-    shape: Shape, E: float, G: float, rho: float, factor: float, n1: tuple[float, ...] | None, at: tuple[float, float]
+def _principal_section(
+    shape: Shape,
+    E: float,
+    G: float,
+    rho: float,
+    factor: float,
+    n1: tuple[float, ...] | None,
+    centroid_from_nodes: tuple[float, float],
 ) -> BeamSection:
     """The section in principal axes; shape.I1 = int y^2 dA, shape.I2 = int z^2 dA."""
     if not (shape.A > 0 and shape.I1 > 0 and shape.I2 > 0 and E > 0):
@@ -105,14 +111,21 @@ def _made(
         mean, radius = (I1 + I2) / 2, math.hypot((I1 - I2) / 2, I12)
         I1, I2 = mean + radius, mean - radius
     c, s = math.cos(alpha), math.sin(alpha)
-    small = 1e-9 * math.sqrt(shape.A)
-    centroid = (c * at[0] + s * at[1], c * at[1] - s * at[0]) if math.hypot(*at) > small else (0.0, 0.0)
-    mass = max(rho * shape.A, LIGHT * E * shape.A)
-    heavy = rho > 0
+    tolerance = 1e-9 * math.sqrt(shape.A)
+    centroid = (
+        (
+            c * centroid_from_nodes[0] + s * centroid_from_nodes[1],
+            c * centroid_from_nodes[1] - s * centroid_from_nodes[0],
+        )
+        if math.hypot(*centroid_from_nodes) > tolerance
+        else (0.0, 0.0)
+    )
+    mass = max(rho * shape.A, MASSLESS * E * shape.A)
+    has_mass = rho > 0
     J = shape.J if shape.J > 0 else 1e-9 * (I1 + I2)
     section = StiffnessSection(
         EA=E * shape.A, EIy=E * I2, EIz=E * I1, GJ=(G if G > 0 else 1e-9 * E) * J, mass_per_length=mass,
-        ry=math.sqrt(I2 / shape.A) if heavy else 1e-9, rz=math.sqrt(I1 / shape.A) if heavy else 1e-9,
+        ry=math.sqrt(I2 / shape.A) if has_mass else 1e-9, rz=math.sqrt(I1 / shape.A) if has_mass else 1e-9,
         GAy=max(factor * G * shape.A, 1e-9 * E * shape.A), GAz=max(factor * G * shape.A, 1e-9 * E * shape.A),
     )  # fmt: skip
     return BeamSection(section, n1, G > 0, alpha, centroid)
@@ -121,7 +134,7 @@ def _made(
 def _kind(word: str) -> str:
     """The name of a shape, which may be written in full."""
     kind = " ".join(word.upper().replace("_", " ").split())
-    return next((known for known in ("RECT", "CIRC") if kind.startswith(known)), kind)
+    return next((name for name in ("RECT", "CIRC") if kind.startswith(name)), kind)
 
 
 def _shape(keyword: Keyword, kind: str, d: list[float]) -> tuple[Shape, tuple[float, float]]:
@@ -129,13 +142,15 @@ def _shape(keyword: Keyword, kind: str, d: list[float]) -> tuple[Shape, tuple[fl
     counts = {"RECT": 2, "CIRC": 1, "PIPE": 2, "THICK PIPE": 2, "BOX": 6, "I": 7, "T": 5, "L": 4}
     if kind not in counts:
         raise ValueError(
-            f"{keyword.place()}: SECTION={kind or '(none)'} is not read; known are {', '.join(counts)} and, in *BEAM "
-            "GENERAL SECTION, GENERAL with A, I11, I12, I22 and J."
+            f"{keyword.location()}: SECTION={kind or '(none)'} is not read; known are {', '.join(counts)} and, in "
+            "*BEAM GENERAL SECTION, GENERAL with A, I11, I12, I22 and J."
         )
     if kind == "RECT" and len(d) == 1:
         d = d * 2
     if len(d) < counts[kind] or any(value < 0 for value in d):
-        raise ValueError(f"{keyword.place()}: SECTION={kind} has dimensions {d} m; give {counts[kind]}, none negative.")
+        raise ValueError(
+            f"{keyword.location()}: SECTION={kind} has dimensions {d} m; give {counts[kind]}, none negative."
+        )
     if kind == "RECT":
         return shape_of("BAR", [d[0], d[1]]), (0.0, 0.0)
     if kind == "CIRC":
@@ -146,10 +161,10 @@ def _shape(keyword: Keyword, kind: str, d: list[float]) -> tuple[Shape, tuple[fl
         return shape_of("TUBE", [d[0], d[0] - d[1]]), (0.0, 0.0)
     if kind == "BOX":  # widths along 1 and 2, then the walls at +1, +2, -1, -2
         a, b, right, top, left, bottom = d[:6]
-        made = shape_of("BOX1", [a, b, top, bottom, right, left])  # z is against 1
-        walls = (a * (top**3 + bottom**3) + b * (left**3 + right**3)) / 3  # what remains where one is cut
-        hole = (a - left - right) * (b - top - bottom) / made.A  # the nodes are at the middle of the box
-        return replace(made, J=made.J + walls), (hole * (top - bottom) / 2, -hole * (right - left) / 2)
+        box = shape_of("BOX1", [a, b, top, bottom, right, left])  # z is against 1
+        walls = (a * (top**3 + bottom**3) + b * (left**3 + right**3)) / 3  # torsion constant of the open section
+        hole = (a - left - right) * (b - top - bottom) / box.A  # the nodes are at the middle of the box
+        return replace(box, J=box.J + walls), (hole * (top - bottom) / 2, -hole * (right - left) / 2)
     if kind == "I":
         low, h, b1, b2, t1, t2, web = d[:7]
         parts = [(t1 / 2, b1 * t1), (h - t2 / 2, b2 * t2), ((h + t1 - t2) / 2, web * (h - t1 - t2))]

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.decks.abaqus.model import AbaqusModel, place_of
+from femflex.decks.abaqus.model import AbaqusModel, location_of
 from femflex.fem.sections.laminates import Lamina
 from femflex.fem.sections.materials import Anisotropic, Material, Orthotropic
 from femflex.mesh.abaqus_keywords import Keyword
 
-BEHAVIOUR = {  # keywords of a material that a linear elastic structure is made without
+IGNORED_BEHAVIOUR = {  # keywords of a material that a linear elastic structure ignores
     "PLASTIC": "the material stays linear", "CYCLIC HARDENING": "the material stays linear",
     "HYPERELASTIC": "the material needs *ELASTIC here", "HYPERFOAM": "the material needs *ELASTIC here",
     "CREEP": "the material stays linear", "VISCOELASTIC": "the material stays elastic",
@@ -23,7 +23,7 @@ BEHAVIOUR = {  # keywords of a material that a linear elastic structure is made 
     "DEFORMATION PLASTICITY": "the material stays linear", "NO COMPRESSION": "the material stays linear",
     "FAIL STRESS": "strength is left out", "FAIL STRAIN": "strength is left out",
 }  # fmt: skip
-OWN = {"ELASTIC", "DENSITY", *BEHAVIOUR}
+MATERIAL_KEYWORDS = {"ELASTIC", "DENSITY", *IGNORED_BEHAVIOUR}
 COUNTS = {"ISOTROPIC": 2, "ISO": 2, "LAMINA": 4, "ENGINEERING CONSTANTS": 9, "ORTHO": 9, "ORTHOTROPIC": 9,
           "ANISO": 21, "ANISOTROPIC": 21}  # fmt: skip
 
@@ -45,7 +45,7 @@ class Elastic:
 
     @property
     def isotropic(self) -> bool:
-        """Whether directions do not matter."""
+        """Whether the material is isotropic."""
         return self.kind == "ISOTROPIC"
 
     def solid(self) -> Material | Orthotropic | Anisotropic:
@@ -87,49 +87,49 @@ class Materials:
 
     def __init__(self, model: AbaqusModel) -> None:
         self._model = model
-        self._known: dict[str, Elastic] = {}
-        self._bad: dict[str, str] = {}
-        self._others: dict[str, str] = {}  # material -> the first keyword under it that is no linear elasticity
+        self._by_name: dict[str, Elastic] = {}
+        self._unusable: dict[str, str] = {}
+        self._nonlinear_keyword: dict[str, str] = {}  # material -> its first keyword that is no linear elasticity
         name, parts, head = "", dict[str, Keyword](), None
         for _, keyword in model.flat.keywords:
             if keyword.name == "MATERIAL":
                 self._finish(name, parts, head)
                 name, parts, head = keyword.parameter("name"), {}, keyword
-                model.found.use("*MATERIAL")
-            elif head is not None and keyword.name in OWN:
+                model.findings.use("*MATERIAL")
+            elif head is not None and keyword.name in MATERIAL_KEYWORDS:
                 if keyword.name not in ("ELASTIC", "DENSITY", "DEPVAR", "EXPANSION", "DAMPING"):
-                    self._others.setdefault(name.upper(), keyword.name)
-                if keyword.name in BEHAVIOUR:
-                    model.found.unused(f"*{keyword.name}", BEHAVIOUR[keyword.name], place_of(keyword))
+                    self._nonlinear_keyword.setdefault(name.upper(), keyword.name)
+                if keyword.name in IGNORED_BEHAVIOUR:
+                    model.findings.unused(f"*{keyword.name}", IGNORED_BEHAVIOUR[keyword.name], location_of(keyword))
                 else:
                     parts[keyword.name] = keyword
-                    model.found.use(f"*{keyword.name}")
+                    model.findings.use(f"*{keyword.name}")
             elif head is not None and keyword.name.endswith("SECTION"):
                 self._finish(name, parts, head)
                 head = None
         self._finish(name, parts, head)
 
     def __call__(self, name: str, where: str) -> Elastic:
-        """The material of a name. Raises ValueError where the deck has none, or none that is elastic."""
+        """The material with this name. Raises ValueError if the deck has no such elastic material."""
         key = name.upper()
-        if key in self._bad:
-            raise ValueError(f"{where}: {self._bad[key]}")
-        if key not in self._known:
-            known = sorted(one.name for one in self._known.values())
-            raise ValueError(f"{where}: material {name!r} is not in the deck; it has {known or 'none'}.")
-        return self._known[key]
+        if key in self._unusable:
+            raise ValueError(f"{where}: {self._unusable[key]}")
+        if key not in self._by_name:
+            names = sorted(material.name for material in self._by_name.values())
+            raise ValueError(f"{where}: material {name!r} is not in the deck; it has {names or 'none'}.")
+        return self._by_name[key]
 
-    def all(self) -> list[Elastic]:
+    def all_materials(self) -> list[Elastic]:
         """All elastic materials."""
-        return list(self._known.values())
+        return list(self._by_name.values())
 
     def _finish(self, name: str, parts: dict[str, Keyword], head: Keyword | None) -> None:
         if head is None:
             return
         if "ELASTIC" not in parts:
-            other = self._others.get(name.upper())
-            found = f"*{other} and no *ELASTIC, which alone is read" if other else "no *ELASTIC"
-            self._bad[name.upper()] = f"material {name!r} ({head.place()}) has {found}; give one."
+            nonlinear = self._nonlinear_keyword.get(name.upper())
+            problem = f"*{nonlinear} and no *ELASTIC, which alone is read" if nonlinear else "no *ELASTIC"
+            self._unusable[name.upper()] = f"material {name!r} ({head.location()}) has {problem}; give one."
             return
         self._model.attempt(head, lambda: self._add(name, parts))
 
@@ -138,47 +138,47 @@ class Materials:
         kind = " ".join((keyword.parameter("type") or "ISOTROPIC").upper().split())
         kind = {"ISO": "ISOTROPIC", "ORTHOTROPIC": "ORTHO", "ANISOTROPIC": "ANISO"}.get(kind, kind)
         if kind not in COUNTS:
-            self._bad[name.upper()] = (
+            self._unusable[name.upper()] = (
                 f"material {name!r} has *ELASTIC, TYPE={kind}, which is not read; give {sorted(COUNTS)}."
             )
             return
         words = [(k, word) for k, row in enumerate(keyword.data) for word in (row + [""] * 8)[:8]]
-        given = [keyword.real(word, k, "an elastic constant") for k, word in words]
+        constants = [keyword.real(word, k, "an elastic constant") for k, word in words]
         count = COUNTS[kind]
         lines = -(-(count + 1) // 8) if count > 6 else 1
         if len(keyword.data) > lines:
-            self._model.found.unused(
-                "*ELASTIC at further temperatures", "the values of the first line are used", place_of(keyword)
+            self._model.findings.unused(
+                "*ELASTIC at further temperatures", "the values of the first line are used", location_of(keyword)
             )
         rho = 0.0
         if "DENSITY" in parts and parts["DENSITY"].data:
             rho = parts["DENSITY"].real(parts["DENSITY"].data[0][0], 0, "a density") * u.density
-        c = given[:count]
+        c = constants[:count]
         if len(c) < count:
             raise ValueError(
-                f"{keyword.place()}: *ELASTIC, TYPE={kind} has {len(c)} constants; material {name!r} needs {count}."
+                f"{keyword.location()}: *ELASTIC, TYPE={kind} has {len(c)} constants; material {name!r} needs {count}."
             )
         p, matrix = u.pressure, None
         if kind == "ISOTROPIC":
             values = {"E": c[0] * p, "nu": c[1], "density": rho}
         elif kind == "LAMINA":
-            c = [*given[:6], 0.0, 0.0][:6]
-            values = _named(("E1", "E2", "nu12", "G12", "G13", "G23"), c, p) | {"density": rho}
+            c = [*constants[:6], 0.0, 0.0][:6]
+            values = _constants_by_name(("E1", "E2", "nu12", "G12", "G13", "G23"), c, p) | {"density": rho}
         elif kind == "ENGINEERING CONSTANTS":
             names = ("E1", "E2", "E3", "nu12", "nu13", "nu23", "G12", "G13", "G23")
-            values = _named(names, c, p) | {"density": rho}
+            values = _constants_by_name(names, c, p) | {"density": rho}
         else:
             values, matrix = {"density": rho}, _matrix(kind, np.array(c) * p)
-        values = self._model.override(name, values, keyword.place())
+        values = self._model.override(name, values, keyword.location())
         if values["density"] < 0 or values.get("E", values.get("E1", 1.0)) <= 0:
             raise ValueError(
-                f"{keyword.place()}: material {name!r} has {values}; moduli must be positive and the density "
+                f"{keyword.location()}: material {name!r} has {values}; moduli must be positive and the density "
                 "not negative."
             )
-        self._known[name.upper()] = Elastic(name, kind, values, matrix, keyword)
+        self._by_name[name.upper()] = Elastic(name, kind, values, matrix, keyword)
 
 
-def _named(names: tuple[str, ...], constants: list[float], pressure: float) -> dict[str, float]:
+def _constants_by_name(names: tuple[str, ...], constants: list[float], pressure: float) -> dict[str, float]:
     """Elastic constants by name, moduli in SI."""
     return {n: x * (1.0 if n.startswith("nu") else pressure) for n, x in zip(names, constants, strict=True)}
 

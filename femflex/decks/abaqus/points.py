@@ -7,142 +7,146 @@ from typing import Any
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.decks.abaqus.model import AbaqusModel, place_of
-from femflex.decks.abaqus.sections import Reading
+from femflex.decks.abaqus.model import AbaqusModel, location_of
+from femflex.decks.abaqus.sections import SectionInputs
 from femflex.fem import PointMass, ScalarSpring
 from femflex.fem.bushing import spring
 from femflex.fem.point_mass import check_inertia
-from femflex.mesh.abaqus_flat import Element, Scoped
+from femflex.mesh.abaqus_flat import Element, InstanceKeyword
 
 NO_MASS = 1e-9  # kg, given to inertias without mass
 
 
-def read_masses(model: AbaqusModel, reading: Reading) -> None:
-    """Add masses and inertias of nodes; those of one node are one body."""
+def read_masses(model: AbaqusModel, inputs: SectionInputs) -> None:
+    """Add masses and inertias of nodes; those of one node are combined."""
     masses: dict[int, float] = {}
     inertias: dict[int, Array] = {}
-    where: dict[int, str] = {}
+    location_of_node: dict[int, str] = {}
 
-    def mass(one: Scoped) -> None:
-        keyword = one.keyword
+    def mass(entry: InstanceKeyword) -> None:
+        keyword = entry.keyword
         m = keyword.real(keyword.data[0][0], 0, "a mass") * model.units.mass
         if keyword.parameter("type").upper().startswith("ANISO"):
-            given = [keyword.real(word, 0, "a mass") for word in [*keyword.data[0], *[""] * 6][:6]]
-            M11, M12, M22, M13, M23, M33 = given
+            components = [keyword.real(word, 0, "a mass") for word in [*keyword.data[0], *[""] * 6][:6]]
+            M11, M12, M22, M13, M23, M33 = components
             if max(M11, M22, M33) - min(M11, M22, M33) > 1e-9 * M11 or M12 or M13 or M23:
                 raise ValueError(
-                    f"{keyword.place()}: *MASS, TYPE=ANISOTROPIC has {given}, which differ by direction; the mass of a "
-                    "point here is alike in all directions. Give one mass."
+                    f"{keyword.location()}: *MASS, TYPE=ANISOTROPIC has {components}, which differ by direction; the "
+                    "mass of a point here is alike in all directions. Give one mass."
                 )
         if m < 0:
-            raise ValueError(f"{keyword.place(0)}: the mass is {m:.6g} kg; a mass cannot be negative.")
-        for element in _elements(model, one):
-            node = model.same(element.nodes[0])
+            raise ValueError(f"{keyword.location(0)}: the mass is {m:.6g} kg; a mass cannot be negative.")
+        for element in _elements_of_keyword(model, entry):
+            node = model.representative(element.nodes[0])
             masses[node] = masses.get(node, 0.0) + m
-            where[node] = keyword.place()
+            location_of_node[node] = keyword.location()
 
-    def inertia(one: Scoped) -> None:
-        scope, keyword = one
+    def inertia(entry: InstanceKeyword) -> None:
+        scope, keyword = entry
         I11, I22, I33, I12, I13, I23 = (
             [keyword.real(word, 0, "an inertia") * model.units.inertia for word in keyword.data[0]] + [0.0] * 6
         )[:6]
         J = np.array([[I11, I12, I13], [I12, I22, I23], [I13, I23, I33]])
-        check_inertia(J, f"{keyword.place(0)}: *ROTARY INERTIA")
-        system = reading.system(keyword.parameter("orientation"), scope, keyword)
-        for element in _elements(model, one):
-            node = model.same(element.nodes[0])
-            axes = np.eye(3) if system is None else system.at(model.x(node))
+        check_inertia(J, f"{keyword.location(0)}: *ROTARY INERTIA")
+        system = inputs.system(keyword.parameter("orientation"), scope, keyword)
+        for element in _elements_of_keyword(model, entry):
+            node = model.representative(element.nodes[0])
+            axes = np.eye(3) if system is None else system.axes_at(model.x(node))
             if system is None:
                 axes = axes @ model.placement(scope).C.T
             inertias[node] = inertias.get(node, np.zeros((3, 3))) + axes.T @ J @ axes
-            where[node] = keyword.place()
+            location_of_node[node] = keyword.location()
 
-    model.trying(mass, "MASS")
-    model.trying(inertia, "ROTARY INERTIA")
-    model.wanted.update(masses, inertias)
-    model.wanted_turning.update(inertias)
-    model.lumped = {node: (masses.get(node, 0.0), inertias.get(node), where[node]) for node in where}
+    model.for_each_keyword(mass, "MASS")
+    model.for_each_keyword(inertia, "ROTARY INERTIA")
+    model.required.update(masses, inertias)
+    model.required_turning.update(inertias)
+    model.lumped = {
+        node: (masses.get(node, 0.0), inertias.get(node), location_of_node[node]) for node in location_of_node
+    }
 
 
 def finish_masses(model: AbaqusModel) -> None:
-    """Make the point masses, now that it is known which nodes turn."""
-    for node, (mass, inertia, where) in model.lumped.items():
+    """Create the point masses, once it is known which nodes have rotations."""
+    for node, (mass, inertia, location) in model.lumped.items():
         if inertia is not None and inertia.any():
             if mass <= 0:
-                model.found.note(
-                    f"{where}: node {model.flat.label(node)} has an inertia and no mass; it gets {NO_MASS:g} kg"
+                model.findings.note(
+                    f"{location}: node {model.flat.label(node)} has an inertia and no mass; it gets {NO_MASS:g} kg"
                 )
         elif mass <= 0:
             continue
         else:
             inertia = None
-        model.point_masses.append(PointMass(model.group(node), max(mass, NO_MASS), inertia, bodily=False))
+        model.point_masses.append(PointMass(model.group(node), max(mass, NO_MASS), inertia, physical=False))
 
 
-def read_springs(model: AbaqusModel, reading: Reading) -> None:
-    """Add springs: SPRINGA along the line between two nodes, SPRING1 to the body frame, SPRING2 between components,
-    which are those of the springs' orientation at each node.
+def read_springs(model: AbaqusModel, inputs: SectionInputs) -> None:
+    """Add springs: SPRINGA along the line between two nodes, SPRING1 to the body frame, SPRING2 between components
+    along the axes of the spring's orientation at each node.
 
-    Springs without ELSET after *JOINT are those of its elements (JOINTC), along the axes of its orientation.
+    Springs without ELSET after *JOINT belong to its elements (JOINTC) and act along the axes of its orientation.
     """
     joint = None
-    for one in model.flat.keywords:
-        name = one.keyword.name
+    for entry in model.flat.keywords:
+        name = entry.keyword.name
         if name == "JOINT":
-            joint = one
-            model.found.use("*JOINT")
-        elif name == "SPRING" and joint is not None and not one.keyword.parameter("elset"):
-            model.found.use("*SPRING")
-            model.attempt(one.keyword, lambda one=one, joint=joint: _joint(model, reading, joint, one))  # type: ignore[misc]
+            joint = entry
+            model.findings.use("*JOINT")
+        elif name == "SPRING" and joint is not None and not entry.keyword.parameter("elset"):
+            model.findings.use("*SPRING")
+            model.attempt(entry.keyword, lambda entry=entry, joint=joint: _joint(model, inputs, joint, entry))  # type: ignore[misc]
         elif name == "SPRING":
-            model.found.use("*SPRING")
-            model.attempt(one.keyword, lambda one=one: _spring(model, reading, one))  # type: ignore[misc]
+            model.findings.use("*SPRING")
+            model.attempt(entry.keyword, lambda entry=entry: _spring(model, inputs, entry))  # type: ignore[misc]
         elif name != "DASHPOT":
             joint = None
 
 
-def _joint(model: AbaqusModel, reading: Reading, joint: Scoped, one: Scoped) -> None:
+def _joint(model: AbaqusModel, inputs: SectionInputs, joint: InstanceKeyword, entry: InstanceKeyword) -> None:
     """A spring of the elements of a *JOINT, between a component of their two nodes along the joint's axes."""
-    keyword = one.keyword
+    keyword = entry.keyword
     words = [word for word in keyword.data[0] if word] if keyword.data else []
     if len(keyword.data) < 2 or not words or not keyword.data[1][0]:
-        raise ValueError(f"{keyword.place()}: *SPRING of *JOINT needs a component, and a stiffness in the next line.")
+        raise ValueError(
+            f"{keyword.location()}: *SPRING of *JOINT needs a component, and a stiffness in the next line."
+        )
     c = keyword.integer(words[0], 0, "a component") - 1
     if not 0 <= c < 6:
-        raise ValueError(f"{keyword.place(0)}: *SPRING has component {c + 1}; components are 1 to 6.")
+        raise ValueError(f"{keyword.location(0)}: *SPRING has component {c + 1}; components are 1 to 6.")
     stiffness = keyword.real(keyword.data[1][0], 1, "a stiffness")
-    system = reading.system(joint.keyword.parameter("orientation"), joint.scope, joint.keyword)
+    system = inputs.system(joint.keyword.parameter("orientation"), joint.scope, joint.keyword)
     turns = c >= 3
-    for element in _elements(model, joint):
-        nodes = [model.same(node) for node in element.nodes]
-        axes = system.at(model.x(nodes[0])) if system is not None else np.eye(3)
+    for element in _elements_of_keyword(model, joint):
+        nodes = [model.representative(node) for node in element.nodes]
+        axes = system.axes_at(model.x(nodes[0])) if system is not None else np.eye(3)
         direction = axes[c % 3]
         terms = [_term(model, node, turns, sign * direction) for node, sign in zip(nodes, (1.0, -1.0), strict=False)]
-        model.wanted.update(nodes)
-        model.wanted_turning.update(nodes if turns else [])
+        model.required.update(nodes)
+        model.required_turning.update(nodes if turns else [])
         unit = model.units.moment if turns else model.units.spring
         model.bushings.append(ScalarSpring(tuple(terms), stiffness * unit))
 
 
-def _spring(model: AbaqusModel, reading: Reading, one: Scoped) -> None:
-    scope, keyword = one
-    system = reading.system(keyword.parameter("orientation"), scope, keyword)
+def _spring(model: AbaqusModel, inputs: SectionInputs, entry: InstanceKeyword) -> None:
+    scope, keyword = entry
+    system = inputs.system(keyword.parameter("orientation"), scope, keyword)
     if "nonlinear" in keyword.parameters:
-        model.found.unused("NONLINEAR of *SPRING", "the spring is left out", place_of(keyword))
+        model.findings.unused("NONLINEAR of *SPRING", "the spring is left out", location_of(keyword))
         return
     rows = keyword.data
-    for element in _elements(model, one):
-        nodes = [model.same(node) for node in element.nodes]
-        along = element.kind == "SPRINGA"
-        k = next((j for j in range(0 if along else 1, len(rows)) if rows[j] and rows[j][0]), None)
+    for element in _elements_of_keyword(model, entry):
+        nodes = [model.representative(node) for node in element.nodes]
+        is_axial = element.kind == "SPRINGA"
+        k = next((j for j in range(0 if is_axial else 1, len(rows)) if rows[j] and rows[j][0]), None)
         if k is None:
-            raise ValueError(f"{keyword.place()}: *SPRING has no stiffness; give one.")
+            raise ValueError(f"{keyword.location()}: *SPRING has no stiffness; give one.")
         stiffness = keyword.real(rows[k][0], k, "a stiffness")
         if not stiffness:
-            model.found.note(f"{keyword.place()}: springs of stiffness 0 are left out")
+            model.findings.note(f"{keyword.location()}: springs of stiffness 0 are left out")
             return
-        if along:
-            model.wanted.update(nodes)
+        if is_axial:
+            model.required.update(nodes)
             names = [model.group(node) for node in nodes]
             model.bushings.append(spring(names[0], names[1], stiffness * model.units.spring))
             continue
@@ -150,33 +154,33 @@ def _spring(model: AbaqusModel, reading: Reading, one: Scoped) -> None:
         terms, mixed = [], any(c >= 3 for c in components)
         for node, c, sign in zip(nodes, components, (1.0, -1.0), strict=False):
             turns = c >= 3
-            axes = np.eye(3) if system is None else system.at(model.x(node))
-            # between a displacement and a rotation, displacements count in the deck's unit of length
+            axes = np.eye(3) if system is None else system.axes_at(model.x(node))
+            # between a displacement and a rotation, the displacement is in the deck's unit of length
             factor = sign / model.units.length if mixed and not turns else sign
             terms.append(_term(model, node, turns, factor * axes[c % 3]))
-            model.wanted.add(node)
-            model.wanted_turning.update([node] if turns else [])
+            model.required.add(node)
+            model.required_turning.update([node] if turns else [])
         unit = model.units.moment if mixed else model.units.spring
         model.bushings.append(ScalarSpring(tuple(terms), stiffness * unit))
 
 
 def _term(model: AbaqusModel, node: int, turns: bool, direction: Array) -> tuple[str, Any, tuple[float, float, float]]:
-    """What a spring measures at a node: its translation, or its rotation, along a direction (3,)."""
+    """A term of a spring: the translation or rotation of a node along a direction (3,)."""
     x, y, z = map(float, direction)
     return model.group(node), "rotation" if turns else "translation", (x, y, z)
 
 
-def _elements(model: AbaqusModel, one: Scoped) -> list[Element]:
-    """Elements of the set that a keyword names."""
-    scope, keyword = one
-    numbers = model.flat.elements_of(keyword.parameter("elset"), scope, keyword.place())
-    found = [model.flat.elements[number] for number in numbers if model.flat.elements[number].nodes]
-    for element in found:
+def _elements_of_keyword(model: AbaqusModel, entry: InstanceKeyword) -> list[Element]:
+    """Elements of the set named by a keyword."""
+    scope, keyword = entry
+    numbers = model.flat.elements_of(keyword.parameter("elset"), scope, keyword.location())
+    elements = [model.flat.elements[number] for number in numbers if model.flat.elements[number].nodes]
+    for element in elements:
         unknown = [node for node in element.nodes if node not in model.flat.nodes]
         if unknown:
             label = model.flat.label
             raise ValueError(
-                f"{element.place}: element {label(element.number)} uses node {label(unknown[0], element.number)}, "
+                f"{element.location}: element {label(element.number)} uses node {label(unknown[0], element.number)}, "
                 "which no *NODE block defines."
             )
-    return found
+    return elements

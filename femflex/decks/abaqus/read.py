@@ -1,4 +1,4 @@
-"""The way from an Abaqus deck to the neutral Deck."""
+"""Read an Abaqus deck into a Deck."""
 
 from __future__ import annotations
 
@@ -13,107 +13,114 @@ from femflex.decks.abaqus.materials import Materials
 from femflex.decks.abaqus.model import AbaqusModel
 from femflex.decks.abaqus.nonstructural_mass import read_nonstructural_mass
 from femflex.decks.abaqus.points import finish_masses, read_masses, read_springs
-from femflex.decks.abaqus.sections import Reading, read_elements
+from femflex.decks.abaqus.sections import SectionInputs, read_elements
 from femflex.decks.abaqus.supports import read_supports
 from femflex.decks.abaqus.surfaces import read_surfaces
-from femflex.decks.abaqus.unused import elements_by_kind, report_unused, unread
+from femflex.decks.abaqus.unused import consequence_of_type, elements_by_kind, report_unused
 from femflex.decks.deck import Deck
 from femflex.decks.register import Overrides
 from femflex.decks.units import Units
 from femflex.fem import Member
 from femflex.mesh.abaqus_flat import read_flat
-from femflex.mesh.upright import upright
+from femflex.mesh.orientation import reorient_solids
 
-STIFF = {"beam", "plate", "shell", "solid"}  # families that resist all that their nodes can do
-RIGID = ("R3D", "RB3D", "R2D", "RB2D")
+# families that give stiffness to all components of their nodes
+FULL_RANK_FAMILIES = {
+    "beam",
+    "plate",
+    "shell",
+    "solid",
+}
+RIGID_TYPES = ("R3D", "RB3D", "R2D", "RB2D")
 
 
-def read(path: Path, units: Units, overrides: Overrides) -> Deck:
+def read_abaqus_deck(path: Path, units: Units, overrides: Overrides) -> Deck:
     """The Deck of an Abaqus or CalculiX file. Raises DeckError with all its problems."""
     model = AbaqusModel(read_flat(path), units, overrides)
-    flat, found = model.flat, model.found
-    used = [element for element in flat.elements.values() if element.cell]  # fluid networks have nodes 0
+    flat, findings = model.flat, model.findings
+    # elements without a cell, such as fluid networks, may have nodes 0
+    used = [element for element in flat.elements.values() if element.cell]
     missing = {n for element in used for n in (*element.nodes, *element.extra)} - flat.nodes.keys()
     for element in used if missing else ():
-        bad = sorted(missing & {*element.nodes, *element.extra})
-        if bad:
-            found.problem(
-                f"{element.place}: element {flat.label(element.number)} uses node "
-                f"{flat.label(bad[0], element.number)}, which no *NODE block defines; "
+        missing_nodes = sorted(missing & {*element.nodes, *element.extra})
+        if missing_nodes:
+            findings.problem(
+                f"{element.location}: element {flat.label(element.number)} uses node "
+                f"{flat.label(missing_nodes[0], element.number)}, which no *NODE block defines; "
                 f"{len(missing)} nodes are missing in all"
             )
             break
     if used and not any(k.name.endswith("SECTION") or k.name in ("MATERIAL", "RIGID BODY") for _, k in flat.keywords):
-        found.problem_no_properties(path, "sections and materials")
-    found.check(path)
-    model.flat_rigid.update(e.number for e in flat.elements.values() if e.kind.startswith(RIGID))
+        findings.problem_no_properties(path, "sections and materials")
+    findings.check(path)
+    model.flat_rigid.update(e.number for e in flat.elements.values() if e.kind.startswith(RIGID_TYPES))
     systems = read_orientations(model)
     surfaces = read_surfaces(model)
     read_ties(model, surfaces)
     transforms = read_transforms(model)
-    reading = Reading(Materials(model), systems, _thickness(model))
-    read_elements(model, reading)
+    inputs = SectionInputs(Materials(model), systems, _nodal_thickness(model))
+    read_elements(model, inputs)
     read_nonstructural_mass(model)
-    read_connections(model, reading, surfaces, transforms)
-    read_masses(model, reading)
-    read_springs(model, reading)
-    _lone_nodes(model)
+    read_connections(model, inputs, surfaces, transforms)
+    read_masses(model, inputs)
+    read_springs(model, inputs)
+    _add_lone_nodes(model)
     finish_masses(model)
     supports, default = read_supports(model, transforms)
-    _sets(model)
+    _add_set_groups(model)
     report_unused(model)
-    known = reading.materials.all()
-    no_density = found.note_no_mass(
-        [*(m.density for m in known), *model.area_masses.values()], [m.name for m in known],
-        known[0].keyword.place() if known else "", model.bare_sections,
+    materials = inputs.materials.all_materials()
+    no_density = findings.note_no_mass(
+        [*(m.density for m in materials), *model.area_masses.values()], [m.name for m in materials],
+        materials[0].keyword.location() if materials else "", model.bare_sections,
     )  # fmt: skip
     for name in overrides:
-        if name not in model.taken:
-            found.problem(f"override of {name!r}: the deck has no material and no section of that name")
-    if not model.build.cells and not model.moving and not found.problems:
+        if name not in model.used_overrides:
+            findings.problem(f"override of {name!r}: the deck has no material and no section of that name")
+    if not model.build.cells and not model.moving and not findings.problems:
         kinds = elements_by_kind(model, list(flat.elements.values()))
-        for kind, (count, place) in kinds.items():
-            found.problem(f"{count} elements of type {kind}: {unread(kind)}", place)
+        for kind, (count, location) in kinds.items():
+            findings.problem(f"{count} elements of type {kind}: {consequence_of_type(kind)}", location)
         if not kinds:
-            found.problem(f"{path.name} has no elements; there is no structure to make")
-    found.check(path)
+            findings.problem(f"{path.name} has no elements; there is no structure to make")
+    findings.check(path)
     mesh = model.build.mesh()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        mesh = upright(mesh, path.name) if mesh.cells else mesh
+        mesh = reorient_solids(mesh, path.name) if mesh.cells else mesh
     deck = Deck(
         path.name, "Abaqus", mesh, (*model.build.members(), *_node_members(model)), tuple(model.point_masses),
         tuple(model.connections), tuple(model.bushings), supports, default, dict(model.build.row_of), units,
-        tuple(one.values.get("E", one.values.get("E1", 0.0)) for one in reading.materials.all()),
-        tuple(one.density for one in reading.materials.all()), tuple(one.name for one in reading.materials.all()),
-        dict(sorted(found.used.items())), found.left_out, found.notes, no_density,
-        (*((one.name, "density") for one in known), *((name, "nonstructural_mass") for name in model.bare_sections)),
+        tuple(material.values.get("E", material.values.get("E1", 0.0)) for material in materials),
+        tuple(material.density for material in materials), tuple(material.name for material in materials),
+        dict(sorted(findings.used.items())), findings.left_out, findings.notes, no_density,
+        (*((m.name, "density") for m in materials), *((name, "nonstructural_mass") for name in model.bare_sections)),
     )  # fmt: skip
-    stiff = model.build.families() <= STIFF and not model.connections and not _node_members(model)
-    return deck if stiff else deck.with_unresisted_held()  # which assembles the structure
+    stiff = model.build.families() <= FULL_RANK_FAMILIES and not model.connections and not _node_members(model)
+    return deck if stiff else deck.with_autospc()  # which assembles the structure
 
 
-def _thickness(model: AbaqusModel) -> dict[int, float]:
+def _nodal_thickness(model: AbaqusModel) -> dict[int, float]:
     """Thickness at nodes, in the deck's units (*NODAL THICKNESS)."""
-    known: dict[int, float] = {}
-    for scope, keyword in model.each("NODAL THICKNESS"):
+    thickness: dict[int, float] = {}
+    for scope, keyword in model.keywords_named("NODAL THICKNESS"):
         for k, row in enumerate(keyword.data):
             value = keyword.real(row[1] if len(row) > 1 else "", k, "a thickness")
-            known |= dict.fromkeys(model.nodes_of(row[0], scope, keyword, k), value)
-    return known
+            thickness |= dict.fromkeys(model.nodes_of(row[0], scope, keyword, k), value)
+    return thickness
 
 
-def _lone_nodes(model: AbaqusModel) -> None:
-    """Give dofs to nodes that masses, springs and equations alone act on."""
-    lone = sorted(model.wanted - model.moving)
-    if not model.build.cells and model.connections:  # couplings that join masses and springs alone
-        lone = sorted(model.wanted | model.moving)
-        model.wanted_turning |= model.turning
+def _add_lone_nodes(model: AbaqusModel) -> None:
+    """Add members of nodes for nodes that belong only to masses, springs and equations."""
+    lone = sorted(model.required - model.moving)
+    if not model.build.cells and model.connections:  # couplings that join only masses and springs
+        lone = sorted(model.required | model.moving)
+        model.required_turning |= model.turning
     for turns in (False, True):
-        own = [node for node in lone if (node in model.wanted_turning) == turns]
-        if own:
-            model.build.point_groups["lone_nodes" + ("_turning" if turns else "")] = [model.row(n) for n in own]
-            model.turning.update(own if turns else [])
+        nodes = [node for node in lone if (node in model.required_turning) == turns]
+        if nodes:
+            model.build.point_groups["lone_nodes" + ("_turning" if turns else "")] = [model.row(n) for n in nodes]
+            model.turning.update(nodes if turns else [])
     model.moving.update(lone)
 
 
@@ -126,8 +133,8 @@ def _node_members(model: AbaqusModel) -> list[Member]:
     ]
 
 
-def _sets(model: AbaqusModel) -> None:
-    """Groups of the deck's sets: those of elements that are cells, and of nodes that something moves."""
+def _add_set_groups(model: AbaqusModel) -> None:
+    """Groups of the deck's sets: sets of elements that are cells, and of nodes that are points of the mesh."""
     build = model.build
     for name, numbers in model.flat.elsets.members().items():
         rows: dict[str, list[int]] = {}
@@ -135,9 +142,9 @@ def _sets(model: AbaqusModel) -> None:
             for cell, row in build.cell_of[number]:
                 rows.setdefault(cell, []).append(row)
         if rows:
-            build.cell_groups[name] = {cell: sorted(own) for cell, own in rows.items()}
-    used = {node for node in model.flat.nodes if model.same(node) in build.row_of}
+            build.cell_groups[name] = {cell: sorted(cell_rows) for cell, cell_rows in rows.items()}
+    used = {node for node in model.flat.nodes if model.representative(node) in build.row_of}
     for name, numbers in model.flat.nsets.members().items():
-        points = sorted({build.row_of[model.same(node)] for node in numbers.among(used)})
+        points = sorted({build.row_of[model.representative(node)] for node in numbers.among(used)})
         if points and name not in build.point_groups:
             build.point_groups[name] = np.array(points, np.int64).tolist()

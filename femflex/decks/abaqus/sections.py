@@ -21,150 +21,157 @@ from femflex.fem.plate.frames import same_side
 from femflex.fem.sections.laminates import PlateSection, Ply, layup
 from femflex.fem.sections.library import CableSection
 from femflex.fem.sections.materials import Material
-from femflex.mesh.abaqus_flat import Element, Scoped
+from femflex.mesh.abaqus_flat import Element, InstanceKeyword
 from femflex.mesh.abaqus_keywords import Keyword
 from femflex.mesh.cells import CELL_TYPES
 
 Systems = dict[tuple[str, str], System]
 Make = Callable[[AbaqusModel, Element], None]
 
-NO_BENDING = 1e-9  # of the bending stiffness of a plain sheet: what a membrane has
-FACETS = 0.2  # of a section's shells, above which its triangles are facets with a quadratic field
-LIGHT = 1e-18  # [s^2/m^2] mass per length over EA of bars without mass
-FAR = 1e9  # m; whether beams shear is the deck's choice
-SHEARLESS = ("B23", "B33")
-PLANE = ("CPS", "CPE", "CAX", "CGAX", "CPEG", "AC", "DC")
-NAMES = (
+NO_BENDING = 1e-9  # bending stiffness of a membrane, relative to that of a homogeneous sheet
+MAX_TRIANGLE_SHARE = 0.2  # share of triangles in a section above which they become flat facets with a quadratic field
+MASSLESS = 1e-18  # [s^2/m^2] mass per length over EA given to bars without mass
+LARGE_EXTENT = 1e9  # m; the deck decides whether beams have transverse shear
+SHEARLESS_TYPES = ("B23", "B33")
+PLANE_TYPES = ("CPS", "CPE", "CAX", "CGAX", "CPEG", "AC", "DC")
+SECTION_KEYWORDS = (
     "SHELL SECTION", "SHELL GENERAL SECTION", "MEMBRANE SECTION", "SOLID SECTION", "BEAM SECTION",
     "BEAM GENERAL SECTION",
 )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
-class Reading:
-    """What the sections need: materials, orientations, thickness at nodes."""
+class SectionInputs:
+    """Data for the sections: materials, orientations, and thickness at nodes."""
 
     materials: Materials
     systems: Systems
     thickness: dict[int, float]
 
     def system(self, name: str, scope: str, keyword: Keyword) -> System | None:
-        """The orientation of a name; None without one. Raises ValueError where the deck has none of it."""
+        """The orientation with this name; None for "". Raises ValueError if the deck has no such orientation."""
         if not name:
             return None
-        found = self.systems.get((scope.upper(), name.upper()), self.systems.get(("", name.upper())))
-        if found is None:
+        system = self.systems.get((scope.upper(), name.upper()), self.systems.get(("", name.upper())))
+        if system is None:
             raise ValueError(
-                f"{keyword.place()}: orientation {name!r} is not in the deck; it has "
-                f"{sorted(own for _, own in self.systems) or 'none'}."
+                f"{keyword.location()}: orientation {name!r} is not in the deck; it has "
+                f"{sorted(orientation for _, orientation in self.systems) or 'none'}."
             )
-        return found
+        return system
 
 
-def read_elements(model: AbaqusModel, reading: Reading) -> None:
-    """Give every element that is a cell its section, the last that names it, and add it to the model."""
-    owner: dict[int, tuple[Scoped, Make]] = {}
-    failed: set[int] = set()  # elements whose section is at fault
-    for one in model.each(*NAMES):
-        before = len(model.found.problems)
-        model.attempt(one.keyword, lambda one=one: _assign(model, reading, one, owner))  # type: ignore[misc]
-        elset = one.keyword.parameter("elset")
-        if len(model.found.problems) > before and elset:
+def read_elements(model: AbaqusModel, inputs: SectionInputs) -> None:
+    """Assign every element that is a cell the last section that names it, and add it to the model."""
+    section_of_element: dict[int, tuple[InstanceKeyword, Make]] = {}
+    failed: set[int] = set()  # elements whose section has errors
+    for entry in model.keywords_named(*SECTION_KEYWORDS):
+        before = len(model.findings.problems)
+        model.attempt(entry.keyword, lambda entry=entry: _assign_section(model, inputs, entry, section_of_element))  # type: ignore[misc]
+        elset = entry.keyword.parameter("elset")
+        if len(model.findings.problems) > before and elset:
             with suppress(ValueError):
-                failed.update(model.flat.elements_of(elset, one.scope, one.keyword.place()))
-    bare: dict[str, list[Element]] = {}
+                failed.update(model.flat.elements_of(elset, entry.scope, entry.keyword.location()))
+    without_section: dict[str, list[Element]] = {}
     for element in model.flat.elements.values():
         if not element.cell or element.number in model.flat_rigid:
             continue
         if element.number in failed:
             continue
-        if element.number not in owner:
-            bare.setdefault(element.kind, []).append(element)
+        if element.number not in section_of_element:
+            without_section.setdefault(element.kind, []).append(element)
             continue
-        one, make = owner[element.number]
-        model.attempt(one.keyword, lambda make=make, element=element: make(model, element))  # type: ignore[misc]
-    for kind, elements in bare.items():
-        if kind.startswith((*PLANE, "R3D", "SFM", "F3D", "RB", "R2D")) or kind in ("LINE2",):
-            continue  # said where they are counted
-        model.found.problem(
+        entry, make = section_of_element[element.number]
+        model.attempt(entry.keyword, lambda make=make, element=element: make(model, element))  # type: ignore[misc]
+    for kind, elements in without_section.items():
+        if kind.startswith((*PLANE_TYPES, "R3D", "SFM", "F3D", "RB", "R2D")) or kind in ("LINE2",):
+            continue  # reported by `report_unused`
+        model.findings.problem(
             f"{len(elements)} elements of type {kind}, the first is {model.flat.label(elements[0].number)}, have no "
-            f"section; give one for an ELSET with them (*{_section_of(elements[0])} SECTION) "
-            f"[{elements[0].place}]"
+            f"section; give one for an ELSET with them (*{_section_keyword(elements[0])} SECTION) "
+            f"[{elements[0].location}]"
         )
 
 
-def _section_of(element: Element) -> str:
-    """The section that an element takes."""
+def _section_keyword(element: Element) -> str:
+    """The kind of section keyword that an element needs."""
     dimension = CELL_TYPES[element.cell].dimension
     if dimension == 3 or element.kind.startswith("T"):
         return "SOLID"
     return "BEAM" if dimension == 1 else "MEMBRANE" if element.kind.startswith("M") else "SHELL"
 
 
-def _assign(model: AbaqusModel, reading: Reading, one: Scoped, owner: dict[int, tuple[Scoped, Make]]) -> None:
-    scope, keyword = one
+def _assign_section(
+    model: AbaqusModel,
+    inputs: SectionInputs,
+    entry: InstanceKeyword,
+    section_of_element: dict[int, tuple[InstanceKeyword, Make]],
+) -> None:
+    scope, keyword = entry
     elset = keyword.parameter("elset")
-    numbers = model.flat.elements_of(elset, scope, keyword.place())
+    numbers = model.flat.elements_of(elset, scope, keyword.location())
     cells = [model.flat.elements[number] for number in numbers if model.flat.elements[number].cell]
     if not cells:
-        model.found.note(f"{keyword.place()}: ELSET {elset!r} of *{keyword.name} has no elements that are cells")
+        model.findings.note(f"{keyword.location()}: ELSET {elset!r} of *{keyword.name} has no elements that are cells")
         return
     dimensions = {CELL_TYPES[element.cell].dimension for element in cells}
-    plane = any(element.kind.startswith(PLANE) for element in cells)
-    made: dict[int, Make] = {}
+    plane = any(element.kind.startswith(PLANE_TYPES) for element in cells)
+    make_of_dimension: dict[int, Make] = {}
     for dimension in dimensions:
         if keyword.name in ("BEAM SECTION", "BEAM GENERAL SECTION") and dimension == 1:
-            made[dimension] = _beams(model, reading, one, elset)
+            make_of_dimension[dimension] = _beams(model, inputs, entry, elset)
         elif keyword.name == "SOLID SECTION" and dimension == 1:
-            made[dimension] = _trusses(model, reading, one, elset)
+            make_of_dimension[dimension] = _trusses(model, inputs, entry, elset)
         elif keyword.name == "SOLID SECTION" and dimension == 3:
-            made[dimension] = _solids(model, reading, one, elset)
+            make_of_dimension[dimension] = _solids(model, inputs, entry, elset)
         elif dimension == 2 and plane and not keyword.name.startswith("BEAM"):
-            continue  # said where they are counted
+            continue  # reported by `report_unused`
         elif dimension == 2 and keyword.name.startswith(("SHELL", "MEMBRANE")):
-            triangles = sum(_collapsed(element).cell == "triangle" for element in cells)
-            made[dimension] = _shells(model, reading, one, elset, triangles > FACETS * len(cells))
+            triangles = sum(_without_repeated_corner(element).cell == "triangle" for element in cells)
+            make_of_dimension[dimension] = _shells(
+                model, inputs, entry, elset, triangles > MAX_TRIANGLE_SHARE * len(cells)
+            )
         else:
             raise ValueError(
-                f"{keyword.place()}: *{keyword.name} is for other elements than those of ELSET {elset!r} "
+                f"{keyword.location()}: *{keyword.name} is for other elements than those of ELSET {elset!r} "
                 f"({', '.join(sorted({element.kind for element in cells}))}); give the section of their kind."
             )
     for element in cells:
-        if CELL_TYPES[element.cell].dimension in made:
-            owner[element.number] = one, made[CELL_TYPES[element.cell].dimension]
+        if CELL_TYPES[element.cell].dimension in make_of_dimension:
+            section_of_element[element.number] = entry, make_of_dimension[CELL_TYPES[element.cell].dimension]
 
 
-def _solids(model: AbaqusModel, reading: Reading, one: Scoped, elset: str) -> Make:
-    scope, keyword = one
+def _solids(model: AbaqusModel, inputs: SectionInputs, entry: InstanceKeyword, elset: str) -> Make:
+    scope, keyword = entry
     if "composite" in keyword.parameters:
         raise ValueError(
-            f"{keyword.place()}: *SOLID SECTION, COMPOSITE is not read; give a shell section, or one material."
+            f"{keyword.location()}: *SOLID SECTION, COMPOSITE is not read; give a shell section, or one material."
         )
-    material = reading.materials(keyword.parameter("material"), keyword.place())
-    stuff = material.solid()
-    system = reading.system(keyword.parameter("orientation"), scope, keyword)
+    material = inputs.materials(keyword.parameter("material"), keyword.location())
+    solid_material = material.solid()
+    system = inputs.system(keyword.parameter("orientation"), scope, keyword)
 
     def make(model: AbaqusModel, element: Element) -> None:
         options: dict[str, Any] = {}
-        key: tuple[Any, ...] = ("solid", id(one.keyword), scope)
-        if system is not None and not isinstance(stuff, Material):
+        key: tuple[Any, ...] = ("solid", id(entry.keyword), scope)
+        if system is not None and not isinstance(solid_material, Material):
             centre = np.mean([model.x(n) for n in element.nodes], axis=0)
-            options["axes"] = tuple(float(c) for c in system.at(centre)[:2].ravel())
+            options["axes"] = tuple(float(c) for c in system.axes_at(centre)[:2].ravel())
             key += direction_key(options["axes"], 6)
-        _add(model, element, key, elset, "solid", None, stuff, options)
-        model.moving.update(map(model.same, element.nodes))
+        _add_cell(model, element, key, elset, "solid", None, solid_material, options)
+        model.moving.update(map(model.representative, element.nodes))
 
     return make
 
 
-def _trusses(model: AbaqusModel, reading: Reading, one: Scoped, elset: str) -> Make:
-    scope, keyword = one
-    E, _, rho = reading.materials(keyword.parameter("material"), keyword.place()).bar()
+def _trusses(model: AbaqusModel, inputs: SectionInputs, entry: InstanceKeyword, elset: str) -> Make:
+    scope, keyword = entry
+    E, _, rho = inputs.materials(keyword.parameter("material"), keyword.location()).bar()
     area = keyword.real(keyword.data[0][0], 0, "an area") if keyword.data and keyword.data[0][0] else 1.0
-    A = model.override(elset, {"area": area * model.units.length**2}, keyword.place())["area"]
+    A = model.override(elset, {"area": area * model.units.length**2}, keyword.location())["area"]
     if not A > 0:
-        raise ValueError(f"{keyword.place()}: the area of trusses is {A:.6g} m^2; give a positive one.")
-    section = CableSection(E * A, max(rho * A, LIGHT * E * A))
+        raise ValueError(f"{keyword.location()}: the area of trusses is {A:.6g} m^2; give a positive one.")
+    section = CableSection(E * A, max(rho * A, MASSLESS * E * A))
 
     def make(model: AbaqusModel, element: Element) -> None:
         a, b = element.nodes[:2]
@@ -174,22 +181,22 @@ def _trusses(model: AbaqusModel, reading: Reading, one: Scoped, elset: str) -> M
                 "line", [model.row(n) for n in pair], ("rod", id(keyword), scope), elset, "rod", section, None, {}, (),
                 element.number,
             )  # fmt: skip
-        model.moving.update(map(model.same, element.nodes))
+        model.moving.update(map(model.representative, element.nodes))
 
     return make
 
 
-def _beams(model: AbaqusModel, reading: Reading, one: Scoped, elset: str) -> Make:
-    scope, keyword = one
+def _beams(model: AbaqusModel, inputs: SectionInputs, entry: InstanceKeyword, elset: str) -> Make:
+    scope, keyword = entry
     if keyword.name == "BEAM SECTION":
-        made = beam_section(model, reading.materials(keyword.parameter("material"), keyword.place()), keyword, elset)
+        beam = beam_section(model, inputs.materials(keyword.parameter("material"), keyword.location()), keyword, elset)
     else:
-        made = general_section(model, keyword, elset)
-    shear = _next(model, one, "TRANSVERSE SHEAR STIFFNESS")
+        beam = general_section(model, keyword, elset)
+    shear = _adjacent_keyword(model, entry, "TRANSVERSE SHEAR STIFFNESS")
     if shear is not None:
-        made = with_shear(model, made, shear)
+        beam = with_shear(model, beam, shear)
     C = model.placement(scope).C
-    n1 = None if made.n1 is None else C @ np.array(made.n1)
+    n1 = None if beam.n1 is None else C @ np.array(beam.n1)
 
     def make(model: AbaqusModel, element: Element) -> None:
         x = [model.x(n) for n in element.nodes]
@@ -202,24 +209,24 @@ def _beams(model: AbaqusModel, reading: Reading, one: Scoped, elset: str) -> Mak
         if np.linalg.norm(np.cross(t, first)) < 1e-6 * np.linalg.norm(first):
             if n1 is not None or element.extra:
                 raise ValueError(
-                    f"{element.place}: beam {model.flat.label(element.number)} has its direction n1 along its axis; "
+                    f"{element.location}: beam {model.flat.label(element.number)} has its direction n1 along its axis; "
                     "give another."
                 )
             first = np.array([0.0, 1.0, 0.0])
         second = np.cross(t, first)  # n2: the section's y axis here, so that heights lie along y
         second = second / np.linalg.norm(second)
-        alpha = made.principal
+        alpha = beam.principal
         if alpha:
             third = np.cross(t, second)
             second = np.cos(alpha) * second + np.sin(alpha) * third
         options: dict[str, Any] = {
-            "orientation": tuple(float(c) for c in second), "extent": FAR,
-            "shear": made.shears and not element.kind.startswith(SHEARLESS),
+            "orientation": tuple(float(c) for c in second), "extent": LARGE_EXTENT,
+            "shear": beam.shears and not element.kind.startswith(SHEARLESS_TYPES),
         }  # fmt: skip
-        if any(made.centroid):
-            options["offset"] = made.centroid
+        if any(beam.centroid):
+            options["offset"] = beam.centroid
             if not options["shear"]:
-                raise ValueError(f"{element.place}: a beam off its nodes needs shear; give elements B31 or B32.")
+                raise ValueError(f"{element.location}: a beam off its nodes needs shear; give elements B31 or B32.")
         key = ("beam", id(keyword), scope, options["shear"], direction_key(second, 6))
         cells = [(element.cell, [model.row(n) for n in element.nodes])]
         if element.cell == "line3":
@@ -227,68 +234,68 @@ def _beams(model: AbaqusModel, reading: Reading, one: Scoped, elset: str) -> Mak
             chain = chain_of(model.build, start, middle, end)
             cells = [("line", list(pair)) for pair in pairwise(chain)] if len(chain) > 3 else cells
         for cell, rows in cells:
-            model.build.cell(cell, rows, key, elset, "beam", made.section, None, options, (), element.number)
-        nodes = set(map(model.same, element.nodes))
+            model.build.cell(cell, rows, key, elset, "beam", beam.section, None, options, (), element.number)
+        nodes = set(map(model.representative, element.nodes))
         model.moving.update(nodes)
         model.turning.update(nodes)
 
     return make
 
 
-def _shells(model: AbaqusModel, reading: Reading, one: Scoped, elset: str, facets: bool) -> Make:
-    scope, keyword = one
-    system = reading.system(keyword.parameter("orientation"), scope, keyword)
-    stack = _stiffness(model, one) if _by_stiffness(keyword) else _Stack(_plies(model, reading, one))
+def _shells(model: AbaqusModel, inputs: SectionInputs, entry: InstanceKeyword, elset: str, facets: bool) -> Make:
+    scope, keyword = entry
+    system = inputs.system(keyword.parameter("orientation"), scope, keyword)
+    stack = _stiffness(model, entry) if _by_stiffness(keyword) else _PlyLayup(_plies(model, inputs, entry))
     values = {"thickness": stack.thickness}
-    if isinstance(stack, _Given):
-        values["nonstructural_mass"] = stack.made.mass
-    values = model.override(elset, values, keyword.place())
-    if isinstance(stack, _Given):
+    if isinstance(stack, _StiffnessLayup):
+        values["nonstructural_mass"] = stack.plate_section.mass
+    values = model.override(elset, values, keyword.location())
+    if isinstance(stack, _StiffnessLayup):
         mass, stack = values["nonstructural_mass"], stack.with_mass(values["nonstructural_mass"])
         model.area_masses[elset] = mass
         if not mass > 0:
-            model.bare_sections[elset] = keyword.place()
+            model.bare_sections[elset] = keyword.location()
     if not values["thickness"] > 0:
         raise ValueError(
-            f"{keyword.place()}: the thickness of ELSET {elset!r} is {values['thickness']:.6g} m; give one."
+            f"{keyword.location()}: the thickness of ELSET {elset!r} is {values['thickness']:.6g} m; give one."
         )
     factor = values["thickness"] / stack.thickness
     membrane = keyword.name == "MEMBRANE SECTION"
     offset = _offset(keyword)
-    at_nodes = "nodalthickness" in keyword.parameters
+    nodal_thickness = "nodalthickness" in keyword.parameters
     added = 0.0
-    if keyword.parameter("density") and not _by_stiffness(keyword):  # more mass than that of the material
+    if keyword.parameter("density") and not _by_stiffness(keyword):  # mass in addition to that of the material
         added = keyword.real(keyword.parameter("density"), None, "a mass per area") * model.units.mass
         added /= model.units.length**2
     sections: dict[tuple[Any, ...], PlateSection] = {}
 
-    def section_of(own: float, angles: tuple[float, ...], below: bool = False) -> PlateSection:
-        which = (round(own, 12), angles, below)
-        if which not in sections:
-            made = stack.section(own, angles)
-            made = (_without_bending(made) if membrane else made).loaded(added)
-            sections[which] = made.turned_over() if below else made
-        return sections[which]
+    def section_of(scale: float, angles: tuple[float, ...], below: bool = False) -> PlateSection:
+        section_key = (round(scale, 12), angles, below)
+        if section_key not in sections:
+            plate_section = stack.section(scale, angles)
+            plate_section = (_without_bending(plate_section) if membrane else plate_section).with_added_mass(added)
+            sections[section_key] = plate_section.turned_over() if below else plate_section
+        return sections[section_key]
 
     def make(model: AbaqusModel, element: Element) -> None:
-        element = _collapsed(element)
-        normal, centre = _normal(model, element)
-        own, corners = factor, None
-        if at_nodes:
-            corners = _thicknesses(model, reading, element, values["thickness"])
-            own = float(np.mean(corners)) / stack.thickness
+        element = _without_repeated_corner(element)
+        normal, centre = _normal_and_centre(model, element)
+        scale, corners = factor, None
+        if nodal_thickness:
+            corners = _thicknesses(model, inputs, element, values["thickness"])
+            scale = float(np.mean(corners)) / stack.thickness
         axis = system.on_surface(centre, normal) if system is not None else _default_axis(normal)
         angles = stack.angles(centre, normal, axis)
-        off = bool(offset) and not membrane
-        triangle = facets and element.cell == "triangle" and not off and not membrane
+        has_offset = bool(offset) and not membrane
+        triangle = facets and element.cell == "triangle" and not has_offset and not membrane
         plate = triangle and not section_of(factor, angles).coupled
-        by_element = plate or off or _by_stiffness(keyword)  # the member has one thickness
+        by_element = plate or has_offset or _by_stiffness(keyword)  # then the member has a single thickness
         below = plate and not stack.isotropic and not same_side(normal)
-        section = section_of(own if by_element else factor, angles, below)
-        options: dict[str, Any] = {"offset": -offset * section.thickness} if off else {}
+        section = section_of(scale if by_element else factor, angles, below)
+        options: dict[str, Any] = {"offset": -offset * section.thickness} if has_offset else {}
         fields: dict[str, Any] = {}
         key: tuple[Any, ...] = (plate, id(keyword), scope, id(section))
-        if stack.isotropic:  # the default axis would stand on some surfaces
+        if stack.isotropic:  # the default axis would be normal to some surfaces
             direction = np.array([0.0, 1.0, 0.0]) if abs(normal[0]) > 0.999 else None
         else:
             direction = axis
@@ -300,8 +307,8 @@ def _shells(model: AbaqusModel, reading: Reading, one: Scoped, elset: str, facet
             key += ("axis",)
         if corners is not None and not by_element:
             fields["thickness"] = corners
-        _add(model, element, key, elset, "plate" if plate else "shell", section, None, options, fields)
-        nodes = set(map(model.same, element.nodes))
+        _add_cell(model, element, key, elset, "plate" if plate else "shell", section, None, options, fields)
+        nodes = set(map(model.representative, element.nodes))
         model.moving.update(nodes)
         model.turning.update(nodes)
 
@@ -309,7 +316,7 @@ def _shells(model: AbaqusModel, reading: Reading, one: Scoped, elset: str, facet
 
 
 @dataclass(frozen=True, eq=False)
-class _Stack:
+class _PlyLayup:
     """Plies of a shell, bottom first: thickness [m], material, angle [rad], orientation in place of the section's."""
 
     plies: list[tuple[float, Elastic, float, System | None]]
@@ -321,7 +328,7 @@ class _Stack:
 
     @property
     def isotropic(self) -> bool:
-        """Whether the direction of its axes does not matter."""
+        """Whether all materials are isotropic."""
         return all(material.isotropic for _, material, _, _ in self.plies)
 
     def angles(self, centre: Array, normal: Array, axis: Array) -> tuple[float, ...]:
@@ -338,28 +345,28 @@ class _Stack:
 
 
 @dataclass(frozen=True, eq=False)
-class _Given:
-    """A section by its stiffness."""
+class _StiffnessLayup:
+    """A shell section given by its stiffness, with the interface of `_PlyLayup`."""
 
-    made: PlateSection
+    plate_section: PlateSection
     isotropic: bool = False
 
-    def with_mass(self, mass: float) -> _Given:
-        """Of another mass per area [kg/m^2]."""
-        return replace(self, made=replace(self.made, mass=mass, rotary=mass * self.thickness**2 / 12))
+    def with_mass(self, mass: float) -> _StiffnessLayup:
+        """The section with another mass per area [kg/m^2]."""
+        return replace(self, plate_section=replace(self.plate_section, mass=mass, rotary=mass * self.thickness**2 / 12))
 
     @property
     def thickness(self) -> float:
         """[m]"""
-        return self.made.thickness
+        return self.plate_section.thickness
 
     def angles(self, centre: Array, normal: Array, axis: Array) -> tuple[float, ...]:
-        """None: it has no plies."""
+        """No angles, since it has no plies."""
         return ()
 
     def section(self, factor: float, angles: tuple[float, ...]) -> PlateSection:
-        """The section; its thickness is of no account."""
-        return self.made
+        """The section, which does not depend on the thickness."""
+        return self.plate_section
 
 
 def _by_stiffness(keyword: Keyword) -> bool:
@@ -367,21 +374,22 @@ def _by_stiffness(keyword: Keyword) -> bool:
     return keyword.name == "SHELL GENERAL SECTION" and plain
 
 
-def _stiffness(model: AbaqusModel, one: Scoped) -> _Given:
+def _stiffness(model: AbaqusModel, entry: InstanceKeyword) -> _StiffnessLayup:
     """Section of *SHELL GENERAL SECTION by its 21 stiffnesses, columns of the upper triangle; DENSITY per area.
 
-    Without *TRANSVERSE SHEAR STIFFNESS both are (D11 + D22) / 6 + D33 / 3 of the membrane's, Abaqus' default.
+    Without *TRANSVERSE SHEAR STIFFNESS both shear stiffnesses are (D11 + D22) / 6 + D33 / 3 of the membrane part,
+    Abaqus' default.
     """
-    keyword, u = one.keyword, model.units
+    keyword, u = entry.keyword, model.units
     c = [keyword.real(word, k, "a stiffness") for k, row in enumerate(keyword.data) for word in row if word]
     if "user" in keyword.parameters:
         raise ValueError(
-            f"{keyword.place()}: *{keyword.name}, USER has its stiffness in a subroutine; give 21 stiffnesses, "
+            f"{keyword.location()}: *{keyword.name}, USER has its stiffness in a subroutine; give 21 stiffnesses, "
             "MATERIAL or COMPOSITE."
         )
     if len(c) < 21:
         raise ValueError(
-            f"{keyword.place()}: *{keyword.name} has {len(c)} stiffnesses; give 21, or MATERIAL or COMPOSITE."
+            f"{keyword.location()}: *{keyword.name} has {len(c)} stiffnesses; give 21, or MATERIAL or COMPOSITE."
         )
     K = np.zeros((6, 6))
     column, row = np.tril_indices(6)  # columns of the upper triangle
@@ -389,37 +397,41 @@ def _stiffness(model: AbaqusModel, one: Scoped) -> _Given:
     force = u.force / u.length
     A, B, D = K[:3, :3] * force, K[:3, 3:] * u.force, K[3:, 3:] * u.moment
     S = ((A[0, 0] + A[1, 1]) / 6 + A[2, 2] / 3) * np.eye(2)
-    shear = _next(model, one, "TRANSVERSE SHEAR STIFFNESS")
-    if shear is not None:
-        k11, k22, k12 = [*(shear.real(w, 0, "a stiffness") for w in shear.data[0] if w), 0.0, 0.0][:3]
+    shear_keyword = _adjacent_keyword(model, entry, "TRANSVERSE SHEAR STIFFNESS")
+    if shear_keyword is not None:
+        k11, k22, k12 = [*(shear_keyword.real(w, 0, "a stiffness") for w in shear_keyword.data[0] if w), 0.0, 0.0][:3]
         S = np.array([[k11, k12], [k12, k22 or k11]]) * force
     thickness = float(np.sqrt(12 * np.trace(D) / np.trace(A)))
     density = float(keyword.parameter("density") or 0.0) * u.mass / u.length**2
-    return _Given(PlateSection(thickness, density, density * thickness**2 / 12, A, D, S, B))
+    return _StiffnessLayup(PlateSection(thickness, density, density * thickness**2 / 12, A, D, S, B))
 
 
-def _next(model: AbaqusModel, one: Scoped, name: str) -> Keyword | None:
-    """The keyword of a name that stands next to a section's."""
+def _adjacent_keyword(model: AbaqusModel, entry: InstanceKeyword, name: str) -> Keyword | None:
+    """The keyword with this name directly after a section keyword, if any."""
     pairs = zip(model.flat.keywords, model.flat.keywords[1:], strict=False)
-    return next((after.keyword for before, after in pairs if before is one and after.keyword.name == name), None)
+    return next((after.keyword for before, after in pairs if before is entry and after.keyword.name == name), None)
 
 
-def _normal(model: AbaqusModel, element: Element) -> tuple[Array, Array]:
-    """Unit normal and centre (3,) of a shell. Raises ValueError where it has no area."""
+def _normal_and_centre(model: AbaqusModel, element: Element) -> tuple[Array, Array]:
+    """Unit normal and centre (3,) of a shell. Raises ValueError if it has no area."""
     x = np.array([model.x(n) for n in element.nodes[: CELL_TYPES[element.cell].n_corners]])
     normal = np.cross(x[2] - x[0], x[-1] - x[1]) if len(x) == 4 else np.cross(x[1] - x[0], x[2] - x[0])
     size = np.linalg.norm(normal)
     if not size > 1e-12 * float(np.linalg.norm(np.ptp(x, axis=0))) ** 2:
-        raise ValueError(f"{element.place}: shell {model.flat.label(element.number)} has no area; correct its nodes.")
+        raise ValueError(
+            f"{element.location}: shell {model.flat.label(element.number)} has no area; correct its nodes."
+        )
     return normal / size, x.mean(axis=0)
 
 
-def _plies(model: AbaqusModel, reading: Reading, one: Scoped) -> list[tuple[float, Elastic, float, System | None]]:
+def _plies(
+    model: AbaqusModel, inputs: SectionInputs, entry: InstanceKeyword
+) -> list[tuple[float, Elastic, float, System | None]]:
     """Thickness [m], material, angle [rad] and orientation (in place of the section's) of every ply, bottom first."""
-    scope, keyword = one
+    scope, keyword = entry
     length = model.units.length
     if "composite" not in keyword.parameters:
-        material = reading.materials(keyword.parameter("material"), keyword.place())
+        material = inputs.materials(keyword.parameter("material"), keyword.location())
         word = keyword.data[0][0] if keyword.data else ""
         return [((keyword.real(word, 0, "a thickness") if word else 1.0) * length, material, 0.0, None)]
     plies: list[tuple[float, Elastic, float, System | None]] = []
@@ -428,16 +440,16 @@ def _plies(model: AbaqusModel, reading: Reading, one: Scoped) -> list[tuple[floa
         if not words[2]:
             continue
         t = keyword.real(words[0], k, "the thickness of a ply") * length
-        material = reading.materials(words[2], keyword.place(k))
+        material = inputs.materials(words[2], keyword.location(k))
         angle, other = 0.0, None
         if words[3]:
             try:
                 angle = float(np.radians(float(words[3].upper().replace("D", "E"))))
             except ValueError:
-                other = reading.system(words[3], scope, keyword)
+                other = inputs.system(words[3], scope, keyword)
         plies.append((t, material, angle, other))
     if not plies or any(t <= 0 for t, *_ in plies):
-        raise ValueError(f"{keyword.place()}: *{keyword.name}, COMPOSITE has no plies, or one without thickness.")
+        raise ValueError(f"{keyword.location()}: *{keyword.name}, COMPOSITE has no plies, or one without thickness.")
     return plies + plies[::-1] if "symmetric" in keyword.parameters else plies
 
 
@@ -447,11 +459,11 @@ def _offset(keyword: Keyword) -> float:
     try:
         return {"": 0.0, "SPOS": 0.5, "SNEG": -0.5}.get(word) or float(word or 0.0)
     except ValueError:
-        raise ValueError(f"{keyword.place()}: OFFSET={word} is not read; give SPOS, SNEG or a number.") from None
+        raise ValueError(f"{keyword.location()}: OFFSET={word} is not read; give SPOS, SNEG or a number.") from None
 
 
 def _default_axis(normal: Array) -> Array:
-    """Abaqus' direction 1 on a surface: the global x axis laid into it, or z where x stands on it."""
+    """Abaqus' direction 1 on a surface: the projection of the global x axis, or of z if x is normal to it."""
     x = np.array([1.0, 0.0, 0.0])
     if abs(normal @ x) > np.cos(np.radians(0.1)):
         x = np.array([0.0, 0.0, 1.0])
@@ -465,20 +477,20 @@ def _angle(axis: Array, other: Array, normal: Array) -> float:
 
 
 def _without_bending(section: PlateSection) -> PlateSection:
-    """A section that resists stretch alone; what stands in for bending is a 1e-9 part."""
+    """A section with membrane stiffness only; its bending stiffness is reduced by a factor of 1e-9."""
     plain = section.thickness**2 / 12 * section.A
     return PlateSection(section.thickness, section.mass, 0.0, section.A, NO_BENDING * plain, NO_BENDING * section.S)
 
 
-def _collapsed(element: Element) -> Element:
-    """A quadrilateral that names a corner twice in a row as a triangle."""
+def _without_repeated_corner(element: Element) -> Element:
+    """The element; a quadrilateral that names a corner twice in succession becomes a triangle."""
     if element.cell != "quad" or len(set(element.nodes)) == 4:
         return element
     nodes = tuple(dict.fromkeys(element.nodes))
     return element._replace(cell="triangle", nodes=nodes) if len(nodes) == 3 else element
 
 
-def _add(
+def _add_cell(
     model: AbaqusModel, element: Element, key: object, elset: str, family: str, section: Any, material: Any,
     options: dict[str, Any], fields: dict[str, Any] | None = None,
 ) -> None:  # fmt: skip
@@ -486,14 +498,14 @@ def _add(
     model.build.cell(element.cell, rows, key, elset, family, section, material, options, (), element.number, fields)
 
 
-def _thicknesses(model: AbaqusModel, reading: Reading, element: Element, otherwise: float) -> tuple[float, ...]:
-    """Thickness at the corners of an element [m]; that of the section where *NODAL THICKNESS gives none."""
+def _thicknesses(model: AbaqusModel, inputs: SectionInputs, element: Element, default: float) -> tuple[float, ...]:
+    """Thickness at the corners of an element [m]; the default where *NODAL THICKNESS gives none."""
     corners = element.nodes[: CELL_TYPES[element.cell].n_corners]
-    given = reading.thickness
-    found = tuple(given[n] * model.units.length if n in given else otherwise for n in corners)
-    if min(found) <= 0:
+    nodal = inputs.thickness
+    values = tuple(nodal[n] * model.units.length if n in nodal else default for n in corners)
+    if min(values) <= 0:
         raise ValueError(
-            f"{element.place}: shell {model.flat.label(element.number)} has a thickness of {min(found):.6g} m at "
+            f"{element.location}: shell {model.flat.label(element.number)} has a thickness of {min(values):.6g} m at "
             "a corner; give a positive one in *NODAL THICKNESS."
         )
-    return found
+    return values

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from femflex.decks.abaqus.model import AbaqusModel
-from femflex.mesh.abaqus_flat import Element, Scoped
+from femflex.mesh.abaqus_flat import Element, InstanceKeyword
 
 # Corners of the faces by cell shape, in Abaqus' numbering S1, S2, ...
 FACES: dict[str, list[tuple[int, ...]]] = {
@@ -16,30 +16,30 @@ FACES: dict[str, list[tuple[int, ...]]] = {
 
 def read_surfaces(model: AbaqusModel) -> dict[tuple[str, str], list[int]]:
     """Nodes of *SURFACE by instance and name, in capitals."""
-    known: dict[tuple[str, str], list[int]] = {}
+    surfaces: dict[tuple[str, str], list[int]] = {}
 
-    def add(one: Scoped) -> None:
-        scope, keyword = one
+    def add(entry: InstanceKeyword) -> None:
+        scope, keyword = entry
         kind = (keyword.parameter("type") or "ELEMENT").upper()
-        found: dict[int, None] = {}
+        nodes: dict[int, None] = {}
         for k, row in enumerate(keyword.data):
             word = row[0]
             if not word:
                 continue
             if kind == "NODE":
-                found |= dict.fromkeys(model.nodes_of(word, scope, keyword, k))
+                nodes |= dict.fromkeys(model.nodes_of(word, scope, keyword, k))
                 continue
             label = row[1].upper() if len(row) > 1 else ""
-            for number in model.flat.elements_of(word, scope, keyword.place(k)):
-                found |= dict.fromkeys(face_nodes(model.flat.elements[number], label))
-        known[scope.upper(), keyword.parameter("name").upper()] = list(found)
+            for number in model.flat.elements_of(word, scope, keyword.location(k)):
+                nodes |= dict.fromkeys(face_nodes(model.flat.elements[number], label))
+        surfaces[scope.upper(), keyword.parameter("name").upper()] = list(nodes)
 
-    model.trying(add, "SURFACE")
-    return known
+    model.for_each_keyword(add, "SURFACE")
+    return surfaces
 
 
 def face_nodes(element: Element, label: str) -> list[int]:
-    """Nodes of a face of a solid (middle nodes included), or all of an element of another kind."""
+    """Nodes of a face of a solid, including middle nodes, or all nodes of another kind of element."""
     from femflex.mesh.cells import CELL_TYPES
 
     if not element.cell:
@@ -52,5 +52,5 @@ def face_nodes(element: Element, label: str) -> list[int]:
         corners = {number, (number + 1) % kind.n_corners}
     else:
         return list(element.nodes)
-    further = [j for j, parents in enumerate(kind.parents, kind.n_corners) if set(parents.tolist()) <= corners]
-    return [element.nodes[j] for j in [*sorted(corners), *further]]
+    middle_nodes = [j for j, parents in enumerate(kind.parents, kind.n_corners) if set(parents.tolist()) <= corners]
+    return [element.nodes[j] for j in [*sorted(corners), *middle_nodes]]

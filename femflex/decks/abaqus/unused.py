@@ -1,16 +1,16 @@
-"""Keywords that a structure is made without, and what that changes."""
+"""Keywords and elements that the structure ignores, and the consequences."""
 
 from __future__ import annotations
 
 import re
 
-from femflex.decks.abaqus.materials import BEHAVIOUR
-from femflex.decks.abaqus.model import AbaqusModel, place_of
-from femflex.decks.abaqus.sections import PLANE
-from femflex.decks.findings import Place
+from femflex.decks.abaqus.materials import IGNORED_BEHAVIOUR
+from femflex.decks.abaqus.model import AbaqusModel, location_of
+from femflex.decks.abaqus.sections import PLANE_TYPES
+from femflex.decks.findings import Location
 from femflex.mesh.abaqus_flat import Element
 
-READ = {  # keywords that are read, or that say nothing of the structure
+READ_KEYWORDS = {  # keywords that are read, or that do not concern the structure
     "HEADING", "NODE", "SYSTEM", "NGEN", "NFILL", "ELEMENT", "ELGEN", "NSET", "ELSET", "PART", "END PART", "ASSEMBLY",
     "END ASSEMBLY", "INSTANCE", "END INSTANCE", "SURFACE", "MATERIAL", "ELASTIC", "DENSITY", "ORIENTATION", "TRANSFORM",
     "SHELL SECTION", "SHELL GENERAL SECTION", "MEMBRANE SECTION", "SOLID SECTION", "BEAM SECTION", "NODAL THICKNESS",
@@ -60,37 +60,40 @@ CONSEQUENCES = {
 
 
 def report_unused(model: AbaqusModel) -> None:
-    """Say which keywords and elements the structure is made without."""
-    by = {name: text for text, names in CONSEQUENCES.items() for name in names}
+    """Report the keywords and elements that the structure ignores."""
+    consequence_of = {name: text for text, names in CONSEQUENCES.items() for name in names}
     behaviour = False
     for _, keyword in model.flat.keywords:
         name = keyword.name
         behaviour = name == "MATERIAL" or (behaviour and not name.endswith("SECTION") and name != "STEP")
-        if name in READ or (behaviour and name in BEHAVIOUR):  # those of materials are said there
+        # those of materials are reported with the materials
+        if name in READ_KEYWORDS or (behaviour and name in IGNORED_BEHAVIOUR):
             continue
-        model.found.unused(f"*{name}", by.get(name, "it is not understood and left out"), place_of(keyword))
-    known = ("MASS", "ROTARYI", "SPRINGA", "SPRING1", "SPRING2", "JOINTC", "DCOUP3D", "DISTRIBUTING")
-    strange = [
+        model.findings.unused(
+            f"*{name}", consequence_of.get(name, "it is not understood and left out"), location_of(keyword)
+        )
+    read_types = ("MASS", "ROTARYI", "SPRINGA", "SPRING1", "SPRING2", "JOINTC", "DCOUP3D", "DISTRIBUTING")
+    unused_elements = [
         element
         for element in model.flat.elements.values()
-        if element.kind not in known and (not element.cell or element.kind.startswith(PLANE))
+        if element.kind not in read_types and (not element.cell or element.kind.startswith(PLANE_TYPES))
     ]
-    for kind, (count, place) in elements_by_kind(model, strange).items():
-        model.found.unused(f"elements {kind}", unread(kind), place, count)
+    for kind, (count, location) in elements_by_kind(model, unused_elements).items():
+        model.findings.unused(f"elements {kind}", consequence_of_type(kind), location, count)
 
 
-def elements_by_kind(model: AbaqusModel, elements: list[Element]) -> dict[str, tuple[int, Place]]:
-    """How many elements of each type there are, and where the first stands."""
-    found: dict[str, tuple[int, Place]] = {}
+def elements_by_kind(model: AbaqusModel, elements: list[Element]) -> dict[str, tuple[int, Location]]:
+    """Number of elements of each type, and the location of the first one."""
+    kinds: dict[str, tuple[int, Location]] = {}
     for element in elements:
-        file, _, line = element.place.rpartition(", line ")
-        count, first = found.get(element.kind, (0, Place(file, int(line))))
-        found[element.kind] = count + 1, first
-    return found
+        file, _, line = element.location.rpartition(", line ")
+        count, first = kinds.get(element.kind, (0, Location(file, int(line))))
+        kinds[element.kind] = count + 1, first
+    return kinds
 
 
-def unread(kind: str) -> str:
-    """What leaving out elements of a type means, and what to use in their place."""
+def consequence_of_type(kind: str) -> str:
+    """Consequence of ignoring elements of this type, and what to use instead."""
     if kind.startswith(("CAX", "CGAX", "SAX", "MAX", "DCAX", "ACAX")):
         return "axisymmetric elements are left out: a body has three dimensions; model the whole body of revolution"
     if kind.startswith(("CPS", "CPE", "CPEG")):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from femflex.decks.nastran.read import read
+from femflex.decks.nastran.read import read_nastran_deck
 from femflex.decks.register import DeckReader, register
 
 CARDS = re.compile(
@@ -23,4 +23,4 @@ def recognises(text: str) -> bool:
     return CARDS.search(text) is not None
 
 
-register(DeckReader("Nastran", (".bdf", ".nas", ".dat", ".dk"), recognises, read))
+register(DeckReader("Nastran", (".bdf", ".nas", ".dat", ".dk"), recognises, read_nastran_deck))

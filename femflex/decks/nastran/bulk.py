@@ -1,4 +1,4 @@
-"""The cards of a deck by kind, with case control and parameters; whatever is wrong with a card is collected."""
+"""The cards of a deck by kind, with case control and parameters; errors of cards are collected."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from femflex.decks.findings import Findings, Place
+from femflex.decks.findings import Findings, Location
 from femflex.decks.nastran.card import Card, FieldError
 from femflex.decks.units import Units
 from femflex.mesh.nastran_cards import Deck as RawDeck
@@ -18,22 +18,22 @@ COMMAND = re.compile(r"\s*([A-Z]+)\s*(?:\([^)]*\))?\s*[= ]\s*(.*?)\s*$", re.I)
 
 @dataclass
 class Bulk:
-    """Cards by kind, what case control chooses, and what is found wrong.
+    """Cards by kind, selections of case control, and findings.
 
-    chosen    SPC, MPC, ... of case control -> number; those above the subcases, else of the first subcase
-    wtmass    PARAM,WTMASS: factor of all masses
+    selected_sets  SPC, MPC, ... of case control -> number; above the subcases, or of the first subcase
+    wtmass         PARAM,WTMASS: factor of all masses
     """
 
     raw: RawDeck
     units: Units
     overrides: Mapping[str, Mapping[str, Any]]
-    found: Findings = field(default_factory=Findings)
+    findings: Findings = field(default_factory=Findings)
     cards: dict[str, list[Card]] = field(default_factory=dict)
-    chosen: dict[str, int] = field(default_factory=dict)
+    selected_sets: dict[str, int] = field(default_factory=dict)
     parameters: dict[str, Card] = field(default_factory=dict)
     solution: str = ""
     wtmass: float = 1.0
-    taken: set[str] = field(default_factory=set)  # overrides that were found
+    used_overrides: set[str] = field(default_factory=set)  # names of overrides that were used
 
     @property
     def sets(self) -> Mapping[int, Numbers]:
@@ -41,78 +41,78 @@ class Bulk:
         return self.raw.sets
 
     def names_of(self, number: int) -> list[str]:
-        """The name that comments give a property, if any."""
+        """The name of a property in comments, if any."""
         name = self.raw.property_names.get(number, "")
         return [name] if name else []
 
-    def each(self, *names: str, use: bool = True) -> Iterator[Card]:
+    def cards_named(self, *names: str, use: bool = True) -> Iterator[Card]:
         """Cards of these names, in order, counted as used."""
         for name in names:
             for card in self.cards.get(name, ()):
                 if use:
-                    self.found.use(name)
+                    self.findings.use(name)
                 yield card
 
-    def trying(self, action: Callable[[Card], object], *names: str, use: bool = True) -> None:
-        """Do something with each card of these names; a ValueError becomes a problem at the card's place."""
-        for card in self.each(*names, use=use):
+    def for_each_card(self, action: Callable[[Card], object], *names: str, use: bool = True) -> None:
+        """Call the action for each card of these names; a ValueError becomes a problem at the card's location."""
+        for card in self.cards_named(*names, use=use):
             self.attempt(card, lambda card=card: action(card))  # type: ignore[misc]
 
     def attempt(self, card: Card, action: Callable[[], object]) -> None:
-        """Do something for a card; a ValueError becomes a problem at the card's place."""
+        """Call the action for a card; a ValueError becomes a problem at the card's location."""
         try:
             action()
         except FieldError as error:
-            self.found.problem(str(error), card.place)
+            self.findings.problem(str(error), card.location)
         except ValueError as error:
             text = str(error)
-            if text.startswith(f"{card} names "):  # said alike by many cards
+            if text.startswith(f"{card} names "):  # the same text for many cards
                 text = text.removeprefix(f"{card} ")
             if str(card) in text:
-                self.found.problem(text, card.place)
+                self.findings.problem(text, card.location)
             else:
-                self.found.problem(text, card.place, str(card))
+                self.findings.problem(text, card.location, str(card))
 
-    def override(self, names: list[str], values: dict[str, float], where: str) -> dict[str, float]:
-        """Values with those replaced that overrides name by any of the names; ValueError on unknown keys."""
-        found = dict(values)
+    def override(self, names: list[str], values: dict[str, float], source: str) -> dict[str, float]:
+        """Values with those of the overrides for any of the names replaced; ValueError for unknown keys."""
+        new_values = dict(values)
         for name in names:
             for key, value in self.overrides.get(name, {}).items():
-                self.taken.add(name)
-                if key not in found:
-                    raise ValueError(f"{where}: override of {name} names {key!r}; it has {sorted(found)}")
-                found[key] = float(value)
-        return found
+                self.used_overrides.add(name)
+                if key not in new_values:
+                    raise ValueError(f"{source}: override of {name} names {key!r}; it has {sorted(new_values)}")
+                new_values[key] = float(value)
+        return new_values
 
 
 def bulk_of(raw: RawDeck, units: Units, overrides: Mapping[str, Mapping[str, Any]]) -> Bulk:
     """The Bulk of a deck's raw cards."""
     bulk = Bulk(raw, units, overrides)
-    for one in raw.raw:
-        name = one.name.upper()
-        bulk.cards.setdefault(name, []).append(Card(name, one.fields, Place(one.file, one.line)))
-    for card in [*bulk.cards.get("PARAM", ()), *_control_parameters(raw)]:  # case control's have the last word
+    for raw_card in raw.raw:
+        name = raw_card.name.upper()
+        bulk.cards.setdefault(name, []).append(Card(name, raw_card.fields, Location(raw_card.file, raw_card.line)))
+    for card in [*bulk.cards.get("PARAM", ()), *_control_parameters(raw)]:  # case control takes precedence
         bulk.parameters[card.word(0)] = card
     if (wtmass := bulk.parameters.get("WTMASS")) is not None:
         bulk.attempt(wtmass, lambda: setattr(bulk, "wtmass", wtmass.real(1)))
-    _control(bulk)
+    _read_selections(bulk)
     return bulk
 
 
 def _control_parameters(raw: RawDeck) -> list[Card]:
-    """PARAM of case control as cards: those above the subcases and of the first."""
-    found, subcases = list[Card](), 0
+    """PARAM of case control as cards: those above the subcases and in the first one."""
+    cards, subcases = list[Card](), 0
     for line in raw.control:
         text = line.text.strip().upper()
         subcases += bool(re.match(r"(SUBCASE|STEP)\b", text))
         words = [word for word in re.split(r"[\s,=]+", text) if word]
         if subcases < 2 and len(words) > 2 and words[0] == "PARAM":
-            found.append(Card("PARAM", words[1:], Place(line.file, line.number)))
-    return found
+            cards.append(Card("PARAM", words[1:], Location(line.file, line.number)))
+    return cards
 
 
-def _control(bulk: Bulk) -> None:
-    """Take the choices of case control: those above the subcases first, then those of the first subcase."""
+def _read_selections(bulk: Bulk) -> None:
+    """Read the selections of case control: above the subcases, replaced by those of the first subcase."""
     above: dict[str, int] = {}
     subcases: list[dict[str, int]] = []
     for line in bulk.raw.control:
@@ -122,15 +122,15 @@ def _control(bulk: Bulk) -> None:
         if re.match(r"(SUBCASE|STEP)\b", text):
             subcases.append({})
             continue
-        found = re.match(r"(SPC|MPC|METHOD|NSM)\s*[= ]\s*(\d+)", text)
-        if found:
-            (subcases[-1] if subcases else above)[found[1]] = int(found[2])
+        match = re.match(r"(SPC|MPC|METHOD|NSM)\s*[= ]\s*(\d+)", text)
+        if match:
+            (subcases[-1] if subcases else above)[match[1]] = int(match[2])
     first = subcases[0] if subcases else {}
-    bulk.chosen = {**first, **above} if not first else {**above, **first}
+    bulk.selected_sets = {**first, **above} if not first else {**above, **first}
     for key in ("SPC", "MPC", "NSM"):
-        others = {one[key] for one in subcases[1:] if key in one} - {bulk.chosen.get(key)}
+        others = {subcase[key] for subcase in subcases[1:] if key in subcase} - {bulk.selected_sets.get(key)}
         if others:
-            bulk.found.note(
-                f"the subcases name several sets of {key} ({bulk.chosen.get(key, 'none')} in the first, then "
+            bulk.findings.note(
+                f"the subcases name several sets of {key} ({bulk.selected_sets.get(key, 'none')} in the first, then "
                 f"{', '.join(map(str, sorted(o for o in others if o is not None)))}); that of the first is used"
             )

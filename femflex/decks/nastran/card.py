@@ -1,4 +1,5 @@
-"""A card of bulk data with its fields as numbers and words; a wrong one raises FieldError with the place and value."""
+"""A card of bulk data with its fields as numbers and words; a wrong field raises FieldError with its position and
+value."""
 
 from __future__ import annotations
 
@@ -6,7 +7,7 @@ import re
 from collections.abc import Collection
 from dataclasses import dataclass
 
-from femflex.decks.findings import Place
+from femflex.decks.findings import Location
 from femflex.mesh.numbers import Numbers, check_count
 
 EXPONENT = re.compile(r"(?<=[0-9.])([+-])(?=\d+$)")
@@ -18,11 +19,11 @@ class FieldError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class Card:
-    """A card by name, with its data fields (the first is field 2 of the card) and its place."""
+    """A card by name, with its data fields (the first is field 2 of the card) and its location."""
 
     name: str
     fields: list[str]
-    place: Place
+    location: Location
 
     def __str__(self) -> str:
         return f"{self.name} {self.fields[0]}" if self.fields and self.fields[0] else self.name
@@ -47,7 +48,8 @@ class Card:
         return int(word)
 
     def real(self, k: int, default: float | None = None) -> float:
-        """Field k as a number, in any of Nastran's ways (1.5-3, 2.D+4); the default where blank. Raises FieldError."""
+        """Field k as a number, in any of Nastran's formats (1.5-3, 2.D+4); the default where blank. Raises
+        FieldError."""
         word = self.word(k).replace(" ", "")  # 2.0 E+7
         if not word:
             if default is None:
@@ -78,18 +80,18 @@ class Card:
             raise FieldError(f"{self} has {word!r} in field {k + 2}, where components 1 to 6 are needed")
         return tuple(sorted({int(c) for c in word if c != "0"}))
 
-    def rest(self, start: int) -> list[str]:
+    def words_from(self, start: int) -> list[str]:
         """The filled fields from `start` on, in capitals."""
         return [word.strip().upper() for word in self.fields[start:] if word.strip()]
 
 
-def numbers_of(card: Card, start: int, known: Collection[int] | None = None) -> list[int]:
-    """The whole numbers listed from a field on, with THRU and BY; of a range those that are known. Raises FieldError.
+def numbers_of(card: Card, start: int, allowed: Collection[int] | None = None) -> list[int]:
+    """The whole numbers listed from a field on, with THRU and BY. Raises FieldError.
 
-    known: a dict or a set; None takes every number of a range.
+    allowed: a dict or a set to which ranges are limited; None: every number of a range.
     """
-    words, found, k = card.rest(start), list[int](), 0
-    first = 0  # of a range that may follow
+    words, numbers, k = card.words_from(start), list[int](), 0
+    first = 0  # start of a range that may follow
     while k < len(words):
         if words[k] == "THRU":
             if not first or k + 1 >= len(words) or not words[k + 1].lstrip("+-").isdigit():
@@ -99,13 +101,13 @@ def numbers_of(card: Card, start: int, known: Collection[int] | None = None) -> 
             if k + 1 < len(words) and words[k] == "BY":
                 step, k = int(words[k + 1]), k + 2
             span = range(first + step, last + 1, step)
-            if known is None:
+            if allowed is None:
                 check_count(len(span), str(card))
-            found += span if known is None else Numbers((span,)).among(known)
+            numbers += span if allowed is None else Numbers((span,)).among(allowed)
             continue
         if not re.fullmatch(r"[+-]?\d+", words[k]):
             raise FieldError(f"{card} has {words[k]!r} in a list of whole numbers")
         first = int(words[k])
-        found.append(first)
+        numbers.append(first)
         k += 1
-    return found
+    return numbers

@@ -12,70 +12,70 @@ from femflex.fem import ScalarSpring
 
 Pairs = list[tuple[int, int]]  # grid point and component 1 to 6
 
-NEGLIGIBLE = 1e-10  # of the largest eigenvalue (diagonal scaled to one): a stiffness below it is none
-WORDS = ("UD", "K", "Z", "S")
+NEGLIGIBLE = 1e-10  # stiffness, relative to the largest eigenvalue (diagonal scaled to one), below which it is ignored
+PART_NAMES = ("UD", "K", "Z", "S")
 
 
 def read_general_elements(model: NastranModel) -> None:
     """Add the GENEL of a deck to the model, as springs on the eigenvectors of their matrices."""
-    model.bulk.trying(lambda card: _general(model, card), "GENEL")
+    model.bulk.for_each_card(lambda card: _general(model, card), "GENEL")
 
 
 def _general(model: NastranModel, card: Card) -> None:
-    """EID, blank, pairs of grid and component of UI; UD and pairs; K or Z by its lower triangle; S by rows.
+    """Fields: EID, blank, pairs of grid and component of UI; UD and pairs; K or Z by its lower triangle; S by rows.
 
     The forces on UI are K (u_i - S u_d), K = Z^-1; those on UD are in equilibrium with them by S.
     """
     parts = _parts(card)
-    own, other = (_pairs(card, parts.get(name, [])) for name in ("UI", "UD"))
-    grids = [grid for grid, _ in own + other]
-    if not own:
+    independent, dependent = (_pairs(card, parts.get(name, [])) for name in ("UI", "UD"))
+    grids = [grid for grid, _ in independent + dependent]
+    if not independent:
         raise ValueError(f"{card} names no components UI")
     if any(g in model.grids.scalars for g in grids):
-        model.bulk.found.unused("GENEL", "matrices to scalar points are left out", card.place)
+        model.bulk.findings.unused("GENEL", "matrices to scalar points are left out", card.location)
         return
     if not model.grids.require(grids, card):
         return
-    unit = _units(model, own)
-    K = _stiffness(card, parts, len(own)) * model.bulk.units.moment / np.outer(unit, unit)
-    factors = np.eye(len(own))
-    if other:
-        factors = np.hstack([factors, -_coupling(card, parts, model, own, other)])
+    unit = _units(model, independent)
+    K = _stiffness(card, parts, len(independent)) * model.bulk.units.moment / np.outer(unit, unit)
+    factors = np.eye(len(independent))
+    if dependent:
+        factors = np.hstack([factors, -_coupling(card, parts, model, independent, dependent)])
     scale = np.sqrt(np.maximum(np.diag(K), np.finfo(float).tiny))
     value, vectors = np.linalg.eigh(K / np.outer(scale, scale))
     if value[0] < -NEGLIGIBLE * value[-1]:
         raise ValueError(f"{card} has a stiffness matrix that is not positive semidefinite; correct its K or Z")
-    turns = any(c > 3 for _, c in own + other)
-    for k in range(len(own)):
+    turns = any(c > 3 for _, c in independent + dependent)
+    for k in range(len(independent)):
         if value[k] <= NEGLIGIBLE * value[-1]:
             continue
         row = (vectors[:, k] * scale) @ factors
         terms = tuple(
             component_term(model, grid, component, float(f))
-            for (grid, component), f in zip(own + other, row, strict=True)
+            for (grid, component), f in zip(independent + dependent, row, strict=True)
             if f
         )
         model.springs.append((ScalarSpring(terms, float(value[k])), grids, turns, card))
-    model.wanted.update(grids)
-    model.wanted_turning.update(grid for grid, c in own + other if c > 3)
+    model.required.update(grids)
+    model.required_turning.update(grid for grid, c in independent + dependent if c > 3)
 
 
 def _parts(card: Card) -> dict[str, list[str]]:
-    """Fields of each part of the card by its word; those of UI stand first, pairs from the third field on."""
-    found: dict[str, list[str]] = {"UI": []}
+    """Fields of each part of the card by its name; UI comes first, with pairs from the third field on."""
+    parts: dict[str, list[str]] = {"UI": []}
     name = "UI"
     for k, word in enumerate(card.fields[2:], 2):
         text = word.strip().upper()
-        if text in WORDS:
+        if text in PART_NAMES:
             name = text
-            if name in found:
+            if name in parts:
                 raise ValueError(f"{card} has {name} twice")
-            found[name] = []
+            parts[name] = []
         else:
             if name in ("K", "Z", "S"):
                 card.real(k, 0.0)  # raises where it is no number
-            found[name].append(text)
-    return found
+            parts[name].append(text)
+    return parts
 
 
 def _pairs(card: Card, words: list[str]) -> Pairs:
@@ -83,18 +83,18 @@ def _pairs(card: Card, words: list[str]) -> Pairs:
     if len(numbers) % 2 or not all(word.isdigit() for word in numbers):
         raise ValueError(f"{card} has {' '.join(numbers)} where pairs of a grid point and a component are needed")
     pairs = [(int(g), int(c)) for g, c in zip(numbers[::2], numbers[1::2], strict=True)]
-    wrong = [c for _, c in pairs if not 1 <= c <= 6]
-    if wrong:
-        raise ValueError(f"{card} has component {wrong[0]}; components of grid points are 1 to 6")
+    invalid = [c for _, c in pairs if not 1 <= c <= 6]
+    if invalid:
+        raise ValueError(f"{card} has component {invalid[0]}; components of grid points are 1 to 6")
     return pairs
 
 
-def _reals(card: Card, words: list[str], count: int, what: str) -> list[float]:
-    """The values of a part, blank ones zero; raises ValueError where their number differs."""
+def _part_values(card: Card, words: list[str], count: int, what: str) -> list[float]:
+    """The values of a part, blank ones zero; raises ValueError if their number is wrong."""
     filled = max((k + 1 for k, word in enumerate(words) if word), default=0)
     if filled > count or len(words) < count:
         raise ValueError(f"{card} has {filled} values of {what}; {count} are needed")
-    return Card(card.name, words, card.place).reals(0, count)
+    return Card(card.name, words, card.location).reals(0, count)
 
 
 def _units(model: NastranModel, pairs: Pairs) -> Array:
@@ -104,14 +104,14 @@ def _units(model: NastranModel, pairs: Pairs) -> Array:
 
 def _stiffness(card: Card, parts: dict[str, list[str]], n: int) -> Array:
     """K (n, n) in the units of the deck."""
-    given = [name for name in ("K", "Z") if name in parts]
-    if len(given) != 1:
-        raise ValueError(f"{card} has {' and '.join(given) or 'neither K nor Z'}; give one of K and Z")
+    names = [name for name in ("K", "Z") if name in parts]
+    if len(names) != 1:
+        raise ValueError(f"{card} has {' and '.join(names) or 'neither K nor Z'}; give one of K and Z")
     matrix: Array = np.zeros((n, n))
-    what = f"{given[0]} (the lower triangle by columns, {n} components UI)"
-    matrix.T[np.triu_indices(n)] = _reals(card, parts[given[0]], n * (n + 1) // 2, what)
+    what = f"{names[0]} (the lower triangle by columns, {n} components UI)"
+    matrix.T[np.triu_indices(n)] = _part_values(card, parts[names[0]], n * (n + 1) // 2, what)
     matrix = matrix + np.tril(matrix, -1).T
-    if given[0] == "Z":
+    if names[0] == "Z":
         try:
             np.linalg.cholesky(matrix)
         except np.linalg.LinAlgError:
@@ -124,19 +124,19 @@ def _coupling(
     card: Card,
     parts: dict[str, list[str]],
     model: NastranModel,
-    own: Pairs,
-    other: Pairs,
+    independent: Pairs,
+    dependent: Pairs,
 ) -> Array:
-    """S (n_i, n_d) in SI, as given; that of rigid motion of the six components UD where it is left out."""
-    shape = (len(own), len(other))
+    """S (n_i, n_d) in SI from the card; without S, that of a rigid motion determined by the six components UD."""
+    shape = (len(independent), len(dependent))
     if "S" not in parts:
-        return _rigid(card, model, own, other)
-    values = _reals(card, parts["S"], shape[0] * shape[1], f"S ({shape[0]} components UI by {shape[1]} UD)")
-    return np.array(values).reshape(shape) * _units(model, own)[:, None] / _units(model, other)
+        return _rigid_coupling(card, model, independent, dependent)
+    values = _part_values(card, parts["S"], shape[0] * shape[1], f"S ({shape[0]} components UI by {shape[1]} UD)")
+    return np.array(values).reshape(shape) * _units(model, independent)[:, None] / _units(model, dependent)
 
 
-def _rigid(card: Card, model: NastranModel, own: Pairs, other: Pairs) -> Array:
-    """Motion of UI by the rigid motions that UD have."""
+def _rigid_coupling(card: Card, model: NastranModel, independent: Pairs, dependent: Pairs) -> Array:
+    """Motion of UI under the rigid motions of UD."""
 
     def motions(pairs: Pairs) -> Array:
         rows = []
@@ -146,8 +146,10 @@ def _rigid(card: Card, model: NastranModel, own: Pairs, other: Pairs) -> Array:
             rows.append(np.concatenate([axis, lever] if c < 4 else [np.zeros(3), axis]))
         return np.array(rows)
 
-    by = motions(other)
-    S = motions(own) @ np.linalg.pinv(by)
-    if np.abs(S @ by - motions(own)).max() > 1e-6 * max(1.0, float(np.abs(by).max())):
+    dependent_motions = motions(dependent)
+    S = motions(independent) @ np.linalg.pinv(dependent_motions)
+    if np.abs(S @ dependent_motions - motions(independent)).max() > 1e-6 * max(
+        1.0, float(np.abs(dependent_motions).max())
+    ):
         raise ValueError(f"{card} has no S, and its components UD do not determine the rigid motions of UI; give S")
     return np.asarray(S)

@@ -14,11 +14,12 @@ from femflex.decks.nastran.systems import Systems
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """A grid point: its basic position (3,) [m], number of its displacement system, and components held on the card."""
+    """A grid point: its basic position (3,) [m], number of its displacement system, and components fixed on the
+    card."""
 
     position: Array
     displacement: int
-    held: tuple[int, ...]
+    fixed: tuple[int, ...]
     card: Card
 
 
@@ -28,44 +29,44 @@ class Grids:
     def __init__(self, bulk: Bulk, systems: Systems) -> None:
         self._bulk, self.systems = bulk, systems
         self._cards: dict[int, Card] = {}
-        self._made: dict[int, Grid] = {}
-        self._defaults = next(iter(bulk.each("GRDSET")), None)
+        self._grids: dict[int, Grid] = {}
+        self._defaults = next(iter(bulk.cards_named("GRDSET")), None)
         self.scalars: set[int] = set()
         systems.grid_position = self.position
-        bulk.trying(self._add, "GRID")
-        for card in bulk.each("SPOINT", use=False):
+        bulk.for_each_card(self._add, "GRID")
+        for card in bulk.cards_named("SPOINT", use=False):
             bulk.attempt(card, lambda card=card: self.scalars.update(numbers_of(card, 0)))  # type: ignore[misc]
         for number, card in self._cards.items():
-            bulk.attempt(card, lambda number=number: self._make(number))  # type: ignore[misc]
+            bulk.attempt(card, lambda number=number: self._grid(number))  # type: ignore[misc]
 
     def _add(self, card: Card) -> None:
         number = card.integer(0)
         if number in self._cards:
             first = self._cards[number]
-            same = [w or "0" for w in first.fields[:6]] == [w or "0" for w in card.fields[:6]]
-            if not same:
-                raise ValueError(f"{card} is given again with other values; it stands at {first.place} already")
+            is_repetition = [w or "0" for w in first.fields[:6]] == [w or "0" for w in card.fields[:6]]
+            if not is_repetition:
+                raise ValueError(f"{card} is given again with other values; it stands at {first.location} already")
             return
         self._cards[number] = card
 
-    def _make(self, number: int) -> Grid:
-        if number in self._made:
-            return self._made[number]
+    def _grid(self, number: int) -> Grid:
+        if number in self._grids:
+            return self._grids[number]
         card, default = self._cards[number], self._defaults
         cp = card.integer(1, default.integer(1, 0) if default else 0)
         cd = card.integer(5, default.integer(5, 0) if default else 0)
-        held = card.components(6, default.word(6) if default else "")
-        given = card.reals(2, 3)
-        if not all(math.isfinite(value) for value in given):
+        fixed = card.components(6, default.word(6) if default else "")
+        coordinates = card.reals(2, 3)
+        if not all(math.isfinite(value) for value in coordinates):
             raise ValueError(f"{card} has coordinates that are not finite")
         if cd > 0:
             self.systems(cd)
         if cd < 0:
-            self._bulk.found.unused(
-                "GRID", "fluid points (CD = -1) are left out; the mass of the fluid is missing", card.place
+            self._bulk.findings.unused(
+                "GRID", "fluid points (CD = -1) are left out; the mass of the fluid is missing", card.location
             )
-        self._made[number] = Grid(self.systems(cp).position(given, self._bulk.units.length), cd, held, card)
-        return self._made[number]
+        self._grids[number] = Grid(self.systems(cp).position(coordinates, self._bulk.units.length), cd, fixed, card)
+        return self._grids[number]
 
     def __contains__(self, number: object) -> bool:
         return number in self._cards
@@ -78,29 +79,33 @@ class Grids:
 
     def numbers(self) -> list[int]:
         """Numbers of all grid points, in the order of their cards."""
-        return list(self._made)
+        return list(self._grids)
 
     def __getitem__(self, number: int) -> Grid:
-        return self._made[number]
+        return self._grids[number]
 
     def position(self, number: int) -> Array:
-        """Basic position (3,) [m]. Raises ValueError where the deck has no such grid point."""
+        """Basic position (3,) [m]. Raises ValueError if the deck has no such grid point."""
         if number not in self._cards:
             raise ValueError(f"grid point {number} is not in the deck")
-        return self._make(number).position
+        return self._grid(number).position
 
     def axes(self, number: int) -> Array:
         """Directions (3, 3) of the displacement system at a grid point, as rows."""
-        grid = self._made[number]
+        grid = self._grids[number]
         return self.systems(max(grid.displacement, 0)).axes_at(grid.position)
 
     def require(self, numbers: list[int], card: Card) -> bool:
-        """Whether all of these are grid points; a problem where not."""
-        missing = [number for number in numbers if number not in self._made]
+        """Whether all numbers are usable grid points; adds a problem for unknown ones."""
+        missing = [number for number in numbers if number not in self._grids]
         unknown = [number for number in missing if number not in self._cards]
         if unknown:
-            what = "scalar points" if all(n in self.scalars for n in unknown) else "no GRID card defines"
-            named = ", ".join(map(str, unknown[:5]))
-            text = f"uses {named}, {what}" if "scalar" in what else f"uses grid point {named}, which {what}"
-            self._bulk.found.problem(f"{card} {text}", card.place)
+            reason = "scalar points" if all(n in self.scalars for n in unknown) else "no GRID card defines"
+            numbers_text = ", ".join(map(str, unknown[:5]))
+            text = (
+                f"uses {numbers_text}, {reason}"
+                if "scalar" in reason
+                else f"uses grid point {numbers_text}, which {reason}"
+            )
+            self._bulk.findings.problem(f"{card} {text}", card.location)
         return not missing

@@ -16,8 +16,8 @@ from femflex.decks.nastran.model import WORDS, NastranModel
 from femflex.fem import Rigid
 from femflex.fem.sections.library import CableSection, StiffnessSection
 
-LIGHT = 1e-18  # [s^2/m^2] mass per length over EA of bars without mass, which stand in for none
-WEAK = 1e-9  # of a bar's other stiffness: that which stands in for none
+MASSLESS = 1e-18  # [s^2/m^2] mass per length over EA given to bars without mass
+RELATIVE_SUBSTITUTE = 1e-9  # stiffness given to a bar in place of zero, relative to its other stiffnesses
 
 
 @dataclass(frozen=True)
@@ -33,11 +33,11 @@ def read_line_elements(model: NastranModel) -> None:
     """Add the bars and rods of a deck to the model."""
     bulk = model.bulk
     for name in ("CBAR", "CBEAM"):
-        bulk.trying(lambda card: _bar(model, card), name)
+        bulk.for_each_card(lambda card: _bar(model, card), name)
     rods = _rods(model)
     for name in ("CROD", "CTUBE"):
-        bulk.trying(lambda card: _rod(model, card, rods), name)
-    bulk.trying(lambda card: _conrod(model, card), "CONROD")
+        bulk.for_each_card(lambda card: _rod(model, card, rods), name)
+    bulk.for_each_card(lambda card: _conrod(model, card), "CONROD")
 
 
 def _bar(model: NastranModel, card: Card) -> None:
@@ -47,11 +47,11 @@ def _bar(model: NastranModel, card: Card) -> None:
     ends = [card.integer(2), card.integer(3)]
     if not model.grids.require(ends, card):
         return
-    made = model.bars(pid)
-    if made is None:
+    bar = model.bars(pid)
+    if bar is None:
         return
-    more = model.nonstructural(number)
-    made = made.loaded(more)
+    extra_mass = model.nonstructural(number)
+    bar = bar.with_added_mass(extra_mass)
     axes = model.grids.axes(ends[0])
     word = card.word(7)
     frames = word if word.isalpha() and len(word) == 3 else "GGG"
@@ -76,46 +76,46 @@ def _bar(model: NastranModel, card: Card) -> None:
     if length <= 1e-9 * max(1.0, float(np.abs(points[0]).max())) * 1e-3:
         raise ValueError(f"{card} has no length")
     frame = bar_frame(x, v, card)
-    alpha, _ = principal(made.stations[0])
+    alpha, _ = principal(bar.stations[0])
     y = frame[1] if alpha == 0 else math.cos(alpha) * frame[1] + math.sin(alpha) * frame[2]
-    # elements of one orientation vector are one member; the vector across each serves where axes are turned
-    shared = alpha == 0 and v is not None
-    orientation = v / np.linalg.norm(v) if shared and v is not None else y
-    rows = [_end(model, ends[k], points[k], f"{card.name.lower()}_{number}-end{'AB'[k]}") for k in (0, 1)]
+    # elements with one orientation vector form one member; with rotated axes the vector is normal to each element
+    share_orientation = alpha == 0 and v is not None
+    orientation = v / np.linalg.norm(v) if share_orientation and v is not None else y
+    rows = [_end_point(model, ends[k], points[k], f"{card.name.lower()}_{number}-end{'AB'[k]}") for k in (0, 1)]
     pins = [tuple(c for c in card.components(k)) for k in (8, 9)]
     if alpha and any(set(p) & {2, 3} in ({2}, {3}) or set(p) & {5, 6} in ({5}, {6}) for p in pins):
         raise ValueError(f"{card} has pin flags for one plane alone and a section with I12; give principal axes")
-    varies = any(s != made.stations[0] for s in made.stations)
-    key = ("bar", pid, direction_key(orientation), number if varies or any(pins) else None, more)
-    section = bar_section(model, made, length)
-    options = {"orientation": tuple(float(c) for c in orientation), **bar_options(model, made, card)}
+    varies = any(s != bar.stations[0] for s in bar.stations)
+    key = ("bar", pid, direction_key(orientation), number if varies or any(pins) else None, extra_mass)
+    section = bar_section(model, bar, length)
+    options = {"orientation": tuple(float(c) for c in orientation), **bar_options(model, bar, card)}
     if any(pins):
         nodes = [row for row, pin in zip(rows, pins, strict=True) if pin]
-        same = len({pin for pin in pins if pin}) == 1
-        if len(nodes) == 2 and not same:
+        same_pins = len({pin for pin in pins if pin}) == 1
+        if len(nodes) == 2 and not same_pins:
             middle = model.build.point((points[0] + points[1]) / 2)
-            for k, pair in ((0, (rows[0], middle)), (1, (middle, rows[1]))):
-                add_bar(model, card, pid, pair, (*key, k), section, options, pins[k], [rows[k]])
-            mark_turning(model, ends)
+            for k, half in ((0, (rows[0], middle)), (1, (middle, rows[1]))):
+                add_bar(model, card, pid, half, (*key, k), section, options, pins[k], [rows[k]])
+            mark_displaced_and_rotated(model, ends)
             return
         add_bar(model, card, pid, tuple(rows), key, section, options, next(p for p in pins if p), nodes)
     else:
         add_bar(model, card, pid, tuple(rows), key, section, options, (), [])
-    mark_turning(model, ends)
+    mark_displaced_and_rotated(model, ends)
 
 
-def mark_turning(model: NastranModel, grids: list[int]) -> None:
+def mark_displaced_and_rotated(model: NastranModel, grids: list[int]) -> None:
     model.moving.update(grids)
     model.turning.update(grids)
 
 
 def add_bar(
     model: NastranModel, card: Card, pid: int, rows: tuple[int, ...], key: object, section: StiffnessSection,
-    options: dict[str, object], pins: tuple[int, ...], at: list[int],
+    options: dict[str, object], pins: tuple[int, ...], released_rows: list[int],
 ) -> None:  # fmt: skip
     if pins:
-        name = f"{card.name.lower()}_{card.integer(0)}-pins{'-'.join(map(str, at))}"
-        model.build.point_groups[name] = list(at)
+        name = f"{card.name.lower()}_{card.integer(0)}-pins{'-'.join(map(str, released_rows))}"
+        model.build.point_groups[name] = list(released_rows)
         options = {**options, "release": tuple(WORDS[c - 1] for c in pins), "release_at": name}
     model.build.cell(
         "line", rows, key, f"pid_{pid}", "beam", section, None, options, model.bulk.names_of(pid), card.integer(0)
@@ -125,24 +125,24 @@ def add_bar(
 def bar_orientation(
     model: NastranModel, card: Card, first: int, axes: Array, default: Card | None, frames: str
 ) -> Array:
-    """The orientation vector (3,) [m] in basic components, to a grid or as given; axes (3, 3) of the first grid.
+    """The orientation vector (3,) [m] in basic components, to a grid or from the card; axes (3, 3) of the first grid.
 
-    Raises ValueError where there is none.
+    Raises ValueError if there is none.
     """
-    own = default if default is not None and not any(card.has(k) for k in (4, 5, 6)) else card
-    if own.is_integer(4) and not own.has(5) and not own.has(6):
-        grid = own.integer(4)
+    source = default if default is not None and not any(card.has(k) for k in (4, 5, 6)) else card
+    if source.is_integer(4) and not source.has(5) and not source.has(6):
+        grid = source.integer(4)
         if grid not in model.grids:
             raise ValueError(f"{card} is oriented by grid point {grid}, which no GRID card defines")
         return model.grids[grid].position - model.grids[first].position
-    v = np.array(own.reals(4, 3))
+    v = np.array(source.reals(4, 3))
     if not v.any():
         raise ValueError(f"{card} has no orientation vector; give X1, X2, X3 or G0")
     return np.asarray(v @ axes if frames[0] == "G" else v)
 
 
 def bar_frame(x: Array, v: Array | None, card: Card) -> Array:
-    """Axes x, y, z of an element along x (3,) [m] as rows (3, 3). Raises ValueError where v (3,) lies along it."""
+    """Axes x, y, z of an element along x (3,) [m] as rows (3, 3). Raises ValueError if v (3,) lies along it."""
     x = x / np.linalg.norm(x)
     if v is None:
         v = np.array([0.0, 0, 1.0]) if abs(x[2]) < 0.9 else np.array([0.0, 1.0, 0.0])
@@ -153,111 +153,115 @@ def bar_frame(x: Array, v: Array | None, card: Card) -> Array:
     return np.stack([x, y, np.cross(x, y)])
 
 
-def _end(model: NastranModel, grid: int, point: Array, name: str) -> int:
-    """The point of an end: the grid's, or one that moves with it rigidly."""
-    own = model.row(grid)
+def _end_point(model: NastranModel, grid: int, point: Array, name: str) -> int:
+    """Row of the point at an end: the grid's, or a new one rigidly attached to it."""
+    grid_row = model.row(grid)
     if not np.any(point != model.grids[grid].position):
-        return own
+        return grid_row
     row = model.build.point(point)
     model.build.point_group(row, name)
     model.connections.append(Rigid(name, model.group(grid)))
     return row
 
 
-def bar_section(model: NastranModel, made: BarProperty, length: float) -> StiffnessSection:
-    """The section of a bar over its length; values that are zero stand in as very small ones."""
-    stations = [principal(s)[1] for s in made.stations]
-    # Nastran's own: A at the middle of the element counts where it varies linearly
+def bar_section(model: NastranModel, bar: BarProperty, length: float) -> StiffnessSection:
+    """The section of a bar along its length; zero values are replaced by very small ones."""
+    stations = [principal(s)[1] for s in bar.stations]
+    # as in Nastran, the value at mid-length governs a linear variation of A
     values = {
-        "EA": [made.E * s.A for s in stations],
-        "EIz": [made.E * s.I1 for s in stations],
-        "EIy": [made.E * s.I2 for s in stations],
-        "GJ": [made.G * s.J for s in stations],
-        "mass_per_length": [made.density * s.A + s.nsm for s in stations],
+        "EA": [bar.E * s.A for s in stations],
+        "EIz": [bar.E * s.I1 for s in stations],
+        "EIy": [bar.E * s.I2 for s in stations],
+        "GJ": [bar.G * s.J for s in stations],
+        "mass_per_length": [bar.density * s.A + s.nsm for s in stations],
     }
     largest = {name: max(v) for name, v in values.items()}
     scale = {
         "EA": largest["EIz"] / length**2,
-        "EIz": max(largest["EIy"], largest["GJ"], WEAK * largest["EA"] * length**2),
-        "EIy": max(largest["EIz"], largest["GJ"], WEAK * largest["EA"] * length**2),
-        "GJ": max(largest["EIz"], largest["EIy"], WEAK * largest["EA"] * length**2),
+        "EIz": max(largest["EIy"], largest["GJ"], RELATIVE_SUBSTITUTE * largest["EA"] * length**2),
+        "EIy": max(largest["EIz"], largest["GJ"], RELATIVE_SUBSTITUTE * largest["EA"] * length**2),
+        "GJ": max(largest["EIz"], largest["EIy"], RELATIVE_SUBSTITUTE * largest["EA"] * length**2),
     }
-    for name, other in scale.items():
+    for name, substitute_scale in scale.items():
         if not largest[name] > 0:
-            zero = {"EA": "A", "EIz": "I1", "EIy": "I2", "GJ": "J or G"}[name]
-            model.bulk.found.note(
-                f"{made.card} has {zero} = 0: a stiffness of {WEAK:.0e} times its other stiffness is used; support "
-                "the motions that no other element resists"
+            zero_name = {"EA": "A", "EIz": "I1", "EIy": "I2", "GJ": "J or G"}[name]
+            model.bulk.findings.note(
+                f"{bar.card} has {zero_name} = 0: a stiffness of {RELATIVE_SUBSTITUTE:.0e} times its other stiffness "
+                "is used; support the motions that no other element resists"
             )
-            values[name] = [max(WEAK * other, 1e-30)] * len(stations)
+            values[name] = [max(RELATIVE_SUBSTITUTE * substitute_scale, 1e-30)] * len(stations)
         else:
-            values[name] = [max(v, WEAK * largest[name]) for v in values[name]]
-    light = LIGHT * max(values["EA"])
+            values[name] = [max(v, RELATIVE_SUBSTITUTE * largest[name]) for v in values[name]]
+    least_mass = MASSLESS * max(values["EA"])
     massless = not largest["mass_per_length"] > 0
     if massless:
-        model.bulk.found.note(f"{made.card} has no density and no nonstructural mass: its bars have no mass")
-    values["mass_per_length"] = [max(m, light) for m in values["mass_per_length"]]
-    for name, at in (("ry", "I2"), ("rz", "I1")):
+        model.bulk.findings.note(f"{bar.card} has no density and no nonstructural mass: its bars have no mass")
+    values["mass_per_length"] = [max(m, least_mass) for m in values["mass_per_length"]]
+    for name, moment in (("ry", "I2"), ("rz", "I1")):
         values[name] = [
-            math.sqrt(max((made.density * getattr(s, at) + s.nsi / 2) / m, 1e-24)) if not massless else 1e-9
+            math.sqrt(max((bar.density * getattr(s, moment) + s.nsi / 2) / m, 1e-24)) if not massless else 1e-9
             for s, m in zip(stations, values["mass_per_length"], strict=True)
         ]
-    if made.K1 > 0 and made.K2 > 0 and made.G > 0:
-        K1, K2 = _shear_factors(made)
-        values["GAy"] = [max(K1 * made.G * s.A, WEAK * largest["EA"]) for s in stations]
-        values["GAz"] = [max(K2 * made.G * s.A, WEAK * largest["EA"]) for s in stations]
-    given: dict[str, Any] = {}
+    if bar.K1 > 0 and bar.K2 > 0 and bar.G > 0:
+        K1, K2 = _shear_factors(bar)
+        values["GAy"] = [max(K1 * bar.G * s.A, RELATIVE_SUBSTITUTE * largest["EA"]) for s in stations]
+        values["GAz"] = [max(K2 * bar.G * s.A, RELATIVE_SUBSTITUTE * largest["EA"]) for s in stations]
+    fields: dict[str, Any] = {}
     for name, v in values.items():
-        given[name] = v[0] if all(value == v[0] for value in v) else ([x * length for x in made.at], v)
-    return StiffnessSection(**given)
+        fields[name] = v[0] if all(value == v[0] for value in v) else ([x * length for x in bar.positions], v)
+    return StiffnessSection(**fields)
 
 
-def _shear_factors(made: BarProperty) -> tuple[float, float]:
-    """Shear factors along the principal axes of the section, whose flexibilities are those of K1 and K2 turned."""
-    alpha, _ = principal(made.stations[0])
+def _shear_factors(bar: BarProperty) -> tuple[float, float]:
+    """Shear factors along the principal axes of the section, by rotation of the flexibilities of K1 and K2."""
+    alpha, _ = principal(bar.stations[0])
     c, s = math.cos(alpha) ** 2, math.sin(alpha) ** 2
-    return made.K1 * made.K2 / (c * made.K2 + s * made.K1), made.K1 * made.K2 / (s * made.K2 + c * made.K1)
+    return bar.K1 * bar.K2 / (c * bar.K2 + s * bar.K1), bar.K1 * bar.K2 / (s * bar.K2 + c * bar.K1)
 
 
-def bar_options(model: NastranModel, made: BarProperty, card: Card) -> dict[str, object]:
-    """Options of the beam family: shear, and the places of centroid, shear and mass centre of PBEAM."""
-    shears = made.K1 > 0 and made.K2 > 0 and made.G > 0
-    if (made.K1 > 0) != (made.K2 > 0):
-        model.bulk.found.note(f"{made.card} has one of K1 and K2 zero: transverse shear is left out")
-    far = 1e9  # m; whether sections shear is the deck's choice
-    found: dict[str, object] = {"shear": shears, "extent": far}
-    if not all(made.G * s.J > 0 for s in made.stations):
-        found["torsion_order"] = 1  # fields within elements would be without stiffness
-    if not all(made.E * s.A > 0 for s in made.stations):
-        found["axial_order"] = 1
-    if any(made.centroid) or any(made.mass):
-        one = made.stations[0]
-        own, more = made.density * one.A, one.nsm
-        alpha, _ = principal(one)
-        turn = np.array([[math.cos(alpha), math.sin(alpha)], [-math.sin(alpha), math.cos(alpha)]])
-        N, M = turn @ made.centroid, turn @ made.mass  # along the principal axes, as the section
-        centre = (own * N + more * M) / (own + more) - N if own + more > 0 else np.zeros(2)
-        found["offset"] = tuple(float(c) for c in N)
-        if shears:
-            found["shear_centre"] = tuple(float(-c) for c in N)
+def bar_options(model: NastranModel, bar: BarProperty, card: Card) -> dict[str, object]:
+    """Options of the beam family: shear, and the positions of centroid, shear centre and mass centre of PBEAM."""
+    has_shear = bar.K1 > 0 and bar.K2 > 0 and bar.G > 0
+    if (bar.K1 > 0) != (bar.K2 > 0):
+        model.bulk.findings.note(f"{bar.card} has one of K1 and K2 zero: transverse shear is left out")
+    large_extent = 1e9  # m; the deck decides whether sections have transverse shear
+    options: dict[str, object] = {"shear": has_shear, "extent": large_extent}
+    if not all(bar.G * s.J > 0 for s in bar.stations):
+        options["torsion_order"] = 1  # internal shape functions would have no stiffness
+    if not all(bar.E * s.A > 0 for s in bar.stations):
+        options["axial_order"] = 1
+    if any(bar.centroid) or any(bar.mass):
+        station = bar.stations[0]
+        structural, nonstructural = bar.density * station.A, station.nsm
+        alpha, _ = principal(station)
+        rotation = np.array([[math.cos(alpha), math.sin(alpha)], [-math.sin(alpha), math.cos(alpha)]])
+        N, M = rotation @ bar.centroid, rotation @ bar.mass  # along the principal axes, as the section
+        centre = (
+            (structural * N + nonstructural * M) / (structural + nonstructural) - N
+            if structural + nonstructural > 0
+            else np.zeros(2)
+        )
+        options["offset"] = tuple(float(c) for c in N)
+        if has_shear:
+            options["shear_centre"] = tuple(float(-c) for c in N)
         elif N.any():
             raise ValueError(
-                f"{made.card} has its neutral axis off its shear centre, which needs transverse shear; give K1 and K2"
+                f"{bar.card} has its neutral axis off its shear centre, which needs transverse shear; give K1 and K2"
             )
         if centre.any():
-            found["mass_centre"] = tuple(float(c) for c in centre)
-    return found
+            options["mass_centre"] = tuple(float(c) for c in centre)
+    return options
 
 
 def _rods(model: NastranModel) -> dict[int, Rod | None]:
     """Properties of rods by number: PROD and PTUBE."""
     bulk, u = model.bulk, model.bulk.units
-    known: dict[int, Rod | None] = {}
+    rods: dict[int, Rod | None] = {}
     per_length = u.mass / u.length * bulk.wtmass
 
     def add(card: Card) -> None:
         number = card.integer(0)
-        known.setdefault(number, None)
+        rods.setdefault(number, None)
         E, G, rho = model.materials(card.integer(1)).bar()
         if card.name == "PROD":
             A, J, nsm = card.real(2) * u.length**2, card.real(3, 0.0) * u.length**4, card.real(5, 0.0)
@@ -271,11 +275,11 @@ def _rods(model: NastranModel) -> dict[int, Rod | None]:
         v = bulk.override([f"pid_{number}", *bulk.names_of(number)], values, str(card))
         if v["A"] < 0 or rho * v["A"] + v["nonstructural_mass"] < 0:
             raise ValueError(f"{card} has an area or a mass per length below zero; correct it")
-        known[number] = Rod(E * v["A"], G * v["J"], rho * v["A"] + v["nonstructural_mass"])
+        rods[number] = Rod(E * v["A"], G * v["J"], rho * v["A"] + v["nonstructural_mass"])
 
-    bulk.trying(add, "PROD")
-    bulk.trying(add, "PTUBE")
-    return known
+    bulk.for_each_card(add, "PROD")
+    bulk.for_each_card(add, "PTUBE")
+    return rods
 
 
 def _rod(model: NastranModel, card: Card, rods: dict[int, Rod | None]) -> None:
@@ -312,7 +316,7 @@ def _add_rod(model: NastranModel, card: Card, ends: list[int], rod: Rod, name: s
         if not rod.GJ > 0:
             raise ValueError(f"{card} has neither area nor torsion constant; give one")
         return
-    section = CableSection(rod.EA, max(rod.mass, LIGHT * rod.EA))
+    section = CableSection(rod.EA, max(rod.mass, MASSLESS * rod.EA))
     rows = [model.row(g) for g in ends]
     model.build.cell(
         "line", rows, (key, rod.mass), name, "rod", section, None, {}, model.bulk.names_of(int(name[4:] or 0))

@@ -10,15 +10,15 @@ from femflex.decks.nastran.model import NastranModel
 from femflex.fem import PointMass
 from femflex.fem.point_mass import check_inertia
 
-NO_MASS = 1e-6  # [kg] of the total mass: what an inertia without mass is given
+NO_MASS = 1e-6  # mass given to an inertia without mass, relative to the total mass
 
 
 def read_masses(model: NastranModel) -> None:
     """Add the concentrated masses of a deck to the model."""
     bulk = model.bulk
-    bulk.trying(lambda card: _conm2(model, card), "CONM2")
-    bulk.trying(lambda card: _conm1(model, card), "CONM1", use=False)
-    _scalar(model)
+    bulk.for_each_card(lambda card: _conm2(model, card), "CONM2")
+    bulk.for_each_card(lambda card: _conm1(model, card), "CONM1", use=False)
+    _add_scalar_masses(model)
 
 
 def _conm2(model: NastranModel, card: Card) -> None:
@@ -27,38 +27,38 @@ def _conm2(model: NastranModel, card: Card) -> None:
     if not model.grids.require([grid], card):
         return
     mass = card.real(3, 0.0) * u.mass * factor
-    given = np.array(card.reals(4, 3))
+    offset_fields = np.array(card.reals(4, 3))
     x = model.grids[grid].position
     if cid == -1:  # the offset is the position of the centre in basic coordinates
-        axes, offset = np.eye(3), given * u.length - x
+        axes, offset = np.eye(3), offset_fields * u.length - x
     else:
         axes = model.systems(cid).axes_at(x)
-        offset = given * u.length @ axes
+        offset = offset_fields * u.length @ axes
     i11, i21, i22, i31, i32, i33 = (value * u.inertia * factor for value in card.reals(8, 6))
-    own = np.array([[i11, -i21, -i31], [-i21, i22, -i32], [-i31, -i32, i33]])
-    _add(model, card, grid, mass, axes.T @ own @ axes, offset)
+    inertia = np.array([[i11, -i21, -i31], [-i21, i22, -i32], [-i31, -i32, i33]])
+    _add(model, card, grid, mass, axes.T @ inertia @ axes, offset)
 
 
 def _add(model: NastranModel, card: Card, grid: int, mass: float, inertia: Array, offset: Array) -> None:
     if mass < 0:
         raise ValueError(f"{card} has mass {mass:.6g} kg; a mass cannot be negative")
     if not mass and not inertia.any():
-        model.bulk.found.unused(card.name, "no mass and no inertia; nothing is left out", card.place)
+        model.bulk.findings.unused(card.name, "no mass and no inertia; nothing is left out", card.location)
         return
     check_inertia(inertia, f"the inertia of {card}")
     if not mass:
         model.inertias.append((grid, inertia, card))
-        model.wanted.add(grid)
-        model.wanted_turning.add(grid)
+        model.required.add(grid)
+        model.required_turning.add(grid)
         return
     model.masses.append((grid, mass, inertia if inertia.any() else None, offset, card))
-    model.wanted.add(grid)
+    model.required.add(grid)
     if inertia.any() or offset.any():
-        model.wanted_turning.add(grid)
+        model.required_turning.add(grid)
 
 
 def _conm1(model: NastranModel, card: Card) -> None:
-    """A 6 x 6 mass matrix, where it is that of a rigid body; else it cannot be used."""
+    """Add a 6 x 6 mass matrix if it is that of a rigid body; otherwise report it as unused."""
     u, factor = model.bulk.units, model.bulk.wtmass
     grid, cid = card.integer(1), card.integer(2, 0)
     if not model.grids.require([grid], card):
@@ -73,11 +73,13 @@ def _conm1(model: NastranModel, card: Card) -> None:
         np.abs(cross).max(), 1e-300
     )
     if not rigid or not mass > 0:
-        model.bulk.found.unused(
-            "CONM1", "mass matrices that are not those of a rigid body are left out; their mass is missing", card.place
+        model.bulk.findings.unused(
+            "CONM1",
+            "mass matrices that are not those of a rigid body are left out; their mass is missing",
+            card.location,
         )
         return
-    model.bulk.found.use("CONM1")
+    model.bulk.findings.use("CONM1")
     S = cross / mass  # skew of the offset: M = [m, -m skew(r); m skew(r), J]
     r = np.array([S[2, 1], S[0, 2], S[1, 0]])
     inertia = M[3:, 3:] - mass * (r @ r * np.eye(3) - np.outer(r, r))
@@ -85,69 +87,74 @@ def _conm1(model: NastranModel, card: Card) -> None:
     _add(model, card, grid, mass * u.mass * factor, axes.T @ inertia @ axes * u.inertia * factor, r * u.length @ axes)
 
 
-def _scalar(model: NastranModel) -> None:
-    """CMASS of one grid: the same mass in components 1 to 3 is a point mass, components 4 to 6 are inertias about the
-    axes of its displacements; else left out."""
+def _add_scalar_masses(model: NastranModel) -> None:
+    """Add the CMASS of single grids: equal masses in components 1 to 3 form a point mass, components 4 to 6 are
+    inertias about the displacement axes; others are reported as unused."""
     bulk, by_grid = model.bulk, dict[int, dict[int, tuple[float, Card]]]()
     values = {
-        card.integer(k): card.real(k + 1, 0.0) for card in bulk.each("PMASS") for k in (0, 2, 4, 6) if card.has(k)
+        card.integer(k): card.real(k + 1, 0.0)
+        for card in bulk.cards_named("PMASS")
+        for k in (0, 2, 4, 6)
+        if card.has(k)
     }
     for name in ("CMASS1", "CMASS2", "CMASS3", "CMASS4"):
-        for card in bulk.each(name, use=False):
+        for card in bulk.cards_named(name, use=False):
             paired = name in ("CMASS1", "CMASS2")
-            at = card.integer(2, 0)
-            components = card.components(3) if paired and at in model.grids else ()
+            grid_number = card.integer(2, 0)
+            components = card.components(3) if paired and grid_number in model.grids else ()
             m = values.get(card.integer(1, 0), 0.0) if name in ("CMASS1", "CMASS3") else card.real(1, 0.0)
-            if at not in model.grids and at and not card.has(4 if paired else 3):
-                model.scalar_masses[at] = m, card
-            elif at in model.grids and len(components) == 1 and not card.has(4):
-                by_grid.setdefault(at, {})[components[0]] = (m, card)
+            if grid_number not in model.grids and grid_number and not card.has(4 if paired else 3):
+                model.scalar_masses[grid_number] = m, card
+            elif grid_number in model.grids and len(components) == 1 and not card.has(4):
+                by_grid.setdefault(grid_number, {})[components[0]] = (m, card)
             else:
-                bulk.found.unused(name, "masses between two components are left out and missing", card.place)
-    for grid, given in by_grid.items():
-        masses = [given[c][0] for c in (1, 2, 3) if c in given]
-        first = next(iter(given.values()))[1]
+                bulk.findings.unused(name, "masses between two components are left out and missing", card.location)
+    for grid, by_component in by_grid.items():
+        masses = [by_component[c][0] for c in (1, 2, 3) if c in by_component]
+        first = next(iter(by_component.values()))[1]
         if len(masses) == 3 and max(masses) - min(masses) <= 1e-9 * max(masses) and masses[0] > 0:
             for c in (1, 2, 3):
-                bulk.found.use(given[c][1].name)
+                bulk.findings.use(by_component[c][1].name)
             u = bulk.units.mass * bulk.wtmass
             bulk.attempt(first, lambda grid=grid, m=masses[0] * u, card=first: _add(  # type: ignore[misc]
                 model, card, grid, m, np.zeros((3, 3)), np.zeros(3)
             ))  # fmt: skip
-            given = {c: one for c, one in given.items() if c > 3}
-        turning = {c: given.pop(c) for c in (4, 5, 6) if c in given and given[c][0] > 0}
+            by_component = {c: value for c, value in by_component.items() if c > 3}
+        turning = {c: by_component.pop(c) for c in (4, 5, 6) if c in by_component and by_component[c][0] > 0}
         if turning:
             for _, card in turning.values():
-                bulk.found.use(card.name)
-            own = np.array([turning[c][0] if c in turning else 0.0 for c in (4, 5, 6)])
+                bulk.findings.use(card.name)
+            inertias = np.array([turning[c][0] if c in turning else 0.0 for c in (4, 5, 6)])
             axes = model.systems(model.grids[grid].displacement).axes_at(model.grids[grid].position)
-            J = axes.T @ np.diag(own) @ axes * bulk.units.inertia * bulk.wtmass
+            J = axes.T @ np.diag(inertias) @ axes * bulk.units.inertia * bulk.wtmass
             card = next(iter(turning.values()))[1]
             bulk.attempt(card, lambda grid=grid, J=J, card=card: _add(  # type: ignore[misc]
                 model, card, grid, 0.0, J, np.zeros(3)
             ))  # fmt: skip
-        for _, card in given.values():
-            bulk.found.unused(card.name, "a mass in one direction alone is left out; that mass is missing", card.place)
+        for _, card in by_component.values():
+            bulk.findings.unused(
+                card.name, "a mass in one direction alone is left out; that mass is missing", card.location
+            )
 
 
 def finish_masses(model: NastranModel, total: float) -> None:
-    """Make the point masses, now that it is known which grids turn; `total` is the mass of everything else [kg]."""
-    found = model.bulk.found
+    """Create the point masses, once it is known which grids have rotations; total: mass of all other parts [kg]."""
+    findings = model.bulk.findings
     for grid, mass, inertia, offset, card in model.masses:
         if grid not in model.turning and (inertia is not None or offset.any()):
-            what = "inertia" if inertia is not None else "offset"
-            found.unused(
-                f"{card.name} {what}" + (" and offset" if inertia is not None and offset.any() else ""),
-                "its grid has no rotation (solids, rods): its mass acts at the grid", card.place,
+            omitted = "inertia" if inertia is not None else "offset"
+            findings.unused(
+                f"{card.name} {omitted}" + (" and offset" if inertia is not None and offset.any() else ""),
+                "its grid has no rotation (solids, rods): its mass acts at the grid", card.location,
             )  # fmt: skip
             inertia, offset = None, np.zeros(3)
         model.point_masses.append(
-            PointMass(model.group(grid), mass, inertia, tuple(float(c) for c in offset), bodily=False)
+            PointMass(model.group(grid), mass, inertia, tuple(float(c) for c in offset), physical=False)
         )
     for grid, inertia, card in model.inertias:
         if grid not in model.turning:
-            found.unused(f"{card.name} inertia", "its grid has no rotation; the inertia is left out", card.place)
+            findings.unused(f"{card.name} inertia", "its grid has no rotation; the inertia is left out", card.location)
             continue
-        light = NO_MASS * max(total, 1e-9)
-        found.note(f"{card} has an inertia and no mass; it gets {light:.3g} kg")
-        model.point_masses.append(PointMass(model.group(grid), light, inertia, bodily=False))
+        substitute_mass = NO_MASS * max(total, 1e-9)
+        findings.note(f"{card} has an inertia and no mass; it gets {substitute_mass:.3g} kg")
+        model.point_masses.append(PointMass(model.group(grid), substitute_mass, inertia, physical=False))

@@ -13,7 +13,7 @@ from femflex.decks.nastran.card import Card
 from femflex.fem.sections.laminates import Lamina
 from femflex.fem.sections.materials import Anisotropic, Material
 
-STIFF = 1e4  # over the largest modulus in the plane: a transverse shear modulus that a blank field (rigid) stands for
+RIGID_SHEAR = 1e4  # transverse shear modulus for a blank field (rigid), relative to the largest modulus in the plane
 NOT_ELASTIC = {
     "MAT4": "heat conduction is left out",
     "MAT5": "heat conduction is left out",
@@ -59,19 +59,19 @@ class Elastic:
         raise ValueError(f"{self.card} is a material of solids; plates take MAT1, MAT2 or MAT8")
 
     def shear(self) -> Array:
-        """G (2, 2) [Pa] between transverse shear stresses and strains, as the material says alone."""
+        """G (2, 2) [Pa] between transverse shear stresses and strains, from this material alone."""
         v = self.values
         if self.kind == 1:
             return v["G"] * np.eye(2)
         if self.kind == 8:
-            rigid = STIFF * max(v["E1"], v["E2"], v["G12"])
+            rigid = RIGID_SHEAR * max(v["E1"], v["E2"], v["G12"])
             return np.diag([v["G13"] or rigid, v["G23"] or rigid])
         if self.kind == 2:
             return self.matrix[:2, :2]  # where MID3 names a MAT2, G11, G12 and G22 are those of transverse shear
         raise ValueError(f"{self.card} is a material of solids; plates take MAT1, MAT2 or MAT8")
 
     def lamina(self) -> Lamina:
-        """The material as a ply. Raises ValueError where it is none."""
+        """The material as a ply. Raises ValueError if it cannot be one."""
         v = self.values
         if self.kind == 1:
             return Lamina(v["E"], v["E"], v["G"], v["nu"], v["density"])
@@ -103,19 +103,19 @@ class Materials:
 
     def __init__(self, bulk: Bulk) -> None:
         self._bulk = bulk
-        self._known: dict[int, Elastic] = {}
+        self._by_number: dict[int, Elastic] = {}
         for name in ("MAT1", "MAT2", "MAT8", "MAT9"):
-            bulk.trying(self._add, name)
+            bulk.for_each_card(self._add, name)
         for name, consequence in NOT_ELASTIC.items():
-            for card in bulk.each(name, use=False):
-                bulk.found.unused(name, consequence, card.place)
+            for card in bulk.cards_named(name, use=False):
+                bulk.findings.unused(name, consequence, card.location)
 
     def _add(self, card: Card) -> None:
         number = card.integer(0)
-        if number in self._known:
-            first = self._known[number].card
+        if number in self._by_number:
+            first = self._by_number[number].card
             if first.fields != card.fields:
-                raise ValueError(f"{card} gives material {number} again, which stands at {first.place} already")
+                raise ValueError(f"{card} gives material {number} again, which stands at {first.location} already")
             return
         read = {"MAT1": _mat1, "MAT2": _mat2, "MAT8": _mat8, "MAT9": _mat9}[card.name]
         p, rho = self._bulk.units.pressure, self._bulk.units.density * self._bulk.wtmass
@@ -125,18 +125,18 @@ class Materials:
             changed["G"] = changed["E"] / (2 * (1 + changed["nu"]))
         if changed["density"] < 0:
             raise ValueError(f"{card} has density {changed['density']:.6g} kg/m^3; it cannot be negative")
-        self._known[number] = Elastic(number, kind, changed, card, matrix)
+        self._by_number[number] = Elastic(number, kind, changed, card, matrix)
 
     def __call__(self, number: int) -> Elastic:
-        """The material of a number. Raises ValueError where the deck has none."""
-        if number not in self._known:
-            known = ", ".join(map(str, sorted(self._known)[:12])) or "none"
-            raise ValueError(f"names material {number}, which is not in the deck; it has {known}")
-        return self._known[number]
+        """The material with this number. Raises ValueError if the deck has none."""
+        if number not in self._by_number:
+            numbers = ", ".join(map(str, sorted(self._by_number)[:12])) or "none"
+            raise ValueError(f"names material {number}, which is not in the deck; it has {numbers}")
+        return self._by_number[number]
 
-    def all(self) -> list[Elastic]:
+    def all_materials(self) -> list[Elastic]:
         """All materials."""
-        return list(self._known.values())
+        return list(self._by_number.values())
 
 
 Read = tuple[int, dict[str, float], Array]
@@ -144,7 +144,7 @@ NO_MATRIX = np.zeros((0, 0))
 
 
 def _mat1(card: Card, p: float, rho: float) -> Read:
-    """Of E, G and nu two are given; the third is that of an isotropic material."""
+    """Two of E, G and nu are given; the third is that of an isotropic material."""
     E, G, nu = card.has(1), card.has(2), card.has(3)
     e, g, n = card.real(1, 0.0) * p, card.real(2, 0.0) * p, card.real(3, 0.0)
     if E and nu and not G:
@@ -172,7 +172,7 @@ def _mat8(card: Card, p: float, rho: float) -> Read:
 
 
 def _mat9(card: Card, p: float, rho: float) -> Read:
-    """Order 11, 22, 33, 12, 23, 31 of the card; 11, 22, 33, 23, 31, 12 here."""
+    """Components are 11, 22, 33, 12, 23, 31 on the card and 11, 22, 33, 23, 31, 12 in the returned matrix."""
     C = np.zeros((6, 6))
     C[np.triu_indices(6)] = [value * p for value in card.reals(1, 21)]
     C = C + np.triu(C, 1).T
@@ -181,7 +181,7 @@ def _mat9(card: Card, p: float, rho: float) -> Read:
 
 
 def _isotropic(E: float, nu: float, G: float) -> Array:
-    """Elastic matrix of MAT1 whose G is not that of E and nu."""
+    """Elastic matrix of a MAT1 whose G differs from E / (2 (1 + nu))."""
     C = np.zeros((6, 6))
     C[:3, :3] = E * nu / ((1 + nu) * (1 - 2 * nu))
     C[range(3), range(3)] += E / (1 + nu)

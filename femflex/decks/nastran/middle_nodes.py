@@ -12,9 +12,9 @@ def with_middles(
     model: NastranModel, corners: Sequence[int], middles: Sequence[int], card: Card,
     edges: Sequence[tuple[int, int]] = (),
 ) -> list[int]:  # fmt: skip
-    """Rows of the points of middle nodes; those left out (0) are put in the middle of their edges, once for each edge.
+    """Rows of the points of middle nodes; missing ones (0) are added at the middle of their edges, once per edge.
 
-    edges  corners (places in `corners`) of each; all round where left out
+    edges  indices in `corners` of the ends of each edge; by default the edges around a surface
     """
     n = len(corners)
     ends = edges or [(k, (k + 1) % n) for k in range(n)]
@@ -30,7 +30,7 @@ def with_middles(
         rows.append(model.middles[pair])
     if missing and card.name not in model.incomplete:
         model.incomplete.add(card.name)
-        model.bulk.found.note(
+        model.bulk.findings.note(
             f"{card} and other {card.name} leave out some of their middle nodes; these are put in the middle of the "
             "edges"
         )

@@ -1,4 +1,4 @@
-"""What all readers of elements and connections share: the deck's grids, materials and the model they build."""
+"""State shared by all readers of elements and connections: grids, materials and the model under construction."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ WORDS = ("x", "y", "z", "rx", "ry", "rz")
 
 @dataclass
 class NastranModel:
-    """The parts of a deck that are read, and those that come from them."""
+    """The parts of a deck that have been read, and the model built from them."""
 
     bulk: Bulk
     systems: Systems
@@ -40,45 +40,47 @@ class NastranModel:
     inertias: list[tuple[int, Array, Card]] = field(default_factory=list)  # without mass
     springs: list[tuple[Bushing | ScalarSpring, list[int], bool, Card]] = field(default_factory=list)  # grids, turns
     scalar_springs: list[tuple[list[tuple[int, tuple[int, ...]]], float, Card]] = field(default_factory=list)
-    scalar_masses: dict[int, tuple[float, Card]] = field(default_factory=dict)  # by scalar point, in the deck's unit
-    free_points: list[int] = field(default_factory=list)  # rows of points that move, and are no grids
-    turning: set[int] = field(default_factory=set)  # grids that elements or connections give a rotation
-    moving: set[int] = field(default_factory=set)  # grids that elements or connections move
-    wanted: set[int] = field(default_factory=set)  # grids that masses and springs need
-    wanted_turning: set[int] = field(default_factory=set)  # those whose rotations they need
+    # mass by scalar point, in the deck's unit
+    scalar_masses: dict[int, tuple[float, Card]] = field(default_factory=dict)
+    free_points: list[int] = field(default_factory=list)  # rows of points with displacements that are no grids
+    turning: set[int] = field(default_factory=set)  # grids with rotations from elements or connections
+    moving: set[int] = field(default_factory=set)  # grids with displacements from elements or connections
+    required: set[int] = field(default_factory=set)  # grids whose displacements masses and springs need
+    required_turning: set[int] = field(default_factory=set)  # grids whose rotations they need
     depending: dict[tuple[int, int], Card] = field(default_factory=dict)  # (grid, component) -> card it depends by
 
     def row(self, grid: int) -> int:
-        """Row of the mesh's points of a grid."""
+        """Row of a grid in the points of the mesh."""
         return self.build.node(grid, self.grids[grid].position)
 
     def group(self, grid: int) -> str:
-        """The group of one point, node_17, of a grid."""
+        """Name of the group of one grid, such as node_17, which is added if needed."""
         name = f"node_{grid}"
         if name not in self.build.point_groups:
             self.build.point_group(self.row(grid), name)
         return name
 
     def new_name(self, name: str) -> str:
-        """The name, or one like it that no group has yet."""
-        k, found = 1, name
-        while found in self.build.point_groups:
+        """The name, with a number appended if a group has it already."""
+        k, unique_name = 1, name
+        while unique_name in self.build.point_groups:
             k += 1
-            found = f"{name}-{k}"
-        return found
+            unique_name = f"{name}-{k}"
+        return unique_name
 
     def depend(self, grid: int, components: tuple[int, ...], card: Card) -> bool:
-        """Say that components (1 to 6) of a grid follow others; a problem where they do already."""
-        fine = True
+        """Record that components (1 to 6) of a grid are dependent; add a problem and return False if they already
+        are."""
+        independent = True
         for c in components:
             first = self.depending.get((grid, c))
             if first is not None:
-                self.bulk.found.problem(
-                    f"{card} makes component {c} of grid {grid} dependent, which {first} ({first.place}) does "
+                self.bulk.findings.problem(
+                    f"{card} makes component {c} of grid {grid} dependent, which {first} ({first.location}) does "
                     "already; make it dependent once",
-                    card.place,
+                    card.location,
                 )
-                fine = False
+                independent = False
             else:
                 self.depending[grid, c] = card
-        return fine
+        return independent

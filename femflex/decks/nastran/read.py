@@ -1,4 +1,4 @@
-"""The way from a Nastran deck to the neutral Deck."""
+"""Read a Nastran deck into a Deck."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from femflex.decks.nastran.masses import finish_masses, read_masses
 from femflex.decks.nastran.materials import Materials
 from femflex.decks.nastran.model import NastranModel
 from femflex.decks.nastran.nonstructural_mass import NonstructuralMass
-from femflex.decks.nastran.older import renew
+from femflex.decks.nastran.older import modernise_cards
 from femflex.decks.nastran.rigid_elements import read_rigid_elements
 from femflex.decks.nastran.scalar_points import read_scalar_points
 from femflex.decks.nastran.sets import read_sets
@@ -31,31 +31,31 @@ from femflex.decks.register import Overrides
 from femflex.decks.units import Units
 from femflex.fem import Member
 from femflex.mesh.nastran_cards import read_deck as read_cards
-from femflex.mesh.upright import upright
+from femflex.mesh.orientation import reorient_solids
 
 
-def read(path: Path, units: Units, overrides: Overrides) -> Deck:
+def read_nastran_deck(path: Path, units: Units, overrides: Overrides) -> Deck:
     """The Deck of a Nastran file. Raises DeckError with all its problems."""
     raw = read_cards(path)
     bulk = bulk_of(raw, units, overrides)
-    renew(bulk)
+    modernise_cards(bulk)
     if not bulk.cards.get("GRID"):
-        bulk.found.problem(f"{path.name} has no GRID cards; it is no Nastran deck with a structure")
-        bulk.found.check(path)
-    parts = [cards[0] for name, cards in bulk.cards.items() if name.startswith("BEGIN")]
-    for card in parts:
+        bulk.findings.problem(f"{path.name} has no GRID cards; it is no Nastran deck with a structure")
+        bulk.findings.check(path)
+    superelements = [cards[0] for name, cards in bulk.cards.items() if name.startswith("BEGIN")]
+    for card in superelements:
         text = "".join([card.name, *card.fields[:2]]).strip()
-        bulk.found.problem(f"{text}: superelements in parts are not read; write the model as one", card.place)
-    if parts:
-        bulk.found.check(path)
+        bulk.findings.problem(f"{text}: superelements in parts are not read; write the model as one", card.location)
+    if superelements:
+        bulk.findings.check(path)
     elements = [
         name for name in bulk.cards if re.match(r"C(QUAD|TRIA|BAR|BEAM|ROD|TUBE|SHEAR|HEXA|PENTA|TETRA|PYRA)", name)
     ]
     if elements and not any(
         re.match(r"MAT|P(SHE|COMP|BAR|BEAM|ROD|TUBE|L?SOLID|BUSH|ELAS)", name) for name in bulk.cards
     ):
-        bulk.found.problem_no_properties(path, "properties and materials")
-        bulk.found.check(path)
+        bulk.findings.problem_no_properties(path, "properties and materials")
+        bulk.findings.check(path)
     systems = Systems(bulk)
     materials = Materials(bulk)
     grids = Grids(bulk, systems)
@@ -71,54 +71,56 @@ def read(path: Path, units: Units, overrides: Overrides) -> Deck:
     read_springs(model)
     read_general_elements(model)
     read_scalar_points(model)
-    _lone_grids(model)
+    _add_lone_grids(model)
     finish_springs(model)
     finish_masses(model, 0.0)
     supports, default = read_supports(model)
     read_sets(model)
     report_unused(bulk)
-    known = materials.all()
-    no_density = bulk.found.note_no_mass(
-        [m.density for m in known], [f"mat_{m.number}" for m in known], known[0].card.place if known else ""
+    all_materials = materials.all_materials()
+    no_density = bulk.findings.note_no_mass(
+        [m.density for m in all_materials],
+        [f"mat_{m.number}" for m in all_materials],
+        all_materials[0].card.location if all_materials else "",
     )
-    _unknown_overrides(model)
-    if not model.build.cells and not model.moving and not bulk.found.problems:
-        bulk.found.problem(f"{path.name} has no elements, masses or springs; there is no structure to make")
-    bulk.found.check(path)
+    _report_unknown_overrides(model)
+    if not model.build.cells and not model.moving and not bulk.findings.problems:
+        bulk.findings.problem(f"{path.name} has no elements, masses or springs; there is no structure to make")
+    bulk.findings.check(path)
     mesh = model.build.mesh()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        mesh = upright(mesh, path.name) if mesh.cells else mesh
+        mesh = reorient_solids(mesh, path.name) if mesh.cells else mesh
     deck = Deck(
         path.name, "Nastran", mesh, (*model.build.members(), *_node_members(model)), tuple(model.point_masses),
         tuple(model.connections), tuple(model.bushings), supports, default, dict(model.build.row_of), units,
-        *_judged(materials), tuple(f"mat_{one.number}" for one in materials.all()),
-        dict(sorted(bulk.found.used.items())), bulk.found.left_out, bulk.found.notes, no_density,
-        tuple((f"mat_{one.number}", "density") for one in known),
+        *_moduli_and_densities(materials), tuple(f"mat_{material.number}" for material in materials.all_materials()),
+        dict(sorted(bulk.findings.used.items())), bulk.findings.left_out, bulk.findings.notes, no_density,
+        tuple((f"mat_{material.number}", "density") for material in all_materials),
     )  # fmt: skip
-    asked = bulk.parameters.get("AUTOSPC")
-    return deck if asked is not None and asked.word(1) == "NO" else deck.with_unresisted_held()
+    autospc = bulk.parameters.get("AUTOSPC")
+    return deck if autospc is not None and autospc.word(1) == "NO" else deck.with_autospc()
 
 
-def _judged(materials: Materials) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def _moduli_and_densities(materials: Materials) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Young's moduli and densities of all materials."""
-    values = [one.values for one in materials.all()]
+    values = [material.values for material in materials.all_materials()]
     moduli = tuple(v[key] for v in values for key in ("E", "E1") if v.get(key, 0.0) > 0)
     return moduli, tuple(v["density"] for v in values if v["density"] > 0)
 
 
-def _lone_grids(model: NastranModel) -> None:
-    """Give dofs to grids that masses, springs and constraints alone act on."""
-    lone = sorted(model.wanted - model.moving)
-    if not model.build.cells and model.connections:  # rigid elements that join masses and springs alone
-        lone = sorted(model.wanted | model.moving)
-        model.wanted_turning |= model.turning
+def _add_lone_grids(model: NastranModel) -> None:
+    """Add members of nodes for grids that belong only to masses, springs and constraints."""
+    lone = sorted(model.required - model.moving)
+    if not model.build.cells and model.connections:  # rigid elements that join only masses and springs
+        lone = sorted(model.required | model.moving)
+        model.required_turning |= model.turning
     for turns in (False, True):
-        own = [g for g in lone if (g in model.wanted_turning) == turns]
-        rows = [*map(model.row, own), *([] if turns else model.free_points)]
+        grids = [g for g in lone if (g in model.required_turning) == turns]
+        rows = [*map(model.row, grids), *([] if turns else model.free_points)]
         if rows:
             model.build.point_groups["lone_nodes" + ("_turning" if turns else "")] = rows
-            model.turning.update(own if turns else [])
+            model.turning.update(grids if turns else [])
     model.moving.update(lone)
 
 
@@ -131,10 +133,10 @@ def _node_members(model: NastranModel) -> list[Member]:
     ]
 
 
-def _unknown_overrides(model: NastranModel) -> None:
+def _report_unknown_overrides(model: NastranModel) -> None:
     for name in model.bulk.overrides:
-        if name not in model.bulk.taken:
-            model.bulk.found.problem(
+        if name not in model.bulk.used_overrides:
+            model.bulk.findings.problem(
                 f"override of {name!r}: the deck has no such property or material; they are named pid_3 and mat_1, or "
                 "as the deck's comments name them"
             )

@@ -11,36 +11,36 @@ from femflex.decks.nastran.model import WORDS, NastranModel
 from femflex.fem import Distributing, MultiPointConstraint, Rigid
 from femflex.mesh.numbers import Numbers, check_count
 
-SINGULAR = 1e-10  # least over largest singular value of the components that determine a rigid motion
+SINGULAR = 1e-10  # smallest relative singular value of components that determine a rigid motion
 
 
 def read_rigid_elements(model: NastranModel) -> None:
-    """Add the rigid elements and the chosen multi-point constraints of a deck to the model."""
+    """Add the rigid elements and the selected multi-point constraints of a deck to the model."""
     bulk = model.bulk
-    bulk.trying(lambda card: _rbe2(model, card), "RBE2")
-    bulk.trying(lambda card: _rbe3(model, card), "RBE3")
-    bulk.trying(lambda card: _rbar(model, card), "RBAR")
-    bulk.trying(lambda card: _rbe1(model, card), "RBE1")
-    bulk.trying(lambda card: _rrod(model, card), "RROD")
+    bulk.for_each_card(lambda card: _rbe2(model, card), "RBE2")
+    bulk.for_each_card(lambda card: _rbe3(model, card), "RBE3")
+    bulk.for_each_card(lambda card: _rbar(model, card), "RBAR")
+    bulk.for_each_card(lambda card: _rbe1(model, card), "RBE1")
+    bulk.for_each_card(lambda card: _rrod(model, card), "RROD")
     _mpcs(model)
 
 
 def _grids_of(model: NastranModel, card: Card, start: int) -> tuple[list[int], bool]:
-    """Grids listed from a field on, up to a real number (ALPHA); and whether there is one."""
-    words = card.rest(start)
+    """Grids listed from a field on, up to a real number (ALPHA), and whether there is such a number."""
+    words = card.words_from(start)
     alpha = bool(words) and ("." in words[-1] or words[-1] == "ALPHA")
-    listed, k = list[int](), 0
+    grids, k = list[int](), 0
     words = words[:-1] if alpha else words
     while k < len(words):
-        if words[k] == "THRU" and listed and k + 1 < len(words):
-            listed += Numbers((range(listed[-1] + 1, int(words[k + 1]) + 1),)).among(model.grids)
+        if words[k] == "THRU" and grids and k + 1 < len(words):
+            grids += Numbers((range(grids[-1] + 1, int(words[k + 1]) + 1),)).among(model.grids)
             k += 2
             continue
         if not words[k].isdigit():
             raise FieldError(f"{card} has {words[k]!r} where a grid point is needed")
-        listed.append(int(words[k]))
+        grids.append(int(words[k]))
         k += 1
-    return listed, alpha
+    return grids, alpha
 
 
 def _rbe2(model: NastranModel, card: Card) -> None:
@@ -50,19 +50,21 @@ def _rbe2(model: NastranModel, card: Card) -> None:
         return
     grids = [g for g in grids if g != centre]
     if not grids or not components:
-        model.bulk.found.unused("RBE2", "it has no dependent components; it has no effect", card.place)
+        model.bulk.findings.unused("RBE2", "it has no dependent components; it has no effect", card.location)
         return
     if not all([model.depend(g, components, card) for g in grids]):
         return
     words = tuple(WORDS[c - 1] for c in components)
     by_axes: dict[tuple[float, ...], list[int]] = {}
-    full = all(set(part) <= set(components) or not set(part) & set(components) for part in ((1, 2, 3), (4, 5, 6)))
+    is_isotropic = all(
+        set(part) <= set(components) or not set(part) & set(components) for part in ((1, 2, 3), (4, 5, 6))
+    )
     for g in grids:
-        axes = np.eye(3) if full else model.grids.axes(g)
+        axes = np.eye(3) if is_isotropic else model.grids.axes(g)
         by_axes.setdefault(direction_key(axes.ravel()), []).append(g)
-    for k, (axes_key, own) in enumerate(by_axes.items()):
+    for k, (axes_key, group_grids) in enumerate(by_axes.items()):
         name = model.new_name(f"rbe2_{card.integer(0)}" + (f"-{k + 1}" if len(by_axes) > 1 else ""))
-        model.build.point_groups[name] = [model.row(g) for g in own]
+        model.build.point_groups[name] = [model.row(g) for g in group_grids]
         rows = np.array(axes_key).reshape(3, 3)
         model.connections.append(Rigid(name, model.group(centre), words, tuple(map(tuple, rows.tolist()))))
     model.turning.update(g for g in grids if g not in model.moving)
@@ -71,47 +73,48 @@ def _rbe2(model: NastranModel, card: Card) -> None:
 
 
 def _rigid_rows(model: NastranModel, grid: int, components: tuple[int, ...], origin: Array) -> Array:
-    """How components of a grid, in its displacement system, move with a rigid motion (6,) about the origin: (k, 6)."""
+    """Matrix (k, 6) from a rigid motion (6,) about the origin to components of a grid in its displacement system."""
     axes, r = model.grids.axes(grid), model.grids[grid].position - origin
     skew = np.array([[0, -r[2], r[1]], [r[2], 0, -r[0]], [-r[1], r[0], 0]])
-    whole = np.block([[axes, -axes @ skew], [np.zeros((3, 3)), axes]])
-    return np.asarray(whole[[c - 1 for c in components]])
+    rigid_map = np.block([[axes, -axes @ skew], [np.zeros((3, 3)), axes]])
+    return np.asarray(rigid_map[[c - 1 for c in components]])
 
 
-def _follow(
+def _add_rigid_dependence(
     model: NastranModel, card: Card, leading: list[tuple[int, tuple[int, ...]]],
     dependent: list[tuple[int, tuple[int, ...]]],
 ) -> None:  # fmt: skip
-    """Let components follow others, six in all, that determine a rigid motion."""
+    """Make components depend on six independent ones that determine a rigid motion."""
     grids = [g for g, _ in leading]
     origin = model.grids[grids[0]].position
     R = np.concatenate([_rigid_rows(model, g, c, origin) for g, c in leading])
     scale = np.linalg.norm(R, axis=0)
     size = np.linalg.svd(R / np.where(scale > 0, scale, 1.0), compute_uv=False)
     if R.shape[0] != 6 or size[-1] <= SINGULAR * size[0]:
-        named = ", ".join(f"{g} ({''.join(map(str, c))})" for g, c in leading)
+        components_text = ", ".join(f"{g} ({''.join(map(str, c))})" for g, c in leading)
         raise ValueError(
-            f"{card} has independent components {named}, which do not determine a rigid motion; give six that do"
+            f"{card} has independent components {components_text}, which do not determine a rigid motion; give six "
+            "that do"
         )
     inverse = np.linalg.inv(R)
     groups = list(dict.fromkeys(grids))
     # independent components, along their own axes, from the basic ones of the grids
-    pick = np.zeros((6, 6 * len(groups)))
-    at = 0
+    selection = np.zeros((6, 6 * len(groups)))
+    row = 0
     for g, components in leading:
         axes = model.grids.axes(g)
         for c in components:
             start = 6 * groups.index(g) + (3 if c > 3 else 0)
-            pick[at, start : start + 3] = axes[(c - 1) % 3]
-            at += 1
+            selection[row, start : start + 3] = axes[(c - 1) % 3]
+            row += 1
     for g, components in dependent:
         if not components or not model.depend(g, components, card):
             continue
-        matrix = _rigid_rows(model, g, components, origin) @ inverse @ pick
-        _following(model, card, g, components, groups, matrix)
+        matrix = _rigid_rows(model, g, components, origin) @ inverse @ selection
+        _add_multi_point(model, card, g, components, groups, matrix)
 
 
-def _following(
+def _add_multi_point(
     model: NastranModel, card: Card, grid: int, components: tuple[int, ...], leaders: list[int], matrix: Array
 ) -> None:
     axes = model.grids.axes(grid)
@@ -121,16 +124,16 @@ def _following(
             matrix, tuple(map(tuple, axes.tolist())), f"{card.name} {card.word(0)}",
         )
     )  # fmt: skip
-    model.wanted.update([grid, *leaders])
-    bare = grid not in model.moving or grid in model.turning  # grids of rods and solids have no rotation
+    model.required.update([grid, *leaders])
+    may_rotate = grid not in model.moving or grid in model.turning  # grids of rods and solids have no rotation
     model.moving.add(grid)
-    if set(components) & {4, 5, 6} and bare:
+    if set(components) & {4, 5, 6} and may_rotate:
         model.turning.add(grid)
-        model.wanted_turning.add(grid)
-    turned = matrix.reshape(len(matrix), len(leaders), 2, 3)[:, :, 1]
+        model.required_turning.add(grid)
+    rotation_columns = matrix.reshape(len(matrix), len(leaders), 2, 3)[:, :, 1]
     for k, g in enumerate(leaders):
-        if turned[:, k].any():
-            model.wanted_turning.add(g)
+        if rotation_columns[:, k].any():
+            model.required_turning.add(g)
 
 
 def _rbar(model: NastranModel, card: Card) -> None:
@@ -141,8 +144,8 @@ def _rbar(model: NastranModel, card: Card) -> None:
     dependent = [(a, card.components(5)), (b, card.components(6))]
     leading = [(g, c) for g, c in leading if c]
     if not any(c for _, c in dependent):
-        taken = dict(leading)
-        dependent = [(g, tuple(c for c in range(1, 7) if c not in taken.get(g, ()))) for g in (a, b)]
+        independent = dict(leading)
+        dependent = [(g, tuple(c for c in range(1, 7) if c not in independent.get(g, ()))) for g in (a, b)]
     everything = (1, 2, 3, 4, 5, 6)
     if len(leading) == 1 and leading[0][1] == everything:
         lead = leading[0][0]
@@ -157,12 +160,12 @@ def _rbar(model: NastranModel, card: Card) -> None:
             return
         if components == everything:
             return
-    _follow(model, card, leading, dependent)
+    _add_rigid_dependence(model, card, leading, dependent)
     model.turning.update(g for g in (a, b) if g not in model.moving)
 
 
 def _rbe1(model: NastranModel, card: Card) -> None:
-    """Independent grids and components, then UM and the dependent ones."""
+    """Add an RBE1: independent grids and components, then UM and the dependent ones."""
     pairs: list[list[tuple[int, tuple[int, ...]]]] = [[], []]
     side, k = 0, 1
     while k < len(card.fields):
@@ -179,45 +182,45 @@ def _rbe1(model: NastranModel, card: Card) -> None:
         k += 1
     grids = [g for side in pairs for g, _ in side]
     if model.grids.require(grids, card):
-        _follow(model, card, *pairs)
+        _add_rigid_dependence(model, card, *pairs)
 
 
 def _rrod(model: NastranModel, card: Card) -> None:
-    """The distance between two grids is kept: one component of one of them follows."""
+    """Keep the distance between two grids: one component of one of them is dependent."""
     a, b = card.integer(1), card.integer(2)
     if not model.grids.require([a, b], card):
         return
     ca, cb = card.components(3), card.components(4)
     if len(ca) + len(cb) != 1:
         raise ValueError(f"{card} must name one dependent component")
-    follows, other, c = (a, b, ca[0]) if ca else (b, a, cb[0])
+    dependent, other, c = (a, b, ca[0]) if ca else (b, a, cb[0])
     t = model.grids[b].position - model.grids[a].position
     t = t / np.linalg.norm(t)
-    along = model.grids.axes(follows)[c - 1] @ t
+    along = model.grids.axes(dependent)[c - 1] @ t
     if abs(along) < 1e-6:
         raise ValueError(
-            f"{card}: component {c} of grid {follows} is perpendicular to the rod, so it cannot be dependent; name a "
+            f"{card}: component {c} of grid {dependent} is perpendicular to the rod, so it cannot be dependent; name a "
             "component along the rod"
         )
-    if not model.depend(follows, (c,), card):
+    if not model.depend(dependent, (c,), card):
         return
-    own = model.grids.axes(follows)
+    own_axes = model.grids.axes(dependent)
     matrix = np.zeros((1, 12))
     matrix[0, 0:3] = t / along
     for k in range(3):
         if k != c - 1:
-            matrix[0, 6:9] -= (own[k] @ t) / along * own[k]
-    _following(model, card, follows, (c,), [other, follows], matrix)
+            matrix[0, 6:9] -= (own_axes[k] @ t) / along * own_axes[k]
+    _add_multi_point(model, card, dependent, (c,), [other, dependent], matrix)
 
 
 def _rbe3(model: NastranModel, card: Card) -> None:
-    """The reference follows the motion that fits the others best: least squares with weights.
+    """Make the reference grid follow the weighted least-squares fit of the motion of the other grids.
 
-    Rotations of the others, where they take part, weigh as much as displacements at the mean distance of the grids.
+    Rotations of the other grids, if included, have the weight of displacements at the mean distance of the grids.
     """
     centre, components = card.integer(2), card.components(3)
     groups: list[tuple[float, tuple[int, ...], list[int]]] = []
-    own: tuple[int, ...] = ()
+    weighted_components: tuple[int, ...] = ()
     k, weight, grids = 4, None, list[int]()
     words = [word.strip().upper() for word in card.fields]
     while k < len(words):
@@ -228,8 +231,8 @@ def _rbe3(model: NastranModel, card: Card) -> None:
             k += 1
         elif not word.lstrip("+-").isdigit() and word != "THRU":
             if weight is not None:
-                groups.append((weight, own, grids))
-            weight, own, grids = card.real(k), card.components(k + 1), []
+                groups.append((weight, weighted_components, grids))
+            weight, weighted_components, grids = card.real(k), card.components(k + 1), []
             k += 2
         elif word == "THRU":
             span = range(grids[-1] + 1, card.integer(k + 1) + 1)
@@ -240,54 +243,54 @@ def _rbe3(model: NastranModel, card: Card) -> None:
             grids.append(int(word))
             k += 1
     if weight is not None:
-        groups.append((weight, own, grids))
+        groups.append((weight, weighted_components, grids))
     if not groups or not components:
         raise ValueError(f"{card} has no weights, grids or components")
     leaders = list(dict.fromkeys(g for _, _, grids in groups for g in grids))
     if not model.grids.require([centre, *leaders], card):
         return
     if "UM" in words:
-        model.bulk.found.unused("RBE3 UM", "UM is not used: the reference grid is the dependent one", card.place)
+        model.bulk.findings.unused("RBE3 UM", "UM is not used: the reference grid is the dependent one", card.location)
     if not model.depend(centre, components, card):
         return
     simple = all(c == (1, 2, 3) for _, c, _ in groups) and len(leaders) == sum(len(g) for _, _, g in groups)
     origin = model.grids[centre].position
-    # first-order solids get more nodes, which join groups of their nodes: such leaders are named one by one
+    # first-order solids get more nodes, which join groups of their nodes: leaders on solids are named individually
     if simple and len(components) == 6 and centre not in leaders and set(leaders) <= model.turning:
         x = np.array([model.grids[g].position for g in leaders])
         w = np.concatenate([np.full(len(grids), weight) for weight, _, grids in groups])
         r = x - w @ x / w.sum()
-        spread = np.linalg.svd(r, compute_uv=False)
-        if len(spread) > 1 and spread[1] > 1e-6 * spread[0]:
+        extents = np.linalg.svd(r, compute_uv=False)
+        if len(extents) > 1 and extents[1] > 1e-6 * extents[0]:
             name = model.new_name(f"rbe3_{card.integer(0)}")
             order = np.argsort([model.row(g) for g in leaders])
             model.build.point_groups[name] = [model.row(g) for g in leaders]
             model.connections.append(Distributing(name, model.group(centre), tuple(float(v) for v in w[order])))
             model.moving.add(centre)
             model.turning.add(centre)
-            model.wanted.update(leaders)
+            model.required.update(leaders)
             return
     x = np.array([model.grids[g].position for g in leaders]) - origin
-    mean = float(np.linalg.norm(x, axis=1).mean()) or 1.0
-    rows, factors, picks = [], [], []
-    for factor, own, grids in groups:
+    mean_distance = float(np.linalg.norm(x, axis=1).mean()) or 1.0
+    rows, factors, selections = [], [], []
+    for factor, weighted_components, grids in groups:
         for g in grids:
             axes, start = model.grids.axes(g), 6 * leaders.index(g)
-            for row, c in zip(_rigid_rows(model, g, own, origin), own, strict=True):
-                pick = np.zeros(6 * len(leaders))
-                pick[start + (3 if c > 3 else 0) : start + (6 if c > 3 else 3)] = axes[(c - 1) % 3]
+            for row, c in zip(_rigid_rows(model, g, weighted_components, origin), weighted_components, strict=True):
+                selection = np.zeros(6 * len(leaders))
+                selection[start + (3 if c > 3 else 0) : start + (6 if c > 3 else 3)] = axes[(c - 1) % 3]
                 rows.append(row)
-                factors.append(factor * (mean**2 if c > 3 else 1.0))
-                picks.append(pick)
-    R, W, P = np.array(rows), np.array(factors), np.array(picks)
-    scale = np.array([1.0, 1, 1, 1 / mean, 1 / mean, 1 / mean])
+                factors.append(factor * (mean_distance**2 if c > 3 else 1.0))
+                selections.append(selection)
+    R, W, P = np.array(rows), np.array(factors), np.array(selections)
+    scale = np.array([1.0, 1, 1, 1 / mean_distance, 1 / mean_distance, 1 / mean_distance])
     A = scale[:, None] * (R.T * W) @ R * scale
     values = np.linalg.eigvalsh(A)
-    own_rows = _rigid_rows(model, centre, components, origin)
+    centre_rows = _rigid_rows(model, centre, components, origin)
     if values[0] <= SINGULAR * values[-1]:
         inverse = np.linalg.pinv(A, rcond=1e-9, hermitian=True)
-        lost = np.abs(own_rows * scale @ (np.eye(6) - inverse @ A)).max()
-        if lost > 1e-6:
+        lost_motion = np.abs(centre_rows * scale @ (np.eye(6) - inverse @ A)).max()
+        if lost_motion > 1e-6:
             raise ValueError(
                 f"{card}: its grids and components do not determine the motion of grid {centre} in components "
                 f"{''.join(map(str, components))} (they lie on a line or at one point); name more"
@@ -295,33 +298,33 @@ def _rbe3(model: NastranModel, card: Card) -> None:
     else:
         inverse = np.linalg.inv(A)
     p = scale[:, None] * inverse @ (scale[:, None] * (R.T * W)) @ P
-    _following(model, card, centre, components, leaders, own_rows @ p)
+    _add_multi_point(model, card, centre, components, leaders, centre_rows @ p)
 
 
 def _mpcs(model: NastranModel) -> None:
     bulk = model.bulk
-    chosen = bulk.chosen.get("MPC")
+    selected = bulk.selected_sets.get("MPC")
     sets = {card.integer(0): [card.integer(k) for k in range(1, len(card.fields)) if card.has(k)]
-            for card in bulk.each("MPCADD", use=False) if card.is_integer(0)}  # fmt: skip
-    known = {card.integer(0) for card in bulk.cards.get("MPC", ()) if card.is_integer(0)}
-    if chosen is None and len(known) == 1 and not bulk.raw.control:
-        chosen = next(iter(known))
-        bulk.found.note(f"no case control names an MPC set; the only one, {chosen}, is used")
-    wanted = set(sets.get(chosen, [chosen])) if chosen is not None else set()
-    if chosen is not None and not wanted & known:
-        bulk.found.note(f"case control names MPC set {chosen}, of which the deck has no card; no equation is used")
-    for card in bulk.each("MPC", use=False):
-        if card.is_integer(0) and card.integer(0) not in wanted:
-            bulk.found.unused("MPC", f"of set {card.integer(0)}, which case control does not choose", card.place)
+            for card in bulk.cards_named("MPCADD", use=False) if card.is_integer(0)}  # fmt: skip
+    defined = {card.integer(0) for card in bulk.cards.get("MPC", ()) if card.is_integer(0)}
+    if selected is None and len(defined) == 1 and not bulk.raw.control:
+        selected = next(iter(defined))
+        bulk.findings.note(f"no case control names an MPC set; the only one, {selected}, is used")
+    active = set(sets.get(selected, [selected])) if selected is not None else set()
+    if selected is not None and not active & defined:
+        bulk.findings.note(f"case control names MPC set {selected}, of which the deck has no card; no equation is used")
+    for card in bulk.cards_named("MPC", use=False):
+        if card.is_integer(0) and card.integer(0) not in active:
+            bulk.findings.unused("MPC", f"of set {card.integer(0)}, which case control does not choose", card.location)
             continue
-        bulk.found.use("MPC")
+        bulk.findings.use("MPC")
         bulk.attempt(card, lambda card=card: _mpc(model, card))  # type: ignore[misc]
-    if chosen in sets:
-        bulk.found.use("MPCADD")
+    if selected in sets:
+        bulk.findings.use("MPCADD")
 
 
 def _mpc(model: NastranModel, card: Card) -> None:
-    """sum A u = 0: the first component follows the others."""
+    """Add sum A u = 0, in which the first component is dependent."""
     terms: list[tuple[int, int, float]] = []
     for start in range(1, len(card.fields), 8):
         for k in (start, start + 3):
@@ -329,25 +332,25 @@ def _mpc(model: NastranModel, card: Card) -> None:
                 c = card.components(k + 1)
                 terms.append((card.integer(k), c[0] if c else 0, card.real(k + 2, 0.0)))
     if any(g in model.grids.scalars for g, _, _ in terms):
-        model.bulk.found.unused(
-            "MPC to scalar points", "the equation is left out; its constraint is missing", card.place
+        model.bulk.findings.unused(
+            "MPC to scalar points", "the equation is left out; its constraint is missing", card.location
         )
         return
     if not terms or not model.grids.require([g for g, _, _ in terms], card):
         return
     if any(c == 0 for _, c, _ in terms):
         raise ValueError(f"{card} names a grid point without a component")
-    (grid, own, first), *others = terms
+    (grid, component, first), *others = terms
     if first == 0:
         raise ValueError(f"{card} has factor 0 at its first term, which is the dependent one")
-    if not model.depend(grid, (own,), card):
+    if not model.depend(grid, (component,), card):
         return
     u = model.bulk.units
     leaders = list(dict.fromkeys(g for g, _, _ in others)) or [grid]
     matrix = np.zeros((1, 6 * len(leaders)))
     for g, k, factor in others:
         # a factor between a displacement and a rotation has the deck's unit of length
-        unit = u.length ** ((1 if own <= 3 else 0) - (1 if k <= 3 else 0))
+        unit = u.length ** ((1 if component <= 3 else 0) - (1 if k <= 3 else 0))
         start = 6 * leaders.index(g) + (3 if k > 3 else 0)
         matrix[0, start : start + 3] -= factor / first * unit * model.grids.axes(g)[(k - 1) % 3]
-    _following(model, card, grid, (own,), leaders, matrix)
+    _add_multi_point(model, card, grid, (component,), leaders, matrix)

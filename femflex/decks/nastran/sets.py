@@ -3,33 +3,33 @@
 from __future__ import annotations
 
 from femflex.decks.nastran.model import NastranModel
-from femflex.mesh.nastran_cards import listed
+from femflex.mesh.nastran_cards import read_number_list
 
 
 def read_sets(model: NastranModel) -> None:
-    """Add the sets of a deck as groups of points or of cells; a comment or SET3 says which, else their numbers do."""
+    """Add the sets of a deck as groups of points or of cells; the kind follows from a comment, SET3, or the numbers."""
     raw, build = model.bulk.raw, model.build
     kinds = {number: kind for number, (kind, _) in raw.set_names.items()}
     sets = dict(raw.sets)
 
-    for card in model.bulk.each("SET1", "SET3"):
+    for card in model.bulk.cards_named("SET1", "SET3"):
         if not card.is_integer(0):
             continue
         try:
             if card.name == "SET1":
-                sets.setdefault(card.integer(0), listed([w for w in card.rest(1) if w != "SKIN"]))
+                sets.setdefault(card.integer(0), read_number_list([w for w in card.words_from(1) if w != "SKIN"]))
             elif card.word(1) in ("GRID", "ELEM", "ELEMENT"):
-                sets[card.integer(0)] = listed(card.rest(2))
+                sets[card.integer(0)] = read_number_list(card.words_from(2))
                 kinds[card.integer(0)] = "1" if card.word(1) == "GRID" else "2"
         except ValueError as error:
-            model.bulk.found.note(f"{card.place}: {card} is left out: {error}")
+            model.bulk.findings.note(f"{card.location}: {card} is left out: {error}")
     for number, members in sets.items():
-        known = members.among(build.row_of) if kinds.get(number) != "2" else []
+        grids = members.among(build.row_of) if kinds.get(number) != "2" else []
         names = [f"set_{number}"] + ([raw.set_names[number][1]] if number in raw.set_names else [])
-        if kinds.get(number) == "1" or (number not in kinds and members.within(model.grids)):
-            if known:
+        if kinds.get(number) == "1" or (number not in kinds and members.all_in(model.grids)):
+            if grids:
                 for name in names:
-                    build.point_groups.setdefault(name, [build.row_of[g] for g in known])
+                    build.point_groups.setdefault(name, [build.row_of[g] for g in grids])
             continue
         for element in members.among(build.cell_of):
             for kind, row in build.cell_of[element]:

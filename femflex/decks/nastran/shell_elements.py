@@ -15,7 +15,7 @@ from femflex.decks.nastran.shell_kinds import KINDS, Kind
 from femflex.decks.nastran.shell_properties import ShellProperties, ShellProperty
 from femflex.fem.plate.frames import same_side
 
-MANY_TRIANGLES = 0.2  # of a property's elements, above which its triangles are facets with a quadratic field
+MAX_TRIANGLE_SHARE = 0.2  # share of triangles in a property above which they become flat facets with a quadratic field
 CELLS = {(4, False): "quad", (4, True): "quad8", (3, False): "triangle", (3, True): "triangle6"}
 
 
@@ -25,12 +25,14 @@ def read_shell_elements(model: NastranModel) -> None:
     properties = ShellProperties(bulk, model.materials)
     counts: dict[int, list[int]] = {}
     for name, kind in KINDS.items():
-        for card in bulk.each(name, use=False):
+        for card in bulk.cards_named(name, use=False):
             if card.is_integer(1):
                 counts.setdefault(card.integer(1), [0, 0])[kind.corners == 3 and not kind.middles] += 1
-    facets = {pid for pid, (others, triangles) in counts.items() if triangles > MANY_TRIANGLES * (others + triangles)}
+    facets = {
+        pid for pid, (others, triangles) in counts.items() if triangles > MAX_TRIANGLE_SHARE * (others + triangles)
+    }
     for name, kind in KINDS.items():
-        bulk.trying(lambda card, kind=kind: _shell(model, card, kind, properties, facets), name)  # type: ignore[misc]
+        bulk.for_each_card(lambda card, kind=kind: _shell(model, card, kind, properties, facets), name)  # type: ignore[misc]
 
 
 def _shell(model: NastranModel, card: Card, kind: Kind, properties: ShellProperties, facets: set[int]) -> None:
@@ -41,40 +43,42 @@ def _shell(model: NastranModel, card: Card, kind: Kind, properties: ShellPropert
         raise ValueError(f"{card} names a grid point twice; its corners must differ")
     if not model.grids.require(corners + [g for g in middles if g], card):
         return
-    made = properties(pid)
-    if made is None:
+    shell_property = properties(pid)
+    if shell_property is None:
         return
     x = np.array([model.grids[g].position for g in corners])
     normal = _normal(x, card)
-    thickness = _thickness(model, card, kind, made)
-    section, more = made.section, model.nonstructural(number)
-    axis = None if made.isotropic else _axis(model, card, kind, x, normal)
+    thickness = _thickness(model, card, kind, shell_property)
+    section, extra_mass = shell_property.section, model.nonstructural(number)
+    axis = None if shell_property.isotropic else _axis(model, card, kind, x, normal)
     offset = card.real(kind.offset, 0.0) * model.bulk.units.length if kind.offset >= 0 else 0.0
     rows = [model.row(g) for g in corners]
-    second = any(middles)
-    if second:
+    is_second_order = any(middles)
+    if is_second_order:
         rows += with_middles(model, corners, middles, card)
-    cell = CELLS[kind.corners, second]
+    cell = CELLS[kind.corners, is_second_order]
     family = "plate" if pid in facets and cell == "triangle" and not section.coupled and not offset else "shell"
-    if axis is None and abs(normal[0]) > 0.999:  # the default axis would stand on the surface
+    if axis is None and abs(normal[0]) > 0.999:  # the default axis would be normal to the surface
         axis = np.array([0.0, 1.0, 0.0])
     options: dict[str, object] = {"offset": offset} if offset else {}
     fields: dict[str, object] = {}
-    key: tuple[object, ...] = ("shell", family, pid, offset, axis is None, thickness is None, more > 0)
+    key: tuple[object, ...] = ("shell", family, pid, offset, axis is None, thickness is None, extra_mass > 0)
     if family == "shell":
         fields |= {} if axis is None else {"axis": axis}
         fields |= {} if thickness is None else {"thickness": thickness}
-        fields |= {"extra_mass": more} if more else {}
+        fields |= {"extra_mass": extra_mass} if extra_mass else {}
     else:  # flat facets: one axis and one thickness for a member
         mean = None if thickness is None else float(np.mean(thickness))
         below = axis is not None and not same_side(normal)
-        section = (made.of(mean).turned_over() if below else made.of(mean)).loaded(more)
+        section = (
+            shell_property.section_for(mean).turned_over() if below else shell_property.section_for(mean)
+        ).with_added_mass(extra_mass)
         options |= {} if axis is None else {"axis": tuple(float(c) for c in axis)}
-        key += (mean, None if axis is None else direction_key(axis, 6), below, more)
+        key += (mean, None if axis is None else direction_key(axis, 6), below, extra_mass)
         if thickness is not None and np.ptp(thickness) > 1e-6 * np.max(thickness):
-            model.bulk.found.unused(
+            model.bulk.findings.unused(
                 f"{card.name} T1 to T3 that differ", "each such facet has the mean of its corners' thicknesses",
-                card.place,
+                card.location,
             )  # fmt: skip
     model.build.cell(
         cell, rows, key, f"pid_{pid}", family, section, None, options, model.bulk.names_of(pid), number, fields
@@ -94,28 +98,28 @@ def _normal(x: Array, card: Card) -> Array:
     return np.asarray(normal / size)
 
 
-def _thickness(model: NastranModel, card: Card, kind: Kind, made: ShellProperty) -> tuple[float, ...] | None:
-    """Thickness of the element at its corners [m] where it has its own."""
+def _thickness(model: NastranModel, card: Card, kind: Kind, shell_property: ShellProperty) -> tuple[float, ...] | None:
+    """Thickness of the element at its corners [m]; None: that of its property."""
     relative = card.is_integer(kind.relative) and card.integer(kind.relative) == 1
-    given = [card.real(k, 0.0) for k in kind.thickness]
-    if not made.own and (relative or not all(given)):
-        raise ValueError(f"{card} has no thickness at a corner, and {made.card} gives none; give one of them")
-    if not any(given):
+    fields = [card.real(k, 0.0) for k in kind.thickness]
+    if not shell_property.has_thickness and (relative or not all(fields)):
+        raise ValueError(f"{card} has no thickness at a corner, and {shell_property.card} gives none; give one of them")
+    if not any(fields):
         return None
-    if made.scaled is None:
-        model.bulk.found.unused(
+    if shell_property.section_of_thickness is None:
+        model.bulk.findings.unused(
             f"{card.name} T1 to T{kind.corners}",
             "thickness at corners of laminates is left out; that of the plies is used",
-            card.place,
+            card.location,
         )  # fmt: skip
         return None
-    unit = made.thickness if relative else model.bulk.units.length
-    each = tuple(t * unit if t else made.thickness for t in given)
-    if min(each) <= 0:
+    unit = shell_property.thickness if relative else model.bulk.units.length
+    values = tuple(t * unit if t else shell_property.thickness for t in fields)
+    if min(values) <= 0:
         raise ValueError(
-            f"{card} has a thickness of {min(each) / model.bulk.units.length:.6g} at a corner; it must be positive"
+            f"{card} has a thickness of {min(values) / model.bulk.units.length:.6g} at a corner; it must be positive"
         )
-    return each
+    return values
 
 
 def _axis(model: NastranModel, card: Card, kind: Kind, x: Array, normal: Array) -> Array:
@@ -124,9 +128,9 @@ def _axis(model: NastranModel, card: Card, kind: Kind, x: Array, normal: Array) 
         system = model.systems(card.integer(kind.theta))
         axis = system.axes_at(x.mean(axis=0))[0]
         if np.linalg.norm(np.cross(axis, normal)) < 1e-3:
-            model.bulk.found.unused(
+            model.bulk.findings.unused(
                 f"{card.name} MCID", "the x axis of the material system is normal to the element; its y axis is used",
-                card.place,
+                card.location,
             )  # fmt: skip
             axis = system.axes_at(x.mean(axis=0))[1]
         flat = axis - (axis @ normal) * normal

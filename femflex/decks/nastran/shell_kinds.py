@@ -1,4 +1,4 @@
-"""The shell elements of Nastran: how many corners each has, and where its card has its values."""
+"""The shell elements of Nastran: number of corners, and the fields of the card that have the values."""
 
 from __future__ import annotations
 

@@ -13,18 +13,19 @@ from femflex.decks.nastran.card import Card
 from femflex.decks.nastran.materials import Materials
 from femflex.fem.sections.laminates import PlateSection, Ply, layup
 
-NONE = 1e-12  # of the stiffness of a plain sheet: what stands in for bending or stretch that a property leaves out
-RIGID = 1e4  # times the shear stiffness of a plain sheet: what a property without MID3 has
+RELATIVE_SUBSTITUTE = 1e-12  # bending or membrane stiffness in place of a missing one, relative to a homogeneous sheet
+RIGID_SHEAR = 1e4  # transverse shear stiffness of a property without MID3, relative to a homogeneous sheet
 
 
 @dataclass(frozen=True, eq=False)
 class ShellProperty:
-    """A property of shells: its section, made for a thickness of the element where that has one of its own.
+    """A property of shells: its section, which is adapted to elements with their own thickness.
 
-    section    of the property's own thickness
-    isotropic  whether the direction of its axes does not matter
+    section    for the thickness of the property
+    isotropic  whether all its materials are isotropic
     bends      whether it has bending stiffness
-    own        whether it has a thickness of its own; without one each element needs its own
+    has_thickness         whether it has a thickness; otherwise each element needs one
+    section_of_thickness  function from a thickness to the section; None for laminates
     """
 
     number: int
@@ -33,16 +34,16 @@ class ShellProperty:
     section: PlateSection
     isotropic: bool
     bends: bool = True
-    scaled: object = None
-    own: bool = True
+    section_of_thickness: object = None
+    has_thickness: bool = True
 
-    def of(self, thickness: float | None) -> PlateSection:
-        """The section, of another thickness [m] where given."""
+    def section_for(self, thickness: float | None) -> PlateSection:
+        """The section for this thickness [m]; None: the thickness of the property."""
         if thickness is None or math.isclose(thickness, self.thickness, rel_tol=1e-9):
             return self.section
-        if self.scaled is None:
+        if self.section_of_thickness is None:
             return self.section
-        return self.scaled(thickness)  # type: ignore[operator]
+        return self.section_of_thickness(thickness)  # type: ignore[operator]
 
 
 class ShellProperties:
@@ -50,27 +51,27 @@ class ShellProperties:
 
     def __init__(self, bulk: Bulk, materials: Materials) -> None:
         self._bulk, self._materials = bulk, materials
-        self._known: dict[int, ShellProperty | None] = {}
+        self._by_number: dict[int, ShellProperty | None] = {}
         reads = (("PSHELL", self._pshell), ("PCOMP", self._pcomp), ("PCOMPG", self._pcompg), ("PSHEAR", self._pshear))
         for name, read in reads:
-            bulk.trying(lambda card, read=read: self._add(card, read), name)  # type: ignore[misc]
+            bulk.for_each_card(lambda card, read=read: self._add(card, read), name)  # type: ignore[misc]
 
     def _add(self, card: Card, read: object) -> None:
         number = card.integer(0)
-        first = self._known.get(number)
+        first = self._by_number.get(number)
         if first is not None:
             if first.card.fields != card.fields:
-                raise ValueError(f"{card} gives property {number} again, which stands at {first.card.place} already")
+                raise ValueError(f"{card} gives property {number} again, which stands at {first.card.location} already")
             return
-        self._known[number] = None
-        self._known[number] = read(card)  # type: ignore[operator]
+        self._by_number[number] = None
+        self._by_number[number] = read(card)  # type: ignore[operator]
 
     def __call__(self, number: int) -> ShellProperty | None:
-        """The property of a number; None where something is wrong with it. Raises ValueError where there is none."""
-        if number not in self._known:
-            known = ", ".join(map(str, sorted(self._known)[:12])) or "none"
-            raise ValueError(f"names property {number}, which is not in the deck; of shells it has {known}")
-        return self._known[number]
+        """The property with this number; None if it has an error. Raises ValueError if there is none."""
+        if number not in self._by_number:
+            numbers = ", ".join(map(str, sorted(self._by_number)[:12])) or "none"
+            raise ValueError(f"names property {number}, which is not in the deck; of shells it has {numbers}")
+        return self._by_number[number]
 
     def _area_mass(self) -> float:
         return self._bulk.units.mass / self._bulk.units.length**2 * self._bulk.wtmass
@@ -95,8 +96,8 @@ class ShellProperties:
             raise ValueError(f"{card} has thickness {v['thickness']:.6g} m; it must be positive")
         if not mids[0] and not mids[1]:
             raise ValueError(f"{card} names no material for membrane or bending")
-        own = v["thickness"] > 0
-        if not own:  # every element brings its own
+        has_thickness = v["thickness"] > 0
+        if not has_thickness:  # every element has its own
             v["thickness"] = 1e-3
         membrane, bending, shear, coupling = (self._materials(mid) if mid else None for mid in mids)
         if coupling and not (membrane and bending):
@@ -106,27 +107,36 @@ class ShellProperties:
         rho = base.density
 
         def section(t: float) -> PlateSection:
-            Qm = membrane.plane_stress() if membrane else NONE * base.plane_stress()
+            Qm = membrane.plane_stress() if membrane else RELATIVE_SUBSTITUTE * base.plane_stress()
             Qb = bending.plane_stress() if bending else base.plane_stress()
-            D = Qb * t**3 / 12 * (v["bending_ratio"] if bending else NONE)
-            plain = 5 / 6 * t * float(np.abs(Qb[:2, :2]).max())
-            S = shear.shear() * v["shear_ratio"] * t if shear and bending else RIGID * plain * np.eye(2)
+            D = Qb * t**3 / 12 * (v["bending_ratio"] if bending else RELATIVE_SUBSTITUTE)
+            sheet_shear = 5 / 6 * t * float(np.abs(Qb[:2, :2]).max())
+            S = shear.shear() * v["shear_ratio"] * t if shear and bending else RIGID_SHEAR * sheet_shear * np.eye(2)
             if not bending:
-                S = NONE * plain * np.eye(2)
+                S = RELATIVE_SUBSTITUTE * sheet_shear * np.eye(2)
             nsm = max(v["nonstructural_mass"], 0.0)
             mass = rho * t + v["nonstructural_mass"]
             rotary = rho * t**3 / 12 if bending else 0.0
             # Nastran: forces are T^2 G4 times curvatures that shorten the upper side
             B = -coupling.plane_stress() * t**2 if coupling else np.zeros((3, 3))
-            return PlateSection(t, mass, rotary, _regular(Qm * t), _regular(D), S, B, added=nsm)
+            return PlateSection(t, mass, rotary, _positive_definite(Qm * t), _positive_definite(D), S, B, added=nsm)
 
         if rho * v["thickness"] + v["nonstructural_mass"] < 0:
             raise ValueError(f"{card} has a mass per area below zero; correct the density or the nonstructural mass")
-        isotropic = all(one is None or one.kind == 1 for one in (membrane, bending, shear, coupling))
+        isotropic = all(material is None or material.kind == 1 for material in (membrane, bending, shear, coupling))
         if not bending:
-            self._bulk.found.note(f"{card} has no bending material (MID2): its elements are membranes without bending")
+            self._bulk.findings.note(
+                f"{card} has no bending material (MID2): its elements are membranes without bending"
+            )
         return ShellProperty(
-            number, card, v["thickness"], section(v["thickness"]), isotropic, bending is not None, section, own
+            number,
+            card,
+            v["thickness"],
+            section(v["thickness"]),
+            isotropic,
+            bending is not None,
+            section,
+            has_thickness,
         )
 
     def _pcomp(self, card: Card) -> ShellProperty:
@@ -134,9 +144,9 @@ class ShellProperties:
         for k in range(8, len(card.fields), 4):
             if not any(card.has(i) for i in range(k, k + 4)):
                 continue
-            before = plies[-1] if plies else (0, 0.0, 0.0)
-            mid = card.integer(k, before[0])
-            plies.append((mid, card.real(k + 1, before[1]), card.real(k + 2, 0.0)))
+            previous = plies[-1] if plies else (0, 0.0, 0.0)
+            mid = card.integer(k, previous[0])
+            plies.append((mid, card.real(k + 1, previous[1]), card.real(k + 2, 0.0)))
         return self._laminate(card, plies, card.word(7))
 
     def _pcompg(self, card: Card) -> ShellProperty:
@@ -155,10 +165,10 @@ class ShellProperties:
             plies = plies + plies[::-1]
         elif lam:
             meaning = {"MEM": "membrane alone", "BEND": "bending alone", "SMEAR": "plies smeared", "SMCORE": "a core"}
-            self._bulk.found.unused(
+            self._bulk.findings.unused(
                 f"{card.name} LAM={lam}",
                 f"the plies are stacked as given instead ({meaning.get(lam, 'unknown')} is meant)",
-                card.place,
+                card.location,
             )
         values = {
             "nonstructural_mass": card.real(2, 0.0) * self._area_mass(),
@@ -173,7 +183,7 @@ class ShellProperties:
             stack.append(Ply(self._materials(mid).lamina(), t, float(np.radians(angle))))
         section = layup(stack, coupled=True)
         if v["nonstructural_mass"]:
-            section = section.loaded(v["nonstructural_mass"])
+            section = section.with_added_mass(v["nonstructural_mass"])
         z0 = card.real(1) * length if card.has(1) else -section.thickness / 2
         shift = z0 + section.thickness / 2
         if abs(shift) > 1e-9 * section.thickness:
@@ -182,7 +192,7 @@ class ShellProperties:
         return ShellProperty(number, card, section.thickness, section, isotropic)
 
     def _pshear(self, card: Card) -> ShellProperty:
-        """A panel that carries shear alone: A = diag(0, 0, G t)."""
+        """A panel that carries only shear: A = diag(0, 0, G t)."""
         number = card.integer(0)
         values = {"thickness": card.real(2) * self._bulk.units.length}
         t = self._bulk.override(self._names(number), values, str(card))["thickness"]
@@ -190,21 +200,21 @@ class ShellProperties:
         if not t > 0 or not G > 0:
             raise ValueError(f"{card} has thickness {t:.6g} m and G {G:.6g} Pa; both must be positive")
         if card.real(4, 0.0) or card.real(5, 0.0):
-            self._bulk.found.unused(
+            self._bulk.findings.unused(
                 "PSHEAR F1, F2", "the rods along the edges of shear panels are left out; the panels do not stretch",
-                card.place,
+                card.location,
             )  # fmt: skip
         A = np.diag([1e-6 * G * t, 1e-6 * G * t, G * t])
         nsm = card.real(3, 0.0) * self._area_mass()
-        D, S = NONE * G * t**3 / 12 * np.eye(3), NONE * G * t * np.eye(2)
+        D, S = RELATIVE_SUBSTITUTE * G * t**3 / 12 * np.eye(3), RELATIVE_SUBSTITUTE * G * t * np.eye(2)
         section = PlateSection(t, rho * t + nsm, 0.0, A, D, S)
         return ShellProperty(number, card, t, section, False, False)
 
 
-def _regular(matrix: Array) -> Array:
-    """A matrix made positive where a material leaves a direction without stiffness."""
+def _positive_definite(matrix: Array) -> Array:
+    """The symmetric part of a matrix, made positive definite if a material leaves a direction without stiffness."""
     values, vectors = np.linalg.eigh((matrix + matrix.T) / 2)
-    least = 1e-9 * values[-1]
-    if values[0] > least:
+    lowest = 1e-9 * values[-1]
+    if values[0] > lowest:
         return np.asarray((matrix + matrix.T) / 2)
-    return np.asarray(vectors @ np.diag(np.maximum(values, least)) @ vectors.T)
+    return np.asarray(vectors @ np.diag(np.maximum(values, lowest)) @ vectors.T)

@@ -57,71 +57,73 @@ class Solid:
 def read_solid_elements(model: NastranModel) -> None:
     """Add the solids of a deck to the model."""
     bulk = model.bulk
-    known: dict[int, Solid | None] = {}
-    foreign: dict[int, Card] = {}  # properties that are not understood
+    properties: dict[int, Solid | None] = {}
+    unsupported: dict[int, Card] = {}  # properties that are not supported
 
     def add(card: Card) -> None:
         number = card.integer(0)
-        known.setdefault(number, None)
+        properties.setdefault(number, None)
         if card.word(6) == "PFLUID" or card.integer(1) in fluids:
-            foreign[number] = card
-            known.pop(number)
+            unsupported[number] = card
+            properties.pop(number)
             return
         material = model.materials(card.integer(1))
         material.solid()
-        known[number] = Solid(card, material, card.integer(2, 0))
+        properties[number] = Solid(card, material, card.integer(2, 0))
 
     fluids = {card.integer(0) for card in bulk.cards.get("MAT10", ()) if card.is_integer(0)}
-    bulk.trying(add, "PSOLID")
-    for card in bulk.each("PCOMPS", "PCOMPLS", "PLSOLID", use=False):
+    bulk.for_each_card(add, "PSOLID")
+    for card in bulk.cards_named("PCOMPS", "PCOMPLS", "PLSOLID", use=False):
         if card.is_integer(0):
-            foreign[card.integer(0)] = card
+            unsupported[card.integer(0)] = card
     for name, kind in KINDS.items():
-        bulk.trying(lambda card, kind=kind: _solid(model, card, kind, known, foreign), name)  # type: ignore[misc]
+        bulk.for_each_card(lambda card, kind=kind: _solid(model, card, kind, properties, unsupported), name)  # type: ignore[misc]
 
 
 def _solid(
-    model: NastranModel, card: Card, kind: Kind, known: dict[int, Solid | None], foreign: dict[int, Card]
+    model: NastranModel, card: Card, kind: Kind, properties: dict[int, Solid | None], unsupported: dict[int, Card]
 ) -> None:
     number, pid = card.integer(0), card.integer(1, card.integer(0))
     corners = [card.integer(2 + k) for k in range(kind.corners)]
     middles = [card.integer(2 + kind.corners + k, 0) for k in range(len(kind.edges))]
     if not model.grids.require(corners + [g for g in middles if g], card):
         return
-    if pid in foreign and pid not in known:
-        if foreign[pid].name == "PSOLID":
-            model.bulk.found.unused(f"{card.name} of fluids", "the fluid is left out; its mass is missing", card.place)
+    if pid in unsupported and pid not in properties:
+        if unsupported[pid].name == "PSOLID":
+            model.bulk.findings.unused(
+                f"{card.name} of fluids", "the fluid is left out; its mass is missing", card.location
+            )
             return
-        raise ValueError(f"{card} names {foreign[pid]}, which is not understood; give PSOLID instead")
-    if pid not in known:
+        raise ValueError(f"{card} names {unsupported[pid]}, which is not understood; give PSOLID instead")
+    if pid not in properties:
         raise ValueError(
-            f"{card} names property {pid}, which is not in the deck; of solids it has {sorted(known)[:12]}"
+            f"{card} names property {pid}, which is not in the deck; of solids it has {sorted(properties)[:12]}"
         )
-    made = known[pid]
-    if made is None:
+    solid = properties[pid]
+    if solid is None:
         return
-    rows, second = [model.row(g) for g in corners], any(middles)
+    rows, is_second_order = [model.row(g) for g in corners], any(middles)
     x = np.array([model.grids[g].position for g in corners])
-    if second:
-        further = with_middles(model, corners, middles, card, kind.edges)
-        rows += [further[k] for k in kind.order]
-    material = made.material.solid()
+    if is_second_order:
+        middle_rows = with_middles(model, corners, middles, card, kind.edges)
+        rows += [middle_rows[k] for k in kind.order]
+    material = solid.material.solid()
     options: dict[str, object] = {}
-    if not isinstance(material, Material) and made.system:
-        options["axes"] = tuple(float(c) for c in _axes(model, made, x, kind).ravel()[:6])
+    if not isinstance(material, Material) and solid.system:
+        options["axes"] = tuple(float(c) for c in _axes(model, solid, x, kind).ravel()[:6])
     key = ("solid", pid, direction_key(options["axes"], 6) if options else None)  # type: ignore[arg-type]
     model.build.cell(
-        kind.second if second else kind.first, rows, key, f"pid_{pid}", "solid", None, material, options,
+        kind.second if is_second_order else kind.first, rows, key, f"pid_{pid}", "solid", None, material, options,
         model.bulk.names_of(pid), number,
     )  # fmt: skip
     model.moving.update(corners + [g for g in middles if g])
 
 
-def _axes(model: NastranModel, made: Solid, x: Array, kind: Kind) -> Array:
+def _axes(model: NastranModel, solid: Solid, x: Array, kind: Kind) -> Array:
     """Axes 1, 2, 3 of the material at an element with corners x (k, 3), as rows."""
-    if made.system > 0:
-        return model.systems(made.system).axes_at(x.mean(axis=0))
-    if kind.corners == 8:  # -1: the element's own; lines through the middles of opposite faces
+    if solid.system > 0:
+        return model.systems(solid.system).axes_at(x.mean(axis=0))
+    if kind.corners == 8:  # -1: element axes, lines through the middles of opposite faces
         R = x[[1, 2, 5, 6]].mean(axis=0) - x[[0, 3, 4, 7]].mean(axis=0)
         S = x[[2, 3, 6, 7]].mean(axis=0) - x[[0, 1, 4, 5]].mean(axis=0)
     else:

@@ -8,7 +8,7 @@ from femflex.arrays import Array
 from femflex.decks.nastran.card import Card
 from femflex.decks.nastran.model import NastranModel
 from femflex.fem import Bushing, ScalarSpring
-from femflex.fem.bushing import along, turns_nodes
+from femflex.fem.bushing import axes_along, turns_nodes
 
 
 def read_springs(model: NastranModel) -> None:
@@ -21,36 +21,40 @@ def read_springs(model: NastranModel) -> None:
             if card.has(k):
                 values[card.integer(k)] = card.real(k + 1, 0.0)
 
-    bulk.trying(pelas, "PELAS")
+    bulk.for_each_card(pelas, "PELAS")
     for name in ("CELAS1", "CELAS2"):
-        bulk.trying(lambda card: _celas(model, card, values), name, use=False)
+        bulk.for_each_card(lambda card: _celas(model, card, values), name, use=False)
     for name in ("CELAS3", "CELAS4"):
-        for card in bulk.each(name, use=False):
+        for card in bulk.cards_named(name, use=False):
             k = values.get(card.integer(1, 0), 0.0) if name == "CELAS3" else card.real(1, 0.0)
             model.scalar_springs.append(([(card.integer(i, 0), ()) for i in (2, 3) if card.has(i)], k, card))
     _bushes(model)
-    axial = {card.integer(0): card for card in bulk.each("PBUSH1D", use=False) if card.is_integer(0)}
-    bulk.trying(lambda card: _axial_bush(model, card, axial), "CBUSH1D", use=False)
+    axial = {card.integer(0): card for card in bulk.cards_named("PBUSH1D", use=False) if card.is_integer(0)}
+    bulk.for_each_card(lambda card: _axial_bush(model, card, axial), "CBUSH1D", use=False)
 
 
 def _axial_bush(model: NastranModel, card: Card, properties: dict[int, Card]) -> None:
     """A spring along the line between two grids, or along the x axis of CID."""
-    pid, ends, found = card.integer(1, card.integer(0)), [card.integer(2), card.integer(3, 0)], model.bulk.found
+    pid, ends, findings = card.integer(1, card.integer(0)), [card.integer(2), card.integer(3, 0)], model.bulk.findings
     if pid not in properties:
-        known = sorted(properties)[:12]
-        raise ValueError(f"{card} names property {pid}, which is not in the deck; of PBUSH1D it has {known}")
-    made = properties[pid]
-    if made.real(2, 0.0) or made.real(3, 0.0):
-        found.unused("PBUSH1D C, M", "damping and mass of bushings are left out; give them in the case", made.place)
-    if any(made.has(k) for k in range(8, len(made.fields))):
-        found.unused("PBUSH1D tables", "a stiffness that depends on the motion is left out; K is used", made.place)
-    found.use("PBUSH1D")
+        numbers = sorted(properties)[:12]
+        raise ValueError(f"{card} names property {pid}, which is not in the deck; of PBUSH1D it has {numbers}")
+    property_card = properties[pid]
+    if property_card.real(2, 0.0) or property_card.real(3, 0.0):
+        findings.unused(
+            "PBUSH1D C, M", "damping and mass of bushings are left out; give them in the case", property_card.location
+        )
+    if any(property_card.has(k) for k in range(8, len(property_card.fields))):
+        findings.unused(
+            "PBUSH1D tables", "a stiffness that depends on the motion is left out; K is used", property_card.location
+        )
+    findings.use("PBUSH1D")
     ends = [g for g in ends if g]
-    k = made.real(1, 0.0)
+    k = property_card.real(1, 0.0)
     if not model.grids.require(ends, card):
         return
     if not k:
-        found.unused(card.name, "its stiffness is zero; nothing is left out", card.place)
+        findings.unused(card.name, "its stiffness is zero; nothing is left out", card.location)
         return
     if k < 0:
         raise ValueError(f"{card} has a stiffness below zero")
@@ -61,10 +65,10 @@ def _axial_bush(model: NastranModel, card: Card, properties: dict[int, Card]) ->
         direction = (x[1] - x[0]) / np.linalg.norm(x[1] - x[0])
     else:
         raise ValueError(f"{card} has no line between two grids, and no CID; give CID, along whose x axis it acts")
-    found.use(card.name)
+    findings.use(card.name)
     signs = zip(ends, (1.0, -1.0), strict=False)
     terms = tuple(_term(model, g, False, s * direction) for g, s in signs)
-    model.wanted.update(ends)
+    model.required.update(ends)
     model.springs.append((ScalarSpring(terms, k * model.bulk.units.spring), ends, False, card))
 
 
@@ -89,21 +93,21 @@ def _celas(model: NastranModel, card: Card, values: dict[int, float]) -> None:
         if len(c) != 1:
             raise ValueError(f"{card} has components {c} at grid {g}; a scalar spring has one")
     if not k:
-        model.bulk.found.unused(card.name, "its stiffness is zero; nothing is left out", card.place)
+        model.bulk.findings.unused(card.name, "its stiffness is zero; nothing is left out", card.location)
         return
     u = model.bulk.units
     turns = [c[0] > 3 for _, c in ends]
     unit = u.moment if any(turns) else u.spring
-    model.bulk.found.use(card.name)
+    model.bulk.findings.use(card.name)
     terms = []
-    for sign, (grid, named) in zip((1.0, -1.0), ends, strict=False):
-        (one,) = named
-        # between a displacement and a rotation, displacements count in the deck's unit of length
-        factor = sign / u.length if any(turns) and one <= 3 else sign
-        terms.append(component_term(model, grid, one, factor))
-        model.wanted.add(grid)
-        if one > 3:
-            model.wanted_turning.add(grid)
+    for sign, (grid, components) in zip((1.0, -1.0), ends, strict=False):
+        (component,) = components
+        # between a displacement and a rotation, the displacement is in the deck's unit of length
+        factor = sign / u.length if any(turns) and component <= 3 else sign
+        terms.append(component_term(model, grid, component, factor))
+        model.required.add(grid)
+        if component > 3:
+            model.required_turning.add(grid)
     model.springs.append((ScalarSpring(tuple(terms), k * unit), [g for g, _ in ends], max(turns), card))
 
 
@@ -122,50 +126,52 @@ def _term(model: NastranModel, grid: int, turns: bool, direction: Array) -> tupl
 
 def _bushes(model: NastranModel) -> None:
     bulk, u = model.bulk, model.bulk.units
-    stiff: dict[int, Array] = {}
+    stiffnesses: dict[int, Array] = {}
 
     def pbush(card: Card) -> None:
         K = np.zeros(6)
         for k in range(1, len(card.fields), 8):
             word = card.word(k)
             if word == "K":
-                given = [card.word(k + 1 + i) for i in range(6)]
-                K = np.array([1e12 if w == "RIGID" else card.real(k + 1 + i, 0.0) for i, w in enumerate(given)])
+                words = [card.word(k + 1 + i) for i in range(6)]
+                K = np.array([1e12 if w == "RIGID" else card.real(k + 1 + i, 0.0) for i, w in enumerate(words)])
             elif word in ("B", "GE"):
                 what = "damping" if word == "B" else "structural damping"
-                bulk.found.unused(
-                    f"PBUSH {word}", f"{what} of bushings is left out; give damping in the case", card.place
+                bulk.findings.unused(
+                    f"PBUSH {word}", f"{what} of bushings is left out; give damping in the case", card.location
                 )
             elif word == "M" and card.real(k + 1, 0.0):
-                bulk.found.unused("PBUSH M", "the mass of bushings is left out; give it by CONM2", card.place)
+                bulk.findings.unused("PBUSH M", "the mass of bushings is left out; give it by CONM2", card.location)
         values = {f"K{i + 1}": float(K[i] * (u.spring if i < 3 else u.moment)) for i in range(6)}
         changed = bulk.override([f"pid_{card.integer(0)}"], values, str(card))
-        stiff[card.integer(0)] = np.array([changed[f"K{i + 1}"] for i in range(6)])
+        stiffnesses[card.integer(0)] = np.array([changed[f"K{i + 1}"] for i in range(6)])
 
-    bulk.trying(pbush, "PBUSH")
-    bulk.trying(lambda card: _bush(model, card, stiff), "CBUSH")
+    bulk.for_each_card(pbush, "PBUSH")
+    bulk.for_each_card(lambda card: _bush(model, card, stiffnesses), "CBUSH")
 
 
-def _bush(model: NastranModel, card: Card, stiff: dict[int, Array]) -> None:
+def _bush(model: NastranModel, card: Card, stiffnesses: dict[int, Array]) -> None:
     pid = card.integer(1, card.integer(0))
-    if pid not in stiff:
-        raise ValueError(f"{card} names property {pid}, which is not in the deck; of PBUSH it has {sorted(stiff)[:12]}")
+    if pid not in stiffnesses:
+        raise ValueError(
+            f"{card} names property {pid}, which is not in the deck; of PBUSH it has {sorted(stiffnesses)[:12]}"
+        )
     ends = [card.integer(2)] + ([card.integer(3)] if card.has(3) else [])
     if not model.grids.require(ends, card):
         return
-    K = stiff[pid]
+    K = stiffnesses[pid]
     if (K < 0).any():
         raise ValueError(f"{card} has a stiffness below zero")
     if not K.any():
-        model.bulk.found.unused("CBUSH", "its stiffness is zero; nothing is left out", card.place)
+        model.bulk.findings.unused("CBUSH", "its stiffness is zero; nothing is left out", card.location)
         return
     points = [model.grids[g].position for g in ends]
     span = points[-1] - points[0]
-    apart = len(ends) == 2 and float(np.linalg.norm(span)) > 1e-9 * max(1.0, float(np.abs(points[0]).max()))
+    is_apart = len(ends) == 2 and float(np.linalg.norm(span)) > 1e-9 * max(1.0, float(np.abs(points[0]).max()))
     axes: Array | None
     if card.has(7):
         axes = model.systems(card.integer(7)).axes_at(points[0])
-    elif apart and (card.has(4) or card.has(5) or card.has(6)):
+    elif is_apart and (card.has(4) or card.has(5) or card.has(6)):
         if card.is_integer(4) and not card.has(5):
             if not model.grids.require([card.integer(4)], card):
                 return
@@ -179,32 +185,32 @@ def _bush(model: NastranModel, card: Card, stiff: dict[int, Array]) -> None:
         y /= np.linalg.norm(y)
         axes = np.stack([x, y, np.cross(x, y)])
     else:
-        axes = None if apart else model.grids.axes(ends[0])
-    at: Array | None = None
+        axes = None if is_apart else model.grids.axes(ends[0])
+    location_point: Array | None = None
     if card.has(9) and card.integer(9, -1) >= 0:
-        at = model.systems(card.integer(9)).position(card.reals(10, 3), model.bulk.units.length)
-    elif apart and abs(card.real(8, 0.5) - 0.5) > 1e-9:
-        at = points[0] + card.real(8) * span
+        location_point = model.systems(card.integer(9)).position(card.reals(10, 3), model.bulk.units.length)
+    elif is_apart and abs(card.real(8, 0.5) - 0.5) > 1e-9:
+        location_point = points[0] + card.real(8) * span
     if axes is None and (K[[1, 2]] > 0).any() and not np.isclose(K[1], K[2]):
         raise ValueError(f"{card} has no orientation, and its K2 and K3 differ; give CID, G0 or X1, X2, X3")
     groups = [model.group(g) for g in ends]
-    bush = Bushing(groups[0], groups[1] if len(groups) == 2 else None, tuple(K[:3]), tuple(K[3:]), axes, at)
-    rows = along(span / np.linalg.norm(span)) if axes is None else axes
-    arms = (np.mean(points, axis=0) if at is None else at) - np.array(points)
-    across = (apart or at is not None) and turns_nodes(rows[K[:3] > 0], arms)
-    model.springs.append((bush, ends, bool(K[3:].any()) or across, card))
-    model.wanted.update(ends)
-    if K[3:].any() or across:
-        model.wanted_turning.update(ends)
+    bush = Bushing(groups[0], groups[1] if len(groups) == 2 else None, tuple(K[:3]), tuple(K[3:]), axes, location_point)
+    rows = axes_along(span / np.linalg.norm(span)) if axes is None else axes
+    arms = (np.mean(points, axis=0) if location_point is None else location_point) - np.array(points)
+    couples_rotation = (is_apart or location_point is not None) and turns_nodes(rows[K[:3] > 0], arms)
+    model.springs.append((bush, ends, bool(K[3:].any()) or couples_rotation, card))
+    model.required.update(ends)
+    if K[3:].any() or couples_rotation:
+        model.required_turning.update(ends)
 
 
 def finish_springs(model: NastranModel) -> None:
-    """Make the springs, now that it is known which grids turn, and the torsion of rods between grids that turn."""
+    """Create the springs, once it is known which grids have rotations, and the torsion of rods between such grids."""
     for spring, grids, turns, card in model.springs:
         if turns and any(g not in model.turning for g in grids):
-            model.bulk.found.unused(
+            model.bulk.findings.unused(
                 f"{card.name} at grids without rotation", "springs against rotation of solids and rods are left out",
-                card.place,
+                card.location,
             )  # fmt: skip
             continue
         model.bushings.append(spring)
@@ -212,8 +218,8 @@ def finish_springs(model: NastranModel) -> None:
         if a in model.turning and b in model.turning and model.row(a) != model.row(b):
             model.bushings.append(Bushing(model.group(a), model.group(b), (0.0, 0.0, 0.0), (k, 0.0, 0.0)))
         else:
-            model.bulk.found.unused(
+            model.bulk.findings.unused(
                 f"{card.name} torsion",
                 "its grids have no other rotational stiffness; its torsional stiffness is left out",
-                card.place,
+                card.location,
             )

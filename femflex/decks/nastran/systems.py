@@ -1,4 +1,4 @@
-"""Coordinate systems: CORD1R, CORD1C, CORD1S, CORD2R, CORD2C, CORD2S, one given in another, in SI."""
+"""Coordinate systems: CORD1R, CORD1C, CORD1S, CORD2R, CORD2C, CORD2S, also relative to each other, in SI."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ class System:
     origin: Array
     C: Array
 
-    def position(self, given: ArrayLike, length: float) -> Array:
+    def position(self, coordinates: ArrayLike, length: float) -> Array:
         """Basic position (3,) [m] of coordinates in units of `length`, angles in degrees."""
-        a, b, c = (float(value) for value in np.asarray(given, float))
+        a, b, c = (float(value) for value in np.asarray(coordinates, float))
         if self.kind == "C":
             t = np.radians(b)
             local = np.array([a * np.cos(t), a * np.sin(t), c])
@@ -57,52 +57,52 @@ BASIC = System("R", np.zeros(3), np.eye(3))
 
 
 class Systems:
-    """All systems of a deck, made when they are first named; systems by grids need `position` of these grids."""
+    """All systems of a deck, built on first use; systems defined by grids need `grid_position`."""
 
     def __init__(self, bulk: Bulk) -> None:
         self._bulk = bulk
-        self._known: dict[int, System] = {0: BASIC}
+        self._by_number: dict[int, System] = {0: BASIC}
         self._cards: dict[int, tuple[Card, int]] = {}  # number -> card and the first of its fields
-        self._making: list[int] = []
+        self._in_progress: list[int] = []
         self.grid_position: Callable[[int], Array] = lambda number: np.zeros(3)
         for kind in "RCS":
-            bulk.trying(self._add_two, f"CORD2{kind}")
-            bulk.trying(self._add_one, f"CORD1{kind}")
+            bulk.for_each_card(self._add_by_points, f"CORD2{kind}")
+            bulk.for_each_card(self._add_by_grids, f"CORD1{kind}")
 
-    def _add_two(self, card: Card) -> None:
-        self._put(card.integer(0), card, 0)
+    def _add_by_points(self, card: Card) -> None:
+        self._register(card.integer(0), card, 0)
 
-    def _add_one(self, card: Card) -> None:
+    def _add_by_grids(self, card: Card) -> None:
         for start in (0, 4):
             if card.has(start):
-                self._put(card.integer(start), card, start)
+                self._register(card.integer(start), card, start)
 
-    def _put(self, number: int, card: Card, start: int) -> None:
+    def _register(self, number: int, card: Card, start: int) -> None:
         if number in self._cards and self._cards[number][0].fields != card.fields:
             first = self._cards[number][0]
-            raise ValueError(f"{card} gives coordinate system {number} again, which stands at {first.place} already")
+            raise ValueError(f"{card} gives coordinate system {number} again, which stands at {first.location} already")
         self._cards[number] = (card, start)
 
     def __call__(self, number: int) -> System:
-        """The system of a number. Raises ValueError where the deck has none, or where systems need each other."""
-        if number in self._known:
-            return self._known[number]
+        """The system with this number. Raises ValueError if the deck has none, or for circular definitions."""
+        if number in self._by_number:
+            return self._by_number[number]
         if number not in self._cards:
-            known = ", ".join(map(str, sorted(self._cards)[:12])) or "none"
-            raise ValueError(f"coordinate system {number} is not in the deck, which has {known}")
-        if number in self._making:
+            numbers = ", ".join(map(str, sorted(self._cards)[:12])) or "none"
+            raise ValueError(f"coordinate system {number} is not in the deck, which has {numbers}")
+        if number in self._in_progress:
             raise ValueError(
-                f"coordinate systems {sorted(set(self._making))} refer to each other in a cycle; define one of them in "
-                "the basic system"
+                f"coordinate systems {sorted(set(self._in_progress))} refer to each other in a cycle; define one of "
+                "them in the basic system"
             )
-        self._making.append(number)
+        self._in_progress.append(number)
         try:
-            self._known[number] = self._make(*self._cards[number])
+            self._by_number[number] = self._defined_system(*self._cards[number])
         finally:
-            self._making.pop()
-        return self._known[number]
+            self._in_progress.pop()
+        return self._by_number[number]
 
-    def _make(self, card: Card, start: int) -> System:
+    def _defined_system(self, card: Card, start: int) -> System:
         if card.name[4] == "1":
             A, B, C = (self.grid_position(card.integer(start + k)) for k in (1, 2, 3))
         else:

@@ -1,4 +1,4 @@
-"""Cards that the structure is made without: what each changes, in plain words."""
+"""Cards that the structure ignores, with the consequence of each in plain words."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import re
 
 from femflex.decks.nastran.bulk import Bulk
 
-# By the start of a card's name; the first that fits counts.
+# Pattern of the start of a card's name -> consequence; the first match is used.
 CONSEQUENCES = (
     (r"CGAP|PGAP", "contact is left out; the gap stays open"),
     (r"BSURF|BCTSET|BCTADD|BCTPARM|BCONP|BCBODY|BCTABLE|BGSET|BGADD|BCPROP|BEDGE|BLSEG|BCRPARA|BCAUTOP",
@@ -43,47 +43,53 @@ CONSEQUENCES = (
      r"|SEQGP|PLOAD1|DYNRED|RVDOF|RCONN|GUST|BLSEG|MDLPRM|GMNURB|GMCURV|FEEDGE|FEFACE|ADAPT|GMBNDC|OUTGRID|CPARAM"
      r"|TABDMP|SET2|SWLDPRM|AMLREG|CONCHK|DEBUG|RBESET", "nothing is left out of the structure"),
 )  # fmt: skip
-# Elements and properties that carry load or mass and have no family here: the model would be wrong without them.
-MISSING = re.compile(
+# Elements with stiffness or mass that femflex does not support: the model would be wrong without them.
+ESSENTIAL = re.compile(
     r"(CBEND|CTRIAX|CQUADX|CTRAX|CCONEAX|CTRAPRG|CTRIARG|CTORDRG|CTRAPAX|CTRIAAX|CRAC|CIHEX|CIS2D"
     r"|CTRBSC|CTRPLT|CQDPLT|CTRIM6|CTWIST|CTRSHL|CDUM|CRIGD|RSPLINE"
     r"|RTRPLT|RJOINT|RSSCON|CIFHEX|CIFPENT|CACINF|CQUAD$|CTRIA$|CPLSTN|CPLSTS|CMBEAM|CMBAR|CELBOW|CHEX20|CHEX8|CTETRA[A-Z]"
     r"|CHEXA[A-Z]|CCRSFIL|CBELT|CSPR)"
 )
-NEUTRAL = re.compile(r"(P[A-Z0-9]+|MAT[A-Z0-9]*)$")
-OLD = re.compile(r"(CTRBSC|CTRPLT|CQDPLT|CIHEX|CRIGD|CTRIM6)")
+PROPERTY_OR_MATERIAL = re.compile(r"(P[A-Z0-9]+|MAT[A-Z0-9]*)$")
+OBSOLETE = re.compile(r"(CTRBSC|CTRPLT|CQDPLT|CIHEX|CRIGD|CTRIM6)")
 
 
 def report_unused(bulk: Bulk) -> None:
-    """Say of every card that was not used what its absence changes; elements without a family here are problems."""
-    noted = {one.card for one in bulk.found.left_out}
+    """Report every unused card with its consequence; unsupported elements are problems."""
+    reported = {entry.card for entry in bulk.findings.left_out}
     for name, cards in bulk.cards.items():
-        if bulk.found.used.get(name, 0) or name in noted or any(one.startswith(name + " ") for one in noted):
+        if (
+            bulk.findings.used.get(name, 0)
+            or name in reported
+            or any(entry.startswith(name + " ") for entry in reported)
+        ):
             continue
         first = cards[0]
-        if name in _READ:
+        if name in READ_CARDS:
             continue
-        if MISSING.match(name):
-            old = " (an element of the 1970s: CQUAD4, CTRIA3 or CHEXA take its place)" if OLD.match(name) else ""
-            bulk.found.problem(
-                f"{len(cards)} {name}, the first {first}: there is no such element here{old}, and the model would be "
-                "wrong without them",
-                first.place,
+        if ESSENTIAL.match(name):
+            obsolete_text = (
+                " (an element of the 1970s: CQUAD4, CTRIA3 or CHEXA take its place)" if OBSOLETE.match(name) else ""
+            )
+            bulk.findings.problem(
+                f"{len(cards)} {name}, the first {first}: there is no such element here{obsolete_text}, and the model "
+                "would be wrong without them",
+                first.location,
             )
             continue
         for pattern, consequence in CONSEQUENCES:
             if re.match(pattern, name):
-                bulk.found.unused(name, consequence, first.place, len(cards))
+                bulk.findings.unused(name, consequence, first.location, len(cards))
                 break
         else:
-            if NEUTRAL.match(name):
-                bulk.found.unused(name, "no element of the structure uses it", first.place, len(cards))
+            if PROPERTY_OR_MATERIAL.match(name):
+                bulk.findings.unused(name, "no element of the structure uses it", first.location, len(cards))
             else:
-                bulk.found.unused(name, "is not a known card and is left out", first.place, len(cards))
+                bulk.findings.unused(name, "is not a known card and is left out", first.location, len(cards))
 
 
-# Read, though none of theirs may count as used.
-_READ = {
+# Cards that are read, although none may be counted as used.
+READ_CARDS = {
     "GRID", "GRDSET", "SPOINT", "CORD1R", "CORD1C", "CORD1S", "CORD2R", "CORD2C", "CORD2S", "PARAM", "ENDDATA",
     "MPCADD", "MPC", "SPC", "SPC1", "SPCADD", "BAROR", "SET1", "SET3", "NSMADD",
 }  # fmt: skip

@@ -12,6 +12,9 @@ slowly, and more where they come in time with a mode.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.linalg import eigh
 
@@ -25,11 +28,31 @@ from femflex.dynamics.model import Model
 DAMPED = 0.99  # of critical: modes damped more than that are taken to be so, for their answer hardly swings either
 
 
-def elastic_response(model: Model, times: Array, states: Array, accelerations: Array) -> Array:
-    """The states (n_t, n_x) with the elastic coordinates and rates that the motion calls up, from those of model.x0.
+@dataclass(frozen=True, eq=False)
+class ElasticResponse:
+    """Elastic response of a system to a motion of its bodies, mode by mode.
 
-    states (n_t, n_x) and accelerations (n_t, n_u): the motion of the bodies, elastic ones zero. Velocities may jump
-    between two rows: what the accelerations do not make up for comes as an impulse.
+    states  (n_t, n_x)  with the elastic coordinates and rates of the response
+    omega   (m,)        natural frequencies of the modes [rad/s]
+    peak    (m,)        largest amplitude of each mode, of mass 1 [kg^1/2 m]
+    swing   (m,)        largest amplitude of each mode about its slowly varying part [kg^1/2 m]
+    shapes  body -> (n_modes, m) elastic coordinates of the modes
+    recoil  (m,)        largest angular rate that each mode gives a joint, over the largest one of the joint [1]
+    """
+
+    states: Array
+    omega: Array
+    peak: Array
+    swing: Array
+    shapes: Mapping[str, Array]
+    recoil: Array
+
+
+def elastic_response(model: Model, times: Array, states: Array, accelerations: Array) -> ElasticResponse:
+    """The response that a motion excites, from the elastic coordinates and rates of model.x0.
+
+    states (n_t, n_x) and accelerations (n_t, n_u): the motion of the bodies, elastic coordinates zero. Velocities may
+    jump between two rows: the part that the accelerations do not explain acts as an impulse.
 
     Raises ValueError and LinAlgError where there are no linear equations about rest (see `linearised`).
     """
@@ -48,10 +71,30 @@ def elastic_response(model: Model, times: Array, states: Array, accelerations: A
     start = np.zeros((2, model.n_u))
     start[:, ue] = model.x0[qe], model.x0[model.n_q + ue]
     modal = start[:, own] @ M @ phi
-    y, rate = modal_response(omega, damping, times, force @ Z @ phi, impulse @ Z @ phi, modal)
-    shapes, out = (Z @ phi)[ue], states.copy()
-    out[:, qe], out[:, model.n_q + ue] = y @ shapes.T, rate @ shapes.T
-    return out
+    y, rate, swing = modal_response(omega, damping, times, force @ Z @ phi, impulse @ Z @ phi, modal)
+    moved, out = Z @ phi, states.copy()
+    out[:, qe], out[:, model.n_q + ue] = y @ moved[ue].T, rate @ moved[ue].T
+    records = dict(zip(model.system.order, body_records(model.table)[1:], strict=True))
+    shapes = {name: moved[int(r["ue"]) + np.arange(int(r["n"]))] for name, r in records.items() if int(r["n"])}
+    recoil = _recoil(model, u + rate @ moved.T, moved * (omega * swing))
+    return ElasticResponse(out, omega, np.abs(y).max(axis=0, initial=0.0), swing, shapes, recoil)
+
+
+def _recoil(model: Model, u: Array, rates: Array) -> Array:
+    """Largest share (m,) that the angular rates (n_u, m) of modes have in those of joints, u (n_t, n_u).
+
+    The axes of a joint are taken together; joints that do not turn are left out.
+    """
+    share = np.zeros(rates.shape[1])
+    joints: dict[str, list[int]] = {}
+    for k, (name, unit) in enumerate(model.system.velocity_names()):
+        if unit == "rad/s":
+            joints.setdefault(name.rpartition(".")[0], []).append(k)
+    for rows in joints.values():
+        whole = np.linalg.norm(u[:, rows], axis=1).max(initial=0.0)
+        if whole > 0.0:
+            share = np.maximum(share, np.linalg.norm(rates[rows], axis=0) / whole)
+    return share
 
 
 def unmodelled_response(model: Model, times: Array, states: Array, rates: Array, jumps: Array) -> tuple[Array, Array]:
@@ -71,9 +114,10 @@ def unmodelled_response(model: Model, times: Array, states: Array, rates: Array,
 
 def modal_response(
     omega: Array, damping: Array, times: Array, force: Array, impulse: Array, start: Array
-) -> tuple[Array, Array]:
+) -> tuple[Array, Array, Array]:
     """y and y' (n_t, m) of y'' + damping y' + omega^2 y = force, m modes, force (n_t, m) linear between the times.
 
+    Third is the largest amplitude (m,) of the oscillation about the part of y that follows the force.
     impulse (n_t, m): of the interval that begins at each time, as it were at its end; start (2, m): both at times[0].
     """
     a = np.minimum(damping / 2.0, DAMPED * omega)
@@ -84,13 +128,15 @@ def modal_response(
     slope = np.diff(force, axis=0) / np.maximum(steps, 1e-300) / omega**2
     before = force[:-1] / omega**2 - 2.0 * a * slope / omega**2  # the answer that grows with the force, at the ends
     after = before + slope * steps
+    swing = np.zeros(len(omega))
     fading, cos, sin = np.exp(-a * steps), np.cos(b * steps), np.sin(b * steps)
     for k in range(len(steps)):
         z, w = y[k] - before[k], rate[k] - slope[k]
         v = (w + a * z) / b
+        swing = np.maximum(swing, np.hypot(z, v))
         y[k + 1] = after[k] + fading[k] * (z * cos[k] + v * sin[k])
         rate[k + 1] = slope[k] + fading[k] * (w * cos[k] - (b * z + a * v) * sin[k]) + impulse[k]
-    return y, rate
+    return y, rate, swing
 
 
 def elastic_places(model: Model) -> tuple[IntArray, IntArray]:

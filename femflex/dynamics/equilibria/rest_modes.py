@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.linalg import eigh
 
 from femflex.arrays import Array, BoolArray, IntArray
@@ -38,12 +39,14 @@ class RestModes:
     elastic: BoolArray
     shapes: Mapping[str, Array]
 
-    def lowest_elastic(self, count: int, band: float = 0.0) -> IntArray:
-        """Numbers of the `count` lowest elastic modes, a close pair at the end whole, and of all below a band [Hz]."""
-        found = np.flatnonzero(self.elastic)
-        omega = self.omega[found]
+    def relevant(self, count: int, band: float = 0.0, excited: ArrayLike = ()) -> IntArray:
+        """Numbers of the `count` lowest elastic modes, a close pair at the end whole, of all below a band [Hz], and of
+        those within CLOSE of the excited frequencies (k,) [rad/s]."""
+        numbers = np.flatnonzero(self.elastic)
+        omega = self.omega[numbers]
         last = omega[:count].max(initial=0.0)
-        return found[(omega <= (1.0 + CLOSE) * last) | (omega < 2.0 * np.pi * band)]
+        near = (np.abs(omega[:, None] - np.asarray(excited, float)) <= CLOSE * omega[:, None]).any(axis=1)
+        return numbers[(omega <= (1.0 + CLOSE) * last) | (omega < 2.0 * np.pi * band) | near]
 
 
 def rest_modes(system: System, bodies: Mapping[str, FlexibleBody] | None = None) -> RestModes:
@@ -109,12 +112,14 @@ class Truncation:
         return np.asarray(1.0 - self.richer / self.kept)
 
 
-def truncation(system: System, richer: RestModes, count: int = 3, band: float = 0.0) -> Truncation:
-    """What richer sets would change of a craft's `count` lowest elastic frequencies, and of all below `band` [Hz].
+def truncation(
+    system: System, richer: RestModes, count: int = 3, band: float = 0.0, excited: ArrayLike = ()
+) -> Truncation:
+    """The frequencies of a craft's relevant modes (`RestModes.relevant`) with its own sets and with richer ones.
 
     richer: the `rest_modes` of the same system with its bodies in richer sets.
     """
     kept = rest_modes(system).omega
-    numbers = richer.lowest_elastic(count, band)
+    numbers = richer.relevant(count, band, excited)
     numbers = numbers[numbers < len(kept)]
     return Truncation(kept[numbers] / (2.0 * np.pi), richer.omega[numbers] / (2.0 * np.pi))

@@ -1,5 +1,5 @@
 """Sparse sums of element matrices on patterns found once."""
 
 from femflex.fem.assembly.assembler import Assembler as Assembler
-from femflex.fem.assembly.assembler import assembled as assembled
-from femflex.fem.assembly.part import Part as Part
+from femflex.fem.assembly.assembler import assemble as assemble
+from femflex.fem.assembly.element_matrices import ElementMatrices as ElementMatrices

@@ -1,4 +1,4 @@
-"""Support conditions of node groups, and which nodes, sides and element interiors each acts on."""
+"""Support conditions of node groups, and the nodes, sides and element interiors that each acts on."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ SAME = 1e-6  # squared sine of the angle below which two directions of supports 
 
 @dataclass(frozen=True, eq=False)
 class Condition:
-    """One support: nodes (k,), edges (n,) as keys (ascending; None where the group is of points), and the directions
-    in which displacement and rotation are zero, as projectors (3, 3)."""
+    """One support: its nodes (k,), its edges (n,) as ascending keys (None for a group of points), and the directions in
+    which displacement and rotation are zero, as projectors (3, 3)."""
 
     nodes: IntArray
     edges: IntArray | None
@@ -30,27 +30,29 @@ class Condition:
     n_points: int
 
     def contains(self, nodes: IntArray) -> BoolArray:
-        """Which of the sides or interiors with corners `nodes` (n, m) lie on the group.
+        """Return which of the sides or interiors with corners `nodes` (n, m) lie on the group, as a mask (n,).
 
-        All their nodes must. Of a group of cells, so must the edges between: two nodes of a boundary that turns a
-        corner may be joined by a side inside.
+        All their nodes must lie on it. If the group consists of cells, the edges between these nodes must lie on it
+        too, because two nodes of a boundary with a corner may be joined by a side that is inside.
         """
         on = np.zeros(self.n_points, bool)
         on[self.nodes] = True
-        found = np.all(on[nodes], axis=1)
+        inside = np.all(on[nodes], axis=1)
         if self.edges is not None and nodes.shape[1] > 1:
-            after = np.roll(nodes, -1, axis=1) if nodes.shape[1] > 2 else nodes[:, ::-1]
-            found = found & np.all(np.isin(edge_keys(nodes, after, self.n_points), self.edges), axis=1)
-        return np.asarray(found)
+            next_nodes = np.roll(nodes, -1, axis=1) if nodes.shape[1] > 2 else nodes[:, ::-1]
+            inside = inside & np.all(np.isin(edge_keys(nodes, next_nodes, self.n_points), self.edges), axis=1)
+        return np.asarray(inside)
 
 
 def conditions(mesh: Mesh, supports: Supports) -> tuple[Condition, ...]:
     """The conditions of supports of the mesh's groups; ValueError on unknown groups or components."""
-    found = []
+    support_conditions = []
     for group, value in supports.items():
         moves, turns = as_support(value).projectors()
-        found.append(Condition(mesh.group_points(group), _edges(mesh, group), moves, turns, len(mesh.points)))
-    return tuple(found)
+        support_conditions.append(
+            Condition(mesh.group_points(group), _edges(mesh, group), moves, turns, len(mesh.points))
+        )
+    return tuple(support_conditions)
 
 
 def directions_of(sums: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Which runs of dofs share an element: found once for all matrices on the same elements."""
+"""Pairs of runs of dofs that share an element, computed once for all matrices on the same elements."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from scipy import sparse
 
 from femflex.arrays import IntArray
 
-Integers = NDArray[np.integer]  # of whichever width
+Integers = NDArray[np.integer]  # of any width
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,10 +23,10 @@ class Connections:
     pair: Integers
 
 
-def layered_connections(number: IntArray) -> Connections:
-    """Which of the runs number (e, r) are connected, from those of the first layer where runs come in equal layers.
+def find_connections_by_layer(number: IntArray) -> Connections:
+    """Return the connections of the runs number (e, r), from those of the first layer where runs come in equal layers.
 
-    Every node of a plate has a run of its deflection and one of its rotations: run, and run + n on the same elements.
+    Every node of a plate has one run of its deflection and one of its rotations, numbered run and run + n.
     """
     n_runs, r = int(number.max()) + 1, number.shape[1]
     for layers in range(r, 1, -1):
@@ -35,29 +35,31 @@ def layered_connections(number: IntArray) -> Connections:
             continue
         by_layer = number.reshape(len(number), -1, layers)
         if (by_layer - by_layer[:, :, :1] == n * np.arange(layers)).all():
-            return _repeated_in_layers(number, connections(by_layer[:, :, 0]), n, layers)
-    return connections(number)
+            return _repeated_in_layers(number, find_connections(by_layer[:, :, 0]), n, layers)
+    return find_connections(number)
 
 
 def _repeated_in_layers(number: IntArray, first: Connections, n: int, layers: int) -> Connections:
-    """Connections of all layers, n runs in each, sorted: in a row the pairs of one layer stand after the other's."""
+    """Return the connections of all layers of n runs, sorted; in a row the pairs of one layer follow those of the layer
+    before."""
     count = np.bincount(first.row, minlength=n)
     before = (np.cumsum(count) - count)[first.row]  # pairs of the rows above
     k, steps = np.arange(len(first.row)), np.arange(layers)[:, None]
     in_row = layers * before + (k - before) + steps * count[first.row]  # (layer of the column, k)
-    place = in_row + (layers * len(k) * np.arange(layers))[:, None, None]  # (layer of the row, layer of the column, k)
-    row, col = np.empty(place.size, np.int64), np.empty(place.size, np.int64)
-    row[place], col[place] = first.row + n * steps[:, None], first.col + n * steps
+    # (layer of the row, layer of the column, k)
+    position = in_row + (layers * len(k) * np.arange(layers))[:, None, None]
+    row, col = np.empty(position.size, np.int64), np.empty(position.size, np.int64)
+    row[position], col[position] = first.row + n * steps[:, None], first.col + n * steps
     b = number.shape[1] // layers
-    pair = np.moveaxis(place.astype(np.int32), 2, 0)[first.pair.reshape(-1, b, b)]
+    pair = np.moveaxis(position.astype(np.int32), 2, 0)[first.pair.reshape(-1, b, b)]
     return Connections(number, row, col, pair.transpose(0, 1, 3, 2, 4).ravel())
 
 
-def connections(number: IntArray) -> Connections:
-    """Which of the runs with numbers (e, r) of elements are connected."""
+def find_connections(number: IntArray) -> Connections:
+    """Return the connections of the runs with numbers (e, r) of elements."""
     r = number.shape[1]
     n = int(number.max()) + 1
-    owner = _sorting(number.ravel().astype(np.int32), n)  # element and run, by run
+    owner = _counting_sort_order(number.ravel().astype(np.int32), n)  # element and run, by run
     counts = np.bincount(number.ravel(), minlength=n)
     indptr = np.concatenate([[0], np.cumsum(counts * r)]).astype(np.int32)
     cols = number.astype(np.int32)[owner // r].ravel()
@@ -74,8 +76,8 @@ def connections(number: IntArray) -> Connections:
     return Connections(number, row, ordered.indices[new].astype(np.int64), number_of)
 
 
-def _sorting(numbers: NDArray[np.int32], n: int) -> NDArray[np.int32]:
-    """Order (k,) that sorts numbers (k,) in 0 .. n - 1 and keeps equal ones in turn; linear, by counting."""
+def _counting_sort_order(numbers: NDArray[np.int32], n: int) -> NDArray[np.int32]:
+    """Order (k,) that sorts numbers (k,) in 0 .. n - 1 and keeps the order of equal ones; linear time, by counting."""
     k = len(numbers)
     ramp = np.arange(k + 1, dtype=np.int32)
     return sparse.csr_array((np.zeros(k, np.int8), numbers, ramp), shape=(k, n)).tocsc().indices

@@ -1,4 +1,4 @@
-"""Vectors of dofs that follow other dofs: the map from all dofs to those that are left independent."""
+"""Vectors of dofs that follow other dofs, and the map from all dofs to those that remain independent."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ NEGLIGIBLE = 1e-9  # singular value of directions below which a dof has no part 
 
 @dataclass(frozen=True, eq=False)
 class Dependence:
-    """Components of one vector of raw dofs that follow others: ways @ raw[target] = ways @ M @ raw[source].
+    """Components of one vector of raw dofs that follow others: directions @ raw[target] = directions @ M @ raw[source].
 
     target  (3,) raw dofs of a translation or a rotation; (1,) a single one
-    ways    (r, 3) orthonormal directions in which it follows
+    directions  (r, 3) orthonormal directions in which it follows
     source  (m,) raw dofs; M (3, m)
-    where   of what it is a part, for messages
+    where   the connection that it belongs to, for messages
     """
 
     target: IntArray
-    ways: Array
+    directions: Array
     source: IntArray
     M: Array
     where: str
@@ -42,33 +42,37 @@ def independent_of(T: sparse.csr_array, dependences: Sequence[Dependence]) -> sp
     n = T.shape[1]
     owner: dict[int, str] = {}
     rows, cols, values = [], [], []
-    for one in _gathered(dependences):
-        block, own = _columns(T, one.target)
-        source, moved = _columns(T, one.source)
-        given = one.ways @ one.M @ source
-        seen = one.ways @ block
-        itself = np.isin(moved, own)  # the vector by its other components
-        np.subtract.at(seen.T, np.searchsorted(own, moved[itself]), given[:, itself].T)
-        given, moved = given[:, ~itself], moved[~itself]
-        U, size, Vt = np.linalg.svd(seen)
+    for dependence in _merged_by_target(dependences):
+        block, target_columns = _columns(T, dependence.target)
+        source, source_columns = _columns(T, dependence.source)
+        source_factors = dependence.directions @ dependence.M @ source
+        target_factors = dependence.directions @ block
+        in_target = np.isin(source_columns, target_columns)  # the vector follows its own other components
+        np.subtract.at(
+            target_factors.T, np.searchsorted(target_columns, source_columns[in_target]), source_factors[:, in_target].T
+        )
+        source_factors, source_columns = source_factors[:, ~in_target], source_columns[~in_target]
+        U, size, Vt = np.linalg.svd(target_factors)
         rank = int(np.sum(size > NEGLIGIBLE))
         if not rank:
             continue
         pivots = _pivots(Vt[:rank])
-        rest = np.setdiff1d(np.arange(len(own)), pivots)
-        left = U[:, :rank].T
-        taken = [owner[int(own[p])] for p in pivots if int(own[p]) in owner]
-        if taken:
+        rest = np.setdiff1d(np.arange(len(target_columns)), pivots)
+        basis = U[:, :rank].T
+        owners = [owner[int(target_columns[p])] for p in pivots if int(target_columns[p]) in owner]
+        if owners:
             raise ValueError(
-                f"{one.where} and {taken[0]} make the same node dependent; make it dependent in one connection only, "
-                "or the reference node of the other"
+                f"{dependence.where} and {owners[0]} make the same node dependent; make it dependent in one connection "
+                "only, or the reference node of the other"
             )
-        owner.update({int(own[p]): one.where for p in pivots})
-        inverse = np.linalg.inv(left @ seen[:, pivots])
-        columns = np.concatenate([moved, own[rest]])
-        relation = np.concatenate([inverse @ left @ given, -inverse @ left @ seen[:, rest]], axis=1)
+        owner.update({int(target_columns[p]): dependence.where for p in pivots})
+        inverse = np.linalg.inv(basis @ target_factors[:, pivots])
+        columns = np.concatenate([source_columns, target_columns[rest]])
+        relation = np.concatenate(
+            [inverse @ basis @ source_factors, -inverse @ basis @ target_factors[:, rest]], axis=1
+        )
         row, column = np.nonzero(relation)
-        rows.append(own[pivots][row])
+        rows.append(target_columns[pivots][row])
         cols.append(columns[column])
         values.append(relation[row, column])
     follow = np.zeros(n, bool)
@@ -83,31 +87,31 @@ def independent_of(T: sparse.csr_array, dependences: Sequence[Dependence]) -> sp
         step = (D @ step).tocsr()
         step.eliminate_zeros()
         total = (total + step).tocsr()
-    found = (T @ total).tocsr()
-    found.eliminate_zeros()
-    found.sort_indices()
-    return found
+    independent = (T @ total).tocsr()
+    independent.eliminate_zeros()
+    independent.sort_indices()
+    return independent
 
 
-def _gathered(dependences: Sequence[Dependence]) -> list[Dependence]:
-    """The dependences, those of one vector in directions at right angles as one: pivots are then chosen together."""
+def _merged_by_target(dependences: Sequence[Dependence]) -> list[Dependence]:
+    """Merge the dependences of one vector in perpendicular directions, so that their pivots are chosen together."""
     by_target: dict[tuple[int, ...], list[Dependence]] = {}
-    for one in dependences:
-        by_target.setdefault(tuple(int(dof) for dof in one.target), []).append(one)
-    found: list[Dependence] = []
-    for several in by_target.values():
-        ways = np.concatenate([one.ways for one in several])
-        if len(several) == 1 or np.abs(ways @ ways.T - np.eye(len(ways))).max() > SQUARE:
-            found += several
+    for dependence in dependences:
+        by_target.setdefault(tuple(int(dof) for dof in dependence.target), []).append(dependence)
+    merged: list[Dependence] = []
+    for group in by_target.values():
+        directions = np.concatenate([dependence.directions for dependence in group])
+        if len(group) == 1 or np.abs(directions @ directions.T - np.eye(len(directions))).max() > SQUARE:
+            merged += group
             continue
-        source = np.unique(np.concatenate([one.source for one in several]))
-        M = np.zeros((several[0].M.shape[0], len(source)))
-        for one in several:
-            moved = one.ways.T @ one.ways @ one.M
-            np.add.at(M.T, np.searchsorted(source, one.source), moved.T)
-        where = " and ".join(dict.fromkeys(one.where for one in several))
-        found.append(Dependence(several[0].target, ways, source, M, where))
-    return found
+        source = np.unique(np.concatenate([dependence.source for dependence in group]))
+        M = np.zeros((group[0].M.shape[0], len(source)))
+        for dependence in group:
+            factors = dependence.directions.T @ dependence.directions @ dependence.M
+            np.add.at(M.T, np.searchsorted(source, dependence.source), factors.T)
+        where = " and ".join(dict.fromkeys(dependence.where for dependence in group))
+        merged.append(Dependence(group[0].target, directions, source, M, where))
+    return merged
 
 
 def _refuse_circles(D: sparse.csr_array, owner: dict[int, str]) -> None:
@@ -140,8 +144,8 @@ def _pivots(rows: Array) -> IntArray:
         sizes[chosen] = -1.0
         # of equal columns the first, so that axes stay as they are
         column = int(np.flatnonzero(sizes >= sizes.max() * (1 - 1e-9))[0])
-        at = int(np.abs(work[:, column]).argmax())
+        row = int(np.abs(work[:, column]).argmax())
         chosen.append(column)
-        pivot = work[at] / work[at, column]
+        pivot = work[row] / work[row, column]
         work = work - np.outer(work[:, column], pivot)
     return np.array(chosen, np.int64)

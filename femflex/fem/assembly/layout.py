@@ -1,4 +1,4 @@
-"""Axes along which dofs are counted, so that every support condition is that some of them are zero.
+"""Axes along which dofs are counted, chosen so that every support condition sets some of them to zero.
 
 A node on a support has its translations and rotations along the support's axes. A node that flat plates of one plane
 share has no stiffness about its normal m and turns in the plane alone. On a plane of symmetry or antisymmetry (zero
@@ -50,20 +50,21 @@ class Extras:
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """raw = E z: raw dofs from dofs z along the axes of supports, and which z the supports hold.
+    """The relation raw = E z between raw dofs and dofs z along the axes of supports, and the z that the supports set to
+    zero.
 
     E, inverse  (n_raw, n_raw)  z = inverse raw, for those z that are used
-    held        (n_raw,)        z that are zero
+    zero        (n_raw,)        z that are zero
     """
 
     E: sparse.csr_array
     inverse: sparse.csr_array
-    held: BoolArray
+    zero: BoolArray
 
     @property
     def conditions(self) -> sparse.csr_array:
-        """Rows (k, n_raw): the supports say that rows @ raw = 0."""
-        return self.inverse[np.flatnonzero(self.held)]
+        """Rows (k, n_raw) of the support conditions rows @ raw = 0."""
+        return self.inverse[np.flatnonzero(self.zero)]
 
 
 class _Blocks:
@@ -74,23 +75,23 @@ class _Blocks:
         self._triplets: list[tuple[IntArray, IntArray, Array]] = []
 
     def replace(self, rows: IntArray, columns: IntArray, values: Array) -> None:
-        """Rows (n, r) are values (n, r, c) on columns (n, c), and nothing else."""
+        """Replace rows (n, r) by values (n, r, c) on columns (n, c)."""
         self._plain[rows.ravel()] = False
         self.add(rows, columns, values)
 
     def add(self, rows: IntArray, columns: IntArray, values: Array) -> None:
-        """Adds values (n, r, c) to rows (n, r), columns (n, c)."""
+        """Add values (n, r, c) to rows (n, r), columns (n, c)."""
         row, column = np.broadcast_to(rows[:, :, None], values.shape), np.broadcast_to(columns[:, None], values.shape)
         self._triplets.append((row.ravel(), column.ravel(), values.ravel()))
 
     def matrix(self) -> sparse.csr_array:
         """The matrix."""
-        one = np.flatnonzero(self._plain)
-        triplets = [(one, one, np.ones(len(one))), *self._triplets]
+        plain = np.flatnonzero(self._plain)
+        triplets = [(plain, plain, np.ones(len(plain))), *self._triplets]
         rows, columns, values = (np.concatenate(part) for part in zip(*triplets, strict=True))
-        found = sparse.coo_array((values, (rows, columns)), shape=(self._n, self._n)).tocsr()
-        found.eliminate_zeros()  # a dof counts as a rotation about an axis only when it has a part in it
-        return found
+        matrix = sparse.coo_array((values, (rows, columns)), shape=(self._n, self._n)).tocsr()
+        matrix.eliminate_zeros()  # a dof counts as a rotation about an axis only when it has a component about it
+        return matrix
 
 
 def layout(
@@ -106,7 +107,7 @@ def layout(
     translation, rotation  (n_nodes, 3) raw dofs of the nodes, -1 where none
     flat                   nodes (k,) of one plane, and two axes in it and its normal (k, 3, 3) as rows
     """
-    held = np.zeros(n_raw, bool)
+    zero_dofs = np.zeros(n_raw, bool)
     nodal, nodal_inverse, sides, sides_inverse = (_Blocks(n_raw) for _ in range(4))
     moves, turns = (np.zeros((len(translation), 3, 3)) for _ in range(2))
     on, mirror = np.zeros(len(translation), bool), np.ones(len(translation), bool)
@@ -120,26 +121,29 @@ def layout(
         if table is rotation:
             nodes = np.setdiff1d(nodes, flat[0])
         F, zero = _frames(directions_of(sums[nodes]))
-        _lay(nodal, nodal_inverse, table[nodes], F)
-        held[table[nodes][zero]] = True
+        _set_axes(nodal, nodal_inverse, table[nodes], F)
+        zero_dofs[table[nodes][zero]] = True
     F, zero = _flat_frames(flat[1], directions_of(turns[flat[0]]), on[flat[0]], mirror[flat[0]])
-    _lay(nodal, nodal_inverse, rotation[flat[0]], F)
-    held[rotation[flat[0]][zero]] = True
+    _set_axes(nodal, nodal_inverse, rotation[flat[0]], F)
+    zero_dofs[rotation[flat[0]][zero]] = True
     if supports:
         for e in extras:
-            _lay_extras(sides, sides_inverse, held, e, rotation, supports)
-    return Layout((sides.matrix() @ nodal.matrix()).tocsr(), (nodal_inverse.matrix() @ sides_inverse.matrix()), held)
+            _set_axes_of_extras(sides, sides_inverse, zero_dofs, e, rotation, supports)
+    return Layout(
+        (sides.matrix() @ nodal.matrix()).tocsr(), (nodal_inverse.matrix() @ sides_inverse.matrix()), zero_dofs
+    )
 
 
-def _lay(blocks: _Blocks, inverse: _Blocks, dofs: IntArray, F: Array) -> None:
-    """Vectors on raw dofs (n, 3) are counted along the rows of F (n, 3, 3)."""
+def _set_axes(blocks: _Blocks, inverse: _Blocks, dofs: IntArray, F: Array) -> None:
+    """Count the vectors on raw dofs (n, 3) along the rows of F (n, 3, 3)."""
     if len(dofs):
         blocks.replace(dofs, dofs, F.swapaxes(1, 2))
         inverse.replace(dofs, dofs, F)
 
 
 def _frames(zero: Array) -> tuple[Array, BoolArray]:
-    """Axes (n, k, k) as rows of which some, (n, k), span the range of projectors (n, k, k); as they are if they can."""
+    """Return axes (n, k, k) as rows, and a mask (n, k) of those that span the range of projectors (n, k, k). Coordinate
+    axes are kept where they span it."""
     value, vectors = np.linalg.eigh(zero)
     k = zero.shape[1]
     aligned = np.abs(zero * (1 - np.eye(k))).max(axis=(1, 2), initial=0.0) < ALIGNED
@@ -148,9 +152,10 @@ def _frames(zero: Array) -> tuple[Array, BoolArray]:
 
 
 def _flat_frames(axes: Array, turns: Array, on: BoolArray, mirror: BoolArray) -> tuple[Array, BoolArray]:
-    """Axes (n, 3, 3) of flat nodes as rows, the last of no use, and which are held, by supports of these projectors.
+    """Return the axes (n, 3, 3) of flat nodes as rows, the last of them unused, and a mask of those that supports with
+    these projectors set to zero.
 
-    mirror (n,): where planes of symmetry or antisymmetry alone support a node, one or two that meet.
+    mirror (n,): whether a node is supported by planes of symmetry or antisymmetry alone, one or two that meet.
     """
     F = axes.copy()
     F[:, 2] = 0.0
@@ -160,51 +165,58 @@ def _flat_frames(axes: Array, turns: Array, on: BoolArray, mirror: BoolArray) ->
         allowed = np.matmul(plane @ (np.eye(3) - turns[on]), plane.swapaxes(1, 2))
         value, vectors = np.linalg.eigh(allowed)
         least = np.where(mirror[on], MIRRORED, ALLOWED)[:, None]
-        ways = np.einsum("nik,nk,njk->nij", vectors, np.where(value > least, 0.0, 1.0), vectors)
-        own, zero[on, :2] = _frames(ways)
-        F[on, :2] = own @ plane
+        zero_directions = np.einsum("nik,nk,njk->nij", vectors, np.where(value > least, 0.0, 1.0), vectors)
+        frames_in_plane, zero[on, :2] = _frames(zero_directions)
+        F[on, :2] = frames_in_plane @ plane
     return F, zero
 
 
-def _lay_extras(
-    blocks: _Blocks, inverse: _Blocks, held: BoolArray, e: Extras, rotation: IntArray, supports: Sequence[Condition]
+def _set_axes_of_extras(
+    blocks: _Blocks,
+    inverse: _Blocks,
+    zero_dofs: BoolArray,
+    extras: Extras,
+    rotation: IntArray,
+    supports: Sequence[Condition],
 ) -> None:
-    """Lay dofs of no single node along what supports hold, and tell which are held."""
-    moves, turns = (np.zeros((len(e.dofs), 3, 3)) for _ in range(2))
+    """Set the axes of dofs that belong to no single node along the supported directions, and mark those that are
+    zero."""
+    moves, turns = (np.zeros((len(extras.dofs), 3, 3)) for _ in range(2))
     for support in supports:
-        lies = support.contains(e.nodes)
+        lies = support.contains(extras.nodes)
         moves[lies] += support.moves
         turns[lies] += support.turns
-    at = np.flatnonzero(moves.any(axis=(1, 2)) | turns.any(axis=(1, 2)))
-    if not len(at):
+    rows = np.flatnonzero(moves.any(axis=(1, 2)) | turns.any(axis=(1, 2)))
+    if not len(rows):
         return
-    moves, turns = directions_of(moves[at]), directions_of(turns[at])
-    dofs = e.dofs[at]
-    if e.directions is None:
-        everything = moves if e.kind == "translation" else np.minimum(moves, turns)
-        held[dofs[np.trace(everything, axis1=1, axis2=2) > 2.5].ravel()] = True
+    moves, turns = directions_of(moves[rows]), directions_of(turns[rows])
+    dofs = extras.dofs[rows]
+    if extras.directions is None:
+        everything = moves if extras.kind == "translation" else np.minimum(moves, turns)
+        zero_dofs[dofs[np.trace(everything, axis1=1, axis2=2) > 2.5].ravel()] = True
         return
-    D, H = e.directions[at], moves if e.kind == "translation" else turns
+    D, H = extras.directions[rows], moves if extras.kind == "translation" else turns
     gram = np.matmul(D @ H, D.swapaxes(1, 2))
     value, vectors = np.linalg.eigh(gram)
     F, zero = _frames(np.einsum("nik,nk,njk->nij", vectors, np.where(value > ACROSS, 1.0, 0.0), vectors))
-    held[dofs[zero]] = True
-    if dofs.shape[1] == 1:  # has no other axes; a twist may lie on several sides
+    zero_dofs[dofs[zero]] = True
+    if dofs.shape[1] == 1:  # a single dof has no other axes; a twist may lie on several sides
         return
     blocks.replace(dofs, dofs, F.swapaxes(1, 2))
     inverse.replace(dofs, dofs, F)
-    if e.spans is not None:
-        bulge = _bulge(D, moves, turns, e.spans[at])
+    if extras.spans is not None:
+        bulge = _bulge(D, moves, turns, extras.spans[rows])
         for node, sign in ((0, 1.0), (1, -1.0)):
-            columns = rotation[e.nodes[at, node]]
+            columns = rotation[extras.nodes[rows, node]]
             blocks.add(dofs, columns, sign * bulge)
             inverse.add(dofs, columns, -sign * F @ bulge)
 
 
 def _bulge(D: Array, moves: Array, turns: Array, span: Array) -> Array:
-    """How b (n, 2) of sides follows the rotation (n, 2, 3) of the first node, minus the second, to stay on a support.
+    """Return the matrices by which b (n, 2) of sides follows the rotation (n, 2, 3) of the first node minus that of the
+    second so that the sides stay on a support.
 
-    Zero where the rotations that the support allows take the side off it.
+    They are zero where the rotations that the support allows move the side off it.
     """
     normal = np.cross(D[:, 0], D[:, 1])
     across = np.cross(np.eye(3), -(span / np.linalg.norm(span, axis=1, keepdims=True))[:, None])  # theta -> theta x t

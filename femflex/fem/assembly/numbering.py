@@ -26,16 +26,16 @@ RANK_TOLERANCE = 1e-6  # sine of the fold angle below which two plate facets cou
 
 
 class Numbering:
-    """Hands out raw dof numbers; the same node always gets the same numbers."""
+    """Assigns numbers to raw dofs; the same node always gets the same numbers."""
 
     def __init__(self, n_nodes: int, members: Sequence[Member] = ()) -> None:
-        self.members = tuple(members)  # all of the structure: elements may depend on what they meet
+        self.members = tuple(members)  # all members of the structure: elements may depend on their neighbours
         self._translation = np.full((n_nodes, 3), -1, np.int64)
         self._rotation = np.full((n_nodes, 3), -1, np.int64)
         self._spin_space = np.zeros((n_nodes, 3, 3))  # sum of projectors on the directions members stiffen
         self._extras: list[Extras] = []
         self._dependences: list[Dependence] = []
-        self._ties: dict[int, tuple[int, float]] = {}  # raw dof -> the one it follows and its factor; 0 holds it
+        self._ties: dict[int, tuple[int, float]] = {}  # raw dof -> the one it follows, and its factor (0: it is zero)
         self._sides: dict[tuple[int, int], IntArray] = {}  # side between two nodes -> raw dofs (3,) of its displacement
         self._fading: list[IntArray] = []
         self.n_raw = 0
@@ -55,7 +55,7 @@ class Numbering:
 
     def extra(self, count: int) -> IntArray:
         """Numbers (n,) of raw dofs that belong to no single node; no support holds them before they are `attach`ed."""
-        return self._take(count)
+        return self._next_numbers(count)
 
     def sides(self, ends: IntArray) -> IntArray:
         """Raw dofs (k, 3), global components, of the displacement 4 s (1 - s) b of straight sides with ends (k, 2).
@@ -69,8 +69,8 @@ class Numbering:
         return np.array([self._sides[pair] for pair in pairs], np.int64).reshape(-1, 3)
 
     def fading(self, nodes: IntArray, count: int) -> IntArray:
-        """Raw dofs (n, count, 3), global components, of functions that fade at nodes (n, m); none moves as these move
-        linearly in their places."""
+        """Raw dofs (n, count, 3), global components, of functions that vanish at nodes (n, m); all are zero where the
+        element moves linearly with these nodes."""
         dofs = self.extra(3 * count * len(nodes)).reshape(len(nodes), count, 3)
         for k in range(count):
             self.attach(dofs[:, k], nodes, np.broadcast_to(np.eye(3), (len(nodes), 3, 3)))
@@ -78,8 +78,8 @@ class Numbering:
         return dofs
 
     @property
-    def faded(self) -> IntArray:
-        """Numbers (k,) of raw dofs of `fading`."""
+    def fading_dofs(self) -> IntArray:
+        """Numbers (k,) of the raw dofs that `fading` assigned."""
         return np.concatenate([np.zeros(0, np.int64), *self._fading])
 
     def attach(
@@ -90,7 +90,8 @@ class Numbering:
         kind: Literal["translation", "rotation"] = "translation",
         spans: Array | None = None,
     ) -> None:
-        """Say between which nodes (n, m) extra dofs (n, k) fade, so that supports of all these nodes act on them.
+        """Record the nodes (n, m) between which extra dofs (n, k) fade, so that supports of all these nodes act on
+        them.
 
         kind        they are components of a displacement (bubbles, sides) or of a turn (twists)
         directions  (n, k, 3) unit vectors that they act along; None: along all, so that only a full support holds them
@@ -99,23 +100,25 @@ class Numbering:
         self._extras.append(Extras(np.asarray(dofs), np.asarray(nodes), kind, directions, spans))
 
     def tie(self, first: int, second: int, factor: float) -> None:
-        """Ties two raw dofs: the second is factor (not 0) times the first. Where ties contradict, both stay zero."""
-        (a, p), (b, q) = self._followed(first), self._followed(second)
+        """Tie two raw dofs: the second is factor (not 0) times the first. Where ties contradict each other, both stay
+        zero."""
+        (a, p), (b, q) = self._leader(first), self._leader(second)
         if a != b and p and q:
             self._ties[b] = a, factor * p / q
         elif a != b or p * factor != q:
             self._ties |= {a: (a, 0.0), b: (b, 0.0)}
 
     def connect(self, dependences: Sequence[Dependence]) -> None:
-        """Let vectors of raw dofs follow others."""
+        """Add vectors of raw dofs that follow others."""
         self._dependences += dependences
 
-    def _followed(self, dof: int) -> tuple[int, float]:
-        """The dof that one follows in the end, itself if none, and its factor; 0 where it is held."""
+    def _leader(self, dof: int) -> tuple[int, float]:
+        """Return the dof that this one follows in the end (itself if none) and the factor, which is 0 for a dof that is
+        zero."""
         factor = 1.0
         while factor and dof in self._ties:
-            dof, part = self._ties[dof]
-            factor *= part
+            dof, ratio = self._ties[dof]
+            factor *= ratio
         return dof, factor
 
     def translation_of(self, nodes: IntArray) -> IntArray:
@@ -127,42 +130,42 @@ class Numbering:
         return self._rotation[nodes]
 
     def turns_about_all_axes(self, dofs: IntArray) -> BoolArray:
-        """Whether the nodes whose first rotational dofs these (...) are turn about all axes, not in a plane."""
+        """Whether the nodes with these first rotational dofs (...) rotate about all axes, not only in a plane."""
         flat = np.zeros(self.n_raw, bool)
-        flat[self._rotation[self._flat()[0], 0]] = True
+        flat[self._rotation[self._flat_nodes()[0], 0]] = True
         return np.asarray(~flat[dofs])
 
     def layout(self, supports: Sequence[Condition] = ()) -> Layout:
-        """How raw dofs lie along the axes of supports."""
-        nodes, axes = self._flat()
+        """Return the layout of the raw dofs along the axes of supports."""
+        nodes, axes = self._flat_nodes()
         return layout(self.n_raw, self._translation, self._rotation, (nodes, axes), self._extras, supports)
 
     def independent(self, supports: Sequence[Condition] = ()) -> sparse.csr_array:
         """T (n_raw, n_dof) [1]: raw dofs from the independent ones, which lie along the axes of these supports."""
-        dropped = self._rotation[self._flat()[0]]
+        dropped = self._rotation[self._flat_nodes()[0]]
         keep = np.ones(self.n_raw, bool)
         keep[dropped.ravel()] = False
         keep[list(self._ties)] = False
         number = np.cumsum(keep) - 1
         n_dof = int(keep.sum())
-        tied = [(dof, *self._followed(dof)) for dof in self._ties]
+        tied = [(dof, *self._leader(dof)) for dof in self._ties]
         rows = [np.flatnonzero(keep), dropped[:, :2].ravel(), np.array([dof for dof, _, _ in tied], np.int64)]
         cols = [number[keep], n_dof + np.arange(2 * len(dropped))]  # two directions in the plane of each flat node
         cols.append(number[[first for _, first, _ in tied]] if tied else np.zeros(0, np.int64))
         values = [np.ones(n_dof + 2 * len(dropped)), np.array([factor for _, _, factor in tied])]
         triplets = (np.concatenate(values), (np.concatenate(rows), np.concatenate(cols)))
-        chosen = sparse.coo_array(triplets, shape=(self.n_raw, n_dof + 2 * len(dropped))).tocsr()
-        T = (self.layout(supports).E @ chosen).tocsr()
+        selection = sparse.coo_array(triplets, shape=(self.n_raw, n_dof + 2 * len(dropped))).tocsr()
+        T = (self.layout(supports).E @ selection).tocsr()
         T.eliminate_zeros()
         T.sort_indices()
         return independent_of(T, self._dependences)
 
-    def _flat(self) -> tuple[IntArray, Array]:
+    def _flat_nodes(self) -> tuple[IntArray, Array]:
         """Nodes (k,) that only flat plates of one plane share; two axes in it and its normal (k, 3, 3), as rows."""
         nodes = np.flatnonzero(self._rotation[:, 0] >= 0)
         value, axes = np.linalg.eigh(self._spin_space[nodes])
         flat = value[:, 0] < RANK_TOLERANCE**2 * value[:, 2]
-        return nodes[flat], axes[flat][:, :, ::-1].swapaxes(1, 2)  # in the xy plane x comes last
+        return nodes[flat], axes[flat][:, :, ::-1].swapaxes(1, 2)  # eigh gives x last in the xy plane
 
     def node_rows(self, n_raw: int) -> tuple[sparse.csr_array, sparse.csr_array]:
         """Operators (3 n_nodes, n_raw) that give every node's translation and rotation; zero rows where it has none."""
@@ -170,10 +173,10 @@ class Numbering:
 
     def _numbers(self, table: IntArray, nodes: IntArray) -> IntArray:
         fresh = np.unique(nodes[table[nodes, 0] < 0])
-        table[fresh] = self._take(3 * len(fresh)).reshape(-1, 3)
+        table[fresh] = self._next_numbers(3 * len(fresh)).reshape(-1, 3)
         return table[nodes]
 
-    def _take(self, count: int) -> IntArray:
+    def _next_numbers(self, count: int) -> IntArray:
         start, self.n_raw = self.n_raw, self.n_raw + count
         return np.arange(start, self.n_raw, dtype=np.int64)
 

@@ -1,4 +1,4 @@
-"""The finished CSR pattern of a sum of element matrices, laid out from its connected runs."""
+"""The CSR pattern of a sum of element matrices, built from its connected runs."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from femflex.arrays import IntArray
 from femflex.fem.assembly.connections import Connections
 from femflex.fem.assembly.runs import Runs
 
-Integers = NDArray[np.integer]  # of whichever width
+Integers = NDArray[np.integer]  # of any width
 
 
 @dataclass(frozen=True, eq=False)
 class Pattern:
-    """CSR pattern indptr, indices of elements with dofs (e, l); offset (e, r, r): where in its rows a pair of runs
-    begins."""
+    """CSR pattern indptr, indices of elements with dofs (e, l); offset (e, r, r): the start of each pair of runs within
+    its rows."""
 
     dofs: IntArray
     runs: Runs
@@ -39,8 +39,8 @@ def pattern(dofs: IntArray, runs: Runs, joined: Connections, n_dof: int) -> Patt
     indptr = np.concatenate([[0], row_end, row_end[-1:]])  # one empty row at the end, for dofs without a run
     entries = int(np.sum((row_end - row_begin) * runs.size))
     kind = np.int32 if entries < 2**31 else np.int64
-    dust = np.empty(len(columns), np.int8)
-    single = sparse.csr_array((dust, columns.astype(kind), indptr.astype(kind)), shape=(n + 1, n_dof))
+    placeholder = np.empty(len(columns), np.int8)
+    single = sparse.csr_array((placeholder, columns.astype(kind), indptr.astype(kind)), shape=(n + 1, n_dof))
     run_of = np.full(n_dof, n, np.int64)
     run_of[np.repeat(runs.first, runs.size) + _ramps(runs.size)] = np.repeat(np.arange(n), runs.size)
     full = single[run_of]
@@ -48,7 +48,7 @@ def pattern(dofs: IntArray, runs: Runs, joined: Connections, n_dof: int) -> Patt
     return Pattern(dofs, runs, full.indptr, full.indices, offset)
 
 
-def expanded(offset: Integers, runs: Runs) -> Integers:
+def expand_offsets(offset: Integers, runs: Runs) -> Integers:
     """Offsets (k, l, l) of single dofs from those of runs (k, r, r)."""
     if len(runs.within) == offset.shape[1]:
         return offset

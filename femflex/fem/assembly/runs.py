@@ -16,8 +16,8 @@ class Runs:
     first   (n_runs,)  first dof of every run, ascending
     size    (n_runs,)  its number of dofs
     number  (e, r)     runs of the elements
-    column  (l,)       which of the element's runs a column belongs to
-    within  (l,)       its place in the run
+    column  (l,)       index of the element's run that a column belongs to
+    within  (l,)       its position in the run
     """
 
     first: IntArray

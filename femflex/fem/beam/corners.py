@@ -2,15 +2,15 @@
 
 The fields of a beam along e take s = (theta, -w', v') at its ends, and its sections turn by the vector
 psi = s - (e.s) e x s / 2. Beams in line share s and psi alike. Beams that meet at an angle, each with its own e, share
-psi alone: their fields take s = psi + (e.psi) e x psi / 2 there, to second order, or the moments at the corner would do
-work on turns that differ. (An L-frame that bends in its plane tips over sideways some per cents early by that;
-J. H. Argyris and others, Comp. Meth. Appl. Mech. Engng 20 (1979) 105.)
+psi only: their fields take s = psi + (e.psi) e x psi / 2 there, to second order. Otherwise the moments at the corner
+would do work on different rotations, and the lateral buckling load of an L-frame that bends in its plane would be some
+per cents too low (J. H. Argyris and others, Comp. Meth. Appl. Mech. Engng 20 (1979) 105).
 
 The fields at an end then have more of v' by theta psi_y / 2 and of -w' by -theta psi_z / 2, and the curvatures
 
     kappa_z   + H'' theta psi_y / 2      kappa_y   - H'' theta psi_z / 2
 
-with H the shape function of the slope at that end: products of three gradients per end.
+with H the shape function of the slope at that end. They are products of three gradients per end.
 """
 
 from __future__ import annotations
@@ -43,20 +43,19 @@ def corner_nodes(mesh: Mesh, members: Iterable[Member], least: float = IN_LINE) 
         if member.family != FAMILY or member.group not in mesh.cell_groups:
             continue
         nodes = straight_elements(mesh.group_cells(member.group))
-        along = mesh.points[nodes[:, 1]] - mesh.points[nodes[:, 0]]
-        along = np.repeat(along / np.linalg.norm(along, axis=1, keepdims=True), 2, axis=0)
+        axes = mesh.points[nodes[:, 1]] - mesh.points[nodes[:, 0]]
+        axes = np.repeat(axes / np.linalg.norm(axes, axis=1, keepdims=True), 2, axis=0)
         ends = nodes.ravel()
-        fresh, row = np.unique(ends, return_index=True)
-        new = ~first[fresh].any(axis=1)
-        first[fresh[new]] = along[row[new]]
-        angled[ends[np.linalg.norm(np.cross(first[ends], along), axis=1) > least]] = True
+        new_nodes, row = np.unique(ends, return_index=True)
+        without_axis = ~first[new_nodes].any(axis=1)
+        first[new_nodes[without_axis]] = axes[row[without_axis]]
+        angled[ends[np.linalg.norm(np.cross(first[ends], axes), axis=1) > least]] = True
     return np.flatnonzero(angled)
 
 
 def corner_gradients(elements: BeamElements, xi: Array, corners: BoolArray) -> Array:
-    """Rows (e, q, 6, n_local) [rad per dof] of H'' theta, psi_y and psi_z of either end at xi (q,); none at ends (e,
-    2) that are no
-    corner."""
+    """Rows (e, q, 6, n_local) [rad per dof] of H'' theta, psi_y and psi_z of either end at xi (q,); zero at ends (e, 2)
+    that are not corners."""
     slope = field_rows(elements.order, xi, elements.length, 2)[:, :, 1]
     rows = np.zeros((*slope.shape[:2], 6, slope.shape[2]))
     for end, dof in enumerate(SLOPES):
@@ -68,7 +67,8 @@ def corner_gradients(elements: BeamElements, xi: Array, corners: BoolArray) -> A
 
 
 def corner_products(first: int) -> tuple[tuple[int, int, int, float], ...]:
-    """Strain, two of the gradients, of which `corner_gradients` are those from `first` on, and their factor."""
+    """Return the strain, the two gradients and the factor of each product; `corner_gradients` are those from `first`
+    on."""
     return tuple(
         product
         for end in (first, first + 3)

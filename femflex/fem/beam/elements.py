@@ -1,4 +1,4 @@
-"""The elements of a beam member: where they lie, what their dofs move, and the section at points along them."""
+"""The elements of a beam member: their geometry, the motion by their dofs, and the section at points along them."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class BeamElements:
         """Shear strains gamma_y and gamma_z (e, q, 2, n_local) [rad per dof]."""
         return shear_rows(self.order, xi, self.length, 0)
 
-    def places(self, xi: Array, offsets: Array) -> Array:
+    def positions(self, xi: Array, offsets: Array) -> Array:
         """Undeformed positions (e, q, k, 3) [m] at offsets (e, q, k, 3) from the line, section axes, at xi (q,)."""
         axis = self.origin[:, None] + self.length[:, None, None] * xi[:, None] * self.frame[:, None, 0]
         return axis[:, :, None] + np.matmul(offsets, self.frame[:, None])
@@ -75,9 +75,10 @@ class BeamElements:
 
 
 def stations(elements: BeamElements, member: Member, degree: int) -> tuple[Array, Array, Resultants]:
-    """Gauss points xi (q,), lengths they stand for (e, q) [m], and the section's resultants there (e, q)."""
+    """Return Gauss points xi (q,), the lengths that they represent (e, q) [m], and the section's resultants there (e,
+    q)."""
     points, weights = get_quadrature(RefLine, degree)
-    s = elements.arc.at(points[0])
+    s = elements.arc.arc_at(points[0])
     try:
         resultants = member.section.resultants(member.material, s, elements.arc.whole[:, None])
     except ValueError as error:

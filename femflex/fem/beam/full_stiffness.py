@@ -1,4 +1,5 @@
-"""Full sectional stiffness of beams about the node line, from resultants and the places of centroid and shear centre.
+"""Full sectional stiffness of beams about the node line, from resultants and the positions of centroid and shear
+centre.
 
 Strains at a point (y, z) of the section from those at the node line (x along the beam):
 
@@ -16,27 +17,28 @@ import numpy as np
 from femflex.arrays import Array
 from femflex.fem.sections.section import Resultants
 
-PLACES = ("offset", "shear_centre", "mass_centre")
+CENTRES = ("offset", "shear_centre", "mass_centre")
 
 
 def shears(section: Any, options: dict[str, Any]) -> bool:
-    """Whether the beam shears: as its options say, or where its section couples shear or its centres lie apart."""
+    """Whether the beam has shear deformation: by its options, or because its section couples shear or has eccentric
+    centres."""
     if options["shear"] is not None:
         return bool(options["shear"])
-    apart = any(np.any(options[name]) for name in PLACES[:2] if options[name] is not None)
-    return bool(getattr(section, "couples_shear", False)) or apart
+    eccentric = any(np.any(options[name]) for name in CENTRES[:2] if options[name] is not None)
+    return bool(getattr(section, "couples_shear", False)) or eccentric
 
 
 def full_stiffness(resultants: Resultants, options: dict[str, Any], where: str) -> Array:
     """Stiffness (e, q, 6, 6) [N, N m, N m^2] over (eps, gamma_y, gamma_z, kappa_x, kappa_y, kappa_z) about the node
     line.
 
-    Raises ValueError when the section does not know its shear stiffness.
+    Raises ValueError when the section has no shear stiffness.
     """
-    centroid = _place(options["offset"])
-    centre = centroid + _place(options["shear_centre"])
+    centroid = _position(options["offset"])
+    centre = centroid + _position(options["shear_centre"])
     if resultants.coupled is not None:
-        X = transformed(centroid, centroid)
+        X = strain_transform(centroid, centroid)
         return np.asarray(X.T @ resultants.coupled @ X)
     if resultants.GAy is None or resultants.GAz is None:
         raise ValueError(
@@ -45,12 +47,12 @@ def full_stiffness(resultants: Resultants, options: dict[str, Any], where: str) 
         )
     r = resultants
     assert r.GAy is not None and r.GAz is not None
-    X = transformed(centroid, centre)
+    X = strain_transform(centroid, centre)
     diagonal = np.stack(np.broadcast_arrays(r.EA, r.GAy, r.GAz, r.GJ, r.EIy, r.EIz), axis=-1)
     return np.asarray(X.T @ (diagonal[..., None] * X))
 
 
-def transformed(centroid: Array, shear_centre: Array) -> Array:
+def strain_transform(centroid: Array, shear_centre: Array) -> Array:
     """X (6, 6) [1]: strains at the centroid and the shear centre (2,) from those at the node line."""
     X = np.eye(6)
     X[0, 4], X[0, 5] = centroid[1], -centroid[0]
@@ -60,9 +62,9 @@ def transformed(centroid: Array, shear_centre: Array) -> Array:
 
 def mass_centre(resultants: Resultants, options: dict[str, Any]) -> Array:
     """Mass centre (e, q, 2) [m] or (2,) from the node line."""
-    own = _place(options["offset"]) + _place(options["mass_centre"])
-    return own if resultants.centre is None else own + resultants.centre
+    offset = _position(options["offset"]) + _position(options["mass_centre"])
+    return offset if resultants.centre is None else offset + resultants.centre
 
 
-def _place(given: Any) -> Array:
-    return np.zeros(2) if given is None else np.asarray(given, float)
+def _position(value: Any) -> Array:
+    return np.zeros(2) if value is None else np.asarray(value, float)

@@ -12,9 +12,9 @@ from femflex.arrays import Array, IntArray
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.beam.corners import corner_nodes
 from femflex.fem.beam.elements import BeamElements, stations
-from femflex.fem.beam.full_stiffness import PLACES, full_stiffness, mass_centre, shears
+from femflex.fem.beam.full_stiffness import CENTRES, full_stiffness, mass_centre, shears
 from femflex.fem.beam.orientation import selected_axes
-from femflex.fem.beam.releases import released
+from femflex.fem.beam.releases import release_ends
 from femflex.fem.beam.shapes import NODAL, BeamOrder
 from femflex.fem.beam.skin import swept_outline
 from femflex.fem.beam.strain import beam_strain, shear_strain
@@ -63,7 +63,7 @@ ORDERS = range(3, 9)
 STRETCH_ORDERS = range(1, 2 * ORDERS.stop - 2)  # of the axial and torsional fields, up to 2 * 8 - 1
 VARYING_DEGREE = 8  # polynomial degree added to the quadrature where properties vary along the element
 CURVED = 5e-3  # relative length that chords of curved cells may lack: an arc of 39 deg in two of them
-SLENDER = 20.0  # length over radius of gyration below which shear, left out here, shifts the first mode by over 1 %
+SLENDER = 20.0  # length over radius of gyration below which neglected shear shifts the first mode by over 1 %
 
 
 @family("beam", OPTIONS, prepare=selected_axes, dimension=1)
@@ -102,24 +102,24 @@ def beam(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     thermal_strain  free axial strain (0)
 
     Mesh advice: the relative error of a bending frequency is (beta h)^4 / 1440 at order 3, h the element length and
-    beta = (m' omega^2 / EI)^(1/4). The default order wants beta h < 0.19 for 1e-6: 10 elements for the first mode
-    of a cantilever, 25 for the second, 75 for the fifth; more than a few hundred only gather rounding. Order 6 wants
+    beta = (m' omega^2 / EI)^(1/4). The default order needs beta h < 0.19 for 1e-6: 10 elements for the first mode
+    of a cantilever, 25 for the second, 75 for the fifth; more than a few hundred only add rounding. Order 6 needs
     beta h < 2.5: four elements give the first three modes of a cantilever to 1e-7, at a tenth of the dofs.
-    Properties that vary are integrated with more points; a kink in a table wants a node.
+    Properties that vary are integrated with more points; a kink in a table needs a node.
     """
-    options = _checked(member_options(member), member)
+    options = _checked_options(member_options(member), member)
     elements = _elements(mesh, member, numbering, options)
     order, varying = elements.order, VARYING_DEGREE * member.section.varies
     highest = max(order.bending, order.axial, order.torsion)
     blocks = _inertia(elements, member, 2 * highest + varying, options)
-    # u' is of the size of v'^2, so that its square is the highest power of it that matters
+    # u' is of the order of v'^2, so that its square is the highest power needed
     degree = max(4 * (order.bending - 1), 2 * (order.axial - 1), 4 * (order.torsion - 1)) + varying
     corners = np.isin(elements.nodes, corner_nodes(mesh, numbering.members))
     where, r = f"beam on group {member.group!r}", stations(elements, member, degree)[2]
     stiffness = full_stiffness(r, options, where) if order.shear else None
     strain = beam_strain(elements, member, degree, options, corners, stiffness)
     shear = () if stiffness is None else (shear_strain(strain, elements, member, degree, stiffness),)
-    axis = elements.places(stations(elements, member, degree)[0], np.zeros((*strain.weight.shape, 1, 3)))[:, :, 0]
+    axis = elements.positions(stations(elements, member, degree)[0], np.zeros((*strain.weight.shape, 1, 3)))[:, :, 0]
     fibres = _fibres(elements, member, degree, options)
     places = StrainPlaces("line", axis, lever=np.sqrt(r.polar2), fibres=fibres)
     centre = np.zeros(2) if options["offset"] is None else np.asarray(options["offset"], float)
@@ -128,14 +128,14 @@ def beam(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
 
 
 def _fibres(elements: BeamElements, member: Member, degree: int, options: dict[str, Any]) -> Array | None:
-    """Stress at the extreme fibres (e|1, q|1, 4) of `Shape.fibres`; None of sections that have no shape, or are offset,
-    whose forces act in the line of the nodes."""
+    """Stress at the extreme fibres (e|1, q|1, 4) of `Shape.fibres`; None for sections without a shape, or with an
+    offset, as their forces act along the line of the nodes."""
     section = member.section
     if not isinstance(section, Shape) or options["offset"] is not None or options["shear_centre"] is not None:
         return None
     if not section.varies:
         return section.fibres(np.zeros((1, 1)), 1.0)
-    return section.fibres(elements.arc.at(stations(elements, member, degree)[0]), elements.arc.whole[:, None])
+    return section.fibres(elements.arc.arc_at(stations(elements, member, degree)[0]), elements.arc.whole[:, None])
 
 
 def _elements(mesh: Mesh, member: Member, numbering: Numbering, options: dict[str, Any]) -> BeamElements:
@@ -152,14 +152,15 @@ def _elements(mesh: Mesh, member: Member, numbering: Numbering, options: dict[st
     order = BeamOrder(options["order"], options["axial_order"], options["torsion_order"], shear)
     nodal = np.concatenate([numbering.translation(nodes.ravel()), numbering.rotation(nodes.ravel())], axis=1)
     if options["release"] is not None:
-        nodal = released(mesh, member, options, numbering, nodes, frame, nodal)
+        nodal = release_ends(mesh, member, options, numbering, nodes, frame, nodal)
     bubbles = _bubbles(numbering, nodes, frame, order)
     dofs = np.concatenate([nodal.reshape(-1, NODAL), bubbles], axis=1)
     return BeamElements(nodes, start, length, frame, dofs, arc, order)
 
 
 def _bubbles(numbering: Numbering, nodes: IntArray, frame: Array, order: BeamOrder) -> IntArray:
-    """Raw dofs (e, n) of the bubbles of elements between nodes (e, 2): of u, theta, v and w, as `BeamOrder` counts."""
+    """Raw dofs (e, n) of the bubbles of elements between nodes (e, 2): of u, theta, v and w, in the order of
+    `BeamOrder`."""
     dofs = numbering.extra(len(nodes) * (order.n_local - NODAL)).reshape(len(nodes), -1)
     u, theta = np.arange(order.axial - 1), order.axial - 1 + np.arange(order.torsion - 1)
     v = order.axial + order.torsion - 2 + np.arange(order.bending - 3)
@@ -176,33 +177,34 @@ def _bubbles(numbering: Numbering, nodes: IntArray, frame: Array, order: BeamOrd
 
 
 def _inertia(elements: BeamElements, member: Member, degree: int, options: dict[str, Any]) -> SectionInertia:
-    """The points of a section at every station: its mass and second moments."""
+    """Return the points of mass of the sections at all stations, with their mass and second moments."""
     xi, weight, r = stations(elements, member, degree)
     offsets, share = section_points(r.rz2, r.ry2, options["rotary_inertia"], r.product)
     offsets[..., 1:] += np.broadcast_to(mass_centre(r, options), (*weight.shape, 2))[:, :, None]
     dm = ((weight * r.mass)[..., None] * share).reshape(len(weight), -1)
-    rho = elements.places(xi, offsets).reshape(*dm.shape, 3)
+    rho = elements.positions(xi, offsets).reshape(*dm.shape, 3)
     N = elements.motion(xi, offsets).reshape(*dm.shape, 3, -1)
     if not elements.order.shear:
         _warn_if_stout(rho, np.sqrt(np.maximum(r.ry2, r.rz2)).max(), member)
-    own = (weight * r.mass)[..., None, None] * np.einsum("k,eqki,eqkj->eqij", share, offsets, offsets)
+    second_moments = (weight * r.mass)[..., None, None] * np.einsum("k,eqki,eqkj->eqij", share, offsets, offsets)
     frame = elements.frame[:, None]
-    second = np.matmul(frame.swapaxes(2, 3), np.matmul(own, frame))
+    second = np.matmul(frame.swapaxes(2, 3), np.matmul(second_moments, frame))
     return SectionInertia(elements.dofs, dm, rho, N, second, elements.turn(xi), elements.frame[:, 0])
 
 
-def _checked(options: dict[str, Any], member: Member) -> dict[str, Any]:
-    """The options with defaults that depend on others filled in; ValueError on values the family cannot use."""
+def _checked_options(options: dict[str, Any], member: Member) -> dict[str, Any]:
+    """Return the options with defaults that depend on others filled in; ValueError for values that the family cannot
+    use."""
     where = f"beam on group {member.group!r}"
     order = options["order"]
     if order not in ORDERS:
         raise ValueError(f"{where} has order {order!r}; it may be {ORDERS.start} to {ORDERS.stop - 1}")
     fields = {"order": int(order)}
     for name, default in (("axial_order", 2 * order - 1), ("torsion_order", max(2, order - 1))):
-        found = default if options[name] is None else options[name]
-        if found not in STRETCH_ORDERS:
-            raise ValueError(f"{where} has {name} {found!r}; it may be 1 to {STRETCH_ORDERS.stop - 1}")
-        fields[name] = int(found)
+        value = default if options[name] is None else options[name]
+        if value not in STRETCH_ORDERS:
+            raise ValueError(f"{where} has {name} {value!r}; it may be 1 to {STRETCH_ORDERS.stop - 1}")
+        fields[name] = int(value)
     if member.section is None:
         raise ValueError(
             f"{where} has no section; name one (in a case `section`, from the table [sections]), such as a tube, box, "
@@ -216,10 +218,10 @@ def _checked(options: dict[str, Any], member: Member) -> dict[str, Any]:
         raise ValueError(f"{where} has far_bends {options['far_bends']!r}; give true or false, or leave it out")
     if options["shear"] not in (None, True, False):
         raise ValueError(f"{where} has shear {options['shear']!r}; give true or false, or leave it out")
-    for name in PLACES:
-        place = options[name]
-        if place is not None and (np.shape(place) != (2,) or not np.isfinite(np.asarray(place, float)).all()):
-            raise ValueError(f"{where} has {name} {place!r}; give y and z, two lengths")
+    for name in CENTRES:
+        centre = options[name]
+        if centre is not None and (np.shape(centre) != (2,) or not np.isfinite(np.asarray(centre, float)).all()):
+            raise ValueError(f"{where} has {name} {centre!r}; give y and z, two lengths")
     for name in ("prestress", "thermal_strain"):
         if not isinstance(options[name], int | float | np.floating) or not np.isfinite(options[name]):
             raise ValueError(f"{where} has {name} {options[name]!r}; give one finite number")

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from femflex.mesh import Mesh
 
 
-def released(
+def release_ends(
     mesh: Mesh,
     member: Member,
     options: dict[str, Any],
@@ -25,11 +25,10 @@ def released(
     frame: Array,
     nodal: IntArray,
 ) -> IntArray:
-    """Numbers (2 e, 6) of the dofs of the ends of elements with nodes (e, 2) and frames (e, 3, 3): their nodes', or
-    own ones at
-    releases, which follow the nodes in all but the released components.
+    """Return the numbers (2 e, 6) of the dofs of the ends of elements with nodes (e, 2) and frames (e, 3, 3): those of
+    their nodes, or separate ones at releases, which follow the nodes in all but the released components.
 
-    Raises ValueError on components no node has, and where no end of the member is at a node of release_at.
+    Raises ValueError for unknown components, and when no end of the member is at a node of release_at.
     """
     where, components = f"beam on group {member.group!r}", options["release"]
     components = [components] if isinstance(components, str) else list(components)
@@ -38,18 +37,20 @@ def released(
         raise ValueError(f"{where} has release {components!r}; name some of {list(COMPONENTS)}")
     if options["release_at"] is None:
         raise ValueError(f"{where} has release without release_at; name the point group of the released ends")
-    at = np.flatnonzero(np.isin(nodes.ravel(), mesh.group_points(options["release_at"])))
-    if not len(at):
+    released_ends = np.flatnonzero(np.isin(nodes.ravel(), mesh.group_points(options["release_at"])))
+    if not len(released_ends):
         raise ValueError(f"{where}: no element ends at a node of release_at = {options['release_at']!r}")
     nodal = nodal.copy()
-    for end in at:
+    for end in released_ends:
         axes = frame[end // 2]
         for first in (0, 3):
             follows = np.array([c not in components for c in COMPONENTS[first : first + 3]])
             if follows.all():
                 continue
-            own, given = numbering.extra(3), nodal[end, first : first + 3].copy()
+            new_dofs, node_dofs = numbering.extra(3), nodal[end, first : first + 3].copy()
             if follows.any():
-                numbering.connect([Dependence(own, axes[follows], given, np.eye(3), f"the release of {where}")])
-            nodal[end, first : first + 3] = own
+                numbering.connect(
+                    [Dependence(new_dofs, axes[follows], node_dofs, np.eye(3), f"the release of {where}")]
+                )
+            nodal[end, first : first + 3] = new_dofs
     return nodal

@@ -82,48 +82,48 @@ def shear_rows(order: BeamOrder, xi: Array, h: Array, derivative: int) -> Array:
 
 def _legendre(n: int, xi: Array, derivative: int) -> Array:
     """Legendre polynomials on [0, 1] of degree 0 ... n - 1 at xi: (q, n)."""
-    return _evaluated(_legendre_functions(n, derivative), xi)
+    return _evaluate(_legendre_functions(n, derivative), xi)
 
 
 @lru_cache(maxsize=64)
 def _legendre_functions(n: int, derivative: int) -> tuple[Function, ...]:
-    return _differentiated(tuple(Legendre.basis(k, domain=[0.0, 1.0]) for k in range(n)), derivative)
+    return _differentiate(tuple(Legendre.basis(k, domain=[0.0, 1.0]) for k in range(n)), derivative)
 
 
 def _linear(order: int, xi: Array, derivative: int) -> Array:
     """End functions 1 - xi, xi and the bubbles int P_{k-1}, k = 2 ... order, at xi: (q, order + 1)."""
-    return _evaluated(_linear_functions(order, derivative), xi)
+    return _evaluate(_linear_functions(order, derivative), xi)
 
 
 @lru_cache(maxsize=64)
 def _linear_functions(order: int, derivative: int) -> tuple[Function, ...]:
     ends = Polynomial([1.0, -1.0]), Polynomial([0.0, 1.0])
-    bubbles = [_scaled(k - 1, 1) for k in range(2, order + 1)]
-    return _differentiated((*ends, *bubbles), derivative)
+    bubbles = [_integrated_legendre(k - 1, 1) for k in range(2, order + 1)]
+    return _differentiate((*ends, *bubbles), derivative)
 
 
 def _hermite(order: int, xi: Array, derivative: int) -> Array:
     """Cubic Hermite functions and the bubbles int int P_{k-2}, k = 4 ... order, at xi: (q, order + 1)."""
-    return _evaluated(_hermite_functions(order, derivative), xi)
+    return _evaluate(_hermite_functions(order, derivative), xi)
 
 
 @lru_cache(maxsize=64)
 def _hermite_functions(order: int, derivative: int) -> tuple[Function, ...]:
     value_0, slope_0 = Polynomial([1.0, 0.0, -3.0, 2.0]), Polynomial([0.0, 1.0, -2.0, 1.0])
     value_1, slope_1 = Polynomial([0.0, 0.0, 3.0, -2.0]), Polynomial([0.0, 0.0, -1.0, 1.0])
-    bubbles = [_scaled(k - 2, 2) for k in range(4, order + 1)]
-    return _differentiated((value_0, slope_0, value_1, slope_1, *bubbles), derivative)
+    bubbles = [_integrated_legendre(k - 2, 2) for k in range(4, order + 1)]
+    return _differentiate((value_0, slope_0, value_1, slope_1, *bubbles), derivative)
 
 
-def _scaled(degree: int, times: int) -> Legendre:
+def _integrated_legendre(degree: int, times: int) -> Legendre:
     """Legendre polynomial on [0, 1], normalised and integrated from 0; zero with its slopes at both ends."""
     base = np.sqrt(2 * degree + 1) * Legendre.basis(degree, domain=[0.0, 1.0])
     return base.integ(times, lbnd=0.0)
 
 
-def _evaluated(functions: tuple[Function, ...], xi: Array) -> Array:
+def _evaluate(functions: tuple[Function, ...], xi: Array) -> Array:
     return np.stack([f(xi) for f in functions], axis=-1)
 
 
-def _differentiated(functions: tuple[Function, ...], derivative: int) -> tuple[Function, ...]:
+def _differentiate(functions: tuple[Function, ...], derivative: int) -> tuple[Function, ...]:
     return tuple(f.deriv(derivative) for f in functions) if derivative else functions

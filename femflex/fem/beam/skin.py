@@ -22,7 +22,7 @@ def swept_outline(elements: BeamElements, section: Section, centre: Array) -> Sk
     """
     n_stations = elements.order.bending + 2
     xi = np.linspace(0.0, 1.0, n_stations)
-    outline = section.outline(elements.arc.at(xi), elements.arc.whole[:, None])
+    outline = section.outline(elements.arc.arc_at(xi), elements.arc.whole[:, None])
     n_elements, _, n_corners, _ = outline.points.shape
     number = np.arange(n_elements * n_stations * n_corners).reshape(n_elements, n_stations, n_corners)
     offsets = np.concatenate([np.zeros((*outline.points.shape[:3], 1)), outline.points + centre], axis=-1)
@@ -30,7 +30,7 @@ def swept_outline(elements: BeamElements, section: Section, centre: Array) -> Sk
     rows, local = np.nonzero(motion)
     element = rows // (3 * n_stations * n_corners)
     return SkinPart(
-        points=elements.places(xi, offsets).reshape(-1, 3),
+        points=elements.positions(xi, offsets).reshape(-1, 3),
         cells={"quad": _sides(number), "triangle": _caps(number, outline.triangles, elements.dofs)},
         rows=rows,
         cols=elements.dofs[element, local],
@@ -46,7 +46,7 @@ def _sides(number: IntArray) -> IntArray:
 
 def _caps(number: IntArray, triangles: IntArray, dofs: IntArray) -> IntArray:
     """Triangles (n, 3) over element ends that no other element of the member continues, outward."""
-    ends = dofs[:, [0, 6]]  # one dof tells the node
+    ends = dofs[:, [0, 6]]  # one dof identifies the node
     _, node, count = np.unique(ends, return_inverse=True, return_counts=True)
     free = count[node.reshape(-1, 2)] == 1
     first, last = number[free[:, 0], 0], number[free[:, 1], -1]

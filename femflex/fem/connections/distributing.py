@@ -10,7 +10,7 @@ import numpy as np
 
 from femflex.fem.assembly.dependence import Dependence
 from femflex.fem.assembly.numbering import Numbering
-from femflex.fem.connections.connection import Place, reference_node, skew, with_reference
+from femflex.fem.connections.connection import Position, reference_node, skew, with_reference
 
 if TYPE_CHECKING:
     from femflex.mesh import Mesh
@@ -33,11 +33,11 @@ class Distributing:
     """
 
     group: str
-    reference: str | Place
+    reference: str | Position
     weights: tuple[float, ...] | None = None
     name: str = ""
 
-    def placed(self, mesh: Mesh) -> Mesh:
+    def with_reference_node(self, mesh: Mesh) -> Mesh:
         """See Connection."""
         return with_reference(mesh, self.reference, self.group, self.name)
 
@@ -61,7 +61,7 @@ class Distributing:
         c = w @ x
         r = x - c
         J = np.einsum("n,ni,ni->", w, r, r) * np.eye(3) - np.einsum("n,ni,nj->ij", w, r, r)
-        one = np.array([centre])
+        reference_nodes = np.array([centre])
         source = moves.ravel()
         value = np.linalg.eigvalsh(J)
         if value[0] <= FLAT * max(value[-1], np.finfo(float).tiny):
@@ -72,6 +72,6 @@ class Distributing:
         turn = np.linalg.solve(J, np.concatenate(list(w[:, None, None] * skew(r)), axis=1))  # (3, 3 n)
         move = np.concatenate([weight * np.eye(3) for weight in w], axis=1) - skew(mesh.points[centre] - c) @ turn
         return [
-            Dependence(numbering.translation(one)[0], np.eye(3), source, move, where),
-            Dependence(numbering.rotation(one)[0], np.eye(3), source, turn, where),
+            Dependence(numbering.translation(reference_nodes)[0], np.eye(3), source, move, where),
+            Dependence(numbering.rotation(reference_nodes)[0], np.eye(3), source, turn, where),
         ]

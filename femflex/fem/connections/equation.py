@@ -44,7 +44,7 @@ class Equation:
                     f"factor of group {term.group!r} in an equation is {term.factor}; give a number, not 0"
                 )
 
-    def placed(self, mesh: Mesh) -> Mesh:
+    def with_reference_node(self, mesh: Mesh) -> Mesh:
         """See Connection."""
         return mesh
 
@@ -53,10 +53,10 @@ class Equation:
         where = f"the equation of {', '.join(f'{t.group}.{t.component}' for t in self.terms)}"
         vectors = [_vector(mesh, numbering, term, where) for term in self.terms]
         axis = [COMPONENTS.index(term.component) % 3 for term in self.terms]
-        first = self.terms[0].factor
+        first_factor = self.terms[0].factor
         M = np.zeros((3, 3 * (len(self.terms) - 1)))
         for k, (term, a) in enumerate(zip(self.terms[1:], axis[1:], strict=True)):
-            M[axis[0], 3 * k + a] = -term.factor / first
+            M[axis[0], 3 * k + a] = -term.factor / first_factor
         source = np.concatenate([np.zeros(0, np.int64), *vectors[1:]])
         return [Dependence(vectors[0], np.eye(3)[[axis[0]]], source, M, where)]
 

@@ -1,7 +1,8 @@
-"""Nodes that lie on an edge or face of a neighbouring element without being a node of it, and follow that edge or face.
+"""Nodes that lie on an edge or face of a neighbouring element without being one of its nodes, and follow that edge or
+face.
 
 A middle node of a second-order element beside one of first order, or a corner of a finer mesh on a longer edge, would
-let the parts move apart between the nodes that they share. It follows the field of the element that lacks it:
+let the parts separate between the nodes that they share. It follows the field of the element without that node:
 
     u = sum N_k u_k + theta x d,  theta = sum N_k theta_k
 
@@ -26,13 +27,14 @@ from femflex.mesh.cells import CELL_TYPES, EDGES, FACES
 
 MOVED_BY_NODES = {"shell", "solid", "membrane"}
 BENT_BY_TURNS = {"plate", "plate_bfs"}
-OFF = 1e-6  # of an edge's length: distance of a node from it that no solid can follow, which have no rotations
+OFF = 1e-6  # of an edge's length: distance beyond which a node off the edge cannot follow a solid, without rotations
 BESIDE = 1e-4  # of an edge's length: distance at which a chain of shorter edges still lies on it
 
 
 @dataclass(frozen=True)
 class Leader:
-    """An edge or a face of an element: its nodes, their weights at the node that follows, and how it moves."""
+    """An edge or a face of an element: its nodes, their weights at the node that follows, and the family of the
+    element."""
 
     nodes: tuple[int, ...]
     weights: tuple[float, ...]
@@ -52,39 +54,43 @@ def hanging_dependences(mesh: Mesh, numbering: Numbering, others: Sequence[Depen
         for kind, nodes in mesh.group_cells(member.group).items()
     ]
     leaders = {**_on_chains(mesh, cells), **_on_faces(mesh, cells), **_on_edges(mesh, cells)}
-    taken = np.unique(np.concatenate([np.zeros(0, np.int64), *(one.target for one in others)]))
-    found: list[Dependence] = []
+    dependent = np.unique(np.concatenate([np.zeros(0, np.int64), *(dependence.target for dependence in others)]))
+    dependences: list[Dependence] = []
     for node, leader in leaders.items():
-        own = np.array([node])
-        moves, turns = numbering.translation_of(own)[0], numbering.rotation_of(own)[0]
-        if moves[0] < 0 or np.isin(moves, taken).any() or np.isin(turns, taken).any():
+        node_array = np.array([node])
+        moves, turns = numbering.translation_of(node_array)[0], numbering.rotation_of(node_array)[0]
+        if moves[0] < 0 or np.isin(moves, dependent).any() or np.isin(turns, dependent).any():
             continue
-        found += _followed(mesh, numbering, node, leader)
+        dependences += _node_dependences(mesh, numbering, node, leader)
         if leader.family in BENT_BY_TURNS:  # the edge is straight in its plane
-            sides = side_table(mesh, numbering).known(_keys(mesh, np.array([leader.nodes])))
-            found += [Dependence(side, np.eye(1), own[:0], np.zeros((1, 0)), "a straight edge") for side in sides]
-    return found
+            sides = side_table(mesh, numbering).existing_dofs(_keys(mesh, np.array([leader.nodes])))
+            dependences += [
+                Dependence(side, np.eye(1), node_array[:0], np.zeros((1, 0)), "a straight edge") for side in sides
+            ]
+    return dependences
 
 
 def hanging_note(mesh: Mesh, numbering: Numbering, dependences: Sequence[Dependence]) -> tuple[str, ...]:
-    """A sentence on the nodes that follow, with the first place; none where there are none."""
-    nodes = np.flatnonzero(np.isin(numbering.translation_of(np.arange(len(mesh.points)))[:, 0], _first(dependences)))
+    """Return a sentence on the nodes that follow, with the position of the first; none where there are none."""
+    nodes = np.flatnonzero(
+        np.isin(numbering.translation_of(np.arange(len(mesh.points)))[:, 0], _first_dofs(dependences))
+    )
     if not len(nodes):
         return ()
     return (
         f"{len(nodes)} nodes lie on edges or faces of neighbouring elements that have no node there (the first at "
-        f"{_at(mesh, nodes[0])}); they follow these, as a linear constraint",
+        f"{_position_text(mesh, nodes[0])}); they follow these, as a linear constraint",
     )
 
 
-def _first(dependences: Sequence[Dependence]) -> IntArray:
-    return np.array([one.target[0] for one in dependences], np.int64)
+def _first_dofs(dependences: Sequence[Dependence]) -> IntArray:
+    return np.array([dependence.target[0] for dependence in dependences], np.int64)
 
 
-def _followed(mesh: Mesh, numbering: Numbering, node: int, leader: Leader) -> list[Dependence]:
-    """The dependences of one node."""
-    own, nodes, w = np.array([node]), np.array(leader.nodes), np.array(leader.weights)
-    where = f"the node at {_at(mesh, node)} on the edge of a neighbouring element"
+def _node_dependences(mesh: Mesh, numbering: Numbering, node: int, leader: Leader) -> list[Dependence]:
+    """Return the dependences of one node."""
+    node_array, nodes, w = np.array([node]), np.array(leader.nodes), np.array(leader.weights)
+    where = f"the node at {_position_text(mesh, node)} on the edge of a neighbouring element"
     moves, turns = numbering.translation_of(nodes), numbering.rotation_of(nodes)
     if leader.family == "solid":
         turns = np.full_like(turns, -1)
@@ -93,12 +99,12 @@ def _followed(mesh: Mesh, numbering: Numbering, node: int, leader: Leader) -> li
     turning = bool((turns >= 0).all())
     if np.linalg.norm(d) > OFF * size and not turning:
         raise ValueError(
-            f"the node at {_at(mesh, node)} lies {np.linalg.norm(d):.3g} m off the straight edge of a neighbouring "
-            "element that has no node there, and cannot follow it; make both of one order (order = 2 for solids), or "
-            "move the node onto the edge"
+            f"the node at {_position_text(mesh, node)} lies {np.linalg.norm(d):.3g} m off the straight edge of a "
+            "neighbouring element that has no node there, and cannot follow it; make both of one order (order = 2 for "
+            "solids), or move the node onto the edge"
         )
     move = np.concatenate([weight * np.eye(3) for weight in w], axis=1)
-    target = numbering.translation_of(own)[0]
+    target = numbering.translation_of(node_array)[0]
     if not turning:
         source = moves.ravel()
         if leader.family == "membrane" and len(nodes) == 2:
@@ -107,19 +113,19 @@ def _followed(mesh: Mesh, numbering: Numbering, node: int, leader: Leader) -> li
         return [Dependence(target, np.eye(3), source, move, where)]
     source = np.concatenate([moves.ravel(), turns.ravel()])
     tilt = -skew(d) @ move  # theta x d = -d x theta
-    lift, turn = np.concatenate([move, tilt], axis=1), np.concatenate([0 * move, move], axis=1)
+    displacement, turn = np.concatenate([move, tilt], axis=1), np.concatenate([0 * move, move], axis=1)
     if leader.family in BENT_BY_TURNS:
-        lift, turn = _bent(x, float(w[1]))
-        lift[:, 6:] += tilt
-    elif len(nodes) == 2:  # a shell deflects along its edge as its nodes turn, where it bends alike
-        lift[:, 6:] += w[0] * w[1] / 2 * np.concatenate([-skew(x[1] - x[0]), skew(x[1] - x[0])], axis=1)
-    found = [Dependence(target, np.eye(3), source, lift, where)]
-    if numbering.rotation_of(own)[0, 0] >= 0:
-        found.append(Dependence(numbering.rotation_of(own)[0], np.eye(3), source, turn, where))
-    return found
+        displacement, turn = _cubic_edge(x, float(w[1]))
+        displacement[:, 6:] += tilt
+    elif len(nodes) == 2:  # a shell deflects along its edge as its nodes rotate, if it bends uniformly
+        displacement[:, 6:] += w[0] * w[1] / 2 * np.concatenate([-skew(x[1] - x[0]), skew(x[1] - x[0])], axis=1)
+    dependences = [Dependence(target, np.eye(3), source, displacement, where)]
+    if numbering.rotation_of(node_array)[0, 0] >= 0:
+        dependences.append(Dependence(numbering.rotation_of(node_array)[0], np.eye(3), source, turn, where))
+    return dependences
 
 
-def _bent(x: Array, t: float) -> tuple[Array, Array]:
+def _cubic_edge(x: Array, t: float) -> tuple[Array, Array]:
     """Displacement and rotation (3, 12) at t of an edge x (2, 3) [m] that bends as a cubic, over u_a, u_b, theta_a,
     theta_b."""
     span = x[1] - x[0]
@@ -129,11 +135,11 @@ def _bent(x: Array, t: float) -> tuple[Array, Array]:
     dh = np.array([-6 * t + 6 * t**2, 6 * t - 6 * t**2, 1 - 4 * t + 3 * t**2, 3 * t**2 - 2 * t]) / L
     across, cross = I - np.outer(e, e), skew(e)  # u' = theta x e = -e x theta
     stretch = np.outer(e, e)
-    lift = [h[k] * across + linear * stretch for k, linear in enumerate((1 - t, t))]
-    lift += [-L * h[2 + k] * cross for k in (0, 1)]
-    turn = [dh[k] * cross for k in (0, 1)]  # theta across e = e x u'
-    turn += [L * dh[2 + k] * across + linear * stretch for k, linear in enumerate((1 - t, t))]
-    return np.concatenate(lift, axis=1), np.concatenate(turn, axis=1)
+    displacement = [h[k] * across + linear * stretch for k, linear in enumerate((1 - t, t))]
+    displacement += [-L * h[2 + k] * cross for k in (0, 1)]
+    rotation = [dh[k] * cross for k in (0, 1)]  # theta across e = e x u'
+    rotation += [L * dh[2 + k] * across + linear * stretch for k, linear in enumerate((1 - t, t))]
+    return np.concatenate(displacement, axis=1), np.concatenate(rotation, axis=1)
 
 
 Cells = Sequence[tuple[str, str, IntArray]]
@@ -145,18 +151,19 @@ def _led_by_middles(family: str, kind: str) -> bool:
 
 def _on_edges(mesh: Mesh, cells: Cells) -> dict[int, Leader]:
     """Middle nodes of second-order elements on edges of others without one."""
-    n, found = len(mesh.points), {}
+    n, leaders = len(mesh.points), {}
     edges, middles = _middles(mesh, cells)
-    for family, kind, nodes in sorted(cells, key=lambda one: one[0] != "solid"):  # shells last: they turn, too
+    # shells last, as they have rotations too
+    for family, kind, nodes in sorted(cells, key=lambda cell: cell[0] != "solid"):
         if not _led_by_middles(family, kind):
             on = np.flatnonzero(np.isin(edges, _keys(mesh, nodes[:, EDGES[CELL_TYPES[kind].shape]])))
             for key, node in zip(edges[on].tolist(), middles[on].tolist(), strict=True):
-                found[node] = _edge(mesh, node, key // n, key % n, family)
-    return found
+                leaders[node] = _edge(mesh, node, key // n, key % n, family)
+    return leaders
 
 
 def _edge(mesh: Mesh, node: int, a: int, b: int, family: str, middle: int = -1) -> Leader:
-    """The edge from a to b, with a node in its middle or none, as it leads a node near it."""
+    """Return the edge from a to b, with a node in its middle or none, as the leader of a node on it."""
     span = mesh.points[b] - mesh.points[a]
     t = float(span @ (mesh.points[node] - mesh.points[a]) / (span @ span))
     if middle < 0:
@@ -165,48 +172,52 @@ def _edge(mesh: Mesh, node: int, a: int, b: int, family: str, middle: int = -1) 
 
 
 def _on_faces(mesh: Mesh, cells: Cells) -> dict[int, Leader]:
-    """Nodes in the middle of quadrilateral faces of solids that have none there: of faces of 27 nodes' bricks, and of
-    the diagonals where triangles of two elements meet such a face."""
+    """Leaders of nodes in the middle of quadrilateral faces of solids that have no node there: middle nodes of faces of
+    27-node bricks, and of the diagonals where triangles of two elements meet such a face."""
     solids = [(kind, nodes) for family, kind, nodes in cells if family == "solid"]
     if len({kind for kind, _ in solids}) < 2:
         return {}
-    faces = [_Faces.of(kind, nodes, face) for kind, nodes in solids for face in FACES[CELL_TYPES[kind].shape]]
-    quads = [own for own in faces if own.corners.shape[1] == 4]
+    faces = [_Faces.from_cells(kind, nodes, face) for kind, nodes in solids for face in FACES[CELL_TYPES[kind].shape]]
+    quads = [quad_faces for quad_faces in faces if quad_faces.corners.shape[1] == 4]
     if not quads:
         return {}
-    every = np.sort(np.concatenate([own.corners for own in quads]), axis=1)
+    every = np.sort(np.concatenate([quad_faces.corners for quad_faces in quads]), axis=1)
     _, which, count = np.unique(every, axis=0, return_inverse=True, return_counts=True)
-    numbers = np.split(which.ravel(), np.cumsum([len(own.corners) for own in quads])[:-1])
+    numbers = np.split(which.ravel(), np.cumsum([len(quad_faces.corners) for quad_faces in quads])[:-1])
     centres: dict[int, int] = {}
-    for own, number in zip(quads, numbers, strict=True):
-        centres |= {k: node for k, node in zip(number.tolist(), own.centre.tolist(), strict=True) if node >= 0}
+    for quad_faces, number in zip(quads, numbers, strict=True):
+        centres |= {k: node for k, node in zip(number.tolist(), quad_faces.centre.tolist(), strict=True) if node >= 0}
     edges, middles = _middles(mesh, [("solid", kind, nodes) for kind, nodes in solids])
-    found: dict[int, Leader] = {}
+    leaders: dict[int, Leader] = {}
     crossed: list[tuple[int, list[int], Leader]] = []
-    for own, number in zip(quads, numbers, strict=True):
-        for row in np.flatnonzero((own.centre < 0) & np.isin(number, list(centres))):
-            found[centres[int(number[row])]] = own.leader(row)
+    for quad_faces, number in zip(quads, numbers, strict=True):
+        for row in np.flatnonzero((quad_faces.centre < 0) & np.isin(number, list(centres))):
+            leaders[centres[int(number[row])]] = quad_faces.leader(row)
         for around in ([0, 1, 2, 3], [1, 2, 3, 0]):
-            key = _keys(mesh, own.corners[:, around[::2]])
+            key = _keys(mesh, quad_faces.corners[:, around[::2]])
             for row in np.flatnonzero((count[number] == 1) & np.isin(key, edges)):
                 node = int(middles[np.searchsorted(edges, key[row])])
-                crossed.append((node, own.corners[row, around].tolist(), own.leader(row)))
-                if own.centre[row] >= 0:
-                    crossed.append((int(own.centre[row]), *crossed[-1][1:]))
+                crossed.append((node, quad_faces.corners[row, around].tolist(), quad_faces.leader(row)))
+                if quad_faces.centre[row] >= 0:
+                    crossed.append((int(quad_faces.centre[row]), *crossed[-1][1:]))
     if crossed:
-        near = [node for _, quad, _ in crossed for node in quad]
-        three = [own.corners for own in faces if own.corners.shape[1] == 3]
-        triangles = {frozenset(one) for own in three for one in own[np.isin(own, near).all(axis=1)].tolist()}
+        corner_nodes = [node for _, quad, _ in crossed for node in quad]
+        triangle_corners = [quad_faces.corners for quad_faces in faces if quad_faces.corners.shape[1] == 3]
+        triangles = {
+            frozenset(corners)
+            for quad_faces in triangle_corners
+            for corners in quad_faces[np.isin(quad_faces, corner_nodes).all(axis=1)].tolist()
+        }
         for node, (i, j, k, l), leader in crossed:
             if {frozenset((i, j, k)), frozenset((i, k, l))} <= triangles:
-                found[node] = leader
-    return found
+                leaders[node] = leader
+    return leaders
 
 
 @dataclass(frozen=True, eq=False)
 class _Faces:
-    """One face of all solids of a kind: corners (e, 3|4); nodes (e, m) and weights (m,) of the place in its middle,
-    without a node that it may have there; that node (e,), -1 where there is none."""
+    """One face of all solids of a kind: corners (e, 3|4); nodes (e, m) and weights (m,) of the point in its middle,
+    without a node that may be there; that node (e,), -1 where there is none."""
 
     corners: IntArray
     nodes: IntArray
@@ -214,7 +225,7 @@ class _Faces:
     centre: IntArray
 
     @classmethod
-    def of(cls, kind: str, nodes: IntArray, face: list[int]) -> _Faces:
+    def from_cells(cls, kind: str, nodes: IntArray, face: list[int]) -> _Faces:
         cell, n = CELL_TYPES[kind], len(face)
         corners, none = nodes[:, face], np.full(len(nodes), -1)
         if cell.order == 1 or n == 3:
@@ -251,7 +262,7 @@ def _on_chains(mesh: Mesh, cells: Cells) -> dict[int, Leader]:
 
     Raises ValueError for solids, whose faces would need the same.
     """
-    found: dict[int, Leader] = {}
+    leaders: dict[int, Leader] = {}
     edges, middles = _middles(mesh, cells)
 
     def middle(a: int, b: int) -> int:
@@ -260,30 +271,31 @@ def _on_chains(mesh: Mesh, cells: Cells) -> dict[int, Leader]:
         return int(middles[k]) if k < len(edges) and edges[k] == key else -1
 
     for solid in (False, True):
-        pairs, families = _free_edges(mesh, [one for one in cells if (one[0] == "solid") == solid])
+        pairs, families = _free_edges(mesh, [cell for cell in cells if (cell[0] == "solid") == solid])
         for (a, b), family, chain in _chains(mesh, pairs, families):
-            own = middle(a, b)
-            if solid and chain != [own]:
+            middle_node = middle(a, b)
+            if solid and chain != [middle_node]:
                 raise ValueError(
-                    f"solids of different size meet at {_at(mesh, chain[0])}: the node there lies on the edge from "
-                    f"{_at(mesh, a)} to {_at(mesh, b)} of an element that has no node there, and the parts would move "
-                    "apart; mesh both alike where they meet"
+                    f"solids of different size meet at {_position_text(mesh, chain[0])}: the node there lies on the "
+                    f"edge from {_position_text(mesh, a)} to {_position_text(mesh, b)} of an element that has no node "
+                    "there, and the parts would move apart; mesh both alike where they meet"
                 )
-            more = [middle(*pair) for pair in zip([a, *chain], [*chain, b], strict=True)]
-            leading = own if max(more) >= 0 else -1  # beside edges that stay straight a longer one stays straight
-            on = {*chain, *more, own} - {leading, -1}
-            found |= {node: _edge(mesh, node, a, b, family, leading) for node in on if not solid}
-    return found
+            middles_between = [middle(*pair) for pair in zip([a, *chain], [*chain, b], strict=True)]
+            # a longer edge stays straight beside edges that stay straight
+            leading_middle = middle_node if max(middles_between) >= 0 else -1
+            on = {*chain, *middles_between, middle_node} - {leading_middle, -1}
+            leaders |= {node: _edge(mesh, node, a, b, family, leading_middle) for node in on if not solid}
+    return leaders
 
 
 def _free_edges(mesh: Mesh, cells: Cells) -> tuple[IntArray, list[str]]:
     """Edges (k, 2) that one surface element has alone, or of faces that one solid has alone, and their families."""
-    found: list[tuple[IntArray, str]] = []
+    edges: list[tuple[IntArray, str]] = []
     faces = [
-        (np.pad(own.corners, ((0, 0), (0, 4 - own.corners.shape[1])), constant_values=-1), own.corners.shape[1])
+        (np.pad(face.corners, ((0, 0), (0, 4 - face.corners.shape[1])), constant_values=-1), face.corners.shape[1])
         for family, kind, nodes in cells
         if family == "solid"
-        for own in (_Faces.of(kind, nodes, face) for face in FACES[CELL_TYPES[kind].shape])
+        for face in (_Faces.from_cells(kind, nodes, face) for face in FACES[CELL_TYPES[kind].shape])
     ]
     if faces:
         every = np.concatenate([corners for corners, _ in faces])
@@ -291,17 +303,17 @@ def _free_edges(mesh: Mesh, cells: Cells) -> tuple[IntArray, list[str]]:
         outer = count[which.ravel()] == 1
         start = 0
         for corners, n in faces:
-            own = corners[outer[start : start + len(corners)], :n]
+            face = corners[outer[start : start + len(corners)], :n]
             start += len(corners)
-            found.append((np.stack([own, np.roll(own, -1, axis=1)], axis=2).reshape(-1, 2), "solid"))
+            edges.append((np.stack([face, np.roll(face, -1, axis=1)], axis=2).reshape(-1, 2), "solid"))
     else:
-        found += [(nodes[:, EDGES[CELL_TYPES[kind].shape]].reshape(-1, 2), family) for family, kind, nodes in cells]
-    if not found:
+        edges += [(nodes[:, EDGES[CELL_TYPES[kind].shape]].reshape(-1, 2), family) for family, kind, nodes in cells]
+    if not edges:
         return np.zeros((0, 2), np.int64), []
-    pairs = np.sort(np.concatenate([own for own, _ in found]), axis=1)
+    pairs = np.sort(np.concatenate([face for face, _ in edges]), axis=1)
     _, first, count = np.unique(_keys(mesh, pairs), return_index=True, return_counts=True)
     kept = first if faces else first[count == 1]
-    names = np.repeat([family for _, family in found], [len(own) for own, _ in found])
+    names = np.repeat([family for _, family in edges], [len(face) for face, _ in edges])
     return pairs[kept], [str(name) for name in names[kept]]
 
 
@@ -335,17 +347,18 @@ def _chain(mesh: Mesh, beyond: dict[int, list[int]], a: int, b: int) -> list[int
     no such edges."""
     span = mesh.points[b] - mesh.points[a]
 
-    def at(node: int) -> float:
+    def fraction(node: int) -> float:
         return float(span @ (mesh.points[node] - mesh.points[a]) / (span @ span))
 
     chain = [a]
     while chain[-1] != b:
         ahead = {
-            at(node): node
+            fraction(node): node
             for node in beyond[chain[-1]]
             if {chain[-1], node} != {a, b}
-            and at(chain[-1]) < at(node) <= 1
-            and np.linalg.norm(mesh.points[node] - mesh.points[a] - at(node) * span) <= BESIDE * np.linalg.norm(span)
+            and fraction(chain[-1]) < fraction(node) <= 1
+            and np.linalg.norm(mesh.points[node] - mesh.points[a] - fraction(node) * span)
+            <= BESIDE * np.linalg.norm(span)
         }
         if not ahead:
             return []
@@ -353,5 +366,5 @@ def _chain(mesh: Mesh, beyond: dict[int, list[int]], a: int, b: int) -> list[int
     return chain[1:-1]
 
 
-def _at(mesh: Mesh, node: int | np.intp) -> str:
+def _position_text(mesh: Mesh, node: int | np.intp) -> str:
     return "(" + ", ".join(f"{c:.6g}" for c in mesh.points[node]) + ") m"

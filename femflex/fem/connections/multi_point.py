@@ -38,11 +38,11 @@ class MultiPointConstraint:
         matrix = np.asarray(self.matrix, float)
         if matrix.shape != (len(self.components), 6 * len(self.leaders)) or not np.isfinite(matrix).all():
             raise ValueError(
-                f"{self._where()} has a matrix of shape {matrix.shape}; {len(self.components)} components and "
+                f"{self._label()} has a matrix of shape {matrix.shape}; {len(self.components)} components and "
                 f"{len(self.leaders)} leaders need {(len(self.components), 6 * len(self.leaders))} finite numbers"
             )
 
-    def placed(self, mesh: Mesh) -> Mesh:
+    def with_reference_node(self, mesh: Mesh) -> Mesh:
         """See Connection."""
         return mesh
 
@@ -51,38 +51,38 @@ class MultiPointConstraint:
         matrix = np.asarray(self.matrix, float).reshape(len(self.components), -1, 2, 3)
         sources, factors = [np.zeros(0, np.int64)], [np.zeros((len(self.components), 0))]
         for k, leader in enumerate(self.leaders):
-            one = np.array([self._node(mesh, leader)])
+            leader_node = np.array([self._node(mesh, leader)])
             for kind in (0, 1):
                 if not matrix[:, k, kind].any():
                     continue
-                given = (numbering.translation_of, numbering.rotation_of)[kind](one)[0]
-                if given[0] < 0 and kind == 0:
-                    given = numbering.translation(one)[0]
-                if given[0] >= 0:
-                    sources.append(given)
+                dofs = (numbering.translation_of, numbering.rotation_of)[kind](leader_node)[0]
+                if dofs[0] < 0 and kind == 0:
+                    dofs = numbering.translation(leader_node)[0]
+                if dofs[0] >= 0:
+                    sources.append(dofs)
                     factors.append(matrix[:, k, kind])
         source, F = np.concatenate(sources), np.concatenate(factors, axis=1)
-        own, found = np.array([self._node(mesh, self.group)]), []
+        follower, dependences = np.array([self._node(mesh, self.group)]), []
         rows = np.asarray(Support(self.components, self.axes).axes)
-        solid = numbering.translation_of(own)[0, 0] >= 0 and numbering.rotation_of(own)[0, 0] < 0
+        without_rotation = numbering.translation_of(follower)[0, 0] >= 0 and numbering.rotation_of(follower)[0, 0] < 0
         for kind in (0, 1):
-            at = [k for k, c in enumerate(self.components) if COMPONENTS.index(c) // 3 == kind]
-            if not at:
+            rows_of_kind = [k for k, c in enumerate(self.components) if COMPONENTS.index(c) // 3 == kind]
+            if not rows_of_kind:
                 continue
-            ways = rows[[COMPONENTS.index(self.components[k]) % 3 for k in at]]
-            target = (numbering.translation_of, numbering.rotation_of)[kind](own)[0]
-            if kind == 1 and solid:
+            directions = rows[[COMPONENTS.index(self.components[k]) % 3 for k in rows_of_kind]]
+            target = (numbering.translation_of, numbering.rotation_of)[kind](follower)[0]
+            if kind == 1 and without_rotation:
                 continue  # there is no rotation to follow
             if target[0] < 0:
-                target = (numbering.translation, numbering.rotation)[kind](own)[0]
-            found.append(Dependence(target, ways, source, ways.T @ F[at], self._where()))
-        return found
+                target = (numbering.translation, numbering.rotation)[kind](follower)[0]
+            dependences.append(Dependence(target, directions, source, directions.T @ F[rows_of_kind], self._label()))
+        return dependences
 
-    def _where(self) -> str:
+    def _label(self) -> str:
         return self.name or f"the linear connection of group {self.group!r}"
 
     def _node(self, mesh: Mesh, group: str) -> int:
         nodes = mesh.group_points(group)
         if len(nodes) != 1:
-            raise ValueError(f"{self._where()}: group {group!r} has {len(nodes)} nodes; name groups of one node")
+            raise ValueError(f"{self._label()}: group {group!r} has {len(nodes)} nodes; name groups of one node")
         return int(nodes[0])

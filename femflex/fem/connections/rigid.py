@@ -10,7 +10,7 @@ import numpy as np
 
 from femflex.fem.assembly.dependence import Dependence
 from femflex.fem.assembly.numbering import Numbering
-from femflex.fem.connections.connection import Place, reference_node, skew, with_reference
+from femflex.fem.connections.connection import Position, reference_node, skew, with_reference
 from femflex.fem.support import COMPONENTS, GLOBAL, Rows, Support
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ class Rigid:
     """
 
     group: str
-    reference: str | Place
+    reference: str | Position
     components: tuple[str, ...] = COMPONENTS
     axes: Rows = GLOBAL
     name: str = ""
@@ -38,7 +38,7 @@ class Rigid:
         if not self.components:
             raise ValueError(f"the rigid connection of group {self.group!r} has no components; name some")
 
-    def placed(self, mesh: Mesh) -> Mesh:
+    def with_reference_node(self, mesh: Mesh) -> Mesh:
         """See Connection."""
         return with_reference(mesh, self.reference, self.group, self.name)
 
@@ -51,21 +51,21 @@ class Rigid:
         nodes = nodes[nodes != centre]
         if not len(nodes):
             raise ValueError(f"{where} has no nodes besides its reference; name a group that has")
-        one = np.array([centre])
-        source = np.concatenate([numbering.translation(one)[0], numbering.rotation(one)[0]])
-        bare = nodes[numbering.translation_of(nodes)[:, 0] < 0]
-        if len(bare):  # nodes without a member are carried along
-            numbering.translation(bare)
-            numbering.rotation(bare)
+        reference_nodes = np.array([centre])
+        source = np.concatenate([numbering.translation(reference_nodes)[0], numbering.rotation(reference_nodes)[0]])
+        loose_nodes = nodes[numbering.translation_of(nodes)[:, 0] < 0]
+        if len(loose_nodes):  # nodes without a member move with the reference
+            numbering.translation(loose_nodes)
+            numbering.rotation(loose_nodes)
         support = Support(self.components, self.axes)
         rows, keep = np.asarray(support.axes), np.array([c in self.components for c in COMPONENTS])
         arms = mesh.points[nodes] - mesh.points[centre]
-        found = []
+        dependences = []
         for r, move, turn in zip(arms, numbering.translation_of(nodes), numbering.rotation_of(nodes), strict=True):
             if keep[:3].any():
                 M = np.concatenate([np.eye(3), -skew(r)], axis=1)
-                found.append(Dependence(move, rows[keep[:3]], source, M, where))
+                dependences.append(Dependence(move, rows[keep[:3]], source, M, where))
             if keep[3:].any() and turn[0] >= 0:
                 M = np.concatenate([np.zeros((3, 3)), np.eye(3)], axis=1)
-                found.append(Dependence(turn, rows[keep[3:]], source, M, where))
-        return found
+                dependences.append(Dependence(turn, rows[keep[3:]], source, M, where))
+        return dependences

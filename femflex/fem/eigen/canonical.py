@@ -1,7 +1,7 @@
-"""One fixed choice among the many equivalent sets of modes: order, sign, and the basis inside a degenerate cluster.
+"""A unique choice among the many equivalent sets of modes: order, sign, and the basis inside a degenerate cluster.
 
 An eigen-solver returns a mode up to its sign and a repeated frequency up to any rotation of its shapes; which one
-depends on rounding. The rules here depend on the shapes' span alone, so that a run repeats on any machine.
+depends on rounding. The rules here depend only on the span of the shapes, so that a run is repeatable on any machine.
 """
 
 from __future__ import annotations
@@ -12,16 +12,16 @@ import numpy as np
 
 from femflex.arrays import Array
 
-CLOSE = 1e-3  # relative gap of natural frequencies below which a truncation must not part them
+CLOSE = 1e-3  # relative gap of natural frequencies below which a truncation must not separate them
 DEGENERATE = 1e-8  # relative gap of eigenvalues below which the shapes are any basis of their span
 TIE = 1e-6  # relative difference below which two entries count as equally large; the first wins
 
 
-def canonical(eigenvalues: Array, phi: Array) -> Array:
-    """The same modes phi (n_dof, n) with a fixed basis in each degenerate cluster and fixed signs.
+def canonical_modes(eigenvalues: Array, phi: Array) -> Array:
+    """Return the modes phi (n_dof, n) with a fixed basis in each degenerate cluster and fixed signs.
 
     eigenvalues (n,) ascend. Inside a cluster the basis is the pivoted echelon form: the row of largest norm (which no
-    rotation changes) is turned into the first shape alone, then the largest of what remains into the second, and so on.
+    rotation changes) is rotated into the first shape only, then the largest of the rest into the second, and so on.
     """
     phi = phi.copy()
     for cluster in clusters(eigenvalues, DEGENERATE):
@@ -38,8 +38,9 @@ def clusters(eigenvalues: Array, gap: float) -> list[slice]:
     return [slice(a, b) for a, b in pairwise(edges) if b > a]
 
 
-def whole_clusters(omega: Array, n: int) -> int | None:
-    """The smallest count m >= n that parts no close pair m, m + 1; None when omega (k,) is too short to tell."""
+def count_without_split_cluster(omega: Array, n: int) -> int | None:
+    """Return the smallest count m >= n that splits no close pair m, m + 1; None when omega (k,) is too short to
+    decide."""
     for m in range(n, len(omega)):
         if omega[m] - omega[m - 1] > CLOSE * omega[m]:
             return m
@@ -54,7 +55,7 @@ def signs(phi: Array) -> Array:
 
 
 def _echelon(phi: Array) -> Array:
-    """Columns of phi rotated so that each pivot row is carried by one column and those before it."""
+    """Columns of phi rotated so that each pivot row is zero in the columns after its own."""
     rotation = np.eye(phi.shape[1])
     for j in range(phi.shape[1] - 1):
         rest = phi @ rotation[:, j:]

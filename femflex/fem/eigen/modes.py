@@ -14,15 +14,15 @@ import numpy as np
 from scipy import sparse
 
 from femflex.arrays import Array, BoolArray, IntArray
-from femflex.fem.eigen.canonical import canonical, whole_clusters
+from femflex.fem.eigen.canonical import canonical_modes, count_without_split_cluster
 from femflex.fem.eigen.shift_invert import (
     DENSE_DOFS,
     ShiftInverted,
     SingularError,
     Solve,
     dense_modes,
-    factorised,
-    orthonormal,
+    factorise,
+    orthonormalise,
 )
 from femflex.warning import PhysicsWarning
 
@@ -30,9 +30,9 @@ __all__ = [
     "Modes",
     "check_residual",
     "dense_modes",
-    "factorised",
+    "factorise",
     "lowest_modes",
-    "orthonormal",
+    "orthonormalise",
     "stiffness_ratio",
     "without_stiffness",
 ]
@@ -52,7 +52,7 @@ class Modes:
     omega (n,)         natural frequencies, ascending [rad/s]
     phi   (n_dof, n)   M-orthonormal shapes, largest entry positive
     null  (n_dof, r)   M-orthonormal basis of rigid motions and mechanisms (no strain energy)
-    note  str          says when more modes than asked are kept, and why; else empty
+    note  str          the reason when more modes than requested are kept; else empty
     """
 
     omega: Array
@@ -62,7 +62,7 @@ class Modes:
 
 
 class IdleError(ValueError):
-    """Some motions have neither stiffness nor mass. dofs (k,): numbers of those that have none by themselves."""
+    """Some motions have neither stiffness nor mass. dofs (k,): numbers of those with zeros on both diagonals."""
 
     def __init__(self, dofs: IntArray, places: str = "") -> None:
         self.dofs = dofs
@@ -75,10 +75,11 @@ class IdleError(ValueError):
 def lowest_modes(
     K: sparse.csr_array, M: sparse.csr_array, n: int, free: bool = False, solve: Solve | None = None
 ) -> Modes:
-    """The n lowest elastic modes of (K [N/m], M [kg]), (n_dof, n_dof), or a few more where n would part a close pair.
+    """Return the n lowest elastic modes of (K [N/m], M [kg]), (n_dof, n_dof), or a few more where n would split a close
+    pair.
 
-    free: K is known to be singular, which saves the attempt to factorise it.
-    solve: b -> K^-1 b by factors that exist already, b and the answer M-orthogonal to what K has no stiffness against.
+    free: whether K is known to be singular, so that it is not factorised in vain.
+    solve: b -> K^-1 b by existing factors, with b and the result M-orthogonal to the motions without stiffness.
     Raises ValueError when n is not positive, or exceeds the dofs that carry mass.
     """
     n_dof = K.shape[0]
@@ -94,9 +95,9 @@ def lowest_modes(
         )
     if not free or (solve is not None and n_dof > DENSE_DOFS):
         try:
-            found = _elastic_modes(K, M, n, n_null=0, shift=0.0, solve=solve)
-            if found.null.shape[1] == 0:
-                return found
+            modes = _elastic_modes(K, M, n, n_null=0, shift=0.0, solve=solve)
+            if modes.null.shape[1] == 0:
+                return modes
         except SingularError:
             pass
     n_null, shift = _null_count(K, M)
@@ -108,10 +109,10 @@ def lowest_modes(
     try:
         return _elastic_modes(K, M, n, n_null, shift)
     except SingularError:
-        raise _indefinite(K) from None
+        raise _indefinite_error(K) from None
 
 
-def _indefinite(K: sparse.csr_array) -> ValueError:
+def _indefinite_error(K: sparse.csr_array) -> ValueError:
     """The error of a stiffness matrix with negative eigenvalues, with the largest and least entry of its diagonal."""
     diagonal = K.diagonal()
     return ValueError(
@@ -142,10 +143,10 @@ def check_residual(
     """Raise RuntimeError when a mode phi (n_dof, k), omega (k,) [rad/s] does not satisfy K phi = omega^2 M phi to
     rounding.
 
-    Where stiffnesses lie many orders apart (bending and stretch of a slender beam) rounding in the stiff ones
-    leaves more than RESIDUAL of the summands, and means nothing. Such modes are held to the same bound in the energy
-    that is left, which bounds the relative error of omega^2: sqrt(r.A^-1 r / phi.A phi), r = K phi - omega^2 M phi,
-    A = K + shift M; solve: b -> A^-1 b, where factors exist already.
+    Where stiffnesses differ by many orders (bending and stretch of a slender beam), rounding of the large ones leaves
+    more than RESIDUAL of the summands without harm. Such modes must satisfy the same bound in the energy of the
+    residual, which bounds the relative error of omega^2: sqrt(r.A^-1 r / phi.A phi), r = K phi - omega^2 M phi, A = K +
+    shift M; solve: b -> A^-1 b, if factors exist already.
     """
     size = np.abs(phi)
     summands = (abs(K) @ size + (abs(M) @ size) * omega**2).max(axis=0)
@@ -153,10 +154,10 @@ def check_residual(
     residual = np.abs(rest).max(axis=0) / summands
     if (doubtful := np.flatnonzero(residual > RESIDUAL)).size:
         A = K + shift * M if shift else K
-        solve = solve or factorised(A).solve
-        left = np.einsum("in,in->n", rest[:, doubtful], solve(np.ascontiguousarray(rest[:, doubtful])))
-        stored = np.einsum("in,in->n", phi[:, doubtful], A @ phi[:, doubtful])
-        residual[doubtful] = np.sqrt(np.abs(left) / stored)
+        solve = solve or factorise(A).solve
+        residual_energy = np.einsum("in,in->n", rest[:, doubtful], solve(np.ascontiguousarray(rest[:, doubtful])))
+        mode_energy = np.einsum("in,in->n", phi[:, doubtful], A @ phi[:, doubtful])
+        residual[doubtful] = np.sqrt(np.abs(residual_energy) / mode_energy)
     worst = int(np.argmax(residual))
     if residual[worst] > RESIDUAL:
         raise RuntimeError(
@@ -166,8 +167,8 @@ def check_residual(
 
 
 def warn_if_rounded(K: sparse.csr_array, omega: Array, phi: Array) -> None:
-    """Warn when rounding in K (n_dof, n_dof) reaches the frequencies omega (k,) [rad/s]: a fine mesh, unlike
-    stiffnesses."""
+    """Warn when rounding in K (n_dof, n_dof) affects the frequencies omega (k,) [rad/s]: a fine mesh, or stiffnesses of
+    different orders."""
     ratio = stiffness_ratio(K, phi)
     worst = int(np.argmin(ratio))
     if ratio[worst] < FEW_DIGITS:
@@ -183,19 +184,19 @@ def warn_if_rounded(K: sparse.csr_array, omega: Array, phi: Array) -> None:
 def _elastic_modes(
     K: sparse.csr_array, M: sparse.csr_array, n: int, n_null: int, shift: float, solve: Solve | None = None
 ) -> Modes:
-    """n elastic modes above the n_null motions without stiffness, a close pair at the end kept whole."""
+    """Return n elastic modes above the n_null motions without stiffness, without splitting a close pair at the end."""
     solver = ShiftInverted(K, M, shift, solve)
     extra = max(4, n // 5)
     while True:
         theta, phi = solver.largest(min(n_null + n + extra, K.shape[0]), surely=n_null + n)
         exhausted = len(theta) < n_null + n + extra
-        eigenvalues, phi = _sorted(theta, orthonormal(M, phi), shift)
+        eigenvalues, phi = _sort_modes(theta, orthonormalise(M, phi), shift)
         is_null = without_stiffness(K, M, phi)
         null, phi, eigenvalues = phi[:, is_null], phi[:, ~is_null], np.maximum(eigenvalues[~is_null], 0.0)
         if null.shape[1] > n_null and shift == 0.0:
             return Modes(np.zeros(0), phi[:, :0], null)
         if null.shape[1] > n_null:
-            n_null = null.shape[1]  # the rough count was short: ask again for as many elastic modes, none missed
+            n_null = null.shape[1]  # the rough count was too low: request again so that no elastic mode is missed
             continue
         omega = np.sqrt(eigenvalues)
         if exhausted and len(omega) < n:
@@ -203,14 +204,14 @@ def _elastic_modes(
                 f"{n} modes were requested, but the mass takes part in only {len(omega)} elastic motions; "
                 f"request at most {len(omega)}."
             )
-        m = whole_clusters(omega, n) or (len(omega) if exhausted else None)
+        m = count_without_split_cluster(omega, n) or (len(omega) if exhausted else None)
         if m is not None:
             break
         extra *= 2
-    phi = canonical(eigenvalues[:m], phi[:, :m])
+    phi = canonical_modes(eigenvalues[:m], phi[:, :m])
     check_residual(K, M, omega[:m], phi, shift, solver.solve)
     warn_if_rounded(K, omega[:m], phi)
-    return Modes(omega[:m], phi, canonical(np.zeros(null.shape[1]), null), _cluster_note(n, omega[:m]))
+    return Modes(omega[:m], phi, canonical_modes(np.zeros(null.shape[1]), null), _cluster_note(n, omega[:m]))
 
 
 def _cluster_note(n: int, omega: Array) -> str:
@@ -222,7 +223,7 @@ def _cluster_note(n: int, omega: Array) -> str:
     return note
 
 
-def _sorted(theta: Array, phi: Array, shift: float) -> tuple[Array, Array]:
+def _sort_modes(theta: Array, phi: Array, shift: float) -> tuple[Array, Array]:
     """Eigenvalues omega^2 ascending and their shapes, from the inverse eigenvalues theta = 1 / (omega^2 + shift)."""
     eigenvalues = 1.0 / theta - shift
     order = np.argsort(eigenvalues, kind="stable")
@@ -232,36 +233,36 @@ def _sorted(theta: Array, phi: Array, shift: float) -> tuple[Array, Array]:
 def _null_count(K: sparse.csr_array, M: sparse.csr_array) -> tuple[int, float]:
     """Rough number of motions without stiffness, and a rough lowest elastic eigenvalue to shift by."""
     scale = _typical_eigenvalue(K, M)
-    for part in (1e-12, 1e-9, 1e-6):  # of a typical dof's own eigenvalue; the least that can be factorised
+    for part in (1e-12, 1e-9, 1e-6):  # of a typical dof's eigenvalue; the smallest that can be factorised
         try:
-            return _probed(K, M, part * scale)
+            return _probe(K, M, part * scale)
         except SingularError:
             continue
     if K.diagonal().min() < 0:
-        raise _indefinite(K)
+        raise _indefinite_error(K)
     raise IdleError(np.flatnonzero((K.diagonal() == 0) & (M.diagonal() == 0)))
 
 
 def without_stiffness(K: sparse.csr_array, M: sparse.csr_array, phi: Array) -> BoolArray:
-    """Which columns of phi (n_dof, n), numbers from 0, store no strain energy, neither relative to its summands nor
-    at all."""
+    """Return a mask (n,) of the columns of phi (n_dof, n) that store no strain energy, relative to its summands or at
+    all."""
     energy, mass = (np.einsum("in,in->n", phi, A @ phi) for A in (K, M))
     return (stiffness_ratio(K, phi) < NO_STIFFNESS) | (energy < NO_ENERGY * _typical_eigenvalue(K, M) * mass)
 
 
 def _typical_eigenvalue(K: sparse.csr_array, M: sparse.csr_array) -> float:
-    """Median of a dof's own stiffness over its own mass."""
+    """Median of the ratio of stiffness to mass on the diagonals."""
     k, m = K.diagonal(), M.diagonal()
     both = (m > 0) & (k > 0)
     return float(np.median(k[both] / m[both])) if both.any() else 1.0
 
 
-def _probed(K: sparse.csr_array, M: sparse.csr_array, shift: float) -> tuple[int, float]:
+def _probe(K: sparse.csr_array, M: sparse.csr_array, shift: float) -> tuple[int, float]:
     """Number of motions without stiffness and lowest elastic eigenvalue, from a rough search about a small shift."""
     solver, count = ShiftInverted(K, M, shift), 10
     while True:
         theta, phi = solver.largest(min(count, K.shape[0]), tolerance=1e-4)
-        eigenvalues, phi = _sorted(theta, phi, shift)
+        eigenvalues, phi = _sort_modes(theta, phi, shift)
         elastic = ~without_stiffness(K, M, phi)
         if elastic.any():
             return int((~elastic).sum()), float(eigenvalues[elastic][0])

@@ -1,10 +1,10 @@
 """Cholesky factors of large sparse matrices: nested dissection, and dense fronts from separator to separator.
 
-The graph is cut by planes of nodes, its halves again, down to small blocks. A front holds the dofs of one cut,
-eliminated last of its subtree, and the dofs that they meet further up (I. S. Duff and J. K. Reid, ACM Trans. Math.
-Softw. 9 (1983) 302). All arithmetic is in dense blocks and runs at the speed of matrix products. A cut is the middle
-level set of distances from the far side of the part (A. George and J. W. H. Liu, Computer Solution of Large Sparse
-Positive Definite Systems (1981), ch. 8).
+The graph is cut by separators of nodes, its halves again, down to small blocks. A front contains the dofs of one
+separator, which are eliminated last of its subtree, and the dofs further up that they are connected to (I. S. Duff and
+J. K. Reid, ACM Trans. Math. Softw. 9 (1983) 302). All arithmetic is in dense blocks and runs at the speed of matrix
+products. A separator is the middle level set of distances from the far side of the part (A. George and J. W. H. Liu,
+Computer Solution of Large Sparse Positive Definite Systems (1981), ch. 8).
 """
 
 from __future__ import annotations
@@ -17,15 +17,16 @@ from scipy.linalg import blas, lapack
 
 from femflex.arrays import Array, IntArray
 
-LEAF = 60  # nodes of the graph in a part that is not cut any more
+LEAF = 60  # number of graph nodes at which a part is not cut further
 FEW_DOFS = 10_000  # below which SuperLU is quick enough
 WIDE = 5e4  # dofs squared: cube of the size of level sets over the number of dofs, from which fronts are faster
-BALANCE = 0.3  # least share of a part that lies on each side of its cut
+BALANCE = 0.3  # least share of a part on each side of its separator
 
 
 @dataclass(frozen=True, eq=False)
 class Front:
-    """Own dofs begin .. end, in the order of elimination, and the later ones they meet; L11 (p, p), L21 (m, p)."""
+    """A part's dofs begin .. end, in the order of elimination, and the later ones connected to them; L11 (p, p), L21
+    (m, p)."""
 
     begin: int
     end: int
@@ -35,16 +36,16 @@ class Front:
 
 
 def worthwhile(A: sparse.csr_array) -> bool:
-    """Whether fronts are faster than scipy's SuperLU on A (n, n) [any unit]: for large matrices of solids, whose cuts
-    are wide.
+    """Whether fronts are faster than scipy's SuperLU on A (n, n) [any unit]: for large matrices of solids, which have
+    wide separators.
 
-    Of level sets of s dofs the fronts cost about s^3, where their overhead grows with n: on meshes of solids s^3 / n is
-    over 1e5, on shells below 1e4.
+    With level sets of s dofs the fronts cost about s^3, and their overhead grows with n: s^3 / n is over 1e5 on meshes
+    of solids, and below 1e4 on shells.
     """
     n = A.shape[0]
     if n < FEW_DOFS:
         return False
-    graph = _compressed(A)[1]
+    graph = _compress_graph(A)[1]
     level = _levels(graph, np.array([0]))
     reached = level >= 0
     width = n * reached.mean() / (level.max() + 1)
@@ -56,24 +57,24 @@ class Cholesky:
 
     def __init__(self, A: sparse.csr_array) -> None:
         self.order, tree = dissection(A)
-        self._fronts = _factorised(A[self.order][:, self.order].tocsr(), tree)
+        self._fronts = _factorise_fronts(A[self.order][:, self.order].tocsr(), tree)
 
     def solve(self, b: Array) -> Array:
         """A^-1 b of b (n,) or (n, k), in the unit of b over that of A: [m] of forces and stiffness."""
         x = np.array(b[self.order], np.float64)
-        below = blas.dtrsv if x.ndim == 1 else _dtrsm
+        triangular_solve = blas.dtrsv if x.ndim == 1 else _dtrsm
         for f in self._fronts:
-            own = x[f.begin : f.end] = below(f.L11, x[f.begin : f.end], lower=1)
+            part_x = x[f.begin : f.end] = triangular_solve(f.L11, x[f.begin : f.end], lower=1)
             if len(f.later):
-                x[f.later] -= f.L21 @ own
+                x[f.later] -= f.L21 @ part_x
         for f in reversed(self._fronts):
-            own = x[f.begin : f.end]
+            part_x = x[f.begin : f.end]
             if len(f.later):
-                own = own - f.L21.T @ x[f.later]
-            x[f.begin : f.end] = below(f.L11, own, lower=1, trans=1)
-        found = np.empty_like(x)
-        found[self.order] = x
-        return found
+                part_x = part_x - f.L21.T @ x[f.later]
+            x[f.begin : f.end] = triangular_solve(f.L11, part_x, lower=1, trans=1)
+        solution = np.empty_like(x)
+        solution[self.order] = x
+        return solution
 
 
 def _dtrsm(L: Array, b: Array, lower: int, trans: int = 0) -> Array:
@@ -82,45 +83,46 @@ def _dtrsm(L: Array, b: Array, lower: int, trans: int = 0) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
-    """A part of the order of elimination, begin .. end, and the numbers of the parts below that it joins."""
+class EliminationPart:
+    """A part of the elimination order, begin .. end, and the numbers of the parts below that it joins."""
 
     begin: int
     end: int
     below: tuple[int, ...]
 
 
-def dissection(A: sparse.csr_array) -> tuple[IntArray, list[Part]]:
-    """Order of elimination (n,) of the numbers of a symmetric pattern's rows (n, n), and its parts, each after those
+def dissection(A: sparse.csr_array) -> tuple[IntArray, list[EliminationPart]]:
+    """Return the elimination order (n,) of the rows of a symmetric pattern (n, n), and its parts, each after those
     below it."""
-    node, graph = _compressed(A)
+    node, graph = _compress_graph(A)
     dofs = np.argsort(node, kind="stable")
     starts = np.concatenate([[0], np.cumsum(np.bincount(node, minlength=graph.shape[0]))])
     order: list[IntArray] = []
-    parts: list[Part] = []
+    parts: list[EliminationPart] = []
 
     def add(nodes: IntArray, below: tuple[int, ...]) -> int:
         begin = parts[-1].end if parts else 0
-        own = np.concatenate([dofs[starts[k] : starts[k + 1]] for k in nodes])
-        order.append(own)
-        parts.append(Part(begin, begin + len(own), below))
+        part_dofs = np.concatenate([dofs[starts[k] : starts[k + 1]] for k in nodes])
+        order.append(part_dofs)
+        parts.append(EliminationPart(begin, begin + len(part_dofs), below))
         return len(parts) - 1
 
-    def cut(nodes: IntArray) -> tuple[int, ...]:
+    def dissect(nodes: IntArray) -> tuple[int, ...]:
         if len(nodes) <= LEAF:
             return (add(nodes, ()),) if len(nodes) else ()
-        one, other, between = _halves(graph[nodes][:, nodes].tocsr())
-        if not len(one) or not len(other):
+        first_half, second_half, separator = _halves(graph[nodes][:, nodes].tocsr())
+        if not len(first_half) or not len(second_half):
             return (add(nodes, ()),)
-        below = cut(nodes[one]) + cut(nodes[other])
-        return (add(nodes[between], below),) if len(between) else below
+        below = dissect(nodes[first_half]) + dissect(nodes[second_half])
+        return (add(nodes[separator], below),) if len(separator) else below
 
-    cut(np.arange(graph.shape[0]))
+    dissect(np.arange(graph.shape[0]))
     return np.concatenate(order), parts
 
 
-def _compressed(A: sparse.csr_array) -> tuple[IntArray, sparse.csr_array]:
-    """Which node of a smaller graph every dof belongs to (n,), and that graph: dofs of equal patterns are one node."""
+def _compress_graph(A: sparse.csr_array) -> tuple[IntArray, sparse.csr_array]:
+    """Return the node (n,) of a smaller graph that each dof belongs to, and that graph, in which dofs of equal patterns
+    are one node."""
     n = A.shape[0]
     pattern = sparse.csr_array((np.ones(A.nnz), A.indices, A.indptr), shape=A.shape)
     marks = np.random.default_rng(0).random(n)
@@ -134,7 +136,8 @@ def _compressed(A: sparse.csr_array) -> tuple[IntArray, sparse.csr_array]:
 
 
 def _halves(graph: sparse.csr_array) -> tuple[IntArray, IntArray, IntArray]:
-    """Two sides of a connected graph and the nodes between them; of one in pieces, the first piece and the rest."""
+    """Return two sides of a connected graph and the separator between them; of a graph in pieces, the first piece and
+    the rest."""
     level = _levels(graph, np.array([0]))
     if (level < 0).any():
         return np.flatnonzero(level >= 0), np.flatnonzero(level < 0), np.zeros(0, np.int64)
@@ -160,34 +163,32 @@ def _levels(graph: sparse.csr_array, start: IntArray) -> IntArray:
     front, distance = start, 0
     while len(front):
         distance += 1
-        near = np.unique(graph[front].indices).astype(np.int64)
-        front = near[level[near] < 0]
+        neighbours = np.unique(graph[front].indices).astype(np.int64)
+        front = neighbours[level[neighbours] < 0]
         level[front] = distance
     return level
 
 
-def _factorised(A: sparse.csr_array, tree: list[Part]) -> list[Front]:
+def _factorise_fronts(A: sparse.csr_array, tree: list[EliminationPart]) -> list[Front]:
     """Fronts of the permuted matrix, one for each part of the tree."""
     A.sort_indices()
     fronts: list[Front] = []
-    updates: dict[
-        int, tuple[IntArray, Array]
-    ] = {}  # of the parts that are not joined yet: their later dofs and their share
+    updates: dict[int, tuple[IntArray, Array]] = {}  # later dofs and update of the parts that are not joined yet
     for number, part in enumerate(tree):
         rows = slice(A.indptr[part.begin], A.indptr[part.end])
         columns, values = A.indices[rows].astype(np.int64), A.data[rows]
         row = np.repeat(np.arange(part.begin, part.end), np.diff(A.indptr[part.begin : part.end + 1]))
         below = [updates.pop(k) for k in part.below]
-        met = np.unique(np.concatenate([columns, *(later for later, _ in below)]))
-        later = met[met >= part.end]
+        connected = np.unique(np.concatenate([columns, *(later for later, _ in below)]))
+        later = connected[connected >= part.end]
         p, m = part.end - part.begin, len(later)
         F = np.zeros((p + m, p + m), order="F")
-        place = np.concatenate([np.arange(part.begin, part.end), later])
+        front_dofs = np.concatenate([np.arange(part.begin, part.end), later])
         lower = columns >= row  # entry (row, column) of the upper triangle is (column, row) of the lower
-        F[np.searchsorted(place, columns[lower]), row[lower] - part.begin] = values[lower]
-        for given, share in below:
-            at = np.searchsorted(place, given)
-            F[np.ix_(at, at)] += share
+        F[np.searchsorted(front_dofs, columns[lower]), row[lower] - part.begin] = values[lower]
+        for child_dofs, share in below:
+            position = np.searchsorted(front_dofs, child_dofs)
+            F[np.ix_(position, position)] += share
         L11, failed = lapack.dpotrf(F[:p, :p], lower=1, clean=1)
         if failed:
             raise np.linalg.LinAlgError("the matrix is not positive definite")

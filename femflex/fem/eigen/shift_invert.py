@@ -15,8 +15,8 @@ from femflex.fem.eigen.multifrontal import Cholesky, worthwhile
 
 Solve = Callable[[Array], Array]
 
-DENSE_DOFS = 500  # at or below, all modes at once cost less than one factorisation and its Lanczos steps
-SPREAD = 1e4  # ratio of dense eigenvalues above which the smaller ones are worth a second solution
+DENSE_DOFS = 500  # up to this, a dense solution costs less than one factorisation and its Lanczos steps
+SPREAD = 1e4  # ratio of dense eigenvalues above which the smaller ones are solved for again
 NO_MASS = 1e-14  # relative inverse eigenvalue below which a mode is numerically massless
 
 
@@ -27,11 +27,11 @@ class Factors(Protocol):
         """A^-1 b of b (n,) or (n, k), in the unit of b over that of A: [m] of forces and stiffness."""
 
 
-def factorised(A: sparse.csr_array) -> Factors:
+def factorise(A: sparse.csr_array) -> Factors:
     """Sparse factors of a symmetric positive matrix (n, n) in any unit.
 
-    Large solids by dense fronts; others, and matrices that are not positive definite, by SuperLU with pivots kept on
-    the diagonal.
+    Large solids are factorised by dense fronts, others and matrices that are not positive definite by SuperLU with
+    pivots on the diagonal.
     """
     if worthwhile(A):
         try:
@@ -41,7 +41,7 @@ def factorised(A: sparse.csr_array) -> Factors:
     return splu(A.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
 
 
-def orthonormal(M: sparse.csr_array, phi: Array) -> Array:
+def orthonormalise(M: sparse.csr_array, phi: Array) -> Array:
     """Columns of phi (n_dof, n) [m, rad] made M-orthonormal in their order (Gram–Schmidt by two Cholesky steps)."""
     phi = phi / np.sqrt(np.einsum("in,in->n", phi, M @ phi))
     for _ in range(2):
@@ -53,7 +53,7 @@ def orthonormal(M: sparse.csr_array, phi: Array) -> Array:
 def dense_modes(K: Array, M: Array) -> tuple[Array, Array]:
     """Eigenvalues omega^2 (m,) ascending and M-orthonormal modes (n, m) of small dense matrices.
 
-    Massless modes are left out. Both ends of the spectrum keep their digits. K positive definite, or else M.
+    Massless modes are left out. Both ends of the spectrum are accurate. K or M must be positive definite.
     """
     if not len(K):
         return np.zeros(0), np.zeros((0, 0))
@@ -67,7 +67,7 @@ def dense_modes(K: Array, M: Array) -> tuple[Array, Array]:
 def _inverse_modes(A: Array, M: Array, count: int) -> tuple[Array, Array]:
     """The count largest theta of M x = theta A x and their shapes, descending, fewer when fewer carry mass.
 
-    Smaller theta carry the rounding of the largest: where they are far apart they are found again among themselves.
+    Smaller theta have the rounding error of the largest; where they differ much, the smaller ones are solved for again.
     """
     try:
         theta, phi = linalg.eigh(M, A, subset_by_index=[len(A) - count, len(A) - 1])
@@ -90,7 +90,7 @@ class SingularError(Exception):
 class ShiftInverted:
     """(K + shift M)^-1 M, factorised once, and its largest eigenvalues theta = 1 / (omega^2 + shift).
 
-    solve: b -> (K + shift M)^-1 b, where factors exist already; not used where all is solved densely.
+    solve: b -> (K + shift M)^-1 b, if factors exist already; not used when the problem is solved densely.
     """
 
     def __init__(self, K: sparse.csr_array, M: sparse.csr_array, shift: float, solve: Solve | None = None) -> None:
@@ -99,7 +99,7 @@ class ShiftInverted:
         self.solve: Solve | None = None
         if self._n > DENSE_DOFS:
             try:
-                self.solve = solve or factorised(self._A).solve
+                self.solve = solve or factorise(self._A).solve
             except RuntimeError as error:
                 raise SingularError from error
 
@@ -113,29 +113,31 @@ class ShiftInverted:
             theta, phi = _inverse_modes(self._A.toarray(), self._M.toarray(), count)
         else:
             theta, phi = self._eigsh(count, self.solve, seed=0, tolerance=tolerance)
-            theta, phi = self.completed(theta, phi, surely)
+            theta, phi = self.with_missed_copies(theta, phi, surely)
         keep = np.abs(theta) > NO_MASS * np.abs(theta).max()
         return theta[keep], phi[:, keep]
 
-    def completed(self, theta: Array, phi: Array, surely: int) -> tuple[Array, Array]:
-        """theta (k,) [s^2/rad^2] and phi (n_dof, k) with copies of repeated frequencies that Lanczos from one vector
-        may miss.
+    def with_missed_copies(self, theta: Array, phi: Array, surely: int) -> tuple[Array, Array]:
+        """Return theta (k,) [s^2/rad^2] and phi (n_dof, k) with copies of repeated frequencies that Lanczos from one
+        vector may miss.
 
         A second search, M-orthogonal to all that was found, must not find anything among the first `surely`.
         """
         solve = self.solve
         while surely and solve is not None:
-            phi = orthonormal(self._M, phi)
+            phi = orthonormalise(self._M, phi)
             basis, M_basis = np.asfortranarray(phi), np.asfortranarray(self._M @ phi)
 
-            def deflected(load: Array, basis: Array = basis, M_basis: Array = M_basis, solve: Solve = solve) -> Array:
+            def deflated_solve(
+                load: Array, basis: Array = basis, M_basis: Array = M_basis, solve: Solve = solve
+            ) -> Array:
                 x = solve(load - M_basis @ (basis.T @ load))
                 return x - basis @ (M_basis.T @ x)
 
             last = np.sort(np.abs(theta))[::-1][min(surely, len(theta)) - 1]
-            top, shape = self._eigsh(1, deflected, seed=1, tolerance=0.05)
+            top, shape = self._eigsh(1, deflated_solve, seed=1, tolerance=0.05)
             if np.abs(top[0]) > 0.95 * last:
-                top, shape = self._eigsh(1, deflected, seed=1, tolerance=0.0)
+                top, shape = self._eigsh(1, deflated_solve, seed=1, tolerance=0.0)
             if np.abs(top[0]) <= (1 + CLOSE) * last:
                 break
             theta, phi = np.append(theta, top), np.column_stack([phi, shape])

@@ -1,4 +1,4 @@
-"""Attachments of a line that is cut into segments: the segment of every point and cell of the other members."""
+"""Attachments of a line that is cut into segments: the segment of each point and cell of the other members."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Attachments:
-    """The segment that each point goes with (n_points,), -1 for points without a member; and that of members' cells.
+    """The segment of each point (n_points,), -1 for points without a member, and the segments of the members' cells.
 
     cells  group -> cell type -> (rows of the mesh's cells, their segments)
     """
@@ -30,22 +30,24 @@ class Attachments:
 
     def cells_of(self, group: str, j: int) -> dict[str, IntArray]:
         """Indices (k,) of the cells of a member that go with segment j, by cell type."""
-        found = {kind: rows[segment == j] for kind, (rows, segment) in self.cells[group].items()}
-        return {kind: rows for kind, rows in found.items() if rows.size}
+        rows_by_kind = {kind: rows[segment == j] for kind, (rows, segment) in self.cells[group].items()}
+        return {kind: rows for kind, rows in rows_by_kind.items() if rows.size}
 
 
 def attached_parts(mesh: Mesh, others: Sequence[Member], path: Path, k: int, group: str) -> Attachments:
-    """Where everything goes when the line of `group` is cut into k segments: parts of others go as a whole.
+    """Assign everything to one of the k segments of the line of `group`; connected parts of other members are assigned
+    as a whole.
 
-    A part is cells that share points off the line. Raises ValueError when a part touches several segments, or none.
+    A part consists of cells that share points off the line. Raises ValueError when a part touches several segments, or
+    none.
     """
     on = segments_of(path, k)
     nodes = np.where(on.any(axis=1), on.argmax(axis=1), -1)
     cells: dict[str, dict[str, tuple[IntArray, IntArray]]] = {other.group: {} for other in others}
-    listed = [(o.group, kind, rows) for o in others for kind, rows in mesh.cell_groups[o.group].items()]
-    if not listed:
+    member_cells = [(o.group, kind, rows) for o in others for kind, rows in mesh.cell_groups[o.group].items()]
+    if not member_cells:
         return Attachments(nodes, cells)
-    corner = [mesh.cells[kind][rows] for _, kind, rows in listed]
+    corner = [mesh.cells[kind][rows] for _, kind, rows in member_cells]
     owner = np.concatenate([np.full(len(c), i) for i, c in enumerate(corner)])
     cell = np.concatenate([np.repeat(np.flatnonzero(owner == i), c.shape[1]) for i, c in enumerate(corner)])
     node = np.concatenate([c.ravel() for c in corner])
@@ -55,24 +57,24 @@ def attached_parts(mesh: Mesh, others: Sequence[Member], path: Path, k: int, gro
     line = np.asarray(on[node].any(axis=1))
     np.logical_and.at(allowed, part[len(on) + cell[line]], on[node[line]])
     touched[part[len(on) + cell[line]]] = True
-    own = part[len(on) :]
-    for i, (name, _, _) in enumerate(listed):
-        _check(allowed[own[owner == i]], touched[own[owner == i]], name, group, k)
+    part_of_cell = part[len(on) :]
+    for i, (name, _, _) in enumerate(member_cells):
+        _check(allowed[part_of_cell[owner == i]], touched[part_of_cell[owner == i]], name, group, k)
     segment = allowed.argmax(axis=1)
     off = ~on[node].any(axis=1)
-    nodes[node[off]] = segment[own[cell[off]]]
-    for i, (name, kind, rows) in enumerate(listed):
-        cells[name][kind] = (rows, segment[own[owner == i]])
+    nodes[node[off]] = segment[part_of_cell[cell[off]]]
+    for i, (name, kind, rows) in enumerate(member_cells):
+        cells[name][kind] = (rows, segment[part_of_cell[owner == i]])
     return Attachments(nodes, cells)
 
 
 def segments_of(path: Path, k: int) -> BoolArray:
-    """(n_points, k): on which segments of the line a point lies; a cut lies on two."""
-    at = path.s / path.length * k
+    """Mask (n_points, k) of the segments that each point lies on; a cut lies on two."""
+    position = path.s / path.length * k
     on = np.zeros((len(path.points), k), bool)
     slack = 2 * AT_NODE * k
     for j in range(k):
-        on[path.nodes, j] = (at >= j - slack) & (at <= j + 1 + slack)
+        on[path.nodes, j] = (position >= j - slack) & (position <= j + 1 + slack)
     return on
 
 

@@ -56,17 +56,17 @@ def element_frames(start: Array, end: Array, orientation: Array | None, group: s
     x = (end - start) / length[:, None]
     if orientation is None:
         y = np.cross([0.0, 0.0, 1.0], x)
-        upright = np.linalg.norm(y, axis=1) < PARALLEL
-        y[upright] = [0.0, 1.0, 0.0]
+        vertical = np.linalg.norm(y, axis=1) < PARALLEL
+        y[vertical] = [0.0, 1.0, 0.0]
     else:
         y = np.broadcast_to(orientation, x.shape)
     y = y - np.einsum("ei,ei->e", y, x)[:, None] * x
     size = np.linalg.norm(y, axis=1)
-    along = size < PARALLEL * (1.0 if orientation is None else np.linalg.norm(orientation))
-    if orientation is not None and along.any():
+    parallel = size < PARALLEL * (1.0 if orientation is None else np.linalg.norm(orientation))
+    if orientation is not None and parallel.any():
         raise ValueError(
-            f"orientation {orientation.tolist()} is parallel to {int(along.sum())} of the {len(x)} elements of group "
-            f"{group!r}; give a vector that points across them"
+            f"orientation {orientation.tolist()} is parallel to {int(parallel.sum())} of the {len(x)} elements of "
+            f"group {group!r}; give a vector that points across them"
         )
     y = y / size[:, None]
     return length, np.stack([x, y, np.cross(x, y)], axis=1)
@@ -79,7 +79,7 @@ class ArcLength:
     ends: Array
     whole: Array
 
-    def at(self, xi: Array) -> Array:
+    def arc_at(self, xi: Array) -> Array:
         """Arc lengths (e, q) at positions xi (q,) in [0, 1] of every element."""
         return self.ends[:, :1] * (1 - xi) + self.ends[:, 1:] * xi
 
@@ -113,9 +113,9 @@ def arc_length(mesh: Mesh, elements: IntArray, group: str, start: str | None) ->
             'start; name one point of each in a point group and give it as the option "start"'
         )
     s = csgraph.dijkstra(graph, directed=False, indices=begins, min_only=True)
-    whole = np.zeros(n_chains)
-    np.maximum.at(whole, chain, s)
-    return ArcLength(s[local], whole[chain[local[:, 0]]])
+    chain_length = np.zeros(n_chains)
+    np.maximum.at(chain_length, chain, s)
+    return ArcLength(s[local], chain_length[chain[local[:, 0]]])
 
 
 def _free_ends(local: IntArray, degree: IntArray, chain: NDArray[np.int32]) -> IntArray:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from femflex.mesh import Mesh
 
 
-AT_NODE = 1e-9  # of the whole length: a cut closer than this to a node is at the node
+AT_NODE = 1e-9  # of the whole length; a cut closer than this to a node is at the node
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,27 +40,27 @@ class Path:
 
     def arc(self, nodes: IntArray) -> Array:
         """Arc length of nodes of the line, in their shape [m]."""
-        at = np.zeros(len(self.points))
-        at[self.nodes] = self.s
-        return at[nodes]
+        s_of_point = np.zeros(len(self.points))
+        s_of_point[self.nodes] = self.s
+        return s_of_point[nodes]
 
-    def divided(self, k: int) -> Path:
-        """The line with nodes at all multiples of a k-th of its length; elements there are split in two."""
-        wanted = self.length * np.arange(1, k) / k
-        near = np.abs(self.s[None, :] - wanted[:, None]).min(axis=1, initial=np.inf) <= AT_NODE * self.length
-        new = wanted[~near]
-        places = np.stack([np.interp(new, self.s, self.points[self.nodes, axis]) for axis in range(3)], axis=1)
-        number = len(self.points) + np.arange(len(new))
-        nodes, s = np.concatenate([self.nodes, number]), np.concatenate([self.s, new])
+    def with_nodes_at_cuts(self, k: int) -> Path:
+        """Return the line with nodes at all multiples of a k-th of its length; elements there are split in two."""
+        cuts = self.length * np.arange(1, k) / k
+        at_node = np.abs(self.s[None, :] - cuts[:, None]).min(axis=1, initial=np.inf) <= AT_NODE * self.length
+        new_s = cuts[~at_node]
+        new_points = np.stack([np.interp(new_s, self.s, self.points[self.nodes, axis]) for axis in range(3)], axis=1)
+        number = len(self.points) + np.arange(len(new_s))
+        nodes, s = np.concatenate([self.nodes, number]), np.concatenate([self.s, new_s])
         order = np.argsort(s, kind="stable")
         ends = self.arc(self.elements)
         elements = []
         for (a, b), (s_a, s_b) in zip(self.elements, ends, strict=True):
-            inside = (new > min(s_a, s_b)) & (new < max(s_a, s_b))
+            inside = (new_s > min(s_a, s_b)) & (new_s < max(s_a, s_b))
             between = number[inside] if s_a < s_b else number[inside][::-1]
             chain = np.concatenate([[a], between, [b]])
             elements.append(np.stack([chain[:-1], chain[1:]], axis=1))
-        points = np.concatenate([self.points, places])
+        points = np.concatenate([self.points, new_points])
         return Path(points, np.concatenate(elements), nodes[order], s[order])
 
 
@@ -100,15 +100,15 @@ def path_of(mesh: Mesh, elements: IntArray, group: str, start: str | None = None
 
 
 def _begin(mesh: Mesh, nodes: IntArray, ends: IntArray, local: IntArray, group: str, start: str | None) -> int:
-    """The end, as place in `nodes`, where the line begins."""
+    """Return the end, as an index into `nodes`, where the line begins."""
     if start is None:
         pointing_away = np.isin(ends, local[:, 0])
         return int(ends[np.lexsort((ends, ~pointing_away))[0]])
-    chosen = ends[np.isin(nodes[ends], mesh.group_points(start))]
-    if chosen.size != 1:
-        where = "both ends" if chosen.size else "neither end"
+    matching_ends = ends[np.isin(nodes[ends], mesh.group_points(start))]
+    if matching_ends.size != 1:
+        where = "both ends" if matching_ends.size else "neither end"
         raise ValueError(
             f"group {start!r} lies at {where} of the line {group!r}; name the group of the one end where its segments "
             "are counted from"
         )
-    return int(chosen[0])
+    return int(matching_ends[0])

@@ -1,4 +1,4 @@
-"""Points that stand for the mass of a beam's section, with its second moments."""
+"""Points that represent the mass of a beam's section, with its second moments."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ def section_points(rz2: Array, ry2: Array, rotary: bool = True, product: Array |
 
     rz2, ry2 (...): squared radii of gyration, int y^2 dm and int z^2 dm per mass [m^2]; product: int y z dm per mass.
 
-    Four points at (+-sqrt(2) rz, 0) and (0, +-sqrt(2) ry) have them. Without rotary the section is to be a line as it
-    bends and still to have its inertia p = ry2 + rz2 in twist: int o o^T dm = p/2 diag(-1, 1, 1), of the inertia
-    diag(p, 0, 0), of points on all three axes, those along x with negative mass. Rigid turns of the body and elastic
-    slopes then find the same nothing, where leaving it out under slopes alone would make the two of different mass.
+    Four points at (+-sqrt(2) rz, 0) and (0, +-sqrt(2) ry) have these moments. Without rotary the section has no inertia
+    in bending, but still p = ry2 + rz2 in twist: int o o^T dm = p/2 diag(-1, 1, 1), the inertia diag(p, 0, 0), by
+    points on all three axes, those along x with negative mass. Rigid rotations of the body and elastic slopes then both
+    have no rotary inertia; without it for slopes only, the two would differ in mass.
     """
     o = np.zeros_like(rz2)
     if rotary and product is not None:

@@ -1,7 +1,7 @@
-"""Inertia of flat plate elements, whatever fields they are made of.
+"""Inertia of flat plate elements, independent of their fields.
 
 An element's local dofs are (u, v) of each of the m functions of its in-plane field, then its bending dofs (b), in its
-own axes; they follow from its raw dofs by a map X (1|e, 2 m + b, l). beta is the rotation of the normal:
+own axes; a map X (1|e, 2 m + b, l) gives them from its raw dofs. beta is the rotation of the normal:
 u(z) = u + z beta.
 """
 
@@ -13,36 +13,37 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from femflex.arrays import Array, IntArray
-from femflex.fem.assembly import Part
+from femflex.fem.assembly import ElementMatrices
 from femflex.fem.sections.laminates import PlateSection
-from femflex.fem.tables import of
+from femflex.fem.tables import rows_of_elements
 
-EVERY = slice(None)
+ALL_ELEMENTS = slice(None)
 
 
 @dataclass(frozen=True, eq=False)
 class LocalDofs:
-    """Local dofs of elements from their raw dofs (e, l): X (1|e, 2 m + b, l)."""
+    """Map X (1|e, 2 m + b, l) from the raw dofs (e, l) of elements to their local dofs."""
 
     dofs: IntArray
     X: Array
     n_inplane: int  # 2 m
 
-    def over(self, elements: slice) -> LocalDofs:
-        """The same of these elements alone."""
-        return replace(self, dofs=self.dofs[elements], X=of(self.X, elements))
+    def of_elements(self, elements: slice) -> LocalDofs:
+        """The map of these elements."""
+        return replace(self, dofs=self.dofs[elements], X=rows_of_elements(self.X, elements))
 
     def local(self, phi: Array, elements: slice) -> Array:
         """Local dofs per column of phi (n_raw, n): (e, 2 m + b, n)."""
-        picked = self.picked()
-        if picked is not None:
-            column, sign = picked
+        signed = self.signed_columns()
+        if signed is not None:
+            column, sign = signed
             local = phi[self.dofs[elements][:, column]]
             return local if (sign == 1.0).all() else local * sign[:, None]
-        return np.matmul(of(self.X, elements), phi[self.dofs[elements]])
+        return np.matmul(rows_of_elements(self.X, elements), phi[self.dofs[elements]])
 
-    def picked(self) -> tuple[IntArray, Array] | None:
-        """Column (2 m + b,) and sign of each local dof, where it is plus or minus a raw dof in all elements alike."""
+    def signed_columns(self) -> tuple[IntArray, Array] | None:
+        """Column (2 m + b,) and sign of each local dof, if it is plus or minus one raw dof in all elements; else
+        None."""
         if self.X.shape[0] > 1 or (np.count_nonzero(self.X[0], axis=1) != 1).any():
             return None
         column = np.abs(self.X[0]).argmax(axis=1)
@@ -50,17 +51,16 @@ class LocalDofs:
         return (column, sign) if (np.abs(sign) == 1.0).all() else None
 
     def in_raw(self, inplane: Array, bending: Array, elements: slice) -> Array:
-        """Element matrices (e, l, l) on the raw dofs from the in-plane (e, 2 m, 2 m) and the bending one (e, b, b)."""
-        X = of(self.X, elements)
+        """Element matrices (e, l, l) on the raw dofs from the in-plane (e, 2 m, 2 m) and the bending ones (e, b, b)."""
+        X = rows_of_elements(self.X, elements)
         m = self.n_inplane
         first, second = np.matmul(inplane, X[:, :m]), np.matmul(bending, X[:, m:])
         return np.matmul(X.swapaxes(1, 2), np.concatenate([first, second], axis=1))
 
 
 def mass_points(middle: Array, area: Array, axes: Array, section: PlateSection) -> tuple[Array, Array, Array]:
-    """Masses (e, r q) [kg], places (e, r q, 3) [m] and layer heights (r,) [m] of points with the mass and the rotary
-    inertia of a
-    plate: its mass on the middle plane, or two halves of it at +- the radius of gyration.
+    """Masses (e, r q) [kg], positions (e, r q, 3) [m] and layer heights (r,) [m] of points with the mass and the rotary
+    inertia of a plate: its mass on the middle plane, or two halves of it at +- the radius of gyration.
 
     middle (e, q, 3) and area (e, q) are the quadrature points of the middle plane.
     """
@@ -105,15 +105,15 @@ class PlateInertia:
         u, v = (np.matmul(self.P, local[:, i : 2 * m : 2]) for i in (0, 1))  # (e, q, n)
         w, bx, by = np.matmul(self.bending(elements), local[:, None, 2 * m :]).swapaxes(0, 1)
         layers = [np.stack([u + z * bx, v + z * by, w], axis=2) for z in self.heights]
-        return np.matmul(of(self.axes, elements).swapaxes(1, 2)[:, None], np.concatenate(layers, axis=1))
+        return np.matmul(rows_of_elements(self.axes, elements).swapaxes(1, 2)[:, None], np.concatenate(layers, axis=1))
 
-    def scalar_mass(self, elements: slice = EVERY) -> Array:
+    def scalar_mass(self, elements: slice = ALL_ELEMENTS) -> Array:
         """Mass matrices (e, m, m) of one in-plane component."""
         m = self.P.shape[1]
         products = (self.P[:, :, None] * self.P[:, None, :]).reshape(-1, m * m)
         return (self._dm_by_layer(elements).sum(axis=1) @ products).reshape(-1, m, m)
 
-    def bending_mass(self, elements: slice = EVERY) -> Array:
+    def bending_mass(self, elements: slice = ALL_ELEMENTS) -> Array:
         """Mass matrices (e, b, b) [kg, kg m, kg m^2] of the bending dofs, with rotary inertia."""
         dm = self._dm_by_layer(elements)
         N = self.bending(elements)
@@ -122,25 +122,25 @@ class PlateInertia:
         flat, weighted = N.reshape(len(N), -1, N.shape[3]), (N * weight).reshape(len(dm), -1, N.shape[3])
         return np.matmul(flat.swapaxes(1, 2), weighted)
 
-    def mass(self, elements: slice = EVERY) -> Array:
+    def mass(self, elements: slice = ALL_ELEMENTS) -> Array:
         """Element mass matrices (e, l, l) [kg, kg m, kg m^2]."""
         inplane = np.asarray(np.kron(self.scalar_mass(elements), np.eye(2)), np.float64)
         return self.map.in_raw(inplane, self.bending_mass(elements), elements)
 
-    def parts(self) -> tuple[Part, ...]:
-        """Element matrices for assembly: u and v alike, and bending, where they do not mix."""
-        picked = self.map.picked()
-        if picked is None:
-            return (Part(self.dofs, self.mass),)
-        column, sign = picked
+    def parts(self) -> tuple[ElementMatrices, ...]:
+        """Element matrices for assembly; u, v and bending are separate parts where they do not couple."""
+        signed = self.map.signed_columns()
+        if signed is None:
+            return (ElementMatrices(self.dofs, self.mass),)
+        column, sign = signed
         m = self.P.shape[1]
         inplane = self.dofs[:, column[: 2 * m]].reshape(-1, m, 2)
         signs = np.outer(sign[2 * m :], sign[2 * m :])
         if not (sign[: 2 * m].reshape(m, 2) == sign[:2]).all():
-            return (Part(self.dofs, self.mass),)
+            return (ElementMatrices(self.dofs, self.mass),)
         return (
-            Part(inplane, self.scalar_mass),
-            Part(self.dofs[:, column[2 * m :]], lambda elements: self.bending_mass(elements) * signs),
+            ElementMatrices(inplane, self.scalar_mass),
+            ElementMatrices(self.dofs[:, column[2 * m :]], lambda elements: self.bending_mass(elements) * signs),
         )
 
     def _dm_by_layer(self, elements: slice) -> Array:

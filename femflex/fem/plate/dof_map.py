@@ -19,9 +19,10 @@ if TYPE_CHECKING:
 
 
 def member_section(member: Member, coupled: bool = False) -> PlateSection:
-    """The member's plate section: given whole, or a thickness [m] that with the member's material makes a plain sheet.
+    """Return the member's plate section: the given section, or that of a plain sheet of a thickness [m] and the
+    member's material.
 
-    coupled: whether the family takes sections that couple membrane and bending. Raises ValueError when it is neither.
+    coupled: whether the family accepts sections that couple membrane and bending. Raises ValueError if it is neither.
     """
     section, material, where = member.section, member.material, f"{member.family} on group {member.group!r}"
     if isinstance(section, PlateSection):
@@ -42,11 +43,14 @@ def member_section(member: Member, coupled: bool = False) -> PlateSection:
     )
 
 
-def flat_map(mesh: Mesh, corners: IntArray, axes: Array, numbering: Numbering, own: Array | None = None) -> LocalDofs:
-    """Map of elements with corners (e, c) and axes (1|e, 3, 3), rows e1, e2, normal.
+def flat_map(
+    mesh: Mesh, corners: IntArray, axes: Array, numbering: Numbering, element_dofs: Array | None = None
+) -> LocalDofs:
+    """Return the map of elements with corners (e, c) and axes (1|e, 3, 3), rows e1, e2, normal.
 
-    Raw dofs: translations and rotations of the corners, two per side, then own (e, c + 2): a twist per corner and an
-    in-plane bubble. Local: (u, v) of corners, sides (and bubble), then (w, theta_x, theta_y (, twist)) of corners.
+    Raw dofs: translations and rotations of the corners, two per side, then element_dofs (e, c + 2): a twist per corner
+    and an in-plane bubble. Local: (u, v) of corners, sides (and bubble), then (w, theta_x, theta_y (, twist)) of
+    corners.
     """
     e, c = corners.shape
     normals = np.broadcast_to(axes[:, 2], (e, 3))
@@ -56,10 +60,10 @@ def flat_map(mesh: Mesh, corners: IntArray, axes: Array, numbering: Numbering, o
     ]
     sides = element_sides(mesh, corners, axes, numbering)
     dofs = np.concatenate([d.reshape(e, -1) for d in (*nodal, sides.dofs)], axis=1)
-    if own is not None:
-        dofs = np.concatenate([dofs, own], axis=1)
-    m = 2 * c + (own is not None)
-    X = _plain_map(axes, c, own is not None)
+    if element_dofs is not None:
+        dofs = np.concatenate([dofs, element_dofs], axis=1)
+    m = 2 * c + (element_dofs is not None)
+    X = _plain_map(axes, c, element_dofs is not None)
     if sides.folds.any():
         X = np.array(np.broadcast_to(X, (e, *X.shape[1:])))
         _follow_folds(X, mesh.points[corners], np.broadcast_to(axes, (e, 3, 3)), sides)
@@ -87,14 +91,14 @@ def _follow_folds(X: Array, x: Array, axes: Array, sides: Sides) -> None:
     """Replace the rows of sides at folds in X (e, local, raw): free along the side, following rotations across it."""
     c = x.shape[1]
     for i in range(c):
-        at = np.flatnonzero(sides.folds[:, i])
+        folded = np.flatnonzero(sides.folds[:, i])
         j = (i + 1) % c
-        plane, along = axes[at, :2], sides.along[at, i]
+        plane, along = axes[folded, :2], sides.along[folded, i]
         across = np.eye(3) - along[:, :, None] * along[:, None, :]
-        span = x[at, j] - x[at, i]
-        follow = plane @ across @ np.cross(np.eye(3), -span[:, None, :]) / 8
+        span = x[folded, j] - x[folded, i]
+        rotation_rows = plane @ across @ np.cross(np.eye(3), -span[:, None, :]) / 8
         for row, slot in ((2 * (c + i), 0), (2 * (c + i) + 1, 1)):
-            X[at, row] = 0.0
-            X[at, row, 6 * c + 2 * i] = np.sum(plane[:, slot] * along, axis=1)
-            X[at, row, 3 * (c + i) : 3 * (c + i) + 3] = follow[:, slot]
-            X[at, row, 3 * (c + j) : 3 * (c + j) + 3] = -follow[:, slot]
+            X[folded, row] = 0.0
+            X[folded, row, 6 * c + 2 * i] = np.sum(plane[:, slot] * along, axis=1)
+            X[folded, row, 3 * (c + i) : 3 * (c + i) + 3] = rotation_rows[:, slot]
+            X[folded, row, 3 * (c + j) : 3 * (c + j) + 3] = -rotation_rows[:, slot]

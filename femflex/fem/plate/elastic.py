@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from femflex.arrays import Array
 from femflex.fem.option import Option, Options
-from femflex.fem.plate.frames import DUST, section_angles
+from femflex.fem.plate.frames import ROUNDING, section_angles
 from femflex.fem.sections.laminates import PlateSection, strain_rotation
 
 OPTIONS: Options = {  # of all plates
@@ -40,7 +40,7 @@ class Stiffness:
 
 
 def section_stiffness(section: PlateSection, axis: ArrayLike, axes: Array) -> Stiffness:
-    """Stiffness [N/m, N, N m] of the section in axes (1|e, 3, 3) when its x axis is `axis` (3,), global, laid into
+    """Stiffness [N/m, N, N m] of the section in axes (1|e, 3, 3) when its x axis is `axis` (3,), global, projected onto
     the planes.
 
     Raises ValueError when axis is not a direction.
@@ -62,8 +62,8 @@ def initial_stress(section: PlateSection, options: Mapping[str, Any], axes: Arra
     if options["prestress"] is not None:
         force = np.asarray(options["prestress"], float)
     if options["thermal_strain"] is not None:
-        given = np.asarray(options["thermal_strain"], float)
-        strain = given if given.ndim else np.array([given, given, 0.0])
+        thermal = np.asarray(options["thermal_strain"], float)
+        strain = thermal if thermal.ndim else np.array([thermal, thermal, 0.0])
     for name, value in (("prestress", force), ("thermal_strain", strain)):
         if value.shape != (3,) or not np.isfinite(value).all():
             raise ValueError(f"{name} of a plate is {options[name]!r}; give three finite numbers, xx, yy and xy")
@@ -79,4 +79,4 @@ def _angles(axis: ArrayLike, axes: Array) -> Array:
     if direction.shape != (3,) or not np.isfinite(direction).all() or not direction.any():
         raise ValueError(f"axis of a plate is {axis!r}; give a direction of three numbers, not all zero")
     angles = section_angles(direction, axes)
-    return angles[:1] if np.abs(angles - angles[0]).max() < DUST else angles
+    return angles[:1] if np.abs(angles - angles[0]).max() < ROUNDING else angles

@@ -2,7 +2,7 @@
 
 Coordinates xi, eta in [-1, 1] from the middle, half lengths a, b along the element's axes. Bending dofs at each corner
 (w, theta_x, theta_y, twist) = (w, w,y, -w,x, w,xy); w is the bicubic Hermite interpolation, continuous with its
-slopes, and the normal stays normal: beta = -grad w, no transverse shear.
+slopes, and normals stay perpendicular: beta = -grad w, without transverse shear.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def deflection(xi: Array, eta: Array, order: tuple[int, int]) -> Array:
     """Derivative (q, 16) [m per dof], order times by xi and eta, of w over the dofs (w, w,eta, w,xi, w,xi eta) of
     each corner.
 
-    Read only: the points are those of a few rules, and the table of each is wanted for every chunk of elements.
+    The array is read only and cached, because the table of each of a few rules is needed for every chunk of elements.
     """
     return _deflection(xi.tobytes(), eta.tobytes(), order)
 
@@ -46,7 +46,7 @@ def _deflection(xi_bytes: bytes, eta_bytes: bytes, order: tuple[int, int]) -> Ar
 
 
 def dof_scale(a: Array, b: Array) -> Array:
-    """Factors (e, 16) [1, m, m^2] that turn (w, theta_x, theta_y, twist) of each corner into (w, w,eta, w,xi, w,xi
+    """Factors (e, 16) [1, m, m^2] that convert (w, theta_x, theta_y, twist) of each corner to (w, w,eta, w,xi, w,xi
     eta)."""
     return np.tile(np.stack([np.ones_like(a), b, -a, a * b], axis=1), 4)
 
@@ -64,7 +64,7 @@ def curvatures(xi: Array, eta: Array, a: Array, b: Array) -> Array:
 
 
 def inplane_shapes(xi: Array, eta: Array) -> Array:
-    """In-plane shape functions (q, 9) [1]: corners, beyond the straight line on sides, bubble."""
+    """In-plane shape functions (q, 9) [1]: corners, deviation from the straight line on sides, bubble."""
     return np.stack([f(xi) * g(eta) for f, g in _INPLANE], axis=1)
 
 

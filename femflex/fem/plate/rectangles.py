@@ -16,12 +16,12 @@ from femflex.fem.plate import rectangle_fields
 from femflex.fem.plate.blocks import LocalDofs, PlateInertia, mass_points
 from femflex.fem.plate.dof_map import flat_map, member_section
 from femflex.fem.plate.elastic import OPTIONS, initial_stress, ply_stiffness, section_stiffness
-from femflex.fem.plate.frames import DUST, oriented, plane_normals, shared_axes
+from femflex.fem.plate.frames import ROUNDING, orient_normals, plane_normals, shared_axes
 from femflex.fem.plate.second_order import warn_of_curved_sides
 from femflex.fem.plate.sides import side_table
 from femflex.fem.plate.skin import plate_skin
 from femflex.fem.plate.strain import PlateStrain, ThinPlates
-from femflex.fem.tables import of
+from femflex.fem.tables import rows_of_elements
 
 if TYPE_CHECKING:
     from femflex.fem.structure import Member
@@ -29,13 +29,13 @@ if TYPE_CHECKING:
 
 
 CELLS = ("quad", "quad8", "quad9")
-SQUARENESS = 1e-6  # cosine of a corner, and misfit of the fourth corner to the size, that pass for a rectangle
-# A direction that no usual mesh line halves the angle to: the element's x axis is the side nearer to it.
+SQUARENESS = 1e-6  # tolerances of the cosine of a corner, and of the misfit of the fourth corner over the size
+# The element's x axis is the side nearer to this direction, to which the sides of usual meshes have unequal angles.
 REFERENCE = np.array([0.8137, 0.4519, 0.3658])
 REMEDY = "choose family 'plate' on triangles, whose element 'dkmt' has transverse shear"
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(4)  # exact for the square of the bicubic deflection
 _SQUARES = np.polynomial.legendre.leggauss(5)  # exact for squares of its slopes times stress, degree 8 along an axis
-_TIED = np.polynomial.legendre.leggauss(2)  # along an axis the in-plane field has linear gradients
+_SAMPLING = np.polynomial.legendre.leggauss(2)  # along an axis the in-plane field has linear gradients
 
 
 @family("plate_bfs", OPTIONS, dimension=2)
@@ -44,7 +44,7 @@ def plate_bfs(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
 
     section   PlateSection, or a thickness [m] with a material; its transverse shear stiffness is not used
     material  Material, with a thickness only
-    options   axis            (3,) direction in the mesh's axes of the section's x axis, laid into the plates
+    options   axis            (3,) direction in the mesh's axes of the section's x axis, projected onto the plates
               prestress       (Nx, Ny, Nxy) initial membrane forces in the section's axes [N/m]
               thermal_strain  free strain, a number or (xx, yy, xy) in the section's axes
 
@@ -71,30 +71,37 @@ def plate_bfs(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     table.attach_twists(twists.reshape(-1, 4), corners, plane, numbering)
     bubbles = numbering.extra(2 * len(corners)).reshape(-1, 2)
     numbering.attach(bubbles, corners, plane)
-    own = np.concatenate([twists.reshape(-1, 4), bubbles], axis=1)
-    dof_map = flat_map(mesh, corners, axes, numbering, own)
+    element_dofs = np.concatenate([twists.reshape(-1, 4), bubbles], axis=1)
+    dof_map = flat_map(mesh, corners, axes, numbering, element_dofs)
     xi, eta = (grid.ravel() for grid in np.meshgrid(_POINTS, _POINTS, indexing="ij"))
     area = (a * b)[:, None] * np.outer(_WEIGHTS, _WEIGHTS).ravel()
-    place = rectangle_fields.inplane_shapes(xi, eta)
-    middle = _places(mesh.points[corners], _POINTS)
+    inplane = rectangle_fields.inplane_shapes(xi, eta)
+    middle = _rule_points(mesh.points[corners], _POINTS)
     dm, rho, heights = mass_points(middle, area, axes, section)
-    one = slice(0, 1) if _alike(a) and _alike(b) else slice(None)
-    rows = rectangle_fields.deflection_and_rotation(xi, eta, a[one], b[one])
+    rows_needed = slice(0, 1) if _equal_lengths(a) and _equal_lengths(b) else slice(None)
+    rows = rectangle_fields.deflection_and_rotation(xi, eta, a[rows_needed], b[rows_needed])
     elastic = stiffness.matrix(shears=False)
     stress = initial_stress(section, options, axes, elastic.shape[2])
-    kappa = partial(of, rectangle_fields.curvatures(rectangle_fields.XI, rectangle_fields.ETA, a[one], b[one]))
+    kappa = partial(
+        rows_of_elements,
+        rectangle_fields.curvatures(rectangle_fields.XI, rectangle_fields.ETA, a[rows_needed], b[rows_needed]),
+    )
     dN = np.stack([rectangle_fields.XI / a[:, None], rectangle_fields.ETA / b[:, None]], axis=1) / 4
     thin = ThinPlates(where, corners, axes, 4 * a * b, dN, kappa, stiffness.S, REMEDY)
     strain = replace(rectangle_strain(a, b, elastic, stress, dof_map, (_POINTS, _WEIGHTS)), thin=thin)
     return Contribution(
-        inertia=(PlateInertia(dm, rho, dof_map, axes, heights, place, partial(of, rows.swapaxes(1, 2).copy())),),
+        inertia=(
+            PlateInertia(
+                dm, rho, dof_map, axes, heights, inplane, partial(rows_of_elements, rows.swapaxes(1, 2).copy())
+            ),
+        ),
         strain=(strain,),
         skin=partial(plate_skin, mesh.points, corners, axes, section.thickness, dof_map),
         places=(
             StrainPlaces(
                 "plate",
                 middle,
-                _places(mesh.points[corners], _TIED[0]),
+                _rule_points(mesh.points[corners], _SAMPLING[0]),
                 section.thickness / 2,
                 plies=ply_stiffness(section, options["axis"], axes),
             ),
@@ -102,8 +109,8 @@ def plate_bfs(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     )
 
 
-def _places(corners: Array, points: Array) -> Array:
-    """Places (e, q, 3) of a Gauss rule in both directions between corners (e, 4, 3)."""
+def _rule_points(corners: Array, points: Array) -> Array:
+    """Positions (e, q, 3) of a Gauss rule in both directions between corners (e, 4, 3)."""
     xi, eta = (grid.ravel() for grid in np.meshgrid(points, points, indexing="ij"))
     return np.asarray(np.matmul(rectangle_fields.inplane_shapes(xi, eta)[:, :4], corners))
 
@@ -111,27 +118,32 @@ def _places(corners: Array, points: Array) -> Array:
 def rectangle_strain(
     a: Array, b: Array, elastic: Array, stress: Array, dof_map: LocalDofs, rule: tuple[Array, Array]
 ) -> PlateStrain:
-    """Strain of rectangles with half lengths a, b (e,) [m], by a Gauss rule (points, weights) in both directions."""
+    """Return the strain of rectangles with half lengths a, b (e,) [m], by a Gauss rule (points, weights) in both
+    directions."""
 
-    def by(rule: tuple[Array, Array], elements: slice, sign: float = 1.0) -> PlateStrain:
-        own = sign * of(elastic, elements), of(stress, elements), dof_map.over(elements)
-        return rectangle_strain(a[elements], b[elements], *own, rule)
+    def strain_by_rule(rule: tuple[Array, Array], elements: slice, sign: float = 1.0) -> PlateStrain:
+        element_data = (
+            sign * rows_of_elements(elastic, elements),
+            rows_of_elements(stress, elements),
+            dof_map.of_elements(elements),
+        )
+        return rectangle_strain(a[elements], b[elements], *element_data, rule)
 
     def tied(elements: slice) -> tuple[PlateStrain, ...]:
-        missing = (by((_POINTS, _WEIGHTS), elements), by(_TIED, elements, -1.0))
-        return (by(_TIED, elements), *(replace(part, linear=True) for part in missing))
+        corrections = (strain_by_rule((_POINTS, _WEIGHTS), elements), strain_by_rule(_SAMPLING, elements, -1.0))
+        return (strain_by_rule(_SAMPLING, elements), *(replace(part, linear=True) for part in corrections))
 
     xi, eta = (grid.ravel() for grid in np.meshgrid(rule[0], rule[0], indexing="ij"))
-    one = slice(0, 1) if _alike(a) and _alike(b) else slice(None)
-    rows = rectangle_fields.deflection_and_rotation(xi, eta, a[one], b[one])
+    rows_needed = slice(0, 1) if _equal_lengths(a) and _equal_lengths(b) else slice(None)
+    rows = rectangle_fields.deflection_and_rotation(xi, eta, a[rows_needed], b[rows_needed])
     return PlateStrain(
         weight=(a * b)[:, None] * np.outer(rule[1], rule[1]).ravel(),
         elastic=elastic,
         map=dof_map,
-        dP=rectangle_fields.inplane_gradients(xi, eta, a[one], b[one]),
-        slopes=partial(of, -rows[:, :, 1:]),
-        bending=partial(of, rectangle_fields.curvatures(xi, eta, a[one], b[one])),
-        fine=partial(by, _SQUARES),
+        dP=rectangle_fields.inplane_gradients(xi, eta, a[rows_needed], b[rows_needed]),
+        slopes=partial(rows_of_elements, -rows[:, :, 1:]),
+        bending=partial(rows_of_elements, rectangle_fields.curvatures(xi, eta, a[rows_needed], b[rows_needed])),
+        fine=partial(strain_by_rule, _SQUARES),
         tied=tied,
         stress=stress,
     )
@@ -140,8 +152,8 @@ def rectangle_strain(
 def rectangles(points: Array, corners: IntArray, where: str) -> tuple[IntArray, Array, Array, Array]:
     """Corners (e, 4) counterclockwise from the least local x and y, axes (1|e, 3, 3), half lengths a, b (e,) [m].
 
-    The axes lie along the sides, the same for all rectangles of one plane and direction however their nodes are
-    ordered, so that neighbours mean the same by the twist w,xy. Raises ValueError on other quadrilaterals.
+    The axes lie along the sides and are the same for all rectangles of one plane and direction, whatever the order of
+    their nodes, so that neighbours share the twist w,xy. Raises ValueError for other quadrilaterals.
     """
     x = points[corners]
     normals = plane_normals(x, where)
@@ -156,14 +168,14 @@ def rectangles(points: Array, corners: IntArray, where: str) -> tuple[IntArray, 
             f"{x[skewed[0]].tolist()}. Use the plate family on triangles there"
         )
     u, v = first / lengths[0][:, None], second / lengths[1][:, None]
-    chosen = np.where((np.abs(u @ REFERENCE) > np.abs(v @ REFERENCE))[:, None], u, v)
-    e1 = oriented(chosen)
+    nearer_side = np.where((np.abs(u @ REFERENCE) > np.abs(v @ REFERENCE))[:, None], u, v)
+    e1 = orient_normals(nearer_side)
     axes = shared_axes(np.stack([e1, np.cross(normals, e1), normals], axis=1))
     local = np.matmul(x - x.mean(axis=1, keepdims=True), axes[:, :2].swapaxes(1, 2))
-    turn = np.argsort(np.arctan2(local[:, :, 1], local[:, :, 0]), axis=1)  # from the third quadrant, counterclockwise
+    order = np.argsort(np.arctan2(local[:, :, 1], local[:, :, 0]), axis=1)  # from the third quadrant, counterclockwise
     half = np.abs(local).mean(axis=1)
-    return np.take_along_axis(corners, turn, axis=1), axes, half[:, 0], half[:, 1]
+    return np.take_along_axis(corners, order, axis=1), axes, half[:, 0], half[:, 1]
 
 
-def _alike(lengths: Array) -> bool:
-    return bool(np.abs(lengths - lengths[0]).max() < DUST * lengths[0])
+def _equal_lengths(lengths: Array) -> bool:
+    return bool(np.abs(lengths - lengths[0]).max() < ROUNDING * lengths[0])

@@ -1,4 +1,4 @@
-"""Warning where second-order cells, which plates use by their corners, have curved sides."""
+"""A warning about second-order cells with curved sides, since plates use their corners only."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ STRAIGHT = 1e-4  # distance of a middle node from the straight side, over its le
 
 
 def warn_of_curved_sides(points: Array, cells: Mapping[str, IntArray], where: str) -> None:
-    """Warn when middle nodes of cells (e, k) lie off the straight sides that replace theirs, with the largest distance.
+    """Warn when middle nodes of cells (e, k) lie off the straight sides of the elements, with the largest distance.
 
     points (n_p, 3) [m].
     """
-    found = [_off_sides(points, nodes, name) for name, nodes in cells.items() if CELL_TYPES[name].order == 2]
-    if not found:
+    distances = [_off_sides(points, nodes, name) for name, nodes in cells.items() if CELL_TYPES[name].order == 2]
+    if not distances:
         return
-    distance, length = (np.concatenate(part) for part in zip(*found, strict=True))
+    distance, length = (np.concatenate(part) for part in zip(*distances, strict=True))
     curved = distance > STRAIGHT * length
     if not curved.any():
         return
@@ -50,7 +50,7 @@ def _off_sides(points: Array, nodes: IntArray, name: str) -> tuple[Array, Array]
     cell = CELL_TYPES[name]
     first, last = (points[nodes[:, [edge[end] for edge in EDGES[cell.shape]]]] for end in (0, 1))
     middle = points[nodes[:, cell.n_corners : cell.n_corners + len(EDGES[cell.shape])]]
-    along, out = last - first, middle - first
-    length = np.linalg.norm(along, axis=2)
+    chord, to_middle = last - first, middle - first
+    length = np.linalg.norm(chord, axis=2)
     safe = np.where(length > 0, length, 1.0)
-    return (np.linalg.norm(np.cross(along, out), axis=2) / safe).ravel(), safe.ravel()
+    return (np.linalg.norm(np.cross(chord, to_middle), axis=2) / safe).ravel(), safe.ravel()

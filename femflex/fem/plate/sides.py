@@ -1,11 +1,12 @@
-"""In-plane displacement of plate sides beyond the straight line between their nodes, shared by all plates on a side.
+"""In-plane displacement of plate sides relative to the straight line between their nodes, shared by all plates on a
+side.
 
 u(s) = (1 - s) u_1 + s u_2 + 4 s (1 - s) b on a side from node 1 to node 2. Between plates of one plane b is free in the
 plane, so that their in-plane field is quadratic. At a fold b is free along the side only; across, it follows the
 rotations of the nodes as the deflection of the plate on the other side does, b = (theta_1 - theta_2) x (x_2 - x_1) / 8.
 
 Plates with a twist w,xy of their own at each node turn about a fold at the rate d(theta.t)/dt = -w,xy along it where t
-lies along their x axis, +w,xy where along y. Both plates turn alike, or the fold would open between its nodes.
+lies along their x axis, +w,xy where along y. Both plates must rotate alike, or the fold would open between its nodes.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import numpy as np
 
 from femflex.arrays import Array, BoolArray, IntArray
 from femflex.fem.assembly.numbering import Numbering
-from femflex.fem.plate.frames import PLANE_TOLERANCE, oriented
+from femflex.fem.plate.frames import PLANE_TOLERANCE, orient_normals
 from femflex.mesh.cells import CELL_TYPES
 
 if TYPE_CHECKING:
@@ -40,7 +41,7 @@ class Sides:
 
 
 class SideTable:
-    """Raw dofs that members have given to sides and twists so far."""
+    """Raw dofs that members have assigned to sides and twists so far."""
 
     def __init__(self, mesh: Mesh) -> None:
         self.n_nodes = len(mesh.points)
@@ -51,10 +52,10 @@ class SideTable:
         self._turning: dict[tuple[int, int], tuple[int, float]] = {}  # (node, fold) -> its first twist, and sign
 
     def sides(self, keys: IntArray, numbering: Numbering, axes: Array, along: Array, spans: Array) -> IntArray:
-        """Numbers (k, 2) of raw dofs of sides by key (k,); new sides get theirs from the numbering.
+        """Numbers (k, 2) of the raw dofs of sides by key (k,); new sides get theirs from the numbering.
 
-        axes (k, 2, 3) are those of the plane, along (k, 3) those of the sides: what the dofs move along; spans (k, 3)
-        lead from the lower node to the upper.
+        axes (k, 2, 3) are those of the plane, along (k, 3) those of the sides: the directions of the dofs; spans (k, 3)
+        point from the lower node to the upper.
         """
         fresh, first = np.unique(keys, return_index=True)
         new = ~np.isin(fresh, self._keys)
@@ -64,41 +65,41 @@ class SideTable:
         dofs = np.empty((len(fresh), 2), np.int64)
         for rows, count in ((np.flatnonzero(~fold), 2), (np.flatnonzero(fold), 1)):
             if len(rows):
-                way = axes[first[rows]] if count == 2 else along[first[rows], None]
-                given = numbering.extra(count * len(rows)).reshape(-1, count)
-                numbering.attach(given, pairs[rows], way, spans=spans[first[rows]])
-                dofs[rows] = given
+                directions = axes[first[rows]] if count == 2 else along[first[rows], None]
+                side_dofs = numbering.extra(count * len(rows)).reshape(-1, count)
+                numbering.attach(side_dofs, pairs[rows], directions, spans=spans[first[rows]])
+                dofs[rows] = side_dofs
         all_keys = np.concatenate([self._keys, fresh])
         order = np.argsort(all_keys, kind="stable")
         self._keys, self._dofs = all_keys[order], np.concatenate([self._dofs, dofs])[order]
         return self._dofs[np.searchsorted(self._keys, keys)]
 
-    def known(self, keys: IntArray) -> IntArray:
-        """Numbers (k, 1), each once, of the raw dofs of sides by key (n,) that have some."""
+    def existing_dofs(self, keys: IntArray) -> IntArray:
+        """Numbers (k, 1), each once, of the raw dofs of sides by key (n,), for sides that have some."""
         return np.unique(self._dofs[np.isin(self._keys, keys)])[:, None]
 
     def twists(self, nodes: IntArray, normals: Array, numbering: Numbering) -> IntArray:
         """Numbers (k,) of the raw dofs of the twist at nodes (k,) in planes of these normals (k, 3); one per node and
         plane."""
-        found = np.full(len(nodes), -1, np.int64)
+        dofs = np.full(len(nodes), -1, np.int64)
         slot = 0
-        while (found < 0).any():
+        while (dofs < 0).any():
             if slot == len(self._twists):
                 self._twists.append((np.full(self.n_nodes, -1, np.int64), np.zeros((self.n_nodes, 3))))
             dof, normal = self._twists[slot]
-            open_, first = np.unique(nodes[found < 0], return_index=True)
-            rows = np.flatnonzero(found < 0)[first[dof[open_] < 0]]
+            open_nodes, first = np.unique(nodes[dofs < 0], return_index=True)
+            rows = np.flatnonzero(dofs < 0)[first[dof[open_nodes] < 0]]
             if len(rows):
                 dof[nodes[rows]] = numbering.extra(len(rows))
                 numbering.attach(dof[nodes[rows], None], nodes[rows, None], kind="rotation")
                 normal[nodes[rows]] = normals[rows]
             same = np.linalg.norm(np.cross(normal[nodes], normals), axis=1) < PLANE_TOLERANCE
-            found = np.where((found < 0) & same, dof[nodes], found)
+            dofs = np.where((dofs < 0) & same, dof[nodes], dofs)
             slot += 1
-        return found
+        return dofs
 
     def attach_twists(self, twists: IntArray, corners: IntArray, axes: Array, numbering: Numbering) -> None:
-        """Record that dofs twists (e, 4), numbers, turn plates about their sides; axes (e, 2, 3) are unit vectors along
+        """Record that the dofs twists (e, 4) rotate plates about their sides; axes (e, 2, 3) are unit vectors along
         these."""
         for side in range(4):
             ends = [side, (side + 1) % 4]
@@ -106,25 +107,25 @@ class SideTable:
             numbering.attach(twists[:, ends].reshape(-1, 1), pairs, about[:, None], kind="rotation")
 
     def tie_folds(self, twists: IntArray, corners: IntArray, numbering: Numbering) -> None:
-        """Tie twists (e, 4), dof numbers, that meet on a fold; corners (e, 4), node numbers, sides 1 and 3 along the x
+        """Tie twists (e, 4), dof numbers, that meet at a fold; corners (e, 4), node numbers, sides 1 and 3 along the x
         axis."""
         for side, sign in enumerate((-1.0, 1.0, -1.0, 1.0)):
             ends = [side, (side + 1) % 4]
             pairs = np.sort(corners[:, ends], axis=1)
             keys = pairs[:, 0] * self.n_nodes + pairs[:, 1]
-            at = np.flatnonzero(np.isin(keys, self.folds))
+            folded = np.flatnonzero(np.isin(keys, self.folds))
             for end in ends:
-                for key, node, twist in zip(keys[at], corners[at, end], twists[at, end], strict=True):
-                    first, own = self._turning.setdefault((int(node), int(key)), (int(twist), sign))
+                for key, node, twist in zip(keys[folded], corners[folded, end], twists[folded, end], strict=True):
+                    first, first_sign = self._turning.setdefault((int(node), int(key)), (int(twist), sign))
                     if first != twist:
-                        numbering.tie(first, int(twist), own * sign)
+                        numbering.tie(first, int(twist), first_sign * sign)
 
 
 _TABLES: WeakKeyDictionary[Numbering, SideTable] = WeakKeyDictionary()
 
 
 def side_table(mesh: Mesh, numbering: Numbering) -> SideTable:
-    """The table that all plate members of one numbering share."""
+    """Return the table that all plate members of one numbering share."""
     if numbering not in _TABLES:
         _TABLES[numbering] = SideTable(mesh)
     return _TABLES[numbering]
@@ -136,7 +137,7 @@ def element_sides(mesh: Mesh, corners: IntArray, axes: Array, numbering: Numberi
     pairs = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2), axis=2)
     keys = pairs[:, :, 0] * table.n_nodes + pairs[:, :, 1]
     vectors = (mesh.points[pairs[:, :, 1]] - mesh.points[pairs[:, :, 0]]).reshape(-1, 3)
-    along = oriented(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
+    along = orient_normals(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
     plane = np.repeat(np.broadcast_to(axes[:, :2], (len(corners), 2, 3)), corners.shape[1], axis=0)
     dofs = table.sides(keys.ravel(), numbering, plane, along, vectors).reshape(*keys.shape, 2)
     return Sides(dofs, np.isin(keys, table.folds), along.reshape(*keys.shape, 3))

@@ -23,7 +23,7 @@ import numpy as np
 from femflex.arrays import Array
 
 START, END = np.array([0, 1, 2]), np.array([1, 2, 0])  # corners of the sides
-BEFORE = np.array([2, 0, 1])  # the side that ends in each corner
+BEFORE = np.array([2, 0, 1])  # the side that ends at each corner
 # Exponents of the cubic Bernstein polynomials: corners, then two per side, then the middle.
 CUBIC = np.array([
     [3, 0, 0], [0, 3, 0], [0, 0, 3],
@@ -61,8 +61,8 @@ class Triangles:
     bubble: Array
     shear: Array
 
-    def over(self, elements: slice) -> Triangles:
-        """The fields of these triangles alone."""
+    def of_elements(self, elements: slice) -> Triangles:
+        """The fields of these triangles."""
         parts = (self.x, self.area, self.dL, self.bubble, self.shear)
         return Triangles(*(part[elements] for part in parts))
 
@@ -107,7 +107,7 @@ def triangles(x: Array, D: Array, S: Array | None) -> Triangles:
     DKT."""
     span = x[:, END] - x[:, START]
     twice = span[:, 0, 0] * span[:, 1, 1] - span[:, 0, 1] * span[:, 1, 0]
-    opposite = span[:, [1, 2, 0]]  # the side that does not touch the corner
+    opposite = span[:, [1, 2, 0]]  # the side opposite to the corner
     dL = np.stack([-opposite[:, :, 1], opposite[:, :, 0]], axis=1) / twice[:, None, None]
     length = np.linalg.norm(span, axis=2)
     t = span / length[:, :, None]
@@ -140,10 +140,8 @@ def corner_vectors(t: Array, along: Array) -> Array:
 
 
 def side_rises(x: Array, slope: Array) -> Array:
-    """How w rises (e, 6, 9) [m per dof] over a third of a side from corners x (e, 3, 2) with their slopes (e, 3, 2,
-    9): from each
-    corner along the side that begins there, then from each along the side that ends there.
-    """
+    """Rises of w (e, 6, 9) [m per dof] over a third of a side from corners x (e, 3, 2) with their slopes (e, 3, 2, 9):
+    from each corner along the side that begins there, then from each along the side that ends there."""
     third = (x[:, END] - x[:, START])[..., None] / 3
     rises = np.empty((len(x), 6, slope.shape[3]))
     for out, by in ((rises[:, :3], third), (rises[:, 3:], -third[:, BEFORE])):

@@ -23,7 +23,7 @@ from femflex.fem.plate.skin import plate_skin
 from femflex.fem.plate.strain import PlateStrain, ThinPlates
 from femflex.fem.plate.triangle_fields import Triangles, inplane_gradients, inplane_shapes, triangles
 from femflex.fem.sections.laminates import PlateSection
-from femflex.fem.tables import of
+from femflex.fem.tables import rows_of_elements
 
 if TYPE_CHECKING:
     from femflex.fem.structure import Member
@@ -42,13 +42,13 @@ def plate(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     section   PlateSection, or a thickness [m] with a material
     material  Material, with a thickness only
     options   element         "dkmt" (any thickness, default) or "dkt" (thin: no transverse shear)
-              axis            (3,) direction in the mesh's axes of the section's x axis, laid into the plates
+              axis            (3,) direction in the mesh's axes of the section's x axis, projected onto the plates
               prestress       (Nx, Ny, Nxy) initial membrane forces in the section's axes [N/m]
               thermal_strain  free strain, a number or (xx, yy, xy) in the section's axes
 
-    DKMT is the default because it is right for any thickness: it needs no choice, sandwich cores must shear, and on
-    thin plates it is DKT to rounding. Choose "dkt" to compare with thin-plate theory on meshes as fine as the
-    thickness, where DKMT resolves the boundary layer of free edges and thin theory has none.
+    DKMT is the default because it is correct for any thickness: it needs no choice, it includes the shear of sandwich
+    cores, and on thin plates it equals DKT to rounding. Choose "dkt" to compare with thin-plate theory on meshes as
+    fine as the thickness, where DKMT resolves the boundary layer of free edges and thin theory has none.
 
     Mesh: the relative error of a frequency is about 0.33 (side / half wavelength)^2 on squares cut in two, so that 26
     sides to the shortest half wave wanted give 5e-4; the first three frequencies of a square cantilever are within
@@ -109,15 +109,19 @@ def triangle_inertia(
 
 
 def triangle_strain(elastic: Array, stress: Array, fields: Triangles, dof_map: LocalDofs, degree: int) -> PlateStrain:
-    """Strain of triangles (numbers of nodes (e, 3)) by a quadrature exact to the degree: 3 points for their linear
-    strains.
+    """Return the strain of triangles by a quadrature exact to the degree: 3 points for their linear strains.
 
     Their in-plane field has linear gradients too, so stretch is sampled at the same points.
     """
 
     def exact(degree: int, elements: slice) -> PlateStrain:
-        own = of(elastic, elements), of(stress, elements), fields.over(elements), dof_map.over(elements)
-        return triangle_strain(*own, degree)
+        element_data = (
+            rows_of_elements(elastic, elements),
+            rows_of_elements(stress, elements),
+            fields.of_elements(elements),
+            dof_map.of_elements(elements),
+        )
+        return triangle_strain(*element_data, degree)
 
     L, weight = area_points(degree)
     return PlateStrain(
@@ -138,13 +142,13 @@ def area_points(degree: int) -> tuple[Array, Array]:
     """Area coordinates (q, 3) and weights (q,) [1], summing to 1, of a quadrature exact to the degree; read only."""
     points, weight = get_quadrature(RefTri, degree)
     L, share = np.stack([1 - points[0] - points[1], points[0], points[1]], axis=1), 2 * weight
-    for kept in (L, share):
-        kept.setflags(write=False)
+    for array in (L, share):
+        array.setflags(write=False)
     return L, share
 
 
 def _counterclockwise(points: Array, corners: IntArray, normals: Array) -> IntArray:
-    """The corners (e, 3) in the order that turns counterclockwise about the normals."""
+    """Return the corners (e, 3) in counterclockwise order about the normals."""
     x = points[corners]
     sense = np.sum(np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]) * normals, axis=1)
     return np.where(sense[:, None] < 0, corners[:, ::-1], corners)

@@ -64,23 +64,23 @@ class FullSection:
     def resultants(self, material: Material | None, s: Array, length: Array | float) -> Resultants:
         """See Section, with its shapes and units; the material, if any, is not used."""
         K, M = np.asarray(self.stiffness, float), np.asarray(self.mass, float)
-        one = np.ones(np.shape(s))
-        EA, GAy, GAz, GJ, EIy, EIz = (value * one for value in np.diag(K))
+        ones = np.ones(np.shape(s))
+        EA, GAy, GAz, GJ, EIy, EIz = (value * ones for value in np.diag(K))
         y, z, yy, zz, yz = self._moments()
         return Resultants(
-            EA, GJ, EIy, EIz, M[0, 0] * one, (zz - z * z) * one, (yy - y * y) * one, (EIy + EIz) / EA, GAy, GAz,
+            EA, GJ, EIy, EIz, M[0, 0] * ones, (zz - z * z) * ones, (yy - y * y) * ones, (EIy + EIz) / EA, GAy, GAz,
             coupled=np.broadcast_to(K, (*np.shape(s), 6, 6)),
             centre=np.broadcast_to([y, z], (*np.shape(s), 2)),
-            product=(yz - y * z) * one,
+            product=(yz - y * z) * ones,
         )  # fmt: skip
 
     def outline(self, s: Array, length: Array | float) -> Outline:
         """See Section, with its shapes and units."""
         K = np.asarray(self.stiffness, float)
-        one = np.ones(np.shape(s))
+        ones = np.ones(np.shape(s))
         if self.radius is not None:
-            return ellipse(self.radius * one, self.radius * one)
-        return ellipse(2 * np.sqrt(K[5, 5] / K[0, 0]) * one, 2 * np.sqrt(K[4, 4] / K[0, 0]) * one)
+            return ellipse(self.radius * ones, self.radius * ones)
+        return ellipse(2 * np.sqrt(K[5, 5] / K[0, 0]) * ones, 2 * np.sqrt(K[4, 4] / K[0, 0]) * ones)
 
     def _moments(self) -> tuple[float, float, float, float, float]:
         """y and z of the mass centre, means of y^2, z^2 and y z over the mass, about the node line."""

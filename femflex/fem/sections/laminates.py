@@ -1,7 +1,7 @@
-"""Plate sections: what a lay-up through the thickness resists per unit width, and what it weighs per unit area.
+"""Plate sections: the stiffness of a lay-up per unit width, and its mass per unit area.
 
 Every section is a stack of plies; a plain sheet is one ply, a sandwich is three. Strains vary linearly through the
-thickness, eps(z) = eps_0 + z kappa, and stresses are plane in each ply. Plates take sections that couple nothing
+thickness, eps(z) = eps_0 + z kappa, and stresses are plane in each ply. Plates take sections without coupling
 (B = 0); shells take any, also off the surface of their nodes.
 """
 
@@ -101,16 +101,16 @@ class PlateSection:
     """Stiffness and inertia of a plate per unit width and area, axes x, y in the plate.
 
     thickness  ()      total, as drawn [m]
-    mass       ()      per unit area [kg/m^2], with what is not structure
+    mass       ()      per unit area [kg/m^2], including non-structural mass
     rotary     ()      int rho z^2 dz about the middle plane [kg]
     A          (3, 3)  membrane forces from strains (xx, yy, xy) [N/m]
     D          (3, 3)  moments from curvatures (xx, yy, xy) [N m]
     S          (2, 2)  shear forces from mean shear strains (xz, yz) [N/m]
     B          (3, 3)  moments from membrane strains, forces from curvatures [N]; zero where nothing couples
     centre     ()      height of the mass centre above the surface of the nodes [m]; rotary is about it
-    added      ()      the part of mass that is no structure [kg/m^2]
+    added      ()      the non-structural part of mass [kg/m^2]
     plies      (k, 2, 3, 6)  stress (11, 22, 12) in each ply's axes at its bottom and top, from the lowest ply on, per
-                       membrane strain [N/m^2] and curvature [N/m] of the surface of the nodes; none: not known
+                       membrane strain [N/m^2] and curvature [N/m] of the surface of the nodes; empty if unknown
     """
 
     thickness: float
@@ -161,41 +161,44 @@ class PlateSection:
         R = strain_rotation(angles)[:, None, None]
         return np.concatenate([self.plies[..., :3] @ R, self.plies[..., 3:] @ R], axis=-1)
 
-    def turned(self, angle: float) -> PlateSection:
-        """The section with its x axis turned by angle [rad] towards y in the plate."""
+    def rotated(self, angle: float) -> PlateSection:
+        """Return the section with its x axis rotated by angle [rad] towards y in the plate."""
         A, D, S = self.stiffness(np.array([angle]))
         R = strain_rotation(angle)
         return replace(self, A=A[0], D=D[0], S=S[0], B=R.T @ self.B @ R, plies=self.ply_stiffness(np.array([angle]))[0])
 
     def turned_over(self) -> PlateSection:
-        """The section seen from below: turned half a turn about its x axis, so that angles count the other way."""
+        """Return the section seen from below: rotated by half a turn about its x axis, so that angles count the other
+        way."""
         M, C = np.diag([1.0, 1.0, -1.0]), np.diag([1.0, -1.0])
         A, D, S, B = M @ self.A @ M, M @ self.D @ M, C @ self.S @ C, -M @ self.B @ M
         plies = M @ self.plies[::-1, ::-1]
         plies = np.concatenate([plies[..., :3] @ M, -plies[..., 3:] @ M], axis=-1)
         return replace(self, A=A, D=D, S=S, B=B, centre=-self.centre, plies=plies)
 
-    def loaded(self, mass: float) -> PlateSection:
-        """The section with more mass per unit area [kg/m^2] that is no structure, at the height of its mass centre."""
+    def with_added_mass(self, mass: float) -> PlateSection:
+        """Return the section with additional non-structural mass per unit area [kg/m^2] at the height of its mass
+        centre."""
         _require("non-structural mass per area", mass, "plate section", positive=False)
         return replace(self, mass=self.mass + mass, added=self.added + mass)
 
     def shifted(self, offset: float) -> PlateSection:
-        """The section moved by offset [m] along the normal, off the surface of the nodes: strains there are those of
-        the nodes' surface and offset times the curvatures."""
+        """Return the section moved by offset [m] along the normal, off the surface of the nodes; its strains are those
+        of this surface plus offset times the curvatures."""
         B, D = self.B + offset * self.A, self.D + 2 * offset * self.B + offset**2 * self.A
         return replace(self, B=B, D=D, centre=self.centre + offset, plies=scaled_plies(self.plies, 1.0, offset))
 
 
 def layup(plies: Iterable[Ply], coupled: bool = False, extra_mass: float = 0.0) -> PlateSection:
-    """Section of a stack of plies, from the bottom (-z) to the top; symmetric about its middle plane, or coupled.
+    """Return the section of a stack of plies, from the bottom (-z) to the top; symmetric about its middle plane, or
+    coupled.
 
-    extra_mass: per area, of what is no structure, such as cells and harness [kg/m^2].
+    extra_mass: non-structural mass per area, such as that of cells and harness [kg/m^2].
 
     A = sum Q t, D = sum Q (z_top^3 - z_bottom^3) / 3 (classical lamination theory). Shear: the energy of the shear
     stresses that equilibrium gives to bending, S^-1 = int f^T G^-1 f dz with f from F(z) = int Q z dz D^-1 (Rolfes &
     Rohwer, Composites Sci. Tech. 58, 1998); 5/6 G h for a plain sheet, G d^2 / c for a sandwich of thin faces. It
-    takes the bending along x and along y to be cylindrical, and so depends a little on the axes for plies askew.
+    assumes cylindrical bending along x and along y, and so depends a little on the axes for angled plies.
     """
     stack = list(plies)
     if not stack:
@@ -206,27 +209,29 @@ def layup(plies: Iterable[Ply], coupled: bool = False, extra_mass: float = 0.0) 
     rho = np.array([ply.lamina.density for ply in stack])
     moments = [np.diff(z**power) / power for power in (1, 2, 3)]
     A, B, D = (np.einsum("p,pij->ij", moment, Q) for moment in moments)
-    uneven = float(rho @ moments[1]) / max(float(rho @ moments[0]) * (z[-1] - z[0]), np.finfo(float).tiny)
-    even = not (
+    eccentricity = float(rho @ moments[1]) / max(float(rho @ moments[0]) * (z[-1] - z[0]), np.finfo(float).tiny)
+    symmetric = not (
         np.abs(B).max() > COUPLING_TOLERANCE * np.sqrt(np.abs(A).max() * np.abs(D).max())
-        or abs(uneven) > COUPLING_TOLERANCE
+        or abs(eccentricity) > COUPLING_TOLERANCE
     )
-    if not even and not coupled:
+    if not symmetric and not coupled:
         raise ValueError(
             f"the lay-up of {len(stack)} plies is not symmetric about its middle plane: its membrane-bending coupling "
-            f"B is up to {np.abs(B).max():.3g} N and its mass centre lies {uneven * (z[-1] - z[0]):.3g} m off; plates "
-            "take symmetric lay-ups, so mirror the plies, or use the family shell (in Python: layup(..., coupled=True))"
+            f"B is up to {np.abs(B).max():.3g} N and its mass centre lies {eccentricity * (z[-1] - z[0]):.3g} m off; "
+            "plates take symmetric lay-ups, so mirror the plies, or use the family shell (in Python: layup(..., "
+            "coupled=True))"
         )
     _require_positive_definite("D", D)
-    B, centre = (np.zeros((3, 3)), 0.0) if even else (B, uneven * float(z[-1] - z[0]))
+    B, centre = (np.zeros((3, 3)), 0.0) if symmetric else (B, eccentricity * float(z[-1] - z[0]))
     S = _shear_stiffness(stack, z, Q, A, B, D)
     mass = float(rho @ moments[0])
     rotary = float(rho @ moments[2]) - mass * centre**2
-    own = [ply.lamina.plane_stress(0.0) @ strain_rotation(ply.angle) for ply in stack]  # stress in the ply's axes
-    ends = zip(own, z[:-1], z[1:], strict=True)
+    # stress in the ply's axes
+    stiffness_of_plies = [ply.lamina.plane_stress(0.0) @ strain_rotation(ply.angle) for ply in stack]
+    ends = zip(stiffness_of_plies, z[:-1], z[1:], strict=True)
     plies = np.array([[np.hstack([C, height * C]) for height in (low, high)] for C, low, high in ends])
     section = PlateSection(float(z[-1] - z[0]), mass, rotary, A, D, S, B, centre, plies=plies)
-    return section.loaded(extra_mass)
+    return section.with_added_mass(extra_mass)
 
 
 def isotropic(thickness: float, material: Material, extra_mass: float = 0.0) -> PlateSection:
@@ -275,8 +280,8 @@ def _shear_stiffness(stack: list[Ply], z: Array, Q: Array, A: Array, B: Array, D
     below = np.zeros((3, 3))  # int Q (b + z d) dz from the bottom to this ply
     for ply, bottom, top, stiffness in zip(stack, z[:-1], z[1:], Q, strict=True):
         G = ply.lamina.transverse_shear(ply.angle)
-        for at, weight in zip(*_GAUSS, strict=True):
-            height = (bottom + top) / 2 + at * (top - bottom) / 2
+        for position, weight in zip(*_GAUSS, strict=True):
+            height = (bottom + top) / 2 + position * (top - bottom) / 2
             F = below + stiffness @ (stretch * (height - bottom) + inverse * (height**2 - bottom**2) / 2)
             f = np.array([[F[0, 0], F[2, 1]], [F[2, 0], F[1, 1]]])
             flexibility += weight * (top - bottom) / 2 * f.T @ np.linalg.solve(G, f)

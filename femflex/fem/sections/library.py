@@ -2,7 +2,7 @@
 
 Axes: y and z of the section, x along the beam; I_y = int z^2 dA bends in the x-z plane, I_z = int y^2 dA in x-y. The
 origin is the centroid, the axes are principal, and the shear centre is taken to lie at the centroid.
-Every dimension is a number, a table (s, values) or a formula of the arc length (see `along`).
+Every dimension is a number, a table (s, values) or a formula of the arc length (see `evaluate_variation`).
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.fem.along import Along
 from femflex.fem.sections.materials import Material
 from femflex.fem.sections.section import (
     Dimensioned,
@@ -24,10 +23,11 @@ from femflex.fem.sections.section import (
     ellipse,
     polygon,
 )
+from femflex.fem.variation import Variation
 
 ZETA_5 = 1.0369277551433699  # sum of 1 / n^5
-# What one square corner of a wall of unit thickness adds to the straight walls that end at its inner edge: exact by
-# conformal mapping, then from finite elements graded to the edge (converged to the digits shown).
+# Contribution of one square corner of a wall of unit thickness in addition to the straight walls that end at its inner
+# edge: the first is exact by conformal mapping, the others are from finite elements (converged to the digits shown).
 CORNER_FLUX = 1 - 2 / np.pi * np.log(2)
 CORNER_VOLUME = 0.144834
 CORNER_TORSION = 0.405824
@@ -37,8 +37,8 @@ CORNER_TORSION = 0.405824
 class Rectangle(Shape):
     """Solid rectangle: width along y, height along z [m]. Torsion by the exact series."""
 
-    width: Along
-    height: Along
+    width: Variation
+    height: Variation
 
     def properties(self, s: Array, length: Array | float) -> SectionProperties:
         """See Section, with its shapes and units."""
@@ -66,9 +66,9 @@ class Box(Shape):
     fifth of the side, 2 % for a hole that closes (Bredt's thin wall alone: 4 % for a tenth of the side).
     """
 
-    width: Along
-    height: Along
-    thickness: Along
+    width: Variation
+    height: Variation
+    thickness: Variation
 
     def properties(self, s: Array, length: Array | float) -> SectionProperties:
         """See Section, with its shapes and units."""
@@ -98,7 +98,7 @@ class Box(Shape):
 class Circle(Shape):
     """Solid circle of this radius [m]."""
 
-    radius: Along
+    radius: Variation
     is_round = True
 
     def properties(self, s: Array, length: Array | float) -> SectionProperties:
@@ -122,8 +122,8 @@ class Circle(Shape):
 class Tube(Shape):
     """Round tube: outer radius and wall thickness [m]."""
 
-    outer_radius: Along
-    thickness: Along
+    outer_radius: Variation
+    thickness: Variation
     is_round = True
 
     def properties(self, s: Array, length: Array | float) -> SectionProperties:
@@ -156,10 +156,10 @@ class ISection(Shape):
     two flanges and the web as strips, with a correction by the circle inscribed where they meet.
     """
 
-    width: Along
-    height: Along
-    flange: Along
-    web: Along
+    width: Variation
+    height: Variation
+    flange: Variation
+    web: Variation
 
     def properties(self, s: Array, length: Array | float) -> SectionProperties:
         """See Section, with its shapes and units."""
@@ -195,17 +195,17 @@ class ISection(Shape):
 
 @dataclass(frozen=True, eq=False)
 class GivenSection(Shape):
-    """A section by its numbers: A [m^2], Iy, Iz, J [m^4]; extreme fibres y_max, z_max [m] where known.
+    """A section by its numbers: A [m^2], Iy, Iz, J [m^4]; extreme fibres y_max, z_max [m] if known.
 
-    Without extreme fibres those of the solid ellipse of the same radii of gyration serve, which is also what is drawn.
+    Without extreme fibres those of the solid ellipse of the same radii of gyration are used, which is also drawn.
     """
 
-    A: Along
-    Iy: Along
-    Iz: Along
-    J: Along
-    y_max: Along | None = None
-    z_max: Along | None = None
+    A: Variation
+    Iy: Variation
+    Iz: Variation
+    J: Variation
+    y_max: Variation | None = None
+    z_max: Variation | None = None
 
     def properties(self, s: Array, length: Array | float) -> SectionProperties:
         """See Section, with its shapes and units."""
@@ -233,16 +233,16 @@ class StiffnessSection(Dimensioned):
     GAy, GAz  shear stiffness along y and z, shear factors included [N]; needed where the beam shears
     """
 
-    EA: Along
-    EIy: Along
-    EIz: Along
-    GJ: Along
-    mass_per_length: Along
-    ry: Along | None = None
-    rz: Along | None = None
-    area: Along | None = None
-    GAy: Along | None = None
-    GAz: Along | None = None
+    EA: Variation
+    EIy: Variation
+    EIz: Variation
+    GJ: Variation
+    mass_per_length: Variation
+    ry: Variation | None = None
+    rz: Variation | None = None
+    area: Variation | None = None
+    GAy: Variation | None = None
+    GAz: Variation | None = None
 
     def resultants(self, material: Material | None, s: Array, length: Array) -> Resultants:
         """See Section, with its shapes and units; the material, if any, is not used."""
@@ -266,8 +266,8 @@ class StiffnessSection(Dimensioned):
 class CableSection(Dimensioned):
     """A cable by its axial stiffness EA [N] and mass per length [kg/m]; for tethers alone, without a material."""
 
-    EA: Along
-    mass_per_length: Along
+    EA: Variation
+    mass_per_length: Variation
 
     def axial(self, s: Array, length: Array | float) -> tuple[Array, Array]:
         """EA (...) [N] and mass per length (...) [kg/m] at arc lengths s (...) [m]."""

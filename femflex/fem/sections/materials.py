@@ -61,15 +61,15 @@ class Orthotropic:
     density: float
 
     def __post_init__(self) -> None:
-        for one in fields(self):
-            value = getattr(self, one.name)
+        for constant in fields(self):
+            value = getattr(self, constant.name)
             if (
                 not math.isfinite(value)
-                or (one.name[0] in "EG" and value <= 0)
-                or (one.name == "density" and value < 0)
+                or (constant.name[0] in "EG" and value <= 0)
+                or (constant.name == "density" and value < 0)
             ):
                 raise ValueError(
-                    f"{one.name} of an orthotropic material is {value}; moduli are positive, the density is not "
+                    f"{constant.name} of an orthotropic material is {value}; moduli are positive, the density is not "
                     "negative, all are finite"
                 )
         _require_positive(self.elasticity(), "nu12, nu13 and nu23 of an orthotropic material")
@@ -109,9 +109,9 @@ class Anisotropic:
 
 
 def _require_positive(C: Array, what: str) -> None:
-    least = float(np.linalg.eigvalsh(C)[0])
-    if not least > 0:
+    smallest = float(np.linalg.eigvalsh(C)[0])
+    if not smallest > 0:
         raise ValueError(
-            f"{what} make an elastic matrix that is not positive definite (least eigenvalue {least:.3g} N/m^2); the "
+            f"{what} make an elastic matrix that is not positive definite (least eigenvalue {smallest:.3g} N/m^2); the "
             "strain energy must be positive in every strain, so correct the constants"
         )

@@ -1,4 +1,4 @@
-"""What a beam asks of its section, and the bases of the sections in `sections`.
+"""The interface between beams and their sections, and base classes of the sections in `sections`.
 
 Axes: y and z of the section, x along the beam; I_y = int z^2 dA bends in the x-z plane, I_z = int y^2 dA in x-y. The
 origin is the centroid, the axes are principal, and the shear centre is taken to lie at the centroid.
@@ -12,8 +12,8 @@ from typing import Protocol
 import numpy as np
 
 from femflex.arrays import Array, IntArray
-from femflex.fem.along import along, varies
 from femflex.fem.sections.materials import Material
+from femflex.fem.variation import evaluate_variation, varies
 
 ROUND_SIDES = 24  # sides of the polygon that draws a round section
 
@@ -43,13 +43,13 @@ class SectionProperties:
 
 @dataclass(frozen=True, eq=False)
 class Resultants:
-    """What a beam element needs at stations along a member; every field has the stations' shape.
+    """Stiffness and mass of a section at stations along a member; every field has the stations' shape.
 
     EA, GJ, EIy, EIz  axial [N], torsional and bending stiffness [N m^2] (EIy for x-z, EIz for x-y)
     mass              mass per length [kg/m]
     ry2, rz2          squared radii of gyration of the mass, int z^2 dm and int y^2 dm per mass [m^2]
     polar2            polar radius squared I_p / A of the stiff area, for the shortening by twist [m^2]
-    GAy, GAz          shear stiffness along y and z, shear factors included [N]; None: the section does not know
+    GAy, GAz          shear stiffness along y and z, shear factors included [N]; None: unknown
     coupled           (..., 6, 6) full stiffness over (eps, gamma_y, gamma_z, kappa_x, kappa_y, kappa_z); None: none
     centre            (..., 2) y and z of the mass centre from the node line [m]; None: on it
     product           int y z dm per mass, about the mass centre [m^2]; None: none
@@ -79,7 +79,7 @@ class Outline:
 
 
 class Section(Protocol):
-    """What a beam asks of its section, at arc lengths s (any shape) of a member of arc length `length`."""
+    """A beam section as beams use it, at arc lengths s (any shape) of a member of arc length `length`."""
 
     @property
     def varies(self) -> bool:
@@ -98,32 +98,32 @@ class Dimensioned:
     @property
     def varies(self) -> bool:
         """Whether any dimension changes along the member."""
-        given = [getattr(self, f.name) for f in fields(self)]  # type: ignore[arg-type]
-        return any(varies(value) for value in given if value is not None)
+        values = [getattr(self, f.name) for f in fields(self)]  # type: ignore[arg-type]
+        return any(varies(value) for value in values if value is not None)
 
     def dimensions(self, s: Array, length: Array | float, pointed: bool = False) -> dict[str, Array]:
         """Every dimension (...) [m] at the stations; ValueError where one is not positive (pointed: where one is
         negative)."""
-        found = {}
+        values_of_dimensions = {}
         for f in fields(self):  # type: ignore[arg-type]
-            if (given := getattr(self, f.name)) is None:
+            if (variation := getattr(self, f.name)) is None:
                 continue
             try:
-                values = along(given, s, length)
+                values = evaluate_variation(variation, s, length)
             except ValueError as error:
                 raise ValueError(f"{f.name} of {type(self).__name__}: {error}") from None
             if not ((values >= 0).all() if pointed else (values > 0).all()):
-                at = np.argmin(values)
+                position = np.argmin(values)
                 raise ValueError(
-                    f"{f.name} of {type(self).__name__} is {values.flat[at]:.6g} at s = {s.flat[at]:.6g} m; "
-                    "it must be positive along the whole member"
+                    f"{f.name} of {type(self).__name__} is {values.flat[position]:.6g} at s = {s.flat[position]:.6g} "
+                    "m; it must be positive along the whole member"
                 )
-            found[f.name] = values
-        return found
+            values_of_dimensions[f.name] = values
+        return values_of_dimensions
 
 
 class Shape(Dimensioned):
-    """A section drawn and made of one material; round ones know the shear stress of a torque too."""
+    """A section of one material that has an outline; round ones also have the shear stress of a torque."""
 
     is_round = False
 
@@ -148,15 +148,15 @@ class Shape(Dimensioned):
     def fibres(self, s: Array, length: Array | float) -> Array:
         """Stress at the extreme fibres per axial force, moment_z, moment_y and torque (..., 4) [1/m^2, 1/m^3].
 
-        1/A, y_max/Iz, z_max/Iy, and of round sections R/J; NaN of others, whose largest shear is not at a corner.
+        1/A, y_max/Iz, z_max/Iy, and of round sections R/J; NaN for others, whose largest shear is not at a corner.
         """
         p = self.properties(s, length)
         twisted = p.y_max / p.J if self.is_round else np.full(np.shape(p.A), np.nan)
         return np.stack(np.broadcast_arrays(1 / p.A, p.y_max / p.Iz, p.z_max / p.Iy, twisted), axis=-1)
 
     def shear_factors(self, s: Array, length: Array | float, nu: float) -> tuple[Array, Array]:
-        """Shear factors k (...) [1] along y and z, shear force = k G A gamma; 5/6 where the shape has none of its
-        own."""
+        """Shear factors k (...) [1] along y and z, shear force = k G A gamma; 5/6 if the shape defines
+        none."""
         return np.full(np.shape(s), 5 / 6), np.full(np.shape(s), 5 / 6)
 
 

@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from femflex.arrays import Array, IntArray
-from femflex.fem.assembly import Part
+from femflex.fem.assembly import ElementMatrices
 from femflex.fem.shell.fields import ROWS
-from femflex.fem.tables import DenseStrain, StrainBlock, StressAt, element_chunks, of
+from femflex.fem.tables import DenseStrain, StrainBlock, StressAt, element_chunks, rows_of_elements
 
-EVERY = slice(None)
+ALL_ELEMENTS = slice(None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,11 +37,11 @@ class ShellInertia:
         """Displacement (e, r q, 3, n) [m] of the points per column of phi (n_raw, n)."""
         dofs, k = self.dofs[elements], self.N.shape[1]
         nodal = phi[dofs].reshape(len(dofs), 2, k, 3, phi.shape[1])
-        turned = np.cross(nodal[:, 1], self.V[elements][..., None], axis=2)
-        layers = [np.einsum("qk,ekin->eqin", self.N, nodal[:, 0] + z * turned, optimize=True) for z in self.heights]
+        rotated = np.cross(nodal[:, 1], self.V[elements][..., None], axis=2)
+        layers = [np.einsum("qk,ekin->eqin", self.N, nodal[:, 0] + z * rotated, optimize=True) for z in self.heights]
         return np.concatenate(layers, axis=1)
 
-    def mass(self, elements: slice = EVERY) -> Array:
+    def mass(self, elements: slice = ALL_ELEMENTS) -> Array:
         """Element mass matrices (e, l, l) [kg, kg m, kg m^2]."""
         k, r = self.N.shape[1], len(self.heights)
         dm = self.dm[elements].reshape(-1, r, len(self.N))
@@ -57,9 +57,9 @@ class ShellInertia:
         M[:, 1, :, :, 1] = np.einsum("ekl,ekmi,elmj->ekilj", second, lever, lever, optimize=True)
         return M.reshape(len(dm), 6 * k, 6 * k)
 
-    def parts(self) -> tuple[Part, ...]:
+    def parts(self) -> tuple[ElementMatrices, ...]:
         """Element matrices for assembly."""
-        return (Part(self.dofs, self.mass),)
+        return (ElementMatrices(self.dofs, self.mass),)
 
 
 def strain_maps() -> tuple[Array, Array]:
@@ -79,8 +79,8 @@ def strain_maps() -> tuple[Array, Array]:
 class ShellStrain(DenseStrain):
     """Points of strain of shells.
 
-    coarse  elements -> the same over the points where their stretch is sampled, with gradients that can cancel the
-            squares of slopes there; None: these are the block's own points
+    coarse  elements -> their strain at the points where stretch is sampled, with gradients that can cancel the squares
+            of slopes there; None: these are the block's own points
     """
 
     coarse: Callable[[slice], DenseStrain] | None = None
@@ -88,40 +88,44 @@ class ShellStrain(DenseStrain):
     def sampled(self, elements: slice) -> DenseStrain:
         """See StrainBlock."""
         if self.coarse is None:
-            return self._own(elements)
-        return replace(self.coarse(elements), stress=of(self.stress, elements))
+            return self._of_elements(elements)
+        return replace(self.coarse(elements), stress=rows_of_elements(self.stress, elements))
 
     def nonlinear(self, elements: slice, stress: StressAt | None = None) -> tuple[StrainBlock, ...]:
-        """See StrainBlock: of second-order elements what the linear strain of the points of stretch lacks is added, and
-        initial stress works at all points."""
-        own = self._own(elements)
-        initial = own.stress if stress is None else stress(own)
+        """See StrainBlock; for second-order elements the linear strain at all points replaces that at the coarse ones,
+        and initial stress acts at all points."""
+        block = self._of_elements(elements)
+        initial = block.stress if stress is None else stress(block)
         if self.coarse is None:
-            return (replace(own, stress=initial),)
-        few, nothing = self.coarse(elements), np.zeros((1, 1, 1))
-        straight = 0.0 * own.quadratic_map
+            return (replace(block, stress=initial),)
+        coarse_block, no_stress = self.coarse(elements), np.zeros((1, 1, 1))
+        no_products = 0.0 * block.quadratic_map
         parts: tuple[StrainBlock, ...] = (
-            replace(few, stress=nothing),
-            replace(own, quadratic_map=straight, stress=nothing),
-            replace(few, quadratic_map=straight, stress=nothing, elastic=-few.elastic),
+            replace(coarse_block, stress=no_stress),
+            replace(block, quadratic_map=no_products, stress=no_stress),
+            replace(coarse_block, quadratic_map=no_products, stress=no_stress, elastic=-coarse_block.elastic),
         )
-        return (*parts, replace(own, elastic=0.0 * own.elastic, stress=initial)) if initial.any() else parts
+        return (*parts, replace(block, elastic=0.0 * block.elastic, stress=initial)) if initial.any() else parts
 
-    def stiffness(self, elements: slice = EVERY) -> Array:
+    def stiffness(self, elements: slice = ALL_ELEMENTS) -> Array:
         """Element stiffness matrices (e, l, l) [N/m, N, N m] of the linear strain."""
-        own = self._own(elements)
-        l = own.dofs.shape[1]
-        found = np.empty((len(own.dofs), l, l))
-        for chunk in element_chunks(len(found), 30 * own.weight.shape[1] * l):
-            found[chunk] = DenseStrain.stiffness(own._own_dense(chunk))
-        return found
+        block = self._of_elements(elements)
+        l = block.dofs.shape[1]
+        matrices = np.empty((len(block.dofs), l, l))
+        for chunk in element_chunks(len(matrices), 30 * block.weight.shape[1] * l):
+            matrices[chunk] = DenseStrain.stiffness(block._dense_of_elements(chunk))
+        return matrices
 
-    def parts(self) -> tuple[Part, ...]:
+    def parts(self) -> tuple[ElementMatrices, ...]:
         """Element matrices for assembly."""
-        return (Part(self.dofs, self.stiffness),)
+        return (ElementMatrices(self.dofs, self.stiffness),)
 
-    def _own(self, elements: slice) -> ShellStrain:
-        elastic, G, stress = of(self.elastic, elements), of(self.G, elements), of(self.stress, elements)
+    def _of_elements(self, elements: slice) -> ShellStrain:
+        elastic, G, stress = (
+            rows_of_elements(self.elastic, elements),
+            rows_of_elements(self.G, elements),
+            rows_of_elements(self.stress, elements),
+        )
         return replace(
             self,
             dofs=self.dofs[elements],
@@ -132,12 +136,12 @@ class ShellStrain(DenseStrain):
             coarse=None,
         )
 
-    def _own_dense(self, elements: slice) -> DenseStrain:
+    def _dense_of_elements(self, elements: slice) -> DenseStrain:
         return DenseStrain(
             self.dofs[elements],
             self.weight[elements],
-            of(self.elastic, elements),
+            rows_of_elements(self.elastic, elements),
             self.linear_map,
             self.quadratic_map,
-            of(self.G, elements),
+            rows_of_elements(self.G, elements),
         )

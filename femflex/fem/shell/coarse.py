@@ -1,4 +1,4 @@
-"""Warnings of four-node shells where their answers are known to be off: coarse on curved shells, or trapezoids.
+"""Warnings about four-node shells that are known to be inaccurate: coarse meshes of curved shells, and trapezoids.
 
 On the pinched cylinder (docs/howto/elements.md) such elements of length s sqrt(R h) are 1 + 0.08 s^2 times as stiff as
 the shell. The first four frequencies of a clamped cylindrical panel (R / h = 400) are within 1 % at s = 2 and 2 to 20 %
@@ -21,18 +21,21 @@ from femflex.warning import PhysicsWarning
 BENDS_OVER = 1.5  # of sqrt(R h): length of four-node elements above which they are 18 % too stiff at loads and edges
 LONG = 16.0  # of sqrt(R h): length of second-order elements above which low modes of a thin dish are over 10 % too high
 STIFFER = 0.08  # for elements of that length
-TAPERED = 1.0  # a tan(delta) from which trapezoids are over twice as stiff as they should be in their plane
-SHARE = 0.2  # of the elements, from which trapezoids are warned of: meshes of free form have some everywhere
+TAPERED = 1.0  # a tan(delta) above which trapezoids are over twice as stiff as they should be in their plane
+SHARE = 0.2  # share of the elements above which trapezoids cause a warning, because most meshes have some
 
 
 def warn_if_coarse(x: Array, V: Array, thickness: Array, where: str) -> None:
     """Warn of elements with nodes x (e, k, 3) [m], directors V (e, k, 3) and thicknesses (e,) [m] that are long against
     sqrt(R h): k = 4 above BENDS_OVER, nine and six nodes above LONG."""
     sides = 3 if x.shape[1] == 6 else 4
-    corners, at = x[:, :sides], V[:, :sides]
-    edge, turn = np.roll(corners, -1, axis=1) - corners, np.roll(at, -1, axis=1) - at
+    corners, corner_directors = x[:, :sides], V[:, :sides]
+    edge, director_change = (
+        np.roll(corners, -1, axis=1) - corners,
+        np.roll(corner_directors, -1, axis=1) - corner_directors,
+    )
     square = np.sum(edge * edge, axis=2)
-    curvature = np.abs(np.sum(edge * turn, axis=2) / square).max(axis=1)
+    curvature = np.abs(np.sum(edge * director_change, axis=2) / square).max(axis=1)
     length = np.sqrt(square.max(axis=1))
     ratio = length * np.sqrt(curvature / thickness)
     limit = BENDS_OVER if x.shape[1] == 4 else LONG
@@ -40,7 +43,7 @@ def warn_if_coarse(x: Array, V: Array, thickness: Array, where: str) -> None:
     if not coarse.any():
         return
     worst = int(np.argmax(ratio))
-    long = f"{_at(worst, x)}, is {length[worst]:.3g} m long against {length[worst] / ratio[worst]:.3g} m"
+    long = f"{_element_text(worst, x)}, is {length[worst]:.3g} m long against {length[worst] / ratio[worst]:.3g} m"
     if limit == LONG:
         warnings.warn(
             PhysicsWarning(
@@ -107,11 +110,11 @@ def warn_of_trapezoids(x: Array, where: str) -> None:
             remedy="Use rectangles or parallelograms, or eight- or nine-node elements",
             locked=int(locked.sum()),
             count=len(x),
-            worst=_at(worst, x),
+            worst=_element_text(worst, x),
         ),
         stacklevel=5,
     )
 
 
-def _at(element: int, x: Array) -> str:
+def _element_text(element: int, x: Array) -> str:
     return f"element {element} at ({', '.join(f'{c:.6g}' for c in x[element].mean(axis=0))}) m"

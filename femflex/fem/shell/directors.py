@@ -1,4 +1,4 @@
-"""Directors of shells at nodes: unit normals that neighbours share where the surface is smooth, apart at folds."""
+"""Directors of shells at nodes: unit normals, which neighbours share where the surface is smooth, but not at folds."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Directors:
     """Directors of the nodes of elements.
 
     V       by cell type (e, k, 3) unit vectors
-    number  by cell type (e, k): which of the member's directors it is; a node at a fold has several
+    number  by cell type (e, k): number of the member's director; a node at a fold has several
     node    (n,)   the node of each director
     vector  (n, 3)
     """
@@ -37,17 +37,20 @@ def normals_at_nodes(name: str, x: Array) -> Array:
 
 
 def directors(
-    points: Array, cells: dict[str, IntArray], fold_angle: float, known: Callable[[Array], Array] | None = None
+    points: Array,
+    cells: dict[str, IntArray],
+    fold_angle: float,
+    surface_normals: Callable[[Array], Array] | None = None,
 ) -> Directors:
     """Directors of cells (e, k) by type; elements at a node share one where a chain of sides with angles between
     their normals below fold_angle [rad] joins them there. known: unit normals (n, 3) of the surface at places (n, 3),
     in place of those of the elements."""
     normals = {name: normals_at_nodes(name, points[nodes]) for name, nodes in cells.items()}
     node = np.concatenate([nodes.ravel() for nodes in cells.values()])
-    normal = np.concatenate([own.reshape(-1, 3) for own in normals.values()])
+    normal = np.concatenate([element_directors.reshape(-1, 3) for element_directors in normals.values()])
     unit = normal / np.linalg.norm(normal, axis=1, keepdims=True)
-    if known is not None:
-        exact = known(points[node])
+    if surface_normals is not None:
+        exact = surface_normals(points[node])
         unit = exact * np.where(np.sum(exact * unit, axis=1, keepdims=True) < 0, -1.0, 1.0)
     a, b = _neighbours(node)
     cosine = np.sum(unit[a] * unit[b], axis=1)
@@ -57,16 +60,19 @@ def directors(
     first = np.full(count, -1, np.int64)
     first[number[::-1]] = np.arange(len(node))[::-1]
     sense = np.sign(np.sum(unit * unit[first[number]], axis=1))
-    sense = np.where(sense == 0, 1.0, sense)  # elements may be numbered either way round
+    sense = np.where(sense == 0, 1.0, sense)  # the nodes of elements may be numbered in either sense
     total = np.zeros((count, 3))
     np.add.at(total, number, sense[:, None] * unit)
     vector = total / np.linalg.norm(total, axis=1, keepdims=True)
     V, numbers, start = {}, {}, 0
     for name, nodes in cells.items():
-        here = slice(start, start + nodes.size)
+        entries = slice(start, start + nodes.size)
         start += nodes.size
-        own = vector[number[here]] * sense[here, None]
-        V[name], numbers[name] = own.reshape(*nodes.shape, 3), number[here].reshape(nodes.shape).astype(np.int64)
+        element_directors = vector[number[entries]] * sense[entries, None]
+        V[name], numbers[name] = (
+            element_directors.reshape(*nodes.shape, 3),
+            number[entries].reshape(nodes.shape).astype(np.int64),
+        )
     return Directors(V, numbers, node[first], vector)
 
 

@@ -1,4 +1,4 @@
-"""Rotations about the normal of a shell, at nodes that have them: folds, branches, and where beams stand on it.
+"""Rotations about the normal of a shell, at nodes that have them: folds, branches, and nodes shared with beams.
 
 Shells resist no rotation of a node about their director. Where only smooth shells share a node, it has no such dof. At
 other nodes it follows the rotation of the surface in itself, omega = (t_2.u,1 - t_1.u,2) / 2, by the energy
@@ -27,18 +27,18 @@ def drilling(geometry: ShellGeometry, dofs: IntArray, drilled: BoolArray, shear:
 
     shear: stiffness G h [N/m]
     """
-    which = np.flatnonzero(drilled.any(axis=1))
-    if not len(which):
+    elements = np.flatnonzero(drilled.any(axis=1))
+    if not len(elements):
         return ()
-    own = geometry.over(which)
+    drilled_geometry = geometry.of_elements(elements)
     cell = CELL_TYPES[geometry.cell]
     k = len(cell.nodes)
-    G, (_, normal) = gradient_rows(own, cell.nodes), areas(own, cell.nodes)
+    G, (_, normal) = gradient_rows(drilled_geometry, cell.nodes), areas(drilled_geometry, cell.nodes)
     rows = (G[:, :, 1] - G[:, :, 2])[:, :, None] / 2  # -omega
     for node in range(k):
         rows[:, node, 0, 3 * (k + node) : 3 * (k + node) + 3] += normal[:, node]
     points, weight = quadrature(cell.shape, cell.order + 1)
-    total = areas(own, points)[0] @ weight
-    share = np.where(drilled[which], total[:, None] / k, 0.0)
+    total = areas(drilled_geometry, points)[0] @ weight
+    share = np.where(drilled[elements], total[:, None] / k, 0.0)
     elastic = np.full((1, 1, 1, 1), DRILLING * shear)
-    return (DenseStrain(dofs[which], share, elastic, np.ones((1, 1)), np.zeros((1, 1, 1)), rows),)
+    return (DenseStrain(dofs[elements], share, elastic, np.ones((1, 1)), np.zeros((1, 1, 1)), rows),)

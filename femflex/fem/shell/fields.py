@@ -6,8 +6,8 @@ g_a = x,a and d = sum h_k V_k:
     e_ab = (g_a.u,b + g_b.u,a) / 2      kappa_ab = (g_a.eta,b + g_b.eta,a + d,a.u,b + d,b.u,a) / 2
     gamma_a = g_a.eta + d.u,a
 
-all zero in rigid motions. They are turned into the frame t_1, t_2, n of each point, t_1 the section's x axis laid into
-the surface. Rows come as those of plates (`femflex.fem.plate.strain`):
+all zero in rigid motions. They are transformed to the frame t_1, t_2, n of each point, t_1 the section's x axis
+projected onto the surface. The rows have the order of plates (`femflex.fem.plate.strain`):
 
     g = (u,x  u,y  v,x  v,y  w,x  w,y  kappa_xx  kappa_yy  kappa_xy  gamma_xz  gamma_yz)
 
@@ -32,15 +32,14 @@ from femflex.mesh.quality import quadrature
 
 ROWS = 11
 MIDDLE = np.array([[0.5, 0.5]])  # of four-sided cells
-CHUNK_VALUES = 350_000  # doubles in the rows of elements made at once: few enough to stay in cache
+CHUNK_VALUES = 350_000  # doubles in the rows of elements computed at once: few enough to stay in cache
 
 
 @dataclass(frozen=True, eq=False)
 class ShellGeometry:
     """Elements of one cell type: nodes x (e, k, 3) [m], directors V (e, k, 3), the section's x axis (3,), or at the
-    nodes
-    (e, k, 3), and the elastic matrix of membrane strains A (3, 3), which incompatible modes of four-node elements
-    use."""
+    nodes (e, k, 3), and the elastic matrix of membrane strains A (3, 3), which incompatible modes of four-node
+    elements use."""
 
     cell: str
     x: Array
@@ -48,8 +47,8 @@ class ShellGeometry:
     axis: Array
     A: Array
 
-    def over(self, elements: slice | IntArray) -> ShellGeometry:
-        """The geometry (k, ...) [m] of these k elements alone."""
+    def of_elements(self, elements: slice | IntArray) -> ShellGeometry:
+        """The geometry (k, ...) [m] of these k elements."""
         axis = self.axis if self.axis.ndim == 1 else self.axis[elements]
         return ShellGeometry(self.cell, self.x[elements], self.V[elements], axis, self.A)
 
@@ -90,7 +89,7 @@ def gradient_rows(geometry: ShellGeometry, points: Array) -> Array:
     e, k = geometry.x.shape[:2]
     rows = np.zeros((e, len(points), ROWS, 6 * k))
     for chunk in element_chunks(e, rows[:1].size, CHUNK_VALUES):
-        _fill_rows(geometry.over(chunk), points, rows[chunk])
+        _fill_rows(geometry.of_elements(chunk), points, rows[chunk])
     return rows
 
 
@@ -103,7 +102,7 @@ def _fill_rows(geometry: ShellGeometry, points: Array, rows: Array) -> None:
     tied = products(geometry.cell, points)
     covariant = _inlayer(geometry, tied.inlayer)
     if geometry.cell == "quad9":
-        covariant += _mean_lost(geometry, base)
+        covariant += _mean_correction(geometry, base)
     strain = _cartesian(inverse, covariant)
     if geometry.cell == "quad":
         strain[..., : 6 * k] += _incompatible(geometry, points, base, inverse, strain[..., : 6 * k])
@@ -147,7 +146,7 @@ def _inlayer(geometry: ShellGeometry, tied: Array) -> Array:
     membrane = np.matmul(flat, geometry.x - geometry.x[:, :1]).reshape(-1, q, 3, k, 3)
     rows[..., 0, :] = membrane.reshape(-1, q, 3, 3 * k)
     rows[..., 2, :] = np.matmul(flat, geometry.V).reshape(-1, q, 3, 3 * k)
-    rows[..., 3, :] = _crossed(geometry.V, membrane)
+    rows[..., 3, :] = _cross_rows(geometry.V, membrane)
     return rows.reshape(-1, q, 3, 12 * k)
 
 
@@ -157,46 +156,49 @@ def _shear(geometry: ShellGeometry, tied: Products) -> Array:
     rows = np.zeros((len(geometry.x), q, 2, 2, 3 * k))
     x = geometry.x - geometry.x[:, :1]
     rows[..., 0, :] = np.matmul(tied.slope.reshape(-1, k), geometry.V).reshape(-1, q, 2, 3 * k)
-    rows[..., 1, :] = _crossed(geometry.V, np.matmul(tied.turn.reshape(-1, k), x).reshape(-1, q, 2, k, 3))
+    rows[..., 1, :] = _cross_rows(geometry.V, np.matmul(tied.turn.reshape(-1, k), x).reshape(-1, q, 2, k, 3))
     return rows.reshape(-1, q, 2, 6 * k)
 
 
-def _crossed(V: Array, rows: Array) -> Array:
+def _cross_rows(V: Array, rows: Array) -> Array:
     """V_k x rows (e, q, c, k, 3) as (e, q, c, 3 k), V (e, k, 3); three times as fast as np.cross."""
-    found = np.empty_like(rows)
+    product = np.empty_like(rows)
     v = V[:, None, None]
     for i, j, l in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        found[..., i] = v[..., j] * rows[..., l] - v[..., l] * rows[..., j]
-    return found.reshape(*rows.shape[:3], -1)
+        product[..., i] = v[..., j] * rows[..., l] - v[..., l] * rows[..., j]
+    return product.reshape(*rows.shape[:3], -1)
 
 
-def _mean_lost(geometry: ShellGeometry, at: _Base) -> Array:
-    """Covariant rows (e, q, 3, 12 k) at points that give tied strains the mean over the element that untied ones have.
+def _mean_correction(geometry: ShellGeometry, base_at_points: _Base) -> Array:
+    """Covariant rows (e, q, 3, 12 k) at points that give the tied strains the element mean of the untied ones.
 
-    In elements that are no parallelograms tying alone changes it, and patches of constant stress would not be exact.
-    The mean is of strains along the elements' own axes, so that it does not depend on those of the section.
+    Tying changes this mean in elements that are not parallelograms, so that patches of constant stress would not be
+    exact. The mean is of strains along the elements' axes, so that it does not depend on those of the section.
     """
     points, weight = quadrature("quad", 3)
     tied = products(geometry.cell, points)
     base = _base(geometry, points)
     middle = _base(geometry, MIDDLE)
-    inverse = _own_inverse(geometry, base, middle)
+    inverse = _element_axes_inverse(geometry, base, middle)
     share = _normals(base)[1] * weight
     share = (share / share.sum(axis=1, keepdims=True))[..., None, None]
     e, q = share.shape[:2]
     weighted = (strain_transform(inverse) * share).swapaxes(1, 2).reshape(e, 3, 3 * q)
-    lost = _inlayer(geometry, tied.untied - tied.inlayer).reshape(e, 3 * q, -1)
-    return np.asarray(np.matmul(_from_own(geometry, at, middle), np.matmul(weighted, lost)[:, None]))
+    difference = _inlayer(geometry, tied.untied - tied.inlayer).reshape(e, 3 * q, -1)
+    return np.asarray(
+        np.matmul(_from_element_axes(geometry, base_at_points, middle), np.matmul(weighted, difference)[:, None])
+    )
 
 
-def _own_inverse(geometry: ShellGeometry, base: _Base, middle: _Base) -> Array:
-    """dr^alpha/dx_a (e, q, 2, 2) along axes of the elements: their r direction at the middle laid into the surface."""
+def _element_axes_inverse(geometry: ShellGeometry, base: _Base, middle: _Base) -> Array:
+    """dr^alpha/dx_a (e, q, 2, 2) along axes of the elements: their r direction at the middle projected onto the
+    surface."""
     return _frames(replace(geometry, axis=np.broadcast_to(middle.g[:, :, 0], geometry.x.shape)), base)[1]
 
 
-def _from_own(geometry: ShellGeometry, base: _Base, middle: _Base) -> Array:
+def _from_element_axes(geometry: ShellGeometry, base: _Base, middle: _Base) -> Array:
     """Covariant strains (e, q, 3, 3) of strains along the elements' own axes [1, m, m^2]."""
-    return strain_transform(np.asarray(np.linalg.inv(_own_inverse(geometry, base, middle)), float))
+    return strain_transform(np.asarray(np.linalg.inv(_element_axes_inverse(geometry, base, middle)), float))
 
 
 def _cartesian(inverse: Array, covariant: Array) -> Array:
@@ -217,24 +219,28 @@ def strain_transform(inverse: Array) -> Array:
 
 
 def _incompatible(geometry: ShellGeometry, points: Array, base: _Base, inverse: Array, membrane: Array) -> Array:
-    """What the modes r for rr, s for ss and r, s for rs of four-node elements add to the membrane rows, (e, q, 3, l).
+    """Rows (e, q, 3, l) that the modes r for rr, s for ss and r, s for rs of four-node elements add to the membrane
+    rows.
 
     Their amplitudes are those of least energy (J. C. Simo and M. S. Rifai, Int. J. Num. Meth. Engng 29 (1990) 1595), so
-    that the rows found are over the nodal dofs alone. In its own plane the element then bends without locking. The
-    modes are along the elements' own axes, and turned into those of the points, dr^alpha/dx_a = inverse (e, q, 2, 2).
+    that the rows refer to the nodal dofs only, and the element bends in its plane without locking. The modes are along
+    the elements' axes, and are transformed to those of the points, dr^alpha/dx_a = inverse (e, q, 2, 2).
     """
     middle = _base(geometry, MIDDLE)
-    own = strain_transform(_own_inverse(geometry, middle, middle))
-    turned = np.matmul(strain_transform(inverse), _from_own(geometry, base, middle))
+    to_element_axes = strain_transform(_element_axes_inverse(geometry, middle, middle))
+    from_element_axes = np.matmul(strain_transform(inverse), _from_element_axes(geometry, base, middle))
     area0, area = _normals(middle)[1], _normals(base)[1]
     r, s = points.T - 0.5
     modes = np.zeros((len(points), 3, 4))
     modes[:, 0, 0], modes[:, 1, 1], modes[:, 2, 2], modes[:, 2, 3] = r, s, r, s
-    M = np.matmul(turned, np.einsum("ecd,qdm->eqcm", own[:, 0], modes)) * (area0 / area)[..., None, None]
+    M = (
+        np.matmul(from_element_axes, np.einsum("ecd,qdm->eqcm", to_element_axes[:, 0], modes))
+        * (area0 / area)[..., None, None]
+    )
     weighted = np.matmul(geometry.A, M) * area[..., None, None]  # equal weights of 2 by 2 points
     e, q = area.shape
     flat = weighted.reshape(e, 3 * q, 4).swapaxes(1, 2)
-    stiff = np.matmul(flat, M.reshape(e, 3 * q, 4))
+    mode_stiffness = np.matmul(flat, M.reshape(e, 3 * q, 4))
     load = np.matmul(flat, membrane.reshape(e, 3 * q, -1))
-    amplitude = -np.linalg.solve(stiff, load)
+    amplitude = -np.linalg.solve(mode_stiffness, load)
     return np.asarray(np.matmul(M, amplitude[:, None]))

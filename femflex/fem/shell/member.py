@@ -19,18 +19,18 @@ from femflex.fem.option import Option, Options, member_options
 from femflex.fem.plate.dof_map import member_section
 from femflex.fem.plate.elastic import OPTIONS as PLATE_OPTIONS
 from femflex.fem.sections.laminates import PlateSection
-from femflex.fem.shell.blocks import EVERY, ShellInertia, ShellStrain, strain_maps
+from femflex.fem.shell.blocks import ALL_ELEMENTS, ShellInertia, ShellStrain, strain_maps
 from femflex.fem.shell.coarse import warn_if_coarse, warn_of_trapezoids
 from femflex.fem.shell.directors import directors, normals_at_nodes
 from femflex.fem.shell.drilling import drilling
 from femflex.fem.shell.fields import ShellGeometry, areas, gradient_rows
 from femflex.fem.shell.skin import shell_skin
-from femflex.fem.shell.surface import normals, on_their_surfaces
+from femflex.fem.shell.surface import move_onto_surfaces, normals
 from femflex.fem.shell.variable import Patch, VariableSection, axes_at_nodes
-from femflex.fem.tables import DenseStrain, StrainBlock, of
+from femflex.fem.tables import DenseStrain, StrainBlock, rows_of_elements
 from femflex.mesh.cells import CELL_TYPES
 from femflex.mesh.quality import quadrature
-from femflex.mesh.raised import raised
+from femflex.mesh.second_order import raise_order
 from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
@@ -40,9 +40,9 @@ if TYPE_CHECKING:
 
 CELLS = ("triangle", "triangle6", "quad", "quad9")
 FLAT_AREA = 1e-10  # of the longest side squared: area below which an element has none
-WARPED = 15.0  # [deg] between the normals at two corners of a four-node element, from which a warning says so
-FOLDED = 120.0  # [deg] from which such an element is refused: its nodes go across
-CONSTANT_SHARE = 0.2  # of the area in three-node triangles, whose membrane strain is constant, that passes unsaid
+WARPED = 15.0  # [deg] between the normals at two corners of a four-node element, above which a warning is given
+FOLDED = 120.0  # [deg] above which such an element is an error: its sides cross
+CONSTANT_SHARE = 0.2  # of the area in three-node triangles (constant membrane strain), above which a warning is given
 FOLD_ANGLE = 20.0  # [deg]
 OPTIONS: Options = {
     **PLATE_OPTIONS,
@@ -61,33 +61,34 @@ OPTIONS: Options = {
 }
 
 
-def centred_quads(mesh: Mesh, members: Sequence[Member]) -> tuple[Mesh, tuple[str, ...]]:
-    """The mesh with a node in the centre of the eight-node quadrilaterals of shell members, and what is reported."""
-    own = [mesh.cell_groups.get(m.group, {}).get("quad8") for m in members if m.family == "shell"]
-    rows = [part for part in own if part is not None and len(part)]
+def add_centre_nodes(mesh: Mesh, members: Sequence[Member]) -> tuple[Mesh, tuple[str, ...]]:
+    """Return the mesh with a node in the centre of the eight-node quadrilaterals of shell members, and notes about
+    it."""
+    quads = [mesh.cell_groups.get(m.group, {}).get("quad8") for m in members if m.family == "shell"]
+    rows = [part for part in quads if part is not None and len(part)]
     if not rows:
         return mesh, ()
-    chosen = np.unique(np.concatenate(rows))
-    text = f"{len(chosen)} eight-node quadrilaterals of shells get a node in their centre (nine nodes)"
-    return raised(mesh, {"quad8": chosen}), (text,)
+    rows_of_quads = np.unique(np.concatenate(rows))
+    text = f"{len(rows_of_quads)} eight-node quadrilaterals of shells get a node in their centre (nine nodes)"
+    return raise_order(mesh, {"quad8": rows_of_quads}), (text,)
 
 
-def prepared_mesh(mesh: Mesh, members: Sequence[Member]) -> tuple[Mesh, tuple[str, ...]]:
-    """The mesh with centre nodes (`centred_quads`) and nodes on known surfaces (`on_their_surfaces`)."""
-    mesh, centred = centred_quads(mesh, members)
-    mesh, laid = on_their_surfaces(mesh, members)
-    return mesh, centred + laid
+def prepare_shell_mesh(mesh: Mesh, members: Sequence[Member]) -> tuple[Mesh, tuple[str, ...]]:
+    """Return the mesh with centre nodes (`add_centre_nodes`) and nodes on known surfaces (`move_onto_surfaces`)."""
+    mesh, centre_notes = add_centre_nodes(mesh, members)
+    mesh, moved_notes = move_onto_surfaces(mesh, members)
+    return mesh, centre_notes + moved_notes
 
 
-@family("shell", OPTIONS, prepare=prepared_mesh, dimension=2)
+@family("shell", OPTIONS, prepare=prepare_shell_mesh, dimension=2)
 def shell(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     """Shell elements of any thickness on the quadrilaterals and triangles of the member's group, also mixed.
 
     section   PlateSection, or a thickness [m] with a material
     material  Material, with a thickness only
-    options   surface         formula of x, y and z that is zero on the surface: nodes are laid onto it, and its normals
+    options   surface         formula of x, y and z that is zero on the surface: nodes are moved onto it; its normals
                               are used in place of those of the elements (`femflex.fem.shell.surface`)
-              axis            (3,) direction in the mesh's axes of the section's x axis, laid into the surface
+              axis            (3,) direction in the mesh's axes of the section's x axis, projected onto the surface
               prestress       (Nx, Ny, Nxy) initial membrane forces in the section's axes [N/m]
               thermal_strain  free strain, a number or (xx, yy, xy) in the section's axes
               offset          height of the section's middle above the nodes, along the elements' normals [m]
@@ -108,7 +109,7 @@ def shell(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     """
     options, where = member_options(member), f"shell on group {member.group!r}"
     plain = member_section(member, coupled=True)
-    section = _shifted(plain, options["offset"], where)
+    section = _shifted_section(plain, options["offset"], where)
     fields = (options[name] for name in ("thickness", "density", "extra_mass"))
     variable = VariableSection(plain, float(options["offset"]), *fields)
     cells = member_cells(mesh, member, CELLS)
@@ -118,9 +119,9 @@ def shell(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     angle = options["fold_angle"]
     if not isinstance(angle, int | float | np.floating) or not 0 < angle < np.pi / 2:
         raise ValueError(f"{where} has fold_angle {angle!r}; give an angle between 0 and pi/2 (90 deg)")
-    known = None if options["surface"] is None else partial(normals, options["surface"], where=where)
-    surface = directors(mesh.points, cells, float(angle), known)
-    free = _free_strain(options, where)
+    surface_normals = None if options["surface"] is None else partial(normals, options["surface"], where=where)
+    surface = directors(mesh.points, cells, float(angle), surface_normals)
+    initial = _free_strain(options, where)
     linear, quadratic = strain_maps()
     inertia, strain, places = [], [], []
     late: list[Callable[[], tuple[DenseStrain, ...]]] = []
@@ -135,7 +136,7 @@ def shell(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
             warn_if_coarse(x, V, np.broadcast_to(h, len(x)), where)
         geometry = ShellGeometry(name, x, V, axes_at_nodes(options["axis"], options["angle"], patch, V), plain.A)
         numbers = [numbering.translation(nodes.ravel()), numbering.rotation(nodes.ravel(), V.reshape(-1, 3))]
-        dofs = np.concatenate([given.reshape(len(nodes), -1) for given in numbers], axis=1)
+        dofs = np.concatenate([numbers_of_kind.reshape(len(nodes), -1) for numbers_of_kind in numbers], axis=1)
         dofs_of[name] = dofs
 
         def block(
@@ -145,31 +146,35 @@ def shell(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
             dofs: IntArray = dofs,
             patch: Patch = patch,
         ) -> ShellStrain:
-            own, elastic = geometry.over(elements), of(variable.elastic(patch, rule[0]), elements)
-            weight = areas(own, rule[0])[0] * rule[1]
-            stress = initial_stress(elastic, *free)
-            return ShellStrain(dofs[elements], weight, elastic, linear, quadratic, gradient_rows(own, rule[0]), stress)
+            part, elastic = geometry.of_elements(elements), rows_of_elements(variable.elastic(patch, rule[0]), elements)
+            weight = areas(part, rule[0])[0] * rule[1]
+            stress = initial_stress(elastic, *initial)
+            return ShellStrain(dofs[elements], weight, elastic, linear, quadratic, gradient_rows(part, rule[0]), stress)
 
         def coarse(elements: slice, name: str = name, block: Callable[..., ShellStrain] = block) -> DenseStrain:
-            return block(_few(name), elements)
+            return block(_stretch_rule(name), elements)
 
-        own = block(_full(name), EVERY)
-        strain.append(replace(own, coarse=coarse) if CELL_TYPES[name].order == 2 else own)
+        strain_block = block(_strain_rule(name), ALL_ELEMENTS)
+        strain.append(replace(strain_block, coarse=coarse) if CELL_TYPES[name].order == 2 else strain_block)
         inertia.append(_inertia(geometry, section, variable, patch, dofs))
         cell = CELL_TYPES[name]
-        at, few = (np.matmul(cell.interpolation(rule[0]), x) for rule in (_full(name), _few(name)))
-        half = [variable.heights(patch, rule[0]) / 2 for rule in (_full(name), _few(name))]
+        positions, coarse_positions = (
+            np.matmul(cell.interpolation(rule[0]), x) for rule in (_strain_rule(name), _stretch_rule(name))
+        )
+        half = [variable.heights(patch, rule[0]) / 2 for rule in (_strain_rule(name), _stretch_rule(name))]
         levers: list[Any] = [float(h[0, 0]) if h.size == 1 else np.broadcast_to(h, (len(x), h.shape[1])) for h in half]
         second = cell.order == 2
-        plies = [variable.plies(patch, rule[0]) for rule in (_full(name), _few(name))]
-        sampled = (few, levers[1], plies[1]) if second else (None, None, None)
+        plies = [variable.plies(patch, rule[0]) for rule in (_strain_rule(name), _stretch_rule(name))]
+        sampled = (coarse_positions, levers[1], plies[1]) if second else (None, None, None)
         places.append(
-            StrainPlaces("plate", at, sampled[0], levers[0], sampled[1], plies=plies[0], sampled_plies=sampled[2])
+            StrainPlaces(
+                "plate", positions, sampled[0], levers[0], sampled[1], plies=plies[0], sampled_plies=sampled[2]
+            )
         )
         late.append(partial(_drilling, geometry, dofs, numbering, float(section.A[2, 2])))
 
     def drilled() -> tuple[StrainBlock, ...]:
-        return tuple(found for one in late for found in one())
+        return tuple(drilling_block for make_blocks in late for drilling_block in make_blocks())
 
     return Contribution(
         tuple(inertia),
@@ -180,19 +185,19 @@ def shell(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     )
 
 
-def _shifted(section: PlateSection, offset: float, where: str) -> PlateSection:
+def _shifted_section(section: PlateSection, offset: float, where: str) -> PlateSection:
     if isinstance(offset, bool) or not isinstance(offset, int | float | np.floating) or not np.isfinite(offset):
         raise ValueError(f"{where} has offset {offset!r}; give one length in metres")
     return section.shifted(float(offset)) if offset else section
 
 
-def _full(name: str) -> tuple[Array, Array]:
+def _strain_rule(name: str) -> tuple[Array, Array]:
     """Points (q, 2) and weights (q,) of the linear strains."""
     return _triangle(4 if name == "triangle6" else 2) if "triangle" in name else quadrature("quad", 2 + ("9" in name))
 
 
-def _few(name: str) -> tuple[Array, Array]:
-    """Those where stretch is sampled."""
+def _stretch_rule(name: str) -> tuple[Array, Array]:
+    """Points (q, 2) and weights (q,) at which stretch is sampled."""
     return _triangle(2) if "triangle" in name else quadrature("quad", 2)
 
 
@@ -206,18 +211,22 @@ def _inertia(
 ) -> ShellInertia:
     """Mass on the surface, or two halves of it at +- the radius of gyration along the director.
 
-    Where the section varies, three layers: heights are alike everywhere, and masses have its first and second moment.
+    A section that varies has three layers at the same heights everywhere, whose masses have its first and second
+    moment.
     """
     points, weight = _triangle(4) if "triangle" in geometry.cell else quadrature("quad", 3)
     N = CELL_TYPES[geometry.cell].interpolation(points)
     area = areas(geometry, points)[0] * weight
     if variable.varies:
         mass, first, second = variable.masses(patch, points)
-        apart = first - variable.offset * mass, second - 2 * variable.offset * first + variable.offset**2 * mass
-        far = np.sqrt(max(float((apart[1] / np.maximum(mass, 1e-300)).max()), 0.0)) or section.thickness
-        outer = [(apart[1] / far**2 + sign * apart[0] / far) / 2 for sign in (1.0, -1.0)]
-        shares = [outer[0], mass - outer[0] - outer[1], outer[1]]
-        heights = variable.offset + far * np.array([1.0, 0.0, -1.0])
+        central_moments = (
+            first - variable.offset * mass,
+            second - 2 * variable.offset * first + variable.offset**2 * mass,
+        )
+        lever = np.sqrt(max(float((central_moments[1] / np.maximum(mass, 1e-300)).max()), 0.0)) or section.thickness
+        outer_shares = [(central_moments[1] / lever**2 + sign * central_moments[0] / lever) / 2 for sign in (1.0, -1.0)]
+        shares = [outer_shares[0], mass - outer_shares[0] - outer_shares[1], outer_shares[1]]
+        heights = variable.offset + lever * np.array([1.0, 0.0, -1.0])
     else:
         radius = np.sqrt(section.rotary / section.mass) if section.mass > 0 else 0.0
         heights = section.centre + (np.array([radius, -radius]) if radius > 0 else np.zeros(1))
@@ -239,8 +248,8 @@ def _free_strain(options: dict[str, Any], where: str) -> tuple[Array, Array]:
     if options["prestress"] is not None:
         force = np.asarray(options["prestress"], float)
     if options["thermal_strain"] is not None:
-        given = np.asarray(options["thermal_strain"], float)
-        strain = given if given.ndim else np.array([given, given, 0.0])
+        thermal = np.asarray(options["thermal_strain"], float)
+        strain = thermal if thermal.ndim else np.array([thermal, thermal, 0.0])
     for name, value in (("prestress", force), ("thermal_strain", strain)):
         if value.shape != (3,) or not np.isfinite(value).all():
             raise ValueError(f"{where} has {name} {options[name]!r}; give three finite numbers, xx, yy and xy")
@@ -248,9 +257,8 @@ def _free_strain(options: dict[str, Any], where: str) -> tuple[Array, Array]:
 
 
 def initial_stress(elastic: Array, force: Array, strain: Array) -> Array:
-    """Initial stress resultants (e|1, q|1, 8) [N/m, N]: membrane forces (..., 3) [N/m] less elastic (..., 8, 8) times
-    the free
-    strain (3,) [1] of the membrane."""
+    """Initial stress resultants (e|1, q|1, 8) [N/m, N]: membrane forces (..., 3) [N/m] minus elastic (..., 8, 8) times
+    the free strain (3,) [1] of the membrane."""
     stress = -(elastic[..., :3] @ strain)
     stress[..., 6:] = 0.0
     stress[..., :3] += force
@@ -258,7 +266,8 @@ def initial_stress(elastic: Array, force: Array, strain: Array) -> Array:
 
 
 def _check_shapes(name: str, x: Array, where: str) -> None:
-    """Refuse elements (e, k, 3) without area and warped ones; warn of warped ones; all named and located."""
+    """Raise ValueError for elements (e, k, 3) without area and folded ones, and warn of warped ones; messages give
+    their numbers and positions."""
     normals = normals_at_nodes(name, x)
     size = np.linalg.norm(normals, axis=2)
     longest = np.linalg.norm(x - x[:, :1], axis=2).max(axis=1)
@@ -266,7 +275,7 @@ def _check_shapes(name: str, x: Array, where: str) -> None:
     if flat.any():
         raise ValueError(
             f"{where}: {int(flat.sum())} of {len(x)} {name} elements have a corner without area, the first is "
-            f"{_at(np.argmax(flat), x)}; repair the mesh"
+            f"{_element_text(np.argmax(flat), x)}; repair the mesh"
         )
     if name != "quad":
         return
@@ -277,8 +286,8 @@ def _check_shapes(name: str, x: Array, where: str) -> None:
     if angle[worst] > FOLDED:
         raise ValueError(
             f"{where}: {int((angle > FOLDED).sum())} of {len(x)} quadrilaterals are warped by over {FOLDED:g} deg, "
-            f"or their sides cross; the worst, by {angle[worst]:.3g} deg, is {_at(worst, x)}; correct the order of "
-            "nodes, or cut them into triangles"
+            f"or their sides cross; the worst, by {angle[worst]:.3g} deg, is {_element_text(worst, x)}; correct the "
+            "order of nodes, or cut them into triangles"
         )
     if angle[worst] > WARPED:
         warnings.warn(
@@ -291,13 +300,13 @@ def _check_shapes(name: str, x: Array, where: str) -> None:
                 remedy="mesh finer there, or use eight-node elements",
                 warped=int((angle > WARPED).sum()),
                 count=len(x),
-                worst=_at(worst, x),
+                worst=_element_text(worst, x),
             ),
             stacklevel=5,
         )
 
 
-def _at(element: int | np.intp, x: Array) -> str:
+def _element_text(element: int | np.intp, x: Array) -> str:
     return f"element {element} at ({', '.join(f'{c:.6g}' for c in x[element].mean(axis=0))}) m"
 
 

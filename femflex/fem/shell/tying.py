@@ -1,4 +1,4 @@
-"""Where shells sample their covariant strains, and how these are interpolated from there.
+"""Points at which shells sample their covariant strains, and the interpolation from there.
 
 Sampled at points of lower order, in-layer and transverse shear strains can all vanish in pure bending, so that thin
 shells do not lock ("mixed interpolation of tensorial components"): E. Dvorkin and K. J. Bathe, Engng Comput. 1 (1984)
@@ -27,16 +27,16 @@ TWO = np.array([LOW, HIGH])
 class Tying:
     """Assumed components at points (q, 2): weights(points) (q, c, t, c) over the components at the tying points.
 
-    at (t, 2); components rr, ss, 2 rs (in-layer), or rt, st (transverse shear)
+    points (t, 2); components rr, ss, 2 rs (in-layer), or rt, st (transverse shear)
     """
 
-    at: Array
+    points: Array
     weights: Callable[[Array], Array]
 
 
 @cache
 def inlayer(cell: str) -> Tying | None:
-    """Tying of the in-layer strains; None where they are taken where they are."""
+    """Tying of the in-layer strains; None if these are used at the points themselves."""
     return {"quad9": _nine_inlayer, "triangle6": _six_inlayer}.get(cell, lambda: None)()
 
 
@@ -63,38 +63,42 @@ class Products:
 
 
 def products(cell: str, points: Array) -> Products:
-    """The constants of a cell type at points (q, 2), natural coordinates [1], found once for each set of points."""
+    """The constants of a cell type at points (q, 2), natural coordinates [1], computed once for each set of points."""
     return _products(cell, np.ascontiguousarray(points, float).tobytes())
 
 
 @cache
 def _products(cell: str, raw: bytes) -> Products:
     points = np.frombuffer(raw).reshape(-1, 2)
-    untied, within, across = _inlayer_products(cell, points), inlayer(cell), shear(cell)
-    own = untied if within is None else _weighted(within.weights(points), _inlayer_products(cell, within.at))
-    h, dh = CELL_TYPES[cell].interpolation(across.at), CELL_TYPES[cell].gradients(across.at)
+    untied, inlayer_tying, shear_tying = _inlayer_products(cell, points), inlayer(cell), shear(cell)
+    tied = (
+        untied
+        if inlayer_tying is None
+        else _apply_weights(inlayer_tying.weights(points), _inlayer_products(cell, inlayer_tying.points))
+    )
+    h, dh = CELL_TYPES[cell].interpolation(shear_tying.points), CELL_TYPES[cell].gradients(shear_tying.points)
     slope = np.einsum("tka,tm->takm", dh, h)
-    weights = across.weights(points)
-    return Products(own, untied, _weighted(weights, slope), _weighted(weights, slope.swapaxes(2, 3)))
+    weights = shear_tying.weights(points)
+    return Products(tied, untied, _apply_weights(weights, slope), _apply_weights(weights, slope.swapaxes(2, 3)))
 
 
-def _inlayer_products(cell: str, at: Array) -> Array:
-    dh = CELL_TYPES[cell].gradients(at)
+def _inlayer_products(cell: str, points: Array) -> Array:
+    dh = CELL_TYPES[cell].gradients(points)
     both = np.einsum("tka,tmb->tabkm", dh, dh)
     return np.stack([both[:, 0, 0], both[:, 1, 1], both[:, 0, 1] + both[:, 1, 0]], axis=1)
 
 
-def _weighted(weights: Array, own: Array) -> Array:
-    return np.einsum("qctd,tdkm->qckm", weights, own)
+def _apply_weights(weights: Array, values: Array) -> Array:
+    return np.einsum("qctd,tdkm->qckm", weights, values)
 
 
 def lagrange(nodes: Array, x: Array) -> Array:
     """Lagrange polynomials (q, n) [1] of nodes (n,) at x (q,)."""
-    found = np.ones((len(x), len(nodes)))
+    values = np.ones((len(x), len(nodes)))
     for i, a in enumerate(nodes):
         for b in np.delete(nodes, i):
-            found[:, i] *= (x - b) / (a - b)
-    return found
+            values[:, i] *= (x - b) / (a - b)
+    return values
 
 
 def _grid(r: Array, s: Array) -> Array:
@@ -103,22 +107,22 @@ def _grid(r: Array, s: Array) -> Array:
 
 def _product(r: Array, s: Array, points: Array) -> Array:
     """Interpolation (q, n) over the grid of r and s."""
-    both = lagrange(r, points[:, 0])[:, :, None] * lagrange(s, points[:, 1])[:, None, :]
-    return both.reshape(len(points), -1)
+    interpolation = lagrange(r, points[:, 0])[:, :, None] * lagrange(s, points[:, 1])[:, None, :]
+    return interpolation.reshape(len(points), -1)
 
 
 def _tensor(parts: list[tuple[int, Array, Array]], count: int) -> Tying:
-    """Tying of components each over a grid of its own (component, r, s)."""
-    at = np.concatenate([_grid(r, s) for _, r, s in parts])
+    """Tying of components that each have a separate grid (component, r, s)."""
+    tying_points = np.concatenate([_grid(r, s) for _, r, s in parts])
     start = np.cumsum([0, *(len(r) * len(s) for _, r, s in parts)])
 
     def weights(points: Array) -> Array:
-        found = np.zeros((len(points), count, len(at), count))
+        values = np.zeros((len(points), count, len(tying_points), count))
         for k, (c, r, s) in enumerate(parts):
-            found[:, c, start[k] : start[k + 1], c] = _product(r, s, points)
-        return found
+            values[:, c, start[k] : start[k + 1], c] = _product(r, s, points)
+        return values
 
-    return Tying(at, weights)
+    return Tying(tying_points, weights)
 
 
 def _four_shear() -> Tying:
@@ -136,24 +140,24 @@ def _nine_inlayer() -> Tying:
 
 def _three_shear() -> Tying:
     """e_rt = e_rt(1) + c s, e_st = e_st(2) - c r, c = e_st(2) - e_rt(1) - e_st(3) + e_rt(3)."""
-    at = np.array([[0.5, 0.0], [0.0, 0.5], [0.5, 0.5]])
+    tying_points = np.array([[0.5, 0.0], [0.0, 0.5], [0.5, 0.5]])
 
     def weights(points: Array) -> Array:
         r, s = points.T
-        found = np.zeros((len(points), 2, 3, 2))
-        found[:, 0, 0, 0] = found[:, 1, 1, 1] = 1.0
+        values = np.zeros((len(points), 2, 3, 2))
+        values[:, 0, 0, 0] = values[:, 1, 1, 1] = 1.0
         for row, factor in ((0, s), (1, -r)):
             for t, c, sign in ((1, 1, 1.0), (0, 0, -1.0), (2, 1, -1.0), (2, 0, 1.0)):
-                found[:, row, t, c] += sign * factor
-        return found
+                values[:, row, t, c] += sign * factor
+        return values
 
-    return Tying(at, weights)
+    return Tying(tying_points, weights)
 
 
 def _six_shear() -> Tying:
     """Rotated quadratic field (8 terms) of two tangential values on each side and both components in the middle."""
     third = 1 / 3
-    at = np.array([[LOW, 0], [HIGH, 0], [0, LOW], [0, HIGH], [HIGH, LOW], [LOW, HIGH], [third, third]])
+    tying_points = np.array([[LOW, 0], [HIGH, 0], [0, LOW], [0, HIGH], [HIGH, LOW], [LOW, HIGH], [third, third]])
     pick = np.zeros((8, 7, 2))  # values that are matched, over the components at the tying points
     pick[[0, 1], [0, 1], 0] = pick[[2, 3], [2, 3], 1] = 1.0
     pick[[4, 5], [4, 5], 1], pick[[4, 5], [4, 5], 0] = 1.0, -1.0
@@ -161,37 +165,37 @@ def _six_shear() -> Tying:
 
     def terms(points: Array) -> Array:
         r, s = points.T
-        o, one = 0 * r, 0 * r + 1
-        rows = [[one, r, s, o, o, o, r * s, s * s], [o, o, o, one, r, s, -r * r, -r * s]]
+        o, ones = 0 * r, 0 * r + 1
+        rows = [[ones, r, s, o, o, o, r * s, s * s], [o, o, o, ones, r, s, -r * r, -r * s]]
         return np.moveaxis(np.array(rows), 2, 0)  # (q, 2, 8)
 
-    matched = np.einsum("mtc,tck->mk", pick, terms(at))
+    matched = np.einsum("mtc,tck->mk", pick, terms(tying_points))
     solve = np.linalg.inv(matched)
 
     def weights(points: Array) -> Array:
         return np.einsum("qck,km,mtd->qctd", terms(points), solve, pick)
 
-    return Tying(at, weights)
+    return Tying(tying_points, weights)
 
 
 def _six_inlayer() -> Tying:
     """rr, ss and the strain qq along the third side, each linear through three points; 2 rs = rr + ss - 2 qq."""
     corner = 1 / np.sqrt(3)
-    own = [
+    points_of_components = [
         np.array([[LOW, 0], [HIGH, 0], [LOW, corner]]),
         np.array([[0, LOW], [0, HIGH], [corner, LOW]]),
         np.array([[HIGH, LOW], [LOW, HIGH], [LOW, LOW]]),
     ]
-    at = np.concatenate(own)
+    tying_points = np.concatenate(points_of_components)
 
     def weights(points: Array) -> Array:
-        linear = [np.column_stack([np.ones(len(p)), p]) for p in (points, *own)]
-        rr, ss, qq = (linear[0] @ np.linalg.inv(one) for one in linear[1:])  # (q, 3)
-        found = np.zeros((len(points), 3, 9, 3))
-        found[:, 0, 0:3, 0] = found[:, 2, 0:3, 0] = rr
-        found[:, 1, 3:6, 1] = found[:, 2, 3:6, 1] = ss
+        linear = [np.column_stack([np.ones(len(p)), p]) for p in (points, *points_of_components)]
+        rr, ss, qq = (linear[0] @ np.linalg.inv(matrix) for matrix in linear[1:])  # (q, 3)
+        values = np.zeros((len(points), 3, 9, 3))
+        values[:, 0, 0:3, 0] = values[:, 2, 0:3, 0] = rr
+        values[:, 1, 3:6, 1] = values[:, 2, 3:6, 1] = ss
         for c, factor in ((0, 1.0), (1, 1.0), (2, -1.0)):  # 2 qq = rr + ss - 2 rs
-            found[:, 2, 6:9, c] -= factor * qq
-        return found
+            values[:, 2, 6:9, c] -= factor * qq
+        return values
 
-    return Tying(at, weights)
+    return Tying(tying_points, weights)

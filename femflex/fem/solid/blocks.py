@@ -1,4 +1,4 @@
-"""Inertia and strain of isoparametric solid elements; scalar shape functions and gradients only are stored.
+"""Inertia and strain of isoparametric solid elements, which store only scalar shape functions and their gradients.
 
 Dofs are the translations of the nodes, (node, component) in this order. The strain is that of Green and Lagrange,
 E = (g + g^T + g^T g) / 2 with g_ia = du_i/dx_a, in the order xx, yy, zz, yz, xz, xy with engineering shears.
@@ -11,11 +11,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from femflex.arrays import Array, IntArray
-from femflex.fem.assembly import Part
+from femflex.fem.assembly import ElementMatrices
 from femflex.fem.solid.elastic import VOIGT
-from femflex.fem.tables import StrainBlock, StressAt, of
+from femflex.fem.tables import StrainBlock, StressAt, rows_of_elements
 
-EVERY = slice(None)
+ALL_ELEMENTS = slice(None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +32,7 @@ class SolidInertia:
         dofs, (q, k), n = self.dofs[elements], self.N.shape, phi.shape[1]
         return np.matmul(self.N, phi[dofs].reshape(len(dofs), k, 3 * n)).reshape(len(dofs), q, 3, n)
 
-    def scalar_mass(self, elements: slice = EVERY) -> Array:
+    def scalar_mass(self, elements: slice = ALL_ELEMENTS) -> Array:
         """Element mass matrices of one component (e, k, k) [kg]: int N_k N_l dm."""
         k = self.N.shape[1]
         products = (self.N[:, :, None] * self.N[:, None, :]).reshape(-1, k * k)
@@ -44,17 +44,17 @@ class SolidInertia:
         e, k = scalar.shape[:2]
         return np.einsum("ekl,ab->ekalb", scalar, np.eye(3)).reshape(e, 3 * k, 3 * k)
 
-    def parts(self) -> tuple[Part, ...]:
+    def parts(self) -> tuple[ElementMatrices, ...]:
         """Element matrices for assembly: one matrix for the three components."""
-        return (Part(self.dofs.reshape(len(self.dofs), -1, 3), self.scalar_mass),)
+        return (ElementMatrices(self.dofs.reshape(len(self.dofs), -1, 3), self.scalar_mass),)
 
 
 @dataclass(frozen=True, eq=False)
 class SolidStrain:
     """Points of strain in solid elements: G (e, q, 3, k) gradients of the scalar shape functions.
 
-    dilatation  points of their own for a part of the energy of volume, of materials that hardly change theirs
-    enhanced    strains that bricks of eight nodes have besides, so that they bend
+    dilatation  separate points for a part of the volumetric energy, for nearly incompressible materials
+    enhanced    additional strains of bricks of eight nodes, so that they bend correctly
     """
 
     dofs: IntArray
@@ -74,60 +74,68 @@ class SolidStrain:
         g = np.matmul(self.G[elements].reshape(e, 3 * q, k), nodal).reshape(e, q, 3, 3, -1)
         g = g.swapaxes(2, 3).reshape(e, q, 9, -1)
         if self.dilatation is not None:
-            few = np.matmul(_rows(self.dilatation.G[elements]), phi[self.dofs[elements]][:, None])
-            g = np.concatenate([g, _spread(self.dilatation.spread, few, g)], axis=2)
+            volume_gradients = np.matmul(_rows(self.dilatation.G[elements]), phi[self.dofs[elements]][:, None])
+            g = np.concatenate([g, _dilatation_row(self.dilatation.spread, volume_gradients, g)], axis=2)
         if self.enhanced is not None:
-            more = np.matmul(self.enhanced.over(elements).rows(), phi[self.dofs[elements]][:, None])
-            g = np.concatenate([g, more], axis=2)
+            enhanced_rows = np.matmul(self.enhanced.of_elements(elements).rows(), phi[self.dofs[elements]][:, None])
+            g = np.concatenate([g, enhanced_rows], axis=2)
         return g[:, :, :most]
 
     def rows(self, elements: slice, most: int | None = None) -> Array:
         """Displacement gradients (e, q, 9, 3 k) [1/m] per dof, or the first `most` of them."""
         rows = _rows(self.G[elements])
         if self.dilatation is not None:
-            more = _spread(self.dilatation.spread, _rows(self.dilatation.G[elements]), rows)
+            more = _dilatation_row(self.dilatation.spread, _rows(self.dilatation.G[elements]), rows)
             rows = np.concatenate([rows, more], axis=2)
         if self.enhanced is not None:
-            rows = np.concatenate([rows, self.enhanced.over(elements).rows()], axis=2)
+            rows = np.concatenate([rows, self.enhanced.of_elements(elements).rows()], axis=2)
         return rows[:, :, :most]
 
     def sampled(self, elements: slice) -> SolidStrain:
-        """See StrainBlock; the points of the linear strain serve.
+        """See StrainBlock; these are the points of the linear strain.
 
         Three Gauss points per direction are exact for E:E of a displacement that bends a hexahedron along one axis
         (degree 4 of 5); of the full triquadratic field five points change the energy of a bent strip by 1e-7. Four
         points of a tetrahedron sample the stretch where its quadratic field can cancel it.
         """
         dofs, weight, G = self.dofs[elements], self.weight[elements], self.G[elements]
-        elastic, stress = of(self.elastic, elements), of(self.stress, elements)
-        volume = None if self.dilatation is None else self.dilatation.over(elements)
-        more = None if self.enhanced is None else self.enhanced.over(elements)
+        elastic, stress = rows_of_elements(self.elastic, elements), rows_of_elements(self.stress, elements)
+        dilatation = None if self.dilatation is None else self.dilatation.of_elements(elements)
+        enhanced = None if self.enhanced is None else self.enhanced.of_elements(elements)
         return SolidStrain(
-            dofs, weight, elastic, self.linear_map, self.quadratic_map, G, stress, dilatation=volume, enhanced=more
+            dofs,
+            weight,
+            elastic,
+            self.linear_map,
+            self.quadratic_map,
+            G,
+            stress,
+            dilatation=dilatation,
+            enhanced=enhanced,
         )
 
     def nonlinear(self, elements: slice, stress: StressAt | None = None) -> tuple[StrainBlock, ...]:
-        """See StrainBlock; a part of the energy of volume has points of its own."""
-        own = self.sampled(elements)
-        own = own if stress is None else replace(own, stress=stress(own))
-        return (own,) if own.dilatation is None else own._apart(own.dilatation)
+        """See StrainBlock; a part of the volumetric energy has separate points."""
+        sampled = self.sampled(elements)
+        sampled = sampled if stress is None else replace(sampled, stress=stress(sampled))
+        return (sampled,) if sampled.dilatation is None else sampled._split_dilatation(sampled.dilatation)
 
-    def _apart(self, dilatation: Dilatation) -> tuple[SolidStrain, SolidStrain]:
-        """The energy without what changes of volume cost at points of their own, and this."""
+    def _split_dilatation(self, dilatation: Dilatation) -> tuple[SolidStrain, SolidStrain]:
+        """Split the energy into the rest and the part of the volumetric energy that has separate points."""
         linear, quadratic, elastic = self.linear_map[:, :9], self.quadratic_map[:, :9, :9], self.elastic.copy()
         elastic[..., :3, :3] -= dilatation.bulk
         rest = replace(self, elastic=elastic, linear_map=linear, quadratic_map=quadratic, dilatation=None)
         trace, squares = linear[:3].sum(axis=0, keepdims=True), quadratic[:3].sum(axis=0, keepdims=True)
-        bulk, nothing = np.full((1, 1, 1, 1), dilatation.bulk), np.zeros((1, 1, 1))
-        return rest, SolidStrain(self.dofs, dilatation.weight, bulk, trace, squares, dilatation.G, nothing)
+        bulk, no_stress = np.full((1, 1, 1, 1), dilatation.bulk), np.zeros((1, 1, 1))
+        return rest, SolidStrain(self.dofs, dilatation.weight, bulk, trace, squares, dilatation.G, no_stress)
 
-    def stiffness(self, elements: slice = EVERY) -> Array:
+    def stiffness(self, elements: slice = ALL_ELEMENTS) -> Array:
         """Element stiffness matrices (e, l, l) [N/m, N, N m] of the linear strain.
 
         K_(k i)(l j) = sum_ab c_iajb int dN_k/dx_a dN_l/dx_b dV: nine scalar products, then the elastic tensor.
         """
         if self.dilatation is not None:
-            rest, volume = self.sampled(elements)._apart(self.dilatation.over(elements))
+            rest, volume = self.sampled(elements)._split_dilatation(self.dilatation.of_elements(elements))
             return rest.stiffness() + volume.stiffness()
         G = self.G[elements]
         e, q, _, k = G.shape
@@ -139,20 +147,22 @@ class SolidStrain:
         by_pair = C.reshape(3, 3, 3, 3).transpose(0, 2, 1, 3).reshape(9, 9) @ products  # (i j), (a b)
         K = by_pair.reshape(3, 3, e, k, k).transpose(2, 3, 0, 4, 1).reshape(e, 3 * k, 3 * k)
         if self.enhanced is not None:
-            own = self.enhanced.over(elements)
+            enhanced = self.enhanced.of_elements(elements)
             K -= np.matmul(
-                own.response.swapaxes(1, 2), np.matmul(own.stiffness(self.weight[elements], self.elastic), own.response)
+                enhanced.response.swapaxes(1, 2),
+                np.matmul(enhanced.stiffness(self.weight[elements], self.elastic), enhanced.response),
             )
         return K
 
-    def parts(self) -> tuple[Part, ...]:
+    def parts(self) -> tuple[ElementMatrices, ...]:
         """Element matrices for assembly."""
-        return (Part(self.dofs, self.stiffness),)
+        return (ElementMatrices(self.dofs, self.stiffness),)
 
 
 @dataclass(frozen=True, eq=False)
 class Dilatation:
-    """Points at which a part of the energy of volume, bulk (tr E)^2 / 2, is taken: so few that they do not lock.
+    """Points at which a part of the volumetric energy, bulk (tr E)^2 / 2, is integrated; they are so few that the
+    element does not lock.
 
     G, weight  (e, m, 3, k), (e, m)  gradients of the shape functions at these points, and their volumes
     spread     (q, m)                from values at these points to the points of the other energy
@@ -164,8 +174,8 @@ class Dilatation:
     spread: Array
     bulk: float
 
-    def over(self, elements: slice) -> Dilatation:
-        """Those of some elements."""
+    def of_elements(self, elements: slice) -> Dilatation:
+        """The points of these elements."""
         return replace(self, G=self.G[elements], weight=self.weight[elements])
 
 
@@ -184,8 +194,8 @@ class Enhanced:
     slope: Array
     response: Array
 
-    def over(self, elements: slice) -> Enhanced:
-        """Those of some elements."""
+    def of_elements(self, elements: slice) -> Enhanced:
+        """The strains of these elements."""
         return Enhanced(self.slope[elements], self.response[elements])
 
     def strains(self) -> Array:
@@ -220,10 +230,11 @@ def _rows(G: Array) -> Array:
     return rows.reshape(e, q, 9, 3 * k)
 
 
-def _spread(weights: Array, few: Array, g: Array) -> Array:
-    """Dilatation (e, q, 1, n) that weights (q, m) make of gradients few (e, m, 9, n), above that of g (e, q, 9, n)."""
-    dilatation, own = (part[:, :, 0] + part[:, :, 4] + part[:, :, 8] for part in (few, g))
-    return np.asarray(np.matmul(weights, dilatation) - own)[:, :, None]
+def _dilatation_row(weights: Array, volume_gradients: Array, g: Array) -> Array:
+    """Dilatation (e, q, 1, n) interpolated by weights (q, m) from gradients (e, m, 9, n), minus that of g (e, q, 9,
+    n)."""
+    dilatation, local_dilatation = (part[:, :, 0] + part[:, :, 4] + part[:, :, 8] for part in (volume_gradients, g))
+    return np.asarray(np.matmul(weights, dilatation) - local_dilatation)[:, :, None]
 
 
 def strain_maps() -> tuple[Array, Array]:

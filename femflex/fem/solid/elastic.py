@@ -19,7 +19,7 @@ def elasticity(material: Material | Orthotropic | Anisotropic, axes: Array | Non
     C = material.elasticity()
     if axes is None:
         return C
-    R = strain_turn(axes)
+    R = strain_rotation(axes)
     return np.asarray(R.T @ C @ R)
 
 
@@ -32,7 +32,7 @@ def isotropic_elasticity(material: Material) -> Array:
     return C
 
 
-def strain_turn(axes: Array) -> Array:
+def strain_rotation(axes: Array) -> Array:
     """R (6, 6): engineering strains along the rows of axes (3, 3) from those in mesh axes, eps' = axes eps axes^T."""
     R = np.zeros((6, 6))
     for row, (i, j) in enumerate(VOIGT):
@@ -42,20 +42,22 @@ def strain_turn(axes: Array) -> Array:
     return R
 
 
-def material_axes(given: ArrayLike, where: str) -> Array:
+def material_axes(directions: ArrayLike, where: str) -> Array:
     """Axes (3, 3) as rows from two directions (6,): the first along axis 1, the second in the plane of axes 1 and 2.
 
-    Raises ValueError when they are no two directions.
+    Raises ValueError when these are not two different directions.
     """
-    two = np.asarray(given, float)
-    if two.shape != (6,) or not np.isfinite(two).all():
-        raise ValueError(f"{where} has axes {given!r}; give six numbers: a direction of axis 1, then one of axis 2")
-    first, second = two[:3], two[3:]
+    vectors = np.asarray(directions, float)
+    if vectors.shape != (6,) or not np.isfinite(vectors).all():
+        raise ValueError(
+            f"{where} has axes {directions!r}; give six numbers: a direction of axis 1, then one of axis 2"
+        )
+    first, second = vectors[:3], vectors[3:]
     size = np.linalg.norm(first) * np.linalg.norm(second)
     third = np.cross(first, second)
     if not size or np.linalg.norm(third) < PARALLEL * size:
         raise ValueError(
-            f"{where} has axes {two.tolist()}, whose directions are parallel or zero; give two that differ"
+            f"{where} has axes {vectors.tolist()}, whose directions are parallel or zero; give two that differ"
         )
     x, z = first / np.linalg.norm(first), third / np.linalg.norm(third)
     return np.stack([x, np.cross(z, x), z])

@@ -1,5 +1,5 @@
-"""Warnings of solids that are too stiff: cells of first order, thin curved layers of second-order cells, and cells that
-cannot keep their volume."""
+"""Warnings about solids that are too stiff: first-order cells, thin curved layers of second-order cells, and cells of
+nearly incompressible materials."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from femflex.fem.solid.rules import REDUCED
 from femflex.mesh.cells import CELL_TYPES, EDGES, FACES
 from femflex.warning import PhysicsWarning
 
-ACROSS = 0.7  # cosine: edges that lie so near to the direction in which others rise go through the thickness
-THIN = 0.25  # thickness over the longest edge: below it an element is one of a layer
-SHARE = 0.2  # of the elements: fewer curved ones are fillets
-STIFF = 0.05  # estimated error from which it is warned of
-RIGID = 0.49  # Poisson's ratio from which keeping the volume at all points of strain costs over 1 % of a deflection
+ACROSS = 0.7  # cosine to the rise of other edges, above which an edge goes through the thickness
+THIN = 0.25  # thickness over the longest edge, below which an element belongs to a thin layer
+SHARE = 0.2  # of the elements; fewer curved ones count as fillets
+STIFF = 0.05  # estimated error above which a warning is given
+RIGID = 0.49  # Poisson's ratio above which the volume constraint at all points of strain costs over 1 % of a deflection
 
 
 def warn_of_first_order(name: str, x: Array, material: Material | Orthotropic | Anisotropic, group: str) -> None:
@@ -77,36 +77,36 @@ def warn_of_curved(name: str, x: Array, group: str) -> None:
     """
     shape, corners = CELL_TYPES[name].shape, CELL_TYPES[name].n_corners
     ends = np.array(EDGES[shape])
-    along = x[:, ends[:, 1]] - x[:, ends[:, 0]]
-    lengths = np.linalg.norm(along, axis=2)
+    chords = x[:, ends[:, 1]] - x[:, ends[:, 0]]
+    lengths = np.linalg.norm(chords, axis=2)
     rise = x[:, corners : corners + len(ends)] - (x[:, ends[:, 0]] + x[:, ends[:, 1]]) / 2
-    most = np.take_along_axis(rise, np.linalg.norm(rise, axis=2).argmax(axis=1)[:, None, None], axis=1)[:, 0]
-    size = np.linalg.norm(most, axis=1)
-    across = np.abs(np.einsum("eka,ea->ek", along, most)) > ACROSS * lengths * size[:, None]
+    largest_rise = np.take_along_axis(rise, np.linalg.norm(rise, axis=2).argmax(axis=1)[:, None, None], axis=1)[:, 0]
+    size = np.linalg.norm(largest_rise, axis=1)
+    across = np.abs(np.einsum("eka,ea->ek", chords, largest_rise)) > ACROSS * lengths * size[:, None]
     thickness = np.where(across, lengths, np.inf).min(axis=1)
     missing = np.where(thickness < THIN * lengths.max(axis=1), size / thickness, 0.0)
     if np.count_nonzero(missing > STIFF) < max(1.0, SHARE * len(x)):
         return
-    usual = float(np.median(missing[missing > STIFF]))
-    cure = "give integration = 'reduced', take" if name in REDUCED else "take"
+    typical = float(np.median(missing[missing > STIFF]))
+    remedy = "give integration = 'reduced', take" if name in REDUCED else "take"
     warnings.warn(
         PhysicsWarning(
             "solid on group {body_or_joint!r} is a thin curved layer of {name} cells: their edges rise by {rise:.2g} "
             "of the thickness over their chords, so deflections in bending are about {value:.0%} too small (limit "
             "{limit:.0%});",
             body_or_joint=group,
-            value=min(usual, 0.9),
+            value=min(typical, 0.9),
             limit=STIFF,
-            remedy=f"{cure} family shell, or shorten the elements (a half leaves a quarter)",
+            remedy=f"{remedy} family shell, or shorten the elements (a half leaves a quarter)",
             name=name,
-            rise=usual,
+            rise=typical,
         ),
         stacklevel=3,
     )
 
 
 def warn_of_incompressible(name: str, C: Array, isotropic: bool, group: str) -> None:
-    """Warn of cells that lock where the material of elastic matrix C (6, 6) [Pa] hardly changes its volume.
+    """Warn of cells that lock because the material of elastic matrix C (6, 6) [Pa] is nearly incompressible.
 
     Second-order cells of isotropic materials do not (`femflex.fem.solid.volume`). The ratio is that of an isotropic
     material with the same bulk and mean shear modulus.

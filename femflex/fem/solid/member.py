@@ -1,7 +1,7 @@
 """Solid members: isoparametric tetrahedra, pyramids, wedges and hexahedra on the translations of their nodes.
 
 Those of second order bend without locking, hexahedra of eight nodes by incompatible modes. Other cells of first order
-do not: they are raised to second order before anything is numbered (`raised_solids`), or used with a warning.
+lock: they are raised to second order before dofs are numbered (`raise_solids`), or used with a warning.
 """
 
 from __future__ import annotations
@@ -23,20 +23,20 @@ from femflex.fem.solid.enhanced import with_incompatible_modes
 from femflex.fem.solid.locking import warn_of_curved, warn_of_first_order, warn_of_incompressible, warn_of_tapered
 from femflex.fem.solid.rules import CELLS, REDUCED, mass_rule, strain_rule
 from femflex.fem.solid.skin import solid_skin
-from femflex.fem.solid.volume import with_even_volume
+from femflex.fem.solid.volume import with_reduced_volume_points
 from femflex.mesh.cells import CELL_TYPES
-from femflex.mesh.raised import SECOND_ORDER, raised
+from femflex.mesh.second_order import SECOND_ORDER, raise_order
 
 if TYPE_CHECKING:
     from femflex.fem.structure import Member
     from femflex.mesh import Mesh
 
 
-STRAY = 0.5  # distance of a middle node from the mean of its corners, over theirs from it, that no curved cell needs
+MISPLACED = 0.5  # largest distance of a middle node from the mean of its corners, over the distance of these from it
 # A cantilever block of 2541 nodes takes 2.4 s and 0.3 GB for six modes with order = 1, 40 s and 0.8 GB with order = 2;
 # their frequencies differ by 0.1 to 0.5 %, those of a plate of one layer of 40 x 20 bricks by as much.
 LARGE = 4000  # nodes of hexahedra up to which they are raised to second order by default
-MAINLY = 0.9  # share of hexahedra above which a mesh counts as one of them: raised neighbours are tied to their edges
+MAINLY = 0.9  # share above which a mesh counts as one of hexahedra, to whose edges raised neighbours are tied
 FIRST_ORDER = tuple(name for name in CELLS if CELL_TYPES[name].order == 1)
 OPTIONS: Options = {
     "order": Option(
@@ -55,42 +55,44 @@ OPTIONS: Options = {
 }
 
 
-def raised_solids(mesh: Mesh, members: Sequence[Member]) -> tuple[Mesh, tuple[str, ...]]:
-    """The mesh with the first-order cells of these solid members raised to second order, and what is reported of it.
+def raise_solids(mesh: Mesh, members: Sequence[Member]) -> tuple[Mesh, tuple[str, ...]]:
+    """Return the mesh with the first-order cells of these solid members raised to second order, and notes about it.
 
-    Boundaries of theirs are raised with them, cells of members of other families apart.
+    Their boundary cells are raised too, except those of members of other families.
     """
     rows: dict[str, list[IntArray]] = {}
-    kept, notes = _stay_first_order(mesh, members)
+    keep_hexahedra, notes = _first_order_hexahedra(mesh, members)
     for member in members:
         if member.family == "solid" and _order(member) != 1:
-            for kind, own in mesh.cell_groups.get(member.group, {}).items():
-                stays = kind == "hexahedron" and kept and _order(member) is None
-                if kind in FIRST_ORDER and len(own) and not stays:
-                    rows.setdefault(kind, []).append(own)
+            for kind, numbers in mesh.cell_groups.get(member.group, {}).items():
+                unchanged = kind == "hexahedron" and keep_hexahedra and _order(member) is None
+                if kind in FIRST_ORDER and len(numbers) and not unchanged:
+                    rows.setdefault(kind, []).append(numbers)
     if not rows:
         return mesh, notes
-    keep: dict[str, IntArray] = {}
+    cells_to_keep: dict[str, IntArray] = {}
     for member in members:
         if member.family != "solid":
-            for kind, own in mesh.cell_groups.get(member.group, {}).items():
-                keep[kind] = np.union1d(keep.get(kind, own), own)
-    chosen = {kind: np.unique(np.concatenate(own)) for kind, own in rows.items()}
-    found = raised(mesh, chosen, keep)
-    count = ", ".join(f"{len(own)} {kind} to {SECOND_ORDER[kind]}" for kind, own in sorted(chosen.items()))
-    new = len(found.points) - len(mesh.points)
-    text = f"solid cells of first order are raised to second order ({count}; {new} nodes are new); order = 1 keeps them"
-    return found, (*notes, text)
+            for kind, numbers in mesh.cell_groups.get(member.group, {}).items():
+                cells_to_keep[kind] = np.union1d(cells_to_keep.get(kind, numbers), numbers)
+    raised = {kind: np.unique(np.concatenate(numbers)) for kind, numbers in rows.items()}
+    new_mesh = raise_order(mesh, raised, cells_to_keep)
+    count = ", ".join(f"{len(numbers)} {kind} to {SECOND_ORDER[kind]}" for kind, numbers in sorted(raised.items()))
+    n_new = len(new_mesh.points) - len(mesh.points)
+    text = (
+        f"solid cells of first order are raised to second order ({count}; {n_new} nodes are new); order = 1 keeps them"
+    )
+    return new_mesh, (*notes, text)
 
 
-def _stay_first_order(mesh: Mesh, members: Sequence[Member]) -> tuple[bool, tuple[str, ...]]:
-    """Whether hexahedra of members that do not name an order stay as they are, and the note on it."""
+def _first_order_hexahedra(mesh: Mesh, members: Sequence[Member]) -> tuple[bool, tuple[str, ...]]:
+    """Return whether hexahedra of members without the option order stay first order, and a note about it."""
     count, cells = 0, [np.zeros((0, 8), np.int64)]
     for member in members:
         if member.family == "solid" and _order(member) is None:
-            for kind, own in mesh.cell_groups.get(member.group, {}).items():
-                count += len(own) if kind in FIRST_ORDER else 0
-                cells += [mesh.cells[kind][own]] if kind == "hexahedron" else []
+            for kind, numbers in mesh.cell_groups.get(member.group, {}).items():
+                count += len(numbers) if kind in FIRST_ORDER else 0
+                cells += [mesh.cells[kind][numbers]] if kind == "hexahedron" else []
     bricks = np.concatenate(cells)
     n = len(np.unique(bricks))
     if n <= LARGE or len(bricks) < MAINLY * count:
@@ -102,7 +104,7 @@ def _stay_first_order(mesh: Mesh, members: Sequence[Member]) -> tuple[bool, tupl
     return True, (text,)
 
 
-@family("solid", OPTIONS, prepare=raised_solids, dimension=3)
+@family("solid", OPTIONS, prepare=raise_solids, dimension=3)
 def solid(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     """Solid elements on the cells of the member's group: tetrahedra, pyramids, wedges and hexahedra, also mixed.
 
@@ -147,16 +149,16 @@ def solid(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
         dofs = numbering.translation(nodes.ravel()).reshape(len(nodes), -1)
         rule = strain_rule(name, full=not reduced)
         G, volume = gradients_at(name, x, rule, member.group)
-        place = np.matmul(CELL_TYPES[name].interpolation(rule[0]), x)
+        positions = np.matmul(CELL_TYPES[name].interpolation(rule[0]), x)
         N, dV, rho = _mass_points(name, x, member.group)
         inertia.append(SolidInertia(dofs, dV * material.density, rho, N))
-        own = SolidStrain(dofs, volume, C[None, None], linear, quadratic, G, stress)
+        block = SolidStrain(dofs, volume, C[None, None], linear, quadratic, G, stress)
         if name == "hexahedron":
-            own = with_incompatible_modes(own, x, rule[0])
+            block = with_incompatible_modes(block, x, rule[0])
         elif not (reduced and name in REDUCED):
-            own = with_even_volume(name, own, rule[0], material)
-        strain.append(own)
-        places.append(StrainPlaces("solid", place))
+            block = with_reduced_volume_points(name, block, rule[0], material)
+        strain.append(block)
+        places.append(StrainPlaces("solid", positions))
     return Contribution(
         tuple(inertia), tuple(strain), partial(solid_skin, mesh.points, cells, numbering), tuple(places)
     )
@@ -182,7 +184,7 @@ def _reduced(member: Member) -> bool:
 
 
 def _initial_stress(options: dict[str, Any], elastic: Array) -> Array:
-    """Initial stress (6,): the prestress less what the thermal strain would need."""
+    """Initial stress (6,): the prestress minus that which the thermal strain would need."""
     stress = np.zeros(6) if options["prestress"] is None else np.asarray(options["prestress"], float)
     strain = 0.0 if options["thermal_strain"] is None else float(options["thermal_strain"])
     if stress.shape != (6,) or not np.isfinite(stress).all() or not np.isfinite(strain):
@@ -194,7 +196,7 @@ def _initial_stress(options: dict[str, Any], elastic: Array) -> Array:
 
 
 def _mass_points(name: str, x: Array, group: str) -> tuple[Array, Array, Array]:
-    """Shape functions (q, k), volumes (e, q) and places (e, q, 3) of the points of mass of elements x (e, k, 3)."""
+    """Shape functions (q, k), volumes (e, q) and positions (e, q, 3) of the points of mass of elements x (e, k, 3)."""
     points, weight = mass_rule(name)
     N = CELL_TYPES[name].interpolation(points)
     _, volume = _inverse(_jacobians(name, x, points))
@@ -205,17 +207,17 @@ def gradients_at(name: str, x: Array, rule: tuple[Array, Array], group: str) -> 
     """Gradients (e, q, 3, k) of shape functions of elements with nodes x (e, k, 3), and volumes (e, q), at a rule's
     points.
 
-    Raises ValueError where an element is inside out, with its number and place.
+    Raises ValueError when an element is inside out, with its number and position.
     """
     points, weight = rule
     inverse, volume = _inverse(_jacobians(name, x, points))
     inside_out = np.flatnonzero((volume <= 0).any(axis=1))
     if len(inside_out):
         first = inside_out[0]
-        at = ", ".join(f"{c:.6g}" for c in x[first].mean(axis=0))
+        centre = ", ".join(f"{c:.6g}" for c in x[first].mean(axis=0))
         raise ValueError(
             f"solid on group {group!r}: {len(inside_out)} of {len(x)} {name} elements are turned inside out or "
-            f"folded (element {first} at ({at}) m has a Jacobian determinant of {volume[first].min():.3g} m^3); "
+            f"folded (element {first} at ({centre}) m has a Jacobian determinant of {volume[first].min():.3g} m^3); "
             "repair the mesh"
         )
     dN = CELL_TYPES[name].gradients(points)  # (q, k, 3)
@@ -226,21 +228,22 @@ def _jacobians(name: str, x: Array, points: Array) -> Array:
     """Jacobians (e, q, 3, 3) at points (q, 3); row: axis of the unit cell, column: x, y, z."""
     dN = CELL_TYPES[name].gradients(points)
     q, k, _ = dN.shape
-    centred = x - x[:, :1]  # far from the origin, coordinates round more than an element's own
+    centred = x - x[:, :1]  # far from the origin, rounding errors of coordinates would be larger
     return np.matmul(dN.swapaxes(1, 2).reshape(3 * q, k), centred).reshape(-1, q, 3, 3)
 
 
 def _check_order(name: str, x: Array, group: str) -> None:
-    """Raise ValueError when nodes (e, k, 3) do not lie where their order says: near the mean of their corners."""
+    """Raise ValueError when middle nodes of cells (e, k, 3) do not lie near the mean of their corners, as their order
+    requires."""
     cell = CELL_TYPES[name]
-    for node, near in enumerate(cell.parents, cell.n_corners):
-        mean = x[:, near].mean(axis=1)
-        reach = np.linalg.norm(x[:, near] - mean[:, None], axis=2).min(axis=1)
-        stray = np.flatnonzero(np.linalg.norm(x[:, node] - mean, axis=1) > STRAY * reach)
-        if len(stray):
+    for node, parents in enumerate(cell.parents, cell.n_corners):
+        mean = x[:, parents].mean(axis=1)
+        radius = np.linalg.norm(x[:, parents] - mean[:, None], axis=2).min(axis=1)
+        misplaced = np.flatnonzero(np.linalg.norm(x[:, node] - mean, axis=1) > MISPLACED * radius)
+        if len(misplaced):
             raise ValueError(
-                f"solid on group {group!r}: node {node} of {len(stray)} of {len(x)} {name} elements (first element "
-                f"{stray[0]}) lies far from the middle of its corners; the nodes must be in VTK's order"
+                f"solid on group {group!r}: node {node} of {len(misplaced)} of {len(x)} {name} elements (first element "
+                f"{misplaced[0]}) lies far from the middle of its corners; the nodes must be in VTK's order"
             )
 
 

@@ -28,7 +28,7 @@ def strain_rule(cell: str, full: bool = True) -> tuple[Array, Array]:
     """Points (q, 3) and weights (q,) on the unit cell for its strain energy, or of the reduced rule; read only."""
     if not full and cell in REDUCED:
         points, weight = quadrature("hexahedron", REDUCED[cell])
-        return _kept(points, weight)
+        return _read_only(points, weight)
     return _rule(cell, 0)
 
 
@@ -42,18 +42,18 @@ def _rule(cell: str, which: int) -> tuple[Array, Array]:
     if cell in GAUSS:
         points, weight = quadrature("hexahedron", GAUSS[cell][which])
     elif cell in SIMPLEX:
-        found, weight = get_quadrature(RefTet, SIMPLEX[cell][which])
-        points = found.T
+        positions, weight = get_quadrature(RefTet, SIMPLEX[cell][which])
+        points = positions.T
     else:
         degree, n = WEDGE[cell][which]
         flat, area = get_quadrature(RefTri, degree)
-        z, part = quadrature("line", n)
+        z, line_weight = quadrature("line", n)
         points = np.column_stack([np.repeat(flat.T, n, axis=0), np.tile(z, (len(area), 1))])
-        weight = np.outer(area, part).ravel()
-    return _kept(points, weight)
+        weight = np.outer(area, line_weight).ravel()
+    return _read_only(points, weight)
 
 
-def _kept(points: Array, weight: Array) -> tuple[Array, Array]:
+def _read_only(points: Array, weight: Array) -> tuple[Array, Array]:
     points.setflags(write=False)
     weight.setflags(write=False)
     return points, weight

@@ -19,7 +19,10 @@ def solid_skin(points: Array, cells: dict[str, IntArray], numbering: Numbering) 
     cols = numbering.translation_of(nodes)
     return SkinPart(
         points=points[nodes],
-        cells={kind: own.reshape(part.shape) for (kind, part), own in zip(pieces.items(), numbers, strict=True)},
+        cells={
+            kind: numbers_of_kind.reshape(part.shape)
+            for (kind, part), numbers_of_kind in zip(pieces.items(), numbers, strict=True)
+        },
         rows=np.arange(3 * len(nodes)),
         cols=cols.ravel(),
         values=np.ones(3 * len(nodes)),
@@ -28,22 +31,21 @@ def solid_skin(points: Array, cells: dict[str, IntArray], numbering: Numbering) 
 
 def outer_pieces(cells: dict[str, IntArray]) -> dict[str, IntArray]:
     """Triangles (k, 3) and quads (k, 4), numbers of mesh nodes, that make up the faces which occur once,
-    counterclockwise from
-    outside."""
+    counterclockwise from outside."""
     keys, owner = [], []
     for name, nodes in cells.items():
         for number, face in enumerate(FACES[CELL_TYPES[name].shape]):
-            own = np.sort(nodes[:, face], axis=1)
-            keys.append(np.column_stack([own, np.full((len(own), 4 - len(face)), -1)]))
+            sorted_nodes = np.sort(nodes[:, face], axis=1)
+            keys.append(np.column_stack([sorted_nodes, np.full((len(sorted_nodes), 4 - len(face)), -1)]))
             owner.append((name, number, len(nodes)))
     _, which, count = np.unique(np.concatenate(keys), axis=0, return_inverse=True, return_counts=True)
     once = np.split(count[which.ravel()] == 1, np.cumsum([n for *_, n in owner])[:-1])
-    found: dict[str, list[IntArray]] = {}
+    pieces: dict[str, list[IntArray]] = {}
     for (name, number, _), outer in zip(owner, once, strict=True):
         for piece in _pieces(name, FACES[CELL_TYPES[name].shape][number]):
             kind = "quad" if len(piece) == 4 else "triangle"
-            found.setdefault(kind, []).append(cells[name][outer][:, piece])
-    return {kind: np.concatenate(parts) for kind, parts in found.items()}
+            pieces.setdefault(kind, []).append(cells[name][outer][:, piece])
+    return {kind: np.concatenate(parts) for kind, parts in pieces.items()}
 
 
 def _pieces(name: str, face: list[int]) -> list[list[int]]:

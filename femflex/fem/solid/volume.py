@@ -1,10 +1,11 @@
-"""Strain of nearly incompressible solids: a part of the energy of volume at fewer points, so that it does not lock.
+"""Strain of nearly incompressible solids: a part of the volumetric energy is integrated at fewer points, so that they
+do not lock.
 
-A second-order element whose volume must stay at every point can hardly move. Of Lame's lambda what exceeds its value at
-a Poisson's ratio of FULL works on the projection of the displacement gradient onto fewer functions (mean dilatation,
-T. J. R. Hughes, Int. J. Num. Meth. Engng 15 (1980) 1413): linear ones over bricks of 20 nodes, trilinear over those of
-27, linear ones along wedges, one value elsewhere. All of it would leave bending too soft: a displacement of second
-order, a conformal map, changes the volume alone.
+A second-order element whose volume is constrained at every point can hardly deform. The part of Lame's lambda above its
+value at a Poisson's ratio of FULL acts on the projection of the displacement gradient onto fewer functions (mean
+dilatation, T. J. R. Hughes, Int. J. Num. Meth. Engng 15 (1980) 1413): linear ones over bricks of 20 nodes, trilinear
+over those of 27, linear ones along wedges, one value elsewhere. Projecting all of lambda would make bending too soft: a
+displacement of second order, a conformal map, changes only the volume.
 """
 
 from __future__ import annotations
@@ -19,27 +20,28 @@ from femflex.fem.solid.blocks import Dilatation, SolidStrain
 from femflex.mesh.cells import CELL_TYPES
 from femflex.mesh.quality import quadrature
 
+# with one value for an element bending is too soft
 FULL = {
     "hexahedron": 0.35,
     "wedge": 0.45,
     "tetra": 0.45,
     "pyramid": 0.45,
-}  # one value for an element leaves bending soft
+}
 
 
-def with_even_volume(
+def with_reduced_volume_points(
     name: str, strain: SolidStrain, points: Array, material: Material | Orthotropic | Anisotropic
 ) -> SolidStrain:
-    """The strain of second-order elements at points (q, 3) of the unit cell, with points of its own for the volume
-    where the material is isotropic and its Poisson's ratio above FULL."""
+    """Return the strain of second-order elements at points (q, 3) of the unit cell, with separate points for the volume
+    if the material is isotropic and its Poisson's ratio is above FULL."""
     full = FULL[CELL_TYPES[name].shape]
     if CELL_TYPES[name].order == 1 or not isinstance(material, Material) or material.nu <= full:
         return strain
-    few = _few(name)
-    spread, basis = _trilinear(few, points), _basis(name, points)
+    volume_points = _volume_points(name)
+    spread, basis = _trilinear(volume_points, points), _basis(name, points)
     weighted = strain.weight[:, :, None] * basis
     moments = np.matmul(weighted.swapaxes(1, 2), basis)
-    project = np.matmul(_basis(name, few), np.linalg.solve(moments, weighted.swapaxes(1, 2)))  # (e, m, q)
+    project = np.matmul(_basis(name, volume_points), np.linalg.solve(moments, weighted.swapaxes(1, 2)))  # (e, m, q)
     e, q, _, k = strain.G.shape
     G = np.matmul(project, strain.G.reshape(e, q, 3 * k)).reshape(e, -1, 3, k)
     mu = material.E / 2 / (1 + material.nu)
@@ -51,7 +53,7 @@ def with_even_volume(
     return replace(strain, linear_map=linear, quadratic_map=quadratic, dilatation=dilatation)
 
 
-def _few(name: str) -> Array:
+def _volume_points(name: str) -> Array:
     """Points (m, 3) of the unit cell for the volume."""
     if CELL_TYPES[name].shape == "hexahedron":
         return quadrature("hexahedron", 2)[0]
@@ -59,17 +61,17 @@ def _few(name: str) -> Array:
     return np.column_stack([np.full((len(z), 2), 1 / 3), z])
 
 
-def _trilinear(few: Array, points: Array) -> Array:
-    """Values (q, m) at points (q, 3) of the functions that are 1 at one of few points (m, 3), linear in each axis."""
-    axes = np.flatnonzero(np.ptp(few, axis=0) > 0)
+def _trilinear(nodes: Array, points: Array) -> Array:
+    """Values (q, m) at points (q, 3) of the functions, linear in each axis, that are 1 at one of the nodes (m, 3)."""
+    axes = np.flatnonzero(np.ptp(nodes, axis=0) > 0)
     powers = np.array(list(np.ndindex(*(2,) * len(axes))))
-    here, there = (np.prod(at[:, None, axes] ** powers, axis=2) for at in (few, points))
-    return np.asarray(there @ np.linalg.inv(here))
+    node_values, values = (np.prod(positions[:, None, axes] ** powers, axis=2) for positions in (nodes, points))
+    return np.asarray(values @ np.linalg.inv(node_values))
 
 
 def _basis(name: str, points: Array) -> Array:
     """Functions (q, p) at points (q, 3) onto which gradients are projected."""
-    few = _few(name)
+    volume_points = _volume_points(name)
     if name == "hexahedron20":
         return np.column_stack([np.ones(len(points)), points])
-    return _trilinear(few, points)
+    return _trilinear(volume_points, points)

@@ -35,7 +35,7 @@ OPTIONS: Options = {
 CELLS = ("triangle", "triangle6")
 SIDES = ((0, 1), (1, 2), (2, 0))
 DEGREE = 4  # of the squares of the displacements and of the strains squared, on straight sides
-CURVED = 4  # more for sides that are curved
+CURVED = 4  # additional degree for curved sides
 
 
 @family("membrane", OPTIONS, dimension=2)
@@ -51,7 +51,7 @@ def membrane(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     triangles share all displacements of the edges.
 
     section   PlateSection, or a thickness [m] with a material; its bending stiffness has no part
-    options   axis            (3,) direction in the mesh's axes of the section's x axis, laid into the membrane
+    options   axis            (3,) direction in the mesh's axes of the section's x axis, projected onto the membrane
               prestress       initial stress resultant [N/m], one for all directions, or (xx, yy, xy) in the section's
                               axes (0)
               thermal_strain  free strain, a number or (xx, yy, xy) in the section's axes
@@ -61,12 +61,12 @@ def membrane(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     """
     options = member_options(member)
     where = f"membrane on group {member.group!r}"
-    options = _checked(options, where)
+    options = _checked_options(options, where)
     section = member_section(member)
     inertia, strain, places, skins = [], [], [], []
     for kind, nodes in member_cells(mesh, member, CELLS).items():
         x = mesh.points[nodes]
-        plane_normals(x, where)  # refuses triangles without area
+        plane_normals(x, where)  # raises ValueError for triangles without area
         dofs = _dofs(numbering, nodes, kind)
         curved = CURVED * _is_curved(x, kind)
         e, m = dofs.shape[:2]
@@ -82,9 +82,8 @@ def membrane(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
 
 
 def shapes(kind: str, L: Array) -> Array:
-    """Shape functions (q, 6) [1] at area coordinates L (q, 3): of three corners and 4 L_i L_j of the sides
-    (triangle), or
-    of the six nodes (triangle6)."""
+    """Shape functions (q, 6) [1] at area coordinates L (q, 3): of three corners and 4 L_i L_j of the sides (triangle),
+    or of the six nodes (triangle6)."""
     if kind == "triangle6":
         return CELL_TYPES[kind].interpolation(L[:, 1:])
     return np.concatenate([L, np.stack([4 * L[:, i] * L[:, j] for i, j in SIDES], axis=1)], axis=1)
@@ -101,12 +100,13 @@ def gradients(kind: str, L: Array) -> Array:
 
 
 def geometry(kind: str, L: Array) -> Array:
-    """Shape functions (q, 3|6) [1] of the places of the nodes."""
+    """Shape functions (q, 3|6) [1] of the geometry, by the positions of the nodes."""
     return L if kind == "triangle" else shapes(kind, L)
 
 
 def _tangents(x: Array, kind: str, L: Array) -> tuple[Array, Array]:
-    """Derivatives (e, q, 2, 3) of places along two area coordinates, and the length (e, q) of their cross product."""
+    """Derivatives (e, q, 2, 3) of positions along two area coordinates, and the length (e, q) of their cross
+    product."""
     rows = gradients(kind, L)[:, : x.shape[1]]
     t = np.einsum("qmk,emc->eqkc", rows, x)
     return t, np.linalg.norm(np.cross(t[:, :, 0], t[:, :, 1]), axis=2)
@@ -117,12 +117,13 @@ def _strain(
 ) -> TensionStrain:
     """Strains (xx, yy, gamma_xy) of gradients u_a,1 and u_a,2, a = 1, 2, 3, in axes 1, 2 of the tangent plane."""
     L, weight = area_points(degree)
-    t, twice = _tangents(x, kind, L)
-    (e, q), m = twice.shape, dofs.shape[1]
-    normals = (np.cross(t[:, :, 0], t[:, :, 1]) / twice[..., None]).reshape(-1, 3)
-    axes = plane_frames(_upright(normals))
-    own = np.einsum("eqkc,eqac->eqka", t, axes[:, :2].reshape(e, q, 2, 3))  # tangents in the axes 1, 2
-    slope = np.einsum("qmk,eqak->eqam", gradients(kind, L), np.linalg.inv(own))  # d/d1, d/d2 of the shape functions
+    t, double_area = _tangents(x, kind, L)
+    (e, q), m = double_area.shape, dofs.shape[1]
+    normals = (np.cross(t[:, :, 0], t[:, :, 1]) / double_area[..., None]).reshape(-1, 3)
+    axes = plane_frames(_without_rounding(normals))
+    plane_tangents = np.einsum("eqkc,eqac->eqka", t, axes[:, :2].reshape(e, q, 2, 3))  # tangents in the axes 1, 2
+    # d/d1, d/d2 of the shape functions
+    slope = np.einsum("qmk,eqak->eqam", gradients(kind, L), np.linalg.inv(plane_tangents))
     frame = axes.reshape(e, q, 3, 3)
     G = np.einsum("eqam,eqbc->eqabmc", slope, frame).reshape(e, q, 6, 3 * m)
     A = section_stiffness(section, options["axis"], axes).A
@@ -137,7 +138,7 @@ def _strain(
 
     return TensionStrain(
         dofs=dofs.reshape(e, 3 * m),
-        weight=weight * twice / 2,
+        weight=weight * double_area / 2,
         elastic=by_point(A),
         linear_map=linear,
         quadratic_map=quadratic,
@@ -146,14 +147,14 @@ def _strain(
         group=group,
         family="membrane",
         places=geometry(kind, L) @ x,
-        moved=shapes(kind, L),
-        smooth=least_squares(L, weight),
+        shape_functions=shapes(kind, L),
+        smoothing=least_squares(L, weight),
         viscosity=options["viscosity"],
     )
 
 
-def _upright(normals: Array) -> Array:
-    """Normals without the rounding that would give the elements of a flat sheet axes of their own each."""
+def _without_rounding(normals: Array) -> Array:
+    """Replace normals that differ by rounding only by one, so that the elements of a flat sheet share their axes."""
     return np.broadcast_to(normals[0], normals.shape) if np.abs(normals - normals[0]).max() < 1e-12 else normals
 
 
@@ -176,7 +177,7 @@ def _is_curved(x: Array, kind: str) -> bool:
 
 
 def _skin(parts: list[tuple[Array, IntArray, str]]) -> SkinPart:
-    """Every triangle as four, with the middles of its sides."""
+    """Draw every triangle as four, with the middles of its sides."""
     L = np.array([(1, 0, 0), (0, 1, 0), (0, 0, 1), (0.5, 0.5, 0), (0, 0.5, 0.5), (0.5, 0, 0.5)], float)
     four = np.array([(0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)])
     points, cells, rows, cols, values, start = [], [], [], [], [], 0
@@ -194,16 +195,16 @@ def _skin(parts: list[tuple[Array, IntArray, str]]) -> SkinPart:
     return SkinPart(np.concatenate(points), {"triangle": np.concatenate(cells)}, *triplets)
 
 
-def _checked(options: dict[str, Any], where: str) -> dict[str, Any]:
-    """The options, prestress as three numbers; ValueError on values the family cannot use."""
-    given = np.asarray(options["prestress"], float)
-    force = np.array([given, given, 0.0]) if given.ndim == 0 else given
+def _checked_options(options: dict[str, Any], where: str) -> dict[str, Any]:
+    """Return the options, with prestress as three numbers; ValueError for values that the family cannot use."""
+    prestress = np.asarray(options["prestress"], float)
+    force = np.array([prestress, prestress, 0.0]) if prestress.ndim == 0 else prestress
     if force.shape != (3,) or not np.isfinite(force).all():
         raise ValueError(f"{where} has prestress {options['prestress']!r}; give one number or three (xx, yy, xy) [N/m]")
-    least = (force[0] + force[1]) / 2 - np.hypot((force[0] - force[1]) / 2, force[2])
-    if least < 0:
+    lowest = (force[0] + force[1]) / 2 - np.hypot((force[0] - force[1]) / 2, force[2])
+    if lowest < 0:
         raise ValueError(
-            f"{where} has prestress {force.tolist()} N/m, of which the lowest principal value is {least:.4g} N/m; a "
+            f"{where} has prestress {force.tolist()} N/m, of which the lowest principal value is {lowest:.4g} N/m; a "
             "membrane carries no compression, so give tension in all directions"
         )
     viscosity = options["viscosity"]

@@ -1,4 +1,4 @@
-"""Strain blocks of members that have no stiffness across themselves but that of their tension."""
+"""Strain blocks of members whose only transverse stiffness is that of their tension."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ class TensionStrain(DenseStrain):
     """A strain block of a tether, eps (s = 1), or of a membrane, eps_xx, eps_yy, gamma_xy (s = 3).
 
     group, family  of its member
-    places (e, q, 3)  of its points [m]
-    moved (q, m)      shape functions of each component of their displacement
-    smooth (q, q)     their least-squares fit by polynomials of the degree of the displacement's gradient: stress of
-                      stiff lines and sheets in large rotation is right there, and oscillates about it in between
+    places (e, q, 3)  positions of its points [m]
+    shape_functions (q, m)  of each component of their displacement
+    smoothing (q, q)  least-squares fit by polynomials of the degree of the displacement's gradient: the stress of stiff
+                      lines and sheets in large rotation oscillates about these
     viscosity         internal (Kelvin-Voigt) damping: stress C viscosity d eps/dt in addition to C eps [s]
     """
 
     group: str = ""
     family: str = ""
     places: Array = field(default_factory=lambda: np.zeros((1, 1, 3)))
-    moved: Array = field(default_factory=lambda: np.zeros((1, 1)))
-    smooth: Array = field(default_factory=lambda: np.eye(1))
+    shape_functions: Array = field(default_factory=lambda: np.zeros((1, 1)))
+    smoothing: Array = field(default_factory=lambda: np.eye(1))
     viscosity: float = 0.0
 
     def smoothed_stress(self) -> Array:
         """Initial stress at the points (e, q, s) [N or N/m], smoothed in every element."""
-        return self.smooth @ np.broadcast_to(self.stress, (*self.weight.shape, self.stress.shape[-1]))
+        return self.smoothing @ np.broadcast_to(self.stress, (*self.weight.shape, self.stress.shape[-1]))
 
     def lowest_tension(self) -> Array:
         """Tension [N] or lowest principal stress resultant [N/m] of the initial stress at the points (e, q).
@@ -54,7 +54,7 @@ class TensionStrain(DenseStrain):
         eps = np.matmul(self.linear_map + Qg / 2, g[..., None])
         rows = np.matmul(self.linear_map + Qg, self.G)
         G = np.concatenate([np.broadcast_to(self.G, (*rows.shape[:2], *self.G.shape[2:])), rows], axis=2)
-        u = np.einsum("qm,emc->eqc", self.moved, raw[self.dofs].reshape(len(self.dofs), -1, 3))
+        u = np.einsum("qm,emc->eqc", self.shape_functions, raw[self.dofs].reshape(len(self.dofs), -1, 3))
         return replace(
             self,
             stress=self.stress + np.matmul(self.elastic, eps)[..., 0],

@@ -62,7 +62,7 @@ def tether(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
 
     Mesh advice: order 4 gives the frequency of a mode with m elements in a half wave to about (0.7 / m)^8.
     """
-    options = _checked(member_options(member), member)
+    options = _checked_options(member_options(member), member)
     cells = member_cells(mesh, member, LINE_TYPES)
     order = options["order"] or (EDGE_ORDER if _on_membrane(mesh, cells, numbering) else DEFAULT_ORDER)
     arcs = _arcs(mesh, cells, member, options["start"])
@@ -70,39 +70,40 @@ def tether(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     for kind, nodes in cells.items():
         x = mesh.points[nodes]
         dofs = _dofs(numbering, nodes, kind, order)
-        one, two, place = _blocks(x, dofs, kind, order, member, options, arcs[kind])
-        inertia.append(one)
-        strain.append(two)
-        places.append(place)
+        inertia_block, strain_block, strain_places = _blocks(x, dofs, kind, order, member, options, arcs[kind])
+        inertia.append(inertia_block)
+        strain.append(strain_block)
+        places.append(strain_places)
         skins.append((x, dofs, kind, order))
     return Contribution(tuple(inertia), tuple(strain), partial(_skin, skins), tuple(places))
 
 
 def line_shapes(kind: str, order: int, xi: Array, derivative: bool = False) -> Array:
-    """Shape functions (q, m) of an element at xi (q,) in [0, 1]: of its nodes, then those that fade at the nodes.
+    """Shape functions (q, m) of an element at xi (q,) in [0, 1]: those of its nodes, then those that vanish at the
+    nodes.
 
     line: of its two ends, 4 xi (1 - xi), and from order 3 on integrated Legendre polynomials. line3: of its three
     nodes, and the same from order 3 on.
     """
     cell = CELL_TYPES[kind]
     nodal = cell.gradients(xi[:, None])[:, :, 0] if derivative else cell.interpolation(xi[:, None])
-    more = [4.0 - 8.0 * xi if derivative else 4.0 * xi * (1.0 - xi)] if kind == "line" and order >= 2 else []
+    inner = [4.0 - 8.0 * xi if derivative else 4.0 * xi * (1.0 - xi)] if kind == "line" and order >= 2 else []
     for k in range(3, order + 1):
         base = np.sqrt(2 * k - 1) * Legendre.basis(k - 1, domain=[0.0, 1.0])
-        more.append(base(xi) if derivative else base.integ(1, lbnd=0.0)(xi))
-    return np.concatenate([nodal, *(one[:, None] for one in more)], axis=1)
+        inner.append(base(xi) if derivative else base.integ(1, lbnd=0.0)(xi))
+    return np.concatenate([nodal, *(shape[:, None] for shape in inner)], axis=1)
 
 
 def _dofs(numbering: Numbering, nodes: IntArray, kind: str, order: int) -> IntArray:
     """Raw dofs (e, m, 3) of the shape functions of elements between nodes (e, 2|3)."""
     e = len(nodes)
-    found = [numbering.translation(nodes.ravel()).reshape(e, -1, 3)]
+    dofs = [numbering.translation(nodes.ravel()).reshape(e, -1, 3)]
     ends = nodes[:, :2]
     if kind == "line" and order >= 2:
-        found.append(numbering.sides(ends)[:, None])
+        dofs.append(numbering.sides(ends)[:, None])
     if order >= 3:
-        found.append(numbering.fading(ends, order - 2))
-    return np.concatenate(found, axis=1)
+        dofs.append(numbering.fading(ends, order - 2))
+    return np.concatenate(dofs, axis=1)
 
 
 def _blocks(
@@ -112,23 +113,23 @@ def _blocks(
     varying = VARYING_DEGREE * member.section.varies
     curved = 2 * (kind == "line3")
 
-    def along(degree: int) -> tuple[Array, Array, Array, tuple[Array, Array]]:
+    def quadrature_along(degree: int) -> tuple[Array, Array, Array, tuple[Array, Array]]:
         points, weights = get_quadrature(RefLine, degree + curved + varying)
         xi = points[0]
         slope = line_shapes(kind, 2 if kind == "line3" else 1, xi, True) @ x
         ds = np.linalg.norm(slope, axis=2)
-        return xi, weights * ds, slope / ds[..., None], axial_properties(member, arc.at(xi), arc.whole[:, None])
+        return xi, weights * ds, slope / ds[..., None], axial_properties(member, arc.arc_at(xi), arc.whole[:, None])
 
-    def places(xi: Array) -> Array:
+    def positions(xi: Array) -> Array:
         return np.asarray(line_shapes(kind, 2 if kind == "line3" else 1, xi) @ x)
 
     m, e = dofs.shape[1], len(x)
     flat = dofs.reshape(e, 3 * m)
-    xi, ds, _, (_, mass) = along(2 * order)
+    xi, ds, _, (_, mass) = quadrature_along(2 * order)
     N = np.einsum("qm,ab->qamb", line_shapes(kind, order, xi), np.eye(3)).reshape(1, len(xi), 3, 3 * m)
-    inertia = DenseInertia(flat, ds * mass, places(xi), N)
+    inertia = DenseInertia(flat, ds * mass, positions(xi), N)
 
-    xi, ds, tangent, (EA, _) = along(max(2, 4 * (order - 1)))
+    xi, ds, tangent, (EA, _) = quadrature_along(max(2, 4 * (order - 1)))
     weights = get_quadrature(RefLine, max(2, 4 * (order - 1)) + curved + varying)[1]
     slope = line_shapes(kind, order, xi, True) / (ds / weights)[..., None]  # d/ds of the shape functions (e, q, m)
     G = np.einsum("eqgb,eqm->eqgmb", frames(tangent), slope).reshape(e, len(xi), 3, 3 * m)
@@ -143,14 +144,14 @@ def _blocks(
         stress=stress[..., None],
         group=member.group,
         family="tether",
-        places=places(xi),
-        moved=line_shapes(kind, order, xi),
-        smooth=least_squares(np.asarray(legvander(2 * xi - 1, order - 1), float), weights),
+        places=positions(xi),
+        shape_functions=line_shapes(kind, order, xi),
+        smoothing=least_squares(np.asarray(legvander(2 * xi - 1, order - 1), float), weights),
         viscosity=options["viscosity"],
     )
     section = member.section
-    fibres = section.fibres(arc.at(xi), arc.whole[:, None]) if isinstance(section, Shape) else None
-    return inertia, strain, StrainPlaces("line", places(xi), fibres=fibres)
+    fibres = section.fibres(arc.arc_at(xi), arc.whole[:, None]) if isinstance(section, Shape) else None
+    return inertia, strain, StrainPlaces("line", positions(xi), fibres=fibres)
 
 
 def frames(x: Array) -> Array:
@@ -166,8 +167,8 @@ def axial_properties(member: Member, s: Array, length: Array) -> tuple[Array, Ar
     if hasattr(member.section, "axial"):
         EA, mass = member.section.axial(s, length)
     else:
-        found = member.section.resultants(member.material, s, length)
-        EA, mass = found.EA, found.mass
+        resultants = member.section.resultants(member.material, s, length)
+        EA, mass = resultants.EA, resultants.mass
     return np.broadcast_to(EA, s.shape), np.broadcast_to(mass, s.shape)
 
 
@@ -176,10 +177,10 @@ def _arcs(mesh: Mesh, cells: dict[str, IntArray], member: Member, start: str | N
     ends = [nodes[:, :2] for nodes in cells.values()]
     if not member.section.varies:
         return {kind: ArcLength(np.zeros((len(e), 2)), np.ones(len(e))) for kind, e in zip(cells, ends, strict=True)}
-    whole = arc_length(mesh, np.concatenate(ends), member.group, start)
+    arc = arc_length(mesh, np.concatenate(ends), member.group, start)
     cuts = np.cumsum([0, *(len(e) for e in ends)])
     spans = pairwise(cuts)
-    return {kind: ArcLength(whole.ends[a:b], whole.whole[a:b]) for kind, (a, b) in zip(cells, spans, strict=True)}
+    return {kind: ArcLength(arc.ends[a:b], arc.whole[a:b]) for kind, (a, b) in zip(cells, spans, strict=True)}
 
 
 def _on_membrane(mesh: Mesh, cells: dict[str, IntArray], numbering: Numbering) -> bool:
@@ -210,8 +211,8 @@ def _skin(parts: list[tuple[Array, IntArray, str, int]]) -> SkinPart:
     return SkinPart(np.concatenate(points), {"line": np.concatenate(lines)}, *triplets)
 
 
-def _checked(options: dict[str, Any], member: Member) -> dict[str, Any]:
-    """The options; ValueError on a section or values that the family cannot use."""
+def _checked_options(options: dict[str, Any], member: Member) -> dict[str, Any]:
+    """Return the options; ValueError for a section or values that the family cannot use."""
     where = f"tether on group {member.group!r}"
     if not (hasattr(member.section, "axial") or hasattr(member.section, "resultants")):
         raise ValueError(

@@ -14,7 +14,7 @@ import numpy as np
 from femflex.arrays import Array
 from femflex.body import StrainTensors
 from femflex.body.symmetric import packed
-from femflex.fem.beam.strain import FOURTH, fourth_order, product_maps, strain_maps
+from femflex.fem.beam.strain import FOURTH, fourth_order_stiffnesses, product_maps, strain_maps
 from femflex.reduction.beams.beam_functions import gauss
 from femflex.reduction.beams.uniform_beam import BeamFunctions, UniformBeam
 from femflex.reduction.strain.tensors import packed_quartic, require_room
@@ -28,7 +28,8 @@ class BeamStrains:
     rows        (p, 9, n)     gradients of the columns, as listed by `fem.beam.strain.strain_maps`
     linear      (s, 9)
     quadratic   (s, 9, 9)
-    stiffness   (p, s)        of (eps, kappa_z, kappa_y, r kappa_x), r^2 = I_p / A, and seven more (`fourth_order`)
+    stiffness   (p, s)        of (eps, kappa_z, kappa_y, r kappa_x), r^2 = I_p / A, and seven more
+                              (`fourth_order_stiffnesses`)
     polar       ()            r [m], 1 where the beam has no I_p
     """
 
@@ -56,7 +57,7 @@ def beam_strains(beam: UniformBeam, functions: BeamFunctions, X: Array, followin
     linear, quadratic = strain_maps()
     if not functions.torsion:
         quadratic[3] = 0.0
-    fourth, weights = product_maps(FOURTH), fourth_order(beam.EIy, beam.EIz, polar**2, beam.far_bends)
+    fourth, weights = product_maps(FOURTH), fourth_order_stiffnesses(beam.EIy, beam.EIz, polar**2, beam.far_bends)
     if following:
         quadratic[:, 0], quadratic[:, :, 0] = 0.0, 0.0
         fourth[:3], weights[:3] = inextensible(beam, polar**2)

@@ -27,7 +27,7 @@ def names(groups: Groups) -> tuple[str, ...]:
 def held_dofs(structure: Structure, clamp: Groups) -> IntArray:
     """Numbers (k,) of the independent dofs, ascending, that the clamps fix. A mapping names the components held at
     each group."""
-    return structure.held_dofs(clamp if isinstance(clamp, Mapping) else dict.fromkeys(names(clamp), COMPONENTS))
+    return structure.constrained_dofs(clamp if isinstance(clamp, Mapping) else dict.fromkeys(names(clamp), COMPONENTS))
 
 
 def free_dofs(structure: Structure, held: IntArray) -> IntArray:

@@ -7,7 +7,7 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from femflex.arrays import Array, IntArray
-from femflex.fem.eigen.modes import factorised, without_stiffness
+from femflex.fem.eigen.modes import factorise, without_stiffness
 from femflex.fem.structure import Structure
 
 ROUNDING = 1e-13  # force on a dof over the sum of its terms, of all dofs the largest, below which it is none
@@ -29,7 +29,7 @@ def lifted(structure: Structure, translation: Array, rotation: Array) -> Array:
         load, size = K[:, nodal] @ x[nodal], abs(K[:, nodal]) @ np.abs(x[nodal])
         pulled = np.flatnonzero((np.abs(load) > ROUNDING * size.max(axis=0)).any(axis=0))
         if pulled.size:  # in a rigid motion of fields that are linear without them, none is
-            x[np.ix_(extra, pulled)] = -factorised(K[:, extra]).solve(np.ascontiguousarray(load[:, pulled]))
+            x[np.ix_(extra, pulled)] = -factorise(K[:, extra]).solve(np.ascontiguousarray(load[:, pulled]))
     return x
 
 
@@ -44,7 +44,7 @@ def _following(structure: Structure, translation: Array, rotation: Array) -> tup
     x = np.zeros((structure.n_dof, k))
     x[nodal] = _least_squares((A.T @ A).tocsc(), np.ascontiguousarray(A.T @ given))
     other = np.ones(structure.n_dof, bool)
-    other[nodal] = other[structure.T[structure.numbering.faded].indices] = False
+    other[nodal] = other[structure.T[structure.numbering.fading_dofs].indices] = False
     return x, nodal, np.flatnonzero(other)
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from scipy import linalg, sparse
 
 from femflex.arrays import Array, IntArray
-from femflex.fem.eigen.modes import IdleError, Modes, factorised, lowest_modes, without_stiffness
+from femflex.fem.eigen.modes import IdleError, Modes, factorise, lowest_modes, without_stiffness
 from femflex.fem.eigen.shift_invert import Factors, SingularError
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.rigid import independent_columns, rigid_shapes, stands_by_springs
@@ -66,7 +66,7 @@ class Supported:
     @cached_property
     def factors(self) -> Factors:
         """Factors of `K_stiff`. Raises RuntimeError where it is singular."""
-        return factorised(self.K_stiff)
+        return factorise(self.K_stiff)
 
     def answers(self, loads: Array) -> Array:
         """Static displacements (n_dof, k) [m, rad] or (n_dof,) under loads alike; without supports, of their balanced

@@ -10,7 +10,7 @@ from scipy.spatial import KDTree
 
 from femflex.arrays import Array
 from femflex.body import FlexibleBody
-from femflex.fem.eigen.canonical import canonical
+from femflex.fem.eigen.canonical import canonical_modes
 from femflex.fem.eigen.modes import dense_modes
 
 LEVI_CIVITA = np.array([[[(a - b) * (b - c) * (c - a) / 2 for c in range(3)] for b in range(3)] for a in range(3)])
@@ -65,7 +65,7 @@ def effective_mass(body: FlexibleBody, about: Array | None = None) -> EffectiveM
     if not n:
         return EffectiveMass(np.zeros(0), np.zeros((0, 6)), total)
     eigenvalues, X = dense_modes(body.strain.V1, moments.elastic_mass())
-    X = canonical(eigenvalues, X)
+    X = canonical_modes(eigenvalues, X)
     participation = X.T @ np.concatenate([s, turning], axis=1)
     share = X * (moments.elastic_mass() @ X)
     kinds = tuple(body.kinds[k] for k in np.argmax(share, axis=0)) if body.kinds else ()

@@ -31,7 +31,7 @@ from scipy import linalg, sparse
 
 from femflex.arrays import Array
 from femflex.body import MassMoments
-from femflex.fem.eigen.modes import factorised
+from femflex.fem.eigen.modes import factorise
 from femflex.fem.matrix_structure import MatrixStructure
 from femflex.reduction.boundary.rigid import rigid_shapes
 from femflex.reduction.inertia.moments import point_moments
@@ -270,7 +270,7 @@ def _symmetric_moments(structure: MatrixStructure, phi: Array, M: sparse.csr_arr
         K = structure.K[rest]
         own = K[:, rest]
         own = own + sparse.diags_array(np.maximum(1e-10 * own.diagonal(), 1e-300 + 1e-14 * own.diagonal().max()))
-        x[rest] = -factorised(sparse.csr_array(own)).solve(np.ascontiguousarray(K[:, moved] @ x[moved]))
+        x[rest] = -factorise(sparse.csr_array(own)).solve(np.ascontiguousarray(K[:, moved] @ x[moved]))
     value = x.T @ (M @ phi)
     out = np.zeros((3, phi.shape[1], 3))
     for column, (a, b) in enumerate(PAIRS):

@@ -10,7 +10,7 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 
 from femflex.arrays import Array, IntArray
 from femflex.fem.deflected import tension_blocks
-from femflex.fem.eigen.modes import factorised
+from femflex.fem.eigen.modes import factorise
 from femflex.fem.eigen.shift_invert import Factors
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.pivots import negative_pivots
@@ -68,7 +68,7 @@ def lowest_ratio(K_sigma: sparse.csr_array, K0: sparse.csr_array) -> float:
     """Lowest mu [1] of K_sigma x = mu K0 x, both (n, n)."""
     if K0.shape[0] <= SMALL:
         return _dense_lowest(K_sigma, K0)[0]
-    solve = LinearOperator(K0.shape, matvec=factorised(K0).solve, dtype=float)
+    solve = LinearOperator(K0.shape, matvec=factorise(K0).solve, dtype=float)
     start = np.random.default_rng(0).standard_normal(K0.shape[0])
     found = eigsh(K_sigma, 1, K0, Minv=solve, which="SA", v0=start, return_eigenvectors=False)
     return float(found[0])

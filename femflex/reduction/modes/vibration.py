@@ -8,7 +8,7 @@ import numpy as np
 from scipy import linalg
 
 from femflex.arrays import Array, IntArray
-from femflex.fem.eigen.canonical import canonical, signs
+from femflex.fem.eigen.canonical import canonical_modes, signs
 from femflex.fem.eigen.modes import dense_modes
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.clamps import Groups, held_dofs, names, refuse_unheld
@@ -103,7 +103,7 @@ def ritz(structure: Structure, phi: Array) -> tuple[Array, Array]:
             "others, or that move dofs without mass."
         )
     eigenvalues, X = dense_modes(K, M)
-    return np.sqrt(np.maximum(eigenvalues, 0.0)), signed(structure, canonical(eigenvalues, phi @ X))
+    return np.sqrt(np.maximum(eigenvalues, 0.0)), signed(structure, canonical_modes(eigenvalues, phi @ X))
 
 
 def signed(structure: Structure, phi: Array) -> Array:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from scipy import sparse
 
 from femflex.arrays import Array
-from femflex.fem.assembly import Part, assembled
+from femflex.fem.assembly import ElementMatrices, assemble
 from femflex.fem.structure import Structure
 from femflex.fem.tables import InertiaBlock, element_chunks
 from femflex.reduction.boundary.markers import marker_rows
@@ -93,8 +93,8 @@ def loads_on(structure: Structure, preload: Preload) -> Loads:
             forces = np.einsum("eqal,eqa->el", shape_rows(block, chunk), push)
             raw += np.bincount(block.dofs[chunk].ravel(), forces.ravel(), len(raw))
         if A.any():
-            parts.append(Part(block.dofs, _FieldMatrices(block, A)))
-    F, S = structure.T.T @ raw, assembled(parts, structure.T)
+            parts.append(ElementMatrices(block.dofs, _FieldMatrices(block, A)))
+    F, S = structure.T.T @ raw, assemble(parts, structure.T)
     for group, force in preload.forces.items():
         F = F + marker_rows(structure, group).translation.T @ np.asarray(force, float)
     for group, mass in preload.masses.items():

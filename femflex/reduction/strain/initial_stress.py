@@ -8,7 +8,7 @@ import numpy as np
 
 from femflex.arrays import Array, IntArray
 from femflex.fem.deflected import tension_blocks
-from femflex.fem.relaxed import settled
+from femflex.fem.relaxed import with_settled_stress
 from femflex.fem.structure import Structure
 from femflex.fem.tables import StrainBlock
 from femflex.reduction.boundary.clamps import Groups, held_dofs
@@ -46,7 +46,7 @@ def relaxed(structure: Structure, clamp: Groups = ()) -> Structure:
 
 def _relaxed(structure: Structure, held: IntArray) -> Structure:
     x = relaxation(structure, held)
-    found = settled(structure, x)
+    found = with_settled_stress(structure, x)
     moved = np.linalg.norm((structure.translation @ x).reshape(-1, 3), axis=1)
     found.known[LET_GO] = (float(moved.max(initial=0.0)),)
     if RIGID in structure.known:  # the mesh stays, and with it its rigid motions

@@ -1,4 +1,4 @@
-"""A line member cut into segments: each a small mesh with its part of the member and the members attached to it."""
+"""A line member cut into segments: each is a small mesh with its part of the member and the members attached to it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 NEAR, FAR, ENDS = ".near", ".far", ".ends"  # groups of a segment: its first node, its last, and both
-MOST = 500  # segments; more hardly change an answer but for rounding
+MOST = 500  # segments; more of them hardly change a result except by rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,29 +40,30 @@ class Segment:
 
 
 @dataclass(frozen=True, eq=False)
-class Stretch:
-    """A section that varies along a longer member, seen from a segment: s = at + sign * (arc length there)."""
+class SectionOfSegment:
+    """A section that varies along a longer member, as a function of the arc length of a segment: s = start + sign *
+    (arc length of the segment)."""
 
     section: Section
-    at: float
+    start: float
     sign: float
-    whole: float
+    whole_length: float
 
     @property
     def varies(self) -> bool:
-        """Always: it depends on where the segment lies."""
+        """Always true, because the section depends on the position of the segment."""
         return True
 
     def resultants(self, material: Material | None, s: Array, length: Array) -> Resultants:
         """`Section.resultants` of the longer member at arc lengths s (...) [m] of the segment."""
-        return self.section.resultants(material, self.at + self.sign * s, np.full_like(length, self.whole))
+        return self.section.resultants(material, self.start + self.sign * s, np.full_like(length, self.whole_length))
 
     def outline(self, s: Array, length: Array) -> Outline:
         """`Section.outline` of the longer member at arc lengths s (...) [m] of the segment."""
-        return self.section.outline(self.at + self.sign * s, np.full_like(length, self.whole))
+        return self.section.outline(self.start + self.sign * s, np.full_like(length, self.whole_length))
 
 
-def cut(
+def cut_into_segments(
     mesh: Mesh,
     members: Sequence[Member],
     k: int,
@@ -70,12 +71,12 @@ def cut(
     point_masses: Sequence[PointMass] = (),
     start: str | None = None,
 ) -> tuple[Segment, ...]:
-    """The k segments, equally long, of the line member on `group`, from the end in point group `start`.
+    """Cut the line member on `group` into k equally long segments, counted from the end in point group `start`.
 
-    Left out, `group` is that of the only line member, `start` the member's own option, or the end its cells point
-    away from. Cuts between nodes split the element there. Other members and point masses go with the segment they
-    hang on; of two at a cut, with the first. Raises ValueError when k is below 1 or above 500, the member is no single
-    open line (see `path_of`), or another member joins two segments or is attached to none.
+    By default `group` is that of the only line member, and `start` is the member's own option, or the end that its
+    cells point away from. Cuts between nodes split the element there. Other members and point masses belong to the
+    segment that they are attached to; at a cut, to the first of two. Raises ValueError when k is below 1 or above 500,
+    the member is no single open line (see `path_of`), or another member joins two segments or is attached to none.
     """
     if not 1 <= k <= MOST:
         raise ValueError(f"found {k} segments; a line member can be cut into 1 to {MOST}")
@@ -83,21 +84,27 @@ def cut(
     elements = straight_elements(mesh.group_cells(member.group))
     path = path_of(mesh, elements, member.group, start or member.options.get("start"))
     sign = _section_sign(mesh, member, elements, path)
-    path = path.divided(k)
+    path = path.with_nodes_at_cuts(k)
     others = [other for other in members if other is not member]
-    attached = attached_parts(mesh, others, path, k, member.group)
+    attachments = attached_parts(mesh, others, path, k, member.group)
     middle = path.arc(path.elements).mean(axis=1)
     of_element = np.minimum((middle / path.length * k).astype(np.int64), k - 1)
-    everything = all_groups(mesh)
+    groups_of_mesh = all_groups(mesh)
     segments = []
     for j in range(k):
-        own = _own_member(member, path.length, j, k, sign)
-        held = tuple(other for other in others if attached.cells_of(other.group, j))
+        segment_member = _segment_member(member, path.length, j, k, sign)
+        attached_members = tuple(other for other in others if attachments.cells_of(other.group, j))
         lines = path.elements[of_element == j]
-        part = _part_mesh(mesh, path, j, lines, member.group, held, attached)
-        masses, groups = _masses(mesh, point_masses, attached, j)
-        whole = frozenset(name for name, at in everything.items() if np.isin(at, _points_of(part)).all())
-        segments.append(Segment(part.with_groups(points=groups).compacted(), (own, *held), masses, whole))
+        segment_mesh = _segment_mesh(mesh, path, j, lines, member.group, attached_members, attachments)
+        masses, groups = _masses(mesh, point_masses, attachments, j)
+        names = frozenset(
+            name for name, points in groups_of_mesh.items() if np.isin(points, _points_of(segment_mesh)).all()
+        )
+        segments.append(
+            Segment(
+                segment_mesh.with_groups(points=groups).compacted(), (segment_member, *attached_members), masses, names
+            )
+        )
     return tuple(segments)
 
 
@@ -105,16 +112,16 @@ def _line_member(mesh: Mesh, members: Sequence[Member], group: str | None) -> Me
     """The member to cut: that of the group, or the only one made of lines."""
     lines = [m for m in members if set(mesh.group_cells(m.group)) <= set(LINE_TYPES)]
     if group is not None:
-        chosen = [m for m in members if m.group == group]
-        if not chosen:
+        members_of_group = [m for m in members if m.group == group]
+        if not members_of_group:
             raise ValueError(f"no member lies on group {group!r}; members lie on {[m.group for m in members]}")
-        if chosen[0] not in lines:
+        if members_of_group[0] not in lines:
             kinds = sorted(mesh.group_cells(group))
             raise ValueError(
                 f"the member on group {group!r} is made of {', '.join(kinds)} cells; only a member of line cells can "
                 "be cut into segments"
             )
-        return chosen[0]
+        return members_of_group[0]
     if len(lines) != 1:
         raise ValueError(
             f"{len(lines)} members are made of line cells ({[m.group for m in lines]}); name the group of the one "
@@ -124,46 +131,56 @@ def _line_member(mesh: Mesh, members: Sequence[Member], group: str | None) -> Me
 
 
 def _section_sign(mesh: Mesh, member: Member, elements: IntArray, path: Path) -> float:
-    """1 when the section's arc length runs as the path, -1 when it runs the other way."""
+    """Return 1 if the section's arc length runs like the path, -1 if it runs the other way."""
     if not member.section.varies:
         return 1.0
     arc = arc_length(mesh, elements, member.group, member.options.get("start"))
     return 1.0 if np.allclose(arc.ends, path.arc(elements), atol=1e-9 * path.length) else -1.0
 
 
-def _own_member(member: Member, length: float, j: int, k: int, sign: float) -> Member:
-    """The member on segment j: a section that varies is seen from there."""
+def _segment_member(member: Member, length: float, j: int, k: int, sign: float) -> Member:
+    """Return the member on segment j, with a varying section as a function of the segment's arc length."""
     options = {key: v for key, v in member.options.items() if key != "start"}
     if member.family == "beam":
         options.setdefault("extent", length)
     if not member.section.varies:
         return replace(member, options=options)
-    at = length * j / k if sign > 0 else length * (1 - j / k)
+    start = length * j / k if sign > 0 else length * (1 - j / k)
     return replace(
         member,
-        section=Stretch(member.section, at, sign, length),
+        section=SectionOfSegment(member.section, start, sign, length),
         options={**options, "start": NEAR},
     )
 
 
-def _part_mesh(
-    mesh: Mesh, path: Path, j: int, lines: IntArray, group: str, held: Sequence[Member], attached: Attachments
+def _segment_mesh(
+    mesh: Mesh,
+    path: Path,
+    j: int,
+    lines: IntArray,
+    group: str,
+    attached_members: Sequence[Member],
+    attachments: Attachments,
 ) -> Mesh:
     """Mesh of segment j: its line cells, the cells of other members on it, and the groups that lie on it."""
     from femflex.mesh import Mesh
 
     cells: dict[str, list[IntArray]] = {"line": [lines]}
     groups: dict[str, dict[str, IntArray]] = {group: {"line": np.arange(len(lines))}}
-    for member in held:
+    for member in attached_members:
         groups[member.group] = {}
-        for kind, rows in attached.cells_of(member.group, j).items():
-            at = sum(len(part) for part in cells.get(kind, []))
+        for kind, rows in attachments.cells_of(member.group, j).items():
+            count = sum(len(part) for part in cells.get(kind, []))
             cells.setdefault(kind, []).append(mesh.cells[kind][rows])
-            groups[member.group][kind] = at + np.arange(len(rows))
+            groups[member.group][kind] = count + np.arange(len(rows))
     joined = {kind: np.concatenate(parts) for kind, parts in cells.items()}
     part = Mesh(path.points, joined, groups)
-    mine = _points_of(part)
-    points = {name: at for name, at in all_groups(mesh).items() if name not in groups and np.isin(at, mine).all()}
+    segment_points = _points_of(part)
+    points = {
+        name: group_points
+        for name, group_points in all_groups(mesh).items()
+        if name not in groups and np.isin(group_points, segment_points).all()
+    }
     ends = path.nodes[[np.flatnonzero(np.isin(path.nodes, lines))[i] for i in (0, -1)]]
     points |= {NEAR: ends[:1], FAR: ends[1:], ENDS: ends}
     return part.with_groups(points=points)
@@ -177,26 +194,26 @@ def _points_of(mesh: Mesh) -> IntArray:
 def all_groups(mesh: Mesh) -> dict[str, IntArray]:
     """Numbers (k,) of the points of every group of a mesh that has any; of a name shared by points and cells, the
     points."""
-    found = {}
+    groups = {}
     for name, by_type in mesh.cell_groups.items():
         parts = [mesh.cells[kind][rows].ravel() for kind, rows in by_type.items()]
-        found[name] = np.unique(np.concatenate([np.empty(0, np.int64), *parts]))
-    return {name: rows for name, rows in {**found, **mesh.point_groups}.items() if rows.size}
+        groups[name] = np.unique(np.concatenate([np.empty(0, np.int64), *parts]))
+    return {name: rows for name, rows in {**groups, **mesh.point_groups}.items() if rows.size}
 
 
 def _masses(
-    mesh: Mesh, point_masses: Sequence[PointMass], attached: Attachments, j: int
+    mesh: Mesh, point_masses: Sequence[PointMass], attachments: Attachments, j: int
 ) -> tuple[tuple[PointMass, ...], dict[str, IntArray]]:
-    """Point masses that segment j holds, and the point groups they stand at."""
+    """Return the point masses of segment j, and their point groups."""
     masses, groups = [], {}
     for i, mass in enumerate(point_masses):
-        at = mesh.group_points(mass.group)
-        if (attached.nodes[at] < 0).any():
+        points = mesh.group_points(mass.group)
+        if (attachments.nodes[points] < 0).any():
             raise ValueError(
-                f"{int((attached.nodes[at] < 0).sum())} of the {at.size} points of group {mass.group!r} belong to no "
-                "member, so no mass can stand there; name a group that lies on a member"
+                f"{int((attachments.nodes[points] < 0).sum())} of the {points.size} points of group {mass.group!r} "
+                "belong to no member, so no mass can stand there; name a group that lies on a member"
             )
-        if (here := at[attached.nodes[at] == j]).size:
-            groups[f".mass {i}"] = here
+        if (points_here := points[attachments.nodes[points] == j]).size:
+            groups[f".mass {i}"] = points_here
             masses.append(replace(mass, group=f".mass {i}"))
     return tuple(masses), groups

@@ -11,15 +11,15 @@ from scipy.interpolate import PchipInterpolator
 from femflex.arrays import Array
 from femflex.fem.formula import formula
 
-Along = float | str | Sequence[ArrayLike] | Array  # a number, a formula of s and L, or a table (s, values)
+Variation = float | str | Sequence[ArrayLike] | Array  # a number, a formula of s and L, or a table (s, values)
 
 
-def varies(value: Along) -> bool:
+def varies(value: Variation) -> bool:
     """Whether the quantity is a table or a formula rather than a number."""
     return not isinstance(value, (int, float, np.number))
 
 
-def along(value: Along, s: Array, length: Array | float) -> Array:
+def evaluate_variation(value: Variation, s: Array, length: Array | float) -> Array:
     """The quantity at arc lengths s [m] of a member whose whole arc length is `length` [m], in the shape of s.
 
     A table (s, values) is interpolated by a monotone cubic (PCHIP): through its points, C1, without overshoot, linear
@@ -28,34 +28,34 @@ def along(value: Along, s: Array, length: Array | float) -> Array:
     Raises ValueError on a formula or table that is not understood, is short of s, or is not finite.
     """
     if isinstance(value, str):
-        found = formula(value, s, length)
+        values = formula(value, s, length)
     elif isinstance(value, (int, float, np.number)):
-        found = np.asarray(value, float)
+        values = np.asarray(value, float)
     else:
-        found = table(value, s)
-    found = np.broadcast_to(found, s.shape)
-    bad = ~np.isfinite(found)
+        values = interpolate_table(value, s)
+    values = np.broadcast_to(values, s.shape)
+    bad = ~np.isfinite(values)
     if bad.any():
-        at, what = s[bad].flat[0], found[bad].flat[0]
-        raise ValueError(f"{value!r} is {what} at s = {at:.6g} m; it must be finite along the whole member")
-    return found
+        position, bad_value = s[bad].flat[0], values[bad].flat[0]
+        raise ValueError(f"{value!r} is {bad_value} at s = {position:.6g} m; it must be finite along the whole member")
+    return values
 
 
-def table(rows: Sequence[ArrayLike] | Array, s: Array) -> Array:
+def interpolate_table(rows: Sequence[ArrayLike] | Array, s: Array) -> Array:
     """Values (...) at s (...) [m] of a table (s, values) by monotone cubic interpolation."""
     if len(rows) != 2 or np.shape(rows[0]) != np.shape(rows[1]) or np.ndim(rows[0]) != 1 or np.size(rows[0]) < 2:
         raise ValueError(f"a table along a member is (s, values), two rows of equal length, at least 2; got {rows!r}")
-    at, values = np.asarray(rows[0], float), np.asarray(rows[1], float)
-    if not (np.isfinite(at).all() and np.isfinite(values).all()):
+    s_table, values = np.asarray(rows[0], float), np.asarray(rows[1], float)
+    if not (np.isfinite(s_table).all() and np.isfinite(values).all()):
         raise ValueError(
-            f"a table along a member holds numbers that are not finite: s {at.tolist()}, {values.tolist()}"
+            f"a table along a member holds numbers that are not finite: s {s_table.tolist()}, {values.tolist()}"
         )
-    if not (np.diff(at) > 0).all():
-        raise ValueError(f"arc lengths of a table along a member must increase; got {at.tolist()} m")
-    slack = 1e-9 * (at[-1] - at[0])
-    if s.min() < at[0] - slack or s.max() > at[-1] + slack:
+    if not (np.diff(s_table) > 0).all():
+        raise ValueError(f"arc lengths of a table along a member must increase; got {s_table.tolist()} m")
+    slack = 1e-9 * (s_table[-1] - s_table[0])
+    if s.min() < s_table[0] - slack or s.max() > s_table[-1] + slack:
         raise ValueError(
-            f"a table covers s = {at[0]:g} to {at[-1]:g} m, but the member is used from {s.min():.6g} to "
+            f"a table covers s = {s_table[0]:g} to {s_table[-1]:g} m, but the member is used from {s.min():.6g} to "
             f"{s.max():.6g} m; extend the table over the whole arc length"
         )
-    return np.asarray(PchipInterpolator(at, values)(np.clip(s, at[0], at[-1])), float)
+    return np.asarray(PchipInterpolator(s_table, values)(np.clip(s, s_table[0], s_table[-1])), float)

@@ -9,7 +9,7 @@ from femflex.arrays import Array, IntArray
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class ElementMatrices:
     """Element matrices values(elements) (k, l, l) on the dofs (e, l), or alike on every component of dofs (e, l, c)."""
 
     dofs: IntArray

@@ -24,56 +24,56 @@ SECOND_ORDER = {
     "hexahedron": "hexahedron20",
     "quad8": "quad9",
 }
-MOST_PARENTS = 8
+MAX_PARENTS = 8
 
 
-def raised(mesh: Mesh, rows: Rows, keep: Rows | None = None) -> Mesh:
+def raise_order(mesh: Mesh, rows: Rows, keep: Rows | None = None) -> Mesh:
     """The mesh with these cells replaced by the next type of `SECOND_ORDER`.
 
-    New nodes lie where the cell's own shape functions put them: in the middle of edges, in that of eight-node quads.
-    Cells of lower dimension whose edges are all edges of raised solids or surfaces are raised with them, those of
-    `keep` apart. A new node joins a point group when all nodes of the edge or quad it lies on belong to it. Middle
-    nodes that neighbours of second order have already are shared.
+    The positions of new nodes follow from the cell's shape functions: middles of edges, and of eight-node quads. Cells
+    of lower dimension whose edges are all edges of raised solids or surfaces are raised with them, except those in
+    `keep`. A new node joins a point group if all nodes of its edge or quad belong to it. Existing middle nodes of
+    second-order neighbours are shared.
     """
-    chosen = {kind: np.asarray(own, np.int64) for kind, own in rows.items() if len(own)}
-    if not chosen:
+    raised_rows = {kind: np.asarray(cell_rows, np.int64) for kind, cell_rows in rows.items() if len(cell_rows)}
+    if not raised_rows:
         return mesh
-    added = _NewNodes(mesh)
-    for kind, own in chosen.items():
-        added.wanted(kind, mesh.cells[kind][own])
-    for kind, own in _on_edges(mesh, added, chosen, keep or {}).items():
-        chosen[kind] = own
+    new_nodes = _NewNodes(mesh)
+    for kind, cell_rows in raised_rows.items():
+        new_nodes.add_nodes_of(kind, mesh.cells[kind][cell_rows])
+    for kind, cell_rows in _lower_cells_on_edges(mesh, new_nodes, raised_rows, keep or {}).items():
+        raised_rows[kind] = cell_rows
     cells: dict[str, list[IntArray]] = {}
-    place: dict[str, IntArray] = {}  # old type -> where its cells went, as rows of the new type or of the same
+    new_row: dict[str, IntArray] = {}  # old type -> row of each of its cells, in the new type or in the same
     for kind, nodes in mesh.cells.items():
-        stay = np.ones(len(nodes), bool)
-        stay[chosen.get(kind, np.zeros(0, np.int64))] = False
-        place[kind] = np.cumsum(stay) - 1
-        if stay.any():
-            cells[kind] = [nodes[stay]]
-    for kind, own in chosen.items():
+        unchanged = np.ones(len(nodes), bool)
+        unchanged[raised_rows.get(kind, np.zeros(0, np.int64))] = False
+        new_row[kind] = np.cumsum(unchanged) - 1
+        if unchanged.any():
+            cells[kind] = [nodes[unchanged]]
+    for kind, cell_rows in raised_rows.items():
         target = SECOND_ORDER[kind]
         start = sum(len(part) for part in cells.get(target, []))
-        place[kind][own] = start + np.arange(len(own))
-        cells.setdefault(target, []).append(added.completed(kind, mesh.cells[kind][own]))
-    points = np.concatenate([mesh.points, *added.points])
+        new_row[kind][cell_rows] = start + np.arange(len(cell_rows))
+        cells.setdefault(target, []).append(new_nodes.second_order_nodes(kind, mesh.cells[kind][cell_rows]))
+    points = np.concatenate([mesh.points, *new_nodes.points])
     groups: dict[str, dict[str, IntArray]] = {}
     for group, by_type in mesh.cell_groups.items():
-        found: dict[str, list[IntArray]] = {}
+        rows_by_type: dict[str, list[IntArray]] = {}
         for kind, members in by_type.items():
-            up = np.isin(members, chosen.get(kind, np.zeros(0, np.int64)))
-            found.setdefault(kind, []).append(place[kind][members[~up]])
-            if up.any():
-                found.setdefault(SECOND_ORDER[kind], []).append(place[kind][members[up]])
-        groups[group] = {kind: np.concatenate(parts) for kind, parts in found.items()}
-    point_groups = {group: added.grown(members) for group, members in mesh.point_groups.items()}
+            is_raised = np.isin(members, raised_rows.get(kind, np.zeros(0, np.int64)))
+            rows_by_type.setdefault(kind, []).append(new_row[kind][members[~is_raised]])
+            if is_raised.any():
+                rows_by_type.setdefault(SECOND_ORDER[kind], []).append(new_row[kind][members[is_raised]])
+        groups[group] = {kind: np.concatenate(parts) for kind, parts in rows_by_type.items()}
+    point_groups = {group: new_nodes.extended_group(members) for group, members in mesh.point_groups.items()}
     return Mesh(points, {kind: np.concatenate(parts) for kind, parts in cells.items()}, groups, point_groups)
 
 
 class _NewNodes:
-    """Nodes between corners, found by a key: the sum, modulo 2^64, of random marks of the corners they lie between.
+    """Nodes between corners, identified by a key: the sum, modulo 2^64, of random marks of the corners.
 
-    Two different places share a key with probability 2^-64.
+    Two different positions share a key with probability 2^-64.
     """
 
     def __init__(self, mesh: Mesh) -> None:
@@ -91,38 +91,38 @@ class _NewNodes:
         self._keys, first = np.unique(np.concatenate(keys), return_index=True)
         self._numbers = np.concatenate(numbers)[first]
 
-    def wanted(self, kind: str, nodes: IntArray) -> None:
-        """Number and place the nodes that cells (n, k) of the type get when they are raised."""
+    def add_nodes_of(self, kind: str, nodes: IntArray) -> None:
+        """Add the new nodes of cells (n, k) of this type, with numbers and positions."""
         cell, target = CELL_TYPES[kind], CELL_TYPES[SECOND_ORDER[kind]]
         weights = cell.interpolation(target.nodes)
         for column in range(len(cell.nodes), len(target.nodes)):
             parents = target.parents[column - target.n_corners]
             keys, first = np.unique(self._key(nodes, parents), return_index=True)
-            fresh = ~np.isin(keys, self._keys)
-            keys, own = keys[fresh], nodes[first[fresh]]
+            is_new = ~np.isin(keys, self._keys)
+            keys, owner_nodes = keys[is_new], nodes[first[is_new]]
             self._keys = np.concatenate([self._keys, keys])
             self._numbers = np.concatenate([self._numbers, self._n + np.arange(len(keys))])
             order = np.argsort(self._keys)
             self._keys, self._numbers = self._keys[order], self._numbers[order]
             self._n += len(keys)
-            corners = own[:, parents]
-            self._parents.append(np.pad(corners, [(0, 0), (0, MOST_PARENTS - len(parents))], mode="edge"))
-            self.points.append(np.einsum("k,nki->ni", weights[column], self._mesh.points[own]))
+            corners = owner_nodes[:, parents]
+            self._parents.append(np.pad(corners, [(0, 0), (0, MAX_PARENTS - len(parents))], mode="edge"))
+            self.points.append(np.einsum("k,nki->ni", weights[column], self._mesh.points[owner_nodes]))
 
-    def completed(self, kind: str, nodes: IntArray) -> IntArray:
-        """Nodes of cells (n, k) of the type with those they got."""
+    def second_order_nodes(self, kind: str, nodes: IntArray) -> IntArray:
+        """Nodes of cells (n, k) of this type, with the new nodes appended."""
         cell, target = CELL_TYPES[kind], CELL_TYPES[SECOND_ORDER[kind]]
-        more = [
+        new_columns = [
             self._number(self._key(nodes, target.parents[column - target.n_corners]))
             for column in range(len(cell.nodes), len(target.nodes))
         ]
-        return np.column_stack([nodes, *more])
+        return np.column_stack([nodes, *new_columns])
 
-    def known(self, nodes: IntArray, parents: IntArray) -> BoolArray:
-        """Which cells (n, k) have a new node between these corners."""
+    def exist_between(self, nodes: IntArray, parents: IntArray) -> BoolArray:
+        """Mask (n,) of the cells (n, k) with a new node between these corners."""
         return self._number(self._key(nodes, parents)) >= self._first
 
-    def grown(self, members: IntArray) -> IntArray:
+    def extended_group(self, members: IntArray) -> IntArray:
         """A point group with the new nodes whose corners are all in it."""
         inside = np.zeros(self._first, bool)
         inside[members] = True
@@ -133,26 +133,26 @@ class _NewNodes:
         return np.asarray(self._marks[nodes[:, parents]].sum(axis=1, dtype=np.uint64))
 
     def _number(self, keys: Keys) -> IntArray:
-        """Numbers of the nodes with these keys; -1 where there is none."""
+        """Numbers of the nodes with these keys; -1 if there is no such node."""
         if not len(self._keys):
             return np.full(len(keys), -1, np.int64)
         slot = np.minimum(np.searchsorted(self._keys, keys), len(self._keys) - 1)
         return np.where(self._keys[slot] == keys, self._numbers[slot], -1)
 
 
-def _on_edges(mesh: Mesh, added: _NewNodes, chosen: Rows, keep: Rows) -> dict[str, IntArray]:
+def _lower_cells_on_edges(mesh: Mesh, new_nodes: _NewNodes, raised_rows: Rows, keep: Rows) -> dict[str, IntArray]:
     """Lines and faces of first order on the edges of raised cells of higher dimension."""
-    most = max(CELL_TYPES[kind].dimension for kind in chosen)
-    found = {}
+    max_dimension = max(CELL_TYPES[kind].dimension for kind in raised_rows)
+    rows = {}
     for kind, nodes in mesh.cells.items():
         cell = CELL_TYPES[kind]
-        if cell.order > 1 or not 0 < cell.dimension < most or kind in chosen:
+        if cell.order > 1 or not 0 < cell.dimension < max_dimension or kind in raised_rows:
             continue
         target = CELL_TYPES[SECOND_ORDER[kind]]
-        on = np.ones(len(nodes), bool)
-        on[keep.get(kind, np.zeros(0, np.int64))] = False
+        on_edges = np.ones(len(nodes), bool)
+        on_edges[keep.get(kind, np.zeros(0, np.int64))] = False
         for parents in target.parents:
-            on &= added.known(nodes, parents)
-        if on.any():
-            found[kind] = np.flatnonzero(on)
-    return found
+            on_edges &= new_nodes.exist_between(nodes, parents)
+        if on_edges.any():
+            rows[kind] = np.flatnonzero(on_edges)
+    return rows
