@@ -28,7 +28,7 @@ ALLOWED = {
     "fem": {"mesh"},
     "decks": {"fem", "mesh", "body", "reading"},
     "matrices": {"decks", "fem", "mesh", "body", "reduction", "reading", "memory", "writing", "hdf5"},
-    "reduction": {"fem", "body", "mesh", "reading", "kernels", "writing", "hdf5"},
+    "reduction": {"fem", "body", "mesh", "reading", "memory", "kernels", "writing", "hdf5"},
     "system": {"body", "rotations", "summary"},
     "deployment": {"reduction", "fem", "system", "body", "mesh", "rotations"},
     "dynamics": {"system", "body", "rotations", "kernels", "summary"},

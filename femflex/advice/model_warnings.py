@@ -256,7 +256,7 @@ def _turns_without_inertia(system: System) -> Iterator[Advice]:
                 f"bodies.{name}: its mass lies on a line, and its joints let it turn about this line without inertia: "
                 f"the mass matrix, scaled to a diagonal of 1, has an eigenvalue of {abs(value):.2g} (limit "
                 f"{NO_INERTIA:g}), so that the craft cannot be run. Give it a universal joint with both axes across "
-                "the line, or a section with inertia about it"
+                "the line, or inertia about it (key inertia of a rigid body, or a section)"
             )
             yield doubt(name, "inertia", text, float(value), NO_INERTIA)
 

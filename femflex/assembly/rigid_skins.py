@@ -16,6 +16,7 @@ from femflex.case.shape import BoxShape, CylinderShape, MeshShape
 Part = tuple[Array, dict[str, IntArray]]
 
 SIDES = 32  # of a drawn cylinder
+WATER = 1000.0  # kg/m^3
 CORNERS = np.array([[x, y, z] for z in (-1, 1) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]) / 2
 FACES = np.array([[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [2, 3, 7, 6], [1, 2, 6, 5], [0, 4, 7, 3]])
 
@@ -47,14 +48,17 @@ def box(size: Array, position: Array, C: Array) -> Part:
 
 
 def equivalent_box(table: RigidTable) -> Part:
-    """The uniform box of the body's mass and inertia: edges sqrt(12 q / m), q = int x^2 dm along principal axes."""
+    """The uniform box of the body's mass and inertia: edges sqrt(12 q / m), q = int x^2 dm along principal axes.
+
+    Of a point mass, the cube of WATER that has its mass.
+    """
     centre, J = np.array(table.center_of_mass), np.array(table.inertia)
     if table.inertia_about == "origin":
         J = J - table.mass * ((centre @ centre) * np.eye(3) - np.outer(centre, centre))
     principal, axes = np.linalg.eigh(J)
     second = np.maximum(principal.sum() / 2 - principal, 0.0)
     axes = axes * np.sign(np.linalg.det(axes))
-    size = np.sqrt(12 * second / table.mass)
+    size = np.sqrt(12 * second / table.mass) if second.any() else np.full(3, (table.mass / WATER) ** (1 / 3))
     return box(np.maximum(size, 0.01 * size.max()), centre, axes)
 
 

@@ -14,18 +14,19 @@ from femflex.body.strain import StrainTensors
 
 def rigid_body(
     mass: float,
-    inertia: Array,
+    inertia: Array | None = None,
     center_of_mass: Array | None = None,
     markers: dict[str, Marker] | None = None,
     skin: Skin | None = None,
 ) -> FlexibleBody:
     """A body without shapes from its mass [kg] and inertia about its centre of mass (3, 3) [kg m^2].
 
-    inertia: also its principal moments (3,) along the axes of the body
+    inertia: also its principal moments (3,) along the axes of the body; left out, the mass is a point, which other
+        bodies or the joints must keep from turning freely
 
     Raises ValueError when it has another shape, is not symmetric, not positive, or breaks the triangle inequality.
     """
-    J = np.asarray(inertia, float)
+    J = np.zeros(3) if inertia is None else np.asarray(inertia, float)
     if J.shape not in ((3,), (3, 3)):
         raise ValueError(f"inertia has shape {J.shape}; give three principal moments, or (3, 3), in kg m^2")
     J = np.diag(J) if J.ndim == 1 else J

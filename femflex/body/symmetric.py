@@ -7,7 +7,7 @@ multiplicity x value x (monomial of d). C(n + p - 1, p) values are kept of n^p.
 from __future__ import annotations
 
 from functools import lru_cache
-from itertools import combinations_with_replacement, permutations
+from itertools import permutations
 from math import comb, factorial
 
 import numpy as np
@@ -23,7 +23,12 @@ def packed_size(n: int, degree: int) -> int:
 @lru_cache(maxsize=64)
 def packed_indices(n: int, degree: int) -> IntArray:
     """The ascending indices (C, degree) of the packed values, in their order; not to be written to."""
-    rows = np.array(list(combinations_with_replacement(range(n), degree)), np.int64).reshape(-1, degree)
+    rows = np.arange(n, dtype=np.int64)[:, None]
+    for _ in range(degree - 1):  # every row goes on with its last index and all above it
+        last = rows[:, -1]
+        counts = n - last
+        start = last - (np.cumsum(counts) - counts)
+        rows = np.column_stack([np.repeat(rows, counts, axis=0), np.arange(counts.sum()) + np.repeat(start, counts)])
     rows.flags.writeable = False
     return rows
 

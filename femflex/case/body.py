@@ -40,9 +40,9 @@ class RigidTable(BodyTable):
     """Selects this body: a rigid one."""
     mass: Mass
     """Total mass."""
-    inertia: InertiaMatrix
+    inertia: InertiaMatrix = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     """Moments of inertia in body axes: three principal moments, or a symmetric 3 x 3 matrix. Off-diagonal entries are
-    minus the products of inertia."""
+    minus the products of inertia. Default: none, a point mass at `center_of_mass`."""
     center_of_mass: Position = (0.0, 0.0, 0.0)
     """Position of the centre of mass in the body frame."""
     inertia_about: Literal["center_of_mass", "origin"] = "center_of_mass"
@@ -50,10 +50,16 @@ class RigidTable(BodyTable):
     imbalance: ImbalanceTable | None = None
     """Imbalance of a rotor that turns about its z axis. Default: none."""
     shapes: list[Shape] = Field(default_factory=list)
-    """Shapes drawn in pictures. Default: a box with this mass and inertia."""
+    """Shapes drawn in pictures. Default: a box with this mass and inertia; of a point mass, a cube of it in water."""
 
     @model_validator(mode="after")
     def _rigid_only(self) -> RigidTable:
+        if "inertia" not in self.model_fields_set:
+            for key in ("inertia_about", "imbalance"):
+                if key in self.model_fields_set:
+                    refuse(
+                        f"found {key} on a point mass, a rigid body without inertia; give inertia, or take {key} out"
+                    )
         if self.initial is not None:
             refuse(
                 "found initial on a rigid body, which has no elastic coordinates; joints and [attitude] set its motion"

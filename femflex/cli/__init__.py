@@ -7,6 +7,8 @@ import os
 import sys
 from typing import NoReturn
 
+LEAST_MEMORY = 500_000_000  # bytes of address space
+
 
 def main() -> NoReturn:
     """Run the command line and leave the process.
@@ -15,6 +17,7 @@ def main() -> NoReturn:
     """
     gc.set_threshold(50_000)  # importing and reading make few circles; looking for them took a tenth of the time
     _check_folder()
+    _check_memory_limit()
     from femflex.cli.interrupt import INTERRUPTED, answer_at_once, leave  # after it: Python's own modules fail there
 
     answer_at_once()
@@ -38,3 +41,19 @@ def _check_folder() -> None:
     except OSError:
         print("femflex: the working folder does not exist any more; change to one that does", file=sys.stderr)
         sys.exit(2)
+
+
+def _check_memory_limit() -> None:
+    """Leave under a limit of memory (ulimit -v) so low that the threads of libraries would wait for ever for theirs."""
+    try:
+        from resource import RLIM_INFINITY, RLIMIT_AS, getrlimit
+    except ImportError:  # Windows
+        return
+    limit = getrlimit(RLIMIT_AS)[0]
+    if limit != RLIM_INFINITY and limit < LEAST_MEMORY:
+        print(
+            f"femflex: the limit of memory (ulimit -v) is {limit / 1e6:.0f} MB, and the libraries alone take about "
+            f"{LEAST_MEMORY / 1e6:.0f} MB; raise it to 1200 MB or more",
+            file=sys.stderr,
+        )
+        sys.exit(3)

@@ -37,6 +37,9 @@ def leave() -> NoReturn:
     if writing is not None:
         for draft in list(writing.PARTS):
             writing.remove_part(draft)
+    workers = sys.modules.get("femflex.worker_processes")
+    if workers is not None:
+        workers.end()
     if sys.stderr.isatty():
         sys.stderr.write(SHOW_CURSOR)
     for stream in (sys.stdout, sys.stderr):

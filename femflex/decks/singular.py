@@ -90,16 +90,18 @@ def _blocks(K: sparse.csr_array, rows: sparse.csr_array, users: IntArray) -> tup
             gram[:, a, b] = np.asarray(rows[a::3].multiply(rows_b).sum(axis=1)).ravel()
     directions = np.tile(np.eye(3), (n, 1, 1))
     independent = np.abs(gram - np.eye(3)).max(axis=2) < MOTION_TOLERANCE
-    for node in np.flatnonzero(
-        ~independent.all(axis=1)
-    ).tolist():  # it may depend on others along skew axes, and have dofs across them
-        R = rows[3 * node : 3 * node + 3]
-        dofs = np.unique(R.indices)
-        dofs = dofs[users[dofs] == 1]
-        U, size, Vt = np.linalg.svd(R[:, dofs].toarray())
+    # a node may depend on others along skew axes, and have dofs across them
+    for node in np.flatnonzero(~independent.all(axis=1)).tolist():
+        starts = rows.indptr[3 * node : 3 * node + 4]
+        columns, values = rows.indices[starts[0] : starts[3]], rows.data[starts[0] : starts[3]]
+        single = users[columns] == 1
+        dofs, place = np.unique(columns[single], return_inverse=True)
+        R = np.zeros((3, len(dofs)))
+        R[np.repeat(np.arange(3), np.diff(starts))[single], place] = values[single]
+        U, size, Vt = np.linalg.svd(R)
         r = int((size > MOTION_TOLERANCE).sum())
         if r:
             V = Vt[:r].T / size[:r]
             directions[node], independent[node] = U, np.arange(3) < r
-            block[node] = U[:, :r] @ (V.T @ K[dofs][:, dofs].toarray() @ V) @ U[:, :r].T
+            block[node] = U[:, :r] @ (V.T @ K[dofs[:, None], dofs].toarray() @ V) @ U[:, :r].T
     return (block + block.swapaxes(1, 2)) / 2, directions, independent

@@ -63,16 +63,22 @@ def beam_body(
         functions = functions.with_followers()
     body = _body(beam, functions, damping, orthonormal, strain)
     if strain == "linear" and (functions.y or functions.z):
-        bending = beam_body(beam, replace(functions, axial=0, torsion=0), strain="condensed")
-        return replace(body, foreshortening=foreshortening_of(bending))
-    n = functions.own
-    return with_stretch_of_slaved(condense(body, range(n, body.n_modes)), body, n) if n < body.n_modes else body
+        bending = replace(functions, axial=0, torsion=0).with_followers()
+        return replace(
+            body, foreshortening=foreshortening_of(_body(beam, bending, None, True, "condensed", lowest=True))
+        )
+    return body
 
 
 def _body(
-    beam: UniformBeam, functions: BeamFunctions, damping: Damping | None, orthonormal: bool, strain: str
+    beam: UniformBeam,
+    functions: BeamFunctions,
+    damping: Damping | None,
+    orthonormal: bool,
+    strain: str,
+    lowest: bool = False,
 ) -> FlexibleBody:
-    """The body with every function, or mode of them, a coordinate; followers come last."""
+    """The body with every function, or mode of them (the lowest alone), a coordinate; the followers slaved to these."""
     xi, weight = gauss(points_for(functions.max_count))
     offsets, share = section_points(np.array(beam.rz**2), np.array(beam.ry**2), beam.rotary_inertia)
     dm = np.outer(weight * beam.taper.mass(xi) * beam.mass_per_length * beam.length, share).ravel()
@@ -80,23 +86,24 @@ def _body(
     raw = _stiffness(beam, functions, xi, weight)
     Me = point_moments(dm, rho, shapes).elastic_mass()
     X, omega = _own_columns(beam, functions, raw, Me, orthonormal)
+    kept = [int(np.argmin(omega))] if lowest else list(range(functions.own))
+    n, kinds, X, omega = len(kept), _kinds(functions, X, orthonormal), X[:, kept], omega[kept]
     if functions.followers:
         followers, frequency = _following_columns(functions, raw, Me, X)
         X, omega = np.hstack([X, followers]), np.concatenate([omega, frequency])
-    following = X.shape[1] > functions.own
-    follower = "derivative" if strain == "condensed" else "remainder"
-    n_static = int(functions.added.sum()) if orthonormal and not functions.added.all() else 0
-    alone = (X[: functions.own][functions.alone] ** 2).sum(axis=0) > 0.5 * (X**2).sum(axis=0)
-    answering = [UNANSWERED if one else "attachment" for one in alone[: functions.own][functions.own - n_static :]]
-    kinds = ("admissible",) * (functions.own - n_static) + tuple(answering)
-    kinds += (follower,) * (X.shape[1] - functions.own)
+    following = X.shape[1] > n
+    kinds = tuple(kinds[k] for k in kept)
+    kinds += ("derivative" if strain == "condensed" else "remainder",) * (X.shape[1] - n)
     moments = point_moments(dm, rho, shapes @ X)
     V1 = X.T @ raw @ X
     V1 = (V1 + V1.T) / 2
-    damped = _damped(functions, X, strain)
+    tensors, V3 = (
+        (StrainTensors.linear(V1), np.zeros(0)) if strain == "linear" else beam_strain(beam, functions, X, V1, n)
+    )
+    damped = _damped(functions, X, n, strain)
     body = FlexibleBody(
         moments=moments,
-        strain=StrainTensors.linear(V1) if strain == "linear" else beam_strain(beam, functions, X, V1, following),
+        strain=tensors,
         damping=bending_damping(
             damping or ModalDamping(0.0), moments.elastic_mass(), V1, damped, is_added(kinds), is_unanswered(kinds)
         ),
@@ -110,13 +117,24 @@ def _body(
     )
     if strain == "linear":
         return body
-    return with_turned_sections(body, _sections(beam, functions, X, xi, dm, offsets), range(functions.own))
+    body = with_turned_sections(body, _sections(beam, functions, X, xi, dm, offsets), range(n))
+    if not following:
+        return body
+    return with_stretch_of_slaved(condense(body, range(n, body.n_modes), lambda free: V3), body, n)
 
 
-def _damped(functions: BeamFunctions, X: Array, strain: str) -> BoolArray:
-    """Which columns X (count, n) are damped: not followers, nor what takes back the stretch of bending."""
+def _kinds(functions: BeamFunctions, X: Array, orthonormal: bool) -> tuple[str, ...]:
+    """Kinds of the coordinates with columns X (count, own)."""
+    n_static = int(functions.added.sum()) if orthonormal and not functions.added.all() else 0
+    alone = (X[: functions.own][functions.alone] ** 2).sum(axis=0) > 0.5 * (X**2).sum(axis=0)
+    answering = [UNANSWERED if one else "attachment" for one in alone[functions.own - n_static :]]
+    return ("admissible",) * (functions.own - n_static) + tuple(answering)
+
+
+def _damped(functions: BeamFunctions, X: Array, n: int, strain: str) -> BoolArray:
+    """Which columns X (count, n) are damped: not followers (from n on), nor what takes back the stretch of bending."""
     stretch = (X[functions.y + functions.z :][: functions.axial] ** 2).sum(axis=0) > (X**2).sum(axis=0) / 2
-    own = np.arange(X.shape[1]) < functions.own
+    own = np.arange(X.shape[1]) < n
     return own & ~stretch if strain == "nonlinear" else own
 
 

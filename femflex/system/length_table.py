@@ -98,10 +98,13 @@ class LengthTable:
         """The block (size,) at a length, its rate and its acceleration."""
         k = max(0, int(np.searchsorted(self.origins, length, side="right")) - 1)
         s = (length - self.origins[k]) / self.scales[k]
-        out = np.zeros(self.size)
-        for (p, a, b), values in self.pieces[k].items():
-            out += s**p * rate**a * acceleration**b * values
-        return out
+        powers, values = self._stacked[k]
+        return np.asarray(np.prod(np.array([s, rate, acceleration]) ** powers, axis=1) @ values)
+
+    @cached_property
+    def _stacked(self) -> list[tuple[Array, Array]]:
+        """Powers (n_terms, 3) and numbers (n_terms, size) of each piece."""
+        return [(np.array(list(piece), float), np.stack(list(piece.values()))) for piece in self.pieces]
 
     @cached_property
     def runs(self) -> tuple[Array, Array]:

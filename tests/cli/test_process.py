@@ -30,6 +30,13 @@ callback(); print("went on")
 """
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a limit of address space")
+def test_limit_of_memory_below_that_of_the_libraries_ends_at_once():
+    limited = ["sh", "-c", 'ulimit -v 300000; exec "$@"', "sh", *COMMAND, "check", "x.toml"]
+    done = subprocess.run(limited, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 3 and all(word in done.stderr for word in ("ulimit -v", "307 MB", "1200 MB"))
+
+
 def test_help_imports_no_heavy_library():
     done = subprocess.run(
         [sys.executable, "-X", "importtime", *COMMAND[1:], "--help"], capture_output=True, text=True, check=True

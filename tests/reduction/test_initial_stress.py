@@ -63,10 +63,24 @@ def test_a_clamped_panel_pulled_along_its_length_is_stiffened_by_its_own_strip()
     assert found[1] ** 2 - found[0] ** 2 == pytest.approx(pull * np.pi**2 / (METAL.density * H), rel=5e-3)
 
 
-@pytest.mark.parametrize(("n", "order"), [(4, 6), (120, 3)])
-def test_the_critical_factor_is_eulers(n, order):
+ALL, SIMPLE = ("x", "y", "z", "rx", "ry", "rz"), ("x", "y", "z", "rx")
+FIXED = 2.045748  # (4.4934 / pi)^2, tan b = b: between a clamp and a pin
+
+
+@pytest.mark.parametrize(
+    ("n", "order", "ends", "times_euler"),
+    [
+        (4, 6, {"start": SIMPLE, "end": SIMPLE}, 1.0),
+        (120, 3, {"start": SIMPLE, "end": SIMPLE}, 1.0),
+        (4, 6, {"start": ALL}, 0.25),
+        (4, 6, {"start": ALL, "end": SIMPLE}, FIXED),
+        (4, 6, {"start": ALL, "end": ALL}, 4.0),
+    ],
+)
+def test_the_critical_factor_is_eulers(n, order, ends, times_euler):
     structure = beam(n, order, prestress=-0.4 * EULER)
-    assert critical_factor(structure, held_dofs(structure, PINS)) == pytest.approx(2.5, rel=1e-6)
+    found = critical_factor(structure, held_dofs(structure, ends))
+    assert found == pytest.approx(2.5 * times_euler, rel=1e-6)
     pulled = beam(prestress=EULER)
     assert critical_factor(pulled, held_dofs(pulled, PINS)) == np.inf
 

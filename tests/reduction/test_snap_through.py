@@ -4,13 +4,21 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from support.full_solution import Reduced
 from support.nonlinear_models import METAL
 
 from femflex.fem import Member, build_structure
 from femflex.fem.sections import Rectangle
 from femflex.mesh import line
-from femflex.reduction import cantilever_modes, strain_tensors, with_attachment, with_responses
+from femflex.reduction import (
+    cantilever_modes,
+    reduce_structure,
+    strain_tensors,
+    with_attachment,
+    with_derivatives,
+    with_responses,
+)
 
 H = 0.01
 PINS = ("x", "y", "z", "rx", "rz")
@@ -85,3 +93,31 @@ def held(reduced, load, row, x, factor, at):
         if np.abs(step[:-1]).max() < 1e-10 * np.abs(x).max():
             return x, factor
     raise RuntimeError(f"no equilibrium found at {at}")
+
+
+@pytest.mark.parametrize("part, snaps", [(0.99, False), (1.01, True)])
+def test_sinusoidal_arch_snaps_under_a_sudden_load(part, snaps):
+    """Held in one half wave, under q sin(pi x / L) that is there at once, it passes its unstable equilibrium where q
+    works as much as the static law of Fung and Kaplan stores on the way (N. J. Hoff and V. G. Bruce, J. Math. Phys. 32
+    (1954) 276): q = max of int_A^a (...) dA / (a - A) on the near side.
+    """
+    h = H / 5
+    rise, r, EI = 4 * h, h / np.sqrt(12), METAL.E * 0.03 * h**3 / 12
+    A = np.linspace(rise, -rise, 4001)[1:]
+    stored = (rise - A) ** 2 / 2 + (rise**2 - A**2) ** 2 / (16 * r**2)
+    mean = stored / (rise - A)
+    first = int(np.argmax(np.diff(mean) < 0))
+    q = part * EI * np.pi**4 * mean[first]
+
+    structure = arch(rise, lambda t: [t, 0.0, rise * np.sin(np.pi * t)], h)
+    every = cantilever_modes(structure, dict.fromkeys(("start", "end"), PINS), 6)
+    modes = with_derivatives(structure, every.picked([int(np.abs(row_of(structure, "crown") @ every.phi).argmax())]))
+    body = reduce_structure(structure, modes, strain="condensed")
+    held = np.eye(body.n_modes)[0]  # the others at rest
+    wave = np.sin(np.pi * structure.mesh.points[:, 0]) / ELEMENTS
+    load = modes.phi[:, 0] @ -(structure.translation.T @ np.kron(wave, [0.0, 0.0, q]))
+    crown = modes.phi[:, 0] @ row_of(structure, "crown")
+    rate = lambda t, x: [x[1], load - body.strain.force(x[0] * held)[0]]  # noqa: E731
+    period = 2 * np.pi / np.sqrt(body.strain.V1[0, 0])
+    reached = solve_ivp(rate, (0.0, 10 * period), [0.0, 0.0], rtol=1e-8, atol=1e-10).y[0] * crown
+    assert (reached.max() > 1.5 * rise) == snaps

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from femflex.studies.held_motion import HeldMotion
 from scipy.integrate import cumulative_trapezoid
 from scipy.special import ellipk
 
@@ -22,6 +23,7 @@ from femflex.reduction import (
     with_derivatives,
 )
 from femflex.studies import backbone
+from femflex.studies.harmonic_balance import HarmonicBalance
 from femflex.system import System, weld
 
 H = 0.004
@@ -147,6 +149,24 @@ def test_strip_of_plates_hardens_and_softens(mode):
 
 
 @pytest.mark.slow
+def test_jacobian_of_harmonic_balance_is_the_derivative_of_the_unbalanced_forces():
+    motion, h = HeldMotion(cantilever(y=3)), 4
+    angle, k = 2 * np.pi * np.arange(64) / 64, np.arange(h)
+    cosine, sine = np.cos(np.outer(angle, k)), np.sin(np.outer(angle, k))
+
+    def unbalanced(x):
+        c = x[:-1].reshape(h, -1)
+        q, q1, q2 = cosine @ c, -(sine * k) @ c, -(cosine * k**2) @ c
+        forces = motion.elastic(q) + x[-1] ** 2 * motion.inertia(q, q1, q2)
+        return (np.where(k, 2, 1)[:, None] * (cosine.T @ forces) / 64).ravel()
+
+    x = np.append(0.1 * np.random.default_rng(3).normal(size=3 * h), 3.0)
+    found = HarmonicBalance(motion, np.zeros(motion.mass.shape[0])).jacobian(x[:-1].reshape(h, -1), x[-1])[:-1]
+    steps = 1e-5 * np.eye(len(x))
+    expected = np.stack([(unbalanced(x + step) - unbalanced(x - step)) / 2e-5 for step in steps], axis=1)
+    assert found == pytest.approx(expected, abs=1e-6 * np.abs(expected).max())
+
+
 def test_condensed_motion_is_periodic_in_the_compiled_equations():
     body = cantilever(z=3)
     curve = backbone(body, 2, [0.03, 0.1])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 
 import h5py
@@ -15,6 +16,7 @@ from typer.testing import CliRunner
 from femflex.case.read import parse_case
 from femflex.case.sweep import parse_sweep
 from femflex.cli.app import app
+from femflex.cli.errors import meaning
 from femflex.studies import plan_study
 from femflex.studies.study import Study
 from femflex.studies.sweep import open_sweep, sweep
@@ -130,6 +132,25 @@ def test_interrupted_sweep_resumes_to_the_same_bits(study, tmp_path):
         sweep(study(("seed = 4", "seed = 5")), tmp_path / "t.h5", workers=1, resume=True)
     with pytest.raises(ValueError, match="another sweep"):
         sweep(study(("seed = 4", "seed = 5")), tmp_path / "s.h5", workers=1, resume=True)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a limit of file size")
+@pytest.mark.parametrize("room, kept", [(1500, "(2)"), (5000, "(6)")])  # bytes: for the journal, for the results
+def test_full_disk_keeps_the_members_that_are_done(study, tmp_path, room, kept):
+    import resource
+
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (room, before[1]))
+    try:
+        with pytest.raises(OSError) as refused:
+            sweep(study(), tmp_path / "s.h5", workers=1)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    code, (sentence,) = meaning(refused.value)
+    assert code == 3 and all(part in sentence for part in ("s.h5", kept, "--resume"))
+    journal = journal_of(tmp_path / "s.h5")
+    assert journal.read_text().endswith("}\n") and not (tmp_path / "s.h5").exists()
+    assert not any(sweep(study(), tmp_path / "s.h5", workers=1, resume=True).problems)
 
 
 def test_sweep_is_not_resumed_when_a_mesh_has_changed(craft, write_case, tmp_path):

@@ -89,9 +89,11 @@ def _shell(model: NastranModel, card: Card, kind: Kind, properties: ShellPropert
 
 
 def _normal(x: Array, card: Card) -> Array:
-    normal = np.cross(x[2] - x[0], x[-1] - x[1]) if len(x) == 4 else np.cross(x[1] - x[0], x[2] - x[0])
-    size = np.linalg.norm(normal)
-    if not size > 1e-12 * float(np.linalg.norm(np.ptp(x, axis=0))) ** 2:
+    a, b = (x[2] - x[0], x[-1] - x[1]) if len(x) == 4 else (x[1] - x[0], x[2] - x[0])
+    (ax, ay, az), (bx, by, bz) = a.tolist(), b.tolist()  # np.cross of one pair takes 50 times as long
+    normal, extent = np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx]), x.max(axis=0) - x.min(axis=0)
+    size = math.sqrt(normal @ normal)
+    if not size > 1e-12 * float(extent @ extent):
         raise ValueError(f"{card} has no area")
     return np.asarray(normal / size)
 

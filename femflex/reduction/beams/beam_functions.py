@@ -12,7 +12,7 @@ from typing import Protocol
 
 import numpy as np
 from scipy.optimize import brentq
-from scipy.special import eval_jacobi, poch
+from scipy.special import poch, roots_legendre
 
 from femflex.arrays import Array, IntArray
 from femflex.fem.eigen.canonical import signs
@@ -45,7 +45,7 @@ def ends_of(ends: str) -> tuple[str, str]:
 @lru_cache(maxsize=64)
 def gauss(n: int) -> tuple[Array, Array]:
     """Gauss–Legendre points and weights (n,) on the unit interval; read only."""
-    x, w = np.polynomial.legendre.leggauss(n)
+    x, w = roots_legendre(n)  # from a banded matrix: the cost of numpy's grows with the cube of n
     points, weights = np.asarray((x + 1) / 2, float), np.asarray(w / 2, float)
     points.flags.writeable = weights.flags.writeable = False
     return points, weights
@@ -149,9 +149,14 @@ def polynomials(root_order: int, tip_order: int, n: int, rigid: int = 2) -> Func
 
 def _jacobi(degrees: IntArray, a: int, b: int, xi: Array, derivative: int) -> Array:
     """Derivative of P_k^(a, b)(2 xi - 1) by xi: (k + a + b + 1)_d P_(k - d)^(a + d, b + d)."""
-    lower = degrees - derivative
-    values = eval_jacobi(np.maximum(lower, 0), a + derivative, b + derivative, 2 * xi[:, None] - 1)
-    return np.where(lower >= 0, poch(degrees + a + b + 1.0, derivative) * values, 0.0)
+    lower, a, b, x = degrees - derivative, a + derivative, b + derivative, 2 * xi - 1
+    P = [np.ones_like(x), (a + 1) + (a + b + 2) * (x - 1) / 2]
+    for k in range(2, max(lower, default=0) + 1):  # DLMF 18.9.2
+        s = 2 * k + a + b
+        grown = (s - 1) * (s * (s - 2) * x + a * a - b * b) * P[-1] - 2 * (k + a - 1) * (k + b - 1) * s * P[-2]
+        P.append(grown / (2 * k * (k + a + b) * (s - 2)))
+    values = np.stack(P, axis=1)[:, np.maximum(lower, 0)]
+    return np.where(lower >= 0, poch(degrees + a + b + 1.0 - 2 * derivative, derivative) * values, 0.0)
 
 
 def _weight(xi: Array, p: int, q: int, derivative: int) -> Array:

@@ -13,10 +13,11 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.body import StrainTensors
+from femflex.body.symmetric import packed
 from femflex.fem.beam.strain import FOURTH, fourth_order_stiffnesses, product_maps, strain_maps
 from femflex.reduction.beams.beam_functions import gauss
 from femflex.reduction.beams.uniform_beam import BeamFunctions, UniformBeam
-from femflex.reduction.strain.tensors import packed_cubic, packed_quartic
+from femflex.reduction.strain.tensors import packed_quartic, require_room
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,19 +82,32 @@ def inextensible(beam: UniformBeam, polar2: float) -> tuple[Array, Array]:
     return maps, np.array([shared, beam.EIz - shared, beam.EIy - shared]) / polar2
 
 
-def beam_strain(beam: UniformBeam, functions: BeamFunctions, X: Array, V1: Array, following: bool) -> StrainTensors:
-    """Strain tensors over the functions times X (count, n), with V1 (n, n) [1/s^2] as it is; `beam_strains` for the
-    terms."""
-    n = X.shape[1]
+def beam_strain(
+    beam: UniformBeam, functions: BeamFunctions, X: Array, V1: Array, own: int
+) -> tuple[StrainTensors, Array]:
+    """Strain tensors over the functions times X (count, n), with V1 (n, n) [1/s^2] as it is, and packed V3 of the first
+    `own` of them; `beam_strains` for the terms.
+
+    Those after the first `own` follow: no product of them strains the beam, and the tensors leave V3 out.
+    Raises ValueError where the tensors would take too much memory.
+    """
+    n, following = X.shape[1], own < X.shape[1]
+    require_room(own)
     strains = beam_strains(beam, functions, X, following)
-    total = np.zeros((n + n * (n + 1) // 2,) * 2)
+    i, j = np.triu_indices(own)
+    cubic, quartic = np.zeros((n, len(i))), np.zeros((len(i), len(i)))
     for linear, quadratic, stiffness in zip(strains.linear, strains.quadratic, strains.stiffness.T, strict=True):
-        if quadratic.any():
-            columns = np.concatenate(
-                [linear @ strains.rows, 0.5 * pairs(strains.rows, quadratic @ strains.rows)], axis=1
-            )
-            total += weighted_square(columns, strains.dx * stiffness)
-    return StrainTensors(V1, np.zeros(n), packed_cubic(total, n), packed_quartic(total[n:, n:], n))
+        if quadratic.any() and stiffness.any():
+            rows, weight = strains.rows[:, :, :own], strains.dx * stiffness
+            products = 0.5 * pairs(rows, quadratic @ rows)
+            strained = np.flatnonzero(products.any(axis=0))
+            products = products[:, strained]
+            cubic[:, strained] += (linear @ strains.rows).T @ (weight[:, None] * products)
+            quartic[np.ix_(strained, strained)] += weighted_square(products, weight)
+    V2 = np.zeros((n, n, n))
+    V2[:, i, j] = V2[:, j, i] = cubic
+    V3 = packed_quartic(quartic, own)
+    return StrainTensors(V1, np.zeros(n), packed(V2), np.zeros(0) if following else V3), V3
 
 
 def pairs(a: Array, b: Array) -> Array:

@@ -12,6 +12,7 @@ from femflex.arrays import Array, IntArray
 from femflex.body import FlexibleBody, MassMoments, StrainTensors
 from femflex.body.symmetric import packed, packed_size, selected, unpacked
 from femflex.fem.eigen.modes import dense_modes
+from femflex.reduction.strain.tensors import packed_quartic
 
 DEPENDENT = 1e-12  # of the largest eigenvalue of V1 over the slaved shapes; below it a combination carries no strain
 CARRIED = 1.0  # frequency of a coordinate over the sum of a pair's, from which on the pair takes it along
@@ -145,7 +146,9 @@ def _condensed_strain(
 
 def _followed(V1: Array, driven: Array, A: Array) -> Array:
     """Packed change of V3 where shapes of stiffness V1, driven by V2 (k, n, n), move by d.A d / 2."""
-    return packed(np.einsum("kij,klm->ijlm", 0.25 * np.tensordot(V1, A, axes=1) + 3.0 * driven, A, optimize=True))
+    i, j = np.triu_indices(A.shape[1])
+    pairs = (0.25 * np.tensordot(V1, A, axes=1) + 3.0 * driven)[:, i, j].T @ A[:, i, j]
+    return packed_quartic((pairs + pairs.T) / 2, A.shape[1])
 
 
 def locked(V1: Array, V3: Array, moved: Array) -> bool:

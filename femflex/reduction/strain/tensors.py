@@ -18,14 +18,16 @@ from threadpoolctl import ThreadpoolController
 
 from femflex.arrays import Array, IntArray
 from femflex.body import StrainTensors
-from femflex.body.symmetric import packed_indices
+from femflex.body.symmetric import packed_indices, packed_size
 from femflex.fem.structure import Structure
 from femflex.fem.tables import StrainBlock, element_chunks
+from femflex.memory import require_memory
 from femflex.reduction.inertia.moments import linear_stiffness
 from femflex.reduction.strain import small_strains, strain_kernel
 
 ROOM = 1_000_000  # doubles of a chunk's columns: large enough for fast products, small enough for the cache
 MOST_BYTES = 2e9  # of the products of pairs; some 170 shapes
+INDICES = 96  # bytes for each packed value, of indices and places while it is collected
 
 
 def strain_tensors(structure: Structure, phi: Array) -> StrainTensors:
@@ -51,15 +53,29 @@ def cubic_tensors(structure: Structure, phi: Array) -> StrainTensors:
     return StrainTensors(V1, phi.T @ structure.f0, packed_cubic(total, phi.shape[1]))
 
 
+def require_room(n: int, rows: int | None = None) -> None:
+    """Raise ValueError where the strain tensors of n coordinates, or so many rows of X^T X, take too much memory."""
+    pairs = n * (n + 1) // 2
+    whole = rows is None or rows > n
+    size = packed_size(n, 4 if whole else 3)
+    way = 8 * (n + pairs) * (n + pairs if rows is None else rows) + INDICES * size
+    kinds = "'linear' (or 'condensed', which has fewer coordinates, in place of 'nonlinear')" if whole else "'linear'"
+    if 8 * (n + pairs) * (rows or pairs) > MOST_BYTES:
+        raise ValueError(
+            f"the strain tensors of {n} coordinates would take {8 * size / 1e9:.3g} GB, and {way / 1e9:.3g} GB on the "
+            f"way, where a body may take {MOST_BYTES / 1e9:g} GB of products; keep fewer shapes (functions of an "
+            f"analytic body), or give this body strain = {kinds}"
+        )
+    require_memory(
+        way, f"the strain tensors of {n} coordinates: making them", f"keep fewer, or give the body strain = {kinds}"
+    )
+
+
 def products(structure: Structure, phi: Array, rows: int) -> Array:
     """The first rows of X^T X, (rows, m) with m = n + n(n+1)/2, over all points of the strain table."""
     n = phi.shape[1]
     m = n + n * (n + 1) // 2
-    if 8 * rows * m > MOST_BYTES:
-        raise ValueError(
-            f"the strain tensors of {n} shapes would take {8 * rows * m / 1e9:.3g} GB on the way; a body may take "
-            f"{MOST_BYTES / 1e9:g} GB. Keep fewer shapes, or give this body strain = 'linear'."
-        )
+    require_room(n, rows)
     raw = structure.T @ phi
     total = np.zeros((rows, m))
     for block in structure.strain:

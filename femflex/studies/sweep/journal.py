@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict
 from hashlib import sha256
+from io import FileIO
 from pathlib import Path
-from typing import TextIO
 
 from femflex import __version__
 from femflex.studies.sweep.member import Outcome, Plan
@@ -52,17 +54,39 @@ def read_journal(path: Path, plan: Plan) -> list[Outcome]:
     return [outcomes[k] for k in sorted(outcomes)]
 
 
-def open_journal(path: Path, plan: Plan, done: list[Outcome]) -> TextIO:
-    """The journal opened for appending, with the finished members; an old one is replaced when this one is written."""
-    with atomic_file(path, force=True) as draft, draft.open("w", encoding="utf-8") as file:
-        file.write(digest(plan) + "\n")
+def open_journal(path: Path, plan: Plan, done: list[Outcome]) -> FileIO:
+    """The journal open for more, with what is done; one that was there is replaced when the new one is whole."""
+    with atomic_file(path, force=True) as draft, FileIO(draft, "w") as file:
+        _write_line(file, digest(plan))
         for outcome in done:
             append_outcome(file, outcome)
-    return path.open("a", encoding="utf-8")
+    return FileIO(path, "a")
 
 
-def append_outcome(file: TextIO, outcome: Outcome) -> None:
-    """Append a line, which is on the disk when this returns. Numbers keep every bit."""
-    file.write(json.dumps(asdict(outcome)) + "\n")
-    file.flush()
-    os.fsync(file.fileno())
+def append_outcome(file: FileIO, outcome: Outcome) -> None:
+    """One more line, on the disk when this returns; none of it where it does not fit. Numbers keep every bit."""
+    end = file.seek(0, os.SEEK_END)
+    try:
+        _write_line(file, json.dumps(asdict(outcome)))
+        os.fsync(file.fileno())
+    except OSError:
+        file.truncate(end)
+        raise
+
+
+def _write_line(file: FileIO, line: str) -> None:
+    """Write a line without a buffer, which would be tried again when the file is closed."""
+    rest = f"{line}\n".encode()
+    while rest:
+        rest = rest[file.write(rest) :]
+
+
+@contextmanager
+def naming_kept_members(journal: Path, done: list[Outcome]) -> Iterator[None]:
+    """Errors of writing, as of a full disk, say how many members the journal keeps."""
+    try:
+        yield
+    except OSError as error:
+        text = f"{error.strerror or error}; the members that are done ({len(done)}) are kept in {journal.name}"
+        text = f"{text}: make room, and --resume goes on"
+        raise OSError(error.errno, text, error.filename or str(journal)) from error

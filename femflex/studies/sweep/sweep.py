@@ -27,6 +27,7 @@ from femflex.studies.sweep.journal import (
     append_outcome,
     digest,
     journal_of,
+    naming_kept_members,
     open_journal,
     read_journal,
     refuse_other_sweep,
@@ -100,7 +101,7 @@ def sweep(
     Where no table of materials, sections or flexible bodies varies, bodies are built once, with the strain and the
     shapes that the unchanged case chooses; else every member is built as its own case says. A member that fails is kept
     with its problem. Raises CaseError for a sweep or a case with mistakes and for a key path that is not in the case,
-    FileExistsError for an existing output unless `force`, ValueError when every member fails.
+    FileExistsError for an existing output unless `force`, OSError for a full disk, ValueError when every member fails.
     """
     output = Path(output)
     table, plan = plan_sweep(path)
@@ -119,14 +120,16 @@ def sweep(
     remaining = [(k, values) for k, values in todo if k not in {outcome.number for outcome in probes}]
     with FileLock(output), open_journal(journal, plan, done) as file:
         for outcome in chain(probes, outcomes(plan, remaining, workers or usable_cores(), scheduler)):
-            append_outcome(file, outcome)
+            with naming_kept_members(journal, done):
+                append_outcome(file, outcome)
             done.append(outcome)
             if progress is not None:
                 progress(float(len(done)))
     results = collect_results(table, members, done)
     if all(results.problems):
         raise ValueError(f"every member of the sweep failed; the first: {results.problems[0]}")
-    write_sweep(results, output, plan)
+    with naming_kept_members(journal, done):
+        write_sweep(results, output, plan)
     journal.unlink()
     return results
 
