@@ -313,7 +313,7 @@ def _rigid(case: Case, table: RigidTable) -> FlexibleBody:
 
 def _analytic(case: Case, name: str, table: AnalyticTable, modes: int | None) -> Made:
     values = table.model_dump(include=set(UniformBeam.__dataclass_fields__) - {"mass_per_length"})
-    values["far_bends"] = table.strain == "nonlinear" and table.far_bends is not False
+    values["bounded_energy"] = table.strain == "nonlinear" and table.bounded_energy is not False
     mass = table.mass_per_length if table.mass is None else table.mass / table.length
     assert mass is not None
     beam = UniformBeam(mass_per_length=mass, **values)

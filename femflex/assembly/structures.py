@@ -134,7 +134,7 @@ def members_of(case: Case, name: str, table: FlexibleTable) -> list[Member]:
 
 def _far(table: FlexibleTable) -> dict[str, bool]:
     """Options that members of a body have where they do not say otherwise."""
-    return {"far_bends": True} if table.strain == "nonlinear" and table.segmented_member is None else {}
+    return {"bounded_energy": True} if table.strain == "nonlinear" and table.segmented_member is None else {}
 
 
 def point_masses_of(table: FlexibleTable) -> list[PointMass]:

@@ -330,7 +330,7 @@ class AnalyticTable(BodyTable):
     """Direction of the beam from root to tip, in the body frame."""
     orientation: Direction | None = None
     """Direction near the section's y axis. Default: chosen automatically."""
-    far_bends: StrictBool | None = None
+    bounded_energy: StrictBool | None = None
     """Nonlinear strain energy that stays bounded where a flat section bends far about its weak axis and twists. The
     price: a strip tips over late in its stiff plane, by the fraction 1 / (2 EIy / EIz). Default: true."""
     radius: PositiveLength | None = None

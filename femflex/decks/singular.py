@@ -103,5 +103,5 @@ def _blocks(K: sparse.csr_array, rows: sparse.csr_array, users: IntArray) -> tup
         if r:
             V = Vt[:r].T / size[:r]
             directions[node], independent[node] = U, np.arange(3) < r
-            block[node] = U[:, :r] @ (V.T @ sparse.csr_array(K[np.ix_(dofs, dofs)]).toarray() @ V) @ U[:, :r].T
+            block[node] = U[:, :r] @ (V.T @ K[dofs][:, dofs].toarray() @ V) @ U[:, :r].T
     return (block + block.swapaxes(1, 2)) / 2, directions, independent

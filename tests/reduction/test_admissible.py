@@ -198,7 +198,7 @@ def test_moments_stiffness_markers_and_skin_are_integrals_over_the_beam(rotary, 
 def test_an_inextensible_beam_has_the_curvature_of_an_arc_at_fourth_order(y, z, far):
     """int (EIz a^2 + EIy b^2 + 2 s a b) / 2 of a = v'v'', b = w'w''; s their mean, or the lesser where it bends far."""
     taper = Taper(bending=lambda xi: 2 - xi**2)
-    beam = beam_of(taper=taper, ry=0.0, rz=0.0, far_bends=far)
+    beam = beam_of(taper=taper, ry=0.0, rz=0.0, bounded_energy=far)
     functions = BeamFunctions(y=y, z=z)
     body = beam_body(beam, functions, orthonormal=False, strain="condensed")
     d = np.array([0.04, -0.03, 0.05])[: y + z]

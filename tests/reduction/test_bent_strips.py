@@ -175,11 +175,11 @@ def test_a_beam_bent_askew_lies_where_kirchhoffs_rod_does(build, ratio, GJ):
     assert apart[0] < 5e-4 and apart[1] < 4e-3
 
 
-@pytest.mark.parametrize("far_bends", [None, True])
-def test_a_right_angled_frame_of_four_modes_and_the_loads_shape(far_bends):
+@pytest.mark.parametrize("bounded_energy", [None, True])
+def test_a_right_angled_frame_of_four_modes_and_the_loads_shape(bounded_energy):
     """1.088 and -0.680 N (Argyris and others 1979), by the tangent V1 + 6 V2.x of the reduced energy."""
     mesh = line([[0, 0, 0], [0.24, 0, 0], [0.24, -0.24, 0]], 6)
-    options = {"orientation": [0, 0, 1.0], "far_bends": far_bends}
+    options = {"orientation": [0, 0, 1.0], "bounded_energy": bounded_energy}
     strip = Member("line", "beam", Rectangle(0.0006, 0.03), Material(71.24e9, 0.31, 2700.0), options)
     structure = build_structure(mesh, [strip])
     modes = with_attachment(structure, cantilever_modes(structure, "start", 4), (), {"end": ["x"]})

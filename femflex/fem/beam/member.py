@@ -43,7 +43,7 @@ OPTIONS: Options = {
     "extent": Option(
         None, "length of the whole line of which the group is a part. Shear matters in short, thick lines", "m"
     ),
-    "far_bends": Option(
+    "bounded_energy": Option(
         None, "true: strain energy bounded below in large deflections of flat sections. Default: with nonlinear strain"
     ),
     "shear": Option(
@@ -88,7 +88,7 @@ def beam(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
                     (no propeller moment)
     start           point group where the arc length s begins; see chain.arc_length for the default
     extent          length of the line the group is a part of [m], if it is one: it decides on shear
-    far_bends       True takes away from twisted bends no more than a round section within would lose: bounded where
+    bounded_energy  True takes away from twisted bends no more than a round section within would lose: bounded where
                     flat sections bend far about their weak axis, exact to fourth order for round ones alone (None:
                     False; a case that gives or chooses nonlinear strain has it True)
     shear           True: Timoshenko, each element with shear strains of order - 2 terms (None: where offset or
@@ -214,8 +214,8 @@ def _checked_options(options: dict[str, Any], member: Member) -> dict[str, Any]:
         raise ValueError(
             f"{where} has section {member.section!r}; give one of femflex.fem.sections (tube, box, rectangle, I, ...)"
         )
-    if options["far_bends"] not in (None, True, False):
-        raise ValueError(f"{where} has far_bends {options['far_bends']!r}; give true or false, or leave it out")
+    if options["bounded_energy"] not in (None, True, False):
+        raise ValueError(f"{where} has bounded_energy {options['bounded_energy']!r}; give true or false, or leave it out")
     if options["shear"] not in (None, True, False):
         raise ValueError(f"{where} has shear {options['shear']!r}; give true or false, or leave it out")
     for name in CENTRES:

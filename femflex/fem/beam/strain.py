@@ -32,12 +32,12 @@ collapses.
 
 V_4 is zero for bending in one plane without twist; with it a round section bends and twists alike about all axes.
 
-Large deflections (option far_bends). For a strip, EIy >> EIz, the negative terms of V_4 soon dominate. Bent about its
+Large deflections (option bounded_energy). For a strip, EIy >> EIz, the negative terms of V_4 soon dominate. Bent about its
 weak axis and twisted, it has w'' = theta v'', which stores no energy in the stiff plane. There -EIy theta^2 w''^2 / 2
 equals -EIy theta^4 v''^2 / 2, of sixth order, and the terms that would balance it in the square (k_y sin theta - k_z
 cos theta)^2 are of fifth and sixth order too, so that a series of fourth order cannot contain both: a column with 400
 times the stiffness in its stiff plane loses its torsional stiffness 1.3 % above Euler's load, and then diverges. With
-`far_bends` V_4 is that of the inscribed round section, of stiffness min(EIy, EIz), and the rest of the energy consists
+`bounded_energy` V_4 is that of the inscribed round section, of stiffness min(EIy, EIz), and the rest of the energy consists
 of squares. This neglects bending in the stiff plane in proportion to the square of the twist: Prandtl's load becomes 1
 / (2 ratio) too high.
 """
@@ -224,7 +224,7 @@ def beam_strain(
     if options["offset"] is not None:  # the force acts at the centroid: eps + z kappa_y - y kappa_z
         y, z = options["offset"]
         stress[:, :, 1], stress[:, :, 2] = -y * stress[:, :, 0], z * stress[:, :, 0]
-    stiffnesses = fourth_order_stiffnesses(r.EIy, r.EIz, r.polar2, bool(options["far_bends"]))
+    stiffnesses = fourth_order_stiffnesses(r.EIy, r.EIz, r.polar2, bool(options["bounded_energy"]))
     fourth = np.broadcast_to(stiffnesses, (*weight.shape, len(FOURTH)))
     linear, quadratic = strain_maps()
     if corners.any():
@@ -247,11 +247,11 @@ def set_products(quadratic: Array, products: Sequence[tuple[int, int, int, float
 
 
 def fourth_order_stiffnesses(
-    EIy: Array | float, EIz: Array | float, polar2: Array | float, far_bends: bool = False
+    EIy: Array | float, EIz: Array | float, polar2: Array | float, bounded_energy: bool = False
 ) -> Array:
     """Stiffnesses (..., 7): EIy p^2 - 2 m p s + EIz s^2 of V_4 from squares of one sign each, twist, and V_6."""
     added = np.stack(np.broadcast_arrays(2.0 * np.asarray(EIz), 2.0 * np.asarray(EIy), polar2)[:2], axis=-1)
-    y, z = (np.minimum(EIy, EIz),) * 2 if far_bends else (np.asarray(EIy), np.asarray(EIz))
+    y, z = (np.minimum(EIy, EIz),) * 2 if bounded_energy else (np.asarray(EIy), np.asarray(EIz))
     mean = (y + z) / 2
     bends = mean / polar2, -(y + mean) / polar2, -(z + mean) / polar2
     return np.concatenate([np.stack(np.broadcast_arrays(*bends, -z, -y), axis=-1), added], axis=-1)

@@ -57,7 +57,7 @@ def beam_strains(beam: UniformBeam, functions: BeamFunctions, X: Array, followin
     linear, quadratic = strain_maps()
     if not functions.torsion:
         quadratic[3] = 0.0
-    fourth, weights = product_maps(FOURTH), fourth_order_stiffnesses(beam.EIy, beam.EIz, polar**2, beam.far_bends)
+    fourth, weights = product_maps(FOURTH), fourth_order_stiffnesses(beam.EIy, beam.EIz, polar**2, beam.bounded_energy)
     if following:
         quadratic[:, 0], quadratic[:, :, 0] = 0.0, 0.0
         fourth[:3], weights[:3] = inextensible(beam, polar**2)
@@ -75,9 +75,9 @@ def inextensible(beam: UniformBeam, polar2: float) -> tuple[Array, Array]:
     third-order
     curvature of a beam that keeps its length, (a + b) (EIz a + EIy b) / 2.
 
-    With far_bends the product a b has the lesser stiffness alone: with the mean, skew bends of strips lose energy.
+    With bounded_energy the product a b has the lesser stiffness alone: with the mean, skew bends of strips lose energy.
     """
-    shared = min(beam.EIy, beam.EIz) if beam.far_bends else (beam.EIy + beam.EIz) / 2
+    shared = min(beam.EIy, beam.EIz) if beam.bounded_energy else (beam.EIy + beam.EIz) / 2
     maps = product_maps((((7, 4), (8, 5)), ((7, 4),), ((8, 5),)))
     return maps, np.array([shared, beam.EIz - shared, beam.EIy - shared]) / polar2
 

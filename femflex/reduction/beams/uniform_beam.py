@@ -57,7 +57,7 @@ class UniformBeam:
                            torsion, the same about all axes across
     root, direction        where the beam starts [m] and where it points, body frame
     orientation            vector near the section's y axis; default as for beam members (fem.chain.element_frames)
-    far_bends              True: nonlinear strain stays bounded where a flat section bends far (fem.beam.strain)
+    bounded_energy         True: nonlinear strain stays bounded where a flat section bends far (fem.beam.strain)
     radius                 of the tube that is drawn [m]; None draws a line
     taper                  how the section varies along the length; mass and stiffness above are those where it is 1
     """
@@ -74,7 +74,7 @@ class UniformBeam:
     root: ArrayLike = (0.0, 0.0, 0.0)
     direction: ArrayLike = (1.0, 0.0, 0.0)
     orientation: ArrayLike | None = None
-    far_bends: bool = False
+    bounded_energy: bool = False
     radius: float | None = None
     taper: Taper = field(default_factory=Taper)
 
