@@ -41,7 +41,7 @@ NOT_JUDGED = "the truncation error of the craft's frequencies is not estimated f
 class RicherCraft:
     """A craft in richer sets, or why there is none.
 
-    bodies and markers (of joints) by name; still: names of bodies whose root cannot move
+    bodies and markers (of joints) by name; still: names of bodies whose root stays at rest
     response: what the loads, commands and starts of the run excite of it; None where that is not estimated
     """
 
@@ -147,9 +147,10 @@ def _enriched(system: System, known: KnownBodies, markers: Mapping[str, tuple[st
 
 
 def _stands(system: System, name: str) -> bool:
-    """Whether the root of a body cannot move: it and all rigid bodies that carry it are at rest in the base frame."""
+    """Whether the root of a body stays at rest: it and all rigid bodies that carry it are fixed in the base frame."""
     joint = system.joint_of(name)
-    if joint.n_u > len(joint.prescribed) or system.orbit is not None:
+    moving = any(profile.moves for profile in joint.prescribed.values())
+    if joint.n_u > len(joint.prescribed) or moving or system.orbit is not None:
         return False
     return joint.parent is None or (not system.bodies[joint.parent].n_modes and _stands(system, joint.parent))
 
