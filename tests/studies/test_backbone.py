@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from femflex.studies.held_motion import HeldMotion
 from scipy.integrate import cumulative_trapezoid
 from scipy.special import ellipk
 
@@ -23,6 +22,7 @@ from femflex.reduction import (
     with_derivatives,
 )
 from femflex.studies import backbone
+from femflex.studies.fixed_frame_motion import FixedFrameMotion
 from femflex.studies.harmonic_balance import HarmonicBalance
 from femflex.system import System, weld
 
@@ -150,7 +150,7 @@ def test_strip_of_plates_hardens_and_softens(mode):
 
 @pytest.mark.slow
 def test_jacobian_of_harmonic_balance_is_the_derivative_of_the_unbalanced_forces():
-    motion, h = HeldMotion(cantilever(y=3)), 4
+    motion, h = FixedFrameMotion(cantilever(y=3)), 4
     angle, k = 2 * np.pi * np.arange(64) / 64, np.arange(h)
     cosine, sine = np.cos(np.outer(angle, k)), np.sin(np.outer(angle, k))
 

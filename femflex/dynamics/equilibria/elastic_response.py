@@ -25,6 +25,7 @@ from femflex.dynamics.joints.prescribed_coordinates import prescribed_places
 from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.model import Model
 
+JUMP = 1e-6  # of the time: an interval so short stands for a jump of the force
 DAMPED = 0.99  # of critical: modes damped more than that are taken to be so, for their answer hardly swings either
 
 
@@ -137,7 +138,8 @@ def modal_response(
     for k in range(len(steps)):
         z, w = y[k] - before[k], rate[k] - slope[k]
         v = (w + a * z) / b
-        swing = np.maximum(swing, np.hypot(z, v))
+        if steps[k, 0] > JUMP * (times[-1] - times[0]):
+            swing = np.maximum(swing, np.hypot(z, v))
         y[k + 1] = after[k] + fading[k] * (z * cos[k] + v * sin[k])
         rate[k + 1] = slope[k] + fading[k] * (w * cos[k] - (b * z + a * v) * sin[k]) + impulse[k]
     return y, rate, swing

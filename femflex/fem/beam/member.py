@@ -215,7 +215,9 @@ def _checked_options(options: dict[str, Any], member: Member) -> dict[str, Any]:
             f"{where} has section {member.section!r}; give one of femflex.fem.sections (tube, box, rectangle, I, ...)"
         )
     if options["bounded_energy"] not in (None, True, False):
-        raise ValueError(f"{where} has bounded_energy {options['bounded_energy']!r}; give true or false, or leave it out")
+        raise ValueError(
+            f"{where} has bounded_energy {options['bounded_energy']!r}; give true or false, or leave it out"
+        )
     if options["shear"] not in (None, True, False):
         raise ValueError(f"{where} has shear {options['shear']!r}; give true or false, or leave it out")
     for name in CENTRES:
