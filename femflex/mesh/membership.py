@@ -12,7 +12,7 @@ from femflex.arrays import IntArray
 def group_classes(groups: Mapping[str, IntArray], count: int) -> list[tuple[tuple[str, ...], IntArray]]:
     """Names of the groups and rows of every class; items 0 .. count - 1 of a class belong to exactly the same groups.
 
-    >>> [(names, rows.tolist()) for names, rows in classes({"a": np.array([1, 2]), "b": np.array([2])}, 4)]
+    >>> [(names, rows.tolist()) for names, rows in group_classes({"a": np.array([1, 2]), "b": np.array([2])}, 4)]
     [((), [0, 3]), (('a',), [1]), (('a', 'b'), [2])]
     """
     member = np.zeros((count, len(groups)), bool)

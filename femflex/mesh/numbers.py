@@ -20,7 +20,7 @@ def check_count(count: int, location: str) -> None:
 def inclusive_range(first: int, last: int, step: int = 1) -> range:
     """The numbers from the first to the last, both included; a negative step runs down.
 
-    >>> list(spanned(4, 1, -1))
+    >>> list(inclusive_range(4, 1, -1))
     [4, 3, 2, 1]
 
     Raises ValueError for a step that does not lead from the first to the last.

@@ -160,7 +160,9 @@ def rows(out: str) -> list[list[str]]:
 
 
 def test_verb_recommends_six_modes(converge: RunConverge, write_case_file: Callable[..., Path]):
-    code, out, err = converge(write_case_file(), "--levels", "2,3,4,6,8,10", "--tolerance", "1e-3")
+    code, out, err = converge(
+        write_case_file(("modes = 4 }", "modes = 4, joints = {} }")), "--levels", "2,3,4,6,8,10", "--tolerance", "1e-3"
+    )
     assert (code, err) == (0, "")
     assert [row[0] for row in rows(out)] == ["2", "3", "4", "6", "8", "10"]
     assert [row[0] for row in rows(out) if row[-1] == "<-"] == ["6"]
