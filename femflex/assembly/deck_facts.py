@@ -17,7 +17,7 @@ from femflex.decks.units import Units, likely_units, units_of
 from femflex.fem import Structure, Support
 from femflex.fem.support import COMPONENTS
 from femflex.reduction import cantilever_modes, free_free_modes
-from femflex.reduction.boundary.rigid import rigid_shapes, stands_by_springs
+from femflex.reduction.boundary.rigid import is_held_by_springs, rigid_shapes
 
 LARGEST = 60000  # degrees of freedom; modes of larger decks are not computed for their starting cases
 MODES = 6
@@ -67,7 +67,7 @@ def deck_facts(path: Path, units: str | None, file: str) -> DeckFacts:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             shapes = rigid_shapes(structure)
-            grounded = stands_by_springs(structure.K, structure.M, shapes)
+            grounded = is_held_by_springs(structure.K, structure.M, shapes)
         reason_text = "its springs to ground hold it" if grounded else f"its modes are free-free{hint if group else ''}"
         notes.append(f"reduction: {none_restrain} all rigid-body motions of the deck; {reason_text}")
     root, tip = _ends(deck, supports, centre)

@@ -66,7 +66,7 @@ from femflex.reduction import (
 )
 from femflex.reduction.preload.equilibrium import static_equilibrium
 from femflex.reduction.preload.loads import Preload
-from femflex.reduction.wide_sheets import with_own_bends
+from femflex.reduction.wide_sheets import with_sheet_shapes
 from femflex.warning import PhysicsWarning
 
 PLACE = "marker {}"  # point group of a marker given by its position
@@ -231,7 +231,7 @@ def build_modes(
     if isinstance(r, Stretchable):
         shapes = vibration_set(structure, r, modes, acting or ActingLoads())
         if r.third_derivatives or needs_large_deflection_shapes(table):
-            shapes = with_own_bends(structure, shapes, r.third_derivatives, r.deflection)
+            shapes = with_sheet_shapes(structure, shapes, r.third_derivatives, r.deflection)
         if r.derivatives not in (None, "none", 0):
             shapes = with_static_derivatives(
                 structure, shapes, r.derivatives, None if r.responses else r.deflection, f"bodies.{name}"

@@ -38,14 +38,14 @@ def critical_factor(structure: Structure, held: IntArray, enough: float = FAR) -
     on, without = supported(structure, held), unstressed(structure, held)
     try:
         if on.K_stiff.shape[0] > SMALL and not negative_pivots(on.factors):
-            return _borne(on, without.K_stiff, enough)
+            return _factor_on_supports(on, without.K_stiff, enough)
         lowest = lowest_ratio((on.K_stiff - without.K_stiff).tocsr(), without.K_stiff)
     except (np.linalg.LinAlgError, RuntimeError):
         return np.inf
     return -1.0 / lowest if lowest * enough < -1.0 else np.inf
 
 
-def _borne(on: Supported, K0: sparse.csr_array, enough: float) -> float:
+def _factor_on_supports(on: Supported, K0: sparse.csr_array, enough: float) -> float:
     """The factor of a structure that bears its stress, on its supports."""
     least = enough / (enough - 1.0)
     nu = _largest_ratio(K0, on, min(CLASSED, (least - 1.0) / 4))

@@ -17,7 +17,7 @@ from femflex.reduction.boundary.clamps import Groups, held_dofs, names
 from femflex.reduction.boundary.markers import marker_rows
 from femflex.reduction.boundary.rigid import independent_columns, rigid_shapes
 from femflex.reduction.modes.modeset import ModeSet, rigid_set
-from femflex.reduction.modes.vibration import condensed, fixed_modes, ritz
+from femflex.reduction.modes.vibration import fixed_modes, ritz, statically_condensed
 
 
 def craig_bampton(
@@ -57,7 +57,7 @@ def craig_bampton(
     everything = tuple(dict.fromkeys((*names(clamp), *groups)))
     fixed = np.union1d(held, boundary)
     vibration = fixed_modes(structure, fixed, everything, n) if n else rigid_set(structure.n_dof)
-    constraint = condensed(structure, held, boundary, motions)
+    constraint = statically_condensed(structure, held, boundary, motions)
     phi = np.column_stack([constraint, vibration.phi])
     kinds = ("constraint",) * constraint.shape[1] + vibration.kinds
     omega = np.append(np.full(constraint.shape[1], np.nan), vibration.omega)

@@ -12,7 +12,7 @@ from femflex.fem.structure import Structure
 from femflex.fem.tables import DenseInertia, InertiaBlock
 from femflex.reduction.boundary.clamps import Groups, free_dofs, held_dofs, names
 from femflex.reduction.modes.modeset import ModeSet
-from femflex.reduction.modes.vibration import condensed
+from femflex.reduction.modes.vibration import statically_condensed
 
 
 def nodal(structure: Structure, clamp: Groups) -> ModeSet:
@@ -32,7 +32,7 @@ def nodal_translations(structure: Structure, clamp: Groups) -> ModeSet:
     """
     held = held_dofs(structure, clamp)
     kept = np.setdiff1d(_moving_dofs(structure), held)
-    phi = condensed(structure, held, kept, np.eye(len(kept)))
+    phi = statically_condensed(structure, held, kept, np.eye(len(kept)))
     return ModeSet(phi, ("nodal",) * len(kept), np.full(len(kept), np.nan), names(clamp), held)
 
 

@@ -1,4 +1,4 @@
-"""Static answers of a structure with the supports of a set, clamped or free."""
+"""Static responses of a structure with the supports of a set, clamped or free."""
 
 from __future__ import annotations
 

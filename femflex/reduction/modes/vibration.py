@@ -11,7 +11,7 @@ from femflex.arrays import Array, IntArray
 from femflex.fem.eigen.canonical import canonical_modes, signs
 from femflex.fem.eigen.modes import dense_modes
 from femflex.fem.structure import Structure
-from femflex.reduction.boundary.clamps import Groups, held_dofs, names, refuse_unheld
+from femflex.reduction.boundary.clamps import Groups, held_dofs, names, refuse_mechanism
 from femflex.reduction.boundary.markers import marker_rows
 from femflex.reduction.boundary.rigid import DIRECTIONS, independent_columns, rigid_shapes
 from femflex.reduction.boundary.supported import lowest_modes_on, supported
@@ -41,14 +41,14 @@ def fixed_modes(structure: Structure, held: IntArray, groups: tuple[str, ...], n
     if modes.null.shape[1]:
         loose = np.zeros((structure.n_dof, modes.null.shape[1]))
         loose[free] = modes.null
-        refuse_unheld(structure, held, groups, loose)
+        refuse_mechanism(structure, held, groups, loose)
     phi = np.zeros((structure.n_dof, len(modes.omega)))
     phi[free] = modes.phi
     phi = signed(structure, phi)
     return ModeSet(phi, ("vibration",) * phi.shape[1], modes.omega, groups, held, modes.note)
 
 
-def condensed(structure: Structure, held: IntArray, boundary: IntArray, motions: Array) -> Array:
+def statically_condensed(structure: Structure, held: IntArray, boundary: IntArray, motions: Array) -> Array:
     """Dof vectors (n_dof, k) [m, rad] that follow boundary motions (n_boundary, k) statically, x_i = -K_ii^-1 K_ib
     x_b."""
     inside = supported(structure, np.union1d(held, boundary))
@@ -79,7 +79,7 @@ def free_free_modes(structure: Structure, n: int) -> ModeSet:
     if not n_null:
         return ModeSet(signed(structure, phi), ("vibration",) * phi.shape[1], modes.omega, note=modes.note)
     if n_null != n_rigid:
-        refuse_unheld(structure, UNHELD, (), null)
+        refuse_mechanism(structure, UNHELD, (), null)
     MR = structure.M @ R
     try:
         moving = linalg.cho_factor(R.T @ MR)
@@ -113,7 +113,7 @@ def signed(structure: Structure, phi: Array) -> Array:
     return phi * signs(moved)
 
 
-def answers_to_clamps(structure: Structure, modes: ModeSet) -> tuple[Array, Array]:
+def responses_to_clamp_accelerations(structure: Structure, modes: ModeSet) -> tuple[Array, Array]:
     """Loads (n_dof, 3) of unit accelerations of the clamps along x, y, z, and the linear answers to them."""
     loads = load_vectors(structure, "xyz", {})
     return loads, supported(structure, modes.held).answers(loads)

@@ -78,7 +78,9 @@ def condense(
         **recombined(body, whole, first),
         strain=strain,
         damping=body.damping[np.ix_(free, free)],
-        kinds=(*_at(body.kinds, order), *("carried",) * more, *_at(body.kinds, sections)) if body.kinds else (),
+        kinds=(*_picked_kinds(body.kinds, order), *("carried",) * more, *_picked_kinds(body.kinds, sections))
+        if body.kinds
+        else (),
         omega=np.concatenate([body.omega[order], np.full(more, np.nan), body.omega[sections]])
         if body.omega.size
         else body.omega,
@@ -106,7 +108,7 @@ def recombined(body: FlexibleBody, X: Array, first: Array) -> dict[str, Any]:
     }
 
 
-def _at(kinds: tuple[str, ...], shapes: IntArray) -> tuple[str, ...]:
+def _picked_kinds(kinds: tuple[str, ...], shapes: IntArray) -> tuple[str, ...]:
     return tuple(kinds[k] for k in shapes)
 
 

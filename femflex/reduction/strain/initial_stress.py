@@ -1,4 +1,4 @@
-"""Initial stress and what supports hold of it."""
+"""Initial stress, and the part of it that supports react."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.preload.equilibrium import is_known, static_equilibrium
 from femflex.warning import PhysicsWarning
 
-HELD = 0.5  # share of the energy of a wanted stress that clamps must hold not to be reported
-SMALL = 0.01  # strain up to which it is small: stiffness and shape change by as much
-MOVED = 1e-3  # of the body's size: displacement of the relaxation that goes without a word
-LET_GO = ("let go",)  # what a relaxed structure knows: the largest of these displacements [m]
-SLACK = 0.01  # share of the stress's energy that supports may let go before linear strain is doubtful
+HELD = 0.5  # share of the energy of an intended stress that must remain, below which it is reported
+SMALL = 0.01  # limit of small strain: stiffness and shape change by as much
+MOVED = 1e-3  # of the body's size: displacement by relaxation, above which it is reported
+RELAXED_BY = ("let go",)  # key of the largest of these displacements [m] in a relaxed structure
+SLACK = 0.01  # share of the stress energy lost by relaxation, above which linear strain is doubtful
 
 
 def relaxed(structure: Structure, clamp: Groups = ()) -> Structure:
-    """The structure in equilibrium with its initial stress, the clamp groups held: the stress that is left.
+    """The structure in equilibrium with its initial stress and with the clamp groups fixed: the remaining stress.
 
     A heated cantilever has none left, a beam heated between two walls all of it. The small displacement in which the
     rest went is not kept: the mesh is the shape at equilibrium. Without a clamp the structure is free. A structure
@@ -48,7 +48,7 @@ def _relaxed(structure: Structure, held: IntArray) -> Structure:
     x = relaxation(structure, held)
     found = with_settled_stress(structure, x)
     moved = np.linalg.norm((structure.translation @ x).reshape(-1, 3), axis=1)
-    found.known[LET_GO] = (float(moved.max(initial=0.0)),)
+    found.known[RELAXED_BY] = (float(moved.max(initial=0.0)),)
     if RIGID in structure.known:  # the mesh stays, and with it its rigid motions
         found.known[RIGID] = structure.known[RIGID]
     structure.known.pop(("K0", held.tobytes()), None)  # factors that serve no more
@@ -57,7 +57,7 @@ def _relaxed(structure: Structure, held: IntArray) -> Structure:
 
 
 def relaxation(structure: Structure, held: IntArray) -> Array:
-    """Linear static response (n_dof,) [m, rad] to what the initial stress leaves unbalanced, with these dofs held."""
+    """Linear static response (n_dof,) [m, rad] to the unbalanced forces of initial stress, with these dofs fixed."""
     on = unstressed(structure, held)
     x = np.zeros(structure.n_dof)
     x[on.stiff] = on.factors.solve(-structure.f0[on.stiff])  # internal forces balance each other: supports feel none
@@ -65,7 +65,7 @@ def relaxation(structure: Structure, held: IntArray) -> Array:
 
 
 def warn_if_slack(structure: Structure, modes: ModeSet) -> None:
-    """Warn when supports do not hold the initial stress, so that linear strain keeps stiffness that would go."""
+    """Warn if supports do not react the initial stress, so that linear strain keeps stiffness that would vanish."""
     if not (structure.stressed and modes.n_modes) or is_known(structure, "at rest", modes.held):
         return
     if not structure.f0.any():
@@ -98,7 +98,7 @@ def _warn_if_unbalanced(structure: Structure, held: IntArray) -> None:
 
 
 def warn_of_initial_stress(name: str, given: Structure, left: Structure, meant: bool = True) -> None:
-    """Warn of a structure whose supports let go of its initial stress, or that is strained beyond small strain by it.
+    """Warn of a structure whose initial stress relaxes on its supports, or strains it beyond small strain.
 
     name   what the structure is called
     given  before `relaxed`; left: after it
@@ -117,7 +117,7 @@ def warn_of_initial_stress(name: str, given: Structure, left: Structure, meant: 
             remedy="Clamp every group that reacts the stress, such as both ends",
         )
         warnings.warn(warning, stacklevel=2)
-    elif (moved := left.known.get(LET_GO, (0.0,))[0]) > MOVED * (size := _size(left)):
+    elif (moved := left.known.get(RELAXED_BY, (0.0,))[0]) > MOVED * (size := _size(left)):
         warning = PhysicsWarning(
             "{body_or_joint}: what its supports do not hold of its initial stress moves it by up to {moved:.4g} m, "
             "{value:.2g} of its size (limit {limit:g}). The modes are those after that, but the mesh stays as it is: "
@@ -143,7 +143,7 @@ def warn_of_initial_stress(name: str, given: Structure, left: Structure, meant: 
 
 
 def largest_strain(given: Structure, left: Structure) -> float:
-    """Largest strain that goes with the stress that is left, in the components that stress was given to."""
+    """Largest strain of the remaining stress, in the components in which stress was prescribed."""
     largest = 0.0
     for before, after in zip(given.strain, left.strain, strict=True):
         n = before.linear_map.shape[0]
