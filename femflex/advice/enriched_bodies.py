@@ -24,7 +24,7 @@ from femflex.reduction.beams.uniform_beam import BeamFunctions, UniformBeam
 from femflex.reduction.boundary.markers import marker_rows
 from femflex.reduction.boundary.rigid import DIRECTIONS
 from femflex.reduction.modes.modeset import ModeSet
-from femflex.reduction.modes.residuals import combined, residual_vectors
+from femflex.reduction.modes.residuals import independent_combinations, residual_vectors
 from femflex.reduction.modes.vibration import load_vectors, ritz
 from femflex.reduction.origin import Deployed
 from femflex.reduction.small_motions import body_of_shapes
@@ -69,7 +69,7 @@ class MeshedEnrichment:
         labels, F = self._loads(body, markers)
         first = residual_vectors(structure, modes, F)
         second = residual_vectors(structure, modes, structure.M @ first)
-        added = ritz(structure, combined(structure, np.column_stack([first, second])))[1]
+        added = ritz(structure, independent_combinations(structure, np.column_stack([first, second])))[1]
         phi = np.column_stack([modes.phi, added])
         inside = np.vstack([np.zeros((modes.n_modes, len(labels))), added.T @ (structure.M @ first)])
         return EnrichedBody(

@@ -10,7 +10,7 @@ import pytest
 from femflex.assembly import build_part
 from femflex.case import read_case
 from femflex.case.read import parse_case
-from femflex.mesh import box, rectangle, write_mesh
+from femflex.mesh import rectangle, write_mesh
 from femflex.pipeline.decisions import build_system
 
 MESHES = Path(__file__).resolve().parents[2] / "meshes"
@@ -136,12 +136,6 @@ def test_member_of_case_replaces_elements_of_a_property():
 
 GEAR = '{ kind = "equation", terms = [{ group = "edge", component = "x", factor = 1.0 }, '
 GEAR += '{ group = "hub point", component = "x", factor = -1.0 }] },'
-
-
-def solid_and_sheet():
-    solid = box(1.0, 0.1, 0.1, 4, 1, 1, "hexahedron")
-    sheet = rectangle(0.2, 0.1, 2, 2, "quad").rotated([np.pi / 2, 0, 0]).translated([1.2, 0.0, 0.0])
-    return solid.merged(sheet)
 
 
 LAYUP = """

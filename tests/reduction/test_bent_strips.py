@@ -110,7 +110,9 @@ def test_faceted_arc_matches_elastica(load):
     share = np.where(np.abs(mesh.points[end, 1] - width / 2) < 1e-9, 0.5, 0.25)
     push = load * STRIP.E * width * thickness**3 / 12
     force = (structure.translation[3 * end + 2].T @ (share * push))[full.free]
-    moved = (structure.translation @ full.whole(static_path(full, force, np.linspace(0.1, 1, 10))[-1])).reshape(-1, 3)
+    moved = (structure.translation @ full.on_all_dofs(static_path(full, force, np.linspace(0.1, 1, 10))[-1])).reshape(
+        -1, 3
+    )
     exact = elastica(load, 1.0)
     assert share @ moved[end, 2] == pytest.approx(exact[1], rel=6e-4)
     assert -share @ moved[end, 0] == pytest.approx(exact[0], rel=6e-4)

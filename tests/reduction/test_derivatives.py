@@ -124,7 +124,7 @@ def test_derivatives_match_static_path_of_full_elements_to_third_order(make, ord
     exact = static_path(full, (structure.K @ phi)[full.free], factors)
     lacking = []
     for q, x in zip(factors, exact, strict=True):
-        left = full.whole(x) - phi * q - theta * q**2 / 2
+        left = full.on_all_dofs(x) - phi * q - theta * q**2 / 2
         lacking.append([np.abs(structure.translation @ d).max() for d in (left, left - psi * q**3)])
     lacking = np.array(lacking)
     assert np.log2(lacking[1:, 0] / lacking[:-1, 0]) == pytest.approx([3, 3], abs=0.1)
