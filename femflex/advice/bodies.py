@@ -16,7 +16,7 @@ from femflex.fem.deflected import tension_blocks
 from femflex.reduction.large_deflection.curvature import hardening, least_stiffness_ratio, mesh_rise
 from femflex.reduction.origin import Analytic, Deployed, LeftOpen, Meshed, Origin
 from femflex.reduction.preload.equilibrium import is_preloaded
-from femflex.reduction.reduce import MANY
+from femflex.reduction.reduce import MOST_COORDINATES
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +55,7 @@ class KnownBody:
     def hardening(self) -> float:
         """What stretch adds to the force on the lowest shape bent by 1 m, over its linear one [1/m^2]; 0 if unknown."""
         source = self.origin.source
-        if not isinstance(source, Meshed) or not 0 < source.modes.n_modes <= MANY:
+        if not isinstance(source, Meshed) or not 0 < source.modes.n_modes <= MOST_COORDINATES:
             return 0.0
         return hardening(source.structure, source.modes)
 
@@ -72,7 +72,11 @@ class KnownBody:
             return BeamEnrichment(source.beam, source.functions)(body, markers)
         if isinstance(source, Deployed):
             return DeployedEnrichment(source)(body, markers)
-        if not isinstance(source, Meshed) or "nodal" in source.modes.kinds or not 0 < source.modes.n_modes <= MANY:
+        if (
+            not isinstance(source, Meshed)
+            or "nodal" in source.modes.kinds
+            or not 0 < source.modes.n_modes <= MOST_COORDINATES
+        ):
             return None
         if self.is_preloaded:
             return None

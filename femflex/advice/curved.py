@@ -14,7 +14,7 @@ from femflex.body import FlexibleBody, StrainTensors
 from femflex.fem.structure import Structure
 from femflex.reduction import ModeSet, least_stiffness_ratio, mesh_rise, stretching
 from femflex.reduction.origin import Meshed
-from femflex.reduction.wide_sheets import of_sheet
+from femflex.reduction.wide_sheets import sheet_note
 
 Answers = dict[str, object]  # keys of a reduction and their values
 
@@ -41,7 +41,7 @@ def _notes(source: Meshed, body: FlexibleBody) -> list[str]:
     if body.strain_form == "linear" or source.deflection is not None:
         return []
     curved = curvature_note(structure, modes) if modes.held.size else ""
-    return [text for text in (curved, of_sheet(structure, modes, source.third_derivatives)) if text]
+    return [text for text in (curved, sheet_note(structure, modes, source.third_derivatives)) if text]
 
 
 def response_note(structure: Structure, modes: ModeSet, tensors: StrainTensors) -> str:

@@ -24,10 +24,10 @@ from femflex.reduction.beams.uniform_beam import BeamFunctions, UniformBeam
 from femflex.reduction.boundary.markers import marker_rows
 from femflex.reduction.boundary.rigid import DIRECTIONS
 from femflex.reduction.modes.modeset import ModeSet
-from femflex.reduction.modes.residuals import combined, residual_vectors
+from femflex.reduction.modes.residuals import independent_combinations, residual_vectors
 from femflex.reduction.modes.vibration import load_vectors, ritz
 from femflex.reduction.origin import Deployed
-from femflex.reduction.small_motions import in_shapes
+from femflex.reduction.small_motions import body_of_shapes
 
 Place = tuple[str, str]  # group or end of the body, and a direction there ("" for all that belong together)
 
@@ -69,7 +69,7 @@ class MeshedEnrichment:
         labels, F = self._loads(body, markers)
         first = residual_vectors(structure, modes, F)
         second = residual_vectors(structure, modes, structure.M @ first)
-        added = ritz(structure, combined(structure, np.column_stack([first, second])))[1]
+        added = ritz(structure, independent_combinations(structure, np.column_stack([first, second])))[1]
         phi = np.column_stack([modes.phi, added])
         inside = np.vstack([np.zeros((modes.n_modes, len(labels))), added.T @ (structure.M @ first)])
         return EnrichedBody(
@@ -91,7 +91,7 @@ class MeshedEnrichment:
     def _in_shapes(self, body: FlexibleBody, phi: Array) -> FlexibleBody:
         """The body in shapes phi (n_dof, n)."""
         markers = _moved(body, {name: self._rows(name, phi) for name in self.places}, phi.shape[1])
-        return in_shapes(self.structure, phi, body.moments, markers)
+        return body_of_shapes(self.structure, phi, body.moments, markers)
 
     def _copied(self, body: FlexibleBody, name: str) -> str | None:
         """The mesh group of the marker that another one is a copy of."""
@@ -117,7 +117,7 @@ class BeamEnrichment:
         own = {name: (found.markers[name].phi, found.markers[name].psi) for name in ("root", "tip")}
         found = replace(found, markers=_moved(body, own, found.n_modes), skin=None)
         xi, weight = gauss(points_for(max(counts.values()) + MORE))
-        kept = given.fields(xi, 1.0)[:, :, : given.own]
+        kept = given.fields(xi, 1.0)[:, :, : given.n_independent]
         basis = rich.fields(xi, 1.0)
         inside = np.einsum("p,pai,pak->ik", weight, basis, kept)
         choices = {

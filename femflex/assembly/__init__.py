@@ -1,4 +1,4 @@
-"""Case data -> Structures, bodies and System: pure functions, one per table of a case."""
+"""Build structures, bodies and the System from the data of a case: pure functions, one per table."""
 
 from __future__ import annotations
 

@@ -1,12 +1,14 @@
-"""What acts on a meshed body where the case says: loads, weight, a steady spin, the bodies and loops that hang on it.
+"""Loads and attached bodies that determine the static shapes of a body.
 
-Where strain is linear and the reduction says nothing of `loads`, the static shapes of those of the case's loads stand
-added to modes that answer these by less than 99 % (attached bodies: `joint_shapes`). With nonlinear strain they
-count for more: vibration modes hold the stress under such a load badly, and four of them let a strip tip over sideways
-17 % too late. There the slow static shapes of all these are added to the modes; that of weight and spin where the
-reduction says nothing of `attachment`. A spin pulls at every place by its distance: the answers to
-accelerations of the clamp are close to how modes change under it (at 12 sqrt(EI / m L^4) four modes are 2 % off in the
-first frequency, eight 0.2 %, and four with four of these 0.02 %).
+With linear strain, if the reduction does not set `loads`, the static shape of a load of the case is added to the modes
+where these represent less than 99 % of its static work (for attached bodies see `joint_shapes`).
+
+With nonlinear strain static shapes matter more: vibration modes represent the stress under a load badly. With four of
+them a strip buckles laterally 17 % too late. There the slow static shapes of all loads, and of attached bodies and
+loops, are added; those of weight and spin only if the reduction does not set `attachment`. The centrifugal load of a
+spin grows with the distance from the axis, so that the static responses to accelerations of the clamp are close to the
+change of the modes: at 12 sqrt(EI / m L^4) the first frequency is 2 % off with four modes, 0.2 % with eight, and 0.02 %
+with four modes and four of these shapes.
 """
 
 from __future__ import annotations
@@ -26,17 +28,17 @@ from femflex.case.support import DIRECTIONS
 from femflex.reduction import ModeSet
 from femflex.reduction.modes.damping import UNANSWERED
 
-LEFT_OVER = 0.01  # of a load's static work, by which modes with linear strain may fall short
+LEFT_OVER = 0.01  # share of a load's static work that modes with linear strain may lack
 
 
 @dataclass(frozen=True)
 class ActingLoads:
-    """What acts on a body.
+    """Loads on a body whose static shapes may be added to its modes.
 
     loads   mesh group -> directions of forces and moments
-    base    directions of accelerations of its clamp, in whose way it is pulled
-    causes  the loads that act so, in words
-    least   share of a load's work that the modes must leave over
+    base    directions of accelerations of its clamp
+    causes  names of the loads that act as such accelerations
+    least   least share of a load's work that the modes lack, for its static shape to be added
     """
 
     loads: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
@@ -49,60 +51,63 @@ class ActingLoads:
 
 
 def acting_loads(case: Case, name: str, table: FlexibleTable, groups: Mapping[str, str]) -> ActingLoads:
-    """What acts on a body whose reduction leaves it to the case which static shapes it keeps; else nothing.
+    """The loads on a body whose reduction does not set its static shapes; no loads otherwise.
 
-    groups: the mesh group of every marker. A load whose axes are not the body's may come to point along any of them.
+    groups: the mesh group of every marker. A load given in axes that are not the body's may point along any of them.
     """
     r, linear = table.reduction, (table.strain or "linear") == "linear"
-    own = {"condensed": (None, "auto"), "nonlinear": ("auto",)}.get(table.strain or "linear", (None, "none"))
+    automatic = {"condensed": (None, "auto"), "nonlinear": ("auto",)}.get(table.strain or "linear", (None, "none"))
     if (
         not isinstance(r, CantileverTable)
-        or r.derivatives not in own
+        or r.derivatives not in automatic
         or r.third_derivatives
         or r.deflection is not None
         or table.segmented_member is not None
     ):
         return ActingLoads()
     if linear:
-        return ActingLoads(_loaded(load_directions(case, name), r, groups), least=LEFT_OVER)
-    asked = "attachment" not in r.model_fields_set
-    heavy, spun = asked and any(case.environment.gravity), asked and spins_steadily(case) if r.spin is None else r.spin
-    loads = _loaded((*load_directions(case, name), *_carried(case, name)), r, groups)
-    causes = ("weight",) * heavy + ("spin",) * spun
-    ways = DIRECTIONS if spun else DIRECTIONS[:3] if heavy else ()
-    return ActingLoads(loads, tuple(way for way in ways if way not in r.attachment), causes)
+        return ActingLoads(_loads_by_group(load_directions(case, name), r, groups), least=LEFT_OVER)
+    is_open = "attachment" not in r.model_fields_set
+    weight, spin = (
+        is_open and any(case.environment.gravity),
+        is_open and spins_steadily(case) if r.spin is None else r.spin,
+    )
+    loads = _loads_by_group((*load_directions(case, name), *_attached_body_loads(case, name)), r, groups)
+    causes = ("weight",) * weight + ("spin",) * spin
+    directions = DIRECTIONS if spin else DIRECTIONS[:3] if weight else ()
+    return ActingLoads(loads, tuple(direction for direction in directions if direction not in r.attachment), causes)
 
 
-def _loaded(
+def _loads_by_group(
     pushed: Iterable[tuple[str, list[str]]], r: CantileverTable, groups: Mapping[str, str]
 ) -> dict[str, tuple[str, ...]]:
-    """Mesh groups and directions of pushes at markers, but at clamps; none where the reduction says its loads."""
-    found: dict[str, set[str]] = {}
+    """Mesh groups and directions of the loads at markers, without clamps; none where the reduction sets `loads`."""
+    by_group: dict[str, set[str]] = {}
     for marker, directions in () if "loads" in r.model_fields_set else pushed:
         if (group := groups.get(marker)) is not None and group not in r.clamp:
-            found.setdefault(group, set()).update(directions)
-    return {group: tuple(d for d in DIRECTIONS if d in some) for group, some in found.items() if some}
+            by_group.setdefault(group, set()).update(directions)
+    return {group: tuple(d for d in DIRECTIONS if d in loaded) for group, loaded in by_group.items() if loaded}
 
 
 def spins_steadily(case: Case) -> bool:
-    """Whether the craft of a case spins steadily, in a run or in its diagram over speeds."""
+    """Whether the spacecraft of a case spins steadily, in a run or in its Campbell diagram."""
     return case.campbell is not None or (case.attitude.frame == "spinning" and any(case.attitude.spin or ()))
 
 
 def load_directions(case: Case, name: str) -> Iterator[tuple[str, list[str]]]:
-    """The markers of a body that loads of the case push, and the directions in which they may."""
+    """The markers of a body with loads of the case, and the possible directions of these loads."""
     for table in case.loads:
         if table.body != name:
             continue
         with suppress(ValueError, OSError):  # reported where the loads of the case are built
             load = build_load(case, table)
-            pushed = [bool(column.any()) for value in (load.force, load.torque) for column in np.atleast_2d(value).T]
+            loaded = [bool(column.any()) for value in (load.force, load.torque) for column in np.atleast_2d(value).T]
             if load.frame != "body":
-                pushed = [any(pushed[:3])] * 3 + [any(pushed[3:])] * 3
-            yield table.marker, [d for d, some in zip(DIRECTIONS, pushed, strict=True) if some]
+                loaded = [any(loaded[:3])] * 3 + [any(loaded[3:])] * 3
+            yield table.marker, [d for d, is_loaded in zip(DIRECTIONS, loaded, strict=True) if is_loaded]
 
 
-def _carried(case: Case, name: str) -> Iterator[tuple[str, list[str]]]:
+def _attached_body_loads(case: Case, name: str) -> Iterator[tuple[str, list[str]]]:
     """Markers with attached bodies, and the directions of their loads; a ball joint transmits no moment."""
     loops: list[JointTable] = list(case.loops)
     ends = [(joint, joint.parent, joint.parent_marker) for joint in (*case.joints, *loops)]
@@ -112,18 +117,23 @@ def _carried(case: Case, name: str) -> Iterator[tuple[str, list[str]]]:
             yield marker, list(DIRECTIONS[:3] if joint.kind == "spherical" else DIRECTIONS)
 
 
-def added_shapes_text(found: ActingLoads, modes: ModeSet, joints: Mapping[str, Sequence[str]]) -> str:
-    """Note on the static shapes that were added for the loads of a body; joints: those added for its joints."""
+def added_shapes_text(acting: ActingLoads, modes: ModeSet, joints: Mapping[str, Sequence[str]]) -> str:
+    """A note on the static shapes that were added to the modes of a body for its loads and for its joints.
+
+    joints: mesh group -> directions of the shapes added for joints
+    """
     count = modes.kinds.count("attachment") + modes.kinds.count(UNANSWERED)
-    if not count or not (found or joints):
+    if not count or not (acting or joints):
         return ""
     parts, keys = [], []
-    if found:
-        places = [f"{group} {' '.join(directions)}" for group, directions in found.loads.items()]
-        parts.append(f"of its loads ({', '.join([*places, *found.causes])})")
-        keys += ["loads = {}"] * bool(found.loads) + ["attachment = []"] * bool(found.base)
+    if acting:
+        loaded = [f"{group} {' '.join(directions)}" for group, directions in acting.loads.items()]
+        parts.append(f"of its loads ({', '.join([*loaded, *acting.causes])})")
+        keys += ["loads = {}"] * bool(acting.loads) + ["attachment = []"] * bool(acting.base)
     if joints:
-        parts.append(f"of its joints ({', '.join(f'{group} {chr(32).join(ways)}' for group, ways in joints.items())})")
+        parts.append(
+            f"of its joints ({', '.join(f'{group} {chr(32).join(at_joint)}' for group, at_joint in joints.items())})"
+        )
         keys.append("joints = {}")
     shapes = "1 static shape" if count == 1 else f"{count} static shapes"
     left_out = f"({' and '.join(keys)} in its reduction would leave them out)"

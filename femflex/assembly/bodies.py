@@ -1,4 +1,4 @@
-"""Tables of bodies -> FlexibleBody, with what each was reduced from."""
+"""Build the bodies of a case, each with the structure and the set of shapes that it was reduced from."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from femflex.assembly.deploying import added_note, build_deploying, deployed_ori
 from femflex.assembly.extents import warn_of_doubtful_extents
 from femflex.assembly.functions import functions_of
 from femflex.assembly.matrices import build_matrix_body
-from femflex.assembly.open_choices import bound_to_linear, open_choices, remedy_of
+from femflex.assembly.open_choices import linear_strain_reason, open_choices, stiffening_remedy
 from femflex.assembly.rigid_skins import rigid_skin
 from femflex.assembly.segments import build_segments
 from femflex.assembly.shared import shared_parts
@@ -57,9 +57,9 @@ from femflex.warning import PhysicsWarning
 
 @dataclass(frozen=True, eq=False)
 class BuiltBody:
-    """A body as its table says it, its origin, and notes on how it was made.
+    """A body built from its table, its origin, and notes on how it was built.
 
-    origin: None of a body cut into segments; notes: what is in its set in addition to the table.
+    origin: None for a body cut into segments; notes: shapes that were added to those which the table requests.
     """
 
     part: Part
@@ -75,23 +75,23 @@ def build_bodies(case: Case) -> dict[str, Part]:
 def built_bodies(case: Case, drafts: Collection[str] = ()) -> dict[str, BuiltBody]:
     """All bodies of a case by name, with their origins.
 
-    drafts: bodies of elements that are made for small motions about rest alone, from which shapes are chosen.
-    Bodies whose tables say the same but for their initial state, and that carry alike, are built once and shared.
+    drafts: bodies of elements that are built only for small motions about rest, to select static shapes from.
+    Bodies whose tables differ only in the initial state, and that carry the same loads, are built once and shared.
     Raises CaseError with the problems of all bodies together.
     """
     bodies: dict[str, BuiltBody] = {}
-    alike: dict[str, BuiltBody] = {}
+    built_by_table: dict[str, BuiltBody] = {}
     problems: list[Problem] = []
     for name in case.bodies:
-        key = f"{name in drafts} {_content(case, name)}"
-        if key in alike:
-            bodies[name] = alike[key]
+        key = f"{name in drafts} {_table_key(case, name)}"
+        if key in built_by_table:
+            bodies[name] = built_by_table[key]
             continue
         try:
             with warnings.catch_warnings():
                 if name in drafts:
-                    warnings.simplefilter("ignore", PhysicsWarning)  # given when the body itself is made
-                bodies[name] = alike[key] = built_body(case, name, draft=name in drafts)
+                    warnings.simplefilter("ignore", PhysicsWarning)  # issued when the body itself is built
+                bodies[name] = built_by_table[key] = built_body(case, name, draft=name in drafts)
         except CaseError as error:
             problems += error.problems
     if problems:
@@ -112,55 +112,55 @@ def built_body(
     segments: int | None = None,
     draft: bool = False,
 ) -> BuiltBody:
-    """The body of that name, or its Segments when it is cut (into `segments` instead of the case's number, if given).
+    """The body of that name, or its Segments if it is cut (into `segments` of them instead of the case's number).
 
-    modes: another number of modes; refine: how many times finer its mesh is. Its strain is what the case says, or
-    linear. What the case leaves open is decided above (`pipeline.decisions`). draft: as of `built_bodies`.
+    modes: another number of modes; refine: number of additional refinements of the mesh. The strain is that of the
+    case, linear by default; automatic choices are resolved before (`pipeline.decisions`). draft: as of `built_bodies`.
 
-    Raises CaseError with what is wrong with it.
+    Raises CaseError with the problems of the body.
     """
     if name not in case.bodies:
         raise CaseError(
             case.path.name, [Problem("bodies", f"found no body {name!r}; {suggestion_text(name, case.bodies)}")]
         )
-    made = shared_parts()
-    if made is None:
-        return _built(case, name, modes, refine, segments, draft)
-    rest = case.model_copy(update={"bodies": {}, "initial": None})
-    key = f"{case.path} {name} {modes} {refine} {segments} {draft} {_content(case, name)} {rest!r}"
-    return made.part(key, lambda: _built(case, name, modes, refine, segments, draft))
+    shared = shared_parts()
+    if shared is None:
+        return _build_body(case, name, modes, refine, segments, draft)
+    without_bodies = case.model_copy(update={"bodies": {}, "initial": None})
+    key = f"{case.path} {name} {modes} {refine} {segments} {draft} {_table_key(case, name)} {without_bodies!r}"
+    return shared.body(key, lambda: _build_body(case, name, modes, refine, segments, draft))
 
 
-def _content(case: Case, name: str) -> str:
-    """What decides how a body is built and what is warned of: its table but for its initial state, and what acts."""
+def _table_key(case: Case, name: str) -> str:
+    """A text that is equal for bodies built alike: the table without its initial state, its loads and used markers."""
     table = case.bodies[name]
     if isinstance(table, FlexibleTable) and isinstance(table.reduction, Stretchable) and table.reduction.joints == {}:
-        open_ = table.reduction.model_copy(update={"joints": None})  # which builds the same
-        table = table.model_copy(update={"reduction": open_})
-    context, apart = [str(sorted(turning_markers(case, name)))], {"initial"}
+        as_open = table.reduction.model_copy(update={"joints": None})  # this builds the same body
+        table = table.model_copy(update={"reduction": as_open})
+    context, excluded = [str(sorted(turning_markers(case, name)))], {"initial"}
     if isinstance(table, DeployingTable) and table.length is not None and table.length.profile is not None:
         context.append(str(table.length.profile(case.path.parent).numbers))
-        apart.add("length")
+        excluded.add("length")
     if isinstance(table, FlexibleTable):
         context.append(str(acting_loads(case, name, table, marker_groups(table))))
-    return f"{type(table).__name__} {table.model_dump_json(exclude=apart)} {context}"
+    return f"{type(table).__name__} {table.model_dump_json(exclude=excluded)} {context}"
 
 
-def _built(case: Case, name: str, modes: int | None, refine: int, segments: int | None, draft: bool) -> BuiltBody:
-    """`built_body`, anew."""
+def _build_body(case: Case, name: str, modes: int | None, refine: int, segments: int | None, draft: bool) -> BuiltBody:
+    """The body of that name as `built_body`, built anew."""
     table = case.bodies[name]
     try:
         if isinstance(table, FlexibleTable) and table.segmented_member is not None:
             cut = _segments(case, name, table, (modes, refine, segments))
-            return BuiltBody(Segments(tuple(_turned(body, table) for body in cut.bodies)))
+            return BuiltBody(Segments(tuple(_with_marker_axes(body, table) for body in cut.bodies)))
         if isinstance(table, DeployingTable):
-            made = build_deploying(case, name, table, modes)
-            return BuiltBody(made.body, deployed_origin(case, name, table, made), added_note(case, name, table))
-        body, source, notes = _body(case, name, table, modes, refine, draft)
-        open_ = Origin(source, open_choices(table), bound_to_linear(table), remedy_of(table))
+            member = build_deploying(case, name, table, modes)
+            return BuiltBody(member.body, deployed_origin(case, name, table, member), added_note(case, name, table))
+        body, source, notes = _body_from_table(case, name, table, modes, refine, draft)
+        origin = Origin(source, open_choices(table), linear_strain_reason(table), stiffening_remedy(table))
         if isinstance(source, Meshed) and not draft:
             warn_of_doubtful_extents(case, name, table, source.structure.mesh, body.moments.mass)
-        return BuiltBody(_with_markers(body, name, table), None if isinstance(table, RigidTable) else open_, notes)
+        return BuiltBody(_with_markers(body, name, table), None if isinstance(table, RigidTable) else origin, notes)
     except CaseError:
         raise
     except (ValueError, OSError) as error:
@@ -169,47 +169,49 @@ def _built(case: Case, name: str, modes: int | None, refine: int, segments: int 
         raise RuntimeError(f"{case.path.name}: bodies.{name}: {error}") from error
 
 
-Made = tuple[FlexibleBody, Meshed | Analytic | None, tuple[str, ...]]  # body, source, notes
+BodyWithSource = tuple[FlexibleBody, Meshed | Analytic | None, tuple[str, ...]]  # body, source, notes
 
 
-def _body(case: Case, name: str, table: BodyTable, modes: int | None, refine: int, draft: bool) -> Made:
+def _body_from_table(
+    case: Case, name: str, table: BodyTable, modes: int | None, refine: int, draft: bool
+) -> BodyWithSource:
     if isinstance(table, RigidTable):
-        return _rigid(case, table), None, ()
+        return _rigid_body(case, table), None, ()
     if isinstance(table, AnalyticTable):
-        return _analytic(case, name, table, modes)
+        return _beam_body(case, name, table, modes)
     if isinstance(table, FileTable):
-        return _from_file(case, name, table, modes), None, ()
+        return _body_from_file(case, name, table, modes), None, ()
     if isinstance(table, MatricesTable):
-        made = build_matrix_body(case, table, modes, _damping(table.damping), turning_markers(case, name))
-        return made.body, None, made.notes
+        matrix_body = build_matrix_body(case, table, modes, _damping(table.damping), turning_markers(case, name))
+        return matrix_body.body, None, matrix_body.notes
     assert isinstance(table, FlexibleTable)
     table = with_deck(case, name, table)
-    given = structure_of(case, name, table, refine)
-    added = acting_loads(case, name, table, marker_groups(table))
-    structure, modeset = build_modes(given, table, modes, name, added, preload_of(case, name, table))
+    as_built = structure_of(case, name, table, refine)
+    acting = acting_loads(case, name, table, marker_groups(table))
+    structure, modeset = build_modes(as_built, table, modes, name, acting, preload_of(case, name, table))
     if draft:
         body = small_motion_body(structure, modeset, marker_groups(table), turning_markers(case, name))
     else:
-        body, modeset = _meshed(case, name, table, structure, modeset)
-    r = table.reduction
-    joints = getattr(r, "joints", None) or {}
+        body, modeset = _reduce_with_strain(case, name, table, structure, modeset)
+    reduction = table.reduction
+    joints = getattr(reduction, "joints", None) or {}
     source = Meshed(
         structure,
         modeset,
         marker_groups(table),
-        supports_of(_partial(getattr(r, "clamp", {}))),
-        tuple(getattr(r, "loads", ())),
-        getattr(r, "deflection", None),
-        getattr(r, "third_derivatives", None),
+        supports_of(_partial_clamps(getattr(reduction, "clamp", {}))),
+        tuple(getattr(reduction, "loads", ())),
+        getattr(reduction, "deflection", None),
+        getattr(reduction, "third_derivatives", None),
     )
-    texts = [added_shapes_text(added, modeset, joints), tension_text(structure, modeset, body)]
+    texts = [added_shapes_text(acting, modeset, joints), tension_text(structure, modeset, body)]
     texts.append(half_wave_text(structure, modeset))
     warn_of_few_elements(structure, modeset)
-    return body, source, (*given.notes, *filter(None, texts))
+    return body, source, (*as_built.notes, *filter(None, texts))
 
 
 def tension_text(structure: Structure, modeset: ModeSet, body: FlexibleBody) -> str:
-    """A line on the tension of tethers and membranes, and on the frequencies of a body about its preload."""
+    """A note on the tension of tethers and membranes, and on the frequencies of a body about its preload."""
     parts = []
     for block in tension_blocks(structure):
         lowest, s = block.lowest_tension(), len(block.linear_map)
@@ -224,15 +226,15 @@ def tension_text(structure: Structure, modeset: ModeSet, body: FlexibleBody) -> 
     return text
 
 
-def _partial(clamp: Mapping[str, tuple[str, ...] | SkewSupport]) -> dict[str, tuple[str, ...] | SkewSupport]:
-    """The groups of a clamp of which some components alone are held."""
+def _partial_clamps(clamp: Mapping[str, tuple[str, ...] | SkewSupport]) -> dict[str, tuple[str, ...] | SkewSupport]:
+    """The groups of a clamp of which only some components are clamped."""
     return {group: value for group, value in clamp.items() if value}
 
 
-def _meshed(
+def _reduce_with_strain(
     case: Case, name: str, table: FlexibleTable, structure: Structure, modeset: ModeSet
 ) -> tuple[FlexibleBody, ModeSet]:
-    """The body of a structure with the strain that the case says, or linear, and the set that it wants for that."""
+    """The body of a structure with the strain of the case (default linear), and its set with the derivatives needed."""
     r, strain = table.reduction, table.strain or "linear"
     keep = r.derivatives if isinstance(r, Stretchable) else "none"
     groups, turning = marker_groups(table), turning_markers(case, name)
@@ -250,33 +252,33 @@ def _meshed(
 
 
 def _warn_of_stiffness(name: str, structure: Structure, modeset: ModeSet, body: FlexibleBody) -> None:
-    """Warn of a set that was requested unchanged and cannot stretch."""
-    if lack := missing_stretch(structure, modeset, body.strain):
+    """Warn of a set that cannot stretch and was requested without derivatives."""
+    if text := missing_stretch(structure, modeset, body.strain):
         warning = PhysicsWarning(
             "{body_or_joint}: {lack}; derivatives = 'none' is set, so it is used unchanged, and its deflections are "
             "far too small",
             body_or_joint=f"bodies.{name}",
-            lack=lack,
+            lack=text,
         )
         warnings.warn(warning, stacklevel=2)
 
 
 def turning_markers(case: Case, name: str) -> set[str]:
-    """Markers of a body whose rotation something uses: joints, ball joints apart, torques, and the attitude."""
-    turned = [joint for joint in case.joints if joint.kind != "spherical"]
-    used = {joint.child_marker for joint in turned if joint.child == name}
-    used |= {joint.parent_marker for joint in turned if joint.parent == name}
-    used |= {load.marker for load in case.loads if load.body == name and _turns(case, load)}
+    """Markers of a body whose rotation is used: by joints other than ball joints, by torques, and by the attitude."""
+    transmitting_moments = [joint for joint in case.joints if joint.kind != "spherical"]
+    used = {joint.child_marker for joint in transmitting_moments if joint.child == name}
+    used |= {joint.parent_marker for joint in transmitting_moments if joint.parent == name}
+    used |= {load.marker for load in case.loads if load.body == name and _uses_rotation(case, load)}
     return used | ({case.attitude.marker} if case.attitude.marker else set())
 
 
-def _turns(case: Case, load: LoadTable) -> bool:
+def _uses_rotation(case: Case, load: LoadTable) -> bool:
     return load.frame == "marker" or has_torque(case, load)
 
 
-def _segments(case: Case, name: str, table: FlexibleTable, other: tuple[int | None, int, int | None]) -> Segments:
-    """The segments of a body with other numbers of modes, refinements and segments."""
-    modes, refine, count = other
+def _segments(case: Case, name: str, table: FlexibleTable, counts: tuple[int | None, int, int | None]) -> Segments:
+    """The segments of a body. counts: numbers of modes, refinements and segments, None for those of the case."""
+    modes, refine, count = counts
     mesh = build_mesh(case, name, table, refine)
     return build_segments(case, name, table, mesh, marker_groups(table), _damping(table.damping), modes, count)
 
@@ -289,8 +291,8 @@ def marker_groups(table: FlexibleTable) -> dict[str, str]:
     }
 
 
-def _turned(body: FlexibleBody, table: FlexibleTable) -> FlexibleBody:
-    """A segment with its markers turned as the case says."""
+def _with_marker_axes(body: FlexibleBody, table: FlexibleTable) -> FlexibleBody:
+    """A segment whose markers have the orientations of the case."""
     markers = dict(body.markers)
     for key, entry in table.markers.items():
         if key in markers and entry.orientation is not None:
@@ -298,7 +300,7 @@ def _turned(body: FlexibleBody, table: FlexibleTable) -> FlexibleBody:
     return replace(body, markers=markers)
 
 
-def _rigid(case: Case, table: RigidTable) -> FlexibleBody:
+def _rigid_body(case: Case, table: RigidTable) -> FlexibleBody:
     centre, J = np.array(table.center_of_mass), np.array(table.inertia)
     if table.inertia_about == "origin":
         J = J - table.mass * ((centre @ centre) * np.eye(3) - np.outer(centre, centre))
@@ -311,29 +313,29 @@ def _rigid(case: Case, table: RigidTable) -> FlexibleBody:
     return rigid_body(table.mass, J, centre, markers, rigid_skin(case, table))
 
 
-def _analytic(case: Case, name: str, table: AnalyticTable, modes: int | None) -> Made:
+def _beam_body(case: Case, name: str, table: AnalyticTable, modes: int | None) -> BodyWithSource:
     values = table.model_dump(include=set(UniformBeam.__dataclass_fields__) - {"mass_per_length"})
     values["bounded_energy"] = table.strain == "nonlinear" and table.bounded_energy is not False
     mass = table.mass_per_length if table.mass is None else table.mass / table.length
     assert mass is not None
     beam = UniformBeam(mass_per_length=mass, **values)
-    chosen, note = functions_of(case, name, table, modes, beam.frame)
-    body = beam_body(beam, chosen, _damping(table.damping), strain=table.strain or "linear")
+    functions, note = functions_of(case, name, table, modes, beam.frame)
+    body = beam_body(beam, functions, _damping(table.damping), strain=table.strain or "linear")
     names = {marker: entry.group or marker for marker, entry in table.markers.items()}
-    return body, Analytic(beam, chosen, names), (note,) if note else ()
+    return body, Analytic(beam, functions, names), (note,) if note else ()
 
 
-def _from_file(case: Case, name: str, table: FileTable, modes: int | None) -> FlexibleBody:
+def _body_from_file(case: Case, name: str, table: FileTable, modes: int | None) -> FlexibleBody:
     body = load_body(case.file_path(table.file))
     n = table.modes if modes is None else modes
     if n is not None:
         if n > body.n_modes:
             text = f"found {n}; {table.file} holds {body.n_modes} elastic coordinates"
             raise CaseError(case.path.name, [Problem(f"bodies.{name}.modes", text)])
-        lost = body.kinds[n : body.n_modes].count("derivative")
-        if lost and not body.strain.is_linear:
+        n_lost = body.kinds[n : body.n_modes].count("derivative")
+        if n_lost and not body.strain.is_linear:
             text = (
-                f"found {n}, which leaves out {lost} of the derivative shapes that {table.file} needs for its "
+                f"found {n}, which leaves out {n_lost} of the derivative shapes that {table.file} needs for its "
                 f"nonlinear strain; keep all {body.n_modes}, or make the body with fewer modes"
             )
             raise CaseError(case.path.name, [Problem(f"bodies.{name}.modes", text)])
@@ -359,7 +361,7 @@ def _damping(table: DampingTable | None) -> ModalDamping | RayleighDamping | Non
 
 
 def _with_markers(body: FlexibleBody, name: str, table: BodyTable) -> FlexibleBody:
-    """The body with markers turned as the case says; on bodies without a mesh, new ones are copies of those named."""
+    """The body whose markers have the orientations of the case; without a mesh, new markers copy those they name."""
     markers = dict(body.markers)
     for key, entry in table.markers.items():
         if key not in markers:

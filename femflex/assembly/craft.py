@@ -1,4 +1,7 @@
-"""Wheels, gyros, thrusters, tanks, sensors and controllers of a case -> effectors, and what they do to its bodies."""
+"""Build the effectors of a case, and add its wheels and propellant to the bodies that carry them.
+
+Effectors are wheels, gyros, thrusters, tanks, separation springs, cables, sensors and controllers.
+"""
 
 from __future__ import annotations
 
@@ -47,7 +50,7 @@ Acting = Effector | Controller
 
 @dataclass(frozen=True, eq=False)
 class Craft:
-    """Effectors and controllers of a case, its bodies with wheels and propellant in them, and how these vary."""
+    """The effectors and controllers of a case, its bodies with wheels and propellant, and their variable masses."""
 
     effectors: tuple[Acting, ...]
     parts: dict[str, Part]
@@ -55,57 +58,64 @@ class Craft:
 
 
 def build_craft(case: Case, parts: Mapping[str, Part]) -> Craft:
-    """What the tables of a case make of its bodies. Raises CaseError with the problems of all of them."""
+    """The Craft of a case: its effectors, and its bodies with wheels and propellant.
+
+    Raises CaseError with the problems of all tables together.
+    """
     problems: list[Problem] = []
     bodies = dict(parts)
 
-    def made(where: str, make: Callable[..., Any], *given: Any) -> Any:
+    def try_build(where: str, make: Callable[..., Any], *arguments: Any) -> Any:
         try:
-            return make(*given)
+            return make(*arguments)
         except (ValueError, KeyError) as error:
             problems.append(Problem(where, str(error.args[0])))
             return None
 
     effectors: list[Acting | None] = []
     for name, s in case.signals.items():
-        effectors.append(made(f"signals.{name}", signal, name, s.times, s.values, s.kind, s.unit))
+        effectors.append(try_build(f"signals.{name}", signal, name, s.times, s.values, s.kind, s.unit))
     for name, sensor in case.sensors.items():
-        effectors += made(f"sensors.{name}", build_sensor, name, sensor, bodies) or ()
+        effectors += try_build(f"sensors.{name}", build_sensor, name, sensor, bodies) or ()
     for name, table in case.controllers.items():
-        effectors.append(made(f"controllers.{name}", build_controller, case, name, table))
+        effectors.append(try_build(f"controllers.{name}", build_controller, case, name, table))
     for name, wheel in case.wheels.items():
-        one = made(f"wheels.{name}", build_wheel, name, wheel)
-        effectors.append(one)
-        if one is not None and wheel.body in bodies:
-            carried = made(f"wheels.{name}", carrying, bodies[wheel.body], wheel, one)
-            bodies[wheel.body] = carried or bodies[wheel.body]
+        effector = try_build(f"wheels.{name}", build_wheel, name, wheel)
+        effectors.append(effector)
+        if effector is not None and wheel.body in bodies:
+            with_wheel_added = try_build(f"wheels.{name}", with_wheel_inertia, bodies[wheel.body], wheel, effector)
+            bodies[wheel.body] = with_wheel_added or bodies[wheel.body]
     for name, gyro in case.gyros.items():
-        effectors.append(made(f"gyros.{name}", build_gyro, name, gyro))
+        effectors.append(try_build(f"gyros.{name}", build_gyro, name, gyro))
     for name, jet in case.thrusters.items():
-        effectors.append(made(f"thrusters.{name}", build_thruster, case, name, jet))
-    for name, held in case.tanks.items():
+        effectors.append(try_build(f"thrusters.{name}", build_thruster, case, name, jet))
+    for name, store in case.tanks.items():
         users = [key for key, jet in case.thrusters.items() if jet.tank == name]
-        effectors.append(made(f"tanks.{name}", tank, name, held.propellant, users))
-        if held.mass_in_body == "added" and held.body in bodies:
-            bodies[held.body] = made(f"tanks.{name}", filled, bodies[held.body], held) or bodies[held.body]
+        effectors.append(try_build(f"tanks.{name}", tank, name, store.propellant, users))
+        if store.mass_in_body == "added" and store.body in bodies:
+            bodies[store.body] = (
+                try_build(f"tanks.{name}", with_propellant, bodies[store.body], store) or bodies[store.body]
+            )
     for name, spring in case.separations.items():
         ends = ((spring.parent, spring.parent_marker), (spring.body, spring.marker))
-        effectors.append(made(f"separations.{name}", separation_spring, name, ends, spring.stiffness, spring.length))
+        effectors.append(
+            try_build(f"separations.{name}", separation_spring, name, ends, spring.stiffness, spring.length)
+        )
     for name, line in case.cables.items():
         if line.mass_per_length is not None:
-            continue  # its masses start between its ends (`femflex.pipeline.start`)
-        effectors.append(made(f"cables.{name}", build_cable, case, name, line))
-    acting = tuple(one for one in effectors if one is not None)
-    problems += [] if problems else signal_problems(case, acting)
-    tanks = {name: held for name, held in case.tanks.items() if held.body in bodies}
-    varying = (made("tanks", emptied, bodies, tanks) or {}) if not problems else {}
+            continue  # its point masses are placed between its ends later (`femflex.pipeline.start`)
+        effectors.append(try_build(f"cables.{name}", build_cable, case, name, line))
+    built = tuple(effector for effector in effectors if effector is not None)
+    problems += [] if problems else signal_problems(case, built)
+    tanks = {name: store for name, store in case.tanks.items() if store.body in bodies}
+    varying = (try_build("tanks", tank_variations, bodies, tanks) or {}) if not problems else {}
     if problems:
         raise CaseError(case.path.name, problems)
-    return Craft(acting, bodies, varying)
+    return Craft(built, bodies, varying)
 
 
-def whole(part: Part) -> FlexibleBody:
-    """The body, where it is not cut into segments. Raises ValueError."""
+def single_body(part: Part) -> FlexibleBody:
+    """The part itself if it is a single body. Raises ValueError if it is cut into segments."""
     if not isinstance(part, FlexibleBody):
         raise ValueError(
             "found a strain sensor on a body cut into segments, whose strain is not known at one point of the whole; "
@@ -115,7 +125,7 @@ def whole(part: Part) -> FlexibleBody:
 
 
 def build_wheel(name: str, table: WheelTable) -> Effector:
-    """The wheel of a table. Raises ValueError."""
+    """The reaction wheel of a table. Raises ValueError."""
     command: dict[str, Any] = {}
     if table.command is not None:
         command = {table.commanded: table.command}
@@ -125,36 +135,40 @@ def build_wheel(name: str, table: WheelTable) -> Effector:
         command = {"torque": table.torque or 0.0}
     keys = ("marker", "axis", "bandwidth", "initial_speed", "viscous", "coulomb", "coulomb_speed")
     limits = {key: getattr(table, key) for key in ("max_torque", "max_speed") if getattr(table, key) is not None}
-    own: dict[str, Any] = {key: getattr(table, key) for key in keys}
-    return reaction_wheel(name, table.body, table.inertia, **command, **limits, **own)
+    options: dict[str, Any] = {key: getattr(table, key) for key in keys}
+    return reaction_wheel(name, table.body, table.inertia, **command, **limits, **options)
 
 
-def carrying(part: Part, table: WheelTable, wheel: Effector) -> Part:
-    """The body that carries a wheel, with or less what the table says. Raises ValueError, and KeyError for a marker."""
+def with_wheel_inertia(part: Part, table: WheelTable, wheel: Effector) -> Part:
+    """The body with the mass and inertia of a wheel added, or with the wheel's axial inertia removed.
+
+    The inertia is removed where the table says that the body contains the wheel.
+    Raises ValueError, and KeyError for an unknown marker.
+    """
     body = body_of_part(part, table.marker)
     if table.inertia_in_body == "contained":
-        made = without_axial_inertia(body, wheel)
+        changed = without_axial_inertia(body, wheel)
     else:
-        made = with_wheel(body, wheel, table.mass or 0.0, table.transverse_inertia or 0.0)
-    return with_body_of_part(part, table.marker, made)
+        changed = with_wheel(body, wheel, table.mass or 0.0, table.transverse_inertia or 0.0)
+    return with_body_of_part(part, table.marker, changed)
 
 
-def filled(part: Part, table: TankTable) -> Part:
-    """The body that carries a tank, with its propellant. Raises ValueError, and KeyError for a marker."""
-    own = table.propellant * table.gyration**2 * np.eye(3)
-    made = with_attached(body_of_part(part, table.marker), table.marker, table.propellant, own)
-    return with_body_of_part(part, table.marker, made)
+def with_propellant(part: Part, table: TankTable) -> Part:
+    """The body with the propellant of a tank added. Raises ValueError, and KeyError for an unknown marker."""
+    inertia = table.propellant * table.gyration**2 * np.eye(3)
+    changed = with_attached(body_of_part(part, table.marker), table.marker, table.propellant, inertia)
+    return with_body_of_part(part, table.marker, changed)
 
 
-def emptied(parts: Mapping[str, Part], tanks: Mapping[str, TankTable]) -> dict[str, Variation]:
-    """How the mass of every body, or segment, with tanks falls as these empty. Raises ValueError."""
-    held: dict[str, dict[str, tuple[str, float, float]]] = {}
+def tank_variations(parts: Mapping[str, Part], tanks: Mapping[str, TankTable]) -> dict[str, Variation]:
+    """The variable mass of every body, or segment, with tanks as these are emptied. Raises ValueError."""
+    tanks_of_body: dict[str, dict[str, tuple[str, float, float]]] = {}
     carriers: dict[str, FlexibleBody] = {}
     for name, table in tanks.items():
-        place = body_with_marker(parts, table.body, table.marker)
-        carriers[place] = body_of_part(parts[table.body], table.marker)
-        held.setdefault(place, {})[name] = (table.marker, table.propellant, table.gyration)
-    return {place: tank_variation(carriers[place], own) for place, own in held.items()}
+        key = body_with_marker(parts, table.body, table.marker)
+        carriers[key] = body_of_part(parts[table.body], table.marker)
+        tanks_of_body.setdefault(key, {})[name] = (table.marker, table.propellant, table.gyration)
+    return {key: tank_variation(carriers[key], body_tanks) for key, body_tanks in tanks_of_body.items()}
 
 
 def build_cable(case: Case, name: str, table: CableTable) -> Effector:
@@ -179,11 +193,11 @@ def build_gyro(name: str, table: GyroTable) -> Effector:
         "gimbal_inertia",
         "bandwidth",
     )
-    own: dict[str, Any] = {key: getattr(table, key) for key in keys}
-    own["initial_angles"] = table.initial_angles or ()
+    options: dict[str, Any] = {key: getattr(table, key) for key in keys}
+    options["initial_angles"] = table.initial_angles or ()
     for key in ("max_rate", "max_torque"):
-        own[key] = getattr(table, key) or UNLIMITED
-    return control_moment_gyro(name, table.body, table.momentum, **own)
+        options[key] = getattr(table, key) or UNLIMITED
+    return control_moment_gyro(name, table.body, table.momentum, **options)
 
 
 def build_thruster(case: Case, name: str, table: ThrusterTable) -> Effector:
@@ -194,14 +208,14 @@ def build_thruster(case: Case, name: str, table: ThrusterTable) -> Effector:
             raise ValueError(
                 f"found tank {table.tank!r}, which is not in [tanks]; {suggestion_text(table.tank, case.tanks)}"
             )
-        held = case.tanks[table.tank]
-        supply = Supply(table.tank, held.body, held.marker, held.gyration)
+        store = case.tanks[table.tank]
+        supply = Supply(table.tank, store.body, store.marker, store.gyration)
     train = table.train
     pulses = table.pulses if train is None else pulse_train(train.start, train.period, train.width, train.count)
     profile = None if table.profile is None else (table.profile.times, table.profile.levels)
     keys = ("marker", "axis", "misalignment", "command", "switched", "lag", "minimum_on", "specific_impulse")
-    own: dict[str, Any] = {key: getattr(table, key) for key in keys}
-    return thruster(name, table.body, table.thrust, pulses=pulses, profile=profile, supply=supply, **own)
+    options: dict[str, Any] = {key: getattr(table, key) for key in keys}
+    return thruster(name, table.body, table.thrust, pulses=pulses, profile=profile, supply=supply, **options)
 
 
 def build_sensor(name: str, table: SensorTable, bodies: Mapping[str, Part]) -> tuple[Acting, ...]:
@@ -212,8 +226,8 @@ def build_sensor(name: str, table: SensorTable, bodies: Mapping[str, Part]) -> t
     bias = np.array(table.bias or (0.0,))
     if table.kind == "strain":
         assert sampling is not None and table.component is not None and table.body is not None
-        point, of = np.array(table.point), whole(bodies[table.body])
-        return (strain_sensor(name, table.body, of, point, table.component, sampling, float(bias[0])),)
+        point, body = np.array(table.point), single_body(bodies[table.body])
+        return (strain_sensor(name, table.body, body, point, table.component, sampling, float(bias[0])),)
     turning = None if table.slew_axis is None else (table.slew_axis, str(table.slew_angle))
     return Sensor(
         name,
@@ -246,19 +260,21 @@ def build_controller(case: Case, name: str, table: Any) -> Acting:
                 )
         error, rate = signals_of(case, [table.error]), signals_of(case, [table.rate])
         momentum = signals_of(case, table.momentum or [])
-        more = {} if table.limit is None else {"limit": table.limit}
+        limits = {} if table.limit is None else {"limit": table.limit}
         inertia = None if table.inertia is None else np.array(table.inertia)
-        own: dict[str, Any] = {"inertia": inertia, "momentum": momentum, "period": table.period, **more}
-        return blocks.attitude_feedback(name, error, rate, per_axis(table.stiffness), per_axis(table.damping), **own)
+        options: dict[str, Any] = {"inertia": inertia, "momentum": momentum, "period": table.period, **limits}
+        return blocks.attitude_feedback(
+            name, error, rate, per_axis(table.stiffness), per_axis(table.damping), **options
+        )
     inputs = signals_of(case, table.inputs)
     if isinstance(table, tables.PulsesTable):
         return blocks.pulses(
-            name, inputs, table.outputs, spread(table.full, len(inputs)), table.period, table.minimum_on
+            name, inputs, table.outputs, broadcast_gains(table.full, len(inputs)), table.period, table.minimum_on
         )
     system = linear_block(table, len(inputs))
     n = len(system.D)
     outputs = table.outputs or default_outputs(n)
-    limit = UNLIMITED if table.limit is None else spread(table.limit, n)
+    limit = UNLIMITED if table.limit is None else broadcast_gains(table.limit, n)
     return blocks.block(name, system, inputs, outputs, period=table.period, limit=limit, scaled=table.scaled)
 
 
@@ -266,11 +282,11 @@ def linear_block(table: Any, n: int) -> blocks.StateSpace:
     """The matrices of a linear controller of n inputs. Raises ValueError."""
     match table:
         case tables.PdTable():
-            errors = _half(n, table.kind)
-            return blocks.pd(spread(table.stiffness, errors), spread(table.damping, errors))
+            errors = _error_count(n, table.kind)
+            return blocks.pd(broadcast_gains(table.stiffness, errors), broadcast_gains(table.damping, errors))
         case tables.PidTable():
-            errors = _half(n, table.kind)
-            gains = (spread(getattr(table, key), errors) for key in ("stiffness", "integral", "damping"))
+            errors = _error_count(n, table.kind)
+            gains = (broadcast_gains(getattr(table, key), errors) for key in ("stiffness", "integral", "damping"))
             return blocks.pid(*gains)
         case tables.LowPassTable():
             return blocks.low_pass(table.frequency, table.order, table.damping, n)
@@ -288,23 +304,23 @@ def linear_block(table: Any, n: int) -> blocks.StateSpace:
     return blocks.state_space(table.A, table.B, table.C, D)
 
 
-def _half(n: int, kind: str) -> int:
-    """How many of n inputs are errors; the others are their rates. Raises ValueError."""
+def _error_count(n: int, kind: str) -> int:
+    """The number of errors among n inputs; the other inputs are their rates. Raises ValueError for an odd n."""
     if n % 2:
         raise ValueError(f"kind {kind!r} takes errors, then as many rates; found {n} inputs. Give an even number.")
     return n // 2
 
 
-def spread(gains: tuple[float, ...], n: int) -> np.ndarray[Any, Any]:
-    """One number for all, or as many as there are. Raises ValueError."""
+def broadcast_gains(gains: tuple[float, ...], n: int) -> np.ndarray[Any, Any]:
+    """Gains (n,): one number is used for all channels. Raises ValueError unless there are 1 or n of them."""
     if len(gains) not in (1, n):
         raise ValueError(f"found {len(gains)} numbers where {n} channels are; give one, or one for each")
     return np.broadcast_to(np.array(gains, float), (n,))
 
 
 def per_axis(gains: tuple[float, ...]) -> np.ndarray[Any, Any]:
-    """Gains of three axes. Raises ValueError."""
-    return spread(gains, 3)
+    """Gains (3,) of the three axes. Raises ValueError."""
+    return broadcast_gains(gains, 3)
 
 
 def default_outputs(n: int) -> list[str]:
@@ -313,9 +329,9 @@ def default_outputs(n: int) -> list[str]:
 
 
 def signals_of(case: Case, names: list[str], path: tuple[str, ...] = ()) -> list[str]:
-    """Signals, a name alone standing for all outputs of that sensor, controller or signal. Raises ValueError.
+    """The signals of these names; the name of a sensor, controller or signal stands for all of its outputs.
 
-    path: controllers whose number of outputs depends on these signals.
+    path: controllers whose number of outputs depends on these signals. Raises ValueError for an unknown name.
     """
     out = []
     for name in names:
@@ -328,21 +344,21 @@ def signals_of(case: Case, names: list[str], path: tuple[str, ...] = ()) -> list
         elif name in case.signals:
             out.append(f"{name}.value")
         else:
-            known = [*case.sensors, *case.controllers, *case.signals]
+            names_of_sources = [*case.sensors, *case.controllers, *case.signals]
             raise ValueError(
-                f"found {name!r}, which is no sensor, controller or signal; {suggestion_text(name, known)}"
+                f"found {name!r}, which is no sensor, controller or signal; {suggestion_text(name, names_of_sources)}"
             )
     return out
 
 
 def sensor_outputs(table: SensorTable) -> list[str]:
-    """Names of what a sensor gives."""
+    """Names of the outputs of a sensor."""
     names = {"pointing": ["angle"], "value": ["value"], "strain": ["strain"], "joint": ["coordinate", "rate"]}
     return names.get(table.kind, list("xyz"))
 
 
 def controller_outputs(case: Case, name: str, path: tuple[str, ...] = ()) -> list[str]:
-    """Names of what a controller gives. Raises ValueError where their number depends on itself.
+    """Names of the outputs of a controller. Raises ValueError where their number depends on itself.
 
     path: controllers whose number of outputs depends on this one's.
     """
@@ -363,7 +379,7 @@ def controller_outputs(case: Case, name: str, path: tuple[str, ...] = ()) -> lis
 
 
 def craft_notes(case: Case) -> list[str]:
-    """Sentences on what wheels and tanks have done to the moments of their bodies."""
+    """Sentences on the mass and inertia that wheels and tanks add to their bodies, or remove from them."""
     out = []
     for name, wheel in case.wheels.items():
         if wheel.inertia_in_body == "contained":
@@ -376,7 +392,7 @@ def craft_notes(case: Case) -> list[str]:
                 f"Wheel {name} was added to {wheel.body}: mass {wheel.mass:g} kg, transverse inertia "
                 f"{wheel.transverse_inertia:g} kg m^2."
             )
-    for name, held in case.tanks.items():
-        what = "is contained in the mass of" if held.mass_in_body == "contained" else "was added to"
-        out.append(f"Propellant of tank {name}, {held.propellant:g} kg, {what} {held.body}.")
+    for name, store in case.tanks.items():
+        what = "is contained in the mass of" if store.mass_in_body == "contained" else "was added to"
+        out.append(f"Propellant of tank {name}, {store.propellant:g} kg, {what} {store.body}.")
     return out

@@ -1,4 +1,4 @@
-"""What a starting case needs to know of a deck: units, mass, what holds it, a node to join it by, and its modes."""
+"""Facts of a deck for its starting case: units, mass, supports, the nodes to attach it by, and frequencies."""
 
 from __future__ import annotations
 
@@ -17,17 +17,19 @@ from femflex.decks.units import Units, likely_units, units_of
 from femflex.fem import Structure, Support
 from femflex.fem.support import COMPONENTS
 from femflex.reduction import cantilever_modes, free_free_modes
-from femflex.reduction.boundary.rigid import rigid_shapes, stands_by_springs
+from femflex.reduction.boundary.rigid import is_held_by_springs, rigid_shapes
 
-LARGEST = 60000  # degrees of freedom up to which the modes of a deck are computed for its starting case
+LARGEST = 60000  # degrees of freedom; modes of larger decks are not computed for their starting cases
 MODES = 6
 GUESSED_DENSITY, GUESSED_MASS = 2700.0, 5.4  # kg/m^3, kg/m^2: aluminium, 2 mm of it
-HELD_BY_ITSELF = "autospc"
-RANK = 1e-8  # singular value of the motions that supports resist, below which a rigid-body motion is free
+AUTOSPC = "autospc"
+RANK = 1e-8  # smallest singular value of the restrained motions, below which a rigid-body motion is free
 
 
 def deck_facts(path: Path, units: str | None, file: str) -> DeckFacts:
-    """Facts of a deck whose path from the case is `file`; units: as declared, None: the likely ones.
+    """The facts of a deck.
+
+    path, file: of the deck, and as the case names it; units: None selects the likely ones
 
     Raises ValueError (DeckError) where the deck cannot be used.
     """
@@ -36,7 +38,7 @@ def deck_facts(path: Path, units: str | None, file: str) -> DeckFacts:
         warnings.simplefilter("ignore")  # `check` and `run` print them for the case
         deck = read_deck(path, units or "m-kg-s")
         if units is None:
-            units, reason = _guessed(deck)
+            units, reason = _likely_units(deck)
             notes.append(f"units: {units} is {reason}; state the deck's own with --units")
             deck = read_deck(path, units) if units != deck.units.name else deck
         else:
@@ -48,43 +50,45 @@ def deck_facts(path: Path, units: str | None, file: str) -> DeckFacts:
             if not deck.weightless:
                 raise ValueError(f"{deck.name}: {deck.no_density}")
             weightless = tuple((toml_key(name), key) for name, key in deck.weightless)
-            given = ", ".join(f"{key} of {name}" for name, key in weightless[:6])
-            notes.append(f"overrides: the deck has no mass; what is given is a guess: {given}")
+            listed = ", ".join(f"{key} of {name}" for name, key in weightless[:6])
+            notes.append(f"overrides: the deck has no mass; what is given is a guess: {listed}")
             guesses = {"density": GUESSED_DENSITY, "nonstructural_mass": GUESSED_MASS}
             deck = read_deck(path, units, {name: {key: guesses[key]} for name, key in deck.weightless})
             structure = deck.structure()
             mass, centre = mass_and_centre(structure)
-    sets = tuple(name for name in deck.supports if name != HELD_BY_ITSELF)
-    clamp, held = _clamp(deck, sets)
+    sets = tuple(name for name in deck.supports if name != AUTOSPC)
+    clamp, supports = _clamp(deck, sets)
     if not clamp:
-        free = f"none of its sets of supports ({', '.join(sets)}) restrains" if sets else "no supports restrain"
-        like = group_named_like(list(_groups(deck)), CLAMPS)
-        hint = f'; to clamp group {like!r}: reduction = {{ method = "cantilever", clamp = "{like}", modes = 6 }}'
+        none_restrain = (
+            f"none of its sets of supports ({', '.join(sets)}) restrains" if sets else "no supports restrain"
+        )
+        group = group_named_like(list(_groups(deck)), CLAMPS)
+        hint = f'; to clamp group {group!r}: reduction = {{ method = "cantilever", clamp = "{group}", modes = 6 }}'
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             shapes = rigid_shapes(structure)
-            grounded = stands_by_springs(structure.K, structure.M, shapes)
-        ways = "its springs to ground hold it" if grounded else f"its modes are free-free{hint if like else ''}"
-        notes.append(f"reduction: {free} all rigid-body motions of the deck; {ways}")
-    root, tip = _ends(deck, held, centre)
+            grounded = is_held_by_springs(structure.K, structure.M, shapes)
+        reason_text = "its springs to ground hold it" if grounded else f"its modes are free-free{hint if group else ''}"
+        notes.append(f"reduction: {none_restrain} all rigid-body motions of the deck; {reason_text}")
+    root, tip = _ends(deck, supports, centre)
     frequencies, rigid = tuple[float, ...](), False
     if structure.n_dof > LARGEST:
         notes.append(f"run: duration and torque are guesses ({structure.n_dof} degrees of freedom, modes not computed)")
     elif mass > 0:
         try:
-            frequencies = _frequencies(deck, clamp, held)
+            frequencies = _frequencies(deck, clamp, supports)
             rigid = not frequencies
         except ValueError as error:  # `check` would refuse the case
             raise ValueError(f"{deck.name}: no body can be made of this deck: {' '.join(str(error).split())}") from None
     extent = float(np.ptp(deck.mesh.points, axis=0).max())
-    notes += [f"left out: {one}" for one in deck.unused]
+    notes += [f"left out: {cards}" for cards in deck.unused]
     return DeckFacts(
         file, deck.solver, units, reason, sets, clamp, root, tip, _groups(deck), mass, extent, frequencies,
         tuple(toml_key(name) for name in deck.materials), weightless, rigid, tuple(notes),
     )  # fmt: skip
 
 
-def _guessed(deck: Deck) -> tuple[str, str]:
+def _likely_units(deck: Deck) -> tuple[str, str]:
     u: Units = units_of(deck.units)
     extent = float(np.ptp(deck.mesh.points, axis=0).max()) if len(deck.mesh.points) else 0.0
     return likely_units(
@@ -93,43 +97,46 @@ def _guessed(deck: Deck) -> tuple[str, str]:
 
 
 def _clamp(deck: Deck, sets: tuple[str, ...]) -> tuple[str, dict[str, Support]]:
-    """The supports in force, or the first set, that hold all rigid-body motions; "" where none does.
+    """The supports in force, or the first set, that prevent all rigid-body motions; "" where none does.
 
-    Supports count by themselves first: a deck that stands by springs to ground or by AUTOSPC alone may be meant free.
+    Supports are first assessed alone: a deck held only by springs to ground or by AUTOSPC may be meant to be free.
     """
-    if any(name != HELD_BY_ITSELF for name in deck.default_supports) and holds(deck, held := deck.active_supports()):
-        return "supports", held
+    if any(name != AUTOSPC for name in deck.default_supports) and removes_rigid_motion(
+        deck, supports := deck.active_supports()
+    ):
+        return "supports", supports
     for name in sets:
-        if holds(deck, held := {**deck.active_supports([name]), **_by_itself(deck)}):
-            return name, held
-    if deck.default_supports and _stands(deck):
+        if removes_rigid_motion(deck, supports := {**deck.active_supports([name]), **supports_of_autospc(deck)}):
+            return name, supports
+    if deck.default_supports and is_supported(deck):
         return "supports", deck.active_supports()
-    return "", _by_itself(deck)
+    return "", supports_of_autospc(deck)
 
 
-def _stands(deck: Deck) -> bool:
-    """Whether the deck stands by its supports in force together with springs to ground and what AUTOSPC holds."""
-    held = deck.active_supports()
-    structure = deck.structure(held)
+def is_supported(deck: Deck) -> bool:
+    """Whether the supports in force, with springs to ground and AUTOSPC, leave the deck no rigid-body motion."""
+    supports = deck.active_supports()
+    structure = deck.structure(supports)
     if structure.n_dof > LARGEST or not structure.M.diagonal().any():
         return False
     try:
-        cantilever_modes(structure, held, 1)
+        cantilever_modes(structure, supports, 1)
     except ValueError:
         return False
     return True
 
 
-def _by_itself(deck: Deck) -> dict[str, Support]:
-    return deck.active_supports([HELD_BY_ITSELF]) if HELD_BY_ITSELF in deck.supports else {}
+def supports_of_autospc(deck: Deck) -> dict[str, Support]:
+    """The supports of components that nothing resists, by AUTOSPC; none where the deck does not ask for them."""
+    return deck.active_supports([AUTOSPC]) if AUTOSPC in deck.supports else {}
 
 
-def holds(deck: Deck, held: dict[str, Support]) -> bool:
-    """Whether supports resist all six rigid-body motions of the deck's nodes."""
+def removes_rigid_motion(deck: Deck, supports: dict[str, Support]) -> bool:
+    """Whether supports prevent all six rigid-body motions of the deck's nodes."""
     rows, points = [], deck.mesh.points
     centre, size = points.mean(axis=0), max(float(np.ptp(points, axis=0).max()), 1e-300)
-    for group, support in held.items():
-        if group.startswith(HELD_BY_ITSELF):
+    for group, support in supports.items():
+        if group.startswith(AUTOSPC):
             continue
         axes = np.asarray(support.axes)
         x = (points[deck.mesh.group_points(group)] - centre) / size
@@ -145,25 +152,30 @@ def holds(deck: Deck, held: dict[str, Support]) -> bool:
     return bool(np.linalg.eigvalsh(R.T @ R)[0] > RANK)
 
 
-def _ends(deck: Deck, held: dict[str, Support], centre: Array) -> tuple[int, int]:
-    """Numbers of the node next to the middle of those held, or to the centre of mass, and of the farthest from it."""
+def _ends(deck: Deck, supports: dict[str, Support], centre: Array) -> tuple[int, int]:
+    """Numbers of two nodes: the nearest to the middle of the supported ones, and the farthest from it.
+
+    Of a deck without supports the first is the nearest to the centre of mass.
+    """
     numbers = np.array(sorted(deck.points_of_ids))
     x = deck.mesh.points[[deck.points_of_ids[int(n)] for n in numbers]]
-    rows = [deck.mesh.group_points(group) for group in held if not group.startswith(HELD_BY_ITSELF)]
+    rows = [deck.mesh.group_points(group) for group in supports if not group.startswith(AUTOSPC)]
     fixed = np.unique(np.concatenate(rows)) if rows else np.zeros(0, np.int64)
-    own = np.isin([deck.points_of_ids[int(n)] for n in numbers], fixed)
-    middle = x[own].mean(axis=0) if own.any() else centre
+    is_supported_node = np.isin([deck.points_of_ids[int(n)] for n in numbers], fixed)
+    middle = x[is_supported_node].mean(axis=0) if is_supported_node.any() else centre
     away = np.linalg.norm(x - middle, axis=1)
-    root = int(np.argmin(np.where(own, away, np.inf))) if own.any() else int(np.argmin(away))
+    root = (
+        int(np.argmin(np.where(is_supported_node, away, np.inf))) if is_supported_node.any() else int(np.argmin(away))
+    )
     return int(numbers[root]), int(numbers[np.argmax(np.linalg.norm(x - x[root], axis=1))])
 
 
-def _frequencies(deck: Deck, clamp: str, held: dict[str, Support]) -> tuple[float, ...]:
+def _frequencies(deck: Deck, clamp: str, supports: dict[str, Support]) -> tuple[float, ...]:
     """Natural frequencies [Hz] of the lowest modes; fewer where the body has fewer."""
-    structure: Structure = deck.structure(held)
+    structure: Structure = deck.structure(supports)
     for n in (MODES, 3, 1):
         try:
-            modes = cantilever_modes(structure, held, n) if clamp else free_free_modes(structure, n)
+            modes = cantilever_modes(structure, supports, n) if clamp else free_free_modes(structure, n)
             return tuple(float(omega) / (2 * np.pi) for omega in modes.omega[:n])
         except ValueError as error:
             if "modes were requested" not in str(error):
@@ -172,9 +184,11 @@ def _frequencies(deck: Deck, clamp: str, held: dict[str, Support]) -> tuple[floa
 
 
 def _groups(deck: Deck) -> tuple[str, ...]:
-    """Names that a case can use: those of properties and sets of the deck."""
-    held = {group for supports in deck.supports.values() for group in supports}
+    """Names of groups that a case can use: the properties and sets of the deck."""
+    support_groups = {group for supports in deck.supports.values() for group in supports}
     hidden = ("node_", "lone_nodes")
     return tuple(
-        name for name in deck.mesh.groups if "-part" not in name and not name.startswith(hidden) and name not in held
+        name
+        for name in deck.mesh.groups
+        if "-part" not in name and not name.startswith(hidden) and name not in support_groups
     )

@@ -1,4 +1,4 @@
-"""Decks of bodies: read once, and put in the place of mesh, members and clamps that a body's table would give."""
+"""Read the deck of a body, and use it for the mesh, members and clamps of the body's table."""
 
 from __future__ import annotations
 
@@ -23,50 +23,50 @@ from femflex.fem.support import GLOBAL
 from femflex.mesh import Mesh
 from femflex.mesh.refine import refined_values
 
-IN_FORCE = "supports"  # in a clamp: the supports that the deck's case control chooses
-HELD_BY_ITSELF = "autospc"
-ALL_OF = "all of {}"  # group of all nodes of a set of supports
+IN_FORCE = "supports"  # in a clamp: the supports selected by the case control of the deck
+AUTOSPC = "autospc"
+ALL_NODES_OF = "all of {}"  # group of all nodes of a set of supports
 
 
 def deck_of(case: Case, name: str, table: FlexibleTable) -> Deck | None:
-    """The deck of a body, with groups for the nodes that its table names; None where it has a mesh.
+    """The deck of a body, with groups for the nodes that its table names; None if the body has a mesh.
 
-    Raises CaseError with what is wrong with the deck.
+    Raises CaseError if the deck cannot be read.
     """
     if table.deck is None:
         return None
     path = case.path.parent / table.deck
     try:
-        stamp = path.stat().st_mtime_ns if path.is_file() else 0
-        found = _read(str(path), stamp, table.units, json.dumps(table.overrides, sort_keys=True))
-        found = found.with_node_groups(group for _, group in referenced_groups("", table))
-        return replace(found, mesh=found.mesh.with_groups(points=_supports_with_joints(case, name, found)))
+        modified = path.stat().st_mtime_ns if path.is_file() else 0
+        deck = _read_cached(str(path), modified, table.units, json.dumps(table.overrides, sort_keys=True))
+        deck = deck.with_node_groups(group for _, group in referenced_groups("", table))
+        return replace(deck, mesh=deck.mesh.with_groups(points=_supports_with_joints(case, name, deck)))
     except (ValueError, OSError) as error:
         raise CaseError(case.path.name, [Problem(f"bodies.{name}.deck", str(error))]) from None
 
 
 def _supports_with_joints(case: Case, name: str, deck: Deck) -> dict[str, list[int]]:
-    """Group -> its points, all that a set of supports holds, of sets that joints name as markers."""
+    """Group -> all supported points of a set of supports, for every set that a joint names as marker."""
     ends = [(joint.child, joint.child_marker) for joint in case.joints]
     ends += [(joint.parent, joint.parent_marker) for joint in case.joints if joint.parent is not None]
     sets = {IN_FORCE: deck.active_supports(), **deck.supports}
     points = {}
     for marker in dict.fromkeys(marker for body, marker in ends if body == name and marker in sets):
         if marker not in deck.mesh.groups:
-            groups = [group for group in sets[marker] if not group.startswith(HELD_BY_ITSELF)]
-            points[ALL_OF.format(marker)] = sorted({int(p) for g in groups for p in deck.mesh.group_points(g)})
+            groups = [group for group in sets[marker] if not group.startswith(AUTOSPC)]
+            points[ALL_NODES_OF.format(marker)] = sorted({int(p) for g in groups for p in deck.mesh.group_points(g)})
     return {group: rows for group, rows in points.items() if rows}
 
 
 @lru_cache(maxsize=4)
-def _read(path: str, stamp: int, units: str, overrides: str) -> Deck:
+def _read_cached(path: str, stamp: int, units: str, overrides: str) -> Deck:
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of the trial by which loose components are found
+        warnings.simplefilter("ignore")  # of the trial run that detects unresisted components
         return read_deck(Path(path), units, json.loads(overrides))
 
 
 def with_deck(case: Case, name: str, table: FlexibleTable) -> FlexibleTable:
-    """The table with names of the deck's sets of supports in its clamp replaced by the groups they hold.
+    """The table in whose clamp the deck's sets of supports are replaced by the groups that they support.
 
     "supports" stands for those in force in the deck. Components that nothing resists are fixed with any clamp.
     """
@@ -75,9 +75,9 @@ def with_deck(case: Case, name: str, table: FlexibleTable) -> FlexibleTable:
     clamp: Mapping[str, tuple[str, ...] | SkewSupport] = getattr(r, "clamp", {})
     if deck is None or r is None or not clamp:
         return table
-    held: dict[str, tuple[str, ...] | SkewSupport] = {}
-    loose = HELD_BY_ITSELF in deck.supports and not any(one.startswith(HELD_BY_ITSELF) for one in clamp)
-    for group, value in {**clamp, **({HELD_BY_ITSELF: ()} if loose else {})}.items():
+    clamped: dict[str, tuple[str, ...] | SkewSupport] = {}
+    adds_autospc = AUTOSPC in deck.supports and not any(one.startswith(AUTOSPC) for one in clamp)
+    for group, value in {**clamp, **({AUTOSPC: ()} if adds_autospc else {})}.items():
         if group == IN_FORCE and group not in deck.mesh.groups:
             if not deck.default_supports:
                 text = (
@@ -85,73 +85,75 @@ def with_deck(case: Case, name: str, table: FlexibleTable) -> FlexibleTable:
                     f"{sorted(deck.supports) or 'none'}"
                 )
                 raise CaseError(case.path.name, [Problem(f"bodies.{name}.reduction.clamp", text)])
-            held |= {one: _clamp(support) for one, support in deck.active_supports().items()}
+            clamped |= {one: _clamp_value(support) for one, support in deck.active_supports().items()}
         elif group in deck.supports and not value:
-            held |= {one: _clamp(support) for one, support in deck.supports[group].items()}
+            clamped |= {one: _clamp_value(support) for one, support in deck.supports[group].items()}
         elif group in deck.mesh.groups:
-            held[group] = value
+            clamped[group] = value
         else:
             text = f"found {group!r}; {suggestion_text(group, [*deck.supports, IN_FORCE, *deck.mesh.groups])}"
             raise CaseError(case.path.name, [Problem(f"bodies.{name}.reduction.clamp", text)])
-    sets = [group for group in clamp if ALL_OF.format(group) in deck.mesh.groups and group not in table.markers]
-    markers = {group: MarkerTable(group=ALL_OF.format(group)) for group in sets}
+    sets = [group for group in clamp if ALL_NODES_OF.format(group) in deck.mesh.groups and group not in table.markers]
+    markers = {group: MarkerTable(group=ALL_NODES_OF.format(group)) for group in sets}
     return table.model_copy(
-        update={"reduction": r.model_copy(update={"clamp": held}), "markers": {**table.markers, **markers}}
+        update={"reduction": r.model_copy(update={"clamp": clamped}), "markers": {**table.markers, **markers}}
     )
 
 
-def _clamp(support: Support) -> tuple[str, ...] | SkewSupport:
+def _clamp_value(support: Support) -> tuple[str, ...] | SkewSupport:
     if support.axes == GLOBAL:
         return () if set(support.components) == set(DIRECTIONS) else support.components
     return SkewSupport("axes", support.components, support.axes)
 
 
-def deck_members(deck: Deck, own: list[Member]) -> list[Member]:
-    """The members of a deck, those left out whose cells a member of the case covers, and the case's."""
+def deck_members(deck: Deck, members: list[Member]) -> list[Member]:
+    """The members of the case, after those of the deck whose cells they do not cover completely."""
     covered: dict[str, set[int]] = {}
-    for member in own:
+    for member in members:
         for kind, rows in deck.mesh.cell_groups.get(member.group, {}).items():
             covered.setdefault(kind, set()).update(int(row) for row in rows)
-    kept = []
+    retained = []
     for member in deck.members:
         cells = deck.mesh.cell_groups.get(member.group, {})
         if cells and all(set(map(int, rows)) <= covered.get(kind, set()) for kind, rows in cells.items()):
             continue
-        kept.append(member)
-    return [*kept, *own]
+        retained.append(member)
+    return [*retained, *members]
 
 
 def refined_members(mesh: Mesh, members: Iterable[Member]) -> list[Member]:
-    """The members on a mesh that may have been refined since: values by element are those of their children."""
-    found = []
+    """The members on a mesh that may have been refined: child elements take the values of their parent."""
+    refined = []
     for member in members:
-        own = mesh.cell_groups.get(member.group, {})
-        options = {name: _refined(value, own) for name, value in member.options.items()}
-        found.append(replace(member, options=options))
-    return found
+        cells = mesh.cell_groups.get(member.group, {})
+        options = {name: _refined_option(value, cells) for name, value in member.options.items()}
+        refined.append(replace(member, options=options))
+    return refined
 
 
-def _refined(value: Any, cells: Mapping[str, IntArray]) -> Any:
+def _refined_option(value: Any, cells: Mapping[str, IntArray]) -> Any:
     if isinstance(value, tuple):
-        return tuple(_refined(one, cells) for one in value)
+        return tuple(_refined_option(entry, cells) for entry in value)
     if not isinstance(value, Mapping):
         return value
-    found = {}
-    for kind, given in value.items():
-        while len(given) < len(cells.get(kind, ())):
-            given = refined_values(kind, given)
-        found[kind] = given
-    return found
+    refined = {}
+    for kind, values in value.items():
+        while len(values) < len(cells.get(kind, ())):
+            values = refined_values(kind, values)
+        refined[kind] = values
+    return refined
 
 
 def left_out_text(deck: Deck) -> tuple[str, ...]:
-    """A line on the cards that the structure is made without, if any, those in full whose stiffness, mass or fluid is
-    missing, and the notes of reading."""
+    """Notes on the cards that the structure is built without, if any, and the notes of reading.
+
+    Cards whose stiffness, mass or fluid is missing are listed in full.
+    """
     kinds: dict[str, int] = {}
-    for one in deck.unused:
-        kinds[one.card] = kinds.get(one.card, 0) + one.count
+    for cards in deck.unused:
+        kinds[cards.card] = kinds.get(cards.card, 0) + cards.count
     if not kinds:
         return deck.notes
     listed = ", ".join(f"{count} {card}" for card, count in kinds.items())
-    missing = tuple(str(one) for one in deck.unused if "missing" in one.consequence)
+    missing = tuple(str(cards) for cards in deck.unused if "missing" in cards.consequence)
     return (*deck.notes, *missing, f"left out of {deck.name}: {listed}; femflex info says what each changes")

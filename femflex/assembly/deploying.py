@@ -1,4 +1,4 @@
-"""Tables of deploying members -> DeployingBody."""
+"""Build the deploying members of a case."""
 
 from __future__ import annotations
 
@@ -41,15 +41,15 @@ from femflex.reduction.origin import Deployed, Fields, Origin
 from femflex.system import Profile, System, Variation
 from femflex.warning import PhysicsWarning
 
-MORE = 8  # polynomials of each field beyond the functions that a member has, to assess these
-MORE_ACROSS = 4  # likewise across the width of a sheet that has functions there
+MORE = 8  # additional polynomials of each field, to assess the functions of a member
+MORE_ACROSS = 4  # likewise across the width of a sheet that has functions in this direction
 LINE_KEYS = ("EA", "EIy", "EIz", "GJ", "tension", "ry", "rz", "rotary_inertia", "root", "direction", "orientation")
 
 
 def build_deploying(case: Case, name: str, table: DeployingTable, modes: int | None = None) -> DeployingBody:
-    """The member of that table, with `modes` functions of a field instead of the table's if given.
+    """The member of that table, with `modes` functions of each field instead of the table's number if given.
 
-    Raises CaseError where its length does not fit.
+    Raises CaseError if its length does not fit the table.
     """
     orbit = build_orbit(case.orbit)
     options: dict[str, Any] = {
@@ -63,7 +63,7 @@ def build_deploying(case: Case, name: str, table: DeployingTable, modes: int | N
         "orientations": {key: np.array(m.orientation) for key, m in table.markers.items() if m.orientation is not None},
     }
     try:
-        length = _length(case, name, table)
+        length = _length_or_reel(case, name, table)
         if table.family in SHEETS:
             return deploying_strip(_strip(table), _strip_functions(table, modes), length, **options)
         line, functions = _line(table), _line_functions(case, name, table, modes)
@@ -76,60 +76,62 @@ def build_deploying(case: Case, name: str, table: DeployingTable, modes: int | N
         raise CaseError(case.path.name, [Problem(f"bodies.{name}", str(error))]) from error
 
 
-def deployed_origin(case: Case, name: str, table: DeployingTable, made: DeployingBody) -> Origin:
-    """What that member was made of, by which its functions are assessed at its first length."""
-    if made.shapes.functions is None:
+def deployed_origin(case: Case, name: str, table: DeployingTable, member: DeployingBody) -> Origin:
+    """The functions of a member, and a richer set by which these are assessed at its initial length."""
+    if member.shapes.functions is None:
         return Origin()
 
     def richer() -> tuple[FlexibleBody, Fields]:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", PhysicsWarning)  # of the member itself it is given where that is made
-            found = build_deploying(case, name, _richer(table))
-        return found.body, partial(_fields, found.shapes)
+            warnings.simplefilter("ignore", PhysicsWarning)  # the member itself has issued it
+            rich_member = build_deploying(case, name, _with_more_functions(table))
+        return rich_member.body, partial(_fields, rich_member.shapes)
 
-    source = Deployed(made.shapes.functions, partial(_fields, made.shapes), richer)
+    source = Deployed(member.shapes.functions, partial(_fields, member.shapes), richer)
     return Origin(source, open_choices(table))
 
 
-def _richer(table: DeployingTable) -> DeployingTable:
-    """The member with MORE polynomials of each field that has functions, MORE_ACROSS a sheet, and linear strain."""
+def _with_more_functions(table: DeployingTable) -> DeployingTable:
+    """The member with MORE polynomials for each field that has functions, MORE_ACROSS a sheet, and linear strain."""
     f = table.functions
     assert f is not None
     counts = {key: n and n + MORE for key in FIELDS if (n := getattr(f, key))}
-    across = f.across + MORE_ACROSS if f.across > 1 else f.across  # one alone: a sheet that does not twist, by choice
+    across = (
+        f.across + MORE_ACROSS if f.across > 1 else f.across
+    )  # a single one is a sheet without twist, by choice of the user
     functions = DeployingFunctionsTable(**counts, across=across, family="polynomial", straight=f.straight)
     return table.model_copy(update={"functions": functions, "strain": "linear", "damping": 0.0})
 
 
 def _fields(shapes: MemberShapes, xi: Array) -> Array:
-    """Displacements [m] of the middle of a line, or across a sheet, and twist, of the columns at xi: (k, m, n)."""
+    """Displacements [m] of a line, or of points across a sheet, and twist, for each column at xi: (k, m, n)."""
     offsets = np.zeros((1, 3)) if isinstance(shapes, LineShapes) else shapes.section[0]
     moved = shapes.displacements(xi, offsets, 0)[0]
     return np.concatenate([moved.reshape(len(xi), -1, shapes.n), shapes.turns(xi)[:, :1]], axis=1)
 
 
-def held_at(case: Case, t: float) -> Case | None:
-    """The case whose members keep the lengths that they have at a time [s]; None where none has another length there.
+def with_lengths_at(case: Case, t: float) -> Case | None:
+    """The case whose members have constant lengths, those at a time t [s]; None if these are the initial lengths.
 
-    For assessing their functions alone: these members are not bent at first.
+    It serves only to assess their functions: these members are initially straight.
     """
     tables: dict[str, BodyTable] = {}
     for name, table in case.bodies.items():
         if isinstance(table, DeployingTable) and table.length is not None and table.length.profile is not None:
             length = table.length.profile(case.path.parent)
-            first, then = (float(length(at)[0]) for at in (0.0, t))
-            if then != first and then > 0.0:
+            first, at_time = (float(length(at)[0]) for at in (0.0, t))
+            if at_time != first and at_time > 0.0:
                 stock = table.stock or length_range(length, t)[1]
-                fixed = Motion(profile=partial(_constant, then))
+                fixed = Motion(profile=partial(_constant_profile, at_time))
                 tables[name] = table.model_copy(update={"length": fixed, "stock": stock, "initial": None})
     return case.model_copy(update={"bodies": {**case.bodies, **tables}}) if tables else None
 
 
-def _constant(value: float, _: Path) -> Profile:
+def _constant_profile(value: float, _: Path) -> Profile:
     return Profile.constant(value)
 
 
-def _length(case: Case, name: str, table: DeployingTable) -> Profile | Reel:
+def _length_or_reel(case: Case, name: str, table: DeployingTable) -> Profile | Reel:
     if table.reel is not None:
         return reel_of(name, table.reel)
     assert table.length is not None and table.length.profile is not None
@@ -137,7 +139,7 @@ def _length(case: Case, name: str, table: DeployingTable) -> Profile | Reel:
 
 
 def reel_of(name: str, table: ReelTable) -> Reel:
-    """The reel of that body."""
+    """The reel of the body of that name."""
     values = table.model_dump(exclude={"inertia"})
     return Reel(f"{name}_reel", mass=table.inertia, **values)
 
@@ -152,17 +154,17 @@ def deploying_bodies(case: Case) -> dict[str, DeployingBody]:
 
 
 def with_deployment(case: Case, system: System) -> System:
-    """The system whose deploying members vary with their lengths, at rest as their tables say."""
+    """The system whose deploying members vary with their lengths, with the initial rates of their tables."""
     varying: dict[str, Variation] = {}
     ddelta = dict(system.ddelta0)
-    for name, made in deploying_bodies(case).items():
+    for name, member in deploying_bodies(case).items():
         table, body = case.bodies[name], system.bodies[name]
         assert isinstance(table, DeployingTable)
-        if not _same_functions(body, made):  # another number of functions, as studies take
-            made = _with_functions_of(case, name, table, body)
-        varying[name] = made.variation
+        if not _same_functions(body, member):  # studies use other numbers of functions
+            member = _with_functions_of(case, name, table, body)
+        varying[name] = member.variation
         if table.initial is not None and table.initial.rates is None and name in system.delta0:
-            ddelta[name] = made.resting_rates(system.delta0[name], table.rest)
+            ddelta[name] = member.resting_rates(system.delta0[name], table.rest)
     if not varying:
         return system
     tables = ((name, case.bodies[name]) for name in varying)
@@ -179,15 +181,15 @@ def with_deployment(case: Case, system: System) -> System:
         raise CaseError(case.path.name, problems) from error
 
 
-def _added(case: Case, name: str, table: DeployingTable, modes: int | None = None) -> AddedShapes:
+def _added_shapes(case: Case, name: str, table: DeployingTable, modes: int | None = None) -> AddedShapes:
     """The static shapes of joints and loads that a member has in addition to its functions."""
     f = table.functions
     if f is None or table.family != "beam" or f.family not in (None, "characteristic"):
         return AddedShapes(False, False, False, 0)
     y, z, axial, torsion = (modes if count and modes is not None else count for count in _counts(f))
-    own = BeamFunctions(y, z, axial, torsion, static=f.static, tip=f.tip)
+    beam_functions = BeamFunctions(y, z, axial, torsion, static=f.static, tip=f.tip)
     markers = {"tip", *(key for key, marker in table.markers.items() if marker.fraction == 1.0)}
-    return added_shapes(f.joints or [], f.loads, own, loads_at(case, name, markers, _line(table).frame))
+    return added_shapes(f.joints or [], f.loads, beam_functions, loads_at(case, name, markers, _line(table).frame))
 
 
 def _counts(f: DeployingFunctionsTable) -> tuple[int, int, int, int]:
@@ -196,28 +198,30 @@ def _counts(f: DeployingFunctionsTable) -> tuple[int, int, int, int]:
 
 def added_note(case: Case, name: str, table: DeployingTable) -> tuple[str, ...]:
     """A note on the static shapes that a member has in addition to its functions."""
-    added = _added(case, name, table)
+    added = _added_shapes(case, name, table)
     if table.functions is None or not added.more:
         return ()
     counts = dict(zip(FIELDS, _counts(table.functions), strict=True))
-    return (added.note(with_static(counts, added.more)),)
+    return (added.note_text(with_static(counts, added.more)),)
 
 
 def _with_functions_of(case: Case, name: str, table: DeployingTable, body: FlexibleBody) -> DeployingBody:
-    """The member with the number of functions in each of its fields that a body of it was built with."""
+    """The member with as many functions in each field as a body of this member was built with."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", PhysicsWarning)  # given where the body was built
+        warnings.simplefilter("ignore", PhysicsWarning)  # issued when the body was built
         for n in range(1, body.n_modes + 1):
-            made = build_deploying(case, name, table, n)
-            if _same_functions(body, made):
-                return made
+            member = build_deploying(case, name, table, n)
+            if _same_functions(body, member):
+                return member
     raise ValueError(f"the member has {body.n_modes} coordinates, which no number of functions gives it")
 
 
-def _same_functions(body: FlexibleBody, made: DeployingBody) -> bool:
-    """Whether a body has the functions of a member; equal numbers alone may be of other fields."""
-    V1, own = body.strain.V1, made.body.strain.V1
-    return V1.shape == own.shape and np.allclose(V1, own, rtol=1e-6, atol=1e-9 * np.abs(own).max(initial=0.0))
+def _same_functions(body: FlexibleBody, member: DeployingBody) -> bool:
+    """Whether a body has the functions of a member. Equal numbers do not suffice: the fields may differ."""
+    V1, V1_member = body.strain.V1, member.body.strain.V1
+    return V1.shape == V1_member.shape and np.allclose(
+        V1, V1_member, rtol=1e-6, atol=1e-9 * np.abs(V1_member).max(initial=0.0)
+    )
 
 
 def _mass_per_length(table: DeployingTable) -> float:
@@ -228,8 +232,8 @@ def _mass_per_length(table: DeployingTable) -> float:
 
 
 def _line(table: DeployingTable) -> DeployingLine:
-    given = table.model_dump(include={*LINE_KEYS, "radius"})
-    return DeployingLine(mass_per_length=_mass_per_length(table), rod=table.family == "beam", **given)
+    options = table.model_dump(include={*LINE_KEYS, "radius"})
+    return DeployingLine(mass_per_length=_mass_per_length(table), rod=table.family == "beam", **options)
 
 
 LineFunctions = BeamFunctions | StringFunctions | ElementFunctions
@@ -242,9 +246,9 @@ def _line_functions(case: Case, name: str, table: DeployingTable, modes: int | N
     counts = {key: getattr(f, key) for key in FIELDS}
     counts = {key: modes if count and modes is not None else count for key, count in counts.items()}
     if f.family == "elements":
-        return _elements(table, **counts)
+        return _element_functions(table, **counts)
     if table.family == "beam":
-        added = _added(case, name, table, modes)
+        added = _added_shapes(case, name, table, modes)
         y, z, axial, torsion = (with_static(counts, added.more)[key] for key in FIELDS)
         static, tip = f.static or added.root, f.tip or added.tip
         return BeamFunctions(y, z, axial, torsion, family=f.family or "characteristic", static=static, tip=tip)
@@ -273,14 +277,14 @@ def _strip_functions(table: DeployingTable, modes: int | None) -> StripFunctions
         return None
     n = f.z if modes is None else modes
     if f.family == "elements":
-        return StripFunctions(_elements(table, z=n), f.across)
+        return StripFunctions(_element_functions(table, z=n), f.across)
     if table.family == "plate":
         return StripFunctions(BeamFunctions(z=n, family=f.family or "characteristic"), f.across)
     along = StringFunctions(z=n, tip=table.tip, family=f.family or "polynomial", straight=f.straight)
     return StripFunctions(along, f.across)
 
 
-def _elements(table: DeployingTable, **counts: int) -> ElementFunctions:
+def _element_functions(table: DeployingTable, **counts: int) -> ElementFunctions:
     assert table.functions is not None
     elements = table.functions.elements or max(8, 2 * max(counts.values()))
     string = table.family in ("tether", "membrane")

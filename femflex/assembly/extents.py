@@ -1,4 +1,4 @@
-"""Meshes and thicknesses that do not fit each other: warned of, with both numbers."""
+"""Warn of meshes and thicknesses whose sizes suggest a wrong unit."""
 
 from __future__ import annotations
 
@@ -14,22 +14,31 @@ from femflex.case.starting_case import LARGE
 from femflex.mesh import Mesh
 from femflex.warning import PhysicsWarning
 
-SMALL = 0.05  # m; meshes that are smaller are more often in another unit than of that size
-THICK = 0.25  # of the mesh's largest extent; what is thicker is no plate
+SMALL = 0.05  # m; smaller meshes are more often in another unit than of that size
+THICK = 0.25  # of the mesh's largest extent, above which a section is too thick for a plate
 PER_METRE = {"m": 1.0, "cm": 100.0, "mm": 1000.0, "inch": 1 / 0.0254}
 
 
 def warn_of_doubtful_extents(case: Case, name: str, table: object, mesh: Mesh, mass: float) -> None:
-    """Warn of a mesh [m] of a body of a mass [kg] in the wrong unit, and of sections too thick for it."""
-    if not isinstance(table, FlexibleTable) or table.deck is not None:  # a deck has its own doubts
+    """Warn of a mesh that is probably in another unit, and of sections too thick for it.
+
+    mesh: [m]; mass: of the body [kg]
+    """
+    if (
+        not isinstance(table, FlexibleTable) or table.deck is not None
+    ):  # decks have their own checks (`femflex.decks.report`)
         return
     size = float(np.ptp(mesh.points, axis=0).max())
     longest = 1e3 * LARGE if any(member.family == "tether" for member in table.members) else LARGE
-    for warning in list(_mesh(name, table, size, longest, mass)) or list(_thickness(case, table, size)):
+    for warning in list(_mesh_warnings(name, table, size, longest, mass)) or list(
+        _thickness_warnings(case, table, size)
+    ):
         warnings.warn(warning, stacklevel=5)
 
 
-def _mesh(name: str, table: FlexibleTable, size: float, longest: float, mass: float) -> Iterator[PhysicsWarning]:
+def _mesh_warnings(
+    name: str, table: FlexibleTable, size: float, longest: float, mass: float
+) -> Iterator[PhysicsWarning]:
     if size > longest and "mesh_unit" not in table.model_fields_set:
         yield PhysicsWarning(
             "{body_or_joint}: the mesh spans {value:.4g} m, over {limit:g} m, and its mass is {mass:.4g} kg;",
@@ -52,7 +61,7 @@ def _mesh(name: str, table: FlexibleTable, size: float, longest: float, mass: fl
         )
 
 
-def _thickness(case: Case, table: FlexibleTable, size: float) -> Iterator[PhysicsWarning]:
+def _thickness_warnings(case: Case, table: FlexibleTable, size: float) -> Iterator[PhysicsWarning]:
     for member in table.members:
         section = case.sections.get(member.section or "")
         for key, value in _thicknesses(section):

@@ -1,4 +1,4 @@
-"""Loads of a case, constant or from inline tables or CSV files."""
+"""Build the loads of a case: constant, or from inline tables or CSV files."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ COLUMNS = {"time": "s", **dict.fromkeys(("fx", "fy", "fz"), "N"), **dict.fromkey
 
 
 def build_loads(case: Case) -> tuple[Load, ...]:
-    """The loads of a case. Raises CaseError with what is wrong with its CSV files."""
+    """The loads of a case. Raises CaseError with the problems of its CSV files."""
     problems: list[Problem] = []
     loads = []
     for table in case.loads:
@@ -35,7 +35,7 @@ def build_loads(case: Case) -> tuple[Load, ...]:
 
 
 def build_load(case: Case, table: LoadTable) -> Load:
-    """One load. Raises ValueError."""
+    """The load of a table. Raises ValueError if its CSV file cannot be read."""
     where: dict[str, Any] = {"name": table.name, "body": table.body, "marker": table.marker, "frame": table.frame}
     if table.table is not None:
         times, force, torque = read_load_table(case.file_path(table.table))
@@ -46,15 +46,15 @@ def build_load(case: Case, table: LoadTable) -> Load:
 
 
 def read_load_table(path: Path) -> tuple[Array, Array, Array]:
-    """Times (n,) [s], forces (n, 3) [N] and torques (n, 3) [N m] of a CSV file with a head such as "time [s],tz [N m]".
+    """Times (n,) [s], forces (n, 3) [N] and torques (n, 3) [N m] of a CSV file with a head like "time [s],tz [N m]".
 
-    Raises ValueError naming the line and column of what cannot be read.
+    Raises ValueError with the line and column of an entry that cannot be read.
     """
     rows = csv_rows(path)
     if not rows:
         raise ValueError(f"{path.name} is empty; its first line names the columns, such as time [s],tz [N m]")
-    names, factors = _head(rows[0][1], path.name)
-    values = np.array([_row(row, names, k, path.name) for k, row in rows[1:]]).reshape(-1, len(names)) * factors
+    names, factors = _column_names(rows[0][1], path.name)
+    values = np.array([_row_values(row, names, k, path.name) for k, row in rows[1:]]).reshape(-1, len(names)) * factors
     column = dict(zip(names, values.T, strict=True))
     times = column["time"]
     if len(times) < 2:
@@ -73,7 +73,7 @@ def read_load_table(path: Path) -> tuple[Array, Array, Array]:
     return times, force, torque
 
 
-def _head(cells: list[str], file: str) -> tuple[list[str], Array]:
+def _column_names(cells: list[str], file: str) -> tuple[list[str], Array]:
     names, factors = [], []
     for cell in cells:
         match = re.fullmatch(r"\s*(\w+)\s*(?:[\[(](.*)[\])])?\s*", cell)
@@ -92,7 +92,7 @@ def _head(cells: list[str], file: str) -> tuple[list[str], Array]:
     return names, np.array(factors)
 
 
-def _row(cells: list[str], names: list[str], line: int, file: str) -> list[float]:
+def _row_values(cells: list[str], names: list[str], line: int, file: str) -> list[float]:
     if len(cells) != len(names):
         raise ValueError(
             f"line {line} of {file} has {counted_noun(len(cells), 'entry', 'entries')}; its head names "

@@ -1,4 +1,4 @@
-"""Loops, nonholonomic constraints and springs of a case."""
+"""Build the loops, nonholonomic constraints and springs of a case."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from femflex.case.case import Case
 from femflex.case.problems import CaseError, Problem, quoted_names
 from femflex.system import Joint, Nonholonomic, Spring, knife_edge, rolling_disc
 
-PLACES = {"kind", "child", "parent", "child_marker", "parent_marker", "name", "axis", "axes", "play"}
+CUT_JOINT_KEYS = {"kind", "child", "parent", "child_marker", "parent_marker", "name", "axis", "axes", "play"}
 
 
 def build_loops(case: Case) -> tuple[Joint, ...]:
-    """The cut joints of [[loops]]. Raises CaseError for keys that a cut joint has no use for."""
+    """The cut joints of [[loops]]. Raises CaseError for keys that a cut joint does not have."""
     problems = []
     for table in case.loops:
-        extra = sorted(table.model_fields_set - PLACES)
+        extra = sorted(table.model_fields_set - CUT_JOINT_KEYS)
         if extra:
             where = f"loops[{table.name or table.child}].{extra[0]}"
             text = (

@@ -1,4 +1,4 @@
-"""A body of a case from matrices in files."""
+"""Build a body of a case from mass and stiffness matrices in files."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from femflex.assembly.acting_loads import ActingLoads
-from femflex.assembly.structures import clamp_of, vibrating
+from femflex.assembly.structures import clamp_of, vibration_set
 from femflex.case.case import Case
 from femflex.case.matrices import MatricesTable, MatrixFilesTable
 from femflex.case.reduction import FreeFreeTable, NodalTable, StiffTable, Stretchable
@@ -20,7 +20,7 @@ from femflex.reduction.modes.damping import Damping
 
 
 def matrix_model(case: Case, table: MatricesTable) -> MatrixModel:
-    """The MatrixModel of a body's files."""
+    """The MatrixModel of the files of a body, with its spin."""
     m = table.matrices
     sources = Sources(file=m) if isinstance(m, str) else _sources(m)
     model = read_matrices(sources, table.units, table.groups, case.path.parent)
@@ -30,7 +30,7 @@ def matrix_model(case: Case, table: MatricesTable) -> MatrixModel:
 def build_matrix_body(
     case: Case, table: MatricesTable, modes: int | None, damping: Damping | None, turning: set[str]
 ) -> MatrixBody:
-    """The body of a table, with `modes` modes instead of the case's if given, and what its matrices leave open."""
+    """The body of a table, with `modes` modes instead of the case's if given, and notes on it."""
     markers = {name: entry.group or name for name, entry in table.markers.items()}
     r = table.reduction
     named = [*getattr(r, "clamp", {}), *getattr(r, "interfaces", ()), *getattr(r, "loads", {})]
@@ -40,15 +40,15 @@ def build_matrix_body(
         None if table.center_of_mass is None else np.array(table.center_of_mass),
         None if table.inertia is None else np.array(table.inertia),
     )
-    reduce = None if r is None else partial(_modes, table=table, modes=modes)
+    reduce = None if r is None else partial(_modes_of_matrices, table=table, modes=modes)
     return matrix_body(matrix_model(case, table), reduce, named, markers, damping, turning, stated)
 
 
-def _modes(structure: MatrixStructure, table: MatricesTable, modes: int | None) -> ModeSet:
+def _modes_of_matrices(structure: MatrixStructure, table: MatricesTable, modes: int | None) -> ModeSet:
     r = table.reduction
     if isinstance(r, Stretchable):
-        given = without_rounding(structure) if isinstance(r, FreeFreeTable) else structure
-        return vibrating(given, r, modes, ActingLoads())
+        smoothed = without_rounding(structure) if isinstance(r, FreeFreeTable) else structure
+        return vibration_set(smoothed, r, modes, ActingLoads())
     if isinstance(r, NodalTable):
         return nodal(structure, clamp_of(r.clamp))
     assert isinstance(r, StiffTable)
@@ -56,7 +56,7 @@ def _modes(structure: MatrixStructure, table: MatricesTable, modes: int | None) 
 
 
 def _sources(m: MatrixFilesTable) -> Sources:
-    """The files, with the same keys, and the names that are given."""
-    given = m.model_dump()
-    names = {role: name for role, name in given.pop("names").items() if name is not None}
-    return Sources(**given, names=names)
+    """The Sources of a table of matrix files: the files, and the names of matrices that are set."""
+    values = m.model_dump()
+    names = {role: name for role, name in values.pop("names").items() if name is not None}
+    return Sources(**values, names=names)

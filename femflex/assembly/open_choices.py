@@ -1,4 +1,4 @@
-"""What the tables of bodies leave open, and these tables with choices written in."""
+"""Automatic choices of the tables of bodies, and these tables with the choices filled in."""
 
 from __future__ import annotations
 
@@ -11,32 +11,32 @@ from femflex.case.matrices import MatricesTable
 from femflex.case.reduction import CantileverTable, Stretchable
 from femflex.reduction.origin import LeftOpen
 
-AXIAL = 2  # axial functions for each of bending: the stretch of bending is of twice its degree
+AXIAL = 2  # axial functions per bending function: the stretch by bending has twice its polynomial degree
 
 
 def open_choices(table: BodyTable) -> LeftOpen:
-    """What the table of a body leaves to advice."""
-    strain, joints = _leaves_strain(table), _leaves_joints(table)
+    """The choices that the table of a body leaves to femflex."""
+    strain, joints = _is_strain_open(table), _are_joints_open(table)
     if isinstance(table, DeployingTable):
         return LeftOpen(False, joints, joints, joints, ("root",))
     if isinstance(table, AnalyticTable):
         return LeftOpen(strain, joints, joints, joints, ("root",))
-    r = getattr(table, "reduction", None)
-    if not isinstance(table, FlexibleTable) or not isinstance(r, Stretchable):
+    reduction = getattr(table, "reduction", None)
+    if not isinstance(table, FlexibleTable) or not isinstance(reduction, Stretchable):
         return LeftOpen(strain, joints)
-    held = isinstance(r, CantileverTable)
-    at_roots = joints and not (held and "attachment" in r.model_fields_set)
-    elsewhere = joints and not (held and "loads" in r.model_fields_set)
-    return LeftOpen(strain, joints, at_roots, elsewhere, tuple(getattr(r, "clamp", ())))
+    is_cantilever = isinstance(reduction, CantileverTable)
+    at_roots = joints and not (is_cantilever and "attachment" in reduction.model_fields_set)
+    away_from_roots = joints and not (is_cantilever and "loads" in reduction.model_fields_set)
+    return LeftOpen(strain, joints, at_roots, away_from_roots, tuple(getattr(reduction, "clamp", ())))
 
 
-def _leaves_strain(table: BodyTable) -> bool:
+def _is_strain_open(table: BodyTable) -> bool:
     bending = isinstance(table, AnalyticTable) and (table.functions.y or table.functions.z)
-    whole = isinstance(table, FlexibleTable) and table.segmented_member is None
-    return bool(bending or whole) and getattr(table, "strain", None) is None
+    unsegmented = isinstance(table, FlexibleTable) and table.segmented_member is None
+    return bool(bending or unsegmented) and getattr(table, "strain", None) is None
 
 
-def _leaves_joints(table: BodyTable) -> bool:
+def _are_joints_open(table: BodyTable) -> bool:
     if isinstance(table, AnalyticTable):
         return table.functions.joints is None and "static" not in table.functions.model_fields_set
     if isinstance(table, DeployingTable):
@@ -53,22 +53,22 @@ def _leaves_joints(table: BodyTable) -> bool:
 
 
 def open_strains(case: Case) -> list[str]:
-    """Names of the bodies whose strain is left to be chosen."""
-    return [name for name, table in case.bodies.items() if _leaves_strain(table)]
+    """Names of the bodies whose tables do not set the strain."""
+    return [name for name, table in case.bodies.items() if _is_strain_open(table)]
 
 
 def open_joints(case: Case) -> list[str]:
-    """Names of the bodies whose tables leave it open which static shapes of joints they keep."""
-    return [name for name, table in case.bodies.items() if _leaves_joints(table)]
+    """Names of the bodies whose tables do not set their static shapes of joints."""
+    return [name for name, table in case.bodies.items() if _are_joints_open(table)]
 
 
 def table_text(table: BodyTable) -> str:
-    """What a table says but for its initial state and its length over time."""
+    """The text of a table without its initial state and its length over time."""
     return f"{type(table).__name__} {table.model_dump_json(exclude={'initial', 'length'})}"
 
 
-def remedy_of(table: BodyTable) -> str:
-    """What to do for a strain that knows what pulls along a body."""
+def stiffening_remedy(table: BodyTable) -> str:
+    """The remedy for a body with linear strain that axial loads stiffen, as part of a sentence."""
     if isinstance(table, FileTable):
         return f"make {table.file} anew (femflex body) from a case that gives it strain = 'condensed'"
     if isinstance(table, MatricesTable):
@@ -83,8 +83,8 @@ def remedy_of(table: BodyTable) -> str:
     return "give it strain = 'condensed'"
 
 
-def bound_to_linear(table: BodyTable) -> str:
-    """Why a body is to stay linear whatever bends it; nothing where it need not."""
+def linear_strain_reason(table: BodyTable) -> str:
+    """The reason why a body cannot have another strain than linear; empty if it can."""
     if not isinstance(table, FlexibleTable):
         return ""
     if not isinstance(table.reduction, Stretchable):
@@ -99,25 +99,25 @@ def bound_to_linear(table: BodyTable) -> str:
 
 
 def with_tables(case: Case, tables: Mapping[str, BodyTable]) -> Case:
-    """The case with other tables of some bodies."""
+    """The case in which the tables of some bodies are replaced."""
     return case.model_copy(update={"bodies": {**case.bodies, **tables}}) if tables else case
 
 
 def with_strains(case: Case, strains: Mapping[str, Strain]) -> Case:
-    """The case with the strain of some bodies set; nonlinear with the shapes in which it stretches."""
+    """The case with the strain of some bodies set; with nonlinear strain, also shapes in which the body stretches."""
     tables = {}
     for name, strain in strains.items():
         table = case.bodies[name]
-        stretch = _stretch(table) if strain == "nonlinear" else {}
+        stretch = _stretching_shapes(table) if strain == "nonlinear" else {}
         tables[name] = table.model_copy(update={"strain": strain, **stretch})
     return with_tables(case, tables)
 
 
-def _stretch(table: BodyTable) -> dict[str, object]:
-    """What a body without a word of it is given to stretch in: derivatives, or axial functions."""
+def _stretching_shapes(table: BodyTable) -> dict[str, object]:
+    """The keys that give a body shapes to stretch in, if its table sets none: derivatives or axial functions."""
     if isinstance(table, AnalyticTable) and not table.functions.axial:
-        most = AXIAL * max(table.functions.y, table.functions.z)
-        return {"functions": table.functions.model_copy(update={"axial": most})}
+        count = AXIAL * max(table.functions.y, table.functions.z)
+        return {"functions": table.functions.model_copy(update={"axial": count})}
     if isinstance(table, FlexibleTable) and getattr(table.reduction, "derivatives", "none") is None:
         assert table.reduction is not None
         return {"reduction": table.reduction.model_copy(update={"derivatives": "auto"})}

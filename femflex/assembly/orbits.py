@@ -1,4 +1,4 @@
-"""Table of the orbit -> Orbit."""
+"""Build the orbit of a case."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from femflex.system import Orbit
 
 
 def build_orbit(table: OrbitTable) -> Orbit | None:
-    """The orbit, or None."""
+    """The Orbit of a table; None if the case has no orbit."""
     if table.kind == "none":
         return None
     shape = {

@@ -1,4 +1,4 @@
-"""Skins of rigid bodies: boxes, cylinders, mesh files, or the box of the same mass and inertia."""
+"""Surfaces of rigid bodies for drawing: boxes, cylinders, mesh files, or the box of equal mass and inertia."""
 
 from __future__ import annotations
 
@@ -22,23 +22,23 @@ FACES = np.array([[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [2, 3, 7, 6], [1, 2,
 
 
 def rigid_skin(case: Case, table: RigidTable) -> Skin:
-    """What is drawn of a rigid body."""
-    parts = [_part(case, shape) for shape in table.shapes] or [equivalent_box(table)]
+    """The surface of a rigid body for drawing."""
+    parts = [_shape_part(case, shape) for shape in table.shapes] or [equivalent_box(table)]
     return joined_skin(parts)
 
 
 def joined_skin(parts: Iterable[Part]) -> Skin:
-    """One skin of several parts (points (n, 3), cells by type), without shapes."""
+    """A single skin of several parts (points (n, 3), cells by type), without shapes."""
     points: list[Array] = []
     cells: dict[str, list[IntArray]] = {}
-    at = 0
+    n_points = 0
     for part_points, part_cells in parts:
         for kind, rows in part_cells.items():
-            cells.setdefault(kind, []).append(rows + at)
+            cells.setdefault(kind, []).append(rows + n_points)
         points.append(part_points)
-        at += len(part_points)
+        n_points += len(part_points)
     return Skin(
-        np.concatenate(points), {kind: np.concatenate(rows) for kind, rows in cells.items()}, np.zeros((0, at, 3))
+        np.concatenate(points), {kind: np.concatenate(rows) for kind, rows in cells.items()}, np.zeros((0, n_points, 3))
     )
 
 
@@ -50,7 +50,7 @@ def box(size: Array, position: Array, C: Array) -> Part:
 def equivalent_box(table: RigidTable) -> Part:
     """The uniform box of the body's mass and inertia: edges sqrt(12 q / m), q = int x^2 dm along principal axes.
 
-    Of a point mass, the cube of WATER that has its mass.
+    For a point mass, the cube of WATER that has its mass.
     """
     centre, J = np.array(table.center_of_mass), np.array(table.inertia)
     if table.inertia_about == "origin":
@@ -62,7 +62,7 @@ def equivalent_box(table: RigidTable) -> Part:
     return box(np.maximum(size, 0.01 * size.max()), centre, axes)
 
 
-def _part(case: Case, shape: BoxShape | CylinderShape | MeshShape) -> Part:
+def _shape_part(case: Case, shape: BoxShape | CylinderShape | MeshShape) -> Part:
     position = np.array(shape.position)
     if isinstance(shape, CylinderShape):
         points, cells = _cylinder(shape.radius, shape.length, np.array(shape.axis))
@@ -77,16 +77,16 @@ def _part(case: Case, shape: BoxShape | CylinderShape | MeshShape) -> Part:
 
 
 def _surface(cells: dict[str, IntArray]) -> dict[str, IntArray]:
-    """Corner cells of the surfaces and lines of a mesh."""
+    """The cells of the surfaces and lines of a mesh, with their corner nodes only."""
     corners = {"line": 2, "triangle": 3, "quad": 4}
-    found: dict[str, list[IntArray]] = {}
+    corner_cells: dict[str, list[IntArray]] = {}
     for kind, rows in cells.items():
-        base = kind.rstrip("0123456789")
-        if base in corners:
-            found.setdefault(base, []).append(rows[:, : corners[base]])
-    if not found:
+        shape = kind.rstrip("0123456789")
+        if shape in corners:
+            corner_cells.setdefault(shape, []).append(rows[:, : corners[shape]])
+    if not corner_cells:
         raise ValueError(f"a mesh to draw needs lines, triangles or quads; it has {sorted(cells)}")
-    return {kind: np.concatenate(rows) for kind, rows in found.items()}
+    return {kind: np.concatenate(rows) for kind, rows in corner_cells.items()}
 
 
 def _cylinder(radius: float, length: float, axis: Array) -> Part:

@@ -1,4 +1,4 @@
-"""Materials and sections of a case as those of femflex.fem."""
+"""Build the materials and sections of a case."""
 
 from __future__ import annotations
 
@@ -49,10 +49,10 @@ def build_solid_material(table: tables.Material) -> Material | Orthotropic:
         return Material(**table.model_dump(exclude={"kind"}, exclude_none=True))
     if isinstance(table, tables.Core):
         raise ValueError("found a core; solids take an isotropic or an orthotropic material")
-    lack = [name for name in ("E3", "nu13", "nu23") if getattr(table, name) is None]
-    if lack:
-        raise ValueError(f"found an orthotropic material without {', '.join(lack)}, which solids need; add them")
-    G13, G23 = (table.G12 if given is None else given for given in (table.G13, table.G23))
+    missing = [name for name in ("E3", "nu13", "nu23") if getattr(table, name) is None]
+    if missing:
+        raise ValueError(f"found an orthotropic material without {', '.join(missing)}, which solids need; add them")
+    G13, G23 = (table.G12 if modulus is None else modulus for modulus in (table.G13, table.G23))
     assert table.E3 is not None and table.nu13 is not None and table.nu23 is not None
     return Orthotropic(
         table.E1, table.E2, table.E3, table.G12, G13, G23, table.nu12, table.nu13, table.nu23, table.density
@@ -65,9 +65,9 @@ def build_section(
     materials: Mapping[str, tables.Material],
     coupled: bool = False,
 ) -> tuple[Any, Material | None]:
-    """The section a family takes, and its material (none for plates, whose section holds it).
+    """The section of a member and its material; the material is None for plates, whose section contains it.
 
-    Raises ValueError when the section and the member's material do not go together.
+    Raises ValueError if the section does not fit the member's material.
     """
     kind = type(table)
     if kind in BEAM_SECTIONS:
@@ -75,10 +75,10 @@ def build_section(
             raise ValueError("a beam section takes an isotropic material; this one is orthotropic or a core")
         values = table.model_dump(exclude={"kind"}, exclude_none=True)
         return BEAM_SECTIONS[kind](**values), material
-    return _plate(table, material, materials, coupled), None
+    return _plate_section(table, material, materials, coupled), None
 
 
-def _plate(
+def _plate_section(
     table: tables.Section,
     material: Material | Lamina | None,
     materials: Mapping[str, tables.Material],

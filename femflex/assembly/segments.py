@@ -1,4 +1,4 @@
-"""A body of a case whose line member is cut into segments."""
+"""Build a body of a case whose line member is cut into segments."""
 
 from __future__ import annotations
 
@@ -40,65 +40,67 @@ def build_segments(
     modes: int | None = None,
     segments: int | None = None,
 ) -> Segments:
-    """The Segments of a body, with other numbers of them, or of modes in each, if asked.
+    """The Segments of a body, with `segments` of them or `modes` modes each instead of the case's numbers if given.
 
-    markers: name -> group. Raises CaseError when its member cannot be cut.
+    markers: name -> group. Raises CaseError if its member cannot be cut.
     """
     member = table.segmented_member
     assert member is not None
     groups = [*getattr(table.reduction, "clamp", ()), *getattr(table.reduction, "interfaces", ())]
-    start = None if member.options.get("start") else _end_among(mesh, member.group, groups)
+    start_group = None if member.options.get("start") else _end_among(mesh, member.group, groups)
     members = members_of(case, name, table)
     count = segments or member.segments
     assert count is not None
     try:
-        pieces = cut_into_segments(mesh, members, count, member.group, point_masses_of(table), start)
+        pieces = cut_into_segments(mesh, members, count, member.group, point_masses_of(table), start_group)
     except ValueError as error:
         where = f"bodies.{name}.members[{member.group}].segments"
         raise CaseError(case.path.name, [Problem(where, str(error))]) from error
-    if force := member.options.get("prestress"):
+    if prestress := member.options.get("prestress"):
         warnings.warn(
             PhysicsWarning(
                 "{body_or_joint}: the prestress of {value:g} N on {group!r} relaxes to 0 N, because its segments are "
                 "welded end to end and no support reacts it.",
                 body_or_joint=f"bodies.{name}",
-                value=force,
+                value=prestress,
                 remedy="Remove segments or the prestress",
                 group=member.group,
             ),
             stacklevel=2,
         )
-    places = {**{group: group for group in groups}, **markers}
-    shapes = _shapes(table, modes, f"bodies.{name}")
-    return Segments(reduce_segments(pieces, places, shapes, damping, table.strain or "linear"))
+    all_markers = {**{group: group for group in groups}, **markers}
+    shapes = _segment_shapes(table, modes, f"bodies.{name}")
+    return Segments(reduce_segments(pieces, all_markers, shapes, damping, table.strain or "linear"))
 
 
 def _end_among(mesh: Mesh, line: str, groups: list[str]) -> str | None:
-    """The first of the groups that holds one end of the line alone."""
+    """The first of the groups that contains exactly one end of the line; None if there is none."""
     nodes, count = np.unique(straight_elements(mesh.group_cells(line)), return_counts=True)
     ends = nodes[count == 1]
     return next((group for group in groups if np.isin(ends, mesh.group_points(group)).sum() == 1), None)
 
 
-def _shapes(table: FlexibleTable, modes: int | None, where: str) -> Callable[[Structure], ModeSet]:
-    """What makes the shapes of a segment; with nonlinear strain their derivatives too, unless the case says none."""
-    plain, keep = _plain_shapes(table, modes), getattr(table.reduction, "derivatives", None)
-    if keep is None and table.strain not in (None, "linear"):
-        keep = "auto"
+def _segment_shapes(table: FlexibleTable, modes: int | None, where: str) -> Callable[[Structure], ModeSet]:
+    """A function that returns the set of a segment, with derivatives if its strain needs them and the case allows."""
+    modes_of, derivatives = _segment_modes(table, modes), getattr(table.reduction, "derivatives", None)
+    if derivatives is None and table.strain not in (None, "linear"):
+        derivatives = "auto"
     deflection = getattr(table.reduction, "deflection", None)
     return (
-        plain if keep in (None, "none", 0) else lambda s: with_static_derivatives(s, plain(s), keep, deflection, where)
+        modes_of
+        if derivatives in (None, "none", 0)
+        else lambda s: with_static_derivatives(s, modes_of(s), derivatives, deflection, where)
     )
 
 
-def _plain_shapes(table: FlexibleTable, modes: int | None) -> Callable[[Structure], ModeSet]:
-    """What makes the shapes of a segment: the body's reduction, with the segment's ends as clamp and interfaces."""
+def _segment_modes(table: FlexibleTable, modes: int | None) -> Callable[[Structure], ModeSet]:
+    """A function that returns the modes of a segment by the body's reduction, with its ends as clamp and interfaces."""
     r = table.reduction
     n = getattr(r, "modes", 0) if modes is None else modes
     if isinstance(r, CantileverTable):
-        attached = tuple(r.attachment)
-        if attached:
-            return lambda s: with_attachment(s, cantilever_modes(s, NEAR, n), attached)
+        directions = tuple(r.attachment)
+        if directions:
+            return lambda s: with_attachment(s, cantilever_modes(s, NEAR, n), directions)
         return lambda s: cantilever_modes(s, NEAR, n)
     if isinstance(r, FreeFreeTable):
         return lambda s: free_free_modes(s, n)

@@ -1,8 +1,8 @@
-"""What is made once while the bodies of a case are built, and kept until they all are: structures, and bodies.
+"""Structures and bodies that are shared while the bodies of a case are built.
 
-Bodies are built several times where their strain is left to choice, or where their joints call for more shapes. Each
-structure is assembled once, and what is computed of it is kept (`Structure.recalled`). A body whose table has come to
-say the same again is not reduced again; its warnings are given every time.
+Bodies are built several times if their strain is selected automatically, or if joints require more shapes. Each
+structure is assembled once, and quantities computed from it are kept (`Structure.recalled`). A body whose table is
+unchanged is not reduced again; its warnings are issued every time.
 """
 
 from __future__ import annotations
@@ -21,33 +21,33 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, eq=False)
 class SharedParts:
-    """Structures by what they are made of, and bodies by what their case says, each with the warnings given of it."""
+    """Structures and bodies by keys made of their tables, each with the warnings issued when it was built."""
 
     structures: dict[str, tuple[Structure, list[Warning]]] = field(default_factory=dict)
     parts: dict[str, tuple[Any, list[Warning]]] = field(default_factory=dict)
 
     def structure(self, key: str, make: Callable[[], Structure]) -> Structure:
-        """The structure of this key, made when it is first wanted."""
-        return _once(self.structures, key, make)
+        """The structure of this key, built by `make` at the first request."""
+        return _build_once(self.structures, key, make)
 
-    def part(self, key: str, make: Callable[[], T]) -> T:
-        """The body of this key, made when it is first wanted."""
-        return _once(self.parts, key, make)
+    def body(self, key: str, make: Callable[[], T]) -> T:
+        """The body of this key, built by `make` at the first request."""
+        return _build_once(self.parts, key, make)
 
 
-def _once(made: dict[str, tuple[T, list[Warning]]], key: str, make: Callable[[], T]) -> T:
-    if key not in made:
-        with warnings.catch_warnings(record=True) as given:
+def _build_once(parts: dict[str, tuple[T, list[Warning]]], key: str, make: Callable[[], T]) -> T:
+    if key not in parts:
+        with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            found = make()
-        made[key] = found, [_warning(one.message) for one in given]
-    found, messages = made[key]
+            part = make()
+        parts[key] = part, [_as_warning(warning.message) for warning in caught]
+    part, messages = parts[key]
     for message in messages:
         warnings.warn(message, stacklevel=4)
-    return found
+    return part
 
 
-def _warning(message: Warning | str) -> Warning:
+def _as_warning(message: Warning | str) -> Warning:
     return message if isinstance(message, Warning) else UserWarning(message)
 
 
@@ -55,21 +55,21 @@ _SHARED: ContextVar[SharedParts | None] = ContextVar("shared", default=None)
 
 
 def shared_parts() -> SharedParts | None:
-    """What is shared at present."""
+    """The structures and bodies shared at present; None outside of `shared_structures`."""
     return _SHARED.get()
 
 
 @contextmanager
 def shared_structures() -> Iterator[None]:
-    """While this lasts, structures and bodies are made once; then all that is known of the structures is dropped."""
+    """Build structures and bodies once within this context; at its end the cached data of structures is dropped."""
     if _SHARED.get() is not None:
         yield
         return
-    made = SharedParts()
-    token = _SHARED.set(made)
+    shared = SharedParts()
+    token = _SHARED.set(shared)
     try:
         yield
     finally:
         _SHARED.reset(token)
-        for structure, _ in made.structures.values():
+        for structure, _ in shared.structures.values():
             structure.forget()

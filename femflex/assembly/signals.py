@@ -1,4 +1,4 @@
-"""Signals that the tables of a case take, such as the command of a wheel, and those among them that are none."""
+"""Check the signals that the tables of a case use, such as the command of a wheel."""
 
 from __future__ import annotations
 
@@ -11,40 +11,49 @@ from femflex.system.effector import ACCOUNTS
 
 KINDS = ("controllers", "sensors", "wheels", "gyros", "thrusters")
 KEYS = ("command", "rates", "angles", "slew_angle", "signal", "inputs", "error", "rate", "momentum")
-REPORTED = ("effort", "power", *ACCOUNTS)  # of every effector, for what samples
+REPORTED = ("effort", "power", *ACCOUNTS)  # of every effector, for sampled controllers and sensors
 
 
-def signal_problems(case: Case, acting: Sequence[Effector | Controller]) -> list[Problem]:
-    """The signals "NAME.OUTPUT" that the tables of a case take and that nothing of what acts gives."""
-    # memory and times of sampled controllers are no signals to choose from
-    known = [f"{one.name}.{s}" for one in acting for s in (one.states if isinstance(one, Effector) else one.commands)]
-    known += [f"{one.name}.{channel}" for one in acting if isinstance(one, Effector) for channel in one.channels]
-    others = {f"{one.name}.{output}" for one in acting for output in REPORTED}
-    others |= {name for one in acting for name, _ in one.state_names()}
-    heavy = tuple(f"{name}." for name in case.cables)  # with mass they are made later
+def signal_problems(case: Case, effectors: Sequence[Effector | Controller]) -> list[Problem]:
+    """Problems of the signals "NAME.OUTPUT" that tables of a case use and that no effector or controller has."""
+    # the memory and times of sampled controllers are not suggested
+    signals = [
+        f"{effector.name}.{s}"
+        for effector in effectors
+        for s in (effector.states if isinstance(effector, Effector) else effector.commands)
+    ]
+    signals += [
+        f"{effector.name}.{channel}"
+        for effector in effectors
+        if isinstance(effector, Effector)
+        for channel in effector.channels
+    ]
+    internal_signals = {f"{effector.name}.{output}" for effector in effectors for output in REPORTED}
+    internal_signals |= {name for effector in effectors for name, _ in effector.state_names()}
+    cable_prefixes = tuple(f"{name}." for name in case.cables)  # cables with mass are built later
     return [
-        Problem(where, f"found {name!r}, which is no signal; {_meant(case, name, known)}")
-        for where, name in taken_signals(case)
-        if name not in known and name not in others and not name.startswith(heavy)
+        Problem(where, f"found {name!r}, which is no signal; {_suggestion(case, name, signals)}")
+        for where, name in requested_signals(case)
+        if name not in signals and name not in internal_signals and not name.startswith(cable_prefixes)
     ]
 
 
-def _meant(case: Case, name: str, known: Sequence[str]) -> str:
-    """Part of a sentence: the output of a table of that name, or the nearest known signal."""
-    own = [one for one in known if one.startswith(f"{name}.")]
-    first = f"{name}.value" if name in case.signals else own[0] if own else ""
-    return f"did you mean {first!r}?" if first else suggestion_text(name, known)
+def _suggestion(case: Case, name: str, signals: Sequence[str]) -> str:
+    """A suggestion, as part of a sentence: an output of the table of that name, or the most similar signal."""
+    outputs = [signal for signal in signals if signal.startswith(f"{name}.")]
+    likely = f"{name}.value" if name in case.signals else outputs[0] if outputs else ""
+    return f"did you mean {likely!r}?" if likely else suggestion_text(name, signals)
 
 
-def taken_signals(case: Case) -> Iterator[tuple[str, str]]:
-    """Key path and name of every signal that a table takes; not those that stand for all outputs of what they name."""
-    whole = {*case.sensors, *case.controllers, *case.signals}
+def requested_signals(case: Case) -> Iterator[tuple[str, str]]:
+    """Key path and name of every signal that a table uses, but names that stand for all outputs of a table."""
+    sources = {*case.sensors, *case.controllers, *case.signals}
     for kind in KINDS:
         for label, table in getattr(case, kind).items():
             for key in KEYS:
                 value = getattr(table, key, None)
                 for name in value if isinstance(value, list | tuple) else [value]:
-                    if isinstance(name, str) and not (kind == "controllers" and name in whole):
+                    if isinstance(name, str) and not (kind == "controllers" and name in sources):
                         yield f"{kind}.{label}.{key}", name
     for k, joint in enumerate(case.joints):
         if joint.release_at is not None:

@@ -1,4 +1,4 @@
-"""A starting case of a mesh whose body can be built: members and clamps are tried before they are written."""
+"""Write a starting case for a mesh: choices of members and clamps are tried until a body can be built."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from femflex.case import CaseError, parse_case
 from femflex.case.starting_case import mesh_choices, starting_case
 from femflex.mesh import Mesh
 
-LARGEST = 30000  # points up to which bodies are tried
+LARGEST = 30000  # points; no body is tried for larger meshes
 FEWER = (6, 3, 1)  # modes
 
 
 def starting_case_of_mesh(target: Path, mesh: Mesh, file: str, schema: str) -> tuple[str, list[str]]:
-    """Text of a case and what in it is to be looked at, as `starting_case`, of the first choice that can be built.
+    """Text of a case and notes on it, as `starting_case`, for the first choice whose body can be built.
 
-    Raises ValueError where none can, with what is wrong with the first.
+    Raises ValueError with the problems of the first choice if no body can be built.
     """
     try:
         choices = mesh_choices(mesh)
@@ -38,7 +38,7 @@ def starting_case_of_mesh(target: Path, mesh: Mesh, file: str, schema: str) -> t
             except CaseError as error:
                 texts = [problem.text for problem in error.problems]
                 reason = reason or " ".join(texts)
-                if not any("modes were requested" in one for one in texts):
+                if not any("modes were requested" in problem_text for problem_text in texts):
                     break
             else:
                 return text, notes

@@ -66,46 +66,51 @@ from femflex.reduction import (
 )
 from femflex.reduction.preload.equilibrium import static_equilibrium
 from femflex.reduction.preload.loads import Preload
-from femflex.reduction.wide_sheets import with_own_bends
+from femflex.reduction.wide_sheets import with_sheet_shapes
 from femflex.warning import PhysicsWarning
 
-PLACE = "marker {}"  # point group made for a marker given by its position
+PLACE = "marker {}"  # point group of a marker given by its position
 
 
 def build_mesh(case: Case, name: str, table: FlexibleTable, refine: int = 0) -> Mesh:
-    """The mesh of a body in metres, refined as the case says and `refine` times more.
+    """The mesh of a body in metres, refined as often as the case requests and `refine` times more.
 
-    Raises CaseError with every group the body names that the mesh does not have.
+    Raises CaseError with every group named by the body that is not in the mesh.
     """
     deck = deck_of(case, name, table)
     table = with_deck(case, name, table)
     mesh = file_mesh(case.path.parent, table) if deck is None else with_regions(deck.mesh, table)
     if problems := list(mesh_problems(name, table, mesh)):
         raise CaseError(case.path.name, problems)
-    places = {marker: entry.position for marker, entry in table.markers.items() if entry.position is not None}
-    if places:
+    positions = {marker: entry.position for marker, entry in table.markers.items() if entry.position is not None}
+    if positions:
         mesh = mesh.with_groups(
-            points={PLACE.format(marker): [mesh.nearest_point(at)] for marker, at in places.items()}
+            points={PLACE.format(marker): [mesh.nearest_point(position)] for marker, position in positions.items()}
         )
     times = table.refine + refine
     return mesh.refined(times) if times else mesh
 
 
 def structure_of(case: Case, name: str, table: FlexibleTable, refine: int = 0) -> Structure:
-    """The Structure of a body on its own mesh, refined `refine` times more: one where `shared_structures` has it."""
+    """The Structure of a body on its own mesh, refined `refine` times more.
+
+    Within `shared_structures` it is assembled once and shared.
+    """
     table = with_deck(case, name, table)
-    made = shared_parts()
-    if made is None:
+    shared = shared_parts()
+    if shared is None:
         return build_structure_of(case, name, table, build_mesh(case, name, table, refine))
-    own = {"mesh", "deck", "units", "overrides", "mesh_unit", "groups", "refine", "members", "markers"}
-    said = own | {"connections", "regions", "point_masses", "bushings"}
-    parts = [table.model_dump_json(include=said), *case.materials.items(), *case.sections.items()]
-    key = f"{case.path} {refine} {_far(table)} {supports_of(getattr(table.reduction, 'clamp', {}))} {parts}"
-    new = key not in made.structures
-    found = made.structure(key, lambda: build_structure_of(case, name, table, build_mesh(case, name, table, refine)))
-    if not new and (problems := list(mesh_problems(name, table, found.mesh))):
+    keys = {"mesh", "deck", "units", "overrides", "mesh_unit", "groups", "refine", "members", "markers"}
+    keys_of_structure = keys | {"connections", "regions", "point_masses", "bushings"}
+    parts = [table.model_dump_json(include=keys_of_structure), *case.materials.items(), *case.sections.items()]
+    key = f"{case.path} {refine} {default_options(table)} {supports_of(getattr(table.reduction, 'clamp', {}))} {parts}"
+    is_new = key not in shared.structures
+    structure = shared.structure(
+        key, lambda: build_structure_of(case, name, table, build_mesh(case, name, table, refine))
+    )
+    if not is_new and (problems := list(mesh_problems(name, table, structure.mesh))):
         raise CaseError(case.path.name, problems)
-    return found
+    return structure
 
 
 def build_structure_of(case: Case, name: str, table: FlexibleTable, mesh: Mesh) -> Structure:
@@ -115,10 +120,10 @@ def build_structure_of(case: Case, name: str, table: FlexibleTable, mesh: Mesh) 
     members, masses, springs = members_of(case, name, table), point_masses_of(table), bushings_of(table)
     if deck is None:
         return build_structure(mesh, members, masses, supports, connections_of(table), springs)
-    joined = [*deck.connections, *connections_of(table)]
+    connections = [*deck.connections, *connections_of(table)]
     masses, springs = [*deck.point_masses, *masses], [*deck.bushings, *springs]
-    own = refined_members(mesh, deck_members(deck, members))
-    structure = build_structure(mesh, own, masses, supports, joined, springs)
+    all_members = refined_members(mesh, deck_members(deck, members))
+    structure = build_structure(mesh, all_members, masses, supports, connections, springs)
     if without_mass(deck, structure):
         raise CaseError(case.path.name, [Problem(f"bodies.{name}.deck", f"{deck.name}: {deck.no_density}")])
     for text in doubts(deck, structure):
@@ -128,12 +133,15 @@ def build_structure_of(case: Case, name: str, table: FlexibleTable, mesh: Mesh) 
 
 
 def members_of(case: Case, name: str, table: FlexibleTable) -> list[Member]:
-    """The members of a body; those of a whole one with nonlinear strain are to bend far, where they do not say."""
-    return [_member(case, name, member, _far(table)) for member in table.members]
+    """The members of a body, with the default options of its strain (`default_options`)."""
+    return [_member(case, name, member, default_options(table)) for member in table.members]
 
 
-def _far(table: FlexibleTable) -> dict[str, bool]:
-    """Options that members of a body have where they do not say otherwise."""
+def default_options(table: FlexibleTable) -> dict[str, bool]:
+    """The default options of a body's members.
+
+    Members of a body in one piece with nonlinear strain get `bounded_energy`, for large deflections.
+    """
     return {"bounded_energy": True} if table.strain == "nonlinear" and table.segmented_member is None else {}
 
 
@@ -143,7 +151,7 @@ def point_masses_of(table: FlexibleTable) -> list[PointMass]:
 
 
 def connections_of(table: FlexibleTable) -> list[Connection]:
-    """The connections of a body; reference nodes at positions are points of its mesh already."""
+    """The connections of a body. Reference nodes given by positions are already points of its mesh."""
     return [_connection(entry) for entry in table.connections]
 
 
@@ -157,8 +165,10 @@ def _connection(table: RigidInterfaceTable | DistributingInterfaceTable | Equati
 
 
 def preload_of(case: Case, name: str, table: FlexibleTable) -> Preload | None:
-    """The steady loads of a body's own equilibrium; None where it has none. Raises CaseError where an orbit is wanted
-    that the case does not have."""
+    """The steady loads of a body's own equilibrium; None where it has none.
+
+    Raises CaseError where the preload refers to an orbit and the case has none.
+    """
     p = table.preload
     if p is None:
         return None
@@ -204,33 +214,33 @@ def build_modes(
 ) -> tuple[Structure, ModeSet]:
     """The structure a body's reduction works on and its mode set, of `modes` modes instead of the case's if given.
 
-    acting: its loads; their static shapes that are slow compared with a cantilever set are added to it.
+    acting: its loads; those of their static shapes that are slow compared with a cantilever set are added to the set.
     preload: steady loads of its own equilibrium.
-    Initial stress is first let go where the clamps do not hold it (`relaxed`); doubts of it are reported for the body
-    of that name.
+    Initial stress that the clamps do not react is relaxed first (`relaxed`); with a name, warnings about it are issued
+    for the body of that name.
     """
     r = table.reduction
     clamp = clamp_of(getattr(r, "clamp", {}))
     if preload is not None:
         at_rest = partial(static_equilibrium, structure, clamp, preload)
         structure = structure.recalled(("preloaded", repr(table.preload), str(clamp)), at_rest)
-    given, structure = structure, relaxed(structure, clamp)
+    as_built, structure = structure, relaxed(structure, clamp)
     if name:
-        meant = any(member.options.get("prestress") for member in table.members)
-        warn_of_initial_stress(f"bodies.{name}", given, structure, meant)
+        is_prestressed = any(member.options.get("prestress") for member in table.members)
+        warn_of_initial_stress(f"bodies.{name}", as_built, structure, is_prestressed)
     if isinstance(r, Stretchable):
-        found = vibrating(structure, r, modes, acting or ActingLoads())
-        if r.third_derivatives or bends_far(table):
-            found = with_own_bends(structure, found, r.third_derivatives, r.deflection)
+        shapes = vibration_set(structure, r, modes, acting or ActingLoads())
+        if r.third_derivatives or needs_large_deflection_shapes(table):
+            shapes = with_sheet_shapes(structure, shapes, r.third_derivatives, r.deflection)
         if r.derivatives not in (None, "none", 0):
-            found = with_static_derivatives(
-                structure, found, r.derivatives, None if r.responses else r.deflection, f"bodies.{name}"
+            shapes = with_static_derivatives(
+                structure, shapes, r.derivatives, None if r.responses else r.deflection, f"bodies.{name}"
             )
         if r.responses and r.deflection is not None:
-            ways = [way for way in getattr(r, "attachment", ()) if way in "xyz"]
+            directions = [direction for direction in getattr(r, "attachment", ()) if direction in "xyz"]
             loads = getattr(r, "loads", {})
-            found = with_responses(structure, found, r.responses, r.deflection, ways, loads)
-        return structure, found
+            shapes = with_responses(structure, shapes, r.responses, r.deflection, directions, loads)
+        return structure, shapes
     if isinstance(r, NodalTable):
         return structure, nodal(structure, clamp_of(r.clamp))
     if isinstance(r, LumpedTable):
@@ -242,57 +252,57 @@ def build_modes(
 def with_static_derivatives(
     structure: Structure, modes: ModeSet, keep: int | str, deflection: float | None, where: str
 ) -> ModeSet:
-    """The set with so many static derivatives; warns where it has fewer of them than requested."""
-    found = with_derivatives(structure, modes, keep, deflection)
-    kept = found.n_modes - modes.n_modes
-    if isinstance(keep, int) and kept < keep:
-        of = "its states bent so far" if deflection else f"the pairs of its {modes.n_modes} shapes"
+    """The set with `keep` static derivatives added. Warns if there are fewer independent ones than requested."""
+    extended = with_derivatives(structure, modes, keep, deflection)
+    added = extended.n_modes - modes.n_modes
+    if isinstance(keep, int) and added < keep:
+        source = "its states bent so far" if deflection else f"the pairs of its {modes.n_modes} shapes"
         warnings.warn(
             PhysicsWarning(
                 "{body_or_joint}: {limit} derivatives are requested, but {states} give only {value} independent ones. "
                 "These are used;",
                 body_or_joint=where,
-                value=kept,
+                value=added,
                 limit=keep,
                 remedy="set derivatives = {value}",
-                states=of,
+                states=source,
             ),
             stacklevel=3,
         )
-    return found
+    return extended
 
 
-def bends_far(table: FlexibleTable) -> bool:
-    """Whether a body's strain holds in large bends and its set is given the derivatives they need."""
+def needs_large_deflection_shapes(table: FlexibleTable) -> bool:
+    """Whether a body has a strain for large deflections, and a set with the derivatives that these need."""
     keep = getattr(table.reduction, "derivatives", "none")
     return table.strain in ("nonlinear", "condensed") and keep not in ("none", 0)
 
 
-def vibrating(structure: Structure, r: Stretchable, modes: int | None, acting: ActingLoads) -> ModeSet:
-    """The set of a reduction that keeps a number of modes, before its derivatives."""
+def vibration_set(structure: Structure, r: Stretchable, modes: int | None, acting: ActingLoads) -> ModeSet:
+    """The set of a reduction that retains a number of modes: its modes and static shapes, without derivatives."""
     assert isinstance(r, CantileverTable | FreeFreeTable | CraigBamptonTable)
     n = r.modes if modes is None else modes
     clamp = {} if isinstance(r, FreeFreeTable) else r.clamp
     if isinstance(r, FreeFreeTable):
-        found = free_free_modes(structure, n)
+        shapes = free_free_modes(structure, n)
     elif isinstance(r, CraigBamptonTable):
-        found = craig_bampton(structure, r.interfaces, n, clamp_of(clamp), r.interface)
+        shapes = craig_bampton(structure, r.interfaces, n, clamp_of(clamp), r.interface)
     else:
-        found = cantilever_modes(structure, clamp_of(clamp), n)
+        shapes = cantilever_modes(structure, clamp_of(clamp), n)
     F = np.zeros((structure.n_dof, 0))
     if acting:
         linear = acting.least > 0.0
-        F = slow_loads(structure, found, acting.base, acting.loads, least=acting.least, linear=linear)
+        F = slow_loads(structure, shapes, acting.base, acting.loads, least=acting.least, linear=linear)
     if r.joints:
-        roots = [way for group, ways in r.joints.items() if group in clamp for way in ways]
-        seats = {group: ways for group, ways in r.joints.items() if group not in clamp}
-        F = np.column_stack([F, load_vectors(structure, roots, seats)])
+        at_clamps = [direction for group, directions in r.joints.items() if group in clamp for direction in directions]
+        elsewhere = {group: directions for group, directions in r.joints.items() if group not in clamp}
+        F = np.column_stack([F, load_vectors(structure, at_clamps, elsewhere)])
     attachment, loads = getattr(r, "attachment", []), getattr(r, "loads", {})
-    return with_attachment(structure, found, attachment, loads, F) if attachment or loads or F.size else found
+    return with_attachment(structure, shapes, attachment, loads, F) if attachment or loads or F.size else shapes
 
 
 def clamp_of(groups: Mapping[str, tuple[str, ...] | SkewSupport]) -> list[str] | dict[str, Support]:
-    """Group names where all components are held, else group -> support."""
+    """The group names if all components of all groups are clamped, else group -> support."""
     return supports_of(groups) if any(groups.values()) else list(groups)
 
 
@@ -302,7 +312,7 @@ def supports_of(groups: Mapping[str, tuple[str, ...] | SkewSupport]) -> dict[str
 
 
 def support_of(value: tuple[str, ...] | SkewSupport) -> Support:
-    """The support of a group in a clamp; an empty tuple of components holds all six."""
+    """The support of a group in a clamp; an empty tuple of components stands for all six."""
     if not isinstance(value, SkewSupport):
         return Support(value or DIRECTIONS)
     if value.kind == "axes":
@@ -310,8 +320,8 @@ def support_of(value: tuple[str, ...] | SkewSupport) -> Support:
     return (symmetry if value.kind == "symmetry" else antisymmetry)(value.vectors[0])
 
 
-def _member(case: Case, name: str, table: MemberTable, left_out: Mapping[str, object]) -> Member:
-    """A member, with those of the options left out that its family has."""
+def _member(case: Case, name: str, table: MemberTable, defaults: Mapping[str, object]) -> Member:
+    """The Member of a table; of the default options those are used that its family has."""
     where = f"bodies.{name}.members[{table.group}]"
     if table.family not in FAMILIES:
         text = f"found {table.family!r}, which is no family of members; {suggestion_text(table.family, FAMILIES)}"
@@ -341,5 +351,5 @@ def _member(case: Case, name: str, table: MemberTable, left_out: Mapping[str, ob
                 )
             ],
         )
-    options = {key: value for key, value in left_out.items() if key in FAMILY_OPTIONS[table.family]} | table.options
+    options = {key: value for key, value in defaults.items() if key in FAMILY_OPTIONS[table.family]} | table.options
     return Member(table.group, table.family, section, material, options)

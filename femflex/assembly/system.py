@@ -1,4 +1,4 @@
-"""Case and bodies -> System."""
+"""Build the System of a case from its bodies."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from femflex.system import Environment, Frame, Load, Part, Sight, System, assemb
 
 
 def system_of(case: Case, bodies: Mapping[str, Part] | None) -> System:
-    """The System of a case with these bodies, or its own with linear strain where they do not say, as its tables say.
+    """The System of a case with these bodies, or with its own (linear strain by default).
 
-    Where its centre of mass starts, and from what equilibrium or run, is settled above (`pipeline.start`).
-    Raises CaseError with what does not fit together.
+    The initial centre of mass, and a start from an equilibrium or from another run, are set later (`pipeline.start`).
+    Raises CaseError with the inconsistencies of its tables.
     """
     parts, loads = bodies_and_loads(case, bodies)
     try:
@@ -59,11 +59,11 @@ def system_of(case: Case, bodies: Mapping[str, Part] | None) -> System:
     except (ValueError, KeyError) as error:
         problems = [Problem("", line) for line in str(error.args[0]).splitlines()]
         raise CaseError(case.path.name, problems) from error
-    return _kept(case, with_deployment(case, _with_initial(case, system)))
+    return _with_kept_values(case, with_deployment(case, _with_initial(case, system)))
 
 
 def problems_of_loads(case: Case) -> list[Problem]:
-    """What is wrong with the loads of a case."""
+    """The problems of the loads of a case; empty if there are none."""
     try:
         build_loads(case)
     except CaseError as error:
@@ -72,7 +72,7 @@ def problems_of_loads(case: Case) -> list[Problem]:
 
 
 def bodies_and_loads(case: Case, bodies: Mapping[str, Part] | None) -> tuple[dict[str, Part], tuple[Load, ...]]:
-    """Bodies (built if not given) and loads, their problems reported together."""
+    """The bodies of a case (built if not given) and its loads. Raises CaseError with the problems of both together."""
     problems: list[Problem] = []
     parts: dict[str, Part] = {}
     loads: tuple[Load, ...] = ()
@@ -89,8 +89,8 @@ def bodies_and_loads(case: Case, bodies: Mapping[str, Part] | None) -> tuple[dic
     return parts, loads
 
 
-def _kept(case: Case, system: System) -> System:
-    """The system with the initial values that its case keeps where loops close."""
+def _with_kept_values(case: Case, system: System) -> System:
+    """The system with the list of initial values that closing the loops must not change (`initial.keep`)."""
     if case.initial is None or case.initial.keep is None:
         return system
     try:
@@ -112,9 +112,9 @@ def _with_initial(case: Case, system: System) -> System:
         if table.initial is None:
             continue
         body = system.bodies[name]
-        held_at = body.marker(system.joint_of(name).child_marker).position
+        joint_position = body.marker(system.joint_of(name).child_marker).position
         try:
-            delta[name], ddelta[name] = initial_shape(table.initial, body, held_at)
+            delta[name], ddelta[name] = initial_shape(table.initial, body, joint_position)
         except (ValueError, KeyError) as error:
             problems.append(Problem(f"bodies.{name}.initial", str(error.args[0])))
     if problems:

@@ -1,4 +1,4 @@
-"""Torques on meshed bodies where the nodes of their marker show no rotation: they would bend nothing."""
+"""Refuse torques at markers whose nodes have no rotation: such a torque would not deform the body."""
 
 from __future__ import annotations
 
@@ -17,27 +17,27 @@ from femflex.fem import Structure
 from femflex.reduction.boundary.markers import MarkerRows, marker_rows
 from femflex.system import Load
 
-NONE = 1e-9  # of a torque, about axes that show no rotation: rounding of the axes it is given along
+NEGLIGIBLE = 1e-9  # share of a torque about axes without rotation that is rounding of its direction
 
 
 def check_torques(case: Case, name: str, groups: Mapping[str, str], structure: Structure) -> None:
-    """Raise CaseError for torques on a body about axes that their markers show no rotation about.
+    """Raise CaseError for torques on a body about axes about which their markers have no rotation.
 
-    groups: mesh group of each marker. In frames that do not turn with the body a torque may come to point along any
-    axis: it is refused where there is no rotation at all.
+    groups: mesh group of each marker. In frames that do not rotate with the body a torque may point along any axis: it
+    is refused only if the marker has no rotation at all.
     """
     problems = []
     for load in torque_loads(case, name):
         if load.marker in groups:
             rows = marker_rows(structure, groups[load.marker])
-            if text := _lost(load, rows, case.bodies[name]):
+            if text := _lost_torque_text(load, rows, case.bodies[name]):
                 problems.append(Problem(f"loads[{load.name}].torque", text))
     if problems:
         raise CaseError(case.path.name, problems)
 
 
 def torque_loads(case: Case, name: str) -> Iterator[Load]:
-    """The loads on a body that have a torque; those that cannot be read are reported where loads are built."""
+    """The loads on a body that have a torque. Loads that cannot be read are reported by `build_loads`."""
     for table in case.loads:
         if table.body == name and has_torque(case, table):
             yield build_load(case, table)
@@ -52,23 +52,23 @@ def has_torque(case: Case, table: LoadTable) -> bool:
     return False
 
 
-def _lost(load: Load, rows: MarkerRows, table: BodyTable) -> str:
-    """Message on a torque about axes for which its marker has no rotation; empty where there is none."""
+def _lost_torque_text(load: Load, rows: MarkerRows, table: BodyTable) -> str:
+    """The message on a torque about axes about which its marker has no rotation; empty if there is none."""
     blind = rows.blind
     if not blind.shape[1]:
         return ""
-    turned = np.eye(3)
+    axes = np.eye(3)
     if load.frame == "marker" and (entry := table.markers.get(load.marker)) is not None and entry.orientation:
-        turned = np.array(entry.orientation)
-    along = np.atleast_2d(load.torque) @ turned.T @ blind
+        axes = np.array(entry.orientation)
+    along = np.atleast_2d(load.torque) @ axes.T @ blind
     if load.frame not in ("body", "marker"):
         along = along if blind.shape[1] == 3 else 0.0 * along
     largest = float(np.linalg.norm(along, axis=1).max())
-    if largest <= NONE * float(np.linalg.norm(np.atleast_2d(load.torque), axis=1).max()):
+    if largest <= NEGLIGIBLE * float(np.linalg.norm(np.atleast_2d(load.torque), axis=1).max()):
         return ""
-    what = "shows no rotation" if blind.shape[1] == 3 else f"shows no rotation about {_axes(blind)}"
+    reason = "shows no rotation" if blind.shape[1] == 3 else f"shows no rotation about {_axes(blind)}"
     return (
-        f"found {largest:.4g} N m at marker {load.marker!r} of body {load.body!r}, which {what}: its nodes have no "
+        f"found {largest:.4g} N m at marker {load.marker!r} of body {load.body!r}, which {reason}: its nodes have no "
         "rotational degrees of freedom and lie at one point or on one line, so the torque would deform nothing. Name a "
         f"group of several nodes around this point (markers.{load.marker} = {{ group = ... }})"
     )

@@ -28,7 +28,7 @@ from femflex.advice.strain import strain_advice
 from femflex.advice.truncation import unassessed_truncation
 from femflex.arrays import Array
 from femflex.assembly.bodies import BuiltBody
-from femflex.assembly.initial import wanted_displacement
+from femflex.assembly.initial import requested_displacement
 from femflex.assembly.open_choices import open_joints, open_strains, with_strains
 from femflex.assembly.shared import shared_structures
 from femflex.case.body import Strain
@@ -171,7 +171,7 @@ def _large_displacements(case: Case, system: System) -> list[Advice]:
             continue
         body = system.bodies[name]
         held_at = body.marker(system.joint_of(name).child_marker).position
-        wanted, length = wanted_displacement(table.initial, body, held_at)
+        wanted, length = requested_displacement(table.initial, body, held_at)
         size = float(np.linalg.norm(wanted))
         if size > FAR * length > 0.0:
             text = (

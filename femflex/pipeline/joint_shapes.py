@@ -16,7 +16,7 @@ from femflex.advice.bodies import KnownBodies
 from femflex.advice.motion_estimate import RigidEstimate
 from femflex.advice.truncation import RicherCraft, joint_advice, richer_craft, truncation_warnings, with_response
 from femflex.assembly.bodies import BuiltBody, built_bodies
-from femflex.assembly.deploying import held_at
+from femflex.assembly.deploying import with_lengths_at
 from femflex.assembly.open_choices import open_joints, open_strains, table_text, with_joints, with_strains
 from femflex.assembly.system import problems_of_loads
 from femflex.case.body import FlexibleTable
@@ -96,7 +96,7 @@ def _system_at(case: Case, t: float) -> tuple[System, KnownBodies] | None:
 
     None where they have the first ones, or where it does not fit together, as of loops that follow the members.
     """
-    held = held_at(case, t)
+    held = with_lengths_at(case, t)
     if held is None:
         return None
     with warnings.catch_warnings():

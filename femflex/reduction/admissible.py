@@ -1,4 +1,4 @@
-"""A straight uniform beam on analytic admissible functions: a FlexibleBody without any mesh."""
+"""Reduce a straight beam with analytic admissible functions to a FlexibleBody, without a mesh."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from femflex.reduction.beams.beam_strain import beam_strain
 from femflex.reduction.beams.strain_points import beam_field
 from femflex.reduction.beams.uniform_beam import BeamFunctions, UniformBeam
 from femflex.reduction.boundary.clamps import Groups, held_dofs, names
-from femflex.reduction.boundary.rigid import lifted
+from femflex.reduction.boundary.rigid import dofs_of_node_motion
 from femflex.reduction.inertia.moments import point_moments
 from femflex.reduction.large_deflection.foreshortening import foreshortening_of
 from femflex.reduction.modes.damping import UNANSWERED, Damping, ModalDamping, bending_damping, is_added, is_unanswered
@@ -28,8 +28,10 @@ from femflex.reduction.strain.condense import condense
 from femflex.reduction.strain.static_stretch import with_stretch_of_slaved
 from femflex.reduction.strain.turned_sections import Sections, with_turned_sections
 
-SIDES = 16  # of the tube that is drawn
-RANK = 1e-10  # strain energy of a follower over the largest at first, below which it repeats what axial functions hold
+SIDES = 16  # of the tube for drawing
+RANK = (
+    1e-10  # strain energy of a dependent function over the largest, below which the axial functions contain it already
+)
 ON_LINE = 1e-6  # distance over length within which a node lies on the beam's line
 
 
@@ -42,13 +44,14 @@ def beam_body(
 ) -> FlexibleBody:
     """The FlexibleBody of a straight beam on admissible functions, with markers "root" and "tip".
 
-    Moments and stiffness by Gauss quadrature along the length, mass at points of each section (section_points).
-    orthonormal: the functions are recombined into the modes of the beam confined to them, with their omega.
-    strain: "nonlinear" adds the stretch by slopes and twist (beam_strain) and wants axial functions; "condensed" lets
-    the stretch follow bending (reduction.condense) along axial polynomials of its own. With
-    nonlinear strain what the axial functions do not hold of the squares of slopes follows too: characteristic ones are
-    sines and hold them badly (a strip would tip over 11 to 50 % late with two or three for each of bending).
-    Raises ValueError on torsion of a section without inertia, and on nonlinear strain without axial functions.
+    Moments and stiffness are integrated by Gauss quadrature along the length, with mass at points of each section
+    (section_points). orthonormal: the functions are recombined into the modes of the beam confined to them.
+    strain: "nonlinear" adds the stretch by slopes and twist (beam_strain) and needs axial functions; "condensed" makes
+    the stretch dependent on bending (reduction.condense), along additional axial polynomials. With nonlinear strain
+    the part of the squared slopes that the axial functions cannot represent is dependent too: characteristic ones are
+    sines and represent it badly (a strip would buckle laterally 11 to 50 % too late with two or three for each of
+    bending). Raises ValueError for torsion of a section without inertia, and for nonlinear strain without axial
+    functions.
     """
     if functions.torsion and not (beam.ry or beam.rz):
         raise ValueError(
@@ -61,16 +64,16 @@ def beam_body(
         )
     if strain == "condensed" or (strain == "nonlinear" and not functions.holds_squares):
         functions = functions.with_followers()
-    body = _body(beam, functions, damping, orthonormal, strain)
+    body = _reduced_beam(beam, functions, damping, orthonormal, strain)
     if strain == "linear" and (functions.y or functions.z):
         bending = replace(functions, axial=0, torsion=0).with_followers()
         return replace(
-            body, foreshortening=foreshortening_of(_body(beam, bending, None, True, "condensed", lowest=True))
+            body, foreshortening=foreshortening_of(_reduced_beam(beam, bending, None, True, "condensed", lowest=True))
         )
     return body
 
 
-def _body(
+def _reduced_beam(
     beam: UniformBeam,
     functions: BeamFunctions,
     damping: Damping | None,
@@ -78,34 +81,37 @@ def _body(
     strain: str,
     lowest: bool = False,
 ) -> FlexibleBody:
-    """The body with every function, or mode of them (the lowest alone), a coordinate; the followers slaved to these."""
+    """The body whose coordinates are the functions, or their modes (only the lowest one if `lowest`).
+
+    Dependent functions are slaved to these.
+    """
     xi, weight = gauss(points_for(functions.max_count))
     offsets, share = section_points(np.array(beam.rz**2), np.array(beam.ry**2), beam.rotary_inertia)
     dm = np.outer(weight * beam.taper.mass(xi) * beam.mass_per_length * beam.length, share).ravel()
-    rho, shapes = _places(beam, xi, offsets), _motion(beam, functions, xi, offsets)
-    raw = _stiffness(beam, functions, xi, weight)
+    rho, shapes = _section_points(beam, xi, offsets), _section_point_motion(beam, functions, xi, offsets)
+    V1_functions = _stiffness(beam, functions, xi, weight)
     Me = point_moments(dm, rho, shapes).elastic_mass()
-    X, omega = _own_columns(beam, functions, raw, Me, orthonormal)
-    kept = [int(np.argmin(omega))] if lowest else list(range(functions.own))
-    n, kinds, X, omega = len(kept), _kinds(functions, X, orthonormal), X[:, kept], omega[kept]
+    X, omega = _independent_columns(beam, functions, V1_functions, Me, orthonormal)
+    picked = [int(np.argmin(omega))] if lowest else list(range(functions.n_independent))
+    n, kinds, X, omega = len(picked), _kinds(functions, X, orthonormal), X[:, picked], omega[picked]
     if functions.followers:
-        followers, frequency = _following_columns(functions, raw, Me, X)
+        followers, frequency = _dependent_columns(functions, V1_functions, Me, X)
         X, omega = np.hstack([X, followers]), np.concatenate([omega, frequency])
-    following = X.shape[1] > n
-    kinds = tuple(kinds[k] for k in kept)
+    has_followers = X.shape[1] > n
+    kinds = tuple(kinds[k] for k in picked)
     kinds += ("derivative" if strain == "condensed" else "remainder",) * (X.shape[1] - n)
     moments = point_moments(dm, rho, shapes @ X)
-    V1 = X.T @ raw @ X
+    V1 = X.T @ V1_functions @ X
     V1 = (V1 + V1.T) / 2
     tensors, V3 = (
         (StrainTensors.linear(V1), np.zeros(0)) if strain == "linear" else beam_strain(beam, functions, X, V1, n)
     )
-    damped = _damped(functions, X, n, strain)
+    is_damped = _damped_columns(functions, X, n, strain)
     body = FlexibleBody(
         moments=moments,
         strain=tensors,
         damping=bending_damping(
-            damping or ModalDamping(0.0), moments.elastic_mass(), V1, damped, is_added(kinds), is_unanswered(kinds)
+            damping or ModalDamping(0.0), moments.elastic_mass(), V1, is_damped, is_added(kinds), is_unanswered(kinds)
         ),
         markers={
             name: _marker(beam, functions, end, X, strain != "linear") for end, name in enumerate(("root", "tip"))
@@ -113,73 +119,76 @@ def _body(
         skin=_skin(beam, functions, X),
         kinds=kinds,
         omega=omega,
-        strain_field=(beam_field(beam, functions, X, strain != "linear", following),),
+        strain_field=(beam_field(beam, functions, X, strain != "linear", has_followers),),
     )
     if strain == "linear":
         return body
     body = with_turned_sections(body, _sections(beam, functions, X, xi, dm, offsets), range(n))
-    if not following:
+    if not has_followers:
         return body
     return with_stretch_of_slaved(condense(body, range(n, body.n_modes), lambda free: V3), body, n)
 
 
 def _kinds(functions: BeamFunctions, X: Array, orthonormal: bool) -> tuple[str, ...]:
-    """Kinds of the coordinates with columns X (count, own)."""
+    """The kinds of the coordinates with columns X (count, n_independent)."""
     n_static = int(functions.added.sum()) if orthonormal and not functions.added.all() else 0
-    alone = (X[: functions.own][functions.alone] ** 2).sum(axis=0) > 0.5 * (X**2).sum(axis=0)
-    answering = [UNANSWERED if one else "attachment" for one in alone[functions.own - n_static :]]
-    return ("admissible",) * (functions.own - n_static) + tuple(answering)
+    alone = (X[: functions.n_independent][functions.only_static] ** 2).sum(axis=0) > 0.5 * (X**2).sum(axis=0)
+    answering = [UNANSWERED if is_alone else "attachment" for is_alone in alone[functions.n_independent - n_static :]]
+    return ("admissible",) * (functions.n_independent - n_static) + tuple(answering)
 
 
-def _damped(functions: BeamFunctions, X: Array, n: int, strain: str) -> BoolArray:
-    """Which columns X (count, n) are damped: not followers (from n on), nor what takes back the stretch of bending."""
+def _damped_columns(functions: BeamFunctions, X: Array, n: int, strain: str) -> BoolArray:
+    """(n_columns,): whether each column X (count, n_columns) is damped.
+
+    Dependent columns (from n on) are not, nor with nonlinear strain those that compensate the stretch by bending.
+    """
     stretch = (X[functions.y + functions.z :][: functions.axial] ** 2).sum(axis=0) > (X**2).sum(axis=0) / 2
-    own = np.arange(X.shape[1]) < n
-    return own & ~stretch if strain == "nonlinear" else own
+    independent = np.arange(X.shape[1]) < n
+    return independent & ~stretch if strain == "nonlinear" else independent
 
 
-def _own_columns(
+def _independent_columns(
     beam: UniformBeam, functions: BeamFunctions, V1: Array, Me: Array, orthonormal: bool
 ) -> tuple[Array, Array]:
-    """Columns (count, own) of the coordinates over the functions, and their frequencies where they are modes.
+    """Columns (count, n_independent) of the coordinates over the functions, and their frequencies if they are modes.
 
-    Those of added static shapes come last, without mass in common with these.
+    Those of added static shapes come last, M-orthogonal to the others.
     """
-    n, added = functions.own, functions.added
+    n, is_static = functions.n_independent, functions.added
     X = np.zeros((functions.count, n))
     if not orthonormal:
         np.fill_diagonal(X, 1 / np.sqrt(beam.mass_per_length * beam.length))
         return X, np.full(n, np.nan)
     K, M = V1[:n, :n], Me[:n, :n]
-    if added.all():
-        added = np.zeros(n, bool)
-    own, n_static = np.eye(n)[:, ~added], np.eye(n)[:, added]
-    columns, found = np.zeros((n, 0)), np.zeros(0)
-    for part in (own, n_static) if n_static.size else (own,):
-        part = part - columns @ (columns.T @ (M @ part))
-        eigenvalues, modes = dense_modes(part.T @ K @ part, part.T @ M @ part)
-        columns = np.hstack([columns, part @ canonical_modes(eigenvalues, modes)])
-        found = np.append(found, eigenvalues)
-    if len(found) < n:
+    if is_static.all():
+        is_static = np.zeros(n, bool)
+    plain, n_static = np.eye(n)[:, ~is_static], np.eye(n)[:, is_static]
+    columns, squares = np.zeros((n, 0)), np.zeros(0)
+    for candidates in (plain, n_static) if n_static.size else (plain,):
+        candidates = candidates - columns @ (columns.T @ (M @ candidates))
+        eigenvalues, modes = dense_modes(candidates.T @ K @ candidates, candidates.T @ M @ candidates)
+        columns = np.hstack([columns, candidates @ canonical_modes(eigenvalues, modes)])
+        squares = np.append(squares, eigenvalues)
+    if len(squares) < n:
         raise ValueError(
             f"the stiffnesses of the beam, EA = {beam.EA:.4g} N, EIy = {beam.EIy:.4g}, EIz = {beam.EIz:.4g} and GJ = "
-            f"{beam.GJ:.4g} N m^2, are so far apart that {len(found)} of {n} modes can be computed; correct them"
+            f"{beam.GJ:.4g} N m^2, are so far apart that {len(squares)} of {n} modes can be computed; correct them"
         )
     X[:n] = columns
-    return X * _tip_signs(beam, functions, X), np.sqrt(found)
+    return X * _tip_signs(beam, functions, X), np.sqrt(squares)
 
 
-def _following_columns(functions: BeamFunctions, V1: Array, Me: Array, own: Array) -> tuple[Array, Array]:
-    """Columns of the followers over the functions, without strain energy in common with the own ones; orthonormal.
+def _dependent_columns(functions: BeamFunctions, V1: Array, Me: Array, independent: Array) -> tuple[Array, Array]:
+    """Orthonormal columns of the dependent functions, K-orthogonal to the independent columns, and their frequencies.
 
-    None where those hold all that follows.
+    There are no columns where the independent ones contain all dependent functions.
     """
-    n = functions.own
+    n = functions.n_independent
     F = np.eye(functions.count)[:, n:]
-    whole = np.linalg.eigvalsh(F.T @ V1 @ F)[-1]
-    F = F - own @ np.linalg.solve(own.T @ V1 @ own, own.T @ V1 @ F)
+    largest = np.linalg.eigvalsh(F.T @ V1 @ F)[-1]
+    F = F - independent @ np.linalg.solve(independent.T @ V1 @ independent, independent.T @ V1 @ F)
     energy, U = np.linalg.eigh(F.T @ V1 @ F)
-    F = F @ (U / np.sqrt(np.maximum(energy, RANK * whole)))[:, energy > RANK * whole]
+    F = F @ (U / np.sqrt(np.maximum(energy, RANK * largest)))[:, energy > RANK * largest]
     if not F.shape[1]:
         return F, np.zeros(0)
     eigenvalues, modes = dense_modes(F.T @ V1 @ F, F.T @ Me @ F)
@@ -187,23 +196,23 @@ def _following_columns(functions: BeamFunctions, V1: Array, Me: Array, own: Arra
 
 
 def sampled_functions(structure: Structure, beam: UniformBeam, functions: BeamFunctions, clamp: Groups = ()) -> ModeSet:
-    """The same functions as shapes of a Structure whose nodes lie on the beam's line; clamp names what the root is.
+    """The same functions as shapes of a Structure whose nodes lie on the beam's line; clamp: the groups at its root.
 
-    Nodes take the functions' values and slopes; dofs between nodes follow with least strain energy, so that a shape is
-    cubic in each element whatever its order: 1e-6 in a frequency wants beta h < 0.2.
-    Raises ValueError when nodes lie off the line.
+    Nodes take the functions' values and slopes; dofs between nodes take the values of least strain energy, so that a
+    shape is cubic in each element whatever its order: an error of 1e-6 in a frequency needs beta h < 0.2.
+    Raises ValueError if nodes are not on the line.
     """
     d = structure.mesh.points - np.asarray(beam.root, float)
     along = d @ beam.frame[0]
     off = float(np.linalg.norm(d - np.outer(along, beam.frame[0]), axis=1).max())
-    past = float(max(0.0, -along.min(), along.max() - beam.length))
-    if max(off, past) > ON_LINE * beam.length:
+    beyond = float(max(0.0, -along.min(), along.max() - beam.length))
+    if max(off, beyond) > ON_LINE * beam.length:
         raise ValueError(
-            f"nodes lie up to {off:.3g} m off the beam's line and {past:.3g} m past its ends; "
+            f"nodes lie up to {off:.3g} m off the beam's line and {beyond:.3g} m past its ends; "
             "give the beam the root, direction and length of the mesh."
         )
     centre, turn = _section_motion(beam, functions, np.clip(along / beam.length, 0.0, 1.0))
-    phi = lifted(structure, centre, turn)
+    phi = dofs_of_node_motion(structure, centre, turn)
     phi[held_dofs(structure, clamp)] = 0.0
     phi /= np.sqrt(np.einsum("in,in->n", phi, structure.M @ phi))
     unknown = np.full(functions.count, np.nan)
@@ -225,7 +234,7 @@ def _stiffness(beam: UniformBeam, functions: BeamFunctions, xi: Array, weight: A
     return (V1 + V1.T) / 2
 
 
-def _places(beam: UniformBeam, xi: Array, offsets: Array) -> Array:
+def _section_points(beam: UniformBeam, xi: Array, offsets: Array) -> Array:
     """Undeformed positions (len(xi) k, 3), body frame, of points at offsets (k, 3) from the line in section axes."""
     axis = np.asarray(beam.root, float) + np.outer(xi * beam.length, beam.frame[0])
     return (axis[:, None] + offsets @ beam.frame).reshape(-1, 3)
@@ -238,7 +247,7 @@ def _section_motion(beam: UniformBeam, functions: BeamFunctions, xi: Array) -> t
     return beam.frame.T @ value[:, :3], beam.frame.T @ turn
 
 
-def _motion(beam: UniformBeam, functions: BeamFunctions, xi: Array, offsets: Array) -> Array:
+def _section_point_motion(beam: UniformBeam, functions: BeamFunctions, xi: Array, offsets: Array) -> Array:
     """Displacement u + (theta, -w', v') x offset of such points (len(xi) k, 3, count)."""
     value, slope = functions.fields(xi, beam.length)[:, None], functions.fields(xi, beam.length, 1)[:, None]
     x, y, z = (offsets[:, i, None] for i in range(3))
@@ -257,12 +266,12 @@ def _sections(beam: UniformBeam, functions: BeamFunctions, X: Array, xi: Array, 
 
 
 def _marker(beam: UniformBeam, functions: BeamFunctions, end: int, X: Array, sines: bool) -> Marker:
-    """The section at the root (0) or the tip (1); a clamped end does not move at all, not even by rounding.
+    """The Marker of the section at the root (0) or the tip (1); a clamped end does not move, not even by rounding.
 
-    sines: its slopes are sines, as the curvature of large bends has them (beam_strain).
+    sines: its slopes are sines, as in the curvature of large deflections (beam_strain).
     """
     xi = np.array([float(end)])
-    position = _places(beam, xi, np.zeros((1, 3)))[0]
+    position = _section_points(beam, xi, np.zeros((1, 3)))[0]
     if ends_of(functions.ends)[end] == "clamped":
         return Marker.at(position, n_modes=X.shape[1])
     centre, turn = _section_motion(beam, functions, xi)
@@ -276,7 +285,7 @@ def _tip_signs(beam: UniformBeam, functions: BeamFunctions, X: Array) -> Array:
 
 
 def _skin(beam: UniformBeam, functions: BeamFunctions, X: Array) -> Skin:
-    """A tube of the drawn radius, or a line."""
+    """The surface for drawing: a tube of the beam's radius, or a line."""
     xi = np.linspace(0.0, 1.0, 1 + 4 * max(5, functions.y, functions.z, functions.axial, functions.torsion))
     if beam.radius is None:
         offsets, cells = np.zeros((1, 3)), {"line": np.stack([np.arange(len(xi) - 1), np.arange(1, len(xi))], axis=1)}
@@ -287,5 +296,5 @@ def _skin(beam: UniformBeam, functions: BeamFunctions, X: Array) -> Skin:
         ring = np.stack([at, at + 1, at + 1, at], axis=-1) * SIDES
         around = np.stack([side, side, (side + 1) % SIDES, (side + 1) % SIDES], axis=-1)
         cells = {"quad": (ring + around).reshape(-1, 4)}
-    shapes = _motion(beam, functions, xi, offsets) @ X
-    return Skin(_places(beam, xi, offsets), cells, np.ascontiguousarray(shapes.transpose(2, 0, 1)))
+    shapes = _section_point_motion(beam, functions, xi, offsets) @ X
+    return Skin(_section_points(beam, xi, offsets), cells, np.ascontiguousarray(shapes.transpose(2, 0, 1)))

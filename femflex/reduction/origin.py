@@ -1,4 +1,4 @@
-"""What a body was reduced from, so that its shapes and its loads can be assessed after the reduction."""
+"""The structure and shapes that a body was reduced from, by which its shapes and loads are assessed later."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ class Meshed:
     """A Structure and the set that reduces it.
 
     groups    marker -> mesh group
-    supports  mesh group -> support, of the groups that the set clamps in some components alone
-    answered  mesh groups whose static shapes were requested in addition to the set's modes
-    deflection, third_derivatives  for which the set was made, where given
+    supports  mesh group -> support, of the groups that the set clamps only in some components
+    answered  mesh groups whose static shapes were requested in addition to the modes of the set
+    deflection, third_derivatives  with which the set was made, if requested
     """
 
     structure: Structure
@@ -33,13 +33,13 @@ class Meshed:
 
     @property
     def places(self) -> dict[str, str]:
-        """Marker -> mesh group; the groups of the set are markers under their own names."""
+        """Marker -> mesh group; the groups of the set are markers with the names of these groups."""
         return {**{group: group for group in self.modes.groups}, **self.groups}
 
 
 @dataclass(frozen=True, eq=False)
 class Analytic:
-    """A straight beam and its admissible functions. groups: marker -> "root" or "tip", where it has another name."""
+    """A straight beam and its admissible functions. groups: marker -> "root" or "tip", for markers with other names."""
 
     beam: UniformBeam
     functions: BeamFunctions
@@ -56,12 +56,12 @@ Fields = Callable[[Array], Array]
 
 @dataclass(frozen=True, eq=False)
 class Deployed:
-    """A member that deploys, at the length that it has at the start of a case, and how it is made of more functions.
+    """A deploying member at its initial length, and a function that builds it with more functions.
 
     functions  its admissible functions
-    fields     displacements [m] and twist (k, m, n) of its n columns at k places xi of the length; m = 4, u, v, w and
-               twist, of beams and tethers
-    richer     makes its body and its fields in a richer set
+    fields     displacements [m] and twist (k, m, n) of its n columns at k positions xi along the length; m = 4 (u, v, w
+               and twist) for beams and tethers
+    richer     builds its body and its fields with a larger set
     """
 
     functions: object
@@ -71,10 +71,10 @@ class Deployed:
 
 @dataclass(frozen=True)
 class LeftOpen:
-    """What is left to advice when a body is made.
+    """Choices that the table of a body leaves to femflex.
 
-    strain     its form of strain
-    joints     static shapes of joints, and of these: at_roots, elsewhere
+    strain     the form of strain
+    joints     the static shapes of joints: at_roots at its clamps, elsewhere at other groups
     roots      mesh groups, or the end, where it is clamped
     """
 
@@ -87,11 +87,11 @@ class LeftOpen:
 
 @dataclass(frozen=True, eq=False)
 class Origin:
-    """What a body was reduced from, what is left open of it, and how its maker would change it.
+    """The source of a body, its open choices, and the remedies that messages suggest for it.
 
-    source  None of a body from a file, whose mesh is not known
-    bound   why it stays linear whatever bends it; empty where it need not
-    remedy  what to do for a strain that knows what pulls along it, as in "give it strain = 'condensed'"
+    source  None for a body from a file, whose mesh is not known
+    bound   the reason why its strain can only be linear; empty if it can be another
+    remedy  the remedy for linear strain under axial loads, as in "give it strain = 'condensed'"
     """
 
     source: Meshed | Analytic | Deployed | None = None

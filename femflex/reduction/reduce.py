@@ -1,4 +1,4 @@
-"""Structure and ModeSet -> FlexibleBody."""
+"""Reduce a Structure with a ModeSet to a FlexibleBody."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from femflex.fem.structure import Structure
 from femflex.fem.tables import SectionInertia, element_chunks
 from femflex.reduction.beams.strain_points import strain_field
 from femflex.reduction.boundary.markers import attachable_nodes, marker, marker_rows
-from femflex.reduction.boundary.rigid import check_no_rigid_motion, rigid_shapes, stands_by_springs
+from femflex.reduction.boundary.rigid import check_no_rigid_motion, is_held_by_springs, rigid_shapes
 from femflex.reduction.inertia.mass_points import mass_points
 from femflex.reduction.inertia.moments import linear_stiffness, mass_moments
 from femflex.reduction.inertia.orders import first_order_part, membrane_cubic
@@ -26,7 +26,7 @@ from femflex.reduction.modes.nodal import is_lumped
 from femflex.reduction.preload.equilibrium import is_preloaded
 from femflex.reduction.strain.condense import condense
 from femflex.reduction.strain.folded_beams import warn_of_folded_beams
-from femflex.reduction.strain.following import able_to_follow
+from femflex.reduction.strain.following import dependent_derivatives
 from femflex.reduction.strain.in_plane_turns import warn_of_in_plane_turns
 from femflex.reduction.strain.initial_stress import warn_if_slack
 from femflex.reduction.strain.omitted_shear import warn_of_omitted_shear
@@ -36,7 +36,7 @@ from femflex.reduction.strain.turned_sections import sections_of, with_turned_se
 
 Strain = Literal["linear", "nonlinear", "condensed"]
 
-MANY = 1200  # coordinates up to which the lowest shape of a set is sought
+MOST_COORDINATES = 1200  # coordinates of a set, up to which its lowest shape is computed
 PARALLEL = 1e-9  # sine of the angle between the elements at a node that have one axis
 
 
@@ -52,14 +52,15 @@ def reduce_structure(
 
     markers: name -> mesh group; the set's own groups (clamps, interfaces) are markers under their own names.
     damping: ModalDamping or RayleighDamping; none when left out.
-    strain: "nonlinear" keeps the cubic and quartic tensors too; its set wants shapes that can stretch
-    (`with_derivatives`, and `stretching` for a check); "condensed" lets the set's derivatives follow (`condense`),
-    those that are slower than what drives them apart: they stay coordinates (`able_to_follow`).
-    turning: markers whose rotation will be used; a warning tells of those that show none. Left out: all.
-    A linear body knows how its lowest shape shortens (`foreshortening`), by which advice judges what it leaves out.
-    Warns when linear strain meets an initial stress that the supports do not hold, when thin plates leave out shear
-    that matters, and when plates whose strain is not linear turn in their own planes.
-    Raises ValueError when a group is unknown, or the shapes depend on each other or contain a rigid motion.
+    strain: "nonlinear" keeps the cubic and quartic tensors too; its set needs shapes that can stretch
+    (`with_derivatives`; `stretching` checks it); "condensed" makes the set's derivatives dependent (`condense`), but
+    those that are slower than their excitation, which stay coordinates (`dependent_derivatives`).
+    turning: markers whose rotation will be used (default: all); those without a rotation are warned of.
+    A linear body contains the foreshortening of its lowest shape (`foreshortening`), by which the effect that linear
+    strain leaves out is estimated.
+    Warns if linear strain meets an initial stress that the supports do not react, if thin plates leave out significant
+    shear, and if plates with another strain rotate in their own planes.
+    Raises ValueError if a group is unknown, or the shapes are dependent or contain a rigid motion.
     """
     if strain == "linear":
         warn_if_slack(structure, modes)
@@ -67,22 +68,22 @@ def reduce_structure(
         warn_of_in_plane_turns(structure, modes)
     warn_of_omitted_shear(structure, modes)
     phi = modes.phi
-    check_no_rigid_motion(_checked_rigid(structure), phi, dof_weight(structure))
-    places = {**{group: group for group in modes.groups}, **(markers or {})}
+    check_no_rigid_motion(_excluded_rigid_motions(structure), phi, dof_weight(structure))
+    all_markers = {**{group: group for group in modes.groups}, **(markers or {})}
     moments = mass_moments(structure.inertia, structure.T @ phi)
     V1 = linear_stiffness(structure.K, phi)
     damped = [strain == "linear" or kind != "derivative" for kind in modes.kinds]
-    alone = _without_modes(structure, modes, strain)
+    without_work = _shapes_without_modal_work(structure, modes, strain)
     body = FlexibleBody(
         moments=moments,
-        strain=_tensors(structure, phi, V1, strain),
+        strain=_strain_tensors(structure, phi, V1, strain),
         damping=bending_damping(
             damping or ModalDamping(0.0),
             moments.elastic_mass(),
             V1,
             damped,
             is_added(modes.kinds),
-            alone,
+            without_work,
         )
         + internal_damping(structure, phi, damped),
         markers={
@@ -90,78 +91,88 @@ def reduce_structure(
                 marker(marker_rows(structure, group), phi, name, turning is None or name in turning),
                 axis=np.zeros(3) if strain == "linear" else section_axis(structure, group),
             )
-            for name, group in places.items()
+            for name, group in all_markers.items()
         },
         skin=skin_of(structure, phi),
         kinds=tuple(
-            "attachment" if kind == UNANSWERED and not own else kind
-            for kind, own in zip(modes.kinds, alone, strict=True)
+            "attachment" if kind == UNANSWERED and not is_alone else kind
+            for kind, is_alone in zip(modes.kinds, without_work, strict=True)
         ),
         omega=modes.omega,
         strain_field=strain_field(structure, phi, strain != "linear"),
         mass_points=mass_points(structure, phi),
     )
     if strain == "linear":
-        known = 0 < modes.n_modes <= MANY and not is_lumped(structure) and not is_preloaded(structure, modes.held)
-        return replace(body, foreshortening=foreshortening(structure, modes, markers) if known else None)
-    return _followed(structure, modes, body, strain == "condensed", places)
+        has_lowest_shape = (
+            0 < modes.n_modes <= MOST_COORDINATES
+            and not is_lumped(structure)
+            and not is_preloaded(structure, modes.held)
+        )
+        return replace(body, foreshortening=foreshortening(structure, modes, markers) if has_lowest_shape else None)
+    return _with_dependent_shapes(structure, modes, body, strain == "condensed", all_markers)
 
 
-def _checked_rigid(structure: Structure) -> Array:
-    """Rigid motions that no shape may hold: none where springs to ground resist them, and rotations of straight
-    strings held at one end are modes of theirs."""
+def _excluded_rigid_motions(structure: Structure) -> Array:
+    """The rigid motions (n_dof, k) that shapes must not contain.
+
+    There are none if springs to ground resist them. Structures of tethers and membranes alone have the translations
+    only: the rotations of a straight string about one end are modes of it.
+    """
     R = rigid_shapes(structure)
-    if stands_by_springs(structure.K, structure.M, R):
+    if is_held_by_springs(structure.K, structure.M, R):
         return R[:, :0]
     return R[:, :3] if len(tension_blocks(structure)) == len(structure.strain) else R
 
 
-def _tensors(structure: Structure, phi: Array, V1: Array, strain: Strain) -> StrainTensors:
-    """What a body of that strain holds; a condensed one, V3 over fewer shapes when it is known which."""
+def _strain_tensors(structure: Structure, phi: Array, V1: Array, strain: Strain) -> StrainTensors:
+    """The strain tensors of a body with that strain. A condensed body gets its V3, of fewer shapes, later."""
     if strain == "linear":
         return StrainTensors(V1, phi.T @ structure.f0)
     return strain_tensors(structure, phi) if strain == "nonlinear" else cubic_tensors(structure, phi)
 
 
-def _without_modes(structure: Structure, modes: ModeSet, strain: Strain) -> BoolArray:
-    """(n,): which shapes answer loads that move no mode; where strain is not linear, twist and bending alone.
+def _shapes_without_modal_work(structure: Structure, modes: ModeSet, strain: Strain) -> BoolArray:
+    """(n,): whether each shape is the static shape of loads that do no work on the modes.
 
-    Stretch moves there in step with the square of the deflection (`bending_damping`).
+    If strain is not linear, only those in twist and bending count: there the amplitude of a stretching shape goes with
+    the square of the deflection (`bending_damping`).
     """
-    alone = is_unanswered(modes.kinds)
+    without_work = is_unanswered(modes.kinds)
     if strain != "linear":
-        for k in np.flatnonzero(alone):
-            alone[k] = first_order_part(structure, modes.phi[:, [k]]).any()
-    return alone
+        for k in np.flatnonzero(without_work):
+            without_work[k] = first_order_part(structure, modes.phi[:, [k]]).any()
+    return without_work
 
 
-def _followed(
+def _with_dependent_shapes(
     structure: Structure, modes: ModeSet, body: FlexibleBody, condensed: bool, places: dict[str, str]
 ) -> FlexibleBody:
-    """The body with sections that turn; condensed, without V3 yet: with those derivatives slaved that can follow."""
-    slaved = able_to_follow(body, _derivatives(modes)) if condensed else np.zeros(0, np.int64)
+    """The body with rotating sections and, if condensed, with dependent derivatives; its V3 is not needed before."""
+    dependent = dependent_derivatives(body, _derivative_numbers(modes)) if condensed else np.zeros(0, np.int64)
     sections = sections_of(structure, modes.phi)
     if sections is not None:
-        first_order = [k for k, kind in enumerate(modes.kinds) if kind != "derivative"]  # the others are of second
+        first_order = [
+            k for k, kind in enumerate(modes.kinds) if kind != "derivative"
+        ]  # derivatives are of second order
         body = with_turned_sections(body, sections, first_order)
     if not condensed:
         return body
-    if not len(slaved):
+    if not len(dependent):
         return replace(body, strain=strain_tensors(structure, modes.phi))
-    free = np.setdiff1d(np.arange(body.n_modes), slaved)
+    free = np.setdiff1d(np.arange(body.n_modes), dependent)
     warn_of_folded_beams(structure, len(free))
     first = first_order_part(structure, modes.phi[:, free])
-    carried = membrane_cubic(structure, modes.phi[:, free])
+    membrane = membrane_cubic(structure, modes.phi[:, free])
     preloaded = is_preloaded(structure, modes.held)
     quartic = lambda free: strain_tensors(structure, modes.phi[:, free]).V3  # noqa: E731
-    body = condense(body, slaved, quartic, first, carried, balanced=preloaded)
+    body = condense(body, dependent, quartic, first, membrane, balanced=preloaded)
     return body if preloaded else with_static_stretch(structure, modes, body, free, places)
 
 
-def _derivatives(modes: ModeSet) -> IntArray:
-    """Numbers of the derivatives among the shapes."""
-    found = np.flatnonzero([kind == "derivative" for kind in modes.kinds])
-    if not len(found):
+def _derivative_numbers(modes: ModeSet) -> IntArray:
+    """The numbers (k,) of the derivatives among the shapes. Raises ValueError if there are none."""
+    numbers = np.flatnonzero([kind == "derivative" for kind in modes.kinds])
+    if not len(numbers):
         kinds = ", ".join(dict.fromkeys(modes.kinds)) or "none"
         if "nodal" in modes.kinds:
             raise ValueError(
@@ -173,17 +184,17 @@ def _derivatives(modes: ModeSet) -> IntArray:
             f"the condensed form needs static derivatives as dependent shapes, and this set has none ({kinds}); add "
             "them (derivatives = 'auto')."
         )
-    return found
+    return numbers
 
 
 def dof_weight(structure: Structure) -> Array:
-    """Root of the stiffness diagonal (n_dof,) [SI]: makes lengths, angles and other dofs comparable."""
+    """The root of the stiffness diagonal (n_dof,) [SI], by which lengths, angles and other dofs are compared."""
     diagonal = structure.K.diagonal()
     return np.sqrt(np.maximum(diagonal, 1e-12 * diagonal.max(initial=0.0)))
 
 
 def skin_of(structure: Structure, phi: Array) -> Skin | None:
-    """Drawable surface with the displacements (n, n_p, 3) of its points per column of phi (n_dof, n), or None [m]."""
+    """The surface for drawing, with the displacements (n, n_p, 3) [m] of its points per column of phi (n_dof, n)."""
     if structure.skin is None:
         return None
     shapes = (structure.skin.operator @ phi).T.reshape(phi.shape[1], len(structure.skin.points), 3)
@@ -191,25 +202,27 @@ def skin_of(structure: Structure, phi: Array) -> Skin | None:
 
 
 def section_axis(structure: Structure, group: str) -> Array:
-    """Unit vector (3,) [1] along the beams of a group of one node; zero where they meet at an angle or others join
-    them."""
+    """The unit vector (3,) [1] along the beams at a group of one node.
+
+    It is zero if the beams meet at an angle, or if other elements join them.
+    """
     nodes = attachable_nodes(structure, group)
     turns = structure.numbering.rotation_of(nodes).ravel()
-    held = turns[turns >= 0]
+    rotation_dofs = turns[turns >= 0]
     beams = [block for block in structure.inertia if isinstance(block, SectionInertia)]
-    if len(nodes) != 1 or not held.size or not beams:
+    if len(nodes) != 1 or not rotation_dofs.size or not beams:
         return np.zeros(3)
-    axes = np.concatenate([block.axis[np.isin(block.dofs, held).any(axis=1)] for block in beams])
-    joined = sum(np.isin(block.dofs, held).any(axis=1).sum() for block in structure.strain)
-    alone = len(axes) == joined and np.linalg.norm(np.cross(axes, axes[0]), axis=1).max() < PARALLEL
-    return np.asarray(axes[0] if alone else np.zeros(3))
+    axes = np.concatenate([block.axis[np.isin(block.dofs, rotation_dofs).any(axis=1)] for block in beams])
+    n_elements = sum(np.isin(block.dofs, rotation_dofs).any(axis=1).sum() for block in structure.strain)
+    only_parallel_beams = len(axes) == n_elements and np.linalg.norm(np.cross(axes, axes[0]), axis=1).max() < PARALLEL
+    return np.asarray(axes[0] if only_parallel_beams else np.zeros(3))
 
 
 def internal_damping(structure: Structure, phi: Array, damped: Sequence[bool]) -> Array:
     """D = int B0^T C tau B0 (n, n) of shapes phi (n_dof, n) [m, rad], over tethers and membranes with a viscosity tau.
 
-    Of the strain's linear part, on the shapes `damped` alone: with nonlinear strain the others take back the stretch of
-    bending (`femflex.reduction.modes.damping.bending_damping`).
+    It uses the linear part of strain, and acts only on the shapes `damped`: with nonlinear strain the others compensate
+    the stretch by bending (`femflex.reduction.modes.damping.bending_damping`).
     """
     n = phi.shape[1]
     D = np.zeros((n, n))

@@ -1,4 +1,4 @@
-"""The segments of a cut member as floating bodies that can be welded end to end."""
+"""Reduce the segments of a cut member to floating bodies that can be welded end to end."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from femflex.reduction.strain.initial_stress import relaxed
 
 
 def chord_modes(structure: Structure, n: int = 0) -> ModeSet:
-    """Shapes of a segment between its ends: six static ones and the n lowest modes with both ends held.
+    """The set of a segment between its ends: six static shapes and the n lowest modes with both ends fixed.
 
     The body frame follows the chord, the line between the ends, so that a segment bent by an angle theta errs by
     theta^2/24 of its length, a quarter of what it would in a frame that follows one end; with k segments the error of
@@ -38,34 +38,35 @@ def reduce_segments(
 ) -> tuple[FlexibleBody, ...]:
     """One FlexibleBody per segment, in the frame of the whole mesh, with markers NEAR and FAR at its ends.
 
-    markers  name -> group of the whole mesh; each goes to the first segment that holds all of the group
+    markers  name -> group of the whole mesh; each belongs to the first segment that contains the whole group
     modes    shapes of a segment's Structure (see chord_modes, which is the default)
     strain   see `reduce_structure`
-    The first segment's "origin" is tied rigidly to its near end. Raises ValueError for a group that no segment holds.
+    The first segment's "origin" is rigidly connected to its near end.
+    Raises ValueError for a group that no segment contains.
     """
-    wanted = dict(markers or {})
-    places = [{NEAR: NEAR, FAR: FAR} for _ in segments]
-    for name, group in wanted.items():
-        holds = [j for j, segment in enumerate(segments) if group in segment.groups]
-        if not holds:
+    groups = dict(markers or {})
+    segment_markers = [{NEAR: NEAR, FAR: FAR} for _ in segments]
+    for name, group in groups.items():
+        candidates = [j for j, segment in enumerate(segments) if group in segment.groups]
+        if not candidates:
             raise ValueError(
                 f"marker {name!r} needs group {group!r}, whose points are on several of the {len(segments)} segments, "
                 "or off the member; name a group of points of one segment"
             )
-        places[holds[0]][name] = group
+        segment_markers[candidates[0]][name] = group
     bodies = []
-    for segment, own in zip(segments, places, strict=True):
+    for segment, of_segment in zip(segments, segment_markers, strict=True):
         structure = build_structure(segment.mesh, segment.members, segment.point_masses)
-        structure = relaxed(structure)  # welded end to end, nothing holds it but what it holds itself
+        structure = relaxed(structure)  # welded end to end, it has no supports
         shapes = modes(structure)
-        bodies.append(reduce_structure(structure, shapes, own, damping, strain))
+        bodies.append(reduce_structure(structure, shapes, of_segment, damping, strain))
     first = bodies[0]
-    bodies[0] = replace(first, markers={**first.markers, "origin": tied(first.markers[NEAR], np.zeros(3))})
+    bodies[0] = replace(first, markers={**first.markers, "origin": rigidly_offset(first.markers[NEAR], np.zeros(3))})
     return tuple(bodies)
 
 
-def tied(marker: Marker, position: Array) -> Marker:
-    """A marker at another undeformed position (3,) [m] that moves as if rigidly tied to the given one."""
+def rigidly_offset(marker: Marker, position: Array) -> Marker:
+    """A marker at another undeformed position (3,) [m], rigidly connected to the given marker."""
     arm = position - marker.position
     phi = marker.phi + np.cross(marker.psi, arm, axisa=0, axisb=0, axisc=0)
     return Marker(position, phi, marker.psi, axis=marker.axis)

@@ -1,6 +1,6 @@
-"""Structure and shapes -> FlexibleBody for small motions about rest alone, of which it has what these need.
+"""Reduce a Structure to a FlexibleBody that is valid only for small motions about rest.
 
-From such bodies the shapes that a body is to keep are chosen; the body itself is made once they are known.
+The static shapes of a body are selected with such bodies; the body itself is built once its shapes are known.
 """
 
 from __future__ import annotations
@@ -28,20 +28,19 @@ def small_motion_body(
     markers: Mapping[str, str] | None = None,
     turning: Container[str] | None = None,
 ) -> FlexibleBody:
-    """The FlexibleBody of a structure that moves a little about rest in these shapes, undamped; arguments as of
-    `reduce_structure`."""
-    places = {**{group: group for group in modes.groups}, **(markers or {})}
+    """The undamped FlexibleBody of a structure for small motions about rest; arguments as of `reduce_structure`."""
+    groups = {**{group: group for group in modes.groups}, **(markers or {})}
     rigid = mass_moments(structure.inertia, np.zeros((structure.T.shape[0], 0)))
-    at = {
+    body_markers = {
         name: marker(marker_rows(structure, group), modes.phi, name, turning is None or name in turning)
-        for name, group in places.items()
+        for name, group in groups.items()
     }
-    body = in_shapes(structure, modes.phi, rigid, at)
+    body = body_of_shapes(structure, modes.phi, rigid, body_markers)
     return FlexibleBody(
         moments=body.moments,
         strain=body.strain,
         damping=body.damping,
-        markers=at,
+        markers=body_markers,
         skin=skin_of(structure, modes.phi),
         kinds=modes.kinds,
         omega=modes.omega,
@@ -49,22 +48,22 @@ def small_motion_body(
     )
 
 
-def in_shapes(structure: Structure, phi: Array, rigid: MassMoments, markers: Mapping[str, Marker]) -> FlexibleBody:
-    """A body in shapes phi (n_dof, n) with these markers; of its moments what small motions about rest need.
+def body_of_shapes(structure: Structure, phi: Array, rigid: MassMoments, markers: Mapping[str, Marker]) -> FlexibleBody:
+    """A body of shapes phi (n_dof, n) with these markers, with the moments that small motions about rest need.
 
-    rigid: moments of the undeformed body, alone or with those of shapes, which are left out.
+    rigid: moments of the undeformed body; moments of shapes in it are ignored.
     """
     n = phi.shape[1]
-    pull = loads_of_rigid_accelerations(structure).T @ phi  # momentum (3, n) and angular momentum (3, n) per shape
+    momenta = loads_of_rigid_accelerations(structure).T @ phi  # momentum (3, n) and angular momentum (3, n) per shape
     second = np.zeros((1 + n, 3, 1 + n, 3))
     second[0, :, 0, :] = rigid.second[0, :, 0, :]
-    turned = np.einsum("abc,ak->bkc", LEVI_CIVITA, pull[3:]) / 2
-    second[0, :, 1:, :] = turned
-    second[1:, :, 0, :] = turned.transpose(1, 2, 0)
+    half_moments = np.einsum("abc,ak->bkc", LEVI_CIVITA, momenta[3:]) / 2
+    second[0, :, 1:, :] = half_moments
+    second[1:, :, 0, :] = half_moments.transpose(1, 2, 0)
     Me = phi.T @ (structure.M @ phi)
     second[1:, :, 1:, :] = np.einsum("kl,ab->kalb", Me, np.eye(3)) / 3
     return FlexibleBody(
-        moments=MassMoments(rigid.mass, np.vstack([rigid.first[:1], pull[:3].T]), second),
+        moments=MassMoments(rigid.mass, np.vstack([rigid.first[:1], momenta[:3].T]), second),
         strain=StrainTensors.linear(linear_stiffness(structure.K, phi)),
         damping=np.zeros((n, n)),
         markers=dict(markers),

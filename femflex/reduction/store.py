@@ -1,4 +1,4 @@
-"""A reduced body in an HDF5 file: written under another name and moved into place, read back bit for bit.
+"""Write a reduced body to an HDF5 file, under a temporary name until it is complete, and read it back bit for bit.
 
 Layout: attributes `format` "femflex body", `format_version`, `femflex_version`, `kinds`; datasets with a `description`
 and `units` each:
@@ -64,28 +64,28 @@ MARKER = ("position", "phi", "psi", "orientation", "axis", "stretch")
 
 
 def save_body(path: str | os.PathLike[str], body: FlexibleBody, force: bool = False) -> Path:
-    """The path of the HDF5 file the body was written to; the file appears whole or not at all.
+    """Write the body to an HDF5 file and return its path; an interrupted write leaves no file.
 
-    Raises FileExistsError when there is one already, unless force is given.
+    Raises FileExistsError if the file exists already, unless force is given.
     """
     with atomic_hdf5(Path(path), force) as file:
-        _write(file, body)
+        _write_body(file, body)
     return Path(path)
 
 
 def load_body(path: str | os.PathLike[str]) -> FlexibleBody:
     """The FlexibleBody of a file that save_body wrote.
 
-    Raises FileNotFoundError when there is none, ValueError when it is not a femflex body or is of a later format.
+    Raises FileNotFoundError if there is no such file, ValueError if it is no femflex body or has a later format.
     """
     source = Path(path)
     with reading(source, "femflex body file", "Make one with `femflex body`."):
         file = open_hdf5(source, "body file")
     with file, reading(source, "femflex body file", "Make it again with `femflex body`."):
-        found = file.attrs.get("format")
-        if found != FORMAT:
+        file_format = file.attrs.get("format")
+        if file_format != FORMAT:
             raise ValueError(
-                f"{source} is not a femflex body file: its format is {found!r}. Make one with `femflex body`."
+                f"{source} is not a femflex body file: its format is {file_format!r}. Make one with `femflex body`."
             )
         number = int(file.attrs["format_version"])
         if number > FORMAT_VERSION:
@@ -94,29 +94,29 @@ def load_body(path: str | os.PathLike[str]) -> FlexibleBody:
                 "use a newer femflex, or make the body again."
             )
         try:
-            return _read(file)
+            return _read_body(file)
         except KeyError as error:
             raise ValueError(
                 f"{source} is a femflex body file with parts missing: {error.args[0]}. Make it again."
             ) from error
 
 
-def _write(file: h5py.File, body: FlexibleBody) -> None:
+def _write_body(file: h5py.File, body: FlexibleBody) -> None:
     file.attrs.update(format=FORMAT, format_version=FORMAT_VERSION, femflex_version=_version())
     file.attrs["frame"] = "body frame: the coordinates of the mesh the body was made from"
     file.attrs["kinds"] = list(body.kinds) if body.kinds else np.zeros(0, "S1")
-    _put(file, "damping", body.damping)
-    _put(file, "omega", body.omega)
+    _write_dataset(file, "damping", body.damping)
+    _write_dataset(file, "omega", body.omega)
     if len(body.slaves):
-        _put(file, "slaves", body.slaves)
-    _put_all(file.create_group("moments"), body.moments, "mass", "first", "second")
-    _put_all(file.create_group("strain"), body.strain, "V1", "f0", "V2", "V3")
+        _write_dataset(file, "slaves", body.slaves)
+    _write_fields(file.create_group("moments"), body.moments, "mass", "first", "second")
+    _write_fields(file.create_group("strain"), body.strain, "V1", "f0", "V2", "V3")
     markers = file.create_group("markers", track_order=True)
     for name, marker in body.markers.items():
-        _put_all(markers.create_group(_escaped(name)), marker, *MARKER)
+        _write_fields(markers.create_group(_escaped(name)), marker, *MARKER)
     if body.skin is not None:
         skin = file.create_group("skin")
-        _put_all(skin, body.skin, "points", "shapes")
+        _write_fields(skin, body.skin, "points", "shapes")
         cells = skin.create_group("cells", track_order=True)
         for kind, rows in body.skin.cells.items():
             cells.create_dataset(kind, data=rows)
@@ -125,62 +125,64 @@ def _write(file: h5py.File, body: FlexibleBody) -> None:
         ignored.attrs["description"] = "foreshortening of the lowest shape over its stiffness, see body.Foreshortening"
         mass = ignored.create_dataset("mass", data=body.foreshortening.mass)
         mass.attrs["units"], mass.attrs["description"] = "s^2/m | s^2", "int z theta^T dm, z = (1, rho)"
-        at = ignored.create_group("at", track_order=True)
+        theta_group = ignored.create_group("at", track_order=True)
         for name, theta in body.foreshortening.at.items():
-            place = at.create_dataset(_escaped(name), data=theta)
-            place.attrs["units"], place.attrs["description"] = "1/N", "theta at this marker"
+            dataset = theta_group.create_dataset(_escaped(name), data=theta)
+            dataset.attrs["units"], dataset.attrs["description"] = "1/N", "theta at this marker"
     if body.mass_points is not None:
         points = file.create_group("mass_points")
-        _put(points, "dm", body.mass_points.dm)
-        _put(points, "rho", body.mass_points.rho)
-        _put(points, "moved", body.mass_points.phi)
+        _write_dataset(points, "dm", body.mass_points.dm)
+        _write_dataset(points, "rho", body.mass_points.rho)
+        _write_dataset(points, "moved", body.mass_points.phi)
     write_field(file, body.strain_field)
 
 
-def _read(file: h5py.File) -> FlexibleBody:
+def _read_body(file: h5py.File) -> FlexibleBody:
     moments, strain = file["moments"], file["strain"]
     skin = None
     if "skin" in file:
-        part = file["skin"]
-        cells = {kind: np.asarray(rows, np.int64) for kind, rows in part["cells"].items()}
-        skin = Skin(_get(part, "points"), cells, _get(part, "shapes"))
+        group = file["skin"]
+        cells = {kind: np.asarray(rows, np.int64) for kind, rows in group["cells"].items()}
+        skin = Skin(_read_array(group, "points"), cells, _read_array(group, "shapes"))
     return FlexibleBody(
-        moments=MassMoments(float(moments["mass"][()]), _get(moments, "first"), _get(moments, "second")),
-        strain=StrainTensors(*(_get(strain, name) for name in ("V1", "f0", "V2", "V3") if name in strain)),
-        damping=_get(file, "damping"),
+        moments=MassMoments(float(moments["mass"][()]), _read_array(moments, "first"), _read_array(moments, "second")),
+        strain=StrainTensors(*(_read_array(strain, name) for name in ("V1", "f0", "V2", "V3") if name in strain)),
+        damping=_read_array(file, "damping"),
         markers={
-            _unescaped(name): Marker(**{key: _get(rows, key) for key in MARKER if key in rows})
+            _unescaped(name): Marker(**{key: _read_array(rows, key) for key in MARKER if key in rows})
             for name, rows in file["markers"].items()
         },
         skin=skin,
         kinds=tuple(str(kind) for kind in file.attrs["kinds"]),
-        omega=_get(file, "omega"),
-        slaves=_get(file, "slaves") if "slaves" in file else np.zeros((0, 0, 0)),
-        foreshortening=_foreshortening(file["ignored"]) if "ignored" in file else None,
+        omega=_read_array(file, "omega"),
+        slaves=_read_array(file, "slaves") if "slaves" in file else np.zeros((0, 0, 0)),
+        foreshortening=_read_foreshortening(file["ignored"]) if "ignored" in file else None,
         strain_field=read_field(file),
-        mass_points=_mass_points(file["mass_points"]) if "mass_points" in file else None,
+        mass_points=_read_mass_points(file["mass_points"]) if "mass_points" in file else None,
     )
 
 
-def _mass_points(group: h5py.Group) -> MassPoints:
-    return MassPoints(_get(group, "dm"), _get(group, "rho"), _get(group, "moved"))
+def _read_mass_points(group: h5py.Group) -> MassPoints:
+    return MassPoints(_read_array(group, "dm"), _read_array(group, "rho"), _read_array(group, "moved"))
 
 
-def _foreshortening(group: h5py.Group) -> Foreshortening:
-    return Foreshortening(_get(group, "mass"), {_unescaped(name): _get(group["at"], name) for name in group["at"]})
+def _read_foreshortening(group: h5py.Group) -> Foreshortening:
+    return Foreshortening(
+        _read_array(group, "mass"), {_unescaped(name): _read_array(group["at"], name) for name in group["at"]}
+    )
 
 
-def _put_all(group: h5py.Group, owner: Any, *names: str) -> None:
+def _write_fields(group: h5py.Group, owner: Any, *names: str) -> None:
     for name in names:
-        _put(group, name, getattr(owner, name))
+        _write_dataset(group, name, getattr(owner, name))
 
 
-def _put(group: h5py.Group, name: str, value: Array | float) -> None:
+def _write_dataset(group: h5py.Group, name: str, value: Array | float) -> None:
     dataset = group.create_dataset(name, data=np.asarray(value, float))
     dataset.attrs["description"], dataset.attrs["units"] = FIELDS[name]
 
 
-def _get(group: h5py.Group, name: str) -> Array:
+def _read_array(group: h5py.Group, name: str) -> Array:
     return np.asarray(group[name][()], np.float64)
 
 

@@ -1,4 +1,4 @@
-"""Sheets so wide and thin that large bends leave no room for their crosswise curvature, and their set."""
+"""Wide thin sheets, which lose their transverse (anticlastic) curvature in large deflections, and their shapes."""
 
 from __future__ import annotations
 
@@ -11,16 +11,20 @@ from femflex.fem.structure import Structure
 from femflex.reduction.large_deflection.third_derivatives import with_sheet_bends, with_third_derivatives
 from femflex.reduction.modes.modeset import ModeSet
 
-CROSSWISE = 10.0  # width^2 curvature / thickness (Searle's parameter) from which shapes that curve crosswise are stiff
-SMALL = 0.05  # bend over length from which it matters
-FAR = 0.2  # bend over the diagonal that a sheet's set is to serve: condensed strain holds no further
-FLAT = 1e-6  # of the length, that a sheet's points may lie off their plane
+CROSSWISE = 10.0  # width^2 curvature / thickness (Searle's parameter), above which vibration shapes are too stiff
+SMALL = 0.05  # deflection over length, above which the loss of transverse curvature is ignored
+FAR = 0.2  # largest deflection over the diagonal that a sheet's set represents, the limit of condensed strain
+FLAT = 1e-6  # of the length: distance of a sheet's points from their plane
 
 
 @dataclass(frozen=True)
 class Sheet:
-    """Width and thickness of a wide thin sheet, how far it bends before shapes that curve crosswise are too stiff, and
-    its diagonal [m]."""
+    """A wide thin sheet, all in [m].
+
+    width, thickness
+    bend              deflection above which its vibration shapes are too stiff
+    size              diagonal
+    """
 
     width: float
     thickness: float
@@ -32,7 +36,7 @@ class Sheet:
 
 
 def sheet_of(structure: Structure) -> Sheet | None:
-    """The sheet that a structure of flat plates is, or None where its own shapes do as far as it is bent.
+    """The Sheet of a structure of flat plates; None if it is none, or if its vibration shapes suffice.
 
     A bend w of a length L, curvature 2 w / L^2, flattens a width b across where b^2 2 w / (L^2 h) is large: vibration
     shapes have the crosswise curvature of small bends. On 1 m x 0.6 m x 1.5 mm the sag was 6 % short of the elastica of
@@ -49,13 +53,13 @@ def sheet_of(structure: Structure) -> Sheet | None:
     return None if bend > SMALL * length else Sheet(width, thickness, bend, float(np.hypot(length, width)))
 
 
-def with_own_bends(structure: Structure, modes: ModeSet, wanted: int | None, deflection: float | None) -> ModeSet:
-    """The set with so many third derivatives; where none are given, with what a wide thin sheet wants.
+def with_sheet_shapes(structure: Structure, modes: ModeSet, requested: int | None, deflection: float | None) -> ModeSet:
+    """The set with the requested number of third derivatives, by default with the shape that a wide thin sheet needs.
 
-    That is one shape, found as far as the sheet may bend, or at rest where its way there is not found.
+    This shape is computed at the largest deflection of the sheet, or at rest if no static state is found there.
     """
-    if wanted is not None:
-        return with_third_derivatives(structure, modes, wanted)
+    if requested is not None:
+        return with_third_derivatives(structure, modes, requested)
     sheet = sheet_of(structure) if modes.held.size and modes.n_modes else None
     if sheet is None or deflection is not None:
         return modes
@@ -64,22 +68,25 @@ def with_own_bends(structure: Structure, modes: ModeSet, wanted: int | None, def
     except (ValueError, RuntimeError):
         try:
             return with_third_derivatives(structure, modes, 1)
-        except ValueError:  # large bends leave it as it is
+        except ValueError:  # it has no third derivative
             return modes
 
 
-def of_sheet(structure: Structure, modes: ModeSet, wanted: int | None) -> str:
-    """Note on a set on a wide thin sheet; empty where its modes suffice. wanted: as it was made."""
+def sheet_note(structure: Structure, modes: ModeSet, requested: int | None) -> str:
+    """A note on the set of a wide thin sheet; empty if its modes suffice.
+
+    requested: number of third derivatives that the case sets, if any
+    """
     sheet, third = sheet_of(structure), "third derivative" in modes.kinds
     if sheet is None:
         return ""
-    if not modes.held.size and not third and wanted is None:
+    if not modes.held.size and not third and requested is None:
         return (
             f"{sheet}: bent by over {sheet.bend:.2g} m, it loses its transverse (anticlastic) curvature, and "
             "its modes are too stiff. Without a clamp no shape is added for this: set third_derivatives = 2, or use "
             "method = 'cantilever', which adds the shape by itself"
         )
-    if third != (wanted is None):
+    if third != (requested is None):
         return ""
     if third:
         return (
@@ -93,7 +100,7 @@ def of_sheet(structure: Structure, modes: ModeSet, wanted: int | None) -> str:
 
 
 def _extents(points: np.ndarray) -> tuple[float, float, float]:
-    """The extents of points (p, 3) along their principal axes [m], descending."""
+    """The extents of points (p, 3) along their principal axes [m], in descending order."""
     _, _, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
     length, width, rise = np.sort(np.ptp(points @ axes.T, axis=0))[::-1]
     return float(length), float(width), float(rise)

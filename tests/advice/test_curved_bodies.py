@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.full_solution import Full, held_at
+from support.full_solution import FullModel, load_factors_at
 
 import femflex
 from femflex.assembly import build_mesh, build_structure_of
@@ -97,9 +97,9 @@ def test_arch_on_responses_snaps_to_equilibrium_of_all_elements(arch, tmp_path):
     case = arch()
     table = case.bodies["arch"]
     structure = build_structure_of(case, "arch", table, build_mesh(case, "arch", table))
-    full = Full(structure, held_dofs(structure, ["FEET"]))
+    full = FullModel(structure, held_dofs(structure, ["FEET"]))
     crown = structure.translation[[3 * (ELEMENTS // 2) + 2]].toarray()[0][full.free]
-    stands = held_at(Dense(full), crown, crown, -np.linspace(0.0, 2.6 * RISE, 150)[1:])
+    stands = load_factors_at(Dense(full), crown, crown, -np.linspace(0.0, 2.6 * RISE, 150)[1:])
     exact = np.interp(-600.0, stands[:60:-1], -np.linspace(0.0, 2.6 * RISE, 150)[1:][:60:-1])
     seen = femflex.run(case, tmp_path / "arch.h5", progress=None)
     fall = seen["markers/arch.crown/deflection"][-60:, 2]

@@ -52,12 +52,12 @@ def test_inertia_about_the_origin_is_moved_to_the_centre_of_mass():
         "[[0, -1, 0], [1, 0, 0], [0, 0, 1]]",
     ],
 )
-def test_a_marker_is_turned_by_angles_directions_or_a_matrix(given: str):
+def test_marker_orientation_by_angles_directions_or_matrix(given: str):
     body = build_body(parse_case(HUB + f"markers.side = {{ position = [1, 0, 0], orientation = {given} }}\n"), "hub")
     np.testing.assert_allclose(body.marker("side").orientation, [[0, -1, 0], [1, 0, 0], [0, 0, 1]], atol=1e-15)
 
 
-def test_nominal_axes_lie_along_normal_vertical_and_flight_direction():
+def test_nominal_axes_are_normal_vertical_and_flight_direction():
     seen = observed(parse_case(HUB + ORBIT + "[attitude]\nnominal_axes = ['y', 'z', 'x']\n"))
     C_NO, C_NB = dcm_from_quaternion(seen["orbit/attitude"]), dcm_from_quaternion(seen["bodies/hub/attitude"])
     np.testing.assert_allclose((C_NO.T @ C_NB)[:, [1, 2, 0]], np.eye(3), atol=1e-14)
@@ -68,7 +68,7 @@ def test_nominal_axes_lie_along_normal_vertical_and_flight_direction():
 
 
 @pytest.mark.parametrize("rotation", ["euler_parameters", "xzy", "zxz"])
-def test_pitch_yaw_and_roll_come_back_as_reported_angles(rotation: str):
+def test_reported_angles_equal_initial_pitch_yaw_roll(rotation: str):
     text = (
         f"[attitude]\npitch = '10 deg'\nyaw = '20 deg'\nroll = '-5 deg'\nrates = [0.001, 0, 0]\nrotation = "
         f"'{rotation}'\n"
@@ -106,7 +106,7 @@ def test_prescribed_attitude_needs_torque_of_eulers_equation(sequence: str):
     assert seen["joints/base-hub/drive"][0] == pytest.approx(np.array(axes) @ torque, rel=1e-10)
 
 
-def test_a_free_orbit_starts_with_the_centre_of_mass_at_rest_at_o(craft: str, write_case: Callable[..., Path]):
+def test_free_orbit_starts_with_centre_of_mass_at_orbit_origin(craft: str, write_case: Callable[..., Path]):
     text = craft.replace("[attitude]", "[attitude]\nyaw = 0.3") + ORBIT + "kind = 'free'\neccentricity = 0.1\n"
     seen = observed(read_case(write_case(text)))
     np.testing.assert_allclose(seen["monitors/center_of_mass"], 0, atol=1e-12)
@@ -139,7 +139,7 @@ def test_amplitudes_and_rates_of_modes_are_the_first_coordinates(craft: str, wri
     assert q[-n:].tolist() == [0.01, -0.02, *[0.0] * (n - 2)] and u[-n:].tolist() == [0.0, 0.3, 0.4, *[0.0] * (n - 3)]
 
 
-def test_an_initial_displacement_is_along_the_axes_of_its_marker(craft: str, write_case: Callable[..., Path]):
+def test_initial_displacement_is_in_marker_axes(craft: str, write_case: Callable[..., Path]):
     """A quarter turn about x: the marker's y is the body's z, its z the body's -y."""
     turned = 'markers.tip = { group = "TIP", orientation = [[1, 0, 0], [0, 0, -1], [0, 1, 0]] }'
     text = craft.replace('markers.tip = { group = "TIP" }', turned)

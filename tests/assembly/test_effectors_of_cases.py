@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.same_values import same
+from support.same_values import same_values
 
 from femflex.assembly import build_bodies
 from femflex.assembly.craft import build_craft
@@ -212,7 +212,7 @@ def expected() -> dict[str, Any]:
     return {one.name: one for one in made}
 
 
-def test_every_effector_of_a_case_is_the_one_made_from_python(craft, write_case):
+def test_effectors_of_case_equal_those_from_python(craft, write_case):
     case = read_case(write_case(craft + TABLES))
     bodies = build_bodies(case)
     found = build_craft(case, bodies)
@@ -222,7 +222,7 @@ def test_every_effector_of_a_case_is_the_one_made_from_python(craft, write_case)
     for name, one in wanted.items():
         assert type(made[name]) is type(one)
         for field in fields(one):
-            assert same(getattr(made[name], field.name), getattr(one, field.name)), (name, field.name)
+            assert same_values(getattr(made[name], field.name), getattr(one, field.name)), (name, field.name)
     hub, boom = found.parts["hub"].moments, found.parts["boom"].moments
     assert hub.mass == pytest.approx(200 + 8) and boom.mass == pytest.approx(bodies["boom"].moments.mass + 0.4)
     assert set(found.varying) == {"hub"}

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.same_values import same
+from support.same_values import same_values
 
 from femflex.assembly.joints import build_joints
 from femflex.assembly.loops import build_constraint, build_loops, build_spring
@@ -108,13 +108,13 @@ JOINTS = [
 
 
 @pytest.mark.parametrize(("text", "wanted"), JOINTS, ids=[text.split('"')[1] for text, _ in JOINTS])
-def test_every_joint_of_a_case_is_the_one_made_from_python(text, wanted):
+def test_joints_of_case_equal_those_from_python(text, wanted):
     (other, found) = build_joints(
         parse_case(f'{CASE}[[joints]]\nkind = "free"\nchild = "a"\n[[joints]]\n{HEAD}{text}\n')
     )
     assert other.child == "a" and other.kind == "free"
     for field in fields(wanted):
-        assert same(getattr(found, field.name), getattr(wanted, field.name)), field.name
+        assert same_values(getattr(found, field.name), getattr(wanted, field.name)), field.name
 
 
 def test_loops_springs_and_constraints_are_those_made_from_python():
@@ -155,7 +155,7 @@ def test_loops_springs_and_constraints_are_those_made_from_python():
     ]
     for one, other in zip(made, wanted, strict=True):
         for field in fields(other):
-            assert same(getattr(one, field.name), getattr(other, field.name)), (type(other).__name__, field.name)
+            assert same_values(getattr(one, field.name), getattr(other, field.name)), (type(other).__name__, field.name)
 
 
 TEXT = """

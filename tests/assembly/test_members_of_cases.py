@@ -20,7 +20,7 @@ RUN = "[run]\nduration = 4\n"
 HULL = "[bodies.hub]\nkind = 'rigid'\nmass = 1\ninertia = [1, 1, 1]\n"
 
 
-def test_an_imbalance_moves_the_centre_and_adds_the_product_of_inertia_alone():
+def test_imbalance_changes_centre_of_mass_and_product_of_inertia_only():
     text = RUN + HULL.replace(
         "mass = 1\ninertia = [1, 1, 1]", "mass = 4\ninertia = [3, 4, 5]\ncenter_of_mass = [0.1, 0.2, 0.3]"
     )
@@ -50,7 +50,7 @@ EI, MASS = 70e9 * np.pi / 4 * (0.03**4 - 0.028**4), 2700 * np.pi * (0.03**2 - 0.
 
 
 @pytest.fixture
-def cut(craft: str) -> Any:
+def cut_case(craft: str) -> Any:
     def text(reduction: str, more: str = "", options: str = "") -> str:
         found = craft.replace('group = "TIP" }', 'group = "TIP" }\nmarkers.ROOT = {}')
         found = found.replace('material = "aluminium" }', f'material = "aluminium", segments = 2{options} }}')
@@ -61,8 +61,8 @@ def cut(craft: str) -> Any:
     return text
 
 
-def test_a_nodal_segment_bends_under_a_tip_force_in_closed_form(cut: Any, write_case: Any):
-    text = cut('reduction = { method = "nodal", clamp = "ROOT" }\n')
+def test_a_nodal_segment_bends_under_a_tip_force_in_closed_form(cut_case: Any, write_case: Any):
+    text = cut_case('reduction = { method = "nodal", clamp = "ROOT" }\n')
     part: Any = build_bodies(read_case(write_case(text)))["boom"]
     body = part.bodies[-1]
     phi = body.marker("tip").phi

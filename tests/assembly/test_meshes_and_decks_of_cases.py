@@ -10,7 +10,7 @@ import pytest
 from femflex.assembly import build_part
 from femflex.case import read_case
 from femflex.case.read import parse_case
-from femflex.mesh import box, rectangle, write_mesh
+from femflex.mesh import rectangle, write_mesh
 from femflex.pipeline.decisions import build_system
 
 MESHES = Path(__file__).resolve().parents[2] / "meshes"
@@ -44,14 +44,14 @@ reduction = {{ method = "cantilever", clamp = "root", modes = 4 }}
 """
 
 
-def read(tmp_path, text):
+def case_of_text(tmp_path, text):
     path = tmp_path / "case.toml"
     path.write_text(HEAD + text, encoding="utf-8")
     return read_case(path)
 
 
 def first_frequencies(tmp_path, text, name="cord"):
-    body = build_part(read(tmp_path, text), name)
+    body = build_part(case_of_text(tmp_path, text), name)
     return body.omega[np.isfinite(body.omega)][:4], body
 
 
@@ -138,12 +138,6 @@ GEAR = '{ kind = "equation", terms = [{ group = "edge", component = "x", factor 
 GEAR += '{ group = "hub point", component = "x", factor = -1.0 }] },'
 
 
-def part():
-    solid = box(1.0, 0.1, 0.1, 4, 1, 1, "hexahedron")
-    sheet = rectangle(0.2, 0.1, 2, 2, "quad").rotated([np.pi / 2, 0, 0]).translated([1.2, 0.0, 0.0])
-    return solid.merged(sheet)
-
-
 LAYUP = """
 [run]
 duration = 0.1
@@ -171,7 +165,7 @@ child_marker = "left"
 """
 
 
-def test_a_shell_of_two_crossed_plies_bends_as_it_stretches(tmp_path):
+def test_shell_of_two_crossed_plies_couples_stretch_and_bending(tmp_path):
     """Narrow strip: EI_eff = b / d*_11 of the laminate's flexibility, of A, B and D together (classical lamination)."""
     length, width, t = 1.0, 0.05, 1e-3
     write_mesh(tmp_path / "part.msh", rectangle(length, width, 20, 1, "quad"))

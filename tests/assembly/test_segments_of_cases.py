@@ -25,7 +25,7 @@ REDUCTION = 'reduction = { method = "cantilever", clamp = "ROOT", modes = 4 }\n'
 
 
 @pytest.fixture
-def cut(craft: str) -> str:
+def cut_case(craft: str) -> str:
     """The boom of the craft cut into three, reduced as a segment is when nothing is said."""
     text = craft.replace(MEMBER, 'material = "aluminium", segments = 3 }').replace(INITIAL, "").replace(RATIO, "")
     text = text.replace('markers.tip = { group = "TIP" }', MARKERS)
@@ -33,10 +33,12 @@ def cut(craft: str) -> str:
 
 
 @pytest.mark.slow
-def test_boom_in_segments_has_mass_and_frequencies_of_whole_boom(craft: str, cut: str, write_case: Callable[..., Path]):
+def test_boom_in_segments_has_mass_and_frequencies_of_whole_boom(
+    craft: str, cut_case: str, write_case: Callable[..., Path]
+):
     whole = craft.replace(INITIAL, "").replace(RATIO, "").replace("modes = 4 }", "modes = 8 }\nrefine = 1")
     found = []
-    for text in (whole, cut.replace("segments = 3", "segments = 6")):
+    for text in (whole, cut_case.replace("segments = 3", "segments = 6")):
         system = build_system(read_case(write_case(text)))
         assert sum(body.moments.mass for body in system.bodies.values()) == pytest.approx(
             200 + 2700 * np.pi * (0.03**2 - 0.028**2) * 3
@@ -74,9 +76,9 @@ pulses = [[0.1, 0.2]]
 """
 
 
-def test_the_segment_at_the_marker_carries_wheels_and_tanks(cut: str, write_case: Callable[..., Path]):
-    bare = build_system(read_case(write_case(cut)))
-    system = build_system(read_case(write_case(cut + CARRIED)))
+def test_the_segment_at_the_marker_carries_wheels_and_tanks(cut_case: str, write_case: Callable[..., Path]):
+    bare = build_system(read_case(write_case(cut_case)))
+    system = build_system(read_case(write_case(cut_case + CARRIED)))
     more = {name: system.bodies[name].moments.mass - bare.bodies[name].moments.mass for name in bare.order}
     middle = next(name for name in bare.order if "middle" in bare.bodies[name].markers)
     assert more == pytest.approx({"hub": 0.0, "boom.1": 0.0, "boom.2": 0.0, "boom.3": 2.0, middle: 3.0})
@@ -110,9 +112,9 @@ rate = 20
 
 
 @pytest.mark.slow
-def test_gyros_and_rotors_on_segments_conserve_momentum(cut: str, write_case: Callable[..., Path]):
+def test_gyros_and_rotors_on_segments_conserve_momentum(cut_case: str, write_case: Callable[..., Path]):
     """What turns the craft is internal; the gyro's torque on its segment is h times the gimbal rate at the start."""
-    model = compile_system(replace(build_system(read_case(write_case(cut + SPUN))), loads=()))
+    model = compile_system(replace(build_system(read_case(write_case(cut_case + SPUN))), loads=()))
     (gyro,) = model.system.effectors
     assert gyro.markers == (("boom.3", "tip"),)
     rotor = model.system.joint_of("rotor")

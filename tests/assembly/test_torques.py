@@ -67,8 +67,8 @@ def bar(tmp_path: Path):
     return write
 
 
-def turned(path: Path):
-    """The equilibrium, and what each marker turns by (3,) in it."""
+def equilibrium_rotations(path: Path):
+    """The body, its equilibrium, and the rotation (3,) of each marker in it."""
     found = equilibrium(build_system(read_case(path)))
     body = found.model.system.bodies["bar"]
     delta = found.q[-body.n_modes :]
@@ -79,7 +79,7 @@ def turned(path: Path):
 @pytest.mark.sampled(1)
 def test_torque_on_face_of_solid_bends_like_a_beam(bar):
     M = 3.0
-    _, _, turn = turned(bar(torque=f"[0, {M}, {-M}]"))
+    _, _, turn = equilibrium_rotations(bar(torque=f"[0, {M}, {-M}]"))
     bent = M / (E * A**4 / 12)
     assert turn["near"] == pytest.approx([0.0, bent * L / 4, -bent * L / 4], rel=1e-5, abs=1e-9)
     assert turn["middle"] == pytest.approx([0.0, bent * L / 2, -bent * L / 2], rel=1e-5, abs=1e-9)
@@ -90,5 +90,5 @@ def test_torque_on_face_of_solid_bends_like_a_beam(bar):
 @pytest.mark.sampled(1)
 def test_torque_on_face_of_solid_twists_like_saint_venant(bar):
     M = 3.0
-    _, _, turn = turned(bar(torque=f"[{M}, 0, 0]"))
+    _, _, turn = equilibrium_rotations(bar(torque=f"[{M}, 0, 0]"))
     assert turn["middle"][0] - turn["near"][0] == pytest.approx(M * L / 4 / (G * J), rel=2e-3)  # four elements across

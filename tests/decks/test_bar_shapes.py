@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.nastran_decks import STEEL, frequencies, read
+from support.nastran_decks import STEEL, frequencies, read_deck_of_cards
 
 from femflex.decks.nastran.bar_shapes import shape_of
 
@@ -145,7 +145,7 @@ def beam(folder: Path, *, turned: float, moments: tuple[float, float, float], mo
     cards = [f"GRID,{k + 1},,{0.25 * k},0.,0." for k in range(n + 1)]
     cards += [f"CBEAM,{k + 1},3,{k + 1},{k + 2},{y}" for k in range(n)]
     cards += [f"PBEAM,3,1,1.E-3,{I1:.14E},{I2:.14E},{I12:.14E},9.E-7,6.", ",,,,,,,,", more, STEEL, "SPC1,1,123456,1"]
-    return frequencies(read(folder, *cards), 6)
+    return frequencies(read_deck_of_cards(folder, *cards), 6)
 
 
 def places(y: float, z: float, turned: float) -> tuple[float, float]:

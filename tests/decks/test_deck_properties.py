@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.nastran_decks import bar, read, written
+from support.nastran_decks import bar, read_deck_of_cards, written
 
 from femflex.decks import Deck, read_deck, units_of
 from femflex.decks.report import mass_and_centre
@@ -46,7 +46,7 @@ def test_likely_units_of_metal(name):
 
 
 def test_mass_and_centre_of_bars_and_masses(tmp_path):
-    deck = read(tmp_path, *bar(), "CONM2,50,5,,3.,.1,.2,.3", "CONM2,51,9,,2.")
+    deck = read_deck_of_cards(tmp_path, *bar(), "CONM2,50,5,,3.,.1,.2,.3", "CONM2,51,9,,2.")
     mass, centre = mass_and_centre(deck.structure())
     own = 7850 * 1e-3 * 2.0
     expected = (own * np.array([1.0, 0, 0]) + 3 * np.array([1.1, 0.2, 0.3]) + 2 * np.array([2.0, 0, 0])) / (own + 5)

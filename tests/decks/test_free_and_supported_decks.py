@@ -47,8 +47,8 @@ def test_repeated_fields(tmp_path):
         ),
         *("CBAR,3,=,3,4,==", *full[7:]),
     ]
-    assert nastran_decks.frequencies(nastran_decks.read(tmp_path, *bare)) == pytest.approx(
-        nastran_decks.frequencies(nastran_decks.read(tmp_path, *full)), rel=1e-12
+    assert nastran_decks.frequencies(nastran_decks.read_deck_of_cards(tmp_path, *bare)) == pytest.approx(
+        nastran_decks.frequencies(nastran_decks.read_deck_of_cards(tmp_path, *full)), rel=1e-12
     )
 
 
@@ -58,16 +58,18 @@ def free(imported, n: int) -> np.ndarray:
 
 def test_autospc_of_free_deck(tmp_path):
     bars = [*nastran_decks.bar(4, 2.0)[:-1], "GRID,6,,2.,1.,0.", "CBAR,6,3,5,6,0.,0.,1."]
-    alone = free(nastran_decks.read(tmp_path, *bars, control="ECHO = NONE"), 4)
+    alone = free(nastran_decks.read_deck_of_cards(tmp_path, *bars, control="ECHO = NONE"), 4)
     cards = ["GRID,9,,1.,.5,.3", "RBE3,9,,9,1346,1.,123,1,3", ",5,6"]
-    assert free(nastran_decks.read(tmp_path, *bars, *cards, control="ECHO = NONE"), 4) == pytest.approx(alone, rel=1e-8)
+    assert free(nastran_decks.read_deck_of_cards(tmp_path, *bars, *cards, control="ECHO = NONE"), 4) == pytest.approx(
+        alone, rel=1e-8
+    )
 
 
 @pytest.mark.parametrize("turning", [False, True])
 def test_springs_to_ground_support_deck(tmp_path, turning):
     inertia = ["CONM2,9,1,,2.", ",3.,,4.,,,5."] if turning else ["CONM2,9,1,,2."]
     springs = [f"CELAS2,{c},{1000.0 * c},1,{c}" for c in range(1, 7 if turning else 4)]
-    imported = nastran_decks.read(tmp_path, "GRID,1,,0.,0.,0.", *inertia, *springs, control="ECHO = NONE")
+    imported = nastran_decks.read_deck_of_cards(tmp_path, "GRID,1,,0.,0.,0.", *inertia, *springs, control="ECHO = NONE")
     size = np.array([2.0, 2.0, 2.0, 3.0, 4.0, 5.0])[: len(springs)]
     reference = np.sort(np.sqrt(1000.0 * np.arange(1, len(springs) + 1) / size)) / (2 * np.pi)
     assert free(imported, len(springs)) == pytest.approx(reference, rel=1e-9)
@@ -89,7 +91,7 @@ def test_mass_of_a_scalar_point_moves_along_its_spring(tmp_path, ways):
     cards = ["GRID,1,,0.,0.,0.", f"CONM2,9,1,,{M}", *(f"CELAS2,{c},{K},1,{c}" for c in (1, 2, 3)), "SPOINT,101,102"]
     for n, c in enumerate(ways):
         cards += [f"CELAS2,{20 + n},{k},1,{c},{101 + n}", f"CMASS4,{30 + n},{m},{101 + n}"]
-    imported = nastran_decks.read(tmp_path, *cards, control="ECHO = NONE")
+    imported = nastran_decks.read_deck_of_cards(tmp_path, *cards, control="ECHO = NONE")
     pair = np.linalg.eigvals(np.linalg.solve(np.diag([M, m]), [[K + k, -k], [-k, k]]))
     reference = np.sort([*np.tile(pair, len(ways)), *[K / (M + m)] * (3 - len(ways))])
     assert free(imported, len(reference)) == pytest.approx(np.sqrt(reference) / (2 * np.pi), rel=1e-9)

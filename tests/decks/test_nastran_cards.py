@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.nastran_decks import STEEL, bar, frequencies, lines, plate, read, written
+from support.nastran_decks import STEEL, bar, frequencies, lines, plate, read_deck_of_cards, written
 
 from femflex.decks import read_deck
 from femflex.decks.report import mass_and_centre
@@ -92,7 +92,7 @@ CLOSED = {
 @pytest.mark.parametrize("name", CLOSED)
 def test_frequencies_of_closed_forms(tmp_path, name):
     cards, squares, rel = CLOSED[name]
-    computed = frequencies(read(tmp_path, *cards, control="SPC = 1\nMPC = 1"), len(squares))
+    computed = frequencies(read_deck_of_cards(tmp_path, *cards, control="SPC = 1\nMPC = 1"), len(squares))
     assert computed == pytest.approx(hertz(squares), rel=rel)
 
 
@@ -249,7 +249,7 @@ SAME = {
 @pytest.mark.parametrize("name", SAME)
 def test_frequencies_of_equal_structures_by_card(tmp_path, name):
     cards, others, rel = SAME[name]
-    computed, expected = (frequencies(read(tmp_path, *given), 4) for given in (cards, others))
+    computed, expected = (frequencies(read_deck_of_cards(tmp_path, *given), 4) for given in (cards, others))
     assert computed == pytest.approx(expected, rel=rel)
 
 
@@ -258,8 +258,8 @@ def test_deck_in_other_units(tmp_path, units, length, mass):
     A, I1, I2, J = (v / length**p for v, p in ((1e-3, 2), (2e-7, 4), (8e-7, 4), (1e-6, 4)))
     cards = bar(8, 2.0 / length, f"PBAR,3,1,{A:.12E},{I1:.12E},{I2:.12E},{J:.12E}")
     steel = f"MAT1,1,{E * length / mass:.12E},,0.3,{RHO * length**3 / mass:.12E}"
-    deck = read(tmp_path, *(steel if card == STEEL else card for card in cards), units=units)
-    assert frequencies(deck, 2) == pytest.approx(frequencies(read(tmp_path, *bar()), 2), rel=1e-6)
+    deck = read_deck_of_cards(tmp_path, *(steel if card == STEEL else card for card in cards), units=units)
+    assert frequencies(deck, 2) == pytest.approx(frequencies(read_deck_of_cards(tmp_path, *bar()), 2), rel=1e-6)
     assert mass_and_centre(deck.structure())[0] == pytest.approx(RHO * 1e-3 * 2.0, rel=1e-6)
 
 
@@ -272,7 +272,7 @@ def test_bars_off_their_grids_by_parallel_axes(tmp_path):
     grids = [f"GRID,{k + 1},,{2.0 * k / n:.6f},0.,0." for k in range(n + 1)]
     bars = [line for k in range(n) for side, first in ((d, 1), (-d, 101))
             for line in (f"CBAR,{first + k},3,{k + 1},{k + 2},0.,1.,0.", f",,,0.,{side},0.,0.,{side},0.")]  # fmt: skip
-    deck = read(tmp_path, *grids, *bars, "PBAR,3,1,1.E-3,2.E-7,8.E-7,1.E-6", STEEL, "SPC1,1,123456,1")
+    deck = read_deck_of_cards(tmp_path, *grids, *bars, "PBAR,3,1,1.E-3,2.E-7,8.E-7,1.E-6", STEEL, "SPC1,1,123456,1")
     line, soft = (hertz(euler(2 * E * I, 2 * RHO * 1e-3, 2.0))[0] for I in (2e-7 + 1e-3 * d**2, 8e-7))
     computed = frequencies(deck, 4)
     assert np.abs(computed - soft).min() < 0.01 * soft
@@ -287,7 +287,7 @@ def test_tapered_beam_has_the_mass_of_its_integrals(tmp_path):
         a, b = 0.04 - 0.02 * k / n, 0.04 - 0.02 * (k + 1) / n
         cards += [f"GRID,{k + 2},,{2.0 * (k + 1) / n},0.,0.", f"CBEAM,{k + 1},{k + 1},{k + 1},{k + 2},0.,1.,0."]
         cards += [f"PBEAML,{k + 1},1,,BAR", f",{a},{a},,YES,1.,{b},{b}"]
-    mass, centre = mass_and_centre(read(tmp_path, *cards).structure())
+    mass, centre = mass_and_centre(read_deck_of_cards(tmp_path, *cards).structure())
     A = np.poly1d([-0.01, 0.04]) ** 2
     first = np.polyint(A * np.poly1d([1.0, 0.0]))(2.0) / np.polyint(A)(2.0)
     assert mass == pytest.approx(RHO * np.polyint(A)(2.0), rel=1e-3) and centre[0] == pytest.approx(first, rel=1e-3)
@@ -300,13 +300,17 @@ def test_includes_of_files_in_folders(tmp_path):
     (tmp_path / "parts" / "deep" / "bars.bdf").write_text("\n".join([*cards[9:17], "include 'parts/steel.bdf'"]))
     (tmp_path / "parts" / "steel.bdf").write_text("\n".join(cards[17:]))
     path = written(tmp_path, "INCLUDE 'parts/mesh.bdf'", name="main.bdf")
-    assert frequencies(read_deck(path), 1) == pytest.approx(frequencies(read(tmp_path, *cards), 1), rel=1e-12)
+    assert frequencies(read_deck(path), 1) == pytest.approx(
+        frequencies(read_deck_of_cards(tmp_path, *cards), 1), rel=1e-12
+    )
 
 
 def test_wtmass_and_overrides_change_the_mass(tmp_path):
-    mass, centre = mass_and_centre(read(tmp_path, *bar(), "CONM2,50,9,,3.", "PARAM,WTMASS,0.5").structure())
+    mass, centre = mass_and_centre(
+        read_deck_of_cards(tmp_path, *bar(), "CONM2,50,9,,3.", "PARAM,WTMASS,0.5").structure()
+    )
     assert mass == pytest.approx((RHO * 2e-3 + 3.0) / 2)
     assert centre[0] == pytest.approx((RHO * 2e-3 + 6.0) / (RHO * 2e-3 + 3.0))
-    given = read(tmp_path, *bar(), overrides={"pid_3": {"I1": 4e-7}, "mat_1": {"density": 15700.0}})
-    assert frequencies(given, 1) == pytest.approx(frequencies(read(tmp_path, *bar()), 1), rel=5e-3)
+    given = read_deck_of_cards(tmp_path, *bar(), overrides={"pid_3": {"I1": 4e-7}, "mat_1": {"density": 15700.0}})
+    assert frequencies(given, 1) == pytest.approx(frequencies(read_deck_of_cards(tmp_path, *bar()), 1), rel=5e-3)
     assert mass_and_centre(given.structure())[0] == pytest.approx(31.4)

@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
-from support.nastran_decks import read
+from support.nastran_decks import read_deck_of_cards
 
 from femflex.decks import Deck
 from femflex.fem import Structure
@@ -106,7 +106,9 @@ def test_conm1_and_conm2_have_the_matrix_of_their_body(tmp_path, grid, cid, card
         words = [f"{v:.12g}" for i, row in enumerate(rigid_mass(2.5, R0, J0)) for v in row[: i + 1]]
         words = ["9", str(grid), str(cid), *words]
         cards = [",".join(["CONM1" if k == 0 else "", *words[k : k + 8]]) for k in range(0, len(words), 8)]
-    deck = read(tmp_path, *CARDS, f"PARAM,WTMASS,{WTMASS}", *cards, control="ECHO = NONE", units="in-lbf-s")
+    deck = read_deck_of_cards(
+        tmp_path, *CARDS, f"PARAM,WTMASS,{WTMASS}", *cards, control="ECHO = NONE", units="in-lbf-s"
+    )
     C = axes(grid, cid)
     expected = rigid_mass(2.5 * MASS, C.T @ R0 * INCH, C.T @ J0 @ C * MASS * INCH**2) * WTMASS
     computed = on_grids(deck, "M", (grid,))
@@ -117,7 +119,7 @@ def test_scalar_masses_lie_along_the_axes_of_their_grid(tmp_path):
     """By CMASS2 and by the last of the masses on a card PMASS."""
     cards = ["PMASS,31,9.,32,8.,33,7.,34,6.", *(f"CMASS2,{20 + c},2.5,2,{c}" for c in (1, 2, 3))]
     cards += ["CMASS1,24,34,2,4", "CMASS2,26,4.,2,6", f"PARAM,WTMASS,{WTMASS}"]
-    deck = read(tmp_path, *CARDS, *cards, control="ECHO = NONE", units="in-lbf-s")
+    deck = read_deck_of_cards(tmp_path, *CARDS, *cards, control="ECHO = NONE", units="in-lbf-s")
     J = FIVE.T @ np.diag([6.0, 0.0, 4.0]) @ FIVE * MASS * INCH**2
     expected = rigid_mass(2.5 * MASS, np.zeros(3), J) * WTMASS
     assert on_grids(deck, "M", (2,)) == pytest.approx(expected, abs=1e-8 * np.abs(expected).max())
@@ -137,7 +139,7 @@ def test_scalar_masses_lie_along_the_axes_of_their_grid(tmp_path):
 )
 def test_scalar_springs_act_along_the_axes_of_their_grids(tmp_path, cards, terms, k):
     """Energy k (u_a - u_b)^2 / 2 in the units of the deck, where a turn counts in radians."""
-    deck = read(tmp_path, *CARDS, *(f"CONM2,{90 + g},{g},,1.\n,1.,,1.,,,1." for g in (1, 2, 3)), *cards,
+    deck = read_deck_of_cards(tmp_path, *CARDS, *(f"CONM2,{90 + g},{g},,1.\n,1.,,1.,,,1." for g in (1, 2, 3)), *cards,
                 control="ECHO = NONE", units="in-lbf-s")  # fmt: skip
     d = sum(sign * direction(g, c) / (INCH if c <= 3 else 1.0) for g, c, sign in terms)
     expected = k * POUND_FORCE * INCH * np.outer(d, d)
@@ -182,10 +184,10 @@ STIFF = [11.0, 22.0, 33.0, 44.0, 55.0, 66.0]
 def test_cbush_has_the_matrix_of_six_springs(tmp_path, card, ends, C):
     masses = [f"CONM2,{90 + g},{g},,1.\n,1.,,1.,,,1." for g in (1, 2, 3)]
     stiff = f"PBUSH,8,K,{','.join(map(str, STIFF))}"
-    deck = read(tmp_path, *CARDS, *masses, stiff, card, control="ECHO = NONE", units="in-lbf-s")
+    deck = read_deck_of_cards(tmp_path, *CARDS, *masses, stiff, card, control="ECHO = NONE", units="in-lbf-s")
     expected = bushing(*ends, C, STIFF)
     assert on_grids(deck, "K") == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
-    changed = read(tmp_path, *CARDS, *masses, stiff, card, control="ECHO = NONE", units="in-lbf-s",
+    changed = read_deck_of_cards(tmp_path, *CARDS, *masses, stiff, card, control="ECHO = NONE", units="in-lbf-s",
                    overrides={"pid_8": {"K2": 500.0, "K6": 600.0}})  # fmt: skip
     K = [11.0, 500.0 * INCH / POUND_FORCE, 33.0, 44.0, 55.0, 600.0 / (INCH * POUND_FORCE)]
     expected = bushing(*ends, C, K)
@@ -208,7 +210,7 @@ TURNED = 1.5 * (np.cos(np.radians(40.0)) * SIX[0] + np.sin(np.radians(40.0)) * S
 def test_cbush_acts_at_its_location(tmp_path, where, at):
     masses = [f"CONM2,{90 + g},{g},,1.\n,1.,,1.,,,1." for g in (1, 2, 3)]
     card = f"PBUSH,8,K,{','.join(map(str, STIFF))}\nCBUSH,9,8,1,2,,,,5\n{where}"
-    deck = read(tmp_path, *CARDS, *masses, card, control="ECHO = NONE", units="in-lbf-s")
+    deck = read_deck_of_cards(tmp_path, *CARDS, *masses, card, control="ECHO = NONE", units="in-lbf-s")
     expected = bushing(1, 2, FIVE, STIFF, at)
     assert on_grids(deck, "K") == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
 
@@ -225,7 +227,7 @@ def test_genel_has_the_energy_of_its_matrix(tmp_path, kind):
     words += [kind, *(f"{given[i, j]:.14g}" for j in range(3) for i in range(j, 3)), "S", *(f"{v}" for v in S.ravel())]
     card = [",".join(words[:9]), *("," + ",".join(words[k : k + 8]) for k in range(9, len(words), 8))]
     masses = [f"CONM2,{90 + g},{g},,1.\n,1.,,1.,,,1." for g in (1, 2, 3)]
-    deck = read(tmp_path, *CARDS, *masses, *card, control="ECHO = NONE", units="in-lbf-s")
+    deck = read_deck_of_cards(tmp_path, *CARDS, *masses, *card, control="ECHO = NONE", units="in-lbf-s")
     rows = [np.array([direction(g, c) / (INCH if c <= 3 else 1.0) for g, c in pairs]) for pairs in (own, other)]
     B = rows[0] - S @ rows[1]
     expected = B.T @ K @ B * POUND_FORCE * INCH
@@ -254,7 +256,9 @@ BARS = [  # a frame through the grids, so that all of them turn
 @pytest.mark.parametrize("names", ["123456", "123", "13", "25", "46"])
 def test_rbe2_moves_its_grids_with_its_centre(tmp_path, names):
     """Along the axes of each dependent grid, two of which are listed by THRU."""
-    deck = read(tmp_path, *CARDS, *BARS, f"RBE2,9,4,{names},1,THRU,3", control="ECHO = NONE", units="in-lbf-s")
+    deck = read_deck_of_cards(
+        tmp_path, *CARDS, *BARS, f"RBE2,9,4,{names},1,THRU,3", control="ECHO = NONE", units="in-lbf-s"
+    )
     centre = motions(structure_of(deck), 4, deck.points_of_ids)
     for g in (1, 2, 3):
         computed, expected = components(deck, g, names), rigid_rows(g, names, 4) @ centre
@@ -272,7 +276,7 @@ def test_rbe2_moves_its_grids_with_its_centre(tmp_path, names):
     ],
 )  # fmt: skip
 def test_rbar_and_rbe1_move_with_their_six_leading_components(tmp_path, card, leading, dependent):
-    deck = read(tmp_path, *CARDS, *BARS, *card.split("\n"), control="ECHO = NONE", units="in-lbf-s")
+    deck = read_deck_of_cards(tmp_path, *CARDS, *BARS, *card.split("\n"), control="ECHO = NONE", units="in-lbf-s")
     origin = 3
     A = np.concatenate([rigid_rows(g, c, origin) for g, c in leading])
     rigid = np.linalg.solve(A, np.concatenate([components(deck, g, c) for g, c in leading]))
@@ -297,7 +301,7 @@ def test_rbar_and_rbe1_move_with_their_six_leading_components(tmp_path, card, le
 def test_rbe3_moves_by_weighted_least_squares(tmp_path, bars, card, groups, names):
     """Rotations weigh as displacements at the mean distance of the grids from the reference."""
     frame = BARS[:2] + BARS[3:] if bars else []
-    deck = read(tmp_path, *CARDS, *frame, *card.split("\n"), control="ECHO = NONE", units="in-lbf-s")
+    deck = read_deck_of_cards(tmp_path, *CARDS, *frame, *card.split("\n"), control="ECHO = NONE", units="in-lbf-s")
     leaders = list(dict.fromkeys(g for _, _, own in groups for g in own))
     mean = np.mean([np.linalg.norm(np.array(AT[g]) - np.array(AT[4])) for g in leaders]) * INCH
     A, b = [], []
@@ -315,7 +319,7 @@ def test_rbe3_moves_by_weighted_least_squares(tmp_path, bars, card, groups, name
 def test_mpc_equations_hold_in_the_units_of_the_deck(tmp_path):
     """4 u_1y + 3 r_2x - 2 u_3z + 5 r_1z = 0, along the axes of the grids, chosen by MPCADD among three sets."""
     cards = ["MPCADD,7,66,6", "MPC,6,1,2,4.,2,4,3.", ",,3,3,-2.,1,6,5.", "MPC,66,2,1,2.,3,6,-1.", "MPC,5,3,1,1.,1,1,1."]
-    deck = read(tmp_path, *CARDS, *cards, control="MPC = 7", units="in-lbf-s")
+    deck = read_deck_of_cards(tmp_path, *CARDS, *cards, control="MPC = 7", units="in-lbf-s")
     value = {(g, c): components(deck, g, str(c))[0] / (INCH if c <= 3 else 1.0) for g in (1, 2, 3) for c in range(1, 7)}
     assert 4 * value[1, 2] + 3 * value[2, 4] - 2 * value[3, 3] + 5 * value[1, 6] == pytest.approx(0.0, abs=1e-9 / INCH)
     assert 2 * value[2, 1] - value[3, 6] == pytest.approx(0.0, abs=1e-9 / INCH)

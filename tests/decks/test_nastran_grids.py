@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.nastran_decks import STEEL, bar, frequencies, read
+from support.nastran_decks import STEEL, bar, frequencies, read_deck_of_cards
 
 WORDS = ("x", "y", "z", "rx", "ry", "rz")
 SKEW = ["CORD2R,5,0,0.,0.,0.,.3,.2,.9", ",1.,.5,0.", "CORD2C,6,0,5.,-4.,0.,5.,-4.,1.", ",6.,-4.,0."]
@@ -29,7 +29,7 @@ CARDS = ["SPC,1,1,12,0.,2,3", "SPC1,1,46,3,THRU,5", "SPC1,2,5,2,4", "SPC1,3,123,
 
 
 def test_support_sets(tmp_path):
-    deck = read(tmp_path, *CHAIN, *CARDS, control="SPC = 8")
+    deck = read_deck_of_cards(tmp_path, *CHAIN, *CARDS, control="SPC = 8")
     first_set, third_set = {1: "123", 2: "3", 3: "46", 4: "46", 5: "46"}, {6: "123"}
     assert deck.default_supports == ("ps", "spc_8")
     assert supported_components(deck, ["spc_1"]) == first_set and supported_components(deck, ["spc_2"]) == {
@@ -44,7 +44,7 @@ def test_support_sets(tmp_path):
 
 
 def test_supports_lie_along_displacement_axes(tmp_path):
-    deck = read(tmp_path, *CHAIN, "SPC1,1,13,1,7,8", "SPC1,2,123,7,8", "SPC1,3,1234,8")
+    deck = read_deck_of_cards(tmp_path, *CHAIN, "SPC1,1,13,1,7,8", "SPC1,2,123,7,8", "SPC1,3,1234,8")
     z = np.array([0.3, 0.2, 0.9]) / np.linalg.norm([0.3, 0.2, 0.9])
     x = np.array([1.0, 0.5, 0.0]) - (np.array([1.0, 0.5, 0.0]) @ z) * z
     x = x / np.linalg.norm(x)
@@ -80,12 +80,12 @@ def test_supports_lie_along_displacement_axes(tmp_path):
     ],
 )
 def test_case_control_of_the_first_subcase(tmp_path, control, default):
-    deck = read(tmp_path, *CHAIN, *CARDS, control=control)
+    deck = read_deck_of_cards(tmp_path, *CHAIN, *CARDS, control=control)
     assert deck.default_supports == default
 
 
 def test_lists_with_thru_and_by(tmp_path):
-    deck = read(tmp_path, *CHAIN, "SPC1,1,1,2,THRU,8,BY,3", "SPC1,1,2,1")
+    deck = read_deck_of_cards(tmp_path, *CHAIN, "SPC1,1,1,2,THRU,8,BY,3", "SPC1,1,2,1")
     assert supported_components(deck, ["spc_1"]) == {1: "2", 2: "1", 5: "1", 8: "1"}
 
 
@@ -99,7 +99,7 @@ def test_grdset_defaults(tmp_path):
         "GRID,24,,1.,0.,0.,6,4",
     ]
     bars = [f"CBAR,{40 + k},3,{a},{b},0.1,.2,1." for k, (a, b) in enumerate(((21, 22), (22, 23), (23, 24)))]
-    deck = read(tmp_path, *CHAIN[-7:], *cards, *bars, "SPC1,1,1,21,23")
+    deck = read_deck_of_cards(tmp_path, *CHAIN[-7:], *cards, *bars, "SPC1,1,1,21,23")
     z = np.array([0.3, 0.2, 0.9]) / np.linalg.norm([0.3, 0.2, 0.9])
     x = np.array([1.0, 0.5, 0.0]) - (np.array([1.0, 0.5, 0.0]) @ z) * z
     C = np.array([x / np.linalg.norm(x), np.cross(z, x / np.linalg.norm(x)), z])
@@ -127,7 +127,7 @@ def test_places_of_grids_in_nested_systems(tmp_path, kind):
     given = np.array([1.3, 35.0, 50.0] if kind == "S" else [1.3, 35.0, 0.8])
     cards = [*three, *systems, f"GRID,34,4,1.3,35.,{given[2]}", "GRID,35,3,.1,.2,.3", "CONM2,9,34,,1.",
              "CONM2,8,35,,1."]  # fmt: skip
-    deck = read(tmp_path, *cards, control="ECHO = NONE", units="in-lbf-s")
+    deck = read_deck_of_cards(tmp_path, *cards, control="ECHO = NONE", units="in-lbf-s")
 
     def frame(a, b, c):
         a, b, c = (np.array(v, float) for v in (a, b, c))
@@ -149,7 +149,7 @@ def test_directions_on_the_axis_of_a_system(tmp_path):
     spring = ["CELAS2,1,7.,41,1", "CELAS2,2,8.,41,2", "CELAS2,3,9.,41,3", "CONM2,9,41,,1."]
     for kind, order in (("C", [0, 1, 2]), ("S", [2, 0, 1])):  # spherical: radial is along z here
         cards = [f"CORD2{kind},6,0,5.,-4.,0.,5.,-4.,1.", ",5.,-3.,0.", "GRID,41,,5.,-4.,2.,6", "PARAM,AUTOSPC,NO"]
-        s = read(tmp_path, *cards, *spring, control="ECHO = NONE").structure()
+        s = read_deck_of_cards(tmp_path, *cards, *spring, control="ECHO = NONE").structure()
         K = (s.translation @ s.K @ s.translation.T).toarray()
         C = np.array([[0, 1, 0], [-1, 0, 0], [0, 0, 1.0]])  # x of the system is y of the deck
         directions = C[order]
@@ -158,7 +158,7 @@ def test_directions_on_the_axis_of_a_system(tmp_path):
 
 def test_sets_become_groups(tmp_path):
     cards = ["SET3,31,GRID,2,THRU,4,9", "SET3,32,ELEM,2,THRU,4", "SET1,33,5,7", "SET3,34,PROP,3", "SET1,35,2,THRU"]
-    deck = read(tmp_path, *CHAIN, *cards, control="SET 6 = 1, 3 THRU 5\nSPC = 1")
+    deck = read_deck_of_cards(tmp_path, *CHAIN, *cards, control="SET 6 = 1, 3 THRU 5\nSPC = 1")
     rows = lambda name: sorted(deck.mesh.group_points(name).tolist())  # noqa: E731
     at = lambda *numbers: sorted(deck.points_of_ids[n] for n in numbers)  # noqa: E731
     assert rows("set_31") == at(2, 3, 4, 9) and rows("set_33") == at(5, 7) and rows("set_6") == at(1, 3, 4, 5)
@@ -169,7 +169,7 @@ def test_sets_become_groups(tmp_path):
 def test_autospc_completes_supports(tmp_path):
     """Of a rod along x, nothing resists y and z at its ends; the deck holds y of one of them."""
     rod = ["GRID,1,,0.,0.,0.", "GRID,2,,2.,0.,0.", "CONROD,1,1,2,1,0.5", STEEL, "SPC1,1,123456,1", "SPC1,1,2,2"]
-    deck = read(tmp_path, *rod, control="SPC = 1")
+    deck = read_deck_of_cards(tmp_path, *rod, control="SPC = 1")
     assert supported_components(deck) == {1: "123", 2: "23"} and supported_components(deck, ["autospc"]) == {2: "23"}
 
 
@@ -184,7 +184,7 @@ def spokes(n: int, turn: float = 0.0) -> list[str]:
 
 
 def test_autospc_across_skew_rod(tmp_path):
-    deck = read(tmp_path, *spokes(1, 0.6))
+    deck = read_deck_of_cards(tmp_path, *spokes(1, 0.6))
     (support,) = deck.supports["autospc"].values()
     axes = np.asarray(support.axes)
     a, b = np.cos(0.6), np.sin(0.6)
@@ -200,7 +200,7 @@ def test_autospc_with_a_dependent_component(tmp_path, angle):
     a, b = np.cos(angle), np.sin(angle)
     cards = ["CORD2R,7,,0.,0.,0.,0.,0.,1.", f",{a:.12f},{b:.12f},0.", "GRID,15,,2.5,.3,0.,7", "GRID,16,,2.5,.3,1."]
     cards += ["CROD,20,4,15,16", "PROD,4,1,1.E-3", "RBE2,21,9,2,15", "SPC1,1,123456,16"]
-    deck = read(tmp_path, *bar(), *cards)
+    deck = read_deck_of_cards(tmp_path, *bar(), *cards)
     ((group, support),) = deck.supports["autospc"].items()
     assert deck.mesh.group_points(group).tolist() == [deck.points_of_ids[15]]
     (component,) = support.components

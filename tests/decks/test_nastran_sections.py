@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.nastran_decks import read
+from support.nastran_decks import read_deck_of_cards
 
 from femflex.mesh.cells import CELL_TYPES
 
@@ -26,7 +26,7 @@ Z = np.cross(X, Y)
 def inches(folder, *cards: str, **more: object):
     """The deck of these cards in inches, pounds of force and seconds, masses by WTMASS."""
     every = [line for card in cards for line in card.split("\n")]
-    return read(
+    return read_deck_of_cards(
         folder, *every, f"PARAM,WTMASS,{WT}", "PARAM,AUTOSPC,NO", control="ECHO = NONE", units="in-lbf-s", **more
     )
 

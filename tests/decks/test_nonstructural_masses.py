@@ -9,7 +9,7 @@ import pytest
 from support.abaqus_decks import STEEL as ABAQUS_STEEL
 from support.abaqus_decks import beam, brick, deck
 from support.abaqus_decks import frequencies as abaqus_frequencies
-from support.nastran_decks import STEEL, bar, lines, plate, read
+from support.nastran_decks import STEEL, bar, lines, plate, read_deck_of_cards
 
 from femflex.decks.report import mass_and_centre
 
@@ -18,7 +18,7 @@ IN_FORCE = "SPC = 1\nNSM = 5"
 
 
 def matrices(folder: Path, *cards: str, control: str = IN_FORCE) -> tuple[np.ndarray, np.ndarray]:
-    built = read(folder, *cards, control=control).structure()
+    built = read_deck_of_cards(folder, *cards, control=control).structure()
     return built.K.toarray(), built.M.toarray()
 
 
@@ -69,7 +69,7 @@ def test_nsm_of_facets_bars_and_rods(tmp_path: Path):
 def test_nsm_of_single_elements(tmp_path: Path):
     """Of a bar along x: its mass and its centre, by the masses of the pieces."""
     cards = [*bar(), *lines("NSM", 5, "ELEMENT", 1, 0.4, 3, 0.8, 7, 0.2), "NSML,5,ELEMENT,8,3."]
-    mass, centre = mass_and_centre(read(tmp_path, *cards, control=IN_FORCE).structure())
+    mass, centre = mass_and_centre(read_deck_of_cards(tmp_path, *cards, control=IN_FORCE).structure())
     pieces = [(7850 * 1e-3 * 2, 1.0), (0.1, 0.125), (0.2, 0.625), (0.05, 1.625), (3.0, 1.875)]
     assert mass == pytest.approx(sum(m for m, _ in pieces))
     assert centre == pytest.approx([sum(m * x for m, x in pieces) / mass, 0, 0], abs=1e-12)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.nastran_decks import frequencies, read
+from support.nastran_decks import frequencies, read_deck_of_cards
 
 from femflex.assembly.decks import refined_members
 from femflex.decks import read_deck
@@ -47,7 +47,7 @@ def by_formula(mesh: Mesh) -> np.ndarray:
 
 def test_corner_thickness_of_cquad4_is_a_taper(tmp_path):
     grids, quads = strip()
-    deck = read(tmp_path, *grids, *quads, "PSHELL,3,1,.02,1,,1", MAT1, "SPC1,1,123456,1,101")
+    deck = read_deck_of_cards(tmp_path, *grids, *quads, "PSHELL,3,1,.02,1,,1", MAT1, "SPC1,1,123456,1,101")
     structure = deck.structure()
     assert len(deck.members) == 1 and not [card for card in deck.unused if "T1" in card.card]
     assert mass_and_centre(structure)[0] == pytest.approx(2700 * L * W * 0.015, rel=1e-9)
@@ -58,7 +58,7 @@ def test_corner_thickness_of_cquad4_is_a_taper(tmp_path):
 
 def test_refined_deck_keeps_its_taper(tmp_path):
     grids, quads = strip()
-    deck = read(tmp_path, *grids, *quads, "PSHELL,3,1,.02,1,,1", MAT1, "SPC1,1,123456,1,101")
+    deck = read_deck_of_cards(tmp_path, *grids, *quads, "PSHELL,3,1,.02,1,,1", MAT1, "SPC1,1,123456,1,101")
     mesh = deck.mesh.refined(2)
     structure = build_structure(mesh, refined_members(mesh, deck.members), supports=deck.active_supports())
     assert mass_and_centre(structure)[0] == pytest.approx(2700 * L * W * 0.015, rel=1e-9)
@@ -97,7 +97,7 @@ def laminate(folder: Path, turned: bool) -> np.ndarray:
             corners, theta = corners[1:] + corners[:1], theta - 90.0
         quads.append(f"CQUAD4,{k + 1},3,{','.join(map(str, corners))},{theta}")
     cards = ["MAT8,1,1.4E11,1.E10,.3,5.E9,5.E9,5.E9,1600.", "PCOMP,3", ",1,.002,0.", "SPC1,1,123456,1,101"]
-    deck = read(folder, *grids, *quads, *cards)
+    deck = read_deck_of_cards(folder, *grids, *quads, *cards)
     assert len(deck.members) == 1
     return hertz(deck.structure(), deck.active_supports())
 
@@ -127,11 +127,11 @@ PLIES = {  # by sense of the normal: angles count about it
 
 
 def test_ply_angles_count_about_the_normal_of_triangles(tmp_path):
-    up = read(tmp_path, *facets(False, PLIES[False]))
+    up = read_deck_of_cards(tmp_path, *facets(False, PLIES[False]))
     assert {member.family for member in up.members} == {"plate"}
-    turned = frequencies(read(tmp_path, *facets(True, PLIES[True])))  # seen from above both have +45 deg
+    turned = frequencies(read_deck_of_cards(tmp_path, *facets(True, PLIES[True])))  # seen from above both have +45 deg
     assert turned == pytest.approx(frequencies(up), rel=1e-9)
-    mirrored = frequencies(read(tmp_path, *facets(True, PLIES[False])))
+    mirrored = frequencies(read_deck_of_cards(tmp_path, *facets(True, PLIES[False])))
     assert abs(mirrored[0] / turned[0] - 1) > 0.05
 
 
@@ -141,8 +141,10 @@ def test_relative_thickness_of_second_order_shells(tmp_path):
     grids = [f"GRID,{k + 1},,{a},{b},0." for k, (a, b) in enumerate(x)]
     last = ["PSHELL,3,1,.02,1,,1", "MAT1,1,7.E10,,.3,2700.", "SPC1,1,123456,1,4,8"]
     quad = ["CQUAD8,1,3,1,2,3,4,5,6", ",7,8,2.,2.,2.,2.,,", ",1"]
-    assert mass_and_centre(read(tmp_path, *grids, *quad, *last).structure())[0] == pytest.approx(2700 * 0.5 * 0.04)
+    assert mass_and_centre(read_deck_of_cards(tmp_path, *grids, *quad, *last).structure())[0] == pytest.approx(
+        2700 * 0.5 * 0.04
+    )
     tria = ["CTRIA6,1,3,1,2,4,5,9,8", ",,,2.,2.,2.,1", "GRID,9,,.5,.25,0."]
     own = [card for card in grids if card.split(",")[1] in "12458"]
-    imported = read(tmp_path, *own, *tria, *last[:2], "SPC1,1,123456,1,4,8")
+    imported = read_deck_of_cards(tmp_path, *own, *tria, *last[:2], "SPC1,1,123456,1,4,8")
     assert mass_and_centre(imported.structure())[0] == pytest.approx(2700 * 0.25 * 0.04)

@@ -87,7 +87,7 @@ def line_markers(material, fields, n_shapes):
             where = np.array([xi])
             value, slope = fields(where, L, 0)[0], fields(where, L, 1)[0]
             phi, psi = np.zeros((2, 3, n_shapes))
-            phi[:, :n], phi[0, n:] = value[:3], material.following(where)[0] / L
+            phi[:, :n], phi[0, n:] = value[:3], material.foreshortening(where)[0] / L
             psi[:, :n] = [value[3], -slope[2], slope[1]]
             return np.asarray(ROOT) + frame[0] * xi * L, frame.T @ phi, frame.T @ psi
 
@@ -282,7 +282,7 @@ def test_table_of_strip_matches_material_integrals(drum):
         def marker_numbers(L):
             where, middle = np.array([xi]), np.zeros(1)
             phi, psi = np.zeros((2, 3, made.body.n_shapes))
-            phi[2, :n], phi[0, n:] = w(where, middle, L, 0, 0)[0, 0], material.following(where)[0] / L
+            phi[2, :n], phi[0, n:] = w(where, middle, L, 0, 0)[0, 0], material.foreshortening(where)[0] / L
             psi[0, :n], psi[1, :n] = w(where, middle, L, 0, 1)[0, 0], -w(where, middle, L, 1, 0)[0, 0]
             return np.asarray(ROOT) + material.frame[0] * xi * L, material.frame.T @ phi, material.frame.T @ psi
 

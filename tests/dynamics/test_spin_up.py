@@ -25,7 +25,7 @@ def test_condensed_body_matches_segments_in_spin_up(name):
     reference = converged(case, TIMES)
     peak = np.abs(reference).max()
     assert 0.02 < peak / case.length < 0.1
-    tip = case.one("condensed", y=3, z=5 if case.tilt else 0)
+    tip = case.single_body("condensed", y=3, z=5 if case.tilt else 0)
     assert np.abs(tip - reference).max() < 3e-3 * peak
 
 
@@ -51,16 +51,16 @@ def test_few_large_deflection_segments_in_spin_up(name):
     reference = fine + (fine - coarse) / 3
     peak = np.abs(reference).max()
     for k, strain, keep in ((2, "nonlinear", "auto"), *((k, "condensed", keep) for k in (2, 4, 8) for keep in MANY)):
-        assert np.abs(case.few(k, strain, keep=keep) - reference).max() < 1e-3 * peak, (k, strain, keep)
+        assert np.abs(case.segments_with_modes(k, strain, keep=keep) - reference).max() < 1e-3 * peak, (k, strain, keep)
 
 
 @pytest.mark.slow
 def test_segments_with_condensed_and_nonlinear_strain_agree():
     times = np.linspace(0, 7, 71)
     for k in (2, 8):
-        reference = KANE.few(k, "nonlinear", times=times)
+        reference = KANE.segments_with_modes(k, "nonlinear", times=times)
         for keep in MANY:
-            tip = KANE.few(k, "condensed", times=times, keep=keep)
+            tip = KANE.segments_with_modes(k, "condensed", times=times, keep=keep)
             assert np.abs(tip - reference).max() < 3e-4 * np.abs(reference).max(), (k, keep)
 
 
@@ -78,7 +78,7 @@ def test_many_modes_with_stretch_in_spin_up(modes):
 
 
 def test_spun_up_beam_has_steady_stretch():
-    tip = KANE.one("condensed", y=2, axial=3)
+    tip = KANE.single_body("condensed", y=2, axial=3)
     late = TIMES > 15.0
     assert tip[late, 0].mean() == pytest.approx(KANE.stretch, rel=5e-3)
     assert KANE.stretch == pytest.approx(5.143e-4, rel=1e-4)

@@ -21,7 +21,7 @@ slow = pytest.mark.slow
 def test_spinning_plate_full_model_matches_ritz(setting):
     """With 8 x 8 elements and 8 x 8 polynomials, at a spin of 10."""
     plate = replace(SQUARE, setting=setting, cells=(8, 8))
-    found = plate.full.frequencies(10.0, 5)
+    found = plate.all_elements.frequencies(10.0, 5)
     assert found == pytest.approx(ritz_frequencies(plate, 10.0, 5, n=8), rel=4e-4)
 
 
@@ -32,7 +32,7 @@ def test_narrow_plate_matches_rotating_beam(setting):
     plate = SpinningPlate(width=0.05, thickness=0.002, nu=0.0, hub=0.5, setting=setting, cells=(12, 1))
     stiff = {"lag": 1e6} if setting == FLAP else {"flap": 1e6}
     for gamma in (2.0, 10.0):
-        found = plate.full.frequencies(gamma, 2)
+        found = plate.all_elements.frequencies(gamma, 2)
         assert found == pytest.approx(Rotating(gamma, hub=0.5, **stiff).exact(found), rel=4e-5)
 
 
@@ -44,14 +44,14 @@ def test_spinning_plate_frequencies_with_twelve_coordinates(setting):
     body = plate.body(9)
     assert body.n_modes == 12
     for gamma, within in ((2.0, 5e-5), (5.0, 3e-4), (10.0, 1e-3)):
-        assert plate.frequencies(body, gamma, 6) == pytest.approx(plate.full.frequencies(gamma, 6), rel=within)
+        assert plate.frequencies(body, gamma, 6) == pytest.approx(plate.all_elements.frequencies(gamma, 6), rel=within)
 
 
 @slow
 def test_spinning_square_plate_frequencies():
     for setting in (FLAP, FLIGHT):
         plate = replace(SQUARE, setting=setting)
-        exact = plate.full.frequencies(10.0, 5)
+        exact = plate.all_elements.frequencies(10.0, 5)
         assert plate.frequencies(plate.body(9), 10.0, 5) == pytest.approx(exact, rel=1e-3)
         assert plate.frequencies(plate.body(6, "nonlinear"), 10.0, 4) == pytest.approx(exact[:4], rel=1.5e-3)
 
@@ -60,9 +60,9 @@ def test_spinning_square_plate_frequencies():
 def test_inclined_plate_is_bent_and_twisted_by_spin():
     """By 1.6 thicknesses at the corner; pairs of derivatives that steady bending wants are kept by number."""
     plate = replace(PANEL, setting=45.0)
-    moved = plate.full.steady(4.0, 4)
-    assert np.abs(plate.structure.translation[:, plate.full.free] @ moved).max() > 1.5 * plate.thickness
-    exact = plate.full.frequencies(4.0, 5)
+    moved = plate.all_elements.steady(4.0, 4)
+    assert np.abs(plate.structure.translation[:, plate.all_elements.free] @ moved).max() > 1.5 * plate.thickness
+    exact = plate.all_elements.frequencies(4.0, 5)
     assert plate.frequencies(plate.body(9, keep=38), 4.0, 5) == pytest.approx(exact, rel=5e-4)
     assert plate.frequencies(plate.body(9), 4.0, 5) == pytest.approx(exact, rel=2.5e-3)
 

@@ -47,7 +47,7 @@ def marker_channel(system, key, t=0.0):
 @pytest.mark.parametrize("strain", ["meshed", "one"])
 def test_spun_beam_has_static_stretch(strain):
     times = np.linspace(0.0, 18.0, 181)
-    tip = KANE.meshed("condensed", 2, times=times) if strain == "meshed" else KANE.one("condensed", times, y=2)
+    tip = KANE.meshed("condensed", 2, times=times) if strain == "meshed" else KANE.single_body("condensed", times, y=2)
     assert tip[times > 15.5, 0].mean() == pytest.approx(KANE.stretch, rel=3e-3)
 
 

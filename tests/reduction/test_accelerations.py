@@ -1,4 +1,4 @@
-"""Derivatives that answer to fields of acceleration: the stiffness a spin gives to a set, against the full elements."""
+"""Test: derivatives for acceleration fields give a set the stiffening of the full elements under a spin."""
 
 from __future__ import annotations
 
@@ -25,7 +25,11 @@ def solid():
     return build_structure(mesh, [Member("volume", "solid", None, METAL)])
 
 
-MADE = {"plate": (plate, "left", 9), "solid": (solid, "left", 6), "bent beam": (lambda: bent_beam(order=4), "start", 6)}
+STRUCTURES = {
+    "plate": (plate, "left", 9),
+    "solid": (solid, "left", 6),
+    "bent beam": (lambda: bent_beam(order=4), "start", 6),
+}
 
 
 def field_load(structure, B, b):
@@ -34,12 +38,12 @@ def field_load(structure, B, b):
     return N.T @ (dm[:, None] * (rho @ B.T + b)).ravel()
 
 
-@pytest.mark.parametrize("name", ["triangles", *MADE])
+@pytest.mark.parametrize("name", ["triangles", *STRUCTURES])
 def test_loads_of_linear_accelerations_are_those_of_the_points_of_mass(name):
     """In its plane, and as it moves rigidly; a sheet's own field across it, which bends it, is that of its nodes."""
     mesh = rectangle(1.0, 0.7, 5, 4)
     made = {"triangles": lambda: build_structure(mesh, [Member("surface", "plate", 0.01, METAL)])}
-    structure = (made | {key: make for key, (make, *_) in MADE.items()})[name]()
+    structure = (made | {key: make for key, (make, *_) in STRUCTURES.items()})[name]()
     found = loads_of_linear_accelerations(structure)
     fields = [(np.zeros((3, 3)), e) for e in np.eye(3)]
     fields += [(np.outer(e, f), np.zeros(3)) for f in np.eye(3) for e in np.eye(3)]
@@ -53,8 +57,8 @@ def test_loads_of_linear_accelerations_are_those_of_the_points_of_mass(name):
     assert found[:, some] == pytest.approx(wanted[:, some], abs=1e-9 * size)
 
 
-def stiffened(structure, modes, load):
-    """Stiffness (n, n) over the modes that a small load adds, from tangents of the full elements about its answer."""
+def stiffening_of_elements(structure, modes, load):
+    """Stiffness (n, n) over the modes that a small load adds, from tangents of the full elements."""
     free = free_dofs(structure, modes.held)
     x = np.zeros(structure.n_dof)
     x[free] = splu(structure.K[free][:, free].tocsc()).solve(load[free])
@@ -65,8 +69,8 @@ def stiffened(structure, modes, load):
     return modes.phi.T @ (change @ modes.phi) / scale
 
 
-def followed(body, B, b):
-    """The same of a condensed body: slaved shapes work on the field as they follow, and its answer bends the others.
+def stiffening_of_body(body, B, b):
+    """Stiffness (n, n) that a field adds to a condensed body, by its dependent shapes and its static response.
 
     Without sections of beams that turn, which the full elements have not.
     """
@@ -76,12 +80,12 @@ def followed(body, B, b):
     change = (body.strain.tangent(bent) - body.strain.tangent(-bent)) / 2
     stretch = np.array([kind != "section" for kind in body.kinds[n:]])
     found = change - np.einsum("s,sij->ij", work[n:][stretch], body.slaves[stretch])
-    turned = body.strain.V1 @ in_own_shapes(body, bent)
+    turned = body.strain.V1 @ change_of_modes(body, bent)
     return found - turned - turned.T
 
 
-def in_own_shapes(body, bent):
-    """What a small change of the coordinates of a body bent so far moves its own modes by beside themselves (n, n)."""
+def change_of_modes(body, bent):
+    """Change (n, n) of the modes of a deflected body by a small change of its coordinates."""
     n, carried = body.n_modes, np.array([kind == "carried" for kind in body.kinds[body.n_modes :]])
     parts = body.moments.elastic_mass()[n:, :n][carried]  # of carried shapes in the modes
     return np.einsum("sk,sij,j->ki", parts, body.slaves[carried], bent)
@@ -91,17 +95,17 @@ def in_own_shapes(body, bent):
     ("name", "keep", "error"),
     [("plate", "auto", 3e-9), ("solid", "auto", 1e-8), ("bent beam", "auto", 1.3e-3), ("bent beam", "all", 1e-8)],
 )
-def test_any_spin_and_acceleration_stiffens_the_set_as_the_full_elements_say(name, keep, error):
+def test_stiffening_by_acceleration_fields_matches_full_elements(name, keep, error):
     """To rounding; "auto" leaves out those derivatives of the bent beam that are too slow to follow (4.4e-4)."""
-    make, clamp, n = MADE[name]
+    make, clamp, n = STRUCTURES[name]
     structure = make()
     modes = cantilever_modes(structure, clamp, n)
     body = reduce_structure(structure, with_derivatives(structure, modes, keep), strain="condensed")
     rng = np.random.default_rng(1)
     for k in range(4):
         B, b = (rng.normal(size=(3, 3)), np.zeros(3)) if k < 2 else (np.zeros((3, 3)), rng.normal(size=3))
-        exact = stiffened(structure, modes, field_load(structure, B, b))
-        np.testing.assert_allclose(followed(body, B, b), exact, atol=error * np.abs(exact).max())
+        exact = stiffening_of_elements(structure, modes, field_load(structure, B, b))
+        np.testing.assert_allclose(stiffening_of_body(body, B, b), exact, atol=error * np.abs(exact).max())
 
 
 def test_the_most_energetic_derivatives_alone_would_not_do():
@@ -112,8 +116,8 @@ def test_the_most_energetic_derivatives_alone_would_not_do():
     assert auto.kinds.count("derivative") == energetic + more and 0 < more <= 12
     few = with_derivatives(structure, modes, energetic)
     spin = np.diag([-1.0, -1.0, 0.0]), np.zeros(3)
-    exact = stiffened(structure, modes, field_load(structure, *spin))
-    found = [followed(reduce_structure(structure, s, strain="condensed"), *spin) for s in (few, auto)]
+    exact = stiffening_of_elements(structure, modes, field_load(structure, *spin))
+    found = [stiffening_of_body(reduce_structure(structure, s, strain="condensed"), *spin) for s in (few, auto)]
     off = [np.abs(K - exact).max() / np.abs(exact).max() for K in found]
     assert off[0] > 0.02 and off[1] < 1e-4
 

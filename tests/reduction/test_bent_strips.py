@@ -9,7 +9,7 @@ import pytest
 from scipy import linalg
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
-from support.full_solution import Full, static_path
+from support.full_solution import FullModel, static_path
 from support.kirchhoff import tip_of_rod
 
 from femflex import fem, reduction
@@ -41,10 +41,10 @@ def elastica(load, arc=0.0):
     """
 
     def bent(start):
-        def along(s, y):
+        def derivative(s, y):
             return [arc + y[1], -load * np.cos(y[0]), np.cos(y[0]), np.sin(y[0])]
 
-        return solve_ivp(along, (0, 1), [0, start, 0, 0], rtol=1e-10, atol=1e-12).y
+        return solve_ivp(derivative, (0, 1), [0, start, 0, 0], rtol=1e-10, atol=1e-12).y
 
     end = bent(brentq(lambda start: bent(start)[1, -1], -2.0, 2.0))[2:, -1]
     inward, down = np.array([np.sinc(arc / np.pi), arc / 2 * np.sinc(arc / 2 / np.pi) ** 2]) - end
@@ -83,7 +83,7 @@ def bent_strip(family, count, slenderness, load):
         ("plate", 40, 5000, (3e-3, 6e-3)),
     ],
 )
-def test_strips_bend_as_the_elastica_says_however_thin_they_are(family, count, slenderness, bounds):
+def test_thin_strips_match_elastica(family, count, slenderness, bounds):
     """To 10 and 16 % of the length. With curvature linear in the deflection they would go 1 and 3 % too far.
 
     Squares of slopes taken at points exact for them leave 16 % (20 triangles along) and 51 % (10 rectangles) at a
@@ -98,19 +98,21 @@ def test_strips_bend_as_the_elastica_says_however_thin_they_are(family, count, s
 
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("load", [0.15, -0.15])
-def test_an_arc_of_facets_opens_and_closes_as_the_elastica_does(load):
+def test_faceted_arc_matches_elastica(load):
     """One radian of a circle, all finite elements; with curvature linear in the deflection 0.13 to 0.2 % off."""
     thickness, width = 0.01, 0.1
     mesh = rectangle(1.0, width, 20, 2, "triangle")
     s, y, _ = mesh.points.T
     mesh = replace(mesh, points=np.stack([np.sin(s), y, 1 - np.cos(s)], axis=1))
     structure = build_structure(mesh, [Member("surface", "plate", thickness, STRIP)])
-    full = Full(structure, held_dofs(structure, ["left"]))
+    full = FullModel(structure, held_dofs(structure, ["left"]))
     end = mesh.group_points("right")
     share = np.where(np.abs(mesh.points[end, 1] - width / 2) < 1e-9, 0.5, 0.25)
     push = load * STRIP.E * width * thickness**3 / 12
     force = (structure.translation[3 * end + 2].T @ (share * push))[full.free]
-    moved = (structure.translation @ full.whole(static_path(full, force, np.linspace(0.1, 1, 10))[-1])).reshape(-1, 3)
+    moved = (structure.translation @ full.on_all_dofs(static_path(full, force, np.linspace(0.1, 1, 10))[-1])).reshape(
+        -1, 3
+    )
     exact = elastica(load, 1.0)
     assert share @ moved[end, 2] == pytest.approx(exact[1], rel=6e-4)
     assert -share @ moved[end, 0] == pytest.approx(exact[0], rel=6e-4)
@@ -151,7 +153,7 @@ def skew(size, EIy):
         (on_functions, "nonlinear"),
     ],
 )
-def test_a_round_beam_bends_as_far_askew_as_in_a_plane_of_its_axes(build, strain):
+def test_round_beam_deflects_equally_in_all_directions(build, strain):
     body, size = build(EI, 0.8 * EI, strain), 0.2
     straight, askew = (bent_tip(body, force) for force in (np.array([0, 0, 3 * EI * size / LENGTH**2]), skew(size, EI)))
     assert straight[2] > 0.19 * LENGTH
@@ -163,7 +165,7 @@ def test_a_round_beam_bends_as_far_askew_as_in_a_plane_of_its_axes(build, strain
 @pytest.mark.parametrize(
     ("ratio", "GJ"), [(1, 0.8), (4, 0.8), pytest.param(4, 1.5, marks=pytest.mark.slow), (0.3, 0.5)]
 )
-def test_a_beam_bent_askew_lies_where_kirchhoffs_rod_does(build, ratio, GJ):
+def test_obliquely_bent_beam_matches_kirchhoff_rod(build, ratio, GJ):
     """Uneven ones leave the plane of the load's linear answer; what is left falls at least as the square of the size.
 
     Curvature of second order alone was 7e-3 off at a fifth of the length.

@@ -43,7 +43,7 @@ def random_body(seed, n=5):
     return FlexibleBody(moments, strain, np.eye(n), {"tip": tip})
 
 
-def parted(body, free, slaved):
+def decoupled_columns(body, free, slaved):
     """Combinations of the shapes: the free ones as they are, the slaved ones without stiffness in common with them."""
     V1 = body.strain.V1
     X = np.eye(body.n_modes)[:, free + slaved]
@@ -53,25 +53,25 @@ def parted(body, free, slaved):
 
 def relaxed(body, free, slaved, delta):
     """Least energy over the slaved amplitudes near zero, and all amplitudes there."""
-    X = parted(body, free, slaved)
+    X = decoupled_columns(body, free, slaved)
     S = X[:, len(free) :]
 
-    def whole(y):
+    def all_amplitudes(y):
         return X @ np.concatenate([delta, y])
 
-    found = minimize(
-        lambda y: body.strain.energy(whole(y)),
+    minimum = minimize(
+        lambda y: body.strain.energy(all_amplitudes(y)),
         np.zeros(len(slaved)),
-        jac=lambda y: S.T @ body.strain.force(whole(y)),
-        hess=lambda y: S.T @ body.strain.tangent(whole(y)) @ S,
+        jac=lambda y: S.T @ body.strain.force(all_amplitudes(y)),
+        hess=lambda y: S.T @ body.strain.tangent(all_amplitudes(y)) @ S,
         method="trust-exact",
         options={"gtol": 1e-15},
     )
-    return found.fun, whole(found.x)
+    return minimum.fun, all_amplitudes(minimum.x)
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_energy_is_that_of_the_relaxed_body_to_fourth_order_and_places_to_second(seed):
+def test_condensed_energy_is_exact_to_fourth_order_and_positions_to_second(seed):
     body, free, slaved = random_body(seed), [0, 2, 4], [1, 3]
     small = condense(body, slaved)
     assert small.n_modes == 3 and small.n_shapes == 5 and len(small.slaves) == 2
@@ -86,7 +86,7 @@ def test_energy_is_that_of_the_relaxed_body_to_fourth_order_and_places_to_second
     assert np.log2(place[0] / place[1]) > 2.6  # of third order
 
 
-def test_a_cantilever_keeps_curvature_alone_and_held_ends_their_stretch():
+def test_condensed_energy_of_cantilever_and_of_pinned_beam():
     functions = BeamFunctions(y=3, family="polynomial")
     beam = UniformBeam(2.0, 7e6, 40.0, 40.0, 10.0, 1.3)
     free = beam_body(beam, functions, strain="condensed", orthonormal=False)
@@ -164,7 +164,7 @@ def error(structure, modes, way):
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("count", [4, 12, 24])
 @pytest.mark.parametrize("attachment", [(), ("x", "y", "z")])
-def test_random_kept_sets_of_a_straight_beam_bend_as_all_elements_do(count, attachment):
+def test_random_sets_of_straight_beam_match_full_elements(count, attachment):
     structure, rng = member(STRAIGHT), np.random.default_rng(count)
     every = cantilever_modes(structure, "start", 40)
     modes = every.picked(np.sort(rng.choice(40, count, replace=False)))
@@ -177,7 +177,7 @@ def test_random_kept_sets_of_a_straight_beam_bend_as_all_elements_do(count, atta
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("path, way", [(KINKED, "y"), (KINKED, "z"), (FOLDED, "z")])
 @pytest.mark.parametrize("count, attachment", [(4, ("x", "y", "z")), (18, ())])
-def test_folded_members_bend_as_all_elements_do(path, way, count, attachment):
+def test_deflection_of_folded_members_matches_full_elements(path, way, count, attachment):
     structure = member(path)
     modes = cantilever_modes(structure, "start", count)
     if attachment:

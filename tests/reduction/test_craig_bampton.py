@@ -39,7 +39,7 @@ def joined_frequencies(structure, phi, held, n):
 
 
 @pytest.mark.parametrize("interface", ["rigid", "nodal"])
-def test_a_frame_clamped_at_its_feet_after_reduction_has_the_full_models_frequencies(interface):
+def test_frame_clamped_after_reduction_has_frequencies_of_full_model(interface):
     structure = frame()
     modes = craig_bampton(structure, ["left", "right", "top"], 30, interface=interface)
     assert modes.n_modes == 12 + 30
@@ -48,7 +48,7 @@ def test_a_frame_clamped_at_its_feet_after_reduction_has_the_full_models_frequen
     assert joined_frequencies(structure, modes.phi, held, 6) == pytest.approx(exact, rel=2e-4)
 
 
-def test_the_error_falls_as_fixed_interface_modes_are_added_and_from_above():
+def test_frequencies_converge_from_above_with_fixed_interface_modes():
     structure = frame()
     held = structure.clamped_dofs("right")  # not the reference: the frame swings from the other foot
     exact = dense_frequencies(structure, held, 4)
@@ -72,7 +72,7 @@ def test_all_fixed_interface_modes_make_it_exact():
 
 @pytest.mark.parametrize("interface", ["rigid", "nodal"])
 @pytest.mark.parametrize("orthonormal", [True, False])
-def test_clamped_feet_stay_where_they_are_and_the_rest_vibrates_as_the_full_model_does(interface, orthonormal):
+def test_craig_bampton_with_clamped_feet_matches_full_model(interface, orthonormal):
     structure = frame()
     modes = craig_bampton(structure, "top", 30, clamp="feet", interface=interface, orthonormal=orthonormal)
     for foot in ("left", "right"):
@@ -157,7 +157,7 @@ def test_guyan_with_massless_rotations_is_exact():
     assert frequencies(body)[:6] == pytest.approx(full.omega, rel=1e-8)
 
 
-def test_all_modes_of_a_lumped_cantilever_carry_all_its_moving_mass():
+def test_effective_mass_of_all_lumped_modes_is_moving_mass():
     structure = lumped(slender_beam(n=10, order=3))
     body = reduce_structure(structure, nodal_translations(structure, "start"))
     root = MASS * LENGTH / 20  # half an element sits on the clamp

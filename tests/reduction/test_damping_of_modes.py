@@ -70,7 +70,7 @@ def test_added_shapes_do_not_change_the_damping_of_the_modes(make, directions, r
 
 
 @pytest.mark.parametrize("strain", ["linear", "condensed", "nonlinear"])
-def test_twist_by_what_hangs_at_the_tip_is_damped_as_with_many_modes(strain):
+def test_damping_of_twist_by_tip_body_matches_many_modes(strain):
     """J of the tip turns a boom with two bending modes: ratio and frequency are those of a set of 40 modes.
 
     Closed form of a light boom, w = sqrt(GJ / J L): the ratio is zeta w / w_r, w_r = sqrt(3 GJ / I_p L^2).

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.full_solution import Full, Reduced, static_path
+from support.full_solution import FullModel, Reduced, static_path
 from support.nonlinear_models import METAL
 
 from femflex.fem import Member, build_structure
@@ -54,7 +54,7 @@ def ratios(structure, modes, deflection):
     return alone / linear, relaxed_energy(tensors, 0, amount) / linear
 
 
-def test_one_bending_mode_alone_stores_far_too_much_and_derivatives_take_it_back():
+def test_derivatives_compensate_stretch_of_single_bending_mode():
     """eps = w'^2 / 2 is not relaxed: 1 + (a / h)^2 3 int w'^4 / int w''^2 with the clamped-free function w of unit tip.
 
     A strip of length 100 h: 2.75 at 1 % of its length and 175.7 at 10 %.
@@ -85,7 +85,7 @@ def test_derivatives_relax_plates_and_solids_too(make):
         assert 0 < relaxed - 1 < bound
 
 
-def test_a_derivative_is_the_static_answer_to_the_change_of_the_tangent():
+def test_derivative_is_static_response_to_change_of_tangent():
     structure = solid()
     modes = cantilever_modes(structure, "left", 2)
     theta = scaled_derivatives(structure, modes)
@@ -113,10 +113,10 @@ def solid_derivatives():
 
 
 @pytest.mark.parametrize(("make", "order"), [(plate_derivatives, 5.0), (solid_derivatives, 4.0)])
-def test_the_static_path_of_the_full_elements_is_theirs_to_third_order(make, order):
+def test_derivatives_match_static_path_of_full_elements_to_third_order(make, order):
     structure = make()
     one = cantilever_modes(structure, "left", 1).picked([0])
-    full = Full(structure, one.held)
+    full = FullModel(structure, one.held)
     phi = one.phi[:, 0] / one.omega[0]
     theta, psi = scaled_derivatives(structure, one)[:, 0], third_derivative(structure, one)
     size = 0.3 * H / np.abs(structure.translation @ phi).max()
@@ -124,7 +124,7 @@ def test_the_static_path_of_the_full_elements_is_theirs_to_third_order(make, ord
     exact = static_path(full, (structure.K @ phi)[full.free], factors)
     lacking = []
     for q, x in zip(factors, exact, strict=True):
-        left = full.whole(x) - phi * q - theta * q**2 / 2
+        left = full.on_all_dofs(x) - phi * q - theta * q**2 / 2
         lacking.append([np.abs(structure.translation @ d).max() for d in (left, left - psi * q**3)])
     lacking = np.array(lacking)
     assert np.log2(lacking[1:, 0] / lacking[:-1, 0]) == pytest.approx([3, 3], abs=0.1)
@@ -132,12 +132,12 @@ def test_the_static_path_of_the_full_elements_is_theirs_to_third_order(make, ord
     assert lacking[-1, 1] < 0.1 * lacking[-1, 0]
 
 
-def test_one_of_them_does_for_a_plate_bent_by_eight_thicknesses_what_four_more_modes_do_not():
+def test_one_third_derivative_suffices_for_plate_bent_by_eight_thicknesses():
     """Such a plate_derivatives stops curving crosswise."""
     structure = plate_derivatives(8, 5)
     load = structure.M @ rigid_shapes(structure)[:, 2]
     tip = structure.translation[[3 * structure.mesh.group_points("top_right")[0] + 2]].toarray()[0]
-    full = Full(structure, cantilever_modes(structure, "left", 1).held)
+    full = FullModel(structure, cantilever_modes(structure, "left", 1).held)
     unit = 8 * H / (tip[full.free] @ static_path(full, load[full.free], [1.0])[0])
     factors = unit * np.array([0.25, 0.5, 1.0])
     exact = static_path(full, load[full.free], factors) @ tip[full.free]

@@ -43,7 +43,7 @@ def test_a_pinned_beam_hardens_as_woinowsky_krieger_found():
     assert hardening(beam(), pinned) == pytest.approx(3.0 / H**2, rel=2e-3)
 
 
-def test_a_plate_between_immovable_edges_hardens_as_chu_and_herrmann_found():
+def test_hardening_of_plate_with_immovable_edges_matches_chu_herrmann():
     along_y, along_x = ("x", "z", "rx"), ("y", "z", "ry")
     edges = {"left": along_y, "right": along_y, "bottom": along_x, "top": along_x}
     exact = 3 * (2 * (3 - METAL.nu**2) + 4 * METAL.nu) / 16 / H**2
@@ -88,7 +88,7 @@ def quartic(width, counts):
     return (unpacked(tensors.V3, n, 4)[0, 0, 0, 0] - relaxed) / 2 / (row @ full.phi[:, 0]) ** 4
 
 
-def test_a_square_plate_hardens_less_than_by_von_karman_as_curvature_to_third_order_has_it():
+def test_square_plate_hardens_less_than_von_karman():
     """At a tenth the solid's quartic is 2.6 % below Chu and Herrmann's (1956); `large_deflection` has the plate's."""
     bending = STEEL.E * H_PLATES**3 / 12 / (1 - NU**2) * (2 * np.pi**2) ** 2 / 8  # V over q^2
     thin = 3 * (2 * (3 - NU**2) + 4 * NU) / 16 * bending / (2 * H_PLATES**2)
@@ -98,7 +98,7 @@ def test_a_square_plate_hardens_less_than_by_von_karman_as_curvature_to_third_or
     assert found == pytest.approx(plate, abs=2e-3)
 
 
-def test_a_strip_bent_one_way_hardens_more_than_either_says():
+def test_hardening_of_cylindrically_bent_strip():
     """Plates have 1.6 % less than von Karman at a tenth, the solid 1.0 % more.
 
     Stretch times curvature squared is beyond theories of thin plates: (thickness / wave length)^2 of what hardens them.

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 from scipy.special import ellipk
-from support.full_solution import Full, Reduced, arc_length, free_motion, held_at, static_path
+from support.full_solution import FullModel, Reduced, arc_length, free_motion, load_factors_at, static_path
 from support.nonlinear_models import METAL
 
 from femflex.body.symmetric import unpacked
@@ -42,7 +42,7 @@ def pinned_beam(n, order):
     return build_structure(mesh, [Member("line", "beam", Rectangle(0.05, H), METAL, options)])
 
 
-def test_a_beam_between_immovable_pins_hardens_as_woinowsky_krieger_found():
+def test_hardening_of_pinned_beam_matches_woinowsky_krieger():
     """q'' + w0^2 (q + q^3 / 4 r^2) = 0, r the radius of gyration (1950).
 
     Their curvature is v''; v'' (1 - u') with u' = (mean of v'^2 - v'^2) / 2 takes 2 (pi r / L)^2 of the quartic.
@@ -58,7 +58,7 @@ def test_a_beam_between_immovable_pins_hardens_as_woinowsky_krieger_found():
 @pytest.mark.parametrize(
     ("family", "counts", "order", "bound"), [("plate_bfs", (4, 8), 3.9, 1e-4), ("plate", (6, 12), 1.5, 5e-3)]
 )
-def test_a_plate_between_immovable_edges_hardens_as_chu_and_herrmann_found(family, counts, order, bound):
+def test_hardening_of_plate_with_immovable_edges_matches_chu_herrmann(family, counts, order, bound):
     """Simply supported, edges held against normal motion in the plane, free along themselves (1956).
 
     Their curvature is w,ab; less w,ab (u,x + v,y), with u = pi a^2 / 16 (cos 2 pi y - 1 + nu) sin 2 pi x and v alike,
@@ -98,10 +98,10 @@ def loaded_shapes(modes, load, n):
 
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize(("family", "n"), [("plate_bfs", 6), ("plate", 8)])
-def test_a_clamped_plate_under_pressure_bends_as_the_full_finite_elements_do(family, n):
+def test_deflection_of_clamped_plate_under_pressure_matches_full_elements(family, n):
     """Two modes, the load's own shape and six derivatives follow the full solution over all of Levy's loads."""
     structure, held, load, centre = clamped_plate(n, family)
-    full = Full(structure, held)
+    full = FullModel(structure, held)
     loads = LEVY_LOADS[[0, 2, 5, 8]]
     exact = static_path(full, load[full.free], loads) @ centre[full.free]
     modes = loaded_shapes(cantilever_modes(structure, EDGES, 6), load, 2)
@@ -119,11 +119,11 @@ def arch(rise, n=12):
     radius = (0.25 + rise**2) / (2 * rise)
     half = np.arcsin(0.5 / radius)
 
-    def place(t):
+    def point(t):
         angle = (2 * t - 1) * half
         return [0.5 + radius * np.sin(angle), 0.0, radius * (np.cos(angle) - np.cos(half))]
 
-    mesh = line(place, n)
+    mesh = line(point, n)
     return build_structure(mesh, [Member("line", "beam", Rectangle(0.03, H), METAL, {"extent": 1.0})])
 
 
@@ -141,7 +141,7 @@ def panel(rise, n=8, length=0.5, supports=None):
 
 def snapped(structure, clamp, where, step):
     """Full model, load, row of the deflection of the crown over H, path of load factors and of deflections."""
-    full = Full(structure, held_dofs(structure, clamp))
+    full = FullModel(structure, held_dofs(structure, clamp))
     load = -(structure.M @ rigid_shapes(structure)[:, 2])
     node = structure.mesh.nearest_point(where)
     row = -structure.translation[[3 * node + 2]].toarray()[0] / H
@@ -155,14 +155,14 @@ def load_off(structure, shapes, case):
     """Largest difference of the loads at equal deflections, over the largest load."""
     load, row, factors, deflections = case
     model = Reduced(strain_tensors(structure, shapes.phi))
-    found = held_at(model, shapes.phi.T @ load, shapes.phi.T @ row, deflections)
+    found = load_factors_at(model, shapes.phi.T @ load, shapes.phi.T @ row, deflections)
     return np.abs(found - factors).max() / factors.max()
 
 
 @pytest.mark.slow
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize(("rise", "support"), [(3 * H, "pinned"), (3 * H, "clamped")])
-def test_two_shapes_and_their_derivatives_at_the_deflection_carry_an_arch_through(rise, support):
+def test_arch_snaps_through_with_two_shapes_and_derivatives_at_deflection(rise, support):
     structure = arch(rise)
     held = ("x", "y", "z", "rx", "rz") + (("ry",) if support == "clamped" else ())
     clamp = {"start": held, "end": held}
@@ -173,11 +173,11 @@ def test_two_shapes_and_their_derivatives_at_the_deflection_carry_an_arch_throug
 
 
 @pytest.mark.slow
-def test_a_pinned_beam_swings_as_the_full_finite_elements_do_and_faster_than_it_would_by_small_motion():
+def test_large_oscillation_of_pinned_beam_matches_full_elements():
     """Started at w = 1.5 H in its first shape: w / w0 of Woinowsky-Krieger's oscillator, by Duffing's period."""
     structure = pinned_beam(8, 3)
     pins = dict.fromkeys(("start", "end"), ("x", "y", "z", "rx"))
-    full = Full(structure, held_dofs(structure, pins))
+    full = FullModel(structure, held_dofs(structure, pins))
     modes = loaded_shapes(cantilever_modes(structure, pins, 12), structure.M @ rigid_shapes(structure)[:, 2], 2)
     row = structure.translation[[3 * structure.mesh.nearest_point([0.5, 0, 0]) + 2]].toarray()[0]
     shapes = with_derivatives(structure, modes)
@@ -234,7 +234,7 @@ CASES = {
 
 @pytest.mark.parametrize("name", CASES)
 @pytest.mark.slow
-def test_ten_coordinates_of_the_lowest_modes_and_responses_snap_through_as_all_elements_do(name):
+def test_snap_through_in_ten_coordinates_matches_full_elements(name):
     """To four thicknesses: the load at equal deflections within 1 % of the largest, both limit points too."""
     make, clamp, turns = CASES[name]
     structure = make()
@@ -246,7 +246,7 @@ def test_ten_coordinates_of_the_lowest_modes_and_responses_snap_through_as_all_e
     assert shapes.n_modes == 10 and shapes.kinds.count("response") == 8
     assert load_off(structure, shapes, case) < 0.01
     at = np.linspace(0, deflections[-1], 200)[1:]
-    found = held_at(Reduced(strain_tensors(structure, shapes.phi)), shapes.phi.T @ load, shapes.phi.T @ row, at)
+    found = load_factors_at(Reduced(strain_tensors(structure, shapes.phi)), shapes.phi.T @ load, shapes.phi.T @ row, at)
     path = CubicSpline([0.0, *deflections], [0.0, *factors])(at)
     assert np.abs(found - path).max() < 0.01 * factors.max()  # on the symmetric path, not off it to where it buckles
     exact, own = limit_loads(deflections, factors), limit_loads(at, found)

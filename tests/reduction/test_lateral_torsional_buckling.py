@@ -38,7 +38,7 @@ def follows(name):
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("strain", ["condensed", "nonlinear"])
 @pytest.mark.parametrize("name", STRIPS)
-def test_any_number_of_modes_beside_the_shape_of_an_end_load_tips_over_at_prandtls_load(name, strain):
+def test_prandtls_load_with_any_number_of_modes_and_end_load_shape(name, strain):
     """4.0126 sqrt(EI GJ) / L^2; from above, and closer with more modes."""
     late = follows(name) if strain == "condensed" else 0.0
     counts = (4, 6, 8) if strain == "nonlinear" else (4, 6, 8, 12)
@@ -80,7 +80,7 @@ def test_a_strip_between_forks_tips_over_under_end_moments(name):
 
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize(("family", "counts"), [("plate_bfs", (12, 2)), ("plate", (16, 2))])
-def test_plate_strips_tip_over_where_their_own_finite_elements_do(family, counts):
+def test_lateral_buckling_of_plate_strips_matches_full_elements(family, counts):
     metal = Material(7e10, 0.3, 2700.0)
     mesh = rectangle(1.0, 0.05, *counts, "quad" if family == "plate_bfs" else "triangle")
     structure = build_structure(mesh, [Member("surface", family, 0.002, metal)])
@@ -112,7 +112,7 @@ def polynomial(n, **changes):
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("ratio", RATIOS)
 @pytest.mark.parametrize("strain", ["condensed", pytest.param("nonlinear", marks=pytest.mark.slow)])
-def test_a_cantilever_tips_over_under_an_end_load_and_under_its_weight(ratio, strain):
+def test_lateral_buckling_of_cantilever_under_end_load_and_weight(ratio, strain):
     """4.0126 and 12.854 sqrt(EI GJ) / L^2, from above with more functions."""
     found = []
     for n in (3, 4, 6):

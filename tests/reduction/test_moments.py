@@ -187,7 +187,7 @@ MESHES = {
 
 
 @pytest.mark.parametrize("family", MESHES)
-def test_a_mesh_taken_as_rigid_has_its_mass_and_its_centre(family: str):
+def test_rigid_mesh_has_mass_and_centre_of_elements(family: str):
     mesh, member, mass = MESHES[family]
     structure = build_structure(mesh(), [member])
     body = reduce_structure(structure, rigid_set(structure.n_dof))

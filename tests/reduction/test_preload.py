@@ -15,7 +15,7 @@ from femflex.fem.sections import CableSection, Circle
 from femflex.mesh import Mesh, line
 from femflex.reduction import cantilever_modes, reduce_structure, with_derivatives
 from femflex.reduction.preload.equilibrium import static_equilibrium
-from femflex.reduction.preload.loads import Preload, loads_on
+from femflex.reduction.preload.loads import Preload, loads_of_preload
 from femflex.system import Frame, System, weld
 
 CORD = CableSection(1e9, 0.3)  # 1e9 N: stretched by parts in 1e8
@@ -65,7 +65,7 @@ def test_a_spun_cable_has_the_frequencies_of_legendre_functions(strain):
     assert spun(strain) == pytest.approx(np.sort([*FLAP, *LAG]), rel=1e-6)
 
 
-def test_a_condensed_cable_takes_its_tension_from_the_spin_that_acts():
+def test_tension_of_condensed_cable_follows_spin():
     assert spun("condensed", rate=3.0) == pytest.approx(np.sort([*FLAP, *LAG]), rel=1e-6)
 
 
@@ -111,7 +111,7 @@ def vertical(length, tip, mass=0.005):
     tether = cord([0, length, 0], 12, CableSection(1e9, mass), masses)
     load = Preload.orbit(N, [0, 1, 0], [1, 0, 0])
     found = static_equilibrium(tether, PIN, load)
-    return found, loads_on(found, load).S
+    return found, loads_of_preload(found, load).S
 
 
 def frequencies(structure, S, axis):
@@ -160,7 +160,7 @@ def test_a_vertical_tether_in_orbit_has_the_tension_and_the_frequencies_of_row_I
     assert frequencies(found, S, 0) ** 2 == pytest.approx(squares + 1, rel=1e-5)
 
 
-def test_internal_damping_takes_energy_at_the_rate_of_kelvin_and_voigt():
+def test_internal_damping_dissipates_as_kelvin_voigt():
     """Stretch of a tether with a heavy end: c = tau k."""
     tau, EA, m = 0.01, 1e4, 5.0
     mass = PointMass("end", m)
@@ -220,7 +220,7 @@ CLAMP = {"feet": ("x", "y", "z"), "crown": ("y",)}
 
 
 @pytest.mark.parametrize(("fx", "fz"), [(2e4, -1e5), (3e5, 4e6), (1e3, -4e6), (-2e6, -3e6), (5e6, 1e6)])
-def test_a_dead_load_moves_a_truss_to_where_its_bars_balance_it_and_it_stands(truss, fx, fz):
+def test_truss_under_dead_load_is_in_stable_equilibrium(truss, fx, fz):
     """Where the load buckles it, it goes on to where its energy is least, an end of its way that is stable."""
     structure, _ = truss
     found = static_equilibrium(structure, CLAMP, Preload(forces={"crown": (fx, 0.0, fz)}))

@@ -58,7 +58,7 @@ def test_a_marker_on_several_nodes_is_the_least_squares_fit():
     assert rows.rotation @ x == pytest.approx(fit[3:])
 
 
-def test_about_the_line_of_its_nodes_a_marker_takes_their_own_rotation():
+def test_marker_on_line_of_nodes_uses_nodal_rotation():
     structure = slender_beam(n=4, order=3)
     mesh = structure.mesh.with_groups(points={"pair": [1, 3]})
     structure = replace(structure, mesh=mesh)

@@ -1,4 +1,4 @@
-"""Arches in ten coordinates, up to a rise of five thicknesses: both limit points, sideways buckling, and in motion."""
+"""Test: arches in ten coordinates, up to a rise of five thicknesses: limit points, buckling and motion."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def row_of(structure, group):
 
 
 @pytest.mark.slow
-def test_a_sinusoidal_arch_buckles_under_the_load_of_fung_and_kaplan():
+def test_buckling_of_sinusoidal_arch_matches_fung_kaplan():
     """Hinged, of rise a, under q sin(pi x / L): w = A sin(pi x / L) while it stands, r^2 = I / A, and
 
         q = EI (pi / L)^4 [a - A + A (a^2 - A^2) / (4 r^2)]
@@ -69,10 +69,10 @@ def test_a_sinusoidal_arch_buckles_under_the_load_of_fung_and_kaplan():
     for start in (0.0, 2.2 * rise):
         x, factor, stands = np.zeros(14), 0.0, start
         for at in np.linspace(0.0, start, 40)[1:] if start else ():
-            x, factor = held(reduced, load, fall, x, factor, at)
+            x, factor = equilibrium_at(reduced, load, fall, x, factor, at)
         step = (rise - start) / 100
         while abs(step) > 1e-6 * rise:
-            tried, push = held(reduced, load, fall, x, factor, stands + step)
+            tried, push = equilibrium_at(reduced, load, fall, x, factor, stands + step)
             if np.linalg.eigvalsh(reduced.tangent(tried))[0] > 0:
                 x, factor, stands = tried, push, stands + step
             else:
@@ -83,8 +83,8 @@ def test_a_sinusoidal_arch_buckles_under_the_load_of_fung_and_kaplan():
     np.testing.assert_allclose(found, exact, atol=0.01 * exact[0])
 
 
-def held(reduced, load, row, x, factor, at):
-    """The equilibrium with row . x held, and its load factor."""
+def equilibrium_at(reduced, load, row, x, factor, at):
+    """The equilibrium with prescribed row . x = at, and its load factor."""
     for _ in range(40):
         rest = np.append(factor * load - reduced.force(x), at - row @ x)
         K = np.block([[reduced.tangent(x), -load[:, None]], [row[None], np.zeros((1, 1))]])
@@ -113,11 +113,11 @@ def test_sinusoidal_arch_snaps_under_a_sudden_load(part, snaps):
     every = cantilever_modes(structure, dict.fromkeys(("start", "end"), PINS), 6)
     modes = with_derivatives(structure, every.picked([int(np.abs(row_of(structure, "crown") @ every.phi).argmax())]))
     body = reduce_structure(structure, modes, strain="condensed")
-    held = np.eye(body.n_modes)[0]  # the others at rest
+    only_first = np.eye(body.n_modes)[0]  # the others at rest
     wave = np.sin(np.pi * structure.mesh.points[:, 0]) / ELEMENTS
     load = modes.phi[:, 0] @ -(structure.translation.T @ np.kron(wave, [0.0, 0.0, q]))
     crown = modes.phi[:, 0] @ row_of(structure, "crown")
-    rate = lambda t, x: [x[1], load - body.strain.force(x[0] * held)[0]]  # noqa: E731
+    rate = lambda t, x: [x[1], load - body.strain.force(x[0] * only_first)[0]]  # noqa: E731
     period = 2 * np.pi / np.sqrt(body.strain.V1[0, 0])
     reached = solve_ivp(rate, (0.0, 10 * period), [0.0, 0.0], rtol=1e-8, atol=1e-10).y[0] * crown
     assert (reached.max() > 1.5 * rise) == snaps

@@ -27,11 +27,11 @@ def body():
     return replace(made, strain=strain, markers={"zeta": turned, **made.markers}, omega=omega, kinds=kinds)
 
 
-def same(a, b):
+def identical_bytes(a, b):
     return a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes()
 
 
-def test_a_body_comes_back_bit_for_bit(body, tmp_path):
+def test_saved_body_is_loaded_bit_for_bit(body, tmp_path):
     found = load_body(save_body(tmp_path / "boom.h5", body))
     assert found.moments.mass == body.moments.mass
     pairs = [
@@ -46,17 +46,17 @@ def test_a_body_comes_back_bit_for_bit(body, tmp_path):
         (found.skin.points, body.skin.points),
         (found.skin.shapes, body.skin.shapes),
     ]
-    assert all(same(a, np.ascontiguousarray(b)) for a, b in pairs)
+    assert all(identical_bytes(a, np.ascontiguousarray(b)) for a, b in pairs)
     assert found.kinds == body.kinds
     assert list(found.markers) == list(body.markers)
     for name, marker in body.markers.items():
         for part in ("position", "phi", "psi", "orientation"):
-            assert same(getattr(found.markers[name], part), np.ascontiguousarray(getattr(marker, part)))
+            assert identical_bytes(getattr(found.markers[name], part), np.ascontiguousarray(getattr(marker, part)))
     assert list(found.skin.cells) == list(body.skin.cells)
     assert all(np.array_equal(found.skin.cells[kind], rows) for kind, rows in body.skin.cells.items())
 
 
-def test_a_rigid_body_without_a_skin_comes_back(tmp_path):
+def test_saved_rigid_body_without_skin_is_loaded(tmp_path):
     found = load_body(save_body(tmp_path / "hub.h5", rigid_body(3.0, np.diag([1.0, 2, 2.5]))))
     assert found.n_modes == 0 and found.skin is None and found.kinds == () and found.omega.shape == (0,)
     assert np.array_equal(found.moments.inertia(), np.diag([1.0, 2, 2.5]))

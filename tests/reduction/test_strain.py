@@ -28,7 +28,7 @@ def reduced(request):
 
 
 @pytest.mark.parametrize("size", [1e-4, 0.1, 30.0])
-def test_the_elastic_force_is_that_of_the_full_finite_elements_projected(reduced, size):
+def test_elastic_force_is_projected_force_of_full_elements(reduced, size):
     structure, phi, tensors = reduced
     elastic = structure.internal_force
     d = size * np.random.default_rng(2).normal(size=N)
@@ -129,7 +129,7 @@ def test_energy_density_integrates_to_the_strain_energy(family):
     assert energy(strain_field(structure, phi, True), y) == pytest.approx(tensors.energy(y), rel=rel)
 
 
-def test_a_solid_turned_as_a_whole_strains_only_if_strain_is_linear():
+def test_rigid_rotation_of_solid_strains_only_with_linear_strain():
     structure = solid()
     angle = 0.3
     turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])

@@ -50,7 +50,7 @@ class Slewed(Spun):
         modes = cantilever_modes(structure, clamp, damped)
         self.rows, self.drag = (structure.M @ modes.phi)[self.free], 2 * ratio * modes.omega
 
-    def rest(self, at, torque):
+    def unbalanced_forces(self, at, torque):
         """Unbalanced forces (n,) and torque in a state."""
         x, v, a, (_, rate, turn) = at
         lever, pull = self.c + self.C @ x, self.s + self.S @ x
@@ -84,7 +84,7 @@ class Slewed(Spun):
             step = Alpha(self, (end - begin) / count)
             state = self.pushed(state, self.hub.torque(np.nextafter(begin, end)) - torque)
             for k in range(count):
-                state = step.taken(state, self.hub.torque(begin + (k + step.late) * step.h))
+                state = step.next_state(state, self.hub.torque(begin + (k + step.late) * step.h))
                 t = begin + (k + 1) * step.h
                 out.append((t, rows @ state[0], state[3][0], self.momentum(state)))
             torque = self.hub.torque(np.nextafter(end, begin))
@@ -118,7 +118,7 @@ class Alpha:
         n, J = s.hub.panels, -(s.s0 + (2 * s.s + s.S @ x) @ x)
         self.whole = self.inertia * (s.hub.inertia + n * J) - n * self.lever @ self.answer
 
-    def taken(self, old, torque):
+    def next_state(self, old, torque):
         """The state a step later under the torque in its middle."""
         x, v, a, (angle, rate, turn) = old
         new, theta = (q + self.h * p + self.h**2 / 2 * r for q, p, r in ((x, v, a), (angle, rate, turn)))
@@ -132,7 +132,7 @@ class Alpha:
             if size > SLOW * last:
                 self.factorise(at)
             last = size
-            push, moment = self.slewed.rest(at, torque)
+            push, moment = self.slewed.unbalanced_forces(at, torque)
             move = self.solver.solve(-push)
             swing = (-moment - self.slewed.hub.panels * self.lever @ move) / self.whole
             move = move - self.answer * swing

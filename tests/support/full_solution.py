@@ -15,26 +15,26 @@ Force = Callable[[np.ndarray], np.ndarray]
 Tangent = Callable[[np.ndarray], object]
 
 
-class Full:
+class FullModel:
     """Force and tangent of a Structure on the dofs that are not held."""
 
     def __init__(self, structure, held):
         self.structure, self.elastic = structure, structure.internal_force
         self.free = np.setdiff1d(np.arange(structure.n_dof), held)
 
-    def whole(self, x):
+    def on_all_dofs(self, x):
         out = np.zeros(self.structure.n_dof)
         out[self.free] = x
         return out
 
     def energy(self, x):
-        return self.elastic.energy(self.whole(x))
+        return self.elastic.energy(self.on_all_dofs(x))
 
     def force(self, x):
-        return self.elastic.force(self.whole(x))[self.free]
+        return self.elastic.force(self.on_all_dofs(x))[self.free]
 
     def tangent(self, x):
-        return self.elastic.tangent(self.whole(x))[self.free][:, self.free]
+        return self.elastic.tangent(self.on_all_dofs(x))[self.free][:, self.free]
 
 
 class Reduced:
@@ -44,12 +44,12 @@ class Reduced:
         self.energy, self.force, self.tangent = tensors.energy, tensors.force, tensors.tangent
 
 
-def solved(K, b):
+def solve(K, b):
     """K^-1 b, dense or sparse."""
     return splu(sparse.csc_array(K)).solve(b) if sparse.issparse(K) else np.linalg.solve(K, b)
 
 
-def static_path(model: Full | Reduced, load: np.ndarray, factors: Sequence[float], x0: np.ndarray | None = None):
+def static_path(model: FullModel | Reduced, load: np.ndarray, factors: Sequence[float], x0: np.ndarray | None = None):
     """Equilibria (len(factors), n) under factors of a load, each by Newton steps from the one before."""
     x = np.zeros_like(load) if x0 is None else x0.copy()
     found = []
@@ -57,7 +57,7 @@ def static_path(model: Full | Reduced, load: np.ndarray, factors: Sequence[float
         scale = np.abs(factor * load).max() + 1e-300
         for _ in range(60):
             rest = factor * load - model.force(x)
-            step = solved(model.tangent(x), rest)
+            step = solve(model.tangent(x), rest)
             x = x + step
             if np.abs(step).max() <= 1e-11 * np.abs(x).max() or np.abs(rest).max() < 1e-12 * scale:
                 break
@@ -68,7 +68,7 @@ def static_path(model: Full | Reduced, load: np.ndarray, factors: Sequence[float
 
 
 def arc_length(
-    model: Full | Reduced,
+    model: FullModel | Reduced,
     load: np.ndarray,
     step: float,
     count: int,
@@ -83,7 +83,7 @@ def arc_length(
     x, factor = np.zeros_like(load), 0.0
     path, direction = [], None
     for _ in range(count):
-        v = solved(model.tangent(x), load)
+        v = solve(model.tangent(x), load)
         length = np.sqrt(w @ v**2)
         sign = 1.0 if direction is None or w @ (direction * v) > 0 else -1.0
         direction = sign * v / length
@@ -91,7 +91,7 @@ def arc_length(
         for _ in range(30):
             rest = factor_new * load - model.force(x_new)
             K = model.tangent(x_new)
-            a, b = solved(K, np.column_stack([rest, load])).T
+            a, b = solve(K, np.column_stack([rest, load])).T
             change = -(w @ (direction * (x_new - x + a)) - step) / (w @ (direction * b))
             move = a + change * b
             x_new, factor_new = x_new + move, factor_new + change
@@ -107,16 +107,16 @@ def arc_length(
     return np.array([f for f, _ in path]), np.array([x for _, x in path])
 
 
-def free_motion(model: Full | Reduced, M, x, v, dt: float, count: int):
+def free_motion(model: FullModel | Reduced, M, x, v, dt: float, count: int):
     """Displacements (count + 1, n) of M a + f(x) = 0 by the implicit midpoint-energy (average) rule of Newmark."""
     out = [x.copy()]
-    a = solved(M, -model.force(x))
+    a = solve(M, -model.force(x))
     for _ in range(count):
         new = x + dt * v + dt**2 / 2 * a
         for _ in range(30):
             a_new = (new - x - dt * v) * 4 / dt**2 - a
             rest = M @ a_new + model.force(new)
-            move = -solved(M * (4 / dt**2) + model.tangent(new), rest)
+            move = -solve(M * (4 / dt**2) + model.tangent(new), rest)
             new = new + move
             if np.abs(move).max() < 1e-12 * np.abs(new).max():
                 break
@@ -127,7 +127,7 @@ def free_motion(model: Full | Reduced, M, x, v, dt: float, count: int):
     return np.array(out)
 
 
-def held_at(model: Reduced, load: np.ndarray, row: np.ndarray, values: Sequence[float]) -> np.ndarray:
+def load_factors_at(model: Reduced, load: np.ndarray, row: np.ndarray, values: Sequence[float]) -> np.ndarray:
     """Load factors (k,) at which row . x takes these values, one after the other, from rest."""
     x, factor, found = np.zeros_like(load), 0.0, []
     for value in values:
@@ -144,16 +144,16 @@ def held_at(model: Reduced, load: np.ndarray, row: np.ndarray, values: Sequence[
     return np.array(found)
 
 
-def stepped_motion(model: Full | Reduced, M, D, load, dt: float, count: int):
+def stepped_motion(model: FullModel | Reduced, M, D, load, dt: float, count: int):
     """Displacements (count + 1, n) of M a + D v + f(x) = load, put on at once from rest, by Newmark's average rule."""
     x, v = np.zeros_like(load), np.zeros_like(load)
-    a, out = solved(M, load - model.force(x)), [x]
+    a, out = solve(M, load - model.force(x)), [x]
     for _ in range(count):
         new = x + dt * v + dt**2 / 2 * a
         for _ in range(30):
             more = (new - x - dt * v) * 4 / dt**2 - a
             rate = v + dt / 2 * (a + more)
-            move = solved(
+            move = solve(
                 M * (4 / dt**2) + D * (2 / dt) + model.tangent(new), load - M @ more - D @ rate - model.force(new)
             )
             new = new + move

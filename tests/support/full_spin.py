@@ -18,7 +18,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import eigs, splu
 
-from support.full_solution import Full
+from support.full_solution import FullModel
 
 
 def skew(e):
@@ -96,7 +96,7 @@ class Points:
         return self.G.T @ (middle.tocsr() @ self.G)
 
 
-class Spun(Full):
+class Spun(FullModel):
     """A Structure of one unstressed plate member with held dofs, in a frame that turns about `axis` (3,)."""
 
     def __init__(self, structure, held, axis):
@@ -148,7 +148,7 @@ class Spun(Full):
         step, out = Step(self, times[1] - times[0]), [rows @ state.x]
         for t in times[:-1]:
             middle = t + (1 - step.late_f) * step.h
-            state = step.taken(state, rate(middle), turn(middle))
+            state = step.next_state(state, rate(middle), turn(middle))
             out.append(rows @ state.x)
         return np.array(out)
 
@@ -188,7 +188,7 @@ class Step:
         inertia = (1 - self.late_m) / (self.beta * h**2) * spun.M
         return splu(sparse.csc_array(inertia + (1 - self.late_f) * (gyroscopic + spun.stiffness(x, rate, turn))))
 
-    def taken(self, old: State, rate, turn) -> State:
+    def next_state(self, old: State, rate, turn) -> State:
         """The state a step later, the spin given in its middle."""
         spun, x = self.spun, old.x + self.h * old.v + self.h**2 / 2 * old.a
         for k in range(30):

@@ -293,7 +293,7 @@ def quaternion_product(p: Array, q: Array) -> Array:
     return np.concatenate([[scalar], p[0] * q[1:] + q[0] * p[1:] + np.cross(p[1:], q[1:])])
 
 
-def turned(vector: Array) -> Array:
+def quaternion_of_rotation(vector: Array) -> Array:
     """Quaternion of a rotation vector."""
     angle = np.linalg.norm(vector)
     return np.concatenate([[np.cos(angle / 2)], np.sin(angle / 2) * vector / angle])
@@ -306,7 +306,7 @@ def spun(model: Compiled, x0: Array, t: float) -> Array:
     """
     across, axial = model.pool[0], model.pool[2]
     spin = np.array([0, 0, x0[6] * (1 - axial / across)]) * t
-    q = quaternion_product(turned(model.pool[:3] * x0[4:] / across * t), turned(spin))
+    q = quaternion_product(quaternion_of_rotation(model.pool[:3] * x0[4:] / across * t), quaternion_of_rotation(spin))
     c, s = np.cos(spin[2]), np.sin(spin[2])
     return np.concatenate([q, [c * x0[4] + s * x0[5], c * x0[5] - s * x0[4], x0[6]]])
 

@@ -13,7 +13,7 @@ def tip_of_rod(length, GJ, EIy, EIz, force):
     stiffness = np.array([GJ, EIy, EIz])
 
     def bent(moment, share):
-        def along(s, y):
+        def derivative(s, y):
             R, m = y[:9].reshape(3, 3), y[9:12]
             kappa = m / stiffness
             n = R.T @ (share * force)
@@ -21,7 +21,7 @@ def tip_of_rod(length, GJ, EIy, EIz, force):
             return np.concatenate([turned.ravel(), -np.cross(kappa, m) - np.cross([1.0, 0, 0], n), R[:, 0]])
 
         start = np.concatenate([np.eye(3).ravel(), moment, np.zeros(3)])
-        return solve_ivp(along, (0, length), start, rtol=1e-10, atol=1e-12).y[:, -1]
+        return solve_ivp(derivative, (0, length), start, rtol=1e-10, atol=1e-12).y[:, -1]
 
     guess = np.zeros(3)
     for share in (0.25, 0.5, 0.75, 1.0):

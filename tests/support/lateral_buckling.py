@@ -1,4 +1,4 @@
-"""Where a body, or a structure, loses its last stiffness under a growing dead load, by its energy alone."""
+"""Critical dead loads of bodies and structures, at which the tangent stiffness becomes singular."""
 
 import numpy as np
 from scipy import linalg
@@ -16,9 +16,9 @@ def of_narrow_beams(coefficient, power, ratio):
 
 
 def critical(body, load, unit, step=0.05, most=2.0):
-    """The share of a unit at which a body under generalised forces `load` (n_shapes,) times it has no stiffness left.
+    """The critical share of a unit load of a body, with generalised forces `load` (n_shapes,); inf beyond `most`.
 
-    Followers y = 1/2 delta.A delta take part in the load's work. inf where that is beyond `most`.
+    The work of the load includes that on dependent shapes, y = 1/2 delta.A delta.
     """
     n = body.n_modes
     A = np.tensordot(load[n:], body.slaves, axes=1) if len(body.slaves) else np.zeros((n, n))
@@ -32,19 +32,19 @@ def critical(body, load, unit, step=0.05, most=2.0):
     return _first_zero(force, tangent, body.strain.V1, np.zeros(n), step, most)
 
 
-def critical_of_structure(structure, held, load, unit, step=0.05, most=2.0):
-    """The same of a structure itself, all its dofs free that are not held."""
-    free = free_dofs(structure, held)
+def critical_of_structure(structure, clamped, load, unit, step=0.05, most=2.0):
+    """The critical share of a unit load of a structure with dofs clamped."""
+    free = free_dofs(structure, clamped)
     elastic = structure.internal_force
 
-    def full(d):
+    def on_all_dofs(d):
         x = np.zeros(structure.n_dof)
         x[free] = d
         return x
 
     return _first_zero(
-        lambda d, share: elastic.force(full(d))[free] - share * unit * load[free],
-        lambda d, share: elastic.tangent(full(d))[free][:, free].toarray(),
+        lambda d, share: elastic.force(on_all_dofs(d))[free] - share * unit * load[free],
+        lambda d, share: elastic.tangent(on_all_dofs(d))[free][:, free].toarray(),
         structure.K[free][:, free].toarray(),
         np.zeros(len(free)),
         step,

@@ -68,10 +68,10 @@ class Material:
         return L * (xi if self.at_tip else 1 - xi)
 
     def xi(self, sigma, L):
-        """Where a material point stands."""
+        """Position xi of a material point."""
         return sigma / L if self.at_tip else 1 - sigma / L
 
-    def following(self, xi):
+    def foreshortening(self, xi):
         """F_s(xi) (k, n_s): - sum over pairs of the integrals of slopes, resolved into the amplitudes' A_s."""
         n_s = len(self.slaves)
         if not n_s:
@@ -94,7 +94,7 @@ class Material:
         out[..., 0] = self.offsets
         out[:, :, 0, 0] += (L * xi)[:, None]
         out[..., 1 : 1 + n] = local
-        out[:, :, 0, 1 + n :] = self.following(xi)[:, None] / L
+        out[:, :, 0, 1 + n :] = self.foreshortening(xi)[:, None] / L
         out = np.einsum("ab,kmaA->kmbA", self.frame, out)
         out[..., 0] += np.asarray(self.root, float)
         return out
@@ -129,7 +129,7 @@ class Material:
         return self.density(here)[0] * np.einsum("m,maA,maB->AB", self.share, jump, jump)
 
     def block(self, block, L, U, A, others):
-        """What a table holds; others: functions of the block and the length that write the rest."""
+        """The record of a table; others: functions of the block and the length that write its other fields."""
         now = self.integrals(L)
         near = {k: self.integrals(L * (1 + k * H)) for k in FIRST}
         rate = {key: sum(c * near[k][key] for k, c in FIRST.items()) / (L * H) for key in ("X", "Y", "C")}

@@ -19,7 +19,9 @@ def written(folder: Path, *cards: str, control: str = "SPC = 1", name: str = "de
     return path
 
 
-def read(folder: Path, *cards: str, control: str = "SPC = 1", units: str = "m-kg-s", **more: object) -> Deck:
+def read_deck_of_cards(
+    folder: Path, *cards: str, control: str = "SPC = 1", units: str = "m-kg-s", **more: object
+) -> Deck:
     """The Deck of these cards."""
     return read_deck(written(folder, *cards, control=control), units, **more)  # type: ignore[arg-type]
 

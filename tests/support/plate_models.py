@@ -36,7 +36,7 @@ def flexural_rigidity(h: float) -> float:
     return METAL.E * h**3 / 12 / (1 - METAL.nu**2)
 
 
-def held(structure: Structure, group: str, components: str) -> IntArray:
+def dofs_of_components(structure: Structure, group: str, components: str) -> IntArray:
     """Independent dofs that carry components ("xyz" translations, "abc" rotations about them) of a group's nodes."""
     nodes = structure.mesh.group_points(group)
     found = []
@@ -50,7 +50,9 @@ def held(structure: Structure, group: str, components: str) -> IntArray:
 def simply_supported(structure: Structure) -> IntArray:
     """Dofs held by hard supports on the four edges of a rectangle in the x, y plane: nothing moves along an edge."""
     turning = {"x": "a", "y": "b"}  # the rotation that tilts the edge itself
-    return np.unique(np.concatenate([held(structure, edge, "xyz" + turning[n]) for edge, n in EDGES.items()]))
+    return np.unique(
+        np.concatenate([dofs_of_components(structure, edge, "xyz" + turning[n]) for edge, n in EDGES.items()])
+    )
 
 
 def frequencies(structure: Structure, fixed: IntArray, n: int, shift: float = 0.0) -> Array:

@@ -191,7 +191,7 @@ class Problem:
         for k, load in enumerate(self.system.loads):
             _, attitude, C = end_of(tree, load)
             axes = {"marker": attitude.v, "body": C.v, "inertial": np.eye(3)}[load.frame]
-            force, torque = axes @ at(load, load.force, self.t), axes @ at(load, load.torque, self.t)
+            force, torque = axes @ load_at(load, load.force, self.t), axes @ load_at(load, load.torque, self.t)
             out += (ends[:, k, :3] - center) @ force + ends[:, k, 3:] @ torque
         return out
 
@@ -211,7 +211,7 @@ def end_of(tree, load):
     return r + C @ r_M, C @ C_M, C
 
 
-def at(load, table, t):
+def load_at(load, table, t):
     """Force or torque of a load at a time."""
     if load.times is None:
         return table
@@ -271,12 +271,12 @@ def random_condensed(seed, n_bodies=4, most=7, size=0.5, **more):
 def along_beams(system, rng):
     """The system with every marker that moves a section of a beam along some axis."""
 
-    def turned(marker):
+    def with_axis(marker):
         axis = rng.normal(size=3)
         return replace(marker, axis=axis / np.linalg.norm(axis)) if marker.psi.any() else marker
 
     bodies = {
-        name: replace(body, markers={key: turned(marker) for key, marker in body.markers.items()})
+        name: replace(body, markers={key: with_axis(marker) for key, marker in body.markers.items()})
         for name, body in system.bodies.items()
     }
     return replace(system, bodies=bodies)
@@ -308,7 +308,7 @@ def many_shapes(seed, moving_markers=True, orthonormal=False):
     return system, clouds, state
 
 
-def of(made, dressed=True, seed=0, **more) -> Problem:
+def problem_of(made, dressed=True, seed=0, **more) -> Problem:
     """The problem of a system, its clouds and a state; dressed with springs, dampers and loads."""
     system, clouds, state = made
     return Problem(furnished(system, np.random.default_rng(seed)) if dressed else system, clouds, state, **more)
@@ -324,29 +324,31 @@ def with_effectors() -> Problem:
     )
     spring = Spring("line", last, root, "a", "b", stiffness=6.0, damping=0.8, length=0.3)
     effectors = (*Sensor("gyro", "rate", root).effectors, law, wheel)
-    return of((replace(system, effectors=effectors, springs=(spring,)), clouds, state))
+    return problem_of((replace(system, effectors=effectors, springs=(spring,)), clouds, state))
 
 
 SYSTEMS: dict[str, Callable[[], Problem]] = {
-    **{f"tree {seed}": lambda seed=seed: of(random_tree(seed), t=0.4) for seed in (1, 5)},
-    "rigid markers": lambda: of(random_tree(3, n_bodies=4, moving_markers=False)),
-    "spinning frame": lambda: of(random_tree(2, n_bodies=4, **SPINNING)),
-    "specified orbit": lambda: of(random_tree(1, root=spherical, **ORBITAL)),
-    "specified orbit, two angles": lambda: of(random_tree(4, root=universal, **ORBITAL)),
-    "free orbit": lambda: of(random_tree(3, **FLYING)),
-    "many shapes": lambda: of(many_shapes(0)),
-    "orthonormal shapes": lambda: of(many_shapes(3, False, True)),
-    "nonlinear strain": lambda: of(make_curved(5)),
-    "condensed": lambda: of(random_condensed(3), tree=DependentTree),
-    "condensed, sections of beams": lambda: of(beams(random_condensed(1)), tree=DependentTree),
-    "condensed, specified orbit": lambda: of(random_condensed(2, root=spherical, **ORBITAL), tree=DependentTree),
-    "prescribed": lambda: of(held_tree(2), t=0.4),
-    "prescribed, other joints": lambda: of(held_tree(4), t=0.4),
-    "prescribed, specified orbit": lambda: of(held_tree(1, root=universal, **ORBITAL)),
-    "loop": lambda: of(random_loops(1, most=3)),
-    "two loops": lambda: of(random_loops(2, 2, most=3)),
-    "loop, spinning frame": lambda: of(random_loops(3, most=2, **SPINNING)),
-    "loop, specified orbit": lambda: of(random_loops(1, most=2, root=spherical, **ORBITAL)),
+    **{f"tree {seed}": lambda seed=seed: problem_of(random_tree(seed), t=0.4) for seed in (1, 5)},
+    "rigid markers": lambda: problem_of(random_tree(3, n_bodies=4, moving_markers=False)),
+    "spinning frame": lambda: problem_of(random_tree(2, n_bodies=4, **SPINNING)),
+    "specified orbit": lambda: problem_of(random_tree(1, root=spherical, **ORBITAL)),
+    "specified orbit, two angles": lambda: problem_of(random_tree(4, root=universal, **ORBITAL)),
+    "free orbit": lambda: problem_of(random_tree(3, **FLYING)),
+    "many shapes": lambda: problem_of(many_shapes(0)),
+    "orthonormal shapes": lambda: problem_of(many_shapes(3, False, True)),
+    "nonlinear strain": lambda: problem_of(make_curved(5)),
+    "condensed": lambda: problem_of(random_condensed(3), tree=DependentTree),
+    "condensed, sections of beams": lambda: problem_of(beams(random_condensed(1)), tree=DependentTree),
+    "condensed, specified orbit": lambda: problem_of(
+        random_condensed(2, root=spherical, **ORBITAL), tree=DependentTree
+    ),
+    "prescribed": lambda: problem_of(held_tree(2), t=0.4),
+    "prescribed, other joints": lambda: problem_of(held_tree(4), t=0.4),
+    "prescribed, specified orbit": lambda: problem_of(held_tree(1, root=universal, **ORBITAL)),
+    "loop": lambda: problem_of(random_loops(1, most=3)),
+    "two loops": lambda: problem_of(random_loops(2, 2, most=3)),
+    "loop, spinning frame": lambda: problem_of(random_loops(3, most=2, **SPINNING)),
+    "loop, specified orbit": lambda: problem_of(random_loops(1, most=2, root=spherical, **ORBITAL)),
     "effectors": with_effectors,
 }
 

@@ -18,7 +18,7 @@ from femflex.reduction import BeamFunctions, Taper, UniformBeam, beam_body
 from femflex.system import Frame, System, weld
 
 
-def one(x):
+def uniform(x):
     return np.ones_like(x)
 
 
@@ -36,8 +36,8 @@ class Rotating:
     hub: float = 0.0
     flap: float = 1.0
     lag: float = 1.0
-    mass: Callable = one
-    bending: Callable = one
+    mass: Callable = uniform
+    bending: Callable = uniform
     setting: float = 0.0
 
     def matrix(self):
@@ -51,7 +51,7 @@ class Rotating:
         c, s = np.cos(self.setting), np.sin(self.setting)
         beam = UniformBeam(
             1.0, 1e4, self.flap, self.lag, 1.0, 1.0, root=(self.hub, 0, 0), orientation=(0, c, s),
-            taper=Taper(self.mass, self.bending, one),
+            taper=Taper(self.mass, self.bending, uniform),
         )  # fmt: skip
         return beam_body(beam, BeamFunctions(y=n, z=n, family="polynomial"), strain="condensed")
 

@@ -151,12 +151,12 @@ def twisted_beam(cell: str, load: str, thickness: float = 0.32, n: int = 12) -> 
     1e-6 of force): 1.390 and 0.3431 (MacNeal & Harder; Simo, Fox and Rifai)."""
     flat = rectangle(12.0, 1.1, n, 2 if CELL_TYPES[cell].order == 1 else 1, cell)
 
-    def turned(p):
+    def twisted_point(p):
         a = p[:, 0] / 12 * np.pi / 2
         y = p[:, 1] - 0.55
         return np.stack([p[:, 0], y * np.cos(a), y * np.sin(a)], axis=1)
 
-    m = mapped(flat, turned)
+    m = mapped(flat, twisted_point)
     m = m.with_groups(points={"middle": [m.nearest_point([12, 0, 0])]})
     # in plane of the tip: along z (its width); out of plane: along y
     way = {"in plane": Z, "out of plane": Y}[load]
@@ -227,7 +227,7 @@ def raasch_hook(cell: str, n: int) -> Problem:
     flat = rectangle(1.0, 20.0, n, max(1, n // 4), cell)
     steps = np.linspace(0, 1, n * CELL_TYPES[cell].order + 1)
 
-    def place(p):
+    def position(p):
         t = np.interp(p[:, 0], steps, a)
         first = np.minimum(t / share, 1) * np.radians(60)
         second = np.maximum((t - share) / (1 - share), 0) * np.radians(150)
@@ -243,7 +243,7 @@ def raasch_hook(cell: str, n: int) -> Problem:
         y = np.where(far, centre[1] + 46 * np.sin(ang), y)
         return np.stack([x, y, p[:, 1]], axis=1)
 
-    m = mapped(flat, place)
+    m = mapped(flat, position)
     end = m.points[m.group_points("right")].mean(axis=0)
     tip = m.nearest_point(end)
     return Problem(

@@ -43,7 +43,7 @@ class SolidProblem:
     answer: float
 
 
-def part(unit: np.ndarray, name: str) -> np.ndarray:
+def nodes_of_boundary(unit: np.ndarray, name: str) -> np.ndarray:
     """Nodes of a part of the box's boundary."""
     on = np.ones(len(unit), bool)
     for axis, end in zip(name[::2], name[1::2], strict=True):
@@ -65,7 +65,7 @@ def faces(kind: str) -> list[list[int]]:
 
 def shares(mesh: Mesh, unit: np.ndarray, name: str) -> dict[int, float]:
     """Nodes of a part of the boundary with their shares of a uniform load."""
-    nodes = part(unit, name)
+    nodes = nodes_of_boundary(unit, name)
     found: dict[int, float] = {}
     if len(name) == 2:  # a face
         inside = set(nodes.tolist())
@@ -92,7 +92,7 @@ def ratio(problem: SolidProblem, cell: str, quiet: bool = True, **options: objec
     """Displacement over the published answer; quiet: without warnings of locking."""
     box = brick(cell, (*problem.counts, 1), (1.0, 1.0, 1.0))
     unit = box.points
-    groups = {name: part(unit, name) for name in problem.supports}
+    groups = {name: nodes_of_boundary(unit, name) for name in problem.supports}
     mesh = Mesh(problem.place(unit), box.cells, box.cell_groups, groups)
     member = Member("volume", "solid", None, problem.material, options)
     with warnings.catch_warnings():
@@ -130,12 +130,12 @@ def curved(way: str, n: int = 6, across: int = 1) -> SolidProblem:
     """Quarter ring of radii 4.12 and 4.32, thickness 0.1, E = 1e7, nu = 0.25."""
     answer, force = {"in plane": (0.08734, X), "out of plane": (0.5022, Z)}[way]
 
-    def place(p: np.ndarray) -> np.ndarray:
+    def position(p: np.ndarray) -> np.ndarray:
         r, angle = 4.32 - 0.2 * p[:, 1], np.pi / 2 * p[:, 0]
         return np.stack([r * np.sin(angle), r * np.cos(angle), -0.1 * p[:, 2]], axis=1)
 
     return SolidProblem(
-        place, (n, across), Material(1e7, 0.25, 1.0), {"a0": FIXED}, (("a1", force),), "a1", force, answer
+        position, (n, across), Material(1e7, 0.25, 1.0), {"a0": FIXED}, (("a1", force),), "a1", force, answer
     )
 
 
@@ -145,13 +145,13 @@ def twisted(way: str, thickness: float = 0.32, n: int = 12) -> SolidProblem:
     answer |= {(0.05, "in plane"): 1.390, (0.05, "out of plane"): 0.3431}
     force = {"in plane": Z, "out of plane": Y}[way]
 
-    def place(p: np.ndarray) -> np.ndarray:
+    def position(p: np.ndarray) -> np.ndarray:
         angle, y, z = np.pi / 2 * p[:, 0], 1.1 * (p[:, 1] - 0.5), thickness * (p[:, 2] - 0.5)
         c, s = np.cos(angle), np.sin(angle)
         return np.stack([12 * p[:, 0], y * c - z * s, y * s + z * c], axis=1)
 
     return SolidProblem(
-        place, (n, 2), Material(29e6, 0.22, 1.0), {"a0": FIXED}, (("a1", force),), "a1", force,
+        position, (n, 2), Material(29e6, 0.22, 1.0), {"a0": FIXED}, (("a1", force),), "a1", force,
         answer[thickness, way],
     )  # fmt: skip
 
@@ -159,36 +159,38 @@ def twisted(way: str, thickness: float = 0.32, n: int = 12) -> SolidProblem:
 def scordelis_lo(n: int) -> SolidProblem:
     """Roof of R = 25, L = 50, 80 deg, h = 0.25, E = 4.32e8, nu = 0, weight 90 per area."""
 
-    def place(p: np.ndarray) -> np.ndarray:
+    def position(p: np.ndarray) -> np.ndarray:
         r, angle = 25 + 0.25 * (p[:, 2] - 0.5), np.radians(40) * p[:, 1]
         return np.stack([25 * p[:, 0], r * np.sin(angle), r * np.cos(angle)], axis=1)
 
     held = {"a0": Support(("y", "z")), "a1": symmetry(X), "b0": symmetry(Y)}
-    return SolidProblem(place, (n, n), Material(4.32e8, 0.0, 360.0), held, (("weight", -360 * Z),), "a1b1", -Z, 0.3024)
+    return SolidProblem(
+        position, (n, n), Material(4.32e8, 0.0, 360.0), held, (("weight", -360 * Z),), "a1b1", -Z, 0.3024
+    )
 
 
 def hemisphere(n: int) -> SolidProblem:
     """R = 10, hole of 18 deg, h = 0.04, E = 6.825e7, nu = 0.3, pulls of 2 (1 on a quarter)."""
 
-    def place(p: np.ndarray) -> np.ndarray:
+    def position(p: np.ndarray) -> np.ndarray:
         r, a, b = 10 + 0.04 * (p[:, 2] - 0.5), np.pi / 2 * p[:, 0], np.radians(72) * p[:, 1]
         return r[:, None] * np.stack([np.cos(a) * np.cos(b), np.sin(a) * np.cos(b), np.sin(b)], axis=1)
 
     held = {"a0": symmetry(Y), "a1": symmetry(X), "a0b0c0": Support(("z",))}
     return SolidProblem(
-        place, (n, n), Material(6.825e7, 0.3, 1.0), held, (("a0b0", X), ("a1b0", -Y)), "a0b0", X, 0.0930
+        position, (n, n), Material(6.825e7, 0.3, 1.0), held, (("a0b0", X), ("a1b0", -Y)), "a0b0", X, 0.0930
     )
 
 
 def pinched_cylinder(n: int) -> SolidProblem:
     """R = 300, L = 600, h = 3, E = 3e6, nu = 0.3, diaphragms, unit forces. An octant."""
 
-    def place(p: np.ndarray) -> np.ndarray:
+    def position(p: np.ndarray) -> np.ndarray:
         r, angle = 300 - 3 * (p[:, 2] - 0.5), np.pi / 2 * p[:, 1]
         return np.stack([300 * p[:, 0], r * np.cos(angle), r * np.sin(angle)], axis=1)
 
     held = {"a0": symmetry(X), "a1": Support(("y", "z")), "b0": symmetry(Z), "b1": symmetry(Y)}
-    return SolidProblem(place, (n, n), Material(3e6, 0.3, 1.0), held, (("a0b0", -Y / 4),), "a0b0", -Y, 1.8248e-5)
+    return SolidProblem(position, (n, n), Material(3e6, 0.3, 1.0), held, (("a0b0", -Y / 4),), "a0b0", -Y, 1.8248e-5)
 
 
 def raasch_hook(n: int) -> SolidProblem:
@@ -201,7 +203,7 @@ def raasch_hook(n: int) -> SolidProblem:
     turn = np.array([np.sin(first), -np.cos(first)])  # from where the arcs meet to the middle of the second
     middle = radii[0] * np.array([np.sin(first), 1 - np.cos(first)]) + radii[1] * turn
 
-    def place(p: np.ndarray) -> np.ndarray:
+    def position(p: np.ndarray) -> np.ndarray:
         along, out = p[:, 0], 2.0 * (p[:, 2] - 0.5)
         near, far = first * along / share, first + np.pi / 2 - second * (along - share) / (1 - share)
         r = radii[0] + out, radii[1] - out
@@ -210,7 +212,7 @@ def raasch_hook(n: int) -> SolidProblem:
         return np.stack([x, y, 20 * p[:, 1]], axis=1)
 
     return SolidProblem(
-        place, (n, max(1, n // 4)), Material(3300.0, 0.35, 1.0), {"a0": FIXED}, (("a1", Z),), "a1", Z, 4.9352
+        position, (n, max(1, n // 4)), Material(3300.0, 0.35, 1.0), {"a0": FIXED}, (("a1", Z),), "a1", Z, 4.9352
     )
 
 
@@ -218,7 +220,7 @@ def thick_cylinder(nu: float) -> SolidProblem:
     """Radii 3 to 9, sector of 10 deg, plane strain, E = 1000, pressure 1 inside (Timoshenko's closed form)."""
     angle, radii = np.radians(10), np.array([3, 3.5, 4.2, 5.2, 6.75, 9])
 
-    def place(p: np.ndarray) -> np.ndarray:
+    def position(p: np.ndarray) -> np.ndarray:
         r, turn = np.interp(5 * p[:, 0], range(6), radii), angle * (p[:, 1] - 0.5)
         return np.stack([r * np.cos(turn), r * np.sin(turn), p[:, 2]], axis=1)
 
@@ -226,5 +228,5 @@ def thick_cylinder(nu: float) -> SolidProblem:
     answer = (1 + nu) / 1000 * 9 / 72 * ((1 - 2 * nu) * 3 + 81 / 3)
     held = {"b0": symmetry(np.array([s, c, 0])), "b1": symmetry(np.array([-s, c, 0])), "c0": symmetry(Z)}
     return SolidProblem(
-        place, (5, 1), Material(1000.0, nu, 1.0), held | {"c1": symmetry(Z)}, (("a0", 6 * s * X),), "a0", X, answer
+        position, (5, 1), Material(1000.0, nu, 1.0), held | {"c1": symmetry(Z)}, (("a0", 6 * s * X),), "a0", X, answer
     )

@@ -53,7 +53,7 @@ class SpinUp:
         )  # fmt: skip
         return beam_body(beam, BeamFunctions(y=y, z=z, axial=axial, family="polynomial"), strain=strain)
 
-    def one(self, strain, times=TIMES, rtol=1e-8, **functions):
+    def single_body(self, strain, times=TIMES, rtol=1e-8, **functions):
         """Deflection of the tip (n_t, 3) of a single body, in the frame that turns with the root."""
         model = compile_system(System({"beam": self.body(strain, **functions)}, (self.joint(),)))
         states = integrator("dop853", rtol=rtol, atol=rtol).solve(model, times, model.x0).states
@@ -92,7 +92,7 @@ class SpinUp:
         turned = np.stack([c * tip[:, 0] + s * tip[:, 1], c * tip[:, 1] - s * tip[:, 0], tip[:, 2]], axis=1)
         return turned - self.length * self.direction
 
-    def few(self, k, strain, n=1, times=TIMES, rtol=1e-7, keep="auto"):
+    def segments_with_modes(self, k, strain, n=1, times=TIMES, rtol=1e-7, keep="auto"):
         """The same of k segments of that strain, each with its ends' shapes, n modes between, and derivatives."""
 
         def shapes(structure):

@@ -71,15 +71,15 @@ class SpinningPlate:
         return fem.build_structure(mesh, [fem.Member("surface", "plate_bfs", self.thickness, material)])
 
     @cached_property
-    def full(self):
+    def all_elements(self):
         """All its finite elements in the spinning frame."""
         return Spun(self.structure, held_dofs(self.structure, "left"), self.axis)
 
     def full_corners(self, rise, times, groups=("top_right",)):
         """Displacements (n_t, 3 k) of corners of all finite elements, spun up from rest."""
         nodes = np.concatenate([self.structure.mesh.group_points(group) for group in groups])
-        rows = self.structure.translation[(3 * nodes[:, None] + np.arange(3)).ravel()][:, self.full.free]
-        return self.full.motion(rise.rate, rise.turn, rows, times)
+        rows = self.structure.translation[(3 * nodes[:, None] + np.arange(3)).ravel()][:, self.all_elements.free]
+        return self.all_elements.motion(rise.rate, rise.turn, rows, times)
 
     def body(self, modes, strain="condensed", keep="auto", third=0):
         """The reduced body: vibration modes, static answers to accelerations of the clamp, and derivatives."""

@@ -15,7 +15,7 @@ from femflex.reduction.beams.beam_strain import beam_strains
 from femflex.reduction.beams.uniform_beam import BeamFunctions, UniformBeam
 
 NAMED = 4  # strains of a beam before those of fourth order
-MOST_POINTS = 3000  # of a member that are kept one by one; with more, each element keeps one or two means
+MOST_POINTS = 3000  # points of a member that are kept individually; with more, each element keeps one or two means
 
 
 def strain_field(structure: Structure, phi: Array, nonlinear: bool) -> tuple[StrainPart, ...]:
@@ -26,47 +26,47 @@ def strain_field(structure: Structure, phi: Array, nonlinear: bool) -> tuple[Str
     if not phi.shape[1]:
         return ()
     raw = structure.T @ phi
-    found = zip(structure.strain, structure.places, strict=True)
-    return tuple(_part(block, places, raw, nonlinear) for block, places in found if places is not None)
+    blocks = zip(structure.strain, structure.places, strict=True)
+    return tuple(_strain_part(block, places, raw, nonlinear) for block, places in blocks if places is not None)
 
 
-def _part(block: StrainBlock, places: StrainPlaces, raw: Array, nonlinear: bool) -> StrainPart:
-    """One part; its points are those at which its energy is sampled: of nonlinear strain, other ones than of linear."""
-    points = _Points.of(block, nonlinear)
+def _strain_part(block: StrainBlock, places: StrainPlaces, raw: Array, nonlinear: bool) -> StrainPart:
+    """The strain part of a block at the points that sample its energy: linear and nonlinear strain differ in these."""
+    points = _Points.from_block(block, nonlinear)
     e, q = points.weight.shape
-    whole = nonlinear or bool(points.stress.any())  # the quadratic part of strain has a meaning
+    has_quadratic = nonlinear or bool(points.stress.any())  # the quadratic part of strain is used
     x = places.x if not nonlinear or places.sampled is None else places.sampled
-    shares = _shares(points.weight, x, places.kind) if e * q > MOST_POINTS else None
-    kept = q if shares is None else shares.shape[1]
-    seen = block.sampled(slice(0, 1)) if nonlinear else block
-    s, g = seen.linear_map.shape
-    rows = np.empty((e, kept, g if whole else s, raw.shape[1]), np.float32)
+    shares = _mean_weights(points.weight, x, places.kind) if e * q > MOST_POINTS else None
+    n_kept = q if shares is None else shares.shape[1]
+    first = block.sampled(slice(0, 1)) if nonlinear else block
+    s, g = first.linear_map.shape
+    rows = np.empty((e, n_kept, g if has_quadratic else s, raw.shape[1]), np.float32)
     for chunk in cached_chunks(e, q * (g + s) * max(1, raw.shape[1])):
         gradients = points.gradients(raw, chunk)
-        own = gradients if whole else seen.linear_map @ gradients
-        rows[chunk] = own if shares is None else np.einsum("ekq,eqgn->ekgn", shares[chunk], own)
+        values = gradients if has_quadratic else first.linear_map @ gradients
+        rows[chunk] = values if shares is None else np.einsum("ekq,eqgn->ekgn", shares[chunk], values)
     weight = points.weight
-    known = places.lever if not nonlinear or places.sampled_lever is None else places.sampled_lever
-    lever = np.broadcast_to(known, (e, q)) if np.ndim(known) else np.full((1, 1), known)
+    levers = places.lever if not nonlinear or places.sampled_lever is None else places.sampled_lever
+    lever = np.broadcast_to(levers, (e, q)) if np.ndim(levers) else np.full((1, 1), levers)
     if shares is not None and lever.size > 1:
         lever = np.einsum("ekq,eq->ek", shares, lever)
-    fibres = np.zeros((0, 4)) if places.fibres is None else _kept(places.fibres, (e, q), shares)
-    stack = places.plies if not nonlinear or places.sampled_plies is None else places.sampled_plies
-    plies = np.zeros((0, 0, 2, 3, 6)) if stack is None else _kept(stack, (e, q), shares)
+    fibres = np.zeros((0, 4)) if places.fibres is None else _table_rows(places.fibres, (e, q), shares)
+    sections = places.plies if not nonlinear or places.sampled_plies is None else places.sampled_plies
+    plies = np.zeros((0, 0, 2, 3, 6)) if sections is None else _table_rows(sections, (e, q), shares)
     if shares is not None:
-        x, weight = shares @ x, np.repeat(weight.sum(axis=1, keepdims=True) / kept, kept, axis=1)
+        x, weight = shares @ x, np.repeat(weight.sum(axis=1, keepdims=True) / n_kept, n_kept, axis=1)
     return StrainPart(
         kind=places.kind,
         places=x.reshape(-1, 3),
         weight=weight.ravel(),
         rows=rows.reshape(-1, *rows.shape[2:]),
-        linear=seen.linear_map if whole else np.eye(s),
-        quadratic=seen.quadratic_map if whole else np.zeros((s, s, s)),
-        elastic=_kept(points.elastic, points.weight.shape, shares),
-        stress=_kept(points.stress, points.weight.shape, shares),
+        linear=first.linear_map if has_quadratic else np.eye(s),
+        quadratic=first.quadratic_map if has_quadratic else np.zeros((s, s, s)),
+        elastic=_table_rows(points.elastic, points.weight.shape, shares),
+        stress=_table_rows(points.stress, points.weight.shape, shares),
         first=np.eye(raw.shape[1]),
         nonlinear=nonlinear,
-        per=kept,
+        per=n_kept,
         lever=lever.ravel(),
         fibres=fibres,
         plies=plies,
@@ -74,20 +74,21 @@ def _part(block: StrainBlock, places: StrainPlaces, raw: Array, nonlinear: bool)
     )
 
 
-def _shares(weight: Array, x: Array, kind: str) -> Array:
-    """What each point of an element (e, q) at x (e, q, 3) adds to the few that stand for it, (e, 1|2, q).
+def _mean_weights(weight: Array, x: Array, kind: str) -> Array:
+    """Weights (e, 1|2, q) of the points of an element (e, q) at x (e, q, 3) in the one or two means that replace them.
 
-    Their mean; of solids and lines the mean half a thickness, or length, over sqrt(3) to either side along their
-    shortest way, or along the line, of what varies linearly along it. A single layer of solids that bends would have no
-    strain in the mean; so it has, and its energy, mean^2 + variance. Lines have the slope of their moments.
+    Plates have one mean. Solids and lines have two, of a linear distribution at half a thickness, or length, over
+    sqrt(3) to either side, along their shortest direction or along the line. With a single mean, a layer of solids in
+    bending would have no strain; with two it has, and the right energy, mean^2 + variance. Lines keep the slope of
+    their moments.
     """
     share = weight / weight.sum(axis=1, keepdims=True)
     if kind == "plate" or x.shape[1] == 1:
         return share[:, None]
     d = x - np.einsum("eq,eqa->ea", share, x)[:, None]
-    spread, axes = np.linalg.eigh(np.einsum("eq,eqa,eqb->eab", share, d, d))
-    way = 0 if kind == "solid" else 2
-    along = np.einsum("eqa,ea->eq", d, axes[:, :, way]) / np.sqrt(spread[:, way, None])
+    variance, axes = np.linalg.eigh(np.einsum("eq,eqa,eqb->eab", share, d, d))
+    column = 0 if kind == "solid" else 2
+    along = np.einsum("eqa,ea->eq", d, axes[:, :, column]) / np.sqrt(variance[:, column, None])
     along *= np.sign(along[:, -1:] - along[:, :1]) if kind == "line" else 1.0  # in the order of the line's points
     return np.stack([share * (1.0 - along), share * (1.0 + along)], axis=1)
 
@@ -103,8 +104,8 @@ class _Points:
     stress: Array
 
     @classmethod
-    def of(cls, block: StrainBlock, nonlinear: bool) -> _Points:
-        """Those of its linear strain, or where the nonlinear one is sampled."""
+    def from_block(cls, block: StrainBlock, nonlinear: bool) -> _Points:
+        """The points of a block for its linear strain, or those at which nonlinear strain is sampled."""
         if not nonlinear:
             return cls(block, False, block.weight, block.elastic, block.stress)
         chunks = element_chunks(len(block.dofs), 100 * block.linear_map.shape[1])
@@ -122,34 +123,34 @@ class _Points:
         return self.block.gradients(raw, elements)
 
 
-def _kept(table: Array, shape: tuple[int, ...], shares: Array | None) -> Array:
-    """Rows (1|p, ...) of a table (e|1, q|1, ...): one where all agree, else of every point kept."""
+def _table_rows(table: Array, shape: tuple[int, ...], shares: Array | None) -> Array:
+    """Rows (1|p, ...) of a table (e|1, q|1, ...): a single one if all are equal, else one per point kept."""
     if np.all(table == table[:1, :1]):
         return table[0, 0][None]
-    every = np.broadcast_to(table, (*shape, *table.shape[2:]))
+    values = np.broadcast_to(table, (*shape, *table.shape[2:]))
     if shares is not None:
-        every = np.einsum("ekq,eq...->ek...", shares, every)
-    return np.asarray(every.reshape(-1, *table.shape[2:]))
+        values = np.einsum("ekq,eq...->ek...", shares, values)
+    return np.asarray(values.reshape(-1, *table.shape[2:]))
 
 
 def beam_field(beam: UniformBeam, functions: BeamFunctions, X: Array, nonlinear: bool, following: bool) -> StrainPart:
     """The part of a beam on admissible functions times X (count, n) [kg^-1/2], with its `beam_strains`.
 
-    What is of fourth order in the energy is added to the four strains as others, which have no name.
+    Terms of fourth order in the energy are added to the four strains as further strains without names.
     """
-    found = beam_strains(beam, functions, X, following)
-    s = len(found.linear) if nonlinear else NAMED
+    strains = beam_strains(beam, functions, X, following)
+    s = len(strains.linear) if nonlinear else NAMED
     return StrainPart(
         kind="line",
-        places=np.asarray(beam.root, float) + beam.length * found.xi[:, None] * beam.frame[0],
-        weight=found.dx,
-        rows=(found.rows if nonlinear else found.linear[:NAMED] @ found.rows).astype(np.float32),
-        linear=found.linear if nonlinear else np.eye(s),
-        quadratic=found.quadratic if nonlinear else np.zeros((s, s, s)),
-        elastic=found.stiffness[:, :s, None] * np.eye(s),
+        places=np.asarray(beam.root, float) + beam.length * strains.xi[:, None] * beam.frame[0],
+        weight=strains.dx,
+        rows=(strains.rows if nonlinear else strains.linear[:NAMED] @ strains.rows).astype(np.float32),
+        linear=strains.linear if nonlinear else np.eye(s),
+        quadratic=strains.quadratic if nonlinear else np.zeros((s, s, s)),
+        elastic=strains.stiffness[:, :s, None] * np.eye(s),
         stress=np.zeros((1, s)),
         first=np.eye(X.shape[1]),
         nonlinear=nonlinear,
-        per=len(found.xi),
-        lever=np.array([found.polar]),
+        per=len(strains.xi),
+        lever=np.array([strains.polar]),
     )

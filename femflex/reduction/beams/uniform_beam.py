@@ -28,33 +28,33 @@ from femflex.reduction.beams.beam_functions import (
 BENDING_ORDER = {"free": 0, "pinned": 1, "clamped": 2}  # derivatives, from the value on, that vanish at an end
 
 
-def one(xi: Array) -> Array:
+def constant_factor(xi: Array) -> Array:
     """1 at every xi (k,) [1]."""
     return np.ones_like(xi)
 
 
 @dataclass(frozen=True)
 class Taper:
-    """How a beam's section varies along xi = x / length: factors (k,) on its mass, bending, and axial stiffness.
+    """The variation of a beam's section along xi = x / length: factors (k,) on mass, bending and axial stiffness.
 
-    The torsional stiffness goes with the bending stiffness; radii of gyration stay.
+    The torsional stiffness varies as the bending stiffness; radii of gyration are constant.
     """
 
-    mass: Callable[[Array], Array] = one
-    bending: Callable[[Array], Array] = one
-    axial: Callable[[Array], Array] = one
+    mass: Callable[[Array], Array] = constant_factor
+    bending: Callable[[Array], Array] = constant_factor
+    axial: Callable[[Array], Array] = constant_factor
 
 
 @dataclass(frozen=True, eq=False)
 class UniformBeam:
-    """A straight Euler–Bernoulli beam, uniform unless `taper` says how it varies.
+    """A straight Euler–Bernoulli beam, uniform unless it has a `taper`.
 
     length                 [m]
     EA, EIy, EIz, GJ       axial [N], bending in x-z and in x-y, torsional stiffness [N m^2]; x along the beam
     mass_per_length        [kg/m]
     ry, rz                 radii of gyration of the section's mass, sqrt(int z^2 dm), sqrt(int y^2 dm) per mass [m]
     rotary_inertia         False leaves the section's inertia out of bending and of turns of the body; it stays in
-                           torsion, the same about all axes across
+                           torsion, equal about all axes across
     root, direction        where the beam starts [m] and where it points, body frame
     orientation            vector near the section's y axis; default as for beam members (fem.chain.element_frames)
     bounded_energy         True: nonlinear strain stays bounded where a flat section bends far (fem.beam.strain)
@@ -99,16 +99,16 @@ class UniformBeam:
 
 @dataclass(frozen=True)
 class BeamFunctions:
-    """Which admissible functions, and how many for each of a beam's four fields.
+    """The family and the numbers of admissible functions for the four fields of a beam.
 
-    y, z, axial, torsion   how many functions for v(x), w(x), u(x), theta(x)
+    y, z, axial, torsion   numbers of functions for v(x), w(x), u(x), theta(x)
     family                 "characteristic": vibration shapes; "polynomial": Jacobi polynomials that meet the supports
     ends                   supports of root and tip, of "free", "pinned", "clamped", in the body frame
-    followers              axial polynomials that follow bending, after all others (beam_body, strain "condensed")
+    followers              axial polynomials dependent on bending, after all others (beam_body, strain "condensed")
     static                 the last two of y and z, and the last of axial and torsion, are the static shapes of an
-                           accelerated root (characteristic, "clamped-free"): converges far faster with a light hub
+                           accelerated root (characteristic, "clamped-free"): for fast convergence with a light hub
     tip                    the last two of y and z, and the last of axial and torsion, are the static shapes of a force
-                           and a moment at the tip, after those of `static` (likewise): for what the beam carries there
+                           and a moment at the tip, after those of `static` (likewise): for bodies at the tip
     """
 
     y: int = 0
@@ -145,11 +145,11 @@ class BeamFunctions:
     @property
     def count(self) -> int:
         """Number of functions in all."""
-        return self.own + self.followers
+        return self.n_independent + self.followers
 
     @property
-    def own(self) -> int:
-        """Number of functions that do not follow others."""
+    def n_independent(self) -> int:
+        """Number of functions that are independent coordinates."""
         return self.y + self.z + self.axial + self.torsion
 
     @property
@@ -159,47 +159,47 @@ class BeamFunctions:
 
     @property
     def holds_squares(self) -> bool:
-        """Whether the axial functions hold all products of two slopes: polynomials enough."""
+        """Whether the axial functions contain all products of two slopes: polynomials of sufficient degree."""
         clamps = [BENDING_ORDER[support] for support in ends_of(self.ends)]
         degree = max(2, sum(clamps)) + max(self.y, self.z) - 1  # of bending, which has no rigid motion
-        held = max(1, sum(min(order, 1) for order in clamps))  # u is of the degree of the integral of slopes' squares
-        return self.family == "polynomial" and self.axial >= 2 * degree - held
+        lowest = max(1, sum(min(order, 1) for order in clamps))  # u has the degree of the integral of squared slopes
+        return self.family == "polynomial" and self.axial >= 2 * degree - lowest
 
     def with_followers(self) -> BeamFunctions:
-        """The same with as many followers as hold all products of two slopes: exactly for polynomials."""
+        """The functions with enough dependent ones for all products of two slopes: exact for polynomials."""
         n = 2 * max(self.y, self.z)
         return replace(self, followers=n + 4 if self.family == "polynomial" else n + 14)
 
     def fields(self, xi: Array, length: float, derivative: int = 0) -> Array:
         """Derivative by x (n_xi, 4, n) of u, v, w [m] and theta [rad] at x = xi length, xi (n_xi,) [1]."""
-        found = np.zeros((len(xi), 4, self.count))
-        at = 0
+        out = np.zeros((len(xi), 4, self.count))
+        column = 0
         for row, n, bends in ((1, self.y, True), (2, self.z, True), (0, self.axial, False), (3, self.torsion, False)):
             if n:
                 functions = (_bending if bends else _axial)(self.family, self.ends, self.static, self.tip, n)
-                found[:, row, at : at + n] = functions(xi, derivative) / length**derivative
-            at += n
+                out[:, row, column : column + n] = functions(xi, derivative) / length**derivative
+            column += n
         if self.followers:
             functions = _axial("polynomial", self.ends, False, False, self.followers)
-            found[:, 0, at:] = functions(xi, derivative) / length**derivative
-        return found
+            out[:, 0, column:] = functions(xi, derivative) / length**derivative
+        return out
 
     def _static_counts(self) -> tuple[int, int, int, int]:
-        """How many of a field's functions are static shapes in addition to its own, where it has any."""
+        """Numbers of static shapes among the functions of each field that has functions."""
         kinds = int(self.static) + int(self.tip)
         return 2 * kinds, 2 * kinds, kinds, kinds
 
     @property
     def added(self) -> BoolArray:
-        """(n_functions,): which of the functions are added static shapes."""
+        """(n_functions,): whether each function is an added static shape."""
         counts = (self.y, self.z, self.axial, self.torsion)
         return np.concatenate(
             [np.arange(n) >= n - n_static for n, n_static in zip(counts, self._static_counts(), strict=True)]
         )
 
     @property
-    def alone(self) -> BoolArray:
-        """(n,): which of these bend or twist the beam in a way in which it has no other functions."""
+    def only_static(self) -> BoolArray:
+        """(n,): whether each function is a static shape in a bending or torsion field without other functions."""
         counts = (self.y, self.z, 0, self.torsion)
         only = [n <= n_static for n, n_static in zip(counts, self._static_counts(), strict=True)]
         return self.added & np.repeat([*only[:2], False, only[3]], (self.y, self.z, self.axial, self.torsion))

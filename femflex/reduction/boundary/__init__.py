@@ -1,1 +1,1 @@
-"""Where a body is held and taken hold of: clamps, markers, rigid motions, the supported structure."""
+"""Supports and attachment points of a structure: clamps, markers, rigid motions, the supported structure."""

@@ -1,4 +1,4 @@
-"""Supports: which dofs a clamp holds, and the sentence for a structure that is not held."""
+"""The dofs that a clamp fixes, and the error message for a structure that is a mechanism."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from femflex.reduction.boundary.rigid import independent_columns, rigid_shapes
 
 Groups = str | Sequence[str] | Supports  # names; or name -> components held, e.g. ("x", "y", "z"), or a Support
 
-SHOWN = 5  # parts that share no node, besides the largest, that a message lists
+SHOWN = 5  # unconnected parts, in addition to the largest, that a message lists
 
 
 def names(groups: Groups) -> tuple[str, ...]:
@@ -31,12 +31,12 @@ def held_dofs(structure: Structure, clamp: Groups) -> IntArray:
 
 
 def free_dofs(structure: Structure, held: IntArray) -> IntArray:
-    """Numbers (k,) of independent dofs, ascending, that are not held."""
+    """Numbers (k,) of independent dofs, ascending, that are not fixed."""
     return np.delete(np.arange(structure.n_dof), held)
 
 
-def refuse_unheld(structure: Structure, held: IntArray, clamp: tuple[str, ...], loose: Array) -> NoReturn:
-    """Raise the ValueError that says how many motions a clamp leaves without stiffness, and what could be clamped.
+def refuse_mechanism(structure: Structure, held: IntArray, clamp: tuple[str, ...], loose: Array) -> NoReturn:
+    """Raise ValueError with the number of motions that a clamp leaves without stiffness, and with groups to clamp.
 
     loose: these motions (n_dof, k) [m, rad].
     """
@@ -52,51 +52,50 @@ def refuse_unheld(structure: Structure, held: IntArray, clamp: tuple[str, ...], 
     else:
         what = f"{n_null} motion{'s' * (n_null > 1)} without stiffness, of which {n_rigid} are rigid"
         why = (
-            f"falls into {len(parts)} parts that share no node{_smaller(structure, parts)}"
+            f"falls into {len(parts)} parts that share no node{_smaller_parts_text(structure, parts)}"
             if len(parts) > 1
-            else f"is a mechanism{_loose_text(structure, loose)}"
+            else f"is a mechanism{_mechanism_text(structure, loose)}"
         )
         hint = f"It {why}: join the parts or brace it, or clamp more of its groups, {others}."
     raise ValueError(f"the structure, {where}, has {what}. {hint}")
 
 
-def _loose_text(structure: Structure, loose: Array) -> str:
-    """Where and how the first of the motions without stiffness moves a node most.
+def _mechanism_text(structure: Structure, loose: Array) -> str:
+    """A text on the node that the first motion without stiffness moves most.
 
-    A plate that meets the rest at one node turns about its own normal there, which it has no stiffness against.
+    A plate joined at a single node rotates about its normal there, against which it has no stiffness.
     """
-    moved = (structure.translation @ loose[:, 0]).reshape(-1, 3)
-    turned = (structure.rotation @ loose[:, 0]).reshape(-1, 3)
+    translation = (structure.translation @ loose[:, 0]).reshape(-1, 3)
+    rotation = (structure.rotation @ loose[:, 0]).reshape(-1, 3)
     size = float(np.linalg.norm(np.ptp(structure.mesh.points, axis=0)))
-    far, turns = np.linalg.norm(moved, axis=1), np.linalg.norm(turned, axis=1) * size
-    how, amounts, ways = ("moves", far, moved) if far.max() >= turns.max() else ("turns", turns, turned)
+    shift, arc = np.linalg.norm(translation, axis=1), np.linalg.norm(rotation, axis=1) * size
+    verb, amounts, vectors = ("moves", shift, translation) if shift.max() >= arc.max() else ("turns", arc, rotation)
     node = int(amounts.argmax())
-    way = ways[node] / np.linalg.norm(ways[node])
-    along = ", ".join(f"{round(float(x), 3) + 0.0:g}" for x in way)
+    direction = vectors[node] / np.linalg.norm(vectors[node])
+    along = ", ".join(f"{round(float(x), 3) + 0.0:g}" for x in direction)
     plates = any(not cell.startswith(("line", "vertex")) for cell in structure.mesh.cells)
     hint = "; a plate joined at one node alone is free to turn about its normal there: join it along an edge"
-    text = f"{_node(structure, node)} {how} {'along' if how == 'moves' else 'about'} ({along})"
+    text = f"{_node_text(structure, node)} {verb} {'along' if verb == 'moves' else 'about'} ({along})"
     return f" ({text}{hint if plates else ''})"
 
 
-def _node(structure: Structure, node: int) -> str:
-    """A node by its name, where it has one, and by its place."""
-    place = ", ".join(f"{x:.4g}" for x in structure.mesh.points[node])
+def _node_text(structure: Structure, node: int) -> str:
+    """A text with the name of a node, if it has one, and its position."""
+    position = ", ".join(f"{x:.4g}" for x in structure.mesh.points[node])
     name = structure.point_names.get(node)
-    return f"{name} at ({place})" if name else f"the node at ({place})"
+    return f"{name} at ({position})" if name else f"the node at ({position})"
 
 
-def _smaller(structure: Structure, parts: list[IntArray]) -> str:
-    """How many nodes the parts but the largest have, and where one of them lies: the first SHOWN of them."""
-    found = sorted(parts, key=lambda part: -len(part))[1:]
-    listed = [f"{len(part)} nodes, among them {_node(structure, int(part[0]))}" for part in found[:SHOWN]]
-    more = f" and {len(found) - SHOWN} more" if len(found) > SHOWN else ""
+def _smaller_parts_text(structure: Structure, parts: list[IntArray]) -> str:
+    """A text on the parts other than the largest: their numbers of nodes, and one node of each; SHOWN parts at most."""
+    smaller = sorted(parts, key=lambda part: -len(part))[1:]
+    listed = [f"{len(part)} nodes, among them {_node_text(structure, int(part[0]))}" for part in smaller[:SHOWN]]
+    more = f" and {len(smaller) - SHOWN} more" if len(smaller) > SHOWN else ""
     return f" (in addition to the largest: {'; '.join(listed)}{more})"
 
 
 def _parts(structure: Structure) -> list[IntArray]:
-    """Nodes (k,) of each of the parts that share none: nodes are joined by the dofs they share and by stiffness
-    between dofs."""
+    """The nodes (k,) of each unconnected part. Common dofs, or stiffness between dofs, connect nodes."""
     rows = sparse.vstack([structure.translation, structure.rotation]).tocoo()
     node = rows.coords[0] // 3 % len(structure.mesh.points)
     incidence = sparse.coo_array(

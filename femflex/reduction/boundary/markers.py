@@ -1,4 +1,4 @@
-"""Markers: the translation and small rotation of a named place, as rows on a Structure's dofs."""
+"""Markers: the translation and small rotation of a named point, as rows on a Structure's dofs."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class MarkerRows:
 
 
 def marker_rows(structure: Structure, group: str) -> MarkerRows:
-    """Rows of the place a mesh group stands for.
+    """The rows of the marker at a mesh group.
 
     One node: its own translation and rotation. Several: the mean displacement and the unweighted least-squares
     rotation of the nodes about their mean position, theta = (sum |d|^2 1 - d d^T)^-1 sum d x u; about an axis they
@@ -47,12 +47,12 @@ def marker_rows(structure: Structure, group: str) -> MarkerRows:
     rows = (3 * nodes[:, None] + np.arange(3)).ravel()
     u, theta = structure.translation[rows], structure.rotation[rows]
     fit, hidden = rotation_fit(d)
-    own = sparse.csr_array(hidden @ hidden.T @ mean_rows(_turning(theta))) @ theta
+    own = sparse.csr_array(hidden @ hidden.T @ mean_rows(_has_rotation(theta))) @ theta
     return MarkerRows(
         position=position,
         translation=(sparse.csr_array(mean_rows(np.ones(len(nodes)))) @ u).tocsr(),
         rotation=(sparse.csr_array(fit) @ u + own).tocsr(),
-        blind=_unshown(hidden, own),
+        blind=_hidden_axes(hidden, own),
         turning=bool(theta.nnz),
     )
 
@@ -90,14 +90,14 @@ def marker(rows: MarkerRows, phi: Array, name: str, turning: bool = True) -> Mar
     return Marker(rows.position, translation, rotation)
 
 
-def _unshown(hidden: Array, own: sparse.csr_array) -> Array:
-    """The axes among the hidden ones (3, k) about which the nodes' own rotations (3, n_dof) show none either."""
+def _hidden_axes(hidden: Array, own: sparse.csr_array) -> Array:
+    """The axes among the hidden ones (3, k) about which the nodes' own rotations (3, n_dof) vanish too."""
     rows = hidden.T @ own if own.nnz else np.zeros((hidden.shape[1], 1))
     shown, axes = np.linalg.eigh(rows @ rows.T)
     return hidden @ axes[:, shown < FLAT]
 
 
-def _turning(theta: sparse.csr_array) -> Array:
+def _has_rotation(theta: sparse.csr_array) -> Array:
     """1 for each node that has a rotation, else 0, (n_nodes,)."""
     per_row = np.diff(theta.indptr).reshape(-1, 3)
     return (per_row.sum(axis=1) > 0).astype(float)

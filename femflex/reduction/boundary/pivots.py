@@ -1,4 +1,4 @@
-"""Tangents of bent structures, which need not be positive: factors with pivots on the diagonal, and solutions."""
+"""Factorise and solve tangent matrices of deflected structures, which need not be positive definite."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from scipy.sparse.linalg import SuperLU, splu
 from femflex.arrays import Array
 from femflex.fem.eigen.shift_invert import Factors
 
-ACCURATE = 1e-9  # residual over the size of its summands up to which pivots on the diagonal have done
+ACCURATE = 1e-9  # residual over the size of its summands, up to which a solution with diagonal pivots is used
 
 
 def factors(K: sparse.csr_array) -> SuperLU:
@@ -21,11 +21,11 @@ def factors(K: sparse.csr_array) -> SuperLU:
 
 
 def negative_pivots(solver: Factors) -> int:
-    """How many eigenvalues of a factorised symmetric matrix are negative; none of one that has Cholesky factors."""
+    """The number of negative eigenvalues of a factorised symmetric matrix; zero if it has Cholesky factors."""
     return int(np.sum(solver.U.diagonal() < 0.0)) if isinstance(solver, SuperLU) else 0
 
 
-def solved(K: sparse.csr_array, b: Array) -> Array:
+def solve_tangent(K: sparse.csr_array, b: Array) -> Array:
     """K^-1 b of a symmetric matrix and columns b (n, k).
 
     Past a limit point a tangent is not positive, and a pivot on the diagonal may be small. Then, and only then, rows

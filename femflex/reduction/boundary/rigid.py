@@ -1,4 +1,4 @@
-"""Rigid motions, and other motions given at the nodes, as vectors of a Structure's dofs."""
+"""Vectors of a Structure's dofs for rigid motions, and for other motions given at the nodes."""
 
 from __future__ import annotations
 
@@ -12,40 +12,40 @@ from femflex.fem.structure import Structure
 
 ROUNDING = 1e-13  # force on a dof over the sum of its terms, of all dofs the largest, below which it is none
 RANK = 1e-9  # smallest singular value of unit columns below which they count as dependent
-RIGID = ("rigid",)  # what a Structure recalls its rigid motions by
+RIGID = ("rigid",)  # key of the rigid motions that a Structure has cached
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 
 
-def lifted(structure: Structure, translation: Array, rotation: Array) -> Array:
+def dofs_of_node_motion(structure: Structure, translation: Array, rotation: Array) -> Array:
     """Dof vectors (n_dof, k) of motions given as node translations and rotations (n_points, 3, k).
 
     Dofs at nodes follow the nodes (a flat plate's node takes the part of the rotation it can follow); the dofs that
     belong to no node take the values of least strain energy, K_ee x_e = -K_en x_n, but those of tethers and membranes,
     which are zero where nodes move linearly in their places.
     """
-    x, nodal, extra = _following(structure, translation, rotation)
+    x, nodal, extra = _dofs_at_nodes(structure, translation, rotation)
     if extra.size:
         K = structure.K[extra]
         load, size = K[:, nodal] @ x[nodal], abs(K[:, nodal]) @ np.abs(x[nodal])
         pulled = np.flatnonzero((np.abs(load) > ROUNDING * size.max(axis=0)).any(axis=0))
-        if pulled.size:  # in a rigid motion of fields that are linear without them, none is
+        if pulled.size:  # none in a rigid motion of fields that are linear without these dofs
             x[np.ix_(extra, pulled)] = -factorise(K[:, extra]).solve(np.ascontiguousarray(load[:, pulled]))
     return x
 
 
-def _following(structure: Structure, translation: Array, rotation: Array) -> tuple[Array, IntArray, IntArray]:
+def _dofs_at_nodes(structure: Structure, translation: Array, rotation: Array) -> tuple[Array, IntArray, IntArray]:
     """Dof vectors (n_dof, k) of motions of the nodes, all other dofs zero; numbers of dofs at nodes, and of those that
     belong to none and are not zero where nodes move linearly."""
     k = translation.shape[2]
     A = sparse.vstack([structure.translation, structure.rotation]).tocsc()
     nodal = np.flatnonzero(np.diff(A.indptr) > 0)
     A = A[:, nodal]
-    given = np.concatenate([translation.reshape(-1, k), rotation.reshape(-1, k)])
+    motion = np.concatenate([translation.reshape(-1, k), rotation.reshape(-1, k)])
     x = np.zeros((structure.n_dof, k))
-    x[nodal] = _least_squares((A.T @ A).tocsc(), np.ascontiguousarray(A.T @ given))
-    other = np.ones(structure.n_dof, bool)
-    other[nodal] = other[structure.T[structure.numbering.fading_dofs].indices] = False
-    return x, nodal, np.flatnonzero(other)
+    x[nodal] = _least_squares((A.T @ A).tocsc(), np.ascontiguousarray(A.T @ motion))
+    free_of_nodes = np.ones(structure.n_dof, bool)
+    free_of_nodes[nodal] = free_of_nodes[structure.T[structure.numbering.fading_dofs].indices] = False
+    return x, nodal, np.flatnonzero(free_of_nodes)
 
 
 def _least_squares(AA: sparse.csc_array, Ab: Array) -> Array:
@@ -57,7 +57,7 @@ def _least_squares(AA: sparse.csc_array, Ab: Array) -> Array:
 
 def rigid_shapes(structure: Structure, about: Array | None = None) -> Array:
     """Dof vectors (n_dof, 6) of three unit translations and three unit rotations about a point (default: origin)."""
-    R: Array = structure.recalled(RIGID, lambda: lifted(structure, *rigid_motion(structure.mesh.points)))
+    R: Array = structure.recalled(RIGID, lambda: dofs_of_node_motion(structure, *rigid_motion(structure.mesh.points)))
     if about is None:
         return R.copy()
     e = np.eye(3)
@@ -80,8 +80,8 @@ def linear_shapes(structure: Structure) -> Array:
     energy would have these relax the strain at free edges.
     """
     motion = linear_motion(structure.mesh.points)
-    x, _, extra = _following(structure, *motion)
-    return lifted(structure, *motion) if rigid_shapes(structure)[extra].any() else x
+    x, _, extra = _dofs_at_nodes(structure, *motion)
+    return dofs_of_node_motion(structure, *motion) if rigid_shapes(structure)[extra].any() else x
 
 
 def linear_motion(r: Array) -> tuple[Array, Array]:
@@ -107,8 +107,8 @@ def independent_columns(columns: Array) -> Array:
     return np.array(kept, np.int64)
 
 
-def stands_by_springs(K: sparse.csr_array, M: sparse.csr_array, R: Array) -> bool:
-    """Whether the stiffness K (n_dof, n_dof) resists all rigid motions R (n_dof, r): springs to ground hold it."""
+def is_held_by_springs(K: sparse.csr_array, M: sparse.csr_array, R: Array) -> bool:
+    """Whether the stiffness K (n_dof, n_dof) resists all rigid motions R (n_dof, r), by springs to ground."""
     R = R[:, independent_columns(R)]
     R = R / np.linalg.norm(R, axis=0)
     return not without_stiffness(K, M, R @ np.linalg.eigh(R.T @ (K @ R))[1]).any()

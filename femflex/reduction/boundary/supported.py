@@ -1,11 +1,12 @@
-"""A structure on its supports: stiffness and mass without the dofs that are held, and factors made once for all uses.
+"""A structure on its supports: stiffness and mass of the free dofs, and their factors, computed once.
 
-One `Supported` per structure and set of held dofs serves modes, static answers, relaxation of initial stress and
-judgements of buckling. Factors of 1e5 dofs take hundreds of MB; they go with the structure (`Structure.recalled`).
+One `Supported` per structure and set of fixed dofs serves vibration modes, static responses, the relaxation of initial
+stress and buckling. Factors of 1e5 dofs take hundreds of MB; they are deleted with the structure
+(`Structure.recalled`).
 
-A structure that nothing holds is factorised on statically determinate supports instead. Loads without their rigid part,
-balanced by the inertia of a rigid acceleration, leave these supports without reactions, and answers without their rigid
-part do not depend on where they are (inertia relief).
+A structure without supports is factorised on statically determinate ones. Loads balanced by the inertia of a rigid
+acceleration cause no reactions in these, and responses without their rigid part do not depend on the choice of the
+supports (inertia relief).
 """
 
 from __future__ import annotations
@@ -20,17 +21,17 @@ from femflex.arrays import Array, IntArray
 from femflex.fem.eigen.modes import IdleError, Modes, factorise, lowest_modes, without_stiffness
 from femflex.fem.eigen.shift_invert import Factors, SingularError
 from femflex.fem.structure import Structure
-from femflex.reduction.boundary.rigid import independent_columns, rigid_shapes, stands_by_springs
+from femflex.reduction.boundary.rigid import independent_columns, is_held_by_springs, rigid_shapes
 
-SHOWN = 3  # dofs without stiffness and mass that a message names
+SHOWN = 3  # dofs without stiffness and mass that a message lists
 
 
 @dataclass(frozen=True, eq=False)
 class Supported:
-    """Matrices of a structure with some dofs held, or none.
+    """The matrices of a structure of which some dofs may be fixed.
 
     whole_K, whole_M (n_dof, n_dof)   held (k,)
-    R (n_dof, r)   rigid motions, zero at dofs held, of a structure that neither supports nor springs to ground hold
+    R (n_dof, r)   rigid motions of a structure without supports and springs to ground; zero at fixed dofs
     """
 
     whole_K: sparse.csr_array
@@ -40,7 +41,7 @@ class Supported:
 
     @cached_property
     def free(self) -> IntArray:
-        """Numbers (n,) of dofs that are not held."""
+        """Numbers (n,) of the dofs that are not fixed."""
         return np.delete(np.arange(self.whole_K.shape[0]), self.held)
 
     @cached_property
@@ -55,7 +56,7 @@ class Supported:
 
     @cached_property
     def stiff(self) -> IntArray:
-        """Free dofs (m,) of which the stiffness is factorised: all that are left by determinate supports."""
+        """The free dofs (m,) whose stiffness is factorised: all but those of determinate supports."""
         return np.setdiff1d(self.free, determinate_supports(self.R))
 
     @cached_property
@@ -65,12 +66,14 @@ class Supported:
 
     @cached_property
     def factors(self) -> Factors:
-        """Factors of `K_stiff`. Raises RuntimeError where it is singular."""
+        """The factors of `K_stiff`. Raises RuntimeError if it is singular."""
         return factorise(self.K_stiff)
 
     def answers(self, loads: Array) -> Array:
-        """Static displacements (n_dof, k) [m, rad] or (n_dof,) under loads alike; without supports, of their balanced
-        part."""
+        """Static displacements (n_dof, k) [m, rad] or (n_dof,) under loads of the same shape.
+
+        Without supports these are the displacements under the loads balanced by inertia.
+        """
         x = np.zeros_like(loads)
         if self.R.shape[1]:
             loads = loads - self._MR @ (self._R.T @ loads)
@@ -85,8 +88,8 @@ class Supported:
         if not self.R.shape[1]:
             return lowest_modes(self.K, self.M, n, solve=self._free_answer)
         if without_stiffness(self.whole_K, self.whole_M, self.R).all():
-            found = lowest_modes(self.K, self.M, n, free=True, solve=self._free_answer)
-            return found if found.null.shape[1] else replace(found, null=self._R[self.free])
+            modes = lowest_modes(self.K, self.M, n, free=True, solve=self._free_answer)
+            return modes if modes.null.shape[1] else replace(modes, null=self._R[self.free])
         return lowest_modes(self.K, self.M, n, free=True)
 
     def _free_answer(self, load: Array) -> Array:
@@ -94,9 +97,9 @@ class Supported:
         try:
             if not self.R.shape[1]:
                 return np.asarray(self.factors.solve(load))
-            whole = np.zeros((self.whole_K.shape[0], *load.shape[1:]))
-            whole[self.free] = load
-            return self.answers(whole)[self.free]
+            all_loads = np.zeros((self.whole_K.shape[0], *load.shape[1:]))
+            all_loads[self.free] = load
+            return self.answers(all_loads)[self.free]
         except RuntimeError as error:
             raise SingularError from error
 
@@ -112,48 +115,48 @@ class Supported:
 
 
 def supported(structure: Structure, held: IntArray) -> Supported:
-    """The structure on these supports, numbers of dofs `held` (k,); the same object when it is wanted again.
+    """The structure with the dofs of numbers `held` (k,) fixed; later calls return the same object.
 
-    Dofs that nothing resists (`Structure.unresisted`) and that move no mass are held too.
+    Dofs without stiffness (`Structure.unresisted`) and mass are fixed too.
     """
-    return _known(structure, held, "K", structure.K)
+    return _recalled_supported(structure, held, "K", structure.K)
 
 
 def unstressed(structure: Structure, held: IntArray) -> Supported:
-    """The structure with dofs held (k,), numbers, without the geometric stiffness of its initial stress."""
-    return _known(structure, held, "K0" if structure.stressed else "K", structure.K0)
+    """The structure with the dofs of numbers `held` (k,) fixed, without geometric stiffness of its initial stress."""
+    return _recalled_supported(structure, held, "K0" if structure.stressed else "K", structure.K0)
 
 
 def lowest_modes_on(structure: Structure, held: IntArray, n: int) -> Modes:
-    """`Supported.lowest_modes` of the structure with dofs held (k,), numbers; a second call returns the same object."""
-    found: Modes = structure.recalled(("modes", n, held.tobytes()), lambda: _modes(structure, held, n))
-    return found
+    """`Supported.lowest_modes` with the dofs of numbers `held` (k,) fixed; later calls return the same object."""
+    modes: Modes = structure.recalled(("modes", n, held.tobytes()), lambda: _lowest_modes(structure, held, n))
+    return modes
 
 
-def _modes(structure: Structure, held: IntArray, n: int) -> Modes:
-    given = supported(structure, held)
+def _lowest_modes(structure: Structure, held: IntArray, n: int) -> Modes:
+    on_supports = supported(structure, held)
     try:
-        return given.lowest_modes(n)
+        return on_supports.lowest_modes(n)
     except IdleError as error:
-        dofs = given.free[error.dofs]
+        dofs = on_supports.free[error.dofs]
         raise IdleError(dofs, _places_text(structure, dofs)) from None
 
 
 def _places_text(structure: Structure, dofs: IntArray) -> str:
-    """The first nodes and components that dofs move: ", such as ry of the node at (1, 0, 2) m"."""
+    """A text on the first nodes and components that dofs move: ", such as ry of the node at (1, 0, 2) m"."""
     listed = []
     for dof in dofs[:SHOWN]:
-        for rows, words in ((structure.translation, "xyz"), (structure.rotation, ("rx", "ry", "rz"))):
+        for rows, components in ((structure.translation, "xyz"), (structure.rotation, ("rx", "ry", "rz"))):
             column = np.abs(rows[:, [int(dof)]].toarray()[:, 0])
             if column.any():
                 node, axis = divmod(int(column.argmax()), 3)
-                place = ", ".join(f"{x:.4g}" for x in structure.mesh.points[node])
-                listed.append(f"{words[axis]} of the node at ({place}) m")
+                position = ", ".join(f"{x:.4g}" for x in structure.mesh.points[node])
+                listed.append(f"{components[axis]} of the node at ({position}) m")
                 break
     return f", such as {'; '.join(listed)}" if listed else ""
 
 
-def _known(structure: Structure, held: IntArray, which: str, K: sparse.csr_array) -> Supported:
+def _recalled_supported(structure: Structure, held: IntArray, which: str, K: sparse.csr_array) -> Supported:
     def make() -> Supported:
         R = np.zeros((structure.n_dof, 0))
         idle = structure.unresisted[structure.M.diagonal()[structure.unresisted] == 0]
@@ -161,16 +164,16 @@ def _known(structure: Structure, held: IntArray, which: str, K: sparse.csr_array
             R = rigid_shapes(structure)
             R[idle] = 0.0
             R = R[:, independent_columns(R)]
-            if stands_by_springs(K, structure.M, R):
+            if is_held_by_springs(K, structure.M, R):
                 R = R[:, :0]
         return Supported(K, structure.M, np.union1d(np.asarray(held, np.int64), idle), R)
 
-    found: Supported = structure.recalled((which, held.tobytes()), make)
-    return found
+    result: Supported = structure.recalled((which, held.tobytes()), make)
+    return result
 
 
 def determinate_supports(R: Array) -> IntArray:
-    """As many numbers of dofs as there are rigid motions R (n_dof, r), ascending, that hold them all."""
+    """Numbers (r,) of dofs, ascending, that prevent all rigid motions R (n_dof, r) if fixed."""
     if not R.shape[1]:
         return np.zeros(0, np.int64)
     return np.sort(linalg.qr(R.T, mode="r", pivoting=True)[1][: R.shape[1]]).astype(np.int64)

@@ -1,4 +1,4 @@
-"""What shapes do under fields of acceleration, uniform or linear in position, as any spin or accelerated base makes.
+"""Loads of accelerations on shapes, uniform or linear in position: those of any spin or accelerated base.
 
 The field e_b (1, rho_a) of a body that turns and accelerates loads a shape theta by int (1, rho_a) theta_b dm. Where
 theta is a static derivative, this is how the field stiffens or softens the pair of shapes it belongs to.
@@ -15,14 +15,15 @@ from femflex.fem.structure import Structure
 from femflex.fem.tables import DenseInertia, cached_chunks
 from femflex.reduction.boundary.rigid import linear_motion, linear_shapes, rigid_motion, rigid_shapes
 
-ANSWERED = 1e-4  # part of a field's answer, by amplitude, that may be left out
-SILENT = 1e-6  # answer over the largest of all fields below which it is rounding
+ANSWERED = 1e-4  # share of the response to a field, by amplitude, that may be omitted
+SILENT = 1e-6  # response over the largest of all fields, below which it is rounding
 RANK = 1e-12  # of the largest energy: below it a combination is dependent on others
 
 
 def loads_of_rigid_accelerations(structure: Structure) -> Array:
-    """int N^T a dm (n_dof, 6) [kg, kg m] of the fields a of three unit accelerations and three unit turns about the
-    origin.
+    """int N^T a dm (n_dof, 6) [kg, kg m] of three unit translational and three unit rotational accelerations a.
+
+    The rotational ones are about the origin.
 
     M R, but for masses that lie off nodes of flat plates: these nodes do not turn about the normal as the body does.
     """
@@ -32,7 +33,7 @@ def loads_of_rigid_accelerations(structure: Structure) -> Array:
 
 
 def loads_of_linear_accelerations(structure: Structure) -> Array:
-    """The same (n_dof, 12) of the fields a = z_a e_b, z = (1, r), uniform or linear in the place."""
+    """int N^T a dm (n_dof, 12) of the fields a = z_a e_b, z = (1, r), uniform or linear in position."""
     how = linear_shapes, linear_motion
     found: Array = structure.recalled(("linear loads",), lambda: _loads(structure, *how))
     return found
@@ -41,7 +42,7 @@ def loads_of_linear_accelerations(structure: Structure) -> Array:
 def _loads(
     structure: Structure, shapes: Callable[[Structure], Array], motion: Callable[[Array], tuple[Array, Array]]
 ) -> Array:
-    """int N^T a dm (n_dof, k) of k fields of acceleration, given as shapes of the dofs and as motion at places."""
+    """int N^T a dm (n_dof, k) of k fields of acceleration, given by the dofs and by the motion of points."""
     followed = shapes(structure)
     raw, left = structure.T @ followed, np.zeros((structure.T.shape[0], followed.shape[1]))
     for block in structure.inertia:
@@ -66,7 +67,7 @@ def work_of_accelerations(structure: Structure, shapes: Array) -> Array:
 
 
 def answers_to_accelerations(structure: Structure, theta: Array, kept: Array) -> Array:
-    """Combinations (n_dof, k) of shapes theta that kept ones lack to answer every linear field of acceleration.
+    """Combinations (n_dof, k) of shapes theta to add to kept ones for the response to every linear acceleration field.
 
     Static answers of the structure confined to theta: with them added to the kept ones, the part of any theta that is
     followed in the least-energy sense works on a field as the whole theta does. kept (n_dof, m) and what is found are

@@ -1,4 +1,4 @@
-"""How much of a body's mass its shapes carry, and how alike two sets of shapes are."""
+"""Effective masses of the modes of a body, and the modal assurance criterion (MAC) of two sets of shapes."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ LEVI_CIVITA = np.array([[[(a - b) * (b - c) * (c - a) / 2 for c in range(3)] for
 class EffectiveMass:
     """Participation of a body's own modes in its rigid motions, columns x, y, z, rx, ry, rz.
 
-    omega          (n,)    natural frequencies of the body on its own, frame held [rad/s]
+    omega          (n,)    natural frequencies of the body with its frame fixed [rad/s]
     participation  (n, 6)  phi^T M R of the mass-normalised modes [kg^1/2 | kg^1/2 m]
     total          (6,)    mass of the rigid body, three times, and its moments of inertia [kg | kg m^2]
-    kinds          (n,)    kind of the shape that has most part in each mode, by mass; empty where the body names none
+    kinds          (n,)    kind of the shape with the largest mass in each mode; empty if the body has no kinds
     """
 
     omega: Array
@@ -38,12 +38,12 @@ class EffectiveMass:
 
     @property
     def running(self) -> Array:
-        """Running sum (n, 6) [1] of effective mass over total; zero where the total is zero."""
+        """The running sum (n, 6) [1] of effective mass over total; zero where the total is zero."""
         return np.cumsum(self.effective, axis=0) / np.where(self.total > 0, self.total, np.inf)
 
     @property
-    def carried(self) -> Array:
-        """Fraction (6,) [1] of the total that all modes carry."""
+    def carried_fraction(self) -> Array:
+        """The fraction (6,) [1] of the total that is the effective mass of all modes."""
         return self.running[-1] if len(self.omega) else np.zeros(6)
 
 

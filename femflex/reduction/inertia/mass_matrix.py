@@ -1,4 +1,4 @@
-"""Mass moments of shapes from a mass matrix: what it says exactly, and what a distribution of the mass has to add.
+"""Mass moments of shapes: those that a mass matrix determines, and those that need a distribution of the mass.
 
 A mass matrix M over translations u_i and rotations theta_i of nodes gives exactly, with the rigid motions R,
 
@@ -43,7 +43,7 @@ SKEW = np.cross(np.eye(3)[:, None], np.eye(3)[None])  # eps_cab: component b of 
 
 
 class Distribution(Protocol):
-    """Where the mass of a body is, as far as it is known; `exact` when its second moments are those of the matrix."""
+    """An assumed distribution of the mass of a body; `exact` if its second moments are those of the matrix."""
 
     @property
     def exact(self) -> bool: ...
@@ -89,12 +89,12 @@ class NodalMass:
         k = phi.shape[1]
         at = np.flatnonzero(self.offset.any(axis=1) | self.second.any(axis=(1, 2)))
         theta = (self.rows[1] @ phi).reshape(len(self.points), 3, k)[at]
-        turned = _turned(theta, self.offset[at])
+        turned = _rotated_offsets(theta, self.offset[at])
         cross = _gram(self._translations(phi)[at], turned)
         value, axes = np.linalg.eigh(self.second[at])
         second = cross + cross.transpose(2, 3, 0, 1)
         for q in range(3):
-            arm = _turned(theta, axes[:, :, q])
+            arm = _rotated_offsets(theta, axes[:, :, q])
             second = second + _gram(arm, arm * value[:, q, None, None])
         return turned.sum(axis=0).T, second
 
@@ -143,7 +143,7 @@ class KnownMoments:
 
 @dataclass(frozen=True, eq=False)
 class MatrixMoments:
-    """Mass moments from a mass matrix, and how much of them the matrix says.
+    """Mass moments from a mass matrix, and the part of them that the matrix determines.
 
     moments   MassMoments
     exact     whether all of them are those of the matrix
@@ -190,7 +190,7 @@ def matrix_moments(structure: MatrixStructure, phi: Array, distribution: Distrib
 
 
 def nodal_mass(structure: MatrixStructure) -> NodalMass:
-    """The sum nearest to the mass matrix of a structure, by rows: all of it where the matrix is such a sum."""
+    """The NodalMass closest to the mass matrix of a structure, by rows; exact if the matrix is such a sum."""
     n = len(structure.mesh.points)
     t, r = structure.translation, structure.rotation
     Mtt, Mtr, Mrr = (sparse.csr_array(a @ structure.M @ b.T) for a, b in ((t, t), (t, r), (r, r)))
@@ -249,7 +249,7 @@ def _gram(a: Array, b: Array) -> Array:
     return np.asarray(flat.reshape(3, k, 3, k).transpose(1, 0, 3, 2))
 
 
-def _turned(theta: Array, s: Array) -> Array:
+def _rotated_offsets(theta: Array, s: Array) -> Array:
     """G_A s of nodes: s itself, then theta_k x s; (node, axis, 1 + n)."""
     return np.concatenate([s[:, :, None], np.cross(theta, s[:, :, None], axis=1)], axis=2)
 

@@ -1,16 +1,16 @@
-"""Which combinations of shapes are of first order in a deflection, and which of second.
+"""Combinations of shapes that are of first order in a deflection, and those of second order.
 
-Where a body bends by a small angle w', it draws in by w'^2 / 2: sections turn far and stretch little. Bending and
+A body bent by a small angle w' is foreshortened by w'^2 / 2: rotations are large, and strains small. Bending and
 torsion are of first order, the stretch of members, sheets and solids of second. To fourth order the energy of
 x = b + m, b of first order and m of second, is
 
     V = 1/2 [V1 xx + 2 V2 bbb + 6 V2 bbm + V3 bbbb].
 
-All else is of fifth order and above. With shapes that follow bending, which know nothing of it (`condense`), it would
-hold a bent body up: where a kept stretch takes part in the shortening, its u'^2 / 2 wants an answer that none is there
-to give. A cantilever bent by 6.6 % of its length was 8.7 % too stiff with one stretching mode among eighteen.
+All other terms are of fifth order and above. With dependent shapes, which do not respond to them (`condense`), they
+would stiffen a deflected body: if a retained stretch takes part in the foreshortening, no shape compensates its
+u'^2 / 2. A cantilever bent by 6.6 % of its length was 8.7 % too stiff with one stretching mode among eighteen.
 
-Rotation tells the two apart. With V_m the membrane energy of a combination, V_r what the membrane would store if it
+Rotation distinguishes the two. With V_m the membrane energy of a combination, V_r what the membrane would store if it
 were stretched as far as it turns, and V all of its energy, V_m / (V_r + V) is 0 of bending and torsion, of solids
 (pi thickness / wavelength)^2 / 3, and of a stretch between 1/3 and 1, where it bends other members of a folded one
 too. The bending of a curved body stretches it, but little compared with its rotation: about 5 (rise / span)^2. It is of

@@ -19,66 +19,69 @@ import numpy as np
 from femflex.arrays import Array
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.clamps import free_dofs
-from femflex.reduction.boundary.pivots import solved
+from femflex.reduction.boundary.pivots import solve_tangent
 from femflex.reduction.modes.modeset import ModeSet
 
-STEPS = 4  # states on the way to each amplitude, evenly spaced
-SETTLED = 1e-6  # last Newton step over the displacement; what follows of it is its square
+STEPS = 4  # evenly spaced states up to each amplitude
+SETTLED = 1e-6  # last Newton step over the displacement; the remaining error is its square
 ITERATIONS = 30
 
 
 def bent_states(structure: Structure, modes: ModeSet, deflection: float) -> tuple[Array, Array]:
-    """y (n_dof, k) of all states and their strain energies (k,), for amplitudes up to those of a deflection [m].
+    """Displacements y (n_dof, k) outside the set of static states, and their strain energies (k,).
 
-    The amplitudes are those of equal static loads, 1 / omega^2, of which the lowest shape's moves some node by
-    `deflection`; every shape goes both ways alone and both ways with every other, in STEPS steps: 8 n^2 states, each of
-    a few factorisations. Raises ValueError without clamps, or when a state is not found.
+    The amplitudes are those of equal static loads, 1 / omega^2; that of the lowest shape moves some node by
+    `deflection` [m]. Every shape is deflected in both directions, alone and with every other, in STEPS steps: 8 n^2
+    states, each of a few factorisations. Raises ValueError without clamps, or if a state is not found.
     """
     if not modes.held.size:
         raise ValueError(
             "derivatives at a deflection are static states of a clamped structure, and this set is of a free one; "
             "leave out the deflection, or clamp a group."
         )
-    paths = directions(structure, modes, deflection)
-    found = [state for amplitude in paths for state in _along(structure, modes, amplitude)]
-    x = np.column_stack([state for state, _ in found])
+    amplitudes = directions(structure, modes, deflection)
+    states = [state for amplitude in amplitudes for state in _states_on_path(structure, modes, amplitude)]
+    x = np.column_stack([state for state, _ in states])
     y = x - modes.phi @ (modes.phi.T @ (structure.M @ x))
-    return y, np.array([energy for _, energy in found])
+    return y, np.array([energy for _, energy in states])
 
 
 def directions(structure: Structure, modes: ModeSet, deflection: float) -> Array:
-    """Amplitudes (2 n^2, n) [kg^1/2 m] of the last state of every path."""
+    """The amplitudes (2 n^2, n) [kg^1/2 m] of the last state of every path."""
     n = modes.n_modes
     weight = 1.0 / over_mass(structure, modes)
     lowest = int(np.argmax(weight))
     moved = np.linalg.norm((structure.translation @ modes.phi[:, lowest]).reshape(-1, 3), axis=1).max()
-    each = np.diag(weight * deflection / (moved * weight[lowest]))
-    alone = [sign * row for row in each for sign in (1.0, -1.0)]
-    pairs = [a * each[i] + b * each[j] for i, j in combinations(range(n), 2) for a in (1, -1) for b in (1, -1)]
-    return np.array(alone + pairs).reshape(-1, n)
+    single = np.diag(weight * deflection / (moved * weight[lowest]))
+    of_one_shape = [sign * row for row in single for sign in (1.0, -1.0)]
+    of_two_shapes = [
+        a * single[i] + b * single[j] for i, j in combinations(range(n), 2) for a in (1, -1) for b in (1, -1)
+    ]
+    return np.array(of_one_shape + of_two_shapes).reshape(-1, n)
 
 
-def _along(structure: Structure, modes: ModeSet, amplitude: Array) -> Iterator[tuple[Array, float]]:
-    """States (n_dof,) and their energies on the way to amplitudes (n,)."""
+def _states_on_path(structure: Structure, modes: ModeSet, amplitude: Array) -> Iterator[tuple[Array, float]]:
+    """The states (n_dof,) of the path to amplitudes (n,), and their energies."""
     x = np.zeros(structure.n_dof)
     for part in np.arange(1, STEPS + 1) / STEPS:
-        x = held_at(structure, modes, part * amplitude, x + modes.phi @ amplitude / STEPS)
+        x = state_at_amplitudes(structure, modes, part * amplitude, x + modes.phi @ amplitude / STEPS)
         yield x, state_energy(structure, x)
 
 
-def held_at(structure: Structure, modes: ModeSet, amplitude: Array, x: Array, settled: float = SETTLED) -> Array:
-    """The state (n_dof,) with amplitudes (n,) [kg^1/2 m] near x, by Newton's steps until one is `settled` of the
-    displacement.
+def state_at_amplitudes(
+    structure: Structure, modes: ModeSet, amplitude: Array, x: Array, settled: float = SETTLED
+) -> Array:
+    """The static state (n_dof,) with amplitudes (n,) [kg^1/2 m], by Newton steps from x.
 
-    Raises ValueError when the state is not found.
+    settled: last step over the displacement. Raises ValueError if the state is not found.
     """
     elastic, free = structure.internal_force, free_dofs(structure, modes.held)
     A, x = (structure.M @ modes.phi)[free], x.copy()
     for _ in range(ITERATIONS):
-        rest = (structure.f0 - elastic.force(x))[free]
-        solution = solved(elastic.tangent(x)[free][:, free], np.column_stack([rest, A]))
-        step, answer = solution[:, 0], solution[:, 1:]
-        step = step + answer @ np.linalg.solve(A.T @ answer, amplitude - A.T @ (x[free] + step))
+        residual = (structure.f0 - elastic.force(x))[free]
+        solution = solve_tangent(elastic.tangent(x)[free][:, free], np.column_stack([residual, A]))
+        step, per_load = solution[:, 0], solution[:, 1:]
+        step = step + per_load @ np.linalg.solve(A.T @ per_load, amplitude - A.T @ (x[free] + step))
         x[free] += step
         if not np.isfinite(step).all():
             break

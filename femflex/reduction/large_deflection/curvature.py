@@ -11,10 +11,10 @@ import numpy as np
 from femflex.arrays import Array
 from femflex.fem.structure import Structure
 from femflex.reduction.large_deflection.bent_states import over_mass
-from femflex.reduction.large_deflection.own_bend import own_bend
+from femflex.reduction.large_deflection.second_order_response import second_order_response
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.modes.statics import static_response
-from femflex.reduction.modes.vibration import answers_to_clamps
+from femflex.reduction.modes.vibration import responses_to_clamp_accelerations
 
 REACH = 0.1  # displacement over size up to which it is looked at
 LOOKED_AT = 3  # of the lowest vibration shapes
@@ -31,53 +31,58 @@ def least_stiffness_ratio(structure: Structure, modes: ModeSet) -> float:
         return 1.0
     phi = modes.phi[:, lowest]
     if modes.held.size and mesh_rise(structure):
-        phi = np.column_stack([phi, answers_to_clamps(structure, modes)[1] @ _risen(structure)[1]])
+        phi = np.column_stack(
+            [phi, responses_to_clamp_accelerations(structure, modes)[1] @ _rise_and_direction(structure)[1]]
+        )
     size = float(np.linalg.norm(np.ptp(structure.mesh.points, axis=0)))
-    k, cubic, quartic = held_energy(structure, modes, phi)
+    k, cubic, quartic = energy_coefficients(structure, modes, phi)
     q = np.linspace(-1.0, 1.0, 401)[:, None] * REACH * size / np.abs(structure.translation @ phi).max(axis=0)
     return min(1.0, float((1 + (6 * cubic * q + 12 * quartic * q**2) / k).min()))
 
 
 def hardening(structure: Structure, modes: ModeSet) -> float:
-    """What stretching adds to the force on the lowest shape, over its linear one, as it is bent by 1 m [1/m^2].
+    """The cubic over the linear stiffness force of the lowest shape, at a deflection of 1 m [1/m^2].
 
-    4 e / k: (bend / thickness)^2 times some figure where supports hold a flat structure apart, next to nothing where it
-    may draw in. Zero of a set without shapes, and of what softens.
+    It is 4 e / k: of order 1 / thickness^2 if supports prevent a flat structure from foreshortening, and nearly zero if
+    they do not. It is zero for a set without shapes, and for a softening shape.
     """
     if not modes.n_modes:
         return 0.0
-    one = modes.picked([int(np.argmin(over_mass(structure, modes)))])
-    phi = one.phi / np.sqrt(np.einsum("in,in->n", one.phi, structure.K @ one.phi))
+    lowest = modes.picked([int(np.argmin(over_mass(structure, modes)))])
+    phi = lowest.phi / np.sqrt(np.einsum("in,in->n", lowest.phi, structure.K @ lowest.phi))
     moved = np.linalg.norm((structure.translation @ phi).reshape(-1, 3), axis=1).max()
-    bent, answer = (column[:, 0] for column in own_bend(structure, one))
-    relaxed, along = bent @ answer, bent @ phi[:, 0]
-    quartic = structure.internal_force.quartic_energy(phi)[0] - (relaxed - along**2) / 8
+    load, response = (column[:, 0] for column in second_order_response(structure, lowest))
+    relaxed_by, work = load @ response, load @ phi[:, 0]
+    quartic = structure.internal_force.quartic_energy(phi)[0] - (relaxed_by - work**2) / 8
     return max(float(4 * quartic / moved**2), 0.0)
 
 
-def held_energy(structure: Structure, modes: ModeSet, phi: Array) -> tuple[Array, Array, Array]:
-    """k, c and e of shapes (n_dof, n) [m, rad], each held alone, with the supports of a set."""
+def energy_coefficients(structure: Structure, modes: ModeSet, phi: Array) -> tuple[Array, Array, Array]:
+    """Energy coefficients k, c and e of shapes (n_dof, n) [m, rad], each with a prescribed amplitude.
+
+    The supports are those of the set.
+    """
     elastic = structure.internal_force
     k = np.einsum("in,in->n", phi, structure.K @ phi)
-    bent = elastic.second_derivative(phi)
-    relaxed = np.einsum("in,in->n", bent, static_response(structure, modes, bent))
-    along = np.einsum("in,in->n", bent, phi)
-    quartic = elastic.quartic_energy(phi) - (relaxed - along**2 / k) / 8
-    return k, along / 6, quartic
+    load = elastic.second_derivative(phi)
+    relaxed_by = np.einsum("in,in->n", load, static_response(structure, modes, load))
+    work = np.einsum("in,in->n", load, phi)
+    quartic = elastic.quartic_energy(phi) - (relaxed_by - work**2 / k) / 8
+    return k, work / 6, quartic
 
 
 def mesh_rise(structure: Structure) -> float:
-    """How far the mesh stands off the plane, or the line, that lies best in it [m]; zero of a straight line."""
-    return _risen(structure)[0]
+    """The rise [m]: the extent of the mesh normal to the plane or line that fits it best; zero for a straight line."""
+    return _rise_and_direction(structure)[0]
 
 
-def _risen(structure: Structure) -> tuple[float, Array]:
+def _rise_and_direction(structure: Structure) -> tuple[float, Array]:
     """The rise of the mesh [m], and its direction (3,)."""
     centred = structure.mesh.points - structure.mesh.points.mean(axis=0)
     axes = np.linalg.svd(centred, full_matrices=False)[2]
     spans = np.ptp(centred @ axes.T, axis=0)
-    standing = np.flatnonzero(spans > 1e-9 * spans.max())
-    if len(standing) < 2:
+    extended = np.flatnonzero(spans > 1e-9 * spans.max())
+    if len(extended) < 2:
         return 0.0, np.zeros(3)
-    least = int(standing[np.argmin(spans[standing])])
+    least = int(extended[np.argmin(spans[extended])])
     return float(spans[least]), axes[least]

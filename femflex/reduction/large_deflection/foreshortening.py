@@ -1,4 +1,4 @@
-"""How pulls along a body stiffen its lowest shape: its foreshortening, which linear strain leaves out."""
+"""Foreshortening of the lowest shape of a body, by which axial loads stiffen it; linear strain leaves it out."""
 
 from __future__ import annotations
 
@@ -13,28 +13,28 @@ from femflex.body import FlexibleBody, Foreshortening
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.markers import marker_rows
 from femflex.reduction.inertia.accelerations import work_of_accelerations
-from femflex.reduction.large_deflection.own_bend import own_bend
+from femflex.reduction.large_deflection.second_order_response import second_order_response
 from femflex.reduction.modes.modeset import ModeSet
 
-ALONE = 1e-6  # part of the other shapes of a set in its lowest one, by mass, below which that is one of the set
+ALONE = 1e-6  # share of the other shapes in the lowest shape of a set, by mass, below which it is one shape of the set
 
 
 def foreshortening(structure: Structure, modes: ModeSet, markers: Mapping[str, str] | None = None) -> Foreshortening:
-    """Foreshortening of the lowest shape that a set can make: theta is its static derivative.
+    """The Foreshortening of the lowest shape in the span of a set: theta is its static derivative.
 
     markers: name -> mesh group; the set's own groups count under their own names. None of a set without shapes.
     """
     if not modes.n_modes:
         return Foreshortening()
     phi = _lowest_shape(structure, modes)
-    theta = -own_bend(structure, replace(modes.picked([0]), phi=phi))[1]
+    theta = -second_order_response(structure, replace(modes.picked([0]), phi=phi))[1]
     places = {**{group: group for group in modes.groups}, **(markers or {})}
     at = {name: (marker_rows(structure, group).translation @ theta)[:, 0] for name, group in places.items()}
     return Foreshortening(work_of_accelerations(structure, theta)[:, :, 0], at)
 
 
 def _lowest_shape(structure: Structure, modes: ModeSet) -> Array:
-    """The lowest shape (n_dof, 1) [m, rad] that a set can make: one of its own where others hardly take part in it."""
+    """The lowest shape (n_dof, 1) [m, rad] of the span of a set: one of the set if others have little part in it."""
     K, M = (modes.phi.T @ (A @ modes.phi) for A in (structure.K, structure.M))
     lowest = linalg.eigh(K, M, subset_by_index=[0, 0])[1]  # of a set of unit displacements, a mixture of many
     part = np.abs(lowest[:, 0]) * np.sqrt(np.diag(M))
@@ -45,7 +45,7 @@ def _lowest_shape(structure: Structure, modes: ModeSet) -> Array:
 
 
 def foreshortening_of(body: FlexibleBody) -> Foreshortening:
-    """The same of a condensed body."""
+    """The Foreshortening of the lowest shape of a condensed body."""
     if not len(body.slaves):
         return Foreshortening()
     n, moments = body.n_modes, body.moments

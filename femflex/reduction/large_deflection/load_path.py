@@ -1,14 +1,13 @@
-"""How a structure bends while the work of one load is raised and let go: what it stays in, and snaps through.
+"""Static states of a structure while the work of one load is raised and lowered, with snap-through.
 
-At each held work F.x = w the energy V(x) - p.x is brought to a minimum, p a small push that decides which way a
-symmetric structure buckles. Newton's step from the state before finds it where it lies near. Where it does not, or
-finds a saddle, the state has lost its stability and snaps to another; it is then let go against a drag d, in steps
+At each prescribed work F.x = w the energy V(x) - p.x is minimised; the small load p selects the direction in which a
+symmetric structure buckles. Newton steps from the previous state find a minimum that is close. If they fail, or find a
+saddle, the state has lost its stability and snaps to another one; this motion is computed with a drag d, in steps
 
     x' = argmin V(x) - p.x + d/2 (x - x0).K (x - x0),      F.x = w,
 
-each no longer than asked, the drag as small as allows for that: the way that a structure in honey would take. So an
-arch is followed that buckles sideways and snaps, where paths of equilibria wind through dozens of loads that no arch
-stands under.
+with the smallest drag that limits the length of a step: the motion of a structure in a very viscous fluid. In this way
+an arch is followed that buckles sideways and snaps, while paths of equilibria pass through dozens of unstable loads.
 """
 
 from __future__ import annotations
@@ -24,19 +23,19 @@ from femflex.reduction.boundary.pivots import factors, negative_pivots
 from femflex.reduction.boundary.supported import supported
 from femflex.reduction.modes.modeset import ModeSet
 
-STEPS = 12  # of the work on the way to the deflection of a linear structure
-FARTHEST = 1.5  # of that work: stops what comes to rest without having moved so far
-SMALLEST = 1 / 32  # of a step of the work: a walk that cannot go on with it ends there
+STEPS = 12  # steps of the work up to the deflection of a linear structure
+FARTHEST = 1.5  # of that work: limit for structures that do not reach the deflection
+SMALLEST = 1 / 32  # of a step of the work: smallest part before the path ends
 SETTLED = 1e-6  # last Newton step over the displacement
 ITERATIONS = 10
 LONGEST, KEPT = 2.0, 0.2  # dragged steps over those of the work in a linear structure, by energy norm: at most; noted
 DRAG, STIFFEST, RATE = 0.02, 1e4, 4.0  # the least drag, the largest, and how much stiffer where a step is too long
-DRAGGED = 60  # steps on the way to one minimum
+DRAGGED = 60  # largest number of steps to one minimum
 
 
 @dataclass(frozen=True, eq=False)
 class LoadedStructure:
-    """A clamped structure with the work of a load held, pushed besides; vectors over its free dofs."""
+    """A clamped structure with prescribed work of a load, and a small additional load; vectors over the free dofs."""
 
     structure: Structure
     free: IntArray
@@ -46,59 +45,60 @@ class LoadedStructure:
 
     @property
     def constant(self) -> Array:
-        """The push (n,) [N, N m], and what initial stress leaves unbalanced."""
+        """The constant forces (n,) [N, N m]: the small load, and the unbalanced part of initial stress."""
         return self.push + self.structure.f0[self.free]
 
-    def whole(self, x: Array) -> Array:
-        """x (n_dof,) [m, rad] on all dofs."""
+    def on_all_dofs(self, x: Array) -> Array:
+        """The displacements x (n,) on all dofs (n_dof,) [m, rad]."""
         out = np.zeros(self.structure.n_dof)
         out[self.free] = x
         return out
 
     def energy(self, x: Array) -> float:
-        """Energy stored [J], over that at rest; x (n,)."""
-        at = self.whole(x)
-        return self.structure.internal_force.energy(at) - float(self.structure.f0 @ at)
+        """Strain energy [J] of displacements x (n,), relative to rest."""
+        displacements = self.on_all_dofs(x)
+        return self.structure.internal_force.energy(displacements) - float(self.structure.f0 @ displacements)
 
     def equilibrium(self, x0: Array, guess: Array, work: float, drag: float) -> tuple[Array, bool] | None:
-        """The state (n,) [m, rad] near a guess at that work, dragged from x0, whether it is a saddle; None where none
-        is found."""
+        """The state (n,) [m, rad] with that work, with a drag from x0, and whether it is a saddle.
+
+        None if Newton steps from the guess do not converge.
+        """
         elastic, x = self.structure.internal_force, guess.copy()
         for _ in range(ITERATIONS):
-            at = self.whole(x)
-            solver = factors(elastic.tangent(at)[self.free][:, self.free] + drag * self.K)
-            rest = self.constant - elastic.force(at)[self.free] - drag * (self.K @ (x - x0))
-            own, answer = solver.solve(np.column_stack([rest, self.load])).T
-            move = own + (work - self.load @ (x + own)) / (self.load @ answer) * answer
-            if not np.isfinite(move).all():
+            displacements = self.on_all_dofs(x)
+            solver = factors(elastic.tangent(displacements)[self.free][:, self.free] + drag * self.K)
+            residual = self.constant - elastic.force(displacements)[self.free] - drag * (self.K @ (x - x0))
+            unloaded, per_load = solver.solve(np.column_stack([residual, self.load])).T
+            step = unloaded + (work - self.load @ (x + unloaded)) / (self.load @ per_load) * per_load
+            if not np.isfinite(step).all():
                 return None
-            x = x + move
-            if np.abs(move).max() <= SETTLED * np.abs(x).max():
-                free_to_fall = negative_pivots(solver) - (1 if self.load @ answer < 0.0 else 0)
+            x = x + step
+            if np.abs(step).max() <= SETTLED * np.abs(x).max():
+                free_to_fall = negative_pivots(solver) - (1 if self.load @ per_load < 0.0 else 0)
                 return x, free_to_fall > 0
         return None
 
     def descent(self, x: Array, guess: Array, work: float, step: float) -> tuple[list[Array], bool] | None:
-        """States (n,) [m, rad] from x to one at rest at that work, which is the last, and whether it is a saddle;
-        None where none is.
+        """States (n,) [m, rad] from x to an equilibrium with that work, the last one, and whether it is a saddle.
 
-        What is pushed comes to rest in minima alone.
+        None if there is none. With a small additional load only minima are equilibria.
         """
-        out: list[Array] = []
-        drag, pushed = 0.0, bool(self.push.any())
+        states: list[Array] = []
+        drag, is_pushed = 0.0, bool(self.push.any())
         for _ in range(DRAGGED):
-            found = self.equilibrium(x, guess, work, drag)
-            length = np.inf if found is None else float(np.sqrt((found[0] - x) @ (self.K @ (found[0] - x))))
-            if found is None or length > LONGEST * step or (pushed and found[1]):
+            result = self.equilibrium(x, guess, work, drag)
+            length = np.inf if result is None else float(np.sqrt((result[0] - x) @ (self.K @ (result[0] - x))))
+            if result is None or length > LONGEST * step or (is_pushed and result[1]):
                 drag, guess = max(RATE * drag, DRAG), x
                 if drag > STIFFEST:
                     return None
                 continue
-            x = guess = found[0]
+            x = guess = result[0]
             if drag == 0.0:
-                return [*out, x], found[1]
+                return [*states, x], result[1]
             if length > KEPT * step:
-                out.append(x)
+                states.append(x)
             drag = drag / RATE if drag > DRAG else 0.0
         return None
 
@@ -106,19 +106,21 @@ class LoadedStructure:
 def trace_load_path(
     structure: Structure, modes: ModeSet, load: Array, push: Array, deflection: float, energy: float = np.inf
 ) -> LoadPath:
-    """The walk of a structure as the work of a load (n_dof,) is raised until some node has moved by a deflection [m].
+    """The LoadPath of a structure as the work of a load (n_dof,) is raised until a node has moved by a deflection [m].
 
-    Or until it stores an energy [J]. Where it snaps on the way, the work is taken back again. push (n_dof,): the small
-    load; without one, states are taken that are saddles.
+    It also ends when the structure stores an energy [J]. If the structure snaps, the work is lowered again.
+    push (n_dof,): the small load; without it, saddles are accepted.
     """
-    on = supported(structure, modes.held)
-    free, K = on.free, on.K
-    held = LoadedStructure(structure, free, K, load[free], push[free])
-    u = on.factors.solve(held.load)
-    u *= deflection / largest_displacement(structure, held.whole(u))
-    most = float(held.load @ u)
-    step, path = float(np.sqrt(u @ (K @ u))) / STEPS, LoadPath(held, u / most, most / STEPS)
-    while largest_displacement(structure, held.whole(path.x)) < deflection and path.work < FARTHEST * most:
+    supports = supported(structure, modes.held)
+    free, K = supports.free, supports.K
+    loaded = LoadedStructure(structure, free, K, load[free], push[free])
+    u = supports.factors.solve(loaded.load)
+    u *= deflection / largest_displacement(structure, loaded.on_all_dofs(u))
+    linear_work = float(loaded.load @ u)
+    step, path = float(np.sqrt(u @ (K @ u))) / STEPS, LoadPath(loaded, u / linear_work, linear_work / STEPS)
+    while (
+        largest_displacement(structure, loaded.on_all_dofs(path.x)) < deflection and path.work < FARTHEST * linear_work
+    ):
         if not path.advance(1.0, step):
             break
         if path.stored() > energy:
@@ -130,7 +132,7 @@ def trace_load_path(
 
 
 class LoadPath:
-    """How far a walk has come, its states, whether it has snapped on the way, and whether it came upon a saddle."""
+    """The states of a path of increasing work, and whether the structure has snapped or reached a saddle."""
 
     def __init__(self, held: LoadedStructure, way: Array, part: float) -> None:
         self.held, self.way, self.part, self.whole_part = held, way, part, part
@@ -143,16 +145,16 @@ class LoadPath:
         return self.held.energy(self.x)
 
     def advance(self, sense: float, step: float) -> bool:
-        """Go on by a part of the work, less where nothing is found with it; False where nothing is."""
+        """Continue by a part of the work, or a smaller one if no state is found; False if none is found at all."""
         while self.part >= SMALLEST * self.whole_part:
             change = sense * self.part
-            found = self.held.descent(self.x, self.x + change * self.way, self.work + change, step)
-            if found is None:
+            result = self.held.descent(self.x, self.x + change * self.way, self.work + change, step)
+            if result is None:
                 self.part /= 2
                 continue
-            states, saddle = found
+            states, saddle = result
             self.snapped, self.saddle = self.snapped or len(states) > 1, self.saddle or saddle
-            self.states += [self.held.whole(x) for x in states]
+            self.states += [self.held.on_all_dofs(x) for x in states]
             self.way = (states[-1] - self.x) / change if len(states) == 1 else 0.0 * self.way
             self.x, self.work = states[-1], self.work + change
             return True

@@ -1,4 +1,4 @@
-"""Which loads have static shapes that a set of vibration modes can take in without becoming stiff."""
+"""Select loads whose static shapes can be added to vibration modes without making the body stiff."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from femflex.reduction.strain.following import FASTER
 
 FASTEST = 8.0  # frequency of a load's static shape over the highest of a set that it may join: the rest of an end load
 # that one mode leaves has 6.5, and a pull along a beam 100 times its radius of gyration some 40
-DRIVEN = 0.1  # share of the stretch of one shape's bending from which on a static shape is that stretch
+DRIVEN = 0.1  # share of the stretch by bending of one shape, above which a static shape is that stretch
 
 
 def slow_loads(
@@ -31,51 +31,53 @@ def slow_loads(
     least: float = 0.0,
     linear: bool = False,
 ) -> Array:
-    """Of the accelerations and loads (`with_attachment`) those whose static shapes are slow compared with a set.
+    """Load vectors (n_dof, k) of those accelerations and loads (`with_attachment`) whose static shapes are slow.
 
-    Load vectors (n_dof, k). What the modes leave of the answer to a load has a frequency of its own,
-    sqrt(x.K x / x.M x). That of a pull along a slender beam is far above the modes': it would be the one stiff
-    coordinate of the body. Forces at a group count as one space, of which the slow part is taken, moments and
-    accelerations likewise: the axes in which a mesh is given do not matter. fastest: over the highest of the set.
-    least: share of a load's static work by which the set must fall short before the shape is worth a coordinate.
-    With many modes a pull is no faster than that; unless the strain is linear it is left out as what the set's
-    derivatives hold already (`brought_about`).
+    The residual x of a static response, outside the modes, has a frequency sqrt(x.K x / x.M x). For an axial load on a
+    slender beam it is far above those of the modes: it would be the only stiff coordinate of the body. The forces at a
+    group are treated as one space, of which the slow part is used, and so are moments and accelerations: the result
+    does not depend on the axes of the mesh. fastest: highest frequency over that of the set.
+    least: share of a load's static work that the set must lack for its shape to be added.
+    With many modes an axial load is not faster than that; unless strain is linear it is omitted where the derivatives
+    of the set represent it (`is_second_order_response`).
     """
     highest = np.nanmax(modes.omega, initial=0.0)
-    found = [np.zeros((structure.n_dof, 0))]
-    for F in _spaces(structure, directions, loads or {}):
+    slow = [np.zeros((structure.n_dof, 0))]
+    for F in _load_spaces(structure, directions, loads or {}):
         x = residual_vectors(structure, modes, F)
         size = np.sqrt(np.einsum("in,in->n", x, structure.M @ x))
         F, x = F[:, size > 0.0] / size[size > 0.0], x[:, size > 0.0] / size[size > 0.0]
-        own = independent_columns(x)
-        F, x = F[:, own], x[:, own]
+        independent = independent_columns(x)
+        F, x = F[:, independent], x[:, independent]
         if not x.size:
             continue
-        stiffness, ways = linalg.eigh(x.T @ (structure.K @ x), x.T @ (structure.M @ x))
-        F, x = F @ ways, x @ ways
-        answered = ((modes.phi.T @ F) ** 2 / over_mass(structure, modes)[:, None]).sum(axis=0)
-        kept = (stiffness < (fastest * highest) ** 2) & (stiffness > least * (stiffness + answered))
+        stiffness, combinations = linalg.eigh(x.T @ (structure.K @ x), x.T @ (structure.M @ x))
+        F, x = F @ combinations, x @ combinations
+        modal_work = ((modes.phi.T @ F) ** 2 / over_mass(structure, modes)[:, None]).sum(axis=0)
+        is_kept = (stiffness < (fastest * highest) ** 2) & (stiffness > least * (stiffness + modal_work))
         if not linear:
-            kept &= ~brought_about(structure, modes, x)
-        found.append(F[:, kept])
-    return np.concatenate(found, axis=1)
+            is_kept &= ~is_second_order_response(structure, modes, x)
+        slow.append(F[:, is_kept])
+    return np.concatenate(slow, axis=1)
 
 
-def _spaces(structure: Structure, directions: Sequence[str], loads: Mapping[str, Sequence[str]]) -> Iterator[Array]:
-    """Load vectors (n_dof, k) of accelerations and of each group's loads; along axes and about them apart."""
+def _load_spaces(
+    structure: Structure, directions: Sequence[str], loads: Mapping[str, Sequence[str]]
+) -> Iterator[Array]:
+    """Load vectors (n_dof, k) of accelerations and of each group's loads, separately along axes and about axes."""
     for kind in (DIRECTIONS[:3], DIRECTIONS[3:]):
-        if base := [d for d in directions if d in kind]:
-            yield load_vectors(structure, base, {})
-        for group, given in loads.items():
-            if own := [d for d in given if d in kind]:
-                yield load_vectors(structure, [], {group: own})
+        if accelerations := [d for d in directions if d in kind]:
+            yield load_vectors(structure, accelerations, {})
+        for group, group_directions in loads.items():
+            if of_kind := [d for d in group_directions if d in kind]:
+                yield load_vectors(structure, [], {group: of_kind})
 
 
-def brought_about(structure: Structure, modes: ModeSet, shapes: Array) -> BoolArray:
-    """Whether each of the shapes (n_dof, k) [m, rad] is what the bending of one of the set brings about.
+def is_second_order_response(structure: Structure, modes: ModeSet, shapes: Array) -> BoolArray:
+    """(k,): whether each of the shapes (n_dof, k) [m, rad] is the stretch by bending of one shape of the set.
 
-    Static derivatives of phi_i alone hold the strain energy theta_ii.K theta_ii; a shape x that is DRIVEN holds its
-    share (x.K theta_ii)^2 / x.K x, and follows where it is FASTER than 2 omega_i.
+    The static derivative of phi_i has the strain energy theta_ii.K theta_ii, and a shape x represents the part
+    (x.K theta_ii)^2 / x.K x of it. x is such a stretch if this is more than DRIVEN, and if x is FASTER than 2 omega_i.
     """
     if not shapes.size or not modes.n_modes:
         return np.zeros(shapes.shape[1], np.bool_)

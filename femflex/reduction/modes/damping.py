@@ -14,28 +14,29 @@ from femflex.fem.eigen.modes import dense_modes
 
 
 class Damping(Protocol):
-    """What gives a damping matrix from elastic mass and stiffness."""
+    """A damping model: it computes the damping matrix from elastic mass and stiffness."""
 
     def matrix(
         self, Me: Array, V1: Array, added: ArrayLike | None = None, unanswered: ArrayLike | None = None
     ) -> Array:
-        """Damping matrix (n, n). added (n,): which shapes are added to the vibration modes; none if left out.
+        """The damping matrix (n, n).
 
-        unanswered (n,): which of these answer loads that move no mode of the set.
+        added (n,): whether each shape is added to the vibration modes (default: none)
+        unanswered (n,): whether each of these is the static shape of loads that do no work on the modes
         """
 
 
-UNANSWERED = "unanswered attachment"  # answer to loads that move no mode of the set
+UNANSWERED = "unanswered attachment"  # static shape of loads that do no work on the modes
 ADDED = ("attachment", UNANSWERED, "response", "third derivative")  # kinds of shapes that are added to vibration modes
 
 
 def is_added(kinds: Sequence[str]) -> BoolArray:
-    """(n,): which of the shapes are added to the vibration modes of a set."""
+    """(n,): whether each of the shapes is added to the vibration modes of a set."""
     return np.array([kind in ADDED for kind in kinds], bool)
 
 
 def is_unanswered(kinds: Sequence[str]) -> BoolArray:
-    """(n,): which of the shapes answer loads that move no mode of the set."""
+    """(n,): whether each of the shapes is the static shape of loads that do no work on the modes."""
     return np.array([kind == UNANSWERED for kind in kinds], bool)
 
 
@@ -47,13 +48,14 @@ def bending_damping(
     added: ArrayLike | None = None,
     unanswered: ArrayLike | None = None,
 ) -> Array:
-    """Damping matrix (n, n) [1/s] on the shapes `damped` (n,) alone; those `added` (n,) define no modes.
+    """The damping matrix (n, n) [1/s], which acts only on the shapes `damped` (n,); those `added` (n,) define no modes.
 
-    unanswered (n,): see Damping; where strain is not linear, none that stretches.
+    unanswered (n,): see Damping; no stretching shapes if strain is not linear.
 
-    With nonlinear strain the others take back the stretch of bending: they move without being strained, in step with
-    the square of the deflection. A fraction of the critical damping of so stiff a shape would then damp bending itself,
-    and by far more than the same fraction of bending's own (a panel of 0.6 Hz bent by a tenth of its length: 14 times).
+    With nonlinear strain the other shapes compensate the stretch by bending: their amplitudes go with the square of the
+    deflection, without strain. A fraction of the critical damping of so stiff a shape would then damp bending itself,
+    far more than the same fraction of critical damping in bending (14 times for a panel of 0.6 Hz deflected by a tenth
+    of its length).
     """
     at = np.flatnonzero(damped)
     extra, alone = (np.zeros(len(at), bool) if x is None else np.asarray(x, bool)[at] for x in (added, unanswered))

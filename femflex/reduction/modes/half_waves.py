@@ -1,4 +1,4 @@
-"""How many elements a half-wave of each mode has, and the warning where elements need more for 2 % of its frequency.
+"""Number of elements in a half-wave of each mode, and a warning if it is too small for 2 % of the frequency.
 
 A wave of number k has n = pi / (k h) elements of length h in its half. In surfaces that bend, k^4 = mean kappa^2 / mean
 |u|^2 of the curvature kappa along the edges; n^-4 is the sum over both directions. In solids the ends u_1, u_2 of edges
@@ -26,7 +26,7 @@ DIRECTIONS = {
     "hexahedron": [[0, 2, 4, 6], [1, 3, 5, 7], [8, 9, 10, 11]],
     "wedge": [[0, 1, 2, 3, 4, 5], [6, 7, 8]],
 }
-NEEDED = {  # elements in a half-wave for 2 % of a frequency
+NEEDED = {  # elements in a half-wave for an error of 2 % of a frequency
     ("shell", "quad"): 7.0, ("shell", "quad9"): 2.2, ("shell", "triangle6"): 4.8, ("solid", "hexahedron"): 6.5,
     ("plate", "triangle"): 2.8, ("plate_bfs", "quad"): 2.0,
 }  # fmt: skip

@@ -1,4 +1,4 @@
-"""A set of shapes on a Structure's dofs: what a body is allowed to do."""
+"""A set of shapes on a Structure's dofs, in which a body can deform."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from femflex.arrays import Array, IntArray
 class ModeSet:
     """Shapes on the independent dofs of a Structure.
 
-    phi    (n_dof, n)  one shape per column; M-orthonormal unless the set says otherwise (nodal sets)
+    phi    (n_dof, n)  one shape per column; M-orthonormal, except in nodal sets
     kinds  (n,)        vibration, free-free, attachment, craig-bampton, constraint, derivative, third derivative,
                        admissible, nodal
-    omega  (n,)        natural frequency of each shape where it means something, else nan [rad/s]
+    omega  (n,)        natural frequency of each shape, nan if it has none [rad/s]
     groups             mesh groups the set is about (clamps, interfaces); they become markers of the body
-    held   (k,)        dofs that clamps fix in every shape
-    reference          group that the body frame follows where nothing is held and the set is no free-free one
-    note               says what the reader should know of the set (a close pair kept whole), or is empty
+    held   (k,)        dofs fixed by clamps in every shape
+    reference          group that the body frame follows, for sets without clamps that are not free-free
+    note               remark on the set (a close pair of modes that was kept), or empty
     """
 
     phi: Array
@@ -45,7 +45,7 @@ class ModeSet:
         return self.phi.shape[1]
 
     def picked(self, columns: list[int] | IntArray) -> ModeSet:
-        """The set with the columns (k,) of these numbers alone, in this order."""
+        """The set with only the columns (k,) of these numbers, in this order."""
         index = np.asarray(columns, np.int64)
         return replace(self, phi=self.phi[:, index], kinds=tuple(self.kinds[i] for i in index), omega=self.omega[index])
 

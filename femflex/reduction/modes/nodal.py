@@ -1,4 +1,4 @@
-"""No reduction, and lumped masses: the nodal displacements themselves as elastic coordinates."""
+"""Nodal displacements as elastic coordinates, without reduction or with lumped masses."""
 
 from __future__ import annotations
 
@@ -12,28 +12,28 @@ from femflex.fem.structure import Structure
 from femflex.fem.tables import DenseInertia, InertiaBlock
 from femflex.reduction.boundary.clamps import Groups, free_dofs, held_dofs, names
 from femflex.reduction.modes.modeset import ModeSet
-from femflex.reduction.modes.vibration import condensed
+from femflex.reduction.modes.vibration import statically_condensed
 
 
 def nodal(structure: Structure, clamp: Groups) -> ModeSet:
-    """Every dof that is not clamped as a shape of its own: the Structure itself, not M-orthonormal."""
-    held = held_dofs(structure, clamp)
-    free = free_dofs(structure, held)
+    """The set with one shape per free dof: the Structure without reduction, not M-orthonormal."""
+    clamped = held_dofs(structure, clamp)
+    free = free_dofs(structure, clamped)
     phi = np.eye(structure.n_dof)[:, free]
-    return ModeSet(phi, ("nodal",) * len(free), np.full(len(free), np.nan), names(clamp), held)
+    return ModeSet(phi, ("nodal",) * len(free), np.full(len(free), np.nan), names(clamp), clamped)
 
 
 def nodal_translations(structure: Structure, clamp: Groups) -> ModeSet:
-    """The free translations of all nodes as shapes; rotations and other dofs follow statically (Guyan).
+    """The set of the free translations of all nodes; rotations and other dofs are condensed statically (Guyan).
 
     With `lumped` this is the lumped-mass model: exact in stiffness for loads at the nodes, mass at the nodes alone. The
     rotation of a node to which others are tied rigidly moves their mass, so it is a shape as well.
     R. J. Guyan, Reduction of stiffness and mass matrices, AIAA Journal 3 (1965) 380.
     """
-    held = held_dofs(structure, clamp)
-    kept = np.setdiff1d(_moving_dofs(structure), held)
-    phi = condensed(structure, held, kept, np.eye(len(kept)))
-    return ModeSet(phi, ("nodal",) * len(kept), np.full(len(kept), np.nan), names(clamp), held)
+    clamped = held_dofs(structure, clamp)
+    retained = np.setdiff1d(_moving_dofs(structure), clamped)
+    phi = statically_condensed(structure, clamped, retained, np.eye(len(retained)))
+    return ModeSet(phi, ("nodal",) * len(retained), np.full(len(retained), np.nan), names(clamp), clamped)
 
 
 def lumped(structure: Structure) -> Structure:
@@ -72,7 +72,7 @@ def _moving_dofs(structure: Structure) -> IntArray:
 
 
 def _element_shares(block: InertiaBlock, node_of_raw: IntArray) -> tuple[IntArray, Array]:
-    """Nodes and their parts of the mass of every element of a block."""
+    """The nodes of every element of a block, and their shares of its mass."""
     diagonal = np.einsum("ell->el", block.mass())
     nodes = node_of_raw[block.dofs]  # e, l
     weight = np.where(nodes >= 0, diagonal, 0.0)

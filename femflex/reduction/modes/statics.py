@@ -1,4 +1,4 @@
-"""Static answers of a structure with the supports of a set, clamped or free."""
+"""Static responses of a structure with the supports of a set, clamped or free."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ def static_response(structure: Structure, modes: ModeSet, load: Array) -> Array:
     Without clamps the load is balanced by uniform and rotational acceleration (inertia relief), and the frame is placed
     as the set places it: on its reference group, or at the mean motion for free-free modes.
     """
-    on = supported(structure, modes.held)
-    x = on.answers(load)
+    supports = supported(structure, modes.held)
+    x = supports.answers(load)
     if modes.held.size or not modes.reference:
         return x
     rows = marker_rows(structure, modes.reference)
-    place = np.concatenate([rows.translation.toarray(), rows.rotation.toarray()])
-    return x - on.R @ np.linalg.lstsq(place @ on.R, place @ x, rcond=None)[0]
+    mean_motion = np.concatenate([rows.translation.toarray(), rows.rotation.toarray()])
+    return x - supports.R @ np.linalg.lstsq(mean_motion @ supports.R, mean_motion @ x, rcond=None)[0]

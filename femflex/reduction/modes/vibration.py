@@ -11,7 +11,7 @@ from femflex.arrays import Array, IntArray
 from femflex.fem.eigen.canonical import canonical_modes, signs
 from femflex.fem.eigen.modes import dense_modes
 from femflex.fem.structure import Structure
-from femflex.reduction.boundary.clamps import Groups, held_dofs, names, refuse_unheld
+from femflex.reduction.boundary.clamps import Groups, held_dofs, names, refuse_mechanism
 from femflex.reduction.boundary.markers import marker_rows
 from femflex.reduction.boundary.rigid import DIRECTIONS, independent_columns, rigid_shapes
 from femflex.reduction.boundary.supported import lowest_modes_on, supported
@@ -27,30 +27,29 @@ TURN = 1e-3  # rotation times size below this part of the largest translation ha
 def cantilever_modes(structure: Structure, clamp: Groups, n: int) -> ModeSet:
     """The n lowest vibration modes with the clamp groups fixed in the body frame (fixed-interface modes).
 
-    clamp: group names, or name -> components held ("x", "y", "z", "rx", "ry", "rz"). A close pair at the end is kept
-    whole, so there may be a few more (see `note`). Raises ValueError when the clamp leaves a motion without stiffness.
+    clamp: group names, or name -> fixed components ("x", "y", "z", "rx", "ry", "rz"). Close modes at the end are not
+    separated, so there may be a few more (see `note`). Raises ValueError if the clamp leaves a mechanism.
     """
     return fixed_modes(structure, held_dofs(structure, clamp), names(clamp), n)
 
 
 def fixed_modes(structure: Structure, held: IntArray, groups: tuple[str, ...], n: int) -> ModeSet:
-    """The n lowest vibration modes with the dofs held (k,), numbers, fixed; groups names their supports in messages."""
+    """The n lowest vibration modes with the dofs of numbers `held` (k,) fixed; groups: their names in messages."""
     refuse_buckled(structure, held)
     free = supported(structure, held).free
     modes = lowest_modes_on(structure, held, n)
     if modes.null.shape[1]:
         loose = np.zeros((structure.n_dof, modes.null.shape[1]))
         loose[free] = modes.null
-        refuse_unheld(structure, held, groups, loose)
+        refuse_mechanism(structure, held, groups, loose)
     phi = np.zeros((structure.n_dof, len(modes.omega)))
     phi[free] = modes.phi
     phi = signed(structure, phi)
     return ModeSet(phi, ("vibration",) * phi.shape[1], modes.omega, groups, held, modes.note)
 
 
-def condensed(structure: Structure, held: IntArray, boundary: IntArray, motions: Array) -> Array:
-    """Dof vectors (n_dof, k) [m, rad] that follow boundary motions (n_boundary, k) statically, x_i = -K_ii^-1 K_ib
-    x_b."""
+def statically_condensed(structure: Structure, held: IntArray, boundary: IntArray, motions: Array) -> Array:
+    """Static dof vectors (n_dof, k) [m, rad] for boundary motions (n_boundary, k), x_i = -K_ii^-1 K_ib x_b."""
     inside = supported(structure, np.union1d(held, boundary))
     interior = inside.free
     phi = np.zeros((structure.n_dof, motions.shape[1]))
@@ -65,10 +64,10 @@ def condensed(structure: Structure, held: IntArray, boundary: IntArray, motions:
 def free_free_modes(structure: Structure, n: int) -> ModeSet:
     """The n lowest elastic modes of the free structure, M-orthogonal to rigid motion.
 
-    The body frame then follows the mean motion: no elastic coordinate moves the centre of mass or carries angular
-    momentum to first order. Dofs that nothing resists (`Structure.unresisted`) and that move no mass stay zero. A
-    structure that springs to ground hold has its modes in the frame of the ground. Raises ValueError on a structure
-    that such springs hold in part, or that is a mechanism.
+    The body frame then follows the mean motion: no elastic coordinate moves the centre of mass or has angular momentum
+    to first order. Dofs without stiffness (`Structure.unresisted`) and mass stay zero. A structure held by springs to
+    ground has its modes in the frame of the ground. Raises ValueError if such springs hold it only partly, or if it is
+    a mechanism.
     """
     free, modes = supported(structure, UNHELD).free, lowest_modes_on(structure, UNHELD, n)
     R = rigid_shapes(structure)
@@ -79,16 +78,16 @@ def free_free_modes(structure: Structure, n: int) -> ModeSet:
     if not n_null:
         return ModeSet(signed(structure, phi), ("vibration",) * phi.shape[1], modes.omega, note=modes.note)
     if n_null != n_rigid:
-        refuse_unheld(structure, UNHELD, (), null)
+        refuse_mechanism(structure, UNHELD, (), null)
     MR = structure.M @ R
     try:
-        moving = linalg.cho_factor(R.T @ MR)
+        mass_factors = linalg.cho_factor(R.T @ MR)
     except linalg.LinAlgError:
         raise ValueError(
             f"{n_rigid} rigid motions are free, and some move no mass (masses on a line have no inertia about it); "
             "clamp the structure, or give the masses inertia."
         ) from None
-    phi = signed(structure, phi - R @ linalg.cho_solve(moving, MR.T @ phi))
+    phi = signed(structure, phi - R @ linalg.cho_solve(mass_factors, MR.T @ phi))
     return ModeSet(phi, ("free-free",) * phi.shape[1], modes.omega, note=modes.note)
 
 
@@ -107,26 +106,30 @@ def ritz(structure: Structure, phi: Array) -> tuple[Array, Array]:
 
 
 def signed(structure: Structure, phi: Array) -> Array:
-    """The shapes with their largest node translation positive; where nodes hardly translate, the largest rotation."""
+    """The shapes with positive largest translation of a node, or largest rotation where nodes hardly translate."""
     size = float(np.linalg.norm(np.ptp(structure.mesh.points, axis=0)))
-    moved = np.concatenate([structure.translation @ phi, TURN * size * (structure.rotation @ phi)])
-    return phi * signs(moved)
+    motion = np.concatenate([structure.translation @ phi, TURN * size * (structure.rotation @ phi)])
+    return phi * signs(motion)
 
 
-def answers_to_clamps(structure: Structure, modes: ModeSet) -> tuple[Array, Array]:
-    """Loads (n_dof, 3) of unit accelerations of the clamps along x, y, z, and the linear answers to them."""
+def responses_to_clamp_accelerations(structure: Structure, modes: ModeSet) -> tuple[Array, Array]:
+    """Loads (n_dof, 3) of unit accelerations of the clamps along x, y, z, and the linear responses to them."""
     loads = load_vectors(structure, "xyz", {})
     return loads, supported(structure, modes.held).answers(loads)
 
 
 def load_vectors(structure: Structure, directions: Sequence[str], loads: Mapping[str, Sequence[str]]) -> Array:
     """Load vectors (n_dof, k): inertia of unit accelerations, then unit forces and moments at groups."""
-    unknown = [d for d in [*directions, *(d for given in loads.values() for d in given)] if d not in DIRECTIONS]
+    unknown = [
+        d
+        for d in [*directions, *(d for group_directions in loads.values() for d in group_directions)]
+        if d not in DIRECTIONS
+    ]
     if unknown:
         raise ValueError(f"directions {unknown} are not known; name some of {list(DIRECTIONS)}.")
     columns = [loads_of_rigid_accelerations(structure)[:, [DIRECTIONS.index(d) for d in directions]]]
-    for group, given in loads.items():
+    for group, group_directions in loads.items():
         rows = marker_rows(structure, group)
-        both = np.concatenate([rows.translation.toarray(), rows.rotation.toarray()])
-        columns.append(both[[DIRECTIONS.index(d) for d in given]].T)
+        translation_and_rotation = np.concatenate([rows.translation.toarray(), rows.rotation.toarray()])
+        columns.append(translation_and_rotation[[DIRECTIONS.index(d) for d in group_directions]].T)
     return np.concatenate(columns, axis=1)

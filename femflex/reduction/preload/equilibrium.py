@@ -22,7 +22,7 @@ from femflex.fem.tension.strain import PRINCIPAL, UNITS, TensionStrain
 from femflex.reduction.boundary.clamps import Groups, held_dofs
 from femflex.reduction.boundary.pivots import factors, negative_pivots
 from femflex.reduction.boundary.supported import supported
-from femflex.reduction.preload.loads import Loads, Preload, loads_on
+from femflex.reduction.preload.loads import Loads, Preload, loads_of_preload
 from femflex.warning import PhysicsWarning
 
 CONVERGED = 1e-11  # largest unbalanced force over the largest force on a dof
@@ -44,7 +44,7 @@ def static_equilibrium(structure: Structure, clamp: Groups, preload: Preload | N
     have no tension in it.
     """
     held = held_dofs(structure, clamp)
-    loads = loads_on(structure, preload or Preload())
+    loads = loads_of_preload(structure, preload or Preload())
     x = equilibrium(structure, held, loads)
     found = deflected(structure, x) if x.any() else structure
     refuse_untensioned(found, max((float(np.abs(b.stress).max()) for b in tension_blocks(structure)), default=0.0))
@@ -78,7 +78,10 @@ def equilibrium(structure: Structure, held: IntArray, loads: Loads) -> Array:
     if not tension_blocks(structure):
         return _newton(elastic, loads, free, x, scale, structure.M)
     for factor in _stages(structure, loads, free):
-        strain = [_softened(block, factor) if isinstance(block, TensionStrain) else block for block in structure.strain]
+        strain = [
+            _with_stiffness_factor(block, factor) if isinstance(block, TensionStrain) else block
+            for block in structure.strain
+        ]
         own = InternalForce(strain, structure.T) if factor < 1.0 else elastic
         x = _newton(own, loads, free, x, scale, structure.M)
     return x
@@ -100,7 +103,7 @@ def _stages(structure: Structure, loads: Loads, free: IntArray) -> list[float]:
     return [*np.geomspace(first, 1.0, 1 + int(np.ceil(np.log(1 / first) / np.log(STAGE))))]
 
 
-def _softened(block: TensionStrain, factor: float) -> TensionStrain:
+def _with_stiffness_factor(block: TensionStrain, factor: float) -> TensionStrain:
     return replace(block, elastic=block.elastic * factor)
 
 
@@ -112,7 +115,7 @@ def _newton(elastic: InternalForce, loads: Loads, free: IntArray, x: Array, scal
     force = elastic.force(x)
     shift, best = None, np.inf
     for _ in range(STEPS):
-        left = (loads.at(x) - force)[free]
+        left = (loads.forces(x) - force)[free]
         best = float(np.abs(left).max(initial=0.0))
         if best <= CONVERGED * max(scale, float(np.abs(force).max(initial=0.0))):
             return x
@@ -130,18 +133,18 @@ def _newton(elastic: InternalForce, loads: Loads, free: IntArray, x: Array, scal
                 trial = x.copy()
                 trial[free] += dx
                 new, pull = elastic.energy(trial) - loads.work(trial), elastic.force(trial)
-                rest = float(np.abs((loads.at(trial) - pull)[free]).max(initial=0.0))
+                rest = float(np.abs((loads.forces(trial) - pull)[free]).max(initial=0.0))
                 if new < potential or rest < best:
                     break
             if shift > 1e6 * typical:
-                return _settled(x, best, max(scale, float(np.abs(force).max(initial=0.0))))
+                return _without_residual(x, best, max(scale, float(np.abs(force).max(initial=0.0))))
             shift = max(4.0 * shift, LEAST_SHIFT * typical)
         x, potential, force = trial, new, pull
         shift = shift / 10 if shift > LEAST_SHIFT * typical else 0.0
-    return _settled(x, best, max(scale, float(np.abs(force).max(initial=0.0))))
+    return _without_residual(x, best, max(scale, float(np.abs(force).max(initial=0.0))))
 
 
-def _settled(x: Array, left: float, scale: float) -> Array:
+def _without_residual(x: Array, left: float, scale: float) -> Array:
     """x where what is left is rounding; else ValueError."""
     if left <= 1e3 * CONVERGED * scale:
         return x

@@ -66,12 +66,12 @@ class Preload:
 
 @dataclass(frozen=True, eq=False)
 class Loads:
-    """Loads on the dofs of a structure at displacements x: F + S x, F (n_dof,), S (n_dof, n_dof) symmetric."""
+    """Loads on the dofs of a structure at displacements x: F + S x, with F (n_dof,) and symmetric S (n_dof, n_dof)."""
 
     F: Array
     S: sparse.csr_array
 
-    def at(self, x: Array) -> Array:
+    def forces(self, x: Array) -> Array:
         """The loads (n_dof,) at displacements x (n_dof,) [m, rad]."""
         return np.asarray(self.F + self.S @ x)
 
@@ -80,7 +80,7 @@ class Loads:
         return float(self.F @ x + x @ (self.S @ x) / 2)
 
 
-def loads_on(structure: Structure, preload: Preload) -> Loads:
+def loads_of_preload(structure: Structure, preload: Preload) -> Loads:
     """The loads of a preload: F = int N^T (g + A rho) dm and S = int N^T A N dm, and those at groups."""
     A = np.asarray(preload.gradient)
     g = np.asarray(preload.acceleration) - A @ np.asarray(preload.origin)

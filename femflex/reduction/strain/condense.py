@@ -1,4 +1,4 @@
-"""The condensed form of a body (quadratic manifold): shapes that follow bending statically are no coordinates."""
+"""The condensed form of a body (quadratic manifold): shapes that depend statically on bending are no coordinates."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from femflex.fem.eigen.modes import dense_modes
 from femflex.reduction.strain.tensors import packed_quartic
 
 DEPENDENT = 1e-12  # of the largest eigenvalue of V1 over the slaved shapes; below it a combination carries no strain
-CARRIED = 1.0  # frequency of a coordinate over the sum of a pair's, from which on the pair takes it along
-LOCKING = 0.05  # share of a coordinate's quartic energy that this takes back; below it nothing is carried
-NONE = 1e-8  # of the largest amplitude, by energy: what is carried along less is rounding
-UNCOUPLED = 1e-12  # of the two shapes' stiffness: what couples them below it is rounding
+CARRIED = 1.0  # frequency of a coordinate over the sum of a pair's, above which the pair carries it along
+LOCKING = 0.05  # share of a coordinate's quartic energy that this releases, below which nothing is carried along
+NONE = 1e-8  # of the largest amplitude, by energy: smaller amplitudes carried along are rounding
+UNCOUPLED = 1e-12  # of the two shapes' stiffness: smaller coupling is rounding
 BALANCED = 1e-9  # initial force on a slaved shape, against its stiffness times a unit amplitude
 
 
@@ -32,21 +32,22 @@ def condense(
 ) -> FlexibleBody:
     """The body with the shapes `slaved` (k,), numbers from 0, slaved to the others: y = 1/2 delta.A delta.
 
-    The slaved shapes first lose what the others store in common with them, V1_fs = 0, and the others stay as they are:
-    what these can do under loads, end moments of a member among them, the body can still do. The slaved amplitudes are
-    where the strain energy is least to second order in delta, A_s = -6 V1_ss^-1 V2_s. What is left of V is exact to the
-    fourth order, V3 - 1/4 A V1_ss A in place of V3; the stiffness that would hold the slaved shapes is gone, and their
-    inertia stays (dynamics.slaves). Sections that follow already go on following the others. quartic: packed V3 over
-    the coordinates that stay, given their numbers, for a body that holds none itself. first (n, n): the part of these
-    coordinates that is of first order (`first_order_part`), all of it when left out; the slaved shapes follow this part
-    alone, and what the energy has beyond the fourth order goes. carried (n, n, n): the part of V2 over these
-    coordinates (`membrane_cubic`) by which those faster than pairs of others are taken along; they count from there
-    (`carried_along`) where the body would lock otherwise (`locked`), and more slaved shapes, kind "carried", hold this.
-    balanced: loads of the system hold the initial force f0 of the slaved shapes (`static_equilibrium`). They act on
-    these shapes as they follow, so that their stiffening comes from there; f0 takes it out of V1, V1 + f0 A.
+    The slaved shapes are first made K-orthogonal to the others, V1_fs = 0, which stay as they are: the static responses
+    in these, such as those to end moments of a member, are kept. The slaved amplitudes minimise the strain energy to
+    second order in delta, A_s = -6 V1_ss^-1 V2_s. The remaining V is exact to fourth order, with V3 - 1/4 A V1_ss A
+    instead of V3; it has no stiffness of the slaved shapes, but their inertia is kept (dynamics.slaves). Sections that
+    are dependent already stay so.
+    quartic: a function that returns the packed V3 over the coordinates of given numbers, for a body without V3.
+    first (n, n): the part of these coordinates that is of first order (`first_order_part`), by default all of it; the
+    slaved shapes depend on this part only, and energy beyond fourth order is dropped.
+    carried (n, n, n): the part of V2 over these coordinates (`membrane_cubic`) by which pairs of coordinates carry
+    faster ones along (`carried_along`). The faster ones are then measured from this position, if the body would lock
+    otherwise (`locked`); additional slaved shapes of kind "carried" represent it.
+    balanced: loads of the system balance the initial force f0 of the slaved shapes (`static_equilibrium`). Since these
+    loads act on the slaved shapes, they provide the stiffening; f0 removes it from V1, V1 + f0 A.
 
-    Raises ValueError when the body has linear strain or slaved shapes already, when no coordinate or no slaved shape
-    is left, when shapes depend on each other, or when an initial stress that is not balanced pushes a slaved shape.
+    Raises ValueError if the body has linear strain or slaved shapes already, if no coordinate or no slaved shape is
+    left, if shapes are linearly dependent, or if an unbalanced initial stress loads a slaved shape.
     """
     slaved = np.unique(np.asarray(slaved, np.int64))
     _check(body, slaved)
@@ -78,7 +79,9 @@ def condense(
         **recombined(body, whole, first),
         strain=strain,
         damping=body.damping[np.ix_(free, free)],
-        kinds=(*_at(body.kinds, order), *("carried",) * more, *_at(body.kinds, sections)) if body.kinds else (),
+        kinds=(*_picked_kinds(body.kinds, order), *("carried",) * more, *_picked_kinds(body.kinds, sections))
+        if body.kinds
+        else (),
         omega=np.concatenate([body.omega[order], np.full(more, np.nan), body.omega[sections]])
         if body.omega.size
         else body.omega,
@@ -106,7 +109,7 @@ def recombined(body: FlexibleBody, X: Array, first: Array) -> dict[str, Any]:
     }
 
 
-def _at(kinds: tuple[str, ...], shapes: IntArray) -> tuple[str, ...]:
+def _picked_kinds(kinds: tuple[str, ...], shapes: IntArray) -> tuple[str, ...]:
     return tuple(kinds[k] for k in shapes)
 
 
@@ -145,20 +148,18 @@ def _condensed_strain(
 
 
 def _followed(V1: Array, driven: Array, A: Array) -> Array:
-    """Packed change of V3 where shapes of stiffness V1, driven by V2 (k, n, n), move by d.A d / 2."""
+    """The packed change of V3 by shapes of stiffness V1, excited by V2 (k, n, n), with amplitudes d.A d / 2."""
     i, j = np.triu_indices(A.shape[1])
     pairs = (0.25 * np.tensordot(V1, A, axes=1) + 3.0 * driven)[:, i, j].T @ A[:, i, j]
     return packed_quartic((pairs + pairs.T) / 2, A.shape[1])
 
 
 def locked(V1: Array, V3: Array, moved: Array) -> bool:
-    """Whether slaved coordinates, A = moved (n, n, n), relax a part LOCKING [1] of the quartic energy V3 of any
-    coordinate.
+    """Whether slaved coordinates, A = moved (n, n, n), relax a share LOCKING [1] of the quartic energy V3 of any other.
 
-    In a folded member it is most of the energy: legs draw each other in without being stretched. In a shallow arch,
-    whose bending stretches it, it is hardly any; there the fifth order, which the condensed form leaves out, would
-    count for more
-    (0.6 % in the amplitude at which a harmonic meets another mode).
+    In a folded member this is most of the energy: its legs move each other without stretch. In a shallow arch, which
+    stretches as it bends, it is very little; there the omitted fifth order would be larger (0.6 % in the amplitude of
+    an internal resonance).
     """
     n = len(V1)
     every = np.arange(n)
@@ -169,10 +170,10 @@ def locked(V1: Array, V3: Array, moved: Array) -> bool:
 
 
 def carried_along(V1: Array, Me: Array, driven: Array) -> Array:
-    """A (n, n, n) of coordinates that pairs of others, slower together, take along: -6 V2 / omega^2 in their modes.
+    """A (n, n, n) of coordinates that slower pairs of others carry along: -6 V2 / omega^2 in their modes.
 
-    A bent leg of a folded member draws the next one in. Against that, one of the next leg's fast modes would have to
-    bend, and the derivatives the other way: rotations that take each other back, though products of them remain.
+    A bent leg of a folded member pulls the next one along by its foreshortening. Otherwise a fast mode of the next leg
+    and the derivatives would have to bend in opposite directions: rotations that cancel, while their products remain.
     """
     square, Q = dense_modes(V1, Me)
     omega, back = np.sqrt(np.maximum(square, np.finfo(float).tiny)), Q.T @ Me
@@ -182,7 +183,7 @@ def carried_along(V1: Array, Me: Array, driven: Array) -> Array:
 
 
 def _columns(stiffness: Array, A: Array) -> tuple[Array, Array]:
-    """Combinations (n, k) of shapes of that stiffness, and their A (k, n, n), that make up A (n, n, n)."""
+    """Combinations (n, k) of shapes of that stiffness, and their A (k, n, n), that represent A (n, n, n)."""
     unit = np.sqrt(np.maximum(np.abs(stiffness), DEPENDENT * np.abs(stiffness).max(initial=0.0)))
     scaled = A * unit[:, None, None] / np.outer(unit, unit)
     U, part, V = np.linalg.svd(scaled.reshape(len(A), -1), full_matrices=False)

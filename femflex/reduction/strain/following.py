@@ -16,15 +16,15 @@ from femflex.body import FlexibleBody
 from femflex.body.symmetric import unpacked
 from femflex.fem.eigen.modes import dense_modes
 
-FASTER = 2.0  # frequency of a shape over that of what drives it, from which on it follows
+FASTER = 2.0  # frequency of a shape over that of its excitation, above which it is dependent
 
 
-def able_to_follow(body: FlexibleBody, shapes: IntArray) -> IntArray:
-    """Numbers (k,) of the shapes that follow the others: FASTER than what drives them.
+def dependent_derivatives(body: FlexibleBody, shapes: IntArray) -> IntArray:
+    """Numbers (k,) of the shapes that are dependent on the others: FASTER than their excitation.
 
-    The others, in their own modes of frequency omega_i, carry the amplitudes 1 / omega_i^2 of equal static loads; the
-    product i j of them then drives shape s by V2_sij / (omega_i omega_j)^2, as fast as omega_i + omega_j. A shape is
-    compared with the root mean square of these sums, weighted by the squares of the drives.
+    The others, in their own modes of frequency omega_i, have the amplitudes 1 / omega_i^2 of equal static loads. The
+    product i j of them excites shape s by V2_sij / (omega_i omega_j)^2, with a frequency omega_i + omega_j. The shape
+    is compared with the root mean square of these sums, weighted by the squares of the excitations.
     """
     n, Me = body.n_modes, body.moments.elastic_mass()
     others = np.setdiff1d(np.arange(n), shapes)
@@ -33,6 +33,6 @@ def able_to_follow(body: FlexibleBody, shapes: IntArray) -> IntArray:
     V2 = unpacked(body.strain.V2, n, 3)[np.ix_(shapes, others, others)]
     static = Q * (omega[0] / omega) ** 2
     drive = np.einsum("sij,ia,jb->sab", V2, static, static, optimize=True) ** 2
-    speed = np.einsum("sab,ab->s", drive, np.add.outer(omega, omega) ** 2)
-    own = np.diag(body.strain.V1)[shapes] / np.diag(Me)[shapes]
-    return np.asarray(shapes[own * drive.sum(axis=(1, 2)) >= FASTER**2 * speed])
+    drive_squares = np.einsum("sab,ab->s", drive, np.add.outer(omega, omega) ** 2)
+    squares = np.diag(body.strain.V1)[shapes] / np.diag(Me)[shapes]
+    return np.asarray(shapes[squares * drive.sum(axis=(1, 2)) >= FASTER**2 * drive_squares])

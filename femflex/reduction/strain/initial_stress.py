@@ -1,4 +1,4 @@
-"""Initial stress and what supports hold of it."""
+"""Initial stress, and the part of it that supports react."""
 
 from __future__ import annotations
 
@@ -18,54 +18,56 @@ from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.preload.equilibrium import is_known, static_equilibrium
 from femflex.warning import PhysicsWarning
 
-HELD = 0.5  # share of the energy of a wanted stress that clamps must hold not to be reported
-SMALL = 0.01  # strain up to which it is small: stiffness and shape change by as much
-MOVED = 1e-3  # of the body's size: displacement of the relaxation that goes without a word
-LET_GO = ("let go",)  # what a relaxed structure knows: the largest of these displacements [m]
-SLACK = 0.01  # share of the stress's energy that supports may let go before linear strain is doubtful
+LEAST_REMAINING = 0.5  # share of the energy of an intended stress that must remain, below which it is reported
+SMALL = 0.01  # limit of small strain: stiffness and shape change by as much
+MOVED = 1e-3  # of the body's size: displacement by relaxation, above which it is reported
+RELAXED_BY = ("let go",)  # key of the largest of these displacements [m] in a relaxed structure
+SLACK = 0.01  # share of the stress energy lost by relaxation, above which linear strain is doubtful
 
 
 def relaxed(structure: Structure, clamp: Groups = ()) -> Structure:
-    """The structure in equilibrium with its initial stress, the clamp groups held: the stress that is left.
+    """The structure in equilibrium with its initial stress and with the clamp groups fixed: the remaining stress.
 
-    A heated cantilever has none left, a beam heated between two walls all of it. The small displacement in which the
-    rest went is not kept: the mesh is the shape at equilibrium. Without a clamp the structure is free. A structure
-    without initial stress comes back as it is, and so does one about an equilibrium with these clamps. Structures with
-    tethers or membranes get their `static_equilibrium`.
+    In a heated cantilever no stress remains, in a beam heated between two walls all of it. The small displacement of
+    the relaxation is not stored: the mesh is the shape at equilibrium. Without a clamp the structure is free. A
+    structure without initial stress, or about an equilibrium with these clamps, is returned unchanged. Structures with
+    tethers or membranes are brought to their `static_equilibrium`.
     """
-    held = held_dofs(structure, clamp)
-    if is_known(structure, "at rest", held):
+    clamped = held_dofs(structure, clamp)
+    if is_known(structure, "at rest", clamped):
         return structure
     if tension_blocks(structure):
         return static_equilibrium(structure, clamp)
     if not structure.stressed:
         return structure
-    found: Structure = structure.recalled(("relaxed", held.tobytes()), lambda: _relaxed(structure, held))
-    return found
+    result: Structure = structure.recalled(("relaxed", clamped.tobytes()), lambda: _relaxed(structure, clamped))
+    return result
 
 
 def _relaxed(structure: Structure, held: IntArray) -> Structure:
     x = relaxation(structure, held)
-    found = with_settled_stress(structure, x)
-    moved = np.linalg.norm((structure.translation @ x).reshape(-1, 3), axis=1)
-    found.known[LET_GO] = (float(moved.max(initial=0.0)),)
-    if RIGID in structure.known:  # the mesh stays, and with it its rigid motions
-        found.known[RIGID] = structure.known[RIGID]
-    structure.known.pop(("K0", held.tobytes()), None)  # factors that serve no more
-    found.known["at rest", held.tobytes()] = (True,)
-    return found
+    result = with_settled_stress(structure, x)
+    displacement = np.linalg.norm((structure.translation @ x).reshape(-1, 3), axis=1)
+    result.known[RELAXED_BY] = (float(displacement.max(initial=0.0)),)
+    if RIGID in structure.known:  # the mesh is unchanged, and its rigid motions too
+        result.known[RIGID] = structure.known[RIGID]
+    structure.known.pop(("K0", held.tobytes()), None)  # these factors are not used any more
+    result.known["at rest", held.tobytes()] = (True,)
+    return result
 
 
 def relaxation(structure: Structure, held: IntArray) -> Array:
-    """Linear static response (n_dof,) [m, rad] to what the initial stress leaves unbalanced, with these dofs held."""
-    on = unstressed(structure, held)
+    """Linear static response (n_dof,) [m, rad] to the unbalanced forces of initial stress, with these dofs fixed."""
+    supports = unstressed(structure, held)
     x = np.zeros(structure.n_dof)
-    x[on.stiff] = on.factors.solve(-structure.f0[on.stiff])  # internal forces balance each other: supports feel none
+    x[supports.stiff] = supports.factors.solve(
+        -structure.f0[supports.stiff]
+    )  # internal forces are in equilibrium: no reactions
     return x
 
 
 def warn_if_slack(structure: Structure, modes: ModeSet) -> None:
-    """Warn when supports do not hold the initial stress, so that linear strain keeps stiffness that would go."""
+    """Warn if supports do not react the initial stress, so that linear strain keeps stiffness that would vanish."""
     if not (structure.stressed and modes.n_modes) or is_known(structure, "at rest", modes.held):
         return
     if not structure.f0.any():
@@ -85,7 +87,7 @@ def warn_if_slack(structure: Structure, modes: ModeSet) -> None:
 
 
 def _warn_if_unbalanced(structure: Structure, held: IntArray) -> None:
-    """Warn when tethers or membranes are not at rest under their initial stress with these dofs held."""
+    """Warn if tethers or membranes are not in equilibrium under their initial stress with these dofs fixed."""
     free = np.delete(np.arange(structure.n_dof), held)
     left, whole = (float(np.abs(f).max(initial=0.0)) for f in (structure.f0[free], structure.f0))
     if left > SMALL * whole:
@@ -97,27 +99,27 @@ def _warn_if_unbalanced(structure: Structure, held: IntArray) -> None:
         )
 
 
-def warn_of_initial_stress(name: str, given: Structure, left: Structure, meant: bool = True) -> None:
-    """Warn of a structure whose supports let go of its initial stress, or that is strained beyond small strain by it.
+def warn_of_initial_stress(name: str, before: Structure, after: Structure, is_intended: bool = True) -> None:
+    """Warn of a structure whose initial stress relaxes on its supports, or strains it beyond small strain.
 
-    name   what the structure is called
-    given  before `relaxed`; left: after it
-    meant  whether the stress is wanted: heat that supports do not hold is no mistake, and not reported
+    name           of the structure, for the message
+    before, after  the structure before and after `relaxed`
+    is_intended    whether the stress is intended; unintended thermal stress that relaxes is not reported
     """
-    if not given.stressed:
+    if not before.stressed:
         return
-    held = stress_energy(left) / max(stress_energy(given), 1e-300)
-    if meant and held < HELD:
+    remaining = stress_energy(after) / max(stress_energy(before), 1e-300)
+    if is_intended and remaining < LEAST_REMAINING:
         warning = PhysicsWarning(
             "{body_or_joint}: its clamps sustain {value:.0%} of the energy of the initial stress (limit {limit:.0%}); "
             "the rest relaxed before its modes were computed.",
             body_or_joint=name,
-            value=held,
-            limit=HELD,
+            value=remaining,
+            limit=LEAST_REMAINING,
             remedy="Clamp every group that reacts the stress, such as both ends",
         )
         warnings.warn(warning, stacklevel=2)
-    elif (moved := left.known.get(LET_GO, (0.0,))[0]) > MOVED * (size := _size(left)):
+    elif (moved := after.known.get(RELAXED_BY, (0.0,))[0]) > MOVED * (size := _size(after)):
         warning = PhysicsWarning(
             "{body_or_joint}: what its supports do not hold of its initial stress moves it by up to {moved:.4g} m, "
             "{value:.2g} of its size (limit {limit:g}). The modes are those after that, but the mesh stays as it is: "
@@ -129,7 +131,7 @@ def warn_of_initial_stress(name: str, given: Structure, left: Structure, meant: 
             moved=moved,
         )
         warnings.warn(warning, stacklevel=2)
-    largest = largest_strain(given, left)
+    largest = largest_strain(before, after)
     if largest > SMALL:
         warning = PhysicsWarning(
             "{body_or_joint}: its initial stress strains it by up to {value:.1%}, and strain is taken to be small, "
@@ -143,7 +145,7 @@ def warn_of_initial_stress(name: str, given: Structure, left: Structure, meant: 
 
 
 def largest_strain(given: Structure, left: Structure) -> float:
-    """Largest strain that goes with the stress that is left, in the components that stress was given to."""
+    """Largest strain of the remaining stress, in the components in which stress was prescribed."""
     largest = 0.0
     for before, after in zip(given.strain, left.strain, strict=True):
         n = before.linear_map.shape[0]
@@ -159,7 +161,7 @@ def _size(structure: Structure) -> float:
 
 
 def stress_energy(structure: Structure) -> float:
-    """Energy that the initial stress stores, int sigma0.C^-1 sigma0 / 2 [J]."""
+    """Strain energy of the initial stress, int sigma0.C^-1 sigma0 / 2 [J]."""
     total = 0.0
     for block in structure.strain:
         stress, strain = _stress_and_strain(block)
@@ -168,7 +170,7 @@ def stress_energy(structure: Structure) -> float:
 
 
 def _stress_and_strain(block: StrainBlock) -> tuple[Array, Array]:
-    """Stress (e, q, n) of a table of strains, and the least strain that goes with it.
+    """Stress (e, q, n) of a table of strains, and the least strain with this stress.
 
     In the table of a beam's shears, extension and bending have no stiffness but what couples them to shear.
     """

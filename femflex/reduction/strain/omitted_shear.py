@@ -92,13 +92,13 @@ def _energies(structure: Structure, block: PlateStrain, shapes: Array) -> tuple[
     phi = structure.T @ shapes
     kappa = block.gradients(phi, slice(None))[:, :, 6:9]
     bending = np.einsum("eq,eqin,eqin->n", block.weight, kappa, np.matmul(block.elastic[:, :, 3:6, 3:6], kappa)) / 2
-    M = _averaged(plates, block.corner_moments(phi))
+    M = _node_averaged(plates, block.corner_moments(phi))
     Q = np.einsum("ebc,ecabn->ean", plates.dN, M)
     shear = np.einsum("e,ean,ean->n", plates.area, Q, np.matmul(np.linalg.inv(plates.S), Q)) / 2
     return bending, shear + _edge_energy(structure, block, shapes, M)
 
 
-def _averaged(plates: ThinPlates, moments: Array) -> Array:
+def _node_averaged(plates: ThinPlates, moments: Array) -> Array:
     """Moments (e, c, 2, 2, n) in the elements' axes, averaged at the nodes of a smooth surface, from those (e, c, 3, n)
     of the elements at their corners."""
     e, c, _, n = moments.shape

@@ -186,11 +186,10 @@ def packed_quartic(pairs: Array, n: int) -> Array:
 
 
 def side_by_side(work: Callable[[Iterator[slice]], Array], chunks: Sequence[slice], most: int) -> Array:
-    """The sum of work over all chunks (numbers of rows), of any shape, dealt out to as many threads as BLAS has, at
-    most so many; BLAS then has one in
-    each.
+    """The sum of work over all chunks (numbers of rows), of any shape, computed in threads.
 
-    An interruption ends every thread with the chunk it is at.
+    There are as many threads as BLAS has, at most `most`; each then uses BLAS with a single thread. After an
+    interruption every thread ends with its present chunk.
     """
     if len(chunks) < 2:
         return work(iter(chunks))
@@ -198,7 +197,7 @@ def side_by_side(work: Callable[[Iterator[slice]], Array], chunks: Sequence[slic
     threads = min(len(chunks), most, max((library["num_threads"] for library in blas.info()), default=1))
     stop = Event()
 
-    def own(first: int) -> Iterator[slice]:
+    def chunks_of_thread(first: int) -> Iterator[slice]:
         for chunk in chunks[first::threads]:
             if stop.is_set():
                 return
@@ -206,7 +205,7 @@ def side_by_side(work: Callable[[Iterator[slice]], Array], chunks: Sequence[slic
 
     with blas.limit(limits=1), ThreadPoolExecutor(threads) as pool:
         try:
-            parts = [pool.submit(work, own(first)) for first in range(threads)]
+            parts = [pool.submit(work, chunks_of_thread(first)) for first in range(threads)]
             return np.sum([part.result() for part in parts], axis=0)
         finally:
             stop.set()

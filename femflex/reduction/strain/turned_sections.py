@@ -1,13 +1,14 @@
-"""Points of a beam's sections turn along circles: what they move by to second order follows the coordinates.
+"""Second-order displacement of the points of a beam's sections, which rotate along circles.
 
 A point at offset o from the line moves by (exp(psi) - 1) o. With s_k = (theta, -w', v') of shape k in axes whose x axis
 e lies along the beam, psi = s - 1/2 (e.s) e x s, so that to second order the displacement in addition to psi_k x o is
 
     1/2 delta_k delta_l L_kl o,   L_kl = sym(s_k s_l^T) - (s_k.s_l) 1 - sym(skew((e.s_k) e x s_l))
 
-which shortens the arms of a section that twists (propeller moment) or bends. Fields linear in position, all that spin,
-accelerated base and gravity gradient make, feel int o (L_kl o)^T dm alone. The body gets as few shapes W o, W uniform
-along it, as give these integrals exactly; their amplitudes follow the coordinates (`FlexibleBody.slaves`).
+which shortens the arms of a section that twists (propeller moment) or bends. Acceleration fields linear in
+position, those of spin, accelerated base and gravity gradient, only depend on int o (L_kl o)^T dm. The body gets the
+least number of shapes W o, W uniform along it, that give these integrals exactly; their amplitudes are dependent on the
+coordinates (`FlexibleBody.slaves`).
 """
 
 from __future__ import annotations
@@ -47,39 +48,42 @@ class Sections:
 
 
 def sections_of(structure: Structure, phi: Array) -> Sections | None:
-    """All sections of a structure's beams, turned by shapes phi (n_dof, n) [m, rad]; None where it has no beams."""
-    raw, found = structure.T @ phi, []
+    """All sections of a structure's beams with rotations by shapes phi (n_dof, n) [m, rad]; None without beams."""
+    raw, parts = structure.T @ phi, []
     for block in structure.inertia:
         if isinstance(block, SectionInertia):
             turn = np.matmul(block.turn, raw[block.dofs][:, None])
             axis = np.broadcast_to(block.axis[:, None], block.second.shape[:3])
-            found.append((block.second.reshape(-1, 3, 3), axis.reshape(-1, 3), turn.reshape(-1, 3, phi.shape[1])))
-    if not found:
+            parts.append((block.second.reshape(-1, 3, 3), axis.reshape(-1, 3), turn.reshape(-1, 3, phi.shape[1])))
+    if not parts:
         return None
-    return Sections(*(np.concatenate(arrays) for arrays in zip(*found, strict=True)))
+    return Sections(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
 
 
 def with_turned_sections(body: FlexibleBody, sections: Sections, free: Sequence[int] | IntArray) -> FlexibleBody:
-    """The body with shapes W o, kind "section", that follow the free coordinates (n,), numbers from 0, to second order.
+    """The body with dependent shapes W o, kind "section". free (n,): numbers of the coordinates they depend on.
 
-    None is added where a spin FAST times the lowest frequency would change no squared frequency by NEGLIGIBLE.
+    No shape is added if a spin of FAST times the lowest frequency changes all squared frequencies by less than
+    NEGLIGIBLE.
     """
     free, n = np.asarray(free, np.int64), body.n_modes
     S = sections.extent.sum(axis=0)
     size, V = np.linalg.eigh(S)
-    seen = size > FLAT * max(size[-1], np.finfo(float).tiny)
-    if not len(free) or not seen.any() or not size[-1] > 0:
+    has_extent = size > FLAT * max(size[-1], np.finfo(float).tiny)
+    if not len(free) or not has_extent.any() or not size[-1] > 0:
         return body
-    inverse_root = (V[:, seen] / np.sqrt(size[seen])) @ V[:, seen].T
-    wanted = np.einsum("ijab,ik->jkab", second_order(replace(sections, turn=sections.turn[:, :, free])), inverse_root)
+    inverse_root = (V[:, has_extent] / np.sqrt(size[has_extent])) @ V[:, has_extent].T
+    integrals = np.einsum(
+        "ijab,ik->jkab", second_order(replace(sections, turn=sections.turn[:, :, free])), inverse_root
+    )
     weight = _weights(body)[free] * np.trace(S) ** 0.25
-    U, part, _ = np.linalg.svd((wanted * np.outer(weight, weight)).reshape(9, -1), full_matrices=False)
+    U, part, _ = np.linalg.svd((integrals * np.outer(weight, weight)).reshape(9, -1), full_matrices=False)
     U = U[:, part > NEGLIGIBLE]
     if not U.shape[1]:
         return body
     slaves = np.zeros((U.shape[1], n, n))
     slaves[np.ix_(np.arange(len(slaves)), free, free)] = np.einsum(
-        "xm,xab->mab", U, wanted.reshape(9, *wanted.shape[2:])
+        "xm,xab->mab", U, integrals.reshape(9, *integrals.shape[2:])
     )
     return _extended(body, sections, U.T.reshape(-1, 3, 3) @ inverse_root, S, slaves)
 
@@ -89,13 +93,15 @@ def second_order(sections: Sections) -> Array:
     Q, s = sections.second, sections.turn
     twist, across = np.einsum("pi,pik->pk", sections.axis, s), np.cross(sections.axis[:, :, None], s, axis=1)
     along = np.einsum("pim,pmk,pjl->ijkl", Q, s, s, optimize=True)
-    turned = np.einsum("pim,jmn,pk,pnl->ijkl", Q, LEVI_CIVITA, twist, across, optimize=True)
-    once = along + turned
-    return np.asarray((once + once.swapaxes(2, 3)) / 2 - np.einsum("pij,pmk,pml->ijkl", Q, s, s, optimize=True))
+    twisted = np.einsum("pim,jmn,pk,pnl->ijkl", Q, LEVI_CIVITA, twist, across, optimize=True)
+    unsymmetric = along + twisted
+    return np.asarray(
+        (unsymmetric + unsymmetric.swapaxes(2, 3)) / 2 - np.einsum("pij,pmk,pml->ijkl", Q, s, s, optimize=True)
+    )
 
 
 def _weights(body: FlexibleBody) -> Array:
-    """Root of what a unit of the spin's work counts for each coordinate (n,), over its stiffness and the spin's own."""
+    """Root of the weight (n,) of the work of spin on each coordinate, over its stiffness and that of the spin."""
     Me = np.diag(body.moments.elastic_mass())
     square = np.maximum(np.diag(body.strain.V1) / Me, np.finfo(float).tiny)
     spin = FAST**2 * square.min()
@@ -105,8 +111,8 @@ def _weights(body: FlexibleBody) -> Array:
 def _extended(body: FlexibleBody, sections: Sections, W: Array, S: Array, slaves: Array) -> FlexibleBody:
     """The body with shapes W o (m, 3, 3) after its own, S = int o o^T dm over the sections' extent.
 
-    Where that is not their mass (no rotary inertia), only what fields and rigid motions find in W o is theirs: the
-    shapes' own inertia, of higher order, is not, and stays positive.
+    If this is not their mass (no rotary inertia), only the couplings of W o to fields and rigid motions are those of
+    the sections. The inertia of the shapes themselves, of higher order, is not, and stays positive.
     """
     n, m = body.n_shapes, len(W)
     parts = recombined(body, np.eye(n, n + m), np.eye(n))
