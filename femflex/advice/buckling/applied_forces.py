@@ -33,7 +33,7 @@ class AppliedForce:
     frame: str = ""
     n_constrained: int = 0
 
-    def about(self, position: Array) -> Array:
+    def wrench_about(self, position: Array) -> Array:
         """Force and torque (n_t, 6) [N, N m] about another position."""
         return np.hstack([self.force, self.torque + np.cross(self.position - position, self.force)])
 
@@ -110,7 +110,7 @@ class RigidMotion:
     def _reaction(self, action: AppliedForce, body: str, marker: str) -> AppliedForce:
         """The opposite force and torque on the other body."""
         position = self.marker_position(body, marker)
-        wrench = -action.about(position)
+        wrench = -action.wrench_about(position)
         return replace(action, body=body, marker=marker, force=wrench[:, :3], torque=wrench[:, 3:], position=position)
 
     def joint_force(self, body: str) -> AppliedForce:

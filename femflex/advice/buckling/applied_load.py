@@ -43,7 +43,7 @@ class AppliedLoad:
         sizes = zip(np.linalg.norm(self.wrench[row].reshape(2, 3), axis=1), ("N", "N m"), strict=True)
         return " and ".join(f"{size:.4g} {unit}" for size, unit in sizes if size > 0.0) or "0 N"
 
-    def turning(self, row: int) -> Array:
+    def load_stiffness(self, row: int) -> Array:
         """A (6, 6) [N, N m] of the force and torque that are added at the marker when it turns by theta, A (0, theta).
 
         A force that keeps its direction at an arm r adds the torque (theta x r) x F = (r F^T - r.F) theta, of which the

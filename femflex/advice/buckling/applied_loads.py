@@ -44,31 +44,39 @@ def _loads_on_body(motion: RigidMotion, name: str) -> Iterator[AppliedLoad]:
     total = _total_about_origin(motion, name, forces)
     for joint in system.joints:
         if joint.parent == name:
-            attached = list(_attached(motion, joint, is_rigid))
-            yield from attached
+            attached_loads = list(_attached(motion, joint, is_rigid))
+            yield from attached_loads
             arm = motion.marker_position(name, joint.parent_marker) - motion.channels[f"bodies/{name}/position"]
-            wrench = np.sum([load.wrench for load in attached], axis=0)
+            wrench = np.sum([load.wrench for load in attached_loads], axis=0)
             total += np.hstack(
                 [wrench[:, :3], wrench[:, 3:] + np.cross(_body_components(motion, name, arm), wrench[:, :3])]
             )
     yield _inertia_field(motion, name, total)
 
 
-def _attached(motion: RigidMotion, joint: Joint, is_rigid: bool) -> Iterator[AppliedLoad]:
+def _attached(motion: RigidMotion, joint: Joint, parent_is_rigid: bool) -> Iterator[AppliedLoad]:
     """Loads that the bodies attached at a marker pass on to the parent: applied loads one by one, inertia and weight.
 
-    is_rigid: whether loops that close over the attached bodies hold the parent too.
+    parent_is_rigid: whether loops that close over the attached bodies hold the parent too.
     """
     assert joint.parent is not None
     system, name, marker = motion.system, joint.parent, joint.parent_marker
     position = motion.marker_position(name, marker)
     carried = [body for body in system.order if _is_carried_by(system, body, joint.child)]
-    rest = -motion.joint_force(joint.child).about(position)
+    remaining = -motion.joint_force(joint.child).wrench_about(position)
     for force in motion.forces:
         if force.load and force.body in carried:
-            stiff = _is_rigidly_connected(system, force.body, name)
-            yield _load_at_marker(motion, name, force, marker, position, stiff and force.frame in FOLLOWING, stiff)
-            rest = rest - force.about(position)
+            is_rigid_to_parent = _is_rigidly_connected(system, force.body, name)
+            yield _load_at_marker(
+                motion,
+                name,
+                force,
+                marker,
+                position,
+                is_rigid_to_parent and force.frame in FOLLOWING,
+                is_rigid_to_parent,
+            )
+            remaining = remaining - force.wrench_about(position)
     mass = [system.bodies[body].moments.mass for body in carried]
     centres = [
         motion.channels[f"bodies/{body}/position"]
@@ -76,18 +84,20 @@ def _attached(motion: RigidMotion, joint: Joint, is_rigid: bool) -> Iterator[App
         for body in carried
     ]
     centre = position if not sum(mass) else np.einsum("b,bti->ti", mass, centres) / sum(mass)
-    stiff = _is_rigidly_connected(system, joint.child, name)
-    wrench = np.hstack([_body_components(motion, name, rest[:, :3]), _body_components(motion, name, rest[:, 3:])])
-    arm = _body_components(motion, name, centre - position) * stiff
+    is_rigid_to_parent = _is_rigidly_connected(system, joint.child, name)
+    wrench = np.hstack(
+        [_body_components(motion, name, remaining[:, :3]), _body_components(motion, name, remaining[:, 3:])]
+    )
+    arm = _body_components(motion, name, centre - position) * is_rigid_to_parent
     closed = any(force.n_constrained and force.body in carried for force in motion.forces)
-    inertia = _attached_inertia(motion, name, carried, position) * stiff
+    inertia = _attached_inertia(motion, name, carried, position) * is_rigid_to_parent
     yield AppliedLoad(
         f"inertia and weight of the bodies attached at {marker!r}",
         marker,
         wrench,
         wrench,
         arm,
-        n_constrained=3 * (closed and is_rigid),
+        n_constrained=3 * (closed and parent_is_rigid),
         inertia=inertia,
     )
 
@@ -116,7 +126,7 @@ def _load_at_marker(
     stiff: bool = False,
 ) -> AppliedLoad:
     """An applied force as a load at a marker of the body."""
-    wrench = force.about(position)
+    wrench = force.wrench_about(position)
     wrench = np.hstack([_body_components(motion, name, wrench[:, :3]), _body_components(motion, name, wrench[:, 3:])])
     text = force.name if force.body == name else f"{force.name} on {force.body!r}"
     return AppliedLoad(
@@ -144,7 +154,7 @@ def _inertia_field(motion: RigidMotion, name: str, total: Array) -> AppliedLoad:
 
 def _total_about_origin(motion: RigidMotion, name: str, forces: list[AppliedForce]) -> Array:
     """Force and torque (n_t, 6) of all of them about a body's origin, its axes."""
-    total = np.sum([force.about(motion.channels[f"bodies/{name}/position"]) for force in forces], axis=0)
+    total = np.sum([force.wrench_about(motion.channels[f"bodies/{name}/position"]) for force in forces], axis=0)
     return np.hstack([_body_components(motion, name, total[:, :3]), _body_components(motion, name, total[:, 3:])])
 
 

@@ -68,7 +68,7 @@ class BeamBuckling:
         return self.body.moments.mass, self.beam.length
 
     @property
-    def slowest(self) -> float:
+    def least_omega_squared(self) -> float:
         """See ElasticStructure."""
         n = self.body.n_modes
         return float((np.diag(self.K) / np.diag(self.body.moments.elastic_mass())[:n]).min())
@@ -116,11 +116,11 @@ class BeamBuckling:
 
 def whole_beam(beam: UniformBeam, functions: BeamFunctions) -> FlexibleBody:
     """The condensed beam with enough functions for its buckling load."""
-    bent = max(functions.y, functions.z)
-    enough = BeamFunctions(
-        *(max(POLYNOMIALS, bent),) * 2, 0, max(POLYNOMIALS, functions.torsion), "polynomial", functions.ends
+    n_bending = max(functions.y, functions.z)
+    richer_functions = BeamFunctions(
+        *(max(POLYNOMIALS, n_bending),) * 2, 0, max(POLYNOMIALS, functions.torsion), "polynomial", functions.ends
     )
-    turning = (
+    beam_with_inertia = (
         beam if beam.ry or beam.rz else replace(beam, ry=THIN_SECTION * beam.length, rz=THIN_SECTION * beam.length)
     )
-    return beam_body(turning, enough, strain="condensed")
+    return beam_body(beam_with_inertia, richer_functions, strain="condensed")

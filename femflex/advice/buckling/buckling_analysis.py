@@ -72,7 +72,7 @@ class ElasticStructure(StaticStructure, Protocol):
         """Mass [kg] and size [m]."""
 
     @property
-    def slowest(self) -> float:
+    def least_omega_squared(self) -> float:
         """Least omega^2 of the basis [1/s^2]."""
 
 
@@ -106,7 +106,7 @@ class BucklingAnalysis:
         units = {FIELD: np.repeat([mass, mass * size], [3, 9]), WRENCH: np.repeat([1.0, 1.0 / size], 3)}
         values = np.hstack([load.values for load in applied])
         sizes = np.concatenate([units[load.values.shape[1]] for load in applied])
-        if np.abs(values * sizes).max() <= ROUNDING * mass * size * self.elastic.slowest:
+        if np.abs(values * sizes).max() <= ROUNDING * mass * size * self.elastic.least_omega_squared:
             return []
         if np.ptp(values * sizes, axis=0).max() <= SMALL_PATTERN * np.abs(values * sizes).max():
             return [0]
@@ -162,7 +162,7 @@ def _lowest_eigenvalue(structure: StaticStructure, applied: Sequence[AppliedLoad
 def _stiffness_change(structure: StaticStructure, applied: Sequence[AppliedLoad], row: int) -> Any:
     """Geometric and load stiffness of the loads at an instant."""
     stress = structure.stress(_load(structure, applied, row))
-    load_stiffness = _sum_at_markers(structure, applied, [load.turning(row) for load in applied])
+    load_stiffness = _sum_at_markers(structure, applied, [load.load_stiffness(row) for load in applied])
     return stress if load_stiffness is None else stress - load_stiffness
 
 

@@ -70,7 +70,7 @@ class StructureBuckling:
         return mass, float(np.linalg.norm(np.ptp(self.structure.mesh.points, axis=0)))
 
     @property
-    def slowest(self) -> float:
+    def least_omega_squared(self) -> float:
         """See ElasticStructure."""
         phi = self.basis
         return float(1.0 / np.einsum("ij,ij->j", phi, self.clamped.M @ phi).max())
@@ -88,8 +88,8 @@ class StructureBuckling:
 
     def marker_matrix(self, marker: str, A: Array) -> sparse.csr_array:
         """See ElasticStructure, with its shapes and units."""
-        rows = self._rows(marker)
-        R = sparse.vstack([rows.translation, rows.rotation]).tocsr()[:, self.free]
+        marker_motion = self._rows(marker)
+        R = sparse.vstack([marker_motion.translation, marker_motion.rotation]).tocsr()[:, self.free]
         return (R.T @ (sparse.csr_array(A) @ R)).tocsr()
 
     def stress(self, load: Array) -> sparse.csr_array:
