@@ -12,7 +12,7 @@ from femflex.case import read_case
 from femflex.case.verdicts import diagram_verdicts, expects_modes, mode_verdicts, run_verdicts
 from femflex.integrate import Esdirk4
 from femflex.pipeline import prepare
-from femflex.pipeline.balanced import case_modes
+from femflex.pipeline.case_equilibrium import case_modes
 from femflex.studies.campbell import case_campbell
 
 CASES = sorted((Path(__file__).resolve().parents[1] / "cases").glob("*.toml"))

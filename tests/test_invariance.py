@@ -12,7 +12,7 @@ from support.rewriting import in_other_units, names_of, renamed, reordered, simi
 
 import femflex
 from femflex.case import read_case
-from femflex.pipeline.balanced import case_modes
+from femflex.pipeline.case_equilibrium import case_modes
 
 CRAFTS = Path(__file__).with_name("crafts")
 pytestmark = pytest.mark.filterwarnings("ignore::femflex.warning.PhysicsWarning")

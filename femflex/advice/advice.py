@@ -1,4 +1,4 @@
-"""A piece of advice: what was chosen for a body, or is doubtful of it, why, and the two numbers that it rests on."""
+"""Advice: a choice for a body, or a physics warning about it, with its reason, computed value and limit."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ from typing import Any
 
 from femflex.warning import PhysicsWarning
 
-KEEPS = " (set strain = 'linear' for linear strain)"
-SILENT = ("joints",)  # choices that the word on a body's shapes tells of
+LINEAR_HINT = " (set strain = 'linear' for linear strain)"
+UNLISTED = ("joints",)  # choices that the note on a body's shapes includes already
 
 
 @dataclass(frozen=True)
 class Advice:
-    """One decision about a body, or one doubt of it.
+    """One choice for a body, or one physics warning about it.
 
     body      its name; empty for the whole craft
-    decision  what it is about: "strain", "shapes", "joints", "stiffening", "bend",
+    decision  its subject: "strain", "shapes", "joints", "stiffening", "bend",
               "buckling", "slack", "truncation", "support", "torque", "mass", "inertia", "output", "sampling", "craft"
-    choice    what was chosen, as the tables of a case say it: "condensed", {"TIP": ["z", "ry"]}; None of a doubt
-    reason    in words, with both numbers
-    value     what was found, and
-    limit     what it is held against, in the same unit; None where there is no number
-    doubt     whether it is a warning of the physics, not a word on what was chosen
-    category  of the warning, where it is one
+    choice    the value as written in a case: "condensed", {"TIP": ["z", "ry"]}; None for a warning
+    reason    text with both numbers
+    value     computed value
+    limit     its limit, in the same unit; None where there is no number
+    doubt     whether it is a physics warning, and not a note on a choice
+    category  class of the warning
     """
 
     body: str
@@ -40,10 +40,10 @@ class Advice:
 
     @property
     def text(self) -> str:
-        """The advice as a line of what a verb prints of the body."""
+        """The advice as the line that the command line prints for the body."""
         if self.decision != "strain":
             return self.reason
-        return f"strain is {self.choice}: {self.reason}{KEEPS * (self.choice != 'linear')}"
+        return f"strain is {self.choice}: {self.reason}{LINEAR_HINT * (self.choice != 'linear')}"
 
     def data(self) -> dict[str, Any]:
         """The advice as JSON can hold it, for result files and `--json`."""
@@ -51,37 +51,39 @@ class Advice:
 
 
 def doubt(body: str, decision: str, reason: str, value: float | None = None, limit: float | None = None) -> Advice:
-    """A warning of the physics of a body, without a choice."""
+    """A physics warning about a body, without a choice."""
     return Advice(body, decision, None, reason, value, limit, doubt=True)
 
 
 def notes_of(advice: Iterable[Advice]) -> dict[str, str]:
     """Notes on each body without the warnings: one line for each, by name."""
-    found: dict[str, list[str]] = {}
-    for one in advice:
-        if one.body and not one.doubt and one.decision not in SILENT:
-            found.setdefault(one.body, []).append(one.text)
-    return {name: "; ".join(texts) for name, texts in found.items()}
+    texts_by_body: dict[str, list[str]] = {}
+    for entry in advice:
+        if entry.body and not entry.doubt and entry.decision not in UNLISTED:
+            texts_by_body.setdefault(entry.body, []).append(entry.text)
+    return {name: "; ".join(texts) for name, texts in texts_by_body.items()}
 
 
 def warn_of(advice: Iterable[Advice], stacklevel: int = 3) -> None:
-    """Give the doubts as warnings, each text once."""
-    for one in {one.reason: one for one in advice if one.doubt}.values():
-        warning = one.category(one.decision, body_or_joint=one.body, value=one.value, limit=one.limit, text=one.reason)
+    """Issue the physics warnings among the advice, each text once."""
+    for entry in {entry.reason: entry for entry in advice if entry.doubt}.values():
+        warning = entry.category(
+            entry.decision, body_or_joint=entry.body, value=entry.value, limit=entry.limit, text=entry.reason
+        )
         warnings.warn(warning, stacklevel=stacklevel)
 
 
 def advice_text(advice: Iterable[Advice]) -> str:
     """Advice as the JSON text that a result file keeps in its attribute `advice`."""
-    return json.dumps([one.data() for one in advice])
+    return json.dumps([entry.data() for entry in advice])
 
 
 def advice_from(text: str) -> tuple[Advice, ...]:
     """The advice in the attribute `advice` of a result file. Raises ValueError for other text."""
-    known = {field.name for field in fields(Advice)}
+    field_names = {field.name for field in fields(Advice)}
     try:
-        found: list[Mapping[str, Any]] = json.loads(text)
-        return tuple(Advice(**{key: value for key, value in one.items() if key in known}) for one in found)
+        entries: list[Mapping[str, Any]] = json.loads(text)
+        return tuple(Advice(**{key: value for key, value in entry.items() if key in field_names}) for entry in entries)
     except (ValueError, TypeError, AttributeError) as error:
         raise ValueError(
             f"the attribute 'advice' of the result file is not as a run writes it: {text[:40]!r}"

@@ -1,4 +1,4 @@
-"""Advice on a system and the time that it is to run for, whatever it was made from."""
+"""Advice on a system and the duration of its run, for any system, with or without a case."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from femflex.advice.advice import Advice, doubt, warn_of
-from femflex.advice.bodies import KnownBodies
+from femflex.advice.bodies import BodyOrigins
 from femflex.advice.buckling.margin import buckling_margins, buckling_warnings, unassessed_bodies
 from femflex.advice.curved import shape_notes
 from femflex.advice.model_warnings import model_warnings
@@ -30,41 +30,41 @@ def advise(
     band: float = 0.0,
     warn: bool = True,
 ) -> tuple[Advice, ...]:
-    """What the bodies of a system want in a run of that duration [s], and what is doubtful of them.
+    """Advice on the strain forms and shapes of a system's bodies in a run of that duration [s], and physics warnings.
 
-    A preliminary simulation with all bodies rigid, and their small elastic answer to it, tell what comes. Each Advice
-    has the body, the decision, its reason, the value found and its limit. Those that speak against what a body is
-    (linear strain where spin, loads or bends call for more) are doubts, and given as PhysicsWarning too unless `warn`
-    is false.
+    It is based on a preliminary simulation with all bodies rigid and their small elastic response. Each Advice has the
+    body, the decision, its reason, the computed value and its limit. Advice against the present form of a body (linear
+    strain where spin, loads or deflections require another) is a doubt, issued as PhysicsWarning too unless `warn` is
+    false.
 
-    origins  what bodies were reduced from, by name: with it buckling, curved shapes and truncation are assessed as well
-    fastest  (3,) a steady spin that the system is to be looked at too [rad/s]
+    origins  origins of the bodies by name; with them buckling, curved shapes and truncation are assessed as well
+    fastest  (3,) a steady spin at which the system is assessed too [rad/s]
     band     frequency up to which modes of the craft matter in addition to the first three [Hz]
     """
-    known = KnownBodies(origins or {})
+    body_origins = BodyOrigins(origins or {})
     elastic = [name for name, body in system.bodies.items() if body.n_modes]
     linear = [name for name in elastic if system.bodies[name].strain_form == "linear"]
-    view = estimate_motion(system, duration)
-    near = buckling_margins(view.rigid, system, known)
+    estimate = estimate_motion(system, duration)
+    margins = buckling_margins(estimate.rigid, system, body_origins)
     spin = None if fastest is None else np.asarray(fastest, float)
-    wanted = strain_advice(system, linear, {}, view, known, spin)
-    found = [strain_doubt(system, known, one) for name, one in wanted.items()]
-    found += shape_notes(system.bodies, known)
-    found += unassessed_bodies(system, known, view.rigid, view.short)
-    found += buckling_warnings(system, known, near)
-    if any(name in known for name in elastic):
-        found += truncation_warnings(system, richer_craft(system, known), band)
-    found += model_warnings(system, known, duration)
+    strain_choices = strain_advice(system, linear, {}, estimate, body_origins, spin)
+    advice = [strain_doubt(system, body_origins, choice) for name, choice in strain_choices.items()]
+    advice += shape_notes(system.bodies, body_origins)
+    advice += unassessed_bodies(system, body_origins, estimate.rigid, estimate.shortfall)
+    advice += buckling_warnings(system, body_origins, margins)
+    if any(name in body_origins for name in elastic):
+        advice += truncation_warnings(system, richer_craft(system, body_origins), band)
+    advice += model_warnings(system, body_origins, duration)
     if warn:
-        warn_of(found)
-    return tuple(found)
+        warn_of(advice)
+    return tuple(advice)
 
 
-def strain_doubt(system: System, known: KnownBodies, wanted: Advice) -> Advice:
-    """The advice on the strain of a body that has linear strain: a doubt where it wants another."""
-    if wanted.choice == "linear":
-        return wanted
-    other = division_remedy(system.bodies[wanted.body])
-    way = f"{known.remedy(wanted.body)}, or {other}"
-    text = f"body {wanted.body!r} has linear strain: {wanted.reason}. To follow it, {way}"
-    return replace(doubt(wanted.body, "strain", text, wanted.value, wanted.limit), choice=wanted.choice)
+def strain_doubt(system: System, origins: BodyOrigins, choice: Advice) -> Advice:
+    """The advice on a body with linear strain as a physics warning, where another strain form is advised."""
+    if choice.choice == "linear":
+        return choice
+    division = division_remedy(system.bodies[choice.body])
+    remedy = f"{origins.remedy(choice.body)}, or {division}"
+    text = f"body {choice.body!r} has linear strain: {choice.reason}. To follow it, {remedy}"
+    return replace(doubt(choice.body, "strain", text, choice.value, choice.limit), choice=choice.choice)

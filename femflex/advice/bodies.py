@@ -1,4 +1,4 @@
-"""What the origin of a body tells beyond its arrays: how it buckles, softens, hardens, and what its set leaves out."""
+"""Properties of bodies that follow from their origins: buckling, softening, hardening and truncation."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from femflex.reduction.reduce import MOST_COORDINATES
 
 
 @dataclass(frozen=True, eq=False)
-class KnownBody:
-    """A body of which it is known what it was reduced from; each question is answered when it is first asked."""
+class BodyOrigin:
+    """The origin of a body, and the properties that follow from it, computed on first use."""
 
     origin: Origin
 
     @cached_property
     def buckling_model(self) -> BucklingModel | None:
-        """Its linear buckling analysis; None where nothing is clamped, or where it is a tether or membrane."""
+        """Its linear buckling analysis; None for an unclamped body, a tether or a membrane."""
         source = self.origin.source
         if isinstance(source, Meshed) and tension_blocks(source.structure):
             return None
@@ -40,20 +40,20 @@ class KnownBody:
             return BucklingAnalysis(BeamBuckling(source.beam, source.functions, source.places))
         return None
 
-    def softening(self, most: float) -> tuple[float, float] | None:
-        """How soft a low shape becomes as the body bends one way, over its stiffness at rest, and the body's rise [m].
+    def softening(self, max_rise: float) -> tuple[float, float] | None:
+        """Least tangent stiffness of a low shape under deflection, over that at rest, and the body's rise [m].
 
-        The first is 1 where it rises by more than `most` [m]. None where that is not known.
+        The ratio is 1 where the rise is more than `max_rise` [m]. None where it is not known.
         """
         source = self.origin.source
         if not isinstance(source, Meshed) or not (source.modes.held.size and source.modes.n_modes):
             return None
-        high = mesh_rise(source.structure)
-        return (least_stiffness_ratio(source.structure, source.modes) if 0.0 < high <= most else 1.0), high
+        rise = mesh_rise(source.structure)
+        return (least_stiffness_ratio(source.structure, source.modes) if 0.0 < rise <= max_rise else 1.0), rise
 
     @cached_property
     def hardening(self) -> float:
-        """What stretch adds to the force on the lowest shape bent by 1 m, over its linear one [1/m^2]; 0 if unknown."""
+        """Force of stretching on the lowest shape deflected by 1 m, over the linear force [1/m^2]; 0 if unknown."""
         source = self.origin.source
         if not isinstance(source, Meshed) or not 0 < source.modes.n_modes <= MOST_COORDINATES:
             return 0.0
@@ -61,12 +61,12 @@ class KnownBody:
 
     @property
     def is_preloaded(self) -> bool:
-        """Whether its shapes are those about an equilibrium under loads, which small motions about rest lack."""
+        """Whether its shapes are computed about an equilibrium under loads."""
         source = self.origin.source
         return isinstance(source, Meshed) and is_preloaded(source.structure, source.modes.held)
 
     def enriched(self, body: FlexibleBody, markers: Collection[str]) -> EnrichedBody | None:
-        """The body in a richer set, with joints at the markers of these names; None where that cannot be made."""
+        """The body in a richer set, with joints at the markers of these names; None where there is none."""
         source = self.origin.source
         if isinstance(source, Analytic):
             return BeamEnrichment(source.beam, source.functions)(body, markers)
@@ -83,14 +83,14 @@ class KnownBody:
         return MeshedEnrichment(source.structure, source.modes, source.places)(body, markers)
 
 
-class KnownBodies(Mapping[str, KnownBody]):
-    """The bodies of a system whose origins are known; those of one origin are one."""
+class BodyOrigins(Mapping[str, BodyOrigin]):
+    """Origins of the bodies of a system by name; bodies of the same origin share one entry."""
 
     def __init__(self, origins: Mapping[str, Origin]) -> None:
-        made: dict[int, KnownBody] = {}
-        self._bodies = {name: made.setdefault(id(origin), KnownBody(origin)) for name, origin in origins.items()}
+        by_id: dict[int, BodyOrigin] = {}
+        self._bodies = {name: by_id.setdefault(id(origin), BodyOrigin(origin)) for name, origin in origins.items()}
 
-    def __getitem__(self, name: str) -> KnownBody:
+    def __getitem__(self, name: str) -> BodyOrigin:
         return self._bodies[name]
 
     def __iter__(self) -> Iterator[str]:
@@ -99,10 +99,10 @@ class KnownBodies(Mapping[str, KnownBody]):
     def __len__(self) -> int:
         return len(self._bodies)
 
-    def open(self, name: str) -> LeftOpen:
-        """What is left open of a body; nothing of one whose origin is not known."""
+    def open_choices(self, name: str) -> LeftOpen:
+        """The choices that a body leaves open; none for a body of unknown origin."""
         return self._bodies[name].origin.open if name in self._bodies else LeftOpen()
 
     def remedy(self, name: str) -> str:
-        """What to do for a strain that knows what pulls along a body."""
+        """Text on how to give a body a strain form with stiffening by axial forces."""
         return (self._bodies[name].origin if name in self._bodies else Origin()).remedy

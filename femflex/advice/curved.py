@@ -7,9 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from femflex.advice.advice import Advice
-from femflex.advice.bodies import KnownBodies, KnownBody
+from femflex.advice.bodies import BodyOrigin, BodyOrigins
 from femflex.advice.buckling.margin import BucklingMargin
-from femflex.advice.limits import PRESSED, REACHED, RESPONSES, SOFTENED
+from femflex.advice.limits import DISPLACEMENT_OF_RISE, RESPONSE_REACH, RESPONSES, SOFTENING_RATIO
 from femflex.body import FlexibleBody, StrainTensors
 from femflex.fem.structure import Structure
 from femflex.reduction import ModeSet, least_stiffness_ratio, mesh_rise, stretching
@@ -19,17 +19,17 @@ from femflex.reduction.wide_sheets import sheet_note
 Answers = dict[str, object]  # keys of a reduction and their values
 
 
-def shape_notes(bodies: Mapping[str, FlexibleBody], known: KnownBodies) -> list[Advice]:
-    """What the shapes of bodies do not hold of large bends: of those that are curved, and of wide thin sheets."""
+def shape_notes(bodies: Mapping[str, FlexibleBody], origins: BodyOrigins) -> list[Advice]:
+    """Notes on large deflections that the shapes of curved bodies and of wide thin sheets do not represent."""
     out: list[Advice] = []
-    found: dict[int, list[str]] = {}
+    texts_of_source: dict[int, list[str]] = {}
     for name, body in bodies.items():
-        source = known[name].origin.source if name in known else None
+        source = origins[name].origin.source if name in origins else None
         if not isinstance(source, Meshed) or not body.n_modes or "nodal" in source.modes.kinds:
             continue
-        if id(source) not in found:
-            found[id(source)] = _notes(source, body)
-        out += [Advice(name, "shapes", None, text) for text in found[id(source)]]
+        if id(source) not in texts_of_source:
+            texts_of_source[id(source)] = _notes(source, body)
+        out += [Advice(name, "shapes", None, text) for text in texts_of_source[id(source)]]
     return out
 
 
@@ -45,48 +45,52 @@ def _notes(source: Meshed, body: FlexibleBody) -> list[str]:
 
 
 def response_note(structure: Structure, modes: ModeSet, tensors: StrainTensors) -> str:
-    """What a set with responses does not hold: bends that the loads they answer do not bring about; nothing if little.
+    """Note on a set with static responses that is too stiff under other loads; empty where it is not.
 
-    It holds those that they do, whatever its other shapes store alone (`require_stretch`).
+    It represents the deflections under its own loads, whatever energy its other shapes store alone (`require_stretch`).
     """
-    found = stretching(structure, modes, tensors)
-    if found.sound:
+    stretch = stretching(structure, modes, tensors)
+    if stretch.sound:
         return ""
     return (
         f"its static responses represent their own loads. For other loads it is too stiff: with its lowest mode "
-        f"deflected by {found.deflection:.3g} m, its strain energy is {found.alone:.3g} times the linear one, and "
-        f"{found.relaxed:.3g} times it in the full structure. Set derivatives = 'auto' for other loads; it adds "
+        f"deflected by {stretch.deflection:.3g} m, its strain energy is {stretch.alone:.3g} times the linear one, and "
+        f"{stretch.relaxed:.3g} times it in the full structure. Set derivatives = 'auto' for other loads; it adds "
         "coordinates"
     )
 
 
 def curvature_note(structure: Structure, modes: ModeSet) -> str:
     """Note on derivatives at rest of a structure that softens as it bends; empty where it does not."""
-    left, high = least_stiffness_ratio(structure, modes), mesh_rise(structure)
-    if left > SOFTENED or not high:
+    ratio, rise = least_stiffness_ratio(structure, modes), mesh_rise(structure)
+    if ratio > SOFTENING_RATIO or not rise:
         return ""
-    how = f"to {left:.0%} of that at rest" if left > 0 else "below zero (snap-through)"
+    change = f"to {ratio:.0%} of that at rest" if ratio > 0 else "below zero (snap-through)"
     return (
-        f"it is curved (rise {high:.3g} m). Deflected in one direction, the tangent stiffness of a low mode falls "
-        f"{how}; modal derivatives at rest represent this only in part. For such deflections set strain = 'nonlinear' "
-        f"with responses = {RESPONSES}, deflection = '{REACHED * high:.2g} m' and the load in `loads` or `attachment`"
+        f"it is curved (rise {rise:.3g} m). Deflected in one direction, the tangent stiffness of a low mode falls "
+        f"{change}; modal derivatives at rest represent this only in part. For such deflections set strain = "
+        "'nonlinear' "
+        f"with responses = {RESPONSES}, deflection = '{RESPONSE_REACH * rise:.2g} m' and the load in `loads` or "
+        "`attachment`"
     )
 
 
-def snap_through_advice(known: KnownBody, name: str, moved: float, near: BucklingMargin | None) -> Advice | None:
-    """The advice to give a body nonlinear strain because it is curved; None where it is not, or where it hardly moves.
+def snap_through_advice(
+    origin: BodyOrigin, name: str, displacement: float, margin: BucklingMargin | None
+) -> Advice | None:
+    """The advice to give a curved body nonlinear strain; None for other bodies, and for small displacements.
 
-    moved: estimated displacement [m] with linear strain.
+    displacement: estimated displacement [m] with linear strain.
     """
-    found = known.softening(moved / PRESSED if near is None else np.inf)
-    if found is None or found[0] > SOFTENED or not found[1]:
+    softening = origin.softening(displacement / DISPLACEMENT_OF_RISE if margin is None else np.inf)
+    if softening is None or softening[0] > SOFTENING_RATIO or not softening[1]:
         return None
-    left, high = found
-    how = f"to {left:.0%} of that at rest" if left > 0.0 else "below zero (possible snap-through)"
-    pressed = f"loads and motions may bend it by {moved:.2g} m by linear strain" if near is None else str(near)
+    ratio, rise = softening
+    change = f"to {ratio:.0%} of that at rest" if ratio > 0.0 else "below zero (possible snap-through)"
+    cause = f"loads and motions may bend it by {displacement:.2g} m by linear strain" if margin is None else str(margin)
     reason = (
-        f"it is curved (rise {high:.3g} m), {pressed}, and bent one way the tangent stiffness of a low mode falls "
-        f"{how}, which condensed strain cannot follow. Where it snaps through, give it responses = {RESPONSES} with "
-        f"deflection = '{REACHED * high:.2g} m' and its load in `loads` or `attachment`"
+        f"it is curved (rise {rise:.3g} m), {cause}, and bent one way the tangent stiffness of a low mode falls "
+        f"{change}, which condensed strain cannot follow. Where it snaps through, give it responses = {RESPONSES} with "
+        f"deflection = '{RESPONSE_REACH * rise:.2g} m' and its load in `loads` or `attachment`"
     )
-    return Advice(name, "strain", "nonlinear", reason, left, SOFTENED)
+    return Advice(name, "strain", "nonlinear", reason, ratio, SOFTENING_RATIO)

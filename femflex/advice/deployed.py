@@ -1,4 +1,4 @@
-"""Watching deploying members along a run: where and when one without stiffness of its own goes slack."""
+"""Tension of deploying tethers and membranes along a run: where and when they go slack."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ SLACK = 1e-3  # of the largest tension of the run: compression up to which it is
 
 
 @dataclass
-class Lowest:
-    """Lowest and largest tension of a member [N], the time of the lowest [s], and its place over the length."""
+class LowestTension:
+    """Lowest and largest tension of a member [N], the time of the lowest [s], and its position over the length."""
 
     value: float = np.inf
     time: float = 0.0
-    place: float = 0.0
+    relative_position: float = 0.0
     length: float = 0.0
     largest: float = 0.0
 
@@ -37,26 +37,27 @@ class SlackWatch:
             table = variation.write
             if isinstance(table, LengthTable) and table.sections is not None and table.sections.slackens:
                 self._sections[name] = table.sections
-        self.lowest = {name: Lowest() for name in self._sections}
+        self.lowest = {name: LowestTension() for name in self._sections}
 
     def watch(self, times: Array, channels: Mapping[str, Array]) -> None:
-        """Take note of a block of rows (n_t, ...)."""
+        """Record the lowest tension over a block of rows (n_t, ...)."""
         for name, lowest in self.lowest.items():
             tension = channels[f"bodies/{name}/tension"]
             lowest.largest = max(lowest.largest, float(np.abs(tension).max()))
             row, station = np.unravel_index(int(np.argmin(tension)), tension.shape)
             if (value := float(tension[row, station])) < lowest.value:
                 lowest.value, lowest.time = value, float(times[row])
-                lowest.place = float(self._sections[name].stations[station])
+                lowest.relative_position = float(self._sections[name].stations[station])
                 lowest.length = float(channels[f"bodies/{name}/length"][row])
 
     def warn(self) -> None:
-        """Warn of members whose tension fell below zero: when, where, how far, and what follows."""
+        """Warn of members whose tension fell below zero, with time, position and value."""
         for name, lowest in self.lowest.items():
             if lowest.value < -SLACK * lowest.largest:
                 warnings.warn(
                     f"body {name!r} went slack: at t = {lowest.time:.6g} s its tension is {lowest.value:.4g} N, "
-                    f"{lowest.place * lowest.length:.4g} m from the exit (length {lowest.length:.4g} m, largest "
+                    f"{lowest.relative_position * lowest.length:.4g} m from the exit (length {lowest.length:.4g} m, "
+                    "largest "
                     f"tension {lowest.largest:.4g} N). A member without bending stiffness cannot carry compression, "
                     "but the model does: motion and loads after this time are wrong. Deploy more slowly, brake "
                     "earlier, or add tension",

@@ -1,11 +1,11 @@
-"""Watching the axial force in deploying beams along a run: how far it stiffens, softens or buckles them.
+"""Axial force in deploying beams along a run, and the change of their bending stiffness.
 
 The force N(s) at the stations of a member changes the stiffness of its bend w = 1 - cos(pi s / 2 L) by
 
     gain = int N w'^2 ds / int EI w''^2 ds,
 
 which is N over Euler's load of a cantilever where both are uniform. Linear strain leaves this out; condensed strain has
-it, and a member that is pressed by a good part of that load bends far.
+it, and a member that is compressed by a large part of that load has large deflections.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from femflex.advice.limits import NEAR, STIFFENED
+from femflex.advice.limits import BUCKLING_FACTOR, FREQUENCY_CHANGE
 from femflex.arrays import Array
 from femflex.deployment.sections import MemberSections
 from femflex.dynamics import Model
@@ -40,54 +40,58 @@ class AxialForceWatch:
     def __init__(self, model: Model) -> None:
         self._sections: dict[str, MemberSections] = {}
         for name, variation in model.system.varying.items():
-            found = variation.write.sections if isinstance(variation.write, LengthTable) else None
-            if isinstance(found, MemberSections) and found.bends is not None and min(found.stiffness) > 0.0:
-                self._sections[name] = found
+            sections = variation.write.sections if isinstance(variation.write, LengthTable) else None
+            if isinstance(sections, MemberSections) and sections.bends is not None and min(sections.stiffness) > 0.0:
+                self._sections[name] = sections
         self._condensed = {name: model.system.bodies[name].condensed for name in self._sections}
-        self.pulled = {name: LargestForce() for name in self._sections}
-        self.pressed = {name: LargestForce() for name in self._sections}
+        self.largest_tension = {name: LargestForce() for name in self._sections}
+        self.largest_compression = {name: LargestForce() for name in self._sections}
 
     def watch(self, times: Array, channels: Mapping[str, Array]) -> None:
-        """Take note of a block of rows (n_t, ...)."""
+        """Record the largest gains over a block of rows (n_t, ...)."""
         for name, sections in self._sections.items():
             force, length = channels[f"bodies/{name}/tension"] - sections.support, channels[f"bodies/{name}/length"]
             gain = axial_gain(sections, force, length)
-            for row, seen, sign in (
-                (int(np.argmax(gain)), self.pulled[name], 1.0),
-                (int(np.argmin(gain)), self.pressed[name], -1.0),
+            for row, largest, sign in (
+                (int(np.argmax(gain)), self.largest_tension[name], 1.0),
+                (int(np.argmin(gain)), self.largest_compression[name], -1.0),
             ):
-                if sign * gain[row] > sign * seen.gain:
-                    seen.gain, seen.time = float(gain[row]), float(times[row])
-                    seen.length, seen.force = float(length[row]), mean_force(sections, force[row])
+                if sign * gain[row] > sign * largest.gain:
+                    largest.gain, largest.time = float(gain[row]), float(times[row])
+                    largest.length, largest.force = float(length[row]), mean_force(sections, force[row])
 
     def warn(self) -> None:
-        """Warn of linear members whose first frequency changes by more than STIFFENED, and of others near buckling."""
+        """Warn of linear members whose first frequency changes by FREQUENCY_CHANGE, and of others near buckling."""
         for name in self._sections:
             if self._condensed[name]:
-                self._warn_of_pressed(name, self.pressed[name])
+                self._warn_of_compressed(name, self.largest_compression[name])
             else:
-                self._warn_of_linear(name, self.pulled[name])
-                self._warn_of_linear(name, self.pressed[name])
+                self._warn_of_linear(name, self.largest_tension[name])
+                self._warn_of_linear(name, self.largest_compression[name])
 
-    def _warn_of_linear(self, name: str, seen: LargestForce) -> None:
-        change = float(np.sqrt(max(1.0 + seen.gain, 0.0))) - 1.0
-        if abs(change) > STIFFENED:
-            way = "raises" if change > 0.0 else "lowers"
-            much = "to zero" if seen.gain <= -1.0 else f"by {abs(change):.0%}"
+    def _warn_of_linear(self, name: str, largest: LargestForce) -> None:
+        change = float(np.sqrt(max(1.0 + largest.gain, 0.0))) - 1.0
+        if abs(change) > FREQUENCY_CHANGE:
+            verb = "raises" if change > 0.0 else "lowers"
+            amount = "to zero" if largest.gain <= -1.0 else f"by {abs(change):.0%}"
             warnings.warn(
-                f"body {name!r} carries {seen.force:.4g} N along its axis at t = {seen.time:.6g} s (length "
-                f"{seen.length:.4g} m), which {way} its first frequency {much} (limit {STIFFENED:.0%}); linear strain "
+                f"body {name!r} carries {largest.force:.4g} N along its axis at t = {largest.time:.6g} s (length "
+                f"{largest.length:.4g} m), which {verb} its first frequency {amount} (limit {FREQUENCY_CHANGE:.0%}); "
+                "linear strain "
                 "leaves this out. Give it strain = 'condensed'",
                 PhysicsWarning,
                 stacklevel=2,
             )
 
-    def _warn_of_pressed(self, name: str, seen: LargestForce) -> None:
-        if -seen.gain > 1.0 / NEAR:
+    def _warn_of_compressed(self, name: str, largest: LargestForce) -> None:
+        if -largest.gain > 1.0 / BUCKLING_FACTOR:
             warnings.warn(
-                f"body {name!r} is compressed by {-seen.force:.4g} N along its axis at t = {seen.time:.6g} s (length "
-                f"{seen.length:.4g} m): {-seen.gain:.0%} of its buckling load as a cantilever of this length (limit "
-                f"{1 / NEAR:.0%}). Its deflections are sensitive to small errors, and wrong beyond buckling. Lower the "
+                f"body {name!r} is compressed by {-largest.force:.4g} N along its axis at t = {largest.time:.6g} s "
+                "(length "
+                f"{largest.length:.4g} m): {-largest.gain:.0%} of its buckling load as a cantilever of this length "
+                "(limit "
+                f"{1 / BUCKLING_FACTOR:.0%}). Its deflections are sensitive to small errors, and wrong beyond "
+                "buckling. Lower the "
                 "load, deploy more slowly, or give it more bending stiffness",
                 PhysicsWarning,
                 stacklevel=2,

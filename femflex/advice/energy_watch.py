@@ -17,8 +17,8 @@ from femflex.dynamics.terms.equation_terms import EQUATION_TERMS
 from femflex.system import Effector, System
 from femflex.warning import PhysicsWarning
 
-ENERGIES = ("kinetic", "elastic", "spring", "load")  # whose sizes the energy's change is measured by
-CHANGED = 0.01  # of the largest energy: a change that nothing accounts for, from which on a run warns
+ENERGIES = ("kinetic", "elastic", "spring", "load")  # the change of the energy is relative to the largest of these
+CHANGED = 0.01  # of the largest energy: a change without cause above which a run warns
 CIRCULAR = 1e-9  # eccentricity below which an orbit is circular
 NOTHING = 1e-30  # J: rounding
 
@@ -27,14 +27,14 @@ class EnergyWatch:
     """Largest change of the energy, or of the Jacobi integral, of a system that conserves it."""
 
     def __init__(self, model: Model) -> None:
-        kept = conserved_monitors(model.system, model.omitted)
-        self._path = next((path for path in kept if path != "monitors/angular_momentum"), "")
+        monitors = conserved_monitors(model.system, model.omitted)
+        self._path = next((path for path in monitors if path != "monitors/angular_momentum"), "")
         if model.events is not None:  # latches and separations take energy
             self._path = ""
         self._first, self._change, self._size = np.nan, 0.0, 0.0
 
     def watch(self, channels: Mapping[str, Array]) -> None:
-        """Take the rows of a block."""
+        """Record the change of the energy over the rows of a block."""
         if not self._path:
             return
         value = channels[self._path]
@@ -46,9 +46,9 @@ class EnergyWatch:
     def warn(self) -> None:
         """Warn of a change by more than CHANGED of the largest energy, with both numbers."""
         if self._change > CHANGED * self._size > NOTHING:
-            what = self._path.split("/")[1]
+            quantity = self._path.split("/")[1]
             warnings.warn(
-                f"the {what} of the craft changed by {self._change:.3g} J, {self._change / self._size:.1%} of its "
+                f"the {quantity} of the craft changed by {self._change:.3g} J, {self._change / self._size:.1%} of its "
                 f"largest energy of {self._size:.3g} J, although nothing supplies or dissipates energy (limit "
                 f"{CHANGED:.0%}): the integration loses accuracy. Give a smaller run.rtol and run.atol, no constant "
                 "step, or integrator = 'dop853'",
@@ -58,35 +58,34 @@ class EnergyWatch:
 
 
 def conserved_monitors(system: System, without: Sequence[str] = ()) -> list[str]:
-    """The monitors that ought to be constant: none under loads that have no potential, under damping, or where bodies
-    vary with time.
+    """The monitors that should be constant: none under loads without potential, damping, or with bodies that vary.
 
     without: names of the terms that are switched off
-    Without orbit energy, and angular momentum unless a joint holds the craft; on a free orbit energy; on a specified
-    circular one the Jacobi integral.
+    Without an orbit these are the energy, and the angular momentum of a free craft; on a free orbit the energy; on a
+    specified circular orbit the Jacobi integral.
     """
     if system.varying:
         return []
-    led = any(profile.moves for joint in system.joints for profile in joint.prescribed.values())
-    working = any(spring.damping for spring in system.springs) or any(c.function for c in system.constraints)
-    weights = conservative_loads(system)
+    moves_joints = any(profile.moves for joint in system.joints for profile in joint.prescribed.values())
+    does_work = any(spring.damping for spring in system.springs) or any(c.function for c in system.constraints)
+    conservative = conservative_loads(system)
     effectors = [effector for effector in system.effectors if isinstance(effector, Effector)]
     if any(effector.markers and not keeps_momentum(effector) for effector in effectors):
         return []
-    quiet = replace(system, effectors=())
-    if len(weights) < len(system.loads) or led or working or is_damped(quiet):
+    passive = replace(system, effectors=())
+    if len(conservative) < len(system.loads) or moves_joints or does_work or is_damped(passive):
         return []
     if any(term.switched and term.name in without for term in EQUATION_TERMS):
         return []
     if system.orbit is None:
         roots = [joint for joint in system.joints if joint.parent is None]
         parents = [tie.parent for ties in (system.loops, system.constraints, system.springs) for tie in ties]
-        tied = None in parents
-        adrift = len(roots) == 1 and roots[0].n_u - len(roots[0].prescribed) == 6 and not roots[0].stiffness.any()
-        adrift = adrift and not (tied or weights)
-        fixed = system.frame.kind == "inertial"
-        fixed = fixed and not effectors
-        return ["monitors/energy"] * fixed + ["monitors/angular_momentum"] * adrift
+        tied_to_base = None in parents
+        is_free = len(roots) == 1 and roots[0].n_u - len(roots[0].prescribed) == 6 and not roots[0].stiffness.any()
+        is_free = is_free and not (tied_to_base or conservative)
+        is_conservative = system.frame.kind == "inertial"
+        is_conservative = is_conservative and not effectors
+        return ["monitors/energy"] * is_conservative + ["monitors/angular_momentum"] * is_free
     if effectors:
         return []
     if system.orbit.free:

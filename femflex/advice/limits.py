@@ -3,51 +3,53 @@
 from __future__ import annotations
 
 # Stiffening and softening by spin, thrust and loads along a body
-STIFFENED = 0.02  # of the first frequency: what linear strain leaves out of it from which a run warns
-LEEWAY = 0.5  # of the limits that runs warn of: from there on strain is condensed, for what is estimated is estimated
-PRINTED = 5e-5  # less than the hundredth of a per cent that is printed
-BY_SPIN = 100.0  # times (spin / first frequency)^2: stiffening beyond that is not by spin
-STILL = 1e-12  # rad/s: rounding
+FREQUENCY_CHANGE = 0.02  # change of the first frequency that linear strain omits, above which a run warns
+CHOICE_FRACTION = 0.5  # of the limits for warnings: above it strain is condensed, because the motion is estimated
+SMALLEST_PRINTED = 5e-5  # below the last printed digit, a hundredth of a per cent
+SPIN_STIFFENING_RATIO = 100.0  # stiffening over (spin / first frequency)^2 above which spin is not its cause
+ZERO_RATE = 1e-12  # rad/s: rounding
 
-# Phase: a frequency that is a little wrong is far off after many periods
-PHASE = 0.1  # rad, by which a vibration may be out after the run: a tenth of its amplitude
-SWINGING = 1e-3  # of a body's size: a vibration smaller than that is not looked at, for all its phase
+# Phase: a small error of a frequency adds up over many periods
+PHASE_ERROR = 0.1  # rad, phase error of a vibration at the end of the run: a tenth of its amplitude
+SMALL_VIBRATION = 1e-3  # of a body's size: the phase of a smaller vibration is not assessed
 
 # Bending
-BENT = 0.1  # elastic displacement over the body's size up to which linear strain is taken to hold
-BENT_TURNING = 0.01  # of a bend that turns with a body: what condensed strain leaves out of it, estimated
-SWUNG = 0.2  # the same for nonlinear strain: curvature is linear still, 3 % off in the tip of a cantilever there
+LINEAR_ABOVE = 0.1  # largest elastic displacement over the body's size for linear strain
+SPINNING_ERROR = 0.01  # estimated relative error of the deflection of a spinning body by condensed strain
+NONLINEAR_INVALID_ABOVE = (
+    0.2  # as LINEAR_ABOVE, for other strain: curvature is linear, a cantilever's tip 3 % off there
+)
 
 # Buckling
-NEAR = 4.0  # times its load: a body that buckles beyond it has lost at most a sixteenth of its stiffness to bends
-LATE = 0.03  # of what buckles a body: a basis that buckles later by more is warned of
-BOWING = 0.8  # of the estimated buckling load: from there on strain selected automatically is nonlinear
-BOWED = 0.9  # of it: condensed strain, of second order, bends 1.5 % too little at 0.95, and not at all beyond 1
-ALONE = 0.95  # of it, from which on a single load is to blame
-NAMED = 0.05  # of it, from which on a load is named
+BUCKLING_FACTOR = 4.0  # buckling load over load: above it a body loses at most a sixteenth of its stiffness to bending
+BASIS_OVERESTIMATE = 0.03  # relative excess of a basis' buckling load above which a run warns
+NONLINEAR_ABOVE = 0.8  # load over estimated buckling load above which the automatic strain is nonlinear
+CONDENSED_INVALID_ABOVE = 0.9  # the same: condensed strain deflects 1.5 % too little at 0.95, and not at all beyond 1
+SINGLE_LOAD_SHARE = 0.95  # of the total ratio above which a single load is reported as the cause
+LISTED_SHARE = 0.05  # of the total ratio above which a load is listed
 
 # Curved bodies that may snap
-SOFTENED = 0.5  # tangent stiffness left at a bend, over that at rest, below which a body is called curved
-REACHED = 3.0  # deflection over rise that responses should reach: beyond the state snapped through, at twice the rise
-PRESSED = 0.1  # of a body's rise: estimated displacement from which on its softening counts
+SOFTENING_RATIO = 0.5  # tangent stiffness under deflection over that at rest below which a body counts as curved
+RESPONSE_REACH = 3.0  # deflection over rise of responses: beyond the state after snap-through, at twice the rise
+DISPLACEMENT_OF_RISE = 0.1  # estimated displacement over a body's rise above which its softening matters
 RESPONSES = 8  # shapes from static responses: with them a curved panel snaps within 2 % of all its elements
 
 # Truncation
-SHARE = 1e-3  # of a mode's strain energy from which a static shape is kept: 0.05 % of its frequency
-SERVED = 0.003  # of a body's largest amplitude, or of a joint's rate: modes excited more are served by static shapes
-EXCITED = 0.01  # of the same: whose truncation error is warned of
-LOWEST = 3  # elastic modes of the craft that sets are to hold
-DOUBTFUL = 0.01  # change of such a frequency with richer sets, from which on it is doubtful
-ROUNDING = 1e-6  # part of a static shape outside the others below which they hold it
-MANY_RICHER = 600  # coordinates of the richer craft up to which its modes are sought: a second's work
-CARRIED = 0.75  # of the mass; one bending mode of a uniform cantilever carries 61 %, two 80 %
+ENERGY_SHARE = 1e-3  # of a mode's strain energy above which a static shape is retained: 0.05 % of its frequency
+EXCITATION_SHARE = 0.003  # of a body's largest amplitude, or of a joint's rate: modes above it get static shapes
+EXCITATION_WARNED = 0.01  # of the same: modes above it whose truncation error is warned of
+LOWEST_MODES = 3  # elastic modes of the craft that sets must represent
+FREQUENCY_ERROR = 0.01  # change of such a frequency with richer sets above which a run warns
+ROUNDING = 1e-6  # part of a static shape outside the others below which they contain it
+MANY_RICHER = 600  # coordinates of the richer craft up to which its modes are computed: about a second
+EFFECTIVE_MASS = 0.75  # of the mass; one bending mode of a uniform cantilever has 61 %, two have 80 %
 
-# Places
-DUST = 1e-9  # of a marker's largest motion in the shapes, below which a component of it is rounding
+# Markers
+MARKER_ROUNDING = 1e-9  # of a marker's largest motion in the shapes, below which a component of it is rounding
 
 # Orbit
-DRIFT = 1e-6  # of the orbital speed, 8 mm/s: what loads may change it by where the orbit is specified
+ORBIT_CHANGE = 1e-6  # of the orbital speed, 8 mm/s: largest change by loads on a specified orbit
 
 # Cost of the preliminary rigid-body simulation
 MOST_RATES = 200_000  # evaluations of the rate: up to a second
-MANY = 400  # coordinates up to which the elastic answer is sought
+MANY_COORDINATES = 400  # coordinates up to which the elastic response is computed

@@ -1,4 +1,4 @@
-"""How a body that bends too far for one frame is made of several."""
+"""Text on how to divide a body whose deflection is too large for one body frame."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from femflex.body import FlexibleBody
 
 
 def division_remedy(body: FlexibleBody) -> str:
-    """What to do, in words: lines of meshes are cut into segments; what has none is divided by hand."""
+    """Text on how to divide a body: mesh lines are cut into segments, other bodies are divided by hand."""
     kinds = {part.kind for part in body.strain_field}
     if "admissible" in body.kinds:
         return "give it a mesh instead of functions and cut its member into segments"

@@ -1,4 +1,4 @@
-"""Geometric stiffness that linear strain leaves out of bodies, by spin, thrust and loads, and warnings of it."""
+"""Geometric stiffness by spin, thrust and loads that linear strain omits, and warnings of it."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.linalg import eigh
 
-from femflex.advice.bodies import KnownBodies
-from femflex.advice.limits import STIFFENED
+from femflex.advice.bodies import BodyOrigins
+from femflex.advice.limits import FREQUENCY_CHANGE
 from femflex.advice.remedies import division_remedy
 from femflex.arrays import Array
 from femflex.body import FlexibleBody, Foreshortening
@@ -23,14 +23,14 @@ if TYPE_CHECKING:
     from femflex.dynamics import Model
 
 
-TURNED = 0.01  # (rate / first frequency)^2 over what is added to the stiffness, below which no spin brings it about
+SPIN_SHARE = 0.01  # (rate / first frequency)^2 over the gain below which the spin is not the cause of the stiffening
 
 
 @dataclass(frozen=True)
 class AxialForce:
-    """Axial force at a point of a body whose foreshortening there is theta (3,): that of a body and all it carries.
+    """Axial force at a point of a body with the foreshortening theta (3,) there, due to a body and all it carries.
 
-    sign: 1, or -1 where it is the joint that holds them against it.
+    sign: 1, or -1 for the force of the joint that supports them.
     """
 
     theta: Array
@@ -39,53 +39,63 @@ class AxialForce:
 
 
 class OmittedStiffness:
-    """The part of its lowest shape's stiffness that each body with linear strain leaves out; negative: it softens.
+    """Geometric stiffness of the lowest shape of each body over its elastic stiffness; negative where it softens.
 
-    Counted is the centripetal inertia of each body and of all bodies that it carries, at the body's rate; in orbit the
-    gravity gradient; weight and loads, as they act on a body and on the bodies that it carries; and how a free craft
-    accelerates under them as a whole, without turning faster.
+    It includes the centripetal inertia of each body and of all bodies that it carries, at the body's rate; in orbit the
+    gravity gradient; weight and loads on a body and on the bodies that it carries; and the linear acceleration of a
+    free craft under them, without angular acceleration.
     """
 
-    def __init__(self, system: System, known: Mapping[str, Foreshortening] | None = None) -> None:
+    def __init__(self, system: System, displacements: Mapping[str, Foreshortening] | None = None) -> None:
         """known: other displacements than the foreshortening of the bodies' lowest shapes, by body."""
         self._system = system
-        own = {name: body.foreshortening for name, body in system.bodies.items()} if known is None else known
-        self.bodies = {name: theta for name, theta in own.items() if theta is not None}
-        self._pulls = {name: axial_forces(system, name, ignored) for name, ignored in self.bodies.items()}
+        foreshortenings = (
+            {name: body.foreshortening for name, body in system.bodies.items()}
+            if displacements is None
+            else displacements
+        )
+        self.bodies = {name: theta for name, theta in foreshortenings.items() if theta is not None}
+        self._axial_forces = {
+            name: axial_forces(system, name, foreshortening) for name, foreshortening in self.bodies.items()
+        }
         self._free = len(system.joint_of(system.root).translations) == 3
         self._gravity = system.environment.gravity
         self._about_mass = system.orbit is not None or self._free
 
     def gains(self, channels: Mapping[str, Array]) -> dict[str, Array]:
-        """Of each body (n_t,), from channels over n_t rows."""
+        """The gain (n_t,) of each body, from channels over n_t rows."""
         if not self.bodies:
             return {}
-        turned = {name: dcm_from_quaternion(channels[f"bodies/{name}/attitude"]) for name in self._system.order}
+        rotations = {name: dcm_from_quaternion(channels[f"bodies/{name}/attitude"]) for name in self._system.order}
         origin = channels["monitors/center_of_mass"] if self._about_mass else np.zeros(3)
-        places = {name: channels[f"bodies/{name}/position"] - origin for name in self._system.order}
+        positions = {name: channels[f"bodies/{name}/position"] - origin for name in self._system.order}
         loads = {
-            load.name: np.einsum("tab,tb->ta", turned[load.body], channels[f"loads/{load.name}/force"])
+            load.name: np.einsum("tab,tb->ta", rotations[load.body], channels[f"loads/{load.name}/force"])
             for load in self._system.loads
             if load.force.any()
         }
-        pushed, mass, loaded = self._carried(places, turned, loads)
-        given_way = loaded[self._system.root] / mass[self._system.root] if self._free else 0.0 * origin
+        first_moments, mass, forces = self._subtree_loads(positions, rotations, loads)
+        acceleration = forces[self._system.root] / mass[self._system.root] if self._free else 0.0 * origin
         out = {}
-        for name, ignored in self.bodies.items():
-            omega, C = channels[f"bodies/{name}/rate"], np.swapaxes(turned[name], 1, 2)
+        for name, foreshortening in self.bodies.items():
+            omega, C = channels[f"bodies/{name}/rate"], np.swapaxes(rotations[name], 1, 2)
             W = omega[:, :, None] * omega[:, None, :] - np.einsum("ta,ta,bc->tbc", omega, omega, np.eye(3))
             W = W - self._gradient(channels, C)
-            moved = np.broadcast_to(given_way, places[name].shape)
-            field = np.einsum("tab,tbc,tc->ta", W, C, places[name]) + np.einsum("tab,tb->ta", C, moved - self._gravity)
-            gain = field @ ignored.mass[0] + np.einsum("tab,ab->t", W, ignored.mass[1:])
-            for pull in self._pulls[name]:
-                b = pull.body
-                inertia = np.einsum("tab,tbc,tc->ta", W, C, pushed[b]) + mass[b] * np.einsum("tab,tb->ta", C, moved)
-                force = np.einsum("tab,tb->ta", C, np.broadcast_to(loaded[b], moved.shape)) - inertia
-                gain -= pull.sign * force @ pull.theta
+            accelerations = np.broadcast_to(acceleration, positions[name].shape)
+            field = np.einsum("tab,tbc,tc->ta", W, C, positions[name]) + np.einsum(
+                "tab,tb->ta", C, accelerations - self._gravity
+            )
+            gain = field @ foreshortening.mass[0] + np.einsum("tab,ab->t", W, foreshortening.mass[1:])
+            for axial in self._axial_forces[name]:
+                b = axial.body
+                inertia = np.einsum("tab,tbc,tc->ta", W, C, first_moments[b]) + mass[b] * np.einsum(
+                    "tab,tb->ta", C, accelerations
+                )
+                force = np.einsum("tab,tb->ta", C, np.broadcast_to(forces[b], accelerations.shape)) - inertia
+                gain -= axial.sign * force @ axial.theta
             for load in self._system.loads:
-                if load.body == name and load.marker in ignored.at and load.force.any():
-                    gain -= channels[f"loads/{load.name}/force"] @ ignored.at[load.marker]
+                if load.body == name and load.marker in foreshortening.at and load.force.any():
+                    gain -= channels[f"loads/{load.name}/force"] @ foreshortening.at[load.marker]
             out[name] = gain
         return out
 
@@ -100,36 +110,43 @@ class OmittedStiffness:
         rate = self._system.orbit.mu / channels["orbit/radius"] ** 3
         return -rate[:, None, None] * (np.eye(3) - 3.0 * up[:, :, None] * up[:, None, :])
 
-    def _carried(
-        self, places: Mapping[str, Array], turned: Mapping[str, Array], loads: Mapping[str, Array]
+    def _subtree_loads(
+        self, positions: Mapping[str, Array], rotations: Mapping[str, Array], loads: Mapping[str, Array]
     ) -> tuple[dict[str, Array], dict[str, float], dict[str, Array]]:
-        """Of each body and all that it carries: mass times place, mass, and weight with loads, inertial axes."""
-        pushed: dict[str, Array] = {}
+        """For each body and all that it carries: first moment of mass, mass, and weight with loads, inertial axes."""
+        first_moments: dict[str, Array] = {}
         mass: dict[str, float] = {}
-        loaded = {}
+        forces = {}
         for name, body in self._system.bodies.items():
             mass[name] = body.moments.mass
-            loaded[name] = mass[name] * self._gravity
-            pushed[name] = body.moments.mass * (places[name] + turned[name] @ body.moments.center_of_mass())
+            forces[name] = mass[name] * self._gravity
+            first_moments[name] = body.moments.mass * (
+                positions[name] + rotations[name] @ body.moments.center_of_mass()
+            )
         for load in (load for load in self._system.loads if load.name in loads):
-            loaded[load.body] = loaded[load.body] + loads[load.name]
+            forces[load.body] = forces[load.body] + loads[load.name]
         for name in reversed(self._system.order):
             if (parent := self._system.joint_of(name).parent) is not None:
                 mass[parent] += mass[name]
-                pushed[parent], loaded[parent] = pushed[parent] + pushed[name], loaded[parent] + loaded[name]
-        return pushed, mass, loaded
+                first_moments[parent], forces[parent] = (
+                    first_moments[parent] + first_moments[name],
+                    forces[parent] + forces[name],
+                )
+        return first_moments, mass, forces
 
 
-def axial_forces(system: System, name: str, ignored: Foreshortening) -> list[AxialForce]:
-    """Axial forces on a body where its foreshortening is known: of the bodies that it carries, and of its own joint."""
-    carried = [(joint.parent_marker, joint.child, 1.0) for joint in system.joints if joint.parent == name]
-    carried.append((system.joint_of(name).child_marker, name, -1.0))
-    return [AxialForce(ignored.at[marker], body, sign) for marker, body, sign in carried if marker in ignored.at]
+def axial_forces(system: System, name: str, foreshortening: Foreshortening) -> list[AxialForce]:
+    """Axial forces on a body where its foreshortening is known: by the bodies that it carries and by its own joint."""
+    ends = [(joint.parent_marker, joint.child, 1.0) for joint in system.joints if joint.parent == name]
+    ends.append((system.joint_of(name).child_marker, name, -1.0))
+    return [
+        AxialForce(foreshortening.at[marker], body, sign) for marker, body, sign in ends if marker in foreshortening.at
+    ]
 
 
 @dataclass(frozen=True)
 class LargestGain:
-    """What was left out at an instant: gain, the part of the lowest shape's stiffness that is added; spin [rad/s]."""
+    """Largest or smallest gain: omitted over elastic stiffness of the lowest shape, with the spin [rad/s] and body."""
 
     gain: float
     spin: float
@@ -137,23 +154,23 @@ class LargestGain:
 
 
 class StiffeningWatch:
-    """Watches how far bodies with linear strain would be stiffened or softened, row by row, and warns of it."""
+    """Watches the omitted stiffness of bodies with linear strain along a run, and warns of it."""
 
-    def __init__(self, model: Model, known: KnownBodies | None = None) -> None:
+    def __init__(self, model: Model, origins: BodyOrigins | None = None) -> None:
         self._system = system = model.system
-        self._known = known or KnownBodies({})
-        self._ignored = OmittedStiffness(system)
+        self._origins = origins or BodyOrigins({})
+        self._omitted = OmittedStiffness(system)
         whole = {piece: whole for whole, pieces in system.segments.items() for piece in pieces}
-        self._whole = {name: whole.get(name, name) for name in self._ignored.bodies}
+        self._whole = {name: whole.get(name, name) for name in self._omitted.bodies}
         self._most: dict[str, LargestGain] = {}
         self._least: dict[str, LargestGain] = {}
 
     def watch(self, channels: Mapping[str, Array]) -> None:
-        """Take note of a block of rows (n_t, ...)."""
-        for name, gain in self._ignored.gains(channels).items():
-            self._note(name, gain, np.linalg.norm(channels[f"bodies/{name}/rate"], axis=1))
+        """Record the largest and smallest gains over a block of rows (n_t, ...)."""
+        for name, gain in self._omitted.gains(channels).items():
+            self._record(name, gain, np.linalg.norm(channels[f"bodies/{name}/rate"], axis=1))
 
-    def _note(self, name: str, gain: Array, spin: Array) -> None:
+    def _record(self, name: str, gain: Array, spin: Array) -> None:
         whole = self._whole[name]
         high, low = int(np.argmax(gain)), int(np.argmin(gain))
         if whole not in self._most or gain[high] > self._most[whole].gain:
@@ -162,58 +179,61 @@ class StiffeningWatch:
             self._least[whole] = LargestGain(float(gain[low]), float(spin[low]), name)
 
     def warn(self, verb: str = "turned at up to") -> None:
-        """Warn of bodies whose first frequency would have been raised or lowered by more than STIFFENED, with both
-        numbers."""
-        for whole, seen in self._most.items():
-            raised = float(np.sqrt(1.0 + max(seen.gain, 0.0)) - 1.0)
-            if raised > STIFFENED:
+        """Warn of bodies whose first frequency would change by more than FREQUENCY_CHANGE, with both numbers."""
+        for whole, largest in self._most.items():
+            raised = float(np.sqrt(1.0 + max(largest.gain, 0.0)) - 1.0)
+            if raised > FREQUENCY_CHANGE:
                 cut = whole in self._system.segments
-                text = self._of_segment(whole, seen.body) if cut else self._of_body(seen.body, raised)
-                way = f"{verb} {seen.spin:.4g} rad/s" if self._spins(seen) else "is stretched by loads or weight"
-                self._warn(f"body {whole!r} {way}: a stiffening of {raised:.0%} of {text}")
-        for whole, seen in self._least.items():
-            left = float(np.sqrt(max(1.0 + seen.gain, 0.0)))
-            if left < 1.0 - STIFFENED and whole not in self._system.segments:
-                self._warn(f"body {whole!r} was compressed, by loads or inertia, {self._softened(seen, left)}")
+                text = self._segment_text(whole, largest.body) if cut else self._body_text(largest.body, raised)
+                spins = self._is_spin_stiffened(largest)
+                cause = f"{verb} {largest.spin:.4g} rad/s" if spins else "is stretched by loads or weight"
+                self._warn(f"body {whole!r} {cause}: a stiffening of {raised:.0%} of {text}")
+        for whole, smallest in self._least.items():
+            remaining = float(np.sqrt(max(1.0 + smallest.gain, 0.0)))
+            if remaining < 1.0 - FREQUENCY_CHANGE and whole not in self._system.segments:
+                text = self._softening_text(smallest, remaining)
+                self._warn(f"body {whole!r} was compressed, by loads or inertia, {text}")
 
-    def _spins(self, seen: LargestGain) -> bool:
-        """Whether it is the spin of a body that stiffens it, not loads or weight along it."""
-        body = self._system.bodies[seen.body]
-        return (seen.spin / lowest_frequency(body, {})) ** 2 > TURNED * seen.gain
+    def _is_spin_stiffened(self, largest: LargestGain) -> bool:
+        """Whether the spin of a body is the cause of its stiffening, rather than loads or weight along it."""
+        body = self._system.bodies[largest.body]
+        return (largest.spin / lowest_frequency(body, {})) ** 2 > SPIN_SHARE * largest.gain
 
-    def _softened(self, seen: LargestGain, left: float) -> str:
-        other = division_remedy(self._system.bodies[seen.body])
-        way = f"which linear strain leaves out. {self._remedy(seen.body)}, or {other}."
-        if left == 0.0:
-            return f"up to {-seen.gain:.3g} of its first buckling load, {way}"
-        return f"so that its first frequency{self._frequencies(seen.body, left)} falls by {1.0 - left:.0%}, {way}"
+    def _softening_text(self, smallest: LargestGain, remaining: float) -> str:
+        """Text on a body whose first frequency is `remaining` times that with linear strain."""
+        name, division = smallest.body, division_remedy(self._system.bodies[smallest.body])
+        remedy = f"which linear strain leaves out. {self._remedy(name)}, or {division}."
+        if remaining == 0.0:
+            return f"up to {-smallest.gain:.3g} of its first buckling load, {remedy}"
+        frequency = self._frequency_text(name, remaining)
+        return f"so that its first frequency{frequency} falls by {1.0 - remaining:.0%}, {remedy}"
 
-    def _frequencies(self, name: str, factor: float) -> str:
+    def _frequency_text(self, name: str, factor: float) -> str:
         """Lowest frequency of the clamped body with what it carries, with linear strain and with the stiffening."""
         if not np.isfinite(self._system.bodies[name].omega).any():
             return ""
-        carried = attached_masses(self._system, name)
-        known = lowest_frequency(self._system.bodies[name], carried) / (2 * np.pi)
-        carrying = f", clamped, with the {sum(carried.values()):.4g} kg that it carries" if carried else ""
-        return f" ({known:.4g} Hz, not {known * factor:.4g} Hz{carrying})"
+        attached = attached_masses(self._system, name)
+        frequency = lowest_frequency(self._system.bodies[name], attached) / (2 * np.pi)
+        attached_text = f", clamped, with the {sum(attached.values()):.4g} kg that it carries" if attached else ""
+        return f" ({frequency:.4g} Hz, not {frequency * factor:.4g} Hz{attached_text})"
 
     def _remedy(self, name: str) -> str:
-        text = self._known.remedy(name)
+        text = self._origins.remedy(name)
         return text[:1].upper() + text[1:]
 
-    def _of_body(self, name: str, raised: float) -> str:
-        text = self._frequencies(name, 1.0 + raised)
+    def _body_text(self, name: str, raised: float) -> str:
+        text = self._frequency_text(name, 1.0 + raised)
         return f"its first frequency{text} is left out by linear strain. {self._remedy(name)}."
 
     @staticmethod
     def _warn(text: str) -> None:
         warnings.warn(text, PhysicsWarning, stacklevel=3)
 
-    def _of_segment(self, whole: str, name: str) -> str:
+    def _segment_text(self, whole: str, name: str) -> str:
         count = len(self._system.segments[whole])
         return (
             f"the first shape of its segment {name!r} is left out by linear strain within segments; limit "
-            f"{STIFFENED:.0%}. Cut it into more than {count} segments, or give it strain = 'condensed'."
+            f"{FREQUENCY_CHANGE:.0%}. Cut it into more than {count} segments, or give it strain = 'condensed'."
         )
 
 
@@ -230,11 +250,11 @@ def attached_masses(system: System, name: str) -> dict[str, float]:
     return out
 
 
-def lowest_frequency(body: FlexibleBody, carried: Mapping[str, float]) -> float:
-    """Lowest frequency of a body held in its frame with point masses [kg] at its markers [rad/s]."""
+def lowest_frequency(body: FlexibleBody, attached: Mapping[str, float]) -> float:
+    """Lowest frequency of a body clamped in its frame with point masses [kg] at its markers [rad/s]."""
     n, V1 = body.n_modes, (body.strain.V1 + body.strain.V1.T) / 2
     M = body.moments.elastic_mass()[:n, :n]
-    for marker, mass in carried.items():
+    for marker, mass in attached.items():
         phi = body.marker(marker).phi[:, :n]
         M = M + mass * phi.T @ phi
     return float(np.sqrt(max(eigh(V1, M, eigvals_only=True)[0], 0.0)))

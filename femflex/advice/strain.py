@@ -10,11 +10,22 @@ from typing import Literal
 import numpy as np
 
 from femflex.advice.advice import Advice
-from femflex.advice.bodies import KnownBodies
+from femflex.advice.bodies import BodyOrigins
 from femflex.advice.buckling.margin import BucklingMargin
 from femflex.advice.curved import snap_through_advice
 from femflex.advice.deflections import deflection_watches
-from femflex.advice.limits import BENT, BOWING, BY_SPIN, LEEWAY, PHASE, PRINTED, STIFFENED, STILL, SWINGING, SWUNG
+from femflex.advice.limits import (
+    CHOICE_FRACTION,
+    FREQUENCY_CHANGE,
+    LINEAR_ABOVE,
+    NONLINEAR_ABOVE,
+    NONLINEAR_INVALID_ABOVE,
+    PHASE_ERROR,
+    SMALL_VIBRATION,
+    SMALLEST_PRINTED,
+    SPIN_STIFFENING_RATIO,
+    ZERO_RATE,
+)
 from femflex.advice.motion_estimate import MotionEstimate
 from femflex.advice.remedies import division_remedy
 from femflex.advice.stiffening import OmittedStiffness, attached_masses, lowest_frequency
@@ -27,30 +38,30 @@ Strain = Literal["linear", "nonlinear", "condensed"]
 
 @dataclass(frozen=True)
 class MotionExtent:
-    """How far a body goes, by the preliminary motion.
+    """Stiffening, rates and deflections of a body in the preliminary simulation.
 
-    most, least    what is added to the stiffness of its first shape, in parts of it
-    spin, fastest  its rate where most is added, and its largest rate [rad/s]
-    bent, start    largest displacement of a point over the body's size, along the motion and at its start
+    largest_gain, smallest_gain  geometric stiffness of its first shape, over its elastic stiffness
+    spin, largest_rate           its rate at the largest gain, and its largest rate [rad/s]
+    deflection, initial_deflection  largest displacement of a point over the body's size, along the motion and at its
+                   start
     size           diagonal of its box [m]
-    doubt          why less than the whole is known, or nothing
-    dividing       how it is made of several bodies where it bends too far for one
-    stretched      what stretching adds to the force on its first shape, bent as far as linear strain has it, over the
-                   linear one
-    phase          by which its slowest vibration is out in the end for what linear strain leaves out [rad]
-    swing          half of what the largest displacement of a point varies by, over the body's size
+    shortfall      why the estimate covers less than the whole run; empty for the whole
+    division       how to divide the body into several where its deflection is too large for one
+    hardening      force on its first shape due to stretching, over the linear force, at the deflection by linear strain
+    phase          phase error of its slowest vibration at the end, because of linear strain [rad]
+    swing          half the variation of the largest displacement of a point, over the body's size
     """
 
-    most: float
-    least: float
+    largest_gain: float
+    smallest_gain: float
     spin: float
-    fastest: float
-    bent: float = 0.0
-    start: float = 0.0
+    largest_rate: float
+    deflection: float = 0.0
+    initial_deflection: float = 0.0
     size: float = 0.0
-    doubt: str = ""
-    dividing: str = "cut the member into segments"
-    stretched: float = 0.0
+    shortfall: str = ""
+    division: str = "cut the member into segments"
+    hardening: float = 0.0
     phase: float = 0.0
     swing: float = 0.0
 
@@ -58,117 +69,134 @@ class MotionExtent:
 def strain_advice(
     system: System,
     names: list[str],
-    near: Mapping[str, BucklingMargin],
-    view: MotionEstimate,
-    known: KnownBodies,
+    margins: Mapping[str, BucklingMargin],
+    estimate: MotionEstimate,
+    origins: BodyOrigins,
     fastest: Array | None = None,
 ) -> dict[str, Advice]:
-    """Strain of these bodies, which are linear in this system, and its reason; those that are rigid need none.
+    """Strain form of each of these bodies, which have linear strain in this system, with its reason.
 
-    near: of bodies that bear nearly what buckles them, how near; view: the preliminary motion; fastest (3,): a steady
-    spin [rad/s] that counts too, as the last of a diagram over speeds.
+    margins: buckling margins of the bodies that are near buckling; estimate: the preliminary motion; fastest (3,): a
+    steady spin [rad/s] that is considered too, such as the last speed of a Campbell diagram. Rigid bodies are omitted.
     """
-    found = motion_extents(view, known)
+    extents = motion_extents(estimate, origins)
     if fastest is not None:
         spun = compile_system(replace(system, frame=Frame("spinning", fastest)))
-        steady = motion_extents(MotionEstimate(spun, np.zeros(1), spun.x0[None], spun.x0[None]), known)
-        found = {name: _wider(reach, steady[name]) for name, reach in found.items()}
+        steady = motion_extents(MotionEstimate(spun, np.zeros(1), spun.x0[None], spun.x0[None]), origins)
+        extents = {name: _combined_extent(extent, steady[name]) for name, extent in extents.items()}
     for name, gain in pendulum_stiffening(system).items():
-        found[name] = _wider(found[name], MotionExtent(gain, -gain, 0.0, 0.0))
+        extents[name] = _combined_extent(extents[name], MotionExtent(gain, -gain, 0.0, 0.0))
     chosen = {
-        name: _with_buckling(strain_of_extent(name, found[name]), near.get(name)) for name in names if name in found
+        name: _with_buckling_margin(strain_of_extent(name, extents[name]), margins.get(name))
+        for name in names
+        if name in extents
     }
     for name in chosen:
-        moved = found[name].bent * found[name].size
-        if name in known and (curved := snap_through_advice(known[name], name, moved, near.get(name))):
+        displacement = extents[name].deflection * extents[name].size
+        if name in origins and (curved := snap_through_advice(origins[name], name, displacement, margins.get(name))):
             chosen[name] = curved
     return chosen
 
 
-def strain_of_extent(name: str, reach: MotionExtent) -> Advice:
-    """The strain that a body wants, and why: what linear strain leaves out of it, or does not hold up to."""
-    raised = float(np.sqrt(1.0 + max(reach.most, 0.0)) - 1.0)
-    fallen = 1.0 - float(np.sqrt(max(1.0 + min(reach.least, 0.0), 0.0)))
-    stretched = float(np.sqrt(1.0 + reach.stretched) - 1.0)
-    way = f"turning at {reach.spin:.4g} rad/s" if reach.spin > 0.0 else "axial tension"
-    why, found = "", (raised, LEEWAY * STIFFENED)
-    if raised > LEEWAY * STIFFENED and raised >= fallen:
-        why = f"{way} may raise the first frequency {growth_text(raised)}, which linear strain leaves out"
-    elif fallen > LEEWAY * STIFFENED:
-        how = f"lower the first frequency by {fallen:.1%}" if fallen < 1.0 else "buckle it in its first mode"
-        why = f"axial compression (loads or inertia) may {how}, which linear strain leaves out"
-        found = (fallen, LEEWAY * STIFFENED)
-    elif reach.bent > LEEWAY * BENT:
-        why = f"{_bent(reach)} (limit {LEEWAY * BENT:.0%}; linear strain is valid up to about {BENT:.0%})"
-        found = (reach.bent, LEEWAY * BENT)
-    elif stretched > LEEWAY * STIFFENED:
-        why = (
-            f"loads and motions may bend it by {reach.bent * reach.size:.2g} m. Stretching between its supports, which "
-            f"linear strain leaves out, then adds {reach.stretched:.0%} to the restoring force of its first mode"
+def strain_of_extent(name: str, extent: MotionExtent) -> Advice:
+    """The strain form of a body and its reason: an effect that linear strain omits, or a deflection over its limit."""
+    raised = float(np.sqrt(1.0 + max(extent.largest_gain, 0.0)) - 1.0)
+    lowered = 1.0 - float(np.sqrt(max(1.0 + min(extent.smallest_gain, 0.0), 0.0)))
+    stretched = float(np.sqrt(1.0 + extent.hardening) - 1.0)
+    cause = f"turning at {extent.spin:.4g} rad/s" if extent.spin > 0.0 else "axial tension"
+    reason, numbers = "", (raised, CHOICE_FRACTION * FREQUENCY_CHANGE)
+    if raised > CHOICE_FRACTION * FREQUENCY_CHANGE and raised >= lowered:
+        reason = f"{cause} may raise the first frequency {growth_text(raised)}, which linear strain leaves out"
+    elif lowered > CHOICE_FRACTION * FREQUENCY_CHANGE:
+        effect = f"lower the first frequency by {lowered:.1%}" if lowered < 1.0 else "buckle it in its first mode"
+        reason = f"axial compression (loads or inertia) may {effect}, which linear strain leaves out"
+        numbers = (lowered, CHOICE_FRACTION * FREQUENCY_CHANGE)
+    elif extent.deflection > CHOICE_FRACTION * LINEAR_ABOVE:
+        reason = (
+            f"{_deflection_text(extent)} (limit {CHOICE_FRACTION * LINEAR_ABOVE:.0%}; linear strain is valid up to "
+            "about "
+            f"{LINEAR_ABOVE:.0%})"
         )
-        found = (stretched, LEEWAY * STIFFENED)
-    elif reach.swing > SWINGING and reach.phase > LEEWAY * PHASE:
-        why = (
+        numbers = (extent.deflection, CHOICE_FRACTION * LINEAR_ABOVE)
+    elif stretched > CHOICE_FRACTION * FREQUENCY_CHANGE:
+        reason = (
+            f"loads and motions may bend it by {extent.deflection * extent.size:.2g} m. Stretching between its "
+            "supports, which "
+            f"linear strain leaves out, then adds {extent.hardening:.0%} to the restoring force of its first mode"
+        )
+        numbers = (stretched, CHOICE_FRACTION * FREQUENCY_CHANGE)
+    elif extent.swing > SMALL_VIBRATION and extent.phase > CHOICE_FRACTION * PHASE_ERROR:
+        reason = (
             f"axial forces, which linear strain leaves out, change its first frequency by at most "
-            f"{max(raised, fallen):.2%}. Its vibration would be out of phase by {reach.phase:.2g} rad at the end of "
-            f"the run (limit {LEEWAY * PHASE:.2g} rad)"
+            f"{max(raised, lowered):.2%}. Its vibration would be out of phase by {extent.phase:.2g} rad at the end of "
+            f"the run (limit {CHOICE_FRACTION * PHASE_ERROR:.2g} rad)"
         )
-        found = (reach.phase, LEEWAY * PHASE)
-    if not why:
-        return Advice(name, "strain", "linear", f"{_small(reach, raised, fallen, way)}; {_hardly_bent(reach)}", *found)
-    return Advice(name, "strain", "condensed", f"{why}{_far(reach)}", *found)
+        numbers = (extent.phase, CHOICE_FRACTION * PHASE_ERROR)
+    if not reason:
+        return Advice(
+            name,
+            "strain",
+            "linear",
+            f"{_linear_frequency_text(extent, raised, lowered, cause)}; {_linear_deflection_text(extent)}",
+            *numbers,
+        )
+    return Advice(name, "strain", "condensed", f"{reason}{_large_deflection_text(extent)}", *numbers)
 
 
-def _with_buckling(chosen: Advice, near: BucklingMargin | None) -> Advice:
-    """A choice, with what a load near buckling adds to it."""
-    if near is None:
+def _with_buckling_margin(chosen: Advice, margin: BucklingMargin | None) -> Advice:
+    """The strain form that a load near buckling requires; the choice itself where there is none."""
+    if margin is None:
         return chosen
-    left_out = f"{near}, which linear strain leaves out"
-    if near.part < BOWING:
+    reason = f"{margin}, which linear strain leaves out"
+    if margin.ratio < NONLINEAR_ABOVE:
         if chosen.choice != "linear":
             return chosen
-        return replace(chosen, choice="condensed", reason=left_out, value=near.part, limit=BOWING)
-    return replace(chosen, choice="nonlinear", reason=left_out, value=near.part, limit=BOWING)
+        return replace(chosen, choice="condensed", reason=reason, value=margin.ratio, limit=NONLINEAR_ABOVE)
+    return replace(chosen, choice="nonlinear", reason=reason, value=margin.ratio, limit=NONLINEAR_ABOVE)
 
 
-def _bent(reach: MotionExtent) -> str:
-    size = f"of its size of {reach.size:.3g} m"
-    if reach.start > LEEWAY * BENT:
-        return f"its initial deflection is {reach.start:.1%} {size}"
-    return f"loads and motions may bend it by {reach.bent:.1%} {size}"
+def _deflection_text(extent: MotionExtent) -> str:
+    size = f"of its size of {extent.size:.3g} m"
+    if extent.initial_deflection > CHOICE_FRACTION * LINEAR_ABOVE:
+        return f"its initial deflection is {extent.initial_deflection:.1%} {size}"
+    return f"loads and motions may bend it by {extent.deflection:.1%} {size}"
 
 
-def _far(reach: MotionExtent) -> str:
-    """A word on bends that condensed strain does not hold up to either."""
-    if reach.bent <= SWUNG:
+def _large_deflection_text(extent: MotionExtent) -> str:
+    """Text about a deflection beyond the limit of condensed strain; empty below it."""
+    if extent.deflection <= NONLINEAR_INVALID_ABOVE:
         return ""
     return (
-        f"; the estimated deflection is {reach.bent:.0%} of its size, and condensed strain is valid up to about "
-        f"{SWUNG:.0%}. If the run confirms it, {reach.dividing}"
+        f"; the estimated deflection is {extent.deflection:.0%} of its size, and condensed strain is valid up to about "
+        f"{NONLINEAR_INVALID_ABOVE:.0%}. If the run confirms it, {extent.division}"
     )
 
 
-def _small(reach: MotionExtent, raised: float, fallen: float, way: str) -> str:
-    """Why linear strain is enough for what pulls along the body, in words."""
-    if max(raised, fallen) >= PRINTED:
-        if fallen > raised:
-            return f"axial compression (loads or inertia) lowers the first frequency by {fallen:.2%}"
-        return f"{way} raises the first frequency by {raised:.2%}"
-    if reach.fastest < STILL:
+def _linear_frequency_text(extent: MotionExtent, raised: float, lowered: float, cause: str) -> str:
+    """Text on why linear strain suffices for the axial forces in the body."""
+    if max(raised, lowered) >= SMALLEST_PRINTED:
+        if lowered > raised:
+            return f"axial compression (loads or inertia) lowers the first frequency by {lowered:.2%}"
+        return f"{cause} raises the first frequency by {raised:.2%}"
+    if extent.largest_rate < ZERO_RATE:
         return "it does not turn"
-    return f"turning at {reach.fastest:.4g} rad/s changes its first frequency by less than {PRINTED:.3%}"
+    return f"turning at {extent.largest_rate:.4g} rad/s changes its first frequency by less than {SMALLEST_PRINTED:.3%}"
 
 
-def _hardly_bent(reach: MotionExtent) -> str:
-    """Why linear strain is enough for how far the body bends, and how far that is estimated."""
-    text = f"predicted peak deflection {reach.bent:.2%} of its size"
-    if reach.bent < PRINTED:
-        text = f"predicted peak deflection below {PRINTED:.3%} of its size" if reach.bent else "no load bends it"
-    return f"{text} (estimated {reach.doubt}; the run checks it)" if reach.doubt else text
+def _linear_deflection_text(extent: MotionExtent) -> str:
+    """Text on why linear strain suffices for the estimated deflection of the body."""
+    text = f"predicted peak deflection {extent.deflection:.2%} of its size"
+    if extent.deflection < SMALLEST_PRINTED:
+        text = (
+            f"predicted peak deflection below {SMALLEST_PRINTED:.3%} of its size"
+            if extent.deflection
+            else "no load bends it"
+        )
+    return f"{text} (estimated {extent.shortfall}; the run checks it)" if extent.shortfall else text
 
 
 def growth_text(gain: float) -> str:
-    """How much larger in words: "by 16.2%", and beyond that "14.5-fold".
+    """A relative growth as text: "by 16.2%", or from 100 % on "14.5-fold".
 
     >>> growth_text(0.162), growth_text(13.49)
     ('by 16.2%', '14.5-fold')
@@ -177,18 +205,18 @@ def growth_text(gain: float) -> str:
 
 
 def pendulum_stiffening(system: System) -> dict[str, float]:
-    """The most that gravity adds to, or takes from, the stiffness of each body that may come to hang or stand along it.
+    """Largest relative change of each body's stiffness by gravity, in any attitude of the body.
 
-    Bodies that no joint lets turn stay as they start.
+    Bodies that no joint lets turn are omitted: their attitude is the initial one.
     """
     g = float(np.linalg.norm(system.environment.gravity))
-    turning = [name for name in system.order if _turns(system, name)] if g > 0.0 else []
+    turning = [name for name in system.order if _can_rotate(system, name)] if g > 0.0 else []
     if not turning:
         return {}
     model = compile_system(system)
-    seen = model.observe(np.zeros(1), model.x0[None])
-    pulls = [Environment(direction) for direction in (*np.eye(3), np.zeros(3))]
-    x, y, z, none = (OmittedStiffness(replace(system, environment=pull)).gains(seen) for pull in pulls)
+    channels = model.observe(np.zeros(1), model.x0[None])
+    environments = [Environment(direction) for direction in (*np.eye(3), np.zeros(3))]
+    x, y, z, none = (OmittedStiffness(replace(system, environment=pull)).gains(channels) for pull in environments)
     return {
         name: g * float(np.linalg.norm([axis[name][0] - none[name][0] for axis in (x, y, z)]))
         for name in turning
@@ -196,7 +224,7 @@ def pendulum_stiffening(system: System) -> dict[str, float]:
     }
 
 
-def _turns(system: System, name: str | None) -> bool:
+def _can_rotate(system: System, name: str | None) -> bool:
     """Whether a joint between the base frame and a body lets it turn."""
     while name is not None:
         joint = system.joint_of(name)
@@ -207,48 +235,60 @@ def _turns(system: System, name: str | None) -> bool:
     return False
 
 
-def motion_extents(view: MotionEstimate, known: KnownBodies) -> dict[str, MotionExtent]:
-    """How far each elastic body goes in a preliminary motion, by what runs warn of."""
-    model, system = view.model, view.model.system
-    channels = model.observe(view.times, view.carried)
+def motion_extents(estimate: MotionEstimate, origins: BodyOrigins) -> dict[str, MotionExtent]:
+    """Stiffening, rates and deflections of each elastic body in a preliminary motion."""
+    model, system = estimate.model, estimate.model.system
+    channels = model.observe(estimate.times, estimate.rigid_states)
     gains = OmittedStiffness(system).gains(channels)
-    out = {}
-    for bend, start in zip(deflection_watches(model), deflection_watches(model), strict=True):
-        name, body = bend.name, system.bodies[bend.name]
+    extents = {}
+    for watch, initial_watch in zip(deflection_watches(model), deflection_watches(model), strict=True):
+        name, body = watch.name, system.bodies[watch.name]
         rate = np.linalg.norm(channels[f"bodies/{name}/rate"], axis=1)
         gain = gains.get(name, np.zeros(len(rate)))
-        linear = float(bend.over(view.bent).max())
-        held = view.bent.copy()
-        held[:, bend.at : bend.at + body.n_modes] /= 1.0 + np.maximum(gain, 0.0)[:, None]  # as spin holds it straight
-        bend.moved(held)
-        start.moved(model.x0[None])
-        hardening = known[name].hardening if name in known and linear > 0.0 else 0.0
-        bent = max(hardened_bend(bend.reached, hardening * bend.size**2), start.reached)
-        swing = float(np.ptp(bend.over(held))) / 2.0
-        phase = _phase(system, name, view.times, gain) if swing > SWINGING and name in gains else 0.0
+        linear = float(watch.relative_displacements(estimate.elastic_states).max())
+        states = estimate.elastic_states.copy()
+        states[:, watch.first_coordinate : watch.first_coordinate + body.n_modes] /= (
+            1.0 + np.maximum(gain, 0.0)[:, None]
+        )  # as spin holds it straight
+        watch.shape_displacements(states)
+        initial_watch.shape_displacements(model.x0[None])
+        hardening = origins[name].hardening if name in origins and linear > 0.0 else 0.0
+        bent = max(hardened_bend(watch.largest_deflection, hardening * watch.size**2), initial_watch.largest_deflection)
+        swing = float(np.ptp(watch.relative_displacements(states))) / 2.0
+        phase = _phase_error(system, name, estimate.times, gain) if swing > SMALL_VIBRATION and name in gains else 0.0
         spin = float(rate[np.argmax(gain)])
-        if gain.max() > PRINTED and body.strain.V1.any():
+        if gain.max() > SMALLEST_PRINTED and body.strain.V1.any():
             omega = lowest_frequency(body, attached_masses(system, name))
-            spin = 0.0 if float(gain.max()) * omega**2 > BY_SPIN * spin**2 else spin  # then other forces pull
-        pulled = float(gain.max()), float(gain.min()), spin, float(rate.max())
-        stretched = hardening * (max(linear, start.reached) * bend.size) ** 2
-        more = {"stretched": stretched, "phase": phase, "swing": swing}
-        out[name] = MotionExtent(*pulled, bent, start.reached, bend.size, view.short, division_remedy(body), **more)
-    return out
+            spin = (
+                0.0 if float(gain.max()) * omega**2 > SPIN_STIFFENING_RATIO * spin**2 else spin
+            )  # then other forces pull
+        gain_values = float(gain.max()), float(gain.min()), spin, float(rate.max())
+        stretched = hardening * (max(linear, initial_watch.largest_deflection) * watch.size) ** 2
+        other_values = {"hardening": stretched, "phase": phase, "swing": swing}
+        extents[name] = MotionExtent(
+            *gain_values,
+            bent,
+            initial_watch.largest_deflection,
+            watch.size,
+            estimate.shortfall,
+            division_remedy(body),
+            **other_values,
+        )
+    return extents
 
 
 def hardened_bend(linear: float, hardening: float) -> float:
-    """The root w of w + hardening w^3 = linear: a bend that stretch holds back."""
+    """The root w of w + hardening w^3 = linear: the deflection with the stiffening by stretch."""
     if hardening <= 0.0 or linear <= 0.0:
         return linear
     third = math.asinh(1.5 * linear * math.sqrt(3.0 * hardening)) / 3.0  # 3 sinh(a) + 4 sinh(a)^3 = sinh(3 a)
     return 2.0 * math.sinh(third) / math.sqrt(3.0 * hardening)
 
 
-def _phase(system: System, name: str, times: Array, gain: Array) -> float:
-    """Phase [rad] by which the slowest vibration of a body, held, is out in the end: int omega |sqrt(1 + gain) - 1| dt.
+def _phase_error(system: System, name: str, times: Array, gain: Array) -> float:
+    """Phase error [rad] of the slowest vibration of a clamped body at the end, int omega |sqrt(1 + gain) - 1| dt.
 
-    What is damped out counts for 1 / (zeta omega) at most.
+    With damping, the integral extends over 1 / (zeta omega) at most.
     """
     body = system.bodies[name]
     omega = lowest_frequency(body, attached_masses(system, name))
@@ -258,8 +298,12 @@ def _phase(system: System, name: str, times: Array, gain: Array) -> float:
     return min(whole, float(off.max(initial=0.0)) / rate) if rate > 0.0 else whole
 
 
-def _wider(a: MotionExtent, b: MotionExtent) -> MotionExtent:
-    spin = a.spin if a.most >= b.most else b.spin
+def _combined_extent(a: MotionExtent, b: MotionExtent) -> MotionExtent:
+    spin = a.spin if a.largest_gain >= b.largest_gain else b.spin
     return replace(
-        a, most=max(a.most, b.most), least=min(a.least, b.least), spin=spin, fastest=max(a.fastest, b.fastest)
+        a,
+        largest_gain=max(a.largest_gain, b.largest_gain),
+        smallest_gain=min(a.smallest_gain, b.smallest_gain),
+        spin=spin,
+        largest_rate=max(a.largest_rate, b.largest_rate),
     )

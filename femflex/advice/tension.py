@@ -1,11 +1,11 @@
-"""Watching the tension of tethers and membranes along a run: where and when they would go slack or wrinkle.
+"""Tension of tethers and membranes along a run: where and when they would go slack or wrinkle.
 
-The tension of an element is a linear function of displacement: sigma = sigma_0 + c.x + C eps(y) with x what loads bring
-about beyond the body's coordinates y. By reciprocity c.x = theta.F with K theta = c, less its part in the coordinates
-(but those that only follow bending, derivatives: of them and of the squares of bending little is left);
-theta is a displacement whose work is taken as that of a foreshortening (`femflex.advice.stiffening`): on the inertia of
-spin, on weight and gravity gradient, on loads and on what is attached. The initial tension goes with the loads f0 of
-the preload. Angular accelerations, and the vibration of other bodies, have no part in it.
+The tension of an element is a linear function of displacement: sigma = sigma_0 + c.x + C eps(y), with x the static
+response to loads beyond the body's coordinates y. By reciprocity c.x = theta.F with K theta = c, less its part in the
+coordinates; derivatives, which depend on bending, are left out of these, since they and the squares of bending nearly
+cancel. The work of the displacement theta is computed as that of a foreshortening (`femflex.advice.stiffening`): on the
+inertia of spin, weight, gravity gradient, loads and attached bodies. The initial tension belongs to the loads f0 of the
+preload. Angular accelerations, and the vibration of other bodies, are neglected.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from femflex.advice.bodies import KnownBodies
+from femflex.advice.bodies import BodyOrigins
 from femflex.advice.stiffening import OmittedStiffness
 from femflex.arrays import Array, BoolArray, IntArray
 from femflex.body import FlexibleBody, Foreshortening
@@ -32,17 +32,17 @@ from femflex.reduction.origin import Meshed
 from femflex.system import System
 from femflex.warning import PhysicsWarning
 
-WATCHED = 9  # elements of a member that are watched, from its first to its last
-SLACK = 1e-3  # of the largest initial tension: compression up to which it is rounding and what is left out here
+WATCHED_ELEMENTS = 9  # elements of a member that are watched, from its first to its last
+SLACK = 1e-3  # of the largest initial tension: compression below the accuracy of this estimate
 
 
 @dataclass(frozen=True, eq=False)
-class Watched:
-    """Elements of one member of a body.
+class WatchedMember:
+    """Watched elements of one member of a body.
 
-    places (k, 3)   theirs [m]
-    rest (k, s)     stress without loads, and with the body's coordinates at zero
-    stiffnesses     (k s,), one for each stress: what takes off it along a run
+    places (k, 3)   positions of the elements [m]
+    rest (k, s)     stress without loads, with the body's coordinates at zero
+    stiffnesses     (k s,) reduction of each stress along a run
     part            number of the member's part of the body's strain field
     """
 
@@ -56,85 +56,89 @@ class Watched:
 
 
 @dataclass(frozen=True)
-class Slack:
-    """Lowest tension that was seen of a member: its value, time, place and part of the watched elements."""
+class LowestTension:
+    """Lowest tension of a member so far, with its time and position."""
 
     value: float
     time: float
-    place: tuple[float, float, float]
+    position: tuple[float, float, float]
 
 
 class TensionWatch:
     """Watches the tension of tethers and membranes, row by row, and warns where it falls below zero."""
 
-    def __init__(self, model: Model, known: KnownBodies | None = None) -> None:
+    def __init__(self, model: Model, origins: BodyOrigins | None = None) -> None:
         self._system = model.system
-        self._watched = [one for name in model.system.order for one in _of_body(model.system, name, known or {})]
-        self._least: dict[int, Slack] = {}
+        self._members = [
+            member for name in model.system.order for member in _watched_members(model.system, name, origins or {})
+        ]
+        self._least: dict[int, LowestTension] = {}
 
     def watch(self, times: Array, channels: Mapping[str, Array]) -> None:
-        """Take note of a block of rows (n_t, ...)."""
-        for number, one in enumerate(self._watched):
-            tension = self.tension(one, channels)
+        """Record the lowest tension over a block of rows (n_t, ...)."""
+        for number, member in enumerate(self._members):
+            tension = self.tension(member, channels)
             row, element = np.unravel_index(int(np.argmin(tension)), tension.shape)
-            x, y, z = (float(c) for c in one.places[element])
-            seen = Slack(float(tension[row, element]), float(times[row]), (x, y, z))
-            if number not in self._least or seen.value < self._least[number].value:
-                self._least[number] = seen
+            x, y, z = (float(c) for c in member.places[element])
+            tension_here = LowestTension(float(tension[row, element]), float(times[row]), (x, y, z))
+            if number not in self._least or tension_here.value < self._least[number].value:
+                self._least[number] = tension_here
 
-    def tension(self, one: Watched, channels: Mapping[str, Array]) -> Array:
+    def tension(self, member: WatchedMember, channels: Mapping[str, Array]) -> Array:
         """Tension [N], or lowest principal stress resultant [N/m], of watched elements along rows: (t, k)."""
-        body = self._system.bodies[one.body]
-        stress = np.stack([-each.gains(channels)[one.body] for each in one.stiffnesses], axis=1)
-        stress = one.rest + stress.reshape(len(stress), *one.rest.shape)
-        delta = channels.get(f"bodies/{one.body}/delta")
+        body = self._system.bodies[member.body]
+        stress = np.stack([-omitted.gains(channels)[member.body] for omitted in member.stiffnesses], axis=1)
+        stress = member.rest + stress.reshape(len(stress), *member.rest.shape)
+        delta = channels.get(f"bodies/{member.body}/delta")
         if delta is not None and body.n_modes:
-            stress = stress + _of_coordinates(body, one, delta[:, : body.n_modes])
+            stress = stress + _stress_of_coordinates(body, member, delta[:, : body.n_modes])
         return lowest_principal(stress)
 
-    def lowest(self) -> dict[tuple[str, str], Slack]:
-        """Lowest tension that was seen, by body and group of the member."""
-        return {(self._watched[k].body, self._watched[k].block.group): seen for k, seen in self._least.items()}
+    def lowest(self) -> dict[tuple[str, str], LowestTension]:
+        """Lowest tension so far, by body and group of the member."""
+        return {(self._members[k].body, self._members[k].block.group): tension for k, tension in self._least.items()}
 
     def warn(self) -> None:
-        """Warn of members whose tension fell below zero: when, where and how far."""
-        for number, seen in self._least.items():
-            one = self._watched[number]
-            s = len(one.block.linear_map)
-            if seen.value < -SLACK * float(np.abs(one.block.stress).max()):
-                what = "slack" if s == 1 else "wrinkled"
-                place = ", ".join(f"{c:.4g}" for c in seen.place)
+        """Warn of members whose tension fell below zero, with time, position and value."""
+        for number, lowest in self._least.items():
+            member = self._members[number]
+            s = len(member.block.linear_map)
+            if lowest.value < -SLACK * float(np.abs(member.block.stress).max()):
+                state = "slack" if s == 1 else "wrinkled"
+                position = ", ".join(f"{c:.4g}" for c in lowest.position)
                 warnings.warn(
-                    f"body {one.body!r}: its {one.block.family} on group {one.block.group!r} went {what} at t = "
-                    f"{seen.time:.6g} s near ({place}): its {PRINCIPAL[s]} falls to {seen.value:.4g} {UNITS[s]}, below "
+                    f"body {member.body!r}: its {member.block.family} on group {member.block.group!r} went {state} at "
+                    "t = "
+                    f"{lowest.time:.6g} s near ({position}): its {PRINCIPAL[s]} falls to {lowest.value:.4g} "
+                    f"{UNITS[s]}, below "
                     "zero, and the model carries that compression. Raise the tension, or lower the load against it",
                     PhysicsWarning,
                     stacklevel=2,
                 )
 
 
-def _of_body(system: System, name: str, known: Mapping[str, object]) -> list[Watched]:
+def _watched_members(system: System, name: str, origins: Mapping[str, object]) -> list[WatchedMember]:
     """The watched members of a body whose structure is known."""
-    origin = getattr(known.get(name), "origin", None)
+    origin = getattr(origins.get(name), "origin", None)
     if origin is None or not isinstance(origin.source, Meshed):
         return []
     source: Meshed = origin.source
-    found, part = [], -1
+    members, part = [], -1
     for block, place in zip(source.structure.strain, source.structure.places, strict=True):
         part += place is not None
         if isinstance(block, TensionStrain):
-            found.append(_watched(system, name, source, block, part))
-    return found
+            members.append(_watched_member(system, name, source, block, part))
+    return members
 
 
-def _watched(system: System, name: str, source: Meshed, block: TensionStrain, part: int) -> Watched:
+def _watched_member(system: System, name: str, source: Meshed, block: TensionStrain, part: int) -> WatchedMember:
     structure, modes = source.structure, source.modes
     e, s = len(block.dofs), len(block.linear_map)
-    elements = np.unique(np.linspace(0, e - 1, WATCHED).round().astype(int))
-    c = _functionals(structure, block, elements)  # (n_dof, k s)
-    theta = supported(structure, modes.held).answers(np.where(_free(structure, modes)[:, None], c, 0.0))
-    theta = theta - _inside(structure, modes, system.bodies[name], theta)
-    mean = _means(block, elements)
+    elements = np.unique(np.linspace(0, e - 1, WATCHED_ELEMENTS).round().astype(int))
+    c = _stress_functionals(structure, block, elements)  # (n_dof, k s)
+    theta = supported(structure, modes.held).answers(np.where(_free_dofs(structure, modes)[:, None], c, 0.0))
+    theta = theta - _part_in_coordinates(structure, modes, system.bodies[name], theta)
+    mean = _mean_weights(block, elements)
     stress = np.broadcast_to(block.stress, (*block.weight.shape, s))[elements]
     rest = np.einsum("kq,kqs->ks", mean, stress) - (theta.T @ structure.f0).reshape(len(elements), s)
     work = work_of_accelerations(structure, theta)
@@ -144,36 +148,36 @@ def _watched(system: System, name: str, source: Meshed, block: TensionStrain, pa
         for j in range(theta.shape[1])
     )
     places = np.einsum("kq,kqa->ka", mean, np.broadcast_to(block.places, (*block.weight.shape, 3))[elements])
-    return Watched(name, block, part, elements, places, rest, stiffnesses)
+    return WatchedMember(name, block, part, elements, places, rest, stiffnesses)
 
 
-def _free(structure: Structure, modes: ModeSet) -> BoolArray:
+def _free_dofs(structure: Structure, modes: ModeSet) -> BoolArray:
     free = np.ones(structure.n_dof, bool)
     free[modes.held] = False
     return free
 
 
-def _means(block: TensionStrain, elements: IntArray) -> Array:
-    """Weights (k, q) of the points of elements in their means."""
+def _mean_weights(block: TensionStrain, elements: IntArray) -> Array:
+    """Weights (k, q) of the points of elements in the mean over each element."""
     weight = block.weight[elements]
     return np.asarray(weight / weight.sum(axis=1, keepdims=True))
 
 
-def _functionals(structure: Structure, block: TensionStrain, elements: IntArray) -> Array:
-    """Rows (n_dof, k s) of the mean stresses of elements on the dofs: C L G, meaned."""
-    mean, s = _means(block, elements), len(block.linear_map)
+def _stress_functionals(structure: Structure, block: TensionStrain, elements: IntArray) -> Array:
+    """Mean stresses of elements as functionals (n_dof, k s) of the dofs: the means of C L G."""
+    mean, s = _mean_weights(block, elements), len(block.linear_map)
     raw = np.zeros((structure.T.shape[0], len(elements) * s))
     for k, element in enumerate(elements):
-        own = slice(element, element + 1)
-        C = np.broadcast_to(rows_of_elements(block.elastic, own), (1, block.weight.shape[1], s, s))[0]
-        G = np.broadcast_to(rows_of_elements(block.G, own), (1, block.weight.shape[1], *block.G.shape[2:]))[0]
+        selection = slice(element, element + 1)
+        C = np.broadcast_to(rows_of_elements(block.elastic, selection), (1, block.weight.shape[1], s, s))[0]
+        G = np.broadcast_to(rows_of_elements(block.G, selection), (1, block.weight.shape[1], *block.G.shape[2:]))[0]
         rows = np.einsum("q,qst,tg,qgl->sl", mean[k], C, block.linear_map, G)
         np.add.at(raw, (block.dofs[element][:, None], k * s + np.arange(s)), rows.T)
     return np.asarray(structure.T.T @ raw)
 
 
-def _inside(structure: Structure, modes: ModeSet, body: FlexibleBody, theta: Array) -> Array:
-    """The part of displacements (n_dof, n) in the coordinates of a body, in the sense of its strain energy."""
+def _part_in_coordinates(structure: Structure, modes: ModeSet, body: FlexibleBody, theta: Array) -> Array:
+    """The projection of displacements (n_dof, n) on the coordinates of a body, by its strain energy."""
     follow = body.strain_form != "linear"
     columns = [k for k, kind in enumerate(modes.kinds) if not (follow and kind == "derivative")]
     phi = modes.phi[:, columns]
@@ -183,16 +187,16 @@ def _inside(structure: Structure, modes: ModeSet, body: FlexibleBody, theta: Arr
     return np.asarray(phi @ np.linalg.lstsq(phi.T @ K, K.T @ theta, rcond=None)[0])
 
 
-def _of_coordinates(body: FlexibleBody, one: Watched, delta: Array) -> Array:
+def _stress_of_coordinates(body: FlexibleBody, member: WatchedMember, delta: Array) -> Array:
     """Stress (t, k, s) of watched elements by the linear strain of a body's coordinates delta (t, n)."""
-    part = body.strain_field[one.part]
-    points = (one.elements[:, None] * part.per + np.arange(part.per)).ravel()
+    part = body.strain_field[member.part]
+    points = (member.elements[:, None] * part.per + np.arange(part.per)).ravel()
     n = body.n_modes
     follows = [body.strain_form != "linear" and kind == "derivative" for kind in body.kinds[:n]]
     y = np.where(follows, 0.0, delta)
     rows = np.einsum("sg,pgn->psn", part.linear, part.rows[points][:, :, :n])
     elastic = part.elastic if len(part.elastic) == 1 else part.elastic[points]
-    weight = part.weight[points].reshape(len(one.elements), part.per)
+    weight = part.weight[points].reshape(len(member.elements), part.per)
     stress = np.matmul(elastic, rows).reshape(*weight.shape, -1, n)
     share = weight / weight.sum(axis=1, keepdims=True)
     return np.asarray(np.einsum("kp,kpsn,tn->tks", share, stress, y, optimize=True))

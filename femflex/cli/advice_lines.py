@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from femflex.pipeline.decisions import Decided
+    from femflex.pipeline.decisions import ResolvedCase
 
 
 def print_notes(notes: Mapping[str, str]) -> None:
@@ -16,15 +16,15 @@ def print_notes(notes: Mapping[str, str]) -> None:
             print(f"body        {name}: {note}")
 
 
-def strain_data(decided: Decided) -> dict[str, dict[str, Any]]:
+def strain_data(resolved: ResolvedCase) -> dict[str, dict[str, Any]]:
     """Return the strain of each elastic body, and the notes and the advice on it, as --json prints them."""
-    notes = decided.notes
+    notes = resolved.notes
     return {
         name: {
             "strain": body.strain_form,
             "note": notes.get(name, ""),
-            "advice": [advice.data() for advice in decided.advice if advice.body == name],
+            "advice": [advice.data() for advice in resolved.advice if advice.body == name],
         }
-        for name, body in decided.system.bodies.items()
+        for name, body in resolved.system.bodies.items()
         if body.n_modes
     }

@@ -18,7 +18,7 @@ from femflex.cli.verb import print_error, verb
 
 if TYPE_CHECKING:
     from femflex.case import Case
-    from femflex.pipeline.decisions import Decided
+    from femflex.pipeline.decisions import ResolvedCase
     from femflex.studies.campbell import Campbell, Spin
     from femflex.studies.campbell.matching import Match
 
@@ -81,15 +81,15 @@ def campbell(
             print_value_diagram(parsed_case, axis_range, modes, diagram_outputs, as_json)
             return
         parsed_case = with_options(parsed_case, speeds, modes, orders)
-        from femflex.studies.campbell import axis_of, decided_of
+        from femflex.studies.campbell import axis_of, resolve_campbell_case
 
         axis_of(parsed_case)  # reported before the bodies are built
-        decided = decided_of(parsed_case)
+        resolved = resolve_campbell_case(parsed_case)
     if not as_json:
-        print_notes(decided.notes)
-    diagram, stopped = computed_diagram(parsed_case, time, decided)
+        print_notes(resolved.notes)
+    diagram, stopped = computed_diagram(parsed_case, time, resolved)
     if diagram is not None:
-        diagram_outputs.report(parsed_case, diagram, {"bodies": strain_data(decided)} if as_json else None)
+        diagram_outputs.report(parsed_case, diagram, {"bodies": strain_data(resolved)} if as_json else None)
     if stopped is not None:
         raise stopped
 
@@ -171,7 +171,7 @@ def with_options(case: Case, speeds: str | None, modes: int | None, orders: str 
 
 
 def computed_diagram(
-    case: Case, at: float | None = None, decided: Decided | None = None
+    case: Case, at: float | None = None, resolved: ResolvedCase | None = None
 ) -> tuple[Campbell | None, BaseException | None]:
     """Compute the diagram of a case, or of its choices made already.
 
@@ -189,7 +189,7 @@ def computed_diagram(
     last = case.campbell.speeds[-1] / scale if case.campbell else 1.0
     with Bar("spinning", last, unit=unit) as bar, ExitStack() as keeping:
         try:
-            for step in case_spins(case, at, lambda speed: bar(speed / scale), decided):
+            for step in case_spins(case, at, lambda speed: bar(speed / scale), resolved):
                 if not spins:
                     keeping.enter_context(finished_on_interrupt("a diagram"))
                 spins.append(step)

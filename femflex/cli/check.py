@@ -14,7 +14,7 @@ from femflex.cli.verb import BAD_INPUT, verb
 from femflex.cli.warning_output import print_warnings, warnings_so_far
 
 if TYPE_CHECKING:
-    from femflex.pipeline.decisions import Decided
+    from femflex.pipeline.decisions import ResolvedCase
 
 
 @verb("femflex check cases/orbiter_beam.toml")
@@ -35,26 +35,26 @@ def check(
     from femflex.case.values import counted_noun
 
     try:
-        decided, description = examine_case(case)
-        copy = advice_copy(case, decided, force) if write_advice else None
+        resolved, description = examine_case(case)
+        copy = advice_copy(case, resolved, force) if write_advice else None
     except CaseError as error:
         if as_json:
             print_json({"problems": [{"where": p.where, "text": p.text} for p in error.problems]})
             raise typer.Exit(BAD_INPUT) from None
         raise
     if as_json:
-        print_json({"problems": [], "warnings": warnings_so_far(), "bodies": strain_data(decided)})
+        print_json({"problems": [], "warnings": warnings_so_far(), "bodies": strain_data(resolved)})
     else:
         print_warnings()
         warned = len(warnings_so_far())
         verdict = f"no errors, {counted_noun(warned, 'warning', 'warnings')}" if warned else "no problems"
         print(f"{case.name}: {verdict}; {description}")
-        print_notes(decided.notes)
+        print_notes(resolved.notes)
         if copy is not None:
             print(f"advice      {copy}")
 
 
-def advice_copy(case: Path, decided: Decided, force: bool) -> Path:
+def advice_copy(case: Path, resolved: ResolvedCase, force: bool) -> Path:
     """Write the copy of a case with the advice in it, in the folder of the case; return its path."""
     from femflex.case import read_case
     from femflex.pipeline.advised_case import advised_text
@@ -62,11 +62,11 @@ def advice_copy(case: Path, decided: Decided, force: bool) -> Path:
 
     copy = case.with_name(f"{case.stem}_advised.toml")
     with atomic_file(copy, force) as draft:
-        draft.write_text(advised_text(read_case(case), decided), encoding="utf-8")
+        draft.write_text(advised_text(read_case(case), resolved), encoding="utf-8")
     return copy
 
 
-def examine_case(case: Path) -> tuple[Decided, str]:
+def examine_case(case: Path) -> tuple[ResolvedCase, str]:
     """Build the bodies of a case and make all choices; return them, and a description of them.
 
     Raises CaseError with the problems of the case.
@@ -76,18 +76,18 @@ def examine_case(case: Path) -> tuple[Decided, str]:
         from femflex.advice.model_warnings import output_warnings
         from femflex.case import read_case
         from femflex.case.values import counted_noun
-        from femflex.pipeline.decisions import decided
+        from femflex.pipeline.decisions import resolve_choices
         from femflex.pipeline.references import duration_of
         from femflex.studies.linear.closed_loop import growing_loops
 
         parsed_case = read_case(case)
-        decided_case = decided(parsed_case, thorough=True)
-        system = decided_case.system
+        resolved_case = resolve_choices(parsed_case, thorough=True)
+        system = resolved_case.system
         times = parsed_case.run.times(duration_of(parsed_case, system))
         loops = growing_loops(system, float(times[-1]))
-        warn_of((*decided_case.advice, *output_warnings(system, float(times[1] - times[0])), *loops))
+        warn_of((*resolved_case.advice, *output_warnings(system, float(times[1] - times[0])), *loops))
     elastic = sum(body.n_modes for body in system.bodies.values())
     mass = sum(body.moments.mass for body in system.bodies.values())
     bodies = counted_noun(len(system.bodies), "body", "bodies")
     text = f"{bodies}, {mass:.6g} kg, {len(system.velocity_names())} degrees of freedom, {elastic} of them elastic"
-    return decided_case, text
+    return resolved_case, text

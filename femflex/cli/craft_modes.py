@@ -11,7 +11,7 @@ from femflex.cli.progress import Bar, Patience
 from femflex.cli.tables import print_json, print_table
 
 if TYPE_CHECKING:
-    from femflex.advice.bodies import KnownBodies
+    from femflex.advice.bodies import BodyOrigins
     from femflex.case import Case
     from femflex.dynamics.equilibria.system_modes import SystemModes
 
@@ -76,30 +76,30 @@ def craft_modes(file: Path, at: float | None, number: int | None, drawing: Drawi
     drawing.check()
     with Patience("building bodies and solving for the modes"):
         from femflex.case import read_case
-        from femflex.pipeline.balanced import case_modes, decided_at_rest
+        from femflex.pipeline.case_equilibrium import case_modes, resolve_at_rest
 
         case = read_case(file)
-        decided = decided_at_rest(case)
-        modes = case_modes(decided, at)
+        resolved = resolve_at_rest(case)
+        modes = case_modes(resolved, at)
     files = drawing.make(modes, case.title or file.stem)
     if as_json:
-        print_json(modes.to_dict() | {"bodies": strain_data(decided)})
+        print_json(modes.to_dict() | {"bodies": strain_data(resolved)})
         return
     print(case.title or file.name)
-    print_notes(decided.notes)
-    print_modes(case, modes, number, decided.known)
+    print_notes(resolved.notes)
+    print_modes(case, modes, number, resolved.body_origins)
     for kind, path in files:
         print(f"{kind:11} {path}")
 
 
-def print_modes(case: Case, modes: SystemModes, number: int | None, body_origins: KnownBodies) -> None:
+def print_modes(case: Case, modes: SystemModes, number: int | None, body_origins: BodyOrigins) -> None:
     """Print the table of modes, what they are about, stability, and what the case expects of them.
 
     known: its bodies by what they were reduced from
     """
     import numpy as np
 
-    from femflex.advice.limits import LOWEST
+    from femflex.advice.limits import LOWEST_MODES
     from femflex.case.verdicts import mode_verdicts
     from femflex.cli.equilibrium import frame_text, length_lines, print_stability
 
@@ -119,9 +119,9 @@ def print_modes(case: Case, modes: SystemModes, number: int | None, body_origins
     if note := damping_note(case, modes):
         print(f"damping     {note}")
     elastic, band = int(np.count_nonzero(~modes.known)), case.run.band
-    if elastic > LOWEST and any(body.origin.source is not None for body in body_origins.values()):
+    if elastic > LOWEST_MODES and any(body.origin.source is not None for body in body_origins.values()):
         below = f" and those below {band:g} Hz" if band else " (set run.band to check more)"
-        print(f"truncation  checked for the first {LOWEST} of {elastic} elastic frequencies{below}")
+        print(f"truncation  checked for the first {LOWEST_MODES} of {elastic} elastic frequencies{below}")
     print(f"about       {frame_text(modes.about)}")
     for line in length_lines(modes.about):
         print(line)

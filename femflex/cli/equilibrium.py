@@ -52,26 +52,26 @@ def equilibrium(
     with Patience("building bodies and compiling the equations of motion"):
         from femflex.case import read_case
         from femflex.dynamics.equilibria.equilibrium import EquilibriumError
-        from femflex.pipeline.balanced import balanced, decided_at_rest, keep
+        from femflex.pipeline.case_equilibrium import case_equilibrium, resolve_at_rest, write_equilibrium
 
         parsed_case = read_case(case)
-        decided = decided_at_rest(parsed_case)
+        resolved = resolve_at_rest(parsed_case)
         try:
-            state = balanced(decided, time, stable)
+            state = case_equilibrium(resolved, time, stable)
         except EquilibriumError as error:
             if output is not None:
-                keep(error.last, parsed_case, output, force=force, ended=str(error), decided=decided)
+                write_equilibrium(error.last, parsed_case, output, force=force, ended=str(error), resolved=resolved)
                 raise type(error)(
                     f"{error} {output} keeps the last state, and is marked incomplete.", error.last
                 ) from None
             raise
     if output is not None:
-        keep(state, parsed_case, output, force=force, decided=decided)
+        write_equilibrium(state, parsed_case, output, force=force, resolved=resolved)
     if as_json:
-        print_json(equilibrium_data(state) | {"bodies": strain_data(decided)})
+        print_json(equilibrium_data(state) | {"bodies": strain_data(resolved)})
         return
     print(parsed_case.title or case.name)
-    print_notes(decided.notes)
+    print_notes(resolved.notes)
     print_equilibrium(state)
     if output is not None:
         print(f"kept        {output}")

@@ -203,15 +203,15 @@ def _channels_text(file: Path) -> str:
     """The channels that a run of a case would write."""
     from femflex.case import read_case
     from femflex.pipeline.compiled import compiled
-    from femflex.pipeline.decisions import decided
-    from femflex.pipeline.recovered import recovered
+    from femflex.pipeline.decisions import resolve_choices
+    from femflex.pipeline.recovery_channels import recovery_channels
     from femflex.results.outline import channel_lines
 
     case = read_case(file)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # `check` and `run` report them
-        system = decided(case).system
-        channels = compiled(system).channels | recovered(case, system).channels
+        system = resolve_choices(case).system
+        channels = compiled(system).channels | recovery_channels(case, system).channels
     head = f"{file.name}: {len(channels)} channels at n instants"
     return "\n".join(
         [head, *channel_lines({path: channels[path] for path in sorted(channels, key=lambda path: path.split("/"))})]

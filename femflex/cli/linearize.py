@@ -86,16 +86,16 @@ def linearize(
         raise ValueError("found --below and --balanced; give one of them")
     with Patience("building bodies and linearising the equations of motion"):
         from femflex.case import read_case
-        from femflex.pipeline.balanced import decided_at_rest
+        from femflex.pipeline.case_equilibrium import resolve_at_rest
         from femflex.studies.linear import balanced_truncation, linear_model, modal_truncation
         from femflex.studies.linear.instant import state_of_run
 
         parsed_case = read_case(case)
-        decided = decided_at_rest(parsed_case)
+        resolved = resolve_at_rest(parsed_case)
         state = None
         if run is not None and time is not None:
-            time, state = state_of_run(run, decided.system, time)
-        model = linear_model(decided.system, split_names(inputs), split_names(output_channels), at=time, state=state)
+            time, state = state_of_run(run, resolved.system, time)
+        model = linear_model(resolved.system, split_names(inputs), split_names(output_channels), at=time, state=state)
         reduced_model: StateSpace = model
         if below is not None:
             reduced_model = modal_truncation(model, 6.283185307179586 * below)
@@ -107,7 +107,7 @@ def linearize(
         print_json(data)
         return
     print(parsed_case.title or case.name)
-    print_notes(decided.notes)
+    print_notes(resolved.notes)
     print_model(model, reduced_model, data)
     for kind, path in written_files:
         print(f"{kind:11} {path}")

@@ -43,7 +43,7 @@ def print_run_heading(prepared: Prepared, verbose: bool) -> None:
         print(f"body        {name} is cut into {len(segment_names)} segments of {count} elastic coordinates each")
     if verbose:
         if "nonlinear_strain" not in prepared.model.omitted:
-            print_notes(prepared.decided.notes)
+            print_notes(prepared.resolved.notes)
         for line in craft_notes(case):
             print(f"craft       {line}")
     for line in (*_orbit_lines(prepared), _attitude_line(prepared)):
@@ -54,7 +54,7 @@ def print_run_heading(prepared: Prepared, verbose: bool) -> None:
     print_tolerances(prepared)
     if (constraints := prepared.model.constraints) is not None:
         print(f"constraints {constraints.text(0.0, prepared.model.x0)}")
-        for misfit in prepared.taken_up:
+        for misfit in prepared.absorbed_misfits:
             print(f"constraints {misfit}")
         print_moved_start(prepared)
     print(f"output      {step}")
@@ -89,7 +89,7 @@ def print_tolerances(prepared: Prepared) -> None:
 
 def print_moved_start(prepared: Prepared) -> None:
     """Print the initial values that were changed to make them consistent with loops and constraints."""
-    changes = prepared.moved
+    changes = prepared.corrections
     text = ", ".join(map(str, changes[:MOVED]))
     if len(changes) > MOVED:
         text += f", and {len(changes) - MOVED} more (all in the file's attribute `start_moved`)"
@@ -287,7 +287,7 @@ def print_verdicts(case: Case, run: Run) -> list[str]:
 def print_modes_verdicts(case: Case) -> list[str]:
     """Print the expectations of the craft's modes; return the names of those that do not hold."""
     from femflex.case.verdicts import expects_modes, mode_verdicts
-    from femflex.pipeline.balanced import case_modes
+    from femflex.pipeline.case_equilibrium import case_modes
 
     if not expects_modes(case):
         return []

@@ -10,71 +10,75 @@ from typing import Any
 from femflex.case.case import Case
 from femflex.case.problems import CaseError
 from femflex.case.read import parse_case
-from femflex.pipeline.decisions import Decided
+from femflex.pipeline.decisions import ResolvedCase
 
-INNER = {"flexible": "reduction", "analytic": "functions"}  # the table in which a body says its shapes, by its kind
+INNER = {"flexible": "reduction", "analytic": "functions"}  # table with the shapes of a body, by its kind
 
 
-def advised_text(case: Case, decided: Decided) -> str:
-    """The text of a case with what was chosen for its bodies as keys of their tables, each with its reason.
+def advised_text(case: Case, resolved: ResolvedCase) -> str:
+    """The text of a case with the choices for its bodies as keys of their tables, each with its reason as a comment.
 
-    It says what the case came to without them: what is read of it has nothing left open that advice decides. Raises
-    ValueError, with the keys to write by hand, where the text is laid out otherwise than in tables of bodies.
+    The new text leaves nothing open that advice selects, and gives the same run. Raises ValueError, with the keys to
+    write by hand, where the text does not have a table for each body.
     """
-    text, asked = case.text, list(changed_keys(case, decided.case))
-    for body, table, key, value in asked:
-        reason = next((one.reason for one in decided.advice if one.body == body and one.decision == key), "")
+    text, changes = case.text, list(changed_keys(case, resolved.case))
+    for body, table, key, value in changes:
+        reason = next(
+            (advice.reason for advice in resolved.advice if advice.body == body and advice.decision == key), ""
+        )
         text = with_key(text, body, table, key, value, reason)
-    if not asked or _same(text, case, decided.case):
+    if not changes or _has_resolved_bodies(text, case, resolved.case):
         return text
-    lines = [f"bodies.{body}.{f'{table}.' if table else ''}{key} = {toml(value)}" for body, table, key, value in asked]
+    lines = [
+        f"bodies.{body}.{f'{table}.' if table else ''}{key} = {toml(value)}" for body, table, key, value in changes
+    ]
     raise ValueError(
         f"{case.path.name}: the advice cannot be written into this case, because a body has no table of its own or has "
         f"the key already. Add by hand: {'; '.join(lines)}"
     )
 
 
-def changed_keys(case: Case, decided: Case) -> Iterator[tuple[str, str, str, Any]]:
-    """Body, inner table (or none), key and value of all that was written out."""
-    for name, new in decided.bodies.items():
+def changed_keys(case: Case, resolved: Case) -> Iterator[tuple[str, str, str, Any]]:
+    """Body, inner table (or none), key and value of every choice that was filled in."""
+    for name, new in resolved.bodies.items():
         old, inner = case.bodies[name], INNER.get(getattr(new, "kind", ""))
         if getattr(old, "strain", None) != getattr(new, "strain", None):
             yield name, "", "strain", getattr(new, "strain", None)
         if inner is None or getattr(new, inner) is None:
             continue
-        was, now = (getattr(table, inner).model_dump() for table in (old, new))
-        yield from ((name, inner, key, value) for key, value in now.items() if value != was[key])
+        old_values, new_values = (getattr(table, inner).model_dump() for table in (old, new))
+        yield from ((name, inner, key, value) for key, value in new_values.items() if value != old_values[key])
 
 
 def with_key(text: str, body: str, table: str, key: str, value: Any, reason: str = "") -> str:
-    """The text with a key more in [bodies.<body>], or in an inner table of it; unchanged where there is none."""
+    """The text with another key in [bodies.<body>], or in an inner table of it; unchanged where there is none."""
     entry = f"{key} = {toml(value)}"
     comment = f" # {reason}" if reason else ""
-    if table and (found := _header(text, f"bodies.{body}.{table}")):
-        return f"{text[:found]}{entry}{comment}\n{text[found:]}"
-    start = _header(text, f"bodies.{body}")
-    if not start:
+    if table and (header := _header(text, f"bodies.{body}.{table}")):
+        return f"{text[:header]}{entry}{comment}\n{text[header:]}"
+    body_header = _header(text, f"bodies.{body}")
+    if not body_header:
         return text
     if not table:
-        return f"{text[:start]}{entry}{comment}\n{text[start:]}"
-    rest = re.compile(r"^\s*\[", re.MULTILINE).search(text, start)
+        return f"{text[:body_header]}{entry}{comment}\n{text[body_header:]}"
+    rest = re.compile(r"^\s*\[", re.MULTILINE).search(text, body_header)
     end = len(text) if rest is None else rest.start()
-    inline = re.compile(rf"^\s*{table}\s*=\s*\{{", re.MULTILINE).search(text, start, end)
+    inline = re.compile(rf"^\s*{table}\s*=\s*\{{", re.MULTILINE).search(text, body_header, end)
     if inline is None:
-        return f"{text[:start]}{table}.{entry}{comment}\n{text[start:]}"
+        return f"{text[:body_header]}{table}.{entry}{comment}\n{text[body_header:]}"
     close = _closing(text, inline.end())
     return f"{text[:close].rstrip()}, {entry} {text[close:]}"
 
 
 def _header(text: str, name: str) -> int:
-    """Place after the line of a table's header; 0 where there is none."""
+    """Index in the text after the line of a table's header; 0 where there is none."""
     pattern = r"\s*\.\s*".join(rf"[\"']?{re.escape(part)}[\"']?" for part in name.split("."))
-    found = re.search(rf"^[ \t]*\[\s*{pattern}\s*\][^\n]*\n", text, re.MULTILINE)
-    return 0 if found is None else found.end()
+    match = re.search(rf"^[ \t]*\[\s*{pattern}\s*\][^\n]*\n", text, re.MULTILINE)
+    return 0 if match is None else match.end()
 
 
 def _closing(text: str, start: int) -> int:
-    """Place of the brace that closes the inline table whose content starts there."""
+    """Index of the brace that closes the inline table whose content begins at `start`."""
     depth, quote = 1, ""
     for k in range(start, len(text)):
         letter = text[k]
@@ -103,10 +107,10 @@ def toml(value: Any) -> str:
     return repr(float(value)) if isinstance(value, float) else json.dumps(value)
 
 
-def _same(text: str, case: Case, decided: Case) -> bool:
-    """Whether a text says of its bodies what was decided."""
+def _has_resolved_bodies(text: str, case: Case, resolved: Case) -> bool:
+    """Whether the text of a case has the bodies of the resolved case."""
     try:
-        found = parse_case(text, case.path)
+        parsed = parse_case(text, case.path)
     except CaseError:
         return False
-    return all(found.bodies[name].model_dump() == table.model_dump() for name, table in decided.bodies.items())
+    return all(parsed.bodies[name].model_dump() == table.model_dump() for name, table in resolved.bodies.items())

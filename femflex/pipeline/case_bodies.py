@@ -1,4 +1,4 @@
-"""Bodies of cases one by one, with the strain and the static shapes that they have in a run."""
+"""Single bodies of cases, with the strain and the static shapes that they have in a run."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Iterable
 
 from femflex.advice.advice import Advice, notes_of, warn_of
-from femflex.advice.bodies import KnownBodies
+from femflex.advice.bodies import BodyOrigins
 from femflex.advice.curved import shape_notes
 from femflex.assembly.bodies import BuiltBody, built_body
 from femflex.assembly.open_choices import open_joints, open_strains, with_strains
@@ -14,7 +14,7 @@ from femflex.assembly.shared import shared_structures
 from femflex.body import FlexibleBody
 from femflex.case.case import Case
 from femflex.case.problems import CaseError, Problem
-from femflex.pipeline.decisions import decided
+from femflex.pipeline.decisions import resolve_choices
 from femflex.system import Segments
 from femflex.warning import PhysicsWarning, TruncationWarning
 
@@ -28,7 +28,7 @@ def build_body(case: Case, name: str, modes: int | None = None) -> FlexibleBody:
 
 
 def build_each(case: Case, names: Iterable[str], modes: int | None = None) -> dict[str, FlexibleBody]:
-    """The bodies of these names, as `advised_bodies`."""
+    """The bodies of these names, as from `advised_bodies`."""
     return advised_bodies(case, names, modes)[0]
 
 
@@ -37,26 +37,26 @@ def advised_bodies(
 ) -> tuple[dict[str, FlexibleBody], dict[str, str]]:
     """The bodies of these names, each in one piece, with the strain that they have in a run of the case; and notes.
 
-    What a body says of its strain is taken; for what it does not say the whole system is built, and looked at. Where
-    that cannot be built the body is linear, and its note says so. Raises CaseError with what is wrong with a body.
+    A requested strain is used. Where it is open, it is selected by the whole system; if that cannot be built, the body
+    is linear, and its note says so. Raises CaseError with the errors of a body.
     """
     with shared_structures():
         names = list(names)
-        silent = {*open_strains(case), *open_joints(case)} & set(names)
-        silent_case, notes = _strain_notes(case, warning=True) if silent else (case, {})
-        found = {}
+        open_names = {*open_strains(case), *open_joints(case)} & set(names)
+        written_case, notes = _strain_notes(case, warning=True) if open_names else (case, {})
+        bodies = {}
         for name in names:
-            built = built_body(silent_case, name, modes)
+            built = built_body(written_case, name, modes)
             if isinstance(built.part, Segments):
                 text = (
                     f"found a body cut into {len(built.part.bodies)} segments, which has no one set of modes; leave "
                     "out segments, in a copy of the case, to see the whole"
                 )
                 raise CaseError(case.path.name, [Problem(f"bodies.{name}", text)])
-            found[name] = built.part
-            if name not in notes and (own := _own_notes(name, built)):
-                notes[name] = own
-        return found, {name: notes[name] for name in names if notes.get(name)}
+            bodies[name] = built.part
+            if name not in notes and (note := _own_notes(name, built)):
+                notes[name] = note
+        return bodies, {name: notes[name] for name in names if notes.get(name)}
 
 
 def _own_notes(name: str, built: BuiltBody) -> str:
@@ -64,25 +64,25 @@ def _own_notes(name: str, built: BuiltBody) -> str:
     if built.origin is None or not isinstance(built.part, FlexibleBody):
         return ""
     advice = [Advice(name, "shapes", None, text) for text in built.notes]
-    more = shape_notes({name: built.part}, KnownBodies({name: built.origin}))
-    return notes_of([*advice, *more]).get(name, "")
+    shape_advice = shape_notes({name: built.part}, BodyOrigins({name: built.origin}))
+    return notes_of([*advice, *shape_advice]).get(name, "")
 
 
 def with_own_strain(case: Case) -> Case:
-    """The case with the strain written out that each body without a word of it gets in its system.
+    """The case with the strain filled in that each body of open strain gets in its system.
 
-    Where that cannot be built all is left as it is: what it lacks is reported where it is needed.
+    The case itself where the system cannot be built; its errors are reported where the system is needed.
     """
     return with_strain_notes(case)[0]
 
 
 def with_strain_notes(case: Case) -> tuple[Case, dict[str, str]]:
-    """The same, and why each of these bodies has that strain."""
+    """The same as `with_own_strain`, and a note with the reason for each of these bodies."""
     return _strain_notes(case) if open_strains(case) or open_joints(case) else (case, {})
 
 
 def _strain_notes(case: Case, warning: bool = False) -> tuple[Case, dict[str, str]]:
-    """The case with strains and static shapes written out, and the notes on its bodies.
+    """The case with strains and static shapes filled in, and the notes on its bodies.
 
     warning: warn of sets that are too small for the craft's frequencies.
     """
@@ -90,14 +90,14 @@ def _strain_notes(case: Case, warning: bool = False) -> tuple[Case, dict[str, st
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", PhysicsWarning)  # reported where the bodies are built
-            found = decided(case, loaded=False)
+            resolved = resolve_choices(case, loaded=False)
     except CaseError as error:
         first = error.problems[0]
         note = f"strain is linear: no load estimate, because the case has errors ({first.where}: {first.text})"
         return case, dict.fromkeys(names, note)
     if warning:
-        warn_of((one for one in found.advice if one.category is TruncationWarning), stacklevel=4)
-    forms = {name: found.system.bodies[name].strain_form for name in names}
-    notes = found.notes
-    silent = {*names, *open_joints(case)}
-    return with_strains(found.case, forms), {name: notes.get(name, "") for name in silent}
+        warn_of((entry for entry in resolved.advice if entry.category is TruncationWarning), stacklevel=4)
+    forms = {name: resolved.system.bodies[name].strain_form for name in names}
+    notes = resolved.notes
+    open_names = {*names, *open_joints(case)}
+    return with_strains(resolved.case, forms), {name: notes.get(name, "") for name in open_names}

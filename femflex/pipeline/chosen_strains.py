@@ -1,4 +1,4 @@
-"""Bodies in the strain that advice chose for them, or in the other where that one cannot be built."""
+"""Bodies in the strain form that advice selects, or in another form where that one cannot be built."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from femflex.advice.advice import Advice
-from femflex.advice.bodies import KnownBodies
+from femflex.advice.bodies import BodyOrigins
 from femflex.assembly.bodies import built_bodies
 from femflex.assembly.open_choices import with_strains
 from femflex.case.body import Strain
@@ -18,11 +18,11 @@ OTHER: dict[Strain, Strain] = {"condensed": "nonlinear", "nonlinear": "condensed
 
 
 def bodies_with_strain(
-    case: Case, origins: KnownBodies, chosen: Mapping[str, Advice]
+    case: Case, origins: BodyOrigins, chosen: Mapping[str, Advice]
 ) -> tuple[Built, dict[str, Advice]]:
-    """The bodies that are to be other than linear, and the strain of each.
+    """The bodies for which advice selects other than linear strain, and the strain of each body.
 
-    A body that cannot be built in the chosen form gets the other one; it stays linear where neither can be built.
+    A body that cannot be built in the selected form gets the other one; it stays linear where neither can be built.
     """
     advised = dict(chosen)
     others = {name: advice for name, advice in advised.items() if advice.choice != "linear"}
@@ -30,38 +30,40 @@ def bodies_with_strain(
         reason = f"{origins[name].origin.bound}; {others.pop(name).reason}"
         advised[name] = replace(advised[name], choice="linear", reason=reason)
     try:
-        return _as(case, {name: advice.choice for name, advice in others.items()}), advised
+        return _build_with_strain(case, {name: advice.choice for name, advice in others.items()}), advised
     except CaseError:
         built: Built = {}
         for name, advice in others.items():
-            body, advised[name] = _alone(case, advice)
+            body, advised[name] = _build_or_fall_back(case, advice)
             built |= body
         return built, advised
 
 
-def _alone(case: Case, wanted: Advice) -> tuple[Built, Advice]:
-    """A body in the form that is wanted, or else in the other, and the note on it."""
-    refused: list[str] = []
-    tried: list[Strain] = [wanted.choice, OTHER[wanted.choice]]
-    for strain in tried:
+def _build_or_fall_back(case: Case, advice: Advice) -> tuple[Built, Advice]:
+    """The body in the advised strain form, or else in the other one, and the advice on it."""
+    errors: list[str] = []
+    forms: list[Strain] = [advice.choice, OTHER[advice.choice]]
+    for strain in forms:
         try:
-            built = _as(case, {wanted.body: strain})
+            built = _build_with_strain(case, {advice.body: strain})
         except CaseError as error:
-            refused.append(_first(error))
+            errors.append(_first_problem(error))
             continue
-        text = f"; {wanted.choice} strain is not possible ({refused[0]})" if refused else ""
-        return built, replace(wanted, choice=strain, reason=wanted.reason + text)
-    text = f"; neither {' nor '.join(sorted(tried))} strain is possible ({refused[0]})"
-    return {}, replace(wanted, choice="linear", reason=wanted.reason + text)
+        text = f"; {advice.choice} strain is not possible ({errors[0]})" if errors else ""
+        return built, replace(advice, choice=strain, reason=advice.reason + text)
+    text = f"; neither {' nor '.join(sorted(forms))} strain is possible ({errors[0]})"
+    return {}, replace(advice, choice="linear", reason=advice.reason + text)
 
 
-def _as(case: Case, strains: Mapping[str, Strain]) -> Built:
+def _build_with_strain(case: Case, strains: Mapping[str, Strain]) -> Built:
     if not strains:
         return {}
-    made = with_strains(case, strains)
-    return built_bodies(made.model_copy(update={"bodies": {name: made.bodies[name] for name in strains}}))
+    written_case = with_strains(case, strains)
+    return built_bodies(
+        written_case.model_copy(update={"bodies": {name: written_case.bodies[name] for name in strains}})
+    )
 
 
-def _first(error: CaseError) -> str:
-    """The first line of what an error says."""
+def _first_problem(error: CaseError) -> str:
+    """The first line of the first problem of an error."""
     return error.problems[0].text.partition("\n")[0].rstrip(".")

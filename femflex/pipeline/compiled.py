@@ -1,4 +1,4 @@
-"""The compiled model of a system, kept for the next who asks for that of the same system."""
+"""The compiled model of the last system, cached for the next call with the same system."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ _last = local()  # of every thread: the system and its model
 
 
 def compiled(system: System) -> Model:
-    """`femflex.compile_system` of a system; of the one asked for last it is not done again.
+    """The compiled model of a system (`femflex.compile_system`), cached for the last system.
 
-    The case's check of its channels and the run that follows ask for the same one. Raises ValueError for coordinates
+    The check of the channels of a case and the run that follows use the same system. Raises ValueError for coordinates
     that describe the same motion.
     """
-    known: tuple[System, Model] | None = getattr(_last, "pair", None)
-    if known is None or known[0] is not system:
-        known = (system, compile_system(system))
-        refuse_singular_mass(known[1])
-        _last.pair = known
-    return known[1]
+    last: tuple[System, Model] | None = getattr(_last, "pair", None)
+    if last is None or last[0] is not system:
+        last = (system, compile_system(system))
+        refuse_singular_mass(last[1])
+        _last.pair = last
+    return last[1]

@@ -1,7 +1,7 @@
-"""Systems and bodies of cases, with strain and additional shapes decided where their tables leave them open.
+"""Systems and bodies of cases, with the strain forms and additional shapes that their tables leave open.
 
-The bodies are built as their tables say, linear where these say nothing. Advice on the system that they make is written
-into the tables, and the bodies that it changes are built again, of the same structures.
+The bodies are first built as their tables say, with linear strain where that is open. Advice on the system of these
+bodies is written into the tables, and the bodies that it changes are built again from the same structures.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 
 from femflex.advice.advice import Advice, doubt, notes_of, warn_of
 from femflex.advice.advise import strain_doubt
-from femflex.advice.bodies import KnownBodies
+from femflex.advice.bodies import BodyOrigins
 from femflex.advice.buckling.margin import (
     BucklingMargin,
     assessed_bodies,
@@ -34,7 +34,7 @@ from femflex.assembly.shared import shared_structures
 from femflex.case.body import Strain
 from femflex.case.case import Case
 from femflex.pipeline.chosen_strains import bodies_with_strain
-from femflex.pipeline.joint_shapes import known_system, truncation_doubts, with_joint_shapes
+from femflex.pipeline.joint_shapes import system_with_origins, truncation_doubts, with_joint_shapes
 from femflex.pipeline.periods import check_periods
 from femflex.pipeline.references import duration_of
 from femflex.pipeline.start import system_of
@@ -43,14 +43,14 @@ from femflex.system import Part, System
 
 Built = dict[str, BuiltBody]
 
-FAR = 0.1  # displacement over length above which linear strain is doubtful
+LARGE_DISPLACEMENT = 0.1  # displacement over length above which linear strain is doubtful
 
 
 @dataclass(frozen=True, eq=False)
-class Decided:
-    """A case with everything that it left open written out, its system, and the advice that this follows.
+class ResolvedCase:
+    """A case in which every automatic choice is filled in, its system, and the advice for these choices.
 
-    origins: what its bodies were reduced from, by name.
+    origins: origins of its bodies by name.
     """
 
     case: Case
@@ -59,9 +59,9 @@ class Decided:
     origins: Mapping[str, Origin]
 
     @property
-    def known(self) -> KnownBodies:
-        """Its bodies, by what they were reduced from."""
-        return KnownBodies(self.origins)
+    def body_origins(self) -> BodyOrigins:
+        """The origins of its bodies, with the properties that follow from them."""
+        return BodyOrigins(self.origins)
 
     @property
     def notes(self) -> dict[str, str]:
@@ -70,40 +70,40 @@ class Decided:
 
 
 def build_system(case: Case, bodies: Mapping[str, Part] | None = None) -> System:
-    """The System a case describes, with these bodies or with its own.
+    """The System that a case describes, with these bodies or with its own.
 
-    Its own bodies that do not say their strain get the one that their places in the system call for. Warns
-    (PhysicsWarning) of what is doubtful of them. Raises CaseError with everything that does not fit together.
+    Own bodies whose strain is open get the form that the motion of the system requires. Issues the physics warnings
+    about them (PhysicsWarning). Raises CaseError with all errors of the case.
     """
-    found = decided(case, bodies)
-    warn_of_build(found.advice)
-    return found.system
+    resolved = resolve_choices(case, bodies)
+    warn_of_build(resolved.advice)
+    return resolved.system
 
 
 def warn_of_build(advice: Iterable[Advice]) -> None:
-    """Give the doubts as warnings that hold whatever is done with a system: how much of the mass moves does not."""
-    warn_of((one for one in advice if one.decision != "mass"), stacklevel=4)
+    """Issue the physics warnings that matter for every use of a system; low effective mass does not."""
+    warn_of((entry for entry in advice if entry.decision != "mass"), stacklevel=4)
 
 
-def decided(
+def resolve_choices(
     case: Case, bodies: Mapping[str, Part] | None = None, *, thorough: bool = False, loaded: bool = True
-) -> Decided:
-    """The case with all choices made, and its system: of these bodies, or of its own.
+) -> ResolvedCase:
+    """A copy of the case in which every automatic choice is filled in, with its system of these bodies or of its own.
 
-    Doubts are in its advice, not given as warnings; a run watches on its own what linear strain leaves out of bodies
-    that ask for it. thorough: that is estimated here too. loaded: bodies whose strain is given are assessed by what
-    buckles them, which costs a Lanczos run for each.
+    Physics warnings are in its advice and not issued. A run checks the stiffening that linear strain omits itself;
+    thorough: it is estimated here too. loaded: bodies of requested strain are assessed for buckling as well, which
+    costs a Lanczos run for each.
 
-    Raises CaseError with everything that does not fit together.
+    Raises CaseError with all errors of the case.
     """
     with shared_structures():
-        return _given(case, bodies) if bodies is not None else _decided(case, thorough, loaded)
+        return _with_given_bodies(case, bodies) if bodies is not None else _resolve_open_choices(case, thorough, loaded)
 
 
 def with_own_joints(case: Case) -> Case:
-    """The case with the static shapes of joints written out that its bodies get in its system.
+    """The case with the static shapes of joints filled in that its bodies get in its system.
 
-    Raises CaseError where that cannot be built.
+    Raises CaseError where the system cannot be built.
     """
     if not open_joints(case):
         return case
@@ -111,76 +111,79 @@ def with_own_joints(case: Case) -> Case:
         return with_joint_shapes(case).case
 
 
-def _given(case: Case, bodies: Mapping[str, Part]) -> Decided:
+def _with_given_bodies(case: Case, bodies: Mapping[str, Part]) -> ResolvedCase:
     system = system_of(case, bodies)
     check_periods(system, duration_of(case, system))
-    advice = [*_large_displacements(case, system), *model_warnings(system, KnownBodies({}), duration_of(case, system))]
-    return Decided(case, system, tuple(advice), {})
+    advice = [*_large_displacements(case, system), *model_warnings(system, BodyOrigins({}), duration_of(case, system))]
+    return ResolvedCase(case, system, tuple(advice), {})
 
 
-def _decided(case: Case, thorough: bool, loaded: bool) -> Decided:
+def _resolve_open_choices(case: Case, thorough: bool, loaded: bool) -> ResolvedCase:
     craft = with_joint_shapes(case)
     case, built, rigid = craft.case, craft.built, craft.rigid
     names = open_strains(case)
-    linear = with_strains(case, dict.fromkeys(names, "linear"))
-    system, known = known_system(linear, built)
+    linear_case = with_strains(case, dict.fromkeys(names, "linear"))
+    system, body_origins = system_with_origins(linear_case, built)
     duration = duration_of(case, system)
     check_periods(system, duration)
     strains: list[Advice] = []
-    why, near = "", dict[str, BucklingMargin]()
+    shortfall, margins = "", dict[str, BucklingMargin]()
     if names or thorough:
-        view = estimate_motion(system, duration, rigid)
-        rigid, why = view.rigid, view.short
-        near = buckling_margins(rigid, system, known)
-    elif rigid is None and assessed_bodies(system, known):
-        rigid, why = estimate_rigid_motion(system, duration)
+        estimate = estimate_motion(system, duration, rigid)
+        rigid, shortfall = estimate.rigid, estimate.shortfall
+        margins = buckling_margins(rigid, system, body_origins)
+    elif rigid is None and assessed_bodies(system, body_origins):
+        rigid, shortfall = estimate_rigid_motion(system, duration)
     changed: Built = {}
     if names or thorough:
-        ask = [name for name in system.bodies if name in names or _is_linear(system, name)]
-        wanted = strain_advice(system, ask, near, view, known, _fastest(case))
-        chosen = {name: one for name, one in wanted.items() if name in names}
-        strains = [strain_doubt(system, known, one) for name, one in wanted.items() if name not in names]
-        strains = [one for one in strains if one.doubt]
-        changed, chosen_forms = bodies_with_strain(case, known, chosen)
+        names_assessed = [name for name in system.bodies if name in names or _is_linear(system, name)]
+        strain_choices = strain_advice(system, names_assessed, margins, estimate, body_origins, _largest_spin(case))
+        chosen = {name: choice for name, choice in strain_choices.items() if name in names}
+        strains = [
+            strain_doubt(system, body_origins, choice) for name, choice in strain_choices.items() if name not in names
+        ]
+        strains = [choice for choice in strains if choice.doubt]
+        changed, chosen_forms = bodies_with_strain(case, body_origins, chosen)
         strains = [*chosen_forms.values(), *strains]
     if changed:
         built |= changed
-        system, known = known_system(with_strains(case, _forms(system, names, strains)), built)
+        system, body_origins = system_with_origins(with_strains(case, _strain_forms(system, names, strains)), built)
     if loaded and not names and not thorough:
-        near = buckling_margins(rigid, system, known)
+        margins = buckling_margins(rigid, system, body_origins)
     advice = [*craft.choices, *strains]
-    advice += [Advice(name, "shapes", None, text) for name, one in built.items() for text in one.notes]
-    advice += shape_notes(system.bodies, known)
-    advice += unassessed_bodies(system, known, rigid, why if rigid is None else rigid.short)
-    advice += unassessed_truncation(system, known, craft.richer[0].richer)
-    advice += buckling_warnings(system, known, near)
+    advice += [Advice(name, "shapes", None, text) for name, body in built.items() for text in body.notes]
+    advice += shape_notes(system.bodies, body_origins)
+    advice += unassessed_bodies(system, body_origins, rigid, shortfall if rigid is None else rigid.shortfall)
+    advice += unassessed_truncation(system, body_origins, craft.richer[0].richer)
+    advice += buckling_warnings(system, body_origins, margins)
     advice += truncation_doubts(case, system, craft.richer)
     advice += _large_displacements(case, system)
-    advice += model_warnings(system, known, duration)
-    case = with_strains(case, _forms(system, names, strains))
-    return Decided(case, system, tuple(advice), {name: one.origin for name, one in built.items() if one.origin})
+    advice += model_warnings(system, body_origins, duration)
+    case = with_strains(case, _strain_forms(system, names, strains))
+    origins = {name: body.origin for name, body in built.items() if body.origin}
+    return ResolvedCase(case, system, tuple(advice), origins)
 
 
 def _large_displacements(case: Case, system: System) -> list[Advice]:
-    """Doubts on bodies with linear strain that start far from their undeformed shape."""
-    out = []
+    """Physics warnings about bodies with linear strain and large initial deflections."""
+    advice = []
     for name, table in case.bodies.items():
         if table.initial is None or table.initial.marker is None or name not in system.bodies:
             continue
         if not _is_linear(system, name):
             continue
         body = system.bodies[name]
-        held_at = body.marker(system.joint_of(name).child_marker).position
-        wanted, length = requested_displacement(table.initial, body, held_at)
-        size = float(np.linalg.norm(wanted))
-        if size > FAR * length > 0.0:
+        joint_position = body.marker(system.joint_of(name).child_marker).position
+        displacement, length = requested_displacement(table.initial, body, joint_position)
+        size = float(np.linalg.norm(displacement))
+        if size > LARGE_DISPLACEMENT * length > 0.0:
             text = (
                 f"initial displacement of marker {table.initial.marker!r} of body {name!r} is {size:.4g} m, "
-                f"{size / length:.0%} of the length {length:.4g} m (limit {FAR:.0%}), and its strain is linear; give "
-                "it strain = 'condensed', or displace it less"
+                f"{size / length:.0%} of the length {length:.4g} m (limit {LARGE_DISPLACEMENT:.0%}), and its strain "
+                "is linear; give it strain = 'condensed', or displace it less"
             )
-            out.append(doubt(name, "bend", text, size / length, FAR))
-    return out
+            advice.append(doubt(name, "bend", text, size / length, LARGE_DISPLACEMENT))
+    return advice
 
 
 def _is_linear(system: System, name: str) -> bool:
@@ -188,15 +191,15 @@ def _is_linear(system: System, name: str) -> bool:
     return bool(body.n_modes) and body.strain_form == "linear"
 
 
-def _forms(system: System, names: Iterable[str], strains: Iterable[Advice]) -> dict[str, Strain]:
+def _strain_forms(system: System, names: Iterable[str], strains: Iterable[Advice]) -> dict[str, Strain]:
     """The strain of each body that leaves it open."""
     forms: dict[str, Strain] = dict.fromkeys(names, "linear")
-    return forms | {one.body: one.choice for one in strains if one.body in forms}
+    return forms | {advice.body: advice.choice for advice in strains if advice.body in forms}
 
 
-def _fastest(case: Case) -> Array | None:
-    """The fastest steady spin (3,) of a case's diagram over speeds [rad/s]; None without one."""
-    given = None if case.campbell is None else case.campbell.axis or case.attitude.spin
-    if case.campbell is None or given is None:
+def _largest_spin(case: Case) -> Array | None:
+    """The largest steady spin (3,) [rad/s] of the case's Campbell diagram; None without one."""
+    axis = None if case.campbell is None else case.campbell.axis or case.attitude.spin
+    if case.campbell is None or axis is None:
         return None
-    return np.array(given) / np.linalg.norm(given) * case.campbell.speeds[-1]
+    return np.array(axis) / np.linalg.norm(axis) * case.campbell.speeds[-1]

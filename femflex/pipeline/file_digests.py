@@ -30,8 +30,8 @@ def file_digests(case: Case) -> dict[str, dict[str, str]]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # given where the files are read to be used
         digests = {(name, read): read(folder / name) for _, name, read in _files(case)}
-        found = {where: {"file": name, "digest": digests[name, read]} for where, name, read in _files(case)}
-    return found | {where: _motion_file(motion, folder) for where, motion in motions_from_files(case)}
+        digests_by_key = {where: {"file": name, "digest": digests[name, read]} for where, name, read in _files(case)}
+    return digests_by_key | {where: _motion_file(motion, folder) for where, motion in motions_from_files(case)}
 
 
 def _files(case: Case) -> Iterator[tuple[str, str, Callable[[Path], str]]]:
@@ -94,15 +94,15 @@ def _body_digest(path: Path) -> str:
     from femflex.hdf5 import open_hdf5
 
     with open_hdf5(path) as file:
-        found: dict[str, Any] = {}
+        contents: dict[str, Any] = {}
 
         def add(name: str, item: Any) -> None:
             attributes = {key: value for key, value in item.attrs.items() if key != "femflex_version"}
-            found[name] = (attributes, item[()] if isinstance(item, h5py.Dataset) else None)
+            contents[name] = (attributes, item[()] if isinstance(item, h5py.Dataset) else None)
 
         add("", file)
         file.visititems(add)
-        return content_digest(found)
+        return content_digest(contents)
 
 
 def _matrices_digest(path: Path) -> str:

@@ -1,4 +1,4 @@
-"""What a run is guarded against: motion that has run away, angles near a singularity."""
+"""Monitors of a run: divergence, large deflections, and angles near a singularity."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from femflex.advice.bodies import KnownBodies
+from femflex.advice.bodies import BodyOrigins
 from femflex.advice.deflections import DeflectionWatch, deflection_watches
 from femflex.arrays import Array
 from femflex.system import LengthTable
@@ -19,94 +19,102 @@ if TYPE_CHECKING:
     from femflex.integrate import Block, IntegrationError
 
 
-CLOSE = 0.05  # rad; angle left to the singularity of a rotation set below which a run warns of it
-FASTEST = {"rad/s": 1e5, "m/s": 3e6}  # ten times what flywheels reach; a hundredth of the speed of light
-STILL = 1e-12  # rad/s: rounding
-STRETCH = 30.0  # frequency of a shape over the first from which on it is a stretch of a slender body, not a bend
-FAR = 10.0  # elastic displacement over the body's size, or length at that time, beyond which the motion diverges
+SINGULARITY_DISTANCE = 0.05  # rad; distance to the singularity of a rotation set below which a run warns
+LARGEST_RATES = {"rad/s": 1e5, "m/s": 3e6}  # ten times what flywheels reach; a hundredth of the speed of light
+ZERO_RATE = 1e-12  # rad/s: rounding
+STRETCHING_RATIO = 30.0  # frequency of a shape over the first above which it is a stretching mode of a slender body
+DIVERGENCE_RATIO = 10.0  # elastic displacement over the body's size, or present length, above which the motion diverges
 
 
 class MotionGuard:
-    """Watches motion: stops a run whose rates or elastic displacements are beyond all craft, warns of large bends.
+    """Stops a run whose rates or elastic displacements no craft reaches, and warns of large deflections.
 
-    An unstable or overloaded motion grows for long before its numbers overflow, with ever smaller steps; the model
-    has lost its meaning long before.
+    An unstable or overloaded motion grows with ever smaller steps for a long time before its numbers overflow; the
+    model is invalid long before.
     """
 
-    def __init__(self, model: Model, known: KnownBodies | None = None, notes: Mapping[str, str] | None = None) -> None:
+    def __init__(
+        self, model: Model, origins: BodyOrigins | None = None, notes: Mapping[str, str] | None = None
+    ) -> None:
         self._model, self._notes = model, notes or {}
         units = [unit for _, unit in model.system.velocity_names()]
         self._names = [name for name, _ in model.system.velocity_names()]
         self._units = units
-        self._fastest = np.array([FASTEST.get(unit, np.inf) for unit in units])
-        self._bends = deflection_watches(model, known)
+        self._fastest = np.array([LARGEST_RATES.get(unit, np.inf) for unit in units])
+        self._deflections = deflection_watches(model, origins)
 
     def divergence(self, block: Block) -> IntegrationError | None:
-        """The error that tells of the first row of a block that has run away, or of the state beyond it, if it has."""
+        """The error about the first row of a block that diverges, or about the state after it; None without one."""
         from femflex.integrate import Block, IntegrationError
 
         if not len(block.times) or block.t > block.times[-1]:
             states = np.concatenate([block.states.reshape(-1, len(block.x)), block.x[None]])
             block = Block(np.append(block.times, block.t), states, block.resume)
-        if (error := self._too_fast(block)) is not None:
+        if (error := self._rate_error(block)) is not None:
             return error
-        for bend in self._bends:
-            moved, size = bend.moved(block.states), self._sizes(bend, block)
-            displaced = moved.max(axis=1)
+        for watch in self._deflections:
+            shape_displacements, size = watch.shape_displacements(block.states), self._sizes(watch, block)
+            displaced = shape_displacements.max(axis=1)
             large = displaced > size  # there dependent shapes, of second order, may displace more
             if large.any():
-                displaced[large] = np.maximum(displaced[large], bend.size * bend.over(block.states[large]))
-            far = np.flatnonzero(displaced > FAR * size)
-            if len(far):
-                row = slice(far[0], far[0] + 1)
-                k = int(np.argmax(moved[far[0]]))
-                advice = self._advice(bend.name, k, block, far[0])
-                text = (
-                    f"the motion diverges: body {bend.name!r} is displaced by {displaced[far[0]]:.3g} m, over "
-                    f"{FAR:g} times its size of {size[far[0]]:.3g} m. {self._cause(block, far[0], advice)}"
+                displaced[large] = np.maximum(
+                    displaced[large], watch.size * watch.relative_displacements(block.states[large])
                 )
-                return IntegrationError(text, block.times[row], block.states[row], bend.at + k, block.steps)
+            rows = np.flatnonzero(displaced > DIVERGENCE_RATIO * size)
+            if len(rows):
+                row = slice(rows[0], rows[0] + 1)
+                k = int(np.argmax(shape_displacements[rows[0]]))
+                advice = self._divergence_advice(watch.name, k, block, rows[0])
+                text = (
+                    f"the motion diverges: body {watch.name!r} is displaced by {displaced[rows[0]]:.3g} m, over "
+                    f"{DIVERGENCE_RATIO:g} times its size of {size[rows[0]]:.3g} m. "
+                    f"{self._cause_text(block, rows[0], advice)}"
+                )
+                return IntegrationError(
+                    text, block.times[row], block.states[row], watch.first_coordinate + k, block.steps
+                )
         return None
 
-    def _sizes(self, bend: DeflectionWatch, block: Block) -> Array:
-        """Size (n_t,) of a body at the rows of a block [m]: of one that deploys, its length there."""
-        variation = self._model.system.varying.get(bend.name)
+    def _sizes(self, watch: DeflectionWatch, block: Block) -> Array:
+        """Size (n_t,) [m] of a body at the rows of a block; its length for a body that deploys."""
+        variation = self._model.system.varying.get(watch.name)
         table = None if variation is None else variation.write
         if not isinstance(table, LengthTable):
-            return np.full(len(block.times), bend.size)
+            return np.full(len(block.times), watch.size)
         if isinstance(table.length, str):
             names = [name for name, _ in self._model.system.state_names()]
             return np.maximum(self._model.parts(block.states)[2][:, names.index(table.length)], table.bounds[0])
         return np.array([table.length(float(t))[0] for t in block.times])
 
-    def _too_fast(self, block: Block) -> IntegrationError | None:
+    def _rate_error(self, block: Block) -> IntegrationError | None:
         from femflex.integrate import IntegrationError
 
         u = np.abs(self._model.parts(block.states)[1])
-        over = np.flatnonzero((u > self._fastest).any(axis=1))
-        if not len(over):
+        rows = np.flatnonzero((u > self._fastest).any(axis=1))
+        if not len(rows):
             return None
-        row = slice(over[0], over[0] + 1)
-        k = int(np.argmax(u[over[0]] / self._fastest))
+        row = slice(rows[0], rows[0] + 1)
+        k = int(np.argmax(u[rows[0]] / self._fastest))
         advice = "Check for a load that is too large or in a wrong unit, and for negative damping"
         text = (
-            f"the motion diverges: {self._names[k]} is {u[over[0], k]:.3g} {self._units[k]}, beyond "
-            f"{self._fastest[k]:g} {self._units[k]}, which no craft reaches. {self._cause(block, over[0], advice)}"
+            f"the motion diverges: {self._names[k]} is {u[rows[0], k]:.3g} {self._units[k]}, beyond "
+            f"{self._fastest[k]:g} {self._units[k]}, which no craft reaches. {self._cause_text(block, rows[0], advice)}"
         )
         column = self._model.n_q + k
         return IntegrationError(text, block.times[row], block.states[row], column, block.steps)
 
-    def _advice(self, name: str, shape: int, block: Block, row: int) -> str:
-        """Where to look for what carried a body off in one of its shapes: a spin, a stretch, or a load that buckles."""
-        seen = self._model.observe(block.times[row : row + 1], block.states[row : row + 1])
-        rate = seen.get(f"bodies/{name}/rate", np.full((1, 3), np.nan))
+    def _divergence_advice(self, name: str, shape: int, block: Block, row: int) -> str:
+        """Advice on the cause of a divergence in one shape of a body: spin, a stretching mode, or buckling."""
+        channels = self._model.observe(block.times[row : row + 1], block.states[row : row + 1])
+        rate = channels.get(f"bodies/{name}/rate", np.full((1, 3), np.nan))
         spin, omega = float(np.linalg.norm(rate)), self._model.system.bodies[name].omega
         first = float(np.nanmin(omega, initial=np.inf))
-        own = float(omega[shape]) if shape < len(omega) else np.nan
-        if not np.abs(rate).max() <= STILL:
-            if own > STRETCH * first and spin < first:
+        shape_frequency = float(omega[shape]) if shape < len(omega) else np.nan
+        if not np.abs(rate).max() <= ZERO_RATE:
+            if shape_frequency > STRETCHING_RATIO * first and spin < first:
                 return (
-                    f"Its shape {shape + 1} at {own / (2 * np.pi):.4g} Hz, {own / first:.3g} times the first, "
+                    f"Its shape {shape + 1} at {shape_frequency / (2 * np.pi):.4g} Hz, {shape_frequency / first:.3g} "
+                    "times the first, "
                     f"is a stretching mode, which bending excites. The body turns at {spin:.4g} rad/s, below its first "
                     f"frequency of {first:.4g} rad/s, so spin is not the cause. Remove that mode, or set "
                     "strain = 'condensed'"
@@ -117,48 +125,52 @@ class MotionGuard:
             "'nonlinear' follows these (with `responses` in the reduction of a curved body)"
         )
 
-    def _cause(self, block: Block, row: int, otherwise: str) -> str:
-        """What the model says of a row that has run away, or else the advice given."""
-        said = self._model.diagnosis(float(block.times[row]), block.states[row])[0]
-        return f"{said[:1].upper()}{said[1:]}." if said else f"{otherwise}."
+    def _cause_text(self, block: Block, row: int, advice: str) -> str:
+        """The model's diagnosis of a row that diverges, or the advice given where it has none."""
+        diagnosis = self._model.diagnosis(float(block.times[row]), block.states[row])[0]
+        return f"{diagnosis[:1].upper()}{diagnosis[1:]}." if diagnosis else f"{advice}."
 
     def warn(self) -> None:
-        """Warn of bodies that were bent by more than their strain is good for, with both numbers."""
-        for bend in self._bends:
-            bend.warn("was", self._notes.get(bend.name, ""))
+        """Warn of bodies deflected beyond the limit of their strain form, with both numbers."""
+        for watch in self._deflections:
+            watch.warn("was", self._notes.get(watch.name, ""))
 
 
-def first_overflow(seen: Mapping[str, Array], block: Block) -> IntegrationError | None:
-    """The error about the first row of a block with a channel that is not finite, or None. seen: channels (n_t, ...) in
-    SI."""
+def first_overflow(channels: Mapping[str, Array], block: Block) -> IntegrationError | None:
+    """The error about the first row of a block with a channel that is not finite, or None.
+
+    channels: (n_t, ...) in SI
+    """
     from femflex.integrate import IntegrationError
 
-    finite = {path: np.isfinite(value).all(axis=tuple(range(1, value.ndim))) for path, value in seen.items()}
-    bad = {path: int(np.argmin(rows)) for path, rows in finite.items() if not rows.all()}
-    if not bad:
+    finite = {path: np.isfinite(value).all(axis=tuple(range(1, value.ndim))) for path, value in channels.items()}
+    first_rows = {path: int(np.argmin(rows)) for path, rows in finite.items() if not rows.all()}
+    if not first_rows:
         return None
-    path = min(bad, key=lambda name: bad[name])
-    row = slice(bad[path], bad[path] + 1)
+    path = min(first_rows, key=lambda name: first_rows[name])
+    row = slice(first_rows[path], first_rows[path] + 1)
     text = f"{path} is not finite. Check for a load that is too large or in another unit."
     largest = int(np.abs(block.states[row]).argmax())
     return IntegrationError(text, block.times[row], block.states[row], largest, block.steps)
 
 
 def warn_of_passage(model: Model) -> None:
-    """Warn of loops that came close to losing the rank of their rows, with both numbers."""
+    """Warn of loops that came close to a singular configuration, with both numbers."""
     from femflex.dynamics.constraints.singular_passage import passage
 
-    found = None if model.constraints is None else passage(model.constraints)
-    if found is None or model.constraints is None:
+    passages = None if model.constraints is None else passage(model.constraints)
+    if passages is None or model.constraints is None:
         return
     names = ", ".join(model.constraints.kind_of(name) for name in model.constraints.names)
-    how, many = "passed" if found.least <= found.lost else "came near", "a singular configuration"
-    if found.count > 1:
-        times = ", ".join(f"{t:.3g}" for t in found.first)
-        many = f"at least {found.count} singular configurations, the first near t = {times} s"
+    verb, what = "passed" if passages.least <= passages.lost else "came near", "a singular configuration"
+    if passages.count > 1:
+        times = ", ".join(f"{t:.3g}" for t in passages.first)
+        what = f"at least {passages.count} singular configurations, the first near t = {times} s"
     warnings.warn(
-        f"{names} {how} {many}, closest at t = {found.t:.6g} s, where constraint rows become dependent and branches "
-        f"of the motion meet (smallest pivot {found.least:.2g} of the largest; below {found.lost:.2g} the row is left "
+        f"{names} {verb} {what}, closest at t = {passages.t:.6g} s, where constraint rows become dependent and "
+        "branches "
+        f"of the motion meet (smallest pivot {passages.least:.2g} of the largest; below {passages.lost:.2g} the row "
+        "is left "
         "out until it grows again). The run goes on along the same branch; a real mechanism may change it there.",
         PhysicsWarning,
         stacklevel=2,
@@ -166,7 +178,7 @@ def warn_of_passage(model: Model) -> None:
 
 
 class Singularities:
-    """Watches how near the rotation sets of joints come to their singularities, by steps and rows, and warns of it."""
+    """Watches the distance of the rotation sets of joints to their singularities, and warns where it is small."""
 
     def __init__(self, model: Model) -> None:
         from femflex.dynamics.joints.channels import singularity_notes
@@ -183,23 +195,30 @@ class Singularities:
         led to it."""
         for path in self._paths:
             k = int(np.argmin(channels[path]))
-            near = [self._least.get(path, (np.inf, 0.0)), (float(channels[path][k]), float(times[k]))]
+            candidates = [self._least.get(path, (np.inf, 0.0)), (float(channels[path][k]), float(times[k]))]
             if path in self._notes:
                 note = self._notes[path]
-                near.append((float(self._work[note]), float(self._work[note + 1])))
-            self._least[path] = min(near)
+                candidates.append((float(self._work[note]), float(self._work[note + 1])))
+            self._least[path] = min(candidates)
 
     def warn(self) -> None:
-        """Warn of joints that came closer to their singularity than CLOSE, with both numbers."""
+        """Warn of joints that came closer to their singularity than SINGULARITY_DISTANCE, with both numbers."""
         for path, (least, t) in self._least.items():
-            if least < CLOSE:
+            if least < SINGULARITY_DISTANCE:
                 name = path.removeprefix("joints/").removesuffix("/singularity")
-                of, way = "the singularity of its rotation set", "Set rebase = true, or use Euler parameters."
+                singularity, remedy = (
+                    "the singularity of its rotation set",
+                    "Set rebase = true, or use Euler parameters.",
+                )
                 if path in self._turning:
-                    of, way = "gimbal lock of its free turns", "Choose a sequence of turns that stays clear of it."
+                    singularity, remedy = (
+                        "gimbal lock of its free turns",
+                        "Choose a sequence of turns that stays clear of it.",
+                    )
                 warnings.warn(
-                    f"joint {name!r} came within {least:.3g} rad of {of} at t = {t:.6g} s (below {CLOSE:g} rad "
-                    f"coordinates turn fast, and steps are short for them alone). {way}",
+                    f"joint {name!r} came within {least:.3g} rad of {singularity} at t = {t:.6g} s (below "
+                    f"{SINGULARITY_DISTANCE:g} rad "
+                    f"coordinates turn fast, and steps are short for them alone). {remedy}",
                     PhysicsWarning,
                     stacklevel=2,
                 )

@@ -1,4 +1,4 @@
-"""The inputs of a run as its result file keeps them, and what differs between two of them."""
+"""The inputs of a run as stored in its result file, and their comparison with those of a case."""
 
 from __future__ import annotations
 
@@ -23,28 +23,28 @@ def inputs_text(case: Case) -> str:
 
 
 def inputs_of(run: Run) -> dict[str, Any] | None:
-    """The inputs that a result file keeps, None in a file without them."""
+    """The inputs stored in a result file; None for a file without them."""
     text = run.attributes.get("inputs", "")
-    found: dict[str, Any] | None = json.loads(text) if text else None
-    return found
+    inputs: dict[str, Any] | None = json.loads(text) if text else None
+    return inputs
 
 
 def changed_inputs(begun: Mapping[str, Any], case: Case) -> str:
-    """What of the inputs differs from those of a case now, "" for nothing."""
+    """Text on the differences between stored inputs and those of a case now; empty where there are none."""
     now = json.loads(inputs_text(case))
     values = list(differences(begun["values"], now["values"]))
     files = [
-        f"the contents of {was['file']} ({where}) have changed"
-        for where, was in begun["files"].items()
-        if was != now["files"].get(where) and not any(text.startswith(where) for text in values)
+        f"the contents of {file['file']} ({where}) have changed"
+        for where, file in begun["files"].items()
+        if file != now["files"].get(where) and not any(text.startswith(where) for text in values)
     ]
-    found = files + values
-    more = f", and {len(found) - SHOWN} more" if len(found) > SHOWN else ""
-    return "; ".join(found[:SHOWN]) + more
+    changes = files + values
+    more = f", and {len(changes) - SHOWN} more" if len(changes) > SHOWN else ""
+    return "; ".join(changes[:SHOWN]) + more
 
 
 def differences(begun: Any, now: Any, where: str = "") -> Iterator[str]:
-    """What differs between two tables, by key path."""
+    """Texts on the differences between two tables, by key path."""
     if isinstance(begun, Mapping) and isinstance(now, Mapping):
         for key in dict.fromkeys([*begun, *now]):
             path = f"{where}.{key}" if where else str(key)
@@ -58,10 +58,10 @@ def differences(begun: Any, now: Any, where: str = "") -> Iterator[str]:
         for k, (a, b) in enumerate(zip(begun, now, strict=True)):
             yield from differences(a, b, f"{where}[{k}]")
     elif begun != now:
-        was, new = _short(begun), _short(now)
-        yield f"{where} was {was}, now {new}" if was != new else f"{where} was {begun!r}, now {now!r}"
+        old, new = _short_text(begun), _short_text(now)
+        yield f"{where} was {old}, now {new}" if old != new else f"{where} was {begun!r}, now {now!r}"
 
 
-def _short(value: Any) -> str:
+def _short_text(value: Any) -> str:
     text = f"{value:.10g}" if isinstance(value, float) else repr(value)
     return text if len(text) <= 40 else f"{text[:37]}..."

@@ -43,37 +43,37 @@ class SettingError(ValueError):
 def chosen_integrator(
     model: Model,
     times: Array,
-    asked: str = "auto",
+    requested: str = "auto",
     band: float | None = None,
     settings: Mapping[str, Any] | None = None,
     begun: str = "",
 ) -> tuple[Integrator, str]:
     """The integrator for output times (n_t,) [s], and the sentence that gives the reason.
 
-    asked     name of an integrator, or "auto"
+    requested     name of an integrator, or "auto"
     band      highest frequency wanted [Hz]; None: what the output can show
     settings  of the integrator: rtol, atol, max_step [s], step [s], rho
     begun     name of the integrator that a run to be resumed was begun with
 
     Raises SettingError for a setting that the method does not have.
     """
-    given, duration = dict(settings or {}), float(times[-1] - times[0])
+    options, duration = dict(settings or {}), float(times[-1] - times[0])
 
     def trial(name: str) -> Forecast:
-        rtol, most = given.get("rtol", Dop853.rtol), given.get("max_step", math.inf)
-        method = integrator(name, rtol=rtol, atol=given.get("atol"), max_step=most)
+        rtol, most = options.get("rtol", Dop853.rtol), options.get("max_step", math.inf)
+        method = integrator(name, rtol=rtol, atol=options.get("atol"), max_step=most)
         assert isinstance(method, Adaptive)  # as both of the automatic choice are
         return forecast(method, model, duration, model.x0)
 
     step, highest = float(times[1] - times[0]), model.max_frequency
-    why = "of the run so far" if begun else "requested"
-    asked = begun or asked
-    if asked == "auto" and (free := free_lengths(model.system)):
-        asked, why = "dop853", f"the length of {free[0]} is free"
-    choice = choose(highest, duration, step, trial, None if band is None else 2.0 * math.pi * band, asked, why)
-    own = {field.name for field in fields(INTEGRATORS[choice.name])}  # type: ignore[arg-type]
-    for key, value in given.items():
-        if key not in own:
+    reason = "of the run so far" if begun else "requested"
+    requested = begun or requested
+    if requested == "auto" and (free := free_lengths(model.system)):
+        requested, reason = "dop853", f"the length of {free[0]} is free"
+    choice = choose(highest, duration, step, trial, None if band is None else 2.0 * math.pi * band, requested, reason)
+    allowed = {field.name for field in fields(INTEGRATORS[choice.name])}  # type: ignore[arg-type]
+    for key, value in options.items():
+        if key not in allowed:
             text = f"found {value:g}, but {choice.name} has no {key}; leave it out, or select another integrator"
             raise SettingError(key, text)
-    return integrator(choice.name, **given), choice.sentence
+    return integrator(choice.name, **options), choice.sentence

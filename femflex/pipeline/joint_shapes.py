@@ -1,8 +1,9 @@
-"""Bodies with the static shapes that their joints ask for, chosen from their craft in richer sets.
+"""Bodies with static shapes of their joints, selected by the modes of their craft in richer sets.
 
-The modes of the craft in richer sets show which static shapes of the joints it needs (`advice.truncation`). Bodies of
-elements that leave these open are drafted for that, for small motions about rest, and built when it is known; others
-are built, and built again if they get such shapes. Members that deploy are assessed at their first and last lengths.
+The modes of the craft in richer sets show which static shapes of the joints it needs (`advice.truncation`). For this
+selection, bodies of elements that leave these shapes open are built for small motions about rest only (drafted), and
+completely afterwards. Other bodies are built, and rebuilt if they get such shapes. Members that deploy are assessed at
+their first and last lengths.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 
 from femflex.advice.advice import Advice
-from femflex.advice.bodies import KnownBodies
+from femflex.advice.bodies import BodyOrigins
 from femflex.advice.motion_estimate import RigidEstimate
 from femflex.advice.truncation import RicherCraft, joint_advice, richer_craft, truncation_warnings, with_response
 from femflex.assembly.bodies import BuiltBody, built_bodies
@@ -32,7 +33,7 @@ Built = dict[str, BuiltBody]
 
 @dataclass(frozen=True, eq=False)
 class AssessedCraft:
-    """A craft in richer sets, with the lengths that its members have at a time [s]."""
+    """A craft in richer sets, with its members at the lengths of a time [s]."""
 
     t: float
     richer: RicherCraft
@@ -40,9 +41,9 @@ class AssessedCraft:
 
 @dataclass(frozen=True, eq=False)
 class CraftWithShapes:
-    """A case with the static shapes of joints written out, its bodies, its craft in richer sets, and these choices.
+    """A case with the static shapes of joints filled in, its bodies, its craft in richer sets, and these choices.
 
-    rigid: the estimated motion of the craft's bodies as rigid ones; None where it is not estimated.
+    rigid: the estimated rigid-body motion of the craft; None where it is not estimated.
     """
 
     case: Case
@@ -53,30 +54,30 @@ class CraftWithShapes:
 
 
 def with_joint_shapes(case: Case) -> CraftWithShapes:
-    """The case with the static shapes of joints written out.
+    """The case with the static shapes of joints filled in.
 
-    Bodies that do not say their strain are linear. Members that deploy are assessed at their first and last lengths.
+    Bodies of open strain are linear. Members that deploy are assessed at their first and last lengths.
     """
     linear = with_strains(case, dict.fromkeys(open_strains(case), "linear"))
-    drafts = _drafts(linear)
+    drafts = _bodies_to_draft(linear)
     built = _built_with_loads(linear, drafts)
-    system, known = known_system(linear.model_copy(update={"initial": None}), built)
-    alike = {name: table_text(case.bodies[name]) for name in open_joints(case)}
+    system, origins = system_with_origins(linear.model_copy(update={"initial": None}), built)
+    tables = {name: table_text(case.bodies[name]) for name in open_joints(case)}
     end = duration_of(case, system)
-    richer, rigid = with_response(richer_craft(system, known), system, end)
-    views = [AssessedCraft(0.0, richer)]
-    if (later := _system_at(linear, end)) is not None:
-        views.append(AssessedCraft(end, richer_craft(*later)))
-    chosen = joint_advice([view.richer for view in views], known, alike, case.run.band or 0.0)
-    case = with_joints(case, {name: one.choice for name, one in chosen.items()})
-    built |= built_again(case, drafts)
-    changed = [name for name, one in chosen.items() if one.choice and name not in drafts]
-    built |= built_again(case, changed, silent=True)
-    return CraftWithShapes(case, built, views, list(chosen.values()), rigid if case.initial is None else None)
+    richer, rigid = with_response(richer_craft(system, origins), system, end)
+    crafts = [AssessedCraft(0.0, richer)]
+    if (last_lengths := _system_at(linear, end)) is not None:
+        crafts.append(AssessedCraft(end, richer_craft(*last_lengths)))
+    chosen = joint_advice([craft.richer for craft in crafts], origins, tables, case.run.band or 0.0)
+    case = with_joints(case, {name: advice.choice for name, advice in chosen.items()})
+    built |= rebuild_bodies(case, drafts)
+    changed = [name for name, advice in chosen.items() if advice.choice and name not in drafts]
+    built |= rebuild_bodies(case, changed, silent=True)
+    return CraftWithShapes(case, built, crafts, list(chosen.values()), rigid if case.initial is None else None)
 
 
-def _drafts(case: Case) -> list[str]:
-    """Bodies of elements that leave the static shapes of their joints open; none whose strain the case measures."""
+def _bodies_to_draft(case: Case) -> list[str]:
+    """Names of bodies of elements that leave the shapes of their joints open, without sensors of their strain."""
     measured = {sensor.body for sensor in case.sensors.values() if sensor.kind == "strain"}
     return [
         name
@@ -85,38 +86,40 @@ def _drafts(case: Case) -> list[str]:
     ]
 
 
-def known_system(case: Case, built: Mapping[str, BuiltBody]) -> tuple[System, KnownBodies]:
-    """The system of these bodies, and of which of them it is known what they were reduced from."""
-    origins = {name: one.origin for name, one in built.items() if one.origin is not None}
-    return system_of(case, {name: one.part for name, one in built.items()}), KnownBodies(origins)
+def system_with_origins(case: Case, built: Mapping[str, BuiltBody]) -> tuple[System, BodyOrigins]:
+    """The system of these bodies, and the origins of those whose origin is known."""
+    origins = {name: body.origin for name, body in built.items() if body.origin is not None}
+    return system_of(case, {name: body.part for name, body in built.items()}), BodyOrigins(origins)
 
 
-def _system_at(case: Case, t: float) -> tuple[System, KnownBodies] | None:
-    """The system, and what is known of it, with the lengths that its members have at a time [s].
+def _system_at(case: Case, t: float) -> tuple[System, BodyOrigins] | None:
+    """The system with its members at the lengths of a time [s], and the origins of its bodies.
 
-    None where they have the first ones, or where it does not fit together, as of loops that follow the members.
+    None where these are the first lengths, or where the system is inconsistent, such as by loops on the members.
     """
-    held = with_lengths_at(case, t)
-    if held is None:
+    fixed = with_lengths_at(case, t)
+    if fixed is None:
         return None
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PhysicsWarning)  # given of the members as they start
         try:
-            return known_system(held.model_copy(update={"initial": None}), built_bodies(held, _drafts(held)))
+            return system_with_origins(
+                fixed.model_copy(update={"initial": None}), built_bodies(fixed, _bodies_to_draft(fixed))
+            )
         except CaseError:
             return None
 
 
-def truncation_doubts(case: Case, system: System, views: Iterable[AssessedCraft]) -> list[Advice]:
-    """Doubts on the sets of a system's bodies, at the first and the last lengths of its members."""
-    band, found = case.run.band or 0.0, list[Advice]()
-    for view in views:
-        if view.t:
-            later = _system_at(case, view.t)
-            found += [] if later is None else truncation_warnings(later[0], view.richer, band, view.t)
+def truncation_doubts(case: Case, system: System, crafts: Iterable[AssessedCraft]) -> list[Advice]:
+    """The truncation warning of a system with the largest error, over the first and last lengths of its members."""
+    band, advice = case.run.band or 0.0, list[Advice]()
+    for craft in crafts:
+        if craft.t:
+            last_lengths = _system_at(case, craft.t)
+            advice += [] if last_lengths is None else truncation_warnings(last_lengths[0], craft.richer, band, craft.t)
         else:
-            found += truncation_warnings(system, view.richer, band)
-    return sorted(found, key=lambda one: -(one.value or 0.0))[:1]
+            advice += truncation_warnings(system, craft.richer, band)
+    return sorted(advice, key=lambda entry: -(entry.value or 0.0))[:1]
 
 
 def _built_with_loads(case: Case, drafts: Collection[str]) -> Built:
@@ -131,12 +134,12 @@ def _built_with_loads(case: Case, drafts: Collection[str]) -> Built:
     return built
 
 
-def built_again(case: Case, names: Iterable[str], silent: bool = False) -> Built:
-    """These bodies of a case, built as its tables are now; silent: what was warned of before is not again."""
-    asked = case.model_copy(update={"bodies": {name: case.bodies[name] for name in names}})
-    if not asked.bodies:
+def rebuild_bodies(case: Case, names: Iterable[str], silent: bool = False) -> Built:
+    """These bodies of a case, built by its present tables; silent: without repeating warnings."""
+    part = case.model_copy(update={"bodies": {name: case.bodies[name] for name in names}})
+    if not part.bodies:
         return {}
     with warnings.catch_warnings():
         if silent:
             warnings.simplefilter("ignore", PhysicsWarning)
-        return built_bodies(with_strains(asked, dict.fromkeys(open_strains(asked), "linear")))
+        return built_bodies(with_strains(part, dict.fromkeys(open_strains(part), "linear")))

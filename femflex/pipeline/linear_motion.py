@@ -6,8 +6,8 @@ coordinates along their motion, a deploying body at its length. The departures o
     y' = A(t) y + b(t),    b = f(t, x_r) - x_r',
 
 with A the state matrix of M du' + (D + G) du + K dxi + R dz = 0 about x_r(t) under the loads that act in the
-equilibrium, and f the compiled rate under all loads. Loads thus act to first order. Of the coordinates channels are
-computed as in any run.
+equilibrium, and f the compiled rate under all loads. Loads thus act to first order. Channels are computed from the
+coordinates as in any run.
 """
 
 from __future__ import annotations
@@ -39,23 +39,23 @@ from femflex.integrate.outcome import ROWS, Solution
 from femflex.integrate.protocol import Model as AnyModel
 from femflex.integrate.protocol import Progress
 from femflex.integrate.step_monitor import BLOCK_SECONDS
-from femflex.pipeline.rest import rest_of, rest_state, silent, with_loads_of
+from femflex.pipeline.rest import rest_equilibrium, rest_state, with_loads_of, zero_load
 from femflex.system import System
 
 NUMBER = 20  # of the method in resume arrays
 RTOL = 1e-7  # error of a step over the largest departure so far
-LEAST = 1e-12  # departure in usual sizes below which there is none
+SMALLEST_DEPARTURE = 1e-12  # departure in usual sizes below which there is none
 NODES = np.sqrt(0.6) * np.array([-1.0, 0.0, 1.0])  # Gauss points of a step, from -1 to 1
 SMALLEST = 1e-9  # part of an output step, the least step
 KNOTS, SPLINE = (9, 600), 1e-5  # points of a table of A, and its error before the last halving, of a row's largest
 NOISE = 3.0  # an error that falls less than this many times by a halving is that of the differences
-FOUND = 1e-12  # last step of Newton's method for an increment
-TRIES = 12
+NEWTON_TOLERANCE = 1e-12  # last step of Newton's method for an increment
+NEWTON_STEPS = 12  # most steps of that method
 
 
 @dataclass(frozen=True, eq=False)
 class LinearMotion:
-    """The method: departures by exponentials of A, forcing by its values at three points of a step."""
+    """The integration method: departures by exponentials of A, forcing by its values at three points of a step."""
 
     rtol: float = RTOL
 
@@ -78,7 +78,7 @@ class LinearMotion:
             raise ValueError("a linearised motion is that of a compiled femflex system")
         if state is not None:
             raise ValueError("a linearised run is not resumed; run it anew")
-        return one_thread(self._blocks(Reference.of(model), np.asarray(times, float), np.asarray(x0, float)))
+        return one_thread(self._blocks(Reference.from_model(model), np.asarray(times, float), np.asarray(x0, float)))
 
     def solve(
         self, model: AnyModel, times: Array, x0: Array, progress: Progress | None = None, state: Array | None = None
@@ -86,26 +86,26 @@ class LinearMotion:
         """All states (n_t, n_x) [SI] at `times` (n_t,) [s] in one object."""
         return collected(self.blocks(model, times, x0, state), progress, model.n_x)
 
-    def _blocks(self, about: Reference, times: Array, x0: Array) -> Iterator[Block]:
-        model = about.model
+    def _blocks(self, reference: Reference, times: Array, x0: Array) -> Iterator[Block]:
+        model = reference.model
         resume = np.concatenate([np.zeros(head.HEAD), x0])
         resume[head.METHOD], resume[head.N_X] = NUMBER, model.n_x
         resume[head.SMALLEST], resume[head.ACCEPTED] = math.inf, 0.0
         breaks = np.unique(np.asarray(model.breaks, float))
         steps = Steps(
-            about,
+            reference,
             self.rtol,
             resume,
             np.array([times[0], *breaks[(breaks > times[0]) & (breaks < times[-1])], times[-1]]),
         )
-        y, t = about.departure(x0, float(times[0])), float(times[0])
+        y, t = reference.departure(x0, float(times[0])), float(times[0])
         rows, start, stop_at = [], 0, perf_counter() + BLOCK_SECONDS
         for k, goal in enumerate(times):
             inner = breaks[(breaks > t) & (breaks < goal)]
             for end in (*inner, goal):
                 if end > t:
-                    y, t = steps.moved(y, t, float(end)), float(end)
-            rows.append(about.state(t, y))
+                    y, t = steps.advanced_to(y, t, float(end)), float(end)
+            rows.append(reference.state(t, y))
             if len(rows) >= ROWS or perf_counter() > stop_at or k == len(times) - 1:
                 resume[head.T] = resume[head.LAST_OUT] = t
                 resume[head.HEAD :] = rows[-1]
@@ -126,28 +126,28 @@ def one_thread(blocks: Iterator[Block]) -> Iterator[Block]:
 
 
 class Steps:
-    """Steps of the departures with an error that is held by halving; matrices of equal steps are kept."""
+    """Steps of the departures with error control by halving; matrices of equal steps are cached."""
 
-    def __init__(self, about: Reference, rtol: float, resume: Array, ends: Array) -> None:
-        self.about, self.rtol, self.resume, self.ends = about, rtol, resume, ends
+    def __init__(self, reference: Reference, rtol: float, resume: Array, ends: Array) -> None:
+        self.reference, self.rtol, self.resume, self.ends = reference, rtol, resume, ends
         self.tables: dict[int, CubicSpline] = {}
-        self.largest = LEAST * about.sizes
-        self.kept: dict[float, tuple[Array, Array]] = {}
+        self.largest = SMALLEST_DEPARTURE * reference.sizes
+        self.cached: dict[float, tuple[Array, Array]] = {}
         self.h = math.inf
 
     @cached_property
     def matrix(self) -> Array:
         """A (n_y, n_y) [SI] where it is constant."""
-        return self.about.matrix(0.0)
+        return self.reference.matrix(0.0)
 
     def matrices(self, t: float) -> Array:
         """A (n_y, n_y) [SI] at a time, from a table of the smooth interval about it."""
         k = min(max(int(np.searchsorted(self.ends, t)) - 1, 0), len(self.ends) - 2)
         if k not in self.tables:
-            self.tables[k] = tabulated(self.about, float(self.ends[k]), float(self.ends[k + 1]))
+            self.tables[k] = tabulated(self.reference, float(self.ends[k]), float(self.ends[k + 1]))
         return np.asarray(self.tables[k](t))
 
-    def moved(self, y: Array, t: float, end: float) -> Array:
+    def advanced_to(self, y: Array, t: float, end: float) -> Array:
         """The departures (n_y,) [SI] at the end of a smooth interval."""
         least = SMALLEST * (end - t)
         while t < end:
@@ -175,14 +175,14 @@ class Steps:
     def _step(self, y: Array, t: float, h: float) -> Array:
         """y after h: exp(Omega) y plus the response to the parabola through b at three Gauss points."""
         middle = t + h / 2
-        forcing = [self.about.forcing(middle + h / 2 * node) for node in NODES]
+        forcing = [self.reference.forcing(middle + h / 2 * node) for node in NODES]
         self.resume[head.EVALUATIONS] += len(forcing)
         c = parabola(forcing, h)
-        if self.about.constant:
+        if self.reference.constant:
             key = float(f"{h:.12e}")  # output times differ by rounding
-            if key not in self.kept:
-                self.kept[key] = response(self.matrix, key)
-            E, P = self.kept[key]
+            if key not in self.cached:
+                self.cached[key] = response(self.matrix, key)
+            E, P = self.cached[key]
             return np.asarray(E @ y + P @ np.concatenate(c))
         A, B = (self.matrices(middle + sign * h / math.sqrt(12.0)) for sign in (-1.0, 1.0))
         twist = h**2 * math.sqrt(3.0) / 12  # Magnus' series to fourth order, of the matrix and of its forcing
@@ -193,17 +193,17 @@ class Steps:
         return np.asarray(expm(wide)[:n] @ np.concatenate([y, [1.0, 0.0, 0.0]]))
 
 
-def tabulated(about: Reference, start: float, end: float) -> CubicSpline:
+def tabulated(reference: Reference, start: float, end: float) -> CubicSpline:
     """A over a smooth interval, at points as close as the splines between them need."""
-    inside = 1e-9 * (end - start)
-    times = np.linspace(start + inside, end - inside, KNOTS[0])
-    values = np.array([about.matrix(float(t)) for t in times])
+    margin = 1e-9 * (end - start)
+    times = np.linspace(start + margin, end - margin, KNOTS[0])
+    values = np.array([reference.matrix(float(t)) for t in times])
     before = math.inf
     while True:
         table, middles = CubicSpline(times, values), (times[1:] + times[:-1]) / 2
-        between = np.array([about.matrix(float(t)) for t in middles])
-        size = np.abs(between * about.sizes).max(axis=(0, 2))[None, :, None] + 1e-300
-        error = float((np.abs(table(middles) - between) * about.sizes / size).max(initial=0.0))
+        between = np.array([reference.matrix(float(t)) for t in middles])
+        size = np.abs(between * reference.sizes).max(axis=(0, 2))[None, :, None] + 1e-300
+        error = float((np.abs(table(middles) - between) * reference.sizes / size).max(initial=0.0))
         order = np.argsort(np.concatenate([times, middles]), kind="stable")
         times = np.concatenate([times, middles])[order]
         values = np.concatenate([values, between])[order]
@@ -233,80 +233,83 @@ def parabola(values: list[Array], h: float) -> tuple[Array, Array, Array]:
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """What the motion departs from.
+    """The reference motion from which the departures are measured.
 
-    model     under all loads;  calm  under those of the equilibrium alone, whose tangent is A
-    x         (n_x,) the state of reference, prescribed coordinates as they start
-    Z         (n_u, n) how all coordinates move with the independent ones;  own  places of these
-    inner     places in x of the states of effectors;  sizes (n_y,) usual sizes of departures
-    moves     whether prescribed coordinates move;  constant  whether A does not change over time
+    model        under all loads;  rest_model  under those of the equilibrium alone, whose tangent is A
+    x            (n_x,) the reference state, prescribed coordinates at their initial values
+    Z            (n_u, n) motion of all coordinates with the independent ones
+    independent  indices of the independent coordinates;  effector_states  indices in x of the states of effectors
+    sizes        (n_y,) usual sizes of departures
+    moves        whether prescribed coordinates move;  constant  whether A does not change over time
     """
 
     model: Model
-    calm: Model
+    rest_model: Model
     x: Array
     Z: Array
-    own: IntArray
-    inner: IntArray
+    independent: IntArray
+    effector_states: IntArray
     sizes: Array
     moves: bool
     constant: bool
 
     @classmethod
-    def of(cls, model: Model) -> Reference:
+    def from_model(cls, model: Model) -> Reference:
         """The reference of a model. Raises ValueError for what has no linear motion."""
         system = model.system
         check(system)
-        about, calm_system, x = None, system, None
+        equilibrium, rest_system, x = None, system, None
         changes = bool(system.varying) or _turning_orbit(system)
         if not changes:
-            about = rest_of(system)[0]
-            calm_system = with_loads_of(system, system, about)
+            equilibrium = rest_equilibrium(system)[0]
+            rest_system = with_loads_of(system, system, equilibrium)
         else:
-            calm_system = replace(system, loads=tuple(silent(load) for load in system.loads))
-        calm = compile_system(calm_system)
+            rest_system = replace(system, loads=tuple(zero_load(load) for load in system.loads))
+        rest_model = compile_system(rest_system)
         if names := [name for name in model.omitted if name in SWITCHED]:
-            calm = calm.without(*names)
-        x = rest_state(about, calm) if about is not None else nominal_state(calm)
-        own, Z = free_directions(calm, 0.0, x)
+            rest_model = rest_model.without(*names)
+        x = rest_state(equilibrium, rest_model) if equilibrium is not None else nominal_state(rest_model)
+        independent, Z = free_directions(rest_model, 0.0, x)
         inner = model.n_q + model.n_u + np.array(effector_states(system), int)
-        sizes = usual_sizes(model)[own]
+        sizes = usual_sizes(model)[independent]
         sizes = np.concatenate([sizes, sizes, system.state_sizes()[inner - model.n_q - model.n_u]])
         moves = any(profile.moves for joint in system.joints for profile in joint.prescribed.values())
-        return cls(model, calm, x, Z, own, inner, sizes, moves, not (changes or moves))
+        return cls(model, rest_model, x, Z, independent, inner, sizes, moves, not (changes or moves))
 
-    def at(self, t: float) -> Array:
+    def reference_state(self, t: float) -> Array:
         """x_r (n_x,) [SI]."""
         return prescribed_states(self.model, np.array([t]), self.x[None])[0] if self.moves else self.x
 
     def matrix(self, t: float) -> Array:
         """A (n_y, n_y) [SI]."""
-        x = self.at(t)
-        held, udot = is_prescribed(self.calm, x), np.zeros(self.model.n_u)
-        if held.any() and not self.constant:
-            rate = self.calm.state_rate(t, x)[self.model.n_q : self.model.n_q + self.model.n_u]
-            udot = np.where(held, rate, 0.0)
-        return linearised(self.calm, t, x, udot).state_matrix()
+        x = self.reference_state(t)
+        prescribed, udot = is_prescribed(self.rest_model, x), np.zeros(self.model.n_u)
+        if prescribed.any() and not self.constant:
+            rate = self.rest_model.state_rate(t, x)[self.model.n_q : self.model.n_q + self.model.n_u]
+            udot = np.where(prescribed, rate, 0.0)
+        return linearised(self.rest_model, t, x, udot).state_matrix()
 
     def forcing(self, t: float) -> Array:
         """b (n_y,) [SI]: the free coordinates of x_r are at rest."""
-        rate = self.model.state_rate(t, self.at(t))
+        rate = self.model.state_rate(t, self.reference_state(t))
         u = rate[self.model.n_q : self.model.n_q + self.model.n_u]
-        return np.concatenate([np.zeros(len(self.own)), u[self.own], rate[self.inner]])
+        return np.concatenate([np.zeros(len(self.independent)), u[self.independent], rate[self.effector_states]])
 
     def departure(self, x: Array, t: float) -> Array:
         """The departures (n_y,) of a state (n_x,) [SI] from the reference."""
-        (q, u, z), (p, v, w) = self.model.parts(self.at(t)), self.model.parts(x)
+        (q, u, z), (p, v, w) = self.model.parts(self.reference_state(t)), self.model.parts(x)
         first = self.model.n_q + self.model.n_u
-        away = increment(self.model, q, p)
-        return np.concatenate([away[self.own], (v - u)[self.own], (w - z)[self.inner - first]])
+        increments = increment(self.model, q, p)
+        return np.concatenate(
+            [increments[self.independent], (v - u)[self.independent], (w - z)[self.effector_states - first]]
+        )
 
     def state(self, t: float, y: Array) -> Array:
         """The state (n_x,) [SI] of departures (n_y,)."""
-        n = len(self.own)
-        q, u, z = (part.copy() for part in self.model.parts(self.at(t)))
+        n = len(self.independent)
+        q, u, z = (part.copy() for part in self.model.parts(self.reference_state(t)))
         x = np.concatenate([advanced(self.model, q, self.Z @ y[:n]), u + self.Z @ y[n : 2 * n], z])
-        x[self.inner] += y[2 * n :]
+        x[self.effector_states] += y[2 * n :]
         return x
 
 
@@ -349,17 +352,19 @@ def increment(model: Model, q: Array, p: Array) -> Array:
         if p[four] @ q[four] < 0:
             p[four] = -p[four]
     turns = np.array([unit == "rad" for _, unit in model.system.coordinate_names()], bool)
-    found, h = np.zeros(n), 1e-6
-    for _ in range(TRIES if n else 0):
-        there = advanced(model, q, found)
-        change = p - there
+    solution, h = np.zeros(n), 1e-6
+    for _ in range(NEWTON_STEPS if n else 0):
+        reached = advanced(model, q, solution)
+        change = p - reached
         change[turns] -= 2 * np.pi * np.round(change[turns] / (2 * np.pi))
-        along = [(advanced(model, q, found + h * e) - advanced(model, q, found - h * e)) / (2 * h) for e in np.eye(n)]
-        step = np.linalg.lstsq(np.column_stack(along), change, rcond=None)[0]
-        found = found + step
-        if np.abs(step).max() <= FOUND * max(1.0, float(np.abs(found).max())):
+        columns = [
+            (advanced(model, q, solution + h * e) - advanced(model, q, solution - h * e)) / (2 * h) for e in np.eye(n)
+        ]
+        step = np.linalg.lstsq(np.column_stack(columns), change, rcond=None)[0]
+        solution = solution + step
+        if np.abs(step).max() <= NEWTON_TOLERANCE * max(1.0, float(np.abs(solution).max())):
             break
-    return found
+    return solution
 
 
 def _turning_orbit(system: System) -> bool:

@@ -1,4 +1,4 @@
-"""How often a run calls its sampled controllers and sensors, checked before anything moves."""
+"""Limit of the number of calls of sampled controllers and sensors in a run, checked before it starts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What stands before the first step of a run."""
+"""Preparation of a run: case, system, compiled model, integrator and output times."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from femflex.dynamics.constraints.clearance import AbsorbedMisfit
     from femflex.dynamics.constraints.initial_corrections import CorrectedInitialValue
     from femflex.integrate import Integrator
-    from femflex.pipeline.decisions import Decided
-    from femflex.pipeline.recovered import Recovered
+    from femflex.pipeline.decisions import ResolvedCase
+    from femflex.pipeline.recovery_channels import RecoveryChannels
     from femflex.system import Controller, Effector, Part, System, Variation
 
 
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 class Prepared:
     """A run before its first step: case, system, compiled model, integrator and why it was chosen, output times [s].
 
-    decided: the case with what it left open written out, and the advice that this follows.
-    given: names of effectors and controllers in addition to those of the case.
+    resolved: the case with every automatic choice filled in, and the advice for these.
+    added_effectors: names of effectors and controllers in addition to those of the case.
     """
 
     case: Case
@@ -35,32 +35,32 @@ class Prepared:
     integrator: Integrator
     reason: str
     times: NDArray[Any]
-    decided: Decided
-    given: tuple[str, ...] = ()
+    resolved: ResolvedCase
+    added_effectors: tuple[str, ...] = ()
 
     @cached_property
-    def moved(self) -> list[CorrectedInitialValue]:
-        """The initial values that were moved to make the start consistent, those moved farthest first."""
+    def corrections(self) -> list[CorrectedInitialValue]:
+        """The initial values changed to satisfy the constraints, the largest changes first."""
         from femflex.dynamics.constraints.initial_corrections import initial_corrections
 
         return initial_corrections(self.model)
 
     @cached_property
-    def taken_up(self) -> list[AbsorbedMisfit]:
-        """The misfit of loops with play that was taken into their markers."""
+    def absorbed_misfits(self) -> list[AbsorbedMisfit]:
+        """The misfit of loops with clearance that was absorbed by their markers."""
         from femflex.dynamics.constraints.clearance import absorbed_misfits
 
         return [] if self.model.constraints is None else absorbed_misfits(self.model.constraints)
 
     @cached_property
-    def recovered(self) -> Recovered:
+    def recovery(self) -> RecoveryChannels:
         """The channels of section forces and stresses that the case names."""
-        from femflex.pipeline.recovered import recovered
+        from femflex.pipeline.recovery_channels import recovery_channels
 
-        return recovered(self.case, self.system)
+        return recovery_channels(self.case, self.system)
 
     def load_kernels(self) -> None:
-        """Have everything compiled, or read from disk, that the run will call."""
+        """Compile the kernels that the run calls, or read them from disk."""
         self.model.observe(self.times[:1], self.model.x0[None])
         getattr(self.integrator, "filler", lambda model: None)(self.model)
 
@@ -77,9 +77,9 @@ def prepare(
     varying: Mapping[str, Variation] | None = None,
     linearised: bool = False,
 ) -> Prepared:
-    """The run of a case up to its first step, with these bodies or with its own; nothing is written.
+    """Prepare the run of a case with these bodies or with its own; nothing is written.
 
-    output: the result file, when it is to be checked before anything is built that it can be written, or resumed
+    output: the result file; if given, check first that it can be written or resumed
     without: names of what is switched off (see `femflex.dynamics.terms.without`)
     effectors: effectors and controllers in addition to those of the case
     varying: body name -> Variation, how its properties depend on time
@@ -94,7 +94,7 @@ def prepare(
     from femflex.integrate import dop853_kernel
     from femflex.kernels import compile_ahead
     from femflex.pipeline.compiled import compiled
-    from femflex.pipeline.decisions import decided
+    from femflex.pipeline.decisions import resolve_choices
     from femflex.pipeline.integrator import case_integrator
     from femflex.pipeline.periods import check_periods
     from femflex.pipeline.references import duration_of
@@ -111,11 +111,11 @@ def prepare(
             check_same_effectors(effectors, Path(output))
     loops = (dop853_kernel.fill,) if case.run.integrator in ("auto", "dop853") else ()
     compile_ahead(*loops, observe)  # while this process builds bodies and compiles the equations
-    found = decided(case, bodies)
-    system = found.system
+    resolved = resolve_choices(case, bodies)
+    system = resolved.system
     if effectors or varying:
-        more = {**system.varying, **(varying or {})}
-        system = replace(system, effectors=(*system.effectors, *effectors), varying=more)
+        variations = {**system.varying, **(varying or {})}
+        system = replace(system, effectors=(*system.effectors, *effectors), varying=variations)
         check_periods(system, duration_of(case, system))
     model = compiled(system)
     if without:
@@ -124,10 +124,10 @@ def prepare(
     if output is not None and resume:
         check_same_model(model, Path(output))
     times = case.run.times(duration_of(case, system))
-    if turning := [one.reason for one in found.advice if one.decision == "inertia"]:
+    if turning := [advice.reason for advice in resolved.advice if advice.decision == "inertia"]:
         raise ValueError(turning[0])
-    found = replace(found, advice=(*found.advice, *output_warnings(system, float(times[1] - times[0]))))
-    warn_of(found.advice)
+    resolved = replace(resolved, advice=(*resolved.advice, *output_warnings(system, float(times[1] - times[0]))))
+    warn_of(resolved.advice)
     begun = ""
     if output is not None and resume:
         check_same_times(times, Path(output))
@@ -135,7 +135,7 @@ def prepare(
     integrator, reason = _linear(model) if linearised else case_integrator(case, model, times, begun)
     reasons = " ".join([reason, *sampling(system)])
     names = tuple(effector.name for effector in effectors)
-    return Prepared(case, system, model, integrator, reasons, times, found, names)
+    return Prepared(case, system, model, integrator, reasons, times, resolved, names)
 
 
 def _linear(model: Model) -> tuple[Integrator, str]:

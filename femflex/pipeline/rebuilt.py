@@ -34,22 +34,24 @@ def rebuilt(run: Run, case: str | Path | None = None, varying: Mapping[str, Vari
 
     if not run.case_text:
         raise ValueError(f"{run.path} keeps no case text, so its model cannot be built again")
-    place = Path(case if case is not None else str(run.attributes.get("case_path", "case.toml")))
-    if not place.parent.is_dir():
+    case_path = Path(case if case is not None else str(run.attributes.get("case_path", "case.toml")))
+    if not case_path.parent.is_dir():
         raise ValueError(
-            f"{run.path} was made from {place}, and that folder is not here; say where the case file is now (--case), "
+            f"{run.path} was made from {case_path}, and that folder is not here; say where the case file is now "
+            "(--case), "
             f"for the meshes in its folder"
         )
-    read = parse_case(run.case_text, place)
+    parsed_case = parse_case(run.case_text, case_path)
     begun = inputs_of(run)
-    if begun is not None and (changed := changed_inputs(begun, read)):
+    if begun is not None and (changed := changed_inputs(begun, parsed_case)):
         raise ValueError(f"{run.path} was made with other inputs: {changed}. Undo the change, or run the case anew")
-    if given := effectors_of(run):
+    if effectors := effectors_of(run):
         raise ValueError(
-            f"{run.path} was made with effectors from Python ({', '.join(given)}), which no case text holds, so its "
+            f"{run.path} was made with effectors from Python ({', '.join(effectors)}), which no case text holds, so "
+            "its "
             f"model cannot be built again; compile it in Python with the same ones"
         )
-    system = build_system(read)
+    system = build_system(parsed_case)
     model = compile_system(replace(system, varying={**system.varying, **(varying or {})}))
     check_varying(run, model)
     if run.without:
@@ -78,14 +80,14 @@ def check_agreement(run: Run, model: Model) -> None:
     """Raise ValueError when the run's last row is not what the model reports of its state."""
     if not len(run):
         raise ValueError(f"{run.path} holds no instants")
-    here = {path: channel.names for path, channel in model.channels.items() if path in STATES}
-    same = {path: run.names(path) for path in STATES if path in run} == here
+    expected = {path: channel.names for path, channel in model.channels.items() if path in STATES}
+    same = {path: run.names(path) for path in STATES if path in run} == expected
     if same:
         last = slice(len(run) - 1, len(run))
-        seen = model.observe(run.read("time", last), run.states(last))
-        checked = [path for path in CHECKED if path in seen and path in run]
+        channels = model.observe(run.read("time", last), run.states(last))
+        checked = [path for path in CHECKED if path in channels and path in run]
         size = max(float(np.abs(run[path]).max()) for path in checked)
-        same = all(np.allclose(seen[path], run.read(path, last), rtol=AGREED, atol=1e-9 * size) for path in checked)
+        same = all(np.allclose(channels[path], run.read(path, last), rtol=AGREED, atol=1e-9 * size) for path in checked)
     if not same:
         raise ValueError(
             f"the model built again from the case text of {run.path} is not the one that made it: "

@@ -1,4 +1,4 @@
-"""What a case asks of the System it describes: channels that will be reported, and room for them on the disk."""
+"""Checks of a case against the System that it describes: channels, prescribed motions, and the size of the file."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def duration_of(case: Case, system: System) -> float:
 
 
 def channel_problems(case: Case, channels: Mapping[str, Channel]) -> Iterator[Problem]:
-    """Channels and components that [expect], [study] and [pictures] name and the run will not have."""
+    """Problems of channels and components that [expect], [study] and [pictures] name and the run does not have."""
     measures = [(f"expect.{name}", table) for name, table in case.expect.answers.items()]
     if case.study is not None:
         measures.append(("study.quantity", case.study.quantity))  # type: ignore[arg-type]
@@ -49,8 +49,8 @@ def channel_problems(case: Case, channels: Mapping[str, Channel]) -> Iterator[Pr
     for where, named in (
         (f"pictures.{key}[{k}]", part)
         for key, all_ in drawn
-        for k, given in enumerate(all_)
-        for part in given.split(" over ")
+        for k, text in enumerate(all_)
+        for part in text.split(" over ")
     ):
         path, _, component = named.partition(":")
         if path == "energy drift":
@@ -67,18 +67,18 @@ def channel_problems(case: Case, channels: Mapping[str, Channel]) -> Iterator[Pr
                 where,
                 f"found {component!r}, which is no entry of {path}; {suggestion_text(component, channels[path].names)}",
             )
-    known = [path.split("/")[1] for path in channels if path.startswith("markers/") and path.endswith("/position")]
-    known += [path.removesuffix("/place") for path in channels if path.endswith("/place")]
+    markers = [path.split("/")[1] for path in channels if path.startswith("markers/") and path.endswith("/position")]
+    markers += [path.removesuffix("/place") for path in channels if path.endswith("/place")]
     for k, marker in enumerate(case.pictures.traces if case.pictures else []):
-        if marker not in known:
+        if marker not in markers:
             yield Problem(
                 f"pictures.traces[{k}]",
-                f"found {marker!r}, which is no marker of the craft; {suggestion_text(marker, known)}",
+                f"found {marker!r}, which is no marker of the craft; {suggestion_text(marker, markers)}",
             )
 
 
 def motion_problems(case: Case, system: System) -> Iterator[Problem]:
-    """Prescribed motions that end before the run does."""
+    """Problems of prescribed motions that end before the run does."""
     end = duration_of(case, system)
     for joint in system.joints:
         for k, profile in joint.prescribed.items():
@@ -91,7 +91,7 @@ def motion_problems(case: Case, system: System) -> Iterator[Problem]:
 
 
 def size_problems(case: Case, system: System, channels: Mapping[str, Channel], folder: Path) -> Iterator[Problem]:
-    """A result file that does not fit on the disk of the folder."""
+    """The problem of a result file that does not fit on the disk of the folder."""
     rows = case.run.rows(duration_of(case, system))
     size = rows * 8 * sum(_entries(channel) for channel in channels.values())
     free = shutil.disk_usage(folder).free

@@ -15,8 +15,8 @@ from femflex.dynamics.model import Model
 from femflex.system import Load, System
 
 
-def rest_of(system: System, at: float | None = None) -> tuple[Equilibrium, tuple[str, ...]]:
-    """The equilibrium nearest to the initial coordinates, and the names of what does not act in it.
+def rest_equilibrium(system: System, at: float | None = None) -> tuple[Equilibrium, tuple[str, ...]]:
+    """The equilibrium nearest to the initial coordinates, and the names of loads and motions that do not act in it.
 
     at: time [s] at which loads and prescribed motions are taken. Left out, loads given over time do not act, prescribed
     motions stay at their initial values, and where there is no equilibrium under the constant loads these do not act
@@ -24,14 +24,14 @@ def rest_of(system: System, at: float | None = None) -> tuple[Equilibrium, tuple
     """
     if at is not None:
         return equilibrium(system, at), ()
-    still, left_out = without_variation(system)
+    constant, left_out = without_variation(system)
     try:
-        return equilibrium(still), left_out
+        return equilibrium(constant), left_out
     except EquilibriumError:
-        if not still.loads:
+        if not constant.loads:
             raise
-    pushed = tuple(f"load {load.name!r} (no equilibrium under it)" for load in still.loads)
-    return equilibrium(replace(still, loads=())), left_out + pushed
+    unloaded = tuple(f"load {load.name!r} (no equilibrium under it)" for load in constant.loads)
+    return equilibrium(replace(constant, loads=())), left_out + unloaded
 
 
 def rest_system(system: System, at: float | None, about: Equilibrium) -> System:
@@ -43,11 +43,11 @@ def rest_system(system: System, at: float | None, about: Equilibrium) -> System:
 
 def with_loads_of(still: System, system: System, about: Equilibrium) -> System:
     """The system `still` with the loads of the equilibrium, the other loads of the system at zero."""
-    acting = {load.name: load for load in about.moving.loads}
-    return replace(still, loads=tuple(acting.get(load.name, silent(load)) for load in system.loads))
+    loads = {load.name: load for load in about.moving.loads}
+    return replace(still, loads=tuple(loads.get(load.name, zero_load(load)) for load in system.loads))
 
 
-def silent(load: Load) -> Load:
+def zero_load(load: Load) -> Load:
     """The load at zero."""
     return replace(load, times=None, force=np.zeros(3), torque=np.zeros(3))
 

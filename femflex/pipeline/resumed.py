@@ -91,19 +91,19 @@ def check_same_times(times: Array, output: Path) -> None:
     from femflex.results import open_run
 
     with open_run(output) as run:
-        there = run.time
-    if len(there) and times[-1] < (1 - SAME_TIME) * there[-1]:
+        written = run.time
+    if len(written) and times[-1] < (1 - SAME_TIME) * written[-1]:
         raise ValueError(
-            f"{output} holds rows up to {there[-1]:.9g} s, and the case now ends at {times[-1]:.9g} s; give a later "
+            f"{output} holds rows up to {written[-1]:.9g} s, and the case now ends at {times[-1]:.9g} s; give a later "
             f"end, or start anew without --resume"
         )
-    same = min(len(there), len(times))
-    differ = np.flatnonzero(np.abs(times[:same] - there[:same]) > SAME_TIME * times[-1])
-    last = len(there) - 1  # of a complete run: its end, which need not be a multiple of the output step
-    if len(differ) and not (differ[0] == last and there[last] < times[last]):
+    same = min(len(written), len(times))
+    differ = np.flatnonzero(np.abs(times[:same] - written[:same]) > SAME_TIME * times[-1])
+    last = len(written) - 1  # of a complete run: its end, which need not be a multiple of the output step
+    if len(differ) and not (differ[0] == last and written[last] < times[last]):
         k = differ[0]
         raise ValueError(
-            f"{output} holds a row at {there[k]:.9g} s where the case now has one at {times[k]:.9g} s; a resumed run "
+            f"{output} holds a row at {written[k]:.9g} s where the case now has one at {times[k]:.9g} s; a resumed run "
             "may end earlier or later, but keeps its other output times; set run.output_step to that of the file"
         )
 
@@ -121,47 +121,47 @@ def integrator_of(output: Path) -> str:
     return name
 
 
-def check_case_text(run: Run, begun: Mapping[str, Any], place: Path) -> None:
+def check_case_text(run: Run, begun: Mapping[str, Any], path: Path) -> None:
     """Raise ValueError when the case text in the file is not that of the inputs in it, as after an edit."""
     from femflex.case.model_inputs import model_values
     from femflex.case.read import parse_case
 
     try:
-        kept = json.loads(json.dumps(model_values(parse_case(run.case_text, place))))
-        found = next(differences(begun["values"], kept), "")
+        values = json.loads(json.dumps(model_values(parse_case(run.case_text, path))))
+        difference = next(differences(begun["values"], values), "")
     except ValueError as error:
-        found = f"it cannot be read: {str(error).splitlines()[-1]}"
-    if found:
+        difference = f"it cannot be read: {str(error).splitlines()[-1]}"
+    if difference:
         raise ValueError(
-            f"{run.path} keeps a case text that is not of its run ({found}), so the file was edited; start anew "
+            f"{run.path} keeps a case text that is not of its run ({difference}), so the file was edited; start anew "
             "without --resume"
         )
 
 
 def check_same_bodies(run: Run, model: Model) -> None:
     """Raise ValueError when the bodies or channels in the file are not those of the model."""
-    bodies, wrong = run.bodies(), ""
+    bodies, difference = run.bodies(), ""
     if bodies.keys() != model.system.bodies.keys():
-        wrong = f"it has the bodies {sorted(bodies)}, and the model has {sorted(model.system.bodies)}"
+        difference = f"it has the bodies {sorted(bodies)}, and the model has {sorted(model.system.bodies)}"
     for path, channel in model.channels.items():
-        if not wrong and run.channels.get(path) != channel:
-            wrong = f"its channel {path} is missing or has other columns, names or units"
-    for name, kept in bodies.items():
-        if not wrong and (key := _difference(kept, model.system.bodies[name])):
-            wrong = f"{key} of the body {name} is not that of the model"
-    if wrong:
-        raise ValueError(f"{run.path} does not belong to this model: {wrong}. Start anew without --resume")
+        if not difference and run.channels.get(path) != channel:
+            difference = f"its channel {path} is missing or has other columns, names or units"
+    for name, file_body in bodies.items():
+        if not difference and (key := _difference(file_body, model.system.bodies[name])):
+            difference = f"{key} of the body {name} is not that of the model"
+    if difference:
+        raise ValueError(f"{run.path} does not belong to this model: {difference}. Start anew without --resume")
 
 
-def _difference(kept: RunBody, body: FlexibleBody) -> str:
+def _difference(file_body: RunBody, body: FlexibleBody) -> str:
     """The first quantity that a file keeps of a body otherwise than the body has it, "" for none."""
     pairs: dict[str, tuple[Any, Any]] = {
-        "mass": (kept.mass, body.moments.mass),
-        "omega": (kept.omega, body.omega if len(body.omega) else np.full(body.n_shapes, np.nan)),
-        **{f"marker {name}": (kept.markers.get(name, np.nan), at.position) for name, at in body.markers.items()},
+        "mass": (file_body.mass, body.moments.mass),
+        "omega": (file_body.omega, body.omega if len(body.omega) else np.full(body.n_shapes, np.nan)),
+        **{f"marker {name}": (file_body.markers.get(name, np.nan), at.position) for name, at in body.markers.items()},
     }
     if body.skin is not None:
-        pairs |= {key: (getattr(kept.skin, key, np.nan), getattr(body.skin, key)) for key in ("points", "shapes")}
+        pairs |= {key: (getattr(file_body.skin, key, np.nan), getattr(body.skin, key)) for key in ("points", "shapes")}
     for key, (a, b) in pairs.items():
         size = float(np.abs(np.nan_to_num(b)).max(initial=0.0))
         if np.shape(a) != np.shape(b) or not np.allclose(a, b, rtol=AGREED, atol=AGREED * size, equal_nan=True):

@@ -1,4 +1,4 @@
-"""Where the craft of a case starts: its centre of mass at O, in equilibrium, or where another run ended."""
+"""Initial state of the craft of a case: with its centre of mass at O, in equilibrium, or the end of another run."""
 
 from __future__ import annotations
 
@@ -16,58 +16,60 @@ from femflex.case.motion import Motion
 from femflex.case.problems import CaseError, Problem
 from femflex.dynamics import compile_system
 from femflex.pipeline.compiled import compiled
-from femflex.pipeline.recovered import recovered
+from femflex.pipeline.recovery_channels import recovery_channels
 from femflex.pipeline.references import channel_problems, motion_problems, size_problems
 from femflex.rotations import dcm_from_quaternion
 from femflex.system import Part, Sensor, System, started, with_heavy_cable
 
 
 def system_of(case: Case, bodies: Mapping[str, Part] | None = None) -> System:
-    """The System of a case with these bodies, or its own with linear strain where they do not say, where it starts.
+    """The System of a case in its initial state, with these bodies, or with its own, linear where strain is open.
 
-    Raises CaseError with what does not fit together.
+    Raises CaseError with all errors of the case.
     """
     system = with_heavy_cables(case, assembly.system_of(case, bodies))
     _check_references(case, system)
-    given = case.attitude.position is not None, case.attitude.velocity is not None
-    loose = {*case.bodies} - {joint.child for joint in case.joints}  # one of them at most, held as [attitude] says
-    if system.orbit is not None and system.orbit.free and loose and not all(given):
-        system = centred(system, *given)
-    return placed(case, system)
+    position_and_velocity = case.attitude.position is not None, case.attitude.velocity is not None
+    unattached = {*case.bodies} - {joint.child for joint in case.joints}  # at most one, with the motion of [attitude]
+    if system.orbit is not None and system.orbit.free and unattached and not all(position_and_velocity):
+        system = with_mass_centre_at_origin(system, *position_and_velocity)
+    return with_initial_state(case, system)
 
 
 def with_heavy_cables(case: Case, system: System) -> System:
-    """The system with the cables that have mass, straight between their ends and at the rates between theirs.
+    """The system with its cables of non-zero mass, straight between their ends, with rates interpolated between these.
 
-    Raises CaseError for a cable that cannot be.
+    Raises CaseError for a cable that cannot be built.
     """
-    given = {name: table for name, table in case.cables.items() if table.mass_per_length is not None}
-    if not given:
+    heavy = {name: table for name, table in case.cables.items() if table.mass_per_length is not None}
+    if not heavy:
         return system
     ends = {
         (name, kind): Sensor(
             f"{name}_span_{kind}", kind, table.body, table.marker, (table.parent, table.parent_marker)
         ).effectors
-        for name, table in given.items()
+        for name, table in heavy.items()
         for kind in ("displacement", "velocity")
     }
-    model = compile_system(replace(system, effectors=(*system.effectors, *(e for own in ends.values() for e in own))))
-    seen = model.observe(np.zeros(1), model.x0[None])
+    model = compile_system(
+        replace(system, effectors=(*system.effectors, *(e for effectors in ends.values() for e in effectors)))
+    )
+    channels = model.observe(np.zeros(1), model.x0[None])
     problems = []
-    for name, table in given.items():
+    for name, table in heavy.items():
         span, rate = (
-            np.array([seen[f"effectors/{name}_span_{kind}/{axis}"][0] for axis in "xyz"])
+            np.array([channels[f"effectors/{name}_span_{kind}/{axis}"][0] for axis in "xyz"])
             for kind in ("displacement", "velocity")
         )
         share = (np.arange(table.masses)[:, None] + 0.5) / table.masses
         assert table.mass_per_length is not None
         try:
             length = constant_length(case, table.length)
-            between = ((table.parent, table.parent_marker), (table.body, table.marker))
+            end_markers = ((table.parent, table.parent_marker), (table.body, table.marker))
             system = with_heavy_cable(
                 system,
                 name,
-                between,
+                end_markers,
                 length,
                 table.EA,
                 table.mass_per_length,
@@ -98,33 +100,33 @@ def _check_references(case: Case, system: System) -> None:
         channels = compiled(system).channels
     except ValueError as error:  # a loop that cannot close
         raise CaseError(case.path.name, [Problem("", str(error.args[0]))]) from error
-    channels = channels | recovered(case, system).channels
+    channels = channels | recovery_channels(case, system).channels
     problems = [*channel_problems(case, channels), *motion_problems(case, system)]
     problems += size_problems(case, system, channels, Path.cwd())
     if problems:
         raise CaseError(case.path.name, problems)
 
 
-def centred(system: System, position_given: bool = False, velocity_given: bool = False) -> System:
+def with_mass_centre_at_origin(system: System, position_given: bool = False, velocity_given: bool = False) -> System:
     """The system with its root body shifted so that the centre of mass starts at O, at rest in the orbital motion."""
     if not position_given:
         shift = _observed(system, "monitors/center_of_mass")
-        system = _moved(system, q=-shift)
+        system = _with_shifted_root(system, q=-shift)
     if not velocity_given:
         mass = sum(body.moments.mass for body in system.bodies.values())
-        system = _moved(system, u=-_observed(system, "monitors/momentum") / mass)
+        system = _with_shifted_root(system, u=-_observed(system, "monitors/momentum") / mass)
     return system
 
 
 def _observed(system: System, path: str) -> Array:
     """A vector channel at t = 0 in axes of the base frame."""
     model = compile_system(system)
-    seen = model.observe(np.zeros(1), model.x0[None])
-    vector = np.asarray(seen[path][0])
-    return dcm_from_quaternion(seen["orbit/attitude"][0]).T @ vector if system.frame.kind == "orbital" else vector
+    channels = model.observe(np.zeros(1), model.x0[None])
+    vector = np.asarray(channels[path][0])
+    return dcm_from_quaternion(channels["orbit/attitude"][0]).T @ vector if system.frame.kind == "orbital" else vector
 
 
-def _moved(system: System, q: Array | float = 0.0, u: Array | float = 0.0) -> System:
+def _with_shifted_root(system: System, q: Array | float = 0.0, u: Array | float = 0.0) -> System:
     root = system.joint_of(system.root)
     q0, u0 = root.q0.copy(), root.u0.copy()
     q0[:3] += q
@@ -133,8 +135,8 @@ def _moved(system: System, q: Array | float = 0.0, u: Array | float = 0.0) -> Sy
     return replace(system, joints=joints)
 
 
-def placed(case: Case, system: System) -> System:
-    """The system where its case's [initial] starts it.
+def with_initial_state(case: Case, system: System) -> System:
+    """The system in the initial state of its case's [initial].
 
     Raises CaseError when the file is of another craft or there can be no equilibrium, EquilibriumError when none is
     found.
@@ -146,11 +148,11 @@ def placed(case: Case, system: System) -> System:
     from femflex.dynamics.equilibria.equilibrium import equilibrium
 
     try:
-        found = equilibrium(system, at=0.0)
+        state = equilibrium(system, at=0.0)
     except ValueError as error:
         problems = [Problem("initial.from", line) for line in str(error).splitlines()]
         raise CaseError(case.path.name, problems) from error
-    at_rest = started(system, np.concatenate([found.q, system.initial_state()[len(found.q) :]]))
+    at_rest = started(system, np.concatenate([state.q, system.initial_state()[len(state.q) :]]))
     return replace(at_rest, z0=system.z0)  # states of effectors start as their tables say, such as a wheel's speed
 
 
@@ -161,27 +163,27 @@ def _last_row(case: Case, system: System) -> Array:
     assert case.initial is not None and case.initial.source is not None
     try:
         with open_run(case.file_path(case.initial.source)) as run:
-            wanted = {"q": system.coordinate_names(), "u": system.velocity_names(), "z": system.state_names()}
-            wanted = {path: names for path, names in wanted.items() if names or path in run}
-            for path, names in wanted.items():
+            names_by_path = {"q": system.coordinate_names(), "u": system.velocity_names(), "z": system.state_names()}
+            names_by_path = {path: names for path, names in names_by_path.items() if names or path in run}
+            for path, names in names_by_path.items():
                 _check_names(case, run.names(path), tuple(name for name, _ in names))
             if not len(run):
                 raise ValueError(f"{run.path} holds no instants")
-            return np.concatenate([run[path][-1] for path in wanted])
+            return np.concatenate([run[path][-1] for path in names_by_path])
     except (ValueError, KeyError, OSError) as error:
         if isinstance(error, CaseError):
             raise
         raise CaseError(case.path.name, [Problem("initial.from", str(error.args[0]))]) from error
 
 
-def _check_names(case: Case, found: tuple[str, ...], wanted: tuple[str, ...]) -> None:
-    if found == wanted:
+def _check_names(case: Case, file_names: tuple[str, ...], craft_names: tuple[str, ...]) -> None:
+    if file_names == craft_names:
         return
     assert case.initial is not None
-    missing = [name for name in wanted if name not in found] or ["the order"]
-    other = [name for name in found if name not in wanted] or ["the order"]
+    missing = [name for name in craft_names if name not in file_names] or ["the order"]
+    extra = [name for name in file_names if name not in craft_names] or ["the order"]
     text = (
-        f"found {case.initial.source!r}, which is of another craft: it has {len(found)} coordinates and this one "
-        f"{len(wanted)}; {other[0]} is only there, {missing[0]} only here"
+        f"found {case.initial.source!r}, which is of another craft: it has {len(file_names)} coordinates and this one "
+        f"{len(craft_names)}; {extra[0]} is only there, {missing[0]} only here"
     )
     raise CaseError(case.path.name, [Problem("initial.from", text)])

@@ -19,8 +19,8 @@ from femflex.case.evaluate import measured_unit, measured_value
 from femflex.case.measure import OF_SYSTEM, MeasureTable
 from femflex.case.run import StudyTable
 from femflex.pipeline import Prepared, prepare
-from femflex.pipeline.balanced import case_modes
 from femflex.pipeline.case_bodies import with_own_strain
+from femflex.pipeline.case_equilibrium import case_modes
 from femflex.pipeline.guard import MotionGuard
 from femflex.studies.derivative_levels import derivative_levels
 from femflex.studies.levels import Level, LevelBodies, LevelSet, mesh_levels, mode_levels

@@ -10,8 +10,8 @@ from typing import Any
 from femflex.assembly import build_part
 from femflex.assembly.shared import shared_structures
 from femflex.case import Case, with_values
-from femflex.pipeline.balanced import decided_at_rest
-from femflex.pipeline.decisions import decided
+from femflex.pipeline.case_equilibrium import resolve_at_rest
+from femflex.pipeline.decisions import resolve_choices
 from femflex.system import Part, System
 from femflex.warning import PhysicsWarning
 
@@ -38,7 +38,7 @@ class VariedCase:
             rigid = [keys[1] for keys in changed if keys[0] == "bodies" and _is_rigid(case, keys)]
             if len(rigid) < len(changed):
                 return cls(case, None)
-            resolved_case = decided(case, loaded=False).case
+            resolved_case = resolve_choices(case, loaded=False).case
             with shared_structures():
                 bodies = {name: build_part(resolved_case, name) for name in resolved_case.bodies}
             return cls(case, bodies, tuple(dict.fromkeys(rigid)))
@@ -54,7 +54,7 @@ class VariedCase:
         case = with_values(self.case, values)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", PhysicsWarning)
-            return decided_at_rest(case, self.bodies_of(case)).system
+            return resolve_at_rest(case, self.bodies_of(case)).system
 
 
 def _is_rigid(case: Case, keys: list[str]) -> bool:

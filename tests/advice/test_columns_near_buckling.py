@@ -1,4 +1,4 @@
-"""A column left to choice at and past Euler's load, damped to rest: against the beam-column and the elastica."""
+"""A column of automatic strain at and past Euler's load, damped to rest: against the beam-column and the elastica."""
 
 from __future__ import annotations
 
@@ -48,8 +48,8 @@ child_marker = "ROOT"
 """
 
 
-def at_rest(write_case, tmp_path, part, aside, end):
-    """How far the tip has gone aside over L, and what was warned of."""
+def tip_at_rest(write_case, tmp_path, part, aside, end):
+    """Lateral deflection of the tip over L at rest, and the texts of warnings."""
     text = CASE.format(press=-part * EULER, aside=aside * part * EULER, end=end)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", PhysicsWarning)
@@ -60,18 +60,18 @@ def at_rest(write_case, tmp_path, part, aside, end):
 
 
 @pytest.mark.slow
-def test_a_column_at_nineteen_twentieths_of_eulers_load_bends_as_the_beam_column(write_case, tmp_path):
+def test_column_below_euler_load_matches_beam_column(write_case, tmp_path):
     """w = H / (P k) (tan k L - k L)."""
-    bent, _ = at_rest(write_case, tmp_path, 0.95, 1e-3, 8)
+    bent, _ = tip_at_rest(write_case, tmp_path, 0.95, 1e-3, 8)
     kL = np.pi / 2 * np.sqrt(0.95)
     assert bent == pytest.approx(1e-3 * (np.tan(kL) - kL) / kL, rel=0.02)
 
 
 @pytest.mark.slow
-def test_a_column_past_eulers_load_bends_as_the_elastica_to_a_sixth_of_its_length(write_case, tmp_path):
+def test_column_past_euler_load_matches_elastica(write_case, tmp_path):
     """P / P_E = (2 K(m) / pi)^2, w / L = 2 sqrt(m) / K(m)."""
     part = 1.008
-    bent, said = at_rest(write_case, tmp_path, part, 5e-5, 25)
+    bent, texts = tip_at_rest(write_case, tmp_path, part, 5e-5, 25)
     m = brentq(lambda m: (2 * ellipk(m) / np.pi) ** 2 - part, 1e-6, 0.5)
     assert bent == pytest.approx(2 * np.sqrt(m) / ellipk(m), rel=0.07)
-    assert any("boom" in text and "1.01" in text for text in said)
+    assert any("boom" in text and "1.01" in text for text in texts)

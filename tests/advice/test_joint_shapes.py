@@ -72,7 +72,7 @@ def boom(name, reduction):
 
 
 @pytest.fixture
-def lowest(tmp_path):
+def frequencies_of(tmp_path):
     """Writes a case; returns its elastic frequencies [rad/s], and warnings of sets that are too small."""
     xs = np.linspace(0.0, LENGTH, 7)
     lines = ["*NODE", *(f"{k + 1}, {x}, 0.0, 0.0" for k, x in enumerate(xs)), "*ELEMENT, TYPE=B31, ELSET=BOOM"]
@@ -83,12 +83,12 @@ def lowest(tmp_path):
     def frequencies(text, run=""):
         head = HEAD.replace("samples = 11", f"samples = 11\n{run}")
         (tmp_path / "case.toml").write_text('title = "carried"\n' + head + text)
-        with warnings.catch_warnings(record=True) as given:
+        with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always", TruncationWarning)
             system = build_system(read_case(tmp_path / "case.toml"))
-        told = [str(one.message) for one in given if one.category is TruncationWarning]
+        texts = [str(warning.message) for warning in caught if warning.category is TruncationWarning]
         modes = rest_modes(system)
-        return modes.omega[modes.elastic], told, system
+        return modes.omega[modes.elastic], texts, system
 
     return frequencies
 
@@ -116,11 +116,11 @@ def roots(ends, n=3):
     return (b / LENGTH) ** 2 * np.sqrt(EI / MASS)
 
 
-def clamped(w, b):
+def clamped_end(w, b):
     return w[0], w[1]
 
 
-def carrying(m, J, sign):
+def end_with_rigid_body(m, J, sign):
     """An end with a rigid body of mass m and inertia J about it: sign 1 at the tip, -1 at the root.
 
     Shear and moment: EI w''' = -sign m omega^2 w, EI w'' = sign J omega^2 w', over EI beta^3 and EI beta^2.
@@ -133,31 +133,31 @@ def carrying(m, J, sign):
     return rows
 
 
-def judged(found, told, exact):
-    """Each of the frequencies is right to 1 %, or the warning names it with an error right to a factor of two."""
+def checked_errors(frequencies, texts, exact):
+    """Relative errors of the frequencies: each is below 1 %, or the warning names the frequency."""
     for k, true in enumerate(exact):
-        error = found[k] / true - 1.0
+        error = frequencies[k] / true - 1.0
         assert error > -2e-4  # a reduced set is too stiff; the mesh is good to 1e-4
         if error > 0.011:
-            assert len(told) == 1
-            assert f"{k + 1} at" in told[0] and "'a'" in told[0]
-    if max(found[k] / true - 1.0 for k, true in enumerate(exact)) < 0.009:
-        assert not told
-    return [found[k] / true - 1.0 for k, true in enumerate(exact)]
+            assert len(texts) == 1
+            assert f"{k + 1} at" in texts[0] and "'a'" in texts[0]
+    if max(frequencies[k] / true - 1.0 for k, true in enumerate(exact)) < 0.009:
+        assert not texts
+    return [frequencies[k] / true - 1.0 for k, true in enumerate(exact)]
 
 
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("modes", [2, 4, 8])
-def test_two_booms_in_line_are_one_of_twice_the_length(lowest, modes):
+def test_two_booms_in_line_match_one_of_twice_the_length(frequencies_of, modes):
     """1.8751^2, 4.6941^2 sqrt(EI / m (2 L)^4), each in two planes; without the static shapes 7.7, 3.1, 1.3 % off."""
     exact = np.repeat(np.array([1.8751040687, 4.6940911330]) ** 2 * np.sqrt(EI / MASS) / (2 * LENGTH) ** 2, 2)[:3]
     for off, first in (("", 0.0), (OFF, {2: 0.077, 4: 0.031, 8: 0.013}[modes])):
         reduction = CANTILEVER.format(modes) + off
         text = boom("a", reduction) + boom("b", reduction) + weld("a", "root") + weld("b", "root", "a", "tip")
-        found, told, system = lowest(text)
-        errors = judged(found, told, exact if len(found) >= 3 else exact[:2])
+        frequencies, texts, system = frequencies_of(text)
+        errors = checked_errors(frequencies, texts, exact if len(frequencies) >= 3 else exact[:2])
         assert errors[0] == pytest.approx(first, abs=1e-3)
-        assert bool(told) == bool(off)
+        assert bool(texts) == bool(off)
         if not off:
             assert max(errors) < 2e-3
             assert all(body.n_modes <= modes + 12 for body in system.bodies.values())
@@ -167,17 +167,17 @@ def test_two_booms_in_line_are_one_of_twice_the_length(lowest, modes):
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("modes", [2, 4, 8])
 @pytest.mark.parametrize("off", ["", OFF])
-def test_a_payload_at_the_tip_of_a_boom(lowest, modes, off):
+def test_boom_with_payload_at_its_tip(frequencies_of, modes, off):
     """20 kg on 4 kg; bending in two planes, and twist with x tan x = I_p L / J."""
     m, J = 20.0, 0.5
     text = boom("a", CANTILEVER.format(modes) + off) + RIGID.format(name="pay", mass=m, J=J)
-    found, told, _ = lowest(text + weld("a", "root") + weld("pay", "origin", "a", "tip"))
-    bending = roots((clamped, carrying(m, J, 1.0)), 2)
+    frequencies, texts, _ = frequencies_of(text + weld("a", "root") + weld("pay", "origin", "a", "tip"))
+    bending = roots((clamped_end, end_with_rigid_body(m, J, 1.0)), 2)
     polar = MASS * 2 * 0.02**2
     x = brentq(lambda x: x * np.tan(x) - polar * LENGTH / J, 1e-6, 1.5)
     exact = np.sort([*np.repeat(bending, 2), x / LENGTH * np.sqrt(GJ / polar)])[:3]
-    errors = judged(found, told, exact[: len(found)])
-    assert off or (max(errors) < 2e-3 and not told)
+    errors = checked_errors(frequencies, texts, exact[: len(frequencies)])
+    assert off or (max(errors) < 2e-3 and not texts)
 
 
 @pytest.mark.sampled(4)
@@ -193,14 +193,14 @@ def test_a_payload_at_the_tip_of_a_boom(lowest, modes, off):
     ],
     ids=["cantilever", "cantilever alone", "free-free", "free-free alone"],
 )
-def test_a_free_hub_with_a_boom(lowest, m, J, modes, reduction):
+def test_free_hub_with_a_boom(frequencies_of, m, J, modes, reduction):
     """A light hub: 22 % with four modes alone. Free-free modes alone know nothing of the hub's clamp."""
     reduction = reduction.replace(OFF, OFF.replace("{}", "{{}}")).format(modes)
-    found, told, _ = lowest(
+    frequencies, texts, _ = frequencies_of(
         RIGID.format(name="hub", mass=m, J=J) + boom("a", reduction) + weld("a", "root", "hub", "seat")
     )
-    exact = np.repeat(roots((carrying(m, J, -1.0), carrying(0.0, 0.0, 1.0)), 2), 2)[:3]
-    errors = judged(found, told, exact[: len(found)])
+    exact = np.repeat(roots((end_with_rigid_body(m, J, -1.0), end_with_rigid_body(0.0, 0.0, 1.0)), 2), 2)[:3]
+    errors = checked_errors(frequencies, texts, exact[: len(frequencies)])
     if "joints" not in reduction and "loads" not in reduction and modes > 2:
         assert max(errors) < 2e-3
 
@@ -208,11 +208,11 @@ def test_a_free_hub_with_a_boom(lowest, m, J, modes, reduction):
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("n", [2, 4])
 @pytest.mark.parametrize("more", ["", ", joints = []", ', joints = ["tip"]'])
-def test_a_beam_on_functions_that_carries_a_payload(lowest, n, more):
+def test_beam_on_functions_with_payload(frequencies_of, n, more):
     m, J = 20.0, 0.5
     text = ANALYTIC.format(n=n, more=more) + RIGID.format(name="pay", mass=m, J=J)
-    found, told, system = lowest(text + weld("a", "root") + weld("pay", "origin", "a", "tip"))
-    exact = np.repeat(roots((clamped, carrying(m, J, 1.0)), 2), 2)[:3]
-    errors = judged(found, told, exact)
-    assert more == ", joints = []" or (max(errors) < 2e-3 and not told)
+    frequencies, texts, system = frequencies_of(text + weld("a", "root") + weld("pay", "origin", "a", "tip"))
+    exact = np.repeat(roots((clamped_end, end_with_rigid_body(m, J, 1.0)), 2), 2)[:3]
+    errors = checked_errors(frequencies, texts, exact)
+    assert more == ", joints = []" or (max(errors) < 2e-3 and not texts)
     assert system.bodies["a"].n_modes == 2 * n + {"": 4, ', joints = ["tip"]': 4}.get(more, 0)

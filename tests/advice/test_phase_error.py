@@ -1,4 +1,4 @@
-"""A frequency that is a little wrong is far off after many periods: strain is judged by the phase that adds up."""
+"""A small frequency error adds up over many periods: strain is selected by the phase error at the end."""
 
 from __future__ import annotations
 
@@ -64,8 +64,8 @@ def craft(tmp_path, duration=300.0, spin=SPIN, bend=0.312, strain=""):
 
 
 @pytest.mark.slow
-def test_linear_strain_is_as_far_off_as_the_phase_says(tmp_path):
-    """Of two harmonic motions phi apart, 2 a sin(phi / 2); the form that is chosen is the one that knows the pull."""
+def test_error_of_linear_strain_matches_its_phase_error(tmp_path):
+    """Of two harmonic motions phi apart, 2 a sin(phi / 2); the selected form includes the axial force."""
     tips = {}
     for strain in ("", 'strain = "linear"'):
         system = femflex.build_system(craft(tmp_path, strain=strain))

@@ -1,4 +1,4 @@
-"""Plates under pressure by default: bent to three thicknesses between their edges, against von Karman's and Levy's."""
+"""Plates of automatic strain under pressure, deflected by up to three thicknesses, against von Karman and Levy."""
 
 import warnings
 from functools import cache
@@ -55,7 +55,7 @@ def exact(support, load):
 
 
 def plate(folder, support, load, modes):
-    """The plate as a case has it that says nothing of strain, and its middle's deflection over the thickness."""
+    """The plate of a case with automatic strain, and its middle's deflection over the thickness."""
     mesh = rectangle(1.0, 1.0, 8, 8, "quad")
     places = {name: [mesh.nearest_point(at)] for name, at in (("middle", [0.5, 0.5, 0]), ("east", [1, 0.5, 0]))}
     write_mesh(folder / "plate.msh", mesh.with_groups(points=places))
@@ -64,20 +64,20 @@ def plate(folder, support, load, modes):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of bends estimated by linear strain
         system = femflex.build_system(parse_case(PLATE.format(**values), folder / "plate.toml"))
-        found = femflex.equilibrium(system)
-    seen = found.model.observe(np.zeros(1), found.x[None])
-    return system.bodies["plate"], -seen["markers/plate.middle/deflection"][0, 2] / H
+        state = femflex.equilibrium(system)
+    channels = state.model.observe(np.zeros(1), state.x[None])
+    return system.bodies["plate"], -channels["markers/plate.middle/deflection"][0, 2] / H
 
 
 @pytest.mark.slow
-def test_ritz_finds_what_levy_did():
+def test_ritz_solution_matches_levy():
     """Simply supported, edges straight and free to draw in; Levy takes six terms."""
-    found = Plate(0.5, 0.5, H, E, NU, False, "straight").centres(LEVY_LOADS * E * H**4) / H
-    np.testing.assert_allclose(found, LEVY, rtol=8e-3)
-    np.testing.assert_allclose(found[:5], LEVY[:5], rtol=6e-3)
+    deflections = Plate(0.5, 0.5, H, E, NU, False, "straight").centres(LEVY_LOADS * E * H**4) / H
+    np.testing.assert_allclose(deflections, LEVY, rtol=8e-3)
+    np.testing.assert_allclose(deflections[:5], LEVY[:5], rtol=6e-3)
 
 
-def test_a_plate_between_held_edges_is_not_taken_for_linear(tmp_path):
+def test_clamped_plate_of_automatic_strain_is_nonlinear(tmp_path):
     """At 1.1 thicknesses linear strain would be 75 % too soft, though that is 1 % of its size."""
     _, w = plate(tmp_path, "clamped", 134.9, 4)
     assert w == pytest.approx(exact("clamped", 134.9), rel=3e-3)
@@ -99,7 +99,7 @@ def test_a_plate_between_held_edges_is_not_taken_for_linear(tmp_path):
         ("movable", 161.0, 4, 1e-2),
     ],
 )
-def test_plates_left_to_choice_bend_to_three_thicknesses_as_von_karmans_do(tmp_path, support, load, modes, within):
+def test_plates_of_automatic_strain_match_von_karman(tmp_path, support, load, modes, within):
     """Of four modes of a square three are odd about a line through its middle: one, and the load's shape, answer."""
     _, w = plate(tmp_path, support, load, modes)
     assert w == pytest.approx(exact(support, load), rel=within)

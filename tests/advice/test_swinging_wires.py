@@ -1,4 +1,4 @@
-"""A wire which only the spin pulls tight: its swing in the plane of the spin, against the pendulum of its tip mass."""
+"""A wire stiffened by its spin alone: its swing in the plane of the spin, against the pendulum of its tip mass."""
 
 import warnings
 from pathlib import Path
@@ -73,23 +73,25 @@ def crossings(t: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize(("swing", "error"), [(0.02, 8.8e-4), (0.08, 0.0143)])
-def test_the_swing_of_a_wire_is_as_far_off_as_its_warning_says(swing: float, error: float, tmp_path: Path) -> None:
-    """What is lost goes as the square of the swing; above 1 % it is warned of, with an estimate that is not too low."""
+def test_period_error_of_wire_matches_its_warning(swing: float, error: float, tmp_path: Path) -> None:
+    """The error is proportional to the square of the swing; above 1 % there is a warning with an estimate."""
     (tmp_path / "wire.toml").write_text(CASE.replace("SWING", str(swing)))
-    with warnings.catch_warnings(record=True) as seen:
+    with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         run = femflex.run(femflex.read_case(tmp_path / "wire.toml"), tmp_path / "wire.h5")
     assert period_error(run) == pytest.approx(error, rel=0.1)
-    said = [
-        str(one.message) for one in seen if issubclass(one.category, PhysicsWarning) and "turned" in str(one.message)
+    texts = [
+        str(warning.message)
+        for warning in caught
+        if issubclass(warning.category, PhysicsWarning) and "turned" in str(warning.message)
     ]
-    assert len(said) == (error > 0.01)
-    if said:
-        assert "wire" in said[0] and "universal joint" in said[0]
+    assert len(texts) == (error > 0.01)
+    if texts:
+        assert "wire" in texts[0] and "universal joint" in texts[0]
 
 
 @pytest.mark.slow
-def test_a_joint_at_the_exit_swings_as_the_pendulum_does(tmp_path: Path) -> None:
+def test_joint_at_the_exit_swings_as_pendulum(tmp_path: Path) -> None:
     """The remedy of the warning: the joint's angle is of any size, and nothing is condensed."""
     text = CASE.replace("root = [0.6, 0, 0]\n", "").replace("functions = {y = 1, z = 1}\n", "")
     head, _, tail = text.partition("[bodies.wire.initial]")

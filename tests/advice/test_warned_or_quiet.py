@@ -103,14 +103,14 @@ ROWS = {  # what acts, the boom, key words of a warning that must be there, or a
 
 @pytest.mark.sampled(10)
 @pytest.mark.parametrize("name", ROWS)
-def test_buckling_of_linear_and_condensed_booms_is_warned_of(name, tmp_path):
+def test_buckling_warnings_of_linear_and_condensed_booms(name, tmp_path):
     acting, boom, expected = ROWS[name]
     values = {"EIy": 2 * EI, "GJ": GJ, "more": "", "strain": "linear"} | boom
     (tmp_path / "case.toml").write_text("[run]\nduration = 1\nsamples = 11\n" + acting + BOOM.format(**values))
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         femflex.build_system(femflex.read_case(tmp_path / "case.toml"))
-    texts = [str(one.message) for one in caught if issubclass(one.category, PhysicsWarning)]
+    texts = [str(warning.message) for warning in caught if issubclass(warning.category, PhysicsWarning)]
     if isinstance(expected, str):
         assert not [text for text in texts if expected in text]
     else:
@@ -126,7 +126,7 @@ SPUN = {  # rate [rad/s], strain, warned: Southwell's omega^2 = omega_0^2 + 1.19
 
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("name", SPUN)
-def test_stiffening_by_spin_is_warned_of_where_strain_is_linear(name, tmp_path):
+def test_stiffening_warnings_of_linear_booms(name, tmp_path):
     rate, strain, warned = SPUN[name]
     first = 1.8751**4 * EI / (LINE * L**4)
     assert warned == (strain == "linear" and np.sqrt(1 + 1.193 * rate**2 / first) > 1.02)
@@ -136,5 +136,5 @@ def test_stiffening_by_spin_is_warned_of_where_strain_is_linear(name, tmp_path):
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         femflex.run(tmp_path / "case.toml", tmp_path / "run.h5").close()
-    texts = [str(one.message) for one in caught if issubclass(one.category, PhysicsWarning)]
+    texts = [str(warning.message) for warning in caught if issubclass(warning.category, PhysicsWarning)]
     assert any("boom" in text and "stiffening" in text for text in texts) == warned, texts

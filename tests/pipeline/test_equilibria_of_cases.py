@@ -17,10 +17,10 @@ from femflex.case import Case, parse_case, read_case
 from femflex.dynamics import compile_system
 from femflex.dynamics.equilibria.equilibrium import Equilibrium
 from femflex.mesh import Mesh, line, write_mesh
-from femflex.pipeline.balanced import balanced, case_modes, decided_at_rest, keep
-from femflex.pipeline.decisions import Decided, build_system
-from femflex.pipeline.recovered import recovered
-from femflex.pipeline.rest import rest_of, rest_state, rest_system
+from femflex.pipeline.case_equilibrium import case_equilibrium, case_modes, resolve_at_rest, write_equilibrium
+from femflex.pipeline.decisions import ResolvedCase, build_system
+from femflex.pipeline.recovery_channels import recovery_channels
+from femflex.pipeline.rest import rest_equilibrium, rest_state, rest_system
 from femflex.results import open_run
 from femflex.system import Environment, Load, Profile, System, prismatic, revolute
 
@@ -78,26 +78,26 @@ times = [0, 2]
 
 
 @pytest.fixture(scope="module")
-def kept(tmp_path_factory: pytest.TempPathFactory) -> tuple[Case, Decided, Equilibrium, Path]:
-    """The case, what was decided of it, its equilibrium, and the file of that."""
+def equilibrium_file(tmp_path_factory: pytest.TempPathFactory) -> tuple[Case, ResolvedCase, Equilibrium, Path]:
+    """The case, the resolved case, its equilibrium, and the result file of it."""
     folder = tmp_path_factory.mktemp("rest")
     (folder / "boom.inp").write_text(BOOM)
     (folder / "craft.toml").write_text(NODAL)
     case = read_case(folder / "craft.toml")
-    decided = decided_at_rest(case)
-    found = balanced(decided)
-    keep(found, case, folder / "out.h5", decided=decided)
-    return case, decided, found, folder / "out.h5"
+    resolved = resolve_at_rest(case)
+    state = case_equilibrium(resolved)
+    write_equilibrium(state, case, folder / "out.h5", resolved=resolved)
+    return case, resolved, state, folder / "out.h5"
 
 
-def test_recovered_resultants_match_statics(kept: tuple[Case, Decided, Equilibrium, Path]):
+def test_recovered_resultants_match_statics(equilibrium_file: tuple[Case, ResolvedCase, Equilibrium, Path]):
     """N = F_x, M_y = -F_z (L - x), M_z = F_y (L - x), V_y = F_y, V_z = F_z at the points that are nearest."""
-    with open_run(kept[-1]) as run:
-        own = {path.removeprefix("recovery/boom."): run[path] for path in run if path.startswith("recovery/")}
-        assert {path for path in own if path.startswith("middle")} == {"middle/moment_z", "middle/axial_force"}
-        assert all(value.shape == (1,) for value in own.values())
-        about = {path: run.channels[f"recovery/boom.{path}"] for path in own}
-        x = {path: float(one.description.split("(")[1].split(",")[0]) for path, one in about.items()}
+    with open_run(equilibrium_file[-1]) as run:
+        recovered = {path.removeprefix("recovery/boom."): run[path] for path in run if path.startswith("recovery/")}
+        assert {path for path in recovered if path.startswith("middle")} == {"middle/moment_z", "middle/axial_force"}
+        assert all(value.shape == (1,) for value in recovered.values())
+        channels = {path: run.channels[f"recovery/boom.{path}"] for path in recovered}
+        x = {path: float(channel.description.split("(")[1].split(",")[0]) for path, channel in channels.items()}
         for path, expected in (
             ("axial_force", lambda x: FORCE[0]),
             ("moment_y", lambda x: -FORCE[2] * (3 - x)),
@@ -105,30 +105,32 @@ def test_recovered_resultants_match_statics(kept: tuple[Case, Decided, Equilibri
             ("shear_force_y", lambda x: FORCE[1]),
             ("shear_force_z", lambda x: FORCE[2]),
         ):
-            for place, at in (("middle", 1.4), ("all", 2.2)):
-                name = f"{place}/{path}"
-                if name in own:
-                    assert own[name][0] == pytest.approx(expected(x[name]), rel=1e-3), name
+            for point, at in (("middle", 1.4), ("all", 2.2)):
+                name = f"{point}/{path}"
+                if name in recovered:
+                    assert recovered[name][0] == pytest.approx(expected(x[name]), rel=1e-3), name
                     assert x[name] == pytest.approx(at, abs=0.3), name
-        units = {path: one.unit for path, one in about.items()}
+        units = {path: channel.unit for path, channel in channels.items()}
         assert (units["middle/moment_z"], units["all/axial_force"], units["all/fibre_stress"]) == ("N m", "N", "Pa")
 
 
-def test_equilibrium_file_has_one_row_with_all_channels(kept: tuple[Case, Decided, Equilibrium, Path], tmp_path: Path):
-    case, decided, found, path = kept
+def test_equilibrium_file_has_one_row_with_all_channels(
+    equilibrium_file: tuple[Case, ResolvedCase, Equilibrium, Path], tmp_path: Path
+):
+    case, resolved, state, path = equilibrium_file
     with open_run(path) as run:
         assert run.time.tolist() == [0.0] and run.complete and run.title == "a boom at rest"
         assert run.case_text == NODAL
         attributes = run.attributes
         assert attributes["case_path"] == str(case.path) and attributes["integrator"] == "equilibrium"
-        assert run.statistics == {"iterations": found.iterations, "residual": found.residual}
-        np.testing.assert_array_equal(run["q"][0], found.q)
-        assert set(run) == set(found.model.channels) | set(recovered(case, decided.system).channels)
+        assert run.statistics == {"iterations": state.iterations, "residual": state.residual}
+        np.testing.assert_array_equal(run["q"][0], state.q)
+        assert set(run) == set(state.model.channels) | set(recovery_channels(case, resolved.system).channels)
         assert sorted(run.bodies()) == ["boom", "hub"]
     with pytest.raises(FileExistsError):
-        keep(found, case, path)
+        write_equilibrium(state, case, path)
     shutil.copy(path, tmp_path / "out.h5")
-    keep(found, case, tmp_path / "out.h5", force=True, ended="it turned over")
+    write_equilibrium(state, case, tmp_path / "out.h5", force=True, ended="it turned over")
     with open_run(tmp_path / "out.h5") as run:
         assert not run.complete and run.ended == "it turned over"
 
@@ -139,12 +141,12 @@ def test_equilibrium_under_the_loads_at_a_time(write_case: Any):
     A craft that starts in equilibrium is not asked to be there at the start: with the twist there is none without a
     time.
     """
-    decided = decided_at_rest(read_case(write_case(NODAL + TWIST + '[initial]\nfrom = "equilibrium"\n')))
-    assert decided.case.initial is None
+    resolved = resolve_at_rest(read_case(write_case(NODAL + TWIST + '[initial]\nfrom = "equilibrium"\n')))
+    assert resolved.case.initial is None
     with pytest.raises(ValueError):
-        balanced(decided)
-    found = case_modes(decided, 1.0)
-    assert float(found.about.q[0]) == pytest.approx(0.05, rel=2e-3) and found.left_out == ()
+        case_equilibrium(resolved)
+    modes = case_modes(resolved, 1.0)
+    assert float(modes.about.q[0]) == pytest.approx(0.05, rel=2e-3) and modes.left_out == ()
 
 
 WEIGHT = 1.5 * 9.81 * 0.4  # of the arm about its hinge [N m]
@@ -164,27 +166,27 @@ def pendulum(*loads: Load, along: tuple[int, ...] = (1, 0, 0), ride: float | Pro
 def test_pendulum_rests_30_degrees_off_the_vertical_under_half_its_moment():
     """The torque is half the weight's largest moment: the arm hangs 30 deg off the vertical."""
     ride = Profile.sine(0.1, 2.0, 0.4, 0.2)
-    found, _ = rest_of(pendulum(TURN, HOLD, PUSH, ride=ride))
-    assert found.q == pytest.approx([0.2 + 0.1 * np.sin(0.4), -np.pi / 3])
-    assert [load.name for load in found.moving.loads] == ["hold", "push"]
+    state, _ = rest_equilibrium(pendulum(TURN, HOLD, PUSH, ride=ride))
+    assert state.q == pytest.approx([0.2 + 0.1 * np.sin(0.4), -np.pi / 3])
+    assert [load.name for load in state.moving.loads] == ["hold", "push"]
 
 
 def test_rest_at_a_time_has_the_loads_and_motions_of_that_time():
     """At 1 s the torque is 3 N m, and the cart where its motion has it."""
     ride = Profile.sine(0.1, 2.0, 0.4, 0.2)
     system = pendulum(TURN, PUSH, ride=ride)
-    found, left_out = rest_of(system, at=1.0)
+    state, left_out = rest_equilibrium(system, at=1.0)
     assert left_out == ()
-    assert found.q == pytest.approx([0.2 + 0.1 * np.sin(2.4), -np.arccos(3.0 / WEIGHT)])
-    frozen = rest_system(system, 1.0, found)
-    assert [load.torque[2] for load in frozen.loads] == [3.0, 0.0] and all(one.times is None for one in frozen.loads)
+    assert state.q == pytest.approx([0.2 + 0.1 * np.sin(2.4), -np.arccos(3.0 / WEIGHT)])
+    frozen = rest_system(system, 1.0, state)
+    assert [load.torque[2] for load in frozen.loads] == [3.0, 0.0] and all(load.times is None for load in frozen.loads)
 
 
 def test_state_at_rest_has_no_rates():
     system = pendulum(HOLD, ride=0.3)
     system = replace(system, joints=(system.joints[0], replace(system.joints[1], u0=np.array([7.0]))))
     model = compile_system(system)
-    assert rest_state(rest_of(system)[0], model) == pytest.approx([0.3, -np.pi / 3, 0.0, 0.0])
+    assert rest_state(rest_equilibrium(system)[0], model) == pytest.approx([0.3, -np.pi / 3, 0.0, 0.0])
 
 
 ROLLED = """
@@ -274,19 +276,19 @@ POSITION, VELOCITY = [5.0, 6.0, -7.0], [0.5, -0.25, 0.125]
 
 
 @pytest.mark.parametrize("frame", ["orbital", "inertial"])
-@pytest.mark.parametrize("given", [(), ("position",), ("velocity",), ("position", "velocity")])
-def test_centre_of_mass_starts_at_rest_at_the_origin(frame: str, given: tuple[str, ...]):
+@pytest.mark.parametrize("keys", [(), ("position",), ("velocity",), ("position", "velocity")])
+def test_centre_of_mass_starts_at_rest_at_the_origin(frame: str, keys: tuple[str, ...]):
     """Of the whole craft, in any frame; what the case says of the root body stays as it is said."""
     text = CRAFT.replace("FRAME", frame)
-    text += "".join(f"{key} = {POSITION if key == 'position' else VELOCITY}\n" for key in given)
+    text += "".join(f"{key} = {POSITION if key == 'position' else VELOCITY}\n" for key in keys)
     system = build_system(parse_case(text))
     model = compile_system(system)
     q, u, _ = model.parts(model.x0)
-    assert ("position" in given) is (q[:3].tolist() == POSITION)
-    assert ("velocity" in given) is (u[:3].tolist() == VELOCITY)
-    seen = model.observe(np.zeros(1), model.x0[None])
-    centre, momentum = seen["monitors/center_of_mass"][0], seen["monitors/momentum"][0]
-    moved = 1e-9 if "position" not in given else np.inf
-    assert np.abs(centre).max() < moved and (moved < 1 or np.abs(centre).max() > 1)
-    still = 1e-9 if "velocity" not in given else np.inf
-    assert np.abs(momentum).max() < still and (still < 1 or np.abs(momentum).max() > 0.1)
+    assert ("position" in keys) is (q[:3].tolist() == POSITION)
+    assert ("velocity" in keys) is (u[:3].tolist() == VELOCITY)
+    channels = model.observe(np.zeros(1), model.x0[None])
+    centre, momentum = channels["monitors/center_of_mass"][0], channels["monitors/momentum"][0]
+    position_limit = 1e-9 if "position" not in keys else np.inf
+    assert np.abs(centre).max() < position_limit and (position_limit < 1 or np.abs(centre).max() > 1)
+    velocity_limit = 1e-9 if "velocity" not in keys else np.inf
+    assert np.abs(momentum).max() < velocity_limit and (velocity_limit < 1 or np.abs(momentum).max() > 0.1)

@@ -69,7 +69,7 @@ def test_digest_of_every_file_of_a_case(craft: str, write_case: Any):
     (folder / "m.csv").write_text("time,fy\n0,1\n2,3\n")
     case = read_case(path)
     first = file_digests(case)
-    assert {where: one["file"] for where, one in first.items()} == {
+    assert {where: entry["file"] for where, entry in first.items()} == {
         "bodies.boom.mesh": "boom.inp",
         "bodies.hub.shapes[1].file": "hull.inp",
         "loads[0].table": "l.csv",
@@ -166,8 +166,8 @@ bias = [2e-3]
 def test_sampled_gauge_reads_static_curvature_with_bias_and_delay(tmp_path):
     path = tmp_path / "gauge.toml"
     path.write_text(CASE)
-    found = run(path, tmp_path / "gauge.h5")
-    shown = found["effectors/gauge/strain"]
-    assert shown[-1] == pytest.approx(0.3 * 1.5 / 30.0 + 2e-3, abs=2e-4)  # P (L - x) / EI; the quantum, six functions
-    assert shown[0] == 0.0 and 0.0 < shown[1] < shown[-1]
-    assert shown[-1] / 1e-4 == pytest.approx(round(shown[-1] / 1e-4), abs=1e-9)
+    gauge_run = run(path, tmp_path / "gauge.h5")
+    strain = gauge_run["effectors/gauge/strain"]
+    assert strain[-1] == pytest.approx(0.3 * 1.5 / 30.0 + 2e-3, abs=2e-4)  # P (L - x) / EI; the quantum, six functions
+    assert strain[0] == 0.0 and 0.0 < strain[1] < strain[-1]
+    assert strain[-1] / 1e-4 == pytest.approx(round(strain[-1] / 1e-4), abs=1e-9)

@@ -59,20 +59,20 @@ def pendulum(size: float, ride: Profile | float = 0.0) -> System:
 def angle(system: System, times: np.ndarray) -> np.ndarray:
     """The angle of the pendulum from its rest, linearised."""
     model = compile_system(system)
-    found = LinearMotion().solve(model, times, model.x0)
-    return model.observe(found.times, found.states)["q"][:, 1] + np.pi / 2
+    motion = LinearMotion().solve(model, times, model.x0)
+    return model.observe(motion.times, motion.states)["q"][:, 1] + np.pi / 2
 
 
 def test_pendulum_under_torque_matches_matrix_exponential():
     times = np.linspace(0, 3, 61)
-    seen = angle(pendulum(0.1), times)
+    angles = angle(pendulum(0.1), times)
     y, torques = np.array([0.1, 0.0]), [(0.3, 0.3), (-0.3, 0.3), (0.0, 0.0)]
     for start, (first, slope) in enumerate(torques):
         wide = np.zeros((4, 4))
         wide[:2] = [[0.0, 1.0, 0.0, 0.0], [-9.81 / INERTIA, -0.5 / INERTIA, 1.0 / INERTIA, 0.0]]
         wide[2, 3] = 1.0
         for k in np.flatnonzero((times > start) & (times < start + 1)):
-            assert seen[k] == pytest.approx((expm(wide * (times[k] - start)) @ [*y, first, slope])[0], abs=1e-8)
+            assert angles[k] == pytest.approx((expm(wide * (times[k] - start)) @ [*y, first, slope])[0], abs=1e-8)
         y = (expm(wide) @ [*y, first, slope])[:2]
 
 
@@ -84,8 +84,8 @@ def test_moving_hinge_drives_pendulum_by_its_acceleration():
     A = np.array([[0.0, 1.0], [-9.81 / INERTIA, -0.5 / INERTIA]])
     push = np.array([0.0, size * omega**2 / INERTIA])  # theta'' = ... - (m c / I) s'', s'' = -size omega^2 sin
     steady = np.linalg.solve(1j * omega * np.eye(2) - A, push)
-    wanted = [(np.imag(steady * np.exp(1j * omega * t)) - expm(A * t) @ np.imag(steady))[0] for t in times]
-    assert angle(system, times) == pytest.approx(np.array(wanted), abs=1e-7 * size)
+    expected = [(np.imag(steady * np.exp(1j * omega * t)) - expm(A * t) @ np.imag(steady))[0] for t in times]
+    assert angle(system, times) == pytest.approx(np.array(expected), abs=1e-7 * size)
 
 
 def test_vertically_moving_hinge_gives_mathieus_equation():
@@ -100,12 +100,12 @@ def test_vertically_moving_hinge_gives_mathieus_equation():
     def rate(t, y):
         return [y[1], -(9.81 - size * omega**2 * np.sin(omega * t)) / INERTIA * y[0] - 0.5 / INERTIA * y[1]]
 
-    wanted = solve_ivp(rate, (0, 3), [0.2, 0.0], "DOP853", times, rtol=1e-12, atol=1e-14).y[0]
+    expected = solve_ivp(rate, (0, 3), [0.2, 0.0], "DOP853", times, rtol=1e-12, atol=1e-14).y[0]
     counts = []
     for rtol in (1e-6, 1e-10):
-        found = LinearMotion(rtol=rtol).solve(model, times, model.x0)
-        assert found.states[:, 1] + np.pi / 2 == pytest.approx(wanted, abs=300 * rtol)
-        counts.append(found.steps.accepted)
+        motion = LinearMotion(rtol=rtol).solve(model, times, model.x0)
+        assert motion.states[:, 1] + np.pi / 2 == pytest.approx(expected, abs=300 * rtol)
+        counts.append(motion.steps.accepted)
     assert counts[1] < 1.5 * 1e4 ** (1 / 5) * counts[0]
 
 
@@ -145,12 +145,12 @@ def test_difference_along_a_deployment_is_of_third_order():
 def test_eccentric_orbit_drives_linear_pitch():
     case = with_values(read_case(CASES / "eccentric_pitch.toml"), {"run.orbits": 1, "run.samples": 21})
     prepared = prepare(case, linearised=True)
-    found = prepared.integrator.solve(prepared.model, prepared.times, prepared.model.x0)
-    pitch = prepared.model.observe(found.times, found.states)["attitude/angles"][:, 0]
+    motion = prepared.integrator.solve(prepared.model, prepared.times, prepared.model.x0)
+    pitch = prepared.model.observe(motion.times, motion.states)["attitude/angles"][:, 0]
     full = prepare(case)
     solved = full.integrator.solve(full.model, full.times, full.model.x0)
-    wanted = full.model.observe(solved.times, solved.states)["attitude/angles"][:, 0]
-    assert np.abs(pitch).max() > 0.013 and pitch == pytest.approx(wanted, abs=2e-3 * np.abs(wanted).max())
+    expected = full.model.observe(solved.times, solved.states)["attitude/angles"][:, 0]
+    assert np.abs(pitch).max() > 0.013 and pitch == pytest.approx(expected, abs=2e-3 * np.abs(expected).max())
 
 
 PENDULUM = """
@@ -200,18 +200,18 @@ def test_verb_writes_both_runs(tmp_path):
 
 @pytest.mark.parametrize("orbital", [True, False])
 @pytest.mark.parametrize(("rotation", "along"), [("euler_parameters", [1, 0, 0, 0]), ("intrinsic xzy", [0, 0, 0])])
-def test_the_nominal_state_is_undeformed_and_at_rest_along_the_orbital_frame(orbital, rotation, along):
+def test_nominal_state_is_undeformed_along_the_orbital_frame(orbital, rotation, along):
     """Places and joints stay as they start; so do attitudes of all but the root in orbit."""
     rng = np.random.default_rng(3)
     hub = rigid_body(5.0, np.eye(3), markers={"a": Marker.at([0.1, 0.0, 0.0])})
     bodies = {"hub": hub, "one": random_body(rng, 2)[0], "two": random_body(rng, 3)[0]}
     turned = [0.8, 0.6, 0.0, 0.0] if len(along) == 4 else [0.4, -0.3, 0.2]
-    place = [] if orbital else [1.0, 2.0, 3.0]
+    position = [] if orbital else [1.0, 2.0, 3.0]
     root = spherical if orbital else free
     system = System(
         bodies,
         (
-            root("hub", rotation=rotation, q0=[*place, *turned], u0=[9.0] * (len(place) + 3)),
+            root("hub", rotation=rotation, q0=[*position, *turned], u0=[9.0] * (len(position) + 3)),
             revolute("one", "hub", parent_marker="a", q0=[0.7], u0=[0.3]),
             spherical("two", "one", rotation=rotation, parent_marker="b", q0=turned, u0=[0.1, 0.2, 0.3]),
         ),
@@ -223,9 +223,9 @@ def test_the_nominal_state_is_undeformed_and_at_rest_along_the_orbital_frame(orb
     names = [name for name, _ in system.coordinate_names()]
     elastic = [k for k, name in enumerate(names) if "delta" in name]
     assert len(elastic) == 5 and not q[elastic].any() and model.parts(model.x0)[0][elastic].all()
-    wanted = [*place, *(along if orbital else turned), 0.7, *turned]
-    np.testing.assert_allclose(np.delete(q, elastic), wanted)
-    assert not np.asarray(u[len(place) + 3 :]).any() and (orbital or not u.any())
+    expected = [*position, *(along if orbital else turned), 0.7, *turned]
+    np.testing.assert_allclose(np.delete(q, elastic), expected)
+    assert not np.asarray(u[len(position) + 3 :]).any() and (orbital or not u.any())
     np.testing.assert_array_equal(nominal_state(model), model.at_rest(q))
 
 
@@ -244,8 +244,8 @@ def test_pendulum_without_gravity_is_slowed_by_its_damper():
     x0 = model.x0.copy()
     x0[-1] = 0.2
     times = np.linspace(0, 3, 4)
-    seen = LinearMotion().solve(model, times, x0).states[:, 1] + np.pi / 2
-    assert seen == pytest.approx(0.1 + 0.2 * 0.7 / 0.5 * (1 - np.exp(-0.5 / 0.7 * times)), abs=1e-7)
+    angles = LinearMotion().solve(model, times, x0).states[:, 1] + np.pi / 2
+    assert angles == pytest.approx(0.1 + 0.2 * 0.7 / 0.5 * (1 - np.exp(-0.5 / 0.7 * times)), abs=1e-7)
 
 
 @pytest.mark.parametrize("without", [(), ("gravity_gradient",), ("gyroscopic",)])
@@ -255,11 +255,11 @@ def test_small_motion_in_orbit_without_some_terms_matches_nonlinear_motion(witho
     joint = spherical("hub", name="attitude", q0=q0)
     model = compile_system(System(hub, (joint,), orbit=Orbit(7e6), frame=Frame("orbital"))).without(*without)
     times = np.linspace(0, 3000, 4)
-    found = LinearMotion().solve(model, times, model.x0).states
+    linear = LinearMotion().solve(model, times, model.x0).states
     full = Dop853(rtol=1e-11, atol=1e-13).solve(model, times, model.x0).states
     for part in (slice(1, 4), slice(4, 7)):
         moved = np.abs(full[:, part] - full[0, part]).max()
-        assert moved > 1e-7 and np.abs(found - full)[:, part].max() < 6e-3 * moved
+        assert moved > 1e-7 and np.abs(linear - full)[:, part].max() < 6e-3 * moved
 
 
 # coordinates

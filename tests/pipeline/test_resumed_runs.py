@@ -61,19 +61,19 @@ force = [0.2, 0, 0]
 
 
 @pytest.fixture(scope="module")
-def done(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def finished_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder with the case and its run."""
-    folder = tmp_path_factory.mktemp("done")
+    folder = tmp_path_factory.mktemp("finished_run")
     (folder / "a.toml").write_text(CRAFT)
     femflex.run(folder / "a.toml", folder / "a.h5", without=["push"]).close()
     return folder
 
 
 @pytest.fixture
-def folder(done: Path, tmp_path: Path) -> Path:
-    """A copy of it, its case where the file says it is."""
+def folder(finished_run: Path, tmp_path: Path) -> Path:
+    """A copy of the folder, with the new path of the case in the result file."""
     for name in ("a.toml", "a.h5"):
-        shutil.copy(done / name, tmp_path)
+        shutil.copy(finished_run / name, tmp_path)
     edited(tmp_path / "a.h5", case_path=str(tmp_path / "a.toml"))
     return tmp_path
 
@@ -98,10 +98,10 @@ def test_rebuilt_model_reproduces_the_run(folder: Path):
     with open_run(folder / "a.h5") as run:
         model = rebuilt(run)
         assert model.omitted == run.without == ("loads/push",)
-        seen = model.observe(run.time, run.states())
-        assert {path for path in seen if path in run} == set(run)
+        channels = model.observe(run.time, run.states())
+        assert {path for path in channels if path in run} == set(run)
         for path in run:
-            np.testing.assert_allclose(seen[path], run[path], rtol=1e-12, atol=1e-12, err_msg=path)
+            np.testing.assert_allclose(channels[path], run[path], rtol=1e-12, atol=1e-12, err_msg=path)
         (folder / "a.toml").unlink()  # its text is in the file, and its folder is still there
         assert rebuilt(run).omitted == run.without
         before, after = (model.parts(run.states()[k])[1] for k in (4, 6))
@@ -202,8 +202,10 @@ NAMES = {"q": ("ride.slide", "hinge.angle"), "u": ("ride.slide_rate", "hinge.ang
 
 def rows(path: Path, names: dict[str, tuple[str, ...]] = NAMES, **changed: float) -> Path:
     """A run of three rows; `q1 = 5.0` changes the second row of q by 5."""
-    channels = {key: Channel("m, rad" if key != "z" else "N", "", (len(own),), own) for key, own in names.items()}
-    arrays = {key: 7.0 * ord(key) + np.arange(3.0 * len(own)).reshape(3, -1) for key, own in names.items()}
+    channels = {
+        key: Channel("m, rad" if key != "z" else "N", "", (len(columns),), columns) for key, columns in names.items()
+    }
+    arrays = {key: 7.0 * ord(key) + np.arange(3.0 * len(columns)).reshape(3, -1) for key, columns in names.items()}
     channels["monitors/energy"], arrays["monitors/energy"] = Channel("J", ""), np.arange(3.0)
     for key, value in changed.items():
         arrays["monitors/energy" if key[0] == "m" else key[0]][int(key[1]), ...] += value

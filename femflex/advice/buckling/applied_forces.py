@@ -18,9 +18,9 @@ FOLLOWING = {"body", "marker"}  # frames of loads that turn with their body
 
 @dataclass(frozen=True, eq=False)
 class AppliedForce:
-    """Force and torque (n_t, 3) on a body about its marker at a place (n_t, 3), inertial components.
+    """Force and torque (n_t, 3) on a body about its marker at a position (n_t, 3), inertial components.
 
-    load: whether it is one of the system's loads; frame: in whose axes it is given; held: see AppliedLoad.
+    load: whether it is one of the system's loads; frame: in whose axes it is given; n_constrained: see AppliedLoad.
     """
 
     name: str
@@ -28,47 +28,49 @@ class AppliedForce:
     marker: str
     force: Array
     torque: Array
-    place: Array
+    position: Array
     load: bool = False
     frame: str = ""
-    held: int = 0
+    n_constrained: int = 0
 
-    def about(self, place: Array) -> Array:
-        """Force and torque (n_t, 6) [N, N m] about another place."""
-        return np.hstack([self.force, self.torque + np.cross(self.place - place, self.force)])
+    def wrench_about(self, position: Array) -> Array:
+        """Force and torque (n_t, 6) [N, N m] about another position."""
+        return np.hstack([self.force, self.torque + np.cross(self.position - position, self.force)])
 
 
 @dataclass(frozen=True, eq=False)
 class RigidMotion:
-    """A motion of a system of rigid bodies: times (n_t,) and what `observe` tells of it, reactions too."""
+    """A motion of a system of rigid bodies: times (n_t,) and the channels that `observe` computes, with reactions."""
 
     system: System
     times: Array
-    seen: Mapping[str, Array]
-    turned: dict[str, Array] = field(init=False)
+    channels: Mapping[str, Array]
+    rotations: dict[str, Array] = field(init=False)
 
     def __post_init__(self) -> None:
-        turned = {name: dcm_from_quaternion(self.seen[f"bodies/{name}/attitude"]) for name in self.system.order}
-        object.__setattr__(self, "turned", turned)
+        rotations = {name: dcm_from_quaternion(self.channels[f"bodies/{name}/attitude"]) for name in self.system.order}
+        object.__setattr__(self, "rotations", rotations)
 
-    def place(self, body: str | None, marker: str) -> Array:
-        """Place (n_t, 3) [m] of a marker, inertial components."""
-        return marker_motion(self.system, self.times, self.seen, body, marker)[0]
+    def marker_position(self, body: str | None, marker: str) -> Array:
+        """Position (n_t, 3) [m] of a marker, inertial components."""
+        return marker_motion(self.system, self.times, self.channels, body, marker)[0]
 
     @cached_property
-    def pushes(self) -> list[AppliedForce]:
-        """All that acts at markers but what the joints of the tree carry."""
+    def forces(self) -> list[AppliedForce]:
+        """All forces and torques at markers except those that the joints of the tree transmit."""
         return [*self._loads(), *self._ties(), *self._springs()]
 
     def _loads(self) -> Iterator[AppliedForce]:
-        none = np.zeros((len(self.times), 3))  # of a force or torque that a load does not have, and does not report
+        zero = np.zeros((len(self.times), 3))  # of a force or torque that a load does not have, and does not report
         for load in self.system.loads:
             force, torque = (
-                np.einsum("tij,tj->ti", self.turned[load.body], self.seen.get(f"loads/{load.name}/{what}", none))
-                for what in ("force", "torque")
+                np.einsum(
+                    "tij,tj->ti", self.rotations[load.body], self.channels.get(f"loads/{load.name}/{quantity}", zero)
+                )
+                for quantity in ("force", "torque")
             )
-            place = self.place(load.body, load.marker)
-            yield AppliedForce(f"load {load.name!r}", load.body, load.marker, force, torque, place, True, load.frame)
+            position = self.marker_position(load.body, load.marker)
+            yield AppliedForce(f"load {load.name!r}", load.body, load.marker, force, torque, position, True, load.frame)
 
     def _ties(self) -> Iterator[AppliedForce]:
         system = self.system
@@ -81,34 +83,41 @@ class RigidMotion:
             if c.body is not None
         ]
         for path, name, body, marker, tie in ties:
-            force, torque = (self.seen[f"{path}/{what}"] for what in ("force", "torque"))
-            held = 0 if not isinstance(tie, Joint) else 3 if tie.ball is not None or len(tie.rotations) else 6
-            on = AppliedForce(name, body, marker, force, torque, self.place(body, marker), held=held)
-            yield on
+            force, torque = (self.channels[f"{path}/{quantity}"] for quantity in ("force", "torque"))
+            n_constrained = 0 if not isinstance(tie, Joint) else 3 if tie.ball is not None or len(tie.rotations) else 6
+            action = AppliedForce(
+                name, body, marker, force, torque, self.marker_position(body, marker), n_constrained=n_constrained
+            )
+            yield action
             if tie.parent is not None:
-                yield self._back(on, tie.parent, tie.parent_marker)
+                yield self._reaction(action, tie.parent, tie.parent_marker)
 
     def _springs(self) -> Iterator[AppliedForce]:
-        """Springs at rest: what their dampers do is left out."""
+        """Forces of springs, without those of their dampers."""
         for spring in self.system.springs:
-            place, other = self.place(spring.body, spring.marker), self.place(spring.parent, spring.parent_marker)
-            line = place - other
+            position, other = (
+                self.marker_position(spring.body, spring.marker),
+                self.marker_position(spring.parent, spring.parent_marker),
+            )
+            line = position - other
             length = np.maximum(np.linalg.norm(line, axis=1, keepdims=True), 1e-300)
             force = -spring.stiffness * (length - spring.length) * line / length
-            on = AppliedForce(f"spring {spring.name!r}", spring.body, spring.marker, force, 0.0 * force, place)
-            yield on
+            action = AppliedForce(f"spring {spring.name!r}", spring.body, spring.marker, force, 0.0 * force, position)
+            yield action
             if spring.parent is not None:
-                yield self._back(on, spring.parent, spring.parent_marker)
+                yield self._reaction(action, spring.parent, spring.parent_marker)
 
-    def _back(self, on: AppliedForce, body: str, marker: str) -> AppliedForce:
-        """What answers it on the other body."""
-        place = self.place(body, marker)
-        wrench = -on.about(place)
-        return replace(on, body=body, marker=marker, force=wrench[:, :3], torque=wrench[:, 3:], place=place)
+    def _reaction(self, action: AppliedForce, body: str, marker: str) -> AppliedForce:
+        """The opposite force and torque on the other body."""
+        position = self.marker_position(body, marker)
+        wrench = -action.wrench_about(position)
+        return replace(action, body=body, marker=marker, force=wrench[:, :3], torque=wrench[:, 3:], position=position)
 
-    def joint(self, body: str) -> AppliedForce:
-        """What the joint of a body exerts on it."""
+    def joint_force(self, body: str) -> AppliedForce:
+        """Force and torque that the joint of a body exerts on it."""
         joint = self.system.joint_of(body)
-        path, place = f"joints/{joint.label}", self.place(body, joint.child_marker)
-        force, torque = (self.seen.get(f"{path}/{what}", np.zeros_like(place)) for what in ("force", "torque"))
-        return AppliedForce(f"its joint {joint.label!r}", body, joint.child_marker, force, torque, place)
+        path, position = f"joints/{joint.label}", self.marker_position(body, joint.child_marker)
+        force, torque = (
+            self.channels.get(f"{path}/{quantity}", np.zeros_like(position)) for quantity in ("force", "torque")
+        )
+        return AppliedForce(f"its joint {joint.label!r}", body, joint.child_marker, force, torque, position)

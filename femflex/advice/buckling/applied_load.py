@@ -16,7 +16,7 @@ WRENCH = 6  # force and torque
 
 @dataclass(frozen=True, eq=False)
 class AppliedLoad:
-    """One thing that loads a body at n_t instants, body axes.
+    """One load on a body at n_t instants, body axes.
 
     name     what it is, as reported
     marker   where it acts; None: all over the body, as a field of accelerations -(b + W r), r from the body's origin
@@ -24,7 +24,8 @@ class AppliedLoad:
     wrench   (n_t, 6) force and torque as reported
     arm      (n_t, 3) from the marker to where the force acts, on the attached body that turns with it [m]
     follows  whether the force turns with the marker, or keeps its direction
-    held     0; 3: it holds the marker in its place, as the loop does whose force it is; 6: in its attitude too
+    n_constrained  components of the motion of the marker that it constrains: 0; 3: translation, as the loop whose force
+             it is; 6: rotation too
     inertia  (6, 6) of the bodies attached there, which move with the marker [kg, kg m, kg m^2]
     """
 
@@ -34,7 +35,7 @@ class AppliedLoad:
     wrench: Array
     arm: Array = field(default_factory=lambda: np.zeros((1, 3)))
     follows: bool = False
-    held: int = 0
+    n_constrained: int = 0
     inertia: Array = field(default_factory=lambda: np.zeros((6, 6)))
 
     def size(self, row: int) -> str:
@@ -42,7 +43,7 @@ class AppliedLoad:
         sizes = zip(np.linalg.norm(self.wrench[row].reshape(2, 3), axis=1), ("N", "N m"), strict=True)
         return " and ".join(f"{size:.4g} {unit}" for size, unit in sizes if size > 0.0) or "0 N"
 
-    def turning(self, row: int) -> Array:
+    def load_stiffness(self, row: int) -> Array:
         """A (6, 6) [N, N m] of the force and torque that are added at the marker when it turns by theta, A (0, theta).
 
         A force that keeps its direction at an arm r adds the torque (theta x r) x F = (r F^T - r.F) theta, of which the
@@ -64,12 +65,12 @@ class AppliedLoad:
 class BucklingResult:
     """Load over buckling load of a body, under all its loads at an instant.
 
-    part    load over buckling load, 1 / lambda of det(K + lambda K_sigma) = 0; 0 where it cannot buckle
+    ratio   load over buckling load, 1 / lambda of det(K + lambda K_sigma) = 0; 0 where it cannot buckle
     row     of the instant
-    shares  (n,) of each load in part; they add up to it. Zero where part is small
+    shares  (n,) contribution of each load to the ratio; they add up to it. Zero where the ratio is small
     """
 
-    part: float
+    ratio: float
     row: int
     shares: tuple[float, ...]
 
@@ -77,13 +78,13 @@ class BucklingResult:
 class BucklingModel(Protocol):
     """Linear buckling analysis of a body."""
 
-    def nearest(self, loads: Sequence[AppliedLoad], shares_from: float = 0.0) -> BucklingResult:
+    def worst_instant(self, loads: Sequence[AppliedLoad], shares_from: float = 0.0) -> BucklingResult:
         """Largest load over buckling load of all loads together, over their instants.
 
-        shares_from: part above which the share of each load is computed.
+        shares_from: ratio above which the share of each load is computed.
         """
 
-    def kept(self, loads: Sequence[AppliedLoad], row: int) -> float:
+    def reduced_ratio(self, loads: Sequence[AppliedLoad], row: int) -> float:
         """The same at an instant, for the buckling load in the reduced basis; follower loads count as dead loads."""
 
 

@@ -16,30 +16,36 @@ from femflex.body.symmetric import hessian
 from femflex.reduction.admissible import beam_body
 from femflex.reduction.beams.uniform_beam import BeamFunctions, UniformBeam
 
-ENOUGH = 6  # polynomials of each field: 1e-4 in the load at which a cantilever tips over
-THIN = 1e-4  # radius of gyration over length of a section that is given no inertia
+POLYNOMIALS = 6  # polynomials of each field: error of 1e-4 in the lateral-torsional buckling load of a cantilever
+THIN_SECTION = 1e-4  # radius of gyration over length of a section without rotary inertia
 
 
 @dataclass(frozen=True, eq=False)
 class BeamBuckling:
-    """A beam with functions enough, as `bearing.Elastic`. names: marker -> "root" or "tip"; own: on its own functions
-    alone."""
+    """A beam with enough functions, as an `ElasticStructure`.
+
+    names: marker -> "root" or "tip"; reduced_basis: whether it has its own functions only
+    """
 
     beam: UniformBeam
     functions: BeamFunctions
     names: Mapping[str, str]
-    own: bool = False
+    reduced_basis: bool = False
 
     @cached_property
     def body(self) -> FlexibleBody:
-        """The condensed beam on functions enough, or its own."""
-        own = replace(self.functions, axial=0)
-        return beam_body(self.beam, own, strain="condensed") if self.own else whole_beam(self.beam, self.functions)
+        """The condensed beam on enough functions, or on its own."""
+        functions = replace(self.functions, axial=0)
+        return (
+            beam_body(self.beam, functions, strain="condensed")
+            if self.reduced_basis
+            else whole_beam(self.beam, self.functions)
+        )
 
     @property
-    def kept(self) -> BeamBuckling:
-        """See Elastic."""
-        return replace(self, own=True)
+    def reduced(self) -> BeamBuckling:
+        """See ElasticStructure."""
+        return replace(self, reduced_basis=True)
 
     @cached_property
     def K(self) -> Array:
@@ -48,69 +54,73 @@ class BeamBuckling:
 
     @property
     def basis(self) -> Array:
-        """See Elastic, with its shapes and units."""
+        """See ElasticStructure, with its shapes and units."""
         return np.diag(1.0 / np.sqrt(np.diag(self.K)))
 
     @property
     def size(self) -> int:
-        """See Elastic."""
+        """See ElasticStructure."""
         return self.body.n_modes
 
     @property
     def scale(self) -> tuple[float, float]:
-        """See Elastic."""
+        """See ElasticStructure."""
         return self.body.moments.mass, self.beam.length
 
     @property
-    def slowest(self) -> float:
-        """See Elastic."""
+    def least_omega_squared(self) -> float:
+        """See ElasticStructure."""
         n = self.body.n_modes
         return float((np.diag(self.K) / np.diag(self.body.moments.elastic_mass())[:n]).min())
 
-    def knows(self, marker: str | None) -> bool:
-        """See Elastic."""
+    def has_marker(self, marker: str | None) -> bool:
+        """See ElasticStructure."""
         return marker is None or marker in self.names
 
     def loads(self, marker: str | None) -> Array:
-        """See Elastic, with its shapes and units."""
+        """See ElasticStructure, with its shapes and units."""
         moments = self.body.moments
         if marker is not None:
-            tip = self.body.markers[self.names[marker]]
-            return np.vstack([tip.phi, tip.psi]).T
+            end = self.body.markers[self.names[marker]]
+            return np.vstack([end.phi, end.psi]).T
         rows = np.concatenate([moments.first[1:, None, :], moments.second[0, :, 1:, :].swapaxes(0, 1)], axis=1)
         return -rows.reshape(-1, FIELD)
 
-    def at(self, marker: str, A: Array) -> Array:
-        """See Elastic, with its shapes and units."""
-        tip, n = self.body.markers[self.names[marker]], self.body.n_modes
-        R = np.vstack([tip.phi, tip.psi])[:, :n]
+    def marker_matrix(self, marker: str, A: Array) -> Array:
+        """See ElasticStructure, with its shapes and units."""
+        end, n = self.body.markers[self.names[marker]], self.body.n_modes
+        R = np.vstack([end.phi, end.psi])[:, :n]
         return np.asarray(R.T @ A @ R)
 
     def stress(self, load: Array) -> Array:
-        """See Elastic, with its shapes and units: 6 V2 d - f.A, with d = V1^-1 f and the load's work f.A on what
-        follows."""
+        """See ElasticStructure, with its shapes and units: 6 V2 d - f.A, with d = V1^-1 f and the load's work f.A on
+        dependent shapes."""
         n = self.body.n_modes
         answer = np.asarray(np.linalg.solve(self.K, load[:n]), float)
         return hessian(self.body.strain.V2, answer, 3) - np.tensordot(load[n:], self.body.slaves, axes=1)
 
     def stress_in_basis(self, loads: Array) -> Array:
-        """See Elastic, with its shapes and units."""
+        """See ElasticStructure, with its shapes and units."""
         return np.stack([self.basis.T @ self.stress(load) @ self.basis for load in loads.T])
 
-    def moved(self, load: Array) -> float:
-        """See Elastic, with its shapes and units: what the ends move, in addition to the rigid motions."""
+    def largest_displacement(self, load: Array) -> float:
+        """See ElasticStructure, with its shapes and units: of the ends, in addition to the rigid motions."""
         n = self.body.n_modes
         answer = np.linalg.solve(self.K, load[:n])
-        return max(float(np.linalg.norm(one.phi[:, :n] @ answer)) for one in self.body.markers.values())
+        return max(float(np.linalg.norm(marker.phi[:, :n] @ answer)) for marker in self.body.markers.values())
 
-    def lowest(self, K_sigma: Array, held: Array | None) -> tuple[float, Array]:
-        """See Elastic, with its shapes and units."""
-        return lowest_of_few(K_sigma, self.K, held)
+    def lowest(self, K_sigma: Array, constraint: Array | None) -> tuple[float, Array]:
+        """See ElasticStructure, with its shapes and units."""
+        return lowest_of_few(K_sigma, self.K, constraint)
 
 
 def whole_beam(beam: UniformBeam, functions: BeamFunctions) -> FlexibleBody:
-    """The condensed beam with functions enough to buckle as it does."""
-    bent = max(functions.y, functions.z)
-    enough = BeamFunctions(*(max(ENOUGH, bent),) * 2, 0, max(ENOUGH, functions.torsion), "polynomial", functions.ends)
-    turning = beam if beam.ry or beam.rz else replace(beam, ry=THIN * beam.length, rz=THIN * beam.length)
-    return beam_body(turning, enough, strain="condensed")
+    """The condensed beam with enough functions for its buckling load."""
+    n_bending = max(functions.y, functions.z)
+    richer_functions = BeamFunctions(
+        *(max(POLYNOMIALS, n_bending),) * 2, 0, max(POLYNOMIALS, functions.torsion), "polynomial", functions.ends
+    )
+    beam_with_inertia = (
+        beam if beam.ry or beam.rz else replace(beam, ry=THIN_SECTION * beam.length, rz=THIN_SECTION * beam.length)
+    )
+    return beam_body(beam_with_inertia, richer_functions, strain="condensed")

@@ -32,14 +32,14 @@ collapses.
 
 V_4 is zero for bending in one plane without twist; with it a round section bends and twists alike about all axes.
 
-Large deflections (option bounded_energy). For a strip, EIy >> EIz, the negative terms of V_4 soon dominate. Bent about
-its weak axis and twisted, it has w'' = theta v'', which stores no energy in the stiff plane. There -EIy theta^2 w''^2 / 2
-equals -EIy theta^4 v''^2 / 2, of sixth order, and the terms that would balance it in the square (k_y sin theta - k_z
-cos theta)^2 are of fifth and sixth order too, so that a series of fourth order cannot contain both: a column with 400
-times the stiffness in its stiff plane loses its torsional stiffness 1.3 % above Euler's load, and then diverges. With
-`bounded_energy` V_4 is that of the inscribed round section, of stiffness min(EIy, EIz), and the rest of the energy
-consists of squares. This neglects bending in the stiff plane in proportion to the square of the twist: Prandtl's load becomes 1
-/ (2 ratio) too high.
+Large deflections (option bounded_energy). For a strip, EIy >> EIz, the negative terms of V_4 soon dominate. Bent
+about its weak axis and twisted, it has w'' = theta v'', which stores no energy in the stiff plane. There -EIy theta^2
+w''^2 / 2 equals -EIy theta^4 v''^2 / 2, of sixth order, and the terms that would balance it in the square (k_y sin
+theta - k_z cos theta)^2 are of fifth and sixth order too, so that a series of fourth order cannot contain both: a
+column with 400 times the stiffness in its stiff plane loses its torsional stiffness 1.3 % above Euler's load, and
+then diverges. With `bounded_energy` V_4 is that of the inscribed round section, of stiffness min(EIy, EIz), and the
+rest of the energy consists of squares. This neglects bending in the stiff plane in proportion to the square of the
+twist: Prandtl's load becomes 1 / (2 ratio) too high.
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ from femflex.studies.campbell.matching import Match
 from femflex.studies.campbell.sweep import Spin, frame_of, spins
 
 if TYPE_CHECKING:
-    from femflex.pipeline.decisions import Decided
+    from femflex.pipeline.decisions import ResolvedCase
 
 
 def case_campbell(
@@ -38,37 +38,40 @@ def diagram_of(case: Case, matched_spins: list[tuple[Spin, Match | None]], compl
     return assembled_diagram(matched_spins, table.modes, table.orders, case.title, complete)
 
 
-def decided_of(case: Case) -> Decided:
+def resolve_campbell_case(case: Case) -> ResolvedCase:
     """The case with all choices made; the equilibrium of its system is computed again at every speed.
 
     Doubts about the case become warnings. Raises CaseError with what does not fit together.
     """
-    from femflex.pipeline.balanced import decided_at_rest
+    from femflex.pipeline.case_equilibrium import resolve_at_rest
 
-    return decided_at_rest(case)
+    return resolve_at_rest(case)
 
 
 def case_spins(
-    case: Case, at: float | None = None, progress: Callable[[float], None] | None = None, decided: Decided | None = None
+    case: Case,
+    at: float | None = None,
+    progress: Callable[[float], None] | None = None,
+    resolved: ResolvedCase | None = None,
 ) -> Iterator[tuple[Spin, Match | None]]:
-    """The steady spins of a case in turn; `decided`: the case with its choices, by default made here (`decided_of`).
+    """The steady spins of a case in turn; `resolved`: the case with its choices, by default of `resolve_campbell_case`.
 
     Warns (PhysicsWarning) of bodies whose stiffening by the fastest spin is not modelled.
     """
     table, axis = table_of(case), axis_of(case)
-    decided = decided_of(case) if decided is None else decided
+    resolved = resolve_campbell_case(case) if resolved is None else resolved
     x = None
-    for matched_spin in spins(decided.system, axis, table.speeds, table.modes, at, progress):
+    for matched_spin in spins(resolved.system, axis, table.speeds, table.modes, at, progress):
         x = matched_spin[0].x
         yield matched_spin
     if x is not None:
-        warn_of_ignored_stiffening(decided, axis * table.speeds[-1], x)
+        warn_of_ignored_stiffening(resolved, axis * table.speeds[-1], x)
 
 
-def warn_of_ignored_stiffening(decided: Decided, spin: Array, x: Array) -> None:
+def warn_of_ignored_stiffening(resolved: ResolvedCase, spin: Array, x: Array) -> None:
     """Warn of bodies with linear strain that a steady spin (3,) [rad/s] would stiffen."""
-    model = compile_system(replace(decided.system, frame=frame_of(spin, float(np.linalg.norm(spin)))))
-    guard = StiffeningWatch(model, decided.known)
+    model = compile_system(replace(resolved.system, frame=frame_of(spin, float(np.linalg.norm(spin)))))
+    guard = StiffeningWatch(model, resolved.body_origins)
     guard.watch(model.observe(np.zeros(1), x[None]))
     guard.warn()
 

@@ -11,7 +11,7 @@ from femflex.arrays import Array
 from femflex.case import Case
 from femflex.dynamics.equilibria.character import motion_character
 from femflex.dynamics.equilibria.equilibrium import EquilibriumError
-from femflex.pipeline.rest import rest_of
+from femflex.pipeline.rest import rest_equilibrium
 from femflex.studies.campbell.diagram import Campbell, assembled_diagram
 from femflex.studies.campbell.matching import Match
 from femflex.studies.campbell.sweep import Spin, tracked_motions
@@ -60,7 +60,7 @@ def value_motions(
     def motions(value: float, state: Array | None, requested: bool) -> Spin:
         system = varied.system({path: f"{float(value)!r} {unit}" if unit else float(value)})
         try:
-            about = rest_of(system)[0]
+            about = rest_equilibrium(system)[0]
         except EquilibriumError as error:
             raise EquilibriumError(f"at {path} = {value:.6g} {unit}".rstrip() + f" {error}", error.last) from None
         load_counts.append(len(about.moving.loads))

@@ -29,7 +29,7 @@ from femflex.dynamics.equilibria.local_derivative import local_derivative, on_li
 from femflex.dynamics.equilibria.states import effector_states
 from femflex.dynamics.equilibria.system_modes import SystemModes, modes_about
 from femflex.dynamics.model import Model, compile_system
-from femflex.pipeline.rest import rest_of, rest_state, rest_system
+from femflex.pipeline.rest import rest_equilibrium, rest_state, rest_system
 from femflex.studies.linear.inputs import Input, default_inputs, inputs_of
 from femflex.studies.linear.space import StateSpace
 from femflex.summary import Rows, Summarised, listed
@@ -107,7 +107,7 @@ def linear_model(
     left_out: tuple[str, ...] = ()
     about, t = None, at or 0.0
     if state is None:
-        about, left_out = rest_of(system, at)
+        about, left_out = rest_equilibrium(system, at)
         model = compile_system(rest_system(system, at, about))
         x = rest_state(about, model)
     else:

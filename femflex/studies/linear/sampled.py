@@ -25,7 +25,7 @@ from femflex.dynamics.equilibria.linearised import free_directions, linearised, 
 from femflex.dynamics.equilibria.local_derivative import local_derivative, on_line
 from femflex.dynamics.equilibria.states import effector_states
 from femflex.dynamics.model import Model, compile_system
-from femflex.pipeline.rest import rest_of, rest_state, rest_system
+from femflex.pipeline.rest import rest_equilibrium, rest_state, rest_system
 from femflex.system import System
 from femflex.system.constant_commands import is_sampled, with_held_commands
 from femflex.system.sensor import without_quantum
@@ -99,7 +99,7 @@ def sampled_model(system: System) -> SampledModel:
     effectors = tuple(without_quantum(item) if is_sampled(item) else item for item in system.effectors)
     system = replace(system, effectors=effectors)
     continuous = with_held_commands(system)
-    about = rest_of(continuous)[0]
+    about = rest_equilibrium(continuous)[0]
     balanced = rest_system(continuous, None, about)
     model = compile_system(_with_controllers(balanced, system))
     x = _state_with_controllers(model, rest_state(about, compile_system(balanced)), balanced)

@@ -16,7 +16,7 @@ from femflex.dynamics import compile_system
 from femflex.dynamics.equilibria.equilibrium import EquilibriumError
 from femflex.dynamics.equilibria.linearised import frame_rate, linearised, usual_sizes
 from femflex.dynamics.equilibria.small_motions import growth_threshold, spectrum
-from femflex.pipeline.rest import rest_of
+from femflex.pipeline.rest import rest_equilibrium
 from femflex.studies.stability.gravity_gradient import craft_inertia, moments_from_ratios, ratio_inertia, with_inertia
 from femflex.studies.stability.judgement import (
     GYROSCOPIC,
@@ -63,7 +63,7 @@ class AffineChart:
         if omitted:
             systems = [compile_system(variant).without(*omitted).system for variant in systems]
         try:
-            about = rest_of(systems[0])[0]
+            about = rest_equilibrium(systems[0])[0]
         except (EquilibriumError, ValueError):
             return None
         if about.neutral or about.motions.known or about.motions.driven or about.moving.loops or about.moving.varying:

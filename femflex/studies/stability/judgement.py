@@ -12,7 +12,7 @@ from femflex.dynamics.equilibria.equilibrium import Equilibrium, EquilibriumErro
 from femflex.dynamics.equilibria.linearised import frame_rate, linearised, usual_sizes
 from femflex.dynamics.equilibria.system_modes import modes_about
 from femflex.integrate import IntegrationError
-from femflex.pipeline.rest import rest_of
+from femflex.pipeline.rest import rest_equilibrium
 from femflex.studies.floquet import floquet, periodic_state
 from femflex.system import System
 
@@ -92,7 +92,7 @@ def equilibrium_stability(system: System) -> Judgement:
     judgement has no result.
     """
     try:
-        about, _ = rest_of(system)
+        about, _ = rest_equilibrium(system)
     except (EquilibriumError, ValueError) as error:
         return no_judgement(str(error), isinstance(error, EquilibriumError))
     values = about.eigenvalues

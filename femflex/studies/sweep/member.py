@@ -20,8 +20,8 @@ from femflex.case.read import parse_case
 from femflex.case.sweep import SweepTable, parse_sweep
 from femflex.integrate import IntegrationError
 from femflex.pipeline import prepare
-from femflex.pipeline.balanced import case_modes
-from femflex.pipeline.decisions import decided
+from femflex.pipeline.case_equilibrium import case_modes
+from femflex.pipeline.decisions import resolve_choices
 from femflex.pipeline.guard import MotionGuard
 from femflex.studies.varied_case import VariedCase
 from femflex.system import Channel, Part
@@ -133,7 +133,7 @@ def _outcome(base: VariedCase, table: SweepTable, number: int, values: Mapping[s
 def _recorded_run(case: Case, bodies: Mapping[str, Part] | None, paths: list[str]) -> tuple[RecordedRun, float | None]:
     """The channels of the run of a case, and its mean motion; nothing is run if no channel is requested."""
     if not paths:
-        parts: Mapping[str, Any] = decided(case, bodies, loaded=False).system.bodies
+        parts: Mapping[str, Any] = resolve_choices(case, bodies, loaded=False).system.bodies
         return RecordedRun(np.zeros(0), {}, {}, parts), None
     prepared = prepare(case, bodies=bodies)
     model, times = prepared.model, prepared.times

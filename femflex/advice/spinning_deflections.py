@@ -1,0 +1,117 @@
+"""Deflections of spinning bodies: the error of condensed strain, whose foreshortening is of second order.
+
+A body deflected by b of its size shortens by b^2 / 2 of it and b^4 / 8, of which condensed strain has the first. In a
+spinning body centrifugal forces act on the omitted part. For cantilevers bent in the plane of rotation by a force at
+the end, compared with all finite elements, the relative error of the tip deflection is c b^2, with
+c = 0.42 (rate / first frequency)^2 up to about twice that frequency and 0.9 above. A wire, stiffened by the spin alone,
+swings in the plane of the spin about the small lever r of its root: its mass appears b^4 L^2 / 4 farther out, and the
+relative error of its stiffness is c b^2 with c = L / 2 r.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from femflex.advice.deflections import DeflectionWatch, deflection_watches
+from femflex.advice.limits import SPINNING_ERROR
+from femflex.advice.remedies import division_remedy
+from femflex.advice.stiffening import attached_masses, lowest_frequency
+from femflex.arrays import Array, IntArray
+from femflex.system import LengthTable
+from femflex.warning import PhysicsWarning
+
+if TYPE_CHECKING:
+    from femflex.dynamics import Model
+
+
+COEFFICIENT, MAX_COEFFICIENT = 0.42, 0.9  # c over (rate / first frequency)^2, and the largest c
+FAST_RATIO = 10.0  # largest rate over first frequency; the latter is 0 for a wire, and c is COEFFICIENT FAST_RATIO^2
+SLOW_RATIO = 0.15  # rate over first frequency below which the error is negligible
+
+
+@dataclass(frozen=True)
+class SpinningDeflection:
+    """A deflection at an instant: over the body's size, with the rate [rad/s] and the estimated relative error."""
+
+    bend: float
+    rate: float
+    error: float
+
+
+class SpinningDeflectionWatch:
+    """Watches bodies with condensed strain for deflections under spin, and warns of their estimated error."""
+
+    def __init__(self, model: Model) -> None:
+        system = model.system
+        self._system = system
+        self._watches = [
+            watch for watch in deflection_watches(model) if system.bodies[watch.name].strain_form == "condensed"
+        ]
+        attached = {watch.name: attached_masses(system, watch.name) for watch in self._watches}
+        self._first = {name: lowest_frequency(system.bodies[name], masses) for name, masses in attached.items()}
+        self._worst: dict[str, SpinningDeflection] = {}
+
+    def watch(self, states: Array, channels: Mapping[str, Array]) -> None:
+        """Record the largest error over a block of states (n_t, n_x) [SI] and its channels (n_t, ...)."""
+        for body in self._watches:
+            rate = np.linalg.norm(channels[f"bodies/{body.name}/rate"], axis=1)
+            rows = np.flatnonzero(rate > SLOW_RATIO * self._first[body.name])
+            if not rows.size:
+                continue
+            bend = body.relative_displacements(states[rows])
+            error = self._error_coefficient(body, rate[rows], rows, channels) * bend**2
+            k = int(error.argmax())
+            if body.name not in self._worst or error[k] > self._worst[body.name].error:
+                self._worst[body.name] = SpinningDeflection(float(bend[k]), float(rate[rows[k]]), float(error[k]))
+
+    def _error_coefficient(
+        self, body: DeflectionWatch, rate: Array, rows: IntArray, channels: Mapping[str, Array]
+    ) -> Array:
+        """The coefficient c (k,) at the rates (k,) [rad/s] of some rows."""
+        ratio = _rate_ratio(rate, self._first[body.name])
+        free = self._system.joint_of(self._system.root).kind == "free"
+        axis = channels["monitors/center_of_mass"][rows] if free else 0.0
+        marker = "root" if body.name in self._system.varying else self._system.joint_of(body.name).child_marker
+        position = channels.get(f"markers/{body.name}.{marker}/position", channels[f"bodies/{body.name}/position"])
+        lever = np.linalg.norm(position[rows] - axis, axis=1)
+        limit = np.where(
+            ratio < FAST_RATIO,
+            MAX_COEFFICIENT,
+            np.maximum(MAX_COEFFICIENT, body.size / np.maximum(2.0 * lever, 1e-300)),
+        )
+        return np.minimum(COEFFICIENT * ratio**2, limit)
+
+    def warn(self) -> None:
+        """Warn of bodies whose deflection has an estimated error above SPINNING_ERROR."""
+        for name, worst in self._worst.items():
+            if worst.error > SPINNING_ERROR:
+                ratio = float(_rate_ratio(np.array(worst.rate), self._first[name]))
+                times = f"{ratio:.2g} times" if ratio < FAST_RATIO else f"over {FAST_RATIO:g} times"
+                warnings.warn(
+                    f"body {name!r}, bent by {worst.bend:.0%} of its size, turned at {worst.rate:.4g} rad/s, "
+                    f"{times} its first frequency. Condensed strain is of second order in bends: the bend is "
+                    f"up to about {worst.error:.1%} off (limit {SPINNING_ERROR:.0%}). {self._remedy(name)}",
+                    PhysicsWarning,
+                    stacklevel=3,
+                )
+
+    def _remedy(self, name: str) -> str:
+        table = self._system.varying[name].write if name in self._system.varying else None
+        if isinstance(table, LengthTable) and table.sections is not None and table.sections.slackens:
+            return (
+                "For none, let a universal joint turn the member about its exit, with functions.straight = false or no "
+                "functions"
+            )
+        if table is not None:
+            return "A member that deploys cannot be cut into segments: it is an indication, unless its bend stays small"
+        return f"For less, {division_remedy(self._system.bodies[name])}"
+
+
+def _rate_ratio(rate: Array, first: float) -> Array:
+    """Rates (n,) over the first frequency [rad/s], at most FAST_RATIO."""
+    return np.asarray(rate / np.maximum(first, np.maximum(rate, 1e-300) / FAST_RATIO))
