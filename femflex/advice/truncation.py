@@ -78,7 +78,7 @@ class RicherCraft:
         return np.flatnonzero((size > share * size.max(initial=0.0)) | turning)
 
     def excited_motions(self, name: str) -> Array:
-        """Elastic coordinates (n, k) of a body in these modes, of strain energy 1/2 of the whole craft."""
+        """Elastic coordinates (n, k) [kg^1/2 m] of a body in these modes, of strain energy 1/2 of the whole craft."""
         if self.response is None or name not in self.response.shapes:
             return np.zeros((len(self.bodies[name].retained), 0))
         numbers = self.excited_modes(name, EXCITATION_SHARE)

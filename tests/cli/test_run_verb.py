@@ -120,7 +120,7 @@ def test_full_disk_exits_with_3_and_leaves_no_part(femflex, write_case, tmp_path
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs SIGINT")
 def test_interrupted_run_resumes_bit_for_bit(femflex, craft, write_case, tmp_path, monkeypatch):
-    case = write_case(craft.replace("output_step = 0.05", "output_step = 0.005\nmax_step = 0.001"))
+    case = write_case(craft.replace("output_step = 0.05", "output_step = 0.005\nmax_step = 0.0002"))
     output = tmp_path / "run.h5"
 
     def interrupt() -> None:

@@ -28,7 +28,7 @@ def straight_elements(cells: dict[str, IntArray]) -> IntArray:
 
 
 def arc_excess(points: Array, line3: IntArray) -> float:
-    """Relative length by which the arcs through the three points of line3 cells (n, 3) exceed their chords."""
+    """Relative length by which the arcs through the three points of line3 cells (n, 3) [m] exceed their chords."""
     a, b, c = (points[line3[:, k]] for k in range(3))
     chords = np.stack([np.linalg.norm(c - a, axis=1), np.linalg.norm(b - c, axis=1)])
     across = np.linalg.norm(np.cross(c - a, b - c), axis=1)

@@ -22,7 +22,7 @@ RIGID = 0.49  # Poisson's ratio above which the volume constraint at all points 
 
 
 def warn_of_first_order(name: str, x: Array, material: Material | Orthotropic | Anisotropic, group: str) -> None:
-    """Warn of the bending stiffness of first-order cells with corners x (e, k, 3).
+    """Warn of the bending stiffness of first-order cells with corners x (e, k, 3) [m].
 
     In pure bending of a brick of length a and height b the parasitic shear adds (1 - nu)/2 (a/b)^2 to 1.
     """
@@ -69,7 +69,7 @@ def warn_of_tapered(x: Array, group: str) -> None:
 
 
 def warn_of_curved(name: str, x: Array, group: str) -> None:
-    """Warn of thin curved layers of second-order cells with nodes x (e, k, 3), which bend too stiffly.
+    """Warn of thin curved layers of second-order cells with nodes x (e, k, 3) [m], which bend too stiffly.
 
     A curved element cannot bend without stretching; the stretch grows with the rise s of its edges over their chords.
     On MacNeal and Harder's curved beam, roof, hemisphere and cylinder the missing part of the displacement is s / h, h

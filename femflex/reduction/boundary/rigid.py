@@ -108,7 +108,7 @@ def independent_columns(columns: Array) -> Array:
 
 
 def is_held_by_springs(K: sparse.csr_array, M: sparse.csr_array, R: Array) -> bool:
-    """Whether the stiffness K (n_dof, n_dof) resists all rigid motions R (n_dof, r), by springs to ground."""
+    """Whether the stiffness K (n_dof, n_dof) [SI] resists all rigid motions R (n_dof, r), by springs to ground."""
     R = R[:, independent_columns(R)]
     R = R / np.linalg.norm(R, axis=0)
     return not without_stiffness(K, M, R @ np.linalg.eigh(R.T @ (K @ R))[1]).any()

@@ -19,7 +19,7 @@ class Damping(Protocol):
     def matrix(
         self, Me: Array, V1: Array, added: ArrayLike | None = None, unanswered: ArrayLike | None = None
     ) -> Array:
-        """The damping matrix (n, n).
+        """The damping matrix (n, n) [1/s].
 
         added (n,): whether each shape is added to the vibration modes (default: none)
         unanswered (n,): whether each of these is the static shape of loads that do no work on the modes
