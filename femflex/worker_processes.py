@@ -34,7 +34,7 @@ def worker_context(modules: list[str]) -> BaseContext:
     return context
 
 
-def end() -> None:
+def end_worker_server() -> None:
     """End the process that workers are copies of: loading its modules, it would hold pipes of this one open."""
     forkserver = sys.modules.get("multiprocessing.forkserver")
     pid = getattr(getattr(forkserver, "_forkserver", None), "_forkserver_pid", None)

@@ -39,7 +39,7 @@ def leave() -> NoReturn:
             writing.remove_part(draft)
     workers = sys.modules.get("femflex.worker_processes")
     if workers is not None:
-        workers.end()
+        workers.end_worker_server()
     if sys.stderr.isatty():
         sys.stderr.write(SHOW_CURSOR)
     for stream in (sys.stdout, sys.stderr):
