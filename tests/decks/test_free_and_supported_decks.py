@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 from support import abaqus_decks, nastran_decks
@@ -66,13 +68,26 @@ def test_autospc_of_free_deck(tmp_path):
 
 
 @pytest.mark.parametrize("turning", [False, True])
-def test_springs_to_ground_support_deck(tmp_path, turning):
+def test_springs_to_ground_support_deck(tmp_path, turning, femflex):
     inertia = ["CONM2,9,1,,2.", ",3.,,4.,,,5."] if turning else ["CONM2,9,1,,2."]
     springs = [f"CELAS2,{c},{1000.0 * c},1,{c}" for c in range(1, 7 if turning else 4)]
     imported = nastran_decks.read_deck_of_cards(tmp_path, "GRID,1,,0.,0.,0.", *inertia, *springs, control="ECHO = NONE")
     size = np.array([2.0, 2.0, 2.0, 3.0, 4.0, 5.0])[: len(springs)]
     reference = np.sort(np.sqrt(1000.0 * np.arange(1, len(springs) + 1) / size)) / (2 * np.pi)
     assert free(imported, len(springs)) == pytest.approx(reference, rel=1e-9)
+    case = """
+        run = { duration = 0.01, samples = 3 }
+        joints = [{ kind = "weld", child = "b" }]
+        [bodies.b]
+        kind = "flexible"
+        deck = "deck.bdf"
+        units = "m-kg-s"
+        reduction = { method = "free_free", modes = %d }
+    """
+    (tmp_path / "case.toml").write_text(case % len(springs))
+    code, out, err = femflex("modes", "case.toml", "--json")
+    assert code == 0, err
+    assert [mode["frequency_hz"] for mode in json.loads(out)["modes"]] == pytest.approx(reference, rel=1e-9)
 
 
 def test_set_of_generated_elements_includes_master(tmp_path):

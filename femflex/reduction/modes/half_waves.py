@@ -33,6 +33,7 @@ NEEDED = {  # elements in a half-wave for an error of 2 % of a frequency
 SLENDER = 5.0  # length over thickness at which a brick of eight nodes needs 1.4 times as many
 SHARE = 0.1  # of the elements: fewer of a kind do not decide on a frequency
 FEW = 8  # modes that a line lists
+MANY = 99  # elements in a half-wave above which the number says nothing: a surface that hardly bends
 VIBRATING = ("vibration", "free-free", "craig-bampton")
 
 
@@ -42,7 +43,7 @@ def half_wave_text(structure: Structure, modes: ModeSet) -> str:
     if found is None:
         return ""
     name, needed, fewest, _ = found
-    listed = ", ".join(f"{n:.2g}" for n in fewest[:FEW]) + (", ..." if len(fewest) > FEW else "")
+    listed = ", ".join(f"{n:.2g}" if n < MANY else f">{MANY}" for n in fewest[:FEW]) + ", ..." * (len(fewest) > FEW)
     return f"elements in a half-wave of each mode: {listed}; {name} need {needed:.2g} for 2 % of a frequency"
 
 
@@ -85,6 +86,8 @@ def _fewest(structure: Structure, modes: ModeSet) -> tuple[str, float, Array, In
         return None
     cells: dict[tuple[str, str], list[IntArray]] = {}
     for member in structure.numbering.members:
+        if member.group not in structure.mesh.cell_groups:  # nodes of a deck that only springs and masses join
+            continue
         for kind, nodes in structure.mesh.group_cells(member.group).items():
             cells.setdefault((member.family, kind), []).append(nodes)
     count = sum(len(nodes) for several in cells.values() for nodes in several)
