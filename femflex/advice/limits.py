@@ -23,8 +23,8 @@ NONLINEAR_INVALID_ABOVE = (
 # Buckling
 BUCKLING_FACTOR = 4.0  # buckling load over load: above it a body loses at most a sixteenth of its stiffness to bending
 BASIS_OVERESTIMATE = 0.03  # relative excess of a basis' buckling load above which a run warns
-NONLINEAR_ABOVE = 0.8  # load over estimated buckling load above which the automatic strain is nonlinear
-CONDENSED_INVALID_ABOVE = 0.9  # the same: condensed strain deflects 1.5 % too little at 0.95, and not at all beyond 1
+# Load over buckling load above which a run warns: condensed strain deflects 1.5 % too little at 0.95, not at all past 1
+CONDENSED_INVALID_ABOVE = 0.9
 SINGLE_LOAD_SHARE = 0.95  # of the total ratio above which a single load is reported as the cause
 LISTED_SHARE = 0.05  # of the total ratio above which a load is listed
 

@@ -15,10 +15,10 @@ from femflex.advice.buckling.margin import BucklingMargin
 from femflex.advice.curved import snap_through_advice
 from femflex.advice.deflections import deflection_watches
 from femflex.advice.limits import (
+    BUCKLING_FACTOR,
     CHOICE_FRACTION,
     FREQUENCY_CHANGE,
     LINEAR_ABOVE,
-    NONLINEAR_ABOVE,
     NONLINEAR_INVALID_ABOVE,
     PHASE_ERROR,
     SMALL_VIBRATION,
@@ -144,15 +144,11 @@ def strain_of_extent(name: str, extent: MotionExtent) -> Advice:
 
 
 def _with_buckling_margin(chosen: Advice, margin: BucklingMargin | None) -> Advice:
-    """The strain form that a load near buckling requires; the choice itself where there is none."""
-    if margin is None:
+    """Condensed strain, which a load near buckling requires; the choice itself where there is none."""
+    if margin is None or chosen.choice != "linear":
         return chosen
     reason = f"{margin}, which linear strain leaves out"
-    if margin.ratio < NONLINEAR_ABOVE:
-        if chosen.choice != "linear":
-            return chosen
-        return replace(chosen, choice="condensed", reason=reason, value=margin.ratio, limit=NONLINEAR_ABOVE)
-    return replace(chosen, choice="nonlinear", reason=reason, value=margin.ratio, limit=NONLINEAR_ABOVE)
+    return replace(chosen, choice="condensed", reason=reason, value=margin.ratio, limit=1.0 / BUCKLING_FACTOR)
 
 
 def _deflection_text(extent: MotionExtent) -> str:

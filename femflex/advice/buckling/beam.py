@@ -10,6 +10,7 @@ import numpy as np
 
 from femflex.advice.buckling.applied_load import FIELD
 from femflex.advice.buckling.few_shapes import lowest_of_few
+from femflex.advice.buckling.lateral import lateral_share
 from femflex.arrays import Array
 from femflex.body import FlexibleBody
 from femflex.body.symmetric import hessian
@@ -62,6 +63,18 @@ class BeamBuckling:
         """See ElasticStructure."""
         return self.body.n_modes
 
+    @cached_property
+    def _lateral_shares(self) -> Array:
+        """Share (n,) of the moments in each shape that buckles the beam laterally; 1 in torsion."""
+        tip = self.body.markers["tip"]
+        _, y, z = np.abs(self.beam.frame @ tip.phi[:, : self.size])
+        twist = np.abs(self.beam.frame @ tip.psi[:, : self.size])[0] * self.beam.length
+        in_y, in_z = (
+            lateral_share(EI_1, EI_2, self.beam.GJ)
+            for EI_1, EI_2 in ((self.beam.EIz, self.beam.EIy), (self.beam.EIy, self.beam.EIz))
+        )
+        return np.where(twist > np.maximum(y, z), 1.0, np.where(y > z, in_y, in_z))
+
     @property
     def scale(self) -> tuple[float, float]:
         """See ElasticStructure."""
@@ -96,7 +109,7 @@ class BeamBuckling:
         """See ElasticStructure, with its shapes and units: 6 V2 d - f.A, with d = V1^-1 f and the load's work f.A on
         dependent shapes."""
         n = self.body.n_modes
-        answer = np.asarray(np.linalg.solve(self.K, load[:n]), float)
+        answer = self._lateral_shares * np.asarray(np.linalg.solve(self.K, load[:n]), float)
         return hessian(self.body.strain.V2, answer, 3) - np.tensordot(load[n:], self.body.slaves, axes=1)
 
     def stress_in_basis(self, loads: Array) -> Array:

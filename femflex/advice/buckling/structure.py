@@ -10,8 +10,10 @@ import numpy as np
 from scipy import sparse
 
 from femflex.advice.buckling.few_shapes import lowest_of_few
+from femflex.advice.buckling.lateral import buckling_force
 from femflex.arrays import Array, IntArray
 from femflex.fem.eigen.modes import factorise
+from femflex.fem.internal_force import InternalForce
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.markers import MarkerRows, marker_rows
 from femflex.reduction.boundary.supported import Supported, supported
@@ -46,6 +48,11 @@ class StructureBuckling:
     def K(self) -> sparse.csr_array:
         """Stiffness (n, n) [N/m, N, N m], initial stress included."""
         return self.clamped.K
+
+    @cached_property
+    def elastic_force(self) -> InternalForce:
+        """The elastic force whose stress buckles the structure."""
+        return buckling_force(self.structure)
 
     @property
     def reduced(self) -> ReducedBuckling:
@@ -94,13 +101,13 @@ class StructureBuckling:
 
     def stress(self, load: Array) -> sparse.csr_array:
         """See ElasticStructure, with its shapes and units."""
-        return self.structure.internal_force.geometric_stiffness(self._static_response(load))[self.free][:, self.free]
+        return self.elastic_force.geometric_stiffness(self._static_response(load))[self.free][:, self.free]
 
     def stress_in_basis(self, loads: Array) -> Array:
         """See ElasticStructure, with its shapes and units."""
         shapes = np.zeros((self.structure.n_dof, self.basis.shape[1]))
         shapes[self.free] = self.basis
-        return self.structure.internal_force.work_of_stress(self._static_response(loads), shapes)
+        return self.elastic_force.work_of_stress(self._static_response(loads), shapes)
 
     def largest_displacement(self, load: Array) -> float:
         """See ElasticStructure, with its shapes and units."""
@@ -155,7 +162,7 @@ class ReducedBuckling:
     def stress(self, load: Array) -> Array:
         """See StaticStructure, with its shapes and units."""
         phi = self.full.modes.phi
-        return self.full.structure.internal_force.work_of_stress(phi @ np.linalg.solve(self.K, load[:, None]), phi)[0]
+        return self.full.elastic_force.work_of_stress(phi @ np.linalg.solve(self.K, load[:, None]), phi)[0]
 
     def lowest(self, K_sigma: Array, constraint: Array | None) -> tuple[float, Array]:
         """See StaticStructure, with its shapes and units."""

@@ -90,9 +90,11 @@ class BeamStrain(DenseStrain):
     """A strain block with the fourth-order terms of its energy in addition to its strains.
 
     fourth (e, q, 7)   the stiffnesses of these terms (`fourth_order_stiffnesses`)
+    polar2 (e, q)      polar radius squared r^2 [m^2] by which the twist is scaled
     """
 
     fourth: Array = field(default_factory=lambda: np.zeros((1, 1, len(FOURTH))))
+    polar2: Array = field(default_factory=lambda: np.ones((1, 1)))
 
     def sampled(self, elements: slice) -> DenseStrain:
         """See StrainBlock; the strains of fourth order follow the named ones."""
@@ -232,7 +234,7 @@ def beam_strain(
         G = np.concatenate([G, corner_gradients(elements, xi, corners)], axis=2)
         linear, quadratic = (_pad_gradients(table, G.shape[2]) for table in (linear, quadratic))
         set_products(quadratic, products)
-    return BeamStrain(elements.dofs, weight, elastic, linear, quadratic, G, stress, fourth)
+    return BeamStrain(elements.dofs, weight, elastic, linear, quadratic, G, stress, fourth, r.polar2)
 
 
 def _pad_gradients(table: Array, n: int) -> Array:
