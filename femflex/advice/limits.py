@@ -37,12 +37,11 @@ RESPONSES = 8  # shapes from static responses: with them a curved panel snaps wi
 # Truncation
 ENERGY_SHARE = 1e-3  # of a mode's strain energy above which a static shape is retained: 0.05 % of its frequency
 EXCITATION_SHARE = 0.003  # of a body's largest amplitude, or of a joint's rate: modes above it get static shapes
-EXCITATION_WARNED = 0.01  # of the same: modes above it whose truncation error is warned of
+HISTORY_ERROR = 0.02  # error of a body's elastic motion over its peak, or of a joint's rate, above which a run warns
 LOWEST_MODES = 3  # elastic modes of the craft that sets must represent
-FREQUENCY_ERROR = 0.01  # change of such a frequency with richer sets above which a run warns
+FREQUENCY_ERROR = 0.01  # change of such a frequency with richer sets, where nothing excites it, above which is warned
 ROUNDING = 1e-6  # part of a static shape outside the others below which they contain it
 MANY_RICHER = 600  # coordinates of the richer craft up to which its modes are computed: about a second
-EFFECTIVE_MASS = 0.75  # of the mass; one bending mode of a uniform cantilever has 61 %, two have 80 %
 
 # Markers
 MARKER_ROUNDING = 1e-9  # of a marker's largest motion in the shapes, below which a component of it is rounding

@@ -9,7 +9,7 @@ import numpy as np
 
 from femflex.advice.advice import Advice, doubt
 from femflex.advice.bodies import BodyOrigins
-from femflex.advice.limits import EFFECTIVE_MASS, LOWEST_MODES, MARKER_ROUNDING, ORBIT_CHANGE
+from femflex.advice.limits import LOWEST_MODES, MARKER_ROUNDING, ORBIT_CHANGE
 from femflex.body import FlexibleBody
 from femflex.dynamics import compile_system
 from femflex.dynamics.equilibria.linearised import is_prescribed
@@ -33,7 +33,6 @@ def model_warnings(system: System, origins: BodyOrigins, duration: float) -> lis
         *_torques_without_response(system),
     ]
     out += [
-        *_low_effective_mass(system),
         *_unconnected_bodies(system),
         *_forces_on_specified_orbit(system, duration),
         *_aliased_modes(system),
@@ -181,29 +180,6 @@ def _torques_without_response(system: System) -> Iterator[Advice]:
             "shapes that rotate it (`loads` in the reduction)"
         )
         yield doubt(load.body, "torque", text, 0.0)
-
-
-def _low_effective_mass(system: System) -> Iterator[Advice]:
-    """Warnings of sets of vibration modes with a low effective mass."""
-    pieces = {piece for parts in system.segments.values() for piece in parts}
-    for name, body in _distinct_bodies(system.bodies):
-        if name in pieces or set(body.kinds) != {"vibration"}:
-            continue
-        carried = carried_mass(body)
-        if carried < EFFECTIVE_MASS:
-            text = (
-                f"bodies.{name}: the effective mass of its {body.n_modes} modes is at most {carried:.0%} of its mass "
-                f"in any direction (limit {EFFECTIVE_MASS:.0%}). Add modes, or `attachment` shapes for an accelerated "
-                "root"
-            )
-            yield doubt(name, "mass", text, carried, EFFECTIVE_MASS)
-
-
-def carried_mass(body: FlexibleBody) -> float:
-    """Largest effective mass of the elastic coordinates in any direction, over the mass of the body."""
-    body = body.without_slaves()
-    s, Me = body.moments.first[1:], body.moments.elastic_mass()
-    return float(np.linalg.eigvalsh(s.T @ np.linalg.solve(Me, s))[-1] / body.moments.mass)
 
 
 def _unconnected_bodies(system: System) -> Iterator[Advice]:

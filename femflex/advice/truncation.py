@@ -25,16 +25,16 @@ from femflex.advice.enriched_bodies import DEPENDENT_KINDS, EnrichedBody, Place
 from femflex.advice.limits import (
     ENERGY_SHARE,
     EXCITATION_SHARE,
-    EXCITATION_WARNED,
     FREQUENCY_ERROR,
+    HISTORY_ERROR,
     LOWEST_MODES,
     MANY_RICHER,
     ROUNDING,
 )
 from femflex.advice.motion_estimate import SINGULAR, RigidEstimate, estimate_motion
-from femflex.arrays import Array, IntArray
+from femflex.arrays import Array
 from femflex.dynamics.equilibria.elastic_response import ElasticResponse
-from femflex.dynamics.equilibria.rest_modes import RestModes, rest_modes, truncation
+from femflex.dynamics.equilibria.rest_modes import CLOSE, RestModes, rest_modes
 from femflex.reading import error_text
 from femflex.reduction.boundary.rigid import DIRECTIONS
 from femflex.system import System
@@ -61,36 +61,25 @@ class RicherCraft:
     reason: str = ""
     response: ElasticResponse | None = None
 
-    def excited_modes(self, name: str, share: float, swinging: bool = False) -> IntArray:
-        """Numbers of the response's modes that matter for a body.
+    def excited_motions(self, name: str) -> Array:
+        """Elastic coordinates (n, k) [kg^1/2 m] of a body in the modes that the run excites in it.
 
-        In these the body is displaced by more than a share of its largest amplitude (by the root of its strain energy
-        over the frequency), or it has more than that share of the energy of a mode that rotates a joint by more.
-        swinging: by the oscillating part alone, without a slow static part.
+        In these the body is displaced by more than EXCITATION_SHARE of its largest amplitude (by the root of its strain
+        energy over the frequency), or it has more than that share of the energy of a mode that rotates a joint by more.
+        Their strain energy is 1/2 of the whole craft, times the phase that it decides on: without a share e of it, the
+        mode is out of phase by omega t e / 2 at the end, which matters by its vibration over the body's displacement.
         """
         if self.response is None or name not in self.response.shapes:
-            return np.zeros(0, np.int64)
-        V1, shapes = self.bodies[name].body.strain.V1, self.response.shapes[name]
-        energy = np.maximum(np.einsum("ik,ij,jk->k", shapes, V1, shapes), 0.0)
-        amplitude = self.response.swing if swinging else self.response.peak
-        size = amplitude * np.sqrt(energy) / self.response.omega
-        turning = (self.response.recoil > share) & (energy > share * self.response.omega**2)
-        return np.flatnonzero((size > share * size.max(initial=0.0)) | turning)
-
-    def excited_motions(self, name: str) -> Array:
-        """Elastic coordinates (n, k) [kg^1/2 m] of a body in these modes, of strain energy 1/2 of the whole craft."""
-        if self.response is None or name not in self.response.shapes:
             return np.zeros((len(self.bodies[name].retained), 0))
-        numbers = self.excited_modes(name, EXCITATION_SHARE)
-        return self.response.shapes[name][:, numbers] / self.response.omega[numbers]
-
-    @property
-    def excited(self) -> Array:
-        """Frequencies (k,) of the modes that the run excites in any body [rad/s]."""
-        if self.response is None:
-            return np.zeros(0)
-        numbers = {int(k) for name in self.bodies for k in self.excited_modes(name, EXCITATION_WARNED, swinging=True)}
-        return self.response.omega[sorted(numbers)]
+        response, shapes, V1 = self.response, self.response.shapes[name], self.bodies[name].body.strain.V1
+        omega = response.omega
+        energy = np.maximum(np.einsum("ik,ij,jk->k", shapes, V1, shapes), 0.0)
+        size = response.peak * np.sqrt(energy) / omega
+        turning = (response.recoil > EXCITATION_SHARE) & (energy > EXCITATION_SHARE * omega**2)
+        numbers = np.flatnonzero((size > EXCITATION_SHARE * size.max(initial=0.0)) | turning)
+        share = np.minimum(np.maximum(response.shares[name], response.recoil), 1.0)
+        phase = share * omega * response.ringing * ENERGY_SHARE / HISTORY_ERROR
+        return np.asarray(shapes[:, numbers] / omega[numbers] * np.sqrt(np.maximum(phase[numbers], 1.0)))
 
 
 def with_response(richer: RicherCraft, system: System, end: float) -> tuple[RicherCraft, RigidEstimate | None]:
@@ -110,7 +99,8 @@ def with_response(richer: RicherCraft, system: System, end: float) -> tuple[Rich
     estimate = estimate_motion(rich_system, end)
     response = estimate.response
     if response is not None:
-        response = replace(response, shapes={name: response.shapes[name] for name in bodies})
+        shapes, shares = ({name: of[name] for name in bodies} for of in (response.shapes, response.shares))
+        response = replace(response, shapes=shapes, shares=shares)
     return replace(richer, response=response), estimate.rigid
 
 
@@ -259,52 +249,97 @@ def _orthonormal_rest(Q: Array, x: Array) -> Array:
 
 
 def truncation_warnings(system: System, richer: RicherCraft, band: float, t: float = 0.0) -> list[Advice]:
-    """A warning if richer sets would lower one of the craft's lowest elastic frequencies by more than FREQUENCY_ERROR.
+    """A warning if richer sets would change the elastic motion of the run by more than HISTORY_ERROR, or one of the
+    craft's elastic frequencies below the band, or of its lowest if its initial state excites them, by more than
+    FREQUENCY_ERROR.
 
     t: time of the lengths of its members that deploy [s].
     """
     if richer.modes is None:
         return []
     try:
-        change = truncation(system, richer.modes, LOWEST_MODES, band, richer.excited)
+        kept = rest_modes(system).omega
+        motion, mode = _history_error(kept, richer)
+        forced = richer.response is not None and any(share.any() for share in richer.response.shares.values())
+        change = _frequency_change(kept, richer.modes, 0 if forced and not system.delta0 else LOWEST_MODES, band)
     except (ValueError, np.linalg.LinAlgError) as error:
-        log.info(f"the truncation error of the craft's frequencies is not estimated: {error_text(error, SINGULAR)}")
+        log.info(f"the truncation error of the craft is not estimated: {error_text(error, SINGULAR)}")
         return []
-    high = np.flatnonzero(change.errors > FREQUENCY_ERROR)
-    if not high.size:
+    wrong = [int(k) for k in np.flatnonzero(change > FREQUENCY_ERROR)]
+    if motion > HISTORY_ERROR:
+        text = (
+            f"richer sets of shapes may change the elastic motion of this run by {motion:.0%} of its peak (limit "
+            f"{HISTORY_ERROR:.0%}): {_change_text(kept, richer.modes, mode)}"
+        )
+        value, limit, wrong = motion, HISTORY_ERROR, [mode]
+    elif wrong:
+        each = ", ".join(_change_text(kept, richer.modes, k) for k in wrong)
+        below = f"below {band:g} Hz" if band else f"among the first {LOWEST_MODES}"
+        text = (
+            f"richer sets of shapes change elastic frequencies of the craft {below} (at rest, with linear strain"
+            + f", lengths of t = {t:.6g} s" * bool(t)
+            + f") by more than {FREQUENCY_ERROR:.0%}: {each}"
+        )
+        value, limit = float(change.max()), FREQUENCY_ERROR
+    else:
         return []
-    each = ", ".join(
-        f"{k + 1} at {change.kept[k]:.4g} Hz would be at {change.richer[k]:.4g} Hz ({-change.errors[k]:.1%})"
-        for k in high
+    text += (
+        f". Raise the number of modes of {_bodies_to_refine(system, richer, max(wrong))}, or give the body more static "
+        "shapes (`joints`); femflex converge --over modes shows how much it matters"
     )
-    assessed = f"the first {LOWEST_MODES} and those that the run excites" + (
-        f" and those below {band:g} Hz" if band else ""
-    )
-    assessed += f", lengths of t = {t:.6g} s" * bool(t)
-    text = (
-        f"the craft's elastic frequencies ({assessed}, at rest, with linear strain) change by more than "
-        f"{FREQUENCY_ERROR:.0%} "
-        f"with richer sets of shapes: {each}. Raise the number of modes of {_bodies_to_refine(system, richer)}, or "
-        "give the body "
-        "more static shapes (`joints`). The richer sets contain all static shapes of the joints and their dynamic "
-        "(inertia) corrections"
-    )
-    return [
-        replace(doubt("", "truncation", text, float(change.errors.max()), FREQUENCY_ERROR), category=TruncationWarning)
-    ]
+    return [replace(doubt("", "truncation", text, value, limit), category=TruncationWarning)]
 
 
-def _bodies_to_refine(system: System, richer: RicherCraft) -> str:
-    """Names of the bodies that contribute most: with their own sets the change would be less than half as large."""
+def _frequency_errors(kept: Array, modes: RestModes) -> Array:
+    """Relative error (n,) by which the kept frequencies [rad/s] exceed those of richer sets; 1 of modes beyond them.
+
+    By Rayleigh and Ritz the k-th of two sets of which one contains the other belong together.
+    """
+    errors = np.where(modes.omega > 0.0, 1.0, 0.0)
+    n = min(len(kept), len(errors))
+    errors[:n] = np.where(kept[:n] > 0.0, 1.0 - modes.omega[:n] / np.where(kept[:n] > 0.0, kept[:n], 1.0), 0.0)
+    return np.maximum(errors, 0.0)
+
+
+def _history_error(kept: Array, richer: RicherCraft) -> tuple[float, int]:
+    """Error of the elastic motion of a body, or of the rate of a joint, over its peak, and the mode that matters most.
+
+    A mode of a wrong frequency is out of phase by its error times omega t: it is lost when that is 1 rad.
+    """
+    response, modes = richer.response, richer.modes
+    assert modes is not None
+    if response is None or not response.omega.size:
+        return 0.0, 0
+    number = np.abs(modes.omega[:, None] - response.omega).argmin(axis=0)
+    near = np.abs(modes.omega[number] - response.omega) <= CLOSE * response.omega
+    errors = np.where(near, _frequency_errors(kept, modes)[number], 0.0)
+    lost = np.minimum(1.0, errors * response.omega * response.ringing)
+    parts = np.array([*response.shares.values(), response.recoil]) * lost
+    worst = parts[int(np.argmax((parts**2).sum(axis=1)))]
+    return min(float(np.linalg.norm(worst)), 1.0), int(number[np.argmax(worst)])
+
+
+def _frequency_change(kept: Array, modes: RestModes, count: int, band: float) -> Array:
+    """`_frequency_errors` of the lowest elastic modes and those below a band [Hz]; 0 of others."""
+    errors, numbers = _frequency_errors(kept, modes), modes.relevant(count, band)
+    return np.where(np.isin(np.arange(len(errors)), numbers[numbers < len(kept)]), errors, 0.0)
+
+
+def _change_text(kept: Array, modes: RestModes, k: int) -> str:
+    rich = modes.omega[k] / (2.0 * np.pi)
+    if k >= len(kept):
+        return f"a mode at {rich:.4g} Hz is missing"
+    return f"{kept[k] / (2.0 * np.pi):.4g} Hz would be {rich:.4g} Hz"
+
+
+def _bodies_to_refine(system: System, richer: RicherCraft, k: int) -> str:
+    """Names of the bodies with which in their own sets the change of mode k would be less than half as large."""
     assert richer.modes is not None
-    total = truncation(system, richer.modes, LOWEST_MODES, 0.0, richer.excited).errors.max()
+    kept = rest_modes(system).omega
     blamed = []
     for name in richer.bodies:
-        others = {key: rich.body for key, rich in richer.bodies.items() if key != name}
-        if (
-            truncation(system, rest_modes(system, others), LOWEST_MODES, 0.0, richer.excited).errors.max(initial=0.0)
-            < total / 2
-        ):
+        others = rest_modes(system, {key: rich.body for key, rich in richer.bodies.items() if key != name})
+        if k >= len(kept) or _frequency_errors(kept, others)[k] < _frequency_errors(kept, richer.modes)[k] / 2:
             blamed.append(name)
     return ", ".join(map(repr, blamed or richer.bodies))
 

@@ -11,7 +11,6 @@ from femflex.cli.progress import Bar, Patience
 from femflex.cli.tables import print_json, print_table
 
 if TYPE_CHECKING:
-    from femflex.advice.bodies import BodyOrigins
     from femflex.case import Case
     from femflex.dynamics.equilibria.system_modes import SystemModes
 
@@ -87,19 +86,13 @@ def craft_modes(file: Path, at: float | None, number: int | None, drawing: Drawi
         return
     print(case.title or file.name)
     print_notes(resolved.notes)
-    print_modes(case, modes, number, resolved.body_origins)
+    print_modes(case, modes, number)
     for kind, path in files:
         print(f"{kind:11} {path}")
 
 
-def print_modes(case: Case, modes: SystemModes, number: int | None, body_origins: BodyOrigins) -> None:
-    """Print the table of modes, what they are about, stability, and what the case expects of them.
-
-    known: its bodies by what they were reduced from
-    """
-    import numpy as np
-
-    from femflex.advice.limits import LOWEST_MODES
+def print_modes(case: Case, modes: SystemModes, number: int | None) -> None:
+    """Print the table of modes, what they are about, stability, and what the case expects of them."""
     from femflex.case.verdicts import mode_verdicts
     from femflex.cli.equilibrium import frame_text, length_lines, print_stability
 
@@ -118,10 +111,6 @@ def print_modes(case: Case, modes: SystemModes, number: int | None, body_origins
         print("*           the motion grows")
     if note := damping_note(case, modes):
         print(f"damping     {note}")
-    elastic, band = int(np.count_nonzero(~modes.known)), case.run.band
-    if elastic > LOWEST_MODES and any(body.origin.source is not None for body in body_origins.values()):
-        below = f" and those below {band:g} Hz" if band else " (set run.band to check more)"
-        print(f"truncation  checked for the first {LOWEST_MODES} of {elastic} elastic frequencies{below}")
     print(f"about       {frame_text(modes.about)}")
     for line in length_lines(modes.about):
         print(line)

@@ -76,13 +76,8 @@ def build_system(case: Case, bodies: Mapping[str, Part] | None = None) -> System
     about them (PhysicsWarning). Raises CaseError with all errors of the case.
     """
     resolved = resolve_choices(case, bodies)
-    warn_of_build(resolved.advice)
+    warn_of(resolved.advice, stacklevel=3)
     return resolved.system
-
-
-def warn_of_build(advice: Iterable[Advice]) -> None:
-    """Issue the physics warnings that matter for every use of a system; low effective mass does not."""
-    warn_of((entry for entry in advice if entry.decision != "mass"), stacklevel=4)
 
 
 def resolve_choices(

@@ -134,13 +134,13 @@ def end_with_rigid_body(m, J, sign):
 
 
 def checked_errors(frequencies, texts, exact):
-    """Relative errors of the frequencies: each is below 1 %, or the warning names the frequency."""
+    """Relative errors of the frequencies: each is below 1 %, or the warning names the body."""
     for k, true in enumerate(exact):
         error = frequencies[k] / true - 1.0
         assert error > -2e-4  # a reduced set is too stiff; the mesh is good to 1e-4
         if error > 0.011:
             assert len(texts) == 1
-            assert f"{k + 1} at" in texts[0] and "'a'" in texts[0]
+            assert "frequencies" in texts[0] and "'a'" in texts[0]
     if max(frequencies[k] / true - 1.0 for k, true in enumerate(exact)) < 0.009:
         assert not texts
     return [frequencies[k] / true - 1.0 for k, true in enumerate(exact)]

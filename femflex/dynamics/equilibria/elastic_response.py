@@ -26,6 +26,8 @@ from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.model import Model
 
 JUMP = 1e-6  # of the time: an interval so short stands for a jump of the force
+JUMPED = 1e-5  # of the largest range of a velocity: a jump; less is an error of the accelerations between two rows
+RESOLVED = 20.0  # modes above so many times the sampling limit of the times vibrate by errors of the accelerations
 DAMPED = 0.99  # of critical: modes damped more than that are taken to be so, for their answer hardly swings either
 
 
@@ -33,19 +35,23 @@ DAMPED = 0.99  # of critical: modes damped more than that are taken to be so, fo
 class ElasticResponse:
     """Elastic response of a system to a motion of its bodies, mode by mode.
 
-    states  (n_t, n_x)  with the elastic coordinates and rates of the response
-    omega   (m,)        natural frequencies of the modes [rad/s]
-    peak    (m,)        largest amplitude of each mode, of mass 1 [kg^1/2 m]
-    swing   (m,)        largest amplitude of each mode about its slowly varying part [kg^1/2 m]
-    shapes  body -> (n_modes, m) elastic coordinates of the modes
-    recoil  (m,)        largest angular rate that each mode gives a joint, over the largest one of the joint [1]
+    states   (n_t, n_x)  with the elastic coordinates and rates of the response
+    omega    (m,)        natural frequencies of the modes [rad/s]
+    peak     (m,)        largest amplitude of each mode, of mass 1 [kg^1/2 m]
+    ringing  (m,)        time for which each mode vibrates, by its damping [s]
+    shapes   body -> (n_modes, m) elastic coordinates of the modes
+    shares   body -> (m,) largest vibration of each mode over the largest elastic displacement of the body [1]
+    recoil   (m,)        largest angular rate that each mode gives a joint, over the largest one of the joint [1]
+
+    The vibration that the initial state alone excites is in the states and peaks, but not in shares and recoil.
     """
 
     states: Array
     omega: Array
     peak: Array
-    swing: Array
+    ringing: Array
     shapes: Mapping[str, Array]
+    shares: Mapping[str, Array]
     recoil: Array
 
 
@@ -69,18 +75,36 @@ def elastic_response(model: Model, times: Array, states: Array, accelerations: A
     damping = np.einsum("ik,ij,jk->k", phi, D, phi)
     u, steps = model.parts(states)[1], np.diff(times)[:, None]
     jumps = np.diff(u, axis=0) - steps * (accelerations[1:] + accelerations[:-1]) / 2
+    jumps[np.abs(jumps) < JUMPED * np.ptp(u, axis=0).max(initial=0.0)] = 0.0
     force, impulse = unmodelled_response(model, times, states, accelerations, np.vstack([jumps, np.zeros(model.n_u)]))
     qe, ue = elastic_indices(model)
     start = np.zeros((2, model.n_u))
     start[:, ue] = model.x0[qe], model.x0[model.n_q + ue]
     modal = start[:, free] @ M @ phi
-    y, rate, swing = modal_response(omega, damping, times, force @ Z @ phi, impulse @ Z @ phi, modal)
+    excitation = omega, damping, times, force @ Z @ phi, impulse @ Z @ phi
+    y, rate, swing = modal_response(*excitation, modal)
+    if modal.any():
+        swing = modal_response(*excitation, np.zeros_like(modal))[2]
+    swing[damping > omega] = 0.0  # more than half the critical damping: it follows the force
+    swing[omega * np.median(steps) > RESOLVED * np.pi] = 0.0
     moved, out = Z @ phi, states.copy()
     out[:, qe], out[:, model.n_q + ue] = y @ moved[ue].T, rate @ moved[ue].T
-    records = dict(zip(model.system.order, body_records(model.table)[1:], strict=True))
-    shapes = {name: moved[int(r["ue"]) + np.arange(int(r["n"]))] for name, r in records.items() if int(r["n"])}
+    shapes, shares = dict[str, Array](), dict[str, Array]()
+    for name, r in zip(model.system.order, body_records(model.table)[1:], strict=True):
+        coordinates = np.arange(int(r["n"]))
+        if coordinates.size:
+            shapes[name] = moved[int(r["ue"]) + coordinates]
+            Me = model.system.bodies[name].moments.elastic_mass()[: len(coordinates), : len(coordinates)]
+            size = np.sqrt(_squares(out[:, int(r["qe"]) + coordinates].T, Me).max(initial=0.0))
+            shares[name] = swing * np.sqrt(_squares(shapes[name], Me)) / max(size, np.finfo(float).tiny)
     recoil = _recoil(model, u + rate @ moved.T, moved * (omega * swing))
-    return ElasticResponse(out, omega, np.abs(y).max(axis=0, initial=0.0), swing, shapes, recoil)
+    ringing = np.minimum(times[-1] - times[0], 2.0 / np.maximum(damping, np.finfo(float).tiny))
+    return ElasticResponse(out, omega, np.abs(y).max(axis=0, initial=0.0), ringing, shapes, shares, recoil)
+
+
+def _squares(x: Array, M: Array) -> Array:
+    """x_k.M x_k (k,) of columns x (n, k), at least 0."""
+    return np.maximum(np.einsum("ik,ij,jk->k", x, M, x), 0.0)
 
 
 def _recoil(model: Model, u: Array, rates: Array) -> Array:
@@ -139,7 +163,7 @@ def modal_response(
         z, w = y[k] - before[k], rate[k] - slope[k]
         v = (w + a * z) / b
         if steps[k, 0] > JUMP * (times[-1] - times[0]):
-            swing = np.maximum(swing, np.hypot(z, v))
+            swing = np.maximum(swing, np.hypot(z, v * b / omega))
         y[k + 1] = after[k] + fading[k] * (z * cos[k] + v * sin[k])
         rate[k + 1] = slope[k] + fading[k] * (w * cos[k] - (b * z + a * v) * sin[k]) + impulse[k]
     return y, rate, swing

@@ -1,8 +1,7 @@
-"""Natural frequencies and shapes of a craft about rest, undamped and unloaded, and their change by richer sets.
+"""Natural frequencies and shapes of a craft about rest, undamped and unloaded.
 
 For judging sets of shapes: M and K are those of the initial configuration with no rates, linear strain, no loads, no
-weight and no spin. By Rayleigh and Ritz every natural frequency of a set falls, or stays, as shapes are added, so that
-the k-th of two sets of which one holds the other belong together.
+weight and no spin.
 """
 
 from __future__ import annotations
@@ -11,7 +10,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy.linalg import eigh
 
 from femflex.arrays import Array, BoolArray, IntArray
@@ -39,14 +37,12 @@ class RestModes:
     elastic: BoolArray
     shapes: Mapping[str, Array]
 
-    def relevant(self, count: int, band: float = 0.0, excited: ArrayLike = ()) -> IntArray:
-        """Numbers of the `count` lowest elastic modes, a close pair at the end whole, of all below a band [Hz], and of
-        those within CLOSE of the excited frequencies (k,) [rad/s]."""
+    def relevant(self, count: int, band: float = 0.0) -> IntArray:
+        """Numbers of the `count` lowest elastic modes, a close pair at the end whole, and of all below a band [Hz]."""
         numbers = np.flatnonzero(self.elastic)
         omega = self.omega[numbers]
         last = omega[:count].max(initial=0.0)
-        near = (np.abs(omega[:, None] - np.asarray(excited, float)) <= CLOSE * omega[:, None]).any(axis=1)
-        return numbers[(omega <= (1.0 + CLOSE) * last) | (omega < 2.0 * np.pi * band) | near]
+        return numbers[(omega <= (1.0 + CLOSE) * last) | (omega < 2.0 * np.pi * band)]
 
 
 def rest_modes(system: System, bodies: Mapping[str, FlexibleBody] | None = None) -> RestModes:
@@ -105,29 +101,3 @@ def linear_body(body: FlexibleBody) -> FlexibleBody:
     """A body with linear strain, without the shapes that are slaved to others."""
     body = body.without_slaves()
     return replace(body, strain=StrainTensors.linear(body.strain.V1))
-
-
-@dataclass(frozen=True, eq=False)
-class Truncation:
-    """Frequencies [Hz] (k,) of the lowest elastic modes of a craft with the shapes it keeps, and with richer sets."""
-
-    kept: Array
-    richer: Array
-
-    @property
-    def errors(self) -> Array:
-        """Return (k,) the relative error by which the kept frequencies are too high, below 1."""
-        return np.asarray(1.0 - self.richer / self.kept)
-
-
-def truncation(
-    system: System, richer: RestModes, count: int = 3, band: float = 0.0, excited: ArrayLike = ()
-) -> Truncation:
-    """The frequencies of a craft's relevant modes (`RestModes.relevant`) with its own sets and with richer ones.
-
-    richer: the `rest_modes` of the same system with its bodies in richer sets.
-    """
-    kept = rest_modes(system).omega
-    numbers = richer.relevant(count, band, excited)
-    numbers = numbers[numbers < len(kept)]
-    return Truncation(kept[numbers] / (2.0 * np.pi), richer.omega[numbers] / (2.0 * np.pi))
