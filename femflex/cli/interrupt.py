@@ -14,6 +14,7 @@ from typing import NoReturn
 INTERRUPTED = 130
 GRACE = 0.3  # seconds; Python's own handler waits for the end of a call into a library
 _unwinding = threading.Event()  # set while the work in progress is being ended
+_continuation: list[str] = []
 SHOW_CURSOR = "\x1b[?25h"  # a progress bar hides it
 
 
@@ -70,6 +71,11 @@ def _wait_for_interrupt(reader: socket.socket, _writer: socket.socket) -> None:
         _report_and_leave()
 
 
+def name_continuation(command: str) -> None:
+    """Set the command that goes on with the work in progress, which the message of an interrupt names; "" for none."""
+    _continuation[:] = [command] if command else []
+
+
 def _report_and_leave() -> NoReturn:
-    print("femflex: interrupted", file=sys.stderr)
+    print("femflex: interrupted" + "".join(f"; {command} goes on" for command in _continuation), file=sys.stderr)
     leave()

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from femflex.cli.interrupt import name_continuation
 from femflex.cli.outputs import DIAGRAM_SUFFIXES, PICTURE, outputs
 from femflex.cli.progress import Bar
 from femflex.cli.tables import print_json, print_table
@@ -59,13 +60,12 @@ def sweep(
     from femflex.studies.sweep import sweep as run_sweep
     from femflex.studies.sweep.sweep import count_of
 
-    try:
-        with Bar("sweeping", float(count_of(study)), unit="runs") as bar:
-            results = run_sweep(
-                study, result, force=force, resume=resume, workers=workers, scheduler=scheduler, progress=bar
-            )
-    except KeyboardInterrupt:
-        raise KeyboardInterrupt(f"interrupted; femflex sweep {study} -o {result} --resume goes on") from None
+    name_continuation(f"femflex sweep {study} -o {result} --resume")
+    with Bar("sweeping", float(count_of(study)), unit="runs") as bar:
+        results = run_sweep(
+            study, result, force=force, resume=resume, workers=workers, scheduler=scheduler, progress=bar
+        )
+    name_continuation("")
     if PICTURE in files:
         draw_sweep(results, files[PICTURE], study.stem, (theme, force), "indices" if indices else "envelope" * envelope)
     failed = [(k, text) for k, text in enumerate(results.problems) if text]

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import json
+import signal
+import subprocess
 import sys
+import time
 from pathlib import Path
 
 import h5py
@@ -132,6 +135,18 @@ def test_interrupted_sweep_resumes_to_the_same_bits(study, tmp_path):
         sweep(study(("seed = 4", "seed = 5")), tmp_path / "t.h5", workers=1, resume=True)
     with pytest.raises(ValueError, match="another sweep"):
         sweep(study(("seed = 4", "seed = 5")), tmp_path / "s.h5", workers=1, resume=True)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs SIGINT")
+def test_ctrl_c_names_the_command_that_goes_on(study, tmp_path):
+    path = study(("members = 6", "members = 2000"))
+    command = [sys.executable, "-m", "femflex", "sweep", path.name, "-o", "s.h5", "--workers", "1"]
+    with subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True) as process:
+        while not journal_of(tmp_path / "s.h5").exists() and process.poll() is None:
+            time.sleep(0.05)
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=60)
+    assert process.returncode == 130 and "femflex sweep study.toml -o s.h5 --resume" in err
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a limit of file size")

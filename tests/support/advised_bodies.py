@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+from femflex.advice.advice import warn_of
 from femflex.body import FlexibleBody
 from femflex.case import Case
 from femflex.pipeline.case_bodies import advised_bodies
-from femflex.pipeline.decisions import resolve_choices, warn_of_build
+from femflex.pipeline.decisions import resolve_choices
 
 
 def noted(body: FlexibleBody, note: str) -> Any:
@@ -27,7 +28,7 @@ def noted_body(case: Case, name: str, modes: int | None = None) -> Any:
 def noted_system(case: Case) -> Any:
     """The system of a case as `build_system` makes it, its bodies with what is said of them."""
     found = resolve_choices(case)
-    warn_of_build(found.advice)
+    warn_of(found.advice)
     notes = found.notes
     bodies = {name: noted(body, notes.get(name, "")) for name, body in found.system.bodies.items()}
     return replace(found.system, bodies=bodies)
