@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -72,10 +72,9 @@ def build_bodies(case: Case) -> dict[str, Part]:
     return {name: built.part for name, built in built_bodies(case).items()}
 
 
-def built_bodies(case: Case, drafts: Collection[str] = ()) -> dict[str, BuiltBody]:
+def built_bodies(case: Case) -> dict[str, BuiltBody]:
     """All bodies of a case by name, with their origins.
 
-    drafts: bodies of elements that are built only for small motions about rest, to select static shapes from.
     Bodies whose tables differ only in the initial state, and that carry the same loads, are built once and shared.
     Raises CaseError with the problems of all bodies together.
     """
@@ -83,15 +82,12 @@ def built_bodies(case: Case, drafts: Collection[str] = ()) -> dict[str, BuiltBod
     built_by_table: dict[str, BuiltBody] = {}
     problems: list[Problem] = []
     for name in case.bodies:
-        key = f"{name in drafts} {_table_key(case, name)}"
+        key = _table_key(case, name)
         if key in built_by_table:
             bodies[name] = built_by_table[key]
             continue
         try:
-            with warnings.catch_warnings():
-                if name in drafts:
-                    warnings.simplefilter("ignore", PhysicsWarning)  # issued when the body itself is built
-                bodies[name] = built_by_table[key] = built_body(case, name, draft=name in drafts)
+            bodies[name] = built_by_table[key] = built_body(case, name)
         except CaseError as error:
             problems += error.problems
     if problems:
@@ -115,7 +111,8 @@ def built_body(
     """The body of that name, or its Segments if it is cut (into `segments` of them instead of the case's number).
 
     modes: another number of modes; refine: number of additional refinements of the mesh. The strain is that of the
-    case, linear by default; automatic choices are resolved before (`pipeline.decisions`). draft: as of `built_bodies`.
+    case, linear by default; automatic choices are resolved before (`pipeline.decisions`).
+    draft: for small motions about rest only, which is enough to see whether it can be built.
 
     Raises CaseError with the problems of the body.
     """

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import warnings
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from femflex.advice.advice import Advice
@@ -13,6 +14,7 @@ from femflex.case.body import Strain
 from femflex.case.case import Case
 from femflex.case.problems import CaseError
 from femflex.pipeline.joint_shapes import Built
+from femflex.warning import PhysicsWarning
 
 OTHER: dict[Strain, Strain] = {"condensed": "nonlinear", "nonlinear": "condensed"}  # tried where one cannot be built
 
@@ -30,7 +32,8 @@ def bodies_with_strain(
         reason = f"{origins[name].origin.bound}; {others.pop(name).reason}"
         advised[name] = replace(advised[name], choice="linear", reason=reason)
     try:
-        return _build_with_strain(case, {name: advice.choice for name, advice in others.items()}), advised
+        forms = {name: advice.choice for name, advice in others.items()}
+        return rebuilt_bodies(with_strains(case, forms), others), advised
     except CaseError:
         built: Built = {}
         for name, advice in others.items():
@@ -45,7 +48,7 @@ def _build_or_fall_back(case: Case, advice: Advice) -> tuple[Built, Advice]:
     forms: list[Strain] = [advice.choice, OTHER[advice.choice]]
     for strain in forms:
         try:
-            built = _build_with_strain(case, {advice.body: strain})
+            built = rebuilt_bodies(with_strains(case, {advice.body: strain}), [advice.body])
         except CaseError as error:
             errors.append(_first_problem(error))
             continue
@@ -55,13 +58,15 @@ def _build_or_fall_back(case: Case, advice: Advice) -> tuple[Built, Advice]:
     return {}, replace(advice, choice="linear", reason=advice.reason + text)
 
 
-def _build_with_strain(case: Case, strains: Mapping[str, Strain]) -> Built:
-    if not strains:
+def rebuilt_bodies(case: Case, names: Iterable[str], silent: bool = False) -> Built:
+    """These bodies of a case, built by its present tables; silent: without repeating warnings."""
+    part = case.model_copy(update={"bodies": {name: case.bodies[name] for name in names}})
+    if not part.bodies:
         return {}
-    written_case = with_strains(case, strains)
-    return built_bodies(
-        written_case.model_copy(update={"bodies": {name: written_case.bodies[name] for name in strains}})
-    )
+    with warnings.catch_warnings():
+        if silent:
+            warnings.simplefilter("ignore", PhysicsWarning)
+        return built_bodies(part)
 
 
 def _first_problem(error: CaseError) -> str:

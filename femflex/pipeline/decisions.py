@@ -1,13 +1,15 @@
 """Systems and bodies of cases, with the strain forms and additional shapes that their tables leave open.
 
-The bodies are first built as their tables say, with linear strain where that is open. Advice on the system of these
-bodies is written into the tables, and the bodies that it changes are built again from the same structures.
+One pass: bodies as their tables say, with linear strain where that is open; their system; its motion with all bodies
+rigid, and the elastic response to it in richer sets; from these the static shapes of joints and the strain of each
+body. The bodies that get either are built once more, from the same structures.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -27,21 +29,26 @@ from femflex.advice.motion_estimate import estimate_motion, estimate_rigid_motio
 from femflex.advice.strain import strain_advice
 from femflex.advice.truncation import unassessed_truncation
 from femflex.arrays import Array
-from femflex.assembly.bodies import BuiltBody
+from femflex.assembly.bodies import built_bodies
 from femflex.assembly.initial import requested_displacement
-from femflex.assembly.open_choices import open_joints, open_strains, with_strains
+from femflex.assembly.open_choices import open_joints, open_strains, with_joints, with_strains
 from femflex.assembly.shared import shared_structures
-from femflex.case.body import Strain
+from femflex.assembly.system import problems_of_loads
 from femflex.case.case import Case
-from femflex.pipeline.chosen_strains import bodies_with_strain
-from femflex.pipeline.joint_shapes import system_with_origins, truncation_doubts, with_joint_shapes
+from femflex.case.problems import CaseError
+from femflex.pipeline.chosen_strains import bodies_with_strain, rebuilt_bodies
+from femflex.pipeline.joint_shapes import (
+    Built,
+    assessed_crafts,
+    joint_choices,
+    system_with_origins,
+    truncation_doubts,
+)
 from femflex.pipeline.periods import check_periods
 from femflex.pipeline.references import duration_of
 from femflex.pipeline.start import system_of
 from femflex.reduction.origin import Origin
 from femflex.system import Part, System
-
-Built = dict[str, BuiltBody]
 
 LARGE_DISPLACEMENT = 0.1  # displacement over length above which linear strain is doubtful
 
@@ -103,7 +110,10 @@ def with_own_joints(case: Case) -> Case:
     if not open_joints(case):
         return case
     with shared_structures():
-        return with_joint_shapes(case).case
+        linear = _with_linear_strain(case)
+        _, system, origins, end = _first_system(linear)
+        crafts, _ = assessed_crafts(linear, system, origins, end)
+        return with_joints(case, _choices(joint_choices(case, crafts, origins)))
 
 
 def _with_given_bodies(case: Case, bodies: Mapping[str, Part]) -> ResolvedCase:
@@ -114,49 +124,72 @@ def _with_given_bodies(case: Case, bodies: Mapping[str, Part]) -> ResolvedCase:
 
 
 def _resolve_open_choices(case: Case, thorough: bool, loaded: bool) -> ResolvedCase:
-    craft = with_joint_shapes(case)
-    case, built, rigid = craft.case, craft.built, craft.rigid
-    names = open_strains(case)
-    linear_case = with_strains(case, dict.fromkeys(names, "linear"))
-    system, body_origins = system_with_origins(linear_case, built)
-    duration = duration_of(case, system)
+    linear, names = _with_linear_strain(case), open_strains(case)
+    built, system, origins, duration = _first_system(linear)
     check_periods(system, duration)
-    strains: list[Advice] = []
-    shortfall, margins = "", dict[str, BucklingMargin]()
+    crafts, rigid = assessed_crafts(linear, system, origins, duration)
+    joints = joint_choices(case, crafts, origins)
+    shortfall, margins, strains, changed = "", dict[str, BucklingMargin](), list[Advice](), Built()
     if names or thorough:
         estimate = estimate_motion(system, duration, rigid)
         rigid, shortfall = estimate.rigid, estimate.shortfall
-        margins = buckling_margins(rigid, system, body_origins)
-    elif rigid is None and assessed_bodies(system, body_origins):
+        margins = buckling_margins(rigid, system, origins)
+        assessed = [name for name in system.bodies if name in names or _is_linear(system, name)]
+        advised = strain_advice(system, assessed, margins, estimate, origins, _largest_spin(case))
+        doubts = [strain_doubt(system, origins, advice) for name, advice in advised.items() if name not in names]
+        strains = [doubt for doubt in doubts if doubt.doubt]
+    elif rigid is None and assessed_bodies(system, origins):
         rigid, shortfall = estimate_rigid_motion(system, duration)
-    changed: Built = {}
-    if names or thorough:
-        names_assessed = [name for name in system.bodies if name in names or _is_linear(system, name)]
-        strain_choices = strain_advice(system, names_assessed, margins, estimate, body_origins, _largest_spin(case))
-        chosen = {name: choice for name, choice in strain_choices.items() if name in names}
-        strains = [
-            strain_doubt(system, body_origins, choice) for name, choice in strain_choices.items() if name not in names
-        ]
-        strains = [choice for choice in strains if choice.doubt]
-        changed, chosen_forms = bodies_with_strain(case, body_origins, chosen)
-        strains = [*chosen_forms.values(), *strains]
-    if changed:
+    case = with_joints(case, _choices(joints))
+    if names:
+        chosen = {name: advice for name, advice in advised.items() if name in names}
+        changed, chosen_forms = bodies_with_strain(case, origins, chosen)
         built |= changed
-        system, body_origins = system_with_origins(with_strains(case, _strain_forms(system, names, strains)), built)
+        case = with_strains(
+            case, {name: chosen_forms[name].choice if name in chosen_forms else "linear" for name in names}
+        )
+        strains = [*chosen_forms.values(), *strains]
+    joined = [name for name, advice in joints.items() if advice.choice and name not in changed]
+    built |= rebuilt_bodies(case, joined, silent=True)
+    if joined or changed or case.initial is not None:
+        system, origins = system_with_origins(case, built)
     if loaded and not names and not thorough:
-        margins = buckling_margins(rigid, system, body_origins)
-    advice = [*craft.choices, *strains]
+        margins = buckling_margins(rigid, system, origins)
+    advice = [*joints.values(), *strains]
     advice += [Advice(name, "shapes", None, text) for name, body in built.items() for text in body.notes]
-    advice += shape_notes(system.bodies, body_origins)
-    advice += unassessed_bodies(system, body_origins, rigid, shortfall if rigid is None else rigid.shortfall)
-    advice += unassessed_truncation(system, body_origins, craft.richer[0].richer)
-    advice += buckling_warnings(system, body_origins, margins)
-    advice += truncation_doubts(case, system, craft.richer)
+    advice += shape_notes(system.bodies, origins)
+    advice += unassessed_bodies(system, origins, rigid, shortfall if rigid is None else rigid.shortfall)
+    advice += unassessed_truncation(system, origins, crafts[0].richer)
+    advice += buckling_warnings(system, origins, margins)
+    advice += truncation_doubts(case, system, crafts)
     advice += _large_displacements(case, system)
-    advice += model_warnings(system, body_origins, duration)
-    case = with_strains(case, _strain_forms(system, names, strains))
-    origins = {name: body.origin for name, body in built.items() if body.origin}
-    return ResolvedCase(case, system, tuple(advice), origins)
+    advice += model_warnings(system, origins, duration)
+    known = {name: body.origin for name, body in built.items() if body.origin}
+    return ResolvedCase(case, system, tuple(advice), known)
+
+
+def _with_linear_strain(case: Case) -> Case:
+    return with_strains(case, dict.fromkeys(open_strains(case), "linear"))
+
+
+def _first_system(case: Case) -> tuple[Built, System, BodyOrigins, float]:
+    """The bodies of a case as their tables say, their system as it starts, their origins, and the duration [s].
+
+    Raises CaseError with the problems of the bodies and of the loads together.
+    """
+    problems = problems_of_loads(case)
+    try:
+        built = built_bodies(case)
+    except CaseError as error:
+        raise CaseError(case.path.name, [*error.problems, *problems]) from None
+    if problems:
+        raise CaseError(case.path.name, problems)
+    system, origins = system_with_origins(case.model_copy(update={"initial": None}), built)
+    return built, system, origins, duration_of(case, system)
+
+
+def _choices(advice: Mapping[str, Advice]) -> dict[str, Any]:
+    return {name: entry.choice for name, entry in advice.items()}
 
 
 def _large_displacements(case: Case, system: System) -> list[Advice]:
@@ -184,12 +217,6 @@ def _large_displacements(case: Case, system: System) -> list[Advice]:
 def _is_linear(system: System, name: str) -> bool:
     body = system.bodies[name]
     return bool(body.n_modes) and body.strain_form == "linear"
-
-
-def _strain_forms(system: System, names: Iterable[str], strains: Iterable[Advice]) -> dict[str, Strain]:
-    """The strain of each body that leaves it open."""
-    forms: dict[str, Strain] = dict.fromkeys(names, "linear")
-    return forms | {advice.body: advice.choice for advice in strains if advice.body in forms}
 
 
 def _largest_spin(case: Case) -> Array | None:
