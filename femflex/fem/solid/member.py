@@ -144,7 +144,7 @@ def solid(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
             warn_of_first_order(name, x, material, member.group)
         elif not (reduced and name in REDUCED):
             warn_of_curved(name, x, member.group)
-        warn_of_incompressible(name, C, isinstance(material, Material), member.group)
+        warn_of_incompressible(name, nodes, C, isinstance(material, Material), member.group)
         _check_order(name, x, member.group)
         dofs = numbering.translation(nodes.ravel()).reshape(len(nodes), -1)
         rule = strain_rule(name, full=not reduced)
