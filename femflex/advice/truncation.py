@@ -284,7 +284,7 @@ def truncation_warnings(system: System, richer: RicherCraft, band: float, t: flo
     else:
         return []
     text += (
-        f". Raise the number of modes of {_bodies_to_refine(system, richer, max(wrong))}, or give the body more static "
+        f". Raise the number of modes of {_bodies_to_refine(richer, max(wrong))}, or give the body more static "
         "shapes (`joints`); femflex converge --over modes shows how much it matters"
     )
     return [replace(doubt("", "truncation", text, value, limit), category=TruncationWarning)]
@@ -332,16 +332,14 @@ def _change_text(kept: Array, modes: RestModes, k: int) -> str:
     return f"{kept[k] / (2.0 * np.pi):.4g} Hz would be {rich:.4g} Hz"
 
 
-def _bodies_to_refine(system: System, richer: RicherCraft, k: int) -> str:
-    """Names of the bodies with which in their own sets the change of mode k would be less than half as large."""
+def _bodies_to_refine(richer: RicherCraft, k: int) -> str:
+    """Names of the bodies with the most strain energy in mode k, and of those with at least half as much."""
     assert richer.modes is not None
-    kept = rest_modes(system).omega
-    blamed = []
-    for name in richer.bodies:
-        others = rest_modes(system, {key: rich.body for key, rich in richer.bodies.items() if key != name})
-        if k >= len(kept) or _frequency_errors(kept, others)[k] < _frequency_errors(kept, richer.modes)[k] / 2:
-            blamed.append(name)
-    return ", ".join(map(repr, blamed or richer.bodies))
+    energy = {}
+    for name, rich in richer.bodies.items():
+        x = richer.modes.shapes[name][:, k]
+        energy[name] = float(x @ rich.body.strain.V1 @ x)
+    return ", ".join(repr(name) for name, value in energy.items() if value >= max(energy.values()) / 2)
 
 
 def unassessed_truncation(system: System, origins: BodyOrigins, richer: RicherCraft) -> list[Advice]:
