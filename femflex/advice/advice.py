@@ -20,7 +20,7 @@ class Advice:
 
     body      its name; empty for the whole craft
     decision  its subject: "strain", "shapes", "joints", "stiffening", "bend",
-              "buckling", "slack", "truncation", "support", "torque", "mass", "inertia", "output", "sampling", "craft"
+              "buckling", "truncation", "support", "torque", "inertia", "output", "sampling", "craft"
     choice    the value as written in a case: "condensed", {"TIP": ["z", "ry"]}; None for a warning
     reason    text with both numbers
     value     computed value

@@ -16,7 +16,7 @@ from femflex.advice.model_warnings import model_warnings
 from femflex.advice.motion_estimate import estimate_motion
 from femflex.advice.remedies import division_remedy
 from femflex.advice.strain import strain_advice
-from femflex.advice.truncation import richer_craft, truncation_warnings
+from femflex.advice.truncation import richer_craft, truncation_warnings, with_response
 from femflex.reduction.origin import Origin
 from femflex.system import System
 
@@ -53,7 +53,8 @@ def advise(
     advice += unassessed_bodies(system, body_origins, estimate.rigid, estimate.shortfall)
     advice += buckling_warnings(system, body_origins, margins)
     if any(name in body_origins for name in elastic):
-        advice += truncation_warnings(system, richer_craft(system, body_origins), band)
+        richer, _ = with_response(richer_craft(system, body_origins), system, duration)
+        advice += truncation_warnings(system, richer, band)
     advice += model_warnings(system, body_origins, duration)
     if warn:
         warn_of(advice)

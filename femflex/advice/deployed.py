@@ -8,13 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from femflex.advice.limits import SLACK
 from femflex.arrays import Array
 from femflex.dynamics import Model
 from femflex.system import LengthTable
 from femflex.system.length_table import Sections
 from femflex.warning import PhysicsWarning
-
-SLACK = 1e-3  # of the largest tension of the run: compression up to which it is rounding
 
 
 @dataclass

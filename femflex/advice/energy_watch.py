@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from femflex.advice.limits import ENERGY_CHANGE
 from femflex.arrays import Array
 from femflex.dynamics import Model
 from femflex.dynamics.channels import conservative_loads
@@ -18,7 +19,6 @@ from femflex.system import Effector, System
 from femflex.warning import PhysicsWarning
 
 ENERGIES = ("kinetic", "elastic", "spring", "load")  # the change of the energy is relative to the largest of these
-CHANGED = 0.01  # of the largest energy: a change without cause above which a run warns
 CIRCULAR = 1e-9  # eccentricity below which an orbit is circular
 NOTHING = 1e-30  # J: rounding
 
@@ -44,14 +44,14 @@ class EnergyWatch:
         self._size = max(self._size, *(float(np.abs(share).max()) for share in shares))
 
     def warn(self) -> None:
-        """Warn of a change by more than CHANGED of the largest energy, with both numbers."""
-        if self._change > CHANGED * self._size > NOTHING:
+        """Warn of a change by more than ENERGY_CHANGE of the largest energy, with both numbers."""
+        if self._change > ENERGY_CHANGE * self._size > NOTHING:
             quantity = self._path.split("/")[1]
             warnings.warn(
                 f"the {quantity} of the craft changed by {self._change:.3g} J, {self._change / self._size:.1%} of its "
                 f"largest energy of {self._size:.3g} J, although nothing supplies or dissipates energy (limit "
-                f"{CHANGED:.0%}): the integration loses accuracy. Give a smaller run.rtol and run.atol, no constant "
-                "step, or integrator = 'dop853'",
+                f"{ENERGY_CHANGE:.0%}): the integration loses accuracy. Give a smaller run.rtol and run.atol, no "
+                "constant step, or integrator = 'dop853'",
                 PhysicsWarning,
                 stacklevel=2,
             )

@@ -6,6 +6,7 @@ from __future__ import annotations
 FREQUENCY_CHANGE = 0.02  # change of the first frequency that linear strain omits, above which a run warns
 CHOICE_FRACTION = 0.5  # of the limits for warnings: above it strain is condensed, because the motion is estimated
 SMALLEST_PRINTED = 5e-5  # below the last printed digit, a hundredth of a per cent
+SPIN_SHARE = 0.01  # (rate / first frequency)^2 over the gain below which the spin is not the cause of the stiffening
 SPIN_STIFFENING_RATIO = 100.0  # stiffening over (spin / first frequency)^2 above which spin is not its cause
 ZERO_RATE = 1e-12  # rad/s: rounding
 
@@ -16,6 +17,9 @@ SMALL_VIBRATION = 1e-3  # of a body's size: the phase of a smaller vibration is 
 # Bending
 LINEAR_ABOVE = 0.1  # largest elastic displacement over the body's size for linear strain
 SPINNING_ERROR = 0.01  # estimated relative error of the deflection of a spinning body by condensed strain
+SLOW_RATIO = 0.15  # rate over first frequency below which condensed strain errs negligibly in a spinning body
+STRETCHING_RATIO = 30.0  # frequency of a shape over the first above which it is a stretching mode of a slender body
+DIVERGENCE_RATIO = 10.0  # elastic displacement over the body's size, or present length, above which the motion diverges
 NONLINEAR_INVALID_ABOVE = (
     0.2  # as LINEAR_ABOVE, for other strain: curvature is linear, a cantilever's tip 3 % off there
 )
@@ -28,6 +32,11 @@ CONDENSED_INVALID_ABOVE = 0.9
 SINGLE_LOAD_SHARE = 0.95  # of the total ratio above which a single load is reported as the cause
 LISTED_SHARE = 0.05  # of the total ratio above which a load is listed
 
+LARGE_BUCKLED_DEFLECTION = 0.25  # deflection at the buckling load over size above which linear buckling does not apply
+# Ratio at the worst instant over that at the largest load, above which the latter is not assessed
+CLEARLY_LARGER = 1.02
+SLACK = 1e-3  # of the largest tension: compression below the accuracy of its estimate
+
 # Curved bodies that may snap
 SOFTENING_RATIO = 0.5  # tangent stiffness under deflection over that at rest below which a body counts as curved
 RESPONSE_REACH = 3.0  # deflection over rise of responses: beyond the state after snap-through, at twice the rise
@@ -39,12 +48,21 @@ ENERGY_SHARE = 1e-3  # of a mode's strain energy above which a static shape is r
 EXCITATION_SHARE = 0.003  # of a body's largest amplitude, or of a joint's rate: modes above it get static shapes
 HISTORY_ERROR = 0.02  # error of a body's elastic motion over its peak, or of a joint's rate, above which a run warns
 LOWEST_MODES = 3  # elastic modes of the craft that sets must represent
-FREQUENCY_ERROR = 0.01  # change of such a frequency with richer sets, where nothing excites it, above which is warned
+FREQUENCY_ERROR = 0.01  # change of such a frequency with richer sets, where nothing excites it, above which a run warns
 ROUNDING = 1e-6  # part of a static shape outside the others below which they contain it
 MANY_RICHER = 600  # coordinates of the richer craft up to which its modes are computed: about a second
 
 # Markers
 MARKER_ROUNDING = 1e-9  # of a marker's largest motion in the shapes, below which a component of it is rounding
+
+# Bodies without inertia about a line
+LINE_INERTIA_RATIO = 1e-9  # least over largest moment of inertia about the centre of mass: mass on a line
+SINGULAR_MASS = 1e-13  # eigenvalue of the scaled mass matrix below which it is singular
+NOTABLE_SHARE = 0.1  # of a body in such a motion
+
+# Energy and rotation sets
+ENERGY_CHANGE = 0.01  # of the largest energy: a change without cause above which a run warns
+SINGULARITY_DISTANCE = 0.05  # rad; distance to the singularity of a rotation set below which a run warns
 
 # Orbit
 ORBIT_CHANGE = 1e-6  # of the orbital speed, 8 mm/s: largest change by loads on a specified orbit

@@ -1,4 +1,4 @@
-"""Warnings about a craft that need no motion: misplaced supports, torques without response, low effective mass."""
+"""Warnings about a craft that need no motion: misplaced supports, torques without response, missing inertia."""
 
 from __future__ import annotations
 
@@ -9,7 +9,14 @@ import numpy as np
 
 from femflex.advice.advice import Advice, doubt
 from femflex.advice.bodies import BodyOrigins
-from femflex.advice.limits import LOWEST_MODES, MARKER_ROUNDING, ORBIT_CHANGE
+from femflex.advice.limits import (
+    LINE_INERTIA_RATIO,
+    LOWEST_MODES,
+    MARKER_ROUNDING,
+    NOTABLE_SHARE,
+    ORBIT_CHANGE,
+    SINGULAR_MASS,
+)
 from femflex.body import FlexibleBody
 from femflex.dynamics import compile_system
 from femflex.dynamics.equilibria.linearised import is_prescribed
@@ -19,10 +26,6 @@ from femflex.reduction.origin import Meshed
 from femflex.rotations import dcm_from_quaternion
 from femflex.system import Effector, Joint, System
 from femflex.system.connections import tie_markers
-
-LINE_INERTIA_RATIO = 1e-9  # least over largest moment of inertia about the centre of mass: mass on a line
-SINGULAR_MASS = 1e-13  # eigenvalue of the scaled mass matrix below which it is singular
-NOTABLE = 0.1  # of a body in that motion
 
 
 def model_warnings(system: System, origins: BodyOrigins, duration: float) -> list[Advice]:
@@ -239,7 +242,7 @@ def _rotations_without_inertia(system: System) -> Iterator[Advice]:
     values, vectors = np.linalg.eigh(M / size / size[:, None])
     for value, vector in zip(values, vectors.T, strict=True):
         turning = {name: float(np.abs(vector[np.isin(free, joints[name])]).max(initial=0.0)) for name in lines}
-        if value < SINGULAR_MASS and max(turning.values()) > NOTABLE:
+        if value < SINGULAR_MASS and max(turning.values()) > NOTABLE_SHARE:
             name = max(turning, key=lambda body: turning[body])
             text = (
                 f"bodies.{name}: its mass lies on a line, and its joints let it turn about this line without inertia: "

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from femflex.advice.deflections import DeflectionWatch, deflection_watches
-from femflex.advice.limits import SPINNING_ERROR
+from femflex.advice.limits import SLOW_RATIO, SPINNING_ERROR
 from femflex.advice.remedies import division_remedy
 from femflex.advice.stiffening import attached_masses, lowest_frequency
 from femflex.arrays import Array, IntArray
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
 
 COEFFICIENT, MAX_COEFFICIENT = 0.42, 0.9  # c over (rate / first frequency)^2, and the largest c
 FAST_RATIO = 10.0  # largest rate over first frequency; the latter is 0 for a wire, and c is COEFFICIENT FAST_RATIO^2
-SLOW_RATIO = 0.15  # rate over first frequency below which the error is negligible
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 from femflex.advice.bodies import BodyOrigins
-from femflex.advice.limits import FREQUENCY_CHANGE
+from femflex.advice.limits import FREQUENCY_CHANGE, SPIN_SHARE
 from femflex.advice.remedies import division_remedy
 from femflex.arrays import Array
 from femflex.body import FlexibleBody, Foreshortening
@@ -21,9 +21,6 @@ from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
     from femflex.dynamics import Model
-
-
-SPIN_SHARE = 0.01  # (rate / first frequency)^2 over the gain below which the spin is not the cause of the stiffening
 
 
 @dataclass(frozen=True)

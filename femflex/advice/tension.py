@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from femflex.advice.bodies import BodyOrigins
+from femflex.advice.limits import SLACK
 from femflex.advice.stiffening import OmittedStiffness
 from femflex.arrays import Array, BoolArray, IntArray
 from femflex.body import FlexibleBody, Foreshortening
@@ -33,7 +34,6 @@ from femflex.system import System
 from femflex.warning import PhysicsWarning
 
 WATCHED_ELEMENTS = 9  # elements of a member that are watched, from its first to its last
-SLACK = 1e-3  # of the largest initial tension: compression below the accuracy of this estimate
 
 
 @dataclass(frozen=True, eq=False)

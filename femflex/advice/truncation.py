@@ -43,7 +43,7 @@ from femflex.warning import TruncationWarning
 
 log = logging.getLogger(__name__)
 
-NOT_ASSESSED = "the truncation error of the craft's frequencies is not estimated for it"
+NOT_ASSESSED = "its truncation error is not estimated"
 
 
 @dataclass(frozen=True, eq=False)
@@ -250,8 +250,8 @@ def _orthonormal_rest(Q: Array, x: Array) -> Array:
 
 def truncation_warnings(system: System, richer: RicherCraft, band: float, t: float = 0.0) -> list[Advice]:
     """A warning if richer sets would change the elastic motion of the run by more than HISTORY_ERROR, or one of the
-    craft's elastic frequencies below the band, or of its lowest if its initial state excites them, by more than
-    FREQUENCY_ERROR.
+    craft's elastic frequencies below the band, and of its lowest unless loads and commands alone excite it, by more
+    than FREQUENCY_ERROR.
 
     t: time of the lengths of its members that deploy [s].
     """
@@ -261,7 +261,8 @@ def truncation_warnings(system: System, richer: RicherCraft, band: float, t: flo
         kept = rest_modes(system).omega
         motion, mode = _history_error(kept, richer)
         forced = richer.response is not None and any(share.any() for share in richer.response.shares.values())
-        change = _frequency_change(kept, richer.modes, 0 if forced and not system.delta0 else LOWEST_MODES, band)
+        lowest = 0 if forced and not system.delta0 else LOWEST_MODES
+        change = _frequency_change(kept, richer.modes, lowest, band)
     except (ValueError, np.linalg.LinAlgError) as error:
         log.info(f"the truncation error of the craft is not estimated: {error_text(error, SINGULAR)}")
         return []
@@ -274,7 +275,7 @@ def truncation_warnings(system: System, richer: RicherCraft, band: float, t: flo
         value, limit, wrong = motion, HISTORY_ERROR, [mode]
     elif wrong:
         each = ", ".join(_change_text(kept, richer.modes, k) for k in wrong)
-        below = f"below {band:g} Hz" if band else f"among the first {LOWEST_MODES}"
+        below = " and ".join([f"among the first {lowest}"] * (lowest > 0) + [f"below {band:g} Hz"] * (band > 0.0))
         text = (
             f"richer sets of shapes change elastic frequencies of the craft {below} (at rest, with linear strain"
             + f", lengths of t = {t:.6g} s" * bool(t)

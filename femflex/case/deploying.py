@@ -56,8 +56,8 @@ class DeployingFunctionsTable(Table):
     joints: list[Literal["root", "tip"]] | None = None
     """Static shapes of an accelerated root and of a tip force and moment in addition to the functions: two more along y
     and z for each, one of axial displacement and one of torsion. Only for characteristic functions of beams. Left out:
-    those that change one of the craft's first three elastic frequencies, or one below `band`, by 0.05 % at the first or
-    the last length of the run, unless `static` or `tip` is given."""
+    those that change one of the craft's first three elastic frequencies, one that the run excites, or one below `band`,
+    by 0.05 % at the first or the last length of the run, unless `static` or `tip` is given."""
     loads: StrictBool | None = None
     """Static shapes of a force and a moment at the tip in addition to the functions, as those of `joints`: for loads at
     the tip. Only for characteristic functions of beams. Left out: where the functions answer such a load by less

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -60,12 +61,14 @@ def sweep(
     from femflex.studies.sweep import sweep as run_sweep
     from femflex.studies.sweep.sweep import count_of
 
-    name_continuation(f"femflex sweep {study} -o {result} --resume")
-    with Bar("sweeping", float(count_of(study)), unit="runs") as bar:
-        results = run_sweep(
-            study, result, force=force, resume=resume, workers=workers, scheduler=scheduler, progress=bar
-        )
-    name_continuation("")
+    name_continuation(f"femflex sweep {quote(str(study))} -o {quote(str(result))} --resume")
+    try:
+        with Bar("sweeping", float(count_of(study)), unit="runs") as bar:
+            results = run_sweep(
+                study, result, force=force, resume=resume, workers=workers, scheduler=scheduler, progress=bar
+            )
+    finally:
+        name_continuation("")
     if PICTURE in files:
         draw_sweep(results, files[PICTURE], study.stem, (theme, force), "indices" if indices else "envelope" * envelope)
     failed = [(k, text) for k, text in enumerate(results.problems) if text]

@@ -1,4 +1,4 @@
-"""Bodies in the strain form that advice selects, or in another form where that one cannot be built."""
+"""Bodies built again with the choices that advice makes, or in another strain where the selected one is impossible."""
 
 from __future__ import annotations
 

@@ -112,8 +112,9 @@ def with_own_joints(case: Case) -> Case:
     with shared_structures():
         linear = _with_linear_strain(case)
         _, system, origins, end = _first_system(linear)
-        crafts, _ = assessed_crafts(linear, system, origins, end)
-        return with_joints(case, _choices(joint_choices(case, crafts, origins)))
+        return with_joints(
+            case, _choices(joint_choices(case, assessed_crafts(linear, system, origins, end)[0], origins))
+        )
 
 
 def _with_given_bodies(case: Case, bodies: Mapping[str, Part]) -> ResolvedCase:
@@ -130,6 +131,10 @@ def _resolve_open_choices(case: Case, thorough: bool, loaded: bool) -> ResolvedC
     crafts, rigid = assessed_crafts(linear, system, origins, duration)
     joints = joint_choices(case, crafts, origins)
     shortfall, margins, strains, changed = "", dict[str, BucklingMargin](), list[Advice](), Built()
+    if case.initial is not None:  # it may need the static shapes, and the motion begins there
+        linear, rigid = with_joints(linear, _choices(joints)), None
+        built |= rebuilt_bodies(linear, [name for name, advice in joints.items() if advice.choice], silent=True)
+        system, origins = system_with_origins(linear, built)
     if names or thorough:
         estimate = estimate_motion(system, duration, rigid)
         rigid, shortfall = estimate.rigid, estimate.shortfall
@@ -151,7 +156,7 @@ def _resolve_open_choices(case: Case, thorough: bool, loaded: bool) -> ResolvedC
         strains = [*chosen_forms.values(), *strains]
     joined = [name for name, advice in joints.items() if advice.choice and name not in changed]
     built |= rebuilt_bodies(case, joined, silent=True)
-    if joined or changed or case.initial is not None:
+    if joined or changed:
         system, origins = system_with_origins(case, built)
     if loaded and not names and not thorough:
         margins = buckling_margins(rigid, system, origins)

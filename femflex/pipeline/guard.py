@@ -10,6 +10,7 @@ import numpy as np
 
 from femflex.advice.bodies import BodyOrigins
 from femflex.advice.deflections import DeflectionWatch, deflection_watches
+from femflex.advice.limits import DIVERGENCE_RATIO, SINGULARITY_DISTANCE, STRETCHING_RATIO, ZERO_RATE
 from femflex.arrays import Array
 from femflex.system import LengthTable
 from femflex.warning import PhysicsWarning
@@ -19,11 +20,7 @@ if TYPE_CHECKING:
     from femflex.integrate import Block, IntegrationError
 
 
-SINGULARITY_DISTANCE = 0.05  # rad; distance to the singularity of a rotation set below which a run warns
 LARGEST_RATES = {"rad/s": 1e5, "m/s": 3e6}  # ten times what flywheels reach; a hundredth of the speed of light
-ZERO_RATE = 1e-12  # rad/s: rounding
-STRETCHING_RATIO = 30.0  # frequency of a shape over the first above which it is a stretching mode of a slender body
-DIVERGENCE_RATIO = 10.0  # elastic displacement over the body's size, or present length, above which the motion diverges
 
 
 class MotionGuard:

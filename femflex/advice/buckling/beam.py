@@ -65,15 +65,16 @@ class BeamBuckling:
 
     @cached_property
     def _lateral_shares(self) -> Array:
-        """Share (n,) of the moments in each shape that buckles the beam laterally; 1 in torsion."""
+        """Share (n,) of the moments in each shape that buckles the beam laterally; 1 in torsion and with fixed tips."""
         tip = self.body.markers["tip"]
-        _, y, z = np.abs(self.beam.frame @ tip.phi[:, : self.size])
-        twist = np.abs(self.beam.frame @ tip.psi[:, : self.size])[0] * self.beam.length
+        phi = np.abs(self.beam.frame @ tip.phi[:, : self.size])
+        psi = np.abs(self.beam.frame @ tip.psi[:, : self.size]) * self.beam.length
+        twist, y, z = psi[0], np.maximum(phi[1], psi[2]), np.maximum(phi[2], psi[1])
         in_y, in_z = (
             lateral_share(EI_1, EI_2, self.beam.GJ)
             for EI_1, EI_2 in ((self.beam.EIz, self.beam.EIy), (self.beam.EIy, self.beam.EIz))
         )
-        return np.where(twist > np.maximum(y, z), 1.0, np.where(y > z, in_y, in_z))
+        return np.where(twist >= np.maximum(y, z), 1.0, np.where(y > z, in_y, in_z))
 
     @property
     def scale(self) -> tuple[float, float]:

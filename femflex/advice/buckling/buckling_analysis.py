@@ -14,14 +14,13 @@ from typing import Any, Protocol
 import numpy as np
 
 from femflex.advice.buckling.applied_load import FIELD, WRENCH, AppliedLoad, BucklingResult
+from femflex.advice.limits import CLEARLY_LARGER, LARGE_BUCKLED_DEFLECTION
 from femflex.arrays import Array
 
 ROUNDING = 1e-7  # of mass, size and least omega^2, twelve times EI / L^2 of a column: below it a load is rounding
 SMALL_PATTERN = 1e-3  # of the largest load: patterns below it are neglected in selecting the instant
 PATTERNS, FEWER_PATTERNS = 6, 2  # largest number of patterns, and that for more than MANY_COORDINATES
 MANY_COORDINATES = 20_000  # coordinates above which each pattern costs a tenth of the modes
-LARGE_DEFLECTION = 0.25  # deflection at the buckling load over size above which linear buckling does not apply
-CLEARLY_LARGER = 1.02  # ratio at the worst instant over that at the largest load above which the latter is not assessed
 
 
 class StaticStructure(Protocol):
@@ -142,12 +141,11 @@ class BucklingAnalysis:
     def _exceeds_linear_range(self, applied: Sequence[AppliedLoad], row: int, part: float) -> bool:
         """Whether the loads deflect a body so much, before it buckles, that linear buckling does not apply.
 
-        Linear buckling assumes that the body stays straight until then: for a round boom under a transverse load, which
-        has no lateral-torsional buckling, it predicts that at a deflection of half the length.
+        Linear buckling assumes that the body stays straight until then.
         """
         return (
             self.elastic.largest_displacement(_load(self.elastic, applied, row))
-            > LARGE_DEFLECTION * part * self.elastic.scale[1]
+            > LARGE_BUCKLED_DEFLECTION * part * self.elastic.scale[1]
         )
 
 

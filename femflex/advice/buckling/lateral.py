@@ -1,14 +1,15 @@
 """Moments of beams that buckle them laterally.
 
-A moment about an axis of stiffness EI_1 buckles a beam sideways at pi sqrt(EI_2 GJ) / L, over the root of (1 - EI_2 /
-EI_1) (1 - GJ / EI_1) for the deflection before buckling, where EI_2 is the stiffness about the other axis (Hodges and
-Peters, Int. J. Solids Structures 11 (1975) 1269). Linear buckling neglects this deflection; here its moments are
-multiplied by that root. They vanish in round tubes, and where a beam bends about its weak axis.
+A constant moment about an axis of stiffness EI_1 buckles a simply supported beam sideways at pi sqrt(EI_2 GJ) / L, over
+the root of (1 - EI_2 / EI_1) (1 - GJ / EI_1) for the deflection before buckling, where EI_2 is the stiffness about the
+other axis (Trahair, Flexural-Torsional Buckling of Structures (1993)). Linear buckling neglects this deflection; here
+moments are multiplied by that root, which is exact for a constant moment and near for others (for a cantilever under a
+load at its tip see Hodges and Peters, Int. J. Solids Structures 11 (1975) 1269). They vanish in round tubes. Where a
+beam bends about its weak axis they are neglected: it would have to turn by several radians before.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +18,6 @@ from femflex.arrays import Array
 from femflex.fem.beam.strain import BeamStrain
 from femflex.fem.internal_force import InternalForce
 from femflex.fem.structure import Structure
-from femflex.fem.tables import StrainBlock
 
 
 def lateral_share(EI_1: Array | float, EI_2: Array | float, GJ: Array | float) -> Array:
@@ -28,24 +28,25 @@ def lateral_share(EI_1: Array | float, EI_2: Array | float, GJ: Array | float) -
     >>> float(lateral_share(1.0, 1.0, 0.8)), float(lateral_share(1e4, 1.0, 4.0))  # a round tube, a thin strip
     (0.0, 0.999...)
     """
-    other, twist = (np.clip(1.0 - np.asarray(stiffness) / EI_1, 0.0, 1.0) for stiffness in (EI_2, GJ))
+    largest = np.maximum(EI_1, np.finfo(float).tiny)
+    other, twist = (np.clip(1.0 - np.asarray(stiffness) / largest, 0.0, 1.0) for stiffness in (EI_2, GJ))
     return np.asarray(np.sqrt(other * twist))
 
 
 def buckling_force(structure: Structure) -> InternalForce:
     """The elastic force of a structure whose beams have the share of their bending stress that buckles them."""
-    return InternalForce(_with_shares(structure.strain), structure.T)
+    if not any(isinstance(block, BeamStrain) for block in structure.strain):
+        return structure.internal_force
+    blocks = [_with_share(block) if isinstance(block, BeamStrain) else block for block in structure.strain]
+    return InternalForce(blocks, structure.T)
 
 
-def _with_shares(blocks: Sequence[StrainBlock]) -> list[StrainBlock]:
-    out: list[StrainBlock] = []
-    for block in blocks:
-        if isinstance(block, BeamStrain):
-            EIz, EIy = block.elastic[..., 1, 1], block.elastic[..., 2, 2]  # strains (eps, kappa_z, kappa_y, r kappa_x)
-            GJ = block.elastic[..., 3, 3] * block.polar2
-            shares = np.ones(block.elastic.shape[:-1])
-            shares[..., 1], shares[..., 2] = lateral_share(EIz, EIy, GJ), lateral_share(EIy, EIz, GJ)
-            out.append(replace(block, elastic=shares[..., None] * block.elastic))
-        else:
-            out.append(block)
-    return out
+def _with_share(block: BeamStrain) -> BeamStrain:
+    """The block with the moments about the principal axes of its bending stiffness multiplied by their shares."""
+    bending = slice(1, 3)  # of the strains (eps, kappa_z, kappa_y, r kappa_x)
+    EI, axes = np.linalg.eigh(block.elastic[..., bending, bending])
+    GJ = block.elastic[..., 3, 3] * block.polar2
+    shares = np.stack([lateral_share(EI[..., k], EI[..., 1 - k], GJ) for k in range(2)], axis=-1)
+    elastic = block.elastic.copy()
+    elastic[..., bending, :] = (axes * shares[..., None, :]) @ (axes.swapaxes(-1, -2) @ elastic[..., bending, :])
+    return replace(block, elastic=elastic)

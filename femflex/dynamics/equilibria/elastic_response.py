@@ -26,8 +26,9 @@ from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.model import Model
 
 JUMP = 1e-6  # of the time: an interval so short stands for a jump of the force
-JUMPED = 1e-5  # of the largest range of a velocity: a jump; less is an error of the accelerations between two rows
-RESOLVED = 20.0  # modes above so many times the sampling limit of the times vibrate by errors of the accelerations
+JUMPED = 1e-3  # of the largest range of velocities of its unit: a jump; less is an error between two rows
+NOISE = 1e-3  # of the amplitude of a mode: less vibration is an error of the accelerations
+SMALLEST = 1e-7  # displacement of a body over its radius of gyration, and rate of a joint over the largest: rounding
 DAMPED = 0.99  # of critical: modes damped more than that are taken to be so, for their answer hardly swings either
 
 
@@ -75,7 +76,7 @@ def elastic_response(model: Model, times: Array, states: Array, accelerations: A
     damping = np.einsum("ik,ij,jk->k", phi, D, phi)
     u, steps = model.parts(states)[1], np.diff(times)[:, None]
     jumps = np.diff(u, axis=0) - steps * (accelerations[1:] + accelerations[:-1]) / 2
-    jumps[np.abs(jumps) < JUMPED * np.ptp(u, axis=0).max(initial=0.0)] = 0.0
+    jumps[np.abs(jumps) < JUMPED * _ranges(model, u)] = 0.0
     force, impulse = unmodelled_response(model, times, states, accelerations, np.vstack([jumps, np.zeros(model.n_u)]))
     qe, ue = elastic_indices(model)
     start = np.zeros((2, model.n_u))
@@ -86,7 +87,7 @@ def elastic_response(model: Model, times: Array, states: Array, accelerations: A
     if modal.any():
         swing = modal_response(*excitation, np.zeros_like(modal))[2]
     swing[damping > omega] = 0.0  # more than half the critical damping: it follows the force
-    swing[omega * np.median(steps) > RESOLVED * np.pi] = 0.0
+    swing[swing < NOISE * np.abs(y).max(axis=0, initial=0.0)] = 0.0
     moved, out = Z @ phi, states.copy()
     out[:, qe], out[:, model.n_q + ue] = y @ moved[ue].T, rate @ moved[ue].T
     shapes, shares = dict[str, Array](), dict[str, Array]()
@@ -94,9 +95,12 @@ def elastic_response(model: Model, times: Array, states: Array, accelerations: A
         coordinates = np.arange(int(r["n"]))
         if coordinates.size:
             shapes[name] = moved[int(r["ue"]) + coordinates]
-            Me = model.system.bodies[name].moments.elastic_mass()[: len(coordinates), : len(coordinates)]
+            moments = model.system.bodies[name].moments
+            Me = moments.elastic_mass()[: len(coordinates), : len(coordinates)]
             size = np.sqrt(_squares(out[:, int(r["qe"]) + coordinates].T, Me).max(initial=0.0))
-            shares[name] = swing * np.sqrt(_squares(shapes[name], Me)) / max(size, np.finfo(float).tiny)
+            least = SMALLEST * np.sqrt(np.trace(moments.inertia()) / 2.0)
+            share = swing * np.sqrt(_squares(shapes[name], Me)) / max(size, np.finfo(float).tiny)
+            shares[name] = np.minimum(share, 1.0) if size > least else np.zeros_like(share)
     recoil = _recoil(model, u + rate @ moved.T, moved * (omega * swing))
     ringing = np.minimum(times[-1] - times[0], 2.0 / np.maximum(damping, np.finfo(float).tiny))
     return ElasticResponse(out, omega, np.abs(y).max(axis=0, initial=0.0), ringing, shapes, shares, recoil)
@@ -104,7 +108,14 @@ def elastic_response(model: Model, times: Array, states: Array, accelerations: A
 
 def _squares(x: Array, M: Array) -> Array:
     """x_k.M x_k (k,) of columns x (n, k), at least 0."""
-    return np.maximum(np.einsum("ik,ij,jk->k", x, M, x), 0.0)
+    return np.maximum((x * (M @ x)).sum(axis=0), 0.0)
+
+
+def _ranges(model: Model, u: Array) -> Array:
+    """Largest range (n_u,) of the velocities u (n_t, n_u) that have the same unit as each one."""
+    units = np.array([unit for _, unit in model.system.velocity_names()])
+    ranges = np.ptp(u, axis=0)
+    return np.array([ranges[units == unit].max(initial=0.0) for unit in units])
 
 
 def _recoil(model: Model, u: Array, rates: Array) -> Array:
@@ -117,11 +128,11 @@ def _recoil(model: Model, u: Array, rates: Array) -> Array:
     for k, (name, unit) in enumerate(model.system.velocity_names()):
         if unit == "rad/s":
             joints.setdefault(name.rpartition(".")[0], []).append(k)
-    for rows in joints.values():
-        whole = np.linalg.norm(u[:, rows], axis=1).max(initial=0.0)
-        if whole > 0.0:
-            share = np.maximum(share, np.linalg.norm(rates[rows], axis=0) / whole)
-    return share
+    sizes = {name: np.linalg.norm(u[:, rows], axis=1).max(initial=0.0) for name, rows in joints.items()}
+    for name, rows in joints.items():
+        if sizes[name] > SMALLEST * max(sizes.values()):
+            share = np.maximum(share, np.linalg.norm(rates[rows], axis=0) / sizes[name])
+    return np.minimum(share, 1.0)
 
 
 def unmodelled_response(model: Model, times: Array, states: Array, rates: Array, jumps: Array) -> tuple[Array, Array]:
