@@ -29,6 +29,7 @@ KINDS = {"ground": "channels_ground.toml", "orbit": "channels_orbit.toml"}
 NUMBERED = re.compile(r"([A-Z]{4,})\d+")
 COORDINATE = re.compile(r"JOINT\.(?:slide|angle)\d*")
 SEGMENT = re.compile(r"LINE\.\d+")
+END = re.compile(r"BODY\.(?:root|tip)")
 REPEATED = ("markers/LINE", "joints/LINE")  # as those of other bodies
 
 
@@ -91,7 +92,8 @@ def _no_rows(n_u: int) -> Any:
 
 def without_numbers(text: str) -> str:
     """The text with numbered names replaced by their common name."""
-    return COORDINATE.sub("JOINT.COORDINATE", NUMBERED.sub(r"\1", SEGMENT.sub("LINE.K", text)))
+    without = NUMBERED.sub(r"\1", SEGMENT.sub("LINE.K", text))
+    return END.sub("BODY.MARKER", COORDINATE.sub("JOINT.COORDINATE", without))
 
 
 def channels_of(model: Any) -> dict[str, list[Any]]:

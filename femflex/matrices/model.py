@@ -19,7 +19,8 @@ from femflex.reduction.inertia.mass_matrix import Distribution, KnownMoments, Po
 
 NODE = re.compile(r"node_(\d+)")
 ORTHONORMAL = 1e-6  # largest entry of C C^T - 1 of axes of displacement
-MOMENTS = 1e-6  # relative asymmetry and negative eigenvalue of moments that are accepted as rounding
+MOMENTS = 1e-6  # relative asymmetry of moments that is accepted as rounding
+NEGATIVE = 1e-3  # negative eigenvalue that is accepted: moments of lumped masses are rescaled to the elastic mass
 SMALL = 1e-4  # fraction of the largest column of moments below which a column contains only its rounding
 
 
@@ -174,12 +175,12 @@ class MatrixModel:
         size = np.maximum(size, SMALL * size.max())
         scaled = gram / size / size[:, None]
         lowest, asymmetry = float(np.linalg.eigvalsh(scaled)[0]), float(np.abs(scaled - scaled.T).max())
-        if lowest < -MOMENTS or asymmetry > MOMENTS:
+        if lowest < -NEGATIVE or asymmetry > MOMENTS:
             raise ValueError(
                 f"{self.name}: no distribution of mass has its moments: integrals int z z^T dm are symmetric and have "
                 f"no negative eigenvalue, and these, scaled to a diagonal of 1, differ by {asymmetry:.2g} from their "
-                f"mirror image and have the eigenvalue {lowest:.3g} (limits {MOMENTS:g}). Write them again, "
-                "or leave them out"
+                f"mirror image (limit {MOMENTS:g}) and have the eigenvalue {lowest:.3g} (limit {-NEGATIVE:g}). "
+                "Write them again, or leave them out"
             )
 
     @property
