@@ -39,12 +39,13 @@ def advise(
 
     origins  origins of the bodies by name; with them buckling, curved shapes and truncation are assessed as well
     fastest  (3,) a steady spin at which the system is assessed too [rad/s]
-    band     frequency up to which modes of the craft matter in addition to the first three [Hz]
+    band     frequency up to which modes of the craft matter in addition to those that the run excites [Hz]
     """
     body_origins = BodyOrigins(origins or {})
     elastic = [name for name, body in system.bodies.items() if body.n_modes]
     linear = [name for name in elastic if system.bodies[name].strain_form == "linear"]
-    estimate = estimate_motion(system, duration)
+    richer, rigid = with_response(richer_craft(system, body_origins), system, duration)
+    estimate = estimate_motion(system, duration, rigid)
     margins = buckling_margins(estimate.rigid, system, body_origins)
     spin = None if fastest is None else np.asarray(fastest, float)
     strain_choices = strain_advice(system, linear, {}, estimate, body_origins, spin)
@@ -52,9 +53,7 @@ def advise(
     advice += shape_notes(system.bodies, body_origins)
     advice += unassessed_bodies(system, body_origins, estimate.rigid, estimate.shortfall)
     advice += buckling_warnings(system, body_origins, margins)
-    if any(name in body_origins for name in elastic):
-        richer, _ = with_response(richer_craft(system, body_origins), system, duration)
-        advice += truncation_warnings(system, richer, band)
+    advice += truncation_warnings(system, richer, band)
     advice += model_warnings(system, body_origins, duration)
     if warn:
         warn_of(advice)

@@ -73,11 +73,11 @@ class RicherCraft:
             return np.zeros((len(self.bodies[name].retained), 0))
         response, shapes, V1 = self.response, self.response.shapes[name], self.bodies[name].body.strain.V1
         omega = response.omega
-        energy = np.maximum(np.einsum("ik,ij,jk->k", shapes, V1, shapes), 0.0)
+        energy = np.maximum((shapes * (V1 @ shapes)).sum(axis=0), 0.0)
         size = response.peak * np.sqrt(energy) / omega
         turning = (response.recoil > EXCITATION_SHARE) & (energy > EXCITATION_SHARE * omega**2)
         numbers = np.flatnonzero((size > EXCITATION_SHARE * size.max(initial=0.0)) | turning)
-        share = np.minimum(np.maximum(response.shares[name], response.recoil), 1.0)
+        share = np.maximum(response.shares[name], response.recoil)
         phase = share * omega * response.ringing * ENERGY_SHARE / HISTORY_ERROR
         return np.asarray(shapes[:, numbers] / omega[numbers] * np.sqrt(np.maximum(phase[numbers], 1.0)))
 

@@ -138,7 +138,7 @@ def test_interrupted_sweep_resumes_to_the_same_bits(study, tmp_path):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs SIGINT")
-def test_ctrl_c_names_the_command_that_goes_on(study, tmp_path):
+def test_interrupted_sweep_names_resume_command(study, tmp_path):
     path = study(("members = 6", "members = 2000"))
     command = [sys.executable, "-m", "femflex", "sweep", path.name, "-o", "s.h5", "--workers", "1"]
     with subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True) as process:
