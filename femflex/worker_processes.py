@@ -11,6 +11,8 @@ from multiprocessing.connection import wait
 from multiprocessing.context import BaseContext
 from threading import Thread
 
+# A process of Python removes the semaphores of workers that an interrupt ended, and would warn of it.
+QUIET_REMOVAL = "ignore:resource_tracker:UserWarning"
 SERVER = "forkserver"  # copies one process that has the modules; a copy of this one could hold locks of its threads
 
 
@@ -27,9 +29,11 @@ def worker_context(modules: list[str]) -> BaseContext:
     context = multiprocessing.get_context(SERVER)
     context.set_forkserver_preload(modules)
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])  # Ctrl-C is the caller's; workers end with it
+    sys.warnoptions.append(QUIET_REMOVAL)  # that process gets these options when it starts
     try:
         forkserver.ensure_running()
     finally:
+        sys.warnoptions.remove(QUIET_REMOVAL)
         signal.pthread_sigmask(signal.SIG_SETMASK, mask)
     return context
 

@@ -1,4 +1,4 @@
-"""Outputs: only regular files are replaced; pipes, sockets and links to nothing are refused as what they are."""
+"""Outputs: only regular files are replaced; pipes, sockets and links to nothing give an error naming them."""
 
 from __future__ import annotations
 

@@ -120,9 +120,8 @@ def strain_of_extent(name: str, extent: MotionExtent) -> Advice:
         numbers = (extent.deflection, CHOICE_FRACTION * LINEAR_ABOVE)
     elif stretched > CHOICE_FRACTION * FREQUENCY_CHANGE:
         reason = (
-            f"loads and motions may bend it by {extent.deflection * extent.size:.2g} m. Stretching between its "
-            "supports, which "
-            f"linear strain leaves out, then adds {extent.hardening:.0%} to the restoring force of its first mode"
+            f"loads and motions may bend it by {extent.deflection * extent.size:.2g} m. Stretching, which linear "
+            f"strain leaves out, then adds {extent.hardening:.0%} to the restoring force of its first mode"
         )
         numbers = (stretched, CHOICE_FRACTION * FREQUENCY_CHANGE)
     elif extent.swing > SMALL_VIBRATION and extent.phase > CHOICE_FRACTION * PHASE_ERROR:

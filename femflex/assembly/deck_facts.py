@@ -127,7 +127,7 @@ def is_supported(deck: Deck) -> bool:
 
 
 def supports_of_autospc(deck: Deck) -> dict[str, Support]:
-    """The supports of components that nothing resists, by AUTOSPC; none where the deck does not ask for them."""
+    """The supports of components without stiffness, by AUTOSPC; none where the deck does not ask for them."""
     return deck.active_supports([AUTOSPC]) if AUTOSPC in deck.supports else {}
 
 

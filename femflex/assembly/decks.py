@@ -68,7 +68,7 @@ def _read_cached(path: str, stamp: int, units: str, overrides: str) -> Deck:
 def with_deck(case: Case, name: str, table: FlexibleTable) -> FlexibleTable:
     """The table in whose clamp the deck's sets of supports are replaced by the groups that they support.
 
-    "supports" stands for those in force in the deck. Components that nothing resists are fixed with any clamp.
+    "supports" stands for those in force in the deck. Components without stiffness are fixed with any clamp.
     """
     deck = deck_of(case, name, table)
     r = table.reduction

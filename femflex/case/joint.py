@@ -43,7 +43,7 @@ class Revolute(JointTable):
     """Motion of a locked or prescribed angle. Default: free."""
 
     def coordinates(self) -> dict[str, str]:
-        """Name and unit of every slide and turn that a law may act on."""
+        """Name and unit of every translation and rotation that a law may act on."""
         return {"angle": "rad"}
 
 
@@ -68,7 +68,7 @@ class Prismatic(JointTable):
     """Motion of a locked or prescribed slide. Default: free."""
 
     def coordinates(self) -> dict[str, str]:
-        """Name and unit of every slide and turn that a law may act on."""
+        """Name and unit of every translation and rotation that a law may act on."""
         return {"slide": "m"}
 
     @model_validator(mode="after")
@@ -110,7 +110,7 @@ class Cylindrical(JointTable):
     """Motion of a locked or prescribed slide or angle. Default: free."""
 
     def coordinates(self) -> dict[str, str]:
-        """Name and unit of every slide and turn that a law may act on."""
+        """Name and unit of every translation and rotation that a law may act on."""
         return {"slide": "m", "angle": "rad"}
 
 
@@ -135,7 +135,7 @@ class Universal(JointTable):
     """Motions of locked or prescribed angles. Default: free."""
 
     def coordinates(self) -> dict[str, str]:
-        """Name and unit of every slide and turn that a law may act on."""
+        """Name and unit of every translation and rotation that a law may act on."""
         return {"angle1": "rad", "angle2": "rad"}
 
     @model_validator(mode="after")

@@ -42,7 +42,7 @@ class Spherical(JointTable):
     """Locked or prescribed angles of the sequence; the coordinates are then these angles."""
 
     def coordinates(self) -> dict[str, str]:
-        """Name and unit of every slide and turn that a law may act on."""
+        """Name and unit of every translation and rotation that a law may act on."""
         return {f"angle{k}": "rad" for k in (1, 2, 3)} if self.has_prescribed_angles else {}
 
     @property
@@ -87,5 +87,5 @@ class Free(Spherical):
     """Locked or prescribed slides and angles."""
 
     def coordinates(self) -> dict[str, str]:
-        """Name and unit of every slide and turn that a law may act on."""
+        """Name and unit of every translation and rotation that a law may act on."""
         return {f"slide{k}": "m" for k in (1, 2, 3)} | super().coordinates()

@@ -60,13 +60,13 @@ class JointTable(Table):
     """[[joints.laws]]: spring and damper tables, stops, friction and latches of single coordinates."""
 
     release: Annotated[float, Quantity("s", least=0.0)] | None = None
-    """Time at which the joint lets go: its slides and turns are locked until then, and free afterwards. For joints of
-    slides and turns, such as general. Default: not locked."""
+    """Time at which the joint lets go: its translations and rotations are locked until then, and free afterwards. For
+    joints that have some, such as general. Default: not locked."""
     release_at: ReleaseTable | None = None
     """Signal at whose value the joint lets go, in place of a time."""
 
     def coordinates(self) -> dict[str, str]:
-        """Name and unit of every slide and turn that a law may act on."""
+        """Name and unit of every translation and rotation that a law may act on."""
         return {}
 
     @model_validator(mode="after")

@@ -55,10 +55,10 @@ class General(JointTable):
     rest: AngleList = ()
     """Angle of each turn without spring torque. Default: zero."""
     motion: GeneralMotion = GeneralMotion()
-    """Locked or prescribed slides and turns."""
+    """Locked or prescribed translations and rotations."""
 
     def coordinates(self) -> dict[str, str]:
-        """Name and unit of every slide and turn that a law may act on."""
+        """Name and unit of every translation and rotation that a law may act on."""
         return {**_numbered("slide", len(self.slides), "m"), **_numbered("angle", len(self.turns), "rad")}
 
     @model_validator(mode="after")

@@ -90,7 +90,7 @@ class FreeMotion(ThreeAngles):
 
 
 class GeneralMotion(Table):
-    """Motion of slides and turns."""
+    """Motion of translations and rotations."""
 
     position: Annotated[Motions, MotionsOf("m")] = ()
     """Motion of each slide: "free", "locked", a value, or a profile over time."""

@@ -55,7 +55,7 @@ class ThrusterTable(MountedTable):
     lag: Annotated[float, Quantity("s", least=0.0)] = 0.0
     """Time constant with which the thrust follows its level."""
     minimum_on: Annotated[float, Quantity("s", least=0.0)] = 0.0
-    """Shortest pulse; shorter ones are refused. Of commanded thrusters the controller of kind "pulses" keeps it."""
+    """Shortest pulse; shorter ones give an error. Of commanded thrusters the controller of kind "pulses" keeps it."""
     specific_impulse: Duration | None = None
     """Specific impulse; mass leaves at thrust / (9.80665 m/s^2 specific_impulse). Default: no mass leaves."""
     tank: str | None = None

@@ -203,7 +203,7 @@ class AlongMember(_Readable):
 
 @dataclass(frozen=True)
 class Count(_Readable):
-    """A whole number from `least` to `most`; true and 3.0 are refused."""
+    """A whole number from `least` to `most`; true and 3.0 give an error."""
 
     least: int = 1
     most: int = 10**9

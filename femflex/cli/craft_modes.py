@@ -150,8 +150,9 @@ def damping_note(case: Case, modes: SystemModes) -> str:
         ratio = case_ratios[body.partition(".")[0]]
         if abs(damping_ratio / ratio - 1.0) > CHANGED:
             return (
-                f"mode {k + 1} has a ratio of {damping_ratio:.4g}, and body {body!r} is given {ratio:g}: that of the "
-                "modes of its own set. Where its root moves otherwise it changes, and dampers of joints add to it"
+                f"mode {k + 1} has a ratio of {damping_ratio:.4g}, and body {body!r} is given {ratio:g}. The "
+                "given ratio applies to the modes of the clamped body; in the craft it differs, and "
+                "dampers of joints add to it"
             )
     return ""
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
@@ -102,7 +101,7 @@ def _check_references(case: Case, system: System) -> None:
         raise CaseError(case.path.name, [Problem("", str(error.args[0]))]) from error
     channels = channels | recovery_channels(case, system).channels
     problems = [*channel_problems(case, channels), *motion_problems(case, system)]
-    problems += size_problems(case, system, channels, Path.cwd())
+    problems += size_problems(case, system)
     if problems:
         raise CaseError(case.path.name, problems)
 

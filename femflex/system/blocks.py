@@ -5,7 +5,7 @@ its x among the states of the run, or with a period a Controller: sampled with i
 zero order hold), outputs held between two samples.
 
 Blocks are joined by their signals: "<block>.<output>". The order of evaluation is that of femflex.system.evaluation;
-algebraic loops are refused.
+algebraic loops give an error.
 """
 
 from __future__ import annotations

@@ -29,7 +29,7 @@ F.v + T.omega + effort speed, should be supplied - dissipation - d(energy)/dt; t
 In place of a function `act` may be the word of one that femflex brings (femflex.dynamics.effectors.built_in).
 
 Order of evaluation: an effector whose input is a channel of another is evaluated after that one, the others in the
-order given. Inputs that are states need no order. Effectors that wait for each other's channels are refused.
+order given. Inputs that are states need no order. Effectors that wait for each other's channels give an error.
 
 An effector with the channels momentum_x, momentum_y, momentum_z holds angular momentum (inertial components); it counts
 to the craft's.
@@ -57,7 +57,7 @@ ACCOUNTS = {  # what an effector may report of energy and mass
     "mass_flow": ("kg/s", "mass that leaves the craft"),
 }
 
-EXERTED = ("force", "torque", "effort")  # what it may do at markers, and along slides and turns
+EXERTED = ("force", "torque", "effort")  # what it may do at markers, and along translations and rotations
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +78,7 @@ class Effector:
     """Element that acts at markers and along joints (see this module).
 
     markers     (body, marker) of each
-    freedoms    names of slides and turns, as in "hinge.angle"
+    freedoms    names of translations and rotations, as in "hinge.angle"
     states      name -> unit; the full name of a state is "<effector>.<state>"
     z0          (n_states,) their initial values
     sizes       (n_states,) their usual sizes, in which the integrator's absolute tolerance counts

@@ -71,7 +71,7 @@ def kind_and_name(effector: Effector) -> str:
 
 
 def movable_freedoms(joints: Sequence[Joint]) -> list[str]:
-    """Return names of slides and turns along which effectors may act; on balls they act only by torques at markers."""
+    """Return names of joint coordinates along which effectors may act; on balls they act only by torques at markers."""
     return [
         name for joint in joints for name in joint.freedom_names()[: len(joint.translations) + len(joint.rotations)]
     ]

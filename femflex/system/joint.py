@@ -42,8 +42,8 @@ class Joint(Summarised):
     stiffness    (n_u,)    spring per quasi-coordinate, translations first [N/m, N m/rad]
     damping      (n_u,)    damper per quasi-coordinate [N s/m, N m s/rad]
     rest         (n_u,)    coordinate at which the spring is free (for a ball: rotation vector)
-    laws         nonlinear springs, dampers, stops and friction of single slides and turns
-    latches      what locks single slides and turns when they reach a place
+    laws         nonlinear springs, dampers, stops and friction of single translations and rotations
+    latches      what locks single translations and rotations when they reach a place
     play         of a cut joint: misfit up to which its loop may stand open where rows follow from others [m]; an angle
                  counts by the bodies' size
     motion       (n_u,)    per freedom None (free), a number (locked there) or a Profile (specified); () all free

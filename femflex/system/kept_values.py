@@ -1,4 +1,4 @@
-"""Initial values that stay exactly as given when loops close: those of whole joints, or of single slides and turns."""
+"""Initial values that stay exactly as given when loops close: those of whole joints, or of single coordinates."""
 
 from __future__ import annotations
 

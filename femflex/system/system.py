@@ -53,7 +53,7 @@ class System(Summarised):
     sights       axes that are to look at a station on the Earth
     reactions    whether runs report what the joints carry
     momenta      whether runs report canonical momenta and the Hamiltonian
-    keep         joints, or slides and turns such as "drive.angle", whose initial values stay exact where loops close
+    keep         joints, or joint coordinates such as "drive.angle", whose initial values stay exact where loops close
     varying  body name -> Variation: how its properties depend on time
     segments  body cut into segments -> names of the bodies that are its segments, near to far (see `assembled`)
 

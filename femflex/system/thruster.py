@@ -57,7 +57,7 @@ def thruster(
     profile           times [s] and the level (0 to 1) from each time on; or
     command           signal of the level; switched: on above 0.5, else off
     lag               of the thrust behind its level [s], of first order
-    minimum_on        shortest pulse [s]; shorter pulses are refused
+    minimum_on        shortest pulse [s]; shorter pulses give an error
     specific_impulse  [s]; mass leaves at thrust / (9.80665 specific_impulse)
     supply            the tank that it is taken from; None: the craft's mass stays as it is
 

@@ -1,4 +1,4 @@
-"""Inputs of effectors: the motion of their markers, their slides and turns, and their input signals.
+"""Inputs of effectors: the motion of their markers, their translations and rotations, and their input signals.
 
 Effectors of one group (see `femflex.dynamics.effectors.lowering.marker_groups`) share a place in the work array: the
 first of them writes the motion of their marker, and each writes its own inputs after it.

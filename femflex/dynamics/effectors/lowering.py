@@ -104,7 +104,7 @@ def lowered_markers(effector: Effector, system: System, pool: Pool, scratch: Scr
 
 
 def lowered_freedoms(effector: Effector, system: System, bodies: Records) -> Records:
-    """HANDLE records of an effector's slides and turns, whose joints then carry forces."""
+    """HANDLE records of an effector's translations and rotations, whose joints then carry forces."""
     records = np.zeros(len(effector.freedoms), HANDLE)
     for i, name in enumerate(system.order, start=1):
         for k, freedom in enumerate(system.joint_of(name).freedom_names()):

@@ -1,6 +1,6 @@
 """Newton's method for the balance of forces of a system at rest, under a share of the outer ones.
 
-Directions with a stiffness of their own are eliminated first; those that nothing resists are left where they are.
+Directions with a stiffness of their own are eliminated first; those without stiffness are left where they are.
 With loops all steps go along the directions that keep these closed, and multipliers carry the forces across.
 
 A step that bends a slender body by h stretches it by h^2: a force that would stiffen the next step by (L / r)^2 h^2
@@ -43,7 +43,7 @@ RELAXATIONS = 8  # of bringing that to rest, each with its stiffness before the 
 class Balance:
     """Result of Newton's method at a share of the outer forces, and the residual with its largest coordinate.
 
-    neutral     names of the coordinates that nothing resists
+    neutral     names of the coordinates without stiffness
     directions  (n_u, len(neutral)) increments along which nothing does
     """
 

@@ -40,7 +40,7 @@ class Equilibrium:
     share        of the outer forces that x balances: 1 when found
     residual     largest force left, over the largest of elastic and outer forces (times usual sizes of the motions)
     iterations   of Newton's method, all shares together
-    neutral      coordinates that nothing resists, each with those it goes along with
+    neutral      coordinates without stiffness, each with those it goes along with
     directions   (n_u, len(neutral)) increments along which nothing resists
     moving       the system at rest with its damping, and with the motors of wheels that a law commands
     left         the unstable equilibrium that was left for this one, None where there was none

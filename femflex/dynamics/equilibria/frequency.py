@@ -156,7 +156,7 @@ def restoring_accelerations(model: Model, indices: tuple[IntArray, IntArray], di
 
 
 def stiff_coordinates(record: np.void) -> list[tuple[int, int]]:
-    """(q, u) places of a body's elastic coordinates, and of its joint's slides and turns when it has springs."""
+    """(q, u) places of a body's elastic coordinates, and of its joint's coordinates when it has springs."""
     joint = int(record["n_slide"] + record["n_turn"]) if record["sprung"] else 0
     elastic = [(int(record["qe"]) + k, int(record["ue"]) + k) for k in range(int(record["n"]))]
     return [(int(record["q"]) + k, int(record["u"]) + k) for k in range(joint)] + elastic

@@ -200,7 +200,7 @@ def rounding_forces(model: Model, t: float, x: Array, udot: Array) -> Array:
 
 
 def linear_stiffness(model: Model) -> tuple[Array, IntArray]:
-    """Stiffness (n_u, n_u) of shapes and of springs on slides and turns, and which coordinate each column multiplies.
+    """Stiffness (n_u, n_u) of shapes and of springs on joint coordinates, and which coordinate each column multiplies.
 
     Columns of balls have no such coordinate (-1) and are zero.
     """

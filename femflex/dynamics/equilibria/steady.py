@@ -64,7 +64,7 @@ class Steady:
         return float(max(np.abs(part).max(initial=0.0) for part in (inner, share * outer, elastic)))
 
     def shape(self, q: Array) -> Array:
-        """Amplitudes of shapes, slides and turns (n_u,) in usual sizes; 0 along balls."""
+        """Amplitudes of shapes, translations and rotations (n_u,) in usual sizes; 0 along balls."""
         columns = self.own_stiffness[1]
         return np.where(columns >= 0, q[columns], 0.0) / self.sizes if len(columns) else np.zeros(0)
 
@@ -89,7 +89,7 @@ class Steady:
 
     @cached_property
     def own_stiffness(self) -> tuple[Array, IntArray]:
-        """Stiffness of shapes and springs on slides and turns, and the coordinates it multiplies."""
+        """Stiffness of shapes and springs on joint coordinates, and the coordinates it multiplies."""
         return linear_stiffness(self.full)
 
     def stiffness(self, q: Array, share: float, lambdas: Array) -> Array:
